@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+#include <pybind11/stl.h>
+
+#include <stdexcept>
+
+#include "array.h"
+#include "base/camera.h"
+#include "base/parallel.h"
+
+namespace sdftrack {
+
+namespace {
+
+Camera make_camera(double fx, double fy, double cx, double cy, int width, int height,
+                   const std::vector<double>& distortion) {
+  Camera camera{{fx, fy, cx, cy}, width, height, {}};
+  if (distortion.size() > camera.distortion.size())
+    throw py::value_error("distortion: expected at most 8 numbers");
+  std::copy(distortion.begin(), distortion.end(), camera.distortion.begin());
+  return camera;
+}
+
+py::array_t<double> project_points(const Camera& camera, const py::array& points) {
+  const double* p = borrow<double>(points, "points", {-1, 3});
+  const auto n = static_cast<std::size_t>(points.shape(0));
+  std::vector<double> px(2 * n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec2d u = camera.project_point({p[3 * i], p[3 * i + 1], p[3 * i + 2]});
+    px[2 * i] = u.x, px[2 * i + 1] = u.y;
+  }
+  return to_numpy(std::move(px), {static_cast<py::ssize_t>(n), 2});
+}
+
+}  // namespace
+
+void bind_base(py::module_& m) {
+  m.def("thread_count", &thread_count, py::arg("requested") = 0,
+        "Threads used when `requested` are asked for.");
+  py::class_<Camera>(m, "Camera", "Pinhole camera with Brown-Conrady distortion; see sdftrack.Camera.")
+      .def(py::init(&make_camera), py::arg("fx"), py::arg("fy"), py::arg("cx"), py::arg("cy"),
+           py::arg("width"), py::arg("height"), py::arg("distortion") = std::vector<double>{})
+      .def_property_readonly("width", [](const Camera& c) { return c.width; })
+      .def_property_readonly("height", [](const Camera& c) { return c.height; })
+      .def("project", &project_points, py::arg("points"), "(N, 3) float64, m, camera frame -> (N, 2) pixels.")
+      .def(
+          "rays",
+          [](const Camera& c) {
+            return to_numpy(ray_table(c), {c.height, c.width, 2});
+          },
+          "(H, W, 2) float32: x / z and y / z of every pixel's ray, distortion removed.");
+  m.def(
+      "rotation_from_mrp",
+      [](std::array<double, 3> r) {
+        return matrix_from({rotation_from_mrp(Vec3d{r[0], r[1], r[2]}), {0, 0, 0}});
+      },
+      py::arg("r"), "MRP to a 4x4 rotation.");
+  m.def(
+      "rotation_exp",
+      [](std::array<double, 3> w) {
+        return matrix_from({rotation_exp(Vec3d{w[0], w[1], w[2]}), {0, 0, 0}});
+      },
+      py::arg("w_rad"), "Rotation vector to a 4x4 rotation.");
+  m.def(
+      "rotation_log",
+      [](const py::array& T) {
+        const Vec3d w = rotation_log(rigid_from(T, "T").R);
+        return std::array<double, 3>{w.x, w.y, w.z};
+      },
+      py::arg("T"), "Rotation vector (rad) of a 4x4 pose.");
+  m.def(
+      "nearest_rigid",
+      [](const py::array& T, const std::string& name) { return matrix_from(rigid_from(T, name.c_str())); },
+      py::arg("T"), py::arg("name") = "T",
+      "4x4 float64, rigid to within 1e-3, projected onto the rotations; ValueError beyond.");
+}
+
+}  // namespace sdftrack

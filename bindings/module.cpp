@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// The private extension module: thin, checked, typed. The public face is python/sdftrack/*.py.
+#include <pybind11/pybind11.h>
+
+#include "array.h"
+
+namespace sdftrack {
+
+void bind_base(py::module_& m);
+
+}  // namespace sdftrack
+
+PYBIND11_MODULE(_core, m) {
+  m.doc() = "Private core of sdftrack; use the names of the package sdftrack.";
+  m.attr("__version__") = SDFTRACK_VERSION;
+  sdftrack::bind_base(m);
+}

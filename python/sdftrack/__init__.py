@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: MIT
+"""Track and reconstruct rigid objects with an RGB-D camera, by signed distance functions."""
+
+from sdftrack._core import __version__
+
+__all__ = ["__version__"]
