@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <pybind11/stl.h>
 
-#include <stdexcept>
+#include <algorithm>
 
 #include "array.h"
 #include "base/camera.h"
