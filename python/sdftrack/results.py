@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: MIT
+"""What a tracker says about one frame."""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Status", "Step", "TrackResult"]
+
+
+class Status(str, enum.Enum):
+    """How far a pose may be trusted; compares equal to its text."""
+
+    OK = "ok"
+    WEAK = "weak"
+    LOST = "lost"
+    BAD_FRAME = "bad_frame"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True)
+class Step:
+    """One trial of the optimiser.
+
+    Attributes
+    ----------
+    cost : float
+        Cost at the pose that was kept (a sum over ``pixels`` pixels, without unit).
+    damping : float
+        Levenberg-Marquardt damping of the trial.
+    accepted : bool
+        Whether the trial lowered the cost and was kept.
+    scale_m : float
+        Scale ``s`` of the depth density in this stage, metres at the reference depth.
+    pixels : int
+        Pixels that the cost sums over.
+    """
+
+    cost: float
+    damping: float
+    accepted: bool
+    scale_m: float = float("nan")
+    pixels: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class TrackResult:
+    """Poses of the M tracked objects in one frame, each with a measure of trust.
+
+    Attributes
+    ----------
+    poses : (M, 4, 4) float64
+        ``T_cam_obj``: object points (m) to the depth camera's frame. The last good pose when lost.
+    status : list of Status
+        ``"ok"``, ``"weak"``, ``"lost"`` or ``"bad_frame"``, per object.
+    reason : list of str
+        Empty, or one sentence that explains the status.
+    confidence : (M,) float64
+        0..1, comparable between frames and objects; 0 when lost.
+    covariances : (M, 6, 6) float64
+        Of (x, y, z, rx, ry, rz), m and rad, camera axes, about the object's origin: ``t = t^ + d``,
+        ``R = Exp(r) R^``. Directions without data have the variance of the object's diameter and of pi. NaN when lost.
+    twists : (M, 6) float64
+        (v, w), same origin and axes, m/s and rad/s; NaN until two frames have timestamps.
+    inliers : (M,) float64
+        Share of the pixels expected on the object that lie on its surface.
+    energy : float
+        Mean cost per pixel at the final poses.
+    iterations : int
+        Trials of the optimiser, all stages.
+    steps : list of list of Step
+        Every trial, per object.
+    seconds : float
+        Time of ``track`` alone.
+    timestamp : float or None
+        Of the frame, s.
+    index : int
+        Number of the frame since ``start`` (0).
+    """
+
+    poses: NDArray[np.float64]
+    status: list[Status]
+    reason: list[str]
+    confidence: NDArray[np.float64]
+    covariances: NDArray[np.float64]
+    twists: NDArray[np.float64]
+    inliers: NDArray[np.float64]
+    energy: float
+    iterations: int = 0
+    steps: list[list[Step]] = field(default_factory=list, repr=False)
+    seconds: float = 0.0
+    timestamp: float | None = None
+    index: int = 0
+    membership: NDArray[np.float32] | None = None
+    foreground: NDArray[np.float32] | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("poses", "confidence", "covariances", "twists", "inliers"):
+            getattr(self, name).setflags(write=False)
+
+    @property
+    def ok(self) -> bool:
+        """Whether every object's status is ``"ok"``."""
+        return all(s is Status.OK for s in self.status)
+
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """The only object's ``T_cam_obj``, (4, 4); ValueError when there are several."""
+        return self._only(self.poses, "pose", "poses")
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """The only object's covariance, (6, 6); ValueError when there are several."""
+        return self._only(self.covariances, "covariance", "covariances")
+
+    def _only(self, values: NDArray[np.float64], name: str, plural: str) -> NDArray[np.float64]:
+        if len(values) != 1:
+            raise ValueError(f"{name}: expected 1 tracked object, got {len(values)}; use .{plural}[k]")
+        only: NDArray[np.float64] = values[0]
+        return only
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain Python values (lists, floats, None in place of NaN), ready for JSON."""
+        out: dict[str, Any] = {}
+        for f in dataclasses.fields(self):
+            value = getattr(self, f.name)
+            if f.name == "steps":
+                value = [[dataclasses.asdict(s) for s in steps] for steps in value]
+            elif f.name == "status":
+                value = [s.value for s in value]
+            out[f.name] = _plain(value)
+        return out
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, TrackResult) and self.to_dict() == other.to_dict()
+
+    def __repr__(self) -> str:
+        who = ", ".join(f"{s.value} {c:.2f}" for s, c in zip(self.status, self.confidence, strict=True))
+        return f"TrackResult(frame {self.index}: {who}; {1e3 * self.seconds:.2f} ms)"
+
+
+def _plain(value: Any) -> Any:
+    """Numpy to Python, NaN to None, recursively."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [_plain(v) for v in value]
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value
