@@ -7,6 +7,7 @@
 namespace sdftrack {
 
 void bind_base(py::module_& m);
+void bind_device(py::module_& m);
 
 }  // namespace sdftrack
 
@@ -14,4 +15,5 @@ PYBIND11_MODULE(_core, m) {
   m.doc() = "Private core of sdftrack; use the names of the package sdftrack.";
   m.attr("__version__") = SDFTRACK_VERSION;
   sdftrack::bind_base(m);
+  sdftrack::bind_device(m);
 }

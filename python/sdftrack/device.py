@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: MIT
+"""Where work runs: the CPU, or a CUDA device when the build and the machine both have one."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from sdftrack import _core
+
+__all__ = ["cuda_available", "resolve_device"]
+
+_DEVICES = ("cpu", "cuda", "auto")
+
+
+def cuda_available() -> bool:
+    """Whether ``device="cuda"`` can be used: a build with CUDA, a driver and a device.
+
+    >>> import sdftrack as st
+    >>> device = "cuda" if st.cuda_available() else "cpu"
+    """
+    return bool(_core.cuda_available())
+
+
+def resolve_device(device: str) -> Literal["cpu", "cuda"]:
+    """Turn the argument ``device`` of a public function into the device to use.
+
+    Parameters
+    ----------
+    device : {"cpu", "cuda", "auto"}
+        ``"auto"`` is the GPU where :func:`cuda_available`, else the CPU.
+
+    Returns
+    -------
+    {"cpu", "cuda"}
+
+    Raises
+    ------
+    TypeError
+        ``device`` is not a string.
+    ValueError
+        Another word.
+    RuntimeError
+        ``"cuda"`` where the build or the machine lacks it; the message says which of the two.
+    """
+    if not isinstance(device, str):
+        raise TypeError(f"device: expected one of {_DEVICES}, got {type(device).__name__}")
+    if device not in _DEVICES:
+        raise ValueError(f"device: expected one of {_DEVICES}, got {device!r}")
+    if device == "cpu" or (device == "auto" and not cuda_available()):
+        return "cpu"
+    if not _core.cuda_build:
+        raise RuntimeError(
+            'device="cuda": this build of sdftrack has no CUDA path; build one from source with '
+            '"pip install . -C cmake.define.SDFTRACK_CUDA=ON", or use device="cpu"'
+        )
+    if not cuda_available():
+        raise RuntimeError(
+            'device="cuda": this build has CUDA, but no device answers on this machine (see nvidia-smi); '
+            'use device="cpu"'
+        )
+    return "cuda"

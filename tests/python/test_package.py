@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: MIT
+"""The package as installed: what importing it costs, its version, its types."""
+
+import importlib.metadata
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import sdftrack as st
+
+ROOT = Path(__file__).resolve().parents[2]
+# Libraries that take longer to import than everything else: each is imported by the function that uses it.
+HEAVY = ("cv2", "trimesh", "skimage", "scipy", "matplotlib", "av", "typer", "rich")
+IMPORT_SECONDS = 0.3  # beyond the interpreter's own start; measured 0.1, most of it numpy
+SOURCES = {
+    "cpp": (".h", ".cpp", ".cu", ".cuh"),
+    "bindings": (".h", ".cpp"),
+    "python": (".py",),
+    "tests": (".py", ".cpp"),
+}
+
+
+def run_python(code: str) -> str:
+    return subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout
+
+
+def test_importing_the_package_imports_no_heavy_library():
+    loaded = run_python("import sys, sdftrack; print(*sorted(sys.modules))").split()
+    assert "sdftrack._core" in loaded
+    assert [name for name in HEAVY if name in loaded] == []
+
+
+def test_importing_the_package_takes_a_moment():
+    code = "import time; t = time.perf_counter(); import sdftrack; print(time.perf_counter() - t)"
+    fastest = min(float(run_python(code)) for _ in range(5))  # the least disturbed run of five
+    assert fastest < IMPORT_SECONDS
+
+
+def test_every_public_name_exists():
+    assert [name for name in st.__all__ if not hasattr(st, name)] == []
+
+
+def test_the_version_has_one_home():
+    line = re.search(r'^version = "(.+)"$', (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
+    assert line is not None
+    assert st.__version__ == line[1]
+
+
+def test_the_installed_package_has_the_same_version():
+    try:
+        installed = importlib.metadata.version("sdftrack")
+    except importlib.metadata.PackageNotFoundError:
+        pytest.skip("sdftrack is not installed, it is imported from the source tree")
+    assert st.__version__ == installed
+
+
+def test_the_package_is_typed():
+    package = Path(st.__file__).parent
+    assert (package / "py.typed").is_file()
+    assert (package / "_core.pyi").is_file()
+
+
+def test_every_source_file_names_its_licence_in_the_first_line():
+    files = [
+        path
+        for folder, endings in SOURCES.items()
+        for path in (ROOT / folder).rglob("*")
+        if path.suffix in endings
+    ]
+    assert files
+    unmarked = [
+        str(path.relative_to(ROOT))
+        for path in files
+        if "SPDX-License-Identifier: MIT" not in path.read_text().partition("\n")[0]
+    ]
+    assert unmarked == []
