@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: MIT
+"""The Cramer-Rao bound against cases with a known answer."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sdftrack.eval.bound import expected_length, pose_bound, pose_information
+from sdftrack.eval.run import parse_settings, swing_and_turn
+from sdftrack.eval.truth import motion
+
+SIGMA_M = 1e-3
+QUADRATURE_RTOL = 1e-3  # square roots at the poles of a flat ellipsoid; measured 2e-4
+MONTE_CARLO_RTOL = 0.02  # 20,000 draws: 0.5 % in the mean, four times that
+
+
+def plane_image(normal, d_m, n=41):
+    """Depth, normals and rays of the plane normal . X = d."""
+    xy = np.linspace(-0.1, 0.1, n)
+    rays = np.stack(np.meshgrid(xy, xy), axis=-1)
+    slope = rays @ normal[:2] + normal[2]
+    return d_m / slope, np.broadcast_to(normal, (n, n, 3)), rays
+
+
+def test_a_frontal_plane_gives_the_mean_of_its_pixels_along_the_normal():
+    depth, normals, rays = plane_image(np.array([0.0, 0.0, 1.0]), 1.0)
+    information, pixels = pose_information(depth, normals, rays, np.array([0.0, 0.0, 1.0]))
+    assert pixels == depth.size
+    assert information[2, 2] == pytest.approx(pixels)  # dz/dd_z = 1 for every pixel
+    np.testing.assert_allclose(information[3, 3], np.sum(rays[..., 1] ** 2))  # a tilt lifts by the lever arm
+    np.testing.assert_allclose(information[[0, 1, 5]], 0.0, atol=1e-9)  # sliding and spinning are unseen
+
+
+def test_a_plane_alone_does_not_fix_the_pose():
+    depth, normals, rays = plane_image(np.array([0.0, 0.0, 1.0]), 1.0)
+    with pytest.raises(ValueError, match="six observable directions"):
+        pose_bound(depth, normals, rays, np.array([0.0, 0.0, 1.0]), SIGMA_M)
+
+
+def test_grazing_pixels_do_not_count():
+    depth, normals, rays = plane_image(np.array([np.cos(0.1), 0.0, np.sin(0.1)]), 1.0)
+    near = np.abs(
+        (np.dstack([rays, np.ones(rays.shape[:2])]) / np.sqrt(1 + (rays**2).sum(-1))[..., None])
+        @ normals[0, 0]
+    )
+    _, pixels = pose_information(depth, normals, rays, np.zeros(3))
+    assert pixels == np.count_nonzero(near >= np.cos(np.deg2rad(80.0))) < depth.size
+
+
+def test_information_is_the_slope_of_rendered_depth():
+    """Central differences of a corner of three planes, moved by each unknown in turn."""
+    rng = np.random.default_rng(1)
+    origin, step = np.array([0.02, -0.01, 0.9]), 1e-6
+    rays = rng.uniform(-0.1, 0.1, (30, 2))
+    r = np.column_stack([rays, np.ones(30)])
+    q, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    which = np.arange(30) % 3
+    n = q[which] * np.sign(r @ q.T)[np.arange(30), which][:, None]
+    through = origin + 0.05 * rng.normal(size=(3, 3))
+
+    def depth(p):
+        from sdftrack.eval.truth import _exp
+
+        R = _exp(np.array(p[3:]))
+        moved_n = n @ R.T
+        moved_x = (through[which] - origin) @ R.T + origin + np.array(p[:3])
+        return np.einsum("ij,ij->i", moved_n, moved_x) / np.einsum("ij,ij->i", moved_n, r)
+
+    eye = step * np.eye(6)
+    J = np.column_stack([(depth(e) - depth(-e)) / (2 * step) for e in eye])
+    keep = np.abs(np.einsum("ij,ij->i", n, r)) / np.linalg.norm(r, axis=1) >= np.cos(np.deg2rad(80.0))
+    z = depth(np.zeros(6))
+    usable = keep & (z > 0)
+    information, _ = pose_information(z * usable, n, rays, origin)
+    np.testing.assert_allclose(information, J[usable].T @ J[usable], rtol=1e-5, atol=1e-6)
+
+
+def test_expected_length_of_a_round_gaussian_is_the_chi_mean():
+    assert expected_length(4.0 * np.eye(3)) == pytest.approx(2.0 * np.sqrt(8 / np.pi), rel=QUADRATURE_RTOL)
+
+
+def test_expected_length_of_a_line_is_the_half_normal_mean():
+    line = np.outer([1.0, 2.0, 2.0], [1.0, 2.0, 2.0])
+    assert expected_length(line) == pytest.approx(3.0 * np.sqrt(2 / np.pi), rel=QUADRATURE_RTOL)
+
+
+def test_expected_length_agrees_with_drawing():
+    rng = np.random.default_rng(0)
+    A = rng.normal(size=(3, 3)) * [0.1, 1.0, 3.0]
+    drawn = np.linalg.norm(rng.normal(size=(20_000, 3)) @ A.T, axis=1).mean()
+    assert expected_length(A @ A.T) == pytest.approx(drawn, rel=MONTE_CARLO_RTOL)
+
+
+def test_motion_advances_by_the_asked_steps_and_stays_in_view():
+    T = motion(100, 0.005, np.deg2rad(1.5), seed=3, centre=np.array([0.0, 0.05, 0.0]))
+    centre = T[:, :3, :3] @ [0.0, 0.05, 0.0] + T[:, :3, 3]
+    steps = np.linalg.norm(np.diff(centre, axis=0), axis=1)
+    assert (
+        steps.max() <= 0.005 + 1e-9 and np.median(steps) > 0.00495
+    )  # a chord is a little shorter than its arc
+    angles = [
+        np.arccos((np.trace(a.T @ b) - 1) / 2) for a, b in zip(T[:-1, :3, :3], T[1:, :3, :3], strict=True)
+    ]
+    np.testing.assert_allclose(angles, np.deg2rad(1.5), atol=1e-7)
+    assert np.all(np.abs(centre - [0, 0, 0.8]) < 0.11)
+
+
+def test_swing_and_turn_are_apart():
+    from sdftrack.eval.truth import _exp
+
+    axis = np.array([0.0, 0.0, 2.0])
+    swing, turn = swing_and_turn(_exp(np.array([0.1, 0.0, 0.0])) @ _exp(np.array([0.0, 0.0, 0.7])), axis)
+    assert swing == pytest.approx(0.1) and turn == pytest.approx(0.7)
+    assert swing_and_turn(_exp(np.array([0.0, 0.0, 3.1])), axis) == pytest.approx((0.0, 3.1), abs=1e-7)
+
+
+def test_settings_are_literals_or_text():
+    assert parse_settings(["a=1", "b=0.5", "c=true", "d=printed"]) == {
+        "a": 1,
+        "b": 0.5,
+        "c": True,
+        "d": "printed",
+    }
+    with pytest.raises(ValueError, match="NAME=VALUE"):
+        parse_settings(["oops"])
