@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+// Fields: phi at a camera point, with its derivative by the point and by every unknown.
+// Any field works with any residual and any penalty.
+#pragma once
+
+#include "base/camera.h"
+#include "base/rigid.h"
+#include "base/views.h"
+
+namespace sdftrack {
+
+template <class T, int P>
+struct FieldRow {
+  T phi_m;
+  Vec3<T> grad_cam;  // d phi / d p_cam
+  T J[P];            // d phi / d unknowns
+};
+
+// One object. Unknowns: T_obj_cam <- increment(v, w) T_obj_cam, v in metres, w in radians (MRP r = w / 4).
+template <class T>
+struct SingleObject {
+  static constexpr int P = 6;
+  using Scalar = T;
+  SdfView sdf;
+  Rigid<T> T_obj_cam;
+
+  // phi and its derivative by the camera point alone: what a trial needs.
+  HD void value(Vec3<T> p_cam, T* phi_m, Vec3<T>* grad_cam) const {
+    Vec3<T> g;
+    sample(sdf, T_obj_cam * p_cam, phi_m, &g);
+    *grad_cam = transpose_times(T_obj_cam.R, g);
+  }
+
+  HD void row(Vec3<T> p_cam, FieldRow<T, P>* out) const {
+    const Vec3<T> p_obj = T_obj_cam * p_cam;
+    Vec3<T> g;
+    sample(sdf, p_obj, &out->phi_m, &g);
+    const Vec3<T> m = cross(p_obj, g);  // d phi / d w, because d p / d w = -[p]x (thesis Eq. 3.17)
+    const T J[P] = {g.x, g.y, g.z, m.x, m.y, m.z};
+    for (int j = 0; j < P; ++j) out->J[j] = J[j];
+    out->grad_cam = transpose_times(T_obj_cam.R, g);
+  }
+};
+
+// One object of unknown size: phi(p) = s phi_unit(p / s), s = exp(log_scale), a distance field again.
+template <class T>
+struct ScaledObject {
+  static constexpr int P = 7;
+  using Scalar = T;
+  SdfView sdf;
+  Rigid<T> T_obj_cam;
+  T scale;
+
+  HD void value(Vec3<T> p_cam, T* phi_m, Vec3<T>* grad_cam) const {
+    Vec3<T> g;
+    sample(sdf, (T(1) / scale) * (T_obj_cam * p_cam), phi_m, &g);
+    *phi_m *= scale;
+    *grad_cam = transpose_times(T_obj_cam.R, g);
+  }
+
+  HD void row(Vec3<T> p_cam, FieldRow<T, P>* out) const {
+    const Vec3<T> p_obj = T_obj_cam * p_cam;
+    Vec3<T> g;
+    sample(sdf, (T(1) / scale) * p_obj, &out->phi_m, &g);
+    out->phi_m *= scale;
+    const Vec3<T> m = cross(p_obj, g);
+    const T J[P] = {g.x, g.y, g.z, m.x, m.y, m.z, out->phi_m - dot(p_obj, g)};
+    for (int j = 0; j < P; ++j) out->J[j] = J[j];
+    out->grad_cam = transpose_times(T_obj_cam.R, g);
+  }
+};
+
+// Any field, plus columns for fx, fy, cx, cy: the point p_cam = depth * ray(K) moves with them.
+template <class Field>
+struct WithIntrinsics {
+  static constexpr int P = Field::P + 4;
+  using Scalar = typename Field::Scalar;
+  Field field;
+  Intrinsics<Scalar> K;
+
+  HD void value(Vec3<Scalar> p_cam, Scalar* phi_m, Vec3<Scalar>* grad_cam) const {
+    field.value(p_cam, phi_m, grad_cam);
+  }
+
+  HD void row(Vec3<Scalar> p_cam, FieldRow<Scalar, P>* out) const {
+    FieldRow<Scalar, Field::P> in;
+    field.row(p_cam, &in);
+    out->phi_m = in.phi_m;
+    out->grad_cam = in.grad_cam;
+    for (int j = 0; j < Field::P; ++j) out->J[j] = in.J[j];
+    out->J[Field::P + 0] = -in.grad_cam.x * p_cam.x / K.fx;
+    out->J[Field::P + 1] = -in.grad_cam.y * p_cam.y / K.fy;
+    out->J[Field::P + 2] = -in.grad_cam.x * p_cam.z / K.fx;
+    out->J[Field::P + 3] = -in.grad_cam.y * p_cam.z / K.fy;
+  }
+};
+
+}  // namespace sdftrack

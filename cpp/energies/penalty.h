@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// Penalties: what a residual costs, the slope of that cost, and a curvature >= 0 for the normal equations.
+#pragma once
+
+#include <cmath>
+
+#include "base/hd.h"
+
+namespace sdftrack {
+
+template <class T>
+struct Curve {
+  T cost, slope, curvature;
+};
+
+enum class Curvature {
+  kIrls,     // slope / residual: the quadratic that touches the cost
+  kPrinted,  // slope^2: J^T J of the log-likelihood's own gradient (thesis Eq. 3.18), nothing at residual 0
+};
+
+// The logistic density of the residual (thesis Eq. 3.11) as a cost, over a constant share of outliers:
+//   -log((1 - e) sech^2(r / 2s) + e).
+// e = 0 is the printed likelihood: quadratic near 0, linear far away. e > 0 redescends: a far residual costs
+// -log e and pulls no more. docs/math/depth_tracker.md, section 2.
+template <class T>
+struct DepthLogistic {
+  T scale_m;
+  T outlier_floor;
+  Curvature curvature = Curvature::kIrls;
+
+  HD Curve<T> operator()(T residual_m, T noise_scale) const {
+    const T s = scale_m * noise_scale;
+    const T u = std::abs(residual_m) / (T(2) * s);
+    const T decay = std::exp(T(-2) * u);  // tanh and sech without overflow
+    const T tanh_u = (T(1) - decay) / (T(1) + decay);
+    const T sech2 = T(4) * decay / ((T(1) + decay) * (T(1) + decay));
+
+    const T likelihood = (T(1) - outlier_floor) * sech2 + outlier_floor;
+    const T inlier = outlier_floor > T(0) ? (T(1) - outlier_floor) * sech2 / likelihood : T(1);
+    const T cost =
+        outlier_floor > T(0) ? -std::log(likelihood) : T(2) * (u + std::log1p(decay) - T(0.6931471805599453));
+    const T slope = inlier * tanh_u / s;
+    const T irls = u < T(1e-3) ? inlier / (T(2) * s * s) : slope / std::abs(residual_m);
+    return {cost, residual_m < T(0) ? -slope : slope, curvature == Curvature::kIrls ? irls : slope * slope};
+  }
+
+  // d^2 cost / d residual^2, negative where the cost redescends: what the sandwich covariance needs.
+  HD T second_derivative(T residual_m, T noise_scale) const {
+    const T s = scale_m * noise_scale;
+    const T t = std::tanh(residual_m / (T(2) * s)), sech2 = T(1) - t * t;
+    const T likelihood = (T(1) - outlier_floor) * sech2 + outlier_floor;
+    const T inlier = outlier_floor > T(0) ? (T(1) - outlier_floor) * sech2 / likelihood : T(1);
+    const T redescent = outlier_floor > T(0) ? outlier_floor / likelihood : T(0);
+    return inlier * (sech2 / T(2) - redescent * t * t) / (s * s);
+  }
+};
+
+}  // namespace sdftrack

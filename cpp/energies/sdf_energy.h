@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// The data energy of one object: a penalty on each pixel's residual to the object's signed distance field.
+#pragma once
+
+#include <vector>
+
+#include "base/views.h"
+#include "energies/pixel_set.h"
+#include "optim/energy.h"
+
+namespace sdftrack {
+
+struct SdfEnergyOptions {
+  Residual residual = Residual::kRayHit;
+  Curvature curvature = Curvature::kIrls;
+  float scale_m = 0.002f;      // s of the logistic density
+  float outlier_floor = 0.1f;  // e; 0: the printed likelihood
+  bool warm_hits = true;       // go on from the last hits; false: cost is a function of the state alone
+  bool scale = false;          // unknown size
+  bool intrinsics = false;     // unknown fx, fy, cx, cy
+  int threads = 1;
+};
+
+// Sums that a covariance is made of: A = sum psi' J J^T, B = sum psi^2 J J^T, psi = d cost / d residual,
+// and G = sum g^2 J J^T (g: weight 1 on inliers), which says what the geometry can see whatever the noise.
+struct Sandwich {
+  Eigen::MatrixXd A, B, geometry;
+  double inliers = 0;  // pixels with weight above one half
+};
+
+// What became of each pixel at a state.
+struct PixelReadings {
+  std::vector<float> residual_m, weight;
+  std::vector<unsigned char> hit;  // 1: the ray meets the model
+};
+
+class SdfEnergy final : public Energy {
+ public:
+  // `pixels` is kept, not copied; its hits and classes are working memory of this energy.
+  SdfEnergy(SdfView sdf, PixelSet* pixels, const SdfEnergyOptions& options)
+      : sdf_(sdf), pixels_(pixels), options_(options) {}
+
+  Unknowns unknowns() const override { return {1, options_.scale, options_.intrinsics}; }
+  void linearize(const State& x, NormalEquations* out) override;
+  double cost(const State& x) override;
+  void accept() override;
+
+  // Decide afresh which rays meet the model, at x, from the measured depths (`steps` Newton steps).
+  void classify(const State& x, int steps);
+  Sandwich sandwich(const State& x);
+  void read(const State& x, PixelReadings* out);
+
+ private:
+  template <class Visit>
+  void with_term(const State& x, bool reclassify, const Visit& visit);
+
+  SdfView sdf_;
+  PixelSet* pixels_;
+  SdfEnergyOptions options_;
+};
+
+}  // namespace sdftrack

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+// One pixel's contribution: the only code that the CPU loop and a CUDA kernel share and need.
+#pragma once
+
+#include "energies/field.h"
+#include "energies/penalty.h"
+
+namespace sdftrack {
+
+// What a pixel's residual is.
+enum class Residual {
+  kPoint,   // phi at the measured point (thesis Eq. 3.11)
+  kSlope,   // the same over its slope along the ray: a length along the ray, with noise in the slope
+  kRayHit,  // depth at which the ray meets the model, minus the measured depth; kSlope where it does not meet
+};
+
+constexpr double kGrazingSlope = 0.17;    // d phi / d z along a ray at 80 degrees from the normal
+constexpr double kFallbackSlope = 0.3;    // least slope that a fallback pixel is divided by
+constexpr double kHitTolerance_m = 5e-4;  // a ray has met the model when |phi| is below
+constexpr double kHitReach_m = 0.05;      // a hit is looked for this far from the measured depth
+
+// Structure of arrays: one entry per pixel of the fixed set. Pixel coordinates are those of the ideal pinhole
+// (distortion removed). `gain` is the pixel's class, fixed from one linearisation to the next: 0, its ray
+// meets the model; else the fallback's 1 / slope.
+template <class T>
+struct PixelsView {
+  int count;
+  const T *u_px, *v_px, *depth_m, *noise_scale;
+  T* hit_m;        // accepted hits
+  T* trial_hit_m;  // hits of the last trial
+  T* gain;
+};
+
+template <class T, int P>
+struct Sums {
+  T cost = 0, count = 0;
+  T gradient[P] = {};
+  T hessian[P * (P + 1) / 2] = {};  // lower triangle, row by row
+
+  HD void operator+=(const Sums& o) {
+    cost += o.cost, count += o.count;
+    for (int j = 0; j < P; ++j) gradient[j] += o.gradient[j];
+    for (int j = 0; j < P * (P + 1) / 2; ++j) hessian[j] += o.hessian[j];
+  }
+};
+
+template <class Field, class Penalty>
+struct Term {
+  static constexpr int P = Field::P;
+  using T = typename Field::Scalar;
+
+  Field field;
+  Penalty penalty;
+  Intrinsics<T> K;
+  PixelsView<T> pixels;
+  Residual residual;
+  bool reclassify;   // linearisation may move a pixel between hit and fallback
+  int newton_steps;  // 1: warm start from the last hit; more: from the measured depth, until |phi| < 1e-5 m
+
+  // The residual of pixel i and d residual / d phi, from the last sample of the field.
+  struct Reading {
+    T residual_m, gain;
+  };
+
+  // Newton's iteration for the depth at which the ray meets the model. `row_of` samples the field.
+  template <class Sample>
+  HD T find_hit(int i, Vec3<T> r, T* z, const Sample& sample_at) const {
+    T c = T(0);
+    for (int k = 0; k < newton_steps; ++k) {
+      T phi;
+      sample_at(*z * r, &phi, &c);
+      c = c > T(-kGrazingSlope) ? T(-kGrazingSlope) : c;
+      *z -= phi / c;
+      if (std::abs(phi) < T(1e-5)) break;
+    }
+    const T reach = T(kHitReach_m), depth = pixels.depth_m[i];
+    if (!(std::abs(*z - depth) < reach)) *z = depth;  // lost its way: start afresh
+    return c;
+  }
+
+  HD T hit_start(int i) const { return newton_steps > 1 ? pixels.depth_m[i] : pixels.hit_m[i]; }
+
+  // Cost of one pixel at a trial state; the trial's hit goes into its own buffer.
+  HD T cost(int i) const {
+    const Vec3<T> r = ray(K, pixels.u_px[i], pixels.v_px[i]);
+    T phi, res;
+    Vec3<T> g;
+    if (pixels.gain[i] == T(0)) {
+      T z = hit_start(i);
+      find_hit(i, r, &z, [&](Vec3<T> p, T* phi_m, T* c) {
+        field.value(p, phi_m, &g);
+        *c = dot(g, r);
+      });
+      pixels.trial_hit_m[i] = z;
+      res = z - pixels.depth_m[i];
+    } else {
+      field.value(pixels.depth_m[i] * r, &phi, &g);
+      res = pixels.gain[i] * phi;
+      pixels.trial_hit_m[i] = pixels.hit_m[i];
+    }
+    return penalty(res, pixels.noise_scale[i]).cost;
+  }
+
+  // Residual, gain and Jacobian row of pixel i at the current state.
+  HD Reading read(int i, FieldRow<T, P>* row) const {
+    const Vec3<T> r = ray(K, pixels.u_px[i], pixels.v_px[i]);
+    const T depth = pixels.depth_m[i];
+    if (residual == Residual::kRayHit && (reclassify || pixels.gain[i] == T(0))) {
+      T z = hit_start(i);
+      const T c = find_hit(i, r, &z, [&](Vec3<T> p, T* phi_m, T* slope) {
+        field.row(p, row);
+        *phi_m = row->phi_m;
+        *slope = dot(row->grad_cam, r);
+      });
+      pixels.hit_m[i] = z;
+      const bool meets = std::abs(row->phi_m) < T(kHitTolerance_m) && c < T(-kGrazingSlope);
+      if (reclassify) pixels.gain[i] = meets ? T(0) : T(1);
+      if (pixels.gain[i] == T(0)) return {z - depth, T(-1) / c};
+    }
+    field.row(depth * r, row);
+    if (reclassify)
+      pixels.gain[i] = residual == Residual::kPoint ? T(1) : fallback_gain(dot(row->grad_cam, r));
+    return {pixels.gain[i] * row->phi_m, pixels.gain[i]};
+  }
+
+  static HD T fallback_gain(T slope) {
+    const T a = std::abs(slope);
+    return T(1) / (a > T(kFallbackSlope) ? a : T(kFallbackSlope));
+  }
+
+  HD void linearize(int i, Sums<double, P>* sums) const {
+    FieldRow<T, P> row;
+    const Reading reading = read(i, &row);
+    const Curve<T> curve = penalty(reading.residual_m, pixels.noise_scale[i]);
+    sums->cost += curve.cost;
+    sums->count += 1;
+    const T slope = curve.slope * reading.gain, curvature = curve.curvature * reading.gain * reading.gain;
+    int k = 0;
+    for (int a = 0; a < P; ++a) {
+      sums->gradient[a] += static_cast<double>(slope * row.J[a]);
+      const T weighted = curvature * row.J[a];
+      for (int b = 0; b <= a; ++b) sums->hessian[k++] += static_cast<double>(weighted * row.J[b]);
+    }
+  }
+};
+
+}  // namespace sdftrack

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// Levenberg-Marquardt: the one optimiser of this library.
+#pragma once
+
+#include <vector>
+
+#include "optim/energy.h"
+
+namespace sdftrack {
+
+struct LmOptions {
+  int max_steps = 20;         // trials, accepted or not
+  double damping = 1e-3;      // start; relative to the diagonal of the Hessian
+  double damping_up = 10;     // after a rejected trial
+  double damping_down = 0.1;  // after an accepted one
+  double damping_min = 1e-9;
+  double damping_max = 1e6;  // stop beyond
+  double step_m = 1e-6;      // a step below all of these ends the search
+  double step_rad = 1e-6;
+  double step_relative = 1e-7;  // log scale; intrinsics are compared as fractions of fx
+  double cost_relative = 1e-7;  // an accepted trial that gains less than this share of the cost ends it
+  std::vector<bool> fixed;      // unknowns to leave alone (empty: none); taken out of the system
+};
+
+enum class Stop { kSmallStep, kSmallGain, kMaxSteps, kDampingMax, kNotFinite, kNoData };
+const char* stop_name(Stop stop);
+
+struct LmStep {
+  double cost;  // at the state that was kept
+  double damping;
+  bool accepted;
+};
+
+struct LmResult {
+  State x;
+  double cost = 0;
+  double count = 0;
+  double damping = 0;  // to go on with
+  Stop stop = Stop::kMaxSteps;
+  std::vector<LmStep> steps;
+};
+
+LmResult minimize(Energy& energy, const State& start, const LmOptions& options);
+
+}  // namespace sdftrack

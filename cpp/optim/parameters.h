@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// The unknowns of an energy and how a step moves them. The only place that knows their order.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "base/camera.h"
+#include "base/rigid.h"
+
+namespace sdftrack {
+
+// A point in the space of unknowns. `log_scale` has one entry per object, or none.
+struct State {
+  std::vector<Rigidd> T_obj_cam;
+  Intrinsics<double> K{};
+  std::vector<double> log_scale;
+};
+
+// Which blocks a problem has: per object (v, w) [, log scale]; then fx, fy, cx, cy if wanted.
+struct Unknowns {
+  int objects = 1;
+  bool scale = false;
+  bool intrinsics = false;
+
+  int per_object() const { return scale ? 7 : 6; }
+  int size() const { return objects * per_object() + (intrinsics ? 4 : 0); }
+  int object_offset(int k) const { return k * per_object(); }
+  int intrinsics_offset() const { return objects * per_object(); }
+};
+
+enum class Unit { kMetre, kRadian, kLogScale, kPixel };
+Unit unit_of(const Unknowns& unknowns, int i);
+
+// x moved by delta: T_obj_cam <- increment(v, w) T_obj_cam, log scale and intrinsics by addition.
+State retract(const Unknowns& unknowns, const State& x, const Eigen::VectorXd& delta);
+
+}  // namespace sdftrack
