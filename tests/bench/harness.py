@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: MIT
+"""Timing that can be compared from one month to the next.
+
+A benchmark file is ``bench_<topic>.py`` with functions marked by :func:`benchmark`. Each does its own set-up
+and returns the function to time, with what the figure refers to::
+
+    @benchmark("sdf/from_mesh_100")
+    def from_mesh():
+        mesh = ...
+        return lambda: st.SDF.from_mesh(mesh, voxels=100)
+
+Sizes, seeds, warm-up and repeats are fixed: changing these numbers breaks comparisons. Give a changed
+benchmark a new name instead.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+WARM_UP = 2  # runs that are not counted: caches, page faults, the clock of the CPU
+MIN_RUNS = 5  # the median of fewer says little
+MAX_RUNS = 200
+MIN_SECONDS = 1.0  # short functions are repeated until they fill this
+
+
+@dataclass(frozen=True)
+class Benchmark:
+    name: str
+    setup: Callable[[], Callable[[], object]]
+    items: int  # pixels, voxels, frames ... that one run works on; 1 if the run itself is the item
+    unit: str
+
+
+REGISTERED: list[Benchmark] = []
+
+
+def benchmark(
+    name: str, *, items: int = 1, unit: str = "run"
+) -> Callable[[Callable[[], Callable[[], object]]], Callable[[], Callable[[], object]]]:
+    """Register a set-up function that returns what is to be timed."""
+
+    def register(setup: Callable[[], Callable[[], object]]) -> Callable[[], Callable[[], object]]:
+        REGISTERED.append(Benchmark(name, setup, items, unit))
+        return setup
+
+    return register
+
+
+def measure(bench: Benchmark) -> dict[str, object]:
+    """Median and spread of one benchmark, seconds per run."""
+    run = bench.setup()
+    for _ in range(WARM_UP):
+        run()
+    seconds: list[float] = []
+    while len(seconds) < MIN_RUNS or (len(seconds) < MAX_RUNS and sum(seconds) < MIN_SECONDS):
+        start = time.perf_counter()
+        run()
+        seconds.append(time.perf_counter() - start)
+    lower, median, upper = statistics.quantiles(seconds, n=4)
+    return {
+        "name": bench.name,
+        "median_s": median,
+        "quartiles_s": [lower, upper],
+        "fastest_s": min(seconds),
+        "runs": len(seconds),
+        "items": bench.items,
+        "unit": bench.unit,
+        "median_ns_per_item": 1e9 * median / bench.items,
+    }
+
+
+def machine() -> dict[str, object]:
+    """What the figures were taken on."""
+    return {
+        "cpu": cpu_name(),
+        "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+        "load": os.getloadavg()[0] if hasattr(os, "getloadavg") else None,
+        "system": platform.platform(),
+        "python": platform.python_version(),
+    }
+
+
+def cpu_name() -> str:
+    try:
+        with open("/proc/cpuinfo") as file:
+            names = [line.partition(":")[2].strip() for line in file if line.startswith("model name")]
+    except OSError:
+        names = []
+    return names[0] if names else platform.processor() or platform.machine()
