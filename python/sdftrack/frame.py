@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: MIT
+"""One image pair: depth in metres and colour, checked once where it enters the library."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack.camera import Camera, RGBDCamera, depth_camera
+
+__all__ = ["Frame"]
+
+PLAUSIBLE_DEPTH_M = (0.05, 50.0)
+_GRID_PIXELS = 1000
+
+
+class Frame:
+    """A depth image, a colour image, or both, with their time.
+
+    Parameters
+    ----------
+    depth : (H, W) array or None
+        float32 metres (used without a copy when C-contiguous and valid), float64 metres (copied), or uint16
+        with `depth_scale`. 0, NaN, infinite and negative pixels mean "no measurement". None: colour only.
+    color : (h, w, 3) uint8, optional
+        Any strides; may have another size than `depth` when the camera holds the mapping between them.
+    timestamp : float, optional
+        Seconds on any clock.
+    depth_scale : float, optional
+        Metres per unit of a uint16 depth image (RealSense and most sensors: 0.001; not Open3D's 1000 and not
+        BOP's millimetres).
+    color_order : "rgb" or "bgr"
+        Order of the channels of `color` (OpenCV reads bgr); stored as rgb.
+    mask : (H, W) bool or uint8, optional
+        0 = not the object. In the geometry of `depth` (of `color` when there is no depth).
+    camera : Camera or RGBDCamera, optional
+        The camera of this frame alone, where it changes from image to image.
+    index : int, optional
+        Number of the frame in its sequence.
+    check_units : bool
+        False accepts a median depth outside 0.05..50 m.
+
+    Attributes
+    ----------
+    depth : (H, W) float32 C-contiguous, read-only, m, 0 = no measurement; or None
+    color : (h, w, 3) uint8 C-contiguous, read-only, RGB; or None
+    mask : (H, W) bool, read-only; or None
+    error : str
+        "" or why the images of this frame could not be read; then depth and color are None.
+
+    Raises
+    ------
+    TypeError
+        A dtype other than those above.
+    ValueError
+        Wrong shape, sizes that do not fit each other, or a unit that cannot be right.
+    """
+
+    __slots__ = ("camera", "color", "depth", "error", "index", "mask", "timestamp")
+
+    depth: NDArray[np.float32] | None
+    color: NDArray[np.uint8] | None
+    timestamp: float | None
+    mask: NDArray[np.bool_] | None
+    camera: Camera | RGBDCamera | None
+    index: int | None
+    error: str
+
+    def __init__(
+        self,
+        depth: ArrayLike | None,
+        color: ArrayLike | None = None,
+        timestamp: float | None = None,
+        *,
+        depth_scale: float | None = None,
+        color_order: str = "rgb",
+        mask: ArrayLike | None = None,
+        camera: Camera | RGBDCamera | None = None,
+        index: int | None = None,
+        check_units: bool = True,
+    ) -> None:
+        if depth is None and color is None:
+            raise ValueError("depth, color: expected at least one image, got None for both")
+        if camera is not None:
+            depth_camera(camera)
+        if timestamp is not None and not math.isfinite(timestamp):
+            raise ValueError(f"timestamp: expected seconds or None, got {timestamp}")
+        self.depth = None if depth is None else _depth_m(np.asarray(depth), depth_scale, check_units)
+        self.color = None if color is None else _rgb(np.asarray(color), color_order)
+        self.timestamp = None if timestamp is None else float(timestamp)
+        self.camera = camera
+        self.index = None if index is None else int(index)
+        self.error = ""
+        if self.depth is not None and camera is not None and self.depth.shape != depth_camera(camera).shape:
+            raise ValueError(
+                f"depth: expected the camera's (height, width) = {depth_camera(camera).shape}, "
+                f"got {self.depth.shape}"
+            )
+        self.mask = None if mask is None else _mask(np.asarray(mask), self.shape)
+
+    @classmethod
+    def unreadable(cls, error: str, timestamp: float | None = None, index: int | None = None) -> Frame:
+        """A frame without images: a tracker reports it as a bad frame, with `error` as the reason."""
+        frame = cls.__new__(cls)
+        frame.depth = frame.color = frame.mask = frame.camera = None
+        frame.timestamp, frame.index, frame.error = timestamp, index, error
+        return frame
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(height, width) of the depth image (of the colour image when there is no depth)."""
+        image = self.depth if self.depth is not None else self.color
+        return (0, 0) if image is None else (image.shape[0], image.shape[1])
+
+    def replace(self, **changes: Any) -> Frame:
+        """A copy with other values for some attributes; images that do not change are shared."""
+        values = {name: getattr(self, name) for name in self.__slots__ if name != "error"}
+        if self.error:
+            return Frame.unreadable(self.error, **{k: changes.get(k, values[k]) for k in ("timestamp", "index")})
+        return Frame(**{**values, "check_units": False, **changes})
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Frame):
+            return NotImplemented
+        pairs = [(getattr(self, n), getattr(other, n)) for n in self.__slots__]
+        return all(np.array_equal(a, b) if isinstance(a, np.ndarray) else a is b or a == b for a, b in pairs)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restore, tuple(getattr(self, name) for name in self.__slots__)
+
+    def __repr__(self) -> str:
+        if self.error:
+            return f"Frame(error={self.error!r})"
+        parts = []
+        if self.depth is not None:
+            valid = self.depth[self.depth > 0]
+            span = f"{valid.min():.3g}..{valid.max():.3g} m" if valid.size else "no measurement"
+            parts.append(f"depth {self.depth.shape[1]} x {self.depth.shape[0]} {span}")
+        if self.color is not None:
+            parts.append(f"color {self.color.shape[1]} x {self.color.shape[0]}")
+        if self.timestamp is not None:
+            parts.append(f"t = {self.timestamp:.6g} s")
+        if self.index is not None:
+            parts.append(f"index {self.index}")
+        return f"Frame({', '.join(parts)})"
+
+    def _repr_png_(self) -> bytes | None:
+        import cv2
+
+        pictures = []
+        if self.color is not None:
+            pictures.append(self.color[..., ::-1])
+        if self.depth is not None:
+            top = np.percentile(self.depth[self.depth > 0], 98) if (self.depth > 0).any() else 1.0
+            grey = np.clip(255 * (1 - self.depth / top), 0, 255).astype(np.uint8)
+            shaded = cv2.applyColorMap(grey, cv2.COLORMAP_TURBO)
+            shaded[self.depth == 0] = 0
+            pictures.append(shaded)
+        if not pictures:
+            return None
+        height = min(240, *(p.shape[0] for p in pictures))
+        small = [cv2.resize(p, (round(p.shape[1] * height / p.shape[0]), height)) for p in pictures]
+        return bytes(cv2.imencode(".png", np.hstack(small))[1])
+
+
+def _restore(*values: Any) -> Frame:
+    frame = Frame.__new__(Frame)
+    for name, value in zip(Frame.__slots__, values, strict=True):
+        setattr(frame, name, _read_only(value) if isinstance(value, np.ndarray) else value)
+    return frame
+
+
+def _depth_m(depth: NDArray[Any], depth_scale: float | None, check_units: bool) -> NDArray[np.float32]:
+    if depth.dtype.kind == "u" and depth.dtype.itemsize == 2:
+        metres = depth.astype(np.float32) * np.float32(_checked_scale(depth_scale))
+    elif depth.dtype.kind == "f" and depth.dtype.itemsize in (4, 8):
+        if depth_scale is not None:
+            raise ValueError(
+                f"depth_scale: expected None with a {depth.dtype} depth image, which is in metres already, "
+                f"got {depth_scale}"
+            )
+        metres = np.ascontiguousarray(depth, dtype=np.float32)
+    else:
+        raise TypeError(
+            f"depth: expected float32 or float64 metres, or uint16 with depth_scale, got {depth.dtype}; "
+            "convert with depth.astype(np.uint16) if these are sensor units, or to float metres"
+        )
+    if metres.ndim != 2 or metres.size == 0:
+        raise ValueError(f"depth: expected shape (H, W), got {depth.shape}; index out the one channel")
+    # One pass each and no temporary: NaN makes both comparisons false.
+    if not (metres.min() >= 0 and metres.max() < np.inf):
+        metres = np.where(np.isfinite(metres) & (metres > 0), metres, np.float32(0))
+    if check_units:
+        _check_unit(metres, depth.dtype)
+    return _read_only(metres)
+
+
+def _checked_scale(depth_scale: float | None) -> float:
+    if depth_scale is None:
+        raise ValueError(
+            "depth_scale: expected metres per unit for a uint16 depth image, got None; millimetres (RealSense, "
+            "Kinect, Azure) are depth_scale=0.001, TUM's images 1/5000"
+        )
+    scale = float(depth_scale)
+    if not (math.isfinite(scale) and 0 < scale < 1):
+        hint = f"; units per metre? then pass 1/{scale:g}" if scale > 1 and math.isfinite(scale) else ""
+        if scale == 1:
+            hint = "; BOP's 1 means millimetres, here 0.001"
+        raise ValueError(f"depth_scale: expected metres per unit, between 0 and 1, got {scale:g}{hint}")
+    return scale
+
+
+def _check_unit(metres: NDArray[np.float32], dtype: np.dtype[Any]) -> None:
+    step = max(1, math.isqrt(metres.size // _GRID_PIXELS))
+    sample = metres[step // 2 :: step, step // 2 :: step]
+    sample = sample[sample > 0]
+    if not sample.size:
+        return
+    median = float(np.median(sample))
+    low, high = PLAUSIBLE_DEPTH_M
+    if low <= median <= high:
+        return
+    far, fix = median > high, "depth_scale" if dtype.kind == "u" else "depth"
+    # The median as it would be were the image in another common unit.
+    for name, metres_per_unit in (("millimetres", 1e-3), ("tenths of a millimetre", 1e-4), ("centimetres", 1e-2)):
+        if far and 0.2 <= median * metres_per_unit <= 10:
+            hint = f"it looks like {name}: multiply {fix} by {metres_per_unit:g}"
+            break
+    else:
+        hint = f"expected metres: check {fix}"
+        if not far and 0.2 <= median * 1000 <= 10:
+            hint = f"it looks scaled by 0.001 twice (kilometres): multiply {fix} by 1000"
+    raise ValueError(
+        f"depth: expected a median within {low:g}..{high:g} m, got {median:g} m; {hint} "
+        "(check_units=False skips this check)"
+    )
+
+
+def _rgb(color: NDArray[Any], color_order: str) -> NDArray[np.uint8]:
+    if color_order not in ("rgb", "bgr"):
+        raise ValueError(f'color_order: expected "rgb" or "bgr", got {color_order!r}')
+    if color.dtype != np.uint8:
+        raise TypeError(f"color: expected uint8, got {color.dtype}; scale to 0..255 and convert")
+    if color.ndim != 3 or color.shape[2] != 3 or color.size == 0:
+        fix = ""
+        if color.ndim == 3 and color.shape[2] == 4:
+            fix = "; drop the alpha channel with color[..., :3]"
+        elif color.ndim == 2:
+            fix = "; repeat a grey image with np.repeat(grey[..., None], 3, axis=2)"
+        raise ValueError(f"color: expected shape (H, W, 3), got {color.shape}{fix}")
+    return _read_only(np.ascontiguousarray(color if color_order == "rgb" else color[..., ::-1]))
+
+
+def _mask(mask: NDArray[Any], shape: tuple[int, int]) -> NDArray[np.bool_]:
+    if mask.dtype not in (np.bool_, np.uint8):
+        raise TypeError(f"mask: expected bool or uint8, got {mask.dtype}")
+    if mask.shape != shape:
+        raise ValueError(f"mask: expected shape {shape} as the image, got {mask.shape}")
+    return _read_only(np.ascontiguousarray(mask != 0))
+
+
+def _read_only(a: NDArray[Any]) -> NDArray[Any]:
+    view = a.view()
+    view.flags.writeable = False
+    return view

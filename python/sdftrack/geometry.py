@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: MIT
+"""Poses as (4, 4) float64 arrays: `T_a_b` maps a point in frame b to frame a, `p_a = T_a_b p_b`.
+
+Chains read off: `T_obj_cam = T_obj_world @ T_world_cam`. The camera looks along +z with x to the right and
+y down. Rotations are given by rotation vectors: axis times angle in radians.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack import _core
+
+__all__ = ["exp", "inverse", "log", "look_at", "pose", "rigid", "transform_points"]
+
+Array = NDArray[np.float64]
+
+
+def rigid(T: ArrayLike, name: str = "T") -> Array:
+    """`T` as a (4, 4) float64 rigid transform, projected onto the rotations when within 1e-3; else ValueError."""
+    result: Array = _core.nearest_rigid(np.ascontiguousarray(T, dtype=np.float64), name)
+    return result
+
+
+def pose(w_rad: ArrayLike = (0.0, 0.0, 0.0), t_m: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+    """Transform with rotation vector `w_rad` and translation `t_m`, each given by itself."""
+    T: Array = np.array(_core.rotation_exp(_vector(w_rad, "w_rad")))
+    T[:3, 3] = _vector(t_m, "t_m")
+    return T
+
+
+def exp(twist: ArrayLike) -> Array:
+    """Exponential map of SE(3).
+
+    Parameters
+    ----------
+    twist : (6,) array (v, w)
+        Translational part in metres, then the rotation vector in radians, both for unit time.
+
+    Examples
+    --------
+    >>> exp([0.1, 0, 0, 0, 0, 0])[:3, 3].tolist()
+    [0.1, 0.0, 0.0]
+    """
+    x = np.asarray(twist, dtype=np.float64)
+    if x.shape != (6,):
+        raise ValueError(f"twist: expected shape (6,) = (v, w), got {x.shape}")
+    T = pose(x[3:])
+    T[:3, 3] = _left_jacobian(x[3:]) @ x[:3]
+    return T
+
+
+def log(T: ArrayLike) -> Array:
+    """The twist (v, w) with `exp(twist) = T` and |w| <= pi."""
+    M = rigid(T)
+    w = np.array(_core.rotation_log(M))
+    return np.concatenate([np.linalg.solve(_left_jacobian(w), M[:3, 3]), w])
+
+
+def inverse(T: ArrayLike) -> Array:
+    """Inverse of rigid transforms (..., 4, 4)."""
+    M = np.asarray(T, dtype=np.float64)
+    if M.shape[-2:] != (4, 4):
+        raise ValueError(f"T: expected shape (..., 4, 4), got {M.shape}")
+    out = np.zeros_like(M)
+    out[..., :3, :3] = np.swapaxes(M[..., :3, :3], -1, -2)
+    out[..., :3, 3] = -(out[..., :3, :3] @ M[..., :3, 3:])[..., 0]
+    out[..., 3, 3] = 1.0
+    return out
+
+
+def transform_points(T: ArrayLike, points: ArrayLike) -> Array:
+    """Points (..., 3) under the pose `T` (4, 4)."""
+    M = np.asarray(T, dtype=np.float64)
+    moved: Array = np.asarray(points, dtype=np.float64) @ M[:3, :3].T + M[:3, 3]
+    return moved
+
+
+def look_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
+    """T_cam_world of a camera at `eye` that looks at `target`, with `up` pointing up in the image (-y)."""
+    e, t, u = _vector(eye, "eye"), _vector(target, "target"), _vector(up, "up")
+    z = t - e
+    x = np.cross(z, u)
+    if np.linalg.norm(z) == 0 or np.linalg.norm(x) < 1e-12 * np.linalg.norm(z) * np.linalg.norm(u):
+        raise ValueError(f"up: expected a direction that is not along target - eye = {z.tolist()}, got {u.tolist()}")
+    z, x = z / np.linalg.norm(z), x / np.linalg.norm(x)
+    T_world_cam = np.eye(4)
+    T_world_cam[:3, :3] = np.column_stack([x, np.cross(z, x), z])
+    T_world_cam[:3, 3] = e
+    return inverse(T_world_cam)
+
+
+def _left_jacobian(w: Array) -> Array:
+    a2 = float(w @ w)
+    a = np.sqrt(a2)
+    if a > 1e-3:
+        b, c = (1 - np.cos(a)) / a2, (a - np.sin(a)) / (a2 * a)
+    else:
+        b, c = 0.5 - a2 / 24, 1 / 6 - a2 / 120
+    K = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
+    J: Array = np.eye(3) + b * K + c * (K @ K)
+    return J
+
+
+def _vector(v: ArrayLike, name: str) -> Array:
+    x = np.asarray(v, dtype=np.float64)
+    if x.shape != (3,) or not np.isfinite(x).all():
+        raise ValueError(f"{name}: expected 3 finite numbers, got {x.tolist()}")
+    return x

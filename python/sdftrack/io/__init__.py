@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Files in and out; every conversion to metres, seconds and radians happens here."""

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: MIT
+"""Camera files and messages of other programs."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.io.files import read_json, write_json
+
+KINDS = "our camera.json, Open3D intrinsic.json, BOP camera.json, ROS camera_info yaml, cam_K.txt"
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+
+
+def save_camera(path: str | os.PathLike[str], camera: Camera) -> None:
+    names = ("fx", "fy", "cx", "cy", "width", "height")
+    values = {name: getattr(camera, name) for name in names}
+    write_json(path, {**values, "distortion": list(camera.distortion)})
+
+
+def load_camera(path: Path, width: int | None, height: int | None) -> Camera:
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such camera file; expected {KINDS}")
+    if path.suffix.lower() == ".json":
+        camera = _from_json(path, width, height)
+    elif path.suffix.lower() in (".yaml", ".yml"):
+        camera = _from_yaml(path)
+    else:
+        camera = _from_matrix(path, width, height)
+    for name, wanted in (("width", width), ("height", height)):
+        if wanted is not None and wanted != getattr(camera, name):
+            raise ValueError(
+                f"{name}: {path} is of a camera with {name} {getattr(camera, name)}, got {wanted}; "
+                "leave it out, or use .scaled() or .cropped()"
+            )
+    return camera
+
+
+def _from_json(path: Path, width: int | None, height: int | None) -> Camera:
+    d = read_json(path)
+    if not isinstance(d, dict):
+        raise ValueError(f"{path}: expected a JSON object ({KINDS})")
+    try:
+        if "intrinsic_matrix" in d:  # Open3D stores the matrix column by column
+            K = np.asarray(d["intrinsic_matrix"], dtype=float).reshape(3, 3).T
+            return Camera.from_K(K, d["width"], d["height"])
+        if "K_depth" in d:
+            k = d["K_depth"]
+            return Camera(k["fx"], k["fy"], k["cx"], k["cy"], *d["image_size"])
+        w, h = d.get("width", width), d.get("height", height)
+        if w is None or h is None:
+            raise KeyError("width" if w is None else "height")
+        return Camera(d["fx"], d["fy"], d["cx"], d["cy"], w, h, tuple(d.get("distortion") or ()))
+    except KeyError as missing:
+        raise ValueError(f"{path}: the field {missing} is missing; expected {KINDS}") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _from_yaml(path: Path) -> Camera:
+    """The camera_info files of ROS' calibrator. Only their few fields are read, so no YAML library is needed."""
+    text = path.read_text(encoding="utf-8")
+
+    def scalar(name: str) -> str | None:
+        found = re.search(rf"^\s*{name}\s*:\s*[\"']?([\w.+-]+)", text, re.MULTILINE)
+        return found.group(1) if found else None
+
+    def numbers(name: str) -> list[float]:
+        block = re.search(rf"^{name}\s*:(.*?)(?=^\S|\Z)", text, re.MULTILINE | re.DOTALL)
+        data = re.search(r"data\s*:(.*)", block.group(1), re.DOTALL) if block else None
+        return [float(n) for n in re.findall(_NUMBER, data.group(1))] if data else []
+
+    width, height, K = scalar("image_width"), scalar("image_height"), numbers("camera_matrix")
+    if width is None or height is None or len(K) != 9:
+        raise ValueError(
+            f"{path}: expected ROS' camera_info fields image_width, image_height and camera_matrix with "
+            "9 numbers in data"
+        )
+    try:
+        lens = distortion_from_ros(scalar("distortion_model") or "", numbers("distortion_coefficients"))
+        return Camera.from_K(np.reshape(K, (3, 3)), int(width), int(height), lens)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _from_matrix(path: Path, width: int | None, height: int | None) -> Camera:
+    try:
+        values = [float(v) for v in path.read_text(encoding="utf-8").replace(",", " ").split()]
+    except (ValueError, UnicodeDecodeError):
+        raise ValueError(f"{path}: expected {KINDS}") from None
+    if len(values) != 9:
+        raise ValueError(f"{path}: expected the 9 numbers of K, got {len(values)}; known files: {KINDS}")
+    if width is None or height is None:
+        raise ValueError(f"width, height: {path} holds K alone; pass width= and height= of its images")
+    try:
+        return Camera.from_K(np.reshape(values, (3, 3)), width, height)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def distortion_from_ros(model: str, D: Any) -> tuple[float, ...]:
+    lens = tuple(float(k) for k in D)
+    if not any(lens):
+        return ()
+    sizes = {"plumb_bob": (4, 5), "rational_polynomial": (8,)}
+    if len(lens) not in sizes.get(model, ()):
+        raise ValueError(
+            f"distortion_model: expected plumb_bob (4 or 5 numbers) or rational_polynomial (8), got "
+            f"{model!r} with {len(lens)}; rectify the images and use their rectified camera"
+        )
+    return lens
+
+
+def camera_from_ros(info: Any) -> Camera:
+    K = np.asarray(info.K if hasattr(info, "K") else info.k, dtype=float).reshape(3, 3)
+    D = info.D if hasattr(info, "D") else info.d
+    roi = getattr(info, "roi", None)
+    offset = (getattr(roi, "x_offset", 0), getattr(roi, "y_offset", 0))
+    binning = (getattr(info, "binning_x", 0), getattr(info, "binning_y", 0))
+    if any(offset) or any(b > 1 for b in binning):
+        raise ValueError(
+            f"camera_info: expected a full image, got roi offset {offset} and binning {binning}; "
+            "build the full camera and use .cropped() and .scaled()"
+        )
+    lens = distortion_from_ros(str(info.distortion_model), D)
+    return Camera.from_K(K, info.width, info.height, lens)
+
+
+def rgbd_camera_from_realsense(profile: Any) -> RGBDCamera:
+    streams = {}
+    for stream in profile.get_streams():
+        kind = str(stream.stream_type()).rsplit(".", 1)[-1]
+        if kind in ("depth", "color"):
+            streams[kind] = stream.as_video_stream_profile()
+    if "depth" not in streams:
+        raise ValueError("profile: expected a pipeline that streams depth; enable rs.stream.depth")
+    depth = Camera.from_realsense(streams["depth"].get_intrinsics())
+    if "color" not in streams:
+        return RGBDCamera(depth)
+    extrinsics = streams["depth"].get_extrinsics_to(streams["color"])
+    T = np.eye(4)
+    T[:3, :3] = np.asarray(extrinsics.rotation, dtype=float).reshape(3, 3).T  # stored column by column
+    T[:3, 3] = extrinsics.translation
+    return RGBDCamera(depth, Camera.from_realsense(streams["color"].get_intrinsics()), T_color_depth=T)

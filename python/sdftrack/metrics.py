@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: MIT
+"""Scores of poses, shapes and segmentations against the truth."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "add",
+    "adds",
+    "auc",
+    "boundary_recall",
+    "chamfer",
+    "iou",
+    "pose_error",
+    "undersegmentation",
+]
+
+Array = NDArray[np.float64]
+
+
+def pose_error(T: ArrayLike, T_gt: ArrayLike) -> tuple[Any, Any]:
+    """Distance of two poses.
+
+    Parameters
+    ----------
+    T, T_gt : (..., 4, 4) arrays of T_cam_obj, m; they broadcast against each other
+
+    Returns
+    -------
+    metres : float, or float64 array for stacks
+        Distance between the two object origins.
+    radians : float, or float64 array for stacks
+        Angle of the rotation between them, in [0, pi], exact for small angles too.
+    """
+    A, B = _poses(T, "T"), _poses(T_gt, "T_gt")
+    R = np.swapaxes(B[..., :3, :3], -1, -2) @ A[..., :3, :3]
+    sine = 0.5 * np.linalg.norm(
+        np.stack(
+            [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1
+        ),
+        axis=-1,
+    )
+    # acos of the trace alone loses half of the digits at small angles.
+    angle = np.arctan2(sine, 0.5 * (np.trace(R, axis1=-2, axis2=-1) - 1))
+    distance = np.linalg.norm(A[..., :3, 3] - B[..., :3, 3], axis=-1)
+    return (float(distance), float(angle)) if np.ndim(angle) == 0 else (distance, angle)
+
+
+def add(T: ArrayLike, T_gt: ArrayLike, points: Any) -> Any:
+    """ADD (Hinterstoisser et al. 2012): mean distance of each model point to itself under both poses, m.
+
+    `points` is an (N, 3) array in the object's frame, m, or a Mesh (its vertices). Stacks of poses give an
+    array.
+    """
+    A, B, p = _poses(T, "T"), _poses(T_gt, "T_gt"), _points(points)
+    D = A[..., :3, :] - B[..., :3, :]
+    moved = p @ np.swapaxes(D[..., :3], -1, -2) + D[..., None, :, 3]
+    mean = np.linalg.norm(moved, axis=-1).mean(axis=-1)
+    return float(mean) if np.ndim(mean) == 0 else mean
+
+
+def adds(T: ArrayLike, T_gt: ArrayLike, points: Any) -> Any:
+    """ADD-S: mean distance of each model point under `T_gt` to the nearest one under `T`, m; for symmetric bodies."""
+    from scipy.spatial import cKDTree
+
+    A, B = np.broadcast_arrays(_poses(T, "T"), _poses(T_gt, "T_gt"))
+    p = _points(points)
+    tree = cKDTree(p)
+    flat = []
+    for a, b in zip(A.reshape(-1, 4, 4), B.reshape(-1, 4, 4), strict=True):
+        # Distances are the same in every frame: one tree in the object's serves all poses.
+        seen = (p @ b[:3, :3].T + b[:3, 3] - a[:3, 3]) @ a[:3, :3]
+        flat.append(float(tree.query(seen)[0].mean()))
+    return flat[0] if A.ndim == 2 else np.reshape(flat, A.shape[:-2])
+
+
+def auc(errors: ArrayLike, threshold: float = 0.1) -> float:
+    """Area under the curve of accuracy over threshold, 0..1: 1 when every error is 0.
+
+    `errors` in metres; NaN or infinite entries (lost) count as never accurate. Exact integral from 0 to
+    `threshold` (m; 0.1 is usual for ADD), not a sum over steps.
+    """
+    if not (np.isfinite(threshold) and threshold > 0):
+        raise ValueError(f"threshold: expected metres above 0, got {threshold}")
+    e = np.ravel(np.asarray(errors, dtype=np.float64))
+    if not e.size:
+        raise ValueError("errors: expected at least one number, got none")
+    if (e < 0).any():
+        raise ValueError("errors: expected distances >= 0, got a negative one")
+    e = np.where(np.isfinite(e), e, np.inf)
+    return float(np.maximum(0.0, 1.0 - e / threshold).mean())
+
+
+def chamfer(a: Any, b: Any, samples: int = 20000, seed: int = 0) -> float:
+    """Half the sum of the two mean nearest-point distances, m.
+
+    `a`, `b` are (N, 3) arrays or Meshes; a Mesh is sampled uniformly by area at `samples` points, so two
+    samplings of one surface differ by about half their spacing.
+    """
+    from scipy.spatial import cKDTree
+
+    p, q = (_surface_points(m, samples, seed + i) for i, m in enumerate((a, b)))
+    return float(0.5 * (cKDTree(q).query(p)[0].mean() + cKDTree(p).query(q)[0].mean()))
+
+
+def iou(a: ArrayLike, b: ArrayLike) -> float:
+    """Intersection over union of two masks (or two occupancy volumes) of one shape; 1 when both are empty."""
+    A, B = np.asarray(a) != 0, np.asarray(b) != 0
+    if A.shape != B.shape:
+        raise ValueError(f"a, b: expected masks of one shape, got {A.shape} and {B.shape}")
+    union = np.count_nonzero(A | B)
+    return np.count_nonzero(A & B) / union if union else 1.0
+
+
+def boundary_recall(labels: ArrayLike, truth: ArrayLike, tolerance: int = 2) -> float:
+    """Fraction of the true boundary pixels with a boundary of `labels` within `tolerance` pixels (Chebyshev)."""
+    from scipy.ndimage import maximum_filter
+
+    L, G = _label_images(labels, truth)
+    true_edges = _edges(G)
+    near = maximum_filter(_edges(L), size=2 * int(tolerance) + 1, mode="constant")
+    total = np.count_nonzero(true_edges)
+    return np.count_nonzero(true_edges & near) / total if total else 1.0
+
+
+def undersegmentation(labels: ArrayLike, truth: ArrayLike) -> float:
+    """Under-segmentation error of Neubert and Protzel (2012), 0 = every superpixel lies in one segment.
+
+    Each superpixel adds, for each true segment that it touches, the smaller of its parts inside and outside.
+    """
+    L, G = _label_images(labels, truth)
+    _, l = np.unique(L, return_inverse=True)
+    _, g = np.unique(G, return_inverse=True)
+    n = int(g.max()) + 1
+    overlap = np.bincount(l.ravel() * n + g.ravel(), minlength=(int(l.max()) + 1) * n).reshape(-1, n)
+    outside = overlap.sum(axis=1, keepdims=True) - overlap
+    return float(np.minimum(overlap, outside).sum() / L.size)
+
+
+def _poses(T: ArrayLike, name: str) -> Array:
+    A = np.asarray(T, dtype=np.float64)
+    if A.shape[-2:] != (4, 4):
+        raise ValueError(f"{name}: expected poses of shape (..., 4, 4), got {A.shape}")
+    return A
+
+
+def _points(points: Any) -> Array:
+    p = np.asarray(getattr(points, "vertices", points), dtype=np.float64)
+    if p.ndim != 2 or p.shape[1] != 3 or not len(p):
+        raise ValueError(f"points: expected shape (N, 3) in metres with N > 0, or a Mesh, got {p.shape}")
+    return p
+
+
+def _surface_points(shape: Any, samples: int, seed: int) -> Array:
+    if not hasattr(shape, "faces"):
+        return _points(shape)
+    corners = _points(shape)[np.asarray(shape.faces)]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    rng = np.random.default_rng(seed)
+    # Stratified along the cumulated area: far less scatter than independent draws.
+    at = (np.arange(samples) + rng.random(samples)) / samples * area.sum()
+    face = np.minimum(np.searchsorted(np.cumsum(area), at), len(area) - 1)
+    r = np.sqrt(rng.random((samples, 1)))
+    s = rng.random((samples, 1))
+    a, b, c = np.moveaxis(corners[face], 1, 0)
+    points: Array = (1 - r) * a + r * ((1 - s) * b + s * c)
+    return points
+
+
+def _label_images(labels: ArrayLike, truth: ArrayLike) -> tuple[NDArray[Any], NDArray[Any]]:
+    L, G = np.asarray(labels), np.asarray(truth)
+    if L.ndim != 2 or L.shape != G.shape:
+        raise ValueError(f"labels, truth: expected two (H, W) images of one size, got {L.shape} and {G.shape}")
+    return L, G
+
+
+def _edges(labels: NDArray[Any]) -> NDArray[np.bool_]:
+    edges = np.zeros(labels.shape, dtype=bool)
+    edges[:, :-1] |= labels[:, :-1] != labels[:, 1:]
+    edges[:-1] |= labels[:-1] != labels[1:]
+    return edges

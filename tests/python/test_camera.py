@@ -1,0 +1,308 @@
+# SPDX-License-Identifier: MIT
+import copy
+import json
+import pickle
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import sdftrack as st
+
+PIXEL_TOLERANCE = 1e-9  # double arithmetic on numbers below 1e3
+RAY_TOLERANCE_PX = 2e-4  # rays are float32: 6e-8 of the ray times a focal length below 1e3, and rounding
+LENS = (0.1, -0.05, 0.001, -0.002, 0.02)
+CAMERA = st.Camera(600.0, 610.0, 320.5, 238.0, 640, 480)
+LENS_CAMERA = st.Camera(600.0, 610.0, 320.5, 238.0, 640, 480, LENS)
+
+
+@pytest.mark.parametrize("camera", [CAMERA, LENS_CAMERA])
+def test_projection_undoes_back_projection(camera):
+    depth = np.full(camera.shape, 0.9, np.float32)
+    points = camera.back_project(depth)
+    assert points.shape == (480, 640, 3)
+    v, u = np.mgrid[:480, :640]
+    np.testing.assert_allclose(camera.project(points), np.stack([u, v], -1), atol=RAY_TOLERANCE_PX)
+    np.testing.assert_allclose(points[..., 2], depth)
+
+
+def test_the_lens_is_that_of_opencv():
+    cv2 = pytest.importorskip("cv2")
+    p = np.random.default_rng(0).uniform([-0.4, -0.3, 0.8], [0.4, 0.3, 1.5], (50, 3))
+    for lens in (LENS[:4], LENS, (*LENS, 0.03, -0.01, 0.005)):
+        camera = st.Camera(600, 610, 320.5, 238, 640, 480, lens)
+        expected = cv2.projectPoints(p, np.zeros(3), np.zeros(3), camera.K, np.array(lens))[0][:, 0]
+        np.testing.assert_allclose(camera.project(p), expected, atol=PIXEL_TOLERANCE)
+
+
+def test_a_point_behind_the_camera_has_no_pixel():
+    px = CAMERA.project([[0, 0, 1], [0, 0, -1], [0, 0, 0]])
+    assert np.isfinite(px[0]).all()
+    assert np.isnan(px[1:]).all()
+
+
+def test_pixels_without_depth_have_the_origin_as_point():
+    depth = np.full(CAMERA.shape, np.nan, np.float32)
+    depth[0, 0], depth[1, 1] = 0, 2
+    points = CAMERA.back_project(depth)
+    assert np.count_nonzero(points.any(-1)) == 1
+    assert points[1, 1, 2] == 2
+
+
+def test_raw_depth_is_not_back_projected():
+    with pytest.raises(TypeError, match="depth scale"):
+        CAMERA.back_project(np.ones(CAMERA.shape, np.uint16))
+    with pytest.raises(ValueError, match=r"\(480, 640\)"):
+        CAMERA.back_project(np.ones((640, 480), np.float32))
+
+
+def test_scaling_keeps_the_image_in_place():
+    half = CAMERA.scaled(0.5)
+    assert (half.width, half.height, half.fx) == (320, 240, 300)
+    p = [[0.1, -0.05, 0.8]]
+    # The centre of a 2 x 2 block is the centre of the pixel that replaces it.
+    np.testing.assert_allclose((CAMERA.project(p) + 0.5) / 2 - 0.5, half.project(p), atol=PIXEL_TOLERANCE)
+    np.testing.assert_allclose(half.scaled(2).K, CAMERA.K, atol=PIXEL_TOLERANCE)
+
+
+def test_cropping_shifts_pixels():
+    part = LENS_CAMERA.cropped(100, 50, 200, 120)
+    p = [[0.1, -0.05, 0.8]]
+    np.testing.assert_allclose(part.project(p), LENS_CAMERA.project(p) - [100, 50], atol=PIXEL_TOLERANCE)
+    assert part.shape == (120, 200)
+    for bad in [(-1, 0, 5, 5), (0, 0, 641, 5), (600, 0, 41, 5), (0, 0, 0, 5)]:
+        with pytest.raises(ValueError, match="inside 640 x 480"):
+            CAMERA.cropped(*bad)
+
+
+def test_field_of_view_spans_the_image():
+    camera = st.Camera.from_fov(np.pi / 2, 640, 480)
+    assert (camera.fx, camera.cx, camera.cy) == (pytest.approx(320), 319.5, 239.5)
+    for bad in (0, np.pi, -1, np.nan):
+        with pytest.raises(ValueError, match="fov_x_rad"):
+            st.Camera.from_fov(bad, 640, 480)
+
+
+def test_K_goes_in_and_out():
+    assert st.Camera.from_K(LENS_CAMERA.K, 640, 480, LENS) == LENS_CAMERA
+    with pytest.raises(ValueError, match="3 x 3"):
+        st.Camera.from_K(np.eye(4), 640, 480)
+    with pytest.raises(ValueError, match="skew"):
+        st.Camera.from_K([[500, 3, 320], [0, 500, 240], [0, 0, 1]], 640, 480)
+    with pytest.raises(ValueError, match="fx, 0, cx"):
+        st.Camera.from_K(CAMERA.K.T, 640, 480)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"fx": 0}, "fx"),
+        ({"fy": -500.0}, "fy"),
+        ({"cx": np.nan}, "cx"),
+        ({"cy": np.inf}, "cy"),
+        ({"width": 0}, "width"),
+        ({"height": -3}, "height"),
+        ({"width": 640.5}, "width"),
+        ({"distortion": (0.1, 0.2)}, "4, 5 or 8"),
+        ({"distortion": (0.1, 0.2, 0, np.nan)}, "finite"),
+    ],
+)
+def test_impossible_cameras_are_refused(change, message):
+    values = {"fx": 500, "fy": 500, "cx": 320, "cy": 240, "width": 640, "height": 480, **change}
+    with pytest.raises(ValueError, match=message):
+        st.Camera(**values)
+
+
+def test_a_text_is_not_a_focal_length():
+    with pytest.raises(TypeError, match="fx"):
+        st.Camera("wide", 500, 320, 240, 640, 480)
+
+
+def test_cameras_are_values():
+    for camera in (CAMERA, LENS_CAMERA, st.RGBDCamera(CAMERA, LENS_CAMERA, T_color_depth=np.eye(4))):
+        getattr(camera, "_core", None)
+        assert pickle.loads(pickle.dumps(camera)) == camera
+        assert copy.deepcopy(camera) == camera
+        assert hash(copy.copy(camera)) == hash(camera)
+    assert CAMERA != LENS_CAMERA
+    assert st.Camera(600.0, 610.0, 320.5, 238.0, 640, 480, np.zeros(5)) == CAMERA
+    with pytest.raises(AttributeError):
+        CAMERA.fx = 3
+
+
+@pytest.mark.parametrize("camera", [CAMERA, LENS_CAMERA])
+def test_saved_cameras_come_back(tmp_path, camera):
+    camera.save(tmp_path / "cam.json")
+    assert st.Camera.load(tmp_path / "cam.json") == camera
+    assert [p.name for p in tmp_path.iterdir()] == ["cam.json"]
+
+
+def _ros_yaml(rows_on_one_line: bool) -> str:
+    K = "[600.0, 0.0, 320.5, 0.0, 610.0, 238.0, 0.0, 0.0, 1.0]"
+    D = str(list(LENS))
+    if not rows_on_one_line:
+        K = "\n  " + "\n  ".join(f"- {x}" for x in json.loads(K))
+        D = "\n  " + "\n  ".join(f"- {x}" for x in LENS)
+    return (
+        "image_width: 640\nimage_height: 480\ncamera_name: head\n"
+        f"camera_matrix:\n  rows: 3\n  cols: 3\n  data: {K}\n"
+        "distortion_model: plumb_bob\n"
+        f"distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: {D}\n"
+        "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
+    )
+
+
+def test_files_of_other_programs_are_read(tmp_path):
+    column_major = CAMERA.K.T.ravel().tolist()
+    o3d = {"width": 640, "height": 480, "intrinsic_matrix": column_major}
+    bop = {"cx": 320.5, "cy": 238.0, "depth_scale": 0.1, "fx": 600.0, "fy": 610.0, "height": 480, "width": 640}
+    (tmp_path / "intrinsic.json").write_text(json.dumps(o3d))
+    (tmp_path / "camera.json").write_text(json.dumps(bop))
+    np.savetxt(tmp_path / "cam_K.txt", CAMERA.K)
+    assert st.Camera.load(tmp_path / "intrinsic.json") == CAMERA
+    assert st.Camera.load(tmp_path / "camera.json") == CAMERA
+    assert st.Camera.load(tmp_path / "cam_K.txt", width=640, height=480) == CAMERA
+    for one_line in (True, False):
+        (tmp_path / "ros.yaml").write_text(_ros_yaml(one_line))
+        assert st.Camera.load(tmp_path / "ros.yaml") == LENS_CAMERA
+
+
+def test_bad_camera_files_say_what_is_missing(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"absent\.json"):
+        st.Camera.load(tmp_path / "absent.json")
+    np.savetxt(tmp_path / "cam_K.txt", CAMERA.K)
+    with pytest.raises(ValueError, match="width= and height="):
+        st.Camera.load(tmp_path / "cam_K.txt")
+    for name, text, message in [
+        ("a.json", "{", "valid JSON"),
+        ("b.json", '{"fx": 1}', "width"),
+        ("c.json", '{"fx": -1, "fy": 1, "cx": 1, "cy": 1, "width": 4, "height": 4}', "fx"),
+        ("d.yaml", "image_width: 640\n", "camera_matrix"),
+        ("e.yaml", _ros_yaml(True).replace("plumb_bob", "equidistant"), "distortion_model"),
+        ("f.txt", "1 2 3", "9 numbers"),
+    ]:
+        (tmp_path / name).write_text(text)
+        with pytest.raises(ValueError, match=message):
+            st.Camera.load(tmp_path / name)
+    CAMERA.save(tmp_path / "cam.json")
+    with pytest.raises(ValueError, match="width"):
+        st.Camera.load(tmp_path / "cam.json", width=320, height=240)
+
+
+def _realsense(model: str, coeffs: tuple[float, ...]) -> SimpleNamespace:
+    return SimpleNamespace(
+        width=640, height=480, ppx=320.5, ppy=238.0, fx=600.0, fy=610.0, model=f"distortion.{model}", coeffs=coeffs
+    )
+
+
+FIT_TOLERANCE_PX = 0.3  # what from_realsense promises for converted lenses
+
+
+def test_inverse_brown_conrady_undistorts():
+    # The model's definition: its polynomial takes distorted coordinates to ideal ones.
+    k1, k2, p1, p2, k3 = LENS
+    camera = st.Camera.from_realsense(_realsense("inverse_brown_conrady", LENS))
+    u, v = np.meshgrid(np.linspace(0, 639, 20), np.linspace(0, 479, 20))
+    x, y = (u - 320.5) / 600, (v - 238) / 610
+    r2 = x * x + y * y
+    radial = 1 + k1 * r2 + k2 * r2**2 + k3 * r2**3
+    ideal_x = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
+    ideal_y = y * radial + 2 * p2 * x * y + p1 * (r2 + 2 * y * y)
+    px = camera.project(np.stack([ideal_x, ideal_y, np.ones_like(x)], -1))
+    np.testing.assert_allclose(px, np.stack([u, v], -1), atol=FIT_TOLERANCE_PX)
+    wrong_way = LENS_CAMERA.project(np.stack([ideal_x, ideal_y, np.ones_like(x)], -1))
+    assert abs(wrong_way - np.stack([u, v], -1)).max() > 30 * FIT_TOLERANCE_PX
+
+
+def test_modified_brown_conrady_is_converted():
+    k1, k2, p1, p2, k3 = LENS
+    camera = st.Camera.from_realsense(_realsense("modified_brown_conrady", LENS))
+    rng = np.random.default_rng(1)
+    x, y = rng.uniform(-0.5, 0.5, 200), rng.uniform(-0.35, 0.35, 200)
+    r2 = x * x + y * y
+    radial = 1 + k1 * r2 + k2 * r2**2 + k3 * r2**3
+    xr, yr = x * radial, y * radial
+    u = 600 * (xr + 2 * p1 * xr * yr + p2 * (r2 + 2 * xr * xr)) + 320.5
+    v = 610 * (yr + 2 * p2 * xr * yr + p1 * (r2 + 2 * yr * yr)) + 238
+    px = camera.project(np.stack([x, y, np.ones_like(x)], -1))
+    np.testing.assert_allclose(px, np.stack([u, v], -1), atol=FIT_TOLERANCE_PX)
+
+
+def test_plain_realsense_lenses_pass_unchanged():
+    assert st.Camera.from_realsense(_realsense("brown_conrady", LENS)) == LENS_CAMERA
+    assert st.Camera.from_realsense(_realsense("inverse_brown_conrady", (0.0,) * 5)) == CAMERA
+    assert st.Camera.from_realsense(_realsense("none", (0.0,) * 5)) == CAMERA
+
+
+def test_unknown_lenses_are_refused():
+    for model in ("ftheta", "kannala_brandt4"):
+        with pytest.raises(ValueError, match="rectify"):
+            st.Camera.from_realsense(_realsense(model, LENS))
+
+
+def test_a_lens_that_no_polynomial_matches_is_refused():
+    with pytest.raises(ValueError, match="px"):
+        st.Camera.from_realsense(_realsense("inverse_brown_conrady", (-2.5, 0.0, 0.3, 0.3, 0.0)))
+
+
+def test_ros_messages_of_both_generations_are_read():
+    one = SimpleNamespace(width=640, height=480, K=CAMERA.K.ravel(), D=list(LENS), distortion_model="plumb_bob")
+    two = SimpleNamespace(width=640, height=480, k=CAMERA.K.ravel(), d=list(LENS), distortion_model="plumb_bob")
+    assert st.Camera.from_ros(one) == st.Camera.from_ros(two) == LENS_CAMERA
+    with pytest.raises(ValueError, match="distortion_model"):
+        st.Camera.from_ros(SimpleNamespace(**{**vars(two), "distortion_model": "equidistant"}))
+    with pytest.raises(ValueError, match="binning"):
+        st.Camera.from_ros(SimpleNamespace(**vars(two), binning_x=2, binning_y=2))
+
+
+def test_points_map_to_colour_by_pose_or_projectively():
+    T = st.geometry.pose([0, 0.01, 0], [0.025, 0, 0])
+    color = st.Camera(500, 500, 300, 200, 640, 480)
+    rig = st.RGBDCamera(CAMERA, color, T_color_depth=T)
+    p = np.random.default_rng(2).uniform([-0.3, -0.2, 0.6], [0.3, 0.2, 1.5], (20, 3))
+    expected = rig.project_to_color(p)
+    P = color.K @ T[:3, :3] @ np.linalg.inv(CAMERA.K)
+    projective = st.RGBDCamera(CAMERA, projective=(P, color.K @ T[:3, 3]))
+    np.testing.assert_allclose(projective.project_to_color(p), expected, atol=1e-6)
+    assert not projective.aligned
+    assert st.RGBDCamera(CAMERA).aligned
+    np.testing.assert_array_equal(st.RGBDCamera(CAMERA).project_to_color(p), CAMERA.project(p))
+
+
+def test_a_rig_needs_one_mapping():
+    with pytest.raises(ValueError, match="T_color_depth"):
+        st.RGBDCamera(CAMERA, LENS_CAMERA)
+    with pytest.raises(ValueError, match="both"):
+        st.RGBDCamera(CAMERA, LENS_CAMERA, np.eye(4), (np.eye(3), np.zeros(3)))
+    with pytest.raises(ValueError, match="rotation"):
+        st.RGBDCamera(CAMERA, LENS_CAMERA, T_color_depth=np.diag([2.0, 2, 2, 1]))
+    with pytest.raises(ValueError, match=r"\(3, 3\)"):
+        st.RGBDCamera(CAMERA, projective=(np.eye(4), np.zeros(3)))
+    with pytest.raises(TypeError, match="Camera"):
+        st.RGBDCamera(CAMERA.K)
+
+
+def test_a_realsense_profile_gives_both_cameras():
+    intrinsics = _realsense("none", (0.0,) * 5)
+    T = st.geometry.pose([0, 0.1, 0], [0.015, 0, 0.001])
+    extrinsics = SimpleNamespace(rotation=T[:3, :3].T.ravel().tolist(), translation=T[:3, 3].tolist())
+
+    class Stream(SimpleNamespace):
+        def stream_type(self):
+            return f"stream.{self.kind}"
+
+        def as_video_stream_profile(self):
+            return self
+
+        def get_intrinsics(self):
+            return intrinsics
+
+        def get_extrinsics_to(self, other):
+            assert other.kind == "color"
+            return extrinsics
+
+    streams = [Stream(kind="color"), Stream(kind="infrared"), Stream(kind="depth")]
+    rig = st.RGBDCamera.from_realsense(SimpleNamespace(get_streams=lambda: streams))
+    assert rig == st.RGBDCamera(CAMERA, CAMERA, T_color_depth=rig.T_color_depth)
+    np.testing.assert_allclose(rig.T_color_depth, T, atol=1e-12)
+    with pytest.raises(ValueError, match="depth"):
+        st.RGBDCamera.from_realsense(SimpleNamespace(get_streams=lambda: streams[:1]))
