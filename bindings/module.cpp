@@ -8,6 +8,7 @@ namespace sdftrack {
 
 void bind_base(py::module_& m);
 void bind_device(py::module_& m);
+void bind_render(py::module_& m);
 
 }  // namespace sdftrack
 
@@ -16,4 +17,5 @@ PYBIND11_MODULE(_core, m) {
   m.attr("__version__") = SDFTRACK_VERSION;
   sdftrack::bind_base(m);
   sdftrack::bind_device(m);
+  sdftrack::bind_render(m);
 }

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include <pybind11/stl.h>
+
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "array.h"
+#include "render/raycast_mesh.h"
+
+namespace sdftrack {
+
+namespace {
+
+// A mesh and its hierarchy, kept together: the arrays are borrowed from numpy and held alive here.
+class MeshCaster {
+ public:
+  MeshCaster(py::array vertices, py::array faces) : vertices_(std::move(vertices)), faces_(std::move(faces)) {
+    const double* v = borrow<double>(vertices_, "vertices", {-1, 3});
+    const std::int32_t* f = borrow<std::int32_t>(faces_, "faces", {-1, 3});
+    mesh_ = {reinterpret_cast<const Vec3d*>(v), static_cast<std::size_t>(vertices_.shape(0)),
+             reinterpret_cast<const Face*>(f), static_cast<std::size_t>(faces_.shape(0))};
+    for (py::ssize_t i = 0; i < vertices_.size(); ++i)
+      if (!std::isfinite(v[i])) throw py::value_error("vertices: every coordinate must be finite");
+    for (py::ssize_t i = 0; i < faces_.size(); ++i)
+      if (f[i] < 0 || f[i] >= vertices_.shape(0))
+        throw py::value_error("faces: vertex index " + std::to_string(f[i]) + " is outside 0.." +
+                              std::to_string(vertices_.shape(0) - 1));
+    py::gil_scoped_release release;
+    bvh_ = std::make_unique<Bvh>(mesh_);
+  }
+
+  py::tuple raycast(const Camera& camera, const py::array& T_cam_obj, const std::optional<py::array>& colors,
+                    int threads) const {
+    const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
+    const std::uint8_t* rgb =
+        colors ? borrow<std::uint8_t>(*colors, "colors", {vertices_.shape(0), 3}) : nullptr;
+    MeshImage image;
+    {
+      py::gil_scoped_release release;
+      image = raycast_mesh(mesh_, *bvh_, rgb, camera, T, threads);
+    }
+    const py::ssize_t h = camera.height, w = camera.width;
+    return py::make_tuple(to_numpy(std::move(image.depth_m), {h, w}),
+                          to_numpy(std::move(image.normals_cam), {h, w, 3}),
+                          rgb ? py::object(to_numpy(std::move(image.colors), {h, w, 3})) : py::none());
+  }
+
+  py::tuple closest(const py::array& points) const {
+    const auto* p = reinterpret_cast<const Vec3d*>(borrow<double>(points, "points", {-1, 3}));
+    const auto n = static_cast<std::size_t>(points.shape(0));
+    std::vector<double> distance(n);
+    std::vector<std::int32_t> face(n);
+    std::vector<double> point(3 * n);
+    {
+      py::gil_scoped_release release;
+      for (std::size_t i = 0; i < n; ++i) {
+        const Closest c = bvh_->closest(p[i]);
+        distance[i] = std::sqrt(c.distance2), face[i] = c.face;
+        point[3 * i] = c.point.x, point[3 * i + 1] = c.point.y, point[3 * i + 2] = c.point.z;
+      }
+    }
+    const auto rows = static_cast<py::ssize_t>(n);
+    return py::make_tuple(to_numpy(std::move(distance), {rows}), to_numpy(std::move(face), {rows}),
+                          to_numpy(std::move(point), {rows, 3}));
+  }
+
+ private:
+  py::array vertices_, faces_;
+  MeshView mesh_;
+  std::unique_ptr<Bvh> bvh_;
+};
+
+}  // namespace
+
+void bind_render(py::module_& m) {
+  py::class_<MeshCaster>(m, "MeshCaster", "Rays and closest points of one mesh. The arrays must not change.")
+      .def(py::init<py::array, py::array>(), py::arg("vertices"), py::arg("faces"))
+      .def("raycast", &MeshCaster::raycast, py::arg("camera"), py::arg("T_cam_obj"),
+           py::arg("colors") = py::none(), py::arg("threads") = 0,
+           "-> depth (H, W) float32 m, normals (H, W, 3) float32, colours (H, W, 3) uint8 or None.")
+      .def("closest", &MeshCaster::closest, py::arg("points"),
+           "(N, 3) float64 -> distances (N,) m, faces (N,) int32, points (N, 3).");
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// Depth, normal and colour of a triangle mesh, by exact ray casting: truth that knows nothing of any SDF.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/camera.h"
+#include "base/rigid.h"
+#include "sdf/bvh.h"
+
+namespace sdftrack {
+
+struct MeshImage {
+  std::vector<float> depth_m;        // H x W, z, 0 where nothing is hit
+  std::vector<float> normals_cam;    // H x W x 3, unit, of the face, towards the camera
+  std::vector<std::uint8_t> colors;  // H x W x 3, empty without vertex colours
+};
+
+// `colors`: 3 bytes a vertex, or nullptr. threads 0: all cores; the image does not depend on it.
+MeshImage raycast_mesh(const MeshView& mesh, const Bvh& bvh, const std::uint8_t* colors, const Camera& camera,
+                       const Rigidd& T_cam_obj, int threads);
+
+}  // namespace sdftrack

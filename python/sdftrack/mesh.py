@@ -1,0 +1,260 @@
+# SPDX-License-Identifier: MIT
+"""Triangle meshes: load, save, render exactly."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack import _core
+
+if TYPE_CHECKING:
+    import trimesh
+
+__all__ = ["Mesh"]
+
+UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254}
+FORMATS = (".ply", ".obj", ".glb", ".stl")
+
+
+class Mesh:
+    """Triangle mesh in metres, object frame.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+        Metres. Kept as read-only float64.
+    faces : (F, 3) array of integers
+        Vertex indices, counter-clockwise seen from outside. Kept as read-only int32.
+    colors : (V, 3) uint8, optional
+        RGB per vertex.
+
+    Raises
+    ------
+    TypeError
+        Faces that are not integers, colours that are not uint8.
+    ValueError
+        Wrong shapes, an index outside the vertices. Coordinates that are not finite are let in, so that a
+        broken file can be looked at; `SDF.from_mesh` and `raycast` refuse them.
+
+    Examples
+    --------
+    >>> tetrahedron = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    >>> len(tetrahedron.faces)
+    4
+    """
+
+    __slots__ = ("_caster", "colors", "faces", "vertices")
+    __hash__ = None  # type: ignore[assignment]
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int32]
+    colors: NDArray[np.uint8] | None
+
+    def __init__(self, vertices: ArrayLike, faces: ArrayLike, colors: ArrayLike | None = None) -> None:
+        v = _rows(np.array(vertices, dtype=np.float64), "vertices")
+        f = np.asarray(faces)
+        if f.size and not np.issubdtype(f.dtype, np.integer):
+            raise TypeError(f"faces: expected integers, got {f.dtype}; convert with faces.astype(np.int32)")
+        f = _rows(f, "faces")
+        if f.size and (f.min() < 0 or f.max() >= len(v)):
+            raise ValueError(f"faces: expected vertex indices 0..{len(v) - 1}, got {f.min()}..{f.max()}")
+        c = None
+        if colors is not None:
+            c = np.array(colors)
+            if c.dtype != np.uint8:
+                raise TypeError(f"colors: expected uint8 RGB per vertex, got {c.dtype}; scale to 0..255 first")
+            if c.shape != (len(v), 3):
+                raise ValueError(f"colors: expected shape ({len(v)}, 3), one per vertex, got {c.shape}")
+        _freeze(self, "vertices", np.ascontiguousarray(v))
+        _freeze(self, "faces", np.array(f, dtype=np.int32, order="C"))
+        _freeze(self, "colors", None if c is None else np.ascontiguousarray(c))
+        object.__setattr__(self, "_caster", None)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"Mesh is read-only; make a new one: Mesh(vertices, faces, colors) ({name})")
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], unit: str | None = None) -> Mesh:
+        """Read a .ply, .obj, .glb or .stl file (or another that trimesh knows).
+
+        Parameters
+        ----------
+        path : path
+        unit : "m", "mm", "cm", "in" or None
+            Unit of the file; None means metres.
+
+        Returns
+        -------
+        Mesh
+            In metres, with vertex colours where the file has them (a texture is sampled at the vertices).
+
+        Raises
+        ------
+        FileNotFoundError, ValueError
+            No such file; a file that is not a mesh, is cut short, or has no triangle.
+        """
+        import trimesh
+
+        scale = unit_scale(unit)
+        file = Path(path)
+        if not file.is_file():
+            raise FileNotFoundError(f"mesh: no such file: {file}")
+        try:
+            loaded: Any = trimesh.load(str(file), force="mesh", process=False)
+            vertices, faces = np.asarray(loaded.vertices, np.float64), np.asarray(loaded.faces)
+        except Exception as error:
+            raise ValueError(f"mesh: cannot read {file}: {error}; expected one of {', '.join(FORMATS)}") from error
+        if len(faces) == 0:
+            raise ValueError(f"mesh: {file} has no triangles ({len(vertices)} vertices); is it a point cloud?")
+        return cls(vertices * scale, faces, _vertex_colors(loaded))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write .ply, .obj, .glb or .stl (metres), whole or not at all."""
+        file = Path(path)
+        suffix = file.suffix.lower()
+        if suffix not in FORMATS:
+            raise ValueError(f"path: expected a name ending in one of {', '.join(FORMATS)}, got {file.name!r}")
+        data: Any = self.to_trimesh().export(file_type=suffix[1:])
+        write_whole(file, data.encode() if isinstance(data, str) else data)
+
+    def to_trimesh(self) -> trimesh.Trimesh:
+        """The same mesh as a `trimesh.Trimesh`, vertices in the same order."""
+        import trimesh
+
+        return trimesh.Trimesh(
+            self.vertices.copy(), self.faces.copy(), vertex_colors=None if self.colors is None else self.colors.copy(),
+            process=False,
+        )  # fmt: skip
+
+    @property
+    def bounds(self) -> NDArray[np.float64]:
+        """(2, 3) float64: lowest and highest corner, m."""
+        if len(self.vertices) == 0:
+            raise ValueError("mesh: no vertices, so no bounds")
+        return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+    def transformed(self, T: ArrayLike) -> Mesh:
+        """The mesh moved by a rigid 4x4: p -> T p."""
+        M = _core.nearest_rigid(np.ascontiguousarray(T, dtype=np.float64), "T")
+        return Mesh(self.vertices @ M[:3, :3].T + M[:3, 3], self.faces, self.colors)
+
+    def raycast(
+        self, camera: Any, T_cam_obj: ArrayLike, threads: int = 0
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint8] | None]:
+        """Depth, normals and colours as a noise-free camera would see them.
+
+        Exact ray-triangle casting through every pixel's centre, lens distortion included. Both sides of a
+        face are seen.
+
+        Parameters
+        ----------
+        camera : Camera or RGBDCamera (its depth camera)
+        T_cam_obj : (4, 4) float64
+            Maps object points (m) to the camera frame.
+        threads : int
+            0: all cores. The result does not depend on it.
+
+        Returns
+        -------
+        depth : (H, W) float32
+            z in metres, 0 where no face is hit.
+        normals : (H, W, 3) float32
+            Unit normal of the face, camera frame, towards the camera; 0 where no face is hit.
+        colors : (H, W, 3) uint8 or None
+            Vertex colours, blended; 0 where no face is hit. None for a mesh without colours.
+        """
+        if len(self.faces) == 0:
+            raise ValueError("mesh: expected at least one face to render, got none")
+        T = np.ascontiguousarray(T_cam_obj, dtype=np.float64)
+        return self._rays.raycast(core_camera(camera), T, self.colors, threads)
+
+    @property
+    def _rays(self) -> _core.MeshCaster:
+        if self._caster is None:
+            object.__setattr__(self, "_caster", _core.MeshCaster(self.vertices, self.faces))
+        return self._caster
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (Mesh, (self.vertices, self.faces, self.colors))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Mesh):
+            return NotImplemented
+        same_colors = (self.colors is None) == (other.colors is None) and (
+            self.colors is None or np.array_equal(self.colors, other.colors)  # type: ignore[arg-type]
+        )
+        return np.array_equal(self.vertices, other.vertices) and np.array_equal(self.faces, other.faces) and same_colors
+
+    def __repr__(self) -> str:
+        size = " x ".join(f"{s:.3f}" for s in np.ptp(self.vertices, axis=0)) + " m" if len(self.vertices) else "empty"
+        colored = ", colored" if self.colors is not None else ""
+        return f"Mesh({len(self.vertices)} vertices, {len(self.faces)} faces, {size}{colored})"
+
+    def _repr_png_(self) -> bytes:
+        from sdftrack._picture import shaded_picture
+
+        low, high = self.bounds
+        return shaded_picture(lambda camera, T: self.raycast(camera, T)[:2], low, high)
+
+
+def unit_scale(unit: str | None) -> float:
+    """Metres per unit; None means metres."""
+    if unit is None:
+        return 1.0
+    if unit not in UNITS:
+        raise ValueError(f"unit: expected None or one of {', '.join(map(repr, UNITS))}, got {unit!r}")
+    return UNITS[unit]
+
+
+def core_camera(camera: Any) -> _core.Camera:
+    """The core's camera of a Camera, or of an RGBDCamera's depth image."""
+    if isinstance(camera, _core.Camera):
+        return camera
+    inner = getattr(getattr(camera, "depth", camera), "_core", None)
+    if not isinstance(inner, _core.Camera):
+        raise TypeError(f"camera: expected a Camera or RGBDCamera, got {type(camera).__name__}")
+    return inner
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write a file whole or not at all: a temporary name in the same folder, then a rename."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        temporary.write_bytes(data)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _rows(a: NDArray[Any], name: str) -> NDArray[Any]:
+    if a.size == 0:
+        return a.reshape(0, 3)
+    if a.ndim != 2 or a.shape[1] != 3:
+        raise ValueError(f"{name}: expected shape (N, 3), got {a.shape}")
+    return a
+
+
+def _freeze(mesh: Mesh, name: str, a: NDArray[Any] | None) -> None:
+    if a is not None:
+        a.setflags(write=False)
+    object.__setattr__(mesh, name, a)
+
+
+def _vertex_colors(loaded: Any) -> NDArray[np.uint8] | None:
+    visual = loaded.visual
+    try:
+        if visual.kind == "texture":
+            visual = visual.to_color()
+        if visual.kind != "vertex":
+            return None
+        colors = np.asarray(visual.vertex_colors)
+    except Exception:  # a texture image that is missing or broken: the shape is still good
+        return None
+    if colors.ndim != 2 or len(colors) != len(loaded.vertices):
+        return None
+    return np.ascontiguousarray(colors[:, :3], dtype=np.uint8)

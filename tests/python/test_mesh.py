@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: MIT
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+from sdftrack import _core
+from sdftrack.mesh import Mesh
+from sdftrack.reference.render import raycast_mesh
+
+POSITION_ATOL = 1e-6  # float32 files of a 0.1 m object: 1e-8 m, .obj text 1e-8, with room
+DEPTH_ATOL = 1e-6  # float32 depth near 0.5 m: half a unit in the last place is 3e-8 m
+
+
+def box_mesh(size=(0.08, 0.05, 0.1), colors=False):
+    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * size
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], np.int32)
+    rgb = (np.arange(24).reshape(8, 3) * 10).astype(np.uint8) if colors else None
+    return Mesh(corners, faces, rgb)
+
+
+def pose(rotation_vector=(0.4, -0.7, 0.2), t=(0.01, -0.02, 0.5)):
+    T = _core.rotation_exp(list(rotation_vector))
+    T[:3, 3] = t
+    return T
+
+
+def camera(width=40, height=30, distortion=()):
+    return _core.Camera(50.0, 52.0, 19.3, 14.6, width, height, list(distortion))
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".obj", ".glb", ".stl"])
+def test_a_saved_mesh_loads_back_as_the_same_surface(tmp_path, suffix):
+    mesh = box_mesh(colors=True)
+    mesh.save(tmp_path / f"box{suffix}")
+    back = Mesh.load(tmp_path / f"box{suffix}")
+    assert np.allclose(back.vertices[back.faces], mesh.vertices[mesh.faces], atol=POSITION_ATOL)
+    assert [p.name for p in tmp_path.iterdir()] == [f"box{suffix}"]
+    if suffix in (".ply", ".glb"):
+        assert np.array_equal(back.colors[back.faces], mesh.colors[mesh.faces])
+
+
+def test_the_unit_of_a_file_is_converted_to_metres(tmp_path):
+    box_mesh(size=(80, 50, 100)).save(tmp_path / "mm.ply")
+    assert np.allclose(np.ptp(Mesh.load(tmp_path / "mm.ply", unit="mm").vertices, axis=0), [0.08, 0.05, 0.1])
+
+
+def test_a_mesh_pickles_copies_compares_and_is_short_in_print():
+    mesh = box_mesh(colors=True)
+    mesh.raycast(camera(), pose())  # what is cached must not be pickled or compared
+    assert pickle.loads(pickle.dumps(mesh)) == mesh == copy.deepcopy(mesh)
+    assert mesh != box_mesh() and mesh != box_mesh(size=(1, 1, 1), colors=True)
+    assert mesh != "mesh"
+    assert repr(mesh) == "Mesh(8 vertices, 12 faces, 0.080 x 0.050 x 0.100 m, colored)"
+    assert mesh._repr_png_().startswith(b"\x89PNG")
+    with pytest.raises(ValueError):
+        mesh.vertices[0, 0] = 1
+    with pytest.raises(AttributeError, match="read-only"):
+        mesh.vertices = np.zeros((8, 3))
+
+
+def test_trimesh_gets_the_same_arrays():
+    mesh = box_mesh(colors=True)
+    other = mesh.to_trimesh()
+    assert np.array_equal(other.vertices, mesh.vertices) and np.array_equal(other.faces, mesh.faces)
+    assert other.is_watertight and other.volume > 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        (([[0, 0]], [[0, 0, 0]]), ValueError, r"vertices: expected shape \(N, 3\)"),
+        (([[0, 0, 0]], [[0, 0, 1]]), ValueError, r"faces: expected vertex indices 0\.\.0"),
+        (([[0, 0, 0]], [[0.0, 0.0, 0.0]]), TypeError, "faces: expected integers"),
+        (([[0, 0, 0]], [[0, 0, 0]], [[0.1, 0.2, 0.3]]), TypeError, "colors: expected uint8"),
+        (([[0, 0, 0]], [[0, 0, 0]], np.zeros((2, 3), np.uint8)), ValueError, r"colors: expected shape \(1, 3\)"),
+    ],
+)  # fmt: skip
+def test_wrong_arrays_are_refused(arguments, error, message):
+    with pytest.raises(error, match=message):
+        Mesh(*arguments)
+
+
+def test_a_file_that_is_no_mesh_is_refused_with_its_name(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"nothing\.ply"):
+        Mesh.load(tmp_path / "nothing.ply")
+    (tmp_path / "text.ply").write_text("this is not a mesh")
+    with pytest.raises(ValueError, match=r"cannot read .*text\.ply"):
+        Mesh.load(tmp_path / "text.ply")
+    box_mesh().save(tmp_path / "box.ply")
+    whole = (tmp_path / "box.ply").read_bytes()
+    (tmp_path / "cut.ply").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(ValueError, match=r"cut\.ply"):
+        Mesh.load(tmp_path / "cut.ply")
+    with pytest.raises(ValueError, match="unit: expected"):
+        Mesh.load(tmp_path / "box.ply", unit="feet")
+    with pytest.raises(ValueError, match="path: expected a name ending"):
+        box_mesh().save(tmp_path / "box.xyz")
+
+
+@pytest.mark.parametrize("distortion", [(), (0.1, -0.05, 0.002, -0.001, 0.01)])
+def test_ray_casting_agrees_with_every_ray_against_every_triangle(distortion):
+    mesh, cam, T = box_mesh(colors=True), camera(distortion=distortion), pose()
+    depth, normals, colors = mesh.raycast(cam, T)
+    ref_depth, ref_normals, ref_colors = raycast_mesh(mesh.vertices, mesh.faces, cam.rays(), T, mesh.colors)
+    assert 50 < np.count_nonzero(depth) < depth.size / 2
+    np.testing.assert_allclose(depth, ref_depth, atol=DEPTH_ATOL)
+    np.testing.assert_allclose(normals, ref_normals, atol=1e-5)
+    assert np.abs(colors.astype(int) - ref_colors).max() <= 1  # rounding to 8 bits
+
+
+def test_depth_of_a_facing_box_is_its_front_side():
+    depth, normals, colors = box_mesh((0.2, 0.2, 0.1)).raycast(camera(), pose((0, 0, 0), (0, 0, 0.5)))
+    hit = depth > 0
+    np.testing.assert_allclose(depth[hit], 0.45, atol=DEPTH_ATOL)
+    np.testing.assert_allclose(normals[hit], np.tile([0, 0, -1], (hit.sum(), 1)), atol=1e-6)
+    assert colors is None and not normals[~hit].any()
+
+
+def test_only_what_is_before_the_camera_is_seen_and_a_camera_inside_sees_the_walls():
+    mesh = box_mesh()
+    assert not mesh.raycast(camera(), pose(t=(0, 0, -0.5)))[0].any()
+    assert not mesh.raycast(camera(), pose(t=(5, 0, 0.5)))[0].any()
+    depth, normals, _ = mesh.raycast(camera(), pose((0, 0, 0), (0, 0, 0)))
+    assert (depth > 0).all() and depth.max() <= 0.05 + DEPTH_ATOL
+    rays = np.dstack([camera().rays(), np.ones((30, 40))])
+    assert ((normals * rays).sum(axis=-1) < 0).all()
+
+
+def test_the_image_does_not_depend_on_threads():
+    mesh, cam, T = box_mesh(colors=True), camera(), pose()
+    for one, many in zip(mesh.raycast(cam, T, threads=1), mesh.raycast(cam, T, threads=5), strict=True):
+        np.testing.assert_array_equal(one, many)
+
+
+def test_bad_arguments_of_raycast_are_refused():
+    with pytest.raises(TypeError, match="camera: expected a Camera"):
+        box_mesh().raycast("camera", pose())
+    with pytest.raises(ValueError, match="T_cam_obj"):
+        box_mesh().raycast(camera(), 2 * np.eye(4))
+    with pytest.raises(ValueError, match="at least one face"):
+        Mesh([], []).raycast(camera(), pose())
+    broken = np.array(box_mesh().vertices)
+    broken[0, 0] = np.nan
+    with pytest.raises(ValueError, match="vertices: every coordinate must be finite"):
+        Mesh(broken, box_mesh().faces).raycast(camera(), pose())
+    with pytest.raises(ValueError, match="no vertices"):
+        _ = Mesh([], []).bounds
+
+
+def test_the_closest_point_is_as_near_as_the_nearest_of_all_triangles():
+    igl = pytest.importorskip("igl")
+    mesh = box_mesh()
+    points = np.random.default_rng(0).uniform(-0.1, 0.1, (500, 3))
+    distance, _, closest = mesh._rays.closest(points)
+    truth = igl.point_mesh_squared_distance(points, mesh.vertices, mesh.faces.astype(np.int64))[0]
+    np.testing.assert_allclose(distance, np.sqrt(truth), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(points - closest, axis=1), distance, atol=1e-12)
