@@ -6,10 +6,12 @@ from sdftrack._core import __version__
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.device import cuda_available
 from sdftrack.frame import Frame
+from sdftrack.mesh import Mesh
 
 __all__ = [
     "Camera",
     "Frame",
+    "Mesh",
     "RGBDCamera",
     "__version__",
     "cuda_available",

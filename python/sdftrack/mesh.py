@@ -54,6 +54,7 @@ class Mesh:
     vertices: NDArray[np.float64]
     faces: NDArray[np.int32]
     colors: NDArray[np.uint8] | None
+    _caster: _core.MeshCaster | None
 
     def __init__(self, vertices: ArrayLike, faces: ArrayLike, colors: ArrayLike | None = None) -> None:
         v = _rows(np.array(vertices, dtype=np.float64), "vertices")
@@ -67,7 +68,9 @@ class Mesh:
         if colors is not None:
             c = np.array(colors)
             if c.dtype != np.uint8:
-                raise TypeError(f"colors: expected uint8 RGB per vertex, got {c.dtype}; scale to 0..255 first")
+                raise TypeError(
+                    f"colors: expected uint8 RGB per vertex, got {c.dtype}; scale to 0..255 first"
+                )
             if c.shape != (len(v), 3):
                 raise ValueError(f"colors: expected shape ({len(v)}, 3), one per vertex, got {c.shape}")
         _freeze(self, "vertices", np.ascontiguousarray(v))
@@ -108,9 +111,13 @@ class Mesh:
             loaded: Any = trimesh.load(str(file), force="mesh", process=False)
             vertices, faces = np.asarray(loaded.vertices, np.float64), np.asarray(loaded.faces)
         except Exception as error:
-            raise ValueError(f"mesh: cannot read {file}: {error}; expected one of {', '.join(FORMATS)}") from error
+            raise ValueError(
+                f"mesh: cannot read {file}: {error}; expected one of {', '.join(FORMATS)}"
+            ) from error
         if len(faces) == 0:
-            raise ValueError(f"mesh: {file} has no triangles ({len(vertices)} vertices); is it a point cloud?")
+            raise ValueError(
+                f"mesh: {file} has no triangles ({len(vertices)} vertices); is it a point cloud?"
+            )
         return cls(vertices * scale, faces, _vertex_colors(loaded))
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -118,7 +125,9 @@ class Mesh:
         file = Path(path)
         suffix = file.suffix.lower()
         if suffix not in FORMATS:
-            raise ValueError(f"path: expected a name ending in one of {', '.join(FORMATS)}, got {file.name!r}")
+            raise ValueError(
+                f"path: expected a name ending in one of {', '.join(FORMATS)}, got {file.name!r}"
+            )
         data: Any = self.to_trimesh().export(file_type=suffix[1:])
         write_whole(file, data.encode() if isinstance(data, str) else data)
 
@@ -188,10 +197,18 @@ class Mesh:
         same_colors = (self.colors is None) == (other.colors is None) and (
             self.colors is None or np.array_equal(self.colors, other.colors)  # type: ignore[arg-type]
         )
-        return np.array_equal(self.vertices, other.vertices) and np.array_equal(self.faces, other.faces) and same_colors
+        return (
+            np.array_equal(self.vertices, other.vertices)
+            and np.array_equal(self.faces, other.faces)
+            and same_colors
+        )
 
     def __repr__(self) -> str:
-        size = " x ".join(f"{s:.3f}" for s in np.ptp(self.vertices, axis=0)) + " m" if len(self.vertices) else "empty"
+        size = (
+            " x ".join(f"{s:.3f}" for s in np.ptp(self.vertices, axis=0)) + " m"
+            if len(self.vertices)
+            else "empty"
+        )
         colored = ", colored" if self.colors is not None else ""
         return f"Mesh({len(self.vertices)} vertices, {len(self.faces)} faces, {size}{colored})"
 

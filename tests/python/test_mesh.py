@@ -51,7 +51,8 @@ def test_a_mesh_pickles_copies_compares_and_is_short_in_print():
     mesh = box_mesh(colors=True)
     mesh.raycast(camera(), pose())  # what is cached must not be pickled or compared
     assert pickle.loads(pickle.dumps(mesh)) == mesh == copy.deepcopy(mesh)
-    assert mesh != box_mesh() and mesh != box_mesh(size=(1, 1, 1), colors=True)
+    assert mesh != box_mesh()
+    assert mesh != box_mesh(size=(1, 1, 1), colors=True)
     assert mesh != "mesh"
     assert repr(mesh) == "Mesh(8 vertices, 12 faces, 0.080 x 0.050 x 0.100 m, colored)"
     assert mesh._repr_png_().startswith(b"\x89PNG")
@@ -64,8 +65,10 @@ def test_a_mesh_pickles_copies_compares_and_is_short_in_print():
 def test_trimesh_gets_the_same_arrays():
     mesh = box_mesh(colors=True)
     other = mesh.to_trimesh()
-    assert np.array_equal(other.vertices, mesh.vertices) and np.array_equal(other.faces, mesh.faces)
-    assert other.is_watertight and other.volume > 0
+    assert np.array_equal(other.vertices, mesh.vertices)
+    assert np.array_equal(other.faces, mesh.faces)
+    assert other.is_watertight
+    assert other.volume > 0
 
 
 @pytest.mark.parametrize(
@@ -116,7 +119,8 @@ def test_depth_of_a_facing_box_is_its_front_side():
     hit = depth > 0
     np.testing.assert_allclose(depth[hit], 0.45, atol=DEPTH_ATOL)
     np.testing.assert_allclose(normals[hit], np.tile([0, 0, -1], (hit.sum(), 1)), atol=1e-6)
-    assert colors is None and not normals[~hit].any()
+    assert colors is None
+    assert not normals[~hit].any()
 
 
 def test_only_what_is_before_the_camera_is_seen_and_a_camera_inside_sees_the_walls():
@@ -124,7 +128,8 @@ def test_only_what_is_before_the_camera_is_seen_and_a_camera_inside_sees_the_wal
     assert not mesh.raycast(camera(), pose(t=(0, 0, -0.5)))[0].any()
     assert not mesh.raycast(camera(), pose(t=(5, 0, 0.5)))[0].any()
     depth, normals, _ = mesh.raycast(camera(), pose((0, 0, 0), (0, 0, 0)))
-    assert (depth > 0).all() and depth.max() <= 0.05 + DEPTH_ATOL
+    assert (depth > 0).all()
+    assert depth.max() <= 0.05 + DEPTH_ATOL
     rays = np.dstack([camera().rays(), np.ones((30, 40))])
     assert ((normals * rays).sum(axis=-1) < 0).all()
 
