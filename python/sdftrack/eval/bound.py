@@ -81,7 +81,8 @@ def expected_length(covariance: Array, order: int = 64) -> float:
     """E|e| of a zero-mean Gaussian vector in three dimensions.
 
     ``e = rho C^(1/2) u`` with ``u`` uniform on the sphere and ``rho`` a chi variable of three degrees, so
-    ``E|e| = 2 sqrt(2 / pi) mean_u sqrt(u^T C u)``; the mean by Gauss-Legendre in z times equal angles about it.
+    ``E|e| = 2 sqrt(2 / pi) mean_u sqrt(u^T C u)``; the mean by Gauss-Legendre in z times equal angles about
+    it.
     """
     values = np.sort(np.clip(np.linalg.eigvalsh(np.asarray(covariance, np.float64)), 0.0, None))
     z, weight = np.polynomial.legendre.leggauss(order)
@@ -103,8 +104,8 @@ def pose_bound(
 ) -> PoseBound:
     """Cramer-Rao bound of one frame; arguments as in `pose_information`.
 
-    ``sigma_m`` is the noise of a depth reading, m. A direction that no pixel sees (a turn of a body of revolution)
-    has an infinite covariance: ValueError names it by the smallest eigenvalue.
+    ``sigma_m`` is the noise of a depth reading, m. A direction that no pixel sees (a turn of a body of
+    revolution) has an infinite covariance: ValueError names it by the smallest eigenvalue.
     """
     information, pixels = pose_information(depth, normals, rays, origin, max_incidence_rad)
     scale = np.sqrt(np.clip(np.diag(information), 1e-300, None))

@@ -53,7 +53,8 @@ def off_pose(T: Array, metres: float, radians: float, rng: np.random.Generator) 
 
 
 def half_turns(centre: Array, quarter_axis: int | None = None) -> list[Array]:
-    """Object-frame motions that map a box onto itself: half turns about its axes, with quarter turns about one."""
+    """Object-frame motions that map a box onto itself: half turns about its axes, with quarter turns about
+    one."""
     rotations = [np.eye(3)] + [_rotation(np.eye(3)[k], np.pi) for k in range(3)]
     if quarter_axis is not None:
         quarter = _rotation(np.eye(3)[quarter_axis], np.pi / 2)
@@ -154,10 +155,11 @@ def _turn_sd(result: Any, axis: Array | None) -> float:
 
 
 def _turn_bound(mesh: Any, axis: Array, camera: Any, T: Array) -> float:
-    """Least standard deviation (deg) of the turn about `axis` at the set's noise, from the whole visible surface."""
+    """Least standard deviation (deg) of the turn about `axis` at the set's noise, from the whole visible
+    surface."""
     camera = getattr(camera, "depth", camera)
     depth, normals, _ = mesh.raycast(camera, np.ascontiguousarray(T))
-    information, _ = pose_information(depth, normals, np.asarray(camera._core.rays()), T[:3, 3])
+    information, _ = pose_information(depth, normals, camera.rays, T[:3, 3])
     covariance = YCB_NOISE_M**2 * np.linalg.pinv(information, rcond=1e-14)
     a = T[:3, :3] @ axis
     return float(np.rad2deg(np.sqrt(a @ covariance[3:, 3:] @ a)))

@@ -43,7 +43,8 @@ class Errors:
     offset_m : (N, 3) float64
         Estimate minus truth, camera axes.
     turn_rad : (N,) float64
-        Turn about the given axis; then ``rotation_rad`` is the rest (the angle between the axes). Zero without one.
+        Turn about the given axis; then ``rotation_rad`` is the rest (the angle between the axes). Zero
+        without one.
     """
 
     translation_m: Array
@@ -74,8 +75,8 @@ def pose_errors(
 ) -> Errors:
     """Errors of ``(N, 4, 4)`` estimates against ``(N, 4, 4)`` truth.
 
-    `axis` (object frame) reports the turn about it apart. `turns` are (4, 4) object-frame motions that leave the
-    object (nearly) unchanged: the smallest error over them counts.
+    `axis` (object frame) reports the turn about it apart. `turns` are (4, 4) object-frame motions that leave
+    the object (nearly) unchanged: the smallest error over them counts.
     """
     poses, truth = np.asarray(poses, np.float64), np.asarray(truth, np.float64)
     group = [np.eye(4)] if turns is None else list(turns)

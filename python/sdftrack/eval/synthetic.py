@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Depth tracking of rendered meshes against the Cramer-Rao bound.
 
-    python -m sdftrack.eval.synthetic --meshes DIR --sigma 0.001 --seeds 3 --step-mm 5 --step-deg 1.5 --frames 300
+    python -m sdftrack.eval.synthetic --meshes DIR --sigma 0.001 --seeds 3 --step-mm 5 --step-deg 1.5 --frames
+    300
 
 One row per mesh: mean and largest errors over all frames and seeds, their multiple of the bound, the bias along the
 camera's axes, and the frames that were called lost.

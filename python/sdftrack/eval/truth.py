@@ -34,8 +34,8 @@ def default_camera() -> Any:
 def motion(frames: int, step_m: float, step_rad: float, seed: int, centre: Array | None = None) -> Array:
     """Poses ``T_cam_obj`` (frames, 4, 4) that advance by exactly `step_m` and `step_rad` each frame.
 
-    The object's `centre` (object frame, m) follows a smooth closed curve about (0, 0, 0.8 m) while the object turns
-    about a slowly precessing axis from a random first orientation.
+    The object's `centre` (object frame, m) follows a smooth closed curve about (0, 0, 0.8 m) while the object
+    turns about a slowly precessing axis from a random first orientation.
     """
     rng = np.random.default_rng(seed)
     phase = rng.uniform(0, 2 * np.pi, 3)
@@ -125,11 +125,12 @@ def render_truth(
     cache: Path | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Truth:
-    """Cast every pixel of every pose against the mesh's triangles; `cache` keeps the result in that folder."""
+    """Cast every pixel of every pose against the mesh's triangles; `cache` keeps the result in that folder.
+    """
     kept = None if cache is None else Path(cache) / f"truth_{_key(mesh, poses, camera)}.npz"
     if kept is not None and kept.is_file():
         return _load(kept, camera)
-    rays = np.asarray(camera._core.rays())
+    rays = camera.rays
     boxes: list[tuple[int, int]] = []
     crops: list[NDArray[np.float32]] = []
     bounds = np.full((len(poses), 2), np.nan)

@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: MIT
+"""A tracked frame as a picture: outline, light shading, axes and status of every object."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.viz.backdrop import backdrop
+
+__all__ = ["STATUS_RGB", "draw"]
+
+Picture = NDArray[np.uint8]
+Array = NDArray[np.float64]
+STATUS_RGB = {
+    "ok": (70, 220, 110),
+    "weak": (255, 180, 40),
+    "lost": (255, 70, 70),
+    "bad_frame": (170, 170, 180),
+}
+OBJECT_RGB = ((90, 170, 255), (255, 120, 190), (180, 140, 255), (90, 220, 210), (255, 210, 90))
+AXES_RGB = ((255, 80, 80), (90, 225, 90), (100, 140, 255))
+IN_FRONT_M = 0.015  # a reading this much nearer than the model hides it: a hand stays in front
+SHADE = 0.35  # share of the drawn surface in the mix
+
+
+def draw(
+    frame: Any,
+    result: Any,
+    shapes: Any,
+    camera: Any,
+    meshes: Sequence[Any] | None = None,
+    *,
+    names: Sequence[str] | None = None,
+) -> Picture:
+    """Draw the tracked objects over a frame.
+
+    The picture has the depth image's geometry: colour where it is aligned to it or can be mapped onto it,
+    else the depth in colours. Outlines are green ("ok"), amber ("weak") or red ("lost", at the last good
+    pose).
+
+    Parameters
+    ----------
+    frame : Frame
+    result : TrackResult
+        Of this frame; ``poses`` are ``T_cam_obj`` of the depth camera.
+    shapes : SDF or list of SDF
+        In the order of ``result.poses``.
+    camera : Camera or RGBDCamera
+        ``frame.camera`` goes first where the frame has its own.
+    meshes : list of Mesh or None, optional
+        One per object (None: nothing), drawn solid at the object's pose, e.g. a sword on a tracked handle. m,
+        object frame.
+    names : list of str, optional
+        Shown beside the status in place of the object's number.
+
+    Returns
+    -------
+    (H, W, 3) uint8 RGB
+        A new array; the frame is not changed.
+
+    Raises
+    ------
+    ValueError
+        A number of shapes, meshes or names other than that of the poses.
+
+    Examples
+    --------
+    >>> picture = st.draw(frame, tracker.track(frame), sdf, camera)  # doctest: +SKIP
+    """
+    shapes = list(shapes) if isinstance(shapes, (list, tuple)) else [shapes]
+    count = len(result.poses)
+    for label, given in (("shapes", shapes), ("meshes", meshes), ("names", names)):
+        if given is not None and len(given) != count:
+            raise ValueError(f"{label}: expected {count}, one per tracked object, got {len(given)}")
+    camera = frame.camera if getattr(frame, "camera", None) is not None else camera
+    lens = getattr(camera, "depth", camera)
+    picture = backdrop(frame, camera)
+    surface = np.full(picture.shape[:2], np.inf, np.float32)  # the nearest model so far
+    edges = []
+    for k, (shape, T) in enumerate(zip(shapes, result.poses, strict=True)):
+        status = str(result.status[k])
+        if not np.isfinite(T).all():
+            continue
+        depth, normals = shape.render(lens, np.ascontiguousarray(T))[:2]
+        window = _window(depth)
+        if window is None:
+            continue
+        if status in ("ok", "weak"):
+            _shade(
+                picture, surface, frame.depth, depth, normals, window, OBJECT_RGB[k % len(OBJECT_RGB)], SHADE
+            )
+        edges.append((depth[window] > 0, window, STATUS_RGB[status]))
+    for k, mesh in enumerate(meshes or ()):
+        if mesh is not None and str(result.status[k]) in ("ok", "weak"):
+            _solid(picture, surface, frame.depth, mesh, lens, result.poses[k])
+    for mask, window, colour in edges:
+        _outline(picture, mask, window, colour)
+    for k, (shape, T) in enumerate(zip(shapes, result.poses, strict=True)):
+        if str(result.status[k]) in ("ok", "weak"):
+            _axes(picture, shape, lens, T)
+    _captions(picture, result, names)
+    return picture
+
+
+def _window(depth: NDArray[np.float32]) -> tuple[slice, slice] | None:
+    """The box that holds the object's pixels, 2 px wider."""
+    seen = depth > 0
+    rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
+    if not len(rows):
+        return None
+    return (
+        slice(max(0, int(rows[0]) - 2), int(rows[-1]) + 3),
+        slice(max(0, int(columns[0]) - 2), int(columns[-1]) + 3),
+    )
+
+
+def _shade(
+    picture: Picture,
+    surface: NDArray[np.float32],
+    measured: NDArray[np.float32] | None,
+    depth: NDArray[np.float32],
+    normals: NDArray[np.float32],
+    window: tuple[slice, slice],
+    colour: Any,
+    share: float,
+) -> None:
+    """Mix a lit surface into the picture where nothing stands in front of it. `colour`: one RGB or an image.
+    """
+    d = depth[window]
+    free = (d > 0) & (d < surface[window])
+    if measured is not None:
+        m = measured[window]
+        free &= (m <= 0) | (m > d - IN_FRONT_M)
+    if not free.any():
+        return
+    facing = np.abs(normals[window][free][:, 2])  # a lamp at the camera
+    tint = np.asarray(colour, np.float32)
+    tint = tint[window][free] if tint.ndim == 3 else tint
+    lit = (0.30 + 0.70 * facing)[:, None] * tint
+    area = picture[window]
+    area[free] = ((1 - share) * area[free] + share * lit).astype(np.uint8)
+    surface[window][free] = d[free]
+
+
+def _solid(
+    picture: Picture, surface: NDArray[np.float32], measured: Any, mesh: Any, lens: Any, T: Array
+) -> None:
+    depth, normals, colors = mesh.raycast(lens, np.ascontiguousarray(T))
+    window = _window(depth)
+    if window is not None:
+        colour = colors if colors is not None else (205, 210, 220)
+        _shade(picture, surface, measured, depth, normals, window, colour, 1.0)
+
+
+def _outline(picture: Picture, mask: NDArray[np.bool_], window: tuple[slice, slice], colour: Any) -> None:
+    import cv2
+
+    contours, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    shift = (window[1].start, window[0].start)
+    contours = [c + np.array([[shift]], np.int32) for c in contours]
+    thickness = max(1, round(picture.shape[0] / 300))
+    cv2.drawContours(picture, contours, -1, colour, thickness, cv2.LINE_AA)
+
+
+def _axes(picture: Picture, shape: Any, lens: Any, T: Array) -> None:
+    """The object's x, y, z from the middle of its box, half its longest side long."""
+    import cv2
+
+    low, high = np.asarray(shape.bounds, np.float64)
+    middle, length = 0.5 * (low + high), 0.4 * float(np.max(high - low))
+    points = np.vstack([middle, middle + length * np.eye(3)]) @ T[:3, :3].T + T[:3, 3]
+    if (points[:, 2] <= 0.01).any():
+        return
+    px = np.clip(lens.project(points), -1e4, 1e4)
+    at = [tuple(int(round(16 * float(c))) for c in p) for p in px]  # sixteenths of a pixel
+    order = np.argsort(-points[1:, 2])  # far ones first
+    thickness = max(1, round(picture.shape[0] / 320))
+    for axis in order:
+        cv2.line(picture, at[0], at[1 + axis], AXES_RGB[axis], thickness, cv2.LINE_AA, 4)
+
+
+def _captions(picture: Picture, result: Any, names: Sequence[str] | None) -> None:
+    import cv2
+
+    scale = picture.shape[0] / 480
+    font, size, height = cv2.FONT_HERSHEY_SIMPLEX, 0.5 * scale, max(10, round(20 * scale))
+    lines = []
+    for k, status in enumerate(result.status):
+        name = names[k] if names is not None else (f"object {k}" if len(result.status) > 1 else "")
+        sure = "" if str(status) in ("lost", "bad_frame") else f"{float(result.confidence[k]):.2f}"
+        text = "  ".join(part for part in (name, str(status).replace("_", " "), sure) if part)
+        lines.append((text, STATUS_RGB[str(status)]))
+    margin = max(3, round(6 * scale))
+    width = max((cv2.getTextSize(t, font, size, 1)[0][0] for t, _ in lines), default=0)
+    if not width:
+        return
+    panel = picture[margin : margin + height * len(lines) + margin, margin : 3 * margin + width]
+    panel[:] = (panel * 0.4).astype(np.uint8)
+    for i, (text, colour) in enumerate(lines):
+        at = (2 * margin, margin + height * (i + 1) - margin // 2)
+        cv2.putText(picture, text, at, font, size, colour, max(1, round(scale)), cv2.LINE_AA)
