@@ -237,7 +237,8 @@ class Recorder:
         t = " ".join(f"{1e3 * v:.6f}" for v in T[:3, 3])
         score = _number(result.confidence[k]) or 0.0
         seconds = _number(result.seconds)
-        return f"{self._scene_id},{im_id},{self._obj_id(k)},{score:.6f},{R},{t},{-1 if seconds is None else seconds:.6f}"
+        time = "-1" if seconds is None else f"{seconds:.6f}"
+        return f"{self._scene_id},{im_id},{self._obj_id(k)},{score:.6f},{R},{t},{time}"
 
     def _object(self, result: TrackResult, k: int) -> dict[str, Any]:
         return {
@@ -266,7 +267,8 @@ def prepare_folder(directory: Path, overwrite: bool) -> set[str]:
         return set()
     if not overwrite:
         raise FileExistsError(
-            f"out: expected a new or empty folder, got {directory} with files in it; choose another or overwrite"
+            f"out: expected a new or empty folder, got {directory} with files in it; "
+            "choose another or overwrite"
         )
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
         old = json.loads((directory / "report.json").read_text(encoding="utf-8"))["settings"]["files"]
@@ -321,11 +323,12 @@ def _clear(error: OSError, directory: Path) -> OSError:
     return OSError(error.errno or errno.EIO, f"out: cannot write into {directory}: {error.strerror or error}")
 
 
+_ENCODERS = ("libx264", "libopenh264", "h264")
+_ENCODER_OPTIONS = {"libx264": {"crf": "20", "preset": "veryfast"}}
+
+
 class _Video:
     """H.264 in an MP4 that browsers play: yuv420p, even size, index first."""
-
-    ENCODERS = ("libx264", "libopenh264", "h264")
-    OPTIONS = {"libx264": {"crf": "20", "preset": "veryfast"}}
 
     def __init__(self, path: Path, fps: float | None) -> None:
         self._part = path.with_name(f".{path.name}{PART}")
@@ -350,10 +353,10 @@ class _Video:
         fps = self._fps or (1 / gap if 1 / 120 <= gap <= 1.0 else 30.0)
         # `faststart` moves the index to the front, so that a browser plays before it has read all.
         self._container = av.open(str(self._part), "w", format="mp4", options={"movflags": "faststart"})
-        for name in self.ENCODERS:
+        for name in _ENCODERS:
             try:
                 self._stream = self._container.add_stream(
-                    name, rate=max(1, round(fps)), options=self.OPTIONS.get(name, {})
+                    name, rate=max(1, round(fps)), options=_ENCODER_OPTIONS.get(name, {})
                 )
                 break
             except (ValueError, av.FFmpegError):

@@ -96,9 +96,8 @@ def test_motion_advances_by_the_asked_steps_and_stays_in_view():
     T = motion(100, 0.005, np.deg2rad(1.5), seed=3, centre=np.array([0.0, 0.05, 0.0]))
     centre = T[:, :3, :3] @ [0.0, 0.05, 0.0] + T[:, :3, 3]
     steps = np.linalg.norm(np.diff(centre, axis=0), axis=1)
-    assert (
-        steps.max() <= 0.005 + 1e-9 and np.median(steps) > 0.00495
-    )  # a chord is a little shorter than its arc
+    assert steps.max() <= 0.005 + 1e-9
+    assert np.median(steps) > 0.00495  # a chord is a little shorter than its arc
     angles = [
         np.arccos((np.trace(a.T @ b) - 1) / 2) for a, b in zip(T[:-1, :3, :3], T[1:, :3, :3], strict=True)
     ]
@@ -111,7 +110,7 @@ def test_swing_and_turn_are_apart():
 
     axis = np.array([0.0, 0.0, 2.0])
     swing, turn = swing_and_turn(_exp(np.array([0.1, 0.0, 0.0])) @ _exp(np.array([0.0, 0.0, 0.7])), axis)
-    assert swing == pytest.approx(0.1) and turn == pytest.approx(0.7)
+    assert (swing, turn) == pytest.approx((0.1, 0.7))
     assert swing_and_turn(_exp(np.array([0.0, 0.0, 3.1])), axis) == pytest.approx((0.0, 3.1), abs=1e-7)
 
 

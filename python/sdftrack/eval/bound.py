@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
 """How well a pose can be known at all from noisy depth: the Cramer-Rao bound of the visible pixels.
 
-A pixel's ray ``z r`` (``r`` with z = 1) meets the surface at the hit ``X`` with normal ``n``. Moving the object by
-``t = t^ + d``, ``R = Exp(w) R^`` (camera axes, about the object's origin ``o``) changes the depth to first order by
-``dz = (n . d + ((X - o) x n) . w) / (n . r)``: the turn of the normal itself drops out at the hit. With independent
-noise of standard deviation sigma on z the covariance of any unbiased estimate is at least
-``(sum (dz/dp)(dz/dp)^T / sigma^2)^-1``.
+A pixel's ray ``z r`` (``r`` with z = 1) meets the surface at the hit ``X`` with normal ``n``. Moving the
+object by ``t = t^ + d``, ``R = Exp(w) R^`` (camera axes, about the object's origin ``o``) changes the depth
+to first order by ``dz = (n . d + ((X - o) x n) . w) / (n . r)``: the turn of the normal itself drops out at the
+hit. With independent noise of standard deviation sigma on z the covariance of any unbiased estimate is at
+least ``(sum (dz/dp)(dz/dp)^T / sigma^2)^-1``.
 """
 
 from __future__ import annotations
@@ -113,8 +113,8 @@ def pose_bound(
     smallest = float(np.linalg.eigvalsh(normed)[0]) if pixels else 0.0
     if smallest < 1e-12:
         raise ValueError(
-            f"pose_bound: expected six observable directions, got {pixels} pixels whose weakest direction has "
-            f"relative information {smallest:.1e}; use a view or an object that fixes the pose"
+            f"pose_bound: expected six observable directions, got {pixels} pixels whose weakest direction "
+            f"has relative information {smallest:.1e}; use a view or an object that fixes the pose"
         )
     covariance = sigma_m**2 * np.linalg.inv(normed) / np.outer(scale, scale)
     return PoseBound(

@@ -264,8 +264,8 @@ def _format_ycbv10(rows: dict[str, dict[str, Any]]) -> str:
         if "turn_within_percent" in q:
             lines.append(
                 f"{'':7s} turn about the axis: <= 2 deg in {q['turn_within_percent']:.1f} %, median "
-                f"{q['turn_median_deg']:.2f} deg; its standard deviation: {q['turn_sd_deg']:.2f} deg by the tracker, "
-                f"{q['turn_bound_deg']:.2f} deg by the bound (independent noise)"
+                f"{q['turn_median_deg']:.2f} deg; its standard deviation: "
+                f"{q['turn_sd_deg']:.2f} deg by the tracker, {q['turn_bound_deg']:.2f} deg by the bound"
             )
     return "\n".join(lines)
 
@@ -283,8 +283,9 @@ def _format_k1(rows: dict[str, dict[str, Any]]) -> str:
         indent = " " * len(name)
         lines.append(
             f"{name}: still (0-40) spread {q['spread_mm']:.3f} mm / {q['spread_deg']:.3f} deg "
-            f"(want {1e3 * K1_SPREAD_LIMIT[0]:g} / {np.rad2deg(K1_SPREAD_LIMIT[1]):g}), from the reference at most "
-            f"{q['still_max_mm']:.2f} mm / {q['still_max_deg']:.2f} deg (want {still})"
+            f"(want {1e3 * K1_SPREAD_LIMIT[0]:g} / {np.rad2deg(K1_SPREAD_LIMIT[1]):g}), "
+            f"from the reference at most {q['still_max_mm']:.2f} mm / {q['still_max_deg']:.2f} deg "
+            f"(want {still})"
         )
         lines.append(f"{indent}  in the hand, mm / deg at frame  {at}  (want {hand})")
         lines.append(

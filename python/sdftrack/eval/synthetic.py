@@ -4,8 +4,8 @@
     python -m sdftrack.eval.synthetic --meshes DIR --sigma 0.001 --seeds 3 --step-mm 5 --step-deg 1.5 --frames
     300
 
-One row per mesh: mean and largest errors over all frames and seeds, their multiple of the bound, the bias along the
-camera's axes, and the frames that were called lost.
+One row per mesh: mean and largest errors over all frames and seeds, their multiple of the bound, the bias
+along the camera's axes, and the frames that were called lost.
 """
 
 from __future__ import annotations
@@ -167,7 +167,8 @@ def main(arguments: Seq[str] | None = None) -> int:
             for sigma in map(float, a.sigma.split(",")):
                 print(
                     f"{name:12s} sigma {1e3 * sigma:.2f} mm: bound {1e3 * sigma * bounds[0]:.4f} mm "
-                    f"{np.rad2deg(sigma * bounds[1]):.4f} deg, {np.mean([t.pixels.mean() for t in truths]):.0f} px",
+                    f"{np.rad2deg(sigma * bounds[1]):.4f} deg, "
+                    f"{np.mean([t.pixels.mean() for t in truths]):.0f} px",
                     flush=True,
                 )
             continue

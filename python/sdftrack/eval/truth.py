@@ -45,7 +45,8 @@ def motion(frames: int, step_m: float, step_rad: float, seed: int, centre: Array
     )
     at = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
     s = (step_m * np.arange(frames)) % at[-1]
-    path = np.column_stack([np.interp(s, at, curve[:, k]) for k in range(3)]) + [0.0, 0.0, DISTANCE_M]
+    path = np.column_stack([np.interp(s, at, curve[:, k]) for k in range(3)])
+    path[:, 2] += DISTANCE_M
     R = _random_rotation(rng)
     spin = rng.uniform(0, 2 * np.pi)
     poses = np.tile(np.eye(4), (frames, 1, 1))
@@ -125,8 +126,7 @@ def render_truth(
     cache: Path | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Truth:
-    """Cast every pixel of every pose against the mesh's triangles; `cache` keeps the result in that folder.
-    """
+    """Cast every pixel of every pose against the mesh's triangles; `cache` keeps the result."""
     kept = None if cache is None else Path(cache) / f"truth_{_key(mesh, poses, camera)}.npz"
     if kept is not None and kept.is_file():
         return _load(kept, camera)

@@ -34,8 +34,7 @@ def _depth_camera(camera: Any) -> Any:
 
 
 def depth_picture(depth: NDArray[np.float32]) -> Picture:
-    """Near is warm, far is cool, with a soft relief from the slope of the surface; no reading is near black.
-    """
+    """Near is warm, far is cool, with a soft relief from the slope; no reading is near black."""
     import cv2
 
     seen = depth > 0
@@ -89,8 +88,7 @@ def _warped(frame: Any, camera: Any) -> Picture:
 
 
 def _filled(depth: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Depth with its holes filled by the farthest reading nearby: holes are mostly shadows on the background.
-    """
+    """Depth with its holes filled by the farthest reading nearby: most are shadows on the background."""
     import cv2
 
     holes = depth <= 0

@@ -128,8 +128,7 @@ def _shade(
     colour: Any,
     share: float,
 ) -> None:
-    """Mix a lit surface into the picture where nothing stands in front of it. `colour`: one RGB or an image.
-    """
+    """Mix a lit surface into the picture where nothing is in front of it. `colour`: one RGB or an image."""
     d = depth[window]
     free = (d > 0) & (d < surface[window])
     if measured is not None:
@@ -176,7 +175,7 @@ def _axes(picture: Picture, shape: Any, lens: Any, T: Array) -> None:
     if (points[:, 2] <= 0.01).any():
         return
     px = np.clip(lens.project(points), -1e4, 1e4)
-    at = [tuple(int(round(16 * float(c))) for c in p) for p in px]  # sixteenths of a pixel
+    at = [tuple(round(16 * float(c)) for c in p) for p in px]  # sixteenths of a pixel
     order = np.argsort(-points[1:, 2])  # far ones first
     thickness = max(1, round(picture.shape[0] / 320))
     for axis in order:

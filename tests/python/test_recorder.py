@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: MIT
+"""The files that a recorder leaves, and those that it must not."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import json
+import struct
+
+import numpy as np
+import pytest
+from tracking_fakes import CAMERA, Ball, frame, pose, result
+
+from sdftrack.recorder import Recorder, quaternion
+
+OWN = {"poses.csv", "trajectory_0.txt", "overlay.mp4", "report.json"}
+
+
+def record(folder, n=4, status=None, **options):
+    with Recorder(folder, CAMERA, Ball(), **options) as recorder:
+        for i in range(n):
+            T = pose(0.002 * i)
+            s = None if status is None else [status[i]]
+            recorder.add(frame(i, T), result([T], s, i), truth={0: T})
+    return folder
+
+
+def strict_json(path):
+    def refuse(word):
+        raise AssertionError(f"{word} is not JSON")
+
+    return json.loads(path.read_text(), parse_constant=refuse)
+
+
+def test_all_files_are_there_and_no_temporary_one(tmp_path):
+    out = record(tmp_path / "new" / "deep")
+    assert {p.name for p in out.iterdir()} == OWN | {"ground_truth_0.txt"}
+
+
+def test_poses_are_bop_rows_in_millimetres(tmp_path):
+    rows = list(csv.DictReader((record(tmp_path, scene_id=7, obj_ids=[3]) / "poses.csv").open()))
+    assert list(rows[0]) == ["scene_id", "im_id", "obj_id", "score", "R", "t", "time"]
+    assert [r["im_id"] for r in rows] == ["0", "1", "2", "3"]
+    assert rows[1]["scene_id"] == "7"
+    assert rows[1]["obj_id"] == "3"
+    np.testing.assert_allclose(np.array(rows[1]["t"].split(), float), [2.0, 0.0, 500.0])
+    np.testing.assert_allclose(np.array(rows[1]["R"].split(), float), np.eye(3).ravel())
+    assert float(rows[1]["time"]) == pytest.approx(0.002)
+    assert float(rows[1]["score"]) == pytest.approx(0.9)
+
+
+def test_trajectory_is_tum_in_metres(tmp_path):
+    rows = np.loadtxt(record(tmp_path) / "trajectory_0.txt")
+    np.testing.assert_allclose(rows[2], [2 / 30, 0.004, 0, 0.5, 0, 0, 0, 1], atol=1e-6)
+    np.testing.assert_allclose(np.loadtxt(tmp_path / "ground_truth_0.txt"), rows)
+
+
+def test_a_lost_object_and_a_bad_frame_have_no_row_but_are_reported(tmp_path):
+    out = record(tmp_path, status=["ok", "lost", "bad_frame", "weak"])
+    assert [r["im_id"] for r in csv.DictReader((out / "poses.csv").open())] == ["0", "3"]
+    assert len(np.loadtxt(out / "trajectory_0.txt")) == 2
+    frames = strict_json(out / "report.json")["frames"]
+    assert [f["objects"][0]["status"] for f in frames] == ["ok", "lost", "bad_frame", "weak"]
+    assert frames[1]["objects"][0]["covariance"] is None
+    assert frames[1]["objects"][0]["pose"][0][3] == pytest.approx(0.002)
+
+
+def test_report_has_the_documented_keys(tmp_path):
+    report = strict_json(record(tmp_path, settings={"mode": "depth", "bad": float("nan")}) / "report.json")
+    assert set(report) == {"version", "settings", "frames"}
+    assert report["settings"]["mode"] == "depth"
+    assert report["settings"]["bad"] is None
+    assert set(report["frames"][0]) == {"im_id", "timestamp", "seconds", "objects"}
+    assert set(report["frames"][0]["objects"][0]) == {
+        "obj_id", "k", "name", "status", "reason", "confidence", "energy", "inliers", "pose", "covariance",
+    }  # fmt: skip
+
+
+def test_the_video_plays_in_a_browser(tmp_path):
+    import av
+
+    path = record(tmp_path, n=5) / "overlay.mp4"
+    with av.open(str(path)) as video:
+        stream = video.streams.video[0]
+        assert stream.codec_context.name == "h264"
+        assert stream.codec_context.pix_fmt == "yuv420p"
+        assert (stream.width, stream.height) == (160, 120)  # the odd row is cut
+        assert float(stream.average_rate) == pytest.approx(30)
+        assert sum(1 for _ in video.decode(stream)) == 5
+    data, at, order = path.read_bytes(), 0, []
+    while at < len(data):
+        size, kind = struct.unpack(">I4s", data[at : at + 8])
+        order.append(kind)
+        at += size
+    assert order.index(b"moov") < order.index(b"mdat")
+
+
+def test_one_frame_is_a_video_too(tmp_path):
+    assert (record(tmp_path, n=1) / "overlay.mp4").stat().st_size > 0
+
+
+def test_no_frame_leaves_valid_files_and_no_video(tmp_path):
+    out = record(tmp_path, n=0)
+    assert {p.name for p in out.iterdir()} == {"poses.csv", "report.json"}
+    assert strict_json(out / "report.json")["frames"] == []
+
+
+def test_no_video_when_not_asked_for_or_without_shapes(tmp_path):
+    assert not (record(tmp_path / "a", video=False) / "overlay.mp4").exists()
+    with Recorder(tmp_path / "b", CAMERA) as recorder:
+        recorder.add(frame(), result([pose()]))
+    assert not (tmp_path / "b" / "overlay.mp4").exists()
+
+
+def test_files_are_whole_when_the_loop_raises(tmp_path):
+    def loop():
+        with Recorder(tmp_path, CAMERA, Ball()) as recorder:
+            recorder.add(frame(0, pose()), result([pose()]))
+            raise KeyError("in the loop")
+
+    with pytest.raises(KeyError, match="in the loop"):
+        loop()
+    assert {p.name for p in tmp_path.iterdir()} == OWN
+    assert len(strict_json(tmp_path / "report.json")["frames"]) == 1
+
+
+def test_a_folder_with_files_is_refused_and_left_alone(tmp_path):
+    (tmp_path / "mine.txt").write_text("keep")
+    with pytest.raises(FileExistsError, match="out: expected a new or empty folder"):
+        Recorder(tmp_path, CAMERA)
+    assert [p.name for p in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_a_file_in_place_of_the_folder_is_named(tmp_path):
+    (tmp_path / "out").write_text("")
+    with pytest.raises(FileExistsError, match="expected a folder, got the file"):
+        Recorder(tmp_path / "out", CAMERA)
+
+
+def test_overwrite_replaces_own_files_alone_and_drops_stale_ones(tmp_path):
+    with Recorder(tmp_path, CAMERA, [Ball(), Ball()]) as recorder:
+        recorder.add(frame(), result([pose(), pose(0.1)]))
+    assert (tmp_path / "trajectory_1.txt").exists()
+    (tmp_path / "mine.txt").write_text("keep")
+    (tmp_path / "trajectory_9.txt").write_text("mine too")
+    record(tmp_path, n=2, overwrite=True)
+    assert (tmp_path / "mine.txt").read_text() == "keep"
+    assert (tmp_path / "trajectory_9.txt").read_text() == "mine too"
+    assert not (tmp_path / "trajectory_1.txt").exists()
+    assert len(strict_json(tmp_path / "report.json")["frames"]) == 2
+
+
+def test_old_files_stay_until_the_new_ones_are_whole(tmp_path):
+    before = (record(tmp_path) / "poses.csv").read_text()
+    recorder = Recorder(tmp_path, CAMERA, Ball(), overwrite=True)
+    recorder.add(frame(), result([pose()]))
+    assert (tmp_path / "poses.csv").read_text() == before
+    recorder.close()
+    assert (tmp_path / "poses.csv").read_text() != before
+
+
+def test_a_full_disk_is_one_clear_error_and_leaves_nothing(tmp_path, monkeypatch):
+    recorder = Recorder(tmp_path, CAMERA, Ball())
+    recorder.add(frame(), result([pose()]))
+    recorder.add(frame(1), result([pose()]))
+
+    def full(fd):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(OSError, match="out: no space left on the disk of") as caught:
+        recorder.close()
+    assert caught.value.errno == errno.ENOSPC
+    assert list(tmp_path.iterdir()) == []
+    recorder.close()  # again is harmless
+
+
+def test_a_disk_that_fills_during_the_video_leaves_nothing(tmp_path, monkeypatch):
+    recorder = Recorder(tmp_path, CAMERA, Ball())
+    recorder.add(frame(), result([pose()]))
+    recorder.add(frame(1), result([pose()]))
+
+    def full(picture):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(recorder._video, "_encode", full)
+    with pytest.raises(OSError, match="no space left"):
+        recorder.add(frame(2), result([pose()]))
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(ValueError, match="closed"):
+        recorder.add(frame(3), result([pose()]))
+
+
+def test_the_bop_name_is_a_second_copy(tmp_path):
+    out = record(tmp_path, bop_name="sdftrack_ycbv-test.csv")
+    assert (out / "sdftrack_ycbv-test.csv").read_text() == (out / "poses.csv").read_text()
+
+
+@pytest.mark.parametrize("w", [[0.0, 0.0, 0.0], [np.pi, 0.0, 0.0], [0.3, -2.0, 1.0], [0.0, 1e-9, 0.0]])
+def test_quaternion_turns_as_the_matrix_does(w):
+    from sdftrack.geometry import pose as rotation
+
+    R = rotation(w)[:3, :3]
+    x, y, z, s = quaternion(R)
+    v, p = np.array([x, y, z]), np.array([0.3, -0.7, 0.2])
+    np.testing.assert_allclose(p + 2 * np.cross(v, np.cross(v, p) + s * p), R @ p, atol=1e-12)
+    assert s >= 0

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: MIT
+"""Overlays: what is drawn where."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tracking_fakes import CAMERA, Ball, frame, pose, result
+
+from sdftrack.camera import RGBDCamera
+from sdftrack.frame import Frame
+from sdftrack.viz import draw
+from sdftrack.viz.backdrop import NOTHING_RGB, backdrop, depth_picture
+from sdftrack.viz.overlay import STATUS_RGB
+
+
+def rim_pixel(T):
+    """A pixel on the ball's outline, to the right of its middle."""
+    depth, _ = Ball().render(CAMERA, T)
+    v = CAMERA.height // 2
+    return v, int(np.flatnonzero(depth[v])[-1])
+
+
+@pytest.mark.parametrize("status", ["ok", "weak", "lost"])
+def test_the_outline_has_the_colour_of_the_status(status):
+    T = pose()
+    picture = draw(frame(0, T, color=True), result([T], [status]), Ball(), CAMERA)
+    assert picture.shape == (*CAMERA.shape, 3)
+    assert picture.dtype == np.uint8
+    v, u = rim_pixel(T)
+    near = picture[v - 1 : v + 2, u - 2 : u + 3].reshape(-1, 3).astype(int)
+    assert np.abs(near - STATUS_RGB[status]).sum(axis=1).min() < 60  # antialiased, over grey
+
+
+def test_nothing_is_drawn_away_from_the_object_and_the_caption():
+    T = pose()
+    picture = draw(frame(0, T, color=True), result([T]), Ball(), CAMERA)
+    assert (picture[90:] == 90).all()
+    assert (picture[:, 140:] == 90).all()
+
+
+def test_the_frame_is_not_changed():
+    f = frame(0, pose(), color=True)
+    before = f.color.copy()
+    draw(f, result([pose()]), Ball(), CAMERA)
+    np.testing.assert_array_equal(f.color, before)
+
+
+def test_a_hand_in_front_is_not_shaded_over():
+    T = pose()
+    f = frame(0, T, color=True)
+    depth = f.depth.copy()
+    depth[:, :75] = 0.3
+    picture = draw(Frame(depth, f.color), result([T]), Ball(), CAMERA)
+    v, u = 70, 66  # inside the ball, behind the hand, off the axes
+    assert (picture[v, u] == 90).all()
+    assert (picture[v, 95] != 90).any()
+
+
+def test_an_object_out_of_view_or_behind_the_camera_draws_only_its_caption():
+    for T in (pose(z=-0.5), pose(x=5.0)):
+        picture = draw(frame(0, None, color=True), result([T]), Ball(), CAMERA)
+        assert (picture[40:] == 90).all()
+
+
+def test_two_objects_and_an_overlay_mesh():
+    T = [pose(-0.1), pose(0.1)]
+    picture = draw(frame(0, T[0], color=True), result(T), [Ball(), Ball()], CAMERA, meshes=[None, Ball()])
+    v, u = np.round(CAMERA.project(T[1][:3, 3] + [0.02, 0.02, 0])[::-1]).astype(int)
+    assert picture[v, u].min() > 150  # solid and bright
+    v, u = np.round(CAMERA.project(T[0][:3, 3] + [0.02, 0.02, 0])[::-1]).astype(int)
+    assert picture[v, u].min() < 120  # light shading only
+
+
+@pytest.mark.parametrize("what", ["shapes", "meshes", "names"])
+def test_a_wrong_count_is_named(what):
+    given = {"shapes": [Ball()], "meshes": None, "names": None}
+    given[what] = [Ball(), Ball()] if what == "shapes" else [None, None]
+    with pytest.raises(ValueError, match=rf"{what}: expected 1, one per tracked object, got 2"):
+        draw(frame(), result([pose()]), given["shapes"], CAMERA, given["meshes"], names=given["names"])
+
+
+def test_without_colour_the_depth_is_shown_and_holes_are_dark():
+    depth = np.full(CAMERA.shape, 1.0, np.float32)
+    depth[:, :80] = 0.6
+    depth[:10] = 0
+    picture = depth_picture(depth)
+    assert (picture[5] == NOTHING_RGB).all()
+    assert picture[60, 20].mean() > picture[60, 140].mean() + 50  # near is brighter
+    np.testing.assert_array_equal(backdrop(Frame(depth), CAMERA), picture)
+
+
+def test_an_empty_depth_image_is_dark():
+    f = Frame(np.zeros(CAMERA.shape, np.float32))
+    assert (backdrop(f, CAMERA) == NOTHING_RGB).all()
+
+
+def test_an_unreadable_frame_is_dark_with_its_status():
+    picture = draw(Frame.unreadable("cut short"), result([pose()], ["bad_frame"]), Ball(), CAMERA)
+    assert (picture[-5:, -5:] == NOTHING_RGB).all()
+
+
+@pytest.mark.parametrize("form", ["projective", "rigid"])
+def test_colour_is_warped_onto_the_depth_image(form):
+    """A colour camera 40 mm to the right sees a plane at 0.8 m shifted by f 0.04 / 0.8 = 10 px."""
+    T = np.eye(4)
+    T[0, 3] = -0.04
+    ramp = np.tile(np.arange(160, dtype=np.uint8), (CAMERA.height, 1))
+    color = np.dstack([ramp] * 3)
+    if form == "rigid":
+        rig = RGBDCamera(CAMERA, CAMERA, T_color_depth=T)
+    else:
+        rig = RGBDCamera(CAMERA, CAMERA, projective=(np.eye(3), CAMERA.K @ T[:3, 3]))
+    depth = np.full(CAMERA.shape, 0.8, np.float32)
+    depth[50:60, 70:90] = 0  # a hole borrows its surroundings
+    warped = backdrop(Frame(depth, color), rig)
+    expected = np.arange(160) - 10.0
+    np.testing.assert_allclose(warped[20, 20:, 0], expected[20:], atol=1)
+    np.testing.assert_allclose(warped[55, 20:, 0], expected[20:], atol=1)
