@@ -7,14 +7,18 @@ from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.device import cuda_available
 from sdftrack.frame import Frame
 from sdftrack.mesh import Mesh
+from sdftrack.recorder import Recorder
+from sdftrack.viz import draw
 
 __all__ = [
     "Camera",
     "Frame",
     "Mesh",
     "RGBDCamera",
+    "Recorder",
     "__version__",
     "cuda_available",
+    "draw",
     "geometry",
     "metrics",
 ]

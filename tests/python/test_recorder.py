@@ -26,6 +26,11 @@ def record(folder, n=4, status=None, **options):
     return folder
 
 
+def rows_of(folder):
+    with (folder / "poses.csv").open() as f:
+        return list(csv.DictReader(f))
+
+
 def strict_json(path):
     def refuse(word):
         raise AssertionError(f"{word} is not JSON")
@@ -39,7 +44,7 @@ def test_all_files_are_there_and_no_temporary_one(tmp_path):
 
 
 def test_poses_are_bop_rows_in_millimetres(tmp_path):
-    rows = list(csv.DictReader((record(tmp_path, scene_id=7, obj_ids=[3]) / "poses.csv").open()))
+    rows = rows_of(record(tmp_path, scene_id=7, obj_ids=[3]))
     assert list(rows[0]) == ["scene_id", "im_id", "obj_id", "score", "R", "t", "time"]
     assert [r["im_id"] for r in rows] == ["0", "1", "2", "3"]
     assert rows[1]["scene_id"] == "7"
@@ -58,7 +63,7 @@ def test_trajectory_is_tum_in_metres(tmp_path):
 
 def test_a_lost_object_and_a_bad_frame_have_no_row_but_are_reported(tmp_path):
     out = record(tmp_path, status=["ok", "lost", "bad_frame", "weak"])
-    assert [r["im_id"] for r in csv.DictReader((out / "poses.csv").open())] == ["0", "3"]
+    assert [r["im_id"] for r in rows_of(out)] == ["0", "3"]
     assert len(np.loadtxt(out / "trajectory_0.txt")) == 2
     frames = strict_json(out / "report.json")["frames"]
     assert [f["objects"][0]["status"] for f in frames] == ["ok", "lost", "bad_frame", "weak"]

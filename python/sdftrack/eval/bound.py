@@ -3,8 +3,8 @@
 
 A pixel's ray ``z r`` (``r`` with z = 1) meets the surface at the hit ``X`` with normal ``n``. Moving the
 object by ``t = t^ + d``, ``R = Exp(w) R^`` (camera axes, about the object's origin ``o``) changes the depth
-to first order by ``dz = (n . d + ((X - o) x n) . w) / (n . r)``: the turn of the normal itself drops out at the
-hit. With independent noise of standard deviation sigma on z the covariance of any unbiased estimate is at
+to first order by ``dz = (n . d + ((X - o) x n) . w) / (n . r)``: the turn of the normal itself drops out at
+the hit. With independent noise of standard deviation sigma on z the covariance of any unbiased estimate is at
 least ``(sum (dz/dp)(dz/dp)^T / sigma^2)^-1``.
 """
 

@@ -130,7 +130,7 @@ def _shade(
 ) -> None:
     """Mix a lit surface into the picture where nothing is in front of it. `colour`: one RGB or an image."""
     d = depth[window]
-    free = (d > 0) & (d < surface[window])
+    free = (d > 0) & (d <= surface[window])
     if measured is not None:
         m = measured[window]
         free &= (m <= 0) | (m > d - IN_FRONT_M)
