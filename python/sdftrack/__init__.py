@@ -9,6 +9,8 @@ from sdftrack.frame import Frame
 from sdftrack.mesh import Mesh
 from sdftrack.recorder import Recorder
 from sdftrack.viz import draw
+from sdftrack.io.datasets import Sequence, open_sequence
+from sdftrack.io.save import save_sequence
 
 __all__ = [
     "Camera",
@@ -16,9 +18,12 @@ __all__ = [
     "Mesh",
     "RGBDCamera",
     "Recorder",
+    "Sequence",
     "__version__",
     "cuda_available",
     "draw",
     "geometry",
     "metrics",
+    "open_sequence",
+    "save_sequence",
 ]

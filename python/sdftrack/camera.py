@@ -102,9 +102,7 @@ class Camera:
         return self.height, self.width
 
     @classmethod
-    def from_K(
-        cls, K: ArrayLike, width: int, height: int, distortion: ArrayLike | None = None
-    ) -> Camera:
+    def from_K(cls, K: ArrayLike, width: int, height: int, distortion: ArrayLike | None = None) -> Camera:
         """Camera of a (3, 3) matrix without skew."""
         M = np.asarray(K, dtype=np.float64)
         if M.shape != (3, 3):

@@ -119,7 +119,9 @@ class Frame:
         """A copy with other values for some attributes; images that do not change are shared."""
         values = {name: getattr(self, name) for name in self.__slots__ if name != "error"}
         if self.error:
-            return Frame.unreadable(self.error, **{k: changes.get(k, values[k]) for k in ("timestamp", "index")})
+            return Frame.unreadable(
+                self.error, **{k: changes.get(k, values[k]) for k in ("timestamp", "index")}
+            )
         return Frame(**{**values, "check_units": False, **changes})
 
     def __eq__(self, other: object) -> bool:
@@ -227,7 +229,11 @@ def _check_unit(metres: NDArray[np.float32], dtype: np.dtype[Any]) -> None:
         return
     far, fix = median > high, "depth_scale" if dtype.kind == "u" else "depth"
     # The median as it would be were the image in another common unit.
-    for name, metres_per_unit in (("millimetres", 1e-3), ("tenths of a millimetre", 1e-4), ("centimetres", 1e-2)):
+    for name, metres_per_unit in (
+        ("millimetres", 1e-3),
+        ("tenths of a millimetre", 1e-4),
+        ("centimetres", 1e-2),
+    ):
         if far and 0.2 <= median * metres_per_unit <= 10:
             hint = f"it looks like {name}: multiply {fix} by {metres_per_unit:g}"
             break

@@ -83,7 +83,9 @@ def look_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) 
     z = t - e
     x = np.cross(z, u)
     if np.linalg.norm(z) == 0 or np.linalg.norm(x) < 1e-12 * np.linalg.norm(z) * np.linalg.norm(u):
-        raise ValueError(f"up: expected a direction that is not along target - eye = {z.tolist()}, got {u.tolist()}")
+        raise ValueError(
+            f"up: expected a direction that is not along target - eye = {z.tolist()}, got {u.tolist()}"
+        )
     z, x = z / np.linalg.norm(z), x / np.linalg.norm(x)
     T_world_cam = np.eye(4)
     T_world_cam[:3, :3] = np.column_stack([x, np.cross(z, x), z])

@@ -174,7 +174,9 @@ def _surface_points(shape: Any, samples: int, seed: int) -> Array:
 def _label_images(labels: ArrayLike, truth: ArrayLike) -> tuple[NDArray[Any], NDArray[Any]]:
     L, G = np.asarray(labels), np.asarray(truth)
     if L.ndim != 2 or L.shape != G.shape:
-        raise ValueError(f"labels, truth: expected two (H, W) images of one size, got {L.shape} and {G.shape}")
+        raise ValueError(
+            f"labels, truth: expected two (H, W) images of one size, got {L.shape} and {G.shape}"
+        )
     return L, G
 
 

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 import sdftrack as st
 
 PIXEL_TOLERANCE = 1e-9  # double arithmetic on numbers below 1e3
@@ -154,7 +155,15 @@ def _ros_yaml(rows_on_one_line: bool) -> str:
 def test_files_of_other_programs_are_read(tmp_path):
     column_major = CAMERA.K.T.ravel().tolist()
     o3d = {"width": 640, "height": 480, "intrinsic_matrix": column_major}
-    bop = {"cx": 320.5, "cy": 238.0, "depth_scale": 0.1, "fx": 600.0, "fy": 610.0, "height": 480, "width": 640}
+    bop = {
+        "cx": 320.5,
+        "cy": 238.0,
+        "depth_scale": 0.1,
+        "fx": 600.0,
+        "fy": 610.0,
+        "height": 480,
+        "width": 640,
+    }
     (tmp_path / "intrinsic.json").write_text(json.dumps(o3d))
     (tmp_path / "camera.json").write_text(json.dumps(bop))
     np.savetxt(tmp_path / "cam_K.txt", CAMERA.K)
@@ -190,7 +199,14 @@ def test_bad_camera_files_say_what_is_missing(tmp_path):
 
 def _realsense(model: str, coeffs: tuple[float, ...]) -> SimpleNamespace:
     return SimpleNamespace(
-        width=640, height=480, ppx=320.5, ppy=238.0, fx=600.0, fy=610.0, model=f"distortion.{model}", coeffs=coeffs
+        width=640,
+        height=480,
+        ppx=320.5,
+        ppy=238.0,
+        fx=600.0,
+        fy=610.0,
+        model=f"distortion.{model}",
+        coeffs=coeffs,
     )
 
 
@@ -245,8 +261,12 @@ def test_a_lens_that_no_polynomial_matches_is_refused():
 
 
 def test_ros_messages_of_both_generations_are_read():
-    one = SimpleNamespace(width=640, height=480, K=CAMERA.K.ravel(), D=list(LENS), distortion_model="plumb_bob")
-    two = SimpleNamespace(width=640, height=480, k=CAMERA.K.ravel(), d=list(LENS), distortion_model="plumb_bob")
+    one = SimpleNamespace(
+        width=640, height=480, K=CAMERA.K.ravel(), D=list(LENS), distortion_model="plumb_bob"
+    )
+    two = SimpleNamespace(
+        width=640, height=480, k=CAMERA.K.ravel(), d=list(LENS), distortion_model="plumb_bob"
+    )
     assert st.Camera.from_ros(one) == st.Camera.from_ros(two) == LENS_CAMERA
     with pytest.raises(ValueError, match="distortion_model"):
         st.Camera.from_ros(SimpleNamespace(**{**vars(two), "distortion_model": "equidistant"}))

@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+
 import sdftrack as st
 
 DEPTH = np.full((12, 16), 0.8, np.float32)
@@ -42,7 +43,9 @@ def test_pixels_without_a_value_become_zero():
     assert np.isnan(depth[0, 0])  # the caller's image is left as it was
 
 
-@pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.int32, np.uint32, np.int64, np.float16, bool, complex])
+@pytest.mark.parametrize(
+    "dtype", [np.uint8, np.int16, np.int32, np.uint32, np.int64, np.float16, bool, complex]
+)
 def test_other_depth_types_are_refused(dtype):
     with pytest.raises(TypeError, match="depth: expected float32"):
         st.Frame(np.ones((12, 16), dtype))

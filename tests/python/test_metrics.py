@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 import numpy as np
 import pytest
+
 import sdftrack as st
 from sdftrack import metrics
 

@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
 
-FIT_TOLERANCE_PX = 0.3  # at the worst pixel, a corner; a strong tangential part is what does not convert exactly
+FIT_TOLERANCE_PX = (
+    0.3  # at the worst pixel, a corner; a strong tangential part is what does not convert exactly
+)
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: MIT
+"""Recorded sequences by layout. One file per layout; each registers how it is recognised and opened."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from sdftrack.io.datasets.sequence import LazyModels, Sequence
+
+__all__ = ["LAYOUTS", "Layout", "LazyModels", "Sequence", "open_sequence", "register"]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a kind of folder is recognised and opened."""
+
+    name: str
+    marks: str
+    detect: Callable[[Path], bool]
+    open: Callable[[Path], Sequence]
+
+
+LAYOUTS: dict[str, Layout] = {}
+
+
+def register(
+    name: str, marks: str, detect: Callable[[Path], bool]
+) -> Callable[[Callable[[Path], Sequence]], Callable[[Path], Sequence]]:
+    """Decorator that makes `function(path) -> Sequence` the reader of layout `name`.
+
+    `marks` names in a few words the files by which `detect(path)` knows the layout; it stands in messages.
+    """
+
+    def add(function: Callable[[Path], Sequence]) -> Callable[[Path], Sequence]:
+        LAYOUTS[name] = Layout(name, marks, detect, function)
+        return function
+
+    return add
+
+
+def open_sequence(path: str | os.PathLike[str], layout: str = "auto") -> Sequence:
+    """Open a recorded sequence; frames are read when they are asked for.
+
+    Parameters
+    ----------
+    path : folder
+        docs/data.md shows what each layout looks like.
+    layout : "auto", "bop", "tum", "open3d", "k1" or "folders"
+
+    Returns
+    -------
+    Sequence
+        Depth in metres, poses T_cam_obj in metres, whatever the files' units. A frame that cannot be read, or
+        has another size, comes as a Frame without images whose `error` says why.
+
+    Raises
+    ------
+    FileNotFoundError
+        No such folder.
+    ValueError
+        Unknown layout, no depth, no camera, or units that cannot be right.
+    """
+    root = Path(path)
+    known = "; ".join(f"{k.name} ({k.marks})" for k in LAYOUTS.values())
+    if not root.exists():
+        raise FileNotFoundError(f"{root}: no such folder")
+    if layout != "auto":
+        if layout not in LAYOUTS:
+            raise ValueError(f"layout: expected auto or one of {', '.join(LAYOUTS)}, got {layout!r}")
+        if not root.is_dir():
+            raise ValueError(f"{root}: expected a folder of layout {layout}, got a file")
+        return LAYOUTS[layout].open(root)
+    if root.is_dir():
+        for kind in LAYOUTS.values():
+            if kind.detect(root):
+                return kind.open(root)
+        inside = [p for p in sorted(root.iterdir())[:200] if p.is_dir()]
+        for folder in inside:
+            for kind in LAYOUTS.values():
+                if kind.detect(folder):
+                    raise ValueError(f"{root}: not a sequence itself, but {folder} is one ({kind.name}): open that")
+    raise ValueError(f"{root}: unknown layout; known are: {known}")
+
+
+# The readers register themselves; the order is the order in which they are tried.
+from sdftrack.io.datasets import bop, k1, tum, folders, open3d  # noqa: E402, F401, I001

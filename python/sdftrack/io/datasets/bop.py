@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: MIT
+"""BOP scenes: scene_camera.json, scene_gt.json, rgb/ (or gray/), depth/, mask_visib/, models/; millimetres."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.io.datasets import register
+from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
+from sdftrack.io.datasets.sequence import LazyModels, Sequence
+from sdftrack.io.files import read_json
+from sdftrack.io.frames import read_mask
+
+M_PER_MM = 1e-3
+
+
+@register("bop", "scene_camera.json, depth/", lambda root: (root / "scene_camera.json").is_file())
+def open_bop(root: Path) -> Sequence:
+    if not (root / "scene_camera.json").is_file():
+        raise FileNotFoundError(f"{root / 'scene_camera.json'}: a BOP scene needs this file")
+    cameras = _by_number(root / "scene_camera.json")
+    ids = sorted(cameras)
+    depth = numbered(image_files(root / "depth"))
+    color = numbered(image_files(root / "rgb") or image_files(root / "gray"))
+    width, height = image_size(root, depth.values())
+    intrinsics = [_camera(root, i, cameras[i], width, height) for i in ids]
+    entries = [
+        Entry(
+            depth.get(f"{i:06d}", root / "depth" / f"{i:06d}.png"),
+            color.get(f"{i:06d}"),
+            M_PER_MM * float(cameras[i].get("depth_scale", 1.0)),
+            camera=None if K == intrinsics[0] else K,
+        )
+        for i, K in zip(ids, intrinsics, strict=True)
+    ]
+    camera = RGBDCamera(intrinsics[0])
+    objects, places, truth = _ground_truth(root, ids)
+    return Sequence(
+        ImageFrames(root, entries, camera),
+        camera,
+        truth,
+        LazyModels(_model_files(root), unit="mm"),
+        objects=objects,
+        ids=ids,
+        masks=lambda i: _masks(root, ids[i], places.get(i, {})),
+        layout="bop",
+        name=root.name,
+    )
+
+
+def _by_number(path: Path) -> dict[int, Any]:
+    try:
+        return {int(i): value for i, value in read_json(path).items()}
+    except (AttributeError, TypeError, ValueError) as error:
+        if "valid JSON" in str(error):
+            raise
+        raise ValueError(f"{path}: expected an object with image numbers as keys") from None
+
+
+def _camera(root: Path, im_id: int, values: dict[str, Any], width: int, height: int) -> Camera:
+    where = f"{root / 'scene_camera.json'}, image {im_id}"
+    if len(values.get("cam_K", ())) != 9:
+        raise ValueError(f"{where}: expected cam_K with 9 numbers")
+    try:
+        return Camera.from_K(np.reshape(values["cam_K"], (3, 3)), width, height)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
+
+
+def _ground_truth(
+    root: Path, ids: list[int]
+) -> tuple[list[int], dict[int, dict[int, int]], dict[int, dict[int, NDArray[np.float64]]]]:
+    """obj_id of each instance, {i: {k: place in the image's list}} and {i: {k: T_cam_obj}}.
+
+    The place in an image's list is not an identity: an instance keeps its k by its obj_id and its rank among
+    those of the same obj_id.
+    """
+    path = root / "scene_gt.json"
+    if not path.is_file():
+        return [], {}, {}
+    listed = _by_number(path)
+    instances: dict[tuple[int, int], int] = {}
+    places: dict[int, dict[int, int]] = {}
+    poses: dict[int, dict[int, NDArray[np.float64]]] = {}
+    for i, im_id in enumerate(ids):
+        seen: dict[int, int] = {}
+        for place, entry in enumerate(listed.get(im_id, ())):
+            try:
+                obj_id = int(entry["obj_id"])
+                T = np.eye(4)
+                T[:3, :3] = np.reshape(entry["cam_R_m2c"], (3, 3))
+                T[:3, 3] = M_PER_MM * np.asarray(entry["cam_t_m2c"], dtype=float)
+            except (KeyError, TypeError, ValueError):
+                raise ValueError(
+                    f"{path}, image {im_id}, entry {place}: expected obj_id, cam_R_m2c (9), cam_t_m2c (3)"
+                ) from None
+            rank = seen[obj_id] = seen.get(obj_id, -1) + 1
+            k = instances.setdefault((obj_id, rank), len(instances))
+            places.setdefault(i, {})[k] = place
+            poses.setdefault(i, {})[k] = T
+    return [obj_id for obj_id, _ in instances], places, poses
+
+
+def _masks(root: Path, im_id: int, places: dict[int, int]) -> dict[int, NDArray[np.bool_]]:
+    masks = {}
+    for k, place in places.items():
+        for folder in ("mask_visib", "mask"):
+            file = root / folder / f"{im_id:06d}_{place:06d}.png"
+            if file.is_file():
+                masks[k] = read_mask(file, f"{folder}/{file.name}")
+                break
+    return masks
+
+
+def _model_files(root: Path) -> dict[int, Path]:
+    """Models beside the scene, or beside its split as in a whole BOP data set."""
+    for folder in (root / "models", root.parent / "models", root.parent.parent / "models"):
+        files = {
+            int(found.group(1)): p
+            for p in (folder.iterdir() if folder.is_dir() else ())
+            if (found := re.fullmatch(r"obj_(\d+)\.ply", p.name))
+        }
+        if files:
+            return files
+    return {}

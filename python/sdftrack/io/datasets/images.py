@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: MIT
+"""Frames from image files: what all layouts on disk share."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.frame import Frame
+from sdftrack.io.frames import read_color, read_depth_units
+
+__all__ = ["Entry", "ImageFrames", "image_files", "image_size", "numbered"]
+
+IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
+log = logging.getLogger("sdftrack")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """The files of one frame; `camera` where it is not the sequence's own."""
+
+    depth: Path
+    color: Path | None
+    depth_scale: float
+    timestamp: float | None = None
+    camera: Camera | None = None
+
+
+def image_files(folder: Path) -> list[Path]:
+    """The images in a folder, by number where all names are numbers, else by name."""
+    if not folder.is_dir():
+        return []
+    files = [p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES and not p.name.startswith(".")]
+    if all(p.stem.isdigit() for p in files):
+        return sorted(files, key=lambda p: (int(p.stem), p.name))
+    return sorted(files)
+
+
+def numbered(files: Iterable[Path]) -> dict[str, Path]:
+    """Files by stem."""
+    return {p.stem: p for p in files}
+
+
+def image_size(root: Path, files: Iterable[Path]) -> tuple[int, int]:
+    """(width, height) of the first depth image that can be read; ValueError when there is none."""
+    files, reasons = list(files), []
+    if not files:
+        raise ValueError(f"{root}: the sequence has no depth images; depth is what the trackers work on")
+    for file in files[:10]:
+        try:
+            units = read_depth_units(file, _name(file, root))
+            return units.shape[1], units.shape[0]
+        except (ValueError, FileNotFoundError) as error:
+            reasons.append(str(error))
+    raise ValueError(f"{root}: none of the first {len(reasons)} depth images can be read: {reasons[0]}")
+
+
+class ImageFrames:
+    """Reads frames when asked for; one that cannot be read comes as `Frame.unreadable` with the reason."""
+
+    def __init__(self, root: Path, entries: list[Entry], camera: RGBDCamera) -> None:
+        if not entries:
+            raise ValueError(f"{root}: the sequence has no depth images; depth is what the trackers work on")
+        self._root, self._entries, self._camera = root, entries, camera
+        self._color_size = self._usable_color_size()
+        self._check_first()
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def __getitem__(self, i: int) -> Frame:
+        entry = self._entries[i]
+        try:
+            return self._read(entry, i, check_units=False)
+        except (ValueError, TypeError, FileNotFoundError) as error:
+            return Frame.unreadable(str(error), entry.timestamp, i)
+
+    def _read(self, entry: Entry, i: int, check_units: bool) -> Frame:
+        name = _name(entry.depth, self._root)
+        units = read_depth_units(entry.depth, name)
+        camera = entry.camera or self._camera.depth
+        if units.shape != camera.shape:
+            raise ValueError(f"{name}: {_size(units.shape)} pixels, but the camera has {_size(camera.shape)}")
+        color = None
+        if self._color_size is not None and entry.color is not None and entry.color.is_file():
+            name = _name(entry.color, self._root)
+            color = read_color(entry.color, name)
+            if color.shape[:2] != self._color_size:
+                raise ValueError(
+                    f"{name}: {_size(color.shape)} pixels, but the sequence has {_size(self._color_size)}"
+                )
+        return Frame(
+            units,
+            color,
+            entry.timestamp,
+            depth_scale=entry.depth_scale,
+            camera=entry.camera,
+            index=i,
+            check_units=check_units,
+        )
+
+    def _check_first(self) -> None:
+        """A wrong unit or camera shows in the first frame: better an error now than a bad frame each time."""
+        for i, entry in enumerate(self._entries[:10]):
+            try:
+                units = read_depth_units(entry.depth)
+            except (ValueError, FileNotFoundError):
+                continue
+            camera = entry.camera or self._camera.depth
+            if units.shape != camera.shape:
+                raise ValueError(
+                    f"{self._root}: depth images of {_size(units.shape)} pixels with a camera of "
+                    f"{_size(camera.shape)}; is this the depth image's camera?"
+                )
+            try:
+                Frame(units, depth_scale=entry.depth_scale, index=i)
+            except ValueError as error:
+                raise ValueError(f"{_name(entry.depth, self._root)}: {error}") from None
+            return
+
+    def _usable_color_size(self) -> tuple[int, int] | None:
+        """The size of the colour images, or None when they cannot be used."""
+        for entry in self._entries[:10]:
+            if entry.color is None or not entry.color.is_file():
+                continue
+            try:
+                size = read_color(entry.color).shape[:2]
+            except ValueError:
+                continue
+            wanted = self._camera.color or (self._camera.depth if self._camera.aligned else None)
+            if wanted is not None and size != wanted.shape:
+                log.warning(
+                    "%s: colour images of %s pixels are left out: without a mapping they would have to have the "
+                    "depth camera's %s",
+                    self._root,
+                    _size(size),
+                    _size(wanted.shape),
+                )
+                return None
+            return size
+        return None
+
+
+def _name(file: Path, root: Path) -> str:
+    return file.relative_to(root).as_posix() if file.is_relative_to(root) else str(file)
+
+
+def _size(shape: tuple[int, ...]) -> str:
+    return f"{shape[1]} x {shape[0]}"

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: MIT
+"""One camera.json with K_depth and units, depth/, rgb/ of another camera, mask/, poses_init.json, one mesh."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.io.datasets import register
+from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, numbered
+from sdftrack.io.datasets.sequence import LazyModels, Sequence
+from sdftrack.io.files import read_json
+from sdftrack.io.frames import read_mask
+
+SMALLEST_COMPONENT_PX = 1000
+
+
+def _detect(root: Path) -> bool:
+    path = root / "camera.json"
+    return path.is_file() and '"K_depth"' in path.read_text(encoding="utf-8", errors="replace")
+
+
+@register("k1", "camera.json with K_depth, depth/", _detect)
+def open_k1(root: Path) -> Sequence:
+    path = root / "camera.json"
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: this layout needs the file")
+    values = read_json(path)
+    try:
+        camera, scale = _camera(values), float(values["depth_scale_m"])
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"{path}: the field {error} is missing or not of its kind") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    color, masks = numbered(image_files(root / "rgb")), numbered(image_files(root / "mask"))
+    depth = image_files(root / "depth")
+    ids = [int(p.stem) for p in depth] if all(p.stem.isdigit() for p in depth) else list(range(len(depth)))
+    entries = [Entry(p, color.get(p.stem), scale) for p in depth]
+    meshes = sorted(root.glob("*.ply"))
+    truth = _ground_truth(root / "poses_init.json", ids)
+    instances = 1 + max((k for poses in truth.values() for k in poses), default=-1)
+
+    def read_masks(i: int) -> dict[int, NDArray[np.bool_]]:
+        file = masks.get(depth[i].stem)
+        return {} if file is None else components(read_mask(file, f"mask/{file.name}"))
+
+    return Sequence(
+        ImageFrames(root, entries, camera),
+        camera,
+        truth,
+        LazyModels({1: meshes[0]} if len(meshes) == 1 else {}, unit="m"),
+        objects=[1] * instances,
+        ids=ids,
+        masks=read_masks,
+        layout="k1",
+        name=root.name,
+    )
+
+
+def components(mask: NDArray[np.bool_]) -> dict[int, NDArray[np.bool_]]:
+    """Connected parts of at least 1,000 pixels, numbered from left to right."""
+    import cv2
+
+    count, labels, stats, centroids = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
+    large = [n for n in range(1, count) if stats[n, cv2.CC_STAT_AREA] >= SMALLEST_COMPONENT_PX]
+    return {k: labels == n for k, n in enumerate(sorted(large, key=lambda n: centroids[n][0]))}
+
+
+def _camera(values: dict[str, Any]) -> RGBDCamera:
+    def pinhole(K: dict[str, float], size: list[int]) -> Camera:
+        return Camera(K["fx"], K["fy"], K["cx"], K["cy"], int(size[0]), int(size[1]))
+
+    size = values["image_size"]
+    depth = pinhole(values["K_depth"], size)
+    color = pinhole(values["K_color"], values.get("color_size", size)) if "K_color" in values else None
+    if "T_color_depth" in values and color is not None:
+        return RGBDCamera(depth, color, T_color_depth=np.array(values["T_color_depth"], dtype=float))
+    if "depth_to_color_Pq" in values:
+        P, q = (np.array(values["depth_to_color_Pq"][name], dtype=float) for name in "Pq")
+        return RGBDCamera(depth, color, projective=(P, q))
+    return RGBDCamera(depth)
+
+
+def _ground_truth(path: Path, ids: list[int]) -> dict[int, dict[int, NDArray[np.float64]]]:
+    if not path.is_file():
+        return {}
+    number = {im_id: i for i, im_id in enumerate(ids)}
+    try:
+        return {
+            number[int(im_id)]: {
+                int(obj) - 1: np.array(entry["T_cam_obj"], dtype=float) for obj, entry in poses.items()
+            }
+            for im_id, poses in read_json(path)["frames"].items()
+            if int(im_id) in number
+        }
+    except (KeyError, TypeError, AttributeError):
+        raise ValueError(f"{path}: expected frames -> image -> object -> T_cam_obj (4 x 4)") from None

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: MIT
+"""Open3D and Redwood: color/ (rgb/, image/), depth/, intrinsic.json, trajectory.log; 1000 units per metre."""
+
+from __future__ import annotations
+
+import logging
+import re
+from pathlib import Path
+
+from sdftrack import geometry
+from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.io.datasets import register
+from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
+from sdftrack.io.datasets.sequence import LazyModels, Sequence
+from sdftrack.io.files import read_json
+from sdftrack.io.trajectories import read_log
+
+UNITS_PER_M = 1000.0
+DEFAULT = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)  # PrimeSense's, which Redwood's recordings use
+CAMERA_FILES = ("intrinsic.json", "camera_intrinsic.json", "intrinsics.json", "camera_primesense.json")
+COLOR_FOLDERS = ("color", "rgb", "image")
+TRAJECTORIES = ("trajectory.log", "scene/trajectory.log")
+log = logging.getLogger("sdftrack")
+
+
+def _detect(root: Path) -> bool:
+    if not (root / "depth").is_dir():
+        return False
+    if any((root / name).is_file() for name in CAMERA_FILES):
+        return True
+    color = any((root / name).is_dir() for name in COLOR_FOLDERS)
+    first = next(iter(image_files(root / "depth")), None)
+    redwood = first is not None and re.fullmatch(r"\d+-\d+", first.stem) is not None
+    return color and ((root / "color").is_dir() or redwood or (root / TRAJECTORIES[0]).is_file())
+
+
+@register("open3d", "depth/, color/, intrinsic.json", _detect)
+def open_open3d(root: Path) -> Sequence:
+    depth = image_files(root / "depth")
+    color_files = next((f for name in COLOR_FOLDERS if (f := image_files(root / name))), [])
+    color = numbered(color_files)
+    camera, units = _camera(root, image_size(root, depth))
+    # Redwood's names are number-microseconds, and those of colour and depth differ: it pairs them in order.
+    by_name = any(p.stem in color for p in depth)
+    in_order = not by_name and len(color_files) == len(depth)
+    entries = [
+        Entry(p, color.get(p.stem) if by_name else color_files[i] if in_order else None, 1 / units, _time_s(p))
+        for i, p in enumerate(depth)
+    ]
+    truth = {}
+    for name in TRAJECTORIES:
+        if (root / name).is_file():
+            poses = read_log(root / name)
+            truth = {i: {0: geometry.inverse(T)} for i, T in poses.items() if 0 <= i < len(depth)}
+            break
+    meshes = sorted(root.glob("*.ply"))
+    return Sequence(
+        ImageFrames(root, entries, RGBDCamera(camera)),
+        camera,
+        truth,
+        LazyModels({1: meshes[0]} if len(meshes) == 1 else {}, unit="m"),
+        objects=[1] if truth else None,
+        ids=[int(p.stem) for p in depth] if all(p.stem.isdigit() for p in depth) else None,
+        layout="open3d",
+        name=root.name,
+    )
+
+
+def _camera(root: Path, size: tuple[int, int]) -> tuple[Camera, float]:
+    for name in CAMERA_FILES:
+        if (root / name).is_file():
+            units = float(read_json(root / name).get("depth_scale", UNITS_PER_M))
+            if not units > 1:
+                raise ValueError(f"{root / name}: depth_scale: expected units per metre (1000), got {units:g}")
+            return Camera.load(root / name, *size), units
+    if size == (DEFAULT.width, DEFAULT.height):
+        log.warning("%s: no intrinsic.json; PrimeSense's camera (525 px) is taken", root)
+        return DEFAULT, UNITS_PER_M
+    raise ValueError(f"{root}: no camera for images of {size[0]} x {size[1]}; put an intrinsic.json there")
+
+
+def _time_s(file: Path) -> float | None:
+    """Redwood's names hold microseconds after the dash."""
+    found = re.fullmatch(r"\d+-(\d+)", file.stem)
+    return 1e-6 * int(found.group(1)) if found else None

@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: MIT
+"""Sequences of frames: in memory, on disk, or a part of another one, all with the same names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence as Seq
+from types import TracebackType
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack import geometry
+from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.frame import Frame
+
+__all__ = ["LazyModels", "Sequence"]
+
+Pose = NDArray[np.float64]
+Masks = dict[int, NDArray[np.bool_]]
+
+
+class Sequence:
+    """Frames with their camera and, where known, the truth.
+
+    Parameters
+    ----------
+    frames : sequence of Frame
+        A list, or anything with len() and integer indexing (read when asked for).
+    camera : Camera or RGBDCamera
+    ground_truth : {i: {k: T_cam_obj}} or (n, 4, 4) array, optional
+        Poses (m) of instance k in frame i; an array is the pose of one object in every frame.
+    models : {obj_id: Mesh}, optional
+        Meshes in metres.
+    objects : list of int, optional
+        obj_id of each instance k; by default the one model, the models in order, or 1, 2, ...
+    ids : list of int, optional
+        Number of each image in its data set; by default 0, 1, ...
+    masks : function i -> {k: (H, W) bool}, optional
+    layout, name : str
+        How the sequence is stored and what to call it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> camera = Camera(20, 20, 7.5, 5.5, 16, 12)
+    >>> seq = Sequence([Frame(np.ones((12, 16), np.float32))] * 3, camera)
+    >>> len(seq), len(seq[1:]), seq.camera.depth == camera
+    (3, 2, True)
+    """
+
+    def __init__(
+        self,
+        frames: Any,
+        camera: Camera | RGBDCamera,
+        ground_truth: Mapping[int, Mapping[int, Any]] | NDArray[Any] | None = None,
+        models: Mapping[int, Any] | None = None,
+        *,
+        objects: Seq[int] | None = None,
+        ids: Seq[int] | None = None,
+        masks: Callable[[int], Masks] | None = None,
+        layout: str = "memory",
+        name: str = "",
+    ) -> None:
+        if not (hasattr(frames, "__len__") and hasattr(frames, "__getitem__")):
+            frames = list(frames)
+        if not len(frames):
+            raise ValueError("frames: expected at least one, got none")
+        if isinstance(frames, list | tuple):
+            for i, frame in enumerate(frames):
+                if not isinstance(frame, Frame):
+                    raise TypeError(f"frames[{i}]: expected st.Frame, got {type(frame).__name__}")
+        if isinstance(camera, Camera):
+            camera = RGBDCamera(camera)
+        if not isinstance(camera, RGBDCamera):
+            raise TypeError(f"camera: expected st.Camera or st.RGBDCamera, got {type(camera).__name__}")
+        self._frames = frames
+        self.camera = camera
+        self.ground_truth = _poses(ground_truth, len(frames))
+        self.models: Mapping[int, Any] = {} if models is None else models
+        self.objects = _objects(objects, self.ground_truth, self.models)
+        self.ids = list(range(len(frames))) if ids is None else [int(i) for i in ids]
+        if len(self.ids) != len(frames):
+            raise ValueError(f"ids: expected one per frame, {len(frames)}, got {len(self.ids)}")
+        self._masks = masks
+        self.layout = layout
+        self.name = name
+
+    def __len__(self) -> int:
+        return len(self._frames)
+
+    @overload
+    def __getitem__(self, i: int) -> Frame: ...
+    @overload
+    def __getitem__(self, i: slice) -> Sequence: ...
+    def __getitem__(self, i: int | slice) -> Frame | Sequence:
+        if isinstance(i, slice):
+            return self._part(range(len(self))[i])
+        n = range(len(self))[i]  # negative numbers, and IndexError beyond
+        frame = self._frames[n]
+        return frame if frame.index is not None else frame.replace(index=n)
+
+    def __iter__(self) -> Iterator[Frame]:
+        return (self[i] for i in range(len(self)))
+
+    def _part(self, numbers: range) -> Sequence:
+        if not len(numbers):
+            raise ValueError(f"slice: expected at least one of the {len(self)} frames, got none")
+        truth = {new: self.ground_truth[old] for new, old in enumerate(numbers) if old in self.ground_truth}
+        return Sequence(
+            _Picked(self, numbers),
+            self.camera,
+            truth,
+            self.models,
+            objects=self.objects,
+            ids=[self.ids[i] for i in numbers],
+            masks=lambda i: self.masks(numbers[i]),
+            layout=self.layout,
+            name=self.name,
+        )
+
+    def masks(self, i: int) -> Masks:
+        """{k: (H, W) bool} masks of the instances in frame i, in the depth image's geometry; {} if unknown."""
+        i = range(len(self))[i]
+        return {} if self._masks is None else self._masks(i)
+
+    def close(self) -> None:
+        """Let go of what is open; the frames that were handed out stay valid."""
+
+    def __enter__(self) -> Sequence:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        d = self.camera.depth
+        name = f"{self.name!r}, " if self.name else ""
+        return (
+            f"Sequence({name}{self.layout}, {len(self)} frames, {d.width} x {d.height}, "
+            f"{len(self.objects)} objects, truth for {len(self.ground_truth)})"
+        )
+
+
+class _Picked:
+    """Some frames of another sequence, read when asked for."""
+
+    def __init__(self, whole: Sequence, numbers: range) -> None:
+        self._whole, self._numbers = whole, numbers
+
+    def __len__(self) -> int:
+        return len(self._numbers)
+
+    def __getitem__(self, i: int) -> Frame:
+        return self._whole[self._numbers[i]]
+
+
+class LazyModels(Mapping[int, Any]):
+    """{obj_id: Mesh} whose files are read at first use."""
+
+    def __init__(self, files: Mapping[int, Any], unit: str) -> None:
+        self._files, self._unit = dict(sorted(files.items())), unit
+        self._loaded: dict[int, Any] = {}
+
+    def __getitem__(self, obj_id: int) -> Any:
+        if obj_id not in self._files:
+            raise KeyError(f"obj_id {obj_id}: this sequence has models {list(self._files)}")
+        if obj_id not in self._loaded:
+            from sdftrack.mesh import Mesh
+
+            self._loaded[obj_id] = Mesh.load(self._files[obj_id], unit=self._unit)
+        return self._loaded[obj_id]
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self._files)
+
+    def __len__(self) -> int:
+        return len(self._files)
+
+    def __contains__(self, obj_id: object) -> bool:
+        return obj_id in self._files
+
+    def __repr__(self) -> str:
+        return f"models {list(self._files)}"
+
+
+def _poses(truth: Any, count: int) -> dict[int, dict[int, Pose]]:
+    if truth is None:
+        return {}
+    if not isinstance(truth, Mapping):
+        stack = np.asarray(truth, dtype=np.float64)
+        if stack.shape != (count, 4, 4):
+            raise ValueError(f"ground_truth: expected shape ({count}, 4, 4), got {stack.shape}")
+        truth = {i: {0: T} for i, T in enumerate(stack)}
+    for i in truth:
+        if not 0 <= i < count:
+            raise ValueError(f"ground_truth: expected frame numbers 0..{count - 1}, got {i}")
+    return {
+        int(i): {int(k): geometry.rigid(T, f"ground_truth[{i}][{k}]") for k, T in truth[i].items()}
+        for i in sorted(truth)
+    }
+
+
+def _objects(
+    objects: Seq[int] | None, truth: dict[int, dict[int, Pose]], models: Mapping[int, Any]
+) -> list[int]:
+    count = 1 + max((k for poses in truth.values() for k in poses), default=-1)
+    if objects is not None:
+        if len(objects) < count:
+            raise ValueError(f"objects: expected an obj_id for each of {count} instances, got {list(objects)}")
+        return [int(o) for o in objects]
+    known = list(models)
+    if not truth:
+        return known
+    if len(known) == 1:
+        return known * count
+    return known[:count] if len(known) >= count else list(range(1, count + 1))

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: MIT
+"""TUM RGB-D: depth.txt, rgb.txt and groundtruth.txt, joined by time; 5000 units per metre."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack import geometry
+from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.io.datasets import register
+from sdftrack.io.datasets.images import Entry, ImageFrames, image_size
+from sdftrack.io.datasets.sequence import LazyModels, Sequence
+from sdftrack.io.trajectories import read_tum
+
+DEPTH_SCALE = 1 / 5000
+LONGEST_GAP_S = 0.02  # as in the data set's own association script
+# The calibrations that the data set publishes; depth images are registered to the colour camera.
+PUBLISHED = {
+    "freiburg1": Camera(
+        517.306408, 516.469215, 318.643040, 255.313989, 640, 480, (0.262383, -0.953104, -0.005358, 0.002628, 1.163314)
+    ),
+    "freiburg2": Camera(
+        520.908620, 521.007327, 325.141442, 249.701764, 640, 480, (0.231222, -0.784899, -0.003257, -0.000105, 0.917205)
+    ),
+    "freiburg3": Camera(535.4, 539.2, 320.1, 247.6, 640, 480),
+}
+DEFAULT = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
+log = logging.getLogger("sdftrack")
+
+
+@register("tum", "depth.txt, rgb.txt", lambda root: (root / "depth.txt").is_file())
+def open_tum(root: Path) -> Sequence:
+    if not (root / "depth.txt").is_file():
+        raise FileNotFoundError(f"{root / 'depth.txt'}: a TUM sequence needs this file")
+    depth_times, depth_files = _read_list(root / "depth.txt")
+    color_times, color_files = _read_list(root / "rgb.txt")
+    camera = _camera(root, image_size(root, depth_files))
+    color = _nearest(color_times, depth_times)
+    entries = [
+        Entry(file, None if j is None else color_files[j], DEPTH_SCALE, float(time))
+        for file, time, j in zip(depth_files, depth_times, color, strict=True)
+    ]
+    truth = {}
+    if (root / "groundtruth.txt").is_file():
+        pose_times, T_world_cam = read_tum(root / "groundtruth.txt")
+        for i, j in enumerate(_nearest(pose_times, depth_times)):
+            if j is not None:
+                truth[i] = {0: geometry.inverse(T_world_cam[j])}  # the still world is the one object
+    meshes = sorted(root.glob("*.ply"))
+    return Sequence(
+        ImageFrames(root, entries, RGBDCamera(camera)),
+        camera,
+        truth,
+        LazyModels({1: meshes[0]} if len(meshes) == 1 else {}, unit="m"),
+        objects=[1] if truth else None,
+        layout="tum",
+        name=root.name,
+    )
+
+
+def _camera(root: Path, size: tuple[int, int]) -> Camera:
+    for name in ("camera.json", "intrinsic.json", "cam_K.txt"):
+        if (root / name).is_file():
+            return Camera.load(root / name, *size)
+    if size == (DEFAULT.width, DEFAULT.height):
+        for key, camera in PUBLISHED.items():
+            if key in root.resolve().name:
+                return camera
+        log.warning("%s: no camera.json; the data set's default camera (525 px) is taken", root)
+        return DEFAULT
+    raise ValueError(f"{root}: no camera for images of {size[0]} x {size[1]}; put a camera.json beside depth.txt")
+
+
+def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path]]:
+    times, files = [], []
+    if path.is_file():
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            words = line.split()
+            if not words or words[0].startswith("#"):
+                continue
+            try:
+                times.append(float(words[0]))
+                files.append(path.parent / words[1])
+            except (ValueError, IndexError):
+                raise ValueError(f"{path}, line {number}: expected 'timestamp file', got {line!r}") from None
+    return np.array(times), files
+
+
+def _nearest(times: NDArray[np.float64], wanted: NDArray[np.float64]) -> list[int | None]:
+    """For each wanted time the nearest of `times`, or None where it is more than 20 ms away."""
+    if not len(times):
+        return [None] * len(wanted)
+    gap = np.abs(times[None, :] - wanted[:, None])
+    best = gap.argmin(axis=1)
+    return [int(j) if gap[i, j] <= LONGEST_GAP_S else None for i, j in enumerate(best)]

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""Depth, colour and mask images as files. Depth is 16 bit; the unit of a file belongs to its layout."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.io.files import replacing
+
+__all__ = ["read_color", "read_depth_units", "read_mask", "write_color", "write_depth_units", "write_mask"]
+
+_PNG_START, _JPEG_START, _JPEG_END = b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"\xff\xd9"
+_TAIL = 1024  # writers may put a few bytes after the end mark
+
+
+def read_depth_units(path: str | os.PathLike[str], name: str | None = None) -> NDArray[np.uint16]:
+    """(H, W) uint16 raw units of a depth image; `name` stands for the file in messages.
+
+    FileNotFoundError when it is missing; ValueError when it is truncated, not an image, or not 16 bit.
+    """
+    image = _decode(Path(path), name)
+    if image.dtype != np.uint16 or image.ndim != 2:
+        channels = "one channel" if image.ndim == 2 else f"{image.shape[2]} channels"
+        raise ValueError(
+            f"{name or path}: expected a 16-bit depth image of one channel, got {image.dtype} with {channels}; "
+            "8-bit pictures of depth have lost the distances"
+        )
+    return image
+
+
+def read_color(path: str | os.PathLike[str], name: str | None = None) -> NDArray[np.uint8]:
+    """(H, W, 3) uint8 RGB; grey images are repeated, alpha is dropped."""
+    image = _decode(Path(path), name)
+    if image.dtype != np.uint8:
+        raise ValueError(f"{name or path}: expected an 8-bit colour image, got {image.dtype}")
+    if image.ndim == 2:
+        return np.repeat(image[..., None], 3, axis=2)
+    return np.ascontiguousarray(image[..., 2::-1])
+
+
+def read_mask(path: str | os.PathLike[str], name: str | None = None) -> NDArray[np.bool_]:
+    """(H, W) bool, true where any channel is not zero (alpha does not count)."""
+    image = _decode(Path(path), name)
+    if image.ndim == 3:
+        image = image[..., :3].any(axis=2)
+    return image != 0
+
+
+def write_depth_units(path: str | os.PathLike[str], units: NDArray[np.uint16]) -> None:
+    """Write a 16-bit PNG, whole or not at all."""
+    if units.dtype != np.uint16 or units.ndim != 2:
+        raise TypeError(f"units: expected uint16 (H, W), got {units.dtype} {units.shape}")
+    _encode(path, units)
+
+
+def write_color(path: str | os.PathLike[str], color: NDArray[np.uint8]) -> None:
+    """Write RGB uint8 (H, W, 3), whole or not at all."""
+    if color.dtype != np.uint8 or color.ndim != 3 or color.shape[2] != 3:
+        raise TypeError(f"color: expected uint8 (H, W, 3), got {color.dtype} {color.shape}")
+    _encode(path, color[..., ::-1])
+
+
+def write_mask(path: str | os.PathLike[str], mask: NDArray[np.bool_]) -> None:
+    """Write a mask as 0 and 255, whole or not at all."""
+    _encode(path, np.where(mask, np.uint8(255), np.uint8(0)))
+
+
+def _decode(path: Path, name: str | None) -> NDArray[Any]:
+    import cv2
+
+    label = name or str(path)
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise FileNotFoundError(f"{label}: the file is missing") from None
+    except OSError as error:
+        raise ValueError(f"{label}: cannot be read ({error.strerror})") from None
+    # The decoders return half a picture for some cut files, so the end mark is looked for here.
+    cut = data.startswith(_PNG_START) and b"IEND" not in data[-_TAIL:]
+    cut = cut or (data.startswith(_JPEG_START) and _JPEG_END not in data[-_TAIL:])
+    if cut or not data:
+        raise ValueError(f"{label}: the image file is {'truncated' if data else 'empty'}")
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    if image is None:
+        raise ValueError(f"{label}: not a readable image")
+    return np.asarray(image)
+
+
+def _encode(path: str | os.PathLike[str], image: NDArray[Any]) -> None:
+    import cv2
+
+    path = Path(path)
+    ok, data = cv2.imencode(path.suffix, np.ascontiguousarray(image))
+    if not ok:
+        raise ValueError(f"{path}: images of this kind cannot be written; use .png")
+    with replacing(path) as temporary:
+        temporary.write_bytes(data.tobytes())
