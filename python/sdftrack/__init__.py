@@ -6,11 +6,11 @@ from sdftrack._core import __version__
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.device import cuda_available
 from sdftrack.frame import Frame
+from sdftrack.io.datasets import Sequence, open_sequence
+from sdftrack.io.save import save_sequence
 from sdftrack.mesh import Mesh
 from sdftrack.recorder import Recorder
 from sdftrack.viz import draw
-from sdftrack.io.datasets import Sequence, open_sequence
-from sdftrack.io.save import save_sequence
 
 __all__ = [
     "Camera",

@@ -205,8 +205,8 @@ def _depth_m(depth: NDArray[Any], depth_scale: float | None, check_units: bool) 
 def _checked_scale(depth_scale: float | None) -> float:
     if depth_scale is None:
         raise ValueError(
-            "depth_scale: expected metres per unit for a uint16 depth image, got None; millimetres (RealSense, "
-            "Kinect, Azure) are depth_scale=0.001, TUM's images 1/5000"
+            "depth_scale: expected metres per unit for a uint16 depth image, got None; millimetres "
+            "(RealSense, Kinect, Azure) are depth_scale=0.001, TUM's images 1/5000"
         )
     scale = float(depth_scale)
     if not (math.isfinite(scale) and 0 < scale < 1):

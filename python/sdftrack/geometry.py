@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 def rigid(T: ArrayLike, name: str = "T") -> Array:
-    """`T` as a (4, 4) float64 rigid transform, projected onto the rotations when within 1e-3; else ValueError."""
+    """`T` as a (4, 4) float64 rigid transform, made a true rotation within 1e-3; else ValueError."""
     result: Array = _core.nearest_rigid(np.ascontiguousarray(T, dtype=np.float64), name)
     return result
 

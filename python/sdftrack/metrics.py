@@ -64,7 +64,7 @@ def add(T: ArrayLike, T_gt: ArrayLike, points: Any) -> Any:
 
 
 def adds(T: ArrayLike, T_gt: ArrayLike, points: Any) -> Any:
-    """ADD-S: mean distance of each model point under `T_gt` to the nearest one under `T`, m; for symmetric bodies."""
+    """ADD-S: mean distance of each model point under `T_gt` to the nearest under `T`, m (symmetric bodies)."""
     from scipy.spatial import cKDTree
 
     A, B = np.broadcast_arrays(_poses(T, "T"), _poses(T_gt, "T_gt"))
@@ -113,18 +113,18 @@ def iou(a: ArrayLike, b: ArrayLike) -> float:
     if A.shape != B.shape:
         raise ValueError(f"a, b: expected masks of one shape, got {A.shape} and {B.shape}")
     union = np.count_nonzero(A | B)
-    return np.count_nonzero(A & B) / union if union else 1.0
+    return float(np.count_nonzero(A & B) / union) if union else 1.0
 
 
 def boundary_recall(labels: ArrayLike, truth: ArrayLike, tolerance: int = 2) -> float:
-    """Fraction of the true boundary pixels with a boundary of `labels` within `tolerance` pixels (Chebyshev)."""
+    """Fraction of the true boundary pixels with one of `labels` within `tolerance` pixels (Chebyshev)."""
     from scipy.ndimage import maximum_filter
 
     L, G = _label_images(labels, truth)
     true_edges = _edges(G)
     near = maximum_filter(_edges(L), size=2 * int(tolerance) + 1, mode="constant")
     total = np.count_nonzero(true_edges)
-    return np.count_nonzero(true_edges & near) / total if total else 1.0
+    return float(np.count_nonzero(true_edges & near) / total) if total else 1.0
 
 
 def undersegmentation(labels: ArrayLike, truth: ArrayLike) -> float:

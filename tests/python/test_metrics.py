@@ -56,7 +56,7 @@ def test_auc_has_its_closed_form():
 def test_chamfer_of_shifted_grids_is_the_shift():
     grid = np.stack(np.meshgrid(*[np.arange(5.0)] * 3), -1).reshape(-1, 3)
     assert metrics.chamfer(grid, grid) == 0
-    assert metrics.chamfer(grid, grid + [0.25, 0, 0]) == pytest.approx(0.25)
+    assert metrics.chamfer(grid, grid + np.array([0.25, 0, 0])) == pytest.approx(0.25)
 
 
 def test_chamfer_samples_the_surface_of_a_mesh():
@@ -65,7 +65,7 @@ def test_chamfer_samples_the_surface_of_a_mesh():
         faces = np.array([[0, 1, 2], [0, 2, 3]])
 
     class Raised(Square):
-        vertices = Square.vertices + [0, 0, 0.5]
+        vertices = Square.vertices + np.array([0, 0, 0.5])
 
     assert metrics.chamfer(Square, Raised) == pytest.approx(0.5, rel=1e-3)
     # Two random samplings of one square with 20,000 points: half a spacing of 1/sqrt(20000).

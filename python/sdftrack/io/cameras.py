@@ -63,7 +63,7 @@ def _from_json(path: Path, width: int | None, height: int | None) -> Camera:
 
 
 def _from_yaml(path: Path) -> Camera:
-    """The camera_info files of ROS' calibrator. Only their few fields are read, so no YAML library is needed."""
+    """The camera_info files of ROS' calibrator. So few fields need no YAML library."""
     text = path.read_text(encoding="utf-8")
 
     def scalar(name: str) -> str | None:

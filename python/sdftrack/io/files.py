@@ -55,9 +55,9 @@ def _umask() -> int:
 
 @contextlib.contextmanager
 def replacing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A temporary folder beside `path`, which must be new or empty; renamed to it when the block ends well."""
+    """A temporary folder beside `path` (new or empty); renamed to it when the block ends well."""
     path = Path(path)
-    if path.is_dir() and any(path.iterdir()) or path.is_file():
+    if (path.is_dir() and any(path.iterdir())) or path.is_file():
         raise FileExistsError(f"{path}: expected a new or empty folder; choose another or remove it")
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))

@@ -27,7 +27,7 @@ def read_depth_units(path: str | os.PathLike[str], name: str | None = None) -> N
     if image.dtype != np.uint16 or image.ndim != 2:
         channels = "one channel" if image.ndim == 2 else f"{image.shape[2]} channels"
         raise ValueError(
-            f"{name or path}: expected a 16-bit depth image of one channel, got {image.dtype} with {channels}; "
+            f"{name or path}: expected 16-bit depth in one channel, got {image.dtype} with {channels}; "
             "8-bit pictures of depth have lost the distances"
         )
     return image

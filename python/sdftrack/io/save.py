@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import geometry
-from sdftrack.camera import Camera
+from sdftrack.camera import Camera, depth_camera
 from sdftrack.frame import Frame
 from sdftrack.io.datasets.sequence import Sequence
 from sdftrack.io.files import replacing_folder, write_json, write_text
@@ -37,7 +37,7 @@ def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bo
     layout : "bop", "tum" or "open3d"
         bop: every pose, mask and model; depth in 0.1 mm (in 1 mm beyond 6.5 m). tum: one object, depth in
         0.2 mm up to 13.1 m. open3d: one object, depth in 1 mm up to 65.5 m. A frame that could not be read has
-        no images in bop and is left out of tum and open3d. Colour that is not aligned to depth is left out,
+        no images in bop and is left out of the others. Colour that is not aligned to depth is left out,
         with a warning in the log, for none of the three can hold the mapping.
 
     Raises
@@ -68,7 +68,7 @@ def _save_bop(folder: Path, seq: Sequence) -> None:
         (folder / name).mkdir()
     for i, frame in enumerate(seq):
         im_id = seq.ids[i]
-        camera = getattr(frame.camera, "depth", frame.camera) or seq.camera.depth
+        camera = seq.camera.depth if frame.camera is None else depth_camera(frame.camera)
         _check_no_lens(camera, "bop")
         mm = 0.1
         if frame.depth is not None:
@@ -101,7 +101,8 @@ def _save_bop(folder: Path, seq: Sequence) -> None:
 
 def _save_tum(folder: Path, seq: Sequence) -> None:
     lists: dict[str, list[str]] = {"depth": ["# timestamp filename"], "rgb": ["# timestamp filename"]}
-    times, poses = [], []
+    times: list[float] = []
+    poses: list[tuple[float, NDArray[np.float64]] | None] = []
     truth = _one_object(seq, "tum")
     for name in lists:
         (folder / name).mkdir()
@@ -161,7 +162,7 @@ def _units(frame: Frame, units_per_m: float) -> NDArray[np.uint16]:
     farthest = float(frame.depth.max())
     if round(farthest * units_per_m) > 65535:
         raise ValueError(
-            f"depth: frame {frame.index} has {farthest:.2f} m, and 16 bits hold {65535 / units_per_m:.2f} m here; "
+            f"depth: frame {frame.index} has {farthest:.2f} m, 16 bits hold {65535 / units_per_m:.2f} m here; "
             "cut the depth or choose another layout"
         )
     return np.rint(frame.depth.astype(np.float64) * units_per_m).astype(np.uint16)
@@ -177,10 +178,12 @@ def _write_color(path: Path, frame: Frame, seq: Sequence) -> bool:
 def _one_object(seq: Sequence, layout: str) -> dict[int, NDArray[np.float64]]:
     """Poses of the only object; these layouts hold the camera's path in a still world, which is the object."""
     if len(seq.objects) > 1:
-        raise ValueError(f"layout: {layout} holds one object's poses, got {len(seq.objects)}; use layout='bop'")
+        raise ValueError(f"layout: {layout} holds one object's poses, got {len(seq.objects)}; use 'bop'")
     for frame in seq:
-        if frame.camera is not None and getattr(frame.camera, "depth", frame.camera) != seq.camera.depth:
-            raise ValueError(f"layout: {layout} holds one camera, but frame {frame.index} has its own; use 'bop'")
+        if frame.camera is not None and depth_camera(frame.camera) != seq.camera.depth:
+            raise ValueError(
+                f"layout: {layout} holds one camera, but frame {frame.index} has its own; use 'bop'"
+            )
     return {i: T for i, poses in seq.ground_truth.items() for T in poses.values()}
 
 
@@ -191,7 +194,7 @@ def _write_model(folder: Path, seq: Sequence) -> None:
 
 def _check_no_lens(camera: Camera, layout: str) -> None:
     if camera.distortion:
-        raise ValueError(f"camera: the {layout} layout has no lens distortion; rectify the images or use 'tum'")
+        raise ValueError(f"camera: the {layout} layout has no lens distortion; rectify the images or use tum")
 
 
 def _remove_empty(folder: Path) -> None:

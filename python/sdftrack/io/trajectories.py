@@ -33,7 +33,9 @@ def rotation(q: ArrayLike) -> Array:
     x, y, z, w = np.asarray(q, dtype=np.float64)
     n = x * x + y * y + z * z + w * w
     if not (np.isfinite(n) and n > 0):
-        raise ValueError(f"q: expected a quaternion (x, y, z, w) that is finite and not 0, got {q}")
+        raise ValueError(
+            f"q: expected a quaternion (x, y, z, w) that is finite and not 0, got {[x, y, z, w]}"
+        )
     s = 2 / n
     return np.array(
         [

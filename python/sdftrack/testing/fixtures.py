@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Pytest fixtures for other people's suites: a small camera, shape and sequence with truth, always the same."""
+"""Pytest fixtures for other people's suites: a small camera, shape and sequence, always the same."""
 
 from __future__ import annotations
 
@@ -28,9 +28,7 @@ def sdftrack_shape() -> sdftrack.SDF:
 
 
 @pytest.fixture(scope="session")
-def sdftrack_sequence(
-    sdftrack_shape: sdftrack.SDF, sdftrack_camera: sdftrack.Camera
-) -> sdftrack.Sequence:
+def sdftrack_sequence(sdftrack_shape: sdftrack.SDF, sdftrack_camera: sdftrack.Camera) -> sdftrack.Sequence:
     """Six frames of that shape at 0.6 m, 1 mm of noise, with `ground_truth`."""
     import sdftrack
 

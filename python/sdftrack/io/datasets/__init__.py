@@ -81,7 +81,9 @@ def open_sequence(path: str | os.PathLike[str], layout: str = "auto") -> Sequenc
         for folder in inside:
             for kind in LAYOUTS.values():
                 if kind.detect(folder):
-                    raise ValueError(f"{root}: not a sequence itself, but {folder} is one ({kind.name}): open that")
+                    raise ValueError(
+                        f"{root}: not a sequence itself, but {folder} is one ({kind.name}): open that"
+                    )
     raise ValueError(f"{root}: unknown layout; known are: {known}")
 
 

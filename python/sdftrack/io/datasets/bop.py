@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""BOP scenes: scene_camera.json, scene_gt.json, rgb/ (or gray/), depth/, mask_visib/, models/; millimetres."""
+"""BOP scenes: scene_camera.json, scene_gt.json, rgb/ or gray/, depth/, mask_visib/, models/; mm."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def open_bop(root: Path) -> Sequence:
             depth.get(f"{i:06d}", root / "depth" / f"{i:06d}.png"),
             color.get(f"{i:06d}"),
             M_PER_MM * float(cameras[i].get("depth_scale", 1.0)),
-            camera=None if K == intrinsics[0] else K,
+            camera=None if intrinsics[0] == K else K,
         )
         for i, K in zip(ids, intrinsics, strict=True)
     ]

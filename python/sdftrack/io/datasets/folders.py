@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Plain folders: rgb/, depth/ in millimetres, masks/, cam_K.txt, and optionally annotated_poses/ and mesh/."""
+"""Plain folders: rgb/, depth/ in millimetres, masks/, cam_K.txt, perhaps annotated_poses/ and mesh/."""
 
 from __future__ import annotations
 

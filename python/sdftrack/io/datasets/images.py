@@ -133,8 +133,8 @@ class ImageFrames:
             wanted = self._camera.color or (self._camera.depth if self._camera.aligned else None)
             if wanted is not None and size != wanted.shape:
                 log.warning(
-                    "%s: colour images of %s pixels are left out: without a mapping they would have to have the "
-                    "depth camera's %s",
+                    "%s: colour images of %s pixels are left out: without a mapping they "
+                    "would have to be of %s",
                     self._root,
                     _size(size),
                     _size(wanted.shape),

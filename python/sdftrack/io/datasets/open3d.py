@@ -44,7 +44,9 @@ def open_open3d(root: Path) -> Sequence:
     by_name = any(p.stem in color for p in depth)
     in_order = not by_name and len(color_files) == len(depth)
     entries = [
-        Entry(p, color.get(p.stem) if by_name else color_files[i] if in_order else None, 1 / units, _time_s(p))
+        Entry(
+            p, color.get(p.stem) if by_name else color_files[i] if in_order else None, 1 / units, _time_s(p)
+        )
         for i, p in enumerate(depth)
     ]
     truth = {}
@@ -71,7 +73,9 @@ def _camera(root: Path, size: tuple[int, int]) -> tuple[Camera, float]:
         if (root / name).is_file():
             units = float(read_json(root / name).get("depth_scale", UNITS_PER_M))
             if not units > 1:
-                raise ValueError(f"{root / name}: depth_scale: expected units per metre (1000), got {units:g}")
+                raise ValueError(
+                    f"{root / name}: depth_scale: expected units per metre (1000), got {units:g}"
+                )
             return Camera.load(root / name, *size), units
     if size == (DEFAULT.width, DEFAULT.height):
         log.warning("%s: no intrinsic.json; PrimeSense's camera (525 px) is taken", root)

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence as Seq
+from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Sequence as Seq
 from types import TracebackType
 from typing import Any, overload
 
@@ -209,7 +210,7 @@ def _objects(
     count = 1 + max((k for poses in truth.values() for k in poses), default=-1)
     if objects is not None:
         if len(objects) < count:
-            raise ValueError(f"objects: expected an obj_id for each of {count} instances, got {list(objects)}")
+            raise ValueError(f"objects: expected one for each of {count} instances, got {list(objects)}")
         return [int(o) for o in objects]
     known = list(models)
     if not truth:

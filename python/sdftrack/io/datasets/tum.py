@@ -21,10 +21,22 @@ LONGEST_GAP_S = 0.02  # as in the data set's own association script
 # The calibrations that the data set publishes; depth images are registered to the colour camera.
 PUBLISHED = {
     "freiburg1": Camera(
-        517.306408, 516.469215, 318.643040, 255.313989, 640, 480, (0.262383, -0.953104, -0.005358, 0.002628, 1.163314)
+        517.306408,
+        516.469215,
+        318.643040,
+        255.313989,
+        640,
+        480,
+        (0.262383, -0.953104, -0.005358, 0.002628, 1.163314),
     ),
     "freiburg2": Camera(
-        520.908620, 521.007327, 325.141442, 249.701764, 640, 480, (0.231222, -0.784899, -0.003257, -0.000105, 0.917205)
+        520.908620,
+        521.007327,
+        325.141442,
+        249.701764,
+        640,
+        480,
+        (0.231222, -0.784899, -0.003257, -0.000105, 0.917205),
     ),
     "freiburg3": Camera(535.4, 539.2, 320.1, 247.6, 640, 480),
 }
@@ -72,7 +84,9 @@ def _camera(root: Path, size: tuple[int, int]) -> Camera:
                 return camera
         log.warning("%s: no camera.json; the data set's default camera (525 px) is taken", root)
         return DEFAULT
-    raise ValueError(f"{root}: no camera for images of {size[0]} x {size[1]}; put a camera.json beside depth.txt")
+    raise ValueError(
+        f"{root}: no camera for images of {size[0]} x {size[1]}; put a camera.json beside depth.txt"
+    )
 
 
 def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path]]:

@@ -1,0 +1,474 @@
+# SPDX-License-Identifier: MIT
+import json
+import logging
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.io import frames as image_io
+from sdftrack.io import trajectories
+from sdftrack.testing import assert_pose_close
+
+CAMERA = st.Camera(60.0, 61.0, 31.0, 23.5, 64, 48)
+# Half a unit of each layout's depth images: 0.1 mm, 0.2 mm, 1 mm.
+HALF_UNIT_M = {"bop": 0.00005, "tum": 0.0001, "open3d": 0.0005}
+POSE_TOLERANCE = 1e-7  # text files with nine digits
+CUBE = st.Mesh(
+    0.05 * np.array([[x, y, z] for x in (-1.0, 1) for y in (-1, 1) for z in (-1, 1)]),
+    [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+     [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]],
+)  # fmt: skip
+
+
+def _pose(i: int, k: int = 0) -> np.ndarray:
+    return st.geometry.pose([0.1 * i, 0.2, -0.3 * k], [0.01 * i, -0.02 * k, 0.8])
+
+
+def _frame(i: int, **kwargs) -> st.Frame:
+    rng = np.random.default_rng(i)
+    depth = rng.uniform(0.7, 0.9, CAMERA.shape).astype(np.float32)
+    depth[:, :3] = 0
+    color = rng.integers(0, 256, (*CAMERA.shape, 3), np.uint8)
+    return st.Frame(depth, color, timestamp=10 + i / 30, **kwargs)
+
+
+def _sequence(n: int = 4, objects: int = 1) -> st.Sequence:
+    truth = {i: {k: _pose(i, k) for k in range(objects)} for i in range(n)}
+    return st.Sequence([_frame(i) for i in range(n)], CAMERA, truth, {5: CUBE})
+
+
+@pytest.mark.parametrize("layout", ["bop", "tum", "open3d"])
+def test_a_saved_sequence_comes_back(tmp_path, layout):
+    whole = _sequence()
+    st.save_sequence(tmp_path / "s", whole, layout=layout)
+    with st.open_sequence(tmp_path / "s") as seq:
+        assert seq.layout == layout
+        assert len(seq) == 4
+        assert seq.camera == st.RGBDCamera(CAMERA)
+        for i, frame in enumerate(seq):
+            assert frame.error == ""
+            assert frame.index == i
+            np.testing.assert_allclose(frame.depth, whole[i].depth, atol=1.01 * HALF_UNIT_M[layout])
+            np.testing.assert_array_equal(frame.depth == 0, whole[i].depth == 0)
+            np.testing.assert_array_equal(frame.color, whole[i].color)
+            assert_pose_close(seq.ground_truth[i][0], _pose(i), POSE_TOLERANCE, POSE_TOLERANCE)
+            if layout == "tum":
+                assert frame.timestamp == pytest.approx(10 + i / 30, abs=1e-6)
+        model = seq.models[seq.objects[0]]
+        np.testing.assert_allclose(np.ptp(model.vertices, axis=0), 0.1, rtol=1e-6)
+    assert [p.name for p in tmp_path.iterdir()] == ["s"]
+
+
+def test_bop_holds_several_objects_masks_and_cameras(tmp_path):
+    masks = {k: np.arange(64)[None, :] // 32 == np.full((48, 1), k) for k in range(2)}
+    half = st.Camera(50.0, 50.0, 30.0, 20.0, 64, 48)
+    frames = [_frame(0), _frame(1, camera=half)]
+    truth = {0: {0: _pose(0), 1: _pose(0, 1)}, 1: {1: _pose(1, 1)}}
+    whole = st.Sequence(
+        frames,
+        CAMERA,
+        truth,
+        {3: CUBE},
+        objects=[3, 7],
+        ids=[4, 9],
+        masks=lambda i: masks if i == 0 else {1: masks[1]},
+    )
+    st.save_sequence(tmp_path / "s", whole)
+    seq = st.open_sequence(tmp_path / "s")
+    assert seq.objects == [3, 7]
+    assert seq.ids == [4, 9]
+    assert seq[0].camera is None
+    assert seq[1].camera == half
+    assert seq.ground_truth.keys() == {0, 1}
+    assert seq.ground_truth[1].keys() == {1}  # the second instance keeps its number where the first is absent
+    assert_pose_close(seq.ground_truth[1][1], _pose(1, 1), POSE_TOLERANCE, POSE_TOLERANCE)
+    for k in range(2):
+        np.testing.assert_array_equal(seq.masks(0)[k], masks[k])
+    assert seq.masks(1).keys() == {1}
+
+
+def test_bop_depth_scale_is_millimetres_per_unit(tmp_path):
+    _write_bop(tmp_path, depth_scale=0.1, unit_value=8000)
+    seq = st.open_sequence(tmp_path)
+    np.testing.assert_allclose(seq[0].depth[10, 10], 0.8, rtol=1e-6)
+    np.testing.assert_allclose(seq.ground_truth[0][0][:3, 3], [0.01, 0.02, 0.8])
+
+
+def test_wrong_units_show_when_a_sequence_is_opened(tmp_path):
+    _write_bop(tmp_path, depth_scale=100.0, unit_value=8000)
+    with pytest.raises(ValueError, match=r"depth/000000\.png.*median"):
+        st.open_sequence(tmp_path)
+
+
+def _write_bop(root: Path, depth_scale: float, unit_value: int, n: int = 3) -> None:
+    (root / "depth").mkdir()
+    camera = {"cam_K": CAMERA.K.ravel().tolist(), "depth_scale": depth_scale}
+    gt = [{"obj_id": 1, "cam_R_m2c": np.eye(3).ravel().tolist(), "cam_t_m2c": [10, 20, 800]}]
+    (root / "scene_camera.json").write_text(json.dumps(dict.fromkeys(range(n), camera)))
+    (root / "scene_gt.json").write_text(json.dumps(dict.fromkeys(range(n), gt)))
+    for i in range(n):
+        image_io.write_depth_units(
+            root / "depth" / f"{i:06d}.png", np.full(CAMERA.shape, unit_value, np.uint16)
+        )
+
+
+@pytest.mark.parametrize(
+    ("file", "damage", "reason"),
+    [
+        ("depth/000001.png", "cut", "truncated"),
+        ("depth/000001.png", "flip", "not a readable image"),
+        ("depth/000001.png", "empty", "empty"),
+        ("depth/000001.png", "remove", "missing"),
+        ("depth/000001.png", "small", "64 x 48"),
+        ("depth/000001.png", "eight bit", "16-bit"),
+        ("rgb/000001.png", "cut", "truncated"),
+        ("rgb/000001.png", "small color", "64 x 48"),
+    ],
+)
+def test_a_bad_image_in_the_middle_is_one_bad_frame(tmp_path, file, damage, reason, capfd):
+    st.save_sequence(tmp_path / "s", _sequence())
+    path = tmp_path / "s" / file
+    data = path.read_bytes()
+    if damage == "cut":
+        path.write_bytes(data[: len(data) // 2])
+    elif damage == "flip":
+        middle = len(data) // 2
+        path.write_bytes(
+            data[:middle] + bytes(b ^ 255 for b in data[middle : middle + 99]) + data[middle + 99 :]
+        )
+    elif damage == "empty":
+        path.write_bytes(b"")
+    elif damage == "remove":
+        path.unlink()
+    elif damage == "small":
+        image_io.write_depth_units(path, np.full((24, 32), 8000, np.uint16))
+    elif damage == "eight bit":
+        image_io.write_mask(path, np.ones(CAMERA.shape, bool))
+    else:
+        image_io.write_color(path, np.zeros((24, 32, 3), np.uint8))
+    seq = st.open_sequence(tmp_path / "s")
+    frame = seq[1]
+    assert frame.depth is None
+    assert frame.color is None
+    assert frame.index == 1
+    assert reason in frame.error
+    assert frame.error.startswith(file)
+    assert [f.error == "" for f in seq] == [True, False, True, True]
+    assert capfd.readouterr().out == ""
+
+
+def test_a_bad_first_image_does_not_hide_the_rest(tmp_path):
+    st.save_sequence(tmp_path / "s", _sequence())
+    (tmp_path / "s" / "depth" / "000000.png").write_bytes(b"")
+    seq = st.open_sequence(tmp_path / "s")
+    assert seq[0].error
+    assert not seq[1].error
+
+
+@pytest.mark.parametrize("layout", ["bop", "tum", "open3d"])
+def test_a_sequence_without_depth_is_refused(tmp_path, layout):
+    st.save_sequence(tmp_path / "s", _sequence(), layout=layout)
+    for file in (tmp_path / "s" / "depth").iterdir():
+        file.unlink()
+    with pytest.raises(ValueError, match="depth"):
+        st.open_sequence(tmp_path / "s", layout=layout)
+
+
+def test_a_sequence_whose_depth_is_all_unreadable_is_refused(tmp_path):
+    st.save_sequence(tmp_path / "s", _sequence())
+    for file in (tmp_path / "s" / "depth").iterdir():
+        file.write_bytes(b"x")
+    with pytest.raises(ValueError, match="not a readable image"):
+        st.open_sequence(tmp_path / "s")
+
+
+def test_unknown_folders_get_the_list_of_layouts(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no such folder"):
+        st.open_sequence(tmp_path / "absent")
+    with pytest.raises(ValueError, match=r"unknown layout.*bop.*k1.*tum.*folders.*open3d"):
+        st.open_sequence(tmp_path)
+    with pytest.raises(ValueError, match="one of bop"):
+        st.open_sequence(tmp_path, layout="kitti")
+    (tmp_path / "video.mcap").write_bytes(b"")
+    with pytest.raises(ValueError, match="unknown layout"):
+        st.open_sequence(tmp_path / "video.mcap")
+    st.save_sequence(tmp_path / "000007", _sequence())
+    with pytest.raises(ValueError, match="000007 is one"):
+        st.open_sequence(tmp_path)
+
+
+@pytest.mark.parametrize("layout", ["bop", "tum", "open3d", "k1", "folders"])
+def test_a_layout_by_name_says_what_is_missing(tmp_path, layout):
+    with pytest.raises((FileNotFoundError, ValueError), match=r"needs|no depth"):
+        st.open_sequence(tmp_path, layout=layout)
+
+
+def test_slices_are_lazy_sequences():
+    whole = _sequence(6, objects=2)
+    part = whole[1:6:2]
+    assert isinstance(part, st.Sequence)
+    assert len(part) == 3
+    assert part.ids == [1, 3, 5]
+    assert [f.index for f in part] == [1, 3, 5]
+    assert part[-1] == whole[5]
+    np.testing.assert_array_equal(part.ground_truth[2][1], whole.ground_truth[5][1])
+    assert part[1:][0].index == 3
+    assert part.objects == whole.objects
+    with pytest.raises(IndexError):
+        part[3]
+    with pytest.raises(ValueError, match="at least one"):
+        whole[4:2]
+
+
+def test_opening_reads_no_more_images_than_it_must(tmp_path, monkeypatch):
+    st.save_sequence(tmp_path / "s", _sequence(8))
+    read = []
+    decode = image_io._decode
+    monkeypatch.setattr(
+        image_io, "_decode", lambda path, name: (read.append(path.name), decode(path, name))[1]
+    )
+    seq = st.open_sequence(tmp_path / "s")[4:]
+    assert set(read) == {"000000.png"}
+    read.clear()
+    assert seq[1].index == 5
+    assert set(read) == {"000005.png"}
+
+
+def test_a_sequence_in_memory_is_checked():
+    frame = _frame(0)
+    with pytest.raises(ValueError, match="at least one"):
+        st.Sequence([], CAMERA)
+    with pytest.raises(TypeError, match=r"frames\[1\]"):
+        st.Sequence([frame, frame.depth], CAMERA)
+    with pytest.raises(TypeError, match="camera"):
+        st.Sequence([frame], CAMERA.K)
+    with pytest.raises(ValueError, match=r"\(1, 4, 4\)"):
+        st.Sequence([frame], CAMERA, np.eye(4))
+    with pytest.raises(ValueError, match=r"ground_truth\[0\]\[0\]"):
+        st.Sequence([frame], CAMERA, {0: {0: 2 * np.eye(4)}})
+    with pytest.raises(ValueError, match="frame numbers"):
+        st.Sequence([frame], CAMERA, {1: {0: np.eye(4)}})
+    with pytest.raises(ValueError, match="objects"):
+        st.Sequence([frame], CAMERA, {0: {1: np.eye(4)}}, objects=[1])
+    assert st.Sequence(iter([frame]), CAMERA, np.eye(4)[None]).ground_truth[0].keys() == {0}
+
+
+def test_saving_is_whole_or_not_at_all(tmp_path):
+    far = st.Frame(np.full(CAMERA.shape, 14.0, np.float32))
+    seq = st.Sequence([_frame(0), far], CAMERA)
+    with pytest.raises(ValueError, match="16 bits"):
+        st.save_sequence(tmp_path / "s", seq, layout="tum")
+    assert not list(tmp_path.iterdir())
+    (tmp_path / "s").mkdir()
+    st.save_sequence(tmp_path / "s", seq)  # an empty folder is as good as none
+    assert st.open_sequence(tmp_path / "s")[1].depth.max() == pytest.approx(14, abs=0.001)
+    with pytest.raises(FileExistsError, match="empty folder"):
+        st.save_sequence(tmp_path / "s", seq)
+
+
+def test_what_a_layout_cannot_hold_is_refused(tmp_path):
+    for layout in ("tum", "open3d"):
+        with pytest.raises(ValueError, match="one object"):
+            st.save_sequence(tmp_path / "s", _sequence(objects=2), layout=layout)
+    lens = st.Camera(60, 61, 31, 23.5, 64, 48, (0.1, 0, 0, 0))
+    for layout in ("bop", "open3d"):
+        with pytest.raises(ValueError, match="lens"):
+            st.save_sequence(tmp_path / "s", st.Sequence([_frame(0)], lens), layout=layout)
+    st.save_sequence(tmp_path / "s", st.Sequence([_frame(0)], lens), layout="tum")
+    assert st.open_sequence(tmp_path / "s").camera.depth == lens
+    with pytest.raises(ValueError, match="layout"):
+        st.save_sequence(tmp_path / "t", _sequence(), layout="k1")
+
+
+def test_colour_that_is_not_aligned_is_left_out_of_other_layouts(tmp_path, caplog):
+    rig = st.RGBDCamera(CAMERA, CAMERA, T_color_depth=st.geometry.pose(t_m=[0.02, 0, 0]))
+    with caplog.at_level(logging.WARNING, logger="sdftrack"):
+        st.save_sequence(tmp_path / "s", st.Sequence([_frame(0)], rig))
+    assert "aligned" in caplog.text
+    assert st.open_sequence(tmp_path / "s")[0].color is None
+
+
+def test_a_bad_frame_survives_being_saved(tmp_path):
+    seq = st.Sequence([_frame(0), st.Frame.unreadable("broken"), _frame(2)], CAMERA, {2: {0: _pose(2)}})
+    st.save_sequence(tmp_path / "bop", seq)
+    back = st.open_sequence(tmp_path / "bop")
+    assert [f.error == "" for f in back] == [True, False, True]
+    for layout in ("tum", "open3d"):
+        st.save_sequence(tmp_path / layout, seq, layout=layout)
+        back = st.open_sequence(tmp_path / layout)
+        assert len(back) == 2
+        assert_pose_close(back.ground_truth[1][0], _pose(2), POSE_TOLERANCE, POSE_TOLERANCE)
+
+
+def test_tum_images_are_joined_by_time(tmp_path):
+    st.save_sequence(tmp_path / "s", _sequence(), layout="tum")
+    (tmp_path / "s" / "camera.json").unlink()
+    lines = (tmp_path / "s" / "rgb.txt").read_text().splitlines()
+    moved = [lines[0]] + [
+        f"{float(s.split()[0]) + (0.015 if i else 0.5):.6f} {s.split()[1]}" for i, s in enumerate(lines[1:])
+    ]
+    (tmp_path / "s" / "rgb.txt").write_text("\n".join(moved))
+    with pytest.raises(ValueError, match=r"camera\.json"):  # not the data set's 640 x 480
+        st.open_sequence(tmp_path / "s")
+    CAMERA.save(tmp_path / "s" / "camera.json")
+    seq = st.open_sequence(tmp_path / "s")
+    assert seq[0].color is None  # half a second off
+    np.testing.assert_array_equal(seq[1].color, _sequence()[1].color)
+
+
+def _write_k1(root: Path, color_size: tuple[int, int], mapping: bool) -> None:
+    for name in ("depth", "rgb", "mask"):
+        (root / name).mkdir(parents=True)
+    K = {"fx": 60.0, "fy": 61.0, "cx": 31.0, "cy": 23.5}
+    camera = {"image_size": [64, 48], "depth_scale_m": 0.001, "K_depth": K}
+    if mapping:
+        camera["depth_to_color_Pq"] = {"P": np.eye(3).tolist(), "q": [1.0, 0, 0]}
+    (root / "camera.json").write_text(json.dumps(camera))
+    mask = np.zeros(CAMERA.shape, bool)
+    mask[:40, 36:62] = mask[:44, 2:26] = True
+    mask[45:, 60:] = True
+    for i in range(2):
+        image_io.write_depth_units(root / "depth" / f"{i:06d}.png", np.full(CAMERA.shape, 800, np.uint16))
+        image_io.write_color(root / "rgb" / f"{i:06d}.png", np.full((*color_size[::-1], 3), 7, np.uint8))
+    image_io.write_mask(root / "mask" / "000001.png", mask)
+    poses = {"frames": {"1": {str(k + 1): {"T_cam_obj": _pose(1, k).tolist()} for k in range(2)}}}
+    (root / "poses_init.json").write_text(json.dumps(poses))
+    CUBE.save(root / "cube.ply")
+
+
+def test_k1_has_its_mapping_masks_and_two_objects_of_one_mesh(tmp_path):
+    _write_k1(tmp_path / "s", (80, 60), mapping=True)
+    seq = st.open_sequence(tmp_path / "s")
+    assert seq.layout == "k1"
+    assert seq.camera.projective[1].tolist() == [1, 0, 0]
+    assert seq[0].color.shape == (60, 80, 3)
+    assert seq[0].depth[0, 0] == pytest.approx(0.8)
+    assert seq.objects == [1, 1]
+    assert list(seq.models) == [1]
+    np.testing.assert_allclose(seq.models[1].vertices, CUBE.vertices, atol=1e-6)
+    assert seq.ground_truth.keys() == {1}
+    assert_pose_close(seq.ground_truth[1][1], _pose(1, 1), 1e-9, 1e-9)
+    assert seq.masks(0) == {}
+    masks = seq.masks(1)
+    assert masks.keys() == {0, 1}  # the small patch is no object
+    assert masks[0][0, 2]
+    assert masks[1][0, 40]
+
+
+def test_k1_colour_of_another_size_needs_a_mapping(tmp_path, caplog):
+    _write_k1(tmp_path / "a", (80, 60), mapping=False)
+    with caplog.at_level(logging.WARNING, logger="sdftrack"):
+        assert st.open_sequence(tmp_path / "a")[0].color is None
+    assert "80 x 60" in caplog.text
+    _write_k1(tmp_path / "b", (64, 48), mapping=False)
+    seq = st.open_sequence(tmp_path / "b")
+    assert seq.camera.aligned
+    assert seq[0].color is not None
+
+
+def test_plain_folders_are_read(tmp_path):
+    for name in ("depth", "rgb", "masks", "annotated_poses", "mesh"):
+        (tmp_path / name).mkdir()
+    np.savetxt(tmp_path / "cam_K.txt", CAMERA.K)
+    for i in (3, 4, 10):
+        image_io.write_depth_units(tmp_path / "depth" / f"{i}.png", np.full(CAMERA.shape, 700 + i, np.uint16))
+        image_io.write_color(tmp_path / "rgb" / f"{i}.png", np.zeros((*CAMERA.shape, 3), np.uint8))
+    image_io.write_mask(tmp_path / "masks" / "3.png", np.eye(48, 64, dtype=bool))
+    np.savetxt(tmp_path / "annotated_poses" / "4.txt", _pose(4))
+    CUBE.save(tmp_path / "mesh" / "cube.obj")
+    seq = st.open_sequence(tmp_path)
+    assert seq.layout == "folders"
+    assert seq.ids == [3, 4, 10]  # by number, not by letters
+    assert seq[2].depth[0, 0] == pytest.approx(0.710)
+    assert seq[0].color.shape == (48, 64, 3)
+    assert seq.masks(0)[0].sum() == 48
+    assert seq.masks(1) == {}
+    assert_pose_close(seq.ground_truth[1][0], _pose(4), 1e-12, 1e-12)
+    assert seq.objects == [1]
+    assert len(seq.models[1].faces) == 12
+
+
+def test_redwood_files_are_paired_in_order(tmp_path):
+    for name in ("depth", "rgb"):
+        (tmp_path / name).mkdir()
+    for i in range(2):
+        units = np.full((480, 640), 900 + i, np.uint16)
+        image_io.write_depth_units(tmp_path / "depth" / f"{i + 1:07d}-{33333 * i:012d}.png", units)
+        image_io.write_color(
+            tmp_path / "rgb" / f"{i + 1:07d}-{33333 * i + 12000:012d}.jpg",
+            np.full((480, 640, 3), i, np.uint8),
+        )
+    seq = st.open_sequence(tmp_path)
+    assert seq.layout == "open3d"
+    assert seq[1].timestamp == pytest.approx(0.033333)
+    assert seq[1].depth[0, 0] == pytest.approx(0.901)
+    assert seq[1].color.max() == 1
+    assert seq.camera.depth == st.Camera(525, 525, 319.5, 239.5, 640, 480)
+
+
+def test_quaternions_and_rotations_agree():
+    rng = np.random.default_rng(0)
+    for angle in (0.0, 1e-9, 0.5, 3.0, np.pi):
+        axis = rng.normal(size=3)
+        R = st.geometry.pose(angle * axis / np.linalg.norm(axis))[:3, :3]
+        q = trajectories.quaternion(R)
+        assert np.linalg.norm(q) == pytest.approx(1, abs=1e-12)
+        np.testing.assert_allclose(trajectories.rotation(-3 * q), R, atol=1e-12)
+
+
+def test_trajectory_files_say_which_line_is_wrong(tmp_path):
+    (tmp_path / "t.txt").write_text("# time\n1 0 0 0 0 0 0 1\n2 0 0 0\n")
+    with pytest.raises(ValueError, match="line 3"):
+        trajectories.read_tum(tmp_path / "t.txt")
+    (tmp_path / "t.log").write_text("0 0 1\n1 0 0 0\n")
+    with pytest.raises(ValueError, match="four rows"):
+        trajectories.read_log(tmp_path / "t.log")
+
+
+# Recorded data; the numbers are those of the data's own notes.
+
+
+def test_k1_is_read(data_dir):
+    with st.open_sequence(data_dir / "k1") as seq:
+        assert seq.layout == "k1"
+        assert len(seq) == 251
+        assert sorted(seq.ground_truth) == [0, 46, 64, 80, 90, 98]
+        assert seq.objects == [1, 1]
+        frame = seq[0]
+        assert frame.depth.shape == (480, 640)
+        masks = seq.masks(0)
+        assert list(masks) == [0, 1]
+        for k, T in seq.ground_truth[0].items():
+            inside = masks[k] & (frame.depth > 0)
+            points = st.geometry.transform_points(
+                st.geometry.inverse(T), seq.camera.depth.back_project(frame.depth)[inside]
+            )
+            # All of the mask lies on the sponge of 57 x 57 x 137 / 2 mm half sides, to sensor noise.
+            assert np.median(np.abs(points).max(axis=1)) < 0.075
+        assert np.ptp(seq.models[1].vertices, axis=0) == pytest.approx([0.1139, 0.0556, 0.1368], abs=0.001)
+        color_px = seq.camera.project_to_color(seq.camera.depth.back_project(frame.depth)[masks[0]])
+        picked = np.rint(color_px[np.isfinite(color_px).all(1)]).astype(int)
+        red, _, blue = frame.color[picked[:, 1], picked[:, 0]].astype(int).T
+        assert np.median(red - blue) > 60  # the sponge is yellow in the colour image too
+
+
+def test_ycbv10_is_read(data_dir):
+    with st.open_sequence(data_dir / "ycbv10") as seq:
+        assert seq.layout == "bop"
+        assert len(seq) == 10
+        assert seq.objects == [1, 2, 3]
+        assert seq.camera.depth.fx == pytest.approx(1066.778)
+        extents = np.ptp(seq.models[3].vertices, axis=0)
+        assert extents == pytest.approx([0.052, 0.078, 0.051], abs=0.001)
+        for i in (0, 9):
+            frame, masks = seq[i], seq.masks(i)
+            assert masks.keys() == {0, 1, 2}
+            for k, T in seq.ground_truth[i].items():
+                depth = seq.models[seq.objects[k]].raycast(seq.camera.depth, T)[0]
+                both = masks[k] & (frame.depth > 0) & (depth > 0)
+                offset_m = np.median(frame.depth[both] - depth[both])
+                assert 0 < offset_m < 0.0007  # +0.16 to +0.55 mm by the notes
+                hit = np.count_nonzero(masks[k] & (depth > 0))
+                assert hit > 0.995 * np.count_nonzero(masks[k])  # of what is not hidden
