@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Camera', 'cuda_available', 'cuda_build', 'cuda_device_name', 'nearest_rigid', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'scale_and_add', 'thread_count']
+__all__: list[str] = ['Camera', 'MeshCaster', 'cuda_available', 'cuda_build', 'cuda_device_name', 'nearest_rigid', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'scale_and_add', 'thread_count']
 class Camera:
     """
     Pinhole camera with Brown-Conrady distortion; see sdftrack.Camera.
@@ -27,6 +27,20 @@ class Camera:
     @property
     def width(self) -> int:
         ...
+class MeshCaster:
+    """
+    Rays and closest points of one mesh. The arrays must not change.
+    """
+    def __init__(self, vertices: numpy.ndarray, faces: numpy.ndarray) -> None:
+        ...
+    def closest(self, points: numpy.ndarray) -> tuple:
+        """
+        (N, 3) float64 -> distances (N,) m, faces (N,) int32, points (N, 3).
+        """
+    def raycast(self, camera: Camera, T_cam_obj: numpy.ndarray, colors: numpy.ndarray | None = None, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
+        """
+        -> depth (H, W) float32 m, normals (H, W, 3) float32, colours (H, W, 3) uint8 or None.
+        """
 def cuda_available() -> bool:
     """
     True when the build has CUDA and a device answers.

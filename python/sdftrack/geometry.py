@@ -25,7 +25,7 @@ def rigid(T: ArrayLike, name: str = "T") -> Array:
 
 def pose(w_rad: ArrayLike = (0.0, 0.0, 0.0), t_m: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
     """Transform with rotation vector `w_rad` and translation `t_m`, each given by itself."""
-    T: Array = np.array(_core.rotation_exp(_vector(w_rad, "w_rad")))
+    T: Array = np.array(_core.rotation_exp(_vector(w_rad, "w_rad").tolist()))
     T[:3, 3] = _vector(t_m, "t_m")
     return T
 

@@ -184,9 +184,11 @@ class Mesh:
 
     @property
     def _rays(self) -> _core.MeshCaster:
-        if self._caster is None:
-            object.__setattr__(self, "_caster", _core.MeshCaster(self.vertices, self.faces))
-        return self._caster
+        caster = self._caster
+        if caster is None:
+            caster = _core.MeshCaster(self.vertices, self.faces)
+            object.__setattr__(self, "_caster", caster)
+        return caster
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (Mesh, (self.vertices, self.faces, self.colors))

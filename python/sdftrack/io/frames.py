@@ -47,8 +47,8 @@ def read_mask(path: str | os.PathLike[str], name: str | None = None) -> NDArray[
     """(H, W) bool, true where any channel is not zero (alpha does not count)."""
     image = _decode(Path(path), name)
     if image.ndim == 3:
-        image = image[..., :3].any(axis=2)
-    return image != 0
+        image = np.asarray(image[..., :3].any(axis=2))
+    return np.asarray(image != 0)
 
 
 def write_depth_units(path: str | os.PathLike[str], units: NDArray[np.uint16]) -> None:
