@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Track and reconstruct rigid objects with an RGB-D camera, by signed distance functions."""
 
-from sdftrack import geometry, metrics
+from sdftrack import geometry, metrics, synth
 from sdftrack._core import __version__
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.device import cuda_available
@@ -26,4 +26,5 @@ __all__ = [
     "metrics",
     "open_sequence",
     "save_sequence",
+    "synth",
 ]

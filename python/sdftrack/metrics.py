@@ -64,7 +64,7 @@ def add(T: ArrayLike, T_gt: ArrayLike, points: Any) -> Any:
 
 
 def adds(T: ArrayLike, T_gt: ArrayLike, points: Any) -> Any:
-    """ADD-S: mean distance of each model point under `T_gt` to the nearest under `T`, m (symmetric bodies)."""
+    """ADD-S: mean distance of each model point under `T_gt` to the nearest under `T`, m."""
     from scipy.spatial import cKDTree
 
     A, B = np.broadcast_arrays(_poses(T, "T"), _poses(T_gt, "T_gt"))

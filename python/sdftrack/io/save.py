@@ -36,7 +36,7 @@ def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bo
     seq : Sequence
     layout : "bop", "tum" or "open3d"
         bop: every pose, mask and model; depth in 0.1 mm (in 1 mm beyond 6.5 m). tum: one object, depth in
-        0.2 mm up to 13.1 m. open3d: one object, depth in 1 mm up to 65.5 m. A frame that could not be read has
+        0.2 mm up to 13.1 m. open3d: one object, depth in 1 mm up to 65.5 m. A frame that was not readable has
         no images in bop and is left out of the others. Colour that is not aligned to depth is left out,
         with a warning in the log, for none of the three can hold the mapping.
 
@@ -162,7 +162,7 @@ def _units(frame: Frame, units_per_m: float) -> NDArray[np.uint16]:
     farthest = float(frame.depth.max())
     if round(farthest * units_per_m) > 65535:
         raise ValueError(
-            f"depth: frame {frame.index} has {farthest:.2f} m, 16 bits hold {65535 / units_per_m:.2f} m here; "
+            f"depth: frame {frame.index} has {farthest:.2f} m, 16 bits end at {65535 / units_per_m:.2f} m; "
             "cut the depth or choose another layout"
         )
     return np.rint(frame.depth.astype(np.float64) * units_per_m).astype(np.uint16)
@@ -176,7 +176,7 @@ def _write_color(path: Path, frame: Frame, seq: Sequence) -> bool:
 
 
 def _one_object(seq: Sequence, layout: str) -> dict[int, NDArray[np.float64]]:
-    """Poses of the only object; these layouts hold the camera's path in a still world, which is the object."""
+    """Poses of the only object; these layouts hold a camera path in a still world: the object."""
     if len(seq.objects) > 1:
         raise ValueError(f"layout: {layout} holds one object's poses, got {len(seq.objects)}; use 'bop'")
     for frame in seq:

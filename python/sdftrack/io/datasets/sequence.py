@@ -121,7 +121,7 @@ class Sequence:
         )
 
     def masks(self, i: int) -> Masks:
-        """{k: (H, W) bool} masks of the instances in frame i, in the depth image's geometry; {} if unknown."""
+        """{k: (H, W) bool} masks of the instances in frame i, in depth geometry; {} if unknown."""
         i = range(len(self))[i]
         return {} if self._masks is None else self._masks(i)
 

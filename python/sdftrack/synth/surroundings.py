@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: MIT
+"""What is in the picture beside the object: a wall, a table, things behind it, and a hand before it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack import geometry
+from sdftrack.camera import Camera
+
+if TYPE_CHECKING:
+    from sdftrack.mesh import Mesh
+
+__all__ = ["CLUTTER", "Layer", "background", "hand_mesh"]
+
+Array = NDArray[np.float64]
+CLUTTER = ("wall", "table", "objects")
+
+
+@dataclass
+class Layer:
+    """Depth (m, 0 = nothing), cosine of the incidence and colour of one thing, full image."""
+
+    depth: NDArray[np.float32]
+    cosine: NDArray[np.float32]
+    color: NDArray[np.uint8]
+
+    def put(self, other: Layer) -> NDArray[np.bool_]:
+        """Draw `other` where it is nearer; returns where."""
+        nearer = (other.depth > 0) & ((self.depth == 0) | (other.depth < self.depth))
+        self.depth[nearer], self.cosine[nearer] = other.depth[nearer], other.cosine[nearer]
+        self.color[nearer] = other.color[nearer]
+        return nearer
+
+    def copy(self) -> Layer:
+        return Layer(self.depth.copy(), self.cosine.copy(), self.color.copy())
+
+    @classmethod
+    def empty(cls, camera: Camera) -> Layer:
+        shape = camera.shape
+        return cls(np.zeros(shape, np.float32), np.ones(shape, np.float32), np.zeros((*shape, 3), np.uint8))
+
+
+def background(camera: Camera, kind: str | None, distance_m: float, rng: np.random.Generator) -> Layer:
+    """The still part of the scene, all of it farther than the object at `distance_m` gets."""
+    scene = Layer.empty(camera)
+    if kind is None:
+        return scene
+    if kind not in CLUTTER:
+        raise ValueError(f"clutter: expected None or one of {', '.join(CLUTTER)}, got {kind!r}")
+    back = distance_m + 0.5
+    scene.put(_plane(camera, np.array([0.1, 0.0, -1.0]), np.array([0, 0, back]), (150, 155, 160), rng))
+    if kind == "wall":
+        return scene
+    scene.put(
+        _plane(camera, np.array([0.0, -1.0, -0.25]), np.array([0, 0.3, distance_m]), (120, 90, 65), rng)
+    )
+    if kind == "objects":
+        for i in range(10):
+            at = np.array(
+                [rng.uniform(-0.5, 0.5), rng.uniform(-0.3, 0.25), distance_m + rng.uniform(0.27, 0.45)]
+            )
+            color = tuple(int(c) for c in rng.integers(40, 230, 3))
+            size = rng.uniform(0.05, 0.12, 3)
+            mesh = _ellipsoid(0.6 * size) if i % 2 else _box(size)
+            scene.put(mesh_layer(mesh, camera, geometry.pose(rng.normal(size=3), at), color))
+    return scene
+
+
+def mesh_layer(mesh: Mesh, camera: Camera, T: Array, color: tuple[int, ...]) -> Layer:
+    """A mesh of one colour with a little shading."""
+    depth, normals, _ = mesh.raycast(camera, T)
+    cosine = incidence_cosine(camera, normals)
+    return Layer(depth, cosine, shade(np.broadcast_to(np.array(color, np.uint8), (*depth.shape, 3)), cosine))
+
+
+def incidence_cosine(camera: Camera, normals: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Cosine of the angle between each pixel's ray and the surface normal (1 where there is no surface)."""
+    x, y = camera.rays[..., 0], camera.rays[..., 1]
+    along = -(normals[..., 0] * x + normals[..., 1] * y + normals[..., 2]) / np.sqrt(x * x + y * y + 1)
+    nothing = ~normals.any(axis=-1)
+    cosine: NDArray[np.float32] = np.where(nothing, 1, np.clip(along, 0, 1)).astype(np.float32)
+    return cosine
+
+
+def shade(color: NDArray[np.uint8], cosine: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """A lamp at the camera: the surface darkens by up to 40 % where it turns away."""
+    return (color * (0.6 + 0.4 * cosine[..., None])).astype(np.uint8)
+
+
+def _plane(
+    camera: Camera, normal: Array, point: Array, color: tuple[int, ...], rng: np.random.Generator
+) -> Layer:
+    layer = Layer.empty(camera)
+    n = normal / np.linalg.norm(normal)
+    x, y = camera.rays[..., 0].astype(float), camera.rays[..., 1].astype(float)
+    along = n[0] * x + n[1] * y + n[2]
+    with np.errstate(divide="ignore"):
+        z = np.where(along < -1e-6, (n @ point) / along, 0)
+    z[(z < 0) | (z > 6)] = 0
+    layer.depth[:] = z
+    layer.cosine[:] = np.clip(-along / np.sqrt(x * x + y * y + 1), 0, 1)
+    # Broad stripes and a grain, fixed to the plane.
+    p = np.stack([x * z, y * z, z], axis=-1) @ rng.normal(size=(3, 2)) * 40
+    tone = 1 + 0.12 * np.sin(p[..., 0]) * np.sin(p[..., 1]) + 0.02 * rng.standard_normal(z.shape)
+    layer.color[:] = np.clip(np.array(color) * tone[..., None], 0, 255)
+    return layer
+
+
+def hand_mesh(scale_m: float) -> Mesh:
+    """A palm, four fingers, a thumb and a forearm that points along +y; `scale_m` long without the forearm.
+
+    Origin at the tips of the fingers' middle, fingers towards -y, palm facing +z.
+    """
+    parts: list[tuple[tuple[float, ...], tuple[float, ...], float]] = [
+        ((-0.14, 0.62, 0), (-0.14, 0.85, 0), 0.17),
+        ((0.14, 0.62, 0), (0.14, 0.85, 0), 0.17),
+    ]
+    for x, tip in ((-0.22, 0.1), (-0.075, 0.0), (0.075, 0.02), (0.21, 0.14)):
+        parts.append(((x, 0.55, 0), (1.15 * x, 0.07 + tip, 0.05), 0.075))
+    parts.append(((-0.26, 0.8, 0), (-0.5, 0.48, 0.05), 0.085))
+    parts.append(((0, 0.95, 0), (0, 2.6, -0.1), 0.19))
+    meshes = [_capsule(scale_m * np.array(a), scale_m * np.array(b), scale_m * r) for a, b, r in parts]
+    return _joined(meshes)
+
+
+def _sphere_grid(rows: int = 12, columns: int = 20) -> tuple[Array, NDArray[np.int32]]:
+    """Unit sphere with poles on z; the middle row of vertices stands twice, so that it can be pulled apart."""
+    half = np.linspace(0, np.pi / 2, rows // 2 + 1)
+    polar = np.concatenate([half, np.pi - half[::-1]])
+    around = 2 * np.pi * np.arange(columns) / columns
+    p, a = np.meshgrid(polar, around, indexing="ij")
+    v = np.stack([np.sin(p) * np.cos(a), np.sin(p) * np.sin(a), np.cos(p)], axis=-1).reshape(-1, 3)
+    i, j = np.meshgrid(np.arange(len(polar) - 1), np.arange(columns), indexing="ij")
+    k, right = i * columns + j, i * columns + (j + 1) % columns
+    quads = np.stack([k, k + columns, right + columns, right], axis=-1).reshape(-1, 4)
+    return v, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
+
+
+def _capsule(a: Array, b: Array, radius: float) -> Mesh:
+    from sdftrack.mesh import Mesh
+
+    v, f = _sphere_grid()
+    z = (b - a) / np.linalg.norm(b - a)
+    x = np.cross(z, [1.0, 0, 0] if abs(z[0]) < 0.9 else [0.0, 1, 0])
+    x /= np.linalg.norm(x)
+    upper = np.arange(len(v)) < len(v) // 2
+    p = radius * v @ np.stack([x, np.cross(z, x), z]) + np.where(upper[:, None], b, a)
+    return Mesh(p, f)
+
+
+def _ellipsoid(radii: Array) -> Mesh:
+    from sdftrack.mesh import Mesh
+
+    v, f = _sphere_grid()
+    return Mesh(v * radii, f)
+
+
+def _box(size: Array) -> Mesh:
+    from sdftrack.mesh import Mesh
+
+    corners = 0.5 * size * np.array([[x, y, z] for x in (-1.0, 1) for y in (-1, 1) for z in (-1, 1)])
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return Mesh(corners, [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+
+
+def _joined(meshes: list[Mesh]) -> Mesh:
+    from sdftrack.mesh import Mesh
+
+    first = np.cumsum([0] + [len(m.vertices) for m in meshes[:-1]])
+    faces = np.concatenate([m.faces + n for m, n in zip(meshes, first, strict=True)])
+    return Mesh(np.concatenate([m.vertices for m in meshes]), faces)

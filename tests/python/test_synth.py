@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: MIT
+import numpy as np
+import pytest
+
+import sdftrack as st
+
+SURFACE_TOLERANCE_M = 1e-5  # float32 depth at 0.8 m resolves 6e-8 m, rays 1e-7
+STEP_TOLERANCE = 1e-9  # bisection in double arithmetic
+SMALL = st.Camera(131.25, 131.25, 79.5, 59.5, 160, 120)
+HALF = np.array([0.05, 0.07, 0.09])
+CORNERS = HALF * np.array([[x, y, z] for x in (-1.0, 1) for y in (-1, 1) for z in (-1, 1)])
+FACES = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+         [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]  # fmt: skip
+BOX = st.Mesh(CORNERS, FACES)
+OFF_CENTRE = st.Mesh(CORNERS + np.array([0.3, -0.1, 0.2]), FACES)
+
+
+def _points_on_object(seq: st.Sequence, i: int, k: int = 0) -> np.ndarray:
+    points = seq.camera.depth.back_project(seq[i].depth)[seq.masks(i)[k]]
+    return st.geometry.transform_points(st.geometry.inverse(seq.ground_truth[i][k]), points)
+
+
+@pytest.mark.parametrize("trajectory", ["random", "orbit", "static"])
+def test_depth_lies_on_the_object_at_its_true_pose(trajectory):
+    seq = st.synth.sequence(BOX, 4, trajectory, camera=SMALL, clutter="table", seed=2)
+    for i in range(4):
+        p = _points_on_object(seq, i)
+        assert len(p) > 200
+        off = np.abs(p) - HALF  # on a box the largest of the three is 0
+        assert np.abs(off.max(axis=1)).max() < SURFACE_TOLERANCE_M
+        # And the object is seen wherever it should be: to its outline, but for corners thinner than a pixel.
+        px = SMALL.project(st.geometry.transform_points(seq.ground_truth[i][0], CORNERS))
+        v, u = np.nonzero(seq.masks(i)[0])
+        assert np.abs(px.min(axis=0) - [u.min(), v.min()]).max() < 1.5
+        assert np.abs(px.max(axis=0) - [u.max(), v.max()]).max() < 1.5
+
+
+def test_the_same_arguments_give_the_same_images_in_any_order():
+    make = lambda seed: st.synth.sequence(  # noqa: E731
+        BOX, 3, noise="kinect", occluder=0.2, clutter=True, camera=SMALL, seed=seed
+    )
+    a, b, other = make(5), make(5), make(6)
+    forward = [a[i] for i in range(3)]
+    backward = [b[i] for i in (2, 1, 0)][::-1]
+    assert forward == backward
+    assert forward[0] != other[0]
+    assert not np.array_equal(a.ground_truth[0][0], other.ground_truth[0][0])
+
+
+@pytest.mark.parametrize(("step_m", "step_deg"), [(0.005, 1.5), (0.018, 6.0), (0.0, 0.0)])
+def test_every_step_has_the_wanted_length(step_m, step_deg):
+    path = st.synth.random_walk(step_m=step_m, step_rad=np.radians(step_deg))
+    seq = st.synth.sequence(OFF_CENTRE, 300, path, camera=SMALL, seed=1)
+    T = np.array([seq.ground_truth[i][0] for i in range(300)])
+    centre = T[:, :3, :3] @ [0.3, -0.1, 0.2] + T[:, :3, 3]
+    steps = np.linalg.norm(np.diff(centre, axis=0), axis=1)
+    np.testing.assert_allclose(steps, step_m, atol=STEP_TOLERANCE)
+    _, radians = st.metrics.pose_error(T[1:], T[:-1])
+    np.testing.assert_allclose(radians, np.radians(step_deg), atol=STEP_TOLERANCE)
+    assert (np.abs(centre - [0, 0, 0.8]) <= np.array(path.spread_m) + STEP_TOLERANCE).all()
+    if step_m:
+        moved = np.diff(centre, axis=0) / step_m
+        assert (moved[1:] * moved[:-1]).sum(axis=1).min() > 0  # no sharp corner
+        directions = T[:, 2, :3]  # the camera's axis in the object's frame
+        assert np.linalg.norm(directions.mean(axis=0)) < 0.6  # many views, not one side
+
+
+def test_an_orbit_sees_the_object_from_one_height():
+    seq = st.synth.sequence(BOX, 8, st.synth.orbit(0.6, 1.0, 0.3), camera=SMALL)
+    eyes = np.array([st.geometry.inverse(seq.ground_truth[i][0])[:3, 3] for i in range(8)])
+    np.testing.assert_allclose(np.linalg.norm(eyes, axis=1), 0.6)
+    np.testing.assert_allclose(eyes[:, 2], 0.6 * np.sin(0.3))
+
+
+def test_given_poses_are_kept():
+    poses = np.array([st.geometry.pose([0, 0.1 * i, 0], [0, 0, 0.7]) for i in range(3)])
+    seq = st.synth.sequence(BOX, 3, poses, camera=SMALL)
+    for i in range(3):
+        np.testing.assert_allclose(seq.ground_truth[i][0], poses[i], atol=1e-15)
+    with pytest.raises(ValueError, match=r"\(4, 4, 4\)"):
+        st.synth.sequence(BOX, 4, poses)
+    with pytest.raises(ValueError, match="rotation"):
+        st.synth.sequence(BOX, 3, poses * np.diag([2, 2, 2, 1]).max(axis=1)[:, None])
+
+
+def _noise(kind, n=4):
+    noisy = st.synth.sequence(BOX, n, "static", kind, camera=SMALL, clutter="wall", seed=4)
+    clean = st.synth.sequence(BOX, n, "static", camera=SMALL, clutter="wall", seed=4)
+    return np.array([f.depth for f in noisy]), np.array([f.depth for f in clean])
+
+
+def test_gaussian_noise_has_its_sigma_and_no_bias():
+    noisy, clean = _noise(0.003)
+    error = (noisy - clean)[clean > 0]
+    # 77,000 samples: the mean to 3 / sqrt(77000) sigma, the deviation to 3 / sqrt(2 * 77000).
+    assert abs(error.mean()) < 0.003 * 3 / np.sqrt(error.size)
+    assert abs(error.std() / 0.003 - 1) < 3 / np.sqrt(2 * error.size)
+    assert (noisy[clean == 0] == 0).all()
+    frames = (noisy - clean)[:, 40:80, 20:60].reshape(4, -1)
+    assert np.abs(np.corrcoef(frames) - np.eye(4)).max() < 0.1  # fresh in every frame
+
+
+def test_kinect_noise_grows_with_depth_and_comes_in_steps():
+    kinect = st.synth.Kinect(lateral_px=0)
+    noisy, clean = _noise(kinect)
+    far = (clean > 1.25) & (noisy > 0)
+    assert np.std((noisy - clean)[far]) == pytest.approx(
+        np.hypot(kinect.sigma_m(1.3), 1.3**2 / (8 * kinect.baseline_m_px) / np.sqrt(12)), rel=0.1
+    )
+    eighths = 8 * kinect.baseline_m_px / noisy[noisy > 0]
+    np.testing.assert_allclose(eighths, np.rint(eighths), atol=1e-3)
+    assert kinect.sigma_m(2.0) > 2 * kinect.sigma_m(0.8)
+
+
+def test_kinect_loses_edges_and_grazing_surfaces():
+    noisy, clean = _noise("kinect")
+    lost = (noisy == 0) & (clean > 0)
+    step = np.abs(np.diff(clean[0], axis=1))[:, :] > 0.1
+    beside = np.zeros(clean[0].shape, bool)
+    beside[:, 1:] |= step
+    beside[:, :-1] |= step
+    assert lost[:, beside].mean() == pytest.approx(0.5, abs=0.15)
+    assert lost[:, ~beside].mean() < 0.05
+    ramp = np.full((50, 50), 1.0, np.float32)
+    rng = np.random.default_rng(0)
+    assert (st.synth.Kinect()(ramp, np.full_like(ramp, np.cos(np.radians(85))), rng) == 0).all()
+    assert (st.synth.Kinect()(ramp, np.full_like(ramp, np.cos(np.radians(60))), rng) > 0).all()
+
+
+@pytest.mark.parametrize("fraction", [0.15, 0.3, 0.6])
+def test_a_hand_hides_the_wanted_fraction(fraction):
+    bare = st.synth.sequence(BOX, 3, camera=SMALL, seed=8)
+    seq = st.synth.sequence(BOX, 3, occluder=fraction, camera=SMALL, seed=8)
+    for i in range(3):
+        before, after = bare.masks(i)[0], seq.masks(i)[0]
+        assert not (after & ~before).any()
+        assert 1 - after.sum() / before.sum() == pytest.approx(fraction, abs=0.03)
+        hidden = before & ~after
+        assert (seq[i].depth[hidden] < bare[i].depth[hidden]).all()
+        p = _points_on_object(seq, i)
+        assert np.abs((np.abs(p) - HALF).max(axis=1)).max() < SURFACE_TOLERANCE_M
+
+
+def test_clutter_stays_behind_the_object():
+    for clutter in ("wall", "table", "objects"):
+        bare = st.synth.sequence(BOX, 2, "static", camera=SMALL, seed=8)
+        seq = st.synth.sequence(BOX, 2, "static", camera=SMALL, clutter=clutter, seed=8)
+        np.testing.assert_array_equal(seq.masks(0)[0], bare.masks(0)[0])
+        assert (seq[0].depth > 0).mean() > 0.95
+
+
+def test_colours_belong_to_the_surface():
+    plain = st.synth.sequence(BOX, 2, "static", camera=SMALL, seed=1)
+    inside = plain.masks(0)[0]
+    a, b = (plain[i].color[inside].astype(float) for i in (0, 1))
+    assert np.abs(a - b).max() < 20  # grain alone differs
+    assert plain[0].color[inside].std(axis=0).max() > 5  # a texture, not one colour
+    red = st.Mesh(CORNERS, FACES, np.tile(np.uint8([200, 20, 10]), (8, 1)))
+    color = st.synth.sequence(red, 1, "static", camera=SMALL, seed=1)[0].color[inside].astype(float)
+    assert (color[:, 0] > 100).all()
+    assert (color[:, 1:] < 40).all()
+    assert st.synth.sequence(red, 1, camera=SMALL, color=False)[0].color is None
+
+
+def test_a_solid_texture_turns_with_the_object():
+    T = np.array([st.geometry.pose(t_m=[0, 0, 0.8]), st.geometry.pose([0, 0, np.pi], [0, 0, 0.8])])
+    seq = st.synth.sequence(BOX, 2, T, camera=SMALL, seed=3)
+    inside = seq.masks(0)[0]
+    difference = np.abs(seq[1].color[::-1, ::-1].astype(float) - seq[0].color)[inside]
+    assert np.median(difference) < 6  # grain of two images
+    assert np.median(np.abs(seq[1].color.astype(float) - seq[0].color)[inside]) > 8
+
+
+def test_several_objects_have_their_own_paths_and_models():
+    seq = st.synth.sequence([BOX, BOX, OFF_CENTRE], 2, camera=SMALL, seed=2)
+    assert seq.objects == [1, 1, 2]
+    assert list(seq.models) == [1, 2]
+    assert seq.models[2] is OFF_CENTRE
+    assert set(seq.ground_truth[0]) == {0, 1, 2}
+    masks = seq.masks(0)
+    assert all(m.sum() > 100 for m in masks.values())
+    for k in (0, 1):
+        p = _points_on_object(seq, 0, k)
+        assert np.abs((np.abs(p) - HALF).max(axis=1)).max() < SURFACE_TOLERANCE_M
+    poses = np.tile(st.geometry.pose(t_m=[0, 0, 0.8]), (2, 2, 1, 1))
+    poses[:, 1, 0, 3] = 0.2
+    given = st.synth.sequence([BOX, BOX], 2, poses, camera=SMALL)
+    assert given.ground_truth[1][1][0, 3] == 0.2
+    with pytest.raises(ValueError, match=r"\(2, 3, 4, 4\)"):
+        st.synth.sequence([BOX, BOX, BOX], 2, poses)
+
+
+def test_frames_are_timed_and_rendered_when_asked_for():
+    seq = st.synth.sequence(BOX, 100_0, camera=SMALL, fps=60)
+    assert seq[999].timestamp == pytest.approx(999 / 60)
+    assert seq[10:20][3] == seq[13]
+    assert seq.camera == st.RGBDCamera(SMALL)
+    default = st.synth.sequence(BOX, 1).camera.depth
+    assert default == st.Camera(525, 525, 319.5, 239.5, 640, 480)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"n": 0}, ValueError, "n: expected"),
+        ({"n": 2.5}, ValueError, "n: expected"),
+        ({"trajectory": "zigzag"}, ValueError, "random, orbit, static"),
+        ({"trajectory": st.synth.random_walk(step_m=0.5)}, ValueError, "step_m"),
+        ({"noise": "salt"}, ValueError, "kinect"),
+        ({"noise": -0.001}, ValueError, "sigma"),
+        ({"noise": float("nan")}, ValueError, "sigma"),
+        ({"occluder": 1.5}, ValueError, "fraction"),
+        ({"occluder": "foot"}, ValueError, "hand"),
+        ({"clutter": "jungle"}, ValueError, "wall, table, objects"),
+        ({"fps": 0}, ValueError, "fps"),
+        ({"shape_or_mesh": np.zeros(3)}, TypeError, "SDF, Mesh"),
+        ({"shape_or_mesh": []}, ValueError, "at least one"),
+        ({"camera": SMALL.K}, TypeError, "camera"),
+    ],
+)
+def test_bad_arguments_are_named(arguments, error, message):
+    with pytest.raises(error, match=message):
+        st.synth.sequence(**{"shape_or_mesh": BOX, "n": 2, **arguments})
