@@ -8,6 +8,8 @@ namespace sdftrack {
 
 void bind_base(py::module_& m);
 void bind_device(py::module_& m);
+void bind_energies(py::module_& m);
+void bind_tracking(py::module_& m);
 void bind_render(py::module_& m);
 
 }  // namespace sdftrack
@@ -17,5 +19,7 @@ PYBIND11_MODULE(_core, m) {
   m.attr("__version__") = SDFTRACK_VERSION;
   sdftrack::bind_base(m);
   sdftrack::bind_device(m);
+  sdftrack::bind_energies(m);
+  sdftrack::bind_tracking(m);
   sdftrack::bind_render(m);
 }

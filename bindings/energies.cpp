@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#include <pybind11/eigen.h>
+#include <pybind11/stl.h>
+
+#include <stdexcept>
+
+#include "array.h"
+#include "energies/sdf_energy.h"
+#include "optim/lm.h"
+#include "tracking/region.h"
+#include "tracking/shape.h"
+#include "volume.h"
+
+namespace sdftrack {
+
+namespace {
+
+// The data energy of one object in one frame, with everything it refers to: pixels fixed at construction,
+// classes (ray hit or fallback) fixed at the start pose, so that its cost is a function of the state alone.
+class FrameEnergy {
+ public:
+  FrameEnergy(const py::array& values, double voxel_m, const std::array<double, 3>& origin,
+              const Camera& camera, const py::array& depth_m, const py::object& mask,
+              const py::array& T_cam_obj, const TrackerOptions& options, double scale_m, bool scale,
+              bool intrinsics, int threads)
+      : values_(values), shape_(make_shape(volume_view(values, voxel_m, origin), 1)), camera_(camera) {
+    const Rigidd T = rigid_from(T_cam_obj, "poses");
+    start_.T_obj_cam = {inverse(Rigidd{T.R, T * shape_.centre_obj})};
+    start_.K = camera.K;
+    if (scale) start_.log_scale = {0};
+    const std::vector<float> rays = camera.distorted() ? ray_table(camera) : std::vector<float>{};
+    const DepthFrame frame{image_view(depth_m, "depth", camera), mask_view(mask, camera),
+                           rays.empty() ? nullptr : rays.data()};
+    PixelSet scratch;
+    select_pixels(frame, camera, shape_, inverse(start_.T_obj_cam[0]), options, nullptr, &scratch, &pixels_);
+    if (pixels_.count() == 0)
+      throw py::value_error(
+          "frame: no depth reading near the object at this pose; is the pose in metres, T_cam_obj?");
+    SdfEnergyOptions energy{options.residual, options.curvature};
+    energy.scale_m = static_cast<float>(scale_m);
+    energy.outlier_floor = static_cast<float>(options.outlier_floor);
+    energy.warm_hits = false;
+    energy.scale = scale, energy.intrinsics = intrinsics, energy.threads = threads;
+    energy_ = std::make_unique<SdfEnergy>(shape_.sdf, &pixels_, energy);
+    energy_->classify(start_, 8);
+  }
+
+  State state(const py::array& T_cam_obj, const std::array<double, 4>& K,
+              const std::vector<double>& scales) const {
+    const Rigidd T = rigid_from(T_cam_obj, "poses");
+    State x{{inverse(Rigidd{T.R, T * shape_.centre_obj})}, {K[0], K[1], K[2], K[3]}, {}};
+    if (energy_->unknowns().scale) x.log_scale = {std::log(scales.at(0))};
+    return x;
+  }
+  py::tuple from_state(const State& x) const {
+    const Rigidd T = inverse(x.T_obj_cam[0]);
+    const double scale = x.log_scale.empty() ? 1.0 : std::exp(x.log_scale[0]);
+    return py::make_tuple(matrix_from({T.R, T * -shape_.centre_obj}),
+                          std::array<double, 4>{x.K.fx, x.K.fy, x.K.cx, x.K.cy}, scale);
+  }
+
+  SdfEnergy& energy() { return *energy_; }
+  const PixelSet& pixels() const { return pixels_; }
+
+ private:
+  py::array values_;  // keeps the volume alive
+  Shape shape_;
+  Camera camera_;
+  PixelSet pixels_;
+  State start_;
+  std::unique_ptr<SdfEnergy> energy_;
+};
+
+py::dict linearize(FrameEnergy& self, const State& x) {
+  NormalEquations eq;
+  {
+    py::gil_scoped_release release;
+    eq.reset(self.energy().unknowns().size());
+    self.energy().linearize(x, &eq);
+  }
+  py::dict out;
+  out["cost"] = eq.cost, out["count"] = static_cast<long>(eq.count);
+  out["gradient"] = eq.gradient, out["hessian"] = eq.hessian;
+  return out;
+}
+
+py::dict residuals(FrameEnergy& self, const State& x) {
+  PixelReadings r;
+  {
+    py::gil_scoped_release release;
+    self.energy().read(x, &r);
+  }
+  const auto n = static_cast<py::ssize_t>(r.residual_m.size());
+  py::dict out;
+  out["residual_m"] = to_numpy(std::move(r.residual_m), {n});
+  out["weight"] = to_numpy(std::move(r.weight), {n});
+  out["hit"] = to_numpy(std::move(r.hit), {n});
+  out["u_px"] = to_numpy(std::vector<float>(self.pixels().u_px), {n});
+  out["v_px"] = to_numpy(std::vector<float>(self.pixels().v_px), {n});
+  out["depth_m"] = to_numpy(std::vector<float>(self.pixels().depth_m), {n});
+  return out;
+}
+
+py::tuple run_minimize(FrameEnergy& self, const State& x, const LmOptions& options) {
+  LmResult result;
+  {
+    py::gil_scoped_release release;
+    result = minimize(self.energy(), x, options);
+  }
+  py::list steps;
+  for (const LmStep& s : result.steps) steps.append(py::make_tuple(s.cost, s.damping, s.accepted));
+  return py::make_tuple(self.from_state(result.x), steps, stop_name(result.stop), result.cost,
+                        static_cast<long>(result.count));
+}
+
+}  // namespace
+
+void bind_energies(py::module_& m) {
+  py::enum_<Residual>(m, "Residual", "What a pixel's residual is.")
+      .value("point", Residual::kPoint)
+      .value("slope", Residual::kSlope)
+      .value("ray_hit", Residual::kRayHit);
+  py::enum_<Curvature>(m, "Curvature", "How the normal equations see a penalty.")
+      .value("irls", Curvature::kIrls)
+      .value("printed", Curvature::kPrinted);
+  py::class_<State>(m, "State", "A point in the space of unknowns, in the core's own frames.");
+  py::class_<LmOptions>(m, "LmOptions", "Options of the optimiser.")
+      .def(py::init<>())
+      .def_readwrite("max_steps", &LmOptions::max_steps)
+      .def_readwrite("damping", &LmOptions::damping)
+      .def_readwrite("damping_up", &LmOptions::damping_up)
+      .def_readwrite("damping_down", &LmOptions::damping_down)
+      .def_readwrite("damping_min", &LmOptions::damping_min)
+      .def_readwrite("damping_max", &LmOptions::damping_max)
+      .def_readwrite("step_m", &LmOptions::step_m)
+      .def_readwrite("step_rad", &LmOptions::step_rad)
+      .def_readwrite("step_relative", &LmOptions::step_relative)
+      .def_readwrite("cost_relative", &LmOptions::cost_relative)
+      .def_readwrite("fixed", &LmOptions::fixed);
+  py::class_<FrameEnergy>(m, "FrameEnergy", "Data energy of one object in one frame; see sdftrack.Energy.")
+      .def(py::init<const py::array&, double, const std::array<double, 3>&, const Camera&, const py::array&,
+                    const py::object&, const py::array&, const TrackerOptions&, double, bool, bool, int>(),
+           py::arg("values"), py::arg("voxel_size"), py::arg("origin"), py::arg("camera"), py::arg("depth"),
+           py::arg("mask"), py::arg("T_cam_obj"), py::arg("options"), py::arg("scale_m"), py::arg("scale"),
+           py::arg("intrinsics"), py::arg("threads"))
+      .def("state", &FrameEnergy::state, py::arg("T_cam_obj"), py::arg("K"), py::arg("scales"))
+      .def("cost",
+           [](FrameEnergy& self, const State& x) {
+             py::gil_scoped_release release;
+             return self.energy().cost(x);
+           })
+      .def("linearize", &linearize)
+      .def("residuals", &residuals)
+      .def("minimize", &run_minimize, py::arg("start"), py::arg("options"));
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Observed free space: a model point may not stand where the sensor sees past it.
+#pragma once
+
+#include <vector>
+
+#include "base/vec.h"
+#include "energies/distance_transform.h"
+#include "energies/penalty.h"
+#include "optim/energy.h"
+
+namespace sdftrack {
+
+struct FreeSpaceOptions {
+  float scale_m = 0.003f;  // s of the logistic cost of the sideways distance
+  float dead_px = 1.0f;    // distances up to this many pixels cost nothing
+};
+
+// Back-projected pixels pull data to the model; nothing there sees a model that sticks out into free space.
+// Here each surface point X is projected, and where the reading lies behind the object it costs the sideways
+// distance
+//   r = Z / f max(0, DT(u(X)) - dead)
+// to the nearest pixel that might show the object. docs/math/depth_tracker.md, section 5.
+class FreeSpaceEnergy final : public Energy {
+ public:
+  FreeSpaceEnergy(const std::vector<Vec3f>* points_obj, const DistanceGrid* grid,
+                  const FreeSpaceOptions& options)
+      : points_obj_(points_obj), grid_(grid), options_(options) {}
+
+  Unknowns unknowns() const override { return {1, false, false}; }
+  void linearize(const State& x, NormalEquations* out) override;
+  double cost(const State& x) override;
+
+ private:
+  bool residual(const State& x, const Rigidd& T_cam_obj, Vec3d p_obj, double* r, Vec3d* dr_cam) const;
+
+  const std::vector<Vec3f>* points_obj_;
+  const DistanceGrid* grid_;
+  FreeSpaceOptions options_;
+};
+
+}  // namespace sdftrack

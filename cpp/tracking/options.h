@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// Every option of the tracker, with its default. The only home of these numbers: Python reads them from here.
+#pragma once
+
+#include "energies/sdf_energy.h"
+
+namespace sdftrack {
+
+struct TrackerOptions {
+  // Residual and likelihood (docs/math/depth_tracker.md, sections 1-3)
+  Residual residual = Residual::kRayHit;
+  Curvature curvature = Curvature::kIrls;
+  double outlier_floor = 0.1;    // e in -log((1 - e) sech^2 + e); 0: the printed likelihood
+  double scale_start_m = 0.010;  // s of the first stage; halved from stage to stage; 0: no coarse stage
+  double scale_per_noise = 1.5;  // s of the last stage over the sensor's noise
+  // Sensor: sd of depth noise sigma(Z) = noise_m + noise_per_m * Z^2
+  double noise_m = 0.001;
+  double noise_per_m = 0.0;
+  bool adapt_noise = true;         // rescale sigma(Z) by what the residuals say, frame by frame
+  double correlation_area_px = 1;  // pixels that share one error of the sensor; widens the covariance
+  // Pixels
+  double padding_m = 0.04;  // a pixel counts when its point is this near the object's box
+  int max_pixels = 6000;    // budget of the last stage
+  int coarse_pixels = 600;  // budget of the coarse stages
+  int min_pixels = 40;      // fewer: lost
+  // Optimiser
+  double damping_start = 1e-3;  // the source starts at 100
+  bool keep_damping = false;    // from frame to frame
+  int coarse_steps = 3;         // trials per coarse stage
+  int fine_steps = 8;           // trials of the last stage
+  // Other energies
+  bool free_space = true;
+  double free_space_scale_m = 0.003;
+  double free_space_weight = 1.0;  // 1: all surface points together weigh as much as the pixels do
+  int free_space_points = 300;
+  double motion_sigma_m = 0.03;  // weak prior about the predicted pose; 0: none
+  double motion_sigma_rad = 0.3;
+  bool drop_plane = false;  // leave out pixels of the dominant plane
+  // Trust
+  double lost_inliers = 0.3;  // of the points that can be seen, share that must agree
+  double weak_inliers = 0.55;
+  int trust_points = 160;
+};
+
+}  // namespace sdftrack

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/region.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sdftrack {
+
+namespace {
+
+constexpr double kPlaneTolerance_m = 0.006;
+constexpr int kFreeSpaceMargin_px = 16;
+constexpr int kFreeSpaceNodes = 60;  // along the longer side
+
+// Pixel of a pixel's ray in the ideal pinhole: where distortion would have put it, had there been none.
+struct IdealPixel {
+  const DepthFrame& frame;
+  Intrinsics<float> K;
+  int width;
+
+  Vec2f operator()(int x, int y) const {
+    if (!frame.rays) return {static_cast<float>(x), static_cast<float>(y)};
+    const float* r = frame.rays + 2 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                                       static_cast<std::size_t>(x));
+    return {K.fx * r[0] + K.cx, K.fy * r[1] + K.cy};
+  }
+};
+
+}  // namespace
+
+Rect projected_box(const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj, double padding_m) {
+  const Rect whole{0, 0, camera.width, camera.height};
+  double low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};
+  const Vec3d h = shape.half_box_m + Vec3d{padding_m, padding_m, padding_m};
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3d p =
+        T_cam_obj * Vec3d{corner & 1 ? h.x : -h.x, corner & 2 ? h.y : -h.y, corner & 4 ? h.z : -h.z};
+    if (p.z < 0.02) return whole;
+    const Vec2d u = camera.project_point(p);
+    low[0] = std::min(low[0], u.x), low[1] = std::min(low[1], u.y);
+    high[0] = std::max(high[0], u.x), high[1] = std::max(high[1], u.y);
+  }
+  const auto clip = [](double v, int n) {
+    return static_cast<int>(std::clamp(v, 0.0, static_cast<double>(n)));
+  };
+  return {clip(std::floor(low[0]), camera.width), clip(std::floor(low[1]), camera.height),
+          clip(std::ceil(high[0]) + 1, camera.width), clip(std::ceil(high[1]) + 1, camera.height)};
+}
+
+DepthRange depth_range(const Shape& shape, const Rigidd& T_cam_obj, double padding_m) {
+  const Vec3d z = T_cam_obj.R.r2;  // the camera's z axis in object coordinates
+  const double reach = std::abs(z.x) * shape.half_box_m.x + std::abs(z.y) * shape.half_box_m.y +
+                       std::abs(z.z) * shape.half_box_m.z + padding_m;
+  return {T_cam_obj.t.z - reach, T_cam_obj.t.z + reach};
+}
+
+void select_pixels(const DepthFrame& frame, const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj,
+                   const TrackerOptions& options, const Plane* plane, PixelSet* scratch, PixelSet* out) {
+  out->clear();
+  const Rect rect = projected_box(camera, shape, T_cam_obj, options.padding_m);
+  const DepthRange range = depth_range(shape, T_cam_obj, options.padding_m);
+  const auto near = static_cast<float>(std::max(1e-3, range.near_m)), far = static_cast<float>(range.far_m);
+  const Rigidf T_obj_cam = inverse(T_cam_obj).cast<float>();
+  const Intrinsics<float> K = camera.K.cast<float>();
+  const IdealPixel ideal{frame, K, camera.width};
+  const auto pad = static_cast<float>(options.padding_m);
+  const Vec3f box = shape.half_box_m.cast<float>() + Vec3f{pad, pad, pad};
+  const double reference = sensor_noise_m(options, T_cam_obj.t.z);
+  const auto s0 = static_cast<float>(options.noise_m / reference);
+  const auto s2 = static_cast<float>(options.noise_per_m / reference);
+  for (int y = rect.y0; y < rect.y1; ++y) {
+    const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width);
+    for (int x = rect.x0; x < rect.x1; ++x) {
+      const std::size_t at = row + static_cast<std::size_t>(x);
+      const float z = frame.depth_m.data[at];
+      if (!(z > near && z < far)) continue;  // NaN fails too
+      if (frame.mask && !frame.mask[at]) continue;
+      const Vec2f u = ideal(x, y);
+      const Vec3f p_cam = z * ray(K, u.x, u.y);
+      const Vec3f p = T_obj_cam * p_cam;
+      if (std::abs(p.x) > box.x || std::abs(p.y) > box.y || std::abs(p.z) > box.z) continue;
+      if (plane &&
+          std::abs(dot(plane->normal_cam, p_cam.cast<double>()) + plane->offset_m) < kPlaneTolerance_m)
+        continue;
+      out->push(u.x, u.y, z, s0 + s2 * z * z);
+    }
+  }
+  const int stride = (out->count() + options.max_pixels - 1) / std::max(1, options.max_pixels);
+  if (stride > 1) {
+    scratch->assign_stride(*out, stride);
+    std::swap(*scratch, *out);
+  }
+}
+
+double sensor_noise_m(const TrackerOptions& options, double depth_m) {
+  return options.noise_m + options.noise_per_m * depth_m * depth_m;
+}
+
+void free_space_grid(const DepthFrame& frame, const Camera& camera, const Shape& shape,
+                     const Rigidd& T_cam_obj, double padding_m, FreeSpaceScratch* scratch,
+                     DistanceGrid* grid) {
+  Rect rect = projected_box(camera, shape, T_cam_obj, padding_m);
+  rect = {std::max(0, rect.x0 - kFreeSpaceMargin_px), std::max(0, rect.y0 - kFreeSpaceMargin_px),
+          std::min(camera.width, rect.x1 + kFreeSpaceMargin_px),
+          std::min(camera.height, rect.y1 + kFreeSpaceMargin_px)};
+  grid->distance_px.clear();
+  if (rect.empty()) return;
+  const int longest = std::max(rect.x1 - rect.x0, rect.y1 - rect.y0);
+  const int step = std::max(1, (longest + kFreeSpaceNodes - 1) / kFreeSpaceNodes);
+  grid->step = step;
+  // One ring of nodes outside the region counts as not free: nothing is known there.
+  grid->width = (rect.x1 - rect.x0 + step - 1) / step + 2;
+  grid->height = (rect.y1 - rect.y0 + step - 1) / step + 2;
+  grid->x0 = rect.x0 - step + (step - 1) / 2, grid->y0 = rect.y0 - step + (step - 1) / 2;
+  scratch->free.assign(static_cast<std::size_t>(grid->width) * static_cast<std::size_t>(grid->height), 0);
+  const auto far = static_cast<float>(depth_range(shape, T_cam_obj, padding_m).far_m);
+  for (int j = 1; j + 1 < grid->height; ++j)
+    for (int i = 1; i + 1 < grid->width; ++i) {
+      const int y0 = rect.y0 + (j - 1) * step, x0 = rect.x0 + (i - 1) * step;
+      bool free = true;
+      for (int y = y0; free && y < std::min(y0 + step, rect.y1); ++y)
+        for (int x = x0; free && x < std::min(x0 + step, rect.x1); ++x) free = frame.depth_m(x, y) > far;
+      scratch->free[static_cast<std::size_t>(j) * static_cast<std::size_t>(grid->width) +
+                    static_cast<std::size_t>(i)] = free;
+    }
+  distance_transform(scratch->free, &scratch->transform, grid);
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// Which pixels a frame's energies use: those of the object's projected, padded box.
+#pragma once
+
+#include "base/camera.h"
+#include "base/rigid.h"
+#include "base/views.h"
+#include "energies/distance_transform.h"
+#include "energies/pixel_set.h"
+#include "tracking/options.h"
+#include "tracking/shape.h"
+
+namespace sdftrack {
+
+struct DepthFrame {
+  ImageView<float> depth_m;   // 0 or NaN: no measurement
+  const unsigned char* mask;  // 0: not the object; nullptr: all pixels
+  const float* rays;          // x, y of every pixel's ray (ray_table), nullptr without distortion
+};
+
+struct Rect {
+  int x0, y0, x1, y1;  // half open
+  bool empty() const { return x0 >= x1 || y0 >= y1; }
+};
+
+// The image region that the box, padded, can project to; the whole image when the box reaches behind the
+// camera.
+Rect projected_box(const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj, double padding_m);
+
+struct DepthRange {
+  double near_m, far_m;
+};
+DepthRange depth_range(const Shape& shape, const Rigidd& T_cam_obj, double padding_m);
+
+// Pixels whose points lie in the padded box, their noise relative to that at the object's centre. At most
+// max_pixels, by an even stride over the region's pixels. A plane (n . p + d = 0), if given, takes the pixels
+// within plane_tolerance_m of it away.
+struct Plane {
+  Vec3d normal_cam;
+  double offset_m;
+};
+void select_pixels(const DepthFrame& frame, const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj,
+                   const TrackerOptions& options, const Plane* plane, PixelSet* scratch, PixelSet* out);
+
+// Sensor noise (sd, m) at a depth, as the options say.
+double sensor_noise_m(const TrackerOptions& options, double depth_m);
+
+// The distance to the nearest pixel that might show the object, on a grid of about 60 x 60 nodes over the
+// region.
+struct FreeSpaceScratch {
+  std::vector<unsigned char> free;
+  DistanceScratch transform;
+};
+void free_space_grid(const DepthFrame& frame, const Camera& camera, const Shape& shape,
+                     const Rigidd& T_cam_obj, double padding_m, FreeSpaceScratch* scratch,
+                     DistanceGrid* grid);
+
+}  // namespace sdftrack

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/shape.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "sdf/surface_samples.h"
+
+namespace sdftrack {
+
+namespace {
+
+struct Box {
+  int low[3], high[3];
+};
+
+Box box_of_inside(const SdfView& sdf) {
+  Box box{{sdf.nx, sdf.ny, sdf.nz}, {-1, -1, -1}};
+  const float* row = sdf.phi;
+  for (int z = 0; z < sdf.nz; ++z)
+    for (int y = 0; y < sdf.ny; ++y, row += sdf.nx)
+      for (int x = 0; x < sdf.nx; ++x)
+        if (row[x] <= 0) {
+          const int at[3] = {x, y, z};
+          for (int a = 0; a < 3; ++a)
+            box.low[a] = std::min(box.low[a], at[a]), box.high[a] = std::max(box.high[a], at[a]);
+        }
+  if (box.high[0] < 0)
+    throw std::invalid_argument(
+        "shape: the field has no inside (no value <= 0); distances are negative inside");
+  return box;
+}
+
+}  // namespace
+
+Shape make_shape(const SdfView& sdf, int point_count) {
+  const Box box = box_of_inside(sdf);
+  const double voxel = sdf.voxel_m;
+  double centre[3], half[3];
+  const Vec3d origin = sdf.origin_obj.cast<double>();
+  const double o[3] = {origin.x, origin.y, origin.z};
+  for (int a = 0; a < 3; ++a) {
+    centre[a] = o[a] + 0.5 * voxel * (box.low[a] + box.high[a]);
+    half[a] = 0.5 * voxel * (box.high[a] - box.low[a] + 1);
+  }
+  Shape shape{sdf, {centre[0], centre[1], centre[2]}, {half[0], half[1], half[2]}, 0, {}, {}};
+  shape.diameter_m = 2 * norm(shape.half_box_m);
+  shape.sdf.origin_obj = (origin - shape.centre_obj).cast<float>();
+  for (const SurfaceSample& s : surface_samples(shape.sdf, point_count)) {
+    shape.points.push_back(s.p_obj);
+    shape.normals.push_back(s.n_obj);
+  }
+  return shape;
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// A shape made ready for tracking: its field about the centre of its box, and points on its surface.
+#pragma once
+
+#include <vector>
+
+#include "base/views.h"
+
+namespace sdftrack {
+
+// The tracker's own object frame has its origin at the centre of the object's box, so that translation and
+// rotation are hardly coupled: p_centred = p_obj - centre_obj.
+struct Shape {
+  SdfView sdf;                         // in the centred frame; the values belong to the caller
+  Vec3d centre_obj;                    // of the box of {phi <= 0}, in the caller's object frame
+  Vec3d half_box_m;                    // of that box
+  double diameter_m;                   // its diagonal
+  std::vector<Vec3f> points, normals;  // on the surface, uniform by area, centred frame
+};
+
+// ValueError (std::invalid_argument) when the field has no inside.
+Shape make_shape(const SdfView& sdf, int point_count);
+
+}  // namespace sdftrack

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "tracking/plane.h"
+
+namespace sdftrack {
+
+namespace {
+
+constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
+
+bool has_depth(const ImageView<float>& depth_m) {
+  const int pixels = depth_m.width * depth_m.height, stride = std::max(1, pixels / 4099);
+  for (int i = 0; i < pixels; i += stride)
+    if (depth_m.data[i] > 0) return true;
+  return false;
+}
+
+Rigidd centred(const Rigidd& T_cam_obj, const Shape& shape) {
+  return {T_cam_obj.R, T_cam_obj * shape.centre_obj};
+}
+
+Rigidd uncentred(const Rigidd& T_cam_centre, const Shape& shape) {
+  return {T_cam_centre.R, T_cam_centre * -shape.centre_obj};
+}
+
+}  // namespace
+
+Tracker::Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const TrackerOptions& options,
+                 int threads)
+    : options_(options), threads_(threads) {
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    Object object;
+    for (std::size_t j = 0; j < i && !object.shape; ++j)
+      if (shapes[j].phi == shapes[i].phi) object.shape = objects_[j].shape;
+    if (!object.shape)
+      object.shape = std::make_shared<const Shape>(
+          make_shape(shapes[i], std::max({1, options.free_space_points, 3 * options.trust_points})));
+    objects_.push_back(object);
+  }
+  set_camera(camera);
+}
+
+void Tracker::set_camera(const Camera& camera) {
+  camera_ = camera;
+  rays_ = camera.distorted() ? ray_table(camera) : std::vector<float>{};
+}
+
+DepthFrame Tracker::make_frame(const ImageView<float>& depth_m, const unsigned char* mask) const {
+  return {depth_m, mask, rays_.empty() ? nullptr : rays_.data()};
+}
+
+std::vector<ObjectResult> Tracker::start(const ImageView<float>& depth_m, const unsigned char* mask,
+                                         const std::vector<Rigidd>& T_cam_obj) {
+  if (T_cam_obj.size() != objects_.size())
+    throw std::invalid_argument("poses: expected one per shape (" + std::to_string(objects_.size()) +
+                                "), got " + std::to_string(T_cam_obj.size()));
+  for (std::size_t k = 0; k < objects_.size(); ++k) {
+    Object& object = objects_[k];
+    object.T_cam_obj = centred(T_cam_obj[k], *object.shape);
+    object.noise_factor = 1, object.noise_known = false, object.damping = options_.damping_start;
+  }
+  plane_.reset();
+  return track_all(make_frame(depth_m, mask));
+}
+
+std::vector<ObjectResult> Tracker::track(const ImageView<float>& depth_m, const unsigned char* mask) {
+  return track_all(make_frame(depth_m, mask));
+}
+
+void Tracker::set_pose(int k, const Rigidd& T_cam_obj) {
+  Object& object = objects_.at(static_cast<std::size_t>(k));
+  object.T_cam_obj = centred(T_cam_obj, *object.shape);
+}
+
+std::vector<ObjectResult> Tracker::track_all(const DepthFrame& frame) {
+  std::vector<ObjectResult> results;
+  if (!has_depth(frame.depth_m)) {
+    for (const Object& object : objects_)
+      results.push_back(lost(object, "the depth image has no valid reading", Status::kBadFrame));
+    return results;
+  }
+  if (options_.drop_plane) plane_ = follow_plane(frame, camera_, plane_);
+  for (Object& object : objects_) results.push_back(track_one(frame, &object));
+  return results;
+}
+
+ObjectResult Tracker::lost(const Object& object, std::string reason, Status status) const {
+  ObjectResult result;
+  result.T_cam_obj = uncentred(object.T_cam_obj, *object.shape);
+  result.covariance.setConstant(std::numeric_limits<double>::quiet_NaN());
+  result.trust = {status, std::move(reason), 0, 0};
+  return result;
+}
+
+ObjectResult Tracker::track_one(const DepthFrame& frame, Object* object) {
+  const Shape& shape = *object->shape;
+  select_pixels(frame, camera_, shape, object->T_cam_obj, options_, plane_ ? &*plane_ : nullptr, &scratch_,
+                &pixels_);
+  if (pixels_.count() < options_.min_pixels)
+    return lost(*object, "only " + std::to_string(pixels_.count()) + " readings near the last pose",
+                Status::kLost);
+
+  ObjectResult result;
+  State x{{inverse(object->T_cam_obj)}, camera_.K, {}};
+  fit(frame, object, &x, &result);
+
+  const Rigidd T_cam_obj = inverse(x.T_obj_cam[0]);
+  const double noise_m = object->noise_factor * sensor_noise_m(options_, T_cam_obj.t.z);
+  const Visibility seen =
+      compare_visible_surface(frame, camera_, shape, T_cam_obj, noise_m, options_.trust_points);
+  result.trust = judge(seen, result.covariance, options_);
+  if (result.trust.status == Status::kLost) {
+    ObjectResult gone = lost(*object, result.trust.reason, Status::kLost);
+    gone.trust.inliers = result.trust.inliers;
+    gone.cost = result.cost;
+    gone.steps = std::move(result.steps);
+    return gone;
+  }
+  object->T_cam_obj = T_cam_obj;
+  result.T_cam_obj = uncentred(T_cam_obj, shape);
+  return result;
+}
+
+// Coarse stages on an even subset (phi at the measured points: the better start from afar), then all pixels.
+void Tracker::fit(const DepthFrame& frame, Object* object, State* x, ObjectResult* result) {
+  const Shape& shape = *object->shape;
+  if (options_.free_space)
+    free_space_grid(frame, camera_, shape, object->T_cam_obj, options_.padding_m, &free_scratch_,
+                    &free_grid_);
+  else
+    free_grid_.distance_px.clear();
+  if (!options_.keep_damping) object->damping = options_.damping_start;
+
+  const double noise_m = sensor_noise_m(options_, object->T_cam_obj.t.z);
+  const double last = options_.scale_per_noise * std::max(kLeastNoise_m, object->noise_factor * noise_m);
+  coarse_.assign_stride(pixels_, std::max(1, pixels_.count() / std::max(1, options_.coarse_pixels)));
+  for (double s = options_.scale_start_m; s > 1.5 * last; s *= 0.5) {
+    SdfEnergyOptions energy{Residual::kPoint, options_.curvature};
+    energy.scale_m = static_cast<float>(s);
+    energy.outlier_floor = static_cast<float>(options_.outlier_floor);
+    run_stage(object, &coarse_, energy, options_.coarse_steps, x, result);
+  }
+  fit_fine(object, noise_m, x, result);
+}
+
+void Tracker::fit_fine(Object* object, double noise_m, State* x, ObjectResult* result) {
+  SdfEnergyOptions options{options_.residual, options_.curvature};
+  options.outlier_floor = static_cast<float>(options_.outlier_floor);
+  options.threads = threads_;
+  // The first frame does not know the sensor's noise yet: fit, measure, fit again.
+  for (int round = object->noise_known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
+    options.scale_m = static_cast<float>(options_.scale_per_noise *
+                                         std::max(kLeastNoise_m, object->noise_factor * noise_m));
+    run_stage(object, &pixels_, options, options_.fine_steps, x, result);
+    SdfEnergy energy(object->shape->sdf, &pixels_, options);
+    if (options_.adapt_noise) measure_noise(object, &energy, *x);
+    if (round == 0) continue;
+    result->covariance = camera_covariance(
+        increment_covariance(energy.sandwich(*x), object->shape->diameter_m, options_.correlation_area_px),
+        inverse(x->T_obj_cam[0]), -object->shape->centre_obj);
+  }
+}
+
+void Tracker::run_stage(Object* object, PixelSet* pixels, const SdfEnergyOptions& energy_options, int steps,
+                        State* x, ObjectResult* result) {
+  const Shape& shape = *object->shape;
+  SdfEnergy data(shape.sdf, pixels, energy_options);
+  if (energy_options.residual == Residual::kRayHit) data.classify(*x, 2);
+  SumEnergy sum;
+  sum.add(&data);
+
+  FreeSpaceEnergy free_space(&shape.points, &free_grid_,
+                             {static_cast<float>(options_.free_space_scale_m), 1.0f});
+  if (!free_grid_.empty())
+    sum.add(&free_space,
+            options_.free_space_weight * pixels->count() / static_cast<double>(shape.points.size()));
+  PosePrior prior({1, false, false}, 0, inverse(object->T_cam_obj), options_.motion_sigma_m,
+                  options_.motion_sigma_rad);
+  if (options_.motion_sigma_m > 0 && options_.motion_sigma_rad > 0) sum.add(&prior);
+
+  LmOptions lm;
+  lm.max_steps = steps;
+  lm.damping = object->damping;
+  lm.step_m = lm.step_rad = 2e-6;
+  lm.cost_relative = 1e-6;
+  const LmResult fitted = minimize(sum, *x, lm);
+  for (const LmStep& step : fitted.steps)
+    result->steps.push_back({step, energy_options.scale_m, pixels->count()});
+  *x = fitted.x;
+  if (options_.keep_damping) object->damping = std::clamp(fitted.damping, 1e-6, options_.damping_start);
+  result->cost = fitted.count > 0 ? fitted.cost / fitted.count : 0;
+}
+
+// Noise over the stated sigma(Z): median absolute residual of the rays that meet the model.
+void Tracker::measure_noise(Object* object, SdfEnergy* energy, const State& x) {
+  energy->read(x, &readings_);
+  const double sigma = sensor_noise_m(options_, inverse(x.T_obj_cam[0]).t.z);
+  std::vector<float>& r = scratch_.depth_m;  // free until the next frame
+  r.clear();
+  const double reach = 8 * std::max(0.002, object->noise_factor * sigma);
+  for (std::size_t i = 0; i < readings_.residual_m.size(); ++i) {
+    const float a = std::abs(readings_.residual_m[i]) / pixels_.noise_scale[i];
+    if ((readings_.hit[i] || options_.residual != Residual::kRayHit) && a < reach) r.push_back(a);
+  }
+  if (r.size() < 20) return;
+  const auto middle = r.begin() + static_cast<std::ptrdiff_t>(r.size() / 2);
+  std::nth_element(r.begin(), middle, r.end());
+  const double measured = std::clamp(static_cast<double>(*middle) / 0.6745 / sigma, 0.1, 10.0);
+  object->noise_factor = object->noise_known ? 0.8 * object->noise_factor + 0.2 * measured : measured;
+  object->noise_known = true;
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+// The per-frame recipe: pixels -> energies -> minimize, coarse to fine -> covariance and trust.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "energies/free_space.h"
+#include "optim/lm.h"
+#include "optim/prior.h"
+#include "tracking/trust.h"
+
+namespace sdftrack {
+
+struct TrackStep {
+  LmStep step;
+  double scale_m;
+  int pixels;
+};
+
+struct ObjectResult {
+  Rigidd T_cam_obj;     // of the caller's object frame; the last good one when lost
+  Matrix6d covariance;  // NaN when lost
+  Trust trust;
+  double cost = 0;  // mean per pixel of the last stage
+  std::vector<TrackStep> steps;
+};
+
+// Tracks shapes one by one, each from its own last pose.
+class Tracker {
+ public:
+  // The volumes behind the shapes' views belong to the caller and outlive the tracker.
+  Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const TrackerOptions& options,
+          int threads);
+
+  int object_count() const { return static_cast<int>(objects_.size()); }
+  const Camera& camera() const { return camera_; }
+  void set_camera(const Camera& camera);  // of the frames to come
+
+  // Forgets all history and fits from the given poses (caller's object frames).
+  std::vector<ObjectResult> start(const ImageView<float>& depth_m, const unsigned char* mask,
+                                  const std::vector<Rigidd>& T_cam_obj);
+  std::vector<ObjectResult> track(const ImageView<float>& depth_m, const unsigned char* mask);
+  void set_pose(int k, const Rigidd& T_cam_obj);
+
+ private:
+  struct Object {
+    std::shared_ptr<const Shape> shape;  // objects of the same volume share it
+    Rigidd T_cam_obj;                    // centred frame
+    double noise_factor = 1;             // measured over stated sensor noise
+    bool noise_known = false;
+    double damping = 0;
+  };
+
+  std::vector<ObjectResult> track_all(const DepthFrame& frame);
+  ObjectResult track_one(const DepthFrame& frame, Object* object);
+  void run_stage(Object* object, PixelSet* pixels, const SdfEnergyOptions& energy, int steps, State* x,
+                 ObjectResult* result);
+  void fit(const DepthFrame& frame, Object* object, State* x, ObjectResult* result);
+  void fit_fine(Object* object, double noise_m, State* x, ObjectResult* result);
+  void measure_noise(Object* object, SdfEnergy* energy, const State& x);
+  ObjectResult lost(const Object& object, std::string reason, Status status) const;
+  DepthFrame make_frame(const ImageView<float>& depth_m, const unsigned char* mask) const;
+
+  std::vector<Object> objects_;
+  Camera camera_;
+  TrackerOptions options_;
+  int threads_;
+  std::vector<float> rays_;  // empty without distortion
+  std::optional<Plane> plane_;
+
+  // Working memory, kept from frame to frame.
+  PixelSet pixels_, coarse_, scratch_;
+  FreeSpaceScratch free_scratch_;
+  DistanceGrid free_grid_;
+  std::vector<Vec3f> free_points_;
+  PixelReadings readings_;
+};
+
+}  // namespace sdftrack

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: MIT
+"""The options of the tracker. Their defaults live in the core and are read from there."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import os
+from dataclasses import dataclass, field
+from typing import Any
+
+from sdftrack import _core
+
+__all__ = ["TrackerOptions"]
+
+_DEFAULTS = _core.TrackerOptions()
+
+
+def _option(name: str, meaning: str) -> Any:
+    default = getattr(_DEFAULTS, name)
+    return field(default=getattr(default, "name", default), metadata={"meaning": meaning})
+
+
+@dataclass(frozen=True)
+class TrackerOptions:
+    """Options of :class:`sdftrack.Tracker`; any of them is also a keyword of it.
+
+    Lengths are metres, angles radians, depth noise is a standard deviation along z. Each option's meaning is printed
+    by ``sdftrack config``; docs/results.md shows what the important ones do to the error.
+
+    >>> TrackerOptions(padding_m=0.06).to_dict()["padding_m"]
+    0.06
+    """
+
+    residual: str = _option(
+        "residual", "ray_hit: depth where the ray meets the model minus measured; slope; point: as printed (Eq. 3.11)"
+    )
+    curvature: str = _option("curvature", "irls, or printed: J^T J of the log-likelihood's gradient (Eq. 3.18)")
+    outlier_floor: float = _option("outlier_floor", "share of outliers in the likelihood; 0: as printed")
+    scale_start_m: float = _option("scale_start_m", "s of the first coarse stage, halved stage by stage; 0: none")
+    scale_per_noise: float = _option("scale_per_noise", "s of the last stage over the sensor's noise")
+    noise_m: float = _option("noise_m", "sensor noise sigma(Z) = noise_m + noise_per_m Z^2")
+    noise_per_m: float = _option("noise_per_m", "see noise_m; 1/m")
+    adapt_noise: bool = _option("adapt_noise", "rescale sigma(Z) by the residuals, frame by frame")
+    correlation_area_px: float = _option("correlation_area_px", "pixels that share one error; widens the covariance")
+    padding_m: float = _option("padding_m", "pixels count this near the object's box at its last pose")
+    max_pixels: int = _option("max_pixels", "budget of the last stage")
+    coarse_pixels: int = _option("coarse_pixels", "budget of the coarse stages")
+    min_pixels: int = _option("min_pixels", "fewer readings near the object: lost")
+    damping_start: float = _option("damping_start", "Levenberg-Marquardt damping (the source starts at 100)")
+    keep_damping: bool = _option("keep_damping", "carry the damping from frame to frame")
+    coarse_steps: int = _option("coarse_steps", "trials per coarse stage")
+    fine_steps: int = _option("fine_steps", "trials of the last stage")
+    free_space: bool = _option("free_space", "a model point may not stand where the sensor sees past it")
+    free_space_scale_m: float = _option("free_space_scale_m", "s of the free-space term")
+    free_space_weight: float = _option("free_space_weight", "1: all surface points weigh as much as all pixels")
+    free_space_points: int = _option("free_space_points", "surface points of the free-space term")
+    motion_sigma_m: float = _option("motion_sigma_m", "weak prior about the predicted pose; 0: none")
+    motion_sigma_rad: float = _option("motion_sigma_rad", "the same for the turn")
+    drop_plane: bool = _option("drop_plane", "leave out the pixels of the dominant plane (a table)")
+    lost_inliers: float = _option("lost_inliers", "lost below this share of agreeing points among those not hidden")
+    weak_inliers: float = _option("weak_inliers", "weak below it")
+    trust_points: int = _option("trust_points", "surface points asked for the status")
+
+    def __post_init__(self) -> None:
+        for f in dataclasses.fields(self):
+            default, value = getattr(_DEFAULTS, f.name), getattr(self, f.name)
+            if hasattr(default, "name"):
+                known = list(type(default).__members__)
+                if value not in known:
+                    raise ValueError(f"{f.name}: expected one of {known}, got {value!r}")
+            elif isinstance(default, bool):
+                if not isinstance(value, bool):
+                    raise TypeError(f"{f.name}: expected True or False, got {value!r}")
+            else:
+                _check_number(f.name, value, integer=isinstance(default, int))
+
+    @classmethod
+    def printed(cls) -> TrackerOptions:
+        """The source's own energy and optimiser (thesis Eq. 3.11, 3.18, Table 3.2): for comparisons."""
+        return cls(
+            residual="point",
+            curvature="printed",
+            outlier_floor=0.0,
+            scale_start_m=0.0,
+            damping_start=100.0,
+            fine_steps=30,
+            free_space=False,
+            motion_sigma_m=0.0,
+            adapt_noise=False,
+            noise_m=0.002,
+            scale_per_noise=1.0,
+        )
+
+    @classmethod
+    def from_dict(cls, values: dict[str, Any]) -> TrackerOptions:
+        """Make options from ``{name: value}``; TypeError with the nearest name for an unknown one."""
+        names = [f.name for f in dataclasses.fields(cls)]
+        for name in values:
+            if name not in names:
+                near = difflib.get_close_matches(name, names, 1)
+                hint = f"; did you mean {near[0]!r}?" if near else f"; known: {', '.join(names)}"
+                raise TypeError(f"unknown option {name!r}{hint}")
+        return cls(**values)
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> TrackerOptions:
+        """Read a TOML file of ``name = value`` lines, at its top level or in a table ``[tracker]``."""
+        import tomllib
+
+        with open(path, "rb") as file:
+            try:
+                values = tomllib.load(file)
+            except tomllib.TOMLDecodeError as error:
+                raise ValueError(f"{os.fspath(path)}: not a TOML file: {error}") from None
+        return cls.from_dict(values.get("tracker", values))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return ``{name: value}``."""
+        return dataclasses.asdict(self)
+
+    def replace(self, **changes: Any) -> TrackerOptions:
+        """Return a copy with some options changed."""
+        return TrackerOptions.from_dict({**self.to_dict(), **changes})
+
+    def _to_core(self) -> _core.TrackerOptions:
+        core = _core.TrackerOptions()
+        for name, value in self.to_dict().items():
+            default = getattr(_DEFAULTS, name)
+            setattr(core, name, type(default).__members__[value] if hasattr(default, "name") else value)
+        return core
+
+
+_MAY_BE_ZERO = {
+    "outlier_floor", "scale_start_m", "noise_per_m", "padding_m", "coarse_steps", "damping_start",
+    "free_space_weight", "motion_sigma_m", "motion_sigma_rad", "lost_inliers", "weak_inliers",
+}  # fmt: skip
+
+
+def _check_number(name: str, value: Any, integer: bool) -> None:
+    kind = "a whole number" if integer else "a number"
+    if isinstance(value, bool) or not isinstance(value, int if integer else (int, float)):
+        raise TypeError(f"{name}: expected {kind}, got {value!r}")
+    if not 0 <= value < 1e9 or (value == 0 and name not in _MAY_BE_ZERO):
+        raise ValueError(f"{name}: expected {kind} {'>= 0' if name in _MAY_BE_ZERO else '> 0'}, got {value!r}")
+    if name == "outlier_floor" and value >= 1:
+        raise ValueError(f"outlier_floor: expected a share below 1, got {value!r}")

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: MIT
+// Fields, penalties and terms, in double: derivatives against finite differences.
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+
+#include "energies/free_space.h"
+#include "energies/reduce_cpu.h"
+#include "energies/sdf_energy.h"
+#include "energies/term.h"
+#include "volume_fixture.h"
+
+namespace sdftrack {
+namespace {
+
+const Volume kBox = make_volume(40, 0.1, [](Vec3d p) { return box_distance(p, {0.05, 0.03, 0.04}); });
+const Rigidd kPose = inverse(Rigidd{rotation_exp(Vec3d{0.5, -0.4, 0.3}), {0.01, -0.02, 0.5}});  // T_obj_cam
+const Intrinsics<double> kCamera{525, 520, 160, 120};
+
+// Relative to the largest entry: double arithmetic on float volumes, and no kink within 1e-7 m of most
+// points.
+constexpr double kDerivativeTolerance = 1e-5;
+
+template <class Field, class Move>
+void expect_columns(const Field& field, Vec3d p_cam, const Move& move) {
+  FieldRow<double, Field::P> row, up, down;
+  field.row(p_cam, &row);
+  double value;
+  Vec3d g;
+  field.value(p_cam, &value, &g);
+  EXPECT_EQ(value, row.phi_m);
+  const double h = 1e-7;
+  for (int j = 0; j < Field::P; ++j) {
+    double step = h;
+    const auto [field_up, point_up] = move(field, p_cam, j, &step);
+    field_up.row(point_up, &up);
+    double minus = -h;
+    const auto [field_down, point_down] = move(field, p_cam, j, &minus);
+    field_down.row(point_down, &down);
+    EXPECT_NEAR((up.phi_m - down.phi_m) / (step - minus), row.J[j], kDerivativeTolerance) << "column " << j;
+  }
+}
+
+Rigidd moved(const Rigidd& T, int j, double h) {
+  double d[6] = {};
+  d[j] = h;
+  return increment(Vec3d{d[0], d[1], d[2]}, Vec3d{d[3], d[4], d[5]}) * T;
+}
+
+std::vector<Vec3d> some_points() {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> u(-0.12, 0.12);  // some lie outside the volume
+  std::vector<Vec3d> points;
+  for (int i = 0; i < 100; ++i) points.push_back(inverse(kPose) * Vec3d{u(random), u(random), u(random)});
+  return points;
+}
+
+TEST(Field, the_columns_of_one_object_are_derivatives) {
+  for (const Vec3d& p : some_points())
+    expect_columns(SingleObject<double>{kBox.view(), kPose}, p,
+                   [](SingleObject<double> f, Vec3d point, int j, double* h) {
+                     f.T_obj_cam = moved(f.T_obj_cam, j, *h);
+                     return std::pair{f, point};
+                   });
+}
+
+TEST(Field, the_column_of_the_size_is_a_derivative) {
+  for (const Vec3d& p : some_points())
+    expect_columns(ScaledObject<double>{kBox.view(), kPose, 1.1}, p,
+                   [](ScaledObject<double> f, Vec3d point, int j, double* h) {
+                     if (j < 6)
+                       f.T_obj_cam = moved(f.T_obj_cam, j, *h);
+                     else
+                       f.scale *= std::exp(*h);
+                     return std::pair{f, point};
+                   });
+}
+
+TEST(Field, the_columns_of_the_intrinsics_are_derivatives) {
+  using F = WithIntrinsics<SingleObject<double>>;
+  for (const Vec3d& p : some_points())
+    expect_columns(F{{kBox.view(), kPose}, kCamera}, p, [](F f, Vec3d point, int j, double* h) {
+      if (j < 6) {
+        f.field.T_obj_cam = moved(f.field.T_obj_cam, j, *h);
+        return std::pair{f, point};
+      }
+      const Vec2d u = project(kCamera, point);  // the pixel stays, its ray moves
+      *h *= 1e3;                                // pixels, not metres
+      Intrinsics<double> K = kCamera;
+      (j == 6 ? K.fx : j == 7 ? K.fy : j == 8 ? K.cx : K.cy) += *h;
+      return std::pair{f, point.z * ray(K, u.x, u.y)};
+    });
+}
+
+TEST(Penalty, slope_and_second_derivative_are_derivatives_of_the_cost) {
+  for (const double floor : {0.0, 0.1})
+    for (double r = -0.02; r < 0.02; r += 0.0007) {
+      const DepthLogistic<double> penalty{0.002, floor};
+      const double noise = 1.3, h = 1e-8;
+      EXPECT_NEAR((penalty(r + h, noise).cost - penalty(r - h, noise).cost) / (2 * h),
+                  penalty(r, noise).slope, 1e-3);
+      EXPECT_NEAR((penalty(r + h, noise).slope - penalty(r - h, noise).slope) / (2 * h),
+                  penalty.second_derivative(r, noise), 20);
+    }
+}
+
+TEST(Penalty, without_a_floor_it_is_the_printed_logistic_density) {
+  const DepthLogistic<double> penalty{0.002, 0.0};
+  for (const double phi : {-0.01, -0.001, 0.0, 0.0003, 0.02}) {
+    const double e = std::exp(phi / 0.002);
+    const double density = e / ((e + 1) * (e + 1));  // Eq. 3.11 but for a constant factor
+    EXPECT_NEAR(penalty(phi, 1.0).cost, -std::log(4 * density), 1e-9);
+  }
+}
+
+TEST(Penalty, the_irls_curvature_is_slope_over_residual_and_finite_at_zero) {
+  const DepthLogistic<double> penalty{0.002, 0.1};
+  const Curve<double> c = penalty(0.003, 1.0);
+  EXPECT_NEAR(c.curvature, c.slope / 0.003, 1e-9 * c.curvature);
+  EXPECT_NEAR(penalty(0.0, 1.0).curvature, 0.9 / (2 * 0.002 * 0.002), 1.0);
+  EXPECT_EQ((DepthLogistic<double>{0.002, 0.0, Curvature::kPrinted}(0.003, 1.0).curvature),
+            std::pow(DepthLogistic<double>{0.002, 0.0}(0.003, 1.0).slope, 2));
+}
+
+TEST(Penalty, with_a_floor_a_far_residual_pulls_no_more) {
+  const DepthLogistic<double> penalty{0.002, 0.1};
+  EXPECT_NEAR(penalty(0.1, 1.0).cost, -std::log(0.1), 1e-9);
+  EXPECT_LT(penalty(0.1, 1.0).slope, 1e-12);
+  EXPECT_TRUE(std::isfinite(penalty(1e6, 1.0).cost));
+}
+
+// A synthetic frame of the box: exact hits by marching, moved by a known error.
+struct BoxFrame {
+  PixelSet pixels;
+  State x{{kPose}, kCamera, {}};
+
+  explicit BoxFrame(double noise_m) {
+    std::mt19937 random(7);
+    std::normal_distribution<double> noise(0, noise_m);
+    for (int v = 60; v < 180; v += 2)
+      for (int u = 90; u < 240; u += 2) {
+        const Vec3d r = ray(kCamera, static_cast<double>(u), static_cast<double>(v));
+        double z = 0.3, phi = 1;
+        Vec3d g;
+        for (int k = 0; k < 200 && z < 0.8; ++k) {
+          sample(kBox.view(), kPose * (z * r), &phi, &g);
+          if (phi < 1e-7) break;
+          z += 0.9 * phi / norm(r);
+        }
+        if (phi < 1e-6) pixels.push(u, v, static_cast<float>(z + noise(random)), 1.0f);
+      }
+  }
+};
+
+SdfEnergyOptions stateless(Residual residual) {
+  SdfEnergyOptions options;
+  options.residual = residual;
+  options.warm_hits = false;
+  return options;
+}
+
+class EveryResidual : public testing::TestWithParam<Residual> {};
+
+TEST_P(EveryResidual, the_gradient_is_the_slope_of_the_cost) {
+  BoxFrame frame(0.001);
+  ASSERT_GT(frame.pixels.count(), 500);
+  SdfEnergy energy(kBox.view(), &frame.pixels, stateless(GetParam()));
+  Eigen::VectorXd off(6);
+  off << 0.001, -0.0005, 0.001, 0.004, 0.003, -0.005;
+  const State x = retract(energy.unknowns(), frame.x, off);
+  energy.classify(x, 8);
+  NormalEquations eq;
+  eq.reset(6);
+  energy.linearize(x, &eq);
+  EXPECT_NEAR(eq.cost, energy.cost(x), 1e-6 * eq.cost);
+  Eigen::VectorXd slope(6);
+  for (int j = 0; j < 6; ++j) {
+    Eigen::VectorXd d = Eigen::VectorXd::Zero(6);
+    const double h = 2e-5;
+    d[j] = h;
+    slope[j] =
+        (energy.cost(retract(energy.unknowns(), x, d)) - energy.cost(retract(energy.unknowns(), x, -d))) /
+        (2 * h);
+  }
+  // Float sums and kinks at voxel borders within the step; 4e-3 measured for the printed residual.
+  EXPECT_LT((slope - eq.gradient).cwiseAbs().maxCoeff(), 1e-2 * eq.gradient.cwiseAbs().maxCoeff())
+      << slope.transpose() << "\n"
+      << eq.gradient.transpose();
+}
+
+TEST_P(EveryResidual, the_sum_has_the_same_bits_for_any_number_of_threads) {
+  BoxFrame frame(0.001);
+  for (int doubled = 0; doubled < 3; ++doubled) {  // several chunks
+    PixelSet more = frame.pixels;
+    for (int i = 0; i < more.count(); ++i) {
+      const auto j = static_cast<std::size_t>(i);
+      frame.pixels.push(more.u_px[j] + 0.25f, more.v_px[j], more.depth_m[j], 1.0f);
+    }
+  }
+  ASSERT_GT(frame.pixels.count(), 3 * kChunk);
+  NormalEquations one, many;
+  for (auto& [threads, eq] : {std::pair{1, &one}, std::pair{8, &many}}) {
+    PixelSet pixels = frame.pixels;
+    SdfEnergyOptions options = stateless(GetParam());
+    options.threads = threads;
+    SdfEnergy energy(kBox.view(), &pixels, options);
+    energy.classify(frame.x, 8);
+    eq->reset(6);
+    energy.linearize(frame.x, eq);
+  }
+  EXPECT_EQ(one.hessian, many.hessian);
+  EXPECT_EQ(one.gradient, many.gradient);
+  EXPECT_EQ(one.cost, many.cost);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, EveryResidual,
+                         testing::Values(Residual::kPoint, Residual::kSlope, Residual::kRayHit));
+
+TEST(RayHit, without_noise_every_residual_is_zero_at_the_truth) {
+  BoxFrame frame(0);
+  SdfEnergy energy(kBox.view(), &frame.pixels, stateless(Residual::kRayHit));
+  energy.classify(frame.x, 8);
+  PixelReadings r;
+  energy.read(frame.x, &r);
+  int hits = 0;
+  for (std::size_t i = 0; i < r.hit.size(); ++i)
+    if (r.hit[i]) {
+      ++hits;
+      EXPECT_LT(std::abs(r.residual_m[i]), 1e-5);
+    }
+  EXPECT_GT(hits, static_cast<int>(r.hit.size() * 8 / 10));
+}
+
+TEST(RayHit, the_residual_of_a_reading_in_front_of_a_wall_is_its_depth_error) {
+  // A box seen at 60 degrees: 2 mm along the ray, whatever the incidence.
+  BoxFrame frame(0);
+  for (float& z : frame.pixels.depth_m) z -= 0.002f;
+  SdfEnergy energy(kBox.view(), &frame.pixels, stateless(Residual::kRayHit));
+  energy.classify(frame.x, 8);
+  PixelReadings r;
+  energy.read(frame.x, &r);
+  int near = 0, hits = 0;
+  for (std::size_t i = 0; i < r.hit.size(); ++i)
+    if (r.hit[i]) ++hits, near += std::abs(r.residual_m[i] - 0.002f) < 1e-5f;
+  EXPECT_GT(near, hits * 95 / 100);  // the rest hit another face near an edge
+}
+
+TEST(DistanceTransform, equals_the_brute_force_distance) {
+  DistanceGrid grid;
+  grid.step = 3, grid.width = 21, grid.height = 17, grid.limit_px = 1e6;
+  std::mt19937 random(2);
+  std::vector<unsigned char> free(21 * 17);
+  for (auto& f : free) f = random() % 30 != 0;
+  free[0] = 0;
+  DistanceScratch scratch;
+  distance_transform(free, &scratch, &grid);
+  for (int y = 0; y < 17; ++y)
+    for (int x = 0; x < 21; ++x) {
+      double best = 1e9;
+      for (int v = 0; v < 17; ++v)
+        for (int u = 0; u < 21; ++u)
+          if (!free[static_cast<std::size_t>(v * 21 + u)]) best = std::min(best, std::hypot(u - x, v - y));
+      EXPECT_NEAR(grid.distance_px[static_cast<std::size_t>(y * 21 + x)], 3 * best, 1e-4);
+    }
+}
+
+TEST(FreeSpace, the_gradient_is_the_slope_of_the_cost_and_pulls_a_point_back) {
+  // Half of the image is free: points projected there are charged.
+  DistanceGrid grid;
+  grid.step = 2, grid.width = 160, grid.height = 120;
+  std::vector<unsigned char> free(160 * 120);
+  for (int y = 0; y < 120; ++y)
+    for (int x = 0; x < 160; ++x) free[static_cast<std::size_t>(y * 160 + x)] = x > 80 + y / 8;
+  DistanceScratch scratch;
+  distance_transform(free, &scratch, &grid);
+  std::vector<Vec3f> points;
+  for (int i = 0; i < 40; ++i)
+    points.push_back({0.002f * static_cast<float>(i), 0.001f * static_cast<float>(i % 7), 0.01f});
+  FreeSpaceEnergy energy(&points, &grid, {});
+  const State x{{kPose}, kCamera, {}};
+  NormalEquations eq;
+  eq.reset(6);
+  energy.linearize(x, &eq);
+  EXPECT_GT(eq.cost, 1);
+  EXPECT_NEAR(eq.cost, energy.cost(x), 1e-9 * eq.cost);
+  for (int j = 0; j < 6; ++j) {
+    Eigen::VectorXd d = Eigen::VectorXd::Zero(6);
+    const double h = 1e-8;
+    d[j] = h;
+    const double slope =
+        (energy.cost(retract(energy.unknowns(), x, d)) - energy.cost(retract(energy.unknowns(), x, -d))) /
+        (2 * h);
+    EXPECT_NEAR(slope, eq.gradient[j], 1e-4 * eq.gradient.cwiseAbs().maxCoeff());
+  }
+  // Moving the object to the left of the image, out of the free half, lowers the cost.
+  Rigidd T_cam_obj = inverse(kPose);
+  T_cam_obj.t.x -= 0.005;
+  EXPECT_LT(energy.cost({{inverse(T_cam_obj)}, kCamera, {}}), eq.cost);
+}
+
+}  // namespace
+}  // namespace sdftrack
