@@ -11,6 +11,7 @@ void bind_device(py::module_& m);
 void bind_energies(py::module_& m);
 void bind_tracking(py::module_& m);
 void bind_render(py::module_& m);
+void bind_sdf(py::module_& m);
 
 }  // namespace sdftrack
 
@@ -22,4 +23,5 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bind_energies(m);
   sdftrack::bind_tracking(m);
   sdftrack::bind_render(m);
+  sdftrack::bind_sdf(m);
 }

@@ -10,12 +10,15 @@ from sdftrack.io.datasets import Sequence, open_sequence
 from sdftrack.io.save import save_sequence
 from sdftrack.mesh import Mesh
 from sdftrack.recorder import Recorder
+from sdftrack.sdf import SDF, MeshReport, smooth_union, union
 from sdftrack.viz import draw
 
 __all__ = [
+    "SDF",
     "Camera",
     "Frame",
     "Mesh",
+    "MeshReport",
     "RGBDCamera",
     "Recorder",
     "Sequence",
@@ -26,5 +29,7 @@ __all__ = [
     "metrics",
     "open_sequence",
     "save_sequence",
+    "smooth_union",
     "synth",
+    "union",
 ]

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: MIT
+#include <pybind11/stl.h>
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <optional>
+
+#include "array.h"
+#include "base/parallel.h"
+#include "render/raycast_sdf.h"
+#include "sdf/crossings.h"
+#include "sdf/mesh_report.h"
+#include "sdf/mesh_to_sdf.h"
+#include "sdf/open_mesh.h"
+#include "sdf/primitives.h"
+#include "sdf/redistance.h"
+#include "sdf/surface_samples.h"
+
+namespace sdftrack {
+
+namespace {
+
+Grid grid_of(std::array<int, 3> shape_zyx, double voxel_size, std::array<double, 3> origin) {
+  for (int n : shape_zyx)
+    if (n < 2) throw py::value_error("values: expected at least 2 voxels along each axis");
+  if (!(voxel_size > 0) || !std::isfinite(voxel_size))
+    throw py::value_error("voxel_size: expected a positive number of metres, got " +
+                          std::to_string(voxel_size));
+  return {shape_zyx[2], shape_zyx[1], shape_zyx[0], voxel_size, {origin[0], origin[1], origin[2]}};
+}
+
+// A borrowed volume; `values` must outlive it.
+struct Volume {
+  const float* phi;
+  Grid grid;
+
+  Volume(const py::array& values, double voxel_size, std::array<double, 3> origin)
+      : phi(borrow<float>(values, "values", {-1, -1, -1})),
+        grid(grid_of({static_cast<int>(values.shape(0)), static_cast<int>(values.shape(1)),
+                      static_cast<int>(values.shape(2))},
+                     voxel_size, origin)) {}
+  SdfView view() const { return grid.view(phi); }
+  std::vector<py::ssize_t> shape() const { return {grid.nz, grid.ny, grid.nx}; }
+};
+
+using Origin = std::array<double, 3>;
+
+MeshView mesh_view(const py::array& vertices, const py::array& faces) {
+  const double* v = borrow<double>(vertices, "vertices", {-1, 3});
+  const std::int32_t* f = borrow<std::int32_t>(faces, "faces", {-1, 3});
+  for (py::ssize_t i = 0; i < vertices.size(); ++i)
+    if (!std::isfinite(v[i])) throw py::value_error("vertices: every coordinate must be finite");
+  for (py::ssize_t i = 0; i < faces.size(); ++i)
+    if (f[i] < 0 || f[i] >= vertices.shape(0))
+      throw py::value_error("faces: a vertex index is outside 0.." + std::to_string(vertices.shape(0) - 1));
+  return {reinterpret_cast<const Vec3d*>(v), static_cast<std::size_t>(vertices.shape(0)),
+          reinterpret_cast<const Face*>(f), static_cast<std::size_t>(faces.shape(0))};
+}
+
+py::dict report_dict(const MeshReport& r) {
+  py::dict d;
+  d["merged_vertices"] = r.merged_vertices;
+  d["degenerate_faces"] = r.degenerate_faces;
+  d["duplicate_faces"] = r.duplicate_faces;
+  d["flipped_faces"] = r.flipped_faces;
+  d["open_edges"] = r.open_edges;
+  d["non_manifold_edges"] = r.non_manifold_edges;
+  d["unbalanced_edges"] = r.unbalanced_edges;
+  d["parts"] = r.parts;
+  d["volume"] = r.volume_m3;
+  return d;
+}
+
+py::tuple clean(const py::array& vertices, const py::array& faces, double fraction) {
+  const MeshView mesh = mesh_view(vertices, faces);
+  CleanMesh out;
+  double thin_m = std::numeric_limits<double>::infinity();
+  {
+    py::gil_scoped_release release;
+    out = clean_mesh(mesh);
+    if (!out.faces.empty()) thin_m = thin_quantile(out.view(), Bvh(out.view()), fraction);
+  }
+  std::vector<double> v;
+  for (const Vec3d& p : out.vertices) v.insert(v.end(), {p.x, p.y, p.z});
+  std::vector<std::int32_t> f;
+  for (const Face& t : out.faces) f.insert(f.end(), {t.a, t.b, t.c});
+  py::dict report = report_dict(out.report);
+  report["thinnest"] = thin_m;
+  return py::make_tuple(to_numpy(std::move(v), {static_cast<py::ssize_t>(out.vertices.size()), 3}),
+                        to_numpy(std::move(f), {static_cast<py::ssize_t>(out.faces.size()), 3}), report);
+}
+
+py::tuple from_mesh(const py::array& vertices, const py::array& faces, std::array<int, 3> shape,
+                    double voxel_size, Origin origin, double band, int threads) {
+  const MeshView mesh = mesh_view(vertices, faces);
+  const Grid grid = grid_of(shape, voxel_size, origin);
+  MeshSdf out;
+  {
+    py::gil_scoped_release release;
+    out = mesh_to_sdf(mesh, Bvh(mesh), grid, band, threads);
+  }
+  return py::make_tuple(to_numpy(std::move(out.phi), {grid.nz, grid.ny, grid.nx}), out.inside_out);
+}
+
+py::array_t<float> from_open_mesh(const py::array& vertices, const py::array& faces, std::array<int, 3> shape,
+                                  double voxel_size, Origin origin, double band, int threads) {
+  const MeshView mesh = mesh_view(vertices, faces);
+  const Grid grid = grid_of(shape, voxel_size, origin);
+  std::vector<float> phi;
+  {
+    py::gil_scoped_release release;
+    phi = open_mesh_to_sdf(mesh, Bvh(mesh), grid, band, threads);
+  }
+  return to_numpy(std::move(phi), {grid.nz, grid.ny, grid.nx});
+}
+
+py::array_t<std::int8_t> winding(const py::array& vertices, const py::array& faces, std::array<int, 3> shape,
+                                 double voxel_size, Origin origin, int threads) {
+  const MeshView mesh = mesh_view(vertices, faces);
+  const Grid grid = grid_of(shape, voxel_size, origin);
+  std::vector<std::int8_t> out;
+  {
+    py::gil_scoped_release release;
+    out = winding_numbers(mesh, grid, threads);
+  }
+  return to_numpy(std::move(out), {grid.nz, grid.ny, grid.nx});
+}
+
+std::function<double(Vec3d)> primitive_of(const std::string& kind, const std::vector<double>& size) {
+  const auto s = [&](std::size_t i) { return size.at(i); };
+  if (kind == "sphere") return [r = s(0)](Vec3d p) { return sphere_distance(p, r); };
+  if (kind == "box") return [e = Vec3d{s(0), s(1), s(2)}](Vec3d p) { return box_distance(p, e); };
+  if (kind == "cylinder") return [r = s(0), h = s(1)](Vec3d p) { return cylinder_distance(p, r, h); };
+  if (kind == "cone") return [r = s(0), h = s(1)](Vec3d p) { return cone_distance(p, r, h); };
+  if (kind == "ellipsoid") return [r = Vec3d{s(0), s(1), s(2)}](Vec3d p) { return ellipsoid_distance(p, r); };
+  throw py::value_error("kind: expected sphere, box, cylinder, cone or ellipsoid, got " + kind);
+}
+
+py::array_t<float> primitive(const std::string& kind, const std::vector<double>& size,
+                             std::array<int, 3> shape, double voxel_size, Origin origin, int threads) {
+  const std::function<double(Vec3d)> distance = primitive_of(kind, size);
+  const Grid grid = grid_of(shape, voxel_size, origin);
+  std::vector<float> phi(grid.size());
+  {
+    py::gil_scoped_release release;
+    parallel_for(static_cast<std::size_t>(grid.nz), threads, [&](std::size_t chunk) {
+      const int iz = static_cast<int>(chunk);
+      for (int iy = 0; iy < grid.ny; ++iy)
+        for (int ix = 0; ix < grid.nx; ++ix)
+          phi[grid.index(ix, iy, iz)] = static_cast<float>(distance(grid.point(ix, iy, iz)));
+    });
+  }
+  return to_numpy(std::move(phi), {grid.nz, grid.ny, grid.nx});
+}
+
+py::tuple sample_sdf(const py::array& values, double voxel_size, Origin origin, const py::array& points,
+                     int threads) {
+  const Volume volume(values, voxel_size, origin);
+  const auto* p = reinterpret_cast<const Vec3d*>(borrow<double>(points, "points", {-1, 3}));
+  const auto n = static_cast<std::size_t>(points.shape(0));
+  std::vector<double> phi(n), gradient(3 * n);
+  {
+    py::gil_scoped_release release;
+    constexpr std::size_t kChunk = 4096;
+    const SdfView sdf = volume.view();
+    parallel_for((n + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
+      for (std::size_t i = chunk * kChunk; i < std::min(n, (chunk + 1) * kChunk); ++i) {
+        Vec3d g;
+        sample(sdf, p[i], &phi[i], &g);
+        gradient[3 * i] = g.x, gradient[3 * i + 1] = g.y, gradient[3 * i + 2] = g.z;
+      }
+    });
+  }
+  const auto rows = static_cast<py::ssize_t>(n);
+  return py::make_tuple(to_numpy(std::move(phi), {rows}), to_numpy(std::move(gradient), {rows, 3}));
+}
+
+py::tuple render_sdf(const py::array& values, double voxel_size, Origin origin, const Camera& camera,
+                     const py::array& T_cam_obj, int threads) {
+  const Volume volume(values, voxel_size, origin);
+  const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
+  SdfImage image;
+  {
+    py::gil_scoped_release release;
+    image = raycast_sdf(volume.view(), camera, T, threads);
+  }
+  return py::make_tuple(to_numpy(std::move(image.depth_m), {camera.height, camera.width}),
+                        to_numpy(std::move(image.normals_cam), {camera.height, camera.width, 3}));
+}
+
+py::array_t<float> redistance_values(const py::array& values, double voxel_size, int threads) {
+  const Volume volume(values, voxel_size, {0, 0, 0});
+  std::vector<float> out;
+  {
+    py::gil_scoped_release release;
+    out = redistance(volume.grid, volume.phi, threads);
+  }
+  return to_numpy(std::move(out), volume.shape());
+}
+
+py::tuple samples(const py::array& values, double voxel_size, Origin origin, int count) {
+  const Volume volume(values, voxel_size, origin);
+  std::vector<SurfaceSample> found;
+  {
+    py::gil_scoped_release release;
+    found = surface_samples(volume.view(), count);
+  }
+  std::vector<float> p, n;
+  for (const SurfaceSample& s : found) {
+    p.insert(p.end(), {s.p_obj.x, s.p_obj.y, s.p_obj.z});
+    n.insert(n.end(), {s.n_obj.x, s.n_obj.y, s.n_obj.z});
+  }
+  const auto rows = static_cast<py::ssize_t>(found.size());
+  return py::make_tuple(to_numpy(std::move(p), {rows, 3}), to_numpy(std::move(n), {rows, 3}));
+}
+
+}  // namespace
+
+void bind_sdf(py::module_& m) {
+  using namespace py::literals;
+  m.attr("BAND_VOXELS") = kBandVoxels;
+  m.def("clean_mesh", &clean, "vertices"_a, "faces"_a, "fraction"_a = 0.02,
+        "Merged vertices, faces without duplicates and turned one way, report; thinnest: the thickness (m) "
+        "below "
+        "which `fraction` of the surface lies.");
+  m.def("mesh_to_sdf", &from_mesh, "vertices"_a, "faces"_a, "shape"_a, "voxel_size"_a, "origin"_a,
+        "band_voxels"_a = kBandVoxels, "threads"_a = 0,
+        "-> phi [z, y, x] float32 m, number of voxels inside an inside-out part.");
+  m.def("open_mesh_to_sdf", &from_open_mesh, "vertices"_a, "faces"_a, "shape"_a, "voxel_size"_a, "origin"_a,
+        "band_voxels"_a = kBandVoxels, "threads"_a = 0,
+        "phi [z, y, x] float32 m of a mesh with holes, closed by its generalised winding number.");
+  m.def("winding_numbers", &winding, "vertices"_a, "faces"_a, "shape"_a, "voxel_size"_a, "origin"_a,
+        "threads"_a = 0, "Winding number of a closed mesh at every voxel, int8 [z, y, x].");
+  m.def("primitive_sdf", &primitive, "kind"_a, "size"_a, "shape"_a, "voxel_size"_a, "origin"_a,
+        "threads"_a = 0, "Exact distance of a primitive at every voxel, float32 [z, y, x].");
+  m.def("sample_sdf", &sample_sdf, "values"_a, "voxel_size"_a, "origin"_a, "points"_a, "threads"_a = 0,
+        "(N, 3) float64 -> phi (N,), gradient (N, 3), of the trilinear interpolant.");
+  m.def("render_sdf", &render_sdf, "values"_a, "voxel_size"_a, "origin"_a, "camera"_a, "T_cam_obj"_a,
+        "threads"_a = 0, "-> depth (H, W) float32 m, normals (H, W, 3) float32.");
+  m.def("redistance", &redistance_values, "values"_a, "voxel_size"_a, "threads"_a = 0,
+        "Distance field with the same zero set, float32 [z, y, x].");
+  m.def("surface_samples", &samples, "values"_a, "voxel_size"_a, "origin"_a, "count"_a,
+        "-> points (N, 3) float32 m, normals (N, 3) float32.");
+}
+
+}  // namespace sdftrack

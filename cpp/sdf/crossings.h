@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// Winding number of a closed mesh at every voxel, by counting signed crossings along each row in x. For a
+// closed oriented surface this is the generalised winding number, exactly (docs/math/mesh_to_sdf.md, 2).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "sdf/grid.h"
+#include "sdf/mesh.h"
+
+namespace sdftrack {
+
+// One number a voxel: 0 outside, 1 inside, more where parts overlap, negative inside an inside-out part.
+std::vector<std::int8_t> winding_numbers(const MeshView& mesh, const Grid& grid, int threads);
+
+}  // namespace sdftrack

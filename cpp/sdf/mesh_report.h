@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// What a mesh is like, and the same mesh made ready for a sign: equal vertices merged, duplicate faces
+// dropped, flipped ones turned.
+#pragma once
+
+#include <vector>
+
+#include "sdf/mesh.h"
+
+namespace sdftrack {
+
+struct MeshReport {
+  std::size_t merged_vertices = 0;     // equal to another one, bit for bit
+  std::size_t degenerate_faces = 0;    // two corners at one vertex
+  std::size_t duplicate_faces = 0;     // the same three vertices as another face
+  std::size_t flipped_faces = 0;       // turned against most of their part
+  std::size_t open_edges = 0;          // in one face only
+  std::size_t non_manifold_edges = 0;  // in more than two faces
+  std::size_t unbalanced_edges = 0;    // more often one way than the other: no inside and outside
+  std::size_t parts = 0;               // connected by shared vertices
+  double volume_m3 = 0;                // negative: inside out
+};
+
+struct CleanMesh {
+  std::vector<Vec3d> vertices;
+  std::vector<Face> faces;
+  MeshReport report;
+
+  MeshView view() const { return {vertices.data(), vertices.size(), faces.data(), faces.size()}; }
+};
+
+CleanMesh clean_mesh(const MeshView& mesh);
+
+// Thickness (m) below which the share `fraction` of the surface lies, seen from inside along the normal;
+// infinity where nothing lies behind. A few thousand faces, spread over the area, are looked at.
+double thin_quantile(const MeshView& mesh, const class Bvh& bvh, double fraction);
+
+}  // namespace sdftrack

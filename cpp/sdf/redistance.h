@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+// A distance field with the zero set of another field.
+#pragma once
+
+#include <vector>
+
+#include "sdf/grid.h"
+
+namespace sdftrack {
+
+// phi: any field, negative inside. The result has its signs, and near its zero set the distance to the zero
+// set of its trilinear interpolant. A field of one sign only has no zero set: std::invalid_argument.
+std::vector<float> redistance(const Grid& grid, const float* phi, int threads);
+
+}  // namespace sdftrack

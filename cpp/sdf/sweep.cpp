@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+#include "sdf/sweep.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sdftrack {
+
+namespace {
+
+constexpr float kFar = 1e30f;
+constexpr int kRounds = 2;  // of eight sweeps: the second one mends what bent round a corner
+
+// Smallest u with sum over axes of max(u - a_i, 0)^2 = h^2, for the smaller neighbour a_i of each axis.
+inline float godunov(float a, float b, float c, float h) {
+  const float low = std::min(a, std::min(b, c)), high = std::max(a, std::max(b, c));
+  const float middle = std::max(std::min(a, b), std::min(std::max(a, b), c));
+  float u = low + h;
+  if (u > middle) {
+    const float d = middle - low;
+    u = 0.5f * (low + middle + std::sqrt(2 * h * h - d * d));
+    if (u > high) {
+      // Relative to the lowest, so that large distances cost no digits.
+      const float p = middle - low, q = high - low, s = p + q;
+      u = low + (s + std::sqrt(std::max(0.f, s * s - 3 * (p * p + q * q - h * h)))) / 3;
+    }
+  }
+  return u;
+}
+
+struct Sweep {
+  const Grid& grid;
+  const std::vector<std::uint8_t>& known;
+  std::vector<float>& u;
+
+  // One row, forwards or backwards; returns whether a value fell.
+  bool row(int iy, int iz, bool forward) const {
+    const auto nx = static_cast<std::ptrdiff_t>(grid.nx);
+    const std::ptrdiff_t slice = nx * grid.ny;
+    const auto start = static_cast<std::ptrdiff_t>(grid.index(0, iy, iz));
+    float* line = u.data() + start;
+    const std::uint8_t* fixed = known.data() + start;
+    const float h = static_cast<float>(grid.voxel_m);
+    // At the border the missing neighbour is replaced by the one inside.
+    const float *y0 = line + (iy > 0 ? -nx : nx), *y1 = line + (iy + 1 < grid.ny ? nx : -nx);
+    const float *z0 = line + (iz > 0 ? -slice : slice), *z1 = line + (iz + 1 < grid.nz ? slice : -slice);
+    bool changed = false;
+    for (std::ptrdiff_t k = 0; k < nx; ++k) {
+      const std::ptrdiff_t i = forward ? k : nx - 1 - k;
+      if (fixed[i]) continue;
+      const float a = std::min(line[i > 0 ? i - 1 : 1], line[i + 1 < nx ? i + 1 : nx - 2]);
+      const float b = std::min(y0[i], y1[i]), c = std::min(z0[i], z1[i]);
+      if (std::min(a, std::min(b, c)) >= line[i]) continue;
+      const float next = godunov(a, b, c, h);
+      if (next < line[i]) {
+        line[i] = next;
+        changed = true;
+      }
+    }
+    return changed;
+  }
+
+  bool run(int order) const {
+    const bool fx = order & 1, fy = order & 2, fz = order & 4;
+    bool changed = false;
+    for (int z = 0; z < grid.nz; ++z)
+      for (int y = 0; y < grid.ny; ++y)
+        changed = row(fy ? y : grid.ny - 1 - y, fz ? z : grid.nz - 1 - z, fx) || changed;
+    return changed;
+  }
+};
+
+}  // namespace
+
+void fast_sweep(const Grid& grid, const std::vector<std::uint8_t>& known, std::vector<float>* u) {
+  for (std::size_t i = 0; i < u->size(); ++i)
+    if (!known[i]) (*u)[i] = kFar;
+  const Sweep sweep{grid, known, *u};
+  for (int round = 0; round < kRounds; ++round) {
+    bool changed = false;
+    for (int order = 0; order < 8; ++order) changed = sweep.run(order) || changed;
+    if (!changed) break;
+  }
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// Fast sweeping (Zhao, Mathematics of Computation 74, 2005): |grad u| = 1 from known values outwards.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "sdf/grid.h"
+
+namespace sdftrack {
+
+// u (m, >= 0) is kept where known[i] != 0 and found everywhere else; the input there is ignored. Gauss-Seidel
+// in eight orders with Godunov's upwind difference. One thread: the order is the method, and memory the
+// limit.
+void fast_sweep(const Grid& grid, const std::vector<std::uint8_t>& known, std::vector<float>* u);
+
+}  // namespace sdftrack
