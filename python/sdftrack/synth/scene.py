@@ -14,7 +14,7 @@ from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
 from sdftrack.io.datasets.sequence import Sequence
 from sdftrack.synth.noise import Noise, noise_of
-from sdftrack.synth.surroundings import Layer, background, hand_mesh, incidence_cosine, mesh_layer, shade
+from sdftrack.synth.surroundings import Layer, background, hand_mesh, mesh_layer
 from sdftrack.synth.trajectories import poses_of
 
 __all__ = ["sequence"]
@@ -141,19 +141,22 @@ class _Body:
             depth, normals, colors = self.shape.raycast(camera, T, threads=threads)
         else:
             depth, normals = self.shape.render(camera, T)
-        cosine = incidence_cosine(camera, normals)
         if not color:
-            return Layer(depth, cosine, np.zeros((*depth.shape, 3), np.uint8))
-        if colors is None:
-            colors = self._texture(camera, depth, T)
-        return Layer(depth, cosine, shade(colors, cosine))
+            return Layer.of(camera, depth, normals, None)
+        if colors is not None:
+            known = colors
+            return Layer.of(camera, depth, normals, lambda window: known[window])
+        return Layer.of(camera, depth, normals, lambda window: self._texture(camera, depth, window, T))
 
-    def _texture(self, camera: Camera, depth: NDArray[np.float32], T: Array) -> NDArray[np.uint8]:
+    def _texture(
+        self, camera: Camera, depth: NDArray[np.float32], window: tuple[slice, slice], T: Array
+    ) -> NDArray[np.uint8]:
         """A solid texture: a smooth function of the point in the object's frame, the same from all sides."""
-        colors = np.zeros((*depth.shape, 3), np.uint8)
-        seen = depth > 0
-        z = depth[seen].astype(float)[:, None]
-        points = np.concatenate([camera.rays[seen] * z, z], axis=1)
+        near = depth[window]
+        colors = np.zeros((*near.shape, 3), np.uint8)
+        seen = near > 0
+        z = near[seen].astype(float)[:, None]
+        points = np.concatenate([camera.rays[window][seen] * z, z], axis=1)
         p_obj = (points - T[:3, 3]) @ T[:3, :3] - self.centre
         weight = np.exp(2 * np.sin(p_obj @ self._waves.T + self._phase))
         colors[seen] = weight @ self._palette / weight.sum(axis=1, keepdims=True)
@@ -206,7 +209,9 @@ class _Rendered:
         middle = np.einsum("kij,kj->ki", poses[:, :, :3, :3].mean(1), np.stack([b.centre for b in bodies]))
         distance = float((middle + poses[:, :, :3, 3].mean(1))[:, 2].max())
         self._still = background(camera, clutter, distance, np.random.default_rng([seed, 3]))
-        self._hand = hand_mesh(max(0.12, 1.1 * bodies[0].diameter)) if fraction > 0 else None
+        # As large as a hand, or larger where it has much to hide.
+        size = max(0.12, 1.1 * bodies[0].diameter * fraction**0.5)
+        self._hand = hand_mesh(size) if fraction > 0 else None
 
     def __len__(self) -> int:
         return self._poses.shape[1]
@@ -229,9 +234,11 @@ class _Rendered:
         owner = np.full(self._camera.shape, -1, np.int16)
         for k, body in enumerate(self._bodies):
             layer = body.layer(self._camera, self._poses[k, i], self._color, self._threads)
-            owner[scene.put(layer)] = k
+            window, nearer = scene.put(layer)
+            owner[window][nearer] = k
         if self._hand is not None:
-            owner[scene.put(self._hand_layer(i, owner == 0, scene.depth))] = -1
+            window, nearer = scene.put(self._hand_layer(i, owner == 0, scene.depth))
+            owner[window][nearer] = -1
         return scene, {k: owner == k for k in range(len(self._bodies))}
 
     def _hand_layer(self, i: int, visible: NDArray[np.bool_], depth: NDArray[np.float32]) -> Layer:
@@ -252,19 +259,19 @@ class _Rendered:
         centre = z * np.array([(u.mean() - K.cx) / K.fx, (v.mean() - K.cy) / K.fy, 1.0])
         reach = 2.0 * self._bodies[0].diameter + 0.05
         low, high = -reach, reach  # how far the finger tips are past the middle of the object
-        layer = Layer.empty(self._camera)
+        v0, u0 = v - v.min(), u - u.min()
+        outline = self._camera.cropped(int(u.min()), int(v.min()), int(u0.max()) + 1, int(v0.max()) + 1)
         for _ in range(12):
             push = 0.5 * (low + high)
             T[:3, 3] = centre + push * inward
-            layer = mesh_layer(self._hand, self._camera, T, SKIN)
-            hidden = np.count_nonzero(visible & (layer.depth > 0)) / count
+            hidden = np.count_nonzero(self._hand.raycast(outline, T)[0][v0, u0]) / count
             if abs(hidden - self._fraction) < 0.005:
                 break
             if hidden < self._fraction:
                 low = push
             else:
                 high = push
-        return layer
+        return mesh_layer(self._hand, self._camera, T, SKIN)
 
 
 def _all_poses(trajectory: Any, n: int, bodies: list[_Body], seed: int) -> Array:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -23,18 +24,24 @@ CLUTTER = ("wall", "table", "objects")
 
 @dataclass
 class Layer:
-    """Depth (m, 0 = nothing), cosine of the incidence and colour of one thing, full image."""
+    """Depth (m, 0 = nothing), cosine of the incidence and colour of one thing, in a window of the image."""
 
     depth: NDArray[np.float32]
     cosine: NDArray[np.float32]
     color: NDArray[np.uint8]
+    top: int = 0
+    left: int = 0
 
-    def put(self, other: Layer) -> NDArray[np.bool_]:
-        """Draw `other` where it is nearer; returns where."""
-        nearer = (other.depth > 0) & ((self.depth == 0) | (other.depth < self.depth))
-        self.depth[nearer], self.cosine[nearer] = other.depth[nearer], other.cosine[nearer]
-        self.color[nearer] = other.color[nearer]
-        return nearer
+    def put(self, other: Layer) -> tuple[tuple[slice, slice], NDArray[np.bool_]]:
+        """Draw `other` where it is nearer; returns its window and where in it."""
+        h, w = other.depth.shape
+        window = (slice(other.top, other.top + h), slice(other.left, other.left + w))
+        under = self.depth[window]
+        nearer = (other.depth > 0) & ((under == 0) | (other.depth < under))
+        under[nearer] = other.depth[nearer]
+        self.cosine[window][nearer] = other.cosine[nearer]
+        self.color[window][nearer] = other.color[nearer]
+        return window, nearer
 
     def copy(self) -> Layer:
         return Layer(self.depth.copy(), self.cosine.copy(), self.color.copy())
@@ -43,6 +50,27 @@ class Layer:
     def empty(cls, camera: Camera) -> Layer:
         shape = camera.shape
         return cls(np.zeros(shape, np.float32), np.ones(shape, np.float32), np.zeros((*shape, 3), np.uint8))
+
+    @classmethod
+    def of(
+        cls,
+        camera: Camera,
+        depth: NDArray[np.float32],
+        normals: NDArray[np.float32],
+        colors: Callable[[tuple[slice, slice]], NDArray[np.uint8]] | None,
+    ) -> Layer:
+        """The window where there is depth, lit by a lamp at the camera (up to 40 % darker where it turns away)."""
+        rows, columns = np.flatnonzero(depth.any(axis=1)), np.flatnonzero(depth.any(axis=0))
+        if not len(rows):
+            return cls(depth[:0, :0], depth[:0, :0], np.zeros((0, 0, 3), np.uint8))
+        window = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
+        n, (x, y) = normals[window], np.moveaxis(camera.rays[window], -1, 0)
+        along = -(n[..., 0] * x + n[..., 1] * y + n[..., 2]) / np.sqrt(x * x + y * y + 1)
+        cosine = np.where(n.any(axis=-1), np.clip(along, 0, 1), 1).astype(np.float32)
+        color = np.zeros((*cosine.shape, 3), np.uint8)
+        if colors is not None:
+            color = (colors(window) * (0.6 + 0.4 * cosine[..., None])).astype(np.uint8)
+        return cls(depth[window], cosine, color, int(rows[0]), int(columns[0]))
 
 
 def background(camera: Camera, kind: str | None, distance_m: float, rng: np.random.Generator) -> Layer:
@@ -72,24 +100,9 @@ def background(camera: Camera, kind: str | None, distance_m: float, rng: np.rand
 
 
 def mesh_layer(mesh: Mesh, camera: Camera, T: Array, color: tuple[int, ...]) -> Layer:
-    """A mesh of one colour with a little shading."""
+    """A mesh of one colour."""
     depth, normals, _ = mesh.raycast(camera, T)
-    cosine = incidence_cosine(camera, normals)
-    return Layer(depth, cosine, shade(np.broadcast_to(np.array(color, np.uint8), (*depth.shape, 3)), cosine))
-
-
-def incidence_cosine(camera: Camera, normals: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Cosine of the angle between each pixel's ray and the surface normal (1 where there is no surface)."""
-    x, y = camera.rays[..., 0], camera.rays[..., 1]
-    along = -(normals[..., 0] * x + normals[..., 1] * y + normals[..., 2]) / np.sqrt(x * x + y * y + 1)
-    nothing = ~normals.any(axis=-1)
-    cosine: NDArray[np.float32] = np.where(nothing, 1, np.clip(along, 0, 1)).astype(np.float32)
-    return cosine
-
-
-def shade(color: NDArray[np.uint8], cosine: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """A lamp at the camera: the surface darkens by up to 40 % where it turns away."""
-    return (color * (0.6 + 0.4 * cosine[..., None])).astype(np.uint8)
+    return Layer.of(camera, depth, normals, lambda window: np.array(color, np.uint8))
 
 
 def _plane(
@@ -105,7 +118,7 @@ def _plane(
     layer.depth[:] = z
     layer.cosine[:] = np.clip(-along / np.sqrt(x * x + y * y + 1), 0, 1)
     # Broad stripes and a grain, fixed to the plane.
-    p = np.stack([x * z, y * z, z], axis=-1) @ rng.normal(size=(3, 2)) * 40
+    p = np.stack([x * z, y * z, z], axis=-1) @ rng.normal(size=(3, 2)) * 15
     tone = 1 + 0.12 * np.sin(p[..., 0]) * np.sin(p[..., 1]) + 0.02 * rng.standard_normal(z.shape)
     layer.color[:] = np.clip(np.array(color) * tone[..., None], 0, 255)
     return layer
