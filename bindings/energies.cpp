@@ -150,6 +150,13 @@ void bind_energies(py::module_& m) {
              return self.energy().cost(x);
            })
       .def("linearize", &linearize)
+      .def("retract",
+           [](FrameEnergy& self, const State& x, const Eigen::VectorXd& delta) {
+             if (delta.size() != self.energy().unknowns().size())
+               throw py::value_error("delta: expected " + std::to_string(self.energy().unknowns().size()) +
+                                     " numbers, got " + std::to_string(delta.size()));
+             return self.from_state(retract(self.energy().unknowns(), x, delta));
+           })
       .def("residuals", &residuals)
       .def("minimize", &run_minimize, py::arg("start"), py::arg("options"));
 }

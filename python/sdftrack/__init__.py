@@ -5,29 +5,44 @@ from sdftrack import geometry, metrics, synth
 from sdftrack._core import __version__
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.device import cuda_available
+from sdftrack.energy import Energy, State, back_project, minimize
 from sdftrack.frame import Frame
 from sdftrack.io.datasets import Sequence, open_sequence
 from sdftrack.io.save import save_sequence
 from sdftrack.mesh import Mesh
+from sdftrack.options import TrackerOptions
+from sdftrack.plane import remove_plane
 from sdftrack.recorder import Recorder
+from sdftrack.results import Status, Step, TrackResult
 from sdftrack.sdf import SDF, MeshReport, smooth_union, union
+from sdftrack.tracking import Tracker
 from sdftrack.viz import draw
 
 __all__ = [
     "SDF",
     "Camera",
+    "Energy",
     "Frame",
     "Mesh",
     "MeshReport",
     "RGBDCamera",
     "Recorder",
     "Sequence",
+    "State",
+    "Status",
+    "Step",
+    "TrackResult",
+    "Tracker",
+    "TrackerOptions",
     "__version__",
+    "back_project",
     "cuda_available",
     "draw",
     "geometry",
     "metrics",
+    "minimize",
     "open_sequence",
+    "remove_plane",
     "save_sequence",
     "smooth_union",
     "synth",

@@ -1,0 +1,234 @@
+# SPDX-License-Identifier: MIT
+"""The kernels themselves, for experiments and teaching: back-projection, the energy of a frame, the optimiser."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack import _core
+from sdftrack.camera import Camera, RGBDCamera, depth_camera
+from sdftrack.frame import Frame
+from sdftrack.options import TrackerOptions
+from sdftrack.results import Step
+from sdftrack.sdf import SDF
+
+__all__ = ["Energy", "Linearization", "Minimum", "State", "back_project", "minimize"]
+
+Array = NDArray[np.float64]
+
+
+def back_project(
+    depth: ArrayLike, camera: Camera | RGBDCamera, mask: ArrayLike | None = None
+) -> tuple[Array, NDArray[np.int64]]:
+    """Lift the valid pixels of a depth image to points.
+
+    Parameters
+    ----------
+    depth : (H, W) float, m, 0 or NaN = no measurement
+    camera : Camera or RGBDCamera
+    mask : (H, W) bool, optional
+        False: leave the pixel out.
+
+    Returns
+    -------
+    points : (N, 3) float64
+        Camera frame, m: ``depth * K^-1 (x, y, 1)``, distortion removed.
+    pixels : (N, 2) int64
+        (x, y) of each point.
+
+    Raises
+    ------
+    ValueError
+        `depth` or `mask` is not of the camera's size.
+    """
+    pinhole = depth_camera(camera)
+    z = np.asarray(depth)
+    points = pinhole.back_project(z)
+    valid = np.isfinite(z) & (z > 0)
+    if mask is not None:
+        chosen = np.asarray(mask)
+        if chosen.shape != z.shape:
+            raise ValueError(f"mask: expected shape {z.shape} as depth, got {chosen.shape}")
+        valid &= chosen != 0
+    y, x = np.nonzero(valid)
+    return np.ascontiguousarray(points[y, x], dtype=np.float64), np.stack([x, y], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A point in the space of unknowns.
+
+    Attributes
+    ----------
+    poses : (M, 4, 4) float64
+        ``T_cam_obj``, m.
+    camera : Camera, optional
+        Whose fx, fy, cx, cy are unknowns with ``"intrinsics"``; None: the energy's own.
+    scales : (M,) float64, optional
+        Size over the shape's own, with ``"scale"``; None: 1.
+    """
+
+    poses: Array
+    camera: Camera | None = None
+    scales: Array | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Linearization:
+    """The quadratic model of an energy: order of unknowns (vx, vy, vz, wx, wy, wz [, log scale | fx, fy, cx, cy]).
+
+    Unknowns are increments of ``T_obj_cam`` about the centre of the object's box, v in m and w in rad.
+    """
+
+    cost: float
+    gradient: Array
+    hessian: Array
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class Minimum:
+    """Where :func:`minimize` stopped, every step on the way, and why."""
+
+    x: State
+    steps: list[Step]
+    stop: str
+    cost: float
+    count: int
+
+
+class Energy:
+    """The data energy of one object in one frame, as a function of its pose.
+
+    The pixels (those near the object at `poses`) and their class (the ray meets the model, or not) are fixed at
+    construction, so the cost is a function of the state alone and can be differentiated numerically.
+
+    Parameters
+    ----------
+    shapes : SDF or sequence of one SDF
+    camera : Camera or RGBDCamera
+    frame : Frame
+    poses : (4, 4) or (1, 4, 4) float64
+        ``T_cam_obj`` that chooses the pixels; also ``energy.start``.
+    penalty : {"depth"}
+    unknowns : ("pose",), ("pose", "intrinsics") or ("pose", "scale")
+    scale_m : float
+        s of the logistic density (thesis Eq. 3.11), m.
+    options : fields of TrackerOptions
+        ``residual``, ``curvature``, ``outlier_floor``, ``padding_m``, ``noise_m``, ``max_pixels``, ...
+
+    >>> energy = Energy(sdf, camera, frame, T_cam_obj)                    # doctest: +SKIP
+    >>> energy.linearize(energy.start).gradient.shape                     # doctest: +SKIP
+    (6,)
+    """
+
+    def __init__(
+        self,
+        shapes: SDF | Sequence[SDF],
+        camera: Camera | RGBDCamera,
+        frame: Frame,
+        poses: ArrayLike,
+        *,
+        penalty: str = "depth",
+        unknowns: tuple[str, ...] = ("pose",),
+        scale_m: float = 0.002,
+        threads: int = 1,
+        **options: Any,
+    ) -> None:
+        many = [shapes] if isinstance(shapes, SDF) else list(shapes)
+        if len(many) != 1:
+            raise ValueError(f"shapes: expected one SDF in this version, got {len(many)}")
+        if not isinstance(many[0], SDF):
+            raise TypeError(f"shapes: expected an SDF, got {type(many[0]).__name__}")
+        if penalty != "depth":
+            raise ValueError(f"penalty: expected 'depth' in this version, got {penalty!r}")
+        known = (("pose",), ("pose", "intrinsics"), ("pose", "scale"))
+        if tuple(unknowns) not in known:
+            raise ValueError(f"unknowns: expected one of {known}, got {unknowns!r}")
+        if frame.depth is None:
+            raise ValueError("frame: expected a depth image, got none")
+        if not scale_m > 0:
+            raise ValueError(f"scale_m: expected a length > 0 in metres, got {scale_m!r}")
+        self.shape = many[0]
+        self.camera = depth_camera(camera)
+        self.unknowns = tuple(unknowns)
+        self.options = TrackerOptions().replace(**options)
+        T = _pose(poses)
+        mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
+        self._core = _core.FrameEnergy(
+            self.shape.values, self.shape.voxel_size, self.shape.origin.tolist(), self.camera._core,
+            frame.depth, mask, T, self.options._to_core(), float(scale_m),
+            "scale" in unknowns, "intrinsics" in unknowns, threads,
+        )  # fmt: skip
+        self.start = State(
+            T[None], self.camera if "intrinsics" in unknowns else None, np.ones(1) if "scale" in unknowns else None
+        )
+
+    def _state(self, x: State) -> Any:
+        camera = x.camera or self.camera
+        scales = [1.0] if x.scales is None else [float(s) for s in x.scales]
+        return self._core.state(_pose(x.poses), [camera.fx, camera.fy, camera.cx, camera.cy], scales)
+
+    def cost(self, x: State) -> float:
+        """Sum over the pixels of the penalty of the residual, without unit."""
+        return float(self._core.cost(self._state(x)))
+
+    def linearize(self, x: State) -> Linearization:
+        """Cost, gradient and (positive semi-definite) Hessian at `x`."""
+        return Linearization(**self._core.linearize(self._state(x)))
+
+    def residuals(self, x: State) -> dict[str, NDArray[Any]]:
+        """Per pixel: ``residual_m``, ``weight`` (curvature of the penalty), ``hit``, ``u_px``, ``v_px``, ``depth_m``."""
+        return dict(self._core.residuals(self._state(x)))
+
+    def moved(self, x: State, delta: ArrayLike) -> State:
+        """`x` moved by an increment in the order of :class:`Linearization`: how the optimiser steps."""
+        return self._to_state(*self._core.retract(self._state(x), np.asarray(delta, np.float64)))
+
+    def _to_state(self, T: Array, K: Sequence[float], scale: float) -> State:
+        import dataclasses
+
+        camera = None
+        if "intrinsics" in self.unknowns:
+            camera = dataclasses.replace(self.camera, fx=K[0], fy=K[1], cx=K[2], cy=K[3])
+        return State(np.asarray(T)[None], camera, np.array([scale]) if "scale" in self.unknowns else None)
+
+
+def minimize(energy: Energy, start: State | None = None, **lm_options: Any) -> Minimum:
+    """Minimise an energy by Levenberg-Marquardt, the optimiser of every tracker here.
+
+    Parameters
+    ----------
+    energy : Energy
+    start : State, optional
+        None: ``energy.start``.
+    lm_options
+        ``max_steps``, ``damping``, ``damping_up``, ``damping_down``, ``damping_max``, ``step_m``, ``step_rad``,
+        ``cost_relative``, ``fixed`` (one bool per unknown: left alone, taken out of the system).
+
+    Returns
+    -------
+    Minimum
+        ``stop`` is "small_step", "small_gain", "max_steps", "damping_max", "not_finite" or "no_data"; the last
+        three mean "do not trust".
+    """
+    options = _core.LmOptions()
+    for name, value in lm_options.items():
+        if not hasattr(options, name):
+            known = [n for n in dir(options) if not n.startswith("_")]
+            raise TypeError(f"unknown option {name!r}; known: {', '.join(known)}")
+        setattr(options, name, value)
+    x, steps, stop, cost, count = energy._core.minimize(energy._state(start or energy.start), options)
+    return Minimum(energy._to_state(*x), [Step(*s, pixels=count) for s in steps], stop, cost, count)
+
+
+def _pose(poses: ArrayLike) -> Array:
+    T = np.ascontiguousarray(poses, dtype=np.float64)
+    T = T[0] if T.ndim == 3 and len(T) == 1 else T
+    rigid: Array = _core.nearest_rigid(np.ascontiguousarray(T), "poses")
+    return rigid
