@@ -12,6 +12,7 @@ void bind_energies(py::module_& m);
 void bind_tracking(py::module_& m);
 void bind_render(py::module_& m);
 void bind_sdf(py::module_& m);
+void bind_build(py::module_& m);
 
 }  // namespace sdftrack
 
@@ -24,4 +25,5 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bind_tracking(m);
   sdftrack::bind_render(m);
   sdftrack::bind_sdf(m);
+  sdftrack::bind_build(m);
 }

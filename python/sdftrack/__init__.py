@@ -3,6 +3,7 @@
 
 from sdftrack import geometry, metrics, synth
 from sdftrack._core import __version__
+from sdftrack.build_info import info
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.device import cuda_available
 from sdftrack.energy import Energy, State, back_project, minimize
@@ -39,6 +40,7 @@ __all__ = [
     "cuda_available",
     "draw",
     "geometry",
+    "info",
     "metrics",
     "minimize",
     "open_sequence",

@@ -5,14 +5,6 @@ from pathlib import Path
 import pytest
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    # An installed package brings its fixtures by its entry point; a source tree does not.
-    if not config.pluginmanager.hasplugin("sdftrack"):
-        from sdftrack.testing import fixtures
-
-        config.pluginmanager.register(fixtures, "sdftrack")
-
-
 @pytest.fixture(scope="session")
 def data_dir() -> Path:
     """Folder with the recorded sequences; tests that need them skip without it."""

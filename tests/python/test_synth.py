@@ -221,14 +221,3 @@ def test_frames_are_timed_and_rendered_when_asked_for():
 def test_bad_arguments_are_named(arguments, error, message):
     with pytest.raises(error, match=message):
         st.synth.sequence(**{"shape_or_mesh": BOX, "n": 2, **arguments})
-
-
-SDF_SURFACE_TOLERANCE_M = 5e-5  # the renderer's bisection along the ray; corners of a box are cut by a voxel
-
-
-def test_a_signed_distance_function_is_rendered_too():
-    sdf = st.SDF.box(tuple(2 * HALF))
-    seq = st.synth.sequence(sdf, 2, "static", camera=SMALL, seed=3)
-    off = np.abs((np.abs(_points_on_object(seq, 0)) - HALF).max(axis=1))
-    assert np.quantile(off, 0.9) < SDF_SURFACE_TOLERANCE_M
-    assert np.ptp(seq.models[1].vertices, axis=0) == pytest.approx(2 * HALF, abs=0.002)

@@ -21,13 +21,3 @@ def test_poses_without_numbers_or_of_another_shape_fail():
         assert_pose_close(np.full((4, 4), np.nan), np.eye(4), 1.0, 4.0)
     with pytest.raises(AssertionError, match="shape"):
         assert_pose_close(np.eye(3), np.eye(4), 1.0, 4.0)
-
-
-def test_the_fixtures_agree_with_each_other(sdftrack_sequence, sdftrack_camera, sdftrack_shape):
-    assert sdftrack_sequence.camera.depth == sdftrack_camera
-    frame, T = sdftrack_sequence[5], sdftrack_sequence.ground_truth[5][0]
-    depth, _ = sdftrack_shape.render(sdftrack_camera, T)
-    both = (depth > 0) & sdftrack_sequence.masks(5)[0]
-    assert both.sum() > 300
-    error = frame.depth[both] - depth[both]
-    assert error.std() == pytest.approx(0.001, rel=0.2)

@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: MIT
+"""The command ``sdftrack``: one file per subcommand, and the only place that prints and exits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+__all__ = ["main"]
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and exit: 0 done, 1 an error in one clear line, 2 wrong usage."""
+    import sys
+
+    from sdftrack.cli.app import run
+
+    sys.exit(run(list(sys.argv[1:] if arguments is None else arguments)))

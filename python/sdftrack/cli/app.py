@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT
+"""The commands put together, and what becomes of their errors."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Any
+
+import typer
+
+from sdftrack.cli import config, demo, evaluate, info, reproduce, track
+
+__all__ = ["app", "run"]
+
+app = typer.Typer(
+    name="sdftrack",
+    help="Track rigid objects with an RGB-D camera, by signed distance functions.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for command in (demo.demo, track.track, evaluate.evaluate, reproduce.reproduce, info.info, config.config):
+    app.command()(command)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from sdftrack import __version__
+
+        print(__version__)
+        raise typer.Exit()
+
+
+@app.callback()
+def _root(
+    version: bool = typer.Option(
+        False, "--version", callback=_version, is_eager=True, help="Print the version."
+    ),
+) -> None:
+    pass
+
+
+def run(arguments: list[str]) -> int:
+    """Run one command; the exit code."""
+    command: Any = typer.main.get_command(app)
+    try:
+        code = command.main(args=arguments, prog_name="sdftrack", standalone_mode=False)
+        sys.stdout.flush()
+        # Newer releases of typer turn Ctrl-C into this code without a word.
+        return _fail("interrupted", 130) if code == 130 else int(code or 0)
+    except BrokenPipeError:  # `sdftrack ... | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except KeyboardInterrupt:
+        return _fail("interrupted", 130)
+    except Exception as error:
+        # typer may bring its own copy of click, so its exceptions are known by what they can do.
+        if type(error).__name__ == "Abort":
+            return _fail("interrupted", 130)
+        if type(error).__name__ == "NoArgsIsHelpError":
+            print(error)
+            return 2
+        if hasattr(error, "format_message"):
+            context = getattr(error, "ctx", None)
+            where = context.command_path if context is not None else "sdftrack"
+            return _fail(f"{_one_line(error.format_message())} (see {where} --help)", 2)
+        if os.environ.get("SDFTRACK_DEBUG"):
+            raise
+        return _fail(_told(error), 1)
+
+
+def _told(error: Exception) -> str:
+    text = _one_line(str(error))
+    if isinstance(error, (ValueError, TypeError, OSError, RuntimeError, ImportError, MemoryError)) and text:
+        if isinstance(error, OSError) and error.strerror and error.filename is None:
+            return _one_line(error.strerror)
+        return text
+    return f"{type(error).__name__}: {text} (set SDFTRACK_DEBUG=1 for the traceback, and please report it)"
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _fail(text: str, code: int) -> int:
+    sys.stdout.flush()
+    print(f"sdftrack: error: {text}", file=sys.stderr)
+    return code

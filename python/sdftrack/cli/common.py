@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: MIT
+"""Options that every command takes, progress, and folders for output."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import typer
+
+from sdftrack.eval.tables import text_table
+
+__all__ = [
+    "ConfigOption",
+    "Device",
+    "DeviceOption",
+    "OutOption",
+    "OverwriteOption",
+    "QuietOption",
+    "ThreadsOption",
+    "Usage",
+    "progress",
+    "progress_counter",
+    "show_table",
+    "tracker_settings",
+]
+
+T = TypeVar("T")
+PLAIN_EVERY_S = 5.0  # a line of progress when the output is not a terminal
+
+
+class Device(str, Enum):
+    auto = "auto"
+    cpu = "cpu"
+    cuda = "cuda"
+
+
+DeviceOption = Annotated[Device, typer.Option(help="Where the work runs.", case_sensitive=False)]
+ThreadsOption = Annotated[
+    int, typer.Option(min=0, help="Threads; 0: all cores. Results do not depend on it.")
+]
+ConfigOption = Annotated[
+    Path | None,
+    typer.Option("--config", metavar="FILE.toml", help="Options of the tracker, see sdftrack config."),
+]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone.")]
+OutOption = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Folder for the output.")]
+OverwriteOption = Annotated[
+    bool, typer.Option("--overwrite", help="DIR may hold files; those of this command are replaced.")
+]
+
+
+def Usage(message: str, option: str | None = None) -> typer.BadParameter:
+    """An error that exits with 2."""
+    return typer.BadParameter(message, param_hint=option) if option else typer.BadParameter(message)
+
+
+def tracker_settings(config: Path | None) -> dict[str, Any]:
+    """Keyword arguments for `Tracker` from --config."""
+    if config is None:
+        return {}
+    from sdftrack.options import TrackerOptions
+
+    if not config.is_file():
+        raise FileNotFoundError(f"--config: no such file: {config}")
+    return {"options": TrackerOptions.from_file(config)}
+
+
+def progress(items: Iterable[T], total: int, label: str, quiet: bool) -> Iterator[T]:
+    """A bar on a terminal, a line every few seconds in a pipe, nothing when quiet."""
+    if quiet:
+        yield from items
+        return
+    if sys.stderr.isatty():
+        from rich.console import Console
+        from rich.progress import Progress
+
+        with Progress(console=Console(stderr=True), transient=True) as bar:
+            yield from bar.track(items, total=total, description=label)
+        return
+    began = last = time.monotonic()
+    for n, item in enumerate(items, 1):
+        yield item
+        now = time.monotonic()
+        if n == total or now - last > PLAIN_EVERY_S:
+            print(f"{label}: {n}/{total} ({now - began:.1f} s)", file=sys.stderr, flush=True)
+            last = now
+
+
+@contextlib.contextmanager
+def progress_counter(quiet: bool) -> Iterator[Callable[[int, int, str], None]]:
+    """The same for work that tells (done, total, label) by a call; a new label begins a new count."""
+    if quiet:
+        yield lambda done, total, label: None
+    elif sys.stderr.isatty():
+        from rich.console import Console
+        from rich.progress import Progress
+
+        with Progress(console=Console(stderr=True), transient=True) as bar:
+            tasks: dict[str, Any] = {}
+
+            def move(done: int, total: int, label: str) -> None:
+                if label not in tasks:
+                    tasks[label] = bar.add_task(label, total=total)
+                bar.update(tasks[label], completed=done)
+
+            yield move
+    else:
+        last = [time.monotonic()]
+
+        def tell(done: int, total: int, label: str) -> None:
+            now = time.monotonic()
+            if done == total or now - last[0] > PLAIN_EVERY_S:
+                print(f"{label}: {done}/{total}", file=sys.stderr, flush=True)
+                last[0] = now
+
+        yield tell
+
+
+def show_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Print a table (drawn on a terminal, aligned text in a pipe) and return its text."""
+    text = text_table(title, head, rows)
+    if sys.stdout.isatty():
+        from rich.console import Console
+        from rich.table import Table
+
+        table = Table(title=title, title_justify="left")
+        for i, name in enumerate(head):
+            table.add_column(name, justify="left" if i == 0 else "right")
+        for row in rows:
+            table.add_row(*row)
+        Console().print(table)
+    else:
+        print(text)
+    return text

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: MIT
+"""``sdftrack config``: every option, default, unit and meaning, as TOML."""
+
+from __future__ import annotations
+
+from sdftrack.cli.common import (
+    ConfigOption,
+    Device,
+    DeviceOption,
+    OutOption,
+    OverwriteOption,
+    QuietOption,
+    ThreadsOption,
+)
+
+
+def config(
+    out: OutOption = None,
+    overwrite: OverwriteOption = False,
+    config: ConfigOption = None,
+    device: DeviceOption = Device.auto,
+    threads: ThreadsOption = 0,
+    quiet: QuietOption = False,
+) -> None:
+    """Print every option with its default, unit and meaning, as a TOML file for --config."""
+    from sdftrack.cli.common import tracker_settings
+    from sdftrack.config import options_as_toml
+
+    text = options_as_toml(tracker_settings(config).get("options"))
+    if out is not None:
+        from sdftrack.io.files import write_text
+        from sdftrack.recorder import prepare_folder
+
+        prepare_folder(out, overwrite)
+        write_text(out / "config.toml", text)
+    if not quiet:
+        print(text, end="")

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: MIT
+"""``sdftrack evaluate``: recorded results against a sequence's ground truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sdftrack.cli.common import (
+    ConfigOption,
+    Device,
+    DeviceOption,
+    OutOption,
+    OverwriteOption,
+    QuietOption,
+    ThreadsOption,
+    show_table,
+    tracker_settings,
+)
+
+
+def evaluate(
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="Folder that sdftrack track wrote.")],
+    seq: Annotated[str, typer.Argument(metavar="SEQ", help="The sequence, with its ground truth.")],
+    out: OutOption = None,
+    overwrite: OverwriteOption = False,
+    layout: Annotated[str, typer.Option(help="auto, bop, tum, open3d, k1 or folders.")] = "auto",
+    config: ConfigOption = None,
+    device: DeviceOption = Device.auto,
+    threads: ThreadsOption = 0,
+    quiet: QuietOption = False,
+) -> None:
+    """Compare results with ground truth: a table, plots, result.json (by default in DIR/evaluation)."""
+    import sdftrack as st
+    from sdftrack.eval.report import HEAD, compare, plot_errors, plot_trajectories, read_results, table_rows
+    from sdftrack.eval.tables import text_table
+    from sdftrack.io.files import write_json, write_text
+    from sdftrack.recorder import prepare_folder
+
+    tracker_settings(config)
+    report = read_results(directory)
+    with st.open_sequence(seq, layout=layout) as sequence:
+        scores = compare(report, sequence)
+    out = directory / "evaluation" if out is None else out
+    prepare_folder(out, overwrite)
+    title = f"{directory} against {seq}"
+    rows = table_rows(scores)
+    write_text(out / "table.txt", text_table(title, HEAD, rows) + "\n")
+    plot_errors(scores, out / "errors.png")
+    plot_trajectories(scores, out / "trajectory.png")
+    write_json(
+        out / "result.json",
+        {
+            "version": st.__version__,
+            "results": str(directory),
+            "sequence": str(seq),
+            "objects": [s.to_dict() for s in scores],
+        },
+    )
+    if not quiet:
+        show_table(title, HEAD, rows)
+        print(f"written to {out}")

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: MIT
+"""``sdftrack reproduce``: figures of the source text beside the printed values."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sdftrack.cli.common import (
+    ConfigOption,
+    Device,
+    DeviceOption,
+    OutOption,
+    OverwriteOption,
+    QuietOption,
+    ThreadsOption,
+    Usage,
+    progress_counter,
+    show_table,
+    tracker_settings,
+)
+
+
+def reproduce(
+    figure: Annotated[
+        list[str] | None, typer.Argument(metavar="[FIGURE ...]", help="Ids, see --list.")
+    ] = None,
+    show_list: Annotated[bool, typer.Option("--list", help="List the figures that can be made.")] = False,
+    mesh: Annotated[
+        Path | None, typer.Option(metavar="M.ply", help="Mesh in place of the built-in shape, m.")
+    ] = None,
+    frames: Annotated[int | None, typer.Option(min=2, help="Fewer frames, for a quick look.")] = None,
+    out: OutOption = None,
+    overwrite: OverwriteOption = False,
+    config: ConfigOption = None,
+    device: DeviceOption = Device.auto,
+    threads: ThreadsOption = 0,
+    quiet: QuietOption = False,
+) -> None:
+    """Make figures of the source text again; all of them when none is named."""
+    from sdftrack import __version__
+    from sdftrack.io.files import write_json
+    from sdftrack.recorder import prepare_folder
+    from sdftrack.reproduce import FIGURES, Context, find
+
+    if show_list:
+        for f in FIGURES.values():
+            print(f"{f.id:6s} {f.title}")
+        return
+    try:
+        wanted = [find(name) for name in figure] if figure else list(FIGURES.values())
+    except ValueError as error:
+        raise Usage(str(error)) from None
+    options = {**tracker_settings(config), "device": device.value, "threads": threads}
+    root = Path("sdftrack-reproduce") if out is None else out
+    for f in wanted:
+        folder = root / f.id
+        prepare_folder(folder, overwrite)
+        with progress_counter(quiet) as step:
+            made = f.run(Context(folder, mesh, frames, options, step))
+        write_json(folder / "result.json", {"version": __version__, "figure": f.id, **made})
+        if not quiet:
+            show_table(made["title"], made["head"], made["rows"])
+            print(f"written to {folder}")

@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: MIT
+"""Recorded results against ground truth: numbers, tables, curves."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.metrics import add, auc, pose_error
+
+__all__ = ["ObjectScore", "compare", "plot_errors", "read_results", "table_rows"]
+
+Array = NDArray[np.float64]
+HEAD = [
+    "object",
+    "frames",
+    "with truth",
+    "lost",
+    "mean mm",
+    "median mm",
+    "max mm",
+    "mean deg",
+    "median deg",
+    "max deg",
+    "ADD mm",
+    "ADD auc",
+]
+
+
+@dataclass
+class ObjectScore:
+    """Errors of one object over the frames whose truth is known.
+
+    Attributes
+    ----------
+    images : (N,) int64
+        Numbers of the images that were tracked and have ground truth.
+    translation_m, rotation_rad, add_m : (N,) float64
+        ``add_m`` is NaN without a model.
+    poses, truth : (N, 4, 4) float64
+    frames, compared, lost : int
+        All frames; those with truth; those without a pose (lost, bad frame).
+    """
+
+    name: str
+    obj_id: int
+    images: NDArray[np.int64]
+    translation_m: Array
+    rotation_rad: Array
+    add_m: Array
+    poses: Array
+    truth: Array
+    frames: int
+    compared: int
+    lost: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """Summary and errors per frame in mm and degrees, ready for JSON."""
+        from sdftrack.recorder import plain
+
+        mm, deg, add_mm = 1e3 * self.translation_m, np.rad2deg(self.rotation_rad), 1e3 * self.add_m
+
+        def three(a: Array) -> dict[str, float | None]:
+            if not len(a) or not np.isfinite(a).any():
+                return {"mean": None, "median": None, "max": None}
+            return {"mean": float(a.mean()), "median": float(np.median(a)), "max": float(a.max())}
+
+        # A lost frame with known truth counts against the area as an infinite error.
+        missing = np.full(max(0, self.compared - len(self.images)), np.inf)
+        area = auc(np.concatenate([self.add_m, missing])) if np.isfinite(self.add_m).any() else None
+        out: dict[str, Any] = plain(
+            {
+                "name": self.name,
+                "obj_id": self.obj_id,
+                "frames": self.frames,
+                "frames_with_truth": self.compared,
+                "lost": self.lost,
+                "translation_mm": three(mm),
+                "rotation_deg": three(deg),
+                "add_mm": three(add_mm),
+                "add_auc": area,
+                "per_frame": {
+                    "im_id": self.images,
+                    "translation_mm": mm,
+                    "rotation_deg": deg,
+                    "add_mm": add_mm,
+                },
+            }
+        )
+        return out
+
+
+def read_results(directory: Path) -> dict[str, Any]:
+    """The report of a run; FileNotFoundError or ValueError in one line."""
+    path = Path(directory) / "report.json"
+    if not Path(directory).is_dir():
+        raise FileNotFoundError(f"{directory}: no such folder")
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file; expected the output of sdftrack track or st.Recorder")
+    try:
+        report = json.loads(path.read_text(encoding="utf-8"))
+        report["frames"], report["settings"]
+    except (ValueError, TypeError, KeyError) as error:
+        raise ValueError(f"{path}: expected a report of sdftrack, got {error}") from None
+    return dict(report)
+
+
+def compare(report: dict[str, Any], seq: Any) -> list[ObjectScore]:
+    """Score every object of a report against the sequence's ground truth."""
+    if not seq.ground_truth:
+        raise ValueError("ground truth: this sequence has none; expected scene_gt.json, poses or the like")
+    number = {im_id: i for i, im_id in enumerate(seq.ids)}
+    frames = report["frames"]
+    if not frames:
+        raise ValueError("results: the report has no frame")
+    scores = []
+    instances = _instances(report, seq)
+    for k, entry in enumerate(frames[0]["objects"]):
+        mesh = seq.models.get(entry["obj_id"])
+        rows: list[tuple[int, float, float, float, Array, Array]] = []
+        compared = lost = 0
+        for frame in frames:
+            now = frame["objects"][k]
+            good = now["status"] in ("ok", "weak") and now["pose"] is not None
+            lost += not good
+            truth = seq.ground_truth.get(number.get(frame["im_id"], -1), {}).get(instances[k])
+            if truth is None:
+                continue
+            compared += 1
+            if good:
+                T = np.asarray(now["pose"], np.float64)
+                metres, radians = pose_error(T, truth)
+                points = None if mesh is None else mesh.vertices[:: max(1, len(mesh.vertices) // 2000)]
+                distance = float("nan") if points is None else add(T, truth, points)
+                rows.append((frame["im_id"], metres, radians, distance, T, np.asarray(truth, np.float64)))
+        columns = list(zip(*rows, strict=True)) if rows else [()] * 6
+        scores.append(
+            ObjectScore(
+                str(entry["name"]),
+                int(entry["obj_id"]),
+                np.array(columns[0], np.int64),
+                np.array(columns[1], np.float64),
+                np.array(columns[2], np.float64),
+                np.array(columns[3], np.float64),
+                np.array(columns[4], np.float64).reshape(-1, 4, 4),
+                np.array(columns[5], np.float64).reshape(-1, 4, 4),
+                len(frames),
+                compared,
+                lost,
+            )
+        )
+    if not any(s.compared for s in scores):
+        raise ValueError(
+            "ground truth: no image of the results has any; is this the sequence that was tracked?"
+        )
+    return scores
+
+
+def _instances(report: dict[str, Any], seq: Any) -> list[int | None]:
+    """Instance of the ground truth for each object: as recorded, else the next unused one of its obj_id."""
+    recorded = report["settings"].get("instances")
+    entries = report["frames"][0]["objects"]
+    if isinstance(recorded, list) and len(recorded) == len(entries):
+        return recorded
+    used: set[int] = set()
+    out: list[int | None] = []
+    for entry in entries:
+        free = [k for k in range(len(seq.objects)) if k not in used]
+        same = [k for k in free if seq.objects[k] == entry["obj_id"]]
+        out.append((same or free or [None])[0])  # type: ignore[list-item]
+        if out[-1] is not None:
+            used.add(out[-1])
+    return out
+
+
+def table_rows(scores: list[ObjectScore]) -> list[list[str]]:
+    """Rows under `HEAD`."""
+    rows = []
+    for score in scores:
+        d = score.to_dict()
+
+        def shown(part: str, key: str, d: dict[str, Any] = d) -> str:
+            value = d[part][key]
+            return "-" if value is None else f"{value:.3f}"
+
+        rows.append(
+            [score.name, str(score.frames), str(score.compared), str(score.lost)]
+            + [shown(p, key) for p in ("translation_mm", "rotation_deg") for key in ("mean", "median", "max")]
+            + [shown("add_mm", "mean"), "-" if d["add_auc"] is None else f"{d['add_auc']:.3f}"]
+        )
+    return rows
+
+
+def plot_errors(scores: list[ObjectScore], path: Path) -> None:
+    """Translation and rotation error over the images, one curve per object."""
+    from sdftrack.viz.plots import figure, save_figure
+
+    fig, axes = figure(2, 1, size=(8.0, 5.0), sharex=True)
+    for score in scores:
+        marker = "o" if len(score.images) < 20 else None
+        axes[0].plot(score.images, 1e3 * score.translation_m, label=score.name, marker=marker)
+        axes[1].plot(score.images, np.rad2deg(score.rotation_rad), label=score.name, marker=marker)
+    axes[0].set_ylabel("translation error (mm)")
+    axes[1].set_ylabel("rotation error (deg)")
+    axes[1].set_xlabel("image")
+    for a in axes:
+        a.set_ylim(bottom=0)
+    axes[0].legend()
+    save_figure(fig, path)
+
+
+def plot_trajectories(scores: list[ObjectScore], path: Path) -> None:
+    """Position over the images, truth as a dashed line."""
+    from sdftrack.viz.plots import figure, save_figure
+
+    fig, axes = figure(3, 1, size=(8.0, 6.0), sharex=True)
+    for score in scores:
+        for j, a in enumerate(axes):
+            line = a.plot(score.images, 1e3 * score.poses[:, j, 3], label=score.name)[0]
+            a.plot(score.images, 1e3 * score.truth[:, j, 3], "--", color=line.get_color(), alpha=0.6)
+            a.set_ylabel(f"{'xyz'[j]} (mm)")
+    axes[0].legend(title="dashed: truth")
+    axes[-1].set_xlabel("image")
+    save_figure(fig, path)

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: MIT
+"""Figures and tables of the source text, made again: one module each, with the printed values beside ours."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+__all__ = ["FIGURES", "Context", "Figure", "find"]
+
+
+@dataclass(frozen=True)
+class Figure:
+    """An experiment that can be made again."""
+
+    id: str
+    title: str
+    module: str
+
+    def run(self, context: Context) -> dict[str, Any]:
+        """Make it; the numbers that go into result.json. Files are written into ``context.out``."""
+        made: dict[str, Any] = importlib.import_module(f"sdftrack.reproduce.{self.module}").run(context)
+        return made
+
+
+@dataclass(frozen=True)
+class Context:
+    """What a figure is made with.
+
+    Attributes
+    ----------
+    out : Path
+        An existing folder of the figure's own.
+    mesh : Path or None
+        A mesh (metres) in place of the built-in shape.
+    frames : int or None
+        Fewer frames for a quick look; None: as stated by the figure.
+    options : dict
+        Keyword arguments for `Tracker`.
+    step : callable (done, total, label)
+        Told of progress.
+    """
+
+    out: Path
+    mesh: Path | None
+    frames: int | None
+    options: dict[str, Any]
+    step: Callable[[int, int, str], None]
+
+
+FIGURES = {
+    f.id: f
+    for f in [
+        Figure("3.10", "depth-only tracking of a virtual object at four noise levels", "fig_3_10"),
+    ]
+}
+
+
+def find(name: str) -> Figure:
+    """The figure of that id; ValueError lists those that exist."""
+    if name not in FIGURES:
+        raise ValueError(f"figure: expected one of {', '.join(FIGURES)}, got {name!r} (see --list)")
+    return FIGURES[name]

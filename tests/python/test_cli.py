@@ -1,0 +1,341 @@
+# SPDX-License-Identifier: MIT
+"""The command line: exit codes, one-line errors, files."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+import tomllib
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.cli.app import run
+
+COMMANDS = ["demo", "track", "evaluate", "reproduce", "info", "config"]
+
+
+def told(capsys):
+    """The error as printed: exactly one line."""
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1, err
+    assert err.startswith("sdftrack: error: ")
+    return err
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself_and_takes_the_common_options(command, capsys):
+    assert run([command, "--help"]) == 0
+    text = capsys.readouterr().out
+    for option in ("--device", "--threads", "--config", "--quiet", "--out"):
+        assert option in text, option
+
+
+def test_the_command_runs_as_a_program_with_its_exit_code():
+    done = subprocess.run([sys.executable, "-m", "sdftrack", "--version"], capture_output=True, text=True)
+    assert (done.returncode, done.stdout.strip()) == (0, st.__version__)
+    bad = subprocess.run([sys.executable, "-m", "sdftrack", "nonsense"], capture_output=True, text=True)
+    assert bad.returncode == 2
+    assert bad.stderr.count("\n") == 1
+    assert "nonsense" in bad.stderr
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["track"],
+        ["track", "x"],
+        ["track", "x", "--model", "m.ply"],
+        ["track", "x", "--model", "m.ply", "--out", "o", "--mode", "rgbd"],
+        ["track", "x", "--model", "m.ply", "--out", "o", "--init", "auto"],
+        ["track", "x", "--model", "m.ply", "--out", "o", "--init", "mask.png"],
+        ["track", "x", "--model", "m.ply", "--out", "o", "--init", "box:1,2,3,4"],
+        ["track", "x", "--model", "m.ply", "--out", "o", "--init", "click:1,2"],
+        ["track", "x", "--model", "m.ply", "--out", "o", "--unit", "parsec"],
+        ["track", "x", "--model", "m.ply", "--out", "o", "--step", "0"],
+        ["track", "x", "--model", "m.ply", "--out", "o", "--device", "abacus"],
+        ["info", "--threads", "-1"],
+        ["reproduce", "9.99"],
+        ["evaluate", "x"],
+        ["config", "extra"],
+    ],
+)
+def test_wrong_usage_exits_with_2_and_one_line(arguments, capsys):
+    assert run(arguments) == 2
+    assert "--help" in told(capsys)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["track", "/nowhere", "--model", "m.ply", "--out", "{tmp}/o"], "no such folder"),
+        (["evaluate", "/nowhere", "/nowhere"], "no such folder"),
+        (["info", "--config", "/nowhere.toml"], "no such file"),
+        (["reproduce", "3.10", "--mesh", "/nowhere.ply", "--out", "{tmp}/o"], "no such file"),
+    ],
+)
+def test_an_error_exits_with_1_and_one_line(arguments, message, capsys, tmp_path):
+    assert run([a.format(tmp=tmp_path) for a in arguments]) == 1
+    assert message in told(capsys)
+
+
+def test_an_interrupt_is_no_traceback(monkeypatch, capsys):
+    def interrupted():
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("sdftrack.build_info.info", interrupted)
+    assert run(["info"]) == 130
+    assert "interrupted" in told(capsys)
+
+
+def test_info_prints_what_the_function_returns(capsys, tmp_path):
+    assert run(["info", "--out", str(tmp_path / "i"), "--threads", "1"]) == 0
+    text = capsys.readouterr().out
+    facts = json.loads((tmp_path / "i" / "info.json").read_text())
+    assert facts["threads"] == 1
+    assert {k: v for k, v in st.info().items() if k != "threads"}.items() <= facts.items()
+    for name in facts:
+        assert name in text
+
+
+def test_cuda_without_it_is_an_error_that_says_what_is_missing(capsys):
+    if st.cuda_available():
+        pytest.skip("this machine has CUDA")
+    assert run(["info", "--device", "cuda"]) == 1
+    assert "CUDA" in told(capsys)
+
+
+def test_figures_that_can_be_made_are_listed(capsys):
+    assert run(["reproduce", "--list"]) == 0
+    assert capsys.readouterr().out.startswith("3.10 ")
+
+
+def test_config_prints_a_file_that_sets_every_option_to_its_default(capsys, tmp_path):
+    assert run(["config", "--out", str(tmp_path / "c")]) == 0
+    text = capsys.readouterr().out
+    assert (tmp_path / "c" / "config.toml").read_text() == text
+    options = st.TrackerOptions.from_file(tmp_path / "c" / "config.toml")
+    assert options == st.TrackerOptions()
+    assert set(tomllib.loads(text)["tracker"]) == set(options.to_dict())
+    lines = text.splitlines()
+    for i, line in enumerate(lines):
+        if " = " in line and not line.startswith("#"):
+            assert len(lines[i - 1]) > 5, f"{line} has no meaning above it"
+
+
+def test_config_carries_changed_options_and_refuses_unknown_ones(capsys, tmp_path):
+    (tmp_path / "a.toml").write_text("[tracker]\nmax_pixels = 777\n")
+    assert run(["config", "--config", str(tmp_path / "a.toml")]) == 0
+    assert "max_pixels = 777" in capsys.readouterr().out
+    (tmp_path / "b.toml").write_text("[tracker]\nmax_pixel = 777\n")
+    assert run(["config", "--config", str(tmp_path / "b.toml")]) == 1
+    assert "max_pixels" in told(capsys)  # the nearest name
+    (tmp_path / "c.toml").write_text("= 3")
+    assert run(["config", "--config", str(tmp_path / "c.toml")]) == 1
+    assert "TOML" in told(capsys)
+
+
+# A small recorded sequence: a duck turning before a wall, at a quarter of the usual size.
+CAMERA = st.Camera(262.0, 262.0, 79.5, 59.5, 160, 120)
+FRAMES = 8
+MAX_ERROR_M, MAX_ERROR_RAD = 0.003, np.deg2rad(3.0)  # 1 mm noise, about 800 px: bound 0.1 mm, 0.1 deg
+
+
+def render(duck, T, rng):
+    depth, _, color = duck.raycast(CAMERA, T)
+    depth = np.where(depth > 0, depth, 1.4).astype(np.float32)
+    depth += (0.001 * rng.standard_normal(depth.shape)).astype(np.float32)
+    return depth, color
+
+
+def truth():
+    from sdftrack.eval.truth import motion
+
+    return motion(FRAMES, 0.004, np.deg2rad(1.0), seed=2)
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    """A BOP scene with one duck, its model in millimetres."""
+    from sdftrack.reproduce.duck import duck_mesh
+
+    root = tmp_path_factory.mktemp("data") / "ducks" / "test" / "000003"
+    root.parent.mkdir(parents=True)
+    duck, rng = duck_mesh(), np.random.default_rng(0)
+    poses = truth()
+    frames = [st.Frame(*render(duck, T, rng), timestamp=i / 30.0) for i, T in enumerate(poses)]
+    st.save_sequence(root, st.Sequence(frames, CAMERA, poses, {1: duck}), layout="bop")
+    (model,) = root.glob("models/*.ply")
+    return root, model, poses
+
+
+VOXELS = ["--voxels", "80"]
+
+
+def rows_of(folder):
+    with (folder / "poses.csv").open() as f:
+        return list(csv.DictReader(f))
+
+
+def test_track_follows_the_truth_and_leaves_the_documented_files(recording, tmp_path, capsys):
+    root, model, poses = recording
+    out = tmp_path / "out"
+    assert run(["track", str(root), "--model", str(model), "--out", str(out), *VOXELS]) == 0
+    printed = capsys.readouterr()
+    assert "8/8" in printed.err  # plain lines in a pipe
+    assert "mean mm" in printed.out
+    assert {p.name for p in out.iterdir()} == {
+        "poses.csv", "sdftrack_ducks-test.csv", "trajectory_0.txt", "ground_truth_0.txt", "overlay.mp4", "report.json",
+    }  # fmt: skip
+    rows = rows_of(out)
+    assert [(r["scene_id"], r["im_id"], r["obj_id"]) for r in rows] == [
+        ("3", str(i), "1") for i in range(FRAMES)
+    ]
+    report = json.loads((out / "report.json").read_text())
+    for entry, T in zip(report["frames"], poses, strict=True):
+        metres, radians = st.metrics.pose_error(np.array(entry["objects"][0]["pose"]), T)
+        assert metres < MAX_ERROR_M
+        assert radians < MAX_ERROR_RAD
+    assert report["settings"]["tracker"]["max_pixels"] > 0
+    assert run(["evaluate", str(out), str(root), "--quiet"]) == 0
+
+
+def test_track_takes_poses_from_a_file_and_a_part_of_the_frames(recording, tmp_path):
+    root, model, poses = recording
+    (tmp_path / "poses.json").write_text(json.dumps({"T_cam_obj": [poses[2].tolist()]}))
+    arguments = [
+        "--init",
+        str(tmp_path / "poses.json"),
+        "--start",
+        "2",
+        "--stop",
+        "7",
+        "--step",
+        "2",
+        "--no-video",
+    ]
+    out = tmp_path / "out"
+    assert run(["track", str(root), "--model", str(model), "--out", str(out), "-q", *arguments, *VOXELS]) == 0
+    assert [r["im_id"] for r in rows_of(out)] == ["2", "4", "6"]
+    assert not (out / "overlay.mp4").exists()
+
+
+def test_a_foreign_model_in_millimetres_is_numbered_from_1(recording, tmp_path):
+    root, model, _ = recording
+    mesh = st.Mesh.load(model, unit="mm")
+    foreign = st.Mesh(1e3 * mesh.vertices[:, [0, 1, 2]] * [1, 1, 1.001], mesh.faces)
+    foreign.save(tmp_path / "other.ply")
+    out = tmp_path / "out"
+    common = [
+        "track",
+        str(root),
+        "--model",
+        str(tmp_path / "other.ply"),
+        "--out",
+        str(out),
+        "-q",
+        "--no-video",
+    ]
+    assert run([*common, "--unit", "mm", "--stop", "3", *VOXELS]) == 0
+    assert {r["obj_id"] for r in rows_of(out)} == {"1"}
+
+
+def test_a_model_in_millimetres_without_a_unit_is_refused(recording, tmp_path, capsys):
+    root, model, _ = recording
+    mesh = st.Mesh.load(model, unit="mm")
+    st.Mesh(1e3 * mesh.vertices * [1, 1, 1.1], mesh.faces).save(tmp_path / "other.ply")
+    assert (
+        run(["track", str(root), "--model", str(tmp_path / "other.ply"), "--out", str(tmp_path / "o"), "-q"])
+        == 1
+    )
+    assert "mm" in told(capsys)
+
+
+def test_a_bad_frame_in_the_middle_is_reported_and_skipped(recording, tmp_path):
+    import shutil
+
+    root, model, _ = recording
+    shutil.copytree(root, tmp_path / "seq")
+    image = sorted((tmp_path / "seq" / "depth").iterdir())[4]
+    image.write_bytes(image.read_bytes()[:200])
+    out = tmp_path / "out"
+    assert run(["track", str(tmp_path / "seq"), "--model", str(model), "--out", str(out), "-q", *VOXELS]) == 0
+    frames = json.loads((out / "report.json").read_text())["frames"]
+    assert [f["objects"][0]["status"] for f in frames].count("bad_frame") == 1
+    assert frames[4]["objects"][0]["status"] == "bad_frame"
+    assert frames[4]["objects"][0]["reason"]
+    assert frames[7]["objects"][0]["status"] in ("ok", "weak")
+    assert "4" not in [r["im_id"] for r in rows_of(out)]
+
+
+def test_several_sequences_get_a_folder_each_and_failures_come_last(recording, tmp_path, capsys):
+    root, model, _ = recording
+    common = ["--model", str(model), "--out", str(tmp_path), "-q", "--no-video", "--stop", "2", *VOXELS]
+    assert run(["track", "/nowhere", str(root), *common]) == 1
+    assert "1 of 2 sequences failed: /nowhere" in told(capsys)
+    assert (tmp_path / "000003" / "poses.csv").is_file()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[1, 2", "not valid JSON"),
+        ('{"poses": []}', "T_cam_obj"),
+        ('{"T_cam_obj": []}', "expected 1 poses"),
+        ('{"T_cam_obj": [[[1, 2], [3, 4]]]}', "T_cam_obj"),
+        (json.dumps({"T_cam_obj": [(2 * np.eye(4)).tolist()]}), "rotation|rigid"),
+        (None, "no such file"),
+    ],
+)
+def test_a_bad_poses_file_is_named(recording, tmp_path, capsys, text, message):
+    import re
+
+    root, model, _ = recording
+    path = tmp_path / "poses.json"
+    if text is not None:
+        path.write_text(text)
+    common = ["--model", str(model), "--out", str(tmp_path / "o"), "-q", "--init", str(path), *VOXELS]
+    assert run(["track", str(root), *common]) == 1
+    assert re.search(message, told(capsys))
+    assert not (tmp_path / "o").exists()
+
+
+def test_the_output_folder_must_be_new_or_empty(recording, tmp_path, capsys):
+    root, model, _ = recording
+    (tmp_path / "mine.txt").write_text("keep")
+    common = [
+        "track",
+        str(root),
+        "--model",
+        str(model),
+        "--out",
+        str(tmp_path),
+        "-q",
+        "--stop",
+        "2",
+        "--no-video",
+    ]
+    assert run([*common, *VOXELS]) == 1
+    assert "new or empty" in told(capsys)
+    assert run([*common, *VOXELS, "--overwrite"]) == 0
+    assert (tmp_path / "mine.txt").read_text() == "keep"
+
+
+def test_the_demo_needs_nothing_and_writes_pictures(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert run(["demo", "--frames", "12"]) == 0
+    made = {p.name for p in (tmp_path / "sdftrack-demo").iterdir()}
+    assert made >= {
+        "overlay.mp4", "frames.png", "errors.png", "sdf_slices.png", "poses.csv", "report.json", "table.txt",
+        "trajectory_0.txt", "ground_truth_0.txt",
+    }  # fmt: skip
+    assert "translation error (mm)" in capsys.readouterr().out
+    assert run(["demo", "--frames", "12", "-q"]) == 0  # its own folder, again
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "a.txt").write_text("keep")
+    capsys.readouterr()
+    assert run(["demo", "--out", "mine", "-q"]) == 1
+    assert "new or empty" in told(capsys)

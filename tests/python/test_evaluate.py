@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""Results against ground truth: the numbers must be those that were put in."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from tracking_fakes import CAMERA, frame, pose, result
+
+from sdftrack.cli.app import run
+from sdftrack.eval.report import compare, read_results, table_rows
+from sdftrack.geometry import pose as rotated
+from sdftrack.io.datasets import Sequence
+from sdftrack.io.save import save_sequence
+from sdftrack.mesh import Mesh
+from sdftrack.recorder import Recorder
+
+OFF_M, OFF_RAD = 0.003, np.deg2rad(2.0)
+MESH = Mesh(
+    0.05 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]),
+    [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+)
+TRUTH = [pose(0.001 * i) for i in range(6)]
+
+
+def sequence():
+    return Sequence(
+        [frame(i, T, color=True) for i, T in enumerate(TRUTH)], CAMERA, np.array(TRUTH), models={1: MESH}
+    )
+
+
+def off(T):
+    """3 mm and 2 degrees from T."""
+    return T @ rotated([0, OFF_RAD, 0], [0, 0, 0]) + np.array([[0, 0, 0, OFF_M]] + [[0] * 4] * 3)
+
+
+def recorded(folder, status=None, settings=None):
+    with Recorder(folder, CAMERA, settings=settings) as recorder:
+        for i, T in enumerate(TRUTH):
+            recorder.add(frame(i, T), result([off(T)], status and [status[i]], i))
+    return folder
+
+
+def test_errors_are_those_that_were_put_in(tmp_path):
+    (score,) = compare(read_results(recorded(tmp_path)), sequence())
+    np.testing.assert_allclose(score.translation_m, OFF_M)
+    np.testing.assert_allclose(score.rotation_rad, OFF_RAD)
+    expected = np.linalg.norm(
+        (off(TRUTH[0]) - TRUTH[0])[:3] @ np.c_[MESH.vertices, np.ones(4)].T, axis=0
+    ).mean()
+    np.testing.assert_allclose(score.add_m, expected)
+    assert (score.frames, score.compared, score.lost) == (6, 6, 0)
+
+
+def test_lost_frames_are_counted_and_their_poses_are_not_judged(tmp_path):
+    status = ["ok", "lost", "ok", "bad_frame", "weak", "ok"]
+    (score,) = compare(read_results(recorded(tmp_path, status)), sequence())
+    assert score.images.tolist() == [0, 2, 4, 5]
+    assert score.lost == 2
+    whole = compare(read_results(recorded(tmp_path / "b")), sequence())[0].to_dict()["add_auc"]
+    assert score.to_dict()["add_auc"] == pytest.approx(whole * 4 / 6)
+
+
+def test_an_object_without_any_pose_has_dashes_in_its_row(tmp_path):
+    (score,) = compare(read_results(recorded(tmp_path, ["lost"] * 6)), sequence())
+    assert table_rows([score])[0][3:] == ["6"] + ["-"] * 8
+    json.dumps(score.to_dict(), allow_nan=False)
+
+
+def test_the_recorded_instance_decides_which_truth_is_meant(tmp_path):
+    far = [T + np.array([[0, 0, 0, 0.3]] + [[0] * 4] * 3) for T in TRUTH]
+    both = {i: {0: a, 1: b} for i, (a, b) in enumerate(zip(far, TRUTH, strict=True))}
+    seq = Sequence([frame(i) for i in range(6)], CAMERA, both, models={1: MESH}, objects=[1, 1])
+    first = compare(read_results(recorded(tmp_path / "a")), seq)[0]
+    second = compare(read_results(recorded(tmp_path / "b", settings={"instances": [1]})), seq)[0]
+    assert first.translation_m[0] > 0.2
+    assert second.translation_m[0] == pytest.approx(OFF_M)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (None, "no such file"),
+        ("{", "expected a report"),
+        ("[]", "expected a report"),
+        ("{}", "expected a report"),
+    ],
+)
+def test_a_report_that_is_none_is_named(tmp_path, content, message):
+    if content is not None:
+        (tmp_path / "report.json").write_text(content)
+    with pytest.raises((FileNotFoundError, ValueError), match=message):
+        read_results(tmp_path)
+
+
+def test_a_sequence_without_truth_is_refused(tmp_path):
+    seq = Sequence([frame(i) for i in range(6)], CAMERA)
+    with pytest.raises(ValueError, match="ground truth: this sequence has none"):
+        compare(read_results(recorded(tmp_path)), seq)
+
+
+def test_the_command_writes_table_plots_and_numbers(tmp_path, capsys):
+    results = recorded(tmp_path / "run")
+    save_sequence(tmp_path / "seq", sequence(), layout="bop")
+    assert run(["evaluate", str(results), str(tmp_path / "seq")]) == 0
+    out = results / "evaluation"
+    assert {p.name for p in out.iterdir()} == {"table.txt", "result.json", "errors.png", "trajectory.png"}
+    numbers = json.loads((out / "result.json").read_text())["objects"][0]
+    assert numbers["translation_mm"]["mean"] == pytest.approx(3.0, abs=1e-3)
+    assert numbers["rotation_deg"]["max"] == pytest.approx(2.0, abs=1e-3)
+    assert "3.000" in (out / "table.txt").read_text()
+    assert "3.000" in capsys.readouterr().out
+    assert run(["evaluate", str(results), str(tmp_path / "seq")]) == 1  # not without --overwrite
+    assert "new or empty" in capsys.readouterr().err
+    assert run(["evaluate", str(results), str(tmp_path / "seq"), "--overwrite", "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
