@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack.io.files import write_whole
 
 if TYPE_CHECKING:
     import trimesh
@@ -238,16 +239,6 @@ def core_camera(camera: Any) -> _core.Camera:
     if not isinstance(inner, _core.Camera):
         raise TypeError(f"camera: expected a Camera or RGBDCamera, got {type(camera).__name__}")
     return inner
-
-
-def write_whole(path: Path, data: bytes) -> None:
-    """Write a file whole or not at all: a temporary name in the same folder, then a rename."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        temporary.write_bytes(data)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _rows(a: NDArray[Any], name: str) -> NDArray[Any]:

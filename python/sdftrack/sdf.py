@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack.mesh import Mesh, core_camera, unit_scale, write_whole
+from sdftrack.io.files import write_whole
+from sdftrack.mesh import Mesh, core_camera, unit_scale
 
 if TYPE_CHECKING:
     import trimesh
