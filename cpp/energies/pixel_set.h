@@ -2,6 +2,8 @@
 // The pixels that an energy sums over, packed: fixed for a whole frame, so that costs may be compared.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <vector>
 
 #include "energies/term.h"
@@ -22,12 +24,14 @@ struct PixelSet {
     u_px.push_back(u), v_px.push_back(v), depth_m.push_back(depth), noise_scale.push_back(noise);
     hit_m.push_back(depth), trial_hit_m.push_back(depth), gain.push_back(1.0f);
   }
-  // Every `stride`-th pixel of `other`, from the measured depths.
-  void assign_stride(const PixelSet& other, int stride) {
+  // `wanted` pixels of `other` (all, where it has fewer), evenly spread over its order; from the measured depths.
+  void assign_subset(const PixelSet& other, int wanted) {
     clear();
-    for (int i = 0; i < other.count(); i += stride) {
-      const auto j = static_cast<std::size_t>(i);
-      push(other.u_px[j], other.v_px[j], other.depth_m[j], other.noise_scale[j]);
+    const auto n = static_cast<std::size_t>(other.count());
+    const std::size_t m = std::min(n, static_cast<std::size_t>(std::max(0, wanted)));
+    for (std::size_t k = 0; k < m; ++k) {
+      const std::size_t i = k * n / m;
+      push(other.u_px[i], other.v_px[i], other.depth_m[i], other.noise_scale[i]);
     }
   }
   PixelsView<float> view() {

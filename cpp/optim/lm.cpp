@@ -99,6 +99,11 @@ LmResult minimize(Energy& energy, const State& start, const LmOptions& options) 
       out.stop = Stop::kNotFinite;
       break;
     }
+    const double promised = -(eq.gradient.dot(delta) + 0.5 * delta.dot(eq.hessian * delta));
+    if (promised < options.cost_gain) {
+      out.stop = Stop::kSmallGain;
+      break;
+    }
     const State trial = retract(unknowns, out.x, delta);
     const double trial_cost = energy.cost(trial);
     const bool accepted = trial_cost < eq.cost;

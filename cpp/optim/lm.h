@@ -19,6 +19,7 @@ struct LmOptions {
   double step_rad = 1e-6;
   double step_relative = 1e-7;  // log scale; intrinsics are compared as fractions of fx
   double cost_relative = 1e-7;  // an accepted trial that gains less than this share of the cost ends it
+  double cost_gain = 0;         // so does a step that promises less than this: the quadratic model's own gain
   std::vector<bool> fixed;      // unknowns to leave alone (empty: none); taken out of the system
 };
 

@@ -20,7 +20,7 @@ struct TrackerOptions {
   double correlation_area_px = 1;  // pixels that share one error of the sensor; widens the covariance
   // Pixels
   double padding_m = 0.04;  // a pixel counts when its point is this near the object's box
-  int max_pixels = 6000;    // budget of the last stage
+  int max_pixels = 8000;    // budget of the last stage
   int coarse_pixels = 600;  // budget of the coarse stages
   int min_pixels = 40;      // fewer: lost
   // Optimiser

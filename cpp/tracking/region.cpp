@@ -85,9 +85,8 @@ void select_pixels(const DepthFrame& frame, const Camera& camera, const Shape& s
       out->push(u.x, u.y, z, s0 + s2 * z * z);
     }
   }
-  const int stride = (out->count() + options.max_pixels - 1) / std::max(1, options.max_pixels);
-  if (stride > 1) {
-    scratch->assign_stride(*out, stride);
+  if (out->count() > options.max_pixels) {
+    scratch->assign_subset(*out, options.max_pixels);
     std::swap(*scratch, *out);
   }
 }

@@ -12,6 +12,8 @@ namespace sdftrack {
 
 namespace {
 
+// A step that promises a smaller gain in log-likelihood moves the pose by less than 5 % of its standard deviation.
+constexpr double kLeastGain = 1e-3;
 constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
 
 bool has_depth(const ImageView<float>& depth_m) {
@@ -139,7 +141,7 @@ void Tracker::fit(const DepthFrame& frame, Object* object, State* x, ObjectResul
 
   const double noise_m = sensor_noise_m(options_, object->T_cam_obj.t.z);
   const double last = options_.scale_per_noise * std::max(kLeastNoise_m, object->noise_factor * noise_m);
-  coarse_.assign_stride(pixels_, std::max(1, pixels_.count() / std::max(1, options_.coarse_pixels)));
+  coarse_.assign_subset(pixels_, options_.coarse_pixels);
   for (double s = options_.scale_start_m; s > 1.5 * last; s *= 0.5) {
     SdfEnergyOptions energy{Residual::kPoint, options_.curvature};
     energy.scale_m = static_cast<float>(s);
@@ -187,8 +189,8 @@ void Tracker::run_stage(Object* object, PixelSet* pixels, const SdfEnergyOptions
   LmOptions lm;
   lm.max_steps = steps;
   lm.damping = object->damping;
-  lm.step_m = lm.step_rad = 2e-6;
-  lm.cost_relative = 1e-6;
+  lm.cost_relative = 0;
+  lm.cost_gain = kLeastGain;
   const LmResult fitted = minimize(sum, *x, lm);
   for (const LmStep& step : fitted.steps)
     result->steps.push_back({step, energy_options.scale_m, pixels->count()});
