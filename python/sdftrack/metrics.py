@@ -15,6 +15,7 @@ __all__ = [
     "boundary_recall",
     "chamfer",
     "iou",
+    "plane_angles",
     "pose_error",
     "undersegmentation",
 ]
@@ -139,6 +140,26 @@ def undersegmentation(labels: ArrayLike, truth: ArrayLike) -> float:
     overlap = np.bincount(l.ravel() * n + g.ravel(), minlength=(int(l.max()) + 1) * n).reshape(-1, n)
     outside = overlap.sum(axis=1, keepdims=True) - overlap
     return float(np.minimum(overlap, outside).sum() / L.size)
+
+
+def plane_angles(frame: Any, camera: Any = None, tolerance: float = 0.01) -> Array:
+    """Angles between the three largest planes of a depth image, degrees, ascending.
+
+    For three planes that are orthogonal in truth the distance from 90 tells how good the intrinsics are (thesis,
+    Table 3.1). `camera` None: the frame's own. `tolerance` m: half thickness of a plane. ValueError when there
+    are not three planes, each with a tenth of the readings that are left.
+    """
+    from sdftrack.plane import remove_plane
+
+    normals, rest = [], frame
+    for _ in range(3):
+        off_plane, (normal, _) = remove_plane(rest, camera, tolerance=tolerance)
+        normals.append(normal)
+        rest = rest.replace(depth=np.where(off_plane, rest.depth, np.float32(0)))
+    pairs = ((0, 1), (0, 2), (1, 2))
+    sines = [np.linalg.norm(np.cross(normals[i], normals[j])) for i, j in pairs]
+    cosines = [normals[i] @ normals[j] for i, j in pairs]
+    return np.sort(np.degrees(np.arctan2(sines, cosines)))
 
 
 def _poses(T: ArrayLike, name: str) -> Array:

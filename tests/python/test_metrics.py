@@ -95,6 +95,19 @@ def test_boundaries_and_leaks_of_superpixels():
     assert metrics.undersegmentation(shifted, truth) == pytest.approx(2 * 30 / 200)
 
 
+def test_plane_angles_of_a_box_corner_are_right_angles():
+    corners = 0.3 * np.array([[x, y, z] for x in (-1.0, 1) for y in (-1, 1) for z in (-1, 1)])
+    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+             [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]  # fmt: skip
+    box = st.Mesh(corners, faces)
+    T = st.geometry.look_at([1.0, 0.9, 0.8], [0, 0, 0])
+    seq = st.synth.sequence(box, 1, T[None], camera=st.Camera(131.25, 131.25, 79.5, 59.5, 160, 120))
+    angles = metrics.plane_angles(seq[0], seq.camera, tolerance=0.005)
+    assert angles == pytest.approx([90, 90, 90], abs=0.1)  # each face's slab takes some pixels of the others
+    wrong = st.Camera(145.0, 131.25, 79.5, 59.5, 160, 120)
+    assert np.abs(metrics.plane_angles(seq[0], wrong, tolerance=0.005) - 90).max() > 1
+
+
 def test_exp_and_log_undo_each_other():
     rng = np.random.default_rng(3)
     for size in (1e-9, 1e-4, 1.0, 3.0):

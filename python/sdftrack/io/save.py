@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-import logging
 import os
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,6 @@ __all__ = ["save_sequence"]
 
 MM_PER_M = 1000.0
 FRAME_PERIOD_S = 1 / 30  # for TUM's files, where a sequence has no times
-log = logging.getLogger("sdftrack")
 
 
 def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bop") -> None:
@@ -38,7 +37,7 @@ def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bo
         bop: every pose, mask and model; depth in 0.1 mm (in 1 mm beyond 6.5 m). tum: one object, depth in
         0.2 mm up to 13.1 m. open3d: one object, depth in 1 mm up to 65.5 m. A frame that was not readable has
         no images in bop and is left out of the others. Colour that is not aligned to depth is left out,
-        with a warning in the log, for none of the three can hold the mapping.
+        with a UserWarning, for none of the three can hold the mapping.
 
     Raises
     ------
@@ -56,7 +55,9 @@ def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bo
     if layout not in writers:
         raise ValueError(f"layout: expected one of {', '.join(writers)}, got {layout!r}")
     if not seq.camera.aligned:
-        log.warning("%s: colour is left out: the %s layout needs it aligned to depth", path, layout)
+        warnings.warn(
+            f"{path}: colour is left out: the {layout} layout needs it aligned to depth", stacklevel=2
+        )
     with replacing_folder(path) as folder:
         writers[layout](folder, seq)
 

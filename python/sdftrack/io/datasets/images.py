@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import logging
+import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +15,6 @@ from sdftrack.io.frames import read_color, read_depth_units
 __all__ = ["Entry", "ImageFrames", "image_files", "image_size", "numbered"]
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
-log = logging.getLogger("sdftrack")
 
 
 @dataclass(frozen=True)
@@ -132,12 +131,10 @@ class ImageFrames:
                 continue
             wanted = self._camera.color or (self._camera.depth if self._camera.aligned else None)
             if wanted is not None and size != wanted.shape:
-                log.warning(
-                    "%s: colour images of %s pixels are left out: without a mapping they "
-                    "would have to be of %s",
-                    self._root,
-                    _size(size),
-                    _size(wanted.shape),
+                warnings.warn(
+                    f"{self._root}: colour images of {_size(size)} pixels are left out: without a mapping they "
+                    f"would have to be of {_size(wanted.shape)}",
+                    stacklevel=5,
                 )
                 return None
             return size

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-import logging
 import re
+import warnings
 from pathlib import Path
 
 from sdftrack import geometry
@@ -20,7 +20,6 @@ DEFAULT = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)  # PrimeSense's, which Re
 CAMERA_FILES = ("intrinsic.json", "camera_intrinsic.json", "intrinsics.json", "camera_primesense.json")
 COLOR_FOLDERS = ("color", "rgb", "image")
 TRAJECTORIES = ("trajectory.log", "scene/trajectory.log")
-log = logging.getLogger("sdftrack")
 
 
 def _detect(root: Path) -> bool:
@@ -78,7 +77,7 @@ def _camera(root: Path, size: tuple[int, int]) -> tuple[Camera, float]:
                 )
             return Camera.load(root / name, *size), units
     if size == (DEFAULT.width, DEFAULT.height):
-        log.warning("%s: no intrinsic.json; PrimeSense's camera (525 px) is taken", root)
+        warnings.warn(f"{root}: no intrinsic.json; PrimeSense's camera (525 px) is taken", stacklevel=4)
         return DEFAULT, UNITS_PER_M
     raise ValueError(f"{root}: no camera for images of {size[0]} x {size[1]}; put an intrinsic.json there")
 

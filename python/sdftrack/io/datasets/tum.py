@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import logging
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +41,6 @@ PUBLISHED = {
     "freiburg3": Camera(535.4, 539.2, 320.1, 247.6, 640, 480),
 }
 DEFAULT = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
-log = logging.getLogger("sdftrack")
 
 
 @register("tum", "depth.txt, rgb.txt", lambda root: (root / "depth.txt").is_file())
@@ -82,7 +81,9 @@ def _camera(root: Path, size: tuple[int, int]) -> Camera:
         for key, camera in PUBLISHED.items():
             if key in root.resolve().name:
                 return camera
-        log.warning("%s: no camera.json; the data set's default camera (525 px) is taken", root)
+        warnings.warn(
+            f"{root}: no camera.json; the data set's default camera (525 px) is taken", stacklevel=4
+        )
         return DEFAULT
     raise ValueError(
         f"{root}: no camera for images of {size[0]} x {size[1]}; put a camera.json beside depth.txt"
