@@ -16,6 +16,7 @@
 #include "sdf/primitives.h"
 #include "sdf/redistance.h"
 #include "sdf/surface_samples.h"
+#include "sdf/sweep.h"
 
 namespace sdftrack {
 
@@ -199,6 +200,19 @@ py::array_t<float> redistance_values(const py::array& values, double voxel_size,
   return to_numpy(std::move(out), volume.shape());
 }
 
+py::array_t<float> sweep(const py::array& known, const py::array& values, double voxel_size) {
+  const Volume volume(values, voxel_size, {0, 0, 0});
+  const auto shape = volume.shape();
+  const std::uint8_t* k = borrow<std::uint8_t>(known, "known", shape);
+  std::vector<std::uint8_t> fixed(k, k + volume.grid.size());
+  std::vector<float> u(volume.phi, volume.phi + volume.grid.size());
+  {
+    py::gil_scoped_release release;
+    fast_sweep(volume.grid, fixed, &u);
+  }
+  return to_numpy(std::move(u), shape);
+}
+
 py::tuple samples(const py::array& values, double voxel_size, Origin origin, int count) {
   const Volume volume(values, voxel_size, origin);
   std::vector<SurfaceSample> found;
@@ -240,6 +254,8 @@ void bind_sdf(py::module_& m) {
         "threads"_a = 0, "-> depth (H, W) float32 m, normals (H, W, 3) float32.");
   m.def("redistance", &redistance_values, "values"_a, "voxel_size"_a, "threads"_a = 0,
         "Distance field with the same zero set, float32 [z, y, x].");
+  m.def("fast_sweep", &sweep, "known"_a, "values"_a, "voxel_size"_a,
+        "|grad u| = 1 from values (m, >= 0) where known (uint8) is not 0; float32 [z, y, x].");
   m.def("surface_samples", &samples, "values"_a, "voxel_size"_a, "origin"_a, "count"_a,
         "-> points (N, 3) float32 m, normals (N, 3) float32.");
 }

@@ -8,8 +8,8 @@
 
 namespace sdftrack {
 
-// phi: any field, negative inside. The result has its signs, and near its zero set the distance to the zero
-// set of its trilinear interpolant. A field of one sign only has no zero set: std::invalid_argument.
+// phi: any field, negative inside. The result has its signs, and near its zero set the distance to its
+// zero set (linear between the voxels). A field of one sign only has no zero set: std::invalid_argument.
 std::vector<float> redistance(const Grid& grid, const float* phi, int threads);
 
 }  // namespace sdftrack

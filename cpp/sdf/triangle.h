@@ -20,7 +20,7 @@ inline Vec3d closest_point(const Triangle& t, Vec3d p) {
   const double d3 = dot(ab, bp), d4 = dot(ac, bp);
   if (d3 >= 0 && d4 <= d3) return t.b;
   const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return t.a + (d1 / (d1 - d3)) * ab;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3) return t.a + (d1 / (d1 - d3)) * ab;
   const Vec3d cp = p - t.c;
   const double d5 = dot(ab, cp), d6 = dot(ac, cp);
   if (d6 >= 0 && d5 <= d6) return t.c;

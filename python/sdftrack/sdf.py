@@ -214,9 +214,14 @@ class SDF:
         else:
             values = _core.open_mesh_to_sdf(vertices, faces, shape, voxel_size, list(origin), threads=threads)
         if not (values < 0).any():
+            thin = (
+                f"use voxels={_needed(report, voxel_size, voxels)}, or "
+                if report.thinnest < 2 * voxel_size
+                else ""
+            )
             raise ValueError(
-                "mesh: no voxel lies inside it; it encloses nothing at this resolution. Use more voxels, check "
-                "that its faces point outwards and that it encloses a volume"
+                f"mesh: no voxel lies inside it, it encloses nothing at {1e3 * voxel_size:.2g} mm a voxel; {thin}"
+                "check that it encloses a volume and that its faces point outwards"
             )
         _warn(report, voxel_size, voxels)
         sdf = cls._own(values, voxel_size, origin)
@@ -334,7 +339,7 @@ class SDF:
         n = np.ceil((high - low) / self._voxel_size - 1e-6).astype(int) + 1
         shape, origin = _shape3(n), (low + high) / 2 - (n - 1) * self._voxel_size / 2
         return SDF._own(
-            _resample(self, shape, self._voxel_size, origin, np.linalg.inv(M)), self._voxel_size, origin
+            _resample(self, shape, self._voxel_size, origin, _inverse(M)), self._voxel_size, origin
         )
 
     def redistanced(self, threads: int = 0) -> SDF:
@@ -402,7 +407,7 @@ class SDF:
         if not file.is_file():
             raise FileNotFoundError(f"sdf: no such file: {file}")
         try:
-            with np.load(file, allow_pickle=False) as data:
+            with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as data:
                 return cls(data["values"], float(data["voxel_size"]), data["origin"])
         except (OSError, EOFError, KeyError, ValueError, TypeError, IndexError, zipfile.BadZipFile) as error:
             raise ValueError(
@@ -487,6 +492,13 @@ def _resample(
         xy[..., 2] = origin[2] + voxel_size * iz
         points = xy if T is None else xy @ T[:3, :3].T + T[:3, 3]
         out[iz] = sdf(points)
+    return out
+
+
+def _inverse(T: NDArray[np.float64]) -> NDArray[np.float64]:
+    out = np.eye(4)
+    out[:3, :3] = T[:3, :3].T
+    out[:3, 3] = -T[:3, :3].T @ T[:3, 3]
     return out
 
 
@@ -577,6 +589,10 @@ def _enough(voxels: int, factor: float) -> int:
     return int(np.ceil(((voxels - 1) * factor + 1) / 10) * 10)
 
 
+def _needed(report: MeshReport, voxel_size: float, voxels: int) -> int:
+    return _enough(voxels, 2 * voxel_size / max(report.thinnest, 1e-6))
+
+
 def _openness(report: MeshReport) -> str:
     kinds = [f"{report.open_edges} open edges"] if report.open_edges else []
     kinds += (
@@ -592,9 +608,8 @@ def _warn(report: MeshReport, voxel_size: float, voxels: int) -> None:
             stacklevel=3,
         )
     if report.thinnest < 2 * voxel_size:
-        need = _enough(voxels, 2 * voxel_size / report.thinnest)
         warnings.warn(
             f"mesh: parts of it, {1e3 * report.thinnest:.2g} mm and less, are thinner than 2 voxels of "
-            f"{1e3 * voxel_size:.2g} mm, and their surfaces will be off; use voxels={need}",
+            f"{1e3 * voxel_size:.2g} mm, and their surfaces will be off; use voxels={_needed(report, voxel_size, voxels)}",
             stacklevel=3,
         )

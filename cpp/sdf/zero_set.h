@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// The zero set of a volume as triangles: each cell is cut into six tetrahedra round its diagonal, and the
+// field is linear in each. Closed wherever the volume's border is outside, in any configuration of signs.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "base/views.h"
+#include "sdf/triangle.h"
+
+namespace sdftrack {
+
+namespace zero_set {
+
+struct Corner {
+  Vec3d p;  // voxels
+  double phi;
+};
+
+inline Vec3d crossing(const Corner& a, const Corner& b) {
+  return a.p + (a.phi / (a.phi - b.phi)) * (b.p - a.p);
+}
+
+// The zero set of the linear field in a tetrahedron: nothing, one triangle, or two.
+template <class Visit>
+void cut(const std::array<Corner, 4>& corners, const Visit& visit) {
+  std::array<Corner, 4> in, out;
+  std::size_t inside = 0, outside = 0;
+  for (const Corner& c : corners) (c.phi < 0 ? in[inside++] : out[outside++]) = c;
+  if (inside == 0 || outside == 0) return;
+  if (inside == 2) {
+    const Vec3d a = crossing(in[0], out[0]), b = crossing(in[0], out[1]), c = crossing(in[1], out[1]),
+                d = crossing(in[1], out[0]);
+    visit(Triangle{a, b, c});
+    visit(Triangle{a, c, d});
+    return;
+  }
+  const auto& one = inside == 1 ? in[0] : out[0];
+  const auto& three = inside == 1 ? out : in;
+  visit(Triangle{crossing(one, three[0]), crossing(one, three[1]), crossing(one, three[2])});
+}
+
+}  // namespace zero_set
+
+// Six tetrahedra round the diagonal of every cell that the surface enters.
+// visit(Triangle) for each, corners in voxels.
+template <class Visit>
+void for_each_zero_triangle(const SdfView& sdf, const Visit& visit) {
+  constexpr int kPaths[6][2] = {{1, 3}, {3, 2}, {2, 6}, {6, 4}, {4, 5}, {5, 1}};
+  const auto row = static_cast<std::size_t>(sdf.nx), slice = row * static_cast<std::size_t>(sdf.ny);
+  for (int iz = 0; iz + 1 < sdf.nz; ++iz)
+    for (int iy = 0; iy + 1 < sdf.ny; ++iy)
+      for (int ix = 0; ix + 1 < sdf.nx; ++ix) {
+        const float* c =
+            sdf.phi + static_cast<std::size_t>(iz) * slice + static_cast<std::size_t>(iy) * row + ix;
+        std::array<zero_set::Corner, 8> corners;
+        int inside = 0;
+        for (int k = 0; k < 8; ++k) {
+          const int dx = k & 1, dy = (k >> 1) & 1, dz = k >> 2;
+          const double phi = c[static_cast<std::size_t>(dz) * slice + static_cast<std::size_t>(dy) * row +
+                               static_cast<std::size_t>(dx)];
+          corners[static_cast<std::size_t>(k)] = {
+              {static_cast<double>(ix + dx), static_cast<double>(iy + dy), static_cast<double>(iz + dz)},
+              phi};
+          inside += phi < 0;
+        }
+        if (inside == 0 || inside == 8) continue;
+        for (const auto& path : kPaths)
+          zero_set::cut({corners[0], corners[static_cast<std::size_t>(path[0])],
+                         corners[static_cast<std::size_t>(path[1])], corners[7]},
+                        visit);
+      }
+}
+
+}  // namespace sdftrack

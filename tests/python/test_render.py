@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: MIT
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack import _core
+from sdftrack.reference.render import raycast_sdf
+from sdftrack.sdf import SDF
+
+ROOT_ATOL = 1e-6  # m: the promise; float32 depth at 0.5 m adds 3e-8
+
+
+def camera(width=64, height=48, distortion=()):
+    return st.Camera(70.0, 72.0, 31.3, 23.6, width, height, distortion or None)
+
+
+def pose(rotation_vector=(0.4, -0.7, 0.2), t=(0.01, -0.02, 0.4)):
+    T = _core.rotation_exp(list(rotation_vector))
+    T[:3, 3] = t
+    return T
+
+
+def rays(cam):
+    xy = cam._core.rays()
+    return np.dstack([xy, np.ones(xy.shape[:2])])
+
+
+def test_a_ball_has_the_depth_and_normals_of_a_ball():
+    sdf, cam, centre, radius = SDF.sphere(0.08, voxels=120), camera(), np.array([0.02, -0.01, 0.5]), 0.08
+    depth, normals = sdf.render(cam, pose(t=centre))
+    r = rays(cam)
+    along, square = r @ centre, (r * r).sum(axis=-1)
+    root = along**2 - square * (centre @ centre - radius**2)
+    sure = root > 0.01 * radius**2  # not the rim, where a ray grazes
+    truth = (along - np.sqrt(np.where(root > 0, root, 0))) / square
+    assert sure.sum() > 200
+    assert np.abs(depth - truth)[sure].max() < 0.15 * sdf.voxel_size  # a trilinear ball is a polyhedron
+    assert not depth[root < -0.01 * radius**2].any()
+    n = (r * depth[..., None] - centre) / radius
+    assert (normals * n).sum(axis=-1)[sure].min() > np.cos(np.radians(2))
+    assert np.allclose(np.linalg.norm(normals[depth > 0], axis=-1), 1, atol=1e-5)
+    assert not normals[depth == 0].any()
+
+
+def test_a_facing_box_is_flat():
+    depth, normals = SDF.box((0.2, 0.2, 0.1), voxels=61).render(camera(), pose((0, 0, 0), (0, 0, 0.5)))
+    inner = np.abs(rays(camera())[..., :2] * 0.45).max(axis=-1) < 0.09
+    np.testing.assert_allclose(depth[inner], 0.45, atol=ROOT_ATOL)
+    np.testing.assert_allclose(normals[inner], np.tile([0, 0, -1], (inner.sum(), 1)), atol=1e-4)
+
+
+@pytest.mark.parametrize("distortion", [(), (0.1, -0.05, 0.002, -0.001, 0.01)])
+def test_every_hit_is_a_zero_of_the_field_on_its_pixels_ray(distortion):
+    sdf, cam, T = SDF.box((0.1, 0.06, 0.08), voxels=50), camera(distortion=distortion), pose()
+    depth, _ = sdf.render(cam, T)
+    hit = depth > 0
+    assert hit.sum() > 100
+    points = (rays(cam)[hit] * depth[hit][:, None] - T[:3, 3]) @ T[:3, :3]
+    assert np.abs(sdf(points)).max() < ROOT_ATOL
+
+
+def test_a_small_image_agrees_with_small_steps_along_every_ray():
+    sdf, T = SDF.cone(0.04, 0.1, voxels=24), pose(t=(0.0, 0.0, 0.25))
+    cam = st.Camera(14.0, 14.0, 3.5, 3.5, 8, 8)
+    depth, _ = sdf.render(cam, T)
+    truth = raycast_sdf(sdf.values, sdf.voxel_size, sdf.origin, cam._core.rays(), T, step=0.5)
+    assert 5 < np.count_nonzero(depth) < 60
+    np.testing.assert_allclose(depth, truth, atol=2 * ROOT_ATOL)
+
+
+def test_the_volume_and_its_mesh_look_alike():
+    sdf, cam, T = SDF.ellipsoid((0.08, 0.05, 0.06), voxels=100), camera(), pose()
+    by_sdf, n_sdf = sdf.render(cam, T)
+    by_mesh, n_mesh, _ = sdf.to_mesh().raycast(cam, T)
+    both = (by_sdf > 0) & (by_mesh > 0)
+    assert ((by_sdf > 0) != (by_mesh > 0)).sum() <= 0.01 * both.sum()
+    facing = both & ((n_mesh * rays(cam)).sum(axis=-1) < -0.3)
+    assert np.abs(by_sdf - by_mesh)[facing].max() < 0.3 * sdf.voxel_size
+    assert np.median((n_sdf * n_mesh).sum(axis=-1)[facing]) > 0.999
+    assert np.array_equal(sdf.silhouette(cam, T), by_sdf > 0)
+
+
+def test_the_image_does_not_depend_on_threads():
+    sdf = SDF.box((0.1, 0.06, 0.08), voxels=40)
+    for one, many in zip(sdf.render(camera(), pose(), 1), sdf.render(camera(), pose(), 5), strict=True):
+        np.testing.assert_array_equal(one, many)
+
+
+def test_what_is_behind_or_beside_the_camera_is_not_seen():
+    sdf = SDF.sphere(0.05, voxels=30)
+    for t in ((0, 0, -0.5), (3, 0, 0.5), (0, 0, 0)):
+        assert not sdf.render(camera(), pose(t=t))[0].any()
+
+
+def test_an_rgbd_camera_renders_as_its_depth_camera():
+    sdf, cam = SDF.sphere(0.05, voxels=30), camera()
+    np.testing.assert_array_equal(sdf.render(st.RGBDCamera(cam), pose())[0], sdf.render(cam, pose())[0])
+
+
+def test_bad_arguments_are_refused():
+    sdf = SDF.sphere(0.05, voxels=20)
+    with pytest.raises(TypeError, match="camera: expected"):
+        sdf.render(None, np.eye(4))
+    with pytest.raises(ValueError, match="T_cam_obj"):
+        sdf.render(camera(), np.diag([1.0, 1.0, -1.0, 1.0]))
+    with pytest.raises(ValueError, match="T_cam_obj"):
+        sdf.silhouette(camera(), np.eye(3))
