@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Camera', 'MeshCaster', 'cuda_available', 'cuda_build', 'cuda_device_name', 'nearest_rigid', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'scale_and_add', 'thread_count']
+__all__: list[str] = ['BAND_VOXELS', 'Camera', 'Curvature', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'Residual', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'cuda_available', 'cuda_build', 'cuda_device_name', 'fast_sweep', 'find_plane', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'primitive_sdf', 'redistance', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'surface_samples', 'thread_count', 'winding_numbers']
 class Camera:
     """
     Pinhole camera with Brown-Conrady distortion; see sdftrack.Camera.
@@ -27,6 +27,349 @@ class Camera:
     @property
     def width(self) -> int:
         ...
+class Residual:
+    """
+    What a pixel's residual is.
+    
+    Members:
+    
+      point
+    
+      slope
+    
+      ray_hit
+    """
+    __members__: typing.ClassVar[dict[str, Residual]]
+    point: typing.ClassVar[Residual]
+    ray_hit: typing.ClassVar[Residual]
+    slope: typing.ClassVar[Residual]
+    @typing.overload
+    def __eq__(self, other: Residual) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: Residual) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
+        ...
+class Curvature:
+    """
+    How the normal equations see a penalty.
+    
+    Members:
+    
+      irls
+    
+      printed
+    """
+    __members__: typing.ClassVar[dict[str, Curvature]]
+    irls: typing.ClassVar[Curvature]
+    printed: typing.ClassVar[Curvature]
+    @typing.overload
+    def __eq__(self, other: Curvature) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: Curvature) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
+        ...
+class State:
+    """
+    A point in the space of unknowns, in the core's own frames.
+    """
+class LmOptions:
+    """
+    Options of the optimiser.
+    """
+    def __init__(self) -> None:
+        ...
+    @property
+    def cost_relative(self) -> float:
+        ...
+    @cost_relative.setter
+    def cost_relative(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def damping(self) -> float:
+        ...
+    @damping.setter
+    def damping(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def damping_down(self) -> float:
+        ...
+    @damping_down.setter
+    def damping_down(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def damping_max(self) -> float:
+        ...
+    @damping_max.setter
+    def damping_max(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def damping_min(self) -> float:
+        ...
+    @damping_min.setter
+    def damping_min(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def damping_up(self) -> float:
+        ...
+    @damping_up.setter
+    def damping_up(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def fixed(self) -> list[bool]:
+        ...
+    @fixed.setter
+    def fixed(self, arg0: collections.abc.Sequence[bool]) -> None:
+        ...
+    @property
+    def max_steps(self) -> int:
+        ...
+    @max_steps.setter
+    def max_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def step_m(self) -> float:
+        ...
+    @step_m.setter
+    def step_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def step_rad(self) -> float:
+        ...
+    @step_rad.setter
+    def step_rad(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def step_relative(self) -> float:
+        ...
+    @step_relative.setter
+    def step_relative(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+class FrameEnergy:
+    """
+    Data energy of one object in one frame; see sdftrack.Energy.
+    """
+    def __init__(self, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, depth: numpy.ndarray, mask: typing.Any, T_cam_obj: numpy.ndarray, options: ..., scale_m: typing.SupportsFloat | typing.SupportsIndex, scale: bool, intrinsics: bool, threads: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def cost(self, arg0: State) -> float:
+        ...
+    def linearize(self, arg0: State) -> dict:
+        ...
+    def minimize(self, start: State, options: LmOptions) -> tuple:
+        ...
+    def residuals(self, arg0: State) -> dict:
+        ...
+    def retract(self, arg0: State, arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> tuple:
+        ...
+    def state(self, T_cam_obj: numpy.ndarray, K: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"], scales: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> State:
+        ...
+class TrackerOptions:
+    """
+    Options of the tracker; see sdftrack.TrackerOptions.
+    """
+    adapt_noise: bool
+    curvature: Curvature
+    drop_plane: bool
+    free_space: bool
+    keep_damping: bool
+    residual: Residual
+    def __init__(self) -> None:
+        ...
+    @property
+    def coarse_pixels(self) -> int:
+        ...
+    @coarse_pixels.setter
+    def coarse_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def coarse_steps(self) -> int:
+        ...
+    @coarse_steps.setter
+    def coarse_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def correlation_area_px(self) -> float:
+        ...
+    @correlation_area_px.setter
+    def correlation_area_px(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def damping_start(self) -> float:
+        ...
+    @damping_start.setter
+    def damping_start(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def fine_steps(self) -> int:
+        ...
+    @fine_steps.setter
+    def fine_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def free_space_points(self) -> int:
+        ...
+    @free_space_points.setter
+    def free_space_points(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def free_space_scale_m(self) -> float:
+        ...
+    @free_space_scale_m.setter
+    def free_space_scale_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def free_space_weight(self) -> float:
+        ...
+    @free_space_weight.setter
+    def free_space_weight(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def lost_inliers(self) -> float:
+        ...
+    @lost_inliers.setter
+    def lost_inliers(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def max_pixels(self) -> int:
+        ...
+    @max_pixels.setter
+    def max_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def min_pixels(self) -> int:
+        ...
+    @min_pixels.setter
+    def min_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def motion_sigma_m(self) -> float:
+        ...
+    @motion_sigma_m.setter
+    def motion_sigma_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def motion_sigma_rad(self) -> float:
+        ...
+    @motion_sigma_rad.setter
+    def motion_sigma_rad(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def noise_m(self) -> float:
+        ...
+    @noise_m.setter
+    def noise_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def noise_per_m(self) -> float:
+        ...
+    @noise_per_m.setter
+    def noise_per_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def outlier_floor(self) -> float:
+        ...
+    @outlier_floor.setter
+    def outlier_floor(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def padding_m(self) -> float:
+        ...
+    @padding_m.setter
+    def padding_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def scale_per_noise(self) -> float:
+        ...
+    @scale_per_noise.setter
+    def scale_per_noise(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def scale_start_m(self) -> float:
+        ...
+    @scale_start_m.setter
+    def scale_start_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def trust_points(self) -> int:
+        ...
+    @trust_points.setter
+    def trust_points(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def weak_inliers(self) -> float:
+        ...
+    @weak_inliers.setter
+    def weak_inliers(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+class Tracker:
+    """
+    Tracks shapes one by one; see sdftrack.Tracker.
+    """
+    def __init__(self, shapes: collections.abc.Sequence[tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]]], camera: Camera, options: TrackerOptions, threads: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def set_camera(self, camera: Camera) -> None:
+        ...
+    def set_pose(self, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray) -> None:
+        ...
+    def start(self, depth: numpy.ndarray, mask: typing.Any, poses: collections.abc.Sequence[numpy.ndarray]) -> list:
+        ...
+    def track(self, depth: numpy.ndarray, mask: typing.Any) -> list:
+        ...
 class MeshCaster:
     """
     Rays and closest points of one mesh. The arrays must not change.
@@ -41,6 +384,10 @@ class MeshCaster:
         """
         -> depth (H, W) float32 m, normals (H, W, 3) float32, colours (H, W, 3) uint8 or None.
         """
+def clean_mesh(vertices: numpy.ndarray, faces: numpy.ndarray, fraction: typing.SupportsFloat | typing.SupportsIndex = 0.02) -> tuple:
+    """
+    Merged vertices, faces without duplicates and turned one way, report; thinnest: the thickness (m) below which `fraction` of the surface lies.
+    """
 def cuda_available() -> bool:
     """
     True when the build has CUDA and a device answers.
@@ -49,9 +396,37 @@ def cuda_device_name() -> str:
     """
     Name of the current CUDA device; empty without one.
     """
+def fast_sweep(known: numpy.ndarray, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float32]:
+    """
+    |grad u| = 1 from values (m, >= 0) where known (uint8) is not 0; float32 [z, y, x].
+    """
+def find_plane(depth: numpy.ndarray, camera: Camera, start_x: typing.SupportsInt | typing.SupportsIndex, start_y: typing.SupportsInt | typing.SupportsIndex, tolerance_m: typing.SupportsFloat | typing.SupportsIndex) -> typing.Any:
+    """
+    Dominant plane as (normal, offset), or None.
+    """
+def mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
+    """
+    -> phi [z, y, x] float32 m, number of voxels inside an inside-out part.
+    """
 def nearest_rigid(T: numpy.ndarray, name: str = 'T') -> numpy.typing.NDArray[numpy.float64]:
     """
     4x4 float64, rigid to within 1e-3, projected onto the rotations; ValueError beyond.
+    """
+def open_mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
+    """
+    phi [z, y, x] float32 m of a mesh with holes, closed by its generalised winding number.
+    """
+def primitive_sdf(kind: str, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
+    """
+    Exact distance of a primitive at every voxel, float32 [z, y, x].
+    """
+def redistance(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
+    """
+    Distance field with the same zero set, float32 [z, y, x].
+    """
+def render_sdf(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, T_cam_obj: numpy.ndarray, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
+    """
+    -> depth (H, W) float32 m, normals (H, W, 3) float32.
     """
 def rotation_exp(w_rad: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]) -> numpy.typing.NDArray[numpy.float64]:
     """
@@ -65,13 +440,27 @@ def rotation_log(T: numpy.ndarray) -> typing.Annotated[list[float], "FixedSize(3
     """
     Rotation vector (rad) of a 4x4 pose.
     """
+def sample_sdf(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], points: numpy.ndarray, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
+    """
+    (N, 3) float64 -> phi (N,), gradient (N, 3), of the trilinear interpolant.
+    """
 def scale_and_add(a: typing.SupportsFloat | typing.SupportsIndex, x: numpy.ndarray, y: numpy.ndarray, *, cuda: bool = False) -> numpy.typing.NDArray[numpy.float32]:
     """
     a x + y of (N,) float32 arrays: the smallest kernel, to test the device.
+    """
+def surface_samples(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], count: typing.SupportsInt | typing.SupportsIndex) -> tuple:
+    """
+    -> points (N, 3) float32 m, normals (N, 3) float32.
     """
 def thread_count(requested: typing.SupportsInt | typing.SupportsIndex = 0) -> int:
     """
     Threads used when `requested` are asked for.
     """
+def winding_numbers(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.int8]:
+    """
+    Winding number of a closed mesh at every voxel, int8 [z, y, x].
+    """
+BAND_VOXELS: float = 6.0
 __version__: str = '0.1.0'
+build: dict = {'compiler': 'gcc 12.2.0', 'cpu_features': ['sse2'], 'optimised': True}
 cuda_build: bool = False

@@ -608,8 +608,9 @@ def _warn(report: MeshReport, voxel_size: float, voxels: int) -> None:
             stacklevel=3,
         )
     if report.thinnest < 2 * voxel_size:
+        need = _needed(report, voxel_size, voxels)
         warnings.warn(
             f"mesh: parts of it, {1e3 * report.thinnest:.2g} mm and less, are thinner than 2 voxels of "
-            f"{1e3 * voxel_size:.2g} mm, and their surfaces will be off; use voxels={_needed(report, voxel_size, voxels)}",
+            f"{1e3 * voxel_size:.2g} mm, and their surfaces will be off; use voxels={need}",
             stacklevel=3,
         )
