@@ -18,6 +18,7 @@ from sdftrack import _core
 __all__ = ["Camera", "RGBDCamera", "depth_camera"]
 
 _DISTORTION_LENGTHS = (0, 4, 5, 8)
+LENS_TOLERANCE_PX = 0.01  # rays are float32 and the inverse is iterated: 1e-4 px where it converges
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,8 @@ class Camera:
     Raises
     ------
     ValueError
-        fx or fy not positive, a number not finite, a size below 1, another count of distortion numbers.
+        fx or fy not positive, a number not finite, a size below 1, another count of distortion numbers,
+        a lens polynomial that folds over inside the image.
 
     Examples
     --------
@@ -74,6 +76,24 @@ class Camera:
             )
         lens = tuple(_finite(f"distortion[{i}]", k) for i, k in enumerate(given))
         object.__setattr__(self, "distortion", lens if any(lens) else ())
+        if self.distortion:
+            self._check_lens()
+
+    def _check_lens(self) -> None:
+        """Refuse a polynomial that folds over inside the image: its border pixels would have no ray."""
+        right, bottom = self.width - 1, self.height - 1
+        for u in (0, right / 2, right):
+            for v in (0, bottom / 2, bottom):
+                # The one pixel of this camera is the pixel (u, v).
+                one = _core.Camera(self.fx, self.fy, self.cx - u, self.cy - v, 1, 1, list(self.distortion))
+                x, y = one.rays()[0, 0].astype(np.float64)
+                px = one.project(np.array([[x, y, 1.0]]))
+                if not np.abs(px).max() < LENS_TOLERANCE_PX:
+                    raise ValueError(
+                        f"distortion: expected a lens that gives every pixel a ray, but {self.distortion} "
+                        f"folds over before pixel ({u:g}, {v:g}); crop the image, or calibrate again with fewer "
+                        "numbers and views that reach the corners"
+                    )
 
     @cached_property
     def _core(self) -> Any:

@@ -113,6 +113,22 @@ def test_impossible_cameras_are_refused(change, message):
         st.Camera(**values)
 
 
+def test_a_lens_that_folds_over_in_the_image_is_refused():
+    folding = (-0.45, 0.2, 0, 0, -0.04)
+    with pytest.raises(ValueError, match=r"folds over before pixel \(0, 0\)"):
+        st.Camera(320, 320, 319.5, 239.5, 640, 480, folding)
+    assert st.Camera(900, 900, 319.5, 239.5, 640, 480, folding).distortion == folding  # not that far out
+
+
+def test_published_lenses_have_a_ray_for_every_pixel():
+    from sdftrack.io.datasets.tum import PUBLISHED
+
+    for camera in PUBLISHED.values():
+        points = camera.back_project(np.ones(camera.shape, np.float32))
+        v, u = np.mgrid[: camera.height, : camera.width]
+        np.testing.assert_allclose(camera.project(points), np.stack([u, v], -1), atol=RAY_TOLERANCE_PX)
+
+
 def test_a_text_is_not_a_focal_length():
     with pytest.raises(TypeError, match="fx"):
         st.Camera("wide", 500, 320, 240, 640, 480)

@@ -38,10 +38,13 @@ def opencv_distortion_from_realsense(
             f"modified_brown_conrady, got {model!r}; rectify the images first"
         )
     lens = _fit(ideal, distorted)
-    pinhole = Camera(camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, lens)
+    try:
+        fitted = Camera(camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, lens)
+    except ValueError:  # it folds over: no fit at all
+        fitted = camera
     rays = np.column_stack([ideal, np.ones(len(ideal))])
     wanted = distorted * [camera.fx, camera.fy] + [camera.cx, camera.cy]
-    error = np.abs(pinhole.project(rays) - wanted).max()
+    error = np.abs(fitted.project(rays) - wanted).max()
     if not error <= FIT_TOLERANCE_PX:
         raise ValueError(
             f"model: {kind} with coefficients {coefficients} differs from any Brown-Conrady lens by "
