@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: MIT
+"""The documents keep their promises: links lead somewhere, quoted code is the code, commands are run by CI."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
+LINK = re.compile(r"\[[^\]]*\]\(([^)#\s]+)[^)]*\)")
+CODE = re.compile(r"^ *```(\w+)\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
+
+
+def code_blocks(path: Path, language: str) -> list[str]:
+    return [text for name, text in CODE.findall(path.read_text(encoding="utf-8")) if name == language]
+
+
+def name_of(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
+def test_every_link_leads_to_a_file(document):
+    links = [link for link in LINK.findall(document.read_text(encoding="utf-8")) if "://" not in link]
+    assert [link for link in links if not (document.parent / link).exists()] == []
+
+
+def test_every_note_can_be_reached_from_the_index():
+    index = ROOT / "docs" / "index.md"
+    linked = {(index.parent / link).resolve() for link in LINK.findall(index.read_text(encoding="utf-8"))}
+    notes = {path for path in DOCUMENTS if path.is_relative_to(ROOT / "docs") and path != index}
+    assert sorted(map(name_of, notes - linked)) == []
+
+
+def test_files_that_the_documents_name_exist():
+    named = re.compile(r"`((?:cpp|bindings|python|tests|notebooks|docs)/[\w./]+\.\w+)`")
+    missing = {
+        f"{name_of(document)}: {path}"
+        for document in DOCUMENTS
+        for path in named.findall(document.read_text(encoding="utf-8"))
+        if not (ROOT / path).exists()
+    }
+    assert sorted(missing) == []
+
+
+def test_the_worked_example_quotes_code_that_is_compiled_and_run():
+    blocks = code_blocks(ROOT / "docs" / "add_an_energy.md", "cpp")
+    source = (ROOT / "tests" / "cpp" / "test_add_an_energy.cpp").read_text(encoding="utf-8")
+    assert len(blocks) == 3
+    for block in blocks:
+        assert block in source
+
+
+@pytest.mark.parametrize("ending", ["sdftrack demo", "pytest"])
+def test_the_readme_has_one_complete_line_for_each_promise(ending):
+    lines = [line for block in code_blocks(ROOT / "README.md", "bash") for line in block.splitlines()]
+    complete = [line for line in lines if line.startswith("python3 -m venv ") and line.endswith(ending)]
+    assert len(complete) == 1
+    assert "pip install" in complete[0]
+    assert f'run_readme_line "{ending}"' in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
