@@ -137,6 +137,7 @@ void bind_energies(py::module_& m) {
       .def_readwrite("step_relative", &LmOptions::step_relative)
       .def_readwrite("cost_relative", &LmOptions::cost_relative)
       .def_readwrite("cost_gain", &LmOptions::cost_gain)
+      .def_readwrite("last_gain", &LmOptions::last_gain)
       .def_readwrite("fixed", &LmOptions::fixed);
   py::class_<FrameEnergy>(m, "FrameEnergy", "Data energy of one object in one frame; see sdftrack.Energy.")
       .def(py::init<const py::array&, double, const std::array<double, 3>&, const Camera&, const py::array&,

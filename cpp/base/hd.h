@@ -5,6 +5,8 @@
 
 #ifdef __CUDACC__
 #define HD __host__ __device__ inline
+#elif defined(__GNUC__)
+#define HD inline __attribute__((always_inline))  // per-pixel code: a call would cost more than its work
 #else
 #define HD inline
 #endif

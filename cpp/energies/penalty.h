@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "base/hd.h"
+#include "base/fast_math.h"
 
 namespace sdftrack {
 
@@ -31,14 +31,15 @@ struct DepthLogistic {
   HD Curve<T> operator()(T residual_m, T noise_scale) const {
     const T s = scale_m * noise_scale;
     const T u = std::abs(residual_m) / (T(2) * s);
-    const T decay = std::exp(T(-2) * u);  // tanh and sech without overflow
-    const T tanh_u = (T(1) - decay) / (T(1) + decay);
-    const T sech2 = T(4) * decay / ((T(1) + decay) * (T(1) + decay));
+    const T decay = exp_negative(T(-2) * u);  // tanh and sech without overflow
+    const T inverse = T(1) / (T(1) + decay);
+    const T tanh_u = (T(1) - decay) * inverse;
+    const T sech2 = T(4) * decay * inverse * inverse;
 
     const T likelihood = (T(1) - outlier_floor) * sech2 + outlier_floor;
     const T inlier = outlier_floor > T(0) ? (T(1) - outlier_floor) * sech2 / likelihood : T(1);
-    const T cost =
-        outlier_floor > T(0) ? -std::log(likelihood) : T(2) * (u + std::log1p(decay) - T(0.6931471805599453));
+    const T cost = outlier_floor > T(0) ? -log_positive(likelihood)
+                                        : T(2) * (u + log_positive(T(1) + decay) - T(0.6931471805599453));
     const T slope = inlier * tanh_u / s;
     const T irls = u < T(1e-3) ? inlier / (T(2) * s * s) : slope / std::abs(residual_m);
     return {cost, residual_m < T(0) ? -slope : slope, curvature == Curvature::kIrls ? irls : slope * slope};

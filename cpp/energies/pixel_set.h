@@ -24,7 +24,8 @@ struct PixelSet {
     u_px.push_back(u), v_px.push_back(v), depth_m.push_back(depth), noise_scale.push_back(noise);
     hit_m.push_back(depth), trial_hit_m.push_back(depth), gain.push_back(1.0f);
   }
-  // `wanted` pixels of `other` (all, where it has fewer), evenly spread over its order; from the measured depths.
+  // `wanted` pixels of `other` (all, where it has fewer), evenly spread over its order; from the measured
+  // depths.
   void assign_subset(const PixelSet& other, int wanted) {
     clear();
     const auto n = static_cast<std::size_t>(other.count());

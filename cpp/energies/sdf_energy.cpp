@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "energies/sdf_energy.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
@@ -51,29 +52,30 @@ struct CostSum {
   void operator+=(const CostSum& o) { cost += o.cost; }
 };
 
+// Lower triangle of a sum of weighted J J^T.
 template <int P>
-struct SandwichSums {
-  double A[P][P] = {}, B[P][P] = {}, geometry[P][P] = {}, inliers = 0;
-  void operator+=(const SandwichSums& o) {
+struct OuterSum {
+  double lower[P * (P + 1) / 2] = {};
+
+  void add(const float (&J)[P], float weight) {
+    int k = 0;
     for (int a = 0; a < P; ++a)
-      for (int b = 0; b < P; ++b)
-        A[a][b] += o.A[a][b], B[a][b] += o.B[a][b], geometry[a][b] += o.geometry[a][b];
-    inliers += o.inliers;
+      for (int b = 0; b <= a; ++b) lower[k++] += static_cast<double>(weight * J[a] * J[b]);
+  }
+  Eigen::MatrixXd matrix(double factor) const {
+    Eigen::MatrixXd M(P, P);
+    int k = 0;
+    for (int a = 0; a < P; ++a)
+      for (int b = 0; b <= a; ++b, ++k) M(a, b) = M(b, a) = factor * lower[k];
+    return M;
   }
 };
 
-template <int P>
-void add_outer(const float (&J)[P], double weight, double (&sum)[P][P]) {
-  for (int a = 0; a < P; ++a)
-    for (int b = 0; b < P; ++b) sum[a][b] += weight * static_cast<double>(J[a]) * static_cast<double>(J[b]);
-}
-
-template <int P>
-Eigen::MatrixXd to_matrix(const double (&sum)[P][P]) {
-  Eigen::MatrixXd M(P, P);
-  for (int a = 0; a < P; ++a)
-    for (int b = 0; b < P; ++b) M(a, b) = sum[a][b];
-  return M;
+double median(std::vector<float>* values) {
+  if (values->size() < 20) return 0;
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
 }
 
 }  // namespace
@@ -104,8 +106,9 @@ void SdfEnergy::with_term(const State& x, bool reclassify, const Visit& visit) {
 void SdfEnergy::linearize(const State& x, NormalEquations* out) {
   with_term(x, options_.warm_hits, [&](const auto& term) {
     constexpr int P = std::decay_t<decltype(term)>::P;
-    add_to(reduce_cpu<Sums<double, P>>(term.pixels.count, options_.threads,
-                                       [&](int i, Sums<double, P>* sums) { term.linearize(i, sums); }),
+    add_to(reduce_cpu<Sums<double, P>, Sums<float, P>>(
+               term.pixels.count, options_.threads,
+               [&](int i, Sums<float, P>* sums) { term.linearize(i, sums); }),
            out);
   });
 }
@@ -124,6 +127,14 @@ void SdfEnergy::accept() {
   if (options_.warm_hits) pixels_->hit_m.swap(pixels_->trial_hit_m);
 }
 
+void SdfEnergy::settle(const State& x) {
+  pixels_->hit_m = pixels_->depth_m;
+  with_term(x, false, [&](auto& term) {
+    term.newton_steps = 1;
+    for (int i = 0; i < term.pixels.count; ++i) term.settle(i);
+  });
+}
+
 void SdfEnergy::classify(const State& x, int steps) {
   pixels_->hit_m = pixels_->depth_m;
   if (options_.residual != Residual::kRayHit) steps = 1;
@@ -138,28 +149,34 @@ void SdfEnergy::classify(const State& x, int steps) {
   });
 }
 
-Sandwich SdfEnergy::sandwich(const State& x) {
-  Sandwich out;
+EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget) {
+  EnergySummary out;
+  scratch_.clear();
   with_term(x, false, [&](const auto& term) {
     constexpr int P = std::decay_t<decltype(term)>::P;
-    const auto sums =
-        reduce_cpu<SandwichSums<P>>(term.pixels.count, options_.threads, [&](int i, SandwichSums<P>* sum) {
-          FieldRow<float, P> row;
-          const auto reading = term.read(i, &row);
-          const float noise = term.pixels.noise_scale[i];
-          const Curve<float> curve = term.penalty(reading.residual_m, noise);
-          const double gain2 = static_cast<double>(reading.gain) * reading.gain;
-          const double slope2 = static_cast<double>(curve.slope) * curve.slope;
-          add_outer(row.J, gain2 * term.penalty.second_derivative(reading.residual_m, noise), sum->A);
-          add_outer(row.J, gain2 * slope2, sum->B);
-          const float s = options_.scale_m * noise;
-          if (curve.curvature * 4 * s * s > 1) {  // half of the weight that a residual of 0 has
-            add_outer(row.J, 1.0, sum->geometry);
-            sum->inliers += 1;
-          }
-        });
-    out = {to_matrix(sums.A), to_matrix(sums.B), to_matrix(sums.geometry), sums.inliers};
+    OuterSum<P> A, B, geometry;
+    const int n = term.pixels.count, m = std::min(n, pixel_budget);
+    for (int k = 0; k < m; ++k) {
+      const int i = static_cast<int>(static_cast<long>(k) * n / m);
+      FieldRow<float, P> row;
+      const auto reading = term.read(i, &row);
+      const float noise = term.pixels.noise_scale[i], gain2 = reading.gain * reading.gain;
+      const Curve<float> curve = term.penalty(reading.residual_m, noise);
+      A.add(row.J, gain2 * term.penalty.second_derivative(reading.residual_m, noise));
+      B.add(row.J, gain2 * curve.slope * curve.slope);
+      const float s = options_.scale_m * noise;
+      if (curve.curvature * 4 * s * s > 1) {  // half of the weight that a residual of 0 has
+        geometry.add(row.J, 1.0f);
+        out.inliers += 1;
+      }
+      if (term.pixels.gain[i] == 0.0f || term.residual != Residual::kRayHit)
+        scratch_.push_back(std::abs(reading.residual_m) / noise);
+    }
+    const double factor = m > 0 ? static_cast<double>(n) / m : 0;
+    out.A = A.matrix(factor), out.B = B.matrix(factor);
+    out.geometry = geometry.matrix(out.inliers > 0 ? 1 / out.inliers : 0);
   });
+  out.median_m = median(&scratch_);
   return out;
 }
 

@@ -21,11 +21,13 @@ struct SdfEnergyOptions {
   int threads = 1;
 };
 
-// Sums that a covariance is made of: A = sum psi' J J^T, B = sum psi^2 J J^T, psi = d cost / d residual,
-// and G = sum g^2 J J^T (g: weight 1 on inliers), which says what the geometry can see whatever the noise.
-struct Sandwich {
+// What the final state says about itself, from an even subset of the pixels. Sums that a covariance is made
+// of: A = sum psi' J J^T, B = sum psi^2 J J^T, psi = d cost / d residual, scaled up to all pixels; and the
+// mean of J J^T (d phi / d unknowns) over the inliers: what the geometry can see whatever the noise.
+struct EnergySummary {
   Eigen::MatrixXd A, B, geometry;
-  double inliers = 0;  // pixels with weight above one half
+  double inliers = 0;   // pixels of the subset with weight above one half
+  double median_m = 0;  // of |residual| over noise scale, rays that meet the model; 0 where fewer than 20 do
 };
 
 // What became of each pixel at a state.
@@ -45,9 +47,11 @@ class SdfEnergy final : public Energy {
   double cost(const State& x) override;
   void accept() override;
 
-  // Decide afresh which rays meet the model, at x, from the measured depths (`steps` Newton steps).
+  // Start afresh from the measured depths: one Newton step of every ray.
+  void settle(const State& x);
+  // Decide which rays meet the model, at x, after `steps` such steps.
   void classify(const State& x, int steps);
-  Sandwich sandwich(const State& x);
+  EnergySummary summarize(const State& x, int pixel_budget);
   void read(const State& x, PixelReadings* out);
 
  private:
@@ -57,6 +61,7 @@ class SdfEnergy final : public Energy {
   SdfView sdf_;
   PixelSet* pixels_;
   SdfEnergyOptions options_;
+  std::vector<float> scratch_;
 };
 
 }  // namespace sdftrack

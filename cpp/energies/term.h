@@ -31,13 +31,15 @@ struct PixelsView {
   T* gain;
 };
 
-template <class T, int P>
+// S is float within a block of pixels and double beyond (reduce_cpu.h); a cost is always summed in double.
+template <class S, int P>
 struct Sums {
-  T cost = 0, count = 0;
-  T gradient[P] = {};
-  T hessian[P * (P + 1) / 2] = {};  // lower triangle, row by row
+  double cost = 0, count = 0;
+  S gradient[P] = {};
+  S hessian[P * (P + 1) / 2] = {};  // lower triangle, row by row
 
-  HD void operator+=(const Sums& o) {
+  template <class U>
+  HD void operator+=(const Sums<U, P>& o) {
     cost += o.cost, count += o.count;
     for (int j = 0; j < P; ++j) gradient[j] += o.gradient[j];
     for (int j = 0; j < P * (P + 1) / 2; ++j) hessian[j] += o.hessian[j];
@@ -56,46 +58,64 @@ struct Term {
   Residual residual;
   bool reclassify;   // linearisation may move a pixel between hit and fallback
   int newton_steps;  // 1: warm start from the last hit; more: from the measured depth, until |phi| < 1e-5 m
+  T inv_fx = T(1) / K.fx, inv_fy = T(1) / K.fy;
+
+  HD Vec3<T> ray_of(int i) const {
+    return {(pixels.u_px[i] - K.cx) * inv_fx, (pixels.v_px[i] - K.cy) * inv_fy, T(1)};
+  }
 
   // The residual of pixel i and d residual / d phi, from the last sample of the field.
   struct Reading {
     T residual_m, gain;
   };
 
-  // Newton's iteration for the depth at which the ray meets the model. `row_of` samples the field.
-  template <class Sample>
-  HD T find_hit(int i, Vec3<T> r, T* z, const Sample& sample_at) const {
-    T c = T(0);
-    for (int k = 0; k < newton_steps; ++k) {
-      T phi;
-      sample_at(*z * r, &phi, &c);
+  // phi and its slope along the ray r at depth z; with the full row where kRow.
+  template <bool kRow>
+  HD void look(Vec3<T> r, T z, FieldRow<T, P>* row, T* slope) const {
+    if constexpr (kRow)
+      field.row(z * r, row);
+    else
+      field.value(z * r, &row->phi_m, &row->grad_cam);
+    *slope = dot(row->grad_cam, r);
+  }
+
+  // Newton's iteration for the depth at which the ray meets the model; returns the (limited) slope there.
+  template <bool kRow>
+  HD T find_hit(int i, Vec3<T> r, T* z, FieldRow<T, P>* row) const {
+    T c;
+    int k = 0;
+    do {
+      look<kRow>(r, *z, row, &c);
       c = c > T(-kGrazingSlope) ? T(-kGrazingSlope) : c;
-      *z -= phi / c;
-      if (std::abs(phi) < T(1e-5)) break;
-    }
-    const T reach = T(kHitReach_m), depth = pixels.depth_m[i];
-    if (!(std::abs(*z - depth) < reach)) *z = depth;  // lost its way: start afresh
+      *z -= row->phi_m / c;
+    } while (++k < newton_steps && std::abs(row->phi_m) >= T(1e-5));
+    const T depth = pixels.depth_m[i];
+    if (!(std::abs(*z - depth) < T(kHitReach_m))) *z = depth;  // lost its way: start afresh
     return c;
   }
 
   HD T hit_start(int i) const { return newton_steps > 1 ? pixels.depth_m[i] : pixels.hit_m[i]; }
 
+  // One step of the hits alone: brings them near the model before the first linearisation.
+  HD void settle(int i) const {
+    FieldRow<T, P> row;
+    find_hit<false>(i, ray_of(i), &pixels.hit_m[i], &row);
+  }
+
   // Cost of one pixel at a trial state; the trial's hit goes into its own buffer.
   HD T cost(int i) const {
-    const Vec3<T> r = ray(K, pixels.u_px[i], pixels.v_px[i]);
-    T phi, res;
-    Vec3<T> g;
+    const Vec3<T> r = ray_of(i);
+    const T depth = pixels.depth_m[i];
+    FieldRow<T, P> row;
+    T res, slope;
     if (pixels.gain[i] == T(0)) {
       T z = hit_start(i);
-      find_hit(i, r, &z, [&](Vec3<T> p, T* phi_m, T* c) {
-        field.value(p, phi_m, &g);
-        *c = dot(g, r);
-      });
+      find_hit<false>(i, r, &z, &row);
       pixels.trial_hit_m[i] = z;
-      res = z - pixels.depth_m[i];
+      res = z - depth;
     } else {
-      field.value(pixels.depth_m[i] * r, &phi, &g);
-      res = pixels.gain[i] * phi;
+      look<false>(r, depth, &row, &slope);
+      res = pixels.gain[i] * row.phi_m;
       pixels.trial_hit_m[i] = pixels.hit_m[i];
     }
     return penalty(res, pixels.noise_scale[i]).cost;
@@ -103,23 +123,19 @@ struct Term {
 
   // Residual, gain and Jacobian row of pixel i at the current state.
   HD Reading read(int i, FieldRow<T, P>* row) const {
-    const Vec3<T> r = ray(K, pixels.u_px[i], pixels.v_px[i]);
+    const Vec3<T> r = ray_of(i);
     const T depth = pixels.depth_m[i];
     if (residual == Residual::kRayHit && (reclassify || pixels.gain[i] == T(0))) {
       T z = hit_start(i);
-      const T c = find_hit(i, r, &z, [&](Vec3<T> p, T* phi_m, T* slope) {
-        field.row(p, row);
-        *phi_m = row->phi_m;
-        *slope = dot(row->grad_cam, r);
-      });
+      const T c = find_hit<true>(i, r, &z, row);
       pixels.hit_m[i] = z;
       const bool meets = std::abs(row->phi_m) < T(kHitTolerance_m) && c < T(-kGrazingSlope);
       if (reclassify) pixels.gain[i] = meets ? T(0) : T(1);
       if (pixels.gain[i] == T(0)) return {z - depth, T(-1) / c};
     }
-    field.row(depth * r, row);
-    if (reclassify)
-      pixels.gain[i] = residual == Residual::kPoint ? T(1) : fallback_gain(dot(row->grad_cam, r));
+    T slope;
+    look<true>(r, depth, row, &slope);
+    if (reclassify) pixels.gain[i] = residual == Residual::kPoint ? T(1) : fallback_gain(slope);
     return {pixels.gain[i] * row->phi_m, pixels.gain[i]};
   }
 
@@ -128,18 +144,24 @@ struct Term {
     return T(1) / (a > T(kFallbackSlope) ? a : T(kFallbackSlope));
   }
 
-  HD void linearize(int i, Sums<double, P>* sums) const {
+  template <class S>
+  HD void linearize(int i, Sums<S, P>* sums) const {
     FieldRow<T, P> row;
     const Reading reading = read(i, &row);
     const Curve<T> curve = penalty(reading.residual_m, pixels.noise_scale[i]);
-    sums->cost += curve.cost;
+    add_row(row, curve, reading.gain, sums);
+  }
+
+  template <class S>
+  static HD void add_row(const FieldRow<T, P>& row, const Curve<T>& curve, T gain, Sums<S, P>* sums) {
+    sums->cost += static_cast<double>(curve.cost);
     sums->count += 1;
-    const T slope = curve.slope * reading.gain, curvature = curve.curvature * reading.gain * reading.gain;
+    const T slope = curve.slope * gain, curvature = curve.curvature * gain * gain;
     int k = 0;
     for (int a = 0; a < P; ++a) {
-      sums->gradient[a] += static_cast<double>(slope * row.J[a]);
+      sums->gradient[a] += static_cast<S>(slope * row.J[a]);
       const T weighted = curvature * row.J[a];
-      for (int b = 0; b <= a; ++b) sums->hessian[k++] += static_cast<double>(weighted * row.J[b]);
+      for (int b = 0; b <= a; ++b) sums->hessian[k++] += static_cast<S>(weighted * row.J[b]);
     }
   }
 };

@@ -113,7 +113,8 @@ LmResult minimize(Energy& energy, const State& start, const LmOptions& options) 
     if (accepted) {
       energy.accept();
       out.x = trial;
-      little_gain = eq.cost - trial_cost < options.cost_relative * std::abs(eq.cost);
+      little_gain =
+          promised < options.last_gain || eq.cost - trial_cost < options.cost_relative * std::abs(eq.cost);
       out.cost = trial_cost;
       out.damping = std::max(options.damping_min, out.damping * options.damping_down);
       stale = true;

@@ -20,6 +20,7 @@ struct LmOptions {
   double step_relative = 1e-7;  // log scale; intrinsics are compared as fractions of fx
   double cost_relative = 1e-7;  // an accepted trial that gains less than this share of the cost ends it
   double cost_gain = 0;         // so does a step that promises less than this: the quadratic model's own gain
+  double last_gain = 0;         // an accepted step that promised less than this is the last one
   std::vector<bool> fixed;      // unknowns to leave alone (empty: none); taken out of the system
 };
 

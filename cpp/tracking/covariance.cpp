@@ -19,7 +19,7 @@ Eigen::Matrix3d to_eigen(const Mat3d& R) {
 
 }  // namespace
 
-Matrix6d increment_covariance(const Sandwich& sums, double diameter_m, double correlation_area_px) {
+Matrix6d increment_covariance(const EnergySummary& sums, double diameter_m, double correlation_area_px) {
   // In units of metres at the object's rim and of one diameter, directions may be compared.
   Eigen::Matrix<double, 6, 1> unit;
   unit << 1, 1, 1, Eigen::Vector3d::Constant(2 / diameter_m);
@@ -28,7 +28,7 @@ Matrix6d increment_covariance(const Sandwich& sums, double diameter_m, double co
   const Matrix6d prior = prior_sd.cwiseAbs2().cwiseInverse().asDiagonal();
   if (!(sums.inliers > 0)) return prior_sd.cwiseAbs2().asDiagonal();
 
-  const Matrix6d geometry = unit.asDiagonal() * sums.geometry * unit.asDiagonal() / sums.inliers;
+  const Matrix6d geometry = unit.asDiagonal() * sums.geometry * unit.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix6d> directions(geometry);
   Matrix6d seen = Matrix6d::Zero();  // projects out the blind directions
   for (int i = 0; i < 6; ++i)

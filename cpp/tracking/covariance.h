@@ -16,7 +16,7 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // gets that variance, never 0. A direction along which the inliers' residuals hardly change (rms slope below
 // kBlindSlope, a turn taken at half the diameter) counts as one without data: what is left there is the grain
 // of the voxels.
-Matrix6d increment_covariance(const Sandwich& sums, double diameter_m, double correlation_area_px);
+Matrix6d increment_covariance(const EnergySummary& sums, double diameter_m, double correlation_area_px);
 
 // The same uncertainty in camera axes about the caller's object origin: (x, y, z, rx, ry, rz), t = t^ + d,
 // R = Exp(r) R^. T_cam_obj is the centred pose, origin_obj the caller's origin in the centred frame.

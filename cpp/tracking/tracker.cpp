@@ -12,8 +12,12 @@ namespace sdftrack {
 
 namespace {
 
-// A step that promises a smaller gain in log-likelihood moves the pose by less than 5 % of its standard deviation.
+// A step that promises a smaller gain in log-likelihood moves the pose by less than 5 % of its standard
+// deviation.
 constexpr double kLeastGain = 1e-3;
+// An accepted step of less than one standard deviation is the last: what it leaves is of second order.
+constexpr double kLastGain = 0.5;
+constexpr int kSummaryPixels = 2000;
 constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
 
 bool has_depth(const ImageView<float>& depth_m) {
@@ -140,31 +144,40 @@ void Tracker::fit(const DepthFrame& frame, Object* object, State* x, ObjectResul
   if (!options_.keep_damping) object->damping = options_.damping_start;
 
   const double noise_m = sensor_noise_m(options_, object->T_cam_obj.t.z);
-  const double last = options_.scale_per_noise * std::max(kLeastNoise_m, object->noise_factor * noise_m);
+  const double last = last_scale(*object, noise_m);
   coarse_.assign_subset(pixels_, options_.coarse_pixels);
+  SdfEnergyOptions energy{Residual::kPoint, options_.curvature};
+  energy.outlier_floor = static_cast<float>(options_.outlier_floor);
   for (double s = options_.scale_start_m; s > 1.5 * last; s *= 0.5) {
-    SdfEnergyOptions energy{Residual::kPoint, options_.curvature};
     energy.scale_m = static_cast<float>(s);
-    energy.outlier_floor = static_cast<float>(options_.outlier_floor);
+    run_stage(object, &coarse_, energy, options_.coarse_steps, x, result);
+  }
+  if (options_.scale_start_m > 0 && coarse_.count() < pixels_.count()) {
+    energy.scale_m = static_cast<float>(last);
+    energy.residual = options_.residual;
     run_stage(object, &coarse_, energy, options_.coarse_steps, x, result);
   }
   fit_fine(object, noise_m, x, result);
 }
 
-void Tracker::fit_fine(Object* object, double noise_m, State* x, ObjectResult* result) {
+double Tracker::last_scale(const Object& object, double stated_noise_m) const {
+  return options_.scale_per_noise * std::max(kLeastNoise_m, object.noise_factor * stated_noise_m);
+}
+
+void Tracker::fit_fine(Object* object, double stated_noise_m, State* x, ObjectResult* result) {
   SdfEnergyOptions options{options_.residual, options_.curvature};
   options.outlier_floor = static_cast<float>(options_.outlier_floor);
   options.threads = threads_;
   // The first frame does not know the sensor's noise yet: fit, measure, fit again.
   for (int round = object->noise_known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
-    options.scale_m = static_cast<float>(options_.scale_per_noise *
-                                         std::max(kLeastNoise_m, object->noise_factor * noise_m));
+    options.scale_m = static_cast<float>(last_scale(*object, stated_noise_m));
     run_stage(object, &pixels_, options, options_.fine_steps, x, result);
     SdfEnergy energy(object->shape->sdf, &pixels_, options);
-    if (options_.adapt_noise) measure_noise(object, &energy, *x);
+    const EnergySummary summary = energy.summarize(*x, kSummaryPixels);
+    if (options_.adapt_noise) update_noise(object, summary.median_m, stated_noise_m);
     if (round == 0) continue;
     result->covariance = camera_covariance(
-        increment_covariance(energy.sandwich(*x), object->shape->diameter_m, options_.correlation_area_px),
+        increment_covariance(summary, object->shape->diameter_m, options_.correlation_area_px),
         inverse(x->T_obj_cam[0]), -object->shape->centre_obj);
   }
 }
@@ -173,7 +186,7 @@ void Tracker::run_stage(Object* object, PixelSet* pixels, const SdfEnergyOptions
                         State* x, ObjectResult* result) {
   const Shape& shape = *object->shape;
   SdfEnergy data(shape.sdf, pixels, energy_options);
-  if (energy_options.residual == Residual::kRayHit) data.classify(*x, 2);
+  if (energy_options.residual == Residual::kRayHit) data.settle(*x);
   SumEnergy sum;
   sum.add(&data);
 
@@ -191,6 +204,7 @@ void Tracker::run_stage(Object* object, PixelSet* pixels, const SdfEnergyOptions
   lm.damping = object->damping;
   lm.cost_relative = 0;
   lm.cost_gain = kLeastGain;
+  lm.last_gain = kLastGain;
   const LmResult fitted = minimize(sum, *x, lm);
   for (const LmStep& step : fitted.steps)
     result->steps.push_back({step, energy_options.scale_m, pixels->count()});
@@ -199,21 +213,10 @@ void Tracker::run_stage(Object* object, PixelSet* pixels, const SdfEnergyOptions
   result->cost = fitted.count > 0 ? fitted.cost / fitted.count : 0;
 }
 
-// Noise over the stated sigma(Z): median absolute residual of the rays that meet the model.
-void Tracker::measure_noise(Object* object, SdfEnergy* energy, const State& x) {
-  energy->read(x, &readings_);
-  const double sigma = sensor_noise_m(options_, inverse(x.T_obj_cam[0]).t.z);
-  std::vector<float>& r = scratch_.depth_m;  // free until the next frame
-  r.clear();
-  const double reach = 8 * std::max(0.002, object->noise_factor * sigma);
-  for (std::size_t i = 0; i < readings_.residual_m.size(); ++i) {
-    const float a = std::abs(readings_.residual_m[i]) / pixels_.noise_scale[i];
-    if ((readings_.hit[i] || options_.residual != Residual::kRayHit) && a < reach) r.push_back(a);
-  }
-  if (r.size() < 20) return;
-  const auto middle = r.begin() + static_cast<std::ptrdiff_t>(r.size() / 2);
-  std::nth_element(r.begin(), middle, r.end());
-  const double measured = std::clamp(static_cast<double>(*middle) / 0.6745 / sigma, 0.1, 10.0);
+// Measured over stated noise, from the median absolute residual of the rays that meet the model.
+void Tracker::update_noise(Object* object, double median_m, double stated_m) const {
+  if (!(median_m > 0)) return;
+  const double measured = std::clamp(median_m / 0.6745 / stated_m, 0.1, 10.0);
   object->noise_factor = object->noise_known ? 0.8 * object->noise_factor + 0.2 * measured : measured;
   object->noise_known = true;
 }

@@ -59,8 +59,9 @@ class Tracker {
   void run_stage(Object* object, PixelSet* pixels, const SdfEnergyOptions& energy, int steps, State* x,
                  ObjectResult* result);
   void fit(const DepthFrame& frame, Object* object, State* x, ObjectResult* result);
-  void fit_fine(Object* object, double noise_m, State* x, ObjectResult* result);
-  void measure_noise(Object* object, SdfEnergy* energy, const State& x);
+  void fit_fine(Object* object, double stated_noise_m, State* x, ObjectResult* result);
+  double last_scale(const Object& object, double stated_noise_m) const;
+  void update_noise(Object* object, double median_m, double stated_m) const;
   ObjectResult lost(const Object& object, std::string reason, Status status) const;
   DepthFrame make_frame(const ImageView<float>& depth_m, const unsigned char* mask) const;
 
@@ -76,7 +77,6 @@ class Tracker {
   FreeSpaceScratch free_scratch_;
   DistanceGrid free_grid_;
   std::vector<Vec3f> free_points_;
-  PixelReadings readings_;
 };
 
 }  // namespace sdftrack
