@@ -83,7 +83,7 @@ def make_scene(frames: int, seed: int = 0, threads: int = 0) -> DemoScene:
     return DemoScene(
         camera,
         duck_mesh(seed),
-        np.array([T_cam_world @ T for T in _carried(frames)]),
+        np.array([T_cam_world @ _carried_at(t) for t in np.linspace(0.0, 1.0, frames)]),
         seed,
         _hand_mesh(),
         T_cam_world,
@@ -105,14 +105,12 @@ def _shift(x: float, y: float, z: float) -> Array:
     return T
 
 
-def _carried(n: int) -> Array:
+def _carried_at(t: float) -> Array:
     """T_world_duck: a figure of eight over the table with wide turns and some tilt, as a hand would do."""
-    out = []
-    for t in np.linspace(0.0, 1.0, n):
-        a = 2 * np.pi * t
-        place = _shift(0.17 * np.sin(a), 0.07 * np.sin(2 * a), 0.17 + 0.05 * np.sin(1.5 * a))
-        out.append(place @ _turn(0.35 * np.sin(2 * a), 0.45 * np.sin(1.3 * a), 0.3 + 1.4 * np.sin(a)))
-    return np.array(out)
+    a = 2 * np.pi * t
+    place = _shift(0.17 * np.sin(a), 0.07 * np.sin(2 * a), 0.17 + 0.05 * np.sin(1.5 * a))
+    T: Array = place @ _turn(0.35 * np.sin(2 * a), 0.45 * np.sin(1.3 * a), 0.3 + 1.4 * np.sin(a))
+    return T
 
 
 def _grip(t: float) -> Array:
@@ -127,7 +125,9 @@ def _passing_hand(t: float) -> Array | None:
     if not begin < t < end:
         return None
     s = (t - begin) / (end - begin)
-    return _shift(0.38 - 0.76 * s, -0.20, 0.08 + 0.09 * np.sin(np.pi * s)) @ _turn(1.2, 0.25, 0.35)
+    eye, duck = np.array(EYE), _carried_at(t)[:3, 3]
+    between = eye + 0.68 * (duck - eye)
+    return _shift(between[0] + 0.34 * (1 - 2 * s), between[1], between[2] - 0.03) @ _turn(1.2, 0.25, 0.35)
 
 
 def _capsule(p: Array, a: Any, b: Any, radius: float) -> Array:

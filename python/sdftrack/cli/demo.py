@@ -24,7 +24,7 @@ from sdftrack.cli.common import (
 )
 
 DEFAULT_OUT = Path("sdftrack-demo")
-STRIP = (0.0, 0.2, 0.42, 0.585, 0.72, 0.95)  # parts of the time that the strip shows
+STRIP = (0.0, 0.2, 0.42, 0.635, 0.72, 0.95)  # parts of the time that the strip shows
 VOXELS = 160
 
 

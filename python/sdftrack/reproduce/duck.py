@@ -15,7 +15,7 @@ __all__ = ["colours", "duck_mesh", "field"]
 
 Array = NDArray[np.float64]
 BLEND_M = 0.008  # radius of the rounding where parts meet
-GRID_M = 0.0016
+GRID_M = 0.002
 LOW_M, HIGH_M = np.array([-0.125, -0.09, -0.065]), np.array([0.125, 0.09, 0.135])
 
 # name: centre (m), half axes (m), turn about x, y, z (rad), RGB

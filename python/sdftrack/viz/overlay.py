@@ -24,7 +24,7 @@ STATUS_RGB = {
 OBJECT_RGB = ((90, 170, 255), (255, 120, 190), (180, 140, 255), (90, 220, 210), (255, 210, 90))
 AXES_RGB = ((255, 80, 80), (90, 225, 90), (100, 140, 255))
 IN_FRONT_M = 0.015  # a reading this much nearer than the model hides it: a hand stays in front
-SHADE = 0.35  # share of the drawn surface in the mix
+SHADE = 0.28  # share of the drawn surface in the mix
 
 
 def draw(
@@ -93,12 +93,12 @@ def draw(
             _shade(
                 picture, surface, frame.depth, depth, normals, window, OBJECT_RGB[k % len(OBJECT_RGB)], SHADE
             )
-        edges.append((depth[window] > 0, window, STATUS_RGB[status]))
+        edges.append((depth[window], window, STATUS_RGB[status]))
     for k, mesh in enumerate(meshes or ()):
         if mesh is not None and str(result.status[k]) in ("ok", "weak"):
             _solid(picture, surface, frame.depth, mesh, lens, result.poses[k])
-    for mask, window, colour in edges:
-        _outline(picture, mask, window, colour)
+    for depth, window, colour in edges:
+        _outline(picture, surface[window], depth, window, colour)
     for k, (shape, T) in enumerate(zip(shapes, result.poses, strict=True)):
         if str(result.status[k]) in ("ok", "weak"):
             _axes(picture, shape, lens, T)
@@ -155,14 +155,25 @@ def _solid(
         _shade(picture, surface, measured, depth, normals, window, colour, 1.0)
 
 
-def _outline(picture: Picture, mask: NDArray[np.bool_], window: tuple[slice, slice], colour: Any) -> None:
+def _outline(
+    picture: Picture,
+    surface: NDArray[np.float32],
+    depth: NDArray[np.float32],
+    window: tuple[slice, slice],
+    colour: Any,
+) -> None:
+    """The border of the silhouette, left out where another tracked object is in front of it."""
     import cv2
 
-    contours, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-    shift = (window[1].start, window[0].start)
-    contours = [c + np.array([[shift]], np.int32) for c in contours]
-    thickness = max(1, round(picture.shape[0] / 300))
-    cv2.drawContours(picture, contours, -1, colour, thickness, cv2.LINE_AA)
+    contours, _ = cv2.findContours((depth > 0).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    line = np.zeros(depth.shape, np.uint8)
+    cv2.drawContours(line, contours, -1, 255, max(1, round(picture.shape[0] / 300)), cv2.LINE_AA)
+    near = cv2.dilate(depth, np.ones((5, 5), np.uint8))  # the model's depth, a little beyond its border
+    line[surface < near - IN_FRONT_M] = 0
+    drawn = line > 0
+    share = line[drawn, None] / np.float32(255)
+    area = picture[window]
+    area[drawn] = ((1 - share) * area[drawn] + share * np.asarray(colour, np.float32)).astype(np.uint8)
 
 
 def _axes(picture: Picture, shape: Any, lens: Any, T: Array) -> None:

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: MIT
+"""Figures of the source made again, their built-in shape, and the accuracy protocols in small."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.cli.app import run
+from sdftrack.demo_scene import SWEEP, make_scene
+from sdftrack.eval import real, synthetic
+from sdftrack.eval.truth import default_camera, motion, noisy, render_truth
+from sdftrack.reproduce import FIGURES, find
+from sdftrack.reproduce.duck import duck_mesh, field
+
+FIELD_ATOL_M = 5e-4  # linear interpolation of a curved field over 2 mm; measured 3.5e-4
+
+
+@pytest.fixture(scope="module")
+def duck():
+    return duck_mesh()
+
+
+@pytest.fixture(scope="module")
+def box():
+    return st.SDF.box((0.10, 0.07, 0.05)).to_mesh()
+
+
+def test_the_duck_is_closed_and_lies_on_its_field(duck):
+    edges = np.sort(
+        np.concatenate([duck.faces[:, [0, 1]], duck.faces[:, [1, 2]], duck.faces[:, [2, 0]]]), axis=1
+    )
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+    corners = duck.vertices[duck.faces]
+    assert np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) > 0  # outward
+    np.testing.assert_allclose(field(duck.vertices), 0, atol=FIELD_ATOL_M)
+
+
+def test_the_duck_has_no_symmetry(duck):
+    """Mirrored and half-turned about its axes it is another body."""
+    low, high = duck.bounds
+    points = duck.vertices[::50] - (low + high) / 2
+    for signs in ([1, -1, 1], [-1, 1, 1], [1, 1, -1], [-1, -1, 1], [-1, 1, -1], [1, -1, -1]):
+        assert np.abs(field(points * signs + (low + high) / 2)).max() > 0.005
+
+
+def test_the_same_seed_gives_the_same_colours(duck):
+    np.testing.assert_array_equal(duck.colors, duck_mesh().colors)
+    assert (duck.colors != duck_mesh(seed=1).colors).any()
+
+
+def test_unknown_figures_are_named():
+    assert find("3.10") is FIGURES["3.10"]
+    with pytest.raises(ValueError, match=r"expected one of 3\.10"):
+        find("3.11")
+
+
+def test_figure_3_10_in_small_keeps_what_is_printed(tmp_path, capsys):
+    assert run(["reproduce", "3.10", "--frames", "10", "--out", str(tmp_path)]) == 0
+    out = tmp_path / "3.10"
+    assert {p.name for p in out.iterdir()} == {"figure.png", "table.txt", "result.json"}
+    levels = json.loads((out / "result.json").read_text())["levels"]
+    assert [round(1e3 * r["sigma_m"], 2) for r in levels] == [0.0, 1.0, 2.0, 3.16]
+    assert levels[1]["kept"] is True
+    assert levels[3]["kept"] is True
+    assert "all below 1 mm and 2 deg" in capsys.readouterr().out
+    assert run(["reproduce", "3.10", "--frames", "10", "--out", str(tmp_path), "-q"]) == 1
+
+
+def test_truth_is_the_same_from_the_cache(tmp_path, box):
+    camera = st.Camera(200, 200, 79.5, 59.5, 160, 120)
+    poses = motion(3, 0.005, 0.02, seed=0)
+    fresh = render_truth(box, poses, camera, cache=tmp_path)
+    again = render_truth(box, poses, camera, cache=tmp_path)
+    assert len(list(tmp_path.iterdir())) == 1
+    np.testing.assert_array_equal(fresh.depth(2), again.depth(2))
+    np.testing.assert_array_equal(fresh.depth(2), box.raycast(camera, poses[2])[0])
+    np.testing.assert_array_equal(fresh.bound_m, again.bound_m)
+
+
+def test_an_object_out_of_view_is_named(box):
+    away = np.eye(4)
+    away[2, 3] = -1
+    with pytest.raises(ValueError, match=r"poses\[0\]: expected the object in view"):
+        render_truth(box, away[None], default_camera())
+
+
+def test_noise_has_the_asked_spread_and_leaves_holes_alone():
+    depth = np.full((100, 100), 0.8, np.float32)
+    depth[:10] = 0
+    out = noisy(depth, 0.002, np.random.default_rng(0))
+    assert (out[:10] == 0).all()
+    assert out[10:].std() == pytest.approx(0.002, rel=0.05)
+    assert abs(out[10:].mean() - 0.8) < 1e-4
+
+
+def test_a_tracked_row_stands_near_the_bound(duck, capsys):
+    centre = duck.bounds.mean(axis=0)
+    truth = render_truth(duck, motion(12, 0.005, np.deg2rad(1.5), 0, centre), default_camera())
+    row = synthetic.run_mesh(st.SDF.from_mesh(duck, voxels=120), [truth], 0.001)
+    assert row["lost"] == row["astray"] == 0
+    assert 0.3 < row["times_bound_mm"] < 3  # 12 frames: a wide net; the table is for the figures
+    assert 0.3 < row["times_bound_deg"] < 3
+    table = synthetic.format_rows({"duck": row})
+    assert "duck" in table
+    assert len(table.splitlines()) == 2
+
+
+def test_the_synthetic_protocol_runs_as_a_command(tmp_path, box, capsys):
+    box.save(tmp_path / "box.ply")
+    common = ["--meshes", str(tmp_path), "--only", "box", "--frames", "3", "--seeds", "1", "--voxels", "60"]
+    assert synthetic.main([*common, "--bound-only", "--sigma", "0.001,0.002"]) == 0
+    one, two = (float(line.split("bound")[1].split()[0]) for line in capsys.readouterr().out.splitlines())
+    assert two == pytest.approx(2 * one, rel=1e-2)
+    assert synthetic.main([*common, "--set", "max_pixels=2000", "--json", str(tmp_path / "out.json")]) == 0
+    assert json.loads((tmp_path / "out.json").read_text())["rows"]["box"]["frames"] == 3
+
+
+def test_random_starts_are_off_by_what_was_asked():
+    T = motion(1, 0.0, 0.0, seed=5)[0]
+    metres, radians = st.metrics.pose_error(real.off_pose(T, 0.01, 0.1, np.random.default_rng(0)), T)
+    assert (metres, radians) == pytest.approx((0.01, 0.1))
+
+
+def test_turns_of_a_box_leave_it_where_it_is():
+    centre, half = np.array([0.01, -0.02, 0.03]), np.array([0.05, 0.03, 0.05])
+    corners = centre + half * np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
+    turns = real.half_turns(centre, quarter_axis=1)
+    assert len({np.round(S, 6).tobytes() for S in turns}) == 8
+    for S in turns:
+        moved = corners @ S[:3, :3].T + S[:3, 3]
+        assert sorted(map(tuple, np.round(moved, 6))) == sorted(map(tuple, np.round(corners, 6)))
+
+
+def test_the_axis_of_a_cup_is_found():
+    a = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    ring = 0.04 * np.column_stack([np.cos(a), np.sin(a)])
+    walls = [np.column_stack([ring, np.full(60, z)]) for z in np.linspace(0, 0.09, 20)]
+    handle = [[0.04 + 0.03 * np.sin(s), 0.0, 0.045 + 0.03 * np.cos(s)] for s in np.linspace(0, np.pi, 30)]
+    cup = np.vstack([*walls, handle])
+    for roll in range(3):  # along z, x, y in turn
+        np.testing.assert_array_equal(real.cup_axis(np.roll(cup, roll, axis=1)), np.roll([0, 0, 1.0], roll))
+
+
+def test_demo_frames_are_repeatable_and_a_hand_hides_part_of_the_duck():
+    scene = make_scene(30)
+    i = round(30 * sum(SWEEP) / 2)
+    frame = scene.frame(i)
+    np.testing.assert_array_equal(frame.depth, scene.frame(i).depth)
+    np.testing.assert_array_equal(frame.color, scene.frame(i).color)
+
+    def hidden(i):
+        depth = scene.duck.raycast(scene.camera, scene.poses[i])[0]
+        on = depth > 0
+        return float(np.mean(scene.frame(i).depth[on] < depth[on] - 0.01))
+
+    assert max(hidden(i) for i in (17, 18, 19)) > 0.4
+    assert hidden(0) < 0.1
