@@ -54,7 +54,8 @@ class DemoScene:
         """Frame i; the same bits whenever it is asked for."""
         from sdftrack.frame import Frame
 
-        depth, normals, colors = (a.copy() for a in self._backdrop)
+        depth, normals, colors = self._backdrop
+        depth, normals, colors = depth.copy(), normals.copy(), colors.copy()
         t = i / max(1, len(self) - 1)
         bodies = [(self.duck, self.poses[i]), (self._hand, self.poses[i] @ _grip(t))]
         passing = _passing_hand(t)
