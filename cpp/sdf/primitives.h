@@ -42,25 +42,25 @@ inline double ellipsoid_distance(Vec3d point, Vec3d radii) {
   for (int pass = 0; pass < 2; ++pass)  // a[2] the shortest
     for (int i = 0; i < 2; ++i)
       if (a[i] < a[i + 1]) std::swap(a[i], a[i + 1]), std::swap(p[i], p[i + 1]);
-  const double unit = a[2];
+  const double unit = a[2];  // from here on in units of the shortest axis
   for (int i = 0; i < 3; ++i) a[i] /= unit, p[i] /= unit;
   p[2] = std::max(p[2], 1e-9);  // in the plane of symmetry the nearest point would be two; 1e-9 of a radius
-  // The last term alone is at least 1 at t = a2 p2 - a2^2, the sum below 1 at t = |a p| - a2^2.
-  double t = p[2] - 1;
+  // In s = t + 1, so that no digits are lost where t + a2^2 is tiny. The last term alone is 1 at s = p2.
+  double s = p[2];
   for (int i = 0; i < 100; ++i) {
     double f = -1, slope = 0;
     for (int k = 0; k < 3; ++k) {
-      const double s = 1 / (t + a[k] * a[k]), x = a[k] * p[k] * s;
-      f += x * x, slope -= 2 * x * x * s;
+      const double r = 1 / (s + (a[k] * a[k] - 1)), x = a[k] * p[k] * r;
+      f += x * x, slope -= 2 * x * x * r;
     }
     if (!(f > 0)) break;
     const double step = -f / slope;
-    t += step;
-    if (step <= 1e-15 * std::max(1.0, std::abs(t))) break;
+    s += step;
+    if (step <= 1e-15 * s) break;
   }
   double d2 = 0, level = -1;
   for (int k = 0; k < 3; ++k) {
-    const double d = p[k] * t / (t + a[k] * a[k]);  // p - nearest point
+    const double d = p[k] * (s - 1) / (s + (a[k] * a[k] - 1));  // p - nearest point
     d2 += d * d, level += (p[k] / a[k]) * (p[k] / a[k]);
   }
   return (level < 0 ? -unit : unit) * std::sqrt(d2);
