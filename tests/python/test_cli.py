@@ -58,6 +58,8 @@ def test_the_command_runs_as_a_program_with_its_exit_code():
         ["track", "x", "--model", "m.ply", "--out", "o", "--unit", "parsec"],
         ["track", "x", "--model", "m.ply", "--out", "o", "--step", "0"],
         ["track", "x", "--model", "m.ply", "--out", "o", "--device", "abacus"],
+        ["track", "x", "--model", "m.ply", "--out", "o", "--layout", "scroll"],
+        ["evaluate", "x", "y", "--layout", "scroll"],
         ["info", "--threads", "-1"],
         ["reproduce", "9.99"],
         ["evaluate", "x"],
@@ -107,6 +109,17 @@ def test_cuda_without_it_is_an_error_that_says_what_is_missing(capsys):
         pytest.skip("this machine has CUDA")
     assert run(["info", "--device", "cuda"]) == 1
     assert "CUDA" in told(capsys)
+
+
+@pytest.mark.filterwarnings("default")
+def test_a_warning_is_one_line_without_the_place_in_the_code(monkeypatch, capsys):
+    import warnings
+
+    monkeypatch.setattr(
+        "sdftrack.build_info.info", lambda: warnings.warn("mesh: thin\nwalls", stacklevel=1) or {"a": 1}
+    )
+    assert run(["info"]) == 0
+    assert capsys.readouterr().err == "sdftrack: warning: mesh: thin walls\n"
 
 
 def test_figures_that_can_be_made_are_listed(capsys):

@@ -44,7 +44,19 @@ def _root(
 
 def run(arguments: list[str]) -> int:
     """Run one command; the exit code."""
+    import warnings
+
     command: Any = typer.main.get_command(app)
+    with warnings.catch_warnings():
+        warnings.showwarning = _warn
+        return _run(command, arguments)
+
+
+def _warn(message: Warning | str, *about: Any, **more: Any) -> None:
+    print(f"sdftrack: warning: {_one_line(str(message))}", file=sys.stderr)
+
+
+def _run(command: Any, arguments: list[str]) -> int:
     try:
         code = command.main(args=arguments, prog_name="sdftrack", standalone_mode=False)
         sys.stdout.flush()

@@ -24,6 +24,7 @@ __all__ = [
     "QuietOption",
     "ThreadsOption",
     "Usage",
+    "check_layout",
     "progress",
     "progress_counter",
     "show_table",
@@ -58,6 +59,15 @@ OverwriteOption = Annotated[
 def Usage(message: str, option: str | None = None) -> typer.BadParameter:
     """An error that exits with 2."""
     return typer.BadParameter(message, param_hint=option) if option else typer.BadParameter(message)
+
+
+def check_layout(layout: str) -> None:
+    """Usage error for a layout that no reader has."""
+    from sdftrack.io.datasets import LAYOUTS
+
+    known = ["auto", *LAYOUTS]
+    if layout not in known:
+        raise Usage(f"expected one of {', '.join(known)}, got {layout!r}", "--layout")
 
 
 def tracker_settings(config: Path | None) -> dict[str, Any]:

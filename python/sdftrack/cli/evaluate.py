@@ -16,6 +16,7 @@ from sdftrack.cli.common import (
     OverwriteOption,
     QuietOption,
     ThreadsOption,
+    check_layout,
     show_table,
     tracker_settings,
 )
@@ -39,6 +40,7 @@ def evaluate(
     from sdftrack.io.files import write_json, write_text
     from sdftrack.recorder import prepare_folder
 
+    check_layout(layout)
     tracker_settings(config)
     report = read_results(directory)
     with st.open_sequence(seq, layout=layout) as sequence:

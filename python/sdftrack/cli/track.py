@@ -20,6 +20,7 @@ from sdftrack.cli.common import (
     QuietOption,
     ThreadsOption,
     Usage,
+    check_layout,
     progress,
     show_table,
     tracker_settings,
@@ -89,6 +90,7 @@ def track(
     each sequence when there are several.
     """
     _check_usage(init, mode, unit, out, overlay_mesh, model)
+    check_layout(layout)
     assert out is not None
     options = {**tracker_settings(config), "device": device.value, "threads": threads}
     part = slice(start, stop, step)
