@@ -166,7 +166,9 @@ class Energy:
             "scale" in unknowns, "intrinsics" in unknowns, threads,
         )  # fmt: skip
         self.start = State(
-            T[None], self.camera if "intrinsics" in unknowns else None, np.ones(1) if "scale" in unknowns else None
+            T[None],
+            self.camera if "intrinsics" in unknowns else None,
+            np.ones(1) if "scale" in unknowns else None,
         )
 
     def _state(self, x: State) -> Any:
@@ -183,7 +185,7 @@ class Energy:
         return Linearization(**self._core.linearize(self._state(x)))
 
     def residuals(self, x: State) -> dict[str, NDArray[Any]]:
-        """Per pixel: ``residual_m``, ``weight`` (curvature of the penalty), ``hit``, ``u_px``, ``v_px``, ``depth_m``."""
+        """Per pixel: ``residual_m``, ``weight`` (the penalty's curvature), ``hit``, ``u_px``, ``v_px``, ``depth_m``."""
         return dict(self._core.residuals(self._state(x)))
 
     def moved(self, x: State, delta: ArrayLike) -> State:
@@ -224,7 +226,8 @@ def minimize(energy: Energy, start: State | None = None, **lm_options: Any) -> M
             raise TypeError(f"unknown option {name!r}; known: {', '.join(known)}")
         setattr(options, name, value)
     x, steps, stop, cost, count = energy._core.minimize(energy._state(start or energy.start), options)
-    return Minimum(energy._to_state(*x), [Step(*s, pixels=count) for s in steps], stop, cost, count)
+    record = [Step(value, damping, accepted, pixels=count) for value, damping, accepted in steps]
+    return Minimum(energy._to_state(*x), record, stop, cost, count)
 
 
 def _pose(poses: ArrayLike) -> Array:

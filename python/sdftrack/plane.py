@@ -61,7 +61,9 @@ def remove_plane(
         raise ValueError(f"start_px: expected a pixel of the {width} x {height} image, got {start_px}")
     found = _core.find_plane(frame.depth, pinhole._core, x, y, float(tolerance))
     if found is None:
-        raise ValueError("frame: no plane holds a tenth of its depth readings; pass start_px or a larger tolerance")
+        raise ValueError(
+            "frame: no plane holds a tenth of its depth readings; pass start_px or a larger tolerance"
+        )
     normal, offset = np.array(found[0]), float(found[1])
     points = pinhole.back_project(frame.depth)
     off_plane = np.abs(points @ normal + offset) > tolerance

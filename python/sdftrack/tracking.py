@@ -84,7 +84,9 @@ class Tracker:
         self.shapes = _shape_list(shapes)
         self.camera = camera
         self.options = (options or TrackerOptions()).replace(**single_options)
-        self.names = [f"object {k}" for k in range(len(self.shapes))] if names is None else [str(n) for n in names]
+        self.names = (
+            [f"object {k}" for k in range(len(self.shapes))] if names is None else [str(n) for n in names]
+        )
         if len(self.names) != len(self.shapes):
             raise ValueError(f"names: expected one per shape ({len(self.shapes)}), got {len(self.names)}")
         _expect("mode", mode, ("auto", "depth"))
@@ -198,7 +200,12 @@ class Tracker:
         return tracker
 
     def __reduce__(self) -> tuple[Any, ...]:
-        kwargs = {"names": self.names, "options": self.options, "threads": self.threads, "recover": self.recover_lost}
+        kwargs = {
+            "names": self.names,
+            "options": self.options,
+            "threads": self.threads,
+            "recover": self.recover_lost,
+        }
         return _rebuild, (self.shapes, self.camera, kwargs, self._index, self._last)
 
     def _pose_list(self, poses: Any) -> list[NDArray[np.float64]]:
@@ -224,7 +231,11 @@ class Tracker:
             self._core.set_camera(camera._core)
             self._frame_camera = camera
         mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
-        found = self._core.track(frame.depth, mask) if poses is None else self._core.start(frame.depth, mask, poses)
+        found = (
+            self._core.track(frame.depth, mask)
+            if poses is None
+            else self._core.start(frame.depth, mask, poses)
+        )
         return self._finish(frame, found, begin)
 
     def _bad(self, k: int, why: str) -> dict[str, Any]:
@@ -257,7 +268,11 @@ class Tracker:
 
 
 def _rebuild(
-    shapes: list[SDF], camera: Camera | RGBDCamera, kwargs: dict[str, Any], index: int, last: TrackResult | None
+    shapes: list[SDF],
+    camera: Camera | RGBDCamera,
+    kwargs: dict[str, Any],
+    index: int,
+    last: TrackResult | None,
 ) -> Tracker:
     tracker = Tracker(shapes, camera, **kwargs)
     tracker._index, tracker._last = index, last
@@ -274,7 +289,9 @@ def _shape_list(shapes: SDF | Sequence[SDF]) -> list[SDF]:
         raise ValueError("shapes: expected at least one SDF, got none")
     for k, shape in enumerate(many):
         if not isinstance(shape, SDF):
-            raise TypeError(f"shapes[{k}]: expected an SDF, got {type(shape).__name__}; make one with SDF.from_mesh")
+            raise TypeError(
+                f"shapes[{k}]: expected an SDF, got {type(shape).__name__}; make one with SDF.from_mesh"
+            )
     return many
 
 
