@@ -67,9 +67,7 @@ class DemoScene:
             depth[nearer], normals[nearer], colors[nearer] = d[nearer], n[nearer], c[nearer]
         rng = np.random.default_rng([self.seed, i])
         lamp = (self._T_cam_world[:3, :3] @ LIGHT).astype(np.float32)
-        return Frame(
-            _sensor_depth(depth, rng), _lit(normals, colors, lamp, rng), timestamp=i / 30.0, index=i
-        )
+        return Frame(_sensor_depth(depth, rng), _lit(normals, colors, lamp, rng), timestamp=i / 30.0, index=i)
 
 
 def make_scene(frames: int, seed: int = 0, threads: int = 0) -> DemoScene:
@@ -221,7 +219,10 @@ def _sensor_depth(depth: NDArray[np.float32], rng: np.random.Generator) -> NDArr
 
 
 def _lit(
-    normals: NDArray[np.float32], colors: NDArray[np.uint8], lamp: NDArray[np.float32], rng: np.random.Generator
+    normals: NDArray[np.float32],
+    colors: NDArray[np.uint8],
+    lamp: NDArray[np.float32],
+    rng: np.random.Generator,
 ) -> NDArray[np.uint8]:
     shade = 0.45 + 0.62 * np.clip(normals @ lamp, 0, 1)
     grain = 3.0 * rng.standard_normal(shade.shape, dtype=np.float32)
