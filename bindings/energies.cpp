@@ -32,7 +32,8 @@ class FrameEnergy {
     const DepthFrame frame{image_view(depth_m, "depth", camera), mask_view(mask, camera),
                            rays.empty() ? nullptr : rays.data()};
     PixelSet scratch;
-    select_pixels(frame, camera, shape_, inverse(start_.T_obj_cam[0]), options, nullptr, &scratch, &pixels_);
+    select_pixels(frame, camera, shape_, inverse(start_.T_obj_cam[0]), options, options.padding_m, nullptr,
+                  &scratch, &pixels_);
     if (pixels_.count() == 0)
       throw py::value_error(
           "frame: no depth reading near the object at this pose; is the pose in metres, T_cam_obj?");

@@ -120,6 +120,9 @@ void bind_tracking(py::module_& m) {
   SDFTRACK_OPTION(adapt_noise);
   SDFTRACK_OPTION(correlation_area_px);
   SDFTRACK_OPTION(padding_m);
+  SDFTRACK_OPTION(retry_inliers);
+  SDFTRACK_OPTION(far_scale_m);
+  SDFTRACK_OPTION(far_padding_m);
   SDFTRACK_OPTION(max_pixels);
   SDFTRACK_OPTION(coarse_pixels);
   SDFTRACK_OPTION(min_pixels);

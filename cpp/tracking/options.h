@@ -11,7 +11,7 @@ struct TrackerOptions {
   Residual residual = Residual::kRayHit;
   Curvature curvature = Curvature::kIrls;
   double outlier_floor = 0.1;    // e in -log((1 - e) sech^2 + e); 0: the printed likelihood
-  double scale_start_m = 0.010;  // s of the first stage; halved from stage to stage; 0: no coarse stage
+  double scale_start_m = 0.005;  // s of the first stage; halved from stage to stage; 0: no coarse stage
   double scale_per_noise = 1.5;  // s of the last stage over the sensor's noise
   // Sensor: sd of depth noise sigma(Z) = noise_m + noise_per_m * Z^2
   double noise_m = 0.001;
@@ -23,6 +23,10 @@ struct TrackerOptions {
   int max_pixels = 8000;    // budget of the last stage
   int coarse_pixels = 600;  // budget of the coarse stages
   int min_pixels = 40;      // fewer: lost
+  // Second attempt, from the same start over a wider basin, when the first is not convincing
+  double retry_inliers = 0.7;  // share of agreeing surface points below which it is made; 0: never
+  double far_scale_m = 0.012;
+  double far_padding_m = 0.045;
   // Optimiser
   double damping_start = 1e-3;  // the source starts at 100
   bool keep_damping = false;    // from frame to frame

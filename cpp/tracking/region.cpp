@@ -55,15 +55,16 @@ DepthRange depth_range(const Shape& shape, const Rigidd& T_cam_obj, double paddi
 }
 
 void select_pixels(const DepthFrame& frame, const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj,
-                   const TrackerOptions& options, const Plane* plane, PixelSet* scratch, PixelSet* out) {
+                   const TrackerOptions& options, double padding_m, const Plane* plane, PixelSet* scratch,
+                   PixelSet* out) {
   out->clear();
-  const Rect rect = projected_box(camera, shape, T_cam_obj, options.padding_m);
-  const DepthRange range = depth_range(shape, T_cam_obj, options.padding_m);
+  const Rect rect = projected_box(camera, shape, T_cam_obj, padding_m);
+  const DepthRange range = depth_range(shape, T_cam_obj, padding_m);
   const auto near = static_cast<float>(std::max(1e-3, range.near_m)), far = static_cast<float>(range.far_m);
   const Rigidf T_obj_cam = inverse(T_cam_obj).cast<float>();
   const Intrinsics<float> K = camera.K.cast<float>();
   const IdealPixel ideal{frame, K, camera.width};
-  const auto pad = static_cast<float>(options.padding_m);
+  const auto pad = static_cast<float>(padding_m);
   const Vec3f box = shape.half_box_m.cast<float>() + Vec3f{pad, pad, pad};
   const double reference = sensor_noise_m(options, T_cam_obj.t.z);
   const auto s0 = static_cast<float>(options.noise_m / reference);

@@ -20,6 +20,14 @@ constexpr double kLastGain = 0.5;
 constexpr int kSummaryPixels = 2000;
 constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
 
+constexpr double kClearlyBetter = 0.03;  // share of surface points that a wider attempt must gain
+
+// Of the surface points with a reading, share that agrees with it.
+double share(const Visibility& seen) {
+  const int read = seen.agree + seen.farther + seen.nearer;
+  return read > 0 ? static_cast<double>(seen.agree) / read : 0.0;
+}
+
 bool has_depth(const ImageView<float>& depth_m) {
   const int pixels = depth_m.width * depth_m.height, stride = std::max(1, pixels / 4099);
   for (int i = 0; i < pixels; i += stride)
@@ -105,22 +113,20 @@ ObjectResult Tracker::lost(const Object& object, std::string reason, Status stat
 }
 
 ObjectResult Tracker::track_one(const DepthFrame& frame, Object* object) {
-  const Shape& shape = *object->shape;
-  select_pixels(frame, camera_, shape, object->T_cam_obj, options_, plane_ ? &*plane_ : nullptr, &scratch_,
-                &pixels_);
-  if (pixels_.count() < options_.min_pixels)
-    return lost(*object, "only " + std::to_string(pixels_.count()) + " readings near the last pose",
-                Status::kLost);
+  std::optional<Fitted> best = try_fit(frame, object, {options_.scale_start_m, options_.padding_m});
+  if (options_.retry_inliers > 0 && (!best || share(best->seen) < options_.retry_inliers)) {
+    std::optional<Fitted> wide = try_fit(frame, object, {options_.far_scale_m, options_.far_padding_m});
+    if (wide && best) {  // one record of every trial, in order
+      std::vector<TrackStep>& first = best->result.steps;
+      wide->result.steps.insert(wide->result.steps.begin(), first.begin(), first.end());
+      first = wide->result.steps;
+    }
+    if (wide && (!best || share(wide->seen) > share(best->seen) + kClearlyBetter)) best = std::move(wide);
+  }
+  if (!best) return lost(*object, "too few depth readings near the last pose", Status::kLost);
 
-  ObjectResult result;
-  State x{{inverse(object->T_cam_obj)}, camera_.K, {}};
-  fit(frame, object, &x, &result);
-
-  const Rigidd T_cam_obj = inverse(x.T_obj_cam[0]);
-  const double noise_m = object->noise_factor * sensor_noise_m(options_, T_cam_obj.t.z);
-  const Visibility seen =
-      compare_visible_surface(frame, camera_, shape, T_cam_obj, noise_m, options_.trust_points);
-  result.trust = judge(seen, result.covariance, options_);
+  ObjectResult& result = best->result;
+  result.trust = judge(best->seen, result.covariance, options_);
   if (result.trust.status == Status::kLost) {
     ObjectResult gone = lost(*object, result.trust.reason, Status::kLost);
     gone.trust.inliers = result.trust.inliers;
@@ -128,17 +134,33 @@ ObjectResult Tracker::track_one(const DepthFrame& frame, Object* object) {
     gone.steps = std::move(result.steps);
     return gone;
   }
-  object->T_cam_obj = T_cam_obj;
-  result.T_cam_obj = uncentred(T_cam_obj, shape);
-  return result;
+  object->T_cam_obj = best->T_cam_obj;
+  result.T_cam_obj = uncentred(best->T_cam_obj, *object->shape);
+  return std::move(result);
+}
+
+std::optional<Tracker::Fitted> Tracker::try_fit(const DepthFrame& frame, Object* object,
+                                                const Attempt& attempt) {
+  const Shape& shape = *object->shape;
+  select_pixels(frame, camera_, shape, object->T_cam_obj, options_, attempt.padding_m,
+                plane_ ? &*plane_ : nullptr, &scratch_, &pixels_);
+  if (pixels_.count() < options_.min_pixels) return std::nullopt;
+  Fitted fitted;
+  State x{{inverse(object->T_cam_obj)}, camera_.K, {}};
+  fit(frame, object, attempt, &x, &fitted.result);
+  fitted.T_cam_obj = inverse(x.T_obj_cam[0]);
+  const double noise_m = object->noise_factor * sensor_noise_m(options_, fitted.T_cam_obj.t.z);
+  fitted.seen =
+      compare_visible_surface(frame, camera_, shape, fitted.T_cam_obj, noise_m, options_.trust_points);
+  return fitted;
 }
 
 // Coarse stages on an even subset (phi at the measured points: the better start from afar), then all pixels.
-void Tracker::fit(const DepthFrame& frame, Object* object, State* x, ObjectResult* result) {
+void Tracker::fit(const DepthFrame& frame, Object* object, const Attempt& attempt, State* x,
+                  ObjectResult* result) {
   const Shape& shape = *object->shape;
   if (options_.free_space)
-    free_space_grid(frame, camera_, shape, object->T_cam_obj, options_.padding_m, &free_scratch_,
-                    &free_grid_);
+    free_space_grid(frame, camera_, shape, object->T_cam_obj, attempt.padding_m, &free_scratch_, &free_grid_);
   else
     free_grid_.distance_px.clear();
   if (!options_.keep_damping) object->damping = options_.damping_start;
@@ -148,11 +170,11 @@ void Tracker::fit(const DepthFrame& frame, Object* object, State* x, ObjectResul
   coarse_.assign_subset(pixels_, options_.coarse_pixels);
   SdfEnergyOptions energy{Residual::kPoint, options_.curvature};
   energy.outlier_floor = static_cast<float>(options_.outlier_floor);
-  for (double s = options_.scale_start_m; s > 1.5 * last; s *= 0.5) {
+  for (double s = attempt.scale_m; s > 1.5 * last; s *= 0.5) {
     energy.scale_m = static_cast<float>(s);
     run_stage(object, &coarse_, energy, options_.coarse_steps, x, result);
   }
-  if (options_.scale_start_m > 0 && coarse_.count() < pixels_.count()) {
+  if (attempt.scale_m > 0 && coarse_.count() < pixels_.count()) {
     energy.scale_m = static_cast<float>(last);
     energy.residual = options_.residual;
     run_stage(object, &coarse_, energy, options_.coarse_steps, x, result);

@@ -55,10 +55,20 @@ class Tracker {
   };
 
   std::vector<ObjectResult> track_all(const DepthFrame& frame);
+  // One search from the last pose: how far away its first stage looks.
+  struct Attempt {
+    double scale_m, padding_m;
+  };
+  struct Fitted {
+    ObjectResult result;
+    Rigidd T_cam_obj;  // centred frame
+    Visibility seen;
+  };
   ObjectResult track_one(const DepthFrame& frame, Object* object);
+  std::optional<Fitted> try_fit(const DepthFrame& frame, Object* object, const Attempt& attempt);
   void run_stage(Object* object, PixelSet* pixels, const SdfEnergyOptions& energy, int steps, State* x,
                  ObjectResult* result);
-  void fit(const DepthFrame& frame, Object* object, State* x, ObjectResult* result);
+  void fit(const DepthFrame& frame, Object* object, const Attempt& attempt, State* x, ObjectResult* result);
   void fit_fine(Object* object, double stated_noise_m, State* x, ObjectResult* result);
   double last_scale(const Object& object, double stated_noise_m) const;
   void update_noise(Object* object, double median_m, double stated_m) const;

@@ -44,6 +44,9 @@ class TrackerOptions:
     adapt_noise: bool = _option("adapt_noise", "rescale sigma(Z) by the residuals, frame by frame")
     correlation_area_px: float = _option("correlation_area_px", "pixels that share one error; widens the covariance")
     padding_m: float = _option("padding_m", "pixels count this near the object's box at its last pose")
+    retry_inliers: float = _option("retry_inliers", "share of agreeing points below which a wider attempt is made")
+    far_scale_m: float = _option("far_scale_m", "scale_start_m of that attempt")
+    far_padding_m: float = _option("far_padding_m", "padding_m of that attempt")
     max_pixels: int = _option("max_pixels", "budget of the last stage")
     coarse_pixels: int = _option("coarse_pixels", "budget of the coarse stages")
     min_pixels: int = _option("min_pixels", "fewer readings near the object: lost")
@@ -87,6 +90,8 @@ class TrackerOptions:
             fine_steps=30,
             free_space=False,
             motion_sigma_m=0.0,
+            padding_m=0.04,
+            retry_inliers=0.0,
             adapt_noise=False,
             noise_m=0.002,
             scale_per_noise=1.0,
@@ -133,7 +138,7 @@ class TrackerOptions:
 
 _MAY_BE_ZERO = {
     "outlier_floor", "scale_start_m", "noise_per_m", "padding_m", "coarse_steps", "damping_start",
-    "free_space_weight", "motion_sigma_m", "motion_sigma_rad", "lost_inliers", "weak_inliers",
+    "free_space_weight", "retry_inliers", "far_scale_m", "far_padding_m", "motion_sigma_m", "motion_sigma_rad", "lost_inliers", "weak_inliers",
 }  # fmt: skip
 
 
