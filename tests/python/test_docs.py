@@ -4,7 +4,10 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+import sdftrack as st
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
@@ -59,3 +62,20 @@ def test_the_readme_has_one_complete_line_for_each_promise(ending):
     assert len(complete) == 1
     assert "pip install" in complete[0]
     assert f'run_readme_line "{ending}"' in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+
+
+def test_the_readmes_ten_lines_track_a_sequence(tmp_path, monkeypatch, capsys):
+    size_mm = np.array([90.0, 60.0, 40.0])
+    shape = st.SDF.box(size_mm / 1000, voxels=40)
+    mesh = shape.to_mesh()
+    sequence = st.synth.sequence(mesh, 4, seed=1)
+    monkeypatch.chdir(tmp_path)
+    st.Mesh(1000 * mesh.vertices, mesh.faces).save("drill.ply")
+    st.save_sequence("scene", sequence)
+
+    (example,) = code_blocks(ROOT / "README.md", "python")
+    exec(compile(example.replace("voxels=200", "voxels=40"), "README.md", "exec"), {})
+
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 3  # the first of the four frames is where it starts
+    assert all(" ok " in line for line in lines)
