@@ -24,7 +24,14 @@ from sdftrack.cli.common import (
 )
 
 DEFAULT_OUT = Path("sdftrack-demo")
-STRIP = (0.0, 0.2, 0.42, 0.635, 0.72, 0.95)  # parts of the time that the strip shows
+STRIP = (
+    0.0,
+    0.2,
+    0.594,
+    0.612,
+    0.627,
+    0.95,
+)  # parts of the time that the strip shows; in the middle a hand passes
 VOXELS = 160
 # The hand touches the duck all the time: readings farther off than this are not the duck's, and a wide first
 # stage would slide onto the fingers.
