@@ -140,6 +140,10 @@ void bind_energies(py::module_& m) {
       .def_readwrite("cost_gain", &LmOptions::cost_gain)
       .def_readwrite("last_gain", &LmOptions::last_gain)
       .def_readwrite("fixed", &LmOptions::fixed);
+}
+
+// After TrackerOptions are known, so that the signature can name them.
+void bind_frame_energy(py::module_& m) {
   py::class_<FrameEnergy>(m, "FrameEnergy", "Data energy of one object in one frame; see sdftrack.Energy.")
       .def(py::init<const py::array&, double, const std::array<double, 3>&, const Camera&, const py::array&,
                     const py::object&, const py::array&, const TrackerOptions&, double, bool, bool, int>(),

@@ -9,6 +9,7 @@ namespace sdftrack {
 void bind_base(py::module_& m);
 void bind_device(py::module_& m);
 void bind_energies(py::module_& m);
+void bind_frame_energy(py::module_& m);
 void bind_tracking(py::module_& m);
 void bind_render(py::module_& m);
 void bind_sdf(py::module_& m);
@@ -23,6 +24,7 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bind_device(m);
   sdftrack::bind_energies(m);
   sdftrack::bind_tracking(m);
+  sdftrack::bind_frame_energy(m);
   sdftrack::bind_render(m);
   sdftrack::bind_sdf(m);
   sdftrack::bind_build(m);

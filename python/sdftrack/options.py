@@ -33,18 +33,27 @@ class TrackerOptions:
     """
 
     residual: str = _option(
-        "residual", "ray_hit: depth where the ray meets the model minus measured; slope; point: as printed (Eq. 3.11)"
+        "residual",
+        "ray_hit: depth where the ray meets the model minus measured; slope; point: as printed (Eq. 3.11)",
     )
-    curvature: str = _option("curvature", "irls, or printed: J^T J of the log-likelihood's gradient (Eq. 3.18)")
+    curvature: str = _option(
+        "curvature", "irls, or printed: J^T J of the log-likelihood's gradient (Eq. 3.18)"
+    )
     outlier_floor: float = _option("outlier_floor", "share of outliers in the likelihood; 0: as printed")
-    scale_start_m: float = _option("scale_start_m", "s of the first coarse stage, halved stage by stage; 0: none")
+    scale_start_m: float = _option(
+        "scale_start_m", "s of the first coarse stage, halved stage by stage; 0: none"
+    )
     scale_per_noise: float = _option("scale_per_noise", "s of the last stage over the sensor's noise")
     noise_m: float = _option("noise_m", "sensor noise sigma(Z) = noise_m + noise_per_m Z^2")
     noise_per_m: float = _option("noise_per_m", "see noise_m; 1/m")
     adapt_noise: bool = _option("adapt_noise", "rescale sigma(Z) by the residuals, frame by frame")
-    correlation_area_px: float = _option("correlation_area_px", "pixels that share one error; widens the covariance")
+    correlation_area_px: float = _option(
+        "correlation_area_px", "pixels that share one error; widens the covariance"
+    )
     padding_m: float = _option("padding_m", "pixels count this near the object's box at its last pose")
-    retry_inliers: float = _option("retry_inliers", "share of agreeing points below which a wider attempt is made")
+    retry_inliers: float = _option(
+        "retry_inliers", "share of agreeing points below which a wider attempt is made"
+    )
     far_scale_m: float = _option("far_scale_m", "scale_start_m of that attempt")
     far_padding_m: float = _option("far_padding_m", "padding_m of that attempt")
     max_pixels: int = _option("max_pixels", "budget of the last stage")
@@ -56,12 +65,16 @@ class TrackerOptions:
     fine_steps: int = _option("fine_steps", "trials of the last stage")
     free_space: bool = _option("free_space", "a model point may not stand where the sensor sees past it")
     free_space_scale_m: float = _option("free_space_scale_m", "s of the free-space term")
-    free_space_weight: float = _option("free_space_weight", "1: all surface points weigh as much as all pixels")
+    free_space_weight: float = _option(
+        "free_space_weight", "1: all surface points weigh as much as all pixels"
+    )
     free_space_points: int = _option("free_space_points", "surface points of the free-space term")
     motion_sigma_m: float = _option("motion_sigma_m", "weak prior about the predicted pose; 0: none")
     motion_sigma_rad: float = _option("motion_sigma_rad", "the same for the turn")
     drop_plane: bool = _option("drop_plane", "leave out the pixels of the dominant plane (a table)")
-    lost_inliers: float = _option("lost_inliers", "lost below this share of agreeing points among those not hidden")
+    lost_inliers: float = _option(
+        "lost_inliers", "lost below this share of agreeing points among those not hidden"
+    )
     weak_inliers: float = _option("weak_inliers", "weak below it")
     trust_points: int = _option("trust_points", "surface points asked for the status")
 
@@ -147,6 +160,8 @@ def _check_number(name: str, value: Any, integer: bool) -> None:
     if isinstance(value, bool) or not isinstance(value, int if integer else (int, float)):
         raise TypeError(f"{name}: expected {kind}, got {value!r}")
     if not 0 <= value < 1e9 or (value == 0 and name not in _MAY_BE_ZERO):
-        raise ValueError(f"{name}: expected {kind} {'>= 0' if name in _MAY_BE_ZERO else '> 0'}, got {value!r}")
+        raise ValueError(
+            f"{name}: expected {kind} {'>= 0' if name in _MAY_BE_ZERO else '> 0'}, got {value!r}"
+        )
     if name == "outlier_floor" and value >= 1:
         raise ValueError(f"outlier_floor: expected a share below 1, got {value!r}")
