@@ -127,11 +127,12 @@ void SdfEnergy::accept() {
   if (options_.warm_hits) pixels_->hit_m.swap(pixels_->trial_hit_m);
 }
 
-void SdfEnergy::settle(const State& x) {
+void SdfEnergy::settle(const State& x, int steps) {
   pixels_->hit_m = pixels_->depth_m;
   with_term(x, false, [&](auto& term) {
     term.newton_steps = 1;
-    for (int i = 0; i < term.pixels.count; ++i) term.settle(i);
+    for (int step = 0; step < steps; ++step)
+      for (int i = 0; i < term.pixels.count; ++i) term.settle(i);
   });
 }
 

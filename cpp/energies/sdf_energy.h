@@ -47,9 +47,9 @@ class SdfEnergy final : public Energy {
   double cost(const State& x) override;
   void accept() override;
 
-  // Start afresh from the measured depths: one Newton step of every ray.
-  void settle(const State& x);
-  // Decide which rays meet the model, at x, after `steps` such steps.
+  // Start afresh from the measured depths: `steps` Newton steps of every ray.
+  void settle(const State& x, int steps);
+  // Decide which rays meet the model, at x, after `steps` steps.
   void classify(const State& x, int steps);
   EnergySummary summarize(const State& x, int pixel_budget);
   void read(const State& x, PixelReadings* out);

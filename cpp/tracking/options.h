@@ -12,7 +12,7 @@ struct TrackerOptions {
   Curvature curvature = Curvature::kIrls;
   double outlier_floor = 0.1;    // e in -log((1 - e) sech^2 + e); 0: the printed likelihood
   double scale_start_m = 0.005;  // s of the first stage; halved from stage to stage; 0: no coarse stage
-  double scale_per_noise = 1.5;  // s of the last stage over the sensor's noise
+  double scale_per_noise = 1.0;  // s of the last stage over the sensor's noise
   // Sensor: sd of depth noise sigma(Z) = noise_m + noise_per_m * Z^2
   double noise_m = 0.001;
   double noise_per_m = 0.0;

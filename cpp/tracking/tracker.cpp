@@ -15,8 +15,11 @@ namespace {
 // A step that promises a smaller gain in log-likelihood moves the pose by less than 5 % of its standard
 // deviation.
 constexpr double kLeastGain = 1e-3;
-// An accepted step of less than one standard deviation is the last: what it leaves is of second order.
-constexpr double kLastGain = 0.5;
+// An accepted step of less than two thirds of a standard deviation is the last: what it leaves is of second
+// order.
+constexpr double kLastGain = 0.2;
+constexpr int kSettleSteps =
+    2;  // Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias
 constexpr int kSummaryPixels = 2000;
 constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
 
@@ -208,7 +211,7 @@ void Tracker::run_stage(Object* object, PixelSet* pixels, const SdfEnergyOptions
                         State* x, ObjectResult* result) {
   const Shape& shape = *object->shape;
   SdfEnergy data(shape.sdf, pixels, energy_options);
-  if (energy_options.residual == Residual::kRayHit) data.settle(*x);
+  if (energy_options.residual == Residual::kRayHit) data.settle(*x, kSettleSteps);
   SumEnergy sum;
   sum.add(&data);
 
