@@ -1,18 +1,22 @@
 # SPDX-License-Identifier: MIT
 """What a pose costs, in plain numpy: the twin of cpp/energies, one pixel after the other.
 
-A pixel with ray r (z = 1) and depth z is the point ``p = T_obj_cam (z r)``; phi and its gradient g at p give the
-row ``J = d phi / d (v, w) = (g, (p - pivot) x g)`` of the update ``T_obj_cam <- T(v, w) T_obj_cam`` about `pivot`.
+A pixel with ray r (z = 1) and depth z is the point ``p_cam = z r``. A field gives phi there, with its derivative by
+the point and by the unknowns; the residual is a length along the ray; the penalty turns it into cost, slope and
+curvature. Unknowns: ``T_obj_cam <- T(v, w) T_obj_cam``, then log scale, or fx, fy, cx, cy.
+Derivation: docs/math/depth_tracker.md.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.reference.optim import NormalEquations
 from sdftrack.reference.sdf import sample
 
 Array = NDArray[Any]
@@ -24,92 +28,218 @@ CONVERGED_M = 1e-5
 NEWTON_STEPS = 8
 
 
-def logistic(residual: float, s: float, outlier_floor: float = 0.0) -> tuple[float, float, float]:
-    """Cost ``-log((1 - e) sech^2(r / 2s) + e)``, its slope, and the IRLS weight slope / r (limit at 0)."""
-    u = residual / (2 * s)
-    sech2 = 1 / np.cosh(u) ** 2
-    likelihood = (1 - outlier_floor) * sech2 + outlier_floor
-    inlier = (1 - outlier_floor) * sech2 / likelihood
-    slope = inlier * np.tanh(u) / s
-    weight = slope / residual if abs(u) > 1e-3 else inlier / (2 * s * s)
-    return float(-np.log(likelihood)), float(slope), float(weight)
+class FieldRow(NamedTuple):
+    """phi (m), d phi / d p_cam (3,), d phi / d unknowns (P,)."""
+
+    phi: float
+    grad_cam: Array
+    J: Array
+
+
+class Field(Protocol):
+    """phi at a point of the camera's frame, with its derivatives."""
+
+    def row(self, p_cam: Array) -> FieldRow: ...
 
 
 @dataclass(frozen=True)
-class Pose:
-    """An object's field and where it is: phi, g and J at points of the camera's frame."""
+class SingleObject:
+    """One object. J = (g, p x g): a step (v, w) moves the object point p by v + w x p (thesis Eq. 3.17)."""
 
     values: Array
     voxel_size: float
     origin: Array
     T_obj_cam: Array
-    pivot: Array
 
-    def look(self, p_cam: Array) -> tuple[float, Array, Array]:
-        """Phi (m), d phi / d p_cam and J at a point of the camera's frame."""
+    def row(self, p_cam: Array) -> FieldRow:
         R, t = self.T_obj_cam[:3, :3], self.T_obj_cam[:3, 3]
         p = R @ p_cam + t
         phi, g = sample(self.values, self.voxel_size, self.origin, p)
-        return phi, R.T @ g, np.concatenate([g, np.cross(p - self.pivot, g)])
+        return FieldRow(phi, R.T @ g, np.concatenate([g, np.cross(p, g)]))
 
 
-def ray_hit(
-    pose: Pose, ray: Array, depth: float, steps: int = NEWTON_STEPS
-) -> tuple[float, float, Array, float]:
-    """Newton's iteration for the depth at which the ray meets the model, from the measured depth.
+@dataclass(frozen=True)
+class ScaledObject:
+    """One object of unknown size s = exp(log_scale): phi(p) = s phi_unit(p / s), so d phi / d log s = phi - p . g."""
 
-    Returns the depth, and of the last sample: the slope c along the ray (at most -GRAZING_SLOPE), J and phi.
+    values: Array
+    voxel_size: float
+    origin: Array
+    T_obj_cam: Array
+    log_scale: float
+
+    def row(self, p_cam: Array) -> FieldRow:
+        R, t, s = self.T_obj_cam[:3, :3], self.T_obj_cam[:3, 3], np.exp(self.log_scale)
+        p = R @ p_cam + t
+        phi, g = sample(self.values, self.voxel_size, self.origin, p / s)
+        return FieldRow(s * phi, R.T @ g, np.concatenate([g, np.cross(p, g), [s * phi - p @ g]]))
+
+
+@dataclass(frozen=True)
+class WithIntrinsics:
+    """Any field, plus columns for K = (fx, fy, cx, cy): p_cam = z ((u - cx) / fx, (v - cy) / fy, 1) moves with them."""
+
+    field: Field
+    K: Array
+
+    def row(self, p_cam: Array) -> FieldRow:
+        phi, g, J = self.field.row(p_cam)
+        fx, fy = self.K[:2]
+        x, y, z = p_cam
+        return FieldRow(
+            phi, g, np.concatenate([J, [-g[0] * x / fx, -g[1] * y / fy, -g[0] * z / fx, -g[1] * z / fy]])
+        )
+
+
+class Curve(NamedTuple):
+    """Cost, its slope by the residual, and the curvature that the normal equations see (>= 0)."""
+
+    cost: float
+    slope: float
+    curvature: float
+
+
+@dataclass(frozen=True)
+class DepthLogistic:
+    """-log((1 - e) sech^2(r / 2s) + e): the logistic density (thesis Eq. 3.11) over a share e of outliers.
+
+    ``curvature="irls"``: slope / r, the parabola that touches the cost; ``"printed"``: slope^2 (thesis Eq. 3.18).
     """
-    z, c, phi, J = depth, 0.0, 0.0, np.zeros(6)
+
+    scale_m: float
+    outlier_floor: float = 0.0
+    curvature: str = "irls"
+
+    def __call__(self, residual: float, noise_scale: float = 1.0) -> Curve:
+        s, e = self.scale_m * noise_scale, self.outlier_floor
+        u = residual / (2 * s)
+        sech2 = 1 / np.cosh(u) ** 2
+        likelihood = (1 - e) * sech2 + e
+        inlier = (1 - e) * sech2 / likelihood
+        slope = inlier * np.tanh(u) / s
+        irls = slope / residual if abs(u) > 1e-3 else inlier / (2 * s * s)
+        return Curve(
+            float(-np.log(likelihood)), float(slope), float(irls if self.curvature == "irls" else slope**2)
+        )
+
+    def second_derivative(self, residual: float, noise_scale: float = 1.0) -> float:
+        """d^2 cost / d r^2: negative where the cost redescends."""
+        s, e = self.scale_m * noise_scale, self.outlier_floor
+        tanh, sech2 = np.tanh(residual / (2 * s)), 1 / np.cosh(residual / (2 * s)) ** 2
+        likelihood = (1 - e) * sech2 + e
+        inlier = (1 - e) * sech2 / likelihood
+        return float(inlier * (sech2 / 2 - e / likelihood * tanh**2) / s**2)
+
+
+class Hit(NamedTuple):
+    """Where a ray meets the model: depth, and of the last sample the slope along the ray, J and phi."""
+
+    z: float
+    slope: float
+    J: Array
+    phi: float
+
+
+def find_hit(field: Field, ray: Array, depth: float, steps: int = NEWTON_STEPS) -> Hit:
+    """Newton's iteration for phi(z ray) = 0 from the measured depth; the slope is at most -GRAZING_SLOPE."""
+    z = depth
     for _ in range(steps):
-        phi, g, J = pose.look(z * ray)
-        c = min(float(g @ ray), -GRAZING_SLOPE)
-        z -= phi / c
+        phi, g, J = field.row(z * ray)
+        slope = min(float(g @ ray), -GRAZING_SLOPE)
+        z -= phi / slope
         if abs(phi) < CONVERGED_M:
             break
-    return z, c, J, phi
+    return Hit(z, slope, J, phi)
 
 
-def meets(pose: Pose, ray: Array, depth: float) -> bool:
+def meets(field: Field, ray: Array, depth: float) -> bool:
     """Whether a pixel's ray hits the model: phi vanishes along it, and not at a grazing angle."""
-    _, c, _, phi = ray_hit(pose, ray, depth)
-    return abs(phi) < HIT_TOLERANCE_M and c < -GRAZING_SLOPE
+    hit = find_hit(field, ray, depth)
+    return abs(hit.phi) < HIT_TOLERANCE_M and hit.slope < -GRAZING_SLOPE
 
 
-def fallback_gain(pose: Pose, ray: Array, depth: float) -> float:
+def fallback_gain(field: Field, ray: Array, depth: float) -> float:
     """1 / slope of phi along the ray at the measured point, bounded."""
-    _, g, _ = pose.look(depth * ray)
-    return 1 / max(abs(float(g @ ray)), FALLBACK_SLOPE)
+    return 1 / max(abs(float(field.row(depth * ray).grad_cam @ ray)), FALLBACK_SLOPE)
 
 
-def read(pose: Pose, ray: Array, depth: float, gain: float) -> tuple[float, Array]:
-    """Residual (m) of one pixel and its row.
+def classify(field: Field, rays: Array, depths: Array, residual: str) -> Array:
+    """Every pixel's class as a gain: 0, its ray meets the model; else what phi at the measured point is times.
 
-    `gain` is the pixel's class: 0, its ray meets the model (residual: depth of the hit minus the measured depth);
-    else what phi at the measured point is multiplied by (1: the residual as printed, Eq. 3.11).
+    1 for the residual "point" (as printed, Eq. 3.11), 1 / slope for "slope" and for the misses of "ray_hit".
+    """
+    if residual == "point":
+        return np.ones(len(rays))
+    pixels = list(zip(rays, depths, strict=True))
+    gains = np.array([fallback_gain(field, r, z) for r, z in pixels])
+    if residual == "slope":
+        return gains
+    return np.where([meets(field, r, z) for r, z in pixels], 0.0, gains)
+
+
+def read(field: Field, ray: Array, depth: float, gain: float) -> tuple[float, Array]:
+    """Residual (m) of one pixel and its derivative by the unknowns.
+
+    A hit's residual is its depth minus the measured depth; on the ray phi(z) = 0 stays true, so
+    d z / d unknown = -(d phi / d unknown) / (d phi / d z).
     """
     if gain == 0:
-        z, c, J, _ = ray_hit(pose, ray, depth)
-        return z - depth, -J / c
-    phi, _, J = pose.look(depth * ray)
+        hit = find_hit(field, ray, depth)
+        return hit.z - depth, -hit.J / hit.slope
+    phi, _, J = field.row(depth * ray)
     return gain * phi, gain * J
 
 
 def linearize(
-    pose: Pose,
+    field: Field,
     rays: Array,
     depths: Array,
     gains: Array,
-    s: float,
-    outlier_floor: float,
-    curvature: str = "irls",
-) -> tuple[float, Array, Array]:
+    penalty: DepthLogistic,
+    noise_scale: Array | None = None,
+) -> NormalEquations:
     """Cost, gradient and Hessian: the sum over pixels (rays (N, 3) with z = 1, depths (N,) m, gains (N,))."""
-    cost, gradient, hessian = 0.0, np.zeros(6), np.zeros((6, 6))
-    for ray, depth, gain in zip(rays, depths, gains, strict=True):
-        residual, J = read(pose, ray, float(depth), float(gain))
-        rho, slope, weight = logistic(residual, s, outlier_floor)
-        cost += rho
-        gradient += slope * J
-        hessian += (weight if curvature == "irls" else slope**2) * np.outer(J, J)
-    return cost, gradient, hessian
+    noise = np.ones(len(depths)) if noise_scale is None else noise_scale
+    cost, gradient, hessian = 0.0, np.zeros(1), np.zeros((1, 1))
+    for ray, depth, gain, n in zip(rays, depths, gains, noise, strict=True):
+        residual, J = read(field, ray, float(depth), float(gain))
+        curve = penalty(residual, float(n))
+        cost += curve.cost
+        gradient = gradient + curve.slope * J
+        hessian = hessian + curve.curvature * np.outer(J, J)
+    return NormalEquations(cost, gradient, hessian)
+
+
+def distance_transform(free: Array, limit: float = np.inf) -> Array:
+    """Distance (in nodes) of every node of a grid to the nearest one that is not free; every pair is tried."""
+    y, x = np.nonzero(~free.astype(bool))
+    out = np.full(free.shape, float(limit))
+    for v, u in np.ndindex(*free.shape):
+        if len(x):
+            out[v, u] = min(limit, np.sqrt(((x - u) ** 2 + (y - v) ** 2).min()))
+    return out
+
+
+def free_space_residual(
+    distance: Callable[[Array], tuple[float, Array]],
+    p_obj: Array,
+    T_obj_cam: Array,
+    K: Array,
+    dead_px: float = 1.0,
+) -> tuple[float, Array]:
+    """r = Z / f max(0, DT(u(X)) - dead) of one surface point (m), and its derivative by (v, w).
+
+    distance : pixel (2,) -> DT (px) and its gradient. K : (fx, fy, cx, cy), f the mean of fx and fy.
+    """
+    fx, fy, cx, cy = K
+    R, t = T_obj_cam[:3, :3], T_obj_cam[:3, 3]
+    X, Y, Z = R.T @ (p_obj - t)
+    px, slope = distance(np.array([fx * X / Z + cx, fy * Y / Z + cy]))
+    beyond = px - dead_px
+    if beyond <= 0:
+        return 0.0, np.zeros(6)
+    f = (fx + fy) / 2
+    d_pixel = np.array([[fx / Z, 0, -fx * X / Z**2], [0, fy / Z, -fy * Y / Z**2]])
+    dr_cam = Z / f * (slope @ d_pixel) + np.array([0, 0, beyond / f])
+    g = R @ dr_cam  # the camera point moves by -R_cam_obj (v + w x p_obj)
+    return Z / f * beyond, -np.concatenate([g, np.cross(p_obj, g)])

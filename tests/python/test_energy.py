@@ -1,0 +1,428 @@
+# SPDX-License-Identifier: MIT
+"""The energy of a frame: against its twin, against finite differences, and minimised where the answer is known."""
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack import geometry
+from sdftrack.reference import energies as twin
+from sdftrack.reference import optim, tracking
+from sdftrack.testing import assert_pose_close
+
+RESIDUALS = ["point", "slope", "ray_hit"]
+UNKNOWNS = [("pose",), ("pose", "scale"), ("pose", "intrinsics")]
+SCALE_M, FLOOR = 0.004, 0.1
+# The core samples in float32: phi is off by some 1e-8 m, at a voxel's border g is that of either side.
+RESIDUAL_ATOL_M = 2e-6
+SUM_RTOL = 2e-3
+# Kinks of the interpolant at voxel borders and float32 costs; a wrong Jacobian is off by tens of percent.
+SLOPE_RTOL = 1e-2
+# Without noise the truth is the minimum up to float32 depth (3e-8 m) and kernels; measured 3e-8 m, 5e-7 rad.
+TRUTH_ATOL_M, TRUTH_ATOL_RAD = 2e-6, 2e-5
+# A sub-pixel change of 120 px focal length moves points by less than the grain of the voxels (2 mm) lets through.
+FOCAL_RTOL, CENTRE_ATOL_PX, SCALE_ATOL = 2e-3, 0.2, 1e-3
+
+CAMERA = st.Camera(fx=120, fy=122, cx=39.5, cy=29.5, width=80, height=60)
+START = geometry.pose([0.43, -0.88, 0.27], [0.006, -0.004, 0.353])
+
+
+@pytest.fixture(scope="module")
+def shape():
+    return st.union(st.SDF.box([0.10, 0.06, 0.04], voxels=60), st.SDF.sphere(0.033, voxels=60))
+
+
+@pytest.fixture(scope="module")
+def frame(shape):
+    depth = shape.render(CAMERA, geometry.pose([0.4, -0.9, 0.3], [0.004, -0.006, 0.35]))[0]
+    noise = np.random.default_rng(3).normal(0, 0.001, depth.shape)
+    return st.Frame(np.where(depth > 0, depth + noise, 0).astype(np.float32))
+
+
+@pytest.fixture(params=RESIDUALS)
+def energy(request, shape, frame):
+    return make_energy(shape, frame, request.param)
+
+
+@pytest.fixture(params=UNKNOWNS, ids=["pose", "scale", "intrinsics"])
+def unknowns(request):
+    return request.param
+
+
+def make_energy(shape, frame, residual, unknowns=("pose",), **options):
+    options = {"outlier_floor": FLOOR, "scale_m": SCALE_M, **options}
+    return st.Energy(shape, CAMERA, frame, START, residual=residual, unknowns=unknowns, **options)
+
+
+class Twin:
+    """The same frame seen by the twin: field, rays, depths and classes at the energy's start."""
+
+    def __init__(self, energy):
+        seen, camera, shape = energy.residuals(energy.start), energy.camera, energy.shape
+        self.depths = seen["depth_m"].astype(np.float64)
+        self.rays = np.stack(
+            [
+                (seen["u_px"] - camera.cx) / camera.fx,
+                (seen["v_px"] - camera.cy) / camera.fy,
+                np.ones(len(self.depths)),
+            ],
+            axis=1,
+        )
+        centre = tracking.make_shape(shape.values, shape.voxel_size, shape.origin).centre
+        volume = shape.values, shape.voxel_size, shape.origin - centre
+        T_obj_cam = tracking.centred(energy.start.poses[0], centre)
+        if "scale" in energy.unknowns:
+            self.field = twin.ScaledObject(*volume, T_obj_cam, 0.0)
+        else:
+            self.field = twin.SingleObject(*volume, T_obj_cam)
+        if "intrinsics" in energy.unknowns:
+            self.field = twin.WithIntrinsics(
+                self.field, np.array([camera.fx, camera.fy, camera.cx, camera.cy])
+            )
+        # Which rays meet the model is decided by sharp thresholds: the core's own answer, which has its own test.
+        self.gains = twin.classify(
+            self.field, self.rays, self.depths, "point" if energy.options.residual == "point" else "slope"
+        )
+        if energy.options.residual == "ray_hit":
+            self.gains = np.where(seen["hit"].astype(bool), 0.0, self.gains)
+        self.penalty = twin.DepthLogistic(SCALE_M, energy.options.outlier_floor, energy.options.curvature)
+
+    def linearize(self):
+        return twin.linearize(self.field, self.rays, self.depths, self.gains, self.penalty)
+
+
+def assert_same_model(core, reference):
+    assert core.cost == pytest.approx(reference.cost, rel=SUM_RTOL)
+    # Metres, radians, pixels: each unknown is compared in its own unit.
+    unit = 1 / np.sqrt(np.diag(reference.hessian))
+    slope = reference.gradient * unit
+    np.testing.assert_allclose(core.gradient * unit, slope, atol=SUM_RTOL * np.abs(slope).max())
+    np.testing.assert_allclose(
+        core.hessian * np.outer(unit, unit), reference.hessian * np.outer(unit, unit), atol=SUM_RTOL
+    )
+
+
+# --- against the twin
+
+
+def test_which_rays_meet_the_model_agrees_with_the_twin(shape, frame):
+    energy = make_energy(shape, frame, "ray_hit")
+    same = Twin(energy)
+    expected = twin.classify(same.field, same.rays, same.depths, "ray_hit") == 0
+    assert 0.5 < expected.mean() < 1  # both classes are there
+    hits = energy.residuals(energy.start)["hit"].astype(bool)
+    assert np.mean(hits == expected) > 0.99  # the two thresholds are sharp
+
+
+def test_every_pixels_residual_and_weight_are_those_of_the_twin(energy):
+    seen, same = energy.residuals(energy.start), Twin(energy)
+    readings = [
+        twin.read(same.field, r, z, gain)[0]
+        for r, z, gain in zip(same.rays, same.depths, same.gains, strict=True)
+    ]
+    weights = [same.penalty(r).curvature for r in readings]
+    assert len(readings) > 300
+    np.testing.assert_allclose(seen["residual_m"], readings, atol=RESIDUAL_ATOL_M)
+    np.testing.assert_allclose(seen["weight"], weights, rtol=SUM_RTOL, atol=1e-4 * max(weights))
+
+
+def test_cost_gradient_and_hessian_are_those_of_the_twin(energy):
+    core = energy.linearize(energy.start)
+    assert core.count == len(Twin(energy).depths)
+    assert_same_model(core, Twin(energy).linearize())
+
+
+@pytest.mark.parametrize("residual", ["point", "ray_hit"])
+@pytest.mark.parametrize("unknowns", UNKNOWNS[1:], ids=["scale", "intrinsics"])
+def test_size_and_intrinsics_have_the_twins_rows_too(shape, frame, unknowns, residual):
+    energy = make_energy(shape, frame, residual, unknowns)
+    assert_same_model(energy.linearize(energy.start), Twin(energy).linearize())
+
+
+def test_the_printed_curvature_is_the_square_of_the_slope(shape, frame):
+    energy = make_energy(shape, frame, "point", curvature="printed", outlier_floor=0.0)
+    assert_same_model(energy.linearize(energy.start), Twin(energy).linearize())
+
+
+def test_noise_that_grows_with_depth_scales_each_pixels_density(shape, frame):
+    energy = make_energy(shape, frame, "point", noise_m=0.001, noise_per_m=0.01)
+    same = Twin(energy)
+    centre = tracking.centred(START, np.zeros(3))  # the box's centre is the object's origin here
+    z_obj = np.linalg.inv(centre)[2, 3]
+    noise = (0.001 + 0.01 * same.depths**2) / (0.001 + 0.01 * z_obj**2)
+    assert np.ptp(noise) > 0.1
+    assert_same_model(
+        energy.linearize(energy.start),
+        twin.linearize(same.field, same.rays, same.depths, same.gains, same.penalty, noise),
+    )
+
+
+@pytest.mark.parametrize("outlier_floor", [0.0, 0.1])
+def test_the_twins_penalty_is_consistent_with_itself(outlier_floor):
+    penalty, h = twin.DepthLogistic(SCALE_M, outlier_floor), 1e-7
+    for r in (-0.02, -0.003, 0.0, 1e-5, 0.007):
+        ahead, behind = penalty(r + h), penalty(r - h)
+        here = penalty(r)
+        assert here.slope == pytest.approx((ahead.cost - behind.cost) / (2 * h), abs=1e-4 / SCALE_M)
+        assert here.curvature * r == pytest.approx(here.slope, abs=1e-6 / SCALE_M)
+        second = (ahead.slope - behind.slope) / (2 * h)
+        assert penalty.second_derivative(r) == pytest.approx(second, abs=1e-4 / SCALE_M**2)
+
+
+def test_the_twins_free_space_residual_has_the_derivative_that_it_says():
+    def ramp(u):  # a distance transform of 0.1 px per pixel to the right and down
+        return 4 + 0.1 * u[0] + 0.05 * u[1], np.array([0.1, 0.05])
+
+    K, p = np.array([120, 122, 39.5, 29.5]), np.array([0.02, -0.01, 0.03])
+    x = optim.State(np.linalg.inv(START))
+    r, J = twin.free_space_residual(ramp, p, x.T_obj_cam, K)
+    assert r > 0
+    h = 1e-7
+    for j, e in enumerate(np.eye(6)):
+        up, down = (
+            twin.free_space_residual(ramp, p, optim.retract(x, d * e).T_obj_cam, K)[0] for d in (h, -h)
+        )
+        assert (up - down) / (2 * h) == pytest.approx(J[j], abs=1e-6)
+
+
+def test_the_twins_distance_transform_is_that_of_scipy():
+    ndimage = pytest.importorskip("scipy.ndimage")
+    free = np.random.default_rng(1).random((13, 17)) > 0.05
+    np.testing.assert_allclose(
+        twin.distance_transform(free), ndimage.distance_transform_edt(free), atol=1e-12
+    )
+    assert twin.distance_transform(free, limit=2.0).max() == 2.0
+
+
+# --- derivatives
+
+
+@pytest.mark.parametrize("residual", RESIDUALS)
+def test_the_gradient_is_the_slope_of_the_cost_by_every_unknown(shape, frame, residual, unknowns):
+    energy = make_energy(shape, frame, residual, unknowns)
+    model = energy.linearize(energy.start)
+    # One hundredth of a standard deviation: above the rounding of float32 poses, far below a voxel.
+    h = np.maximum(2e-5, 0.01 / np.sqrt(np.diag(model.hessian)))
+    h[-4:] = np.where("intrinsics" in unknowns, 0.02, h[-4:])  # px
+    slopes = [
+        (energy.cost(energy.moved(energy.start, d)) - energy.cost(energy.moved(energy.start, -d)))
+        / (2 * d.max())
+        for d in np.diag(h)
+    ]
+    unit = 1 / np.sqrt(np.diag(model.hessian))
+    np.testing.assert_allclose(
+        model.gradient * unit, slopes * unit, atol=SLOPE_RTOL * np.abs(slopes * unit).max()
+    )
+
+
+def test_linearize_and_cost_agree_on_the_cost(energy):
+    x = energy.moved(energy.start, [0.001, 0, 0.001, 0.01, 0, -0.01])
+    assert energy.linearize(x).cost == pytest.approx(energy.cost(x), rel=1e-6)
+
+
+def test_the_cost_is_a_function_of_the_state_alone(energy):
+    x = energy.moved(energy.start, [0.003, 0, 0.002, 0.02, 0, -0.01])
+    before = energy.cost(x)
+    energy.linearize(energy.start)
+    st.minimize(energy)
+    assert energy.cost(x) == before
+
+
+@pytest.mark.parametrize("residual", RESIDUALS)
+def test_the_sums_have_the_same_bits_for_any_number_of_threads(shape, residual):
+    camera = CAMERA.scaled(3)  # more than one chunk of pixels
+    depth = shape.render(camera, START)[0]
+    one, many = (
+        st.Energy(shape, camera, st.Frame(depth), START, residual=residual, threads=n) for n in (1, 3)
+    )
+    x = one.moved(one.start, [0.001, 0, 0.001, 0.01, 0, -0.01])
+    a, b = one.linearize(x), many.linearize(x)
+    assert a.count > 2 * 2048
+    assert a.cost == b.cost
+    assert one.cost(x) == many.cost(x)
+    np.testing.assert_array_equal(a.gradient, b.gradient)
+    np.testing.assert_array_equal(a.hessian, b.hessian)
+
+
+# --- minimised, where the answer is known
+
+
+def off_by(T, metres=0.005, degrees=3.0):
+    axis = np.array([0.5, -0.7, 0.5])
+    moved = geometry.pose(np.radians(degrees) * axis / np.linalg.norm(axis)) @ T
+    moved[:3, 3] = T[:3, 3] + metres * np.array([0.6, -0.6, 0.53])
+    return moved
+
+
+@pytest.mark.parametrize("residual", RESIDUALS)
+@pytest.mark.parametrize("body", ["box", "ellipsoid"])
+def test_a_body_moved_off_comes_back_to_the_truth(body, residual):
+    shape = (
+        st.SDF.box([0.12, 0.09, 0.06], voxels=100)
+        if body == "box"
+        else st.SDF.ellipsoid([0.06, 0.045, 0.03], voxels=100)
+    )
+    truth = geometry.pose([0.5, -0.6, 0.2], [0.01, -0.005, 0.4])
+    frame = st.Frame(shape.render(CAMERA.scaled(2), truth)[0])
+    energy = st.Energy(shape, CAMERA.scaled(2), frame, off_by(truth), residual=residual, scale_m=0.004)
+    result = st.minimize(energy, max_steps=60, cost_relative=0)
+    assert_pose_close(result.x.poses[0], truth, TRUTH_ATOL_M, TRUTH_ATOL_RAD)
+    assert result.stop not in ("damping_max", "not_finite", "no_data")
+
+
+def test_a_kept_step_never_raises_the_cost(energy):
+    result = st.minimize(energy, max_steps=30)
+    costs = [energy.cost(energy.start), *(s.cost for s in result.steps)]
+    assert len(costs) > 2
+    assert all(b <= a for a, b in itertools.pairwise(costs))
+    assert result.cost == costs[-1]
+
+
+def test_minimize_takes_the_twins_steps(shape, frame):
+    energy = make_energy(shape, frame, "point")
+    result, same = st.minimize(energy, max_steps=2), Twin(energy)
+
+    def at(x):
+        return dataclasses.replace(same.field, T_obj_cam=x.T_obj_cam)
+
+    _, steps, _ = optim.minimize(
+        lambda x: twin.linearize(at(x), same.rays, same.depths, same.gains, same.penalty).cost,
+        lambda x: twin.linearize(at(x), same.rays, same.depths, same.gains, same.penalty),
+        optim.State(same.field.T_obj_cam),
+        max_steps=2,
+    )
+    assert [s.accepted for s in result.steps] == [s.accepted for s in steps]
+    np.testing.assert_allclose([s.damping for s in result.steps], [s.damping for s in steps])
+    np.testing.assert_allclose([s.cost for s in result.steps], [s.cost for s in steps], rtol=SUM_RTOL)
+
+
+def test_fixed_unknowns_stay(shape, frame):
+    energy = make_energy(shape, frame, "ray_hit")
+    fixed = [False, False, False, True, True, True]
+    result = st.minimize(energy, fixed=fixed)
+    np.testing.assert_allclose(result.x.poses[0][:3, :3], START[:3, :3], atol=1e-12)
+    assert np.linalg.norm(result.x.poses[0][:3, 3] - START[:3, 3]) > 1e-4
+    everything = st.minimize(energy, fixed=[True] * 6)
+    assert everything.stop == "no_data"
+    np.testing.assert_allclose(everything.x.poses[0], START, atol=1e-12)
+
+
+def test_intrinsics_are_recovered_from_a_clean_frame_that_the_body_fills(shape):
+    truth = geometry.pose([0.7, -0.6, 0.3], [0.0, 0.0, 0.16])  # near: perspective tells fx from Z
+    camera = CAMERA.scaled(2)
+    frame = st.Frame(shape.render(camera, truth)[0])
+    wrong = dataclasses.replace(camera, fx=camera.fx * 1.01, fy=camera.fy * 0.99, cx=camera.cx + 1)
+    energy = st.Energy(shape, wrong, frame, truth, unknowns=("pose", "intrinsics"), scale_m=0.002)
+    found = st.minimize(energy, max_steps=100, cost_relative=0).x
+    assert found.camera.fx == pytest.approx(camera.fx, rel=FOCAL_RTOL)
+    assert found.camera.fy == pytest.approx(camera.fy, rel=FOCAL_RTOL)
+    assert found.camera.cx == pytest.approx(camera.cx, abs=CENTRE_ATOL_PX)
+    assert found.camera.cy == pytest.approx(camera.cy, abs=CENTRE_ATOL_PX)
+    assert energy.camera == wrong  # the energy's own camera is not touched
+
+
+def test_size_is_recovered(shape):
+    truth = geometry.pose([0.7, -0.6, 0.3], [0.01, -0.005, 0.35])
+    larger = st.SDF(1.05 * shape.values, 1.05 * shape.voxel_size, 1.05 * shape.origin)
+    frame = st.Frame(larger.render(CAMERA.scaled(2), truth)[0])
+    energy = st.Energy(shape, CAMERA.scaled(2), frame, truth, unknowns=("pose", "scale"))
+    found = st.minimize(energy, max_steps=60, cost_relative=0).x
+    assert found.scales[0] == pytest.approx(1.05, abs=SCALE_ATOL)
+    # A second solve may start where the first one ended.
+    assert st.minimize(energy, found, max_steps=5).cost <= energy.cost(found)
+
+
+def test_an_unknown_option_of_minimize_is_refused_with_the_known_ones(shape, frame):
+    with pytest.raises(TypeError, match=r"unknown option 'max_step'.*max_steps"):
+        st.minimize(make_energy(shape, frame, "point"), max_step=3)
+
+
+def test_fixed_needs_one_entry_per_unknown(shape, frame):
+    with pytest.raises(ValueError, match=r"fixed: expected one entry per unknown \(6\), got 2"):
+        st.minimize(make_energy(shape, frame, "point"), fixed=[True, False])
+
+
+# --- back-projection
+
+
+def test_back_project_is_depth_times_the_inverse_camera_matrix():
+    depth = np.random.default_rng(2).uniform(0.3, 2, (60, 80)).astype(np.float32)
+    depth[::3, ::2] = 0
+    depth[1, 1] = np.nan
+    points, pixels = st.back_project(depth, CAMERA)
+    assert len(points) == len(pixels) == np.sum(depth > 0)
+    x, y = pixels.T
+    expected = depth[y, x][:, None] * (np.linalg.inv(CAMERA.K) @ np.stack([x, y, np.ones(len(x))])).T
+    np.testing.assert_allclose(points, expected, atol=1e-6)  # the camera's rays are float32
+
+
+def test_back_project_undoes_distortion():
+    camera = dataclasses.replace(CAMERA, distortion=(0.1, -0.05, 1e-3, -1e-3, 0.0))
+    points, pixels = st.back_project(np.full((60, 80), 0.7, np.float32), camera)
+    np.testing.assert_allclose(camera.project(points), pixels, atol=1e-3)  # px; float32 rays
+
+
+def test_back_project_leaves_masked_pixels_out_and_checks_the_masks_size():
+    depth, mask = np.ones((60, 80), np.float32), np.zeros((60, 80), bool)
+    mask[10:12, 20:25] = True
+    _, pixels = st.back_project(depth, CAMERA, mask)
+    assert len(pixels) == 10
+    assert set(pixels[:, 0]) == set(range(20, 25))
+    with pytest.raises(ValueError, match=r"mask: expected shape \(60, 80\)"):
+        st.back_project(depth, CAMERA, mask[:5])
+    with pytest.raises(ValueError, match="80"):
+        st.back_project(depth[:50], CAMERA)
+
+
+# --- bad input
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "match"),
+    [
+        ({"shapes": []}, ValueError, "shapes: expected one SDF"),
+        ({"shapes": "mug.ply"}, (TypeError, ValueError), "shapes: expected"),
+        ({"shapes": [3]}, TypeError, "shapes: expected an SDF, got int"),
+        ({"camera": "camera.json"}, TypeError, "camera"),
+        ({"frame": st.Frame(None, np.zeros((60, 80, 3), np.uint8))}, ValueError, "depth"),
+        ({"frame": st.Frame(np.ones((50, 80), np.float32))}, ValueError, r"depth: expected"),
+        ({"frame": st.Frame(np.full((60, 80), 3, np.float32))}, ValueError, "no depth reading near"),
+        ({"poses": np.full((4, 4), np.nan)}, ValueError, "poses: .*not finite"),
+        ({"poses": START.T}, ValueError, "poses: .*transposed"),
+        ({"poses": np.diag([1.1, 1.1, 1.1, 1])}, ValueError, "poses: .*not a rotation"),
+        ({"poses": np.diag([1.0, 1.0, -1.0, 1])}, ValueError, "poses: .*not a rotation"),
+        ({"poses": np.eye(3)}, ValueError, r"poses: expected shape \(4, 4\)"),
+        ({"poses": np.stack([START, START])}, ValueError, r"poses: expected shape \(4, 4\)"),
+        ({"penalty": "huber"}, ValueError, "penalty: expected 'depth'"),
+        ({"unknowns": ("scale",)}, ValueError, "unknowns: expected one of"),
+        ({"unknowns": ("pose", "scale", "intrinsics")}, ValueError, "unknowns: expected one of"),
+        ({"scale_m": 0.0}, ValueError, "scale_m"),
+        ({"scale_m": float("nan")}, ValueError, "scale_m"),
+        ({"residuals": "point"}, TypeError, "did you mean 'residual'"),
+        ({"residual": "points"}, ValueError, "residual: expected one of"),
+        ({"outlier_floor": 1.5}, ValueError, "outlier_floor"),
+        ({"max_pixels": 10.5}, TypeError, "max_pixels: expected a whole number"),
+    ],
+)
+def test_bad_input_is_refused_with_its_name(shape, frame, change, error, match):
+    good = {"shapes": shape, "camera": CAMERA, "frame": frame, "poses": START}
+    with pytest.raises(error, match=match):
+        st.Energy(**{**good, **change})
+
+
+def test_a_step_of_the_wrong_length_is_refused(shape, frame):
+    energy = make_energy(shape, frame, "point")
+    with pytest.raises(ValueError, match="delta: expected 6 numbers, got 7"):
+        energy.moved(energy.start, np.zeros(7))
+
+
+def test_the_mask_of_a_frame_limits_the_pixels(shape, frame):
+    mask = np.zeros((60, 80), bool)
+    mask[:, 40:] = True
+    half = make_energy(shape, frame.replace(mask=mask), "point")
+    u = half.residuals(half.start)["u_px"]
+    assert 0 < len(u) < make_energy(shape, frame, "point").linearize(half.start).count
+    assert u.min() >= 40
