@@ -151,7 +151,8 @@ class TrackerOptions:
 
 _MAY_BE_ZERO = {
     "outlier_floor", "scale_start_m", "noise_per_m", "padding_m", "coarse_steps", "damping_start",
-    "free_space_weight", "retry_inliers", "far_scale_m", "far_padding_m", "motion_sigma_m", "motion_sigma_rad", "lost_inliers", "weak_inliers",
+    "free_space_weight", "retry_inliers", "far_scale_m", "far_padding_m", "motion_sigma_m",
+    "motion_sigma_rad", "lost_inliers", "weak_inliers",
 }  # fmt: skip
 
 
