@@ -1,0 +1,634 @@
+# SPDX-License-Identifier: MIT
+"""The tracker on synthetic frames with known poses: accuracy, trust, covariance, bookkeeping, bad input."""
+
+import dataclasses
+import pickle
+import threading
+
+import numpy as np
+import pytest
+from tracking_scene import (
+    CAMERA,
+    NOISE_M,
+    POSE,
+    SIZE_M,
+    box_mesh,
+    depth_of,
+    error_vector,
+    frame_of,
+    wall_frame,
+)
+
+import sdftrack as st
+from sdftrack import _core, geometry
+from sdftrack.reference import energies as twin
+from sdftrack.reference import tracking as twin_tracking
+from sdftrack.testing import assert_pose_close
+
+# Some 4,000 pixels of 1 mm noise leave 0.03 mm and 0.7 mrad (the covariance says so too); four times that.
+NOISY_ATOL_M, NOISY_ATOL_RAD = 1.2e-4, 3e-3
+# Without noise: what 1.7 mm voxels round off at the edges of the box; measured 6e-6 m, 3e-5 rad.
+CLEAN_ATOL_M, CLEAN_ATOL_RAD = 2e-5, 1e-4
+
+
+@pytest.fixture(scope="module")
+def box():
+    return st.SDF.box(SIZE_M, voxels=100)
+
+
+@pytest.fixture
+def tracker(box):
+    return st.Tracker(box, CAMERA, threads=1)
+
+
+def shifted(T, *t_m):
+    moved = T.copy()
+    moved[:3, 3] += t_m
+    return moved
+
+
+# --- tracking with truth
+
+
+@pytest.mark.parametrize(
+    ("noise", "atol_m", "atol_rad"),
+    [(None, CLEAN_ATOL_M, CLEAN_ATOL_RAD), (NOISE_M, NOISY_ATOL_M, NOISY_ATOL_RAD)],
+)
+@pytest.mark.parametrize("clutter", [None, "wall"])
+def test_a_moving_box_is_followed(tracker, noise, atol_m, atol_rad, clutter):
+    walk = st.synth.random_walk(step_m=0.005, step_rad=np.radians(1.5), distance_m=0.5)
+    seq = st.synth.sequence(box_mesh(), 12, walk, noise, seed=2, camera=CAMERA, clutter=clutter, color=False)
+    results = [tracker.start(seq[0], poses=[seq.ground_truth[0][0]])]
+    results += [tracker.track(seq[i]) for i in range(1, len(seq))]
+    for i, result in enumerate(results):
+        assert result.ok
+        assert result.index == i
+        assert_pose_close(result.pose, seq.ground_truth[i][0], atol_m, atol_rad)
+
+
+def test_a_start_off_the_truth_is_refined(tracker):
+    off = shifted(POSE @ geometry.pose([0.03, -0.03, 0.03]), 0.006, -0.004, 0.005)
+    result = tracker.start(frame_of(), poses=[off])
+    assert_pose_close(result.pose, POSE, NOISY_ATOL_M, NOISY_ATOL_RAD)
+    assert result.iterations == len(result.steps[0]) > 3
+
+
+def test_steps_say_scale_and_pixels_of_their_stage_and_costs_fall_within_it(tracker):
+    steps = tracker.start(frame_of(), poses=[shifted(POSE, 0.006, 0, 0.005)]).steps[0]
+    stages = {}
+    for step in steps:
+        stages.setdefault((step.scale_m, step.pixels), []).append(step)
+    assert len(stages) >= 2
+    scales = [scale for scale, _ in stages]
+    assert scales[0] > scales[-1]
+    for stage in stages.values():
+        costs = [s.cost for s in stage]
+        assert costs == sorted(costs, reverse=True)
+
+
+def test_an_object_whose_origin_lies_outside_it_is_tracked_as_well(box):
+    T_box_far = geometry.pose([0.2, 0.1, 0], [0.3, -0.2, 0.1])
+    far = st.SDF(box.values, box.voxel_size, box.origin + np.array([0.3, -0.2, 0.1]))
+    T = POSE @ geometry.pose([0, 0, 0], [-0.3, 0.2, -0.1])
+    result = st.Tracker(far, CAMERA, threads=1).start(frame_of(), poses=[T])
+    assert_pose_close(result.pose @ T_box_far, T @ T_box_far, NOISY_ATOL_M, NOISY_ATOL_RAD)
+    # The origin swings by the turn's error times the lever of 0.37 m, and its covariance says so.
+    assert np.sqrt(np.trace(result.covariance[:3, :3])) > 0.37 * 0.5 * np.sqrt(
+        np.trace(result.covariance[3:, 3:])
+    )
+
+
+def test_a_distorted_lens_is_no_hindrance(box):
+    camera = dataclasses.replace(CAMERA, distortion=(0.2, -0.1, 1e-3, -1e-3, 0.0))
+    T = shifted(POSE, 0.1, 0.05, 0)
+    result = st.Tracker(box, camera, threads=1).start(frame_of(T, camera=camera), poses=[T])
+    assert_pose_close(result.pose, T, NOISY_ATOL_M, NOISY_ATOL_RAD)
+
+
+def test_the_mask_of_a_frame_keeps_clutter_out(tracker):
+    depth = depth_of()
+    on_box = depth < 1
+    depth[120:] = 0.45  # a shelf in front of the lower half
+    mask = on_box & (np.arange(len(depth))[:, None] < 120)
+    result = tracker.start(st.Frame(depth, mask=mask), poses=[POSE])
+    assert_pose_close(result.pose, POSE, 2 * NOISY_ATOL_M, 2 * NOISY_ATOL_RAD)  # half of the pixels
+
+
+def test_a_frames_own_camera_goes_before_the_trackers(box):
+    other = st.Camera(fx=200, fy=210, cx=150, cy=110, width=320, height=240)
+    tracker = st.Tracker(box, CAMERA, threads=1)
+    frame = st.Frame(depth_of(camera=other), camera=other)
+    assert_pose_close(tracker.start(frame, poses=[POSE]).pose, POSE, NOISY_ATOL_M, NOISY_ATOL_RAD)
+    assert_pose_close(tracker.track(frame_of()).pose, POSE, NOISY_ATOL_M, NOISY_ATOL_RAD)  # and back
+
+
+def test_several_shapes_are_tracked_and_the_same_one_may_come_twice(box):
+    small = 0.7 * SIZE_M
+    little = st.SDF.box(small, voxels=80)
+    poses = [
+        shifted(POSE, -0.12, 0, 0),
+        shifted(POSE @ geometry.pose([0.3, 0.2, 0.1]), 0.12, 0, 0),
+        shifted(POSE, 0, 0.12, 0),
+    ]
+    layers = [
+        depth_of(T, seed=k, size=s)
+        for k, (T, s) in enumerate(zip(poses, [SIZE_M, SIZE_M, small], strict=True))
+    ]
+    frame = st.Frame(np.min(layers, axis=0))
+    tracker = st.Tracker([box, box, little], CAMERA, threads=1, names=["left", "right", "small"])
+    result = tracker.start(frame, poses=poses)
+    assert result.ok
+    assert result.poses.shape == (3, 4, 4)
+    assert result.covariances.shape == (3, 6, 6)
+    for T, truth in zip(result.poses, poses, strict=True):
+        assert_pose_close(T, truth, 2 * NOISY_ATOL_M, 2 * NOISY_ATOL_RAD)
+    with pytest.raises(ValueError, match=r"pose: expected 1 tracked object, got 3; use \.poses\[k\]"):
+        result.pose  # noqa: B018
+    # Tracked by itself, an object gives the same bits: here they do not know of each other.
+    alone = st.Tracker(little, CAMERA, threads=1).start(frame, poses=[poses[2]])
+    np.testing.assert_array_equal(alone.pose, result.poses[2])
+
+
+def test_the_result_has_the_same_bits_for_any_number_of_threads(box):
+    frames = [frame_of(shifted(POSE, 0.002 * i, 0, 0), seed=i) for i in range(3)]
+    results = []
+    for threads in (1, 2):
+        tracker = st.Tracker(box, CAMERA, threads=threads)
+        results.append([tracker.start(frames[0], poses=[POSE]), *map(tracker.track, frames[1:])])
+    for one, two in zip(*results, strict=True):
+        np.testing.assert_array_equal(one.poses, two.poses)
+        np.testing.assert_array_equal(one.covariances, two.covariances)
+        assert one.steps == two.steps
+
+
+def test_depth_and_frame_may_be_given_alike(box):
+    results = []
+    for next_frame in (
+        frame_of(seed=1),
+        depth_of(seed=1),
+        np.asfortranarray(depth_of(seed=1)).astype(np.float64),
+    ):
+        tracker = st.Tracker(box, CAMERA, threads=1)
+        tracker.start(frame_of(), poses=[POSE])
+        results.append(tracker.track(next_frame).pose)
+    np.testing.assert_array_equal(results[0], results[1])
+    np.testing.assert_array_equal(results[0], results[2])
+
+
+# --- trust
+
+
+def test_an_object_that_vanishes_is_lost_and_found_again_at_its_place(tracker):
+    good = tracker.start(frame_of(), poses=[POSE])
+    for _ in range(3):
+        gone = tracker.track(wall_frame())
+        assert gone.status == ["lost"]
+        assert not gone.ok
+        assert gone.reason[0]
+        np.testing.assert_array_equal(gone.pose, good.pose)
+        assert np.isnan(gone.covariance).all()
+        assert gone.confidence[0] == 0
+    back = tracker.track(frame_of(seed=1))
+    assert back.ok
+    assert_pose_close(back.pose, POSE, NOISY_ATOL_M, NOISY_ATOL_RAD)
+
+
+def test_something_else_at_the_objects_place_is_not_the_object(box):
+    ball = st.SDF.sphere(0.03, voxels=50).render(CAMERA, POSE)[0]
+    frame = st.Frame(np.where(ball > 0, ball, 1.2).astype(np.float32))
+    result = st.Tracker(box, CAMERA, threads=1).start(frame, poses=[POSE])
+    assert not result.ok
+    assert result.confidence[0] < 0.3
+
+
+def test_a_partly_hidden_object_is_followed_and_a_mostly_hidden_one_is_not_called_sure(tracker):
+    depth = depth_of()
+    columns = np.nonzero((depth < 1).any(axis=0))[0]
+    confidence = []
+    for share in (0.0, 0.2, 0.8):
+        hidden = depth.copy()
+        hidden[:, : columns[0] + int(share * len(columns))] = 0.3
+        result = tracker.start(st.Frame(hidden), poses=[POSE])
+        confidence.append(result.confidence[0])
+        if share < 0.5:
+            assert_pose_close(result.pose, POSE, 2 * NOISY_ATOL_M, 2 * NOISY_ATOL_RAD)
+    assert confidence[0] > 0.9
+    assert confidence[2] < 0.5
+    assert confidence == sorted(confidence, reverse=True)
+    assert not result.ok
+    assert result.reason[0]
+
+
+@pytest.mark.parametrize(
+    ("frame", "reason"),
+    [
+        (st.Frame(np.zeros(CAMERA.shape, np.float32)), "no valid reading"),
+        (st.Frame(np.full(CAMERA.shape, np.nan, np.float32), check_units=False), "no valid reading"),
+        (st.Frame.unreadable("000007.png: the file ends early"), "000007.png: the file ends early"),
+        (st.Frame(None, np.zeros((*CAMERA.shape, 3), np.uint8)), "no depth"),
+    ],
+    ids=["zero", "nan", "unreadable", "colour only"],
+)
+def test_a_bad_frame_is_reported_with_its_reason_and_the_tracker_goes_on(tracker, frame, reason):
+    good = tracker.start(frame_of(), poses=[POSE])
+    bad = tracker.track(frame)
+    assert bad.status == ["bad_frame"]
+    assert reason in bad.reason[0]
+    assert bad.index == 1
+    np.testing.assert_array_equal(bad.pose, good.pose)
+    assert np.isnan(bad.covariance).all()
+    assert bad.confidence[0] == 0
+    assert tracker.track(frame_of(seed=1)).ok
+
+
+def test_a_bad_first_frame_keeps_the_given_pose(tracker):
+    assert tracker.start(st.Frame.unreadable("gone"), poses=[POSE]).status == ["bad_frame"]
+    assert_pose_close(tracker.track(frame_of()).pose, POSE, NOISY_ATOL_M, NOISY_ATOL_RAD)
+
+
+# --- covariance
+
+DRAWS = 100
+CHI2_95 = 12.592  # 6 degrees of freedom
+# 95 of 100 draws are expected inside, sd 2.2; the bias of the voxels' grain costs some more.
+LEAST_COVERED = 0.88
+# The sd of an sd from 100 draws is 7 %; three of them.
+SD_RATIO = (0.79, 1.21)
+
+
+@pytest.mark.parametrize("correlated", [1, 4])
+def test_the_covariance_is_that_of_the_error_over_draws_of_the_noise(correlated):
+    shape = st.SDF.ellipsoid([0.06, 0.045, 0.03], voxels=100)
+    clean = shape.render(CAMERA, POSE)[0]
+    rng = np.random.default_rng(1)
+    # With a correlation area of 4 px, blocks of 2 x 2 pixels share one error.
+    side = int(np.sqrt(correlated))
+    tracker = st.Tracker(shape, CAMERA, threads=1, correlation_area_px=correlated)
+    errors, variances, inside = [], [], 0
+    for _ in range(DRAWS):
+        noise = rng.normal(0, NOISE_M, (CAMERA.height // side, CAMERA.width // side))
+        noise = np.kron(noise, np.ones((side, side)))
+        frame = st.Frame(np.where(clean > 0, clean + noise, 0).astype(np.float32))
+        result = tracker.start(frame, poses=[POSE])
+        e = error_vector(result.pose, POSE)
+        errors.append(e)
+        variances.append(np.diag(result.covariance))
+        inside += e @ np.linalg.solve(result.covariance, e) < CHI2_95
+    ratio = np.std(errors, axis=0) / np.sqrt(np.mean(variances, axis=0))
+    assert inside / DRAWS > LEAST_COVERED
+    assert (ratio > SD_RATIO[0]).all()
+    assert (ratio < SD_RATIO[1]).all()
+
+
+def test_the_covariance_is_that_of_the_twin(box):
+    small = CAMERA.scaled(0.25)
+    frame = st.Frame(depth_of(camera=small))
+    # Known noise and no prior or retry: the final energy is then the data's alone, at one scale.
+    tracker = st.Tracker(box, small, threads=1, adapt_noise=False, free_space=False, motion_sigma_m=0.0)
+    result = tracker.start(frame, poses=[POSE])
+    s = result.steps[0][-1].scale_m
+    shape = twin_tracking.make_shape(box.values, box.voxel_size, box.origin)
+    K = [small.fx, small.fy, small.cx, small.cy]
+    options = tracker.options
+    T_start, T_final = (twin_tracking.centred(T, shape.centre) for T in (POSE, result.pose))
+    rays, depths = twin_tracking.select_pixels(frame.depth, K, shape, T_start, options.padding_m)
+    assert len(depths) == result.steps[0][-1].pixels
+    volume = box.values, box.voxel_size, box.origin - shape.centre
+    field = twin.SingleObject(*volume, T_final)
+    gains = twin.classify(field, rays, depths, "ray_hit")
+    penalty = twin.DepthLogistic(s, options.outlier_floor)
+    sums = twin_tracking.summarize(field, rays, depths, gains, penalty)
+    C = twin_tracking.increment_covariance(sums, shape.diameter)
+    C = twin_tracking.camera_covariance(C, np.linalg.inv(T_final), -shape.centre)
+    unit = 1 / np.sqrt(np.diag(C))
+    # Some pixels at the edges are classed at the state before the last step: a few percent of the sums.
+    np.testing.assert_allclose(result.covariance * np.outer(unit, unit), C * np.outer(unit, unit), atol=0.05)
+
+
+def test_the_turn_of_a_sphere_has_the_variance_of_pi_and_never_0():
+    ball = st.SDF.sphere(0.05, voxels=80)
+    clean = ball.render(CAMERA, POSE)[0]
+    noise = np.random.default_rng(0).normal(0, NOISE_M, clean.shape)
+    frame = st.Frame(np.where(clean > 0, clean + noise, 0).astype(np.float32))
+    result = st.Tracker(ball, CAMERA, threads=1).start(frame, poses=[POSE])
+    np.testing.assert_allclose(np.diag(result.covariance)[3:], np.pi**2, rtol=0.05)
+    assert np.sqrt(np.diag(result.covariance)[:3]).max() < 2e-4
+    assert np.linalg.eigvalsh(result.covariance).min() > 0
+    assert result.confidence[0] < 0.2  # nobody knows the turn
+    assert np.linalg.norm(result.pose[:3, 3] - POSE[:3, 3]) < NOISY_ATOL_M
+
+
+def test_a_flat_view_leaves_the_slide_along_the_face_and_the_turn_in_it_open(box):
+    facing = geometry.pose([0, 0, 0], [0, 0, 0.5])
+    depth = depth_of(facing)
+    mask = np.zeros(CAMERA.shape, bool)
+    mask[110:130, 145:175] = True  # the middle of the front face alone
+    depth[~mask] = 0
+    result = st.Tracker(box, CAMERA, threads=1).start(st.Frame(depth, mask=mask), poses=[facing])
+    sd, diameter = np.sqrt(np.diag(result.covariance)), np.linalg.norm(SIZE_M)
+    np.testing.assert_allclose(sd[[0, 1]], diameter, rtol=0.1)
+    assert sd[5] == pytest.approx(np.pi, rel=0.05)
+    assert sd[2] < 1e-3  # but the distance is known,
+    assert sd[[3, 4]].max() < 0.05  # and so is the tilt
+
+
+def test_the_covariance_is_symmetric_positive_and_read_only(tracker):
+    C = tracker.start(frame_of(), poses=[POSE]).covariance
+    np.testing.assert_allclose(C, C.T, rtol=1e-9)  # of its own sums, in double
+    assert np.linalg.eigvalsh(C).min() > 0
+    with pytest.raises(ValueError, match="read-only"):
+        C[0, 0] = 1
+
+
+# --- twists, set_pose, saving
+
+
+def test_twists_are_velocities_in_camera_axes(tracker):
+    turn = np.radians(2)
+    first = tracker.start(frame_of(noise_m=0, timestamp=10.0), poses=[POSE])
+    assert np.isnan(first.twists).all()
+    moved = geometry.pose([0, turn, 0]) @ POSE
+    moved[:3, 3] = POSE[:3, 3] + [0.004, 0, -0.002]
+    second = tracker.track(frame_of(moved, noise_m=0, timestamp=10.05))
+    expected = np.array([0.004, 0, -0.002, 0, turn, 0]) / 0.05
+    # CLEAN_ATOL over 0.05 s
+    np.testing.assert_allclose(second.twists[0], expected, atol=2 * CLEAN_ATOL_RAD / 0.05)
+    assert np.isnan(tracker.track(frame_of(moved)).twists).all()  # no timestamp
+    assert np.isnan(tracker.track(wall_frame()).twists).all()
+
+
+def test_set_pose_moves_where_the_object_is_looked_for(box):
+    tracker = st.Tracker(box, CAMERA, threads=1)
+    tracker.start(frame_of(), poses=[POSE])
+    elsewhere = shifted(POSE, 0.15, 0, 0)
+    assert not tracker.track(frame_of(elsewhere)).ok
+    tracker.set_pose(0, elsewhere)
+    result = tracker.track(frame_of(elsewhere))
+    assert result.ok
+    assert_pose_close(result.pose, elsewhere, NOISY_ATOL_M, NOISY_ATOL_RAD)
+
+
+def test_start_may_be_called_again(tracker):
+    first = tracker.start(frame_of(), poses=[POSE])
+    tracker.track(wall_frame())
+    again = tracker.start(frame_of(), poses=[POSE])
+    assert again.index == 0
+    np.testing.assert_array_equal(again.pose, first.pose)
+    np.testing.assert_array_equal(again.covariance, first.covariance)
+
+
+@pytest.mark.parametrize("how", ["pickle", "save"])
+def test_a_saved_tracker_goes_on_where_it_was(box, how, tmp_path):
+    tracker = st.Tracker([box, box], CAMERA, threads=1, names=["a", "b"], padding_m=0.05)
+    poses = [shifted(POSE, -0.1, 0, 0), shifted(POSE, 0.1, 0, 0)]
+    both = st.Frame(np.minimum(depth_of(poses[0]), depth_of(poses[1])))
+    tracker.start(both, poses=poses)
+    if how == "pickle":
+        copy = pickle.loads(pickle.dumps(tracker))
+    else:
+        tracker.save(tmp_path / "tracker.pickle")
+        copy = st.Tracker.load(tmp_path / "tracker.pickle")
+        assert [p.name for p in tmp_path.iterdir()] == ["tracker.pickle"]  # nothing temporary is left
+    assert copy.names == ["a", "b"]
+    assert copy.options == tracker.options
+    result = copy.track(both)
+    assert result.index == 1
+    for T, truth in zip(result.poses, poses, strict=True):
+        assert_pose_close(T, truth, NOISY_ATOL_M, NOISY_ATOL_RAD)
+
+
+def test_loading_something_else_says_so(tmp_path):
+    (tmp_path / "x").write_bytes(pickle.dumps([1]))
+    with pytest.raises(ValueError, match="expected a saved Tracker, got list"):
+        st.Tracker.load(tmp_path / "x")
+    with pytest.raises(FileNotFoundError):
+        st.Tracker.load(tmp_path / "y")
+
+
+def test_results_pickle_compare_and_go_to_json(tracker):
+    import json
+
+    result = tracker.start(frame_of(), poses=[POSE])
+    assert pickle.loads(pickle.dumps(result)) == result
+    lost = tracker.track(wall_frame())
+    assert lost != result
+    data = json.loads(json.dumps(lost.to_dict(), allow_nan=False))
+    assert data["status"] == ["lost"]
+    assert data["covariances"][0][0][0] is None
+    assert "lost" in repr(lost)
+
+
+def test_two_threads_at_once_are_refused(box):
+    tracker = st.Tracker(box, CAMERA, threads=1)
+    frame = frame_of()
+    tracker.start(frame, poses=[POSE])
+    refused, done = [], threading.Event()
+
+    def work():
+        while not done.is_set():
+            try:
+                tracker.track(frame)
+            except RuntimeError as error:
+                refused.append(str(error))
+                done.set()
+
+    workers = [threading.Thread(target=work) for _ in range(2)]
+    for worker in workers:
+        worker.start()
+    done.wait(timeout=20)
+    done.set()
+    for worker in workers:
+        worker.join()
+    assert refused
+    assert "in use by another thread" in refused[0]
+    assert tracker.track(frame).ok  # and goes on afterwards
+
+
+# --- options
+
+
+def test_the_defaults_are_those_of_the_core():
+    core = _core.TrackerOptions()
+    names = {n for n in dir(core) if not n.startswith("_")}
+    options = st.TrackerOptions().to_dict()
+    assert set(options) == names
+    for name, value in options.items():
+        default = getattr(core, name)
+        assert value == getattr(default, "name", default)
+        assert type(value) is type(getattr(default, "name", default))
+
+
+def test_every_option_has_a_meaning():
+    for field in dataclasses.fields(st.TrackerOptions):
+        assert len(field.metadata["meaning"]) > 5
+
+
+def test_the_printed_form_tracks_too(box):
+    printed = st.TrackerOptions.printed()
+    assert (printed.residual, printed.curvature, printed.outlier_floor) == ("point", "printed", 0.0)
+    result = st.Tracker(box, CAMERA, threads=1, options=printed).start(
+        frame_of(), poses=[shifted(POSE, 0.002, 0, 0.002)]
+    )
+    assert result.steps[0][0].damping == 100
+    assert_pose_close(result.pose, POSE, 0.002, 0.03)  # its normal equations are poor at the minimum
+
+
+def test_options_from_a_file(tmp_path, box):
+    path = tmp_path / "tracker.toml"
+    path.write_text("padding_m = 0.06\nresidual = 'slope'\n")
+    options = st.TrackerOptions.from_file(path)
+    assert (options.padding_m, options.residual) == (0.06, "slope")
+    assert options == st.TrackerOptions(padding_m=0.06, residual="slope")
+    assert st.Tracker(box, CAMERA, options=options, padding_m=0.05).options.padding_m == 0.05
+    path.write_text("[tracker]\nfree_space = false\n")
+    assert not st.TrackerOptions.from_file(path).free_space
+    path.write_text("padding = 0.06\n")
+    with pytest.raises(TypeError, match="unknown option 'padding'; did you mean 'padding_m'"):
+        st.TrackerOptions.from_file(path)
+    path.write_text("padding_m = \n")
+    with pytest.raises(ValueError, match=r"tracker\.toml: not a TOML file"):
+        st.TrackerOptions.from_file(path)
+    with pytest.raises(FileNotFoundError):
+        st.TrackerOptions.from_file(tmp_path / "none.toml")
+
+
+def test_options_are_frozen_and_pickle():
+    options = st.TrackerOptions(max_pixels=100)
+    assert pickle.loads(pickle.dumps(options)) == options != st.TrackerOptions()
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        options.max_pixels = 3
+
+
+@pytest.mark.parametrize(
+    ("option", "error", "match"),
+    [
+        ({"paddin_m": 1}, TypeError, "unknown option 'paddin_m'; did you mean 'padding_m'"),
+        ({"zzz": 1}, TypeError, "unknown option 'zzz'; known: residual"),
+        ({"noise_m": 0}, ValueError, "noise_m: expected a number > 0"),
+        ({"noise_m": float("nan")}, ValueError, "noise_m"),
+        ({"noise_m": "1 mm"}, TypeError, "noise_m: expected a number"),
+        ({"padding_m": -0.01}, ValueError, "padding_m: expected a number >= 0"),
+        ({"max_pixels": 2.0}, TypeError, "max_pixels: expected a whole number"),
+        ({"max_pixels": 0}, ValueError, "max_pixels"),
+        ({"max_pixels": True}, TypeError, "max_pixels"),
+        ({"residual": "x"}, ValueError, "residual: expected one of .*ray_hit"),
+        ({"free_space": 1}, TypeError, "free_space: expected True or False"),
+        ({"outlier_floor": 1.0}, ValueError, "outlier_floor: expected a share below 1"),
+    ],
+)
+def test_a_wrong_option_is_refused_with_its_name(box, option, error, match):
+    with pytest.raises(error, match=match):
+        st.Tracker(box, CAMERA, **option)
+
+
+# --- bad input
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "match"),
+    [
+        ({"shapes": []}, ValueError, "shapes: expected at least one SDF"),
+        ({"shapes": [3]}, TypeError, r"shapes\[0\]: expected an SDF, got int"),
+        ({"camera": np.eye(3)}, TypeError, r"camera: expected st\.Camera"),
+        ({"camera": None}, TypeError, r"camera: expected st\.Camera"),
+        ({"device": "gpu"}, ValueError, "device: expected one of"),
+        ({"mode": "colour"}, ValueError, "mode: expected one of"),
+        ({"threads": -1}, ValueError, "threads: expected 0"),
+        ({"threads": 1.5}, ValueError, "threads: expected 0"),
+        ({"motion": "fast"}, ValueError, "motion: expected one of"),
+        ({"names": ["a", "b"]}, ValueError, r"names: expected one per shape \(1\), got 2"),
+        ({"membership": True}, ValueError, "membership"),
+    ],
+)
+def test_a_tracker_from_bad_input_is_refused(box, change, error, match):
+    with pytest.raises(error, match=match):
+        st.Tracker(**{"shapes": box, "camera": CAMERA, **change})
+
+
+def test_a_shape_without_an_inside_is_refused():
+    hollow = st.SDF(np.full((8, 8, 8), 0.01, np.float32), 0.01, [0, 0, 0])
+    with pytest.raises(ValueError, match="no inside"):
+        st.Tracker(hollow, CAMERA)
+
+
+@pytest.mark.skipif(st.cuda_available(), reason="a CUDA device is there")
+def test_cuda_on_a_machine_without_it_is_a_runtime_error(box):
+    with pytest.raises(RuntimeError, match="cuda"):
+        st.Tracker(box, CAMERA, device="cuda")
+
+
+def with_value(T, row, column, value):
+    changed = T.copy()
+    changed[row, column] = value
+    return changed
+
+
+@pytest.mark.parametrize(
+    ("poses", "error", "match"),
+    [
+        (None, ValueError, "poses: expected one T_cam_obj per shape"),
+        ([], ValueError, r"poses: expected one per shape \(1\), got 0"),
+        ([POSE, POSE], ValueError, r"poses: expected one per shape \(1\), got 2"),
+        ([with_value(POSE, 0, 3, np.nan)], ValueError, r"poses\[0\]: .*not finite"),
+        ([with_value(POSE, 1, 1, np.inf)], ValueError, r"poses\[0\]: .*not finite"),
+        (POSE.T, ValueError, r"poses\[0\]: .*transposed"),
+        ([with_value(POSE, 0, 0, 0.5)], ValueError, r"poses\[0\]: .*not a rotation"),
+        ([np.diag([1.0, 1, -1, 1])], ValueError, r"poses\[0\]: .*not a rotation"),
+        ([1000 * POSE], ValueError, r"poses\[0\]"),
+        ([np.zeros((4, 4))], ValueError, r"poses\[0\]"),
+        ([POSE[:3]], ValueError, r"poses\[0\]: expected shape \(4, 4\)"),
+    ],
+)
+def test_a_bad_pose_is_refused_and_the_tracker_is_as_before(tracker, poses, error, match):
+    tracker.start(frame_of(), poses=[POSE])
+    with pytest.raises(error, match=match):
+        tracker.start(frame_of(), poses=poses)
+    result = tracker.track(frame_of())
+    assert result.index == 1
+    assert_pose_close(result.pose, POSE, NOISY_ATOL_M, NOISY_ATOL_RAD)
+
+
+@pytest.mark.parametrize(
+    ("depth", "error", "match"),
+    [
+        (
+            np.ones((10, 10), np.float32),
+            ValueError,
+            "depth: expected the camera's size 320 x 240, got 10 x 10",
+        ),
+        (np.ones((320, 240), np.float32), ValueError, "depth: expected the camera's size 320 x 240"),
+        (np.ones((240, 320), np.float16), TypeError, "depth: expected float32"),
+        (np.ones((240, 320), np.int32), TypeError, "depth: expected float32"),
+        (np.full((240, 320), 500, np.uint16), ValueError, "depth_scale"),
+        (np.full((240, 320), 500, np.float32), ValueError, "depth"),  # millimetres
+        (np.ones((240, 320, 3), np.float32), ValueError, r"depth: expected shape \(H, W\)"),
+        ("frame.png", TypeError, "depth"),
+        (None, ValueError, "depth"),
+    ],
+)
+def test_a_bad_depth_image_is_refused_and_the_tracker_goes_on(tracker, depth, error, match):
+    tracker.start(frame_of(), poses=[POSE])
+    with pytest.raises(error, match=match):
+        tracker.track(depth)
+    assert tracker.track(frame_of()).ok
+
+
+def test_track_before_start_is_a_runtime_error(tracker):
+    with pytest.raises(RuntimeError, match=r"call start\(frame, poses=\[\.\.\.\]\) first"):
+        tracker.track(frame_of())
+
+
+@pytest.mark.parametrize("k", [-1, 1, 1.5])
+def test_set_pose_of_an_object_that_is_not_there_is_refused(tracker, k):
+    with pytest.raises((ValueError, TypeError), match=r"k: expected 0\.\.0"):
+        tracker.set_pose(k, POSE)
+
+
+def test_set_pose_checks_the_pose(tracker):
+    with pytest.raises(ValueError, match=r"T: .*transposed"):
+        tracker.set_pose(0, POSE.T)
+
+
+def test_a_start_by_mask_or_box_says_that_it_is_not_there_yet(tracker):
+    with pytest.raises(ValueError, match="poses: expected one T_cam_obj per shape, got masks"):
+        tracker.start(frame_of(), masks=[np.ones(CAMERA.shape, bool)])
