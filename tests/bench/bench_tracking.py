@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: MIT
+"""The depth tracker on one thread: time per frame and of a start. Changing these numbers breaks comparisons.
+
+640 x 480 pixels at 525 px focal length, a box of 200^3 voxels before a wall, sigma 1 mm. The frames go to and fro by
+5 mm / 1.5 degrees, so that every frame has a motion to find. The name says how many pixels lie on the object.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from harness import benchmark
+
+import sdftrack as st
+from sdftrack import geometry
+
+CAMERA = st.Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
+SIZE_M = (0.12, 0.09, 0.06)
+WALL_M = 2.5
+DISTANCE_M = {2000: 1.3662, 5000: 0.866, 8000: 0.6834}  # of the box, for that many pixels at the START
+START = geometry.pose([0.5, -0.6, 0.2])
+STEP = geometry.pose(np.radians(1.5) * np.array([0.6, 0.0, 0.8]))
+STEP_M = 0.005 * np.array([0.6, 0.48, 0.64])
+
+
+def poses(pixels: int) -> list[np.ndarray]:
+    here = START.copy()
+    here[:3, 3] = 0, 0, DISTANCE_M[pixels]
+    there = STEP @ here
+    there[:3, 3] = here[:3, 3] + STEP_M
+    return [here, there]
+
+
+def frames(shape: st.SDF, pixels: int) -> list[st.Frame]:
+    rng = np.random.default_rng(0)
+    out = []
+    for T in poses(pixels):
+        depth = shape.render(CAMERA, T)[0]
+        noisy = np.where(depth > 0, depth + rng.normal(0, 0.001, depth.shape), WALL_M)
+        out.append(st.Frame(noisy.astype(np.float32)))
+    return out
+
+
+def tracking(pixels: int) -> Callable[[], object]:
+    shape = st.SDF.box(SIZE_M)
+    images = frames(shape, pixels)
+    tracker = st.Tracker(shape, CAMERA, threads=1)
+    tracker.start(images[0], poses=poses(pixels)[:1])
+    count = 0
+
+    def run() -> object:
+        nonlocal count
+        count += 1
+        return tracker.track(images[count % 2])
+
+    return run
+
+
+@benchmark("tracking/frame_2000px", unit="frame")
+def frame_2000() -> Callable[[], object]:
+    return tracking(2000)
+
+
+@benchmark("tracking/frame_5000px", unit="frame")
+def frame_5000() -> Callable[[], object]:
+    return tracking(5000)
+
+
+@benchmark("tracking/frame_8000px", unit="frame")
+def frame_8000() -> Callable[[], object]:
+    return tracking(8000)
+
+
+@benchmark("tracking/new_tracker_200_voxels", unit="tracker")
+def new_tracker() -> Callable[[], object]:
+    shape = st.SDF.box(SIZE_M)
+    return lambda: st.Tracker(shape, CAMERA, threads=1)
+
+
+@benchmark("tracking/start_5000px", unit="start")
+def start_5000() -> Callable[[], object]:
+    shape = st.SDF.box(SIZE_M)
+    image, pose = frames(shape, 5000)[0], poses(5000)[0]
+    tracker = st.Tracker(shape, CAMERA, threads=1)
+    return lambda: tracker.start(image, poses=[pose])
+
+
+@benchmark("tracking/linearize_5000px", items=5000, unit="pixel")
+def linearize_5000() -> Callable[[], object]:
+    shape = st.SDF.box(SIZE_M)
+    energy = st.Energy(shape, CAMERA, frames(shape, 5000)[0], poses(5000)[0], threads=1)
+    return lambda: energy.linearize(energy.start)

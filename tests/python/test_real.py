@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""Recorded depth: a sponge before a Kinect, a brick of YCB-Video. Skipped where the recordings are not there."""
+
+import time
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack import metrics
+
+# The reference of k1 is a fit to depth and silhouettes, said to be good to some millimetres.
+K1_ATOL_M, K1_ATOL_RAD = 0.004, np.radians(2)
+# Nothing moves in frames 0..9: what is left is the sensor's noise.
+STILL_ATOL_M, STILL_ATOL_RAD = 0.0015, np.radians(0.9)  # three times the limit on its spread
+# The truth of ycbv10 is itself good to about 1 mm and 0.3 degrees.
+YCB_ATOL_M, YCB_ATOL_RAD = 0.002, np.radians(1.5)
+FRAMES = 10
+
+
+def folder(data_dir, name):
+    path = data_dir / name
+    if not path.is_dir():
+        pytest.skip(f"recorded data absent: {path}")
+    return path
+
+
+def follow(seq, k, shape, camera=None, **options):
+    tracker = st.Tracker(shape, camera or seq.camera, threads=1, **options)
+    results = [tracker.start(seq[0], poses=[seq.ground_truth[0][k]])]
+    return results + [tracker.track(seq[i]) for i in range(1, FRAMES)]
+
+
+@pytest.fixture(scope="module")
+def k1(data_dir):
+    with st.open_sequence(folder(data_dir, "k1")) as seq:
+        shape = st.SDF.from_mesh(seq.models[1], voxels=100)
+        yield follow(seq, 0, shape), seq.ground_truth[0][0]
+
+
+def test_the_left_sponge_is_held_within_its_references_accuracy(k1):
+    results, reference = k1
+    for result in results:
+        assert result.ok, result.reason
+        metres, radians = metrics.pose_error(result.pose, reference)
+        assert metres < K1_ATOL_M
+        assert radians < K1_ATOL_RAD
+
+
+def test_a_sponge_that_nobody_touches_does_not_move(k1):
+    results, _ = k1
+    for result in results[1:]:
+        metres, radians = metrics.pose_error(result.pose, results[0].pose)
+        assert metres < STILL_ATOL_M
+        assert radians < STILL_ATOL_RAD
+
+
+@pytest.fixture(scope="module")
+def ycb(data_dir):
+    with st.open_sequence(folder(data_dir, "ycbv10")) as seq:
+        k = seq.objects.index(3)
+        shape = st.SDF.from_mesh(seq.models[3], voxels=100)
+        yield seq, k, shape
+
+
+def test_the_brick_stays_at_its_ground_truth(ycb):
+    seq, k, shape = ycb
+    for i, result in enumerate(follow(seq, k, shape)):
+        assert result.ok, result.reason
+        metres, radians = metrics.pose_error(result.pose, seq.ground_truth[i][k])
+        assert metres < YCB_ATOL_M
+        assert radians < YCB_ATOL_RAD
+
+
+def test_the_brick_comes_back_from_a_wrong_start(ycb):
+    seq, k, shape = ycb
+    truth = seq.ground_truth[0][k]
+    off = truth.copy()
+    off[:3, 3] += [0.006, -0.004, 0.005]
+    tracker = st.Tracker(shape, seq.camera, threads=1)
+    tracker.start(seq[0], poses=[off])
+    result = [tracker.track(seq[i]) for i in range(1, 5)][-1]
+    metres, radians = metrics.pose_error(result.pose, seq.ground_truth[4][k])
+    assert metres < YCB_ATOL_M
+    assert radians < YCB_ATOL_RAD
+
+
+def test_the_time_of_a_frame_is_that_of_a_live_camera(ycb):
+    seq, k, shape = ycb
+    frames = [seq[i] for i in range(FRAMES)]
+    tracker = st.Tracker(shape, seq.camera, threads=1)
+    tracker.start(frames[0], poses=[seq.ground_truth[0][k]])
+    seconds = []
+    for frame in frames[1:]:
+        begin = time.perf_counter()
+        tracker.track(frame)
+        seconds.append(time.perf_counter() - begin)
+    assert np.median(seconds) < 1 / 30  # even on a loaded machine; tests/bench measures
