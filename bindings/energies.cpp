@@ -2,9 +2,11 @@
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
+#include <atomic>
 #include <stdexcept>
 
 #include "array.h"
+#include "busy.h"
 #include "energies/sdf_energy.h"
 #include "optim/lm.h"
 #include "tracking/region.h"
@@ -62,6 +64,8 @@ class FrameEnergy {
 
   SdfEnergy& energy() { return *energy_; }
   const PixelSet& pixels() const { return pixels_; }
+  // Every use of energy() writes to its working memory.
+  Busy turn() { return {&busy_, "energy"}; }
 
  private:
   py::array values_;  // keeps the volume alive
@@ -70,9 +74,11 @@ class FrameEnergy {
   PixelSet pixels_;
   State start_;
   std::unique_ptr<SdfEnergy> energy_;
+  std::atomic<bool> busy_{false};
 };
 
 py::dict linearize(FrameEnergy& self, const State& x) {
+  const Busy busy = self.turn();
   NormalEquations eq;
   {
     py::gil_scoped_release release;
@@ -86,6 +92,7 @@ py::dict linearize(FrameEnergy& self, const State& x) {
 }
 
 py::dict residuals(FrameEnergy& self, const State& x) {
+  const Busy busy = self.turn();
   PixelReadings r;
   {
     py::gil_scoped_release release;
@@ -103,6 +110,7 @@ py::dict residuals(FrameEnergy& self, const State& x) {
 }
 
 py::tuple run_minimize(FrameEnergy& self, const State& x, const LmOptions& options) {
+  const Busy busy = self.turn();
   LmResult result;
   {
     py::gil_scoped_release release;
@@ -153,6 +161,7 @@ void bind_frame_energy(py::module_& m) {
       .def("state", &FrameEnergy::state, py::arg("T_cam_obj"), py::arg("K"), py::arg("scales"))
       .def("cost",
            [](FrameEnergy& self, const State& x) {
+             const Busy busy = self.turn();
              py::gil_scoped_release release;
              return self.energy().cost(x);
            })

@@ -3,9 +3,9 @@
 #include <pybind11/stl.h>
 
 #include <atomic>
-#include <stdexcept>
 
 #include "array.h"
+#include "busy.h"
 #include "tracking/plane.h"
 #include "tracking/tracker.h"
 #include "volume.h"
@@ -40,30 +40,30 @@ class PyTracker {
     return run(depth, mask,
                [&](const ImageView<float>& d, const unsigned char* m) { return tracker_->track(d, m); });
   }
-  void set_camera(const Camera& camera) { tracker_->set_camera(camera); }
+  void set_camera(const Camera& camera) {
+    const Busy busy(&busy_, "tracker");
+    tracker_->set_camera(camera);
+  }
   void set_pose(int k, const py::array& T) {
     if (k < 0 || k >= tracker_->object_count())
       throw py::value_error("k: expected 0.." + std::to_string(tracker_->object_count() - 1) + ", got " +
                             std::to_string(k));
-    tracker_->set_pose(k, rigid_from(T, "T"));
+    const Rigidd T_cam_obj = rigid_from(T, "T");
+    const Busy busy(&busy_, "tracker");
+    tracker_->set_pose(k, T_cam_obj);
   }
 
  private:
   template <class Work>
   py::list run(const py::array& depth, const py::object& mask, const Work& work) {
+    const Busy busy(&busy_, "tracker");
     const ImageView<float> view = image_view(depth, "depth", tracker_->camera());
     const unsigned char* mask_data = mask_view(mask, tracker_->camera());
-    if (busy_.exchange(true))
-      throw std::runtime_error("this tracker is in use by another thread; make one per thread");
     std::vector<ObjectResult> results;
-    try {
+    {
       py::gil_scoped_release release;
       results = work(view, mask_data);
-    } catch (...) {
-      busy_ = false;
-      throw;
     }
-    busy_ = false;
     py::list out;
     for (const ObjectResult& r : results) out.append(to_dict(r));
     return out;

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Track and reconstruct rigid objects with an RGB-D camera, by signed distance functions."""
 
-from sdftrack import geometry, metrics, synth
+from sdftrack import geometry, metrics, synth, testing
 from sdftrack._core import __version__
 from sdftrack.build_info import info
 from sdftrack.camera import Camera, RGBDCamera
@@ -48,5 +48,6 @@ __all__ = [
     "save_sequence",
     "smooth_union",
     "synth",
+    "testing",
     "union",
 ]

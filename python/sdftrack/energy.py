@@ -185,7 +185,11 @@ class Energy:
         return Linearization(**self._core.linearize(self._state(x)))
 
     def residuals(self, x: State) -> dict[str, NDArray[Any]]:
-        """Per pixel: ``residual_m``, ``weight`` (the penalty's curvature), ``hit``, ``u_px``, ``v_px``, ``depth_m``."""
+        """Arrays of one value per pixel.
+
+        ``residual_m``; ``weight`` (the penalty's curvature there); ``hit`` (the ray meets the model); ``u_px``,
+        ``v_px``, ``depth_m`` (the reading).
+        """
         return dict(self._core.residuals(self._state(x)))
 
     def moved(self, x: State, delta: ArrayLike) -> State:
@@ -226,7 +230,7 @@ def minimize(energy: Energy, start: State | None = None, **lm_options: Any) -> M
             raise TypeError(f"unknown option {name!r}; known: {', '.join(known)}")
         setattr(options, name, value)
     x, steps, stop, cost, count = energy._core.minimize(energy._state(start or energy.start), options)
-    record = [Step(value, damping, accepted, pixels=count) for value, damping, accepted in steps]
+    record = [Step(value, damping, accepted, float("nan"), count) for value, damping, accepted in steps]
     return Minimum(energy._to_state(*x), record, stop, cost, count)
 
 

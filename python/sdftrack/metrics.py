@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -66,16 +67,14 @@ def add(T: ArrayLike, T_gt: ArrayLike, points: Any) -> Any:
 
 def adds(T: ArrayLike, T_gt: ArrayLike, points: Any) -> Any:
     """ADD-S: mean distance of each model point under `T_gt` to the nearest under `T`, m."""
-    from scipy.spatial import cKDTree
-
     A, B = np.broadcast_arrays(_poses(T, "T"), _poses(T_gt, "T_gt"))
     p = _points(points)
-    tree = cKDTree(p)
+    nearest = _nearest_in(p)
     flat = []
     for a, b in zip(A.reshape(-1, 4, 4), B.reshape(-1, 4, 4), strict=True):
         # Distances are the same in every frame: one tree in the object's serves all poses.
         seen = (p @ b[:3, :3].T + b[:3, 3] - a[:3, 3]) @ a[:3, :3]
-        flat.append(float(tree.query(seen)[0].mean()))
+        flat.append(float(nearest(seen).mean()))
     return flat[0] if A.ndim == 2 else np.reshape(flat, A.shape[:-2])
 
 
@@ -102,10 +101,8 @@ def chamfer(a: Any, b: Any, samples: int = 20000, seed: int = 0) -> float:
     `a`, `b` are (N, 3) arrays or Meshes; a Mesh is sampled uniformly by area at `samples` points, so two
     samplings of one surface differ by about half their spacing.
     """
-    from scipy.spatial import cKDTree
-
     p, q = (_surface_points(m, samples, seed + i) for i, m in enumerate((a, b)))
-    return float(0.5 * (cKDTree(q).query(p)[0].mean() + cKDTree(p).query(q)[0].mean()))
+    return float(0.5 * (_nearest_in(q)(p).mean() + _nearest_in(p)(q).mean()))
 
 
 def iou(a: ArrayLike, b: ArrayLike) -> float:
@@ -119,11 +116,12 @@ def iou(a: ArrayLike, b: ArrayLike) -> float:
 
 def boundary_recall(labels: ArrayLike, truth: ArrayLike, tolerance: int = 2) -> float:
     """Fraction of the true boundary pixels with one of `labels` within `tolerance` pixels (Chebyshev)."""
-    from scipy.ndimage import maximum_filter
+    import cv2
 
     L, G = _label_images(labels, truth)
     true_edges = _edges(G)
-    near = maximum_filter(_edges(L), size=2 * int(tolerance) + 1, mode="constant")
+    square = np.ones((2 * int(tolerance) + 1,) * 2, np.uint8)
+    near = cv2.dilate(_edges(L).view(np.uint8), square, borderType=cv2.BORDER_CONSTANT, borderValue=0) != 0
     total = np.count_nonzero(true_edges)
     return float(np.count_nonzero(true_edges & near) / total) if total else 1.0
 
@@ -174,6 +172,25 @@ def _points(points: Any) -> Array:
     if p.ndim != 2 or p.shape[1] != 3 or not len(p):
         raise ValueError(f"points: expected shape (N, 3) in metres with N > 0, or a Mesh, got {p.shape}")
     return p
+
+
+def _nearest_in(points: Array) -> Callable[[Array], Array]:
+    """The function that gives, for each of (N, 3) points, the distance to the nearest of `points`."""
+    import cv2
+
+    exact_tree: dict[str, bool | int | float | str] = {
+        "algorithm": 4,
+        "leaf_max_size": 8,
+    }  # FLANN's single k-d tree
+    centre = points.mean(axis=0)  # its numbers are float32: keep them small
+    index = cv2.flann.Index((points - centre).astype(np.float32), exact_tree)
+
+    def nearest(queries: Array) -> Array:
+        found, _ = index.knnSearch((queries - centre).astype(np.float32), 1, params={"checks": -1})
+        distance: Array = np.linalg.norm(queries - points[found[:, 0]], axis=1)
+        return distance
+
+    return nearest
 
 
 def _surface_points(shape: Any, samples: int, seed: int) -> Array:

@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+import contextlib
+import operator
 import os
 import pickle
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -83,12 +86,9 @@ class Tracker:
     ) -> None:
         self.shapes = _shape_list(shapes)
         self.camera = camera
-        self.options = (options or TrackerOptions()).replace(**single_options)
-        self.names = (
-            [f"object {k}" for k in range(len(self.shapes))] if names is None else [str(n) for n in names]
-        )
-        if len(self.names) != len(self.shapes):
-            raise ValueError(f"names: expected one per shape ({len(self.shapes)}), got {len(self.names)}")
+        self._frame_camera = depth_camera(camera)
+        self.options = _option_set(options).replace(**single_options)
+        self.names = _name_list(names, len(self.shapes))
         _expect("mode", mode, ("auto", "depth"))
         _expect("motion", motion, ("static",))
         if membership:
@@ -99,7 +99,6 @@ class Tracker:
         self.mode = "depth"
         self.threads = threads
         self.recover_lost = recover
-        self._frame_camera = depth_camera(camera)
         self._core = _core.Tracker(
             [(s.values, s.voxel_size, s.origin.tolist()) for s in self.shapes],
             self._frame_camera._core,
@@ -108,6 +107,8 @@ class Tracker:
         )
         self._index = -1
         self._last: TrackResult | None = None
+        self._best = np.stack([np.eye(4)] * len(self.shapes))  # what a bad frame answers
+        self._lock = threading.Lock()
 
     def __repr__(self) -> str:
         return f"Tracker({len(self.shapes)} shape{'s' * (len(self.shapes) != 1)}, {self._frame_camera!r})"
@@ -137,20 +138,24 @@ class Tracker:
 
         Raises
         ------
+        TypeError
+            `frame` is not a Frame, or `poses` are not arrays of numbers.
         ValueError
-            No poses, not one per shape, not finite or not rigid.
+            No poses, not one per shape, not finite or not rigid; a depth image of another size than the camera's.
         """
         if poses is None:
             asked = "masks" if masks is not None else "boxes" if boxes is not None else "none"
             raise ValueError(f"poses: expected one T_cam_obj per shape, got {asked}; a start without poses is not "
                              "part of this version")  # fmt: skip
+        if not isinstance(frame, Frame):
+            raise TypeError(
+                f"frame: expected a Frame, got {type(frame).__name__}; make one with st.Frame(depth)"
+            )
         T = self._pose_list(poses)
-        self._index = 0
-        self._last = None
-        self._best = np.stack(T)
-        for k, pose in enumerate(T):
-            self._core.set_pose(k, pose)
-        return self._run(frame, T)
+        with self._alone():
+            camera = self._camera_of(frame)
+            self._index, self._last, self._best = 0, None, np.stack(T)
+            return self._run(frame, camera, T)
 
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
         """Follow the objects into the next frame.
@@ -172,17 +177,30 @@ class Tracker:
         ------
         RuntimeError
             Before :meth:`start`.
+        ValueError
+            A depth image of another size than the camera's; the tracker is as it was before.
         """
         if self._index < 0:
             raise RuntimeError("track: call start(frame, poses=[...]) first")
-        self._index += 1
-        return self._run(depth if isinstance(depth, Frame) else Frame(depth, color), None)
+        frame = depth if isinstance(depth, Frame) else Frame(depth, color)
+        with self._alone():
+            camera = self._camera_of(frame)
+            self._index += 1
+            return self._run(frame, camera, None)
 
     def set_pose(self, k: int, T: ArrayLike) -> None:
         """Replace object k's last pose: ``T_cam_obj``, (4, 4), metres."""
-        if not 0 <= k < len(self.shapes):
+        try:
+            index = operator.index(k)
+        except TypeError:
+            raise TypeError(f"k: expected 0..{len(self.shapes) - 1}, an object's number, got {k!r}") from None
+        if not 0 <= index < len(self.shapes):
             raise ValueError(f"k: expected 0..{len(self.shapes) - 1}, got {k}")
-        self._core.set_pose(k, _core.nearest_rigid(np.ascontiguousarray(T, dtype=np.float64), "T"))
+        pose = _core.nearest_rigid(_matrix(T, "T"), "T")
+        with self._alone():
+            self._core.set_pose(index, pose)
+            self._best = self._best.copy()  # results that were handed out keep theirs
+            self._best[index] = pose
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write shapes, camera, options and last poses to one file (pickle), whole or not at all."""
@@ -206,30 +224,49 @@ class Tracker:
             "threads": self.threads,
             "recover": self.recover_lost,
         }
-        return _rebuild, (self.shapes, self.camera, kwargs, self._index, self._last)
+        with self._alone():
+            return _rebuild, (self.shapes, self.camera, kwargs, self._index, self._last, self._best)
+
+    @contextlib.contextmanager
+    def _alone(self) -> Iterator[None]:
+        if not self._lock.acquire(blocking=False):
+            raise RuntimeError("this tracker is in use by another thread; make one tracker per thread")
+        try:
+            yield
+        finally:
+            self._lock.release()
 
     def _pose_list(self, poses: Any) -> list[NDArray[np.float64]]:
         if isinstance(poses, np.ndarray) and poses.ndim == 2:
             poses = [poses]
-        T = [np.ascontiguousarray(p, dtype=np.float64) for p in poses]
+        if isinstance(poses, (str, bytes)) or not hasattr(poses, "__iter__"):
+            raise TypeError(
+                f"poses: expected one (4, 4) T_cam_obj per shape ({len(self.shapes)}), got {poses!r}"
+            )
+        T = [_matrix(p, f"poses[{k}]") for k, p in enumerate(poses)]
         if len(T) != len(self.shapes):
             raise ValueError(f"poses: expected one per shape ({len(self.shapes)}), got {len(T)}")
         return [_core.nearest_rigid(p, f"poses[{k}]") for k, p in enumerate(T)]
 
-    def _run(self, frame: Frame, poses: list[NDArray[np.float64]] | None) -> TrackResult:
-        begin = time.perf_counter()
-        if frame.depth is None:
-            why = frame.error or "the frame has no depth image"
-            return self._finish(frame, [self._bad(k, why) for k in range(len(self.shapes))], begin)
-        camera = depth_camera(frame.camera) if frame.camera is not None else depth_camera(self.camera)
-        if frame.depth.shape != (camera.height, camera.width):
+    def _camera_of(self, frame: Frame) -> Camera:
+        camera = depth_camera(self.camera if frame.camera is None else frame.camera)
+        if frame.depth is not None and frame.depth.shape != (camera.height, camera.width):
             raise ValueError(
                 f"depth: expected the camera's size {camera.width} x {camera.height}, got "
                 f"{frame.depth.shape[1]} x {frame.depth.shape[0]}; scale the camera with Camera.scaled"
             )
+        return camera
+
+    def _run(self, frame: Frame, camera: Camera, poses: list[NDArray[np.float64]] | None) -> TrackResult:
+        begin = time.perf_counter()
         if camera != self._frame_camera:
             self._core.set_camera(camera._core)
             self._frame_camera = camera
+        if frame.depth is None:
+            if poses is not None:  # an empty image: the core forgets its history and keeps the poses
+                self._core.start(np.zeros((camera.height, camera.width), np.float32), None, poses)
+            why = frame.error or "the frame has no depth image"
+            return self._finish(frame, [self._bad(k, why) for k in range(len(self.shapes))], begin)
         mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
         found = (
             self._core.track(frame.depth, mask)
@@ -253,7 +290,7 @@ class Tracker:
             reason=[f["reason"] for f in found],
             confidence=np.array([f["confidence"] for f in found]),
             covariances=np.stack([f["covariance"] for f in found]),
-            twists=_twists(self._last, poses, status, frame.timestamp),
+            twists=_twists(self._last, self._best, poses, status, frame.timestamp),
             inliers=np.array([f["inliers"] for f in found]),
             energy=float(np.mean([f["energy"] for f in found])),
             iterations=sum(len(s) for s in steps),
@@ -273,26 +310,56 @@ def _rebuild(
     kwargs: dict[str, Any],
     index: int,
     last: TrackResult | None,
+    best: NDArray[np.float64],
 ) -> Tracker:
     tracker = Tracker(shapes, camera, **kwargs)
-    tracker._index, tracker._last = index, last
-    if last is not None:
-        tracker._best = last.poses
-        for k, T in enumerate(last.poses):
-            tracker._core.set_pose(k, np.ascontiguousarray(T))
+    tracker._index, tracker._last, tracker._best = index, last, best
+    for k, T in enumerate(best):
+        tracker._core.set_pose(k, np.ascontiguousarray(T))
     return tracker
 
 
 def _shape_list(shapes: SDF | Sequence[SDF]) -> list[SDF]:
-    many = [shapes] if isinstance(shapes, SDF) else list(shapes)
+    several = isinstance(shapes, (list, tuple))
+    many: list[Any] = list(shapes) if isinstance(shapes, (list, tuple)) else [shapes]
     if not many:
         raise ValueError("shapes: expected at least one SDF, got none")
     for k, shape in enumerate(many):
         if not isinstance(shape, SDF):
+            name = f"shapes[{k}]" if several else "shapes"
             raise TypeError(
-                f"shapes[{k}]: expected an SDF, got {type(shape).__name__}; make one with SDF.from_mesh"
+                f"{name}: expected an SDF, got {type(shape).__name__}; make one with SDF.from_mesh"
             )
     return many
+
+
+def _option_set(options: Any) -> TrackerOptions:
+    if options is None:
+        return TrackerOptions()
+    if not isinstance(options, TrackerOptions):
+        raise TypeError(
+            f"options: expected TrackerOptions, got {type(options).__name__}; pass single options as keywords, "
+            "or a dict through TrackerOptions.from_dict"
+        )
+    return options
+
+
+def _name_list(names: Any, count: int) -> list[str]:
+    if names is None:
+        return [f"object {k}" for k in range(count)]
+    if isinstance(names, (str, bytes)) or not hasattr(names, "__iter__"):
+        raise TypeError(f"names: expected a list with one name per shape ({count}), got {names!r}")
+    many = [str(name) for name in names]
+    if len(many) != count:
+        raise ValueError(f"names: expected one per shape ({count}), got {len(many)}")
+    return many
+
+
+def _matrix(T: Any, name: str) -> NDArray[np.float64]:
+    try:
+        return np.ascontiguousarray(T, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: expected a (4, 4) matrix of numbers, got {T!r}") from None
 
 
 def _expect(name: str, value: str, known: tuple[str, ...]) -> None:
@@ -301,16 +368,20 @@ def _expect(name: str, value: str, known: tuple[str, ...]) -> None:
 
 
 def _twists(
-    last: TrackResult | None, poses: NDArray[np.float64], status: list[Status], timestamp: float | None
+    last: TrackResult | None,
+    before: NDArray[np.float64],
+    poses: NDArray[np.float64],
+    status: list[Status],
+    timestamp: float | None,
 ) -> NDArray[np.float64]:
-    """(v, w) from the last result to this one, camera axes about the object's origin."""
+    """(v, w) from the last poses, `before`, to these, camera axes about the object's origin."""
     twists = np.full((len(poses), 6), np.nan)
     if last is None or last.timestamp is None or timestamp is None or not timestamp > last.timestamp:
         return twists
-    for k, (now, before) in enumerate(zip(poses, last.poses, strict=True)):
+    for k, (new, old) in enumerate(zip(poses, before, strict=True)):
         if {status[k], last.status[k]} <= {Status.OK, Status.WEAK}:
             turn = np.eye(4)
-            turn[:3, :3] = now[:3, :3] @ before[:3, :3].T
-            step = np.concatenate([now[:3, 3] - before[:3, 3], _core.rotation_log(turn)])
+            turn[:3, :3] = new[:3, :3] @ old[:3, :3].T
+            step = np.concatenate([new[:3, 3] - old[:3, 3], _core.rotation_log(turn)])
             twists[k] = step / (timestamp - last.timestamp)
     return twists
