@@ -96,7 +96,7 @@ py::object remove_plane(const py::array& depth, const Camera& camera, int start_
   std::optional<Plane> plane;
   {
     py::gil_scoped_release release;
-    plane = find_plane(frame, camera, {tolerance_m, start_x, start_y});
+    plane = find_plane(frame, camera, {tolerance_m, start_x, start_y, {}});
   }
   if (!plane) return py::none();
   return py::make_tuple(std::array<double, 3>{plane->normal_cam.x, plane->normal_cam.y, plane->normal_cam.z},

@@ -71,11 +71,13 @@ struct OuterSum {
   }
 };
 
-double median(std::vector<float>* values) {
+// sd of a Gaussian whose absolute values these are, from their 30 % quantile: parts of the object that fit
+// badly (a shape that is off, a touching hand) are among the largest values.
+double robust_sd(std::vector<float>* values) {
   if (values->size() < 20) return 0;
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
+  const auto low = values->begin() + static_cast<std::ptrdiff_t>(3 * values->size() / 10);
+  std::nth_element(values->begin(), low, values->end());
+  return static_cast<double>(*low) / 0.38532;
 }
 
 }  // namespace
@@ -166,7 +168,8 @@ EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget) {
       A.add(row.J, gain2 * term.penalty.second_derivative(reading.residual_m, noise));
       B.add(row.J, gain2 * curve.slope * curve.slope);
       const float s = options_.scale_m * noise;
-      if (curve.curvature * 4 * s * s > 1) {  // half of the weight that a residual of 0 has
+      const float weight = std::abs(reading.residual_m) > 0 ? curve.slope / reading.residual_m : 1e30f;
+      if (weight * 4 * s * s > 1) {  // half of the weight that a residual of 0 has
         geometry.add(row.J, 1.0f);
         out.inliers += 1;
       }
@@ -177,7 +180,7 @@ EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget) {
     out.A = A.matrix(factor), out.B = B.matrix(factor);
     out.geometry = geometry.matrix(out.inliers > 0 ? 1 / out.inliers : 0);
   });
-  out.median_m = median(&scratch_);
+  out.noise_m = robust_sd(&scratch_);
   return out;
 }
 

@@ -27,7 +27,7 @@ struct SdfEnergyOptions {
 struct EnergySummary {
   Eigen::MatrixXd A, B, geometry;
   double inliers = 0;   // pixels of the subset with weight above one half
-  double median_m = 0;  // of |residual| over noise scale, rays that meet the model; 0 where fewer than 20 do
+  double noise_m = 0;  // robust sd of residual over noise scale, rays that meet the model; 0 where fewer than 20 do
 };
 
 // What became of each pixel at a state.

@@ -9,7 +9,8 @@ namespace sdftrack {
 
 namespace {
 
-constexpr double kBlindSlope = 0.02;
+constexpr double kBlindSlope = 0.03;
+constexpr double kGrain = 0.006;
 
 Eigen::Matrix3d to_eigen(const Mat3d& R) {
   Eigen::Matrix3d M;
@@ -19,7 +20,8 @@ Eigen::Matrix3d to_eigen(const Mat3d& R) {
 
 }  // namespace
 
-Matrix6d increment_covariance(const EnergySummary& sums, double diameter_m, double correlation_area_px) {
+Matrix6d increment_covariance(const EnergySummary& sums, const Shape& shape, double correlation_area_px) {
+  const double diameter_m = shape.diameter_m, grain_m = kGrain * static_cast<double>(shape.sdf.voxel_m);
   // In units of metres at the object's rim and of one diameter, directions may be compared.
   Eigen::Matrix<double, 6, 1> unit;
   unit << 1, 1, 1, Eigen::Vector3d::Constant(2 / diameter_m);
@@ -31,15 +33,20 @@ Matrix6d increment_covariance(const EnergySummary& sums, double diameter_m, doub
   const Matrix6d geometry = unit.asDiagonal() * sums.geometry * unit.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix6d> directions(geometry);
   Matrix6d seen = Matrix6d::Zero();  // projects out the blind directions
-  for (int i = 0; i < 6; ++i)
-    if (directions.eigenvalues()[i] > kBlindSlope * kBlindSlope)
-      seen += directions.eigenvectors().col(i) * directions.eigenvectors().col(i).transpose();
+  Matrix6d grain = Matrix6d::Zero();
+  for (int i = 0; i < 6; ++i) {
+    const double slope2 = directions.eigenvalues()[i];
+    if (slope2 < kBlindSlope * kBlindSlope) continue;
+    const Matrix6d along = directions.eigenvectors().col(i) * directions.eigenvectors().col(i).transpose();
+    seen += along;
+    grain += grain_m * grain_m / slope2 * along;
+  }
   const Matrix6d P = unit.cwiseInverse().asDiagonal() * seen * unit.asDiagonal();
 
   const Matrix6d A = P * sums.A * P.transpose() + prior;
   const Matrix6d B = correlation_area_px * (P * sums.B * P.transpose()) + prior;
   const Matrix6d A_inverse = A.ldlt().solve(Matrix6d::Identity());
-  const Matrix6d C = A_inverse * B * A_inverse.transpose();
+  const Matrix6d C = A_inverse * B * A_inverse.transpose() + unit.asDiagonal() * grain * unit.asDiagonal();
   return 0.5 * (C + C.transpose());
 }
 
@@ -52,7 +59,8 @@ Matrix6d camera_covariance(const Matrix6d& increment, const Rigidd& T_cam_obj, V
   J.topLeftCorner<3, 3>() = -R;
   J.bottomRightCorner<3, 3>() = -R;
   J.topRightCorner<3, 3>() = to_eigen(hat(lever)) * R;  // -[lever]x (-R)
-  return J * increment * J.transpose();
+  const Matrix6d C = J * increment * J.transpose();
+  return 0.5 * (C + C.transpose());
 }
 
 }  // namespace sdftrack

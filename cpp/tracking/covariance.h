@@ -6,6 +6,7 @@
 
 #include "base/rigid.h"
 #include "energies/sdf_energy.h"
+#include "tracking/shape.h"
 
 namespace sdftrack {
 
@@ -15,8 +16,9 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // observation of sd (diameter, pi) per direction, so that a direction without data (symmetry, a flat view)
 // gets that variance, never 0. A direction along which the inliers' residuals hardly change (rms slope below
 // kBlindSlope, a turn taken at half the diameter) counts as one without data: what is left there is the grain
-// of the voxels.
-Matrix6d increment_covariance(const EnergySummary& sums, double diameter_m, double correlation_area_px);
+// of the voxels. To the rest comes what a common error of kGrain voxels in phi does to the pose: little where
+// the surface is seen from all sides, much along a direction that only a few rounded edges hold.
+Matrix6d increment_covariance(const EnergySummary& sums, const Shape& shape, double correlation_area_px);
 
 // The same uncertainty in camera axes about the caller's object origin: (x, y, z, rx, ry, rz), t = t^ + d,
 // R = Exp(r) R^. T_cam_obj is the centred pose, origin_obj the caller's origin in the centred frame.

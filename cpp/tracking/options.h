@@ -24,7 +24,7 @@ struct TrackerOptions {
   int coarse_pixels = 600;  // budget of the coarse stages
   int min_pixels = 40;      // fewer: lost
   // Second attempt, from the same start over a wider basin, when the first is not convincing
-  double retry_inliers = 0.7;  // share of agreeing surface points below which it is made; 0: never
+  double retry_inliers = 0.5;  // share of agreeing surface points below which it is made; 0: never
   double far_scale_m = 0.012;
   double far_padding_m = 0.045;
   // Optimiser

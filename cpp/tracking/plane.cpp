@@ -10,8 +10,11 @@ namespace sdftrack {
 
 namespace {
 
-constexpr int kPoints = 6000;        // readings that vote, on an even grid
-constexpr int kSeeds = 150;          // patches tried
+constexpr int kPoints = 6000;  // readings that vote, on an even grid
+constexpr int kFollowPoints = 1500;
+constexpr int kFramesBetweenSearches = 30;
+constexpr int kSeeds = 150;  // patches tried
+constexpr int kLeastPoints = 100;
 constexpr double kLeastShare = 0.1;  // of the readings
 
 Vec3d point_at(const DepthFrame& frame, const Camera& camera, int x, int y) {
@@ -21,13 +24,21 @@ Vec3d point_at(const DepthFrame& frame, const Camera& camera, int x, int y) {
   return {z * r[0], z * r[1], z};
 }
 
-std::vector<Vec3d> grid_points(const DepthFrame& frame, const Camera& camera) {
+bool left_out(const PlaneOptions& options, int x, int y) {
+  for (const Rect& r : options.leave_out)
+    if (x >= r.x0 && x < r.x1 && y >= r.y0 && y < r.y1) return true;
+  return false;
+}
+
+std::vector<Vec3d> grid_points(const DepthFrame& frame, const Camera& camera, const PlaneOptions& options,
+                               int wanted) {
   const double pixels = static_cast<double>(camera.width) * camera.height;
-  const int step = std::max(1, static_cast<int>(std::sqrt(pixels / kPoints)));
+  const int step = std::max(1, static_cast<int>(std::sqrt(pixels / wanted)));
   std::vector<Vec3d> points;
   for (int y = step / 2; y < camera.height; y += step)
     for (int x = step / 2; x < camera.width; x += step)
-      if (frame.depth_m(x, y) > 0) points.push_back(point_at(frame, camera, x, y));
+      if (frame.depth_m(x, y) > 0 && !left_out(options, x, y))
+        points.push_back(point_at(frame, camera, x, y));
   return points;
 }
 
@@ -80,7 +91,7 @@ int votes(const std::vector<Vec3d>& points, const Plane& plane, double tolerance
 }  // namespace
 
 std::optional<Plane> find_plane(const DepthFrame& frame, const Camera& camera, const PlaneOptions& options) {
-  const std::vector<Vec3d> points = grid_points(frame, camera);
+  const std::vector<Vec3d> points = grid_points(frame, camera, options, kPoints);
   const int r = std::max(3, camera.width / 40);
   Plane best{{0, 0, 0}, 0};
   int most = 0;
@@ -91,28 +102,33 @@ std::optional<Plane> find_plane(const DepthFrame& frame, const Camera& camera, c
     const int x = seeded ? options.start_x : static_cast<int>(a * camera.width);
     const int y = seeded ? options.start_y : static_cast<int>(b * camera.height);
     Plane plane;
-    if (!patch_plane(frame, camera, x, y, r, &plane)) continue;
+    if (left_out(options, x, y) || !patch_plane(frame, camera, x, y, r, &plane)) continue;
     for (int k = 0; k < 2; ++k)
       if (!refit(points, 3 * options.tolerance_m, &plane)) break;
     const int count = votes(points, plane, options.tolerance_m);
     if (count > most) most = count, best = plane;
   }
-  if (points.empty() || most < kLeastShare * static_cast<double>(points.size())) return std::nullopt;
+  if (most < std::max(static_cast<double>(kLeastPoints), kLeastShare * static_cast<double>(points.size())))
+    return std::nullopt;
   for (int k = 0; k < 5; ++k) refit(points, options.tolerance_m, &best);
   return best;
 }
 
-std::optional<Plane> follow_plane(const DepthFrame& frame, const Camera& camera,
-                                  const std::optional<Plane>& last) {
-  const PlaneOptions options;
-  if (!last) return find_plane(frame, camera, options);
-  const std::vector<Vec3d> points = grid_points(frame, camera);
-  Plane plane = *last;
-  for (int k = 0; k < 3; ++k)
-    if (!refit(points, (3 - k) * options.tolerance_m, &plane)) return find_plane(frame, camera, options);
-  if (votes(points, plane, options.tolerance_m) < kLeastShare * static_cast<double>(points.size()))
-    return find_plane(frame, camera, options);
-  return plane;
+void PlaneFollower::update(const DepthFrame& frame, const Camera& camera, const std::vector<Rect>& objects) {
+  PlaneOptions options;
+  options.leave_out = objects;
+  if (plane_) {
+    const std::vector<Vec3d> points = grid_points(frame, camera, options, kFollowPoints);
+    bool holds = true;
+    for (int k = 0; holds && k < 2; ++k) holds = refit(points, (2 - k) * options.tolerance_m, &*plane_);
+    if (holds &&
+        votes(points, *plane_, options.tolerance_m) > kLeastShare * static_cast<double>(points.size()))
+      return;
+    plane_.reset();
+  }
+  if (frames_to_search_-- > 0) return;
+  plane_ = find_plane(frame, camera, options);
+  frames_to_search_ = kFramesBetweenSearches;
 }
 
 }  // namespace sdftrack

@@ -8,7 +8,7 @@ namespace sdftrack {
 
 namespace {
 
-constexpr double kPlaneTolerance_m = 0.006;
+constexpr double kPlaneTolerance_m = 0.005;
 constexpr int kFreeSpaceMargin_px = 16;
 constexpr int kFreeSpaceNodes = 60;  // along the longer side
 
@@ -96,10 +96,25 @@ double sensor_noise_m(const TrackerOptions& options, double depth_m) {
   return options.noise_m + options.noise_per_m * depth_m * depth_m;
 }
 
+namespace {
+
+// Reading at an ideal pixel: where the lens puts its ray. 0 outside the image.
+float reading_at(const DepthFrame& frame, const Camera& camera, int x, int y) {
+  if (frame.rays) {
+    const Vec2d u = camera.project_point(ray(camera.K, static_cast<double>(x), static_cast<double>(y)));
+    x = static_cast<int>(std::lround(u.x)), y = static_cast<int>(std::lround(u.y));
+    if (x < 0 || y < 0 || x >= camera.width || y >= camera.height) return 0;
+  }
+  return frame.depth_m(x, y);
+}
+
+}  // namespace
+
 void free_space_grid(const DepthFrame& frame, const Camera& camera, const Shape& shape,
                      const Rigidd& T_cam_obj, double padding_m, FreeSpaceScratch* scratch,
                      DistanceGrid* grid) {
-  Rect rect = projected_box(camera, shape, T_cam_obj, padding_m);
+  const Camera ideal{camera.K, camera.width, camera.height, {}};  // the energy projects without a lens
+  Rect rect = projected_box(ideal, shape, T_cam_obj, padding_m);
   rect = {std::max(0, rect.x0 - kFreeSpaceMargin_px), std::max(0, rect.y0 - kFreeSpaceMargin_px),
           std::min(camera.width, rect.x1 + kFreeSpaceMargin_px),
           std::min(camera.height, rect.y1 + kFreeSpaceMargin_px)};
@@ -119,7 +134,8 @@ void free_space_grid(const DepthFrame& frame, const Camera& camera, const Shape&
       const int y0 = rect.y0 + (j - 1) * step, x0 = rect.x0 + (i - 1) * step;
       bool free = true;
       for (int y = y0; free && y < std::min(y0 + step, rect.y1); ++y)
-        for (int x = x0; free && x < std::min(x0 + step, rect.x1); ++x) free = frame.depth_m(x, y) > far;
+        for (int x = x0; free && x < std::min(x0 + step, rect.x1); ++x)
+          free = reading_at(frame, camera, x, y) > far;
       scratch->free[static_cast<std::size_t>(j) * static_cast<std::size_t>(grid->width) +
                     static_cast<std::size_t>(i)] = free;
     }

@@ -6,8 +6,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "tracking/plane.h"
-
 namespace sdftrack {
 
 namespace {
@@ -23,7 +21,7 @@ constexpr int kSettleSteps =
 constexpr int kSummaryPixels = 2000;
 constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
 
-constexpr double kClearlyBetter = 0.03;  // share of surface points that a wider attempt must gain
+constexpr double kClearlyBetter = 0.1;  // share of surface points that a wider attempt must gain
 
 // Of the surface points with a reading, share that agrees with it.
 double share(const Visibility& seen) {
@@ -80,9 +78,9 @@ std::vector<ObjectResult> Tracker::start(const ImageView<float>& depth_m, const 
   for (std::size_t k = 0; k < objects_.size(); ++k) {
     Object& object = objects_[k];
     object.T_cam_obj = centred(T_cam_obj[k], *object.shape);
-    object.noise_factor = 1, object.noise_known = false, object.damping = options_.damping_start;
+    object.noise = {}, object.damping = options_.damping_start;
   }
-  plane_.reset();
+  plane_ = {};
   return track_all(make_frame(depth_m, mask));
 }
 
@@ -102,9 +100,16 @@ std::vector<ObjectResult> Tracker::track_all(const DepthFrame& frame) {
       results.push_back(lost(object, "the depth image has no valid reading", Status::kBadFrame));
     return results;
   }
-  if (options_.drop_plane) plane_ = follow_plane(frame, camera_, plane_);
+  if (options_.drop_plane) follow_plane(frame);
   for (Object& object : objects_) results.push_back(track_one(frame, &object));
   return results;
+}
+
+void Tracker::follow_plane(const DepthFrame& frame) {
+  std::vector<Rect> regions;
+  for (const Object& object : objects_)
+    regions.push_back(projected_box(camera_, *object.shape, object.T_cam_obj, options_.padding_m));
+  plane_.update(frame, camera_, regions);
 }
 
 ObjectResult Tracker::lost(const Object& object, std::string reason, Status status) const {
@@ -138,6 +143,7 @@ ObjectResult Tracker::track_one(const DepthFrame& frame, Object* object) {
     return gone;
   }
   object->T_cam_obj = best->T_cam_obj;
+  object->noise = best->noise;
   result.T_cam_obj = uncentred(best->T_cam_obj, *object->shape);
   return std::move(result);
 }
@@ -145,22 +151,22 @@ ObjectResult Tracker::track_one(const DepthFrame& frame, Object* object) {
 std::optional<Tracker::Fitted> Tracker::try_fit(const DepthFrame& frame, Object* object,
                                                 const Attempt& attempt) {
   const Shape& shape = *object->shape;
-  select_pixels(frame, camera_, shape, object->T_cam_obj, options_, attempt.padding_m,
-                plane_ ? &*plane_ : nullptr, &scratch_, &pixels_);
+  select_pixels(frame, camera_, shape, object->T_cam_obj, options_, attempt.padding_m, plane_.plane(),
+                &scratch_, &pixels_);
   if (pixels_.count() < options_.min_pixels) return std::nullopt;
   Fitted fitted;
+  fitted.noise = object->noise;
   State x{{inverse(object->T_cam_obj)}, camera_.K, {}};
-  fit(frame, object, attempt, &x, &fitted.result);
+  fit(frame, object, attempt, &x, &fitted);
   fitted.T_cam_obj = inverse(x.T_obj_cam[0]);
-  const double noise_m = object->noise_factor * sensor_noise_m(options_, fitted.T_cam_obj.t.z);
+  const double noise_m = fitted.noise.factor * sensor_noise_m(options_, fitted.T_cam_obj.t.z);
   fitted.seen =
       compare_visible_surface(frame, camera_, shape, fitted.T_cam_obj, noise_m, options_.trust_points);
   return fitted;
 }
 
 // Coarse stages on an even subset (phi at the measured points: the better start from afar), then all pixels.
-void Tracker::fit(const DepthFrame& frame, Object* object, const Attempt& attempt, State* x,
-                  ObjectResult* result) {
+void Tracker::fit(const DepthFrame& frame, Object* object, const Attempt& attempt, State* x, Fitted* fitted) {
   const Shape& shape = *object->shape;
   if (options_.free_space)
     free_space_grid(frame, camera_, shape, object->T_cam_obj, attempt.padding_m, &free_scratch_, &free_grid_);
@@ -169,41 +175,41 @@ void Tracker::fit(const DepthFrame& frame, Object* object, const Attempt& attemp
   if (!options_.keep_damping) object->damping = options_.damping_start;
 
   const double noise_m = sensor_noise_m(options_, object->T_cam_obj.t.z);
-  const double last = last_scale(*object, noise_m);
+  const double last = last_scale(fitted->noise, noise_m);
   coarse_.assign_subset(pixels_, options_.coarse_pixels);
   SdfEnergyOptions energy{Residual::kPoint, options_.curvature};
   energy.outlier_floor = static_cast<float>(options_.outlier_floor);
   for (double s = attempt.scale_m; s > 1.5 * last; s *= 0.5) {
     energy.scale_m = static_cast<float>(s);
-    run_stage(object, &coarse_, energy, options_.coarse_steps, x, result);
+    run_stage(object, &coarse_, energy, options_.coarse_steps, x, &fitted->result);
   }
   if (attempt.scale_m > 0 && coarse_.count() < pixels_.count()) {
     energy.scale_m = static_cast<float>(last);
     energy.residual = options_.residual;
-    run_stage(object, &coarse_, energy, options_.coarse_steps, x, result);
+    run_stage(object, &coarse_, energy, options_.coarse_steps, x, &fitted->result);
   }
-  fit_fine(object, noise_m, x, result);
+  fit_fine(object, noise_m, x, fitted);
 }
 
-double Tracker::last_scale(const Object& object, double stated_noise_m) const {
-  return options_.scale_per_noise * std::max(kLeastNoise_m, object.noise_factor * stated_noise_m);
+double Tracker::last_scale(const Noise& noise, double stated_noise_m) const {
+  return options_.scale_per_noise * std::max(kLeastNoise_m, noise.factor * stated_noise_m);
 }
 
-void Tracker::fit_fine(Object* object, double stated_noise_m, State* x, ObjectResult* result) {
+void Tracker::fit_fine(Object* object, double stated_noise_m, State* x, Fitted* fitted) {
   SdfEnergyOptions options{options_.residual, options_.curvature};
   options.outlier_floor = static_cast<float>(options_.outlier_floor);
   options.threads = threads_;
   // The first frame does not know the sensor's noise yet: fit, measure, fit again.
-  for (int round = object->noise_known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
-    options.scale_m = static_cast<float>(last_scale(*object, stated_noise_m));
-    run_stage(object, &pixels_, options, options_.fine_steps, x, result);
+  for (int round = fitted->noise.known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
+    options.scale_m = static_cast<float>(last_scale(fitted->noise, stated_noise_m));
+    run_stage(object, &pixels_, options, options_.fine_steps, x, &fitted->result);
     SdfEnergy energy(object->shape->sdf, &pixels_, options);
     const EnergySummary summary = energy.summarize(*x, kSummaryPixels);
-    if (options_.adapt_noise) update_noise(object, summary.median_m, stated_noise_m);
+    if (options_.adapt_noise) fitted->noise = updated(fitted->noise, summary.noise_m, stated_noise_m);
     if (round == 0) continue;
-    result->covariance = camera_covariance(
-        increment_covariance(summary, object->shape->diameter_m, options_.correlation_area_px),
-        inverse(x->T_obj_cam[0]), -object->shape->centre_obj);
+    fitted->result.covariance =
+        camera_covariance(increment_covariance(summary, *object->shape, options_.correlation_area_px),
+                          inverse(x->T_obj_cam[0]), -object->shape->centre_obj);
   }
 }
 
@@ -238,12 +244,10 @@ void Tracker::run_stage(Object* object, PixelSet* pixels, const SdfEnergyOptions
   result->cost = fitted.count > 0 ? fitted.cost / fitted.count : 0;
 }
 
-// Measured over stated noise, from the median absolute residual of the rays that meet the model.
-void Tracker::update_noise(Object* object, double median_m, double stated_m) const {
-  if (!(median_m > 0)) return;
-  const double measured = std::clamp(median_m / 0.6745 / stated_m, 0.1, 10.0);
-  object->noise_factor = object->noise_known ? 0.8 * object->noise_factor + 0.2 * measured : measured;
-  object->noise_known = true;
+Tracker::Noise Tracker::updated(const Noise& noise, double measured_m, double stated_m) {
+  if (!(measured_m > 0)) return noise;
+  const double measured = std::clamp(measured_m / stated_m, 0.1, 10.0);
+  return {noise.known ? 0.8 * noise.factor + 0.2 * measured : measured, true};
 }
 
 }  // namespace sdftrack

@@ -10,6 +10,7 @@
 #include "energies/free_space.h"
 #include "optim/lm.h"
 #include "optim/prior.h"
+#include "tracking/plane.h"
 #include "tracking/trust.h"
 
 namespace sdftrack {
@@ -46,11 +47,15 @@ class Tracker {
   void set_pose(int k, const Rigidd& T_cam_obj);
 
  private:
+  // Measured over stated sensor noise.
+  struct Noise {
+    double factor = 1;
+    bool known = false;
+  };
   struct Object {
     std::shared_ptr<const Shape> shape;  // objects of the same volume share it
     Rigidd T_cam_obj;                    // centred frame
-    double noise_factor = 1;             // measured over stated sensor noise
-    bool noise_known = false;
+    Noise noise;
     double damping = 0;
   };
 
@@ -63,15 +68,17 @@ class Tracker {
     ObjectResult result;
     Rigidd T_cam_obj;  // centred frame
     Visibility seen;
+    Noise noise;
   };
+  void follow_plane(const DepthFrame& frame);
   ObjectResult track_one(const DepthFrame& frame, Object* object);
   std::optional<Fitted> try_fit(const DepthFrame& frame, Object* object, const Attempt& attempt);
   void run_stage(Object* object, PixelSet* pixels, const SdfEnergyOptions& energy, int steps, State* x,
                  ObjectResult* result);
-  void fit(const DepthFrame& frame, Object* object, const Attempt& attempt, State* x, ObjectResult* result);
-  void fit_fine(Object* object, double stated_noise_m, State* x, ObjectResult* result);
-  double last_scale(const Object& object, double stated_noise_m) const;
-  void update_noise(Object* object, double median_m, double stated_m) const;
+  void fit(const DepthFrame& frame, Object* object, const Attempt& attempt, State* x, Fitted* fitted);
+  void fit_fine(Object* object, double stated_noise_m, State* x, Fitted* fitted);
+  double last_scale(const Noise& noise, double stated_noise_m) const;
+  static Noise updated(const Noise& noise, double measured_m, double stated_m);
   ObjectResult lost(const Object& object, std::string reason, Status status) const;
   DepthFrame make_frame(const ImageView<float>& depth_m, const unsigned char* mask) const;
 
@@ -80,7 +87,7 @@ class Tracker {
   TrackerOptions options_;
   int threads_;
   std::vector<float> rays_;  // empty without distortion
-  std::optional<Plane> plane_;
+  PlaneFollower plane_;
 
   // Working memory, kept from frame to frame.
   PixelSet pixels_, coarse_, scratch_;

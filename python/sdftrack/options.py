@@ -102,6 +102,7 @@ class TrackerOptions:
             damping_start=100.0,
             fine_steps=30,
             free_space=False,
+            drop_plane=False,
             motion_sigma_m=0.0,
             padding_m=0.04,
             retry_inliers=0.0,
