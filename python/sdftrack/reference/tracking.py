@@ -13,7 +13,8 @@ from sdftrack.reference.optim import hat
 
 Array = NDArray[Any]
 
-BLIND_SLOPE = 0.02
+BLIND_SLOPE = 0.03
+GRAIN = 0.006  # common error of phi, in voxels
 
 
 class Shape(NamedTuple):
@@ -86,20 +87,25 @@ def summarize(field: Field, rays: Array, depths: Array, gains: Array, penalty: D
     return Sums(A, B, geometry / max(1, inliers))
 
 
-def increment_covariance(sums: Sums, diameter: float, correlation_area_px: float = 1.0) -> Array:
+def increment_covariance(
+    sums: Sums, diameter: float, voxel_size: float, correlation_area_px: float = 1.0
+) -> Array:
     """A^-1 B A^-1 of the increment (v, w), with one observation of sd (diameter, pi) per direction.
 
     Directions along which phi hardly changes over the inliers (rms slope below BLIND_SLOPE, a turn taken at half the
-    diameter) are taken out of A and B first: what is left there is the grain of the voxels.
+    diameter) are taken out of A and B first: what is left there is the grain of the voxels. To the others comes what
+    a common error of GRAIN voxels in phi does to the pose.
     """
     unit = np.diag([1, 1, 1, *[2 / diameter] * 3])
     prior = np.diag([diameter**-2] * 3 + [np.pi**-2] * 3)
-    values, vectors = np.linalg.eigh(unit @ sums.geometry @ unit)
-    seen = vectors[:, values > BLIND_SLOPE**2]
+    slopes2, vectors = np.linalg.eigh(unit @ sums.geometry @ unit)
+    is_seen = slopes2 >= BLIND_SLOPE**2
+    seen = vectors[:, is_seen]
     P = np.linalg.inv(unit) @ seen @ seen.T @ unit
     A = P @ sums.A @ P.T + prior
     B = correlation_area_px * P @ sums.B @ P.T + prior
-    C: Array = np.linalg.inv(A) @ B @ np.linalg.inv(A)
+    grain = seen @ np.diag((GRAIN * voxel_size) ** 2 / slopes2[is_seen]) @ seen.T
+    C: Array = np.linalg.inv(A) @ B @ np.linalg.inv(A) + unit @ grain @ unit
     return C
 
 
