@@ -82,6 +82,15 @@ double robust_sd(std::vector<float>* values) {
 
 }  // namespace
 
+namespace {
+
+void start_hits(PixelSet* pixels) {
+  for (std::size_t i = 0; i < pixels->depth_m.size(); ++i)
+    pixels->hit_m[i] = pixels->depth_m[i] - static_cast<float>(kHitLead_m);
+}
+
+}  // namespace
+
 template <class Visit>
 void SdfEnergy::with_term(const State& x, bool reclassify, const Visit& visit) {
   const auto run = [&]<class Field, class Penalty>(std::type_identity<std::pair<Field, Penalty>>) {
@@ -130,7 +139,7 @@ void SdfEnergy::accept() {
 }
 
 void SdfEnergy::settle(const State& x, int steps) {
-  pixels_->hit_m = pixels_->depth_m;
+  start_hits(pixels_);
   with_term(x, false, [&](auto& term) {
     term.newton_steps = 1;
     for (int step = 0; step < steps; ++step)
@@ -139,7 +148,7 @@ void SdfEnergy::settle(const State& x, int steps) {
 }
 
 void SdfEnergy::classify(const State& x, int steps) {
-  pixels_->hit_m = pixels_->depth_m;
+  start_hits(pixels_);
   if (options_.residual != Residual::kRayHit) steps = 1;
   with_term(x, true, [&](auto& term) {
     constexpr int P = std::decay_t<decltype(term)>::P;

@@ -26,8 +26,9 @@ struct SdfEnergyOptions {
 // mean of J J^T (d phi / d unknowns) over the inliers: what the geometry can see whatever the noise.
 struct EnergySummary {
   Eigen::MatrixXd A, B, geometry;
-  double inliers = 0;   // pixels of the subset with weight above one half
-  double noise_m = 0;  // robust sd of residual over noise scale, rays that meet the model; 0 where fewer than 20 do
+  double inliers = 0;  // pixels of the subset with weight above one half
+  double noise_m =
+      0;  // robust sd of residual over noise scale, rays that meet the model; 0 where fewer than 20 do
 };
 
 // What became of each pixel at a state.

@@ -17,7 +17,9 @@ enum class Residual {
 constexpr double kGrazingSlope = 0.17;    // d phi / d z along a ray at 80 degrees from the normal
 constexpr double kFallbackSlope = 0.3;    // least slope that a fallback pixel is divided by
 constexpr double kHitTolerance_m = 5e-4;  // a ray has met the model when |phi| is below
-constexpr double kHitReach_m = 0.05;      // a hit is looked for this far from the measured depth
+constexpr double kHitLead_m = 0.003;  // the search starts this far in front of the reading: a reading behind
+                                      // the middle of a thin wall would run away from the wall's front
+constexpr double kHitReach_m = 0.05;  // a hit is looked for this far from the measured depth
 
 // Structure of arrays: one entry per pixel of the fixed set. Pixel coordinates are those of the ideal pinhole
 // (distortion removed). `gain` is the pixel's class, fixed from one linearisation to the next: 0, its ray
@@ -57,7 +59,7 @@ struct Term {
   PixelsView<T> pixels;
   Residual residual;
   bool reclassify;   // linearisation may move a pixel between hit and fallback
-  int newton_steps;  // 1: warm start from the last hit; more: from the measured depth, until |phi| < 1e-5 m
+  int newton_steps;  // 1: warm start from the last hit; more: from the reading, until |phi| < 1e-5 m
   T inv_fx = T(1) / K.fx, inv_fy = T(1) / K.fy;
 
   HD Vec3<T> ray_of(int i) const {
@@ -90,11 +92,13 @@ struct Term {
       *z -= row->phi_m / c;
     } while (++k < newton_steps && std::abs(row->phi_m) >= T(1e-5));
     const T depth = pixels.depth_m[i];
-    if (!(std::abs(*z - depth) < T(kHitReach_m))) *z = depth;  // lost its way: start afresh
+    if (!(std::abs(*z - depth) < T(kHitReach_m))) *z = depth - T(kHitLead_m);  // lost its way: start afresh
     return c;
   }
 
-  HD T hit_start(int i) const { return newton_steps > 1 ? pixels.depth_m[i] : pixels.hit_m[i]; }
+  HD T hit_start(int i) const {
+    return newton_steps > 1 ? pixels.depth_m[i] - T(kHitLead_m) : pixels.hit_m[i];
+  }
 
   // One step of the hits alone: brings them near the model before the first linearisation.
   HD void settle(int i) const {
