@@ -33,9 +33,12 @@ class FrameEnergy {
     const std::vector<float> rays = camera.distorted() ? ray_table(camera) : std::vector<float>{};
     const DepthFrame frame{image_view(depth_m, "depth", camera), mask_view(mask, camera),
                            rays.empty() ? nullptr : rays.data()};
-    PixelSet scratch;
     select_pixels(frame, camera, shape_, inverse(start_.T_obj_cam[0]), options, options.padding_m, nullptr,
-                  &scratch, &pixels_);
+                  &pixels_);
+    if (pixels_.count() > options.max_pixels) {
+      const PixelSet all = pixels_;
+      pixels_.assign_subset(all, options.max_pixels);
+    }
     if (pixels_.count() == 0)
       throw py::value_error(
           "frame: no depth reading near the object at this pose; is the pose in metres, T_cam_obj?");

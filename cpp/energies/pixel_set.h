@@ -24,6 +24,16 @@ struct PixelSet {
     u_px.push_back(u), v_px.push_back(v), depth_m.push_back(depth), noise_scale.push_back(noise);
     hit_m.push_back(depth), trial_hit_m.push_back(depth), gain.push_back(1.0f);
   }
+  void resize(int n) {
+    for (std::vector<float>* v : {&u_px, &v_px, &depth_m, &noise_scale, &hit_m, &trial_hit_m, &gain})
+      v->resize(static_cast<std::size_t>(n));
+  }
+  // Overwrites pixel `to` by pixel `from`, from its measured depth.
+  void move(int from, int to) {
+    const auto i = static_cast<std::size_t>(from), j = static_cast<std::size_t>(to);
+    u_px[j] = u_px[i], v_px[j] = v_px[i], depth_m[j] = depth_m[i], noise_scale[j] = noise_scale[i];
+    hit_m[j] = trial_hit_m[j] = depth_m[i], gain[j] = 1.0f;
+  }
   // `wanted` pixels of `other` (all, where it has fewer), evenly spread over its order; from the measured
   // depths.
   void assign_subset(const PixelSet& other, int wanted) {

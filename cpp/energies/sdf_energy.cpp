@@ -138,6 +138,20 @@ void SdfEnergy::accept() {
   if (options_.warm_hits) pixels_->hit_m.swap(pixels_->trial_hit_m);
 }
 
+void SdfEnergy::keep_near(const State& x, double reach_m) {
+  const auto reach = static_cast<float>(reach_m);
+  int kept = 0;
+  with_term(x, false, [&](const auto& term) {
+    for (int i = 0; i < term.pixels.count; ++i) {
+      float phi;
+      Vec3f unused;
+      term.field.value(term.pixels.depth_m[i] * term.ray_of(i), &phi, &unused);
+      if (std::abs(phi) < reach) pixels_->move(i, kept++);
+    }
+  });
+  pixels_->resize(kept);
+}
+
 void SdfEnergy::settle(const State& x, int steps) {
   start_hits(pixels_);
   with_term(x, false, [&](auto& term) {

@@ -48,6 +48,8 @@ class SdfEnergy final : public Energy {
   double cost(const State& x) override;
   void accept() override;
 
+  // Leaves out the pixels whose points are farther than reach_m from the surface at x.
+  void keep_near(const State& x, double reach_m);
   // Start afresh from the measured depths: `steps` Newton steps of every ray.
   void settle(const State& x, int steps);
   // Decide which rays meet the model, at x, after `steps` steps.

@@ -55,8 +55,7 @@ DepthRange depth_range(const Shape& shape, const Rigidd& T_cam_obj, double paddi
 }
 
 void select_pixels(const DepthFrame& frame, const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj,
-                   const TrackerOptions& options, double padding_m, const Plane* plane, PixelSet* scratch,
-                   PixelSet* out) {
+                   const TrackerOptions& options, double padding_m, const Plane* plane, PixelSet* out) {
   out->clear();
   const Rect rect = projected_box(camera, shape, T_cam_obj, padding_m);
   const DepthRange range = depth_range(shape, T_cam_obj, padding_m);
@@ -85,10 +84,6 @@ void select_pixels(const DepthFrame& frame, const Camera& camera, const Shape& s
         continue;
       out->push(u.x, u.y, z, s0 + s2 * z * z);
     }
-  }
-  if (out->count() > options.max_pixels) {
-    scratch->assign_subset(*out, options.max_pixels);
-    std::swap(*scratch, *out);
   }
 }
 

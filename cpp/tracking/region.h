@@ -40,8 +40,7 @@ struct Plane {
   double offset_m;
 };
 void select_pixels(const DepthFrame& frame, const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj,
-                   const TrackerOptions& options, double padding_m, const Plane* plane, PixelSet* scratch,
-                   PixelSet* out);
+                   const TrackerOptions& options, double padding_m, const Plane* plane, PixelSet* out);
 
 // Sensor noise (sd, m) at a depth, as the options say.
 double sensor_noise_m(const TrackerOptions& options, double depth_m);

@@ -18,6 +18,7 @@ constexpr double kLeastGain = 1e-3;
 constexpr double kLastGain = 0.2;
 constexpr int kSettleSteps =
     2;  // Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias
+constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
 constexpr int kSummaryPixels = 2000;
 constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
 
@@ -152,7 +153,7 @@ std::optional<Tracker::Fitted> Tracker::try_fit(const DepthFrame& frame, Object*
                                                 const Attempt& attempt) {
   const Shape& shape = *object->shape;
   select_pixels(frame, camera_, shape, object->T_cam_obj, options_, attempt.padding_m, plane_.plane(),
-                &scratch_, &pixels_);
+                &pixels_);
   if (pixels_.count() < options_.min_pixels) return std::nullopt;
   Fitted fitted;
   fitted.noise = object->noise;
@@ -188,7 +189,20 @@ void Tracker::fit(const DepthFrame& frame, Object* object, const Attempt& attemp
     energy.residual = options_.residual;
     run_stage(object, &coarse_, energy, options_.coarse_steps, x, &fitted->result);
   }
+  choose_fine_pixels(object, last, *x);
   fit_fine(object, noise_m, x, fitted);
+}
+
+// Readings far from the surface have lost all weight at this scale; what is left is brought down to the
+// budget.
+void Tracker::choose_fine_pixels(Object* object, double scale_m, const State& x) {
+  if (options_.outlier_floor > 0)
+    SdfEnergy(object->shape->sdf, &pixels_, {})
+        .keep_near(x, std::max(kFineReach_m, kFineReachPerScale * scale_m));
+  if (pixels_.count() > options_.max_pixels) {
+    scratch_.assign_subset(pixels_, options_.max_pixels);
+    std::swap(scratch_, pixels_);
+  }
 }
 
 double Tracker::last_scale(const Noise& noise, double stated_noise_m) const {

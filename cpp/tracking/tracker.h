@@ -76,6 +76,7 @@ class Tracker {
   void run_stage(Object* object, PixelSet* pixels, const SdfEnergyOptions& energy, int steps, State* x,
                  ObjectResult* result);
   void fit(const DepthFrame& frame, Object* object, const Attempt& attempt, State* x, Fitted* fitted);
+  void choose_fine_pixels(Object* object, double scale_m, const State& x);
   void fit_fine(Object* object, double stated_noise_m, State* x, Fitted* fitted);
   double last_scale(const Noise& noise, double stated_noise_m) const;
   static Noise updated(const Noise& noise, double measured_m, double stated_m);
