@@ -139,10 +139,13 @@ def test_an_object_whose_origin_lies_outside_it_is_tracked_as_well(box):
     )
 
 
-def test_a_distorted_lens_is_no_hindrance(box):
-    camera = dataclasses.replace(CAMERA, distortion=(0.2, -0.1, 1e-3, -1e-3, 0.0))
-    T = shifted(POSE, 0.1, 0.05, 0)
-    result = st.Tracker(box, camera, threads=1).start(frame_of(T, camera=camera), poses=[T])
+@pytest.mark.parametrize("k1", [0.25, -0.15])
+@pytest.mark.parametrize("free_space_weight", [1.0, 10.0])
+def test_a_distorted_lens_is_no_hindrance(box, k1, free_space_weight):
+    camera = dataclasses.replace(CAMERA, distortion=(k1, 0.0, 1e-3, -1e-3, 0.0))  # some 4 px there
+    T = shifted(POSE, 0.19, 0.08, 0)
+    tracker = st.Tracker(box, camera, threads=1, free_space_weight=free_space_weight)
+    result = tracker.start(frame_of(T, camera=camera), poses=[T])
     assert_pose_close(result.pose, T, NOISY_ATOL_M, NOISY_ATOL_RAD)
 
 
@@ -290,7 +293,7 @@ def test_a_bad_first_frame_keeps_the_given_pose(tracker):
 # --- covariance
 
 DRAWS = 100
-CHI2_95 = 12.592  # 6 degrees of freedom
+CHI2_95, CHI2_99_9 = 12.592, 22.458  # 6 degrees of freedom
 # 95 of 100 draws are expected inside, sd 2.2; three of them.
 LEAST_COVERED = 0.88
 # The sd of an sd from 100 draws is 7 %, three of them; and the voxels' grain widens the covariance by 5 % here.
@@ -376,6 +379,17 @@ def test_a_flat_view_leaves_the_slide_along_the_face_and_the_turn_in_it_open(box
     assert sd[[3, 4]].max() < 0.05  # and so is the tilt
 
 
+@pytest.mark.parametrize("share", [0.3, 0.4, 0.5, 0.6])
+def test_a_direction_that_only_edges_hold_is_not_called_sure(box, share):
+    depth = depth_of()
+    columns = np.nonzero((depth < 1).any(axis=0))[0]
+    depth[:, : columns[0] + int(share * len(columns))] = 0.3  # the left face is hidden, at last wholly
+    result = st.Tracker(box, CAMERA, threads=1).start(st.Frame(depth), poses=[POSE])
+    assert result.ok
+    e = error_vector(result.pose, POSE)
+    assert e @ np.linalg.solve(result.covariance, e) < CHI2_99_9
+
+
 def test_the_covariance_is_symmetric_positive_and_read_only(tracker):
     C = tracker.start(frame_of(), poses=[POSE]).covariance
     np.testing.assert_allclose(C, C.T, rtol=1e-9)  # of its own sums, in double
@@ -410,6 +424,16 @@ def test_set_pose_moves_where_the_object_is_looked_for(box):
     result = tracker.track(frame_of(elsewhere))
     assert result.ok
     assert_pose_close(result.pose, elsewhere, NOISY_ATOL_M, NOISY_ATOL_RAD)
+
+
+def test_a_pose_that_was_set_is_the_last_good_one(box):
+    tracker = st.Tracker(box, CAMERA, threads=1)
+    tracker.start(frame_of(), poses=[POSE])
+    elsewhere = shifted(POSE, 0.15, 0, 0)
+    tracker.set_pose(0, elsewhere)
+    assert_pose_close(pickle.loads(pickle.dumps(tracker)).track(wall_frame()).pose, elsewhere, 1e-12, 1e-12)
+    assert_pose_close(tracker.track(st.Frame.unreadable("gone")).pose, elsewhere, 1e-12, 1e-12)
+    assert_pose_close(tracker.track(wall_frame()).pose, elsewhere, 1e-12, 1e-12)
 
 
 def test_start_may_be_called_again(tracker):
@@ -515,6 +539,8 @@ def test_the_printed_form_tracks_too(box):
     )
     assert result.steps[0][0].damping == 100
     assert_pose_close(result.pose, POSE, 0.002, 0.03)  # its normal equations are poor at the minimum
+    assert np.sqrt(np.diag(result.covariance)).max() < 0.01  # m, rad: a box seen from three sides is known
+    assert result.confidence[0] > 0.9
 
 
 def test_options_from_a_file(tmp_path, box):
@@ -573,6 +599,9 @@ def test_a_wrong_option_is_refused_with_its_name(box, option, error, match):
     [
         ({"shapes": []}, ValueError, "shapes: expected at least one SDF"),
         ({"shapes": [3]}, TypeError, r"shapes\[0\]: expected an SDF, got int"),
+        ({"shapes": None}, TypeError, "shapes: expected"),
+        ({"shapes": box_mesh()}, TypeError, "shapes: expected"),
+        ({"options": {"padding_m": 0.1}}, TypeError, "options: expected"),
         ({"camera": np.eye(3)}, TypeError, r"camera: expected st\.Camera"),
         ({"camera": None}, TypeError, r"camera: expected st\.Camera"),
         ({"device": "gpu"}, ValueError, "device: expected one of"),
@@ -580,6 +609,7 @@ def test_a_wrong_option_is_refused_with_its_name(box, option, error, match):
         ({"threads": -1}, ValueError, "threads: expected 0"),
         ({"threads": 1.5}, ValueError, "threads: expected 0"),
         ({"motion": "fast"}, ValueError, "motion: expected one of"),
+        ({"names": "a"}, TypeError, "names: expected"),
         ({"names": ["a", "b"]}, ValueError, r"names: expected one per shape \(1\), got 2"),
         ({"membership": True}, ValueError, "membership"),
     ],
@@ -620,6 +650,7 @@ def with_value(T, row, column, value):
         ([np.diag([1.0, 1, -1, 1])], ValueError, r"poses\[0\]: .*not a rotation"),
         ([1000 * POSE], ValueError, r"poses\[0\]"),
         ([np.zeros((4, 4))], ValueError, r"poses\[0\]"),
+        ("gt", (TypeError, ValueError), "poses"),
         ([POSE[:3]], ValueError, r"poses\[0\]: expected shape \(4, 4\)"),
     ],
 )
