@@ -163,10 +163,9 @@ void SdfEnergy::settle(const State& x, int steps) {
 
 void SdfEnergy::classify(const State& x, int steps) {
   start_hits(pixels_);
-  if (options_.residual != Residual::kRayHit) steps = 1;
+  if (options_.residual != Residual::kRayHit || !options_.warm_hits) steps = 1;  // else each step goes on
   with_term(x, true, [&](auto& term) {
     constexpr int P = std::decay_t<decltype(term)>::P;
-    term.newton_steps = 1;  // from the buffer, which starts at the measured depth
     for (int k = 0; k < steps; ++k)
       for (int i = 0; i < term.pixels.count; ++i) {
         FieldRow<float, P> row;

@@ -21,8 +21,9 @@ RESIDUAL_ATOL_M = 2e-6
 SUM_RTOL = 2e-3
 # Kinks of the interpolant at voxel borders and float32 costs; a wrong Jacobian is off by tens of percent.
 SLOPE_RTOL = 1e-2
-# Without noise the truth is the minimum up to float32 depth (3e-8 m) and kernels; measured 3e-8 m, 5e-7 rad.
-TRUTH_ATOL_M, TRUTH_ATOL_RAD = 2e-6, 2e-5
+# Without noise the truth is the minimum up to float32 depth (3e-8 m) and kernels, measured 3e-8 m and 5e-7 rad; but
+# some rays that graze the silhouette are classed at the start as hits and have none in the end: 1.3e-6 m, 8e-5 rad.
+TRUTH_ATOL_M, TRUTH_ATOL_RAD = 5e-6, 2e-4
 # A sub-pixel change of 120 px focal length moves points by less than the grain of the voxels (2 mm) lets through.
 FOCAL_RTOL, CENTRE_ATOL_PX, SCALE_ATOL = 2e-3, 0.2, 1e-3
 

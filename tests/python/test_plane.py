@@ -161,5 +161,5 @@ def test_the_tracker_can_leave_the_table_out():
         result = st.Tracker(shape, CAMERA, threads=1, drop_plane=drop).start(frame_of(depth), poses=[T])
         assert result.ok
         pixels[drop] = result.steps[0][-1].pixels
-    assert pixels[True] < 0.8 * pixels[False]
+    assert pixels[True] < 0.95 * pixels[False]  # those of the table beside the box
     assert np.linalg.norm(result.pose[:3, 3] - T[:3, 3]) < 5e-4  # m; a strip along the foot is gone with it

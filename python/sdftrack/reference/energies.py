@@ -24,6 +24,8 @@ Array = NDArray[Any]
 GRAZING_SLOPE = 0.17  # d phi / d z along a ray at 80 degrees from the normal
 FALLBACK_SLOPE = 0.3  # least slope that a pixel without a hit is divided by
 HIT_TOLERANCE_M = 5e-4
+HIT_LEAD_M = 0.003  # the search starts this far in front of the reading
+HIT_REACH_M = 0.05  # and begins again where it gets farther than this from the reading
 CONVERGED_M = 1e-5
 NEWTON_STEPS = 8
 
@@ -141,14 +143,19 @@ class Hit(NamedTuple):
 
 
 def find_hit(field: Field, ray: Array, depth: float, steps: int = NEWTON_STEPS) -> Hit:
-    """Newton's iteration for phi(z ray) = 0 from the measured depth; the slope is at most -GRAZING_SLOPE."""
-    z = depth
+    """Newton's iteration for phi(z ray) = 0; the slope is at most -GRAZING_SLOPE.
+
+    From a little in front of the reading: one behind the middle of a thin wall would run away from the wall's front.
+    """
+    z = depth - HIT_LEAD_M
     for _ in range(steps):
         phi, g, J = field.row(z * ray)
         slope = min(float(g @ ray), -GRAZING_SLOPE)
         z -= phi / slope
         if abs(phi) < CONVERGED_M:
             break
+    if not abs(z - depth) < HIT_REACH_M:  # lost its way
+        z = depth - HIT_LEAD_M
     return Hit(z, slope, J, phi)
 
 
