@@ -130,9 +130,21 @@ class TrackerOptions:
         with open(path, "rb") as file:
             try:
                 values = tomllib.load(file)
-            except tomllib.TOMLDecodeError as error:
+            except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
                 raise ValueError(f"{os.fspath(path)}: not a TOML file: {error}") from None
-        return cls.from_dict(values.get("tracker", values))
+        table = values.pop("tracker", None)
+        if table is not None and not isinstance(table, dict):
+            raise ValueError(f"{os.fspath(path)}: expected a table [tracker], got tracker = {table!r}")
+        strange = [name for name, value in values.items() if table is not None or isinstance(value, dict)]
+        if strange:
+            raise ValueError(
+                f"{os.fspath(path)}: expected the options in [tracker], or all of them without a table, got "
+                f"{', '.join(strange)} beside it"
+            )
+        try:
+            return cls.from_dict(values if table is None else table)
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"{os.fspath(path)}: {error}") from None
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``{name: value}``."""

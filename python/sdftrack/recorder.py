@@ -260,7 +260,10 @@ def prepare_folder(directory: Path, overwrite: bool) -> set[str]:
     there."""
     if directory.exists() and not directory.is_dir():
         raise FileExistsError(f"out: expected a folder, got the file {directory}")
-    directory.mkdir(parents=True, exist_ok=True)
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OSError(error.errno, f"out: cannot make the folder {directory}: {error.strerror}") from None
     for part in directory.glob(f".*{PART}"):  # left by a run that was killed
         part.unlink(missing_ok=True)
     if not any(directory.iterdir()):
@@ -268,7 +271,7 @@ def prepare_folder(directory: Path, overwrite: bool) -> set[str]:
     if not overwrite:
         raise FileExistsError(
             f"out: expected a new or empty folder, got {directory} with files in it; "
-            "choose another or overwrite"
+            "choose another, or overwrite=True"
         )
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
         old = json.loads((directory / "report.json").read_text(encoding="utf-8"))["settings"]["files"]

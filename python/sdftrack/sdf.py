@@ -215,7 +215,7 @@ class SDF:
             values = _core.open_mesh_to_sdf(vertices, faces, shape, voxel_size, list(origin), threads=threads)
         if not (values < 0).any():
             thin = (
-                f"use voxels={_needed(report, voxel_size, voxels)}, or "
+                f"{_use(_needed(report, voxel_size, voxels)).rstrip(',')}, or "
                 if report.thinnest < 2 * voxel_size
                 else ""
             )
@@ -577,16 +577,24 @@ def _check_voxels(extent: NDArray[np.float64], voxel_size: float, voxels: int) -
     if shortest < 4 * voxel_size:
         if shortest <= 0:
             raise ValueError("mesh: it is flat (no extent along one axis); expected a solid")
-        need = f"voxels={_enough(voxels, 4 * voxel_size / shortest)}"
+        need = _use(_enough(voxels, 4 * voxel_size / shortest))
         raise ValueError(
             f"voxels: the shortest side of the object, {1e3 * shortest:.3g} mm, is under 4 voxels of "
-            f"{1e3 * voxel_size:.3g} mm; use {need} or less padding"
+            f"{1e3 * voxel_size:.3g} mm; {need} or less padding"
         )
 
 
 def _enough(voxels: int, factor: float) -> int:
     """`voxels` times a factor, rounded up to a ten."""
     return int(np.ceil(((voxels - 1) * factor + 1) / 10) * 10)
+
+
+def _use(voxels: int) -> str:
+    if voxels > MAX_VOXELS:
+        return (
+            f"it would take {voxels} voxels, at most {MAX_VOXELS} are possible: thicken it in a mesh editor,"
+        )
+    return f"use voxels={voxels}"
 
 
 def _needed(report: MeshReport, voxel_size: float, voxels: int) -> int:
@@ -608,9 +616,9 @@ def _warn(report: MeshReport, voxel_size: float, voxels: int) -> None:
             stacklevel=3,
         )
     if report.thinnest < 2 * voxel_size:
-        need = _needed(report, voxel_size, voxels)
+        need = _use(_needed(report, voxel_size, voxels)).rstrip(",")
         warnings.warn(
             f"mesh: parts of it, {1e3 * report.thinnest:.2g} mm and less, are thinner than 2 voxels of "
-            f"{1e3 * voxel_size:.2g} mm, and their surfaces will be off; use voxels={need}",
+            f"{1e3 * voxel_size:.2g} mm, and their surfaces will be off; {need}",
             stacklevel=3,
         )

@@ -298,7 +298,7 @@ def test_several_sequences_get_a_folder_each_and_failures_come_last(recording, t
     [
         ("[1, 2", "not valid JSON"),
         ('{"poses": []}', "T_cam_obj"),
-        ('{"T_cam_obj": []}', "expected 1 poses"),
+        ('{"T_cam_obj": []}', "one 4x4 matrix per --model .1., got 0"),
         ('{"T_cam_obj": [[[1, 2], [3, 4]]]}', "T_cam_obj"),
         (json.dumps({"T_cam_obj": [(2 * np.eye(4)).tolist()]}), "rotation|rigid"),
         (None, "no such file"),

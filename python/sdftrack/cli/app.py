@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from typing import Any
 
@@ -53,7 +54,7 @@ def run(arguments: list[str]) -> int:
 
 
 def _warn(message: Warning | str, *about: Any, **more: Any) -> None:
-    print(f"sdftrack: warning: {_one_line(str(message))}", file=sys.stderr)
+    print(f"sdftrack: warning: {_as_options(_one_line(str(message)))}", file=sys.stderr)
 
 
 def _run(command: Any, arguments: list[str]) -> int:
@@ -84,12 +85,20 @@ def _run(command: Any, arguments: list[str]) -> int:
 
 
 def _told(error: Exception) -> str:
-    text = _one_line(str(error))
+    text = _as_options(_one_line(str(error)))
     if isinstance(error, (ValueError, TypeError, OSError, RuntimeError, ImportError, MemoryError)) and text:
-        if isinstance(error, OSError) and error.strerror and error.filename is None:
-            return _one_line(error.strerror)
+        if isinstance(error, OSError) and error.strerror:
+            about = [str(error.filename)] if error.filename is not None else []
+            return _as_options(_one_line(": ".join([*about, error.strerror])))
         return text
     return f"{type(error).__name__}: {text} (set SDFTRACK_DEBUG=1 for the traceback, and please report it)"
+
+
+def _as_options(text: str) -> str:
+    """Advice for Python, ``unit='mm'``, as advice for the command line, ``--unit mm``."""
+    return re.sub(r"\b(voxels|unit|holes)=('?)(\w+)\2", r"--\1 \3", text).replace(
+        "overwrite=True", "--overwrite"
+    )
 
 
 def _one_line(text: str) -> str:

@@ -33,9 +33,6 @@ STRIP = (
     0.95,
 )  # parts of the time that the strip shows; in the middle a hand passes
 VOXELS = 160
-# The hand touches the duck all the time: readings farther off than this are not the duck's, and a wide first
-# stage would slide onto the fingers.
-CLOSE = {"padding_m": 0.02, "scale_start_m": 0.006}
 
 
 def demo(
@@ -62,7 +59,7 @@ def demo(
 
     folder = DEFAULT_OUT if out is None else out
     overwrite = overwrite or (out is None and _ours(folder))
-    options = {**(tracker_settings(config) if config else CLOSE), "device": device.value, "threads": threads}
+    options = {**tracker_settings(config), "device": device.value, "threads": threads}
     shown = {round(s * (frames - 1)) for s in STRIP}
     pictures, results = [], []
     settings = {"command": "demo", "frames": frames, "seed": seed, "voxels": VOXELS, "threads": threads}

@@ -24,13 +24,12 @@ from sdftrack.cli.common import (
 
 
 def reproduce(
-    figure: Annotated[
-        list[str] | None, typer.Argument(metavar="[FIGURE ...]", help="Ids, see --list.")
-    ] = None,
+    figure: Annotated[list[str] | None, typer.Argument(metavar="FIGURE", help="Ids, see --list.")] = None,
     show_list: Annotated[bool, typer.Option("--list", help="List the figures that can be made.")] = False,
     mesh: Annotated[
-        Path | None, typer.Option(metavar="M.ply", help="Mesh in place of the built-in shape, m.")
+        Path | None, typer.Option(metavar="M.ply", help="Mesh in place of the built-in shape.")
     ] = None,
+    unit: Annotated[str | None, typer.Option(help="Unit of the mesh: m, mm, cm or in.")] = None,
     frames: Annotated[int | None, typer.Option(min=2, help="Fewer frames, for a quick look.")] = None,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
@@ -42,6 +41,7 @@ def reproduce(
     """Make figures of the source text again; all of them when none is named."""
     from sdftrack import __version__
     from sdftrack.io.files import write_json
+    from sdftrack.mesh import UNITS
     from sdftrack.recorder import prepare_folder
     from sdftrack.reproduce import FIGURES, Context, find
 
@@ -53,13 +53,15 @@ def reproduce(
         wanted = [find(name) for name in figure] if figure else list(FIGURES.values())
     except ValueError as error:
         raise Usage(str(error)) from None
+    if unit not in (None, *UNITS):
+        raise Usage(f"expected one of {', '.join(UNITS)}, got {unit!r}", "--unit")
     options = {**tracker_settings(config), "device": device.value, "threads": threads}
     root = Path("sdftrack-reproduce") if out is None else out
     for f in wanted:
         folder = root / f.id
         prepare_folder(folder, overwrite)
         with progress_counter(quiet) as step:
-            made = f.run(Context(folder, mesh, frames, options, step))
+            made = f.run(Context(folder, mesh, frames, options, step, unit))
         write_json(folder / "result.json", {"version": __version__, "figure": f.id, **made})
         if not quiet:
             show_table(made["title"], made["head"], made["rows"])

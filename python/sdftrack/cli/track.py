@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -27,6 +30,8 @@ from sdftrack.cli.common import (
 )
 
 LATER_INITS = ("auto", "mask", "box:", "click:")
+FARTHEST_M = 50.0  # beyond the depth cameras there are
+EVENTS = 5  # lines about trouble after the table
 Pose = NDArray[np.float64]
 
 
@@ -54,13 +59,14 @@ class Job:
     layout: str
     unit: str | None
     voxels: int
+    holes: str
     video: bool
     options: dict[str, Any]
     quiet: bool
 
 
 def track(
-    seq: Annotated[list[str], typer.Argument(metavar="SEQ...", help="Folders of recorded sequences.")],
+    seq: Annotated[list[str], typer.Argument(metavar="SEQ", help="Folders of recorded sequences.")],
     model: Annotated[list[Path], typer.Option(metavar="M.ply", help="Mesh; again for several objects.")],
     init: Annotated[str, typer.Option(metavar="gt|poses.json", help="First poses.")] = "gt",
     mode: Annotated[str, typer.Option(metavar="depth", help="What is tracked.")] = "depth",
@@ -78,6 +84,9 @@ def track(
     voxels: Annotated[
         int, typer.Option(min=8, help="Voxels along the longest side of a model's volume.")
     ] = 200,
+    holes: Annotated[
+        str, typer.Option(metavar="error|close", help="An open mesh: refuse it, or close it.")
+    ] = "error",
     no_video: Annotated[bool, typer.Option("--no-video", help="Leave out overlay.mp4.")] = False,
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,
@@ -86,16 +95,27 @@ def track(
 ) -> None:
     """Track known shapes through recorded sequences.
 
-    Writes poses.csv (BOP), trajectory_<k>.txt (TUM), overlay.mp4 and report.json into DIR, one folder for
-    each sequence when there are several.
+    Writes poses.csv (BOP), trajectory_<k>.txt (TUM), overlay.mp4 and report.json into DIR; several sequences get
+    a folder each.
     """
-    _check_usage(init, mode, unit, out, overlay_mesh, model)
+    _check_usage(init, mode, unit, holes, out, overlay_mesh, model)
     check_layout(layout)
     assert out is not None
     options = {**tracker_settings(config), "device": device.value, "threads": threads}
     part = slice(start, stop, step)
     job = Job(
-        model, init, overlay_mesh or [], overwrite, part, layout, unit, voxels, not no_video, options, quiet
+        models=model,
+        init=init,
+        overlay=overlay_mesh or [],
+        overwrite=overwrite,
+        part=part,
+        layout=layout,
+        unit=unit,
+        voxels=voxels,
+        holes=holes,
+        video=not no_video,
+        options=options,
+        quiet=quiet,
     )
     folders = [Path(s) for s in seq]
     failed: list[str] = []
@@ -105,13 +125,20 @@ def track(
         except (OSError, ValueError, TypeError, RuntimeError) as error:
             if len(folders) == 1:
                 raise
-            failed.append(f"{folder}: {' '.join(str(error).split())}")
+            told = " ".join(str(error).split())
+            failed.append(told if told.startswith(str(folder)) else f"{folder}: {told}")
     if failed:
         raise RuntimeError(f"{len(failed)} of {len(folders)} sequences failed: " + "; ".join(failed))
 
 
 def _check_usage(
-    init: str, mode: str, unit: str | None, out: Path | None, overlay: list[Path] | None, models: list[Path]
+    init: str,
+    mode: str,
+    unit: str | None,
+    holes: str,
+    out: Path | None,
+    overlay: list[Path] | None,
+    models: list[Path],
 ) -> None:
     if out is None:
         raise Usage("expected a folder for the results: --out DIR", "--out")
@@ -125,6 +152,8 @@ def _check_usage(
         raise Usage(f"expected gt or a poses.json, got {init!r}", "--init")
     if unit not in (None, "m", "mm", "cm", "in"):
         raise Usage(f"expected m, mm, cm or in, got {unit!r}", "--unit")
+    if holes not in ("error", "close"):
+        raise Usage(f"expected error or close, got {holes!r}", "--holes")
     if overlay and len(overlay) > len(models):
         raise Usage(f"expected at most one per --model ({len(models)}), got {len(overlay)}", "--overlay-mesh")
 
@@ -149,9 +178,9 @@ def _track_one(folder: Path, out: Path, job: Job) -> None:
         numbers = range(len(seq))[job.part]
         if not len(numbers):
             raise ValueError(f"--start, --stop: expected some of the {len(seq)} frames of {folder}, got none")
-        targets = load_targets(job.models, seq, job.unit, job.voxels)
+        targets = load_targets(job.models, seq, job.unit, job.voxels, job.holes)
         poses = _first_poses(job.init, targets, folder, numbers[0], seq)
-        meshes: list[Any] = [st.Mesh.load(p, unit=job.unit) for p in job.overlay]
+        meshes: list[Any] = [_loaded(p, "--overlay-mesh", job.unit) for p in job.overlay]
         names, sdfs = [t.name for t in targets], [t.sdf for t in targets]
         tracker = st.Tracker(sdfs, seq.camera, mode="depth", names=names, **job.options)
         results: list[Any] = []
@@ -212,7 +241,9 @@ def fitting(frame: Any, camera: Any) -> Any:
     )
 
 
-def load_targets(models: list[Path], seq: Any, unit: str | None, voxels: int) -> list[Target]:
+def load_targets(
+    models: list[Path], seq: Any, unit: str | None, voxels: int, holes: Any = "error"
+) -> list[Target]:
     """Meshes with their volumes (one per distinct file) and the ground truth's instances."""
     import sdftrack as st
 
@@ -223,10 +254,12 @@ def load_targets(models: list[Path], seq: Any, unit: str | None, voxels: int) ->
     for path in models:
         key = path.resolve()
         if key not in loaded:
-            mesh = st.Mesh.load(path, unit=unit)
-            own = own_obj_id(mesh, seq)
+            mesh = _loaded(path, "--model", unit)
+            own = own_obj_id(mesh, seq, known_unit=unit is not None)
             mesh = mesh if own is None else seq.models[own]
-            loaded[key] = (mesh, st.SDF.from_mesh(mesh, voxels=voxels), own)
+            with about_file("--model", path):
+                sdf = st.SDF.from_mesh(mesh, voxels=voxels, holes=holes, unit="m" if unit == "m" else None)
+            loaded[key] = (mesh, sdf, own)
         mesh, sdf, own = loaded[key]
         if own is None and key not in foreign:
             foreign.append(key)
@@ -237,12 +270,40 @@ def load_targets(models: list[Path], seq: Any, unit: str | None, voxels: int) ->
     return targets
 
 
-def own_obj_id(mesh: Any, seq: Any) -> int | None:
-    """obj_id under which the sequence has this mesh, also when the file was read in another unit."""
+@contextlib.contextmanager
+def about_file(option: str, path: Path) -> Iterator[None]:
+    """Errors and warnings inside speak of the option and the file."""
+
+    def told(text: str) -> str:
+        text = text.removeprefix("mesh: ")
+        return f"{option}: {text}" if str(path) in text else f"{option} {path}: {text}"
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            yield
+        except (TypeError, ValueError, FileNotFoundError) as error:
+            raise type(error)(told(str(error))) from error
+    for warning in caught:
+        warnings.warn(told(str(warning.message)), warning.category, stacklevel=3)
+
+
+def _loaded(path: Path, option: str, unit: str | None) -> Any:
+    from sdftrack.mesh import Mesh
+
+    with about_file(option, path):
+        return Mesh.load(path, unit=unit)
+
+
+def own_obj_id(mesh: Any, seq: Any, known_unit: bool = False) -> int | None:
+    """obj_id under which the sequence has this mesh; where its unit is not known, also when read in another."""
+    from sdftrack.mesh import UNITS
+
+    ratios = [1.0] if known_unit else list(UNITS.values())
     for obj_id, own in seq.models.items():
         if own.vertices.shape == mesh.vertices.shape and np.array_equal(own.faces, mesh.faces):
-            size, own_size = np.ptp(mesh.vertices, axis=0).max(), np.ptp(own.vertices, axis=0).max()
-            if np.allclose(mesh.vertices * (own_size / size), own.vertices, rtol=0, atol=1e-5 * own_size):
+            size = np.ptp(own.vertices, axis=0).max()
+            if any(np.allclose(r * mesh.vertices, own.vertices, rtol=0, atol=1e-5 * size) for r in ratios):
                 return int(obj_id)
     return None
 
@@ -263,7 +324,7 @@ def _first_poses(init: str, targets: list[Target], folder: Path, first: int, seq
     for t in targets:
         if t.instance is None:
             raise ValueError(
-                f"--init gt: {folder} has no ground truth left for {t.path}; pass --init poses.json"
+                f"--init gt: {folder} has no (further) ground truth for {t.path}; pass --init poses.json"
             )
         if t.instance not in truth:
             known = [i for i, entry in seq.ground_truth.items() if t.instance in entry]
@@ -289,11 +350,34 @@ def read_poses(path: Path, count: int) -> list[Pose]:
     if not isinstance(poses, list):
         raise ValueError(f'--init {path}: expected {{"T_cam_obj": [4x4, ...]}}, in the order of the models')
     if len(poses) != count:
-        raise ValueError(f"--init {path}: expected {count} poses, one per --model, got {len(poses)}")
-    try:
-        return [rigid(np.asarray(p, np.float64), f"T_cam_obj[{k}]") for k, p in enumerate(poses)]
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"--init {path}: {error}") from None
+        raise ValueError(
+            f"--init {path}: expected T_cam_obj to list one 4x4 matrix per --model ({count}), got {len(poses)}"
+        )
+    read = []
+    for k, p in enumerate(poses):
+        try:
+            matrix = np.asarray(p, np.float64)
+        except (TypeError, ValueError):
+            raise ValueError(f"--init {path}: T_cam_obj[{k}]: expected a 4x4 matrix of numbers") from None
+        try:
+            T = rigid(matrix, f"T_cam_obj[{k}]")
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"--init {path}: {error}") from None
+        _check_place(T, f"--init {path}: T_cam_obj[{k}]")
+        read.append(T)
+    return read
+
+
+def _check_place(T: Pose, name: str) -> None:
+    distance, z = float(np.linalg.norm(T[:3, 3])), float(T[2, 3])
+    if distance > FARTHEST_M:
+        raise ValueError(
+            f"{name}: the object is {distance:.4g} m away; translations are metres, are these mm?"
+        )
+    if z <= 0:
+        raise ValueError(
+            f"{name}: the object is behind the camera (z = {z:.4g} m); expected T_cam_obj, object to camera"
+        )
 
 
 def _bop_name(folder: Path) -> str:
@@ -325,3 +409,22 @@ def _summary(
     head = ["object", "ok", "weak", "lost", "bad frame", "mean mm", "mean deg"]
     milliseconds = 1e3 * float(np.median([r.seconds for r in results]))
     show_table(f"{folder}: {len(results)} frames, {milliseconds:.2f} ms per frame -> {out}", head, rows)
+    events = list(_events([t.name for t in targets], results, [seq.ids[i] for i in numbers]))
+    for line in events[:EVENTS]:
+        print(line)
+    if len(events) > EVENTS:
+        print(f"and {len(events) - EVENTS} more, see report.json")
+
+
+def _events(names: list[str], results: list[Any], ids: list[int]) -> Iterator[str]:
+    """Where an object stops being ok: one line for each run of frames with one status."""
+    for k, name in enumerate(names):
+        begin = 0
+        status = [str(r.status[k]) for r in results]
+        for i in range(1, len(status) + 1):
+            if i < len(status) and status[i] == status[begin]:
+                continue
+            if status[begin] not in ("ok", "weak"):
+                which = f"image {ids[begin]}" if i - begin == 1 else f"images {ids[begin]} to {ids[i - 1]}"
+                yield f"{name} {status[begin]}, {which}: {results[begin].reason[k]}"
+            begin = i

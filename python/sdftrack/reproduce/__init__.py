@@ -35,13 +35,15 @@ class Context:
     out : Path
         An existing folder of the figure's own.
     mesh : Path or None
-        A mesh (metres) in place of the built-in shape.
+        A mesh in place of the built-in shape.
     frames : int or None
         Fewer frames for a quick look; None: as stated by the figure.
     options : dict
         Keyword arguments for `Tracker`.
     step : callable (done, total, label)
         Told of progress.
+    unit : str or None
+        Of the mesh; None: metres.
     """
 
     out: Path
@@ -49,6 +51,7 @@ class Context:
     frames: int | None
     options: dict[str, Any]
     step: Callable[[int, int, str], None]
+    unit: str | None = None
 
 
 FIGURES = {

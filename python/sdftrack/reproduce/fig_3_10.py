@@ -45,7 +45,7 @@ def run(context: Context) -> dict[str, Any]:
     from sdftrack.io.files import write_text
     from sdftrack.reproduce.duck import duck_mesh
 
-    mesh = duck_mesh() if context.mesh is None else st.Mesh.load(context.mesh)
+    mesh = duck_mesh() if context.mesh is None else st.Mesh.load(context.mesh, context.unit)
     centre = mesh.vertices.min(axis=0) / 2 + mesh.vertices.max(axis=0) / 2
     n = FRAMES if context.frames is None else context.frames
     poses = motion(n, STEP_M, STEP_RAD, SEED, centre)
@@ -53,7 +53,7 @@ def run(context: Context) -> dict[str, Any]:
     truth = render_truth(
         mesh, poses, default_camera(), threads, progress=lambda i: context.step(i + 1, n, "render")
     )
-    sdf = st.SDF.from_mesh(mesh, voxels=VOXELS)
+    sdf = st.SDF.from_mesh(mesh, voxels=VOXELS, unit="m" if context.unit == "m" else None)
     runs = []
     for sigma in SIGMAS_M:
         runs.append(_track(sdf, truth, sigma, context))

@@ -84,6 +84,8 @@ def open_sequence(path: str | os.PathLike[str], layout: str = "auto") -> Sequenc
                     raise ValueError(
                         f"{root}: not a sequence itself, but {folder} is one ({kind.name}): open that"
                     )
+    else:
+        raise ValueError(f"{root}: unknown layout, it is a file; known are folders: {known}")
     raise ValueError(f"{root}: unknown layout; known are: {known}")
 
 

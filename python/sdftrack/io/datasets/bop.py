@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.geometry import rigid
 from sdftrack.io.datasets import register
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
@@ -24,7 +25,9 @@ M_PER_MM = 1e-3
 def open_bop(root: Path) -> Sequence:
     if not (root / "scene_camera.json").is_file():
         raise FileNotFoundError(f"{root / 'scene_camera.json'}: a BOP scene needs this file")
-    cameras = _by_number(root / "scene_camera.json")
+    cameras = _by_number(root / "scene_camera.json", dict)
+    if not cameras:
+        raise ValueError(f"{root / 'scene_camera.json'}: expected at least one image, got none")
     ids = sorted(cameras)
     depth = numbered(image_files(root / "depth"))
     color = numbered(image_files(root / "rgb") or image_files(root / "gray"))
@@ -34,7 +37,7 @@ def open_bop(root: Path) -> Sequence:
         Entry(
             depth.get(f"{i:06d}", root / "depth" / f"{i:06d}.png"),
             color.get(f"{i:06d}"),
-            M_PER_MM * float(cameras[i].get("depth_scale", 1.0)),
+            _depth_scale(root, i, cameras[i]),
             camera=None if intrinsics[0] == K else K,
         )
         for i, K in zip(ids, intrinsics, strict=True)
@@ -54,23 +57,39 @@ def open_bop(root: Path) -> Sequence:
     )
 
 
-def _by_number(path: Path) -> dict[int, Any]:
+def _by_number(path: Path, kind: type) -> dict[int, Any]:
+    values = read_json(path)
     try:
-        return {int(i): value for i, value in read_json(path).items()}
-    except (AttributeError, TypeError, ValueError) as error:
-        if "valid JSON" in str(error):
-            raise
+        numbered_values = {int(i): value for i, value in values.items()}
+    except (AttributeError, TypeError, ValueError):
         raise ValueError(f"{path}: expected an object with image numbers as keys") from None
+    for i, value in numbered_values.items():
+        if not isinstance(value, kind):
+            what = "an object" if kind is dict else "a list"
+            raise ValueError(f"{path}, image {i}: expected {what}, got {value!r}")
+    return numbered_values
 
 
 def _camera(root: Path, im_id: int, values: dict[str, Any], width: int, height: int) -> Camera:
     where = f"{root / 'scene_camera.json'}, image {im_id}"
-    if len(values.get("cam_K", ())) != 9:
-        raise ValueError(f"{where}: expected cam_K with 9 numbers")
     try:
-        return Camera.from_K(np.reshape(values["cam_K"], (3, 3)), width, height)
+        K = np.reshape(np.asarray(values["cam_K"], dtype=float), (3, 3))
+    except (KeyError, TypeError, ValueError):
+        raise ValueError(f"{where}: expected cam_K with 9 numbers") from None
+    try:
+        return Camera.from_K(K, width, height)
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
+
+
+def _depth_scale(root: Path, im_id: int, values: dict[str, Any]) -> float:
+    value = values.get("depth_scale", 1.0)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0:
+        raise ValueError(
+            f"{root / 'scene_camera.json'}, image {im_id}: depth_scale: expected mm per unit, a number above 0, "
+            f"got {value!r}"
+        )
+    return M_PER_MM * float(value)
 
 
 def _ground_truth(
@@ -84,7 +103,7 @@ def _ground_truth(
     path = root / "scene_gt.json"
     if not path.is_file():
         return [], {}, {}
-    listed = _by_number(path)
+    listed = _by_number(path, list)
     instances: dict[tuple[int, int], int] = {}
     places: dict[int, dict[int, int]] = {}
     poses: dict[int, dict[int, NDArray[np.float64]]] = {}
@@ -100,6 +119,10 @@ def _ground_truth(
                 raise ValueError(
                     f"{path}, image {im_id}, entry {place}: expected obj_id, cam_R_m2c (9), cam_t_m2c (3)"
                 ) from None
+            try:
+                T = rigid(T, "cam_R_m2c, cam_t_m2c")
+            except ValueError as error:
+                raise ValueError(f"{path}, image {im_id}, entry {place}: {error}") from None
             rank = seen[obj_id] = seen.get(obj_id, -1) + 1
             k = instances.setdefault((obj_id, rank), len(instances))
             places.setdefault(i, {})[k] = place

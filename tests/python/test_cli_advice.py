@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: MIT
+"""Bad input from the command line: the line names the file and what to type instead."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from tracking_scene import CAMERA, POSE, box_mesh, frame_of
+
+import sdftrack as st
+from sdftrack import geometry
+from sdftrack.cli.app import run
+
+FRAMES = 3
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    """Three images of a still box as a BOP scene, without a model of its own."""
+    root = tmp_path_factory.mktemp("scene") / "000001"
+    frames = [frame_of(seed=i) for i in range(FRAMES)]
+    st.save_sequence(root, st.Sequence(frames, CAMERA, np.stack([POSE] * FRAMES)), layout="bop")
+    return root
+
+
+def told(scene, tmp_path, capsys, *arguments, code=1):
+    out = tmp_path / "out"
+    common = ["track", str(scene), "--out", str(out), "--no-video", "--voxels", "60"]
+    assert run([*common, *arguments]) == code
+    text = capsys.readouterr()
+    if code:
+        assert text.err.count("\n") == 1
+        assert not out.exists()
+    return text.err if code else text.out
+
+
+def save(tmp_path, factor=1.0, faces=slice(None)):
+    path = tmp_path / "box.ply"
+    mesh = box_mesh()
+    st.Mesh(factor * mesh.vertices, mesh.faces[faces]).save(path)
+    return str(path)
+
+
+def test_a_model_150_m_long_names_file_and_unit(scene, tmp_path, capsys):
+    model = save(tmp_path, 150 / 0.12)
+    line = told(scene, tmp_path, capsys, "--model", model)
+    assert "--model" in line
+    assert model in line
+    assert "150 m" in line
+    assert "--unit mm" in line
+
+
+def test_a_unit_that_makes_a_speck_is_refused(scene, tmp_path, capsys):
+    assert "0.00012 m" in told(scene, tmp_path, capsys, "--model", save(tmp_path), "--unit", "mm")
+
+
+def test_an_open_model_is_refused_with_the_option_that_closes_it(scene, tmp_path, capsys):
+    model = save(tmp_path, faces=slice(0, -1))
+    assert "--holes close" in told(scene, tmp_path, capsys, "--model", model)
+    assert "box" in told(scene, tmp_path, capsys, "--model", model, "--holes", "close", code=0)
+
+
+def test_a_thin_model_names_the_voxels_to_ask_for(scene, tmp_path, capsys):
+    path = tmp_path / "plate.ply"
+    box_mesh((0.2, 0.2, 0.003)).save(path)
+    line = told(scene, tmp_path, capsys, "--model", str(path))
+    assert "--voxels " in line
+    advised = line.split("--voxels ")[1].split()[0]
+    told(scene, tmp_path, capsys, "--model", str(path), "--voxels", advised, code=0)
+
+
+def test_a_plate_too_thin_for_any_volume_is_not_told_to_use_more_voxels(scene, tmp_path, capsys):
+    path = tmp_path / "foil.ply"
+    box_mesh((0.2, 0.2, 0.0003)).save(path)
+    assert "thicken" in told(scene, tmp_path, capsys, "--model", str(path))
+
+
+@pytest.mark.parametrize(
+    ("t_m", "message"), [((0, 0, -0.5), "behind the camera"), ((10, 20, 500), "metres, are these mm")]
+)
+def test_a_first_pose_where_no_object_can_be_is_refused(scene, tmp_path, capsys, t_m, message):
+    path = tmp_path / "poses.json"
+    path.write_text(json.dumps({"T_cam_obj": [geometry.pose(t_m=t_m).tolist()]}))
+    assert message in told(scene, tmp_path, capsys, "--model", save(tmp_path), "--init", str(path))
+
+
+def test_a_lost_object_is_told_with_its_images_and_the_reason(scene, tmp_path, capsys):
+    path = tmp_path / "poses.json"
+    path.write_text(json.dumps({"T_cam_obj": [geometry.pose(t_m=(0, 0, 0.2)).tolist()]}))
+    text = told(scene, tmp_path, capsys, "--model", save(tmp_path), "--init", str(path), code=0)
+    assert f"box lost, images 0 to {FRAMES - 1}: " in text
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("pading_m = 0.1", "did you mean 'padding_m'"),
+        ("[traker]\npadding_m = 0.1", r"expected the options in \[tracker\].*traker"),
+        ("[tracker]\npadding_m = 0.1\n[viewer]\nx = 1", "viewer beside it"),
+        ("tracker = 3", r"expected a table \[tracker\]"),
+        ("padding_m = -1", "expected a number >= 0"),
+        ("\udcff", "not a TOML file"),
+    ],
+)
+def test_a_bad_options_file_is_named(tmp_path, text, message):
+    path = tmp_path / "options.toml"
+    path.write_bytes(text.encode("utf-8", "surrogateescape"))
+    with pytest.raises((TypeError, ValueError), match=rf"options\.toml: .*{message}"):
+        st.TrackerOptions.from_file(path)
+
+
+@pytest.mark.parametrize(
+    ("cameras", "message"),
+    [
+        ({}, "at least one image"),
+        ({"0": 3}, "image 0: expected an object, got 3"),
+        ({"0": {"cam_K": ["a"] * 9}}, "cam_K with 9 numbers"),
+        ({"0": {"cam_K": [500, 0, 1, 0, 500, 1, 0, 0, 1], "depth_scale": "x"}}, "depth_scale: .*'x'"),
+    ],
+)
+def test_a_malformed_scene_is_named(scene, tmp_path, cameras, message):
+    import shutil
+
+    root = tmp_path / "scene"
+    shutil.copytree(scene, root)
+    (root / "scene_camera.json").write_text(json.dumps(cameras))
+    with pytest.raises(ValueError, match=rf"scene_camera\.json.*{message}"):
+        st.open_sequence(root)
