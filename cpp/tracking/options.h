@@ -20,11 +20,12 @@ struct TrackerOptions {
   double correlation_area_px = 1;  // pixels that share one error of the sensor; widens the covariance
   // Pixels
   double padding_m = 0.04;  // a pixel counts when its point is this near the object's box
-  int max_pixels = 8000;    // budget of the last stage
+  int max_pixels = 10000;    // budget of the last stage
   int coarse_pixels = 600;  // budget of the coarse stages
   int min_pixels = 40;      // fewer: lost
   // Second attempt, from the same start over a wider basin, when the first is not convincing
-  double retry_inliers = 0.5;  // share of agreeing surface points below which it is made; 0: never
+  double retry_inliers =
+      0.5;  // share of agreeing surface points below which it is made (also 0.85 x usual); 0: never
   double far_scale_m = 0.012;
   double far_padding_m = 0.045;
   // Optimiser

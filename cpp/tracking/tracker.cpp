@@ -22,12 +22,13 @@ constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
 constexpr int kSummaryPixels = 2000;
 constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
 
+constexpr double kOfUsual = 0.85;       // a share this far below the usual one is not convincing
+constexpr double kWideTurn = 0.2;       // rad, of the further starts of a wide attempt
 constexpr double kClearlyBetter = 0.1;  // share of surface points that a wider attempt must gain
 
-// Of the surface points with a reading, share that agrees with it.
+// Of the surface points that the camera should see, share that it reads where the pose puts them.
 double share(const Visibility& seen) {
-  const int read = seen.agree + seen.farther + seen.nearer;
-  return read > 0 ? static_cast<double>(seen.agree) / read : 0.0;
+  return seen.expected > 0 ? static_cast<double>(seen.agree) / seen.expected : 0.0;
 }
 
 bool has_depth(const ImageView<float>& depth_m) {
@@ -79,7 +80,8 @@ std::vector<ObjectResult> Tracker::start(const ImageView<float>& depth_m, const 
   for (std::size_t k = 0; k < objects_.size(); ++k) {
     Object& object = objects_[k];
     object.T_cam_obj = centred(T_cam_obj[k], *object.shape);
-    object.noise = {}, object.damping = options_.damping_start;
+    object.noise = {}, object.usual_share = 0, object.last_motion = {},
+    object.damping = options_.damping_start;
   }
   plane_ = {};
   return track_all(make_frame(depth_m, mask));
@@ -122,9 +124,12 @@ ObjectResult Tracker::lost(const Object& object, std::string reason, Status stat
 }
 
 ObjectResult Tracker::track_one(const DepthFrame& frame, Object* object) {
-  std::optional<Fitted> best = try_fit(frame, object, {options_.scale_start_m, options_.padding_m});
-  if (options_.retry_inliers > 0 && (!best || share(best->seen) < options_.retry_inliers)) {
-    std::optional<Fitted> wide = try_fit(frame, object, {options_.far_scale_m, options_.far_padding_m});
+  std::optional<Fitted> best =
+      try_fit(frame, object,
+              {options_.scale_start_m, options_.padding_m, options_.coarse_steps, {object->T_cam_obj}});
+  const double enough = std::max(options_.retry_inliers, kOfUsual * object->usual_share);
+  if (options_.retry_inliers > 0 && (!best || share(best->seen) < enough)) {
+    std::optional<Fitted> wide = try_fit(frame, object, wide_attempt(*object));
     if (wide && best) {  // one record of every trial, in order
       std::vector<TrackStep>& first = best->result.steps;
       wide->result.steps.insert(wide->result.steps.begin(), first.begin(), first.end());
@@ -143,10 +148,29 @@ ObjectResult Tracker::track_one(const DepthFrame& frame, Object* object) {
     gone.steps = std::move(result.steps);
     return gone;
   }
-  object->T_cam_obj = best->T_cam_obj;
-  object->noise = best->noise;
+  keep(*best, object);
   result.T_cam_obj = uncentred(best->T_cam_obj, *object->shape);
   return std::move(result);
+}
+
+void Tracker::keep(const Fitted& fitted, Object* object) {
+  object->last_motion = {fitted.T_cam_obj.R * transpose(object->T_cam_obj.R),
+                         fitted.T_cam_obj.t - object->T_cam_obj.t};
+  object->T_cam_obj = fitted.T_cam_obj;
+  object->noise = fitted.noise;
+  const double now = share(fitted.seen);
+  object->usual_share = object->usual_share > 0 ? 0.98 * object->usual_share + 0.02 * now : now;
+}
+
+// From the last pose, from where the last motion would take it, and from small turns of it about each axis.
+Tracker::Attempt Tracker::wide_attempt(const Object& object) const {
+  const Rigidd& T = object.T_cam_obj;
+  Attempt attempt{options_.far_scale_m, options_.far_padding_m, 2 * options_.coarse_steps, {T}};
+  attempt.starts.push_back({object.last_motion.R * T.R, T.t + object.last_motion.t});
+  for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}})
+    for (const double sign : {-1.0, 1.0})
+      attempt.starts.push_back({rotation_exp(sign * kWideTurn * axis) * T.R, T.t});
+  return attempt;
 }
 
 std::optional<Tracker::Fitted> Tracker::try_fit(const DepthFrame& frame, Object* object,
@@ -155,10 +179,17 @@ std::optional<Tracker::Fitted> Tracker::try_fit(const DepthFrame& frame, Object*
   select_pixels(frame, camera_, shape, object->T_cam_obj, options_, attempt.padding_m, plane_.plane(),
                 &pixels_);
   if (pixels_.count() < options_.min_pixels) return std::nullopt;
+  if (options_.free_space)
+    free_space_grid(frame, camera_, shape, object->T_cam_obj, attempt.padding_m, &free_scratch_, &free_grid_);
+  else
+    free_grid_.distance_px.clear();
+
   Fitted fitted;
   fitted.noise = object->noise;
-  State x{{inverse(object->T_cam_obj)}, camera_.K, {}};
-  fit(frame, object, attempt, &x, &fitted);
+  State x = best_coarse_fit(frame, object, attempt, &fitted);
+  const double stated_noise_m = sensor_noise_m(options_, object->T_cam_obj.t.z);
+  choose_fine_pixels(object, last_scale(fitted.noise, stated_noise_m), x);
+  fit_fine(object, stated_noise_m, &x, &fitted);
   fitted.T_cam_obj = inverse(x.T_obj_cam[0]);
   const double noise_m = fitted.noise.factor * sensor_noise_m(options_, fitted.T_cam_obj.t.z);
   fitted.seen =
@@ -166,31 +197,40 @@ std::optional<Tracker::Fitted> Tracker::try_fit(const DepthFrame& frame, Object*
   return fitted;
 }
 
-// Coarse stages on an even subset (phi at the measured points: the better start from afar), then all pixels.
-void Tracker::fit(const DepthFrame& frame, Object* object, const Attempt& attempt, State* x, Fitted* fitted) {
-  const Shape& shape = *object->shape;
-  if (options_.free_space)
-    free_space_grid(frame, camera_, shape, object->T_cam_obj, attempt.padding_m, &free_scratch_, &free_grid_);
-  else
-    free_grid_.distance_px.clear();
-  if (!options_.keep_damping) object->damping = options_.damping_start;
-
-  const double noise_m = sensor_noise_m(options_, object->T_cam_obj.t.z);
-  const double last = last_scale(fitted->noise, noise_m);
+State Tracker::best_coarse_fit(const DepthFrame& frame, Object* object, const Attempt& attempt,
+                               Fitted* fitted) {
+  const double noise_m = fitted->noise.factor * sensor_noise_m(options_, object->T_cam_obj.t.z);
   coarse_.assign_subset(pixels_, options_.coarse_pixels);
+  State best;
+  double most = -1;
+  for (const Rigidd& start : attempt.starts) {
+    State x{{inverse(start)}, camera_.K, {}};
+    if (!options_.keep_damping) object->damping = options_.damping_start;
+    fit_coarse(object, attempt, &x, fitted);
+    if (attempt.starts.size() == 1) return x;
+    const double now = share(compare_visible_surface(frame, camera_, *object->shape, inverse(x.T_obj_cam[0]),
+                                                     noise_m, options_.trust_points));
+    if (now > most) most = now, best = x;
+  }
+  return best;
+}
+
+// Coarse stages on an even subset: phi at the measured points, the better start from afar, and last the
+// residual of the fine stage.
+void Tracker::fit_coarse(Object* object, const Attempt& attempt, State* x, Fitted* fitted) {
+  if (!(attempt.scale_m > 0)) return;
+  const double last = last_scale(fitted->noise, sensor_noise_m(options_, object->T_cam_obj.t.z));
   SdfEnergyOptions energy{Residual::kPoint, options_.curvature};
   energy.outlier_floor = static_cast<float>(options_.outlier_floor);
   for (double s = attempt.scale_m; s > 1.5 * last; s *= 0.5) {
     energy.scale_m = static_cast<float>(s);
-    run_stage(object, &coarse_, energy, options_.coarse_steps, x, &fitted->result);
+    run_stage(object, &coarse_, energy, attempt.coarse_steps, x, &fitted->result);
   }
-  if (attempt.scale_m > 0 && coarse_.count() < pixels_.count()) {
+  if (coarse_.count() < pixels_.count()) {
     energy.scale_m = static_cast<float>(last);
     energy.residual = options_.residual;
-    run_stage(object, &coarse_, energy, options_.coarse_steps, x, &fitted->result);
+    run_stage(object, &coarse_, energy, attempt.coarse_steps, x, &fitted->result);
   }
-  choose_fine_pixels(object, last, *x);
-  fit_fine(object, noise_m, x, fitted);
 }
 
 // Readings far from the surface have lost all weight at this scale; what is left is brought down to the

@@ -56,13 +56,17 @@ class Tracker {
     std::shared_ptr<const Shape> shape;  // objects of the same volume share it
     Rigidd T_cam_obj;                    // centred frame
     Noise noise;
+    Rigidd last_motion;      // of the last two accepted poses: T_cam_obj <- last_motion T_cam_obj
+    double usual_share = 0;  // of agreeing surface points, lately
     double damping = 0;
   };
 
   std::vector<ObjectResult> track_all(const DepthFrame& frame);
-  // One search from the last pose: how far away its first stage looks.
+  // One search about the last pose: how far away its first stage looks, and where from.
   struct Attempt {
     double scale_m, padding_m;
+    int coarse_steps;
+    std::vector<Rigidd> starts;  // T_cam_obj, centred; the best after the coarse stages goes on
   };
   struct Fitted {
     ObjectResult result;
@@ -72,10 +76,13 @@ class Tracker {
   };
   void follow_plane(const DepthFrame& frame);
   ObjectResult track_one(const DepthFrame& frame, Object* object);
+  static void keep(const Fitted& fitted, Object* object);
+  Attempt wide_attempt(const Object& object) const;
   std::optional<Fitted> try_fit(const DepthFrame& frame, Object* object, const Attempt& attempt);
   void run_stage(Object* object, PixelSet* pixels, const SdfEnergyOptions& energy, int steps, State* x,
                  ObjectResult* result);
-  void fit(const DepthFrame& frame, Object* object, const Attempt& attempt, State* x, Fitted* fitted);
+  State best_coarse_fit(const DepthFrame& frame, Object* object, const Attempt& attempt, Fitted* fitted);
+  void fit_coarse(Object* object, const Attempt& attempt, State* x, Fitted* fitted);
   void choose_fine_pixels(Object* object, double scale_m, const State& x);
   void fit_fine(Object* object, double stated_noise_m, State* x, Fitted* fitted);
   double last_scale(const Noise& noise, double stated_noise_m) const;
