@@ -37,7 +37,7 @@ struct AxisSample {
 template <class T>
 HD AxisSample<T> locate(T x_vox, int n) {
   const T last = static_cast<T>(n - 1);
-  const T q = x_vox < T(0) ? T(0) : (x_vox > last ? last : x_vox);
+  const T q = x_vox > T(0) ? (x_vox < last ? x_vox : last) : T(0);  // NaN becomes 0: no read outside
   int cell = static_cast<int>(q);
   cell = cell > n - 2 ? n - 2 : cell;
   return {cell, q - static_cast<T>(cell), x_vox - q};

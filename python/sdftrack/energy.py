@@ -172,8 +172,12 @@ class Energy:
         )
 
     def _state(self, x: State) -> Any:
+        if not isinstance(x, State):
+            raise TypeError(f"x: expected a State, got {type(x).__name__}; energy.start is one")
         camera = x.camera or self.camera
         scales = [1.0] if x.scales is None else [float(s) for s in x.scales]
+        if len(scales) != 1 or not 0 < scales[0] < np.inf:
+            raise ValueError(f"x: expected scales of one number > 0, got {scales}")
         return self._core.state(_pose(x.poses), [camera.fx, camera.fy, camera.cx, camera.cy], scales)
 
     def cost(self, x: State) -> float:
@@ -229,7 +233,7 @@ def minimize(energy: Energy, start: State | None = None, **lm_options: Any) -> M
             known = [n for n in dir(options) if not n.startswith("_")]
             raise TypeError(f"unknown option {name!r}; known: {', '.join(known)}")
         setattr(options, name, value)
-    x, steps, stop, cost, count = energy._core.minimize(energy._state(start or energy.start), options)
+    x, steps, stop, cost, count = energy._core.minimize(energy._state(energy.start if start is None else start), options)
     record = [Step(value, damping, accepted, float("nan"), count) for value, damping, accepted in steps]
     return Minimum(energy._to_state(*x), record, stop, cost, count)
 

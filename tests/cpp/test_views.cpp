@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <random>
 
 #include "base/views.h"
@@ -47,6 +48,18 @@ TEST(SampleSdf, the_field_goes_on_outside_the_box_without_a_cliff) {
   EXPECT_NEAR(inside, outside, 1e-8);
   sample(sdf, Vec3d{1.1, 0.02, 0.03}, &outside, &g);
   EXPECT_NEAR(outside, inside + 1.0, 1e-6);
+}
+
+TEST(SampleSdf, a_point_that_is_not_finite_reads_nothing_outside_the_volume) {
+  const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+  for (const Vec3f& p : {Vec3f{nan, 0, 0}, Vec3f{0, nan, nan}, Vec3f{inf, -inf, 0}}) {
+    float phi;
+    Vec3f g;
+    sample(kBall.view(), p, &phi, &g);  // the sanitizer or the loader would tell
+  }
+  EXPECT_EQ(locate(nan, 24).cell, 0);
+  EXPECT_EQ(locate(inf, 24).cell, 22);
+  EXPECT_EQ(locate(-inf, 24).cell, 0);
 }
 
 }  // namespace

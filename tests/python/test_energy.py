@@ -420,6 +420,33 @@ def test_a_step_of_the_wrong_length_is_refused(shape, frame):
         energy.moved(energy.start, np.zeros(7))
 
 
+@pytest.mark.parametrize(
+    ("x", "error", "match"),
+    [
+        (st.State(START[None], scales=np.array([-1.0])), ValueError, "scales of one number > 0"),
+        (st.State(START[None], scales=np.array([np.nan])), ValueError, "scales of one number > 0"),
+        (st.State(START[None], scales=np.array([])), ValueError, "scales of one number > 0"),
+        (st.State(np.full((1, 4, 4), np.nan)), ValueError, "poses: .*not finite"),
+        (START, TypeError, "x: expected a State, got ndarray"),
+    ],
+)
+def test_a_state_that_cannot_be_is_refused(shape, frame, x, error, match):
+    energy = make_energy(shape, frame, "ray_hit", ("pose", "scale"))
+    for call in (energy.cost, energy.linearize, energy.residuals, lambda s: st.minimize(energy, s)):
+        with pytest.raises(error, match=match):
+            call(x)
+
+
+def test_a_state_far_off_costs_more_but_is_no_error(shape, frame):
+    energy = make_energy(shape, frame, "ray_hit", ("pose", "scale"))
+    for scale in (1e-30, 1e30):
+        assert np.isfinite(energy.cost(st.State(START[None], scales=np.array([scale]))))
+
+
+def test_the_budget_of_pixels_holds_for_an_energy_too(shape, frame):
+    assert make_energy(shape, frame, "point", max_pixels=50).linearize(st.State(START[None])).count == 50
+
+
 def test_the_mask_of_a_frame_limits_the_pixels(shape, frame):
     mask = np.zeros((60, 80), bool)
     mask[:, 40:] = True
