@@ -233,7 +233,8 @@ def minimize(energy: Energy, start: State | None = None, **lm_options: Any) -> M
             known = [n for n in dir(options) if not n.startswith("_")]
             raise TypeError(f"unknown option {name!r}; known: {', '.join(known)}")
         setattr(options, name, value)
-    x, steps, stop, cost, count = energy._core.minimize(energy._state(energy.start if start is None else start), options)
+    begin = energy._state(energy.start if start is None else start)
+    x, steps, stop, cost, count = energy._core.minimize(begin, options)
     record = [Step(value, damping, accepted, float("nan"), count) for value, damping, accepted in steps]
     return Minimum(energy._to_state(*x), record, stop, cost, count)
 
