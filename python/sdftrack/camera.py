@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack.checks import numbers
 
 __all__ = ["Camera", "RGBDCamera", "depth_camera"]
 
@@ -124,7 +125,7 @@ class Camera:
     @classmethod
     def from_K(cls, K: ArrayLike, width: int, height: int, distortion: ArrayLike | None = None) -> Camera:
         """Camera of a (3, 3) matrix without skew."""
-        M = np.asarray(K, dtype=np.float64)
+        M = numbers(K, "K")
         if M.shape != (3, 3):
             raise ValueError(f"K: expected a 3 x 3 matrix, got shape {M.shape}")
         if not np.isfinite(M).all():

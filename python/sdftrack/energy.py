@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
+from sdftrack.checks import number, numbers, of_kind
 from sdftrack.frame import Frame
 from sdftrack.options import TrackerOptions
 from sdftrack.results import Step
@@ -140,7 +141,7 @@ class Energy:
         threads: int = 1,
         **options: Any,
     ) -> None:
-        many = [shapes] if isinstance(shapes, SDF) else list(shapes)
+        many: list[Any] = list(shapes) if isinstance(shapes, (list, tuple)) else [shapes]
         if len(many) != 1:
             raise ValueError(f"shapes: expected one SDF in this version, got {len(many)}")
         if not isinstance(many[0], SDF):
@@ -150,9 +151,10 @@ class Energy:
         known = (("pose",), ("pose", "intrinsics"), ("pose", "scale"))
         if tuple(unknowns) not in known:
             raise ValueError(f"unknowns: expected one of {known}, got {unknowns!r}")
+        of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
         if frame.depth is None:
             raise ValueError("frame: expected a depth image, got none")
-        if not scale_m > 0:
+        if not number(scale_m, "scale_m") > 0:
             raise ValueError(f"scale_m: expected a length > 0 in metres, got {scale_m!r}")
         self.shape = many[0]
         self.camera = depth_camera(camera)
@@ -227,12 +229,17 @@ def minimize(energy: Energy, start: State | None = None, **lm_options: Any) -> M
         ``stop`` is "small_step", "small_gain", "max_steps", "damping_max", "not_finite" or "no_data"; the last
         three mean "do not trust".
     """
+    of_kind(energy, Energy, "energy")
     options = _core.LmOptions()
     for name, value in lm_options.items():
         if not hasattr(options, name):
             known = [n for n in dir(options) if not n.startswith("_")]
             raise TypeError(f"unknown option {name!r}; known: {', '.join(known)}")
-        setattr(options, name, value)
+        try:
+            setattr(options, name, value)
+        except TypeError:
+            kind = "one bool per unknown" if name == "fixed" else "a number"
+            raise TypeError(f"{name}: expected {kind}, got {value!r}") from None
     begin = energy._state(energy.start if start is None else start)
     x, steps, stop, cost, count = energy._core.minimize(begin, options)
     record = [Step(value, damping, accepted, float("nan"), count) for value, damping, accepted in steps]
@@ -240,7 +247,7 @@ def minimize(energy: Energy, start: State | None = None, **lm_options: Any) -> M
 
 
 def _pose(poses: ArrayLike) -> Array:
-    T = np.ascontiguousarray(poses, dtype=np.float64)
+    T = numbers(poses, "poses")
     T = T[0] if T.ndim == 3 and len(T) == 1 else T
     rigid: Array = _core.nearest_rigid(np.ascontiguousarray(T), "poses")
     return rigid

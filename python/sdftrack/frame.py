@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
+from sdftrack.checks import number
 
 __all__ = ["Frame"]
 
@@ -86,7 +87,7 @@ class Frame:
             raise ValueError("depth, color: expected at least one image, got None for both")
         if camera is not None:
             depth_camera(camera)
-        if timestamp is not None and not math.isfinite(timestamp):
+        if timestamp is not None and not math.isfinite(number(timestamp, "timestamp")):
             raise ValueError(f"timestamp: expected seconds or None, got {timestamp}")
         self.depth = None if depth is None else _depth_m(np.asarray(depth), depth_scale, check_units)
         self.color = None if color is None else _rgb(np.asarray(color), color_order)
@@ -208,7 +209,7 @@ def _checked_scale(depth_scale: float | None) -> float:
             "depth_scale: expected metres per unit for a uint16 depth image, got None; millimetres "
             "(RealSense, Kinect, Azure) are depth_scale=0.001, TUM's images 1/5000"
         )
-    scale = float(depth_scale)
+    scale = number(depth_scale, "depth_scale")
     if not (math.isfinite(scale) and 0 < scale < 1):
         hint = f"; units per metre? then pass 1/{scale:g}" if scale > 1 and math.isfinite(scale) else ""
         if scale == 1:

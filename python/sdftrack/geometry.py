@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack.checks import numbers
 
 __all__ = ["exp", "inverse", "log", "look_at", "pose", "rigid", "transform_points"]
 
@@ -19,7 +20,7 @@ Array = NDArray[np.float64]
 
 def rigid(T: ArrayLike, name: str = "T") -> Array:
     """`T` as a (4, 4) float64 rigid transform, made a true rotation within 1e-3; else ValueError."""
-    result: Array = _core.nearest_rigid(np.ascontiguousarray(T, dtype=np.float64), name)
+    result: Array = _core.nearest_rigid(numbers(T, name), name)
     return result
 
 

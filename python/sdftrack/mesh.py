@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack.checks import numbers
 from sdftrack.io.files import write_whole
 
 if TYPE_CHECKING:
@@ -150,7 +151,7 @@ class Mesh:
 
     def transformed(self, T: ArrayLike) -> Mesh:
         """The mesh moved by a rigid 4x4: p -> T p."""
-        M = _core.nearest_rigid(np.ascontiguousarray(T, dtype=np.float64), "T")
+        M = _core.nearest_rigid(numbers(T, "T"), "T")
         return Mesh(self.vertices @ M[:3, :3].T + M[:3, 3], self.faces, self.colors)
 
     def raycast(
@@ -180,7 +181,7 @@ class Mesh:
         """
         if len(self.faces) == 0:
             raise ValueError("mesh: expected at least one face to render, got none")
-        T = np.ascontiguousarray(T_cam_obj, dtype=np.float64)
+        T = numbers(T_cam_obj, "T_cam_obj")
         return self._rays.raycast(core_camera(camera), T, self.colors, threads)
 
     @property

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack.checks import numbers
+
 __all__ = [
     "add",
     "adds",
@@ -161,7 +163,7 @@ def plane_angles(frame: Any, camera: Any = None, tolerance: float = 0.01) -> Arr
 
 
 def _poses(T: ArrayLike, name: str) -> Array:
-    A = np.asarray(T, dtype=np.float64)
+    A = numbers(T, name)
     if A.shape[-2:] != (4, 4):
         raise ValueError(f"{name}: expected poses of shape (..., 4, 4), got {A.shape}")
     return A

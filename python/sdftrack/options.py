@@ -127,6 +127,8 @@ class TrackerOptions:
         """Read a TOML file of ``name = value`` lines, at its top level or in a table ``[tracker]``."""
         import tomllib
 
+        if not os.path.isfile(path):
+            raise FileNotFoundError(f"options: no such file: {os.fspath(path)}")
         with open(path, "rb") as file:
             try:
                 values = tomllib.load(file)

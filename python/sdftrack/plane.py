@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
+from sdftrack.checks import number, of_kind
 from sdftrack.frame import Frame
 
 __all__ = ["remove_plane"]
@@ -48,11 +49,12 @@ def remove_plane(
 
     >>> mask, (n, d) = remove_plane(frame, camera)  # doctest: +SKIP
     """
+    of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
     if frame.depth is None:
         raise ValueError("frame: expected a depth image, got none")
     if camera is None and frame.camera is None:
         raise ValueError("camera: expected the depth camera, got None, and the frame has none of its own")
-    if not (math.isfinite(tolerance) and tolerance > 0):
+    if not (math.isfinite(number(tolerance, "tolerance")) and tolerance > 0):
         raise ValueError(f"tolerance: expected a length in metres > 0, got {tolerance!r}")
     pinhole = depth_camera(camera if camera is not None else frame.camera)  # type: ignore[arg-type]
     height, width = frame.depth.shape

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack.checks import number, numbers
 from sdftrack.io.files import write_whole
 from sdftrack.mesh import Mesh, core_camera, unit_scale
 
@@ -101,10 +102,10 @@ class SDF:
             raise ValueError(
                 f"values: expected shape [z, y, x] with at least 2 voxels an axis, got {v.shape}"
             )
-        size = float(voxel_size)
+        size = number(voxel_size, "voxel_size")
         if not (np.isfinite(size) and size > 0):
             raise ValueError(f"voxel_size: expected a positive number of metres, got {voxel_size}")
-        o = np.array(origin, dtype=np.float64)
+        o = numbers(origin, "origin").copy()
         if o.shape != (3,) or not np.isfinite(o).all():
             raise ValueError(f"origin: expected three finite numbers (x, y, z) in metres, got {origin!r}")
         if not np.isfinite(v).all():
@@ -263,12 +264,12 @@ class SDF:
     def _primitive(
         cls, kind: str, size: list[float], half: NDArray[np.float64], voxels: int, padding: float | None
     ) -> SDF:
-        numbers = [float(s) for s in size]
-        if not all(np.isfinite(s) and s > 0 for s in numbers):
-            raise ValueError(f"{kind}: expected positive lengths in metres, got {numbers}")
+        lengths = [number(s, kind) for s in size]
+        if not all(np.isfinite(s) and s > 0 for s in lengths):
+            raise ValueError(f"{kind}: expected positive lengths in metres, got {lengths}")
         voxel_size, shape, origin = _grid(-half, half, voxels, padding)
         return cls._own(
-            _core.primitive_sdf(kind, numbers, shape, voxel_size, list(origin)), voxel_size, origin
+            _core.primitive_sdf(kind, lengths, shape, voxel_size, list(origin)), voxel_size, origin
         )
 
     # ---- what it is ----
@@ -307,7 +308,7 @@ class SDF:
         return self._sampled(points)[1]
 
     def _sampled(self, points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        p = np.asarray(points, dtype=np.float64)
+        p = numbers(points, "points")
         if p.ndim == 0 or p.shape[-1] != 3:
             raise ValueError(f"points: expected shape (..., 3), got {p.shape}")
         if not np.isfinite(p).all():
@@ -327,7 +328,7 @@ class SDF:
 
         A pure translation moves the origin and nothing else.
         """
-        M = _core.nearest_rigid(np.ascontiguousarray(T, dtype=np.float64), "T")
+        M = _core.nearest_rigid(numbers(T, "T"), "T")
         if np.array_equal(M[:3, :3], np.eye(3)):
             return SDF._own(self._values, self._voxel_size, self._origin + M[:3, 3])
         low, high = self.bounds
@@ -385,7 +386,7 @@ class SDF:
         normals : (H, W, 3) float32
             Unit gradient of the field at the hit, camera frame; 0 where nothing is hit.
         """
-        T = np.ascontiguousarray(T_cam_obj, dtype=np.float64)
+        T = numbers(T_cam_obj, "T_cam_obj")
         return _core.render_sdf(*self._core_args, core_camera(camera), T, threads)
 
     def silhouette(self, camera: Any, T_cam_obj: ArrayLike, threads: int = 0) -> NDArray[np.bool_]:
@@ -507,7 +508,7 @@ def _shape3(n_xyz: NDArray[Any]) -> Shape3:
 
 
 def _three(a: ArrayLike, name: str) -> NDArray[np.float64]:
-    v = np.asarray(a, dtype=np.float64)
+    v = numbers(a, name)
     if v.shape != (3,):
         raise ValueError(f"{name}: expected three numbers (x, y, z) in metres, got {a!r}")
     return v
@@ -517,11 +518,11 @@ def _grid(
     low: NDArray[np.float64], high: NDArray[np.float64], voxels: int, padding: float | None
 ) -> tuple[float, Shape3, NDArray[np.float64]]:
     """Voxel size, shape [z, y, x] and origin of the grid round a box."""
-    if int(voxels) != voxels or not 8 <= voxels <= MAX_VOXELS:
+    if number(voxels, "voxels") != int(voxels) or not 8 <= voxels <= MAX_VOXELS:
         raise ValueError(
             f"voxels: expected a whole number from 8 to {MAX_VOXELS} along the longest side, got {voxels}"
         )
-    if padding is not None and not (np.isfinite(padding) and padding >= 0):
+    if padding is not None and not (np.isfinite(number(padding, "padding")) and padding >= 0):
         raise ValueError(f"padding: expected a fraction of the longest side, 0 or more, got {padding}")
     longest = float((high - low).max())
     pad = max(0.1 * longest, MIN_PADDING) if padding is None else padding * longest

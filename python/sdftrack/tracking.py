@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
+from sdftrack.checks import numbers, of_kind
 from sdftrack.device import resolve_device
 from sdftrack.frame import Frame
 from sdftrack.options import TrackerOptions
@@ -147,10 +148,7 @@ class Tracker:
             asked = "masks" if masks is not None else "boxes" if boxes is not None else "none"
             raise ValueError(f"poses: expected one T_cam_obj per shape, got {asked}; a start without poses is not "
                              "part of this version")  # fmt: skip
-        if not isinstance(frame, Frame):
-            raise TypeError(
-                f"frame: expected a Frame, got {type(frame).__name__}; make one with st.Frame(depth)"
-            )
+        of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
         T = self._pose_list(poses)
         with self._alone():
             camera = self._camera_of(frame)
@@ -196,7 +194,7 @@ class Tracker:
             raise TypeError(f"k: expected 0..{len(self.shapes) - 1}, an object's number, got {k!r}") from None
         if not 0 <= index < len(self.shapes):
             raise ValueError(f"k: expected 0..{len(self.shapes) - 1}, got {k}")
-        pose = _core.nearest_rigid(_matrix(T, "T"), "T")
+        pose = _core.nearest_rigid(numbers(T, "T"), "T")
         with self._alone():
             self._core.set_pose(index, pose)
             self._best = self._best.copy()  # results that were handed out keep theirs
@@ -211,8 +209,15 @@ class Tracker:
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Tracker:
         """Read what :meth:`save` wrote. Only open files that you trust: this is a pickle."""
-        with open(path, "rb") as file:
-            tracker = pickle.load(file)
+        if not os.path.isfile(path):
+            raise FileNotFoundError(f"tracker: no such file: {os.fspath(path)}")
+        try:
+            with open(path, "rb") as file:
+                tracker = pickle.load(file)
+        except (pickle.UnpicklingError, EOFError, AttributeError, ImportError, IndexError) as error:
+            raise ValueError(
+                f"{os.fspath(path)}: expected a file of Tracker.save, this cannot be read ({error})"
+            ) from None
         if not isinstance(tracker, Tracker):
             raise ValueError(f"{os.fspath(path)}: expected a saved Tracker, got {type(tracker).__name__}")
         return tracker
@@ -243,7 +248,7 @@ class Tracker:
             raise TypeError(
                 f"poses: expected one (4, 4) T_cam_obj per shape ({len(self.shapes)}), got {poses!r}"
             )
-        T = [_matrix(p, f"poses[{k}]") for k, p in enumerate(poses)]
+        T = [numbers(p, f"poses[{k}]") for k, p in enumerate(poses)]
         if len(T) != len(self.shapes):
             raise ValueError(f"poses: expected one per shape ({len(self.shapes)}), got {len(T)}")
         return [_core.nearest_rigid(p, f"poses[{k}]") for k, p in enumerate(T)]
@@ -353,13 +358,6 @@ def _name_list(names: Any, count: int) -> list[str]:
     if len(many) != count:
         raise ValueError(f"names: expected one per shape ({count}), got {len(many)}")
     return many
-
-
-def _matrix(T: Any, name: str) -> NDArray[np.float64]:
-    try:
-        return np.ascontiguousarray(T, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name}: expected a (4, 4) matrix of numbers, got {T!r}") from None
 
 
 def _expect(name: str, value: str, known: tuple[str, ...]) -> None:

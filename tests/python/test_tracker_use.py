@@ -119,7 +119,7 @@ def test_a_tracker_from_the_wrong_kind_of_thing_names_the_argument(box, make, er
         (lambda t: t.start(frame_of(), poses="gt"), TypeError, "poses: .*'gt'"),
         (lambda t: t.start(frame_of(), poses=["gt"]), TypeError, r"poses\[0\]: .*'gt'"),
         (lambda t: t.start(frame_of(), poses=3), TypeError, "poses: .*3"),
-        (lambda t: t.start(frame_of().depth, poses=POSE), TypeError, "frame: expected a Frame, got ndarray"),
+        (lambda t: t.start(frame_of().depth, poses=POSE), TypeError, "frame: expected st.Frame, got ndarray"),
         (lambda t: t.set_pose("mug", POSE), TypeError, "k: expected 0..0, an object's number, got 'mug'"),
         (lambda t: t.set_pose(1, POSE), ValueError, "k: expected 0..0, got 1"),
         (lambda t: t.set_pose(0, "here"), TypeError, "T: .*'here'"),
@@ -129,6 +129,57 @@ def test_a_tracker_from_the_wrong_kind_of_thing_names_the_argument(box, make, er
 def test_a_wrong_argument_is_named(tracker, use, error, match):
     with pytest.raises(error, match=match):
         use(tracker)
+
+
+@pytest.mark.parametrize(
+    ("use", "match"),
+    [
+        (lambda s: st.SDF.sphere("a"), "sphere: expected a number, got 'a'"),
+        (lambda s: st.SDF.box(("a", 1, 1)), "size: expected an array of numbers"),
+        (lambda s: st.SDF.sphere(0.1, voxels="a"), "voxels: expected a number, got 'a'"),
+        (lambda s: s([1j, 0, 0]), "points: expected an array of numbers"),
+        (lambda s: s([None, 0, 0]), "points: expected an array of numbers"),
+        (lambda s: s.render(CAMERA, "here"), "T_cam_obj: expected an array of numbers, got 'here'"),
+        (lambda s: s.transformed("there"), "T: expected an array of numbers, got 'there'"),
+        (lambda s: st.Frame(np.ones((4, 4), np.uint16), depth_scale="mm"), "depth_scale: .*'mm'"),
+        (lambda s: st.Frame(np.ones((4, 4), np.float32), timestamp="now"), "timestamp: .*'now'"),
+        (lambda s: st.Camera.from_K("K", 4, 4), "K: expected an array of numbers"),
+        (lambda s: st.Energy(s, CAMERA, frame_of().depth, POSE), "frame: expected st.Frame, got ndarray"),
+        (lambda s: st.Energy(None, CAMERA, frame_of(), POSE), "shapes: expected an SDF, got NoneType"),
+        (lambda s: st.Energy(s, CAMERA, frame_of(), POSE).cost(POSE), "x: expected a State, got ndarray"),
+        (lambda s: st.minimize(s), "energy: expected st.Energy, got SDF"),
+        (lambda s: st.minimize(st.Energy(s, CAMERA, frame_of(), POSE), max_steps="a"), "max_steps: .*'a'"),
+        (lambda s: st.remove_plane(frame_of().depth, CAMERA), "frame: expected st.Frame, got ndarray"),
+        (lambda s: st.draw(frame_of(), None, s, CAMERA), "result: expected st.TrackResult, got NoneType"),
+        (lambda s: st.save_sequence("x", None), "seq: expected st.Sequence, got NoneType"),
+        (lambda s: st.metrics.pose_error("T", POSE), "T: expected an array of numbers"),
+    ],
+)
+def test_an_argument_of_the_wrong_kind_is_named(box, use, match):
+    with pytest.raises(TypeError, match=match):
+        use(box)
+
+
+def test_files_that_are_not_there_or_not_ours_are_named(tmp_path):
+    (tmp_path / "t.pkl").write_bytes(b"ply")
+    with pytest.raises(ValueError, match=r"t\.pkl: expected a file of Tracker\.save"):
+        st.Tracker.load(tmp_path / "t.pkl")
+    with pytest.raises(FileNotFoundError, match="no such file"):
+        st.Tracker.load(tmp_path / "u.pkl")
+    with pytest.raises(FileNotFoundError, match="options: no such file"):
+        st.TrackerOptions.from_file(tmp_path / "o.toml")
+
+
+def test_a_full_disk_is_told_with_the_file(box, tmp_path, monkeypatch):
+    import errno
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("os.replace", full)
+    with pytest.raises(OSError, match=r"box\.npz: no space left on the disk; free some"):
+        box.save(tmp_path / "box.npz")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_helpers_for_tests_come_with_the_import():

@@ -10,8 +10,11 @@ __all__ = ["main"]
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit: 0 done, 1 an error in one clear line, 2 wrong usage."""
+    import signal
     import sys
 
     from sdftrack.cli.app import run
 
+    # A polite kill ends as Ctrl-C does: the files of what was done are whole, no temporary one stays.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     sys.exit(run(list(sys.argv[1:] if arguments is None else arguments)))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from sdftrack import geometry
 from sdftrack.camera import Camera, depth_camera
+from sdftrack.checks import of_kind
 from sdftrack.frame import Frame
 from sdftrack.io.datasets.sequence import Sequence
 from sdftrack.io.files import replacing_folder, write_json, write_text
@@ -47,6 +48,7 @@ def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bo
         What the layout cannot hold: lens distortion (bop, open3d), changing cameras or several objects (tum,
         open3d), depth beyond its range.
     """
+    of_kind(seq, Sequence, "seq")
     writers: dict[str, Callable[[Path, Sequence], None]] = {
         "bop": _save_bop,
         "tum": _save_tum,

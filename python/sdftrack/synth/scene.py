@@ -80,7 +80,7 @@ def sequence(
     >>> seq[0].depth.shape, sorted(seq.ground_truth)
     ((480, 640), [0, 1])
     """
-    if isinstance(n, bool) or int(n) != n or n < 1:
+    if isinstance(n, (bool, str)) or int(n) != n or n < 1:
         raise ValueError(f"n: expected a number of frames above 0, got {n!r}")
     if not fps > 0:
         raise ValueError(f"fps: expected frames per second above 0, got {fps}")

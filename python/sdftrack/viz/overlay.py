@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.checks import of_kind
+from sdftrack.results import TrackResult
 from sdftrack.viz.backdrop import backdrop
 
 __all__ = ["STATUS_RGB", "draw"]
@@ -71,6 +73,7 @@ def draw(
     --------
     >>> picture = st.draw(frame, tracker.track(frame), sdf, camera)  # doctest: +SKIP
     """
+    of_kind(result, TrackResult, "result")
     shapes = list(shapes) if isinstance(shapes, (list, tuple)) else [shapes]
     count = len(result.poses)
     for label, given in (("shapes", shapes), ("meshes", meshes), ("names", names)):

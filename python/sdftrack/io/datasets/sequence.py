@@ -97,7 +97,10 @@ class Sequence:
     def __getitem__(self, i: int | slice) -> Frame | Sequence:
         if isinstance(i, slice):
             return self._part(range(len(self))[i])
-        n = range(len(self))[i]  # negative numbers, and IndexError beyond
+        try:
+            n = range(len(self))[i]  # negative numbers too
+        except IndexError:
+            raise IndexError(f"frame {i}: expected one of 0..{len(self) - 1}") from None
         frame = self._frames[n]
         return frame if frame.index is not None else frame.replace(index=n)
 
