@@ -48,6 +48,8 @@ class Tracker:
         Prediction from frame to frame.
     names : sequence of str, optional
         One per shape, for reports.
+    collision : None
+        Shapes are tracked one by one in this version: two of the same shape that touch may end on one another.
     options : TrackerOptions, optional
         A whole set of options; single ones may be given as keywords.
 
@@ -82,6 +84,7 @@ class Tracker:
         motion: str = "static",
         membership: bool = False,
         names: Sequence[str] | None = None,
+        collision: None = None,
         options: TrackerOptions | None = None,
         **single_options: Any,
     ) -> None:
@@ -92,6 +95,10 @@ class Tracker:
         self.names = _name_list(names, len(self.shapes))
         _expect("mode", mode, ("auto", "depth"))
         _expect("motion", motion, ("static",))
+        if collision is not None:
+            raise ValueError(
+                f"collision: expected None, got {collision!r}; in this version shapes are tracked one by one"
+            )
         if membership:
             raise ValueError("membership: expected False; soft memberships are not part of this version")
         if isinstance(threads, bool) or not isinstance(threads, int) or threads < 0:
