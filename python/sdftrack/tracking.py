@@ -26,6 +26,8 @@ from sdftrack.sdf import SDF
 
 __all__ = ["Tracker"]
 
+OVERLAP = 0.5  # of an object's half thickness; errors of the poses stay well below
+
 
 class Tracker:
     """Track one or more known shapes, each from its last pose, by depth.
@@ -117,6 +119,7 @@ class Tracker:
         self._last: TrackResult | None = None
         self._best = np.stack([np.eye(4)] * len(self.shapes))  # what a bad frame answers
         self._lock = threading.Lock()
+        self._deepest = [_deepest(s) for s in self.shapes] if len(self.shapes) > 1 else []
 
     def __repr__(self) -> str:
         return f"Tracker({len(self.shapes)} shape{'s' * (len(self.shapes) != 1)}, {self._frame_camera!r})"
@@ -292,7 +295,24 @@ class Tracker:
         return {"pose": self._best[k], "covariance": nan, "status": "bad_frame", "reason": why, "inliers": 0.0,
                 "confidence": 0.0, "energy": 0.0, "steps": []}  # fmt: skip
 
+    def _doubt_overlaps(self, found: list[dict[str, Any]]) -> None:
+        """Two solids are not in one place: at most one of the two poses is right, so neither is sure."""
+        sure = [k for k, f in enumerate(found) if f["status"] in ("ok", "weak")]
+        for k in sure:
+            for j in sure:
+                if j == k:
+                    continue
+                point, depth_m = self._deepest[j]
+                in_k = np.linalg.solve(found[k]["pose"], found[j]["pose"] @ point)[:3]
+                if self.shapes[k](in_k) < -OVERLAP * depth_m:
+                    for one, other in ((k, j), (j, k)):
+                        if "where another" not in found[one]["reason"]:
+                            found[one]["status"] = "weak"
+                            found[one]["reason"] = f"it stands where another is tracked: {self.names[other]}"
+                            found[one]["confidence"] *= 0.5
+
     def _finish(self, frame: Frame, found: list[dict[str, Any]], begin: float) -> TrackResult:
+        self._doubt_overlaps(found)
         poses = np.stack([f["pose"] for f in found])
         status = [Status(f["status"]) for f in found]
         steps = [[Step(*s) for s in f["steps"]] for f in found]
@@ -343,6 +363,13 @@ def _shape_list(shapes: SDF | Sequence[SDF]) -> list[SDF]:
                 f"{name}: expected an SDF, got {type(shape).__name__}; make one with SDF.from_mesh"
             )
     return many
+
+
+def _deepest(shape: SDF) -> tuple[NDArray[np.float64], float]:
+    """The point farthest inside a shape, homogeneous, object frame, m; and how far inside it is, m."""
+    z, y, x = np.unravel_index(int(np.argmin(shape.values)), shape.values.shape)
+    p = shape.origin + shape.voxel_size * np.array([x, y, z])
+    return np.append(p, 1.0), -float(shape.values[z, y, x])
 
 
 def _option_set(options: Any) -> TrackerOptions:

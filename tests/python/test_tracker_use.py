@@ -183,6 +183,22 @@ def test_a_full_disk_is_told_with_the_file(box, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_two_objects_in_one_place_are_both_doubted(box):
+    tracker = st.Tracker([box, box], CAMERA, names=["left", "right"])
+    result = tracker.start(frame_of(), poses=[POSE, POSE])
+    assert result.status == ["weak", "weak"]
+    assert result.reason[0].endswith("right")
+    assert result.reason[1].endswith("left")
+    assert (result.confidence <= 0.5).all()
+
+
+def test_two_objects_that_touch_are_not_doubted(box):
+    beside = POSE @ geometry.pose(t_m=(SIZE_M[0], 0, 0))
+    both = np.minimum(frame_of().depth, frame_of(beside).depth)
+    result = st.Tracker([box, box], CAMERA).start(st.Frame(both), poses=[POSE, beside])
+    assert result.status == ["ok", "ok"]
+
+
 def test_the_helpers_for_tests_come_with_the_import():
     st.testing.assert_pose_close(POSE, POSE, 0, 0)
 
