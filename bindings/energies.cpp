@@ -25,7 +25,7 @@ class FrameEnergy {
               const Camera& camera, const py::array& depth_m, const py::object& mask,
               const py::array& T_cam_obj, const TrackerOptions& options, double scale_m, bool scale,
               bool intrinsics, int threads)
-      : values_(values), shape_(make_shape(volume_view(values, voxel_m, origin), 1)), camera_(camera) {
+      : values_(values), shape_(make_shape(volume_view(values, voxel_m, origin), 1, 1)), camera_(camera) {
     const Rigidd T = rigid_from(T_cam_obj, "poses");
     start_.T_obj_cam = {inverse(Rigidd{T.R, T * shape_.centre_obj})};
     start_.K = camera.K;

@@ -29,20 +29,20 @@ struct DepthLogistic {
   Curvature curvature = Curvature::kIrls;
 
   HD Curve<T> operator()(T residual_m, T noise_scale) const {
-    const T s = scale_m * noise_scale;
-    const T u = std::abs(residual_m) / (T(2) * s);
-    const T decay = exp_negative(T(-2) * u);  // tanh and sech without overflow
-    const T inverse = T(1) / (T(1) + decay);
-    const T tanh_u = (T(1) - decay) * inverse;
-    const T sech2 = T(4) * decay * inverse * inverse;
-
-    const T likelihood = (T(1) - outlier_floor) * sech2 + outlier_floor;
-    const T inlier = outlier_floor > T(0) ? (T(1) - outlier_floor) * sech2 / likelihood : T(1);
-    const T cost = outlier_floor > T(0) ? -log_positive(likelihood)
-                                        : T(2) * (u + log_positive(T(1) + decay) - T(0.6931471805599453));
-    const T slope = inlier * tanh_u / s;
-    const T irls = u < T(1e-3) ? inlier / (T(2) * s * s) : slope / std::abs(residual_m);
-    return {cost, residual_m < T(0) ? -slope : slope, curvature == Curvature::kIrls ? irls : slope * slope};
+    const T per_s = T(1) / (scale_m * noise_scale);
+    const T u = T(0.5) * std::abs(residual_m) * per_s;
+    // With d = e^(-2u): tanh u = (1 - d) / (1 + d), sech^2 u = 4 d / (1 + d)^2, all without overflow.
+    const T d = exp_negative(T(-2) * u), up = T(1) + d;
+    const T data = (T(1) - outlier_floor) * T(4) * d, outliers = outlier_floor * up * up;
+    const T per_up = T(1) / up;
+    const T tanh_u = (T(1) - d) * per_up;
+    const bool floored = outlier_floor > T(0);
+    const T inlier = floored ? data / (data + outliers) : T(1);
+    const T cost = floored ? -log_positive((data + outliers) * per_up * per_up)
+                           : T(2) * (u + log_positive(up) - T(0.6931471805599453));
+    const T slope = inlier * tanh_u * per_s;
+    const T irls = u < T(1e-3) ? T(0.5) * inlier * per_s * per_s : slope / std::abs(residual_m);
+    return {cost, std::copysign(slope, residual_m), curvature == Curvature::kIrls ? irls : slope * slope};
   }
 
   // d^2 cost / d residual^2, negative where the cost redescends: what the sandwich covariance needs.

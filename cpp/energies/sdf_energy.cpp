@@ -115,7 +115,7 @@ void SdfEnergy::with_term(const State& x, bool reclassify, const Visit& visit) {
 }
 
 void SdfEnergy::linearize(const State& x, NormalEquations* out) {
-  with_term(x, options_.warm_hits, [&](const auto& term) {
+  with_term(x, options_.warm_hits, [&](const auto term) {
     constexpr int P = std::decay_t<decltype(term)>::P;
     add_to(reduce_cpu<Sums<double, P>, Sums<float, P>>(
                term.pixels.count, options_.threads,
@@ -126,7 +126,7 @@ void SdfEnergy::linearize(const State& x, NormalEquations* out) {
 
 double SdfEnergy::cost(const State& x) {
   double cost = 0;
-  with_term(x, false, [&](const auto& term) {
+  with_term(x, false, [&](const auto term) {
     cost = reduce_cpu<CostSum>(term.pixels.count, options_.threads, [&](int i, CostSum* sum) {
              sum->cost += static_cast<double>(term.cost(i));
            }).cost;
@@ -141,7 +141,7 @@ void SdfEnergy::accept() {
 void SdfEnergy::keep_near(const State& x, double reach_m) {
   const auto reach = static_cast<float>(reach_m);
   int kept = 0;
-  with_term(x, false, [&](const auto& term) {
+  with_term(x, false, [&](const auto term) {
     for (int i = 0; i < term.pixels.count; ++i) {
       float phi;
       Vec3f unused;
@@ -177,7 +177,7 @@ void SdfEnergy::classify(const State& x, int steps) {
 EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget) {
   EnergySummary out;
   scratch_.clear();
-  with_term(x, false, [&](const auto& term) {
+  with_term(x, false, [&](const auto term) {
     constexpr int P = std::decay_t<decltype(term)>::P;
     OuterSum<P> A, B, geometry;
     const int n = term.pixels.count, m = std::min(n, pixel_budget);
@@ -209,7 +209,7 @@ EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget) {
 void SdfEnergy::read(const State& x, PixelReadings* out) {
   const auto n = static_cast<std::size_t>(pixels_->count());
   out->residual_m.resize(n), out->weight.resize(n), out->hit.resize(n);
-  with_term(x, false, [&](const auto& term) {
+  with_term(x, false, [&](const auto term) {
     for (int i = 0; i < term.pixels.count; ++i) {
       FieldRow<float, std::decay_t<decltype(term)>::P> row;
       const auto reading = term.read(i, &row);

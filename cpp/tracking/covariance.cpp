@@ -10,7 +10,7 @@ namespace sdftrack {
 namespace {
 
 constexpr double kBlindSlope = 0.03;
-constexpr double kGrain = 0.006;
+constexpr double kGrain = 5e-4;
 
 Eigen::Matrix3d to_eigen(const Mat3d& R) {
   Eigen::Matrix3d M;
@@ -39,7 +39,7 @@ Matrix6d increment_covariance(const EnergySummary& sums, const Shape& shape, dou
     if (slope2 < kBlindSlope * kBlindSlope) continue;
     const Matrix6d along = directions.eigenvectors().col(i) * directions.eigenvectors().col(i).transpose();
     seen += along;
-    grain += grain_m * grain_m / slope2 * along;
+    grain += grain_m * grain_m / (slope2 * slope2) * along;
   }
   const Matrix6d P = unit.cwiseInverse().asDiagonal() * seen * unit.asDiagonal();
 

@@ -16,8 +16,9 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // observation of sd (diameter, pi) per direction, so that a direction without data (symmetry, a flat view)
 // gets that variance, never 0. A direction along which the inliers' residuals hardly change (rms slope below
 // kBlindSlope, a turn taken at half the diameter) counts as one without data: what is left there is the grain
-// of the voxels. To the rest comes what a common error of kGrain voxels in phi does to the pose: little where
-// the surface is seen from all sides, much along a direction that only a few rounded edges hold.
+// of the voxels. To the rest comes what a common error of the voxels does to the pose, kGrain voxels over the
+// squared slope (fitted on boxes and ellipsoids with hidden faces): little where the surface is seen from all
+// sides, much along a direction that only a few rounded edges hold.
 Matrix6d increment_covariance(const EnergySummary& sums, const Shape& shape, double correlation_area_px);
 
 // The same uncertainty in camera axes about the caller's object origin: (x, y, z, rx, ry, rz), t = t^ + d,

@@ -33,7 +33,7 @@ Box box_of_inside(const SdfView& sdf) {
 
 }  // namespace
 
-Shape make_shape(const SdfView& sdf, int point_count) {
+Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
   const Box box = box_of_inside(sdf);
   const double voxel = sdf.voxel_m;
   double centre[3], half[3];
@@ -43,13 +43,14 @@ Shape make_shape(const SdfView& sdf, int point_count) {
     centre[a] = o[a] + 0.5 * voxel * (box.low[a] + box.high[a]);
     half[a] = 0.5 * voxel * (box.high[a] - box.low[a] + 1);
   }
-  Shape shape{sdf, {centre[0], centre[1], centre[2]}, {half[0], half[1], half[2]}, 0, {}, {}};
+  Shape shape{sdf, {centre[0], centre[1], centre[2]}, {half[0], half[1], half[2]}, 0, {}, {}, {}};
   shape.diameter_m = 2 * norm(shape.half_box_m);
   shape.sdf.origin_obj = (origin - shape.centre_obj).cast<float>();
   for (const SurfaceSample& s : surface_samples(shape.sdf, point_count)) {
     shape.points.push_back(s.p_obj);
     shape.normals.push_back(s.n_obj);
   }
+  for (const SurfaceSample& s : surface_samples(shape.sdf, outline_count)) shape.outline.push_back(s.p_obj);
   return shape;
 }
 

@@ -16,9 +16,10 @@ struct Shape {
   Vec3d half_box_m;                    // of that box
   double diameter_m;                   // its diagonal
   std::vector<Vec3f> points, normals;  // on the surface, uniform by area, centred frame
+  std::vector<Vec3f> outline;          // fewer of them, for the free-space term
 };
 
 // ValueError (std::invalid_argument) when the field has no inside.
-Shape make_shape(const SdfView& sdf, int point_count);
+Shape make_shape(const SdfView& sdf, int point_count, int outline_count);
 
 }  // namespace sdftrack

@@ -13,18 +13,19 @@ namespace {
 // A step that promises a smaller gain in log-likelihood moves the pose by less than 5 % of its standard
 // deviation.
 constexpr double kLeastGain = 1e-3;
-// An accepted step of less than two thirds of a standard deviation is the last: what it leaves is of second
-// order.
-constexpr double kLastGain = 0.2;
-constexpr int kSettleSteps =
-    2;  // Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias
+// An accepted step that promised less than this (1.4 standard deviations) is the last: Gauss-Newton leaves of
+// it what is of second order, a few hundredths of one (docs/math/depth_tracker.md, section
+// 4).
+constexpr double kLastGain = 1;
+// Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias.
+constexpr int kSettleSteps = 2;
 constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
-constexpr int kSummaryPixels = 2000;
+constexpr int kSummaryPixels = 1000;
 constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
 
 constexpr double kOfUsual = 0.85;       // a share this far below the usual one is not convincing
 constexpr double kWideTurn = 0.2;       // rad, of the further starts of a wide attempt
-constexpr double kClearlyBetter = 0.1;  // share of surface points that a wider attempt must gain
+constexpr double kClearlyBetter = 0.2;  // share of surface points that a wider attempt must gain
 
 // Of the surface points that the camera should see, share that it reads where the pose puts them.
 double share(const Visibility& seen) {
@@ -57,7 +58,7 @@ Tracker::Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const
       if (shapes[j].phi == shapes[i].phi) object.shape = objects_[j].shape;
     if (!object.shape)
       object.shape = std::make_shared<const Shape>(
-          make_shape(shapes[i], std::max({1, options.free_space_points, 3 * options.trust_points})));
+          make_shape(shapes[i], 3 * options.trust_points, options.free_space_points));
     objects_.push_back(object);
   }
   set_camera(camera);
@@ -135,12 +136,13 @@ ObjectResult Tracker::track_one(const DepthFrame& frame, Object* object) {
       wide->result.steps.insert(wide->result.steps.begin(), first.begin(), first.end());
       first = wide->result.steps;
     }
-    if (wide && (!best || share(wide->seen) > share(best->seen) + kClearlyBetter)) best = std::move(wide);
+    if (wide && (!best || share(wide->seen) > share(best->seen) + kClearlyBetter))
+      best = polished(frame, object, *wide);
   }
   if (!best) return lost(*object, "too few depth readings near the last pose", Status::kLost);
 
   ObjectResult& result = best->result;
-  result.trust = judge(best->seen, result.covariance, options_);
+  result.trust = judge(best->seen, result.cost, result.covariance, options_);
   if (result.trust.status == Status::kLost) {
     ObjectResult gone = lost(*object, result.trust.reason, Status::kLost);
     gone.trust.inliers = result.trust.inliers;
@@ -151,6 +153,19 @@ ObjectResult Tracker::track_one(const DepthFrame& frame, Object* object) {
   keep(*best, object);
   result.T_cam_obj = uncentred(best->T_cam_obj, *object->shape);
   return std::move(result);
+}
+
+// A wide attempt may end far from where its pixels were chosen: once more from there, with the pixels of that
+// place.
+Tracker::Fitted Tracker::polished(const DepthFrame& frame, Object* object, const Fitted& wide) {
+  const Rigidd last = object->T_cam_obj;
+  object->T_cam_obj = wide.T_cam_obj;
+  std::optional<Fitted> again = try_fit(
+      frame, object, {options_.scale_start_m, options_.padding_m, options_.coarse_steps, {wide.T_cam_obj}});
+  object->T_cam_obj = last;
+  if (!again || share(again->seen) < share(wide.seen)) return wide;
+  again->result.steps.insert(again->result.steps.begin(), wide.result.steps.begin(), wide.result.steps.end());
+  return *again;
 }
 
 void Tracker::keep(const Fitted& fitted, Object* object) {
@@ -275,11 +290,11 @@ void Tracker::run_stage(Object* object, PixelSet* pixels, const SdfEnergyOptions
   SumEnergy sum;
   sum.add(&data);
 
-  FreeSpaceEnergy free_space(&shape.points, &free_grid_,
+  FreeSpaceEnergy free_space(&shape.outline, &free_grid_,
                              {static_cast<float>(options_.free_space_scale_m), 1.0f});
   if (!free_grid_.empty())
     sum.add(&free_space,
-            options_.free_space_weight * pixels->count() / static_cast<double>(shape.points.size()));
+            options_.free_space_weight * pixels->count() / static_cast<double>(shape.outline.size()));
   PosePrior prior({1, false, false}, 0, inverse(object->T_cam_obj), options_.motion_sigma_m,
                   options_.motion_sigma_rad);
   if (options_.motion_sigma_m > 0 && options_.motion_sigma_rad > 0) sum.add(&prior);

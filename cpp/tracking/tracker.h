@@ -76,6 +76,7 @@ class Tracker {
   };
   void follow_plane(const DepthFrame& frame);
   ObjectResult track_one(const DepthFrame& frame, Object* object);
+  Fitted polished(const DepthFrame& frame, Object* object, const Fitted& wide);
   static void keep(const Fitted& fitted, Object* object);
   Attempt wide_attempt(const Object& object) const;
   std::optional<Fitted> try_fit(const DepthFrame& frame, Object* object, const Attempt& attempt);

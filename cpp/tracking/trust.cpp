@@ -12,6 +12,7 @@ namespace {
 constexpr double kFacing = 0.25;        // cosine of the incidence below which a point is not asked
 constexpr double kTolerance_m = 0.004;  // least distance that counts as disagreement
 constexpr double kTolerancePerNoise = 4;
+constexpr double kMisfit = 0.5;  // share of the cost of readings that do not fit at all
 constexpr double kFarPose_m = 0.020, kFarPose_rad = 10 * std::numbers::pi / 180;
 
 // Whether the object itself hides p from the camera: march towards the camera through the field.
@@ -71,7 +72,8 @@ Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera
   return seen;
 }
 
-Trust judge(const Visibility& seen, const Matrix6d& covariance, const TrackerOptions& options) {
+Trust judge(const Visibility& seen, double mean_cost, const Matrix6d& covariance,
+            const TrackerOptions& options) {
   Trust trust;
   trust.inliers = ratio(seen.agree, seen.expected);
   const double unhidden = ratio(seen.agree, seen.agree + seen.farther);
@@ -87,6 +89,11 @@ Trust judge(const Visibility& seen, const Matrix6d& covariance, const TrackerOpt
         seen.nearer > seen.farther
             ? percent(ratio(seen.nearer, seen.expected)) + " of the object is hidden"
             : "the camera sees past " + percent(1 - unhidden) + " of the surface that it should see";
+  }
+  const bool misfit = options.outlier_floor > 0 && mean_cost > -kMisfit * std::log(options.outlier_floor);
+  if (trust.status == Status::kOk && misfit) {
+    trust.status = Status::kWeak;
+    trust.reason = "most readings near the pose do not fit the shape";
   }
   if (trust.status == Status::kLost) return trust;
   // Evidence that this is the object at this pose, times the chance that the error left is small.

@@ -32,6 +32,9 @@ struct Trust {
   double confidence = 0;  // probability that the pose is within 20 mm and 10 degrees
 };
 
-Trust judge(const Visibility& visible, const Matrix6d& covariance, const TrackerOptions& options);
+// mean_cost: of the last stage, per pixel; a pixel whose reading does not fit at all costs
+// -log(outlier_floor).
+Trust judge(const Visibility& visible, double mean_cost, const Matrix6d& covariance,
+            const TrackerOptions& options);
 
 }  // namespace sdftrack

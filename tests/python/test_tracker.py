@@ -359,7 +359,8 @@ def test_the_turn_of_a_sphere_has_the_variance_of_pi_and_never_0():
     frame = st.Frame(np.where(clean > 0, clean + noise, 0).astype(np.float32))
     result = st.Tracker(ball, CAMERA, threads=1).start(frame, poses=[POSE])
     np.testing.assert_allclose(np.diag(result.covariance)[3:], np.pi**2, rtol=0.05)
-    assert np.sqrt(np.diag(result.covariance)[:3]).max() < 2e-4
+    # The free turn is about the box's centre, found to a small part of a voxel (1.9 mm): that part times pi, and noise.
+    assert np.sqrt(np.diag(result.covariance)[:3]).max() < 3e-4
     assert np.linalg.eigvalsh(result.covariance).min() > 0
     assert result.confidence[0] < 0.2  # nobody knows the turn
     assert np.linalg.norm(result.pose[:3, 3] - POSE[:3, 3]) < NOISY_ATOL_M
@@ -418,7 +419,7 @@ def test_twists_are_velocities_in_camera_axes(tracker):
 def test_set_pose_moves_where_the_object_is_looked_for(box):
     tracker = st.Tracker(box, CAMERA, threads=1)
     tracker.start(frame_of(), poses=[POSE])
-    elsewhere = shifted(POSE, 0.15, 0, 0)
+    elsewhere = shifted(POSE, 0.22, 0, 0)  # beyond the reach of a wide attempt
     assert not tracker.track(frame_of(elsewhere)).ok
     tracker.set_pose(0, elsewhere)
     result = tracker.track(frame_of(elsewhere))
@@ -429,7 +430,7 @@ def test_set_pose_moves_where_the_object_is_looked_for(box):
 def test_a_pose_that_was_set_is_the_last_good_one(box):
     tracker = st.Tracker(box, CAMERA, threads=1)
     tracker.start(frame_of(), poses=[POSE])
-    elsewhere = shifted(POSE, 0.15, 0, 0)
+    elsewhere = shifted(POSE, 0.22, 0, 0)  # beyond the reach of a wide attempt
     tracker.set_pose(0, elsewhere)
     assert_pose_close(pickle.loads(pickle.dumps(tracker)).track(wall_frame()).pose, elsewhere, 1e-12, 1e-12)
     assert_pose_close(tracker.track(st.Frame.unreadable("gone")).pose, elsewhere, 1e-12, 1e-12)

@@ -14,7 +14,7 @@ from sdftrack.reference.optim import hat
 Array = NDArray[Any]
 
 BLIND_SLOPE = 0.03
-GRAIN = 0.006  # common error of phi, in voxels
+GRAIN = 5e-4  # voxels; over the squared slope: what the voxels do to a direction that few edges hold
 
 
 class Shape(NamedTuple):
@@ -94,7 +94,7 @@ def increment_covariance(
 
     Directions along which phi hardly changes over the inliers (rms slope below BLIND_SLOPE, a turn taken at half the
     diameter) are taken out of A and B first: what is left there is the grain of the voxels. To the others comes what
-    a common error of GRAIN voxels in phi does to the pose.
+    GRAIN voxels over the squared slope, the error of the voxels themselves.
     """
     unit = np.diag([1, 1, 1, *[2 / diameter] * 3])
     prior = np.diag([diameter**-2] * 3 + [np.pi**-2] * 3)
@@ -104,7 +104,7 @@ def increment_covariance(
     P = np.linalg.inv(unit) @ seen @ seen.T @ unit
     A = P @ sums.A @ P.T + prior
     B = correlation_area_px * P @ sums.B @ P.T + prior
-    grain = seen @ np.diag((GRAIN * voxel_size) ** 2 / slopes2[is_seen]) @ seen.T
+    grain = seen @ np.diag((GRAIN * voxel_size / slopes2[is_seen]) ** 2) @ seen.T
     C: Array = np.linalg.inv(A) @ B @ np.linalg.inv(A) + unit @ grain @ unit
     return C
 
