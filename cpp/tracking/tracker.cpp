@@ -23,9 +23,9 @@ constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
 constexpr int kSummaryPixels = 1000;
 constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
 
-constexpr double kOfUsual = 0.85;       // a share this far below the usual one is not convincing
-constexpr double kWideTurn = 0.2;       // rad, of the further starts of a wide attempt
-constexpr double kClearlyBetter = 0.2;  // share of surface points that a wider attempt must gain
+constexpr double kOfUsual = 0.85;        // a share this far below the usual one is not convincing
+constexpr double kWideTurn = 0.2;        // rad, of the further starts of a wide attempt
+constexpr double kClearlyBetter = 0.15;  // share of surface points that a wider attempt must gain
 
 // Of the surface points that the camera should see, share that it reads where the pose puts them.
 double share(const Visibility& seen) {
