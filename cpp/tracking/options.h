@@ -21,7 +21,7 @@ struct TrackerOptions {
   // Pixels
   double padding_m = 0.04;  // a pixel counts when its point is this near the object's box
   int max_pixels = 10000;   // budget of the last stage
-  int coarse_pixels = 500;  // budget of the coarse stages
+  int coarse_pixels = 320;  // budget of the coarse stages
   int min_pixels = 40;      // fewer: lost
   // Second attempt, from the same start over a wider basin, when the first is not convincing
   double retry_inliers =
@@ -37,7 +37,7 @@ struct TrackerOptions {
   bool free_space = true;
   double free_space_scale_m = 0.003;
   double free_space_weight = 1.0;  // 1: all surface points together weigh as much as the pixels do
-  int free_space_points = 150;
+  int free_space_points = 120;
   double motion_sigma_m = 0.03;  // weak prior about the predicted pose; 0: none
   double motion_sigma_rad = 0.3;
   bool drop_plane = false;  // leave out pixels of the dominant plane

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kPlaneTolerance_m = 0.005;
 constexpr int kFreeSpaceMargin_px = 16;
-constexpr int kFreeSpaceNodes = 44;  // along the longer side
+constexpr int kFreeSpaceNodes = 40;  // along the longer side
 
 // Pixel of a pixel's ray in the ideal pinhole: where distortion would have put it, had there been none.
 struct IdealPixel {

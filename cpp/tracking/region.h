@@ -45,7 +45,7 @@ void select_pixels(const DepthFrame& frame, const Camera& camera, const Shape& s
 // Sensor noise (sd, m) at a depth, as the options say.
 double sensor_noise_m(const TrackerOptions& options, double depth_m);
 
-// The distance to the nearest pixel that might show the object, on a grid of about 44 x 44 nodes over the
+// The distance to the nearest pixel that might show the object, on a grid of about 40 x 40 nodes over the
 // region.
 struct FreeSpaceScratch {
   std::vector<unsigned char> free;

@@ -50,7 +50,9 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
     shape.points.push_back(s.p_obj);
     shape.normals.push_back(s.n_obj);
   }
-  for (const SurfaceSample& s : surface_samples(shape.sdf, outline_count)) shape.outline.push_back(s.p_obj);
+  const std::size_t n = shape.points.size(),
+                    m = std::min(n, static_cast<std::size_t>(std::max(0, outline_count)));
+  for (std::size_t k = 0; k < m; ++k) shape.outline.push_back(shape.points[k * n / m]);
   return shape;
 }
 

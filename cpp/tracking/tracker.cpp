@@ -16,7 +16,7 @@ constexpr double kLeastGain = 1e-3;
 // An accepted step that promised less than this (1.4 standard deviations) is the last: Gauss-Newton leaves of
 // it what is of second order, a few hundredths of one (docs/math/depth_tracker.md, section
 // 4).
-constexpr double kLastGain = 1;
+constexpr double kLastGain = 1, kLastCoarseGain = 10;
 // Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias.
 constexpr int kSettleSteps = 2;
 constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
@@ -304,7 +304,7 @@ void Tracker::run_stage(Object* object, PixelSet* pixels, const SdfEnergyOptions
   lm.damping = object->damping;
   lm.cost_relative = 0;
   lm.cost_gain = kLeastGain;
-  lm.last_gain = kLastGain;
+  lm.last_gain = pixels == &pixels_ ? kLastGain : kLastCoarseGain;  // a coarse fit is only a start
   const LmResult fitted = minimize(sum, *x, lm);
   for (const LmStep& step : fitted.steps)
     result->steps.push_back({step, energy_options.scale_m, pixels->count()});
