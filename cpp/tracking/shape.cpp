@@ -2,6 +2,7 @@
 #include "tracking/shape.h"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 
 #include "sdf/surface_samples.h"
@@ -11,21 +12,27 @@ namespace sdftrack {
 namespace {
 
 struct Box {
-  int low[3], high[3];
+  float low[3], high[3];  // voxels
 };
 
+// The ball of radius |phi| about a point inside lies inside, and such balls reach the surface on every side:
+// their extent is the object's, to a small part of a voxel.
 Box box_of_inside(const SdfView& sdf) {
-  Box box{{sdf.nx, sdf.ny, sdf.nz}, {-1, -1, -1}};
+  constexpr float kFar = std::numeric_limits<float>::max();
+  Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
   const float* row = sdf.phi;
   for (int z = 0; z < sdf.nz; ++z)
     for (int y = 0; y < sdf.ny; ++y, row += sdf.nx)
       for (int x = 0; x < sdf.nx; ++x)
         if (row[x] <= 0) {
-          const int at[3] = {x, y, z};
-          for (int a = 0; a < 3; ++a)
-            box.low[a] = std::min(box.low[a], at[a]), box.high[a] = std::max(box.high[a], at[a]);
+          const float at[3] = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+          const float radius = -row[x] / sdf.voxel_m;
+          for (int a = 0; a < 3; ++a) {
+            box.low[a] = std::min(box.low[a], at[a] - radius);
+            box.high[a] = std::max(box.high[a], at[a] + radius);
+          }
         }
-  if (box.high[0] < 0)
+  if (box.high[0] < box.low[0])
     throw std::invalid_argument(
         "shape: the field has no inside (no value <= 0); distances are negative inside");
   return box;
@@ -41,7 +48,7 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
   const double o[3] = {origin.x, origin.y, origin.z};
   for (int a = 0; a < 3; ++a) {
     centre[a] = o[a] + 0.5 * voxel * (box.low[a] + box.high[a]);
-    half[a] = 0.5 * voxel * (box.high[a] - box.low[a] + 1);
+    half[a] = 0.5 * voxel * (box.high[a] - box.low[a]);
   }
   Shape shape{sdf, {centre[0], centre[1], centre[2]}, {half[0], half[1], half[2]}, 0, {}, {}, {}};
   shape.diameter_m = 2 * norm(shape.half_box_m);

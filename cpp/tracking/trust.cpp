@@ -36,6 +36,8 @@ std::string percent(double share) {
 
 double ratio(int part, int whole) { return whole > 0 ? static_cast<double>(part) / whole : 0.0; }
 
+double rise(double x) { return 1 / (1 + std::exp(-x)); }
+
 }  // namespace
 
 Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera, const Shape& shape,
@@ -90,14 +92,15 @@ Trust judge(const Visibility& seen, double mean_cost, const Matrix6d& covariance
             ? percent(ratio(seen.nearer, seen.expected)) + " of the object is hidden"
             : "the camera sees past " + percent(1 - unhidden) + " of the surface that it should see";
   }
-  const bool misfit = options.outlier_floor > 0 && mean_cost > -kMisfit * std::log(options.outlier_floor);
-  if (trust.status == Status::kOk && misfit) {
+  const double misfit = options.outlier_floor > 0 ? mean_cost / -std::log(options.outlier_floor) : 0;
+  if (trust.status == Status::kOk && misfit > kMisfit) {
     trust.status = Status::kWeak;
     trust.reason = "most readings near the pose do not fit the shape";
   }
   if (trust.status == Status::kLost) return trust;
   // Evidence that this is the object at this pose, times the chance that the error left is small.
-  const double evidence = 1 / (1 + std::exp(-(std::min(unhidden, 2 * read) - 0.45) / 0.06));
+  const double evidence =
+      rise((std::min(unhidden, 2 * read) - 0.45) / 0.06) * rise((kMisfit - misfit) / 0.03);
   const double var_m = covariance.diagonal().head<3>().maxCoeff();
   const double var_rad = covariance.diagonal().tail<3>().maxCoeff();
   const double near_m = std::erf(kFarPose_m / std::sqrt(2 * var_m));

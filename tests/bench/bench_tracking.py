@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The depth tracker on one thread: time per frame and of a start. Changing these numbers breaks comparisons.
 
-640 x 480 pixels at 525 px focal length, a box of 200^3 voxels before a wall, sigma 1 mm. The frames go to and fro by
-5 mm / 1.5 degrees, so that every frame has a motion to find. The name says how many pixels lie on the object.
+640 x 480 pixels at 525 px focal length, a box of 200^3 voxels before a wall, sigma 1 mm. The frames go back and forth
+by 5 mm / 1.5 degrees, so that every frame has a motion to find. The name says how many pixels lie on the object.
 """
 
 from collections.abc import Callable

@@ -36,7 +36,10 @@ def told(scene, tmp_path, capsys, *arguments, code=1):
     return text.err if code else text.out
 
 
-def save(tmp_path, factor=1.0, faces=slice(None)):
+ALL = slice(None)
+
+
+def save(tmp_path, factor=1.0, faces=ALL):
     path = tmp_path / "box.ply"
     mesh = box_mesh()
     st.Mesh(factor * mesh.vertices, mesh.faces[faces]).save(path)

@@ -74,7 +74,9 @@ def main(arguments: Seq[str] | None = None) -> int:
     centre = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
     steps = {"slow": (0.005, 1.5), "fast": (0.018, 6.0)}
     truths = {
-        name: [render_truth(mesh, motion(FRAMES, m, np.deg2rad(deg), 0, centre), default_camera(), 0, a.cache)]
+        name: [
+            render_truth(mesh, motion(FRAMES, m, np.deg2rad(deg), 0, centre), default_camera(), 0, a.cache)
+        ]
         for name, (m, deg) in steps.items()
     }
     print(

@@ -26,11 +26,12 @@ class Shape(NamedTuple):
 
 
 def make_shape(values: Array, voxel_size: float, origin: Array) -> Shape:
-    """Box of the voxels that are inside."""
-    z, y, x = np.nonzero(values <= 0)
-    low = np.array([x.min(), y.min(), z.min()])
-    high = np.array([x.max(), y.max(), z.max()])
-    half = voxel_size * (high - low + 1) / 2
+    """Box of the balls of radius |phi| about the voxels inside: each lies inside, together they reach every side."""
+    inside = np.nonzero(values <= 0)
+    at = np.stack(inside[::-1], axis=1).astype(np.float64)
+    radius = -values[inside][:, None] / voxel_size
+    low, high = (at - radius).min(axis=0), (at + radius).max(axis=0)
+    half = voxel_size * (high - low) / 2
     return Shape(origin + voxel_size * (low + high) / 2, half, 2 * float(np.linalg.norm(half)))
 
 
