@@ -25,7 +25,7 @@ struct TrackerOptions {
   int min_pixels = 40;      // fewer: lost
   // Second attempt, from the same start over a wider basin, when the first is not convincing
   double retry_inliers =
-      0.5;  // share of agreeing surface points below which it is made (also 0.85 x usual); 0: never
+      0.5;  // at a start: agreeing share of the surface that nothing hides; 0: no second attempt
   double far_scale_m = 0.012;
   double far_padding_m = 0.045;
   // Optimiser

@@ -32,6 +32,13 @@ double share(const Visibility& seen) {
   return seen.expected > 0 ? static_cast<double>(seen.agree) / seen.expected : 0.0;
 }
 
+// Whether an attempt needs no second one. An object that has been followed is compared with itself; at a
+// start only the surface that nothing hides can be judged.
+bool convincing(const Visibility& seen, double usual_share, const TrackerOptions& options) {
+  if (usual_share > 0) return share(seen) >= kOfUsual * usual_share;
+  return seen.agree >= options.retry_inliers * (seen.agree + seen.farther) && seen.agree > 0;
+}
+
 bool has_depth(const ImageView<float>& depth_m) {
   const int pixels = depth_m.width * depth_m.height, stride = std::max(1, pixels / 4099);
   for (int i = 0; i < pixels; i += stride)
@@ -128,8 +135,7 @@ ObjectResult Tracker::track_one(const DepthFrame& frame, Object* object) {
   std::optional<Fitted> best =
       try_fit(frame, object,
               {options_.scale_start_m, options_.padding_m, options_.coarse_steps, {object->T_cam_obj}});
-  const double enough = std::max(options_.retry_inliers, kOfUsual * object->usual_share);
-  if (options_.retry_inliers > 0 && (!best || share(best->seen) < enough)) {
+  if (options_.retry_inliers > 0 && !(best && convincing(best->seen, object->usual_share, options_))) {
     std::optional<Fitted> wide = try_fit(frame, object, wide_attempt(*object));
     if (wide && best) {  // one record of every trial, in order
       std::vector<TrackStep>& first = best->result.steps;

@@ -52,7 +52,8 @@ class TrackerOptions:
     )
     padding_m: float = _option("padding_m", "pixels count this near the object's box at its last pose")
     retry_inliers: float = _option(
-        "retry_inliers", "share of agreeing points below which a wider attempt is made"
+        "retry_inliers",
+        "at a start: share of agreeing points below which a wider attempt is made; 0: never one",
     )
     far_scale_m: float = _option("far_scale_m", "scale_start_m of that attempt")
     far_padding_m: float = _option("far_padding_m", "padding_m of that attempt")
