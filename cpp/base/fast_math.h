@@ -11,7 +11,7 @@
 
 namespace sdftrack {
 
-// e^x for x <= 0; relative error below 4e-7, 0 below -87.
+// e^x for x <= 0; relative error below 4e-7 for x >= -4, growing to 8e-6 at -80; 2e-38 below -87.
 HD float exp_negative(float x) {
 #ifdef __CUDA_ARCH__
   return expf(x);
@@ -27,7 +27,7 @@ HD float exp_negative(float x) {
 }
 HD double exp_negative(double x) { return std::exp(x); }
 
-// Natural logarithm of a positive normal number; absolute error below 3e-7.
+// Natural logarithm of a positive normal number; absolute error below 6e-7 for numbers below 3.
 HD float log_positive(float x) {
 #ifdef __CUDA_ARCH__
   return logf(x);
