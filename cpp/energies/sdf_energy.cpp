@@ -80,10 +80,6 @@ double robust_sd(std::vector<float>* values) {
   return static_cast<double>(*low) / 0.38532;
 }
 
-}  // namespace
-
-namespace {
-
 void start_hits(PixelSet* pixels) {
   for (std::size_t i = 0; i < pixels->depth_m.size(); ++i)
     pixels->hit_m[i] = pixels->depth_m[i] - static_cast<float>(kHitLead_m);

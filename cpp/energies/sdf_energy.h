@@ -27,8 +27,8 @@ struct SdfEnergyOptions {
 struct EnergySummary {
   Eigen::MatrixXd A, B, geometry;
   double inliers = 0;  // pixels of the subset with weight above one half
-  double noise_m =
-      0;  // robust sd of residual over noise scale, rays that meet the model; 0 where fewer than 20 do
+  // Robust sd of residual over noise scale, of the rays that meet the model; 0 where fewer than 20 do.
+  double noise_m = 0;
 };
 
 // What became of each pixel at a state.

@@ -45,7 +45,7 @@ class Tracker:
     threads : int
         0: all cores. The result has the same bits for any number.
     recover : bool
-        A lost object is looked for around its last pose in every later frame.
+        No effect in this version: a lost object is always looked for around its last pose in every later frame.
     motion : {"static"}
         Prediction from frame to frame.
     names : sequence of str, optional
