@@ -6,12 +6,17 @@
 
 namespace sdftrack {
 
-// E = |v|^2 / (2 sigma_m^2) + |w|^2 / (2 sigma_rad^2), where (v, w) is the increment that takes the prior
-// pose to x: T_obj_cam = increment(v, w) T_prior, w = 4 MRP.
+// E = e^T I e / 2, e = (v, w) the increment that takes the prior pose to x: T_obj_cam = increment(v, w)
+// T_prior, w = 4 MRP, I its information.
 class PosePrior final : public Energy {
  public:
-  PosePrior(Unknowns unknowns, int object, const Rigidd& T_obj_cam, double sigma_m, double sigma_rad)
-      : unknowns_(unknowns), object_(object), T_prior_(T_obj_cam), sigma_m_(sigma_m), sigma_rad_(sigma_rad) {}
+  using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+  PosePrior(Unknowns unknowns, int object, const Rigidd& T_obj_cam, const Matrix6d& information)
+      : unknowns_(unknowns), object_(object), T_prior_(T_obj_cam), information_(information) {}
+
+  // The information of independent sds; a sd of 0 stands for no prior on that part.
+  static Matrix6d isotropic(double sigma_m, double sigma_rad);
 
   Unknowns unknowns() const override { return unknowns_; }
   void linearize(const State& x, NormalEquations* out) override;
@@ -21,7 +26,7 @@ class PosePrior final : public Energy {
   Unknowns unknowns_;
   int object_;
   Rigidd T_prior_;
-  double sigma_m_, sigma_rad_;
+  Matrix6d information_;
 };
 
 }  // namespace sdftrack

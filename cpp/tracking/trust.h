@@ -22,6 +22,11 @@ struct Visibility {
   int missing = 0;  // no reading, or outside the image
 };
 
+// Of the surface points that the camera should see, share that it reads where the pose puts them.
+inline double agreeing_share(const Visibility& seen) {
+  return seen.expected > 0 ? static_cast<double>(seen.agree) / seen.expected : 0.0;
+}
+
 Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera, const Shape& shape,
                                    const Rigidd& T_cam_obj, double noise_m, int points);
 

@@ -99,8 +99,8 @@ TEST(Lm, an_energy_that_is_not_finite_stops_and_says_so) {
 
 TEST(Lm, a_sum_of_energies_balances_their_minima) {
   // Equal and opposite pulls on t.x: the minimum lies where the weights say.
-  PosePrior left({1, false, false}, 0, {Mat3d::identity(), {-0.01, 0, 0}}, 1, 1);
-  PosePrior right({1, false, false}, 0, {Mat3d::identity(), {0.01, 0, 0}}, 1, 1);
+  PosePrior left({1, false, false}, 0, {Mat3d::identity(), {-0.01, 0, 0}}, PosePrior::isotropic(1, 1));
+  PosePrior right({1, false, false}, 0, {Mat3d::identity(), {0.01, 0, 0}}, PosePrior::isotropic(1, 1));
   SumEnergy sum;
   sum.add(&left, 1);
   sum.add(&right, 3);
@@ -111,7 +111,9 @@ TEST(Lm, a_sum_of_energies_balances_their_minima) {
 }
 
 TEST(Prior, the_gradient_is_the_slope_of_the_cost_far_from_the_prior_too) {
-  PosePrior prior({1, false, false}, 0, {rotation_exp(Vec3d{0.2, 0.1, -0.3}), {0.1, 0.2, 0.3}}, 0.03, 0.3);
+  PosePrior::Matrix6d correlated = PosePrior::isotropic(0.03, 0.3);
+  correlated(0, 4) = correlated(4, 0) = 40, correlated(1, 2) = correlated(2, 1) = -500;
+  PosePrior prior({1, false, false}, 0, {rotation_exp(Vec3d{0.2, 0.1, -0.3}), {0.1, 0.2, 0.3}}, correlated);
   const State x{{{rotation_exp(Vec3d{-0.7, 0.4, 0.5}), {0.15, 0.1, 0.35}}}, {}, {}};
   NormalEquations eq;
   eq.reset(6);

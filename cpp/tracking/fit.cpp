@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sdftrack {
+
+namespace {
+
+// A step that promises a smaller gain in log-likelihood moves the pose by less than 5 % of its standard
+// deviation.
+constexpr double kLeastGain = 1e-3;
+// An accepted step that promised less than this (1.4 standard deviations) is the last: Gauss-Newton leaves of
+// it what is of second order, a few hundredths of one (docs/math/depth_tracker.md, section
+// 4).
+constexpr double kLastGain = 1, kLastCoarseGain = 10;
+// Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias.
+constexpr int kSettleSteps = 2;
+constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
+constexpr int kSummaryPixels = 1000;
+constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
+
+FitMemory updated(FitMemory memory, double measured_m, double stated_m) {
+  if (!(measured_m > 0)) return memory;
+  const double measured = std::clamp(measured_m / stated_m, 0.1, 10.0);
+  memory.noise_factor = memory.noise_known ? 0.8 * memory.noise_factor + 0.2 * measured : measured;
+  memory.noise_known = true;
+  return memory;
+}
+
+}  // namespace
+
+std::optional<Fitted> PoseFitter::fit(const DepthFrame& frame, const Camera& camera, const FitTarget& target,
+                                      const Attempt& attempt, const Plane* plane) {
+  camera_ = &camera, target_ = &target;
+  stated_noise_m_ = sensor_noise_m(options_, target.expected.t.z);
+  select_pixels(frame, camera, target.shape, target.expected, options_, attempt.padding_m, plane, &pixels_);
+  if (pixels_.count() < options_.min_pixels) return std::nullopt;
+  if (options_.free_space)
+    free_space_grid(frame, camera, target.shape, target.expected, attempt.padding_m, &free_scratch_,
+                    &free_grid_);
+  else
+    free_grid_.distance_px.clear();
+
+  Fitted fitted;
+  fitted.memory = target.memory;
+  State x = best_coarse_fit(frame, attempt, &fitted);
+  choose_fine_pixels(last_scale(fitted.memory), x);
+  fit_fine(&x, &fitted);
+  fitted.T_cam_obj = inverse(x.T_obj_cam[0]);
+  const double noise_m = fitted.memory.noise_factor * sensor_noise_m(options_, fitted.T_cam_obj.t.z);
+  fitted.seen =
+      compare_visible_surface(frame, camera, target.shape, fitted.T_cam_obj, noise_m, options_.trust_points);
+  return fitted;
+}
+
+State PoseFitter::best_coarse_fit(const DepthFrame& frame, const Attempt& attempt, Fitted* fitted) {
+  const double noise_m = fitted->memory.noise_factor * stated_noise_m_;
+  coarse_.assign_subset(pixels_, options_.coarse_pixels);
+  State best;
+  double most = -1;
+  for (const Rigidd& start : attempt.starts) {
+    State x{{inverse(start)}, camera_->K, {}};
+    if (!options_.keep_damping) fitted->memory.damping = options_.damping_start;
+    fit_coarse(attempt, &x, fitted);
+    if (attempt.starts.size() == 1) return x;
+    const double now = agreeing_share(compare_visible_surface(
+        frame, *camera_, target_->shape, inverse(x.T_obj_cam[0]), noise_m, options_.trust_points));
+    if (now > most) most = now, best = x;
+  }
+  return best;
+}
+
+// Coarse stages on an even subset: phi at the measured points, the better start from afar, and last the
+// residual of the fine stage.
+void PoseFitter::fit_coarse(const Attempt& attempt, State* x, Fitted* fitted) {
+  if (!(attempt.scale_m > 0)) return;
+  const double last = last_scale(fitted->memory);
+  SdfEnergyOptions energy{Residual::kPoint, options_.curvature};
+  energy.outlier_floor = static_cast<float>(options_.outlier_floor);
+  for (double s = attempt.scale_m; s > 1.5 * last; s *= 0.5) {
+    energy.scale_m = static_cast<float>(s);
+    run_stage(&coarse_, energy, attempt.coarse_steps, x, fitted);
+  }
+  if (coarse_.count() < pixels_.count()) {
+    energy.scale_m = static_cast<float>(last);
+    energy.residual = options_.residual;
+    run_stage(&coarse_, energy, attempt.coarse_steps, x, fitted);
+  }
+}
+
+// Readings far from the surface have lost all weight at this scale; what is left is brought down to the
+// budget.
+void PoseFitter::choose_fine_pixels(double scale_m, const State& x) {
+  if (options_.outlier_floor > 0)
+    SdfEnergy(target_->shape.sdf, &pixels_, {})
+        .keep_near(x, std::max(kFineReach_m, kFineReachPerScale * scale_m));
+  if (pixels_.count() > options_.max_pixels) {
+    scratch_.assign_subset(pixels_, options_.max_pixels);
+    std::swap(scratch_, pixels_);
+  }
+}
+
+double PoseFitter::last_scale(const FitMemory& memory) const {
+  return options_.scale_per_noise * std::max(kLeastNoise_m, memory.noise_factor * stated_noise_m_);
+}
+
+void PoseFitter::fit_fine(State* x, Fitted* fitted) {
+  SdfEnergyOptions options{options_.residual, options_.curvature};
+  options.outlier_floor = static_cast<float>(options_.outlier_floor);
+  options.threads = threads_;
+  // The first frame does not know the sensor's noise yet: fit, measure, fit again.
+  for (int round = fitted->memory.noise_known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
+    options.scale_m = static_cast<float>(last_scale(fitted->memory));
+    run_stage(&pixels_, options, options_.fine_steps, x, fitted);
+    SdfEnergy energy(target_->shape.sdf, &pixels_, options);
+    const EnergySummary summary = energy.summarize(*x, kSummaryPixels);
+    if (options_.adapt_noise) fitted->memory = updated(fitted->memory, summary.noise_m, stated_noise_m_);
+    if (round == 0) continue;
+    fitted->covariance =
+        camera_covariance(increment_covariance(summary, target_->shape, options_.correlation_area_px),
+                          inverse(x->T_obj_cam[0]), -target_->shape.centre_obj);
+  }
+}
+
+void PoseFitter::run_stage(PixelSet* pixels, const SdfEnergyOptions& energy_options, int steps, State* x,
+                           Fitted* fitted) {
+  const Shape& shape = target_->shape;
+  SdfEnergy data(shape.sdf, pixels, energy_options);
+  if (energy_options.residual == Residual::kRayHit) data.settle(*x, kSettleSteps);
+  SumEnergy sum;
+  sum.add(&data);
+
+  FreeSpaceEnergy free_space(&shape.outline, &free_grid_,
+                             {static_cast<float>(options_.free_space_scale_m), 1.0f});
+  if (!free_grid_.empty())
+    sum.add(&free_space,
+            options_.free_space_weight * pixels->count() / static_cast<double>(shape.outline.size()));
+  PosePrior prior({1, false, false}, 0, inverse(target_->expected), target_->prior);
+  if (target_->prior.diagonal().maxCoeff() > 0) sum.add(&prior);
+
+  LmOptions lm;
+  lm.max_steps = steps;
+  lm.damping = fitted->memory.damping;
+  lm.cost_relative = 0;
+  lm.cost_gain = kLeastGain;
+  lm.last_gain = pixels == &pixels_ ? kLastGain : kLastCoarseGain;  // a coarse fit is only a start
+  const LmResult found = minimize(sum, *x, lm);
+  for (const LmStep& step : found.steps)
+    fitted->steps.push_back({step, energy_options.scale_m, pixels->count()});
+  *x = found.x;
+  if (options_.keep_damping) fitted->memory.damping = std::clamp(found.damping, 1e-6, options_.damping_start);
+  fitted->cost = found.count > 0 ? found.cost / found.count : 0;
+}
+
+}  // namespace sdftrack

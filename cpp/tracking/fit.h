@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+// One object fitted to one frame: pixels -> energies -> minimize, coarse to fine -> covariance.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "energies/free_space.h"
+#include "optim/lm.h"
+#include "optim/prior.h"
+#include "tracking/trust.h"
+
+namespace sdftrack {
+
+struct TrackStep {
+  LmStep step;
+  double scale_m;
+  int pixels;
+};
+
+// What a fit takes from the frames before and hands on to the next one.
+struct FitMemory {
+  double noise_factor = 1;  // sensor noise, measured over stated
+  bool noise_known = false;
+  double damping = 0;  // only with TrackerOptions::keep_damping
+};
+
+// Whom to fit, and where it is expected: pixels are taken around `expected`, the prior is centred there.
+struct FitTarget {
+  const Shape& shape;
+  Rigidd expected;  // T_cam_obj, centred frame
+  Matrix6d prior;   // information of the prior on the increment of T_obj_cam; 0: none
+  FitMemory memory;
+};
+
+// How far away the first stage looks, and where from.
+struct Attempt {
+  double scale_m, padding_m;
+  int coarse_steps;
+  std::vector<Rigidd> starts;  // T_cam_obj, centred; the best after the coarse stages goes on
+};
+
+struct Fitted {
+  Rigidd T_cam_obj;     // centred frame
+  Matrix6d covariance;  // camera axes, about the caller's object origin
+  double cost = 0;      // mean per pixel of the last stage
+  Visibility seen;
+  FitMemory memory;
+  std::vector<TrackStep> steps;
+};
+
+class PoseFitter {
+ public:
+  PoseFitter(const TrackerOptions& options, int threads) : options_(options), threads_(threads) {}
+
+  // None where too few readings lie near the expected pose.
+  std::optional<Fitted> fit(const DepthFrame& frame, const Camera& camera, const FitTarget& target,
+                            const Attempt& attempt, const Plane* plane);
+
+ private:
+  State best_coarse_fit(const DepthFrame& frame, const Attempt& attempt, Fitted* fitted);
+  void fit_coarse(const Attempt& attempt, State* x, Fitted* fitted);
+  void choose_fine_pixels(double scale_m, const State& x);
+  void fit_fine(State* x, Fitted* fitted);
+  void run_stage(PixelSet* pixels, const SdfEnergyOptions& energy, int steps, State* x, Fitted* fitted);
+  double last_scale(const FitMemory& memory) const;
+
+  TrackerOptions options_;
+  int threads_;
+
+  // Of the fit in hand.
+  const Camera* camera_ = nullptr;
+  const FitTarget* target_ = nullptr;
+  double stated_noise_m_ = 0;
+
+  // Working memory, kept from frame to frame.
+  PixelSet pixels_, coarse_, scratch_;
+  FreeSpaceScratch free_scratch_;
+  DistanceGrid free_grid_;
+};
+
+}  // namespace sdftrack
