@@ -9,23 +9,6 @@ DepthLogistic<double> penalty_of(const FreeSpaceOptions& options) { return {opti
 
 }  // namespace
 
-// False where the point costs nothing. dr_cam: derivative by the point in camera coordinates.
-bool FreeSpaceEnergy::residual(const State& x, const Rigidd& T_cam_obj, Vec3d p_obj, double* r,
-                               Vec3d* dr_cam) const {
-  const Vec3d p = T_cam_obj * p_obj;
-  if (!(p.z > 1e-3)) return false;
-  const double a = x.K.fx * p.x / p.z, b = x.K.fy * p.y / p.z;  // pixel relative to the principal point
-  double distance;
-  Vec2d slope;
-  sample(*grid_, Vec2d{a + x.K.cx, b + x.K.cy}, &distance, &slope);
-  const double beyond = distance - static_cast<double>(options_.dead_px);
-  if (!(beyond > 0)) return false;
-  const double f = 0.5 * (x.K.fx + x.K.fy);
-  *r = p.z / f * beyond;
-  *dr_cam = {slope.x * x.K.fx / f, slope.y * x.K.fy / f, (beyond - slope.x * a - slope.y * b) / f};
-  return true;
-}
-
 double FreeSpaceEnergy::cost(const State& x) {
   const Rigidd T_cam_obj = inverse(x.T_obj_cam[0]);
   const DepthLogistic<double> penalty = penalty_of(options_);

@@ -2,6 +2,7 @@
 #include "tracking/shape.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -38,6 +39,31 @@ Box box_of_inside(const SdfView& sdf) {
   return box;
 }
 
+constexpr int kCoarseVoxels = 80;  // along the longest side
+
+void make_coarse(Shape* shape) {
+  const SdfView& sdf = shape->sdf;
+  const int longest = std::max({sdf.nx, sdf.ny, sdf.nz});
+  const float step = std::max(1.0f, static_cast<float>(longest - 1) / (kCoarseVoxels - 1));
+  const auto count = [&](int n) {
+    return std::max(2, static_cast<int>(std::ceil(static_cast<float>(n - 1) / step)) + 1);
+  };
+  SdfView& coarse = shape->coarse_sdf;
+  coarse = {nullptr, count(sdf.nx), count(sdf.ny), count(sdf.nz), step * sdf.voxel_m, sdf.origin_obj};
+  shape->coarse_phi.clear();
+  shape->coarse_phi.reserve(static_cast<std::size_t>(coarse.nx) * static_cast<std::size_t>(coarse.ny) *
+                            static_cast<std::size_t>(coarse.nz));
+  for (int z = 0; z < coarse.nz; ++z)
+    for (int y = 0; y < coarse.ny; ++y)
+      for (int x = 0; x < coarse.nx; ++x) {
+        const Vec3f at{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+        float phi;
+        Vec3f gradient;
+        sample(sdf, coarse.origin_obj + coarse.voxel_m * at, &phi, &gradient);
+        shape->coarse_phi.push_back(phi);
+      }
+}
+
 }  // namespace
 
 Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
@@ -50,7 +76,7 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
     centre[a] = o[a] + 0.5 * voxel * (box.low[a] + box.high[a]);
     half[a] = 0.5 * voxel * (box.high[a] - box.low[a]);
   }
-  Shape shape{sdf, {centre[0], centre[1], centre[2]}, {half[0], half[1], half[2]}, 0, {}, {}, {}};
+  Shape shape{sdf, {centre[0], centre[1], centre[2]}, {half[0], half[1], half[2]}, 0, {}, {}, {}, {}, {}};
   shape.diameter_m = 2 * norm(shape.half_box_m);
   shape.sdf.origin_obj = (origin - shape.centre_obj).cast<float>();
   for (const SurfaceSample& s : surface_samples(shape.sdf, point_count)) {
@@ -60,6 +86,7 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
   const std::size_t n = shape.points.size(),
                     m = std::min(n, static_cast<std::size_t>(std::max(0, outline_count)));
   for (std::size_t k = 0; k < m; ++k) shape.outline.push_back(shape.points[k * n / m]);
+  make_coarse(&shape);
   return shape;
 }
 

@@ -17,6 +17,14 @@ struct Shape {
   double diameter_m;                   // its diagonal
   std::vector<Vec3f> points, normals;  // on the surface, uniform by area, centred frame
   std::vector<Vec3f> outline;          // fewer of them, for the free-space term
+  std::vector<float> coarse_phi;       // the field on fewer voxels, which stay in the cache: for a search
+  SdfView coarse_sdf;                  // without its pointer; see coarse()
+
+  SdfView coarse() const {
+    SdfView view = coarse_sdf;
+    view.phi = coarse_phi.data();
+    return view;
+  }
 };
 
 // ValueError (std::invalid_argument) when the field has no inside.

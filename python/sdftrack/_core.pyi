@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Camera', 'Curvature', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'Residual', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'cuda_available', 'cuda_build', 'cuda_device_name', 'fast_sweep', 'find_plane', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'primitive_sdf', 'redistance', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'surface_samples', 'thread_count', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Camera', 'Curvature', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'cuda_available', 'cuda_build', 'cuda_device_name', 'fast_sweep', 'find_plane', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'primitive_sdf', 'redistance', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'winding_numbers']
 class Camera:
     """
     Pinhole camera with Brown-Conrady distortion; see sdftrack.Camera.
@@ -239,6 +239,14 @@ class Residual:
         ...
     @property
     def value(self) -> int:
+        ...
+class Searcher:
+    """
+    Finds a shape in a depth image without a first pose.
+    """
+    def __init__(self, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], options: TrackerOptions) -> None:
+        ...
+    def search(self, depth: numpy.ndarray, camera: Camera, mask: typing.Any = None, box: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"] | None = None, near: typing.Any = None, reach_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, foreground: typing.Any = None, plane: tuple[typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], typing.SupportsFloat | typing.SupportsIndex] | None = None, taken: typing.Any = None, first_seed: typing.SupportsInt | typing.SupportsIndex = 0, seeds: typing.SupportsInt | typing.SupportsIndex = 0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> list:
         ...
 class State:
     """
@@ -477,6 +485,10 @@ def sample_sdf(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.
 def scale_and_add(a: typing.SupportsFloat | typing.SupportsIndex, x: numpy.ndarray, y: numpy.ndarray, *, cuda: bool = False) -> numpy.typing.NDArray[numpy.float32]:
     """
     a x + y of (N,) float32 arrays: the smallest kernel, to test the device.
+    """
+def seed_rotation(k: typing.SupportsInt | typing.SupportsIndex, n: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Rotation k of n evenly spread ones, as a 4x4 matrix.
     """
 def surface_samples(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], count: typing.SupportsInt | typing.SupportsIndex) -> tuple:
     """

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// Many rough fits: the energies of a frame on a hundred points, a few Gauss-Newton steps without line search.
+#pragma once
+
+#include <vector>
+
+#include "base/camera.h"
+#include "base/rigid.h"
+#include "base/views.h"
+#include "energies/distance_transform.h"
+
+namespace sdftrack {
+
+struct QuickData {
+  SdfView sdf;
+  Intrinsics<float> K;
+  const std::vector<Vec3f>* readings_cam;  // back-projected readings
+  const std::vector<Vec3f>* outline_obj;   // surface points for the free-space term
+  int outline_stride;                      // every how many of them
+  const DistanceGrid* free_space;
+};
+
+struct QuickStage {
+  float scale_m;        // s of the readings' penalty
+  float outlier_floor;  // e of it
+  int steps;
+};
+
+// Gauss-Newton steps from T_obj_cam; the steps are damped and bounded, not tested.
+void quick_fit(const QuickData& data, const QuickStage& stage, Rigidf* T_obj_cam);
+
+// Mean cost of a reading plus mean cost of an outline point.
+float quick_cost(const QuickData& data, const QuickStage& stage, const Rigidf& T_obj_cam);
+
+}  // namespace sdftrack

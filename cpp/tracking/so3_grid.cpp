@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/so3_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+namespace sdftrack {
+
+Mat3d super_fibonacci(int i, int n) {
+  constexpr double kPsi = 1.533751168755204288118041;  // root of psi^4 = psi + 4
+  const double s = i + 0.5, t = s / n, turn = 2 * std::numbers::pi * s;
+  const double r = std::sqrt(t), R = std::sqrt(1 - t);
+  const double a = turn / std::numbers::sqrt2, b = turn / kPsi;
+  return rotation_from_quaternion({R * std::cos(b), r * std::sin(a), r * std::cos(a), R * std::sin(b)});
+}
+
+Mat3d seed_rotation(int k, int n) {
+  int stride = static_cast<int>(0.6180339887 * n);  // golden section: any run covers the spiral evenly
+  while (stride > 1 && std::gcd(stride, n) != 1) --stride;
+  const auto i = (static_cast<long long>(k) * std::max(1, stride)) % n;
+  return super_fibonacci(static_cast<int>(i), n);
+}
+
+}  // namespace sdftrack
