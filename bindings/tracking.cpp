@@ -18,51 +18,103 @@ namespace {
 class PyTracker {
  public:
   PyTracker(const std::vector<std::tuple<py::array, double, std::array<double, 3>>>& shapes,
-            const Camera& camera, const TrackerOptions& options, int threads) {
+            const Camera& camera, const TrackerOptions& options, int threads, bool recover, MotionModel motion) {
     std::vector<SdfView> views;
     for (const auto& [values, voxel_m, origin] : shapes) {
       volumes_.push_back(values);
       views.push_back(volume_view(values, voxel_m, origin));
     }
     py::gil_scoped_release release;
-    tracker_ = std::make_unique<Tracker>(views, camera, options, threads);
+    tracker_ = std::make_unique<Tracker>(views, camera, options, TrackerSettings{threads, recover, motion});
   }
 
-  py::list start(const py::array& depth, const py::object& mask, const std::vector<py::array>& poses) {
-    std::vector<Rigidd> T_cam_obj;
-    for (std::size_t k = 0; k < poses.size(); ++k)
-      T_cam_obj.push_back(rigid_from(poses[k], ("poses[" + std::to_string(k) + "]").c_str()));
-    return run(depth, mask, [&](const ImageView<float>& d, const unsigned char* m) {
-      return tracker_->start(d, m, T_cam_obj);
-    });
+  py::list start(const py::array& depth, const py::object& mask, double time_s, const py::list& places) {
+    const std::vector<Whereabouts> where = places_from(places);
+    return run(depth, mask, time_s, [&](const DepthFrame& frame) { return tracker_->start(frame, where); });
   }
-  py::list track(const py::array& depth, const py::object& mask) {
-    return run(depth, mask,
-               [&](const ImageView<float>& d, const unsigned char* m) { return tracker_->track(d, m); });
+  py::list track(const py::array& depth, const py::object& mask, double time_s) {
+    return run(depth, mask, time_s, [&](const DepthFrame& frame) { return tracker_->track(frame); });
+  }
+  py::list recover(const py::array& depth, const py::object& mask, double time_s,
+                   const std::vector<int>& objects, const py::list& places) {
+    for (const int k : objects) check_object(k);
+    const std::vector<Whereabouts> where = places_from(places);
+    if (where.size() != objects.size())
+      throw py::value_error("places: expected one per object (" + std::to_string(objects.size()) + "), got " +
+                            std::to_string(where.size()));
+    return run(depth, mask, time_s,
+               [&](const DepthFrame& frame) { return tracker_->recover(frame, objects, where); });
   }
   void set_camera(const Camera& camera) {
     const Busy busy(&busy_, "tracker");
     tracker_->set_camera(camera);
   }
-  void set_pose(int k, const py::array& T) {
-    if (k < 0 || k >= tracker_->object_count())
-      throw py::value_error("k: expected 0.." + std::to_string(tracker_->object_count() - 1) + ", got " +
-                            std::to_string(k));
+  void set_pose(int k, const py::array& T, const std::optional<Matrix6d>& covariance) {
+    check_object(k);
     const Rigidd T_cam_obj = rigid_from(T, "T");
     const Busy busy(&busy_, "tracker");
-    tracker_->set_pose(k, T_cam_obj);
+    tracker_->set_pose(k, T_cam_obj, covariance);
+  }
+  int add(const std::tuple<py::array, double, std::array<double, 3>>& shape, const py::object& place) {
+    const auto& [values, voxel_m, origin] = shape;
+    const SdfView view = volume_view(values, voxel_m, origin);
+    const Whereabouts where = place_from(place);
+    const Busy busy(&busy_, "tracker");
+    volumes_.push_back(values);
+    py::gil_scoped_release release;
+    return tracker_->add(view, where);
+  }
+  void remove(int k) {
+    check_object(k);
+    const Busy busy(&busy_, "tracker");
+    tracker_->remove(k);
+  }
+  bool is_lost(int k) const {
+    check_object(k);
+    return tracker_->is_lost(k);
   }
 
  private:
+  void check_object(int k) const {
+    if (k < 0 || k >= tracker_->object_count())
+      throw py::value_error("k: expected 0.." + std::to_string(tracker_->object_count() - 1) + ", got " +
+                            std::to_string(k));
+  }
+
+  // None: anywhere; (4, 4) float64: a pose; H x W uint8: a mask; (x, y, w, h): a box.
+  Whereabouts place_from(const py::object& place) const {
+    Whereabouts where;
+    if (place.is_none()) return where;
+    if (py::isinstance<py::tuple>(place)) {
+      const auto [x, y, w, h] = place.cast<std::tuple<int, int, int, int>>();
+      where.box = Rect{x, y, x + w, y + h};
+      return where;
+    }
+    const auto array = place.cast<py::array>();
+    if (array.ndim() == 2 && array.shape(0) == 4 && array.shape(1) == 4) {
+      where.T_cam_obj = rigid_from(array, "T");
+      return where;
+    }
+    const Camera& camera = tracker_->camera();
+    const unsigned char* mask = mask_view(place, camera);
+    where.mask.assign(mask, mask + static_cast<std::size_t>(camera.width) * camera.height);
+    return where;
+  }
+  std::vector<Whereabouts> places_from(const py::list& places) const {
+    std::vector<Whereabouts> where;
+    for (const py::handle& place : places) where.push_back(place_from(py::reinterpret_borrow<py::object>(place)));
+    return where;
+  }
+
   template <class Work>
-  py::list run(const py::array& depth, const py::object& mask, const Work& work) {
+  py::list run(const py::array& depth, const py::object& mask, double time_s, const Work& work) {
     const Busy busy(&busy_, "tracker");
     const ImageView<float> view = image_view(depth, "depth", tracker_->camera());
     const unsigned char* mask_data = mask_view(mask, tracker_->camera());
     std::vector<ObjectResult> results;
     {
       py::gil_scoped_release release;
-      results = work(view, mask_data);
+      results = work(tracker_->make_frame(view, mask_data, time_s));
     }
     py::list out;
     for (const ObjectResult& r : results) out.append(to_dict(r));
@@ -81,6 +133,7 @@ class PyTracker {
     out["reason"] = r.trust.reason;
     out["inliers"] = r.trust.inliers, out["confidence"] = r.trust.confidence;
     out["energy"] = r.cost, out["steps"] = steps;
+    out["runner_up"] = r.runner_up;
     return out;
   }
 
@@ -137,19 +190,29 @@ void bind_tracking(py::module_& m) {
   SDFTRACK_OPTION(motion_sigma_m);
   SDFTRACK_OPTION(motion_sigma_rad);
   SDFTRACK_OPTION(drop_plane);
+  SDFTRACK_OPTION(recover_seeds);
   SDFTRACK_OPTION(lost_inliers);
   SDFTRACK_OPTION(weak_inliers);
   SDFTRACK_OPTION(trust_points);
 #undef SDFTRACK_OPTION
 
+  py::enum_<MotionModel>(m, "MotionModel", "Where an object is expected in the next frame.")
+      .value("static", MotionModel::kStatic)
+      .value("constant_velocity", MotionModel::kConstantVelocity);
   py::class_<PyTracker>(m, "Tracker", "Tracks shapes one by one; see sdftrack.Tracker.")
       .def(py::init<const std::vector<std::tuple<py::array, double, std::array<double, 3>>>&, const Camera&,
-                    const TrackerOptions&, int>(),
-           py::arg("shapes"), py::arg("camera"), py::arg("options"), py::arg("threads"))
-      .def("start", &PyTracker::start, py::arg("depth"), py::arg("mask"), py::arg("poses"))
-      .def("track", &PyTracker::track, py::arg("depth"), py::arg("mask"))
+                    const TrackerOptions&, int, bool, MotionModel>(),
+           py::arg("shapes"), py::arg("camera"), py::arg("options"), py::arg("threads"), py::arg("recover"),
+           py::arg("motion"))
+      .def("start", &PyTracker::start, py::arg("depth"), py::arg("mask"), py::arg("time_s"), py::arg("places"))
+      .def("track", &PyTracker::track, py::arg("depth"), py::arg("mask"), py::arg("time_s"))
+      .def("recover", &PyTracker::recover, py::arg("depth"), py::arg("mask"), py::arg("time_s"),
+           py::arg("objects"), py::arg("places"))
+      .def("add", &PyTracker::add, py::arg("shape"), py::arg("place"))
+      .def("remove", &PyTracker::remove, py::arg("k"))
+      .def("is_lost", &PyTracker::is_lost, py::arg("k"))
       .def("set_camera", &PyTracker::set_camera, py::arg("camera"))
-      .def("set_pose", &PyTracker::set_pose, py::arg("k"), py::arg("T"));
+      .def("set_pose", &PyTracker::set_pose, py::arg("k"), py::arg("T"), py::arg("covariance"));
   m.def("find_plane", &remove_plane, py::arg("depth"), py::arg("camera"), py::arg("start_x"),
         py::arg("start_y"), py::arg("tolerance_m"), "Dominant plane as (normal, offset), or None.");
 }

@@ -18,6 +18,18 @@ Eigen::Matrix3d to_eigen(const Mat3d& R) {
   return M;
 }
 
+// T_cam_obj <- T_cam_obj increment(v, w)^-1: the centre moves by -R v, the turn is -R w, and a point at
+// R origin from the centre moves by the turn crossed with that lever.
+Matrix6d camera_by_increment(const Rigidd& T_cam_obj, Vec3d origin_obj) {
+  const Eigen::Matrix3d R = to_eigen(T_cam_obj.R);
+  const Vec3d lever = T_cam_obj.R * origin_obj;
+  Matrix6d J = Matrix6d::Zero();
+  J.topLeftCorner<3, 3>() = -R;
+  J.bottomRightCorner<3, 3>() = -R;
+  J.topRightCorner<3, 3>() = to_eigen(hat(lever)) * R;  // -[lever]x (-R)
+  return J;
+}
+
 }  // namespace
 
 Matrix6d increment_covariance(const EnergySummary& sums, const Shape& shape, double correlation_area_px) {
@@ -51,15 +63,14 @@ Matrix6d increment_covariance(const EnergySummary& sums, const Shape& shape, dou
 }
 
 Matrix6d camera_covariance(const Matrix6d& increment, const Rigidd& T_cam_obj, Vec3d origin_obj) {
-  // T_cam_obj <- T_cam_obj increment(v, w)^-1: the centre moves by -R v, the turn is -R w, and a point at
-  // R origin from the centre moves by the turn crossed with that lever.
-  const Eigen::Matrix3d R = to_eigen(T_cam_obj.R);
-  const Vec3d lever = T_cam_obj.R * origin_obj;
-  Matrix6d J = Matrix6d::Zero();
-  J.topLeftCorner<3, 3>() = -R;
-  J.bottomRightCorner<3, 3>() = -R;
-  J.topRightCorner<3, 3>() = to_eigen(hat(lever)) * R;  // -[lever]x (-R)
+  const Matrix6d J = camera_by_increment(T_cam_obj, origin_obj);
   const Matrix6d C = J * increment * J.transpose();
+  return 0.5 * (C + C.transpose());
+}
+
+Matrix6d increment_information(const Matrix6d& camera, const Rigidd& T_cam_obj, Vec3d origin_obj) {
+  const Matrix6d J = camera_by_increment(T_cam_obj, origin_obj);
+  const Matrix6d C = J.transpose() * camera.ldlt().solve(J);
   return 0.5 * (C + C.transpose());
 }
 

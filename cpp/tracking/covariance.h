@@ -25,4 +25,7 @@ Matrix6d increment_covariance(const EnergySummary& sums, const Shape& shape, dou
 // R = Exp(r) R^. T_cam_obj is the centred pose, origin_obj the caller's origin in the centred frame.
 Matrix6d camera_covariance(const Matrix6d& increment, const Rigidd& T_cam_obj, Vec3d origin_obj);
 
+// The way back, for a prior: information of the increment from a covariance in camera axes.
+Matrix6d increment_information(const Matrix6d& camera, const Rigidd& T_cam_obj, Vec3d origin_obj);
+
 }  // namespace sdftrack

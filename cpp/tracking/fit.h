@@ -18,6 +18,11 @@ struct TrackStep {
   int pixels;
 };
 
+// One record of every trial, in order.
+inline void prepend(const std::vector<TrackStep>& first, std::vector<TrackStep>* steps) {
+  steps->insert(steps->begin(), first.begin(), first.end());
+}
+
 // What a fit takes from the frames before and hands on to the next one.
 struct FitMemory {
   double noise_factor = 1;  // sensor noise, measured over stated

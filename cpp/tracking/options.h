@@ -41,6 +41,8 @@ struct TrackerOptions {
   double motion_sigma_m = 0.03;  // weak prior about the predicted pose; 0: none
   double motion_sigma_rad = 0.3;
   bool drop_plane = false;  // leave out pixels of the dominant plane
+  // Search for a lost object
+  int recover_seeds = 120;  // rotations tried per frame, of 240: what bounds the time of a frame
   // Trust
   double lost_inliers = 0.3;  // of the points that can be seen, share that must agree
   double weak_inliers = 0.55;

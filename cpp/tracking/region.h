@@ -2,6 +2,8 @@
 // Which pixels a frame's energies use: those of the object's projected, padded box.
 #pragma once
 
+#include <limits>
+
 #include "base/camera.h"
 #include "base/rigid.h"
 #include "base/views.h"
@@ -16,6 +18,7 @@ struct DepthFrame {
   ImageView<float> depth_m;   // 0 or NaN: no measurement
   const unsigned char* mask;  // 0: not the object; nullptr: all pixels
   const float* rays;          // x, y of every pixel's ray (ray_table), nullptr without distortion
+  double time_s = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct Rect {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 
 namespace sdftrack {
@@ -28,33 +29,33 @@ bool has_depth(const ImageView<float>& depth_m) {
   return false;
 }
 
-Rigidd centred(const Rigidd& T_cam_obj, const Shape& shape) {
-  return {T_cam_obj.R, T_cam_obj * shape.centre_obj};
-}
-
-void prepend(const std::vector<TrackStep>& first, std::vector<TrackStep>* steps) {
-  steps->insert(steps->begin(), first.begin(), first.end());
-}
-
-Rigidd uncentred(const Rigidd& T_cam_centre, const Shape& shape) {
-  return {T_cam_centre.R, T_cam_centre * -shape.centre_obj};
+std::vector<int> all_of(std::size_t n) {
+  std::vector<int> k(n);
+  std::iota(k.begin(), k.end(), 0);
+  return k;
 }
 
 }  // namespace
 
 Tracker::Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const TrackerOptions& options,
-                 int threads)
-    : options_(options), fitter_(options, threads) {
-  for (std::size_t i = 0; i < shapes.size(); ++i) {
+                 const TrackerSettings& settings)
+    : options_(options),
+      settings_(settings),
+      fitter_(options, settings.threads),
+      finder_(options, settings.threads) {
+  for (const SdfView& sdf : shapes) {
     Object object;
-    for (std::size_t j = 0; j < i && !object.shape; ++j)
-      if (shapes[j].phi == shapes[i].phi) object.shape = objects_[j].shape;
-    if (!object.shape)
-      object.shape = std::make_shared<const Shape>(
-          make_shape(shapes[i], 3 * options.trust_points, options.free_space_points));
+    object.shape = shape_of(sdf);
     objects_.push_back(object);
   }
   set_camera(camera);
+}
+
+std::shared_ptr<const Shape> Tracker::shape_of(const SdfView& sdf) const {
+  for (const Object& object : objects_)
+    if (object.shape->sdf.phi == sdf.phi) return object.shape;
+  return std::make_shared<const Shape>(
+      make_shape(sdf, 3 * options_.trust_points, options_.free_space_points));
 }
 
 void Tracker::set_camera(const Camera& camera) {
@@ -62,42 +63,79 @@ void Tracker::set_camera(const Camera& camera) {
   rays_ = camera.distorted() ? ray_table(camera) : std::vector<float>{};
 }
 
-DepthFrame Tracker::make_frame(const ImageView<float>& depth_m, const unsigned char* mask) const {
-  return {depth_m, mask, rays_.empty() ? nullptr : rays_.data()};
+DepthFrame Tracker::make_frame(const ImageView<float>& depth_m, const unsigned char* mask,
+                               double time_s) const {
+  return {depth_m, mask, rays_.empty() ? nullptr : rays_.data(), time_s};
 }
 
-std::vector<ObjectResult> Tracker::start(const ImageView<float>& depth_m, const unsigned char* mask,
-                                         const std::vector<Rigidd>& T_cam_obj) {
-  if (T_cam_obj.size() != objects_.size())
+std::vector<ObjectResult> Tracker::start(const DepthFrame& frame, const std::vector<Whereabouts>& places) {
+  if (places.size() != objects_.size())
     throw std::invalid_argument("poses: expected one per shape (" + std::to_string(objects_.size()) +
-                                "), got " + std::to_string(T_cam_obj.size()));
-  for (std::size_t k = 0; k < objects_.size(); ++k) {
-    Object& object = objects_[k];
-    object.T_cam_obj = centred(T_cam_obj[k], *object.shape);
-    object.memory = {1, false, options_.damping_start}, object.usual_share = 0, object.last_motion = {};
-  }
+                                "), got " + std::to_string(places.size()));
   plane_ = {};
-  return track_all(make_frame(depth_m, mask));
+  for (std::size_t k = 0; k < objects_.size(); ++k) {
+    objects_[k].forget(options_.damping_start);
+    objects_[k].T_cam_obj = {};
+    objects_[k].wanted = places[k];
+  }
+  return track(frame);
 }
 
-std::vector<ObjectResult> Tracker::track(const ImageView<float>& depth_m, const unsigned char* mask) {
-  return track_all(make_frame(depth_m, mask));
+std::vector<ObjectResult> Tracker::track(const DepthFrame& frame) {
+  return each(frame, all_of(objects_.size()), [&](std::size_t, Object* o) { return track_one(frame, o); });
 }
 
-void Tracker::set_pose(int k, const Rigidd& T_cam_obj) {
+std::vector<ObjectResult> Tracker::recover(const DepthFrame& frame, const std::vector<int>& objects,
+                                           const std::vector<Whereabouts>& places) {
+  return each(frame, objects, [&](std::size_t i, Object* object) {
+    object->forget(options_.damping_start);
+    return begin_at(frame, object, places[i]);
+  });
+}
+
+void Tracker::set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matrix6d>& covariance_cam) {
   Object& object = objects_.at(static_cast<std::size_t>(k));
   object.T_cam_obj = centred(T_cam_obj, *object.shape);
+  object.motion.reset();
+  object.lost_frames = 0;
+  object.wanted.reset(), object.before_found.reset(), object.prior.reset();
+  if (covariance_cam)
+    object.prior = increment_information(*covariance_cam, object.T_cam_obj, -object.shape->centre_obj);
 }
 
-std::vector<ObjectResult> Tracker::track_all(const DepthFrame& frame) {
+int Tracker::add(const SdfView& shape, const Whereabouts& place) {
+  Object object;
+  object.shape = shape_of(shape);
+  object.forget(options_.damping_start);
+  if (place.T_cam_obj) object.T_cam_obj = centred(*place.T_cam_obj, *object.shape);
+  object.wanted = place;
+  objects_.push_back(std::move(object));
+  return object_count() - 1;
+}
+
+void Tracker::remove(int k) {
+  objects_.at(static_cast<std::size_t>(k));
+  objects_.erase(objects_.begin() + k);
+}
+
+template <class Work>
+std::vector<ObjectResult> Tracker::each(const DepthFrame& frame, const std::vector<int>& objects,
+                                        const Work& work) {
+  const bool readable = has_depth(frame.depth_m);
+  if (readable && options_.drop_plane) follow_plane(frame);
   std::vector<ObjectResult> results;
-  if (!has_depth(frame.depth_m)) {
-    for (const Object& object : objects_)
-      results.push_back(lost(object, "the depth image has no valid reading", Status::kBadFrame));
-    return results;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    Object& object = objects_.at(static_cast<std::size_t>(objects[i]));
+    if (readable) {
+      results.push_back(work(i, &object));
+      continue;
+    }
+    // A place to begin at is kept for the next frame; a pose is one already.
+    if (object.wanted && object.wanted->T_cam_obj)
+      object.T_cam_obj = centred(*object.wanted->T_cam_obj, *object.shape), object.wanted.reset();
+    results.push_back(
+        without_pose(object, "the depth image has no valid reading", Status::kBadFrame));
   }
-  if (options_.drop_plane) follow_plane(frame);
-  for (Object& object : objects_) results.push_back(track_one(frame, &object));
   return results;
 }
 
@@ -108,33 +146,72 @@ void Tracker::follow_plane(const DepthFrame& frame) {
   plane_.update(frame, camera_, regions);
 }
 
-ObjectResult Tracker::lost(const Object& object, std::string reason, Status status) const {
-  ObjectResult result;
-  result.T_cam_obj = uncentred(object.T_cam_obj, *object.shape);
-  result.covariance.setConstant(std::numeric_limits<double>::quiet_NaN());
-  result.trust = {status, std::move(reason), 0, 0};
+ObjectResult Tracker::track_one(const DepthFrame& frame, Object* object) {
+  if (object->wanted) {
+    const Whereabouts place = std::move(*object->wanted);
+    object->wanted.reset();
+    return begin_at(frame, object, place);
+  }
+  ObjectResult result = confirmed(follow(frame, object), object);
+  if (result.trust.status != Status::kLost) {
+    object->lost_frames = 0;
+    return result;
+  }
+  ++object->lost_frames;
+  object->motion.reset();
+  return settings_.recover ? look_for(frame, object, std::move(result)) : result;
+}
+
+ObjectResult Tracker::begin_at(const DepthFrame& frame, Object* object, const Whereabouts& place) {
+  if (place.T_cam_obj) {
+    object->T_cam_obj = centred(*place.T_cam_obj, *object->shape);
+    return follow(frame, object);
+  }
+  SearchQuery query;
+  query.mask = place.mask.empty() ? nullptr : place.mask.data();
+  query.box = place.box;
+  query.plane = plane_.plane();
+  const std::optional<Found> found =
+      finder_.find(frame, camera_, *object->shape, object->memory, query, &fitter_);
+  if (!found) {
+    object->lost_frames = 1;
+    return without_pose(*object, "nothing was found that could be the object", Status::kLost);
+  }
+  ObjectResult result = judged(found->fitted, found->trust, frame.time_s, object);
+  result.runner_up = found->runner_up;
+  object->lost_frames = result.trust.status == Status::kLost;
   return result;
+}
+
+Rigidd Tracker::expected_pose(const Object& object, double time_s) const {
+  const bool moves = settings_.motion == MotionModel::kConstantVelocity || object.weak;
+  return moves ? object.motion.predict(object.T_cam_obj, time_s) : object.T_cam_obj;
+}
+
+ObjectResult Tracker::follow(const DepthFrame& frame, Object* object) {
+  const std::optional<Fitted> best = best_fit(frame, *object, expected_pose(*object, frame.time_s));
+  object->prior.reset();
+  if (!best) return without_pose(*object, "too few depth readings near the last pose", Status::kLost);
+  return judged(*best, judge(best->seen, best->cost, best->covariance, options_), frame.time_s, object);
+}
+
+std::optional<Fitted> Tracker::best_fit(const DepthFrame& frame, const Object& object,
+                                        const Rigidd& expected) {
+  std::optional<Fitted> best = fit(frame, object, narrow_attempt(expected), expected);
+  const bool done = best && convincing(best->seen, object.usual_share, options_);
+  if (done || !(options_.retry_inliers > 0)) return best;
+  std::optional<Fitted> wide = fit(frame, object, wide_attempt(object, expected, frame.time_s), expected);
+  if (wide && best) prepend(best->steps, &wide->steps), best->steps = wide->steps;
+  if (wide && (!best || agreeing_share(wide->seen) > agreeing_share(best->seen) + kClearlyBetter))
+    best = polished(frame, object, *wide);
+  return best;
 }
 
 std::optional<Fitted> Tracker::fit(const DepthFrame& frame, const Object& object, const Attempt& attempt,
                                    const Rigidd& expected) {
-  const FitTarget target{*object.shape, expected,
-                         PosePrior::isotropic(options_.motion_sigma_m, options_.motion_sigma_rad),
-                         object.memory};
+  const Matrix6d weak = PosePrior::isotropic(options_.motion_sigma_m, options_.motion_sigma_rad);
+  const FitTarget target{*object.shape, expected, object.prior ? *object.prior : weak, object.memory};
   return fitter_.fit(frame, camera_, target, attempt, plane_.plane());
-}
-
-ObjectResult Tracker::track_one(const DepthFrame& frame, Object* object) {
-  const Rigidd last = object->T_cam_obj;
-  std::optional<Fitted> best = fit(frame, *object, narrow_attempt(last), last);
-  if (options_.retry_inliers > 0 && !(best && convincing(best->seen, object->usual_share, options_))) {
-    std::optional<Fitted> wide = fit(frame, *object, wide_attempt(*object), last);
-    if (wide && best) prepend(best->steps, &wide->steps), best->steps = wide->steps;
-    if (wide && (!best || agreeing_share(wide->seen) > agreeing_share(best->seen) + kClearlyBetter))
-      best = polished(frame, *object, *wide);
-  }
-  if (!best) return lost(*object, "too few depth readings near the last pose", Status::kLost);
-  return judged(std::move(*best), object);
 }
 
 // A wide attempt may end far from where its pixels were chosen: once more from there, with the pixels of that
@@ -146,45 +223,57 @@ Fitted Tracker::polished(const DepthFrame& frame, const Object& object, const Fi
   return *again;
 }
 
-ObjectResult Tracker::judged(Fitted fitted, Object* object) {
+Attempt Tracker::narrow_attempt(const Rigidd& T_cam_obj) const {
+  return {options_.scale_start_m, options_.padding_m, options_.coarse_steps, {T_cam_obj}};
+}
+
+// From the last pose, from where the last motion would take it, and from small turns of it about each axis.
+Attempt Tracker::wide_attempt(const Object& object, const Rigidd& expected, double time_s) const {
+  const Rigidd& T = object.T_cam_obj;
+  const Rigidd moved = object.motion.predict(T, time_s);
+  Attempt attempt{options_.far_scale_m, options_.far_padding_m, 2 * options_.coarse_steps, {expected, moved}};
+  for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}})
+    for (const double sign : {-1.0, 1.0})
+      attempt.starts.push_back({rotation_exp(sign * kWideTurn * axis) * T.R, T.t});
+  return attempt;
+}
+
+ObjectResult Tracker::judged(Fitted fitted, const Trust& trust, double time_s, Object* object) const {
   ObjectResult result;
-  result.trust = judge(fitted.seen, fitted.cost, fitted.covariance, options_);
-  if (result.trust.status == Status::kLost) {
-    const double inliers = result.trust.inliers;
-    result = lost(*object, result.trust.reason, Status::kLost);
-    result.trust.inliers = inliers;
+  if (trust.status == Status::kLost) {
+    result = without_pose(*object, trust.reason, Status::kLost);
+    result.trust.inliers = trust.inliers;
   } else {
-    keep(fitted, object);
+    keep(fitted, trust.status, time_s, object);
     result.T_cam_obj = uncentred(fitted.T_cam_obj, *object->shape);
     result.covariance = fitted.covariance;
+    result.trust = trust;
+    result.runner_up = std::numeric_limits<double>::quiet_NaN();
   }
   result.cost = fitted.cost;
   result.steps = std::move(fitted.steps);
   return result;
 }
 
-void Tracker::keep(const Fitted& fitted, Object* object) {
-  object->last_motion = {fitted.T_cam_obj.R * transpose(object->T_cam_obj.R),
-                         fitted.T_cam_obj.t - object->T_cam_obj.t};
+void Tracker::keep(const Fitted& fitted, Status status, double time_s, Object* object) {
   object->T_cam_obj = fitted.T_cam_obj;
   object->memory = fitted.memory;
+  object->weak = status != Status::kOk;
+  if (object->weak)
+    object->motion.pass();
+  else
+    object->motion.observe(fitted.T_cam_obj, time_s);
   const double now = agreeing_share(fitted.seen);
   object->usual_share = object->usual_share > 0 ? 0.98 * object->usual_share + 0.02 * now : now;
 }
 
-Attempt Tracker::narrow_attempt(const Rigidd& T_cam_obj) const {
-  return {options_.scale_start_m, options_.padding_m, options_.coarse_steps, {T_cam_obj}};
-}
-
-// From the last pose, from where the last motion would take it, and from small turns of it about each axis.
-Attempt Tracker::wide_attempt(const Object& object) const {
-  const Rigidd& T = object.T_cam_obj;
-  Attempt attempt{options_.far_scale_m, options_.far_padding_m, 2 * options_.coarse_steps, {T}};
-  attempt.starts.push_back({object.last_motion.R * T.R, T.t + object.last_motion.t});
-  for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}})
-    for (const double sign : {-1.0, 1.0})
-      attempt.starts.push_back({rotation_exp(sign * kWideTurn * axis) * T.R, T.t});
-  return attempt;
+ObjectResult Tracker::without_pose(const Object& object, std::string reason, Status status) {
+  ObjectResult result;
+  result.T_cam_obj = uncentred(object.T_cam_obj, *object.shape);
+  result.covariance.setConstant(std::numeric_limits<double>::quiet_NaN());
+  result.runner_up = std::numeric_limits<double>::quiet_NaN();
+  result.trust = {status, std::move(reason), 0, 0};
+  return result;
 }
 
 }  // namespace sdftrack

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
-// The per-frame recipe: fit from the last pose, wider where that does not convince, and judge.
+// The per-frame recipe: fit from the expected pose, wider where that does not convince, judge, and search for
+// what is lost.
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "tracking/fit.h"
+#include "tracking/finder.h"
 #include "tracking/plane.h"
+#include "tracking/tracked_object.h"
 
 namespace sdftrack {
 
@@ -16,8 +17,15 @@ struct ObjectResult {
   Rigidd T_cam_obj;     // of the caller's object frame; the last good one when lost
   Matrix6d covariance;  // NaN when lost
   Trust trust;
-  double cost = 0;  // mean per pixel of the last stage
+  double cost = 0;       // mean per pixel of the last stage
+  double runner_up = 0;  // after a search: score of the best other pose over this one's; NaN: no search
   std::vector<TrackStep> steps;
+};
+
+struct TrackerSettings {
+  int threads = 1;
+  bool recover = true;  // search for lost objects in every frame
+  MotionModel motion = MotionModel::kStatic;
 };
 
 // Tracks shapes one by one, each from its own last pose.
@@ -25,46 +33,61 @@ class Tracker {
  public:
   // The volumes behind the shapes' views belong to the caller and outlive the tracker.
   Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const TrackerOptions& options,
-          int threads);
+          const TrackerSettings& settings);
 
   int object_count() const { return static_cast<int>(objects_.size()); }
   const Camera& camera() const { return camera_; }
   void set_camera(const Camera& camera);  // of the frames to come
+  DepthFrame make_frame(const ImageView<float>& depth_m, const unsigned char* mask, double time_s) const;
 
-  // Forgets all history and fits from the given poses (caller's object frames).
-  std::vector<ObjectResult> start(const ImageView<float>& depth_m, const unsigned char* mask,
-                                  const std::vector<Rigidd>& T_cam_obj);
-  std::vector<ObjectResult> track(const ImageView<float>& depth_m, const unsigned char* mask);
-  void set_pose(int k, const Rigidd& T_cam_obj);
+  // Forgets all history and begins at the given places.
+  std::vector<ObjectResult> start(const DepthFrame& frame, const std::vector<Whereabouts>& places);
+  std::vector<ObjectResult> track(const DepthFrame& frame);
+  // Searches for objects[i] at places[i] now; the others are left alone. One result for each.
+  std::vector<ObjectResult> recover(const DepthFrame& frame, const std::vector<int>& objects,
+                                    const std::vector<Whereabouts>& places);
+  // Replaces the last pose; `information` of the increment of T_obj_cam (centred) makes it a prior.
+  void set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matrix6d>& covariance_cam);
+  // Looked for at `place` in the next frame. Returns its number.
+  int add(const SdfView& shape, const Whereabouts& place);
+  void remove(int k);
+  // What track() goes on from, and whether it takes the object for lost.
+  bool is_lost(int k) const { return objects_.at(static_cast<std::size_t>(k)).lost_frames > 0; }
 
  private:
-  struct Object {
-    std::shared_ptr<const Shape> shape;  // objects of the same volume share it
-    Rigidd T_cam_obj;                    // centred frame
-    FitMemory memory;
-    Rigidd last_motion;      // of the last two accepted poses: T_cam_obj <- last_motion T_cam_obj
-    double usual_share = 0;  // of agreeing surface points, lately
-  };
+  using Object = TrackedObject;
 
-  std::vector<ObjectResult> track_all(const DepthFrame& frame);
+  std::shared_ptr<const Shape> shape_of(const SdfView& sdf) const;
+  template <class Work>
+  std::vector<ObjectResult> each(const DepthFrame& frame, const std::vector<int>& objects, const Work& work);
   void follow_plane(const DepthFrame& frame);
+
+  ObjectResult begin_at(const DepthFrame& frame, Object* object, const Whereabouts& place);
   ObjectResult track_one(const DepthFrame& frame, Object* object);
+  ObjectResult follow(const DepthFrame& frame, Object* object);
+  ObjectResult confirmed(ObjectResult result, Object* object);
+  ObjectResult look_for(const DepthFrame& frame, Object* object, ObjectResult lost);
+
+  std::optional<Fitted> best_fit(const DepthFrame& frame, const Object& object, const Rigidd& expected);
   std::optional<Fitted> fit(const DepthFrame& frame, const Object& object, const Attempt& attempt,
                             const Rigidd& expected);
   Fitted polished(const DepthFrame& frame, const Object& object, const Fitted& wide);
-  ObjectResult judged(Fitted fitted, Object* object);
-  static void keep(const Fitted& fitted, Object* object);
+  Rigidd expected_pose(const Object& object, double time_s) const;
   Attempt narrow_attempt(const Rigidd& T_cam_obj) const;
-  Attempt wide_attempt(const Object& object) const;
-  ObjectResult lost(const Object& object, std::string reason, Status status) const;
-  DepthFrame make_frame(const ImageView<float>& depth_m, const unsigned char* mask) const;
+  Attempt wide_attempt(const Object& object, const Rigidd& expected, double time_s) const;
+
+  ObjectResult judged(Fitted fitted, const Trust& trust, double time_s, Object* object) const;
+  static void keep(const Fitted& fitted, Status status, double time_s, Object* object);
+  static ObjectResult without_pose(const Object& object, std::string reason, Status status);
 
   std::vector<Object> objects_;
   Camera camera_;
   TrackerOptions options_;
+  TrackerSettings settings_;
   std::vector<float> rays_;  // empty without distortion
   PlaneFollower plane_;
   PoseFitter fitter_;
+  ObjectFinder finder_;
 };
 
 }  // namespace sdftrack

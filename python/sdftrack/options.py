@@ -73,6 +73,9 @@ class TrackerOptions:
     motion_sigma_m: float = _option("motion_sigma_m", "weak prior about the predicted pose; 0: none")
     motion_sigma_rad: float = _option("motion_sigma_rad", "the same for the turn")
     drop_plane: bool = _option("drop_plane", "leave out the pixels of the dominant plane (a table)")
+    recover_seeds: int = _option(
+        "recover_seeds", "rotations that a search for a lost object tries per frame, of 240: bounds its time"
+    )
     lost_inliers: float = _option(
         "lost_inliers", "lost below this share of agreeing points among those not hidden"
     )

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+// Where an object is expected in the next frame.
+#pragma once
+
+#include <limits>
+
+#include "base/rigid.h"
+
+namespace sdftrack {
+
+constexpr double kNoTime = std::numeric_limits<double>::quiet_NaN();
+
+enum class MotionModel { kStatic, kConstantVelocity };
+
+// Constant velocity of an object's centre and constant turn about it, in camera axes, from its last two sure
+// poses. Per second where all frames have times, else per frame.
+class ConstantVelocity {
+ public:
+  void reset() { *this = {}; }
+  // A pose that can be relied on, of the centred frame.
+  void observe(const Rigidd& T_cam_obj, double time_s);
+  // A frame without such a pose: the velocity is believed less and less, for an object that is held or hidden
+  // slows down as often as not.
+  void pass();
+  // `last` moved on to the time of the next frame.
+  Rigidd predict(const Rigidd& last, double time_s) const;
+
+ private:
+  double elapsed(double time_s) const;
+
+  bool seen_ = false;
+  Rigidd last_;
+  double time_s_ = kNoTime;
+  int frames_ = 1;  // since the last observation, the next frame included
+  double belief_ = 1;
+  bool per_second_ = false;
+  Vec3d v_{0, 0, 0}, w_{0, 0, 0};
+};
+
+}  // namespace sdftrack

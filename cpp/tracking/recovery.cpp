@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+// How a tracker finds again what it has lost.
+#include <algorithm>
+#include <numbers>
+
+#include "tracking/tracker.h"
+
+namespace sdftrack {
+
+namespace {
+
+// An object that was just lost is looked for around its last pose, ever farther away as a hand may have
+// carried it; later, in turns, there and everywhere.
+constexpr double kReach_m = 0.10, kReachPerFrame_m = 0.05, kFarthest_m = 0.5;
+constexpr int kNearFrames = 3;
+
+// What a search finds is believed only when it is sure of it.
+constexpr double kSure = 0.5;
+
+}  // namespace
+
+// What was found again in the last frame must hold in this one too: a look-alike seldom holds its ground in
+// two frames, and a wrong recovery is worse than a late one.
+ObjectResult Tracker::confirmed(ObjectResult result, Object* object) {
+  if (!object->before_found) return result;
+  if (result.trust.status == Status::kOk) {
+    object->before_found.reset();
+    return result;
+  }
+  object->T_cam_obj = *object->before_found;
+  object->before_found.reset();
+  ObjectResult gone = without_pose(*object, "what seemed to be the object was not confirmed", Status::kLost);
+  gone.steps = std::move(result.steps);
+  return gone;
+}
+
+ObjectResult Tracker::look_for(const DepthFrame& frame, Object* object, ObjectResult lost) {
+  const int n = object->lost_frames;
+  SearchQuery query;
+  query.plane = plane_.plane();
+  if (n <= kNearFrames || n % 2 == 0) {
+    query.near = object->T_cam_obj;
+    query.reach_m = std::min(kFarthest_m, kReach_m + kReachPerFrame_m * n);
+  }
+  if (options_.recover_seeds < kSearchSeeds) {
+    query.seeds = options_.recover_seeds;
+    query.first_seed = (n - 1) * options_.recover_seeds % kSearchSeeds;
+  }
+  std::optional<Found> found =
+      finder_.find(frame, camera_, *object->shape, object->memory, query, &fitter_);
+  if (!found || found->trust.status != Status::kOk || found->trust.confidence < kSure) return lost;
+
+  const Rigidd last = object->T_cam_obj;
+  ObjectResult result = judged(std::move(found->fitted), found->trust, frame.time_s, object);
+  result.runner_up = found->runner_up;
+  result.trust.status = Status::kWeak;
+  result.trust.reason = "found again; the next frame must confirm it";
+  prepend(lost.steps, &result.steps);
+  object->before_found = last;
+  object->lost_frames = 0;
+  return result;
+}
+
+}  // namespace sdftrack

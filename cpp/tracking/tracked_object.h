@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// What a tracker remembers of one object.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "tracking/fit.h"
+#include "tracking/motion.h"
+
+namespace sdftrack {
+
+// Where an object is at a start: at a pose, else within a mask, else within a box, else anywhere.
+struct Whereabouts {
+  std::optional<Rigidd> T_cam_obj;  // of the caller's object frame
+  std::vector<unsigned char> mask;  // H * W, 0: not the object; empty: none
+  std::optional<Rect> box;          // of depth pixels
+};
+
+struct TrackedObject {
+  std::shared_ptr<const Shape> shape;  // objects of the same volume share it
+  Rigidd T_cam_obj;                    // centred frame; the last that was not lost
+  FitMemory memory;
+  ConstantVelocity motion;
+  double usual_share = 0;             // of agreeing surface points, lately
+  bool weak = false;                  // in the last frame
+  int lost_frames = 0;                // in a row, up to the last frame
+  std::optional<Matrix6d> prior;      // information about T_cam_obj, for the next frame alone
+  std::optional<Whereabouts> wanted;  // to be looked for in the next frame
+  // Found again, and not yet confirmed by a later frame: what to go back to.
+  std::optional<Rigidd> before_found;
+
+  void forget(double damping_start) {
+    memory = {1, false, damping_start};
+    motion.reset();
+    usual_share = 0, weak = false, lost_frames = 0;
+    prior.reset(), wanted.reset(), before_found.reset();
+  }
+};
+
+// The caller's object frame and the centred one.
+inline Rigidd centred(const Rigidd& T_cam_obj, const Shape& shape) {
+  return {T_cam_obj.R, T_cam_obj * shape.centre_obj};
+}
+inline Rigidd uncentred(const Rigidd& T_cam_centre, const Shape& shape) {
+  return {T_cam_centre.R, T_cam_centre * -shape.centre_obj};
+}
+
+}  // namespace sdftrack
