@@ -18,7 +18,8 @@ namespace {
 class PyTracker {
  public:
   PyTracker(const std::vector<std::tuple<py::array, double, std::array<double, 3>>>& shapes,
-            const Camera& camera, const TrackerOptions& options, int threads, bool recover, MotionModel motion) {
+            const Camera& camera, const TrackerOptions& options, int threads, bool recover,
+            MotionModel motion) {
     std::vector<SdfView> views;
     for (const auto& [values, voxel_m, origin] : shapes) {
       volumes_.push_back(values);
@@ -102,7 +103,8 @@ class PyTracker {
   }
   std::vector<Whereabouts> places_from(const py::list& places) const {
     std::vector<Whereabouts> where;
-    for (const py::handle& place : places) where.push_back(place_from(py::reinterpret_borrow<py::object>(place)));
+    for (const py::handle& place : places)
+      where.push_back(place_from(py::reinterpret_borrow<py::object>(place)));
     return where;
   }
 
@@ -204,7 +206,8 @@ void bind_tracking(py::module_& m) {
                     const TrackerOptions&, int, bool, MotionModel>(),
            py::arg("shapes"), py::arg("camera"), py::arg("options"), py::arg("threads"), py::arg("recover"),
            py::arg("motion"))
-      .def("start", &PyTracker::start, py::arg("depth"), py::arg("mask"), py::arg("time_s"), py::arg("places"))
+      .def("start", &PyTracker::start, py::arg("depth"), py::arg("mask"), py::arg("time_s"),
+           py::arg("places"))
       .def("track", &PyTracker::track, py::arg("depth"), py::arg("mask"), py::arg("time_s"))
       .def("recover", &PyTracker::recover, py::arg("depth"), py::arg("mask"), py::arg("time_s"),
            py::arg("objects"), py::arg("places"))

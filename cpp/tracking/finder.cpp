@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "tracking/outline.h"
+
 namespace sdftrack {
 
 namespace {
@@ -25,6 +27,16 @@ void prefer_rotation(const Mat3d& R, std::vector<Hypothesis>* hypotheses) {
 // How much better seen than contradicted.
 double balance(const Visibility& seen) {
   return seen.expected > 0 ? static_cast<double>(seen.agree - seen.farther) / seen.expected : 0.0;
+}
+
+constexpr double kLeastEnds = 0.3;  // of the outline that is not hidden
+constexpr int kEnoughOutline = 6;   // directions; fewer say nothing
+
+// A face in a wall, a small object in a larger one: all that is seen agrees, but nothing ends where it
+// should.
+bool is_part_of_something(const Outline& outline) {
+  const int known = outline.ends + outline.runs_on;
+  return known >= kEnoughOutline && outline.ends < kLeastEnds * known;
 }
 
 void doubt(double runner_up, Trust* trust) {
@@ -51,12 +63,13 @@ std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& c
     const Hypothesis& h = hypotheses[k];
     if (h.score < least) continue;
     const FitTarget target{shape, h.T_cam_obj, Matrix6d::Zero(), memory};
-    const Attempt attempt{
-        options_.scale_start_m, options_.padding_m, options_.coarse_steps, {h.T_cam_obj}};
+    const Attempt attempt{options_.scale_start_m, options_.padding_m, options_.coarse_steps, {h.T_cam_obj}};
     std::optional<Fitted> fitted = fitter->fit(frame, camera, target, attempt, query.plane);
     if (!fitted) continue;
     if (best && balance(fitted->seen) <= balance(best->fitted.seen) + (query.near ? 1 - kTie : 0)) continue;
     const Trust trust = judge(fitted->seen, fitted->cost, fitted->covariance, options_);
+    const double noise_m = fitted->memory.noise_factor * sensor_noise_m(options_, fitted->T_cam_obj.t.z);
+    if (is_part_of_something(compare_outline(frame, camera, shape, fitted->T_cam_obj, noise_m))) continue;
     const Hypothesis* other = k > 0 ? &hypotheses[0] : hypotheses.size() > 1 ? &hypotheses[1] : nullptr;
     best = Found{std::move(*fitted), trust, other && h.score > 0 ? other->score / h.score : 0};
   }

@@ -7,7 +7,7 @@ namespace sdftrack {
 
 namespace {
 
-constexpr double kFade = 0.7;         // belief kept over a frame without a sure pose
+constexpr double kFade = 0.7;          // belief kept over a frame without a sure pose
 constexpr double kLongestGap_s = 0.5;  // a velocity older than this says nothing
 
 }  // namespace

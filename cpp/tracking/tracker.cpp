@@ -29,6 +29,13 @@ bool has_depth(const ImageView<float>& depth_m) {
   return false;
 }
 
+// Within the mask, if there is one.
+bool has_reading(const ImageView<float>& depth_m, const std::vector<unsigned char>& mask) {
+  for (std::size_t i = 0; i < mask.size(); ++i)
+    if (mask[i] && depth_m.data[i] > 0) return true;
+  return mask.empty();
+}
+
 std::vector<int> all_of(std::size_t n) {
   std::vector<int> k(n);
   std::iota(k.begin(), k.end(), 0);
@@ -133,8 +140,7 @@ std::vector<ObjectResult> Tracker::each(const DepthFrame& frame, const std::vect
     // A place to begin at is kept for the next frame; a pose is one already.
     if (object.wanted && object.wanted->T_cam_obj)
       object.T_cam_obj = centred(*object.wanted->T_cam_obj, *object.shape), object.wanted.reset();
-    results.push_back(
-        without_pose(object, "the depth image has no valid reading", Status::kBadFrame));
+    results.push_back(without_pose(object, "the depth image has no valid reading", Status::kBadFrame));
   }
   return results;
 }
@@ -175,7 +181,10 @@ ObjectResult Tracker::begin_at(const DepthFrame& frame, Object* object, const Wh
       finder_.find(frame, camera_, *object->shape, object->memory, query, &fitter_);
   if (!found) {
     object->lost_frames = 1;
-    return without_pose(*object, "nothing was found that could be the object", Status::kLost);
+    return without_pose(*object,
+                        has_reading(frame.depth_m, place.mask) ? "nothing was found that could be the object"
+                                                               : "no depth reading within the mask",
+                        Status::kLost);
   }
   ObjectResult result = judged(found->fitted, found->trust, frame.time_s, object);
   result.runner_up = found->runner_up;

@@ -72,6 +72,9 @@ class TrackResult:
         (v, w), same origin and axes, m/s and rad/s; NaN until two frames have timestamps.
     inliers : (M,) float64
         Share of the pixels expected on the object that lie on its surface.
+    runner_up : (M,) float64
+        After a search: score of the best other pose over this one's, near 1 where the view does not decide between
+        them (a symmetric body, a flat side). NaN where nothing was searched.
     energy : float
         Mean cost per pixel at the final poses.
     iterations : int
@@ -93,6 +96,7 @@ class TrackResult:
     covariances: NDArray[np.float64]
     twists: NDArray[np.float64]
     inliers: NDArray[np.float64]
+    runner_up: NDArray[np.float64]
     energy: float
     iterations: int = 0
     steps: list[list[Step]] = field(default_factory=list, repr=False)
@@ -103,7 +107,7 @@ class TrackResult:
     foreground: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
-        for name in ("poses", "confidence", "covariances", "twists", "inliers"):
+        for name in ("poses", "confidence", "covariances", "twists", "inliers", "runner_up"):
             getattr(self, name).setflags(write=False)
 
     @property

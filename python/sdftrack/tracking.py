@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Track known shapes in depth images."""
+"""Track known shapes in depth images, from a pose, a mask, a box or nothing but the shape."""
 
 from __future__ import annotations
 
@@ -21,11 +21,13 @@ from sdftrack.checks import numbers, of_kind
 from sdftrack.device import resolve_device
 from sdftrack.frame import Frame
 from sdftrack.options import TrackerOptions
+from sdftrack.places import Place, one_place, place_list
 from sdftrack.results import Status, Step, TrackResult
 from sdftrack.sdf import SDF
 
 __all__ = ["Tracker"]
 
+FOLLOWED = (Status.OK, Status.WEAK)
 OVERLAP = 0.5  # of an object's half thickness; errors of the poses stay well below
 
 
@@ -45,9 +47,11 @@ class Tracker:
     threads : int
         0: all cores. The result has the same bits for any number.
     recover : bool
-        No effect in this version: a lost object is always looked for around its last pose in every later frame.
-    motion : {"static"}
-        Prediction from frame to frame.
+        Search for a lost object in every later frame: around its last pose first, then everywhere. False: it is only
+        followed from its last pose, until :meth:`recover` or :meth:`set_pose`.
+    motion : {"static", "constant_velocity"}
+        Where an object is expected in the next frame: at its last pose, or moved on as between the last two sure
+        ones. While an object is ``"weak"`` its motion is always used, and believed less from frame to frame.
     names : sequence of str, optional
         One per shape, for reports.
     collision : None
@@ -96,7 +100,7 @@ class Tracker:
         self.options = _option_set(options).replace(**single_options)
         self.names = _name_list(names, len(self.shapes))
         _expect("mode", mode, ("auto", "depth"))
-        _expect("motion", motion, ("static",))
+        _expect("motion", motion, tuple(_core.MotionModel.__members__))
         if collision is not None:
             raise ValueError(
                 f"collision: expected None, got {collision!r}; in this version shapes are tracked one by one"
@@ -108,18 +112,22 @@ class Tracker:
         resolve_device(device)
         self.mode = "depth"
         self.threads = threads
-        self.recover_lost = recover
+        self.recover_lost = bool(recover)
+        self.motion = motion
         self._core = _core.Tracker(
-            [(s.values, s.voxel_size, s.origin.tolist()) for s in self.shapes],
+            [_volume(s) for s in self.shapes],
             self._frame_camera._core,
             self.options._to_core(),
             threads,
+            self.recover_lost,
+            _core.MotionModel.__members__[motion],
         )
         self._index = -1
         self._last: TrackResult | None = None
-        self._best = np.stack([np.eye(4)] * len(self.shapes))  # what a bad frame answers
+        self._found: list[dict[str, Any]] = []  # what the core said of it
+        self._best = _unknown(len(self.shapes))  # last good poses
         self._lock = threading.Lock()
-        self._deepest = [_deepest(s) for s in self.shapes] if len(self.shapes) > 1 else []
+        self._deepest = [_deepest(s) for s in self.shapes]
 
     def __repr__(self) -> str:
         return f"Tracker({len(self.shapes)} shape{'s' * (len(self.shapes) != 1)}, {self._frame_camera!r})"
@@ -132,38 +140,52 @@ class Tracker:
         masks: Any = None,
         boxes: Any = None,
     ) -> TrackResult:
-        """Begin, or begin again, from known poses, which are refined on this frame.
+        """Begin, or begin again, from poses, masks, boxes, or by a search of the whole image.
 
         Parameters
         ----------
         frame : Frame
         poses : sequence of (4, 4) float64, one per shape; for one shape the matrix itself will do
-            ``T_cam_obj``, metres. Projected onto the rigid ones when within 1e-3 of one.
-        masks, boxes
-            A search without a pose is not part of this version.
+            ``T_cam_obj``, metres; refined on this frame. Projected onto the rigid ones when within 1e-3 of one.
+        masks : sequence of (H, W) bool or uint8, one per shape; for one shape the mask itself will do
+            Not 0 where the object is seen, in the geometry of the depth image: its pose is searched there.
+        boxes : sequence of (x, y, w, h), one per shape; for one shape the four numbers will do
+            In depth pixels; the object lies within, other things may too.
 
         Returns
         -------
         TrackResult
-            With ``index`` 0.
+            With ``index`` 0. An object that is not found is ``"lost"``; its pose is NaN. One whose view fits two poses
+            nearly as well is ``"weak"`` and says so; ``runner_up`` tells how near the second one came.
 
         Raises
         ------
         TypeError
-            `frame` is not a Frame, or `poses` are not arrays of numbers.
+            `frame` is not a Frame, or `poses`, `masks` or `boxes` are not arrays of numbers.
         ValueError
-            No poses, not one per shape, not finite or not rigid; a depth image of another size than the camera's.
+            Not one per shape; poses not finite or not rigid; an empty mask or one of another size; a box without
+            area or outside the image; two of the three given; a depth image of another size than the camera's.
         """
-        if poses is None:
-            asked = "masks" if masks is not None else "boxes" if boxes is not None else "none"
-            raise ValueError(f"poses: expected one T_cam_obj per shape, got {asked}; a start without poses is not "
-                             "part of this version")  # fmt: skip
         of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
-        T = self._pose_list(poses)
+        given = [
+            (name, value)
+            for name, value in (("poses", poses), ("masks", masks), ("boxes", boxes))
+            if value is not None
+        ]
+        if len(given) > 1:
+            raise ValueError(
+                f"expected one of poses, masks and boxes, got {' and '.join(name for name, _ in given)}"
+            )
+        camera = self._camera_of(frame)
+        count = len(self.shapes)
+        places: list[Place] = [None] * count
+        if given:
+            places = place_list(*given[0], count, camera)
         with self._alone():
-            camera = self._camera_of(frame)
-            self._index, self._last, self._best = 0, None, np.stack(T)
-            return self._run(frame, camera, T)
+            self._index, self._last = 0, None
+            self._best = np.stack([_pose_or_nan(place) for place in places])
+            begin = time.perf_counter()
+            return self._finish(frame, self._run(frame, camera, self._core.start, places), begin)
 
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
         """Follow the objects into the next frame.
@@ -194,21 +216,128 @@ class Tracker:
         with self._alone():
             camera = self._camera_of(frame)
             self._index += 1
-            return self._run(frame, camera, None)
+            begin = time.perf_counter()
+            return self._finish(frame, self._run(frame, camera, self._core.track), begin)
 
-    def set_pose(self, k: int, T: ArrayLike) -> None:
-        """Replace object k's last pose: ``T_cam_obj``, (4, 4), metres."""
+    def recover(
+        self, frame: Frame, k: int | None = None, mask: ArrayLike | None = None, box: Any = None
+    ) -> TrackResult:
+        """Search for lost objects in this frame, now and with all effort.
+
+        Parameters
+        ----------
+        frame : Frame
+            Often the one that was just tracked; frames are not counted.
+        k : int, optional
+            Only this object, lost or not. None: every object that is lost.
+        mask : (H, W) bool or uint8, optional
+        box : (x, y, w, h), optional
+            Where to look, as in :meth:`start`. With several lost objects `k` is needed.
+
+        Returns
+        -------
+        TrackResult
+            The last result, with the objects that were searched for replaced.
+
+        Raises
+        ------
+        RuntimeError
+            Before :meth:`start`.
+        ValueError
+            An empty mask, a box outside the image, both of them, or one of them for several objects.
+        """
+        of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
+        if self._last is None:
+            raise RuntimeError("recover: call start(frame) first")
+        camera = self._camera_of(frame)
+        place = one_place(None, mask, box, camera)
+        with self._alone():
+            last = self._last
+            wanted = (
+                [j for j, s in enumerate(last.status) if s is Status.LOST] if k is None else [self._number(k)]
+            )
+            if place is not None and len(wanted) > 1:
+                raise ValueError(
+                    f"k: expected the number of the object to look for, got None and {len(wanted)} lost"
+                )
+            if not wanted:
+                return last
+            begin = time.perf_counter()
+            places = [place] * len(wanted)
+            now = self._run(frame, camera, self._core.recover, wanted, places)
+            found = list(self._found)
+            for j, f in zip(wanted, now, strict=True):
+                found[j] = f
+            return self._finish(frame, found, begin)
+
+    def set_pose(self, k: int, T: ArrayLike, covariance: ArrayLike | None = None) -> None:
+        """Replace object k's last pose; it counts as followed again.
+
+        Parameters
+        ----------
+        k : int
+        T : (4, 4) float64
+            ``T_cam_obj``, metres.
+        covariance : (6, 6) float64, optional
+            Of T, as in :class:`TrackResult`: makes T a prior that the next frame is weighed against, in place of the
+            weak one about the expected pose.
+        """
+        index = self._number(k)
+        pose = _core.nearest_rigid(numbers(T, "T"), "T")
+        prior = None if covariance is None else _covariance(covariance)
+        with self._alone():
+            self._core.set_pose(index, pose, prior)
+            self._best = self._best.copy()  # results that were handed out keep theirs
+            self._best[index] = pose
+
+    def add(
+        self,
+        shape: SDF,
+        pose: ArrayLike | None = None,
+        mask: ArrayLike | None = None,
+        box: Any = None,
+        name: str | None = None,
+    ) -> int:
+        """Track one more shape from the next frame on; returns its number.
+
+        Parameters
+        ----------
+        shape : SDF
+        pose, mask, box
+            Where it is in the next frame, as in :meth:`start`: one of them, or none to search the whole image.
+        name : str, optional
+        """
+        of_kind(shape, SDF, "shape", "make one with SDF.from_mesh")
+        place = one_place(pose, mask, box, self._frame_camera)
+        with self._alone():
+            k: int = self._core.add(_volume(shape), place)
+            self.shapes = [*self.shapes, shape]
+            self.names = [*self.names, f"object {k}" if name is None else str(name)]
+            self._deepest = [*self._deepest, _deepest(shape)]
+            self._best = np.concatenate([self._best, _pose_or_nan(place)[None]])
+            self._last = None
+            return k
+
+    def remove(self, k: int) -> None:
+        """Track object k no longer; those behind it move up by one."""
+        index = self._number(k)
+        if len(self.shapes) == 1:
+            raise ValueError("k: expected at least one object to be left, got the only one")
+        with self._alone():
+            self._core.remove(index)
+            for values in (self.shapes, self.names, self._deepest):
+                del values[index]
+            self._best = np.delete(self._best, index, axis=0)
+            self._last = None
+
+    def _number(self, k: Any) -> int:
         try:
             index = operator.index(k)
         except TypeError:
             raise TypeError(f"k: expected 0..{len(self.shapes) - 1}, an object's number, got {k!r}") from None
         if not 0 <= index < len(self.shapes):
             raise ValueError(f"k: expected 0..{len(self.shapes) - 1}, got {k}")
-        pose = _core.nearest_rigid(numbers(T, "T"), "T")
-        with self._alone():
-            self._core.set_pose(index, pose)
-            self._best = self._best.copy()  # results that were handed out keep theirs
-            self._best[index] = pose
+        return index
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write shapes, camera, options and last poses to one file (pickle), whole or not at all."""
@@ -238,6 +367,7 @@ class Tracker:
             "options": self.options,
             "threads": self.threads,
             "recover": self.recover_lost,
+            "motion": self.motion,
         }
         with self._alone():
             return _rebuild, (self.shapes, self.camera, kwargs, self._index, self._last, self._best)
@@ -251,18 +381,6 @@ class Tracker:
         finally:
             self._lock.release()
 
-    def _pose_list(self, poses: Any) -> list[NDArray[np.float64]]:
-        if isinstance(poses, np.ndarray) and poses.ndim == 2:
-            poses = [poses]
-        if isinstance(poses, (str, bytes)) or not hasattr(poses, "__iter__"):
-            raise TypeError(
-                f"poses: expected one (4, 4) T_cam_obj per shape ({len(self.shapes)}), got {poses!r}"
-            )
-        T = [numbers(p, f"poses[{k}]") for k, p in enumerate(poses)]
-        if len(T) != len(self.shapes):
-            raise ValueError(f"poses: expected one per shape ({len(self.shapes)}), got {len(T)}")
-        return [_core.nearest_rigid(p, f"poses[{k}]") for k, p in enumerate(T)]
-
     def _camera_of(self, frame: Frame) -> Camera:
         camera = depth_camera(self.camera if frame.camera is None else frame.camera)
         if frame.depth is not None and frame.depth.shape != (camera.height, camera.width):
@@ -272,32 +390,27 @@ class Tracker:
             )
         return camera
 
-    def _run(self, frame: Frame, camera: Camera, poses: list[NDArray[np.float64]] | None) -> TrackResult:
-        begin = time.perf_counter()
+    def _run(self, frame: Frame, camera: Camera, work: Any, *arguments: Any) -> list[dict[str, Any]]:
         if camera != self._frame_camera:
             self._core.set_camera(camera._core)
             self._frame_camera = camera
-        if frame.depth is None:
-            if poses is not None:  # an empty image: the core forgets its history and keeps the poses
-                self._core.start(np.zeros((camera.height, camera.width), np.float32), None, poses)
-            why = frame.error or "the frame has no depth image"
-            return self._finish(frame, [self._bad(k, why) for k in range(len(self.shapes))], begin)
+        depth, why = frame.depth, ""
+        if depth is None:  # an empty image: the core keeps what it knows
+            depth, why = (
+                np.zeros((camera.height, camera.width), np.float32),
+                frame.error or "the frame has no depth image",
+            )
         mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
-        found = (
-            self._core.track(frame.depth, mask)
-            if poses is None
-            else self._core.start(frame.depth, mask, poses)
-        )
-        return self._finish(frame, found, begin)
-
-    def _bad(self, k: int, why: str) -> dict[str, Any]:
-        nan = np.full((6, 6), np.nan)
-        return {"pose": self._best[k], "covariance": nan, "status": "bad_frame", "reason": why, "inliers": 0.0,
-                "confidence": 0.0, "energy": 0.0, "steps": []}  # fmt: skip
+        time_s = float("nan") if frame.timestamp is None else float(frame.timestamp)
+        found: list[dict[str, Any]] = work(depth, mask, time_s, *arguments)
+        if why:
+            for f in found:
+                f["reason"] = why
+        return found
 
     def _doubt_overlaps(self, found: list[dict[str, Any]]) -> None:
         """Two solids are not in one place: at most one of the two poses is right, so neither is sure."""
-        sure = [k for k, f in enumerate(found) if f["status"] in ("ok", "weak")]
+        sure = [k for k, f in enumerate(found) if f["status"] in FOLLOWED]
         for k in sure:
             for j in sure:
                 if j == k:
@@ -313,8 +426,10 @@ class Tracker:
 
     def _finish(self, frame: Frame, found: list[dict[str, Any]], begin: float) -> TrackResult:
         self._doubt_overlaps(found)
-        poses = np.stack([f["pose"] for f in found])
         status = [Status(f["status"]) for f in found]
+        poses = np.stack(
+            [f["pose"] if s in FOLLOWED else T for f, s, T in zip(found, status, self._best, strict=True)]
+        )
         steps = [[Step(*s) for s in f["steps"]] for f in found]
         result = TrackResult(
             poses=poses,
@@ -324,6 +439,7 @@ class Tracker:
             covariances=np.stack([f["covariance"] for f in found]),
             twists=_twists(self._last, self._best, poses, status, frame.timestamp),
             inliers=np.array([f["inliers"] for f in found]),
+            runner_up=np.array([f["runner_up"] for f in found]),
             energy=float(np.mean([f["energy"] for f in found])),
             iterations=sum(len(s) for s in steps),
             steps=steps,
@@ -332,7 +448,7 @@ class Tracker:
             index=self._index,
         )
         self._best = poses
-        self._last = result
+        self._last, self._found = result, found
         return result
 
 
@@ -347,8 +463,32 @@ def _rebuild(
     tracker = Tracker(shapes, camera, **kwargs)
     tracker._index, tracker._last, tracker._best = index, last, best
     for k, T in enumerate(best):
-        tracker._core.set_pose(k, np.ascontiguousarray(T))
+        if np.isfinite(T).all():
+            tracker._core.set_pose(k, np.ascontiguousarray(T), None)
     return tracker
+
+
+def _volume(shape: SDF) -> tuple[NDArray[np.float32], float, list[float]]:
+    return shape.values, shape.voxel_size, shape.origin.tolist()
+
+
+def _unknown(count: int) -> NDArray[np.float64]:
+    return np.full((count, 4, 4), np.nan)
+
+
+def _pose_or_nan(place: Place) -> NDArray[np.float64]:
+    is_pose = isinstance(place, np.ndarray) and place.dtype == np.float64
+    return np.asarray(place) if is_pose else _unknown(1)[0]
+
+
+def _covariance(given: ArrayLike) -> NDArray[np.float64]:
+    covariance = numbers(given, "covariance")
+    if covariance.shape != (6, 6) or not np.isfinite(covariance).all():
+        raise ValueError(f"covariance: expected (6, 6) finite, got {covariance.shape}")
+    if not np.allclose(covariance, covariance.T) or np.linalg.eigvalsh(covariance)[0] <= 0:
+        raise ValueError("covariance: expected a symmetric matrix with eigenvalues above 0; a direction without "
+                         "knowledge has a large variance")  # fmt: skip
+    return covariance
 
 
 def _shape_list(shapes: SDF | Sequence[SDF]) -> list[SDF]:

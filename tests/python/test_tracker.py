@@ -642,7 +642,6 @@ def with_value(T, row, column, value):
 @pytest.mark.parametrize(
     ("poses", "error", "match"),
     [
-        (None, ValueError, "poses: expected one T_cam_obj per shape"),
         ([], ValueError, r"poses: expected one per shape \(1\), got 0"),
         ([POSE, POSE], ValueError, r"poses: expected one per shape \(1\), got 2"),
         ([with_value(POSE, 0, 3, np.nan)], ValueError, r"poses\[0\]: .*not finite"),
@@ -704,8 +703,3 @@ def test_set_pose_of_an_object_that_is_not_there_is_refused(tracker, k):
 def test_set_pose_checks_the_pose(tracker):
     with pytest.raises(ValueError, match=r"T: .*transposed"):
         tracker.set_pose(0, POSE.T)
-
-
-def test_a_start_by_mask_or_box_says_that_it_is_not_there_yet(tracker):
-    with pytest.raises(ValueError, match="poses: expected one T_cam_obj per shape, got masks"):
-        tracker.start(frame_of(), masks=[np.ones(CAMERA.shape, bool)])

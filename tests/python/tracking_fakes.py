@@ -63,6 +63,7 @@ def result(poses, status=None, i=0):
         covariances=covariances,
         twists=np.full((m, 6), np.nan),
         inliers=np.full(m, 0.8),
+        runner_up=np.full(m, np.nan),
         energy=0.1,
         seconds=0.002,
         timestamp=i / 30.0,

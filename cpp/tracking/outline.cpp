@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/outline.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace sdftrack {
+
+namespace {
+
+constexpr int kDirections = 24;
+constexpr double kMargin_m = 0.006;     // beyond the silhouette; readings nearer to it mix both sides
+constexpr double kTolerance_m = 0.010;  // of a reading that goes on where the surface ends
+constexpr double kTolerancePerNoise = 5;
+constexpr int kMostSteps = 12;
+
+// The outermost surface point in a direction of the image, seen from the middle.
+struct Rim {
+  double radius_px = -1;
+  double depth_m = 0;
+};
+
+struct Eye {
+  const Camera& camera;
+  Vec2d middle_px;
+};
+
+std::array<Rim, kDirections> rims(const Eye& eye, const Shape& shape, const Rigidd& T_cam_obj) {
+  std::array<Rim, kDirections> out;
+  for (const Vec3f& p_obj : shape.points) {
+    const Vec3d p = T_cam_obj * p_obj.cast<double>();
+    if (!(p.z > 1e-3)) continue;
+    const Vec2d u = eye.camera.project_point(p);
+    const double dx = u.x - eye.middle_px.x, dy = u.y - eye.middle_px.y;
+    const double turn = std::atan2(dy, dx) / (2 * std::numbers::pi) + 0.5;
+    const int k = std::min(kDirections - 1, static_cast<int>(turn * kDirections));
+    const double radius = std::sqrt(dx * dx + dy * dy);
+    Rim& rim = out[static_cast<std::size_t>(k)];
+    if (radius > rim.radius_px) rim = {radius, p.z};
+  }
+  return out;
+}
+
+// Walks outwards until the point at the rim's depth is the margin away from the surface.
+bool step_outside(const Eye& eye, const Shape& shape, const Rigidd& T_obj_cam, const Rim& rim, Vec2d along,
+                  Vec2d* u) {
+  const double step_px = 0.5 * kMargin_m * eye.camera.K.fx / rim.depth_m;
+  double radius = rim.radius_px;
+  for (int i = 0; i < kMostSteps; ++i) {
+    radius += std::max(1.0, step_px);
+    *u = {eye.middle_px.x + radius * along.x, eye.middle_px.y + radius * along.y};
+    const Vec3d p_cam = rim.depth_m * ray(eye.camera.K, u->x, u->y);
+    float phi;
+    Vec3f gradient;
+    sample(shape.sdf, (T_obj_cam * p_cam).cast<float>(), &phi, &gradient);
+    if (phi > kMargin_m) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Outline compare_outline(const DepthFrame& frame, const Camera& camera, const Shape& shape,
+                        const Rigidd& T_cam_obj, double noise_m) {
+  Outline outline;
+  if (!(T_cam_obj.t.z > 1e-3)) return outline;
+  const Eye eye{camera, camera.project_point(T_cam_obj.t)};
+  const Rigidd T_obj_cam = inverse(T_cam_obj);
+  const double tolerance = std::max(kTolerance_m, kTolerancePerNoise * noise_m);
+  const std::array<Rim, kDirections> all = rims(eye, shape, T_cam_obj);
+  for (int k = 0; k < kDirections; ++k) {
+    const Rim& rim = all[static_cast<std::size_t>(k)];
+    if (rim.radius_px < 0) continue;
+    const double angle = ((k + 0.5) / kDirections - 0.5) * 2 * std::numbers::pi;
+    Vec2d u;
+    if (!step_outside(eye, shape, T_obj_cam, rim, {std::cos(angle), std::sin(angle)}, &u)) continue;
+    const int x = static_cast<int>(std::lround(std::clamp(u.x, -1.0, 1e6)));
+    const int y = static_cast<int>(std::lround(std::clamp(u.y, -1.0, 1e6)));
+    const bool inside = x >= 0 && y >= 0 && x < camera.width && y < camera.height;
+    const double z = inside ? static_cast<double>(frame.depth_m(x, y)) : 0;
+    if (!(z > 0) || z < rim.depth_m - tolerance)
+      ++outline.unknown;
+    else if (z > rim.depth_m + tolerance)
+      ++outline.ends;
+    else
+      ++outline.runs_on;
+  }
+  return outline;
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// Whether an object ends where the pose says that it ends: what the camera reads just outside its silhouette.
+#pragma once
+
+#include "tracking/region.h"
+#include "tracking/shape.h"
+
+namespace sdftrack {
+
+// Directions around the silhouette, by what is read a few millimetres outside it. A flat face fits any wall
+// and a small object fits into any larger one; that its surface also ends at the right place tells them
+// apart.
+struct Outline {
+  int ends = 0;     // the reading lies behind: a step in depth
+  int runs_on = 0;  // the reading goes on where the object ends: it touches something, or is part of it
+  int unknown = 0;  // no reading, outside the image, or something stands in front
+};
+
+Outline compare_outline(const DepthFrame& frame, const Camera& camera, const Shape& shape,
+                        const Rigidd& T_cam_obj, double noise_m);
+
+}  // namespace sdftrack

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: MIT
+"""Where an object is at a start: a pose, a mask or a box, checked. What the core's tracker is given."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack import _core
+from sdftrack.camera import Camera
+from sdftrack.checks import numbers
+
+__all__ = ["Place", "box_place", "mask_place", "one_place", "place_list", "pose_place"]
+
+# A (4, 4) float64 pose, an (H, W) uint8 mask, a box (x, y, w, h) of whole pixels, or None: anywhere.
+Place = NDArray[np.float64] | NDArray[np.uint8] | tuple[int, int, int, int] | None
+
+
+def pose_place(pose: Any, name: str, camera: Camera) -> NDArray[np.float64]:
+    """``T_cam_obj``, projected onto the rigid transforms when within 1e-3 of one."""
+    return _core.nearest_rigid(numbers(pose, name), name)
+
+
+def mask_place(mask: Any, name: str, camera: Camera) -> NDArray[np.uint8]:
+    """(H, W) bool or uint8 of the depth image's size, not 0 where the object is."""
+    given = np.asarray(mask)
+    if given.dtype != bool and given.dtype != np.uint8:
+        raise TypeError(f"{name}: expected (H, W) bool or uint8, got {given.dtype} {given.shape}")
+    if given.shape != (camera.height, camera.width):
+        raise ValueError(
+            f"{name}: expected the depth image's shape ({camera.height}, {camera.width}), got {given.shape}"
+        )
+    if not given.any():
+        raise ValueError(f"{name}: expected at least one pixel of the object, got an empty mask (all 0)")
+    return np.ascontiguousarray(given).view(np.uint8)
+
+
+def box_place(box: Any, name: str, camera: Camera) -> tuple[int, int, int, int]:
+    """(x, y, w, h) in depth pixels: cut at the image's border, rounded outwards."""
+    values = numbers(box, name)
+    if values.shape != (4,) or not np.isfinite(values).all():
+        raise ValueError(f"{name}: expected (x, y, w, h), got {box!r}")
+    x, y, w, h = values.tolist()
+    if w <= 0 or h <= 0:
+        raise ValueError(f"{name}: expected a width and a height above 0, got {w:g} x {h:g}")
+    x0, y0 = max(0, math.floor(x)), max(0, math.floor(y))
+    x1, y1 = min(camera.width, math.ceil(x + w)), min(camera.height, math.ceil(y + h))
+    if x0 >= x1 or y0 >= y1:
+        raise ValueError(
+            f"{name}: expected a box that meets the image ({camera.width} x {camera.height} px), got {box!r}"
+        )
+    return x0, y0, x1 - x0, y1 - y0
+
+
+_KINDS: dict[str, tuple[Callable[[Any, str, Camera], Place], int, str]] = {
+    "poses": (pose_place, 2, "(4, 4) T_cam_obj"),
+    "masks": (mask_place, 2, "(H, W) mask"),
+    "boxes": (box_place, 1, "box (x, y, w, h)"),
+}
+
+
+def place_list(kind: str, given: Any, count: int, camera: Camera) -> list[Place]:
+    """One place per shape; for one shape the pose, mask or box itself will do, without a list."""
+    convert, ndim, what = _KINDS[kind]
+    if count == 1 and _is_single(given, ndim):
+        given = [given]
+    if isinstance(given, (str, bytes)) or not hasattr(given, "__iter__"):
+        raise TypeError(f"{kind}: expected one {what} per shape ({count}), got {given!r}")
+    places: list[Place] = [convert(p, f"{kind}[{k}]", camera) for k, p in enumerate(given)]
+    if len(places) != count:
+        raise ValueError(f"{kind}: expected one per shape ({count}), got {len(places)}")
+    return places
+
+
+def _is_single(given: Any, ndim: int) -> bool:
+    if isinstance(given, np.ndarray):
+        return given.ndim == ndim
+    return ndim == 1 and isinstance(given, (list, tuple)) and len(given) == 4 and np.ndim(given[0]) == 0
+
+
+def one_place(pose: Any, mask: Any, box: Any, camera: Camera) -> Place:
+    """At most one of the three; none of them: anywhere."""
+    given = [name for name, value in (("pose", pose), ("mask", mask), ("box", box)) if value is not None]
+    if len(given) > 1:
+        raise ValueError(f"expected one of pose, mask and box, got {' and '.join(given)}")
+    if pose is not None:
+        return pose_place(pose, "pose", camera)
+    if mask is not None:
+        return mask_place(mask, "mask", camera)
+    return None if box is None else box_place(box, "box", camera)
