@@ -1,8 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""Synthetic sequences with exact truth: shapes, paths, sensor noise, clutter, a hand in front, colour."""
+"""Synthetic sequences with exact truth: shapes, paths, sensor noise, clutter, hands in front, colour."""
 
+from sdftrack.synth.grip import Grip
 from sdftrack.synth.noise import Gaussian, Kinect
+from sdftrack.synth.occluders import Cover, Hand
 from sdftrack.synth.scene import sequence
-from sdftrack.synth.trajectories import orbit, random_walk, static
+from sdftrack.synth.trajectories import leave_and_return, orbit, random_walk, static
 
-__all__ = ["Gaussian", "Kinect", "orbit", "random_walk", "sequence", "static"]
+__all__ = [
+    "Cover",
+    "Gaussian",
+    "Grip",
+    "Hand",
+    "Kinect",
+    "leave_and_return",
+    "orbit",
+    "random_walk",
+    "sequence",
+    "static",
+]

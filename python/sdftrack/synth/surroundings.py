@@ -16,10 +16,10 @@ from sdftrack.camera import Camera
 if TYPE_CHECKING:
     from sdftrack.mesh import Mesh
 
-__all__ = ["CLUTTER", "Layer", "background", "hand_mesh"]
+__all__ = ["CLUTTER", "Layer", "background", "box_mesh", "hand_mesh", "mesh_layer"]
 
 Array = NDArray[np.float64]
-CLUTTER = ("wall", "table", "objects")
+CLUTTER = ("wall", "table", "objects", "touching")
 
 
 @dataclass
@@ -94,7 +94,7 @@ def background(camera: Camera, kind: str | None, distance_m: float, rng: np.rand
             )
             color = tuple(int(c) for c in rng.integers(40, 230, 3))
             size = rng.uniform(0.05, 0.12, 3)
-            mesh = _ellipsoid(0.6 * size) if i % 2 else _box(size)
+            mesh = _ellipsoid(0.6 * size) if i % 2 else box_mesh(size)
             scene.put(mesh_layer(mesh, camera, geometry.pose(rng.normal(size=3), at), color))
     return scene
 
@@ -173,7 +173,7 @@ def _ellipsoid(radii: Array) -> Mesh:
     return Mesh(v * radii, f)
 
 
-def _box(size: Array) -> Mesh:
+def box_mesh(size: Array) -> Mesh:
     from sdftrack.mesh import Mesh
 
     corners = 0.5 * size * np.array([[x, y, z] for x in (-1.0, 1) for y in (-1, 1) for z in (-1, 1)])

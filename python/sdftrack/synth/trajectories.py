@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from sdftrack import geometry
 
-__all__ = ["Trajectory", "orbit", "poses_of", "random_walk", "static"]
+__all__ = ["Trajectory", "leave_and_return", "orbit", "poses_of", "random_walk", "static"]
 
 Array = NDArray[np.float64]
 Trajectory = Callable[[int, np.random.Generator, Array], Array]
@@ -66,6 +66,59 @@ class static:
     def __call__(self, n: int, rng: np.random.Generator, centre: Array) -> Array:
         path = np.tile([0.0, 0.0, self.distance_m], (n, 1))
         return _about(path, np.tile(_random_rotation(rng), (n, 1, 1)), centre)
+
+
+@dataclass(frozen=True)
+class leave_and_return:
+    """A path that breaks off for `away` frames, from frame `first` on, and goes on elsewhere.
+
+    The object comes back at another place, at least `apart_m` from where it went, and in another orientation.
+    Meanwhile its centre is `out_m` to the right of the middle, out of the image of a usual camera; with
+    `out_m` of 0 it stays in view and jumps halfway (to be hidden by `Cover(first, away)`).
+    """
+
+    first: int = 20
+    away: int = 15
+    out_m: float = 3.0
+    apart_m: float = 0.08
+    walk: random_walk = random_walk()
+
+    def __post_init__(self) -> None:
+        if self.first < 1 or self.away < 1:
+            raise ValueError(
+                f"leave_and_return: expected first and away of at least 1, got {self.first}, {self.away}"
+            )
+        if not 0 <= self.apart_m <= 2 * max(self.walk.spread_m):
+            raise ValueError(
+                f"leave_and_return: expected apart_m of 0 to the path's width {2 * max(self.walk.spread_m):g} m, "
+                f"got {self.apart_m:g}"
+            )
+
+    def __call__(self, n: int, rng: np.random.Generator, centre: Array) -> Array:
+        back = self.first + self.away
+        before = self.walk(min(n, self.first if self.out_m else back), rng, centre)
+        if n <= self.first:
+            return before
+        gone = before[self.first - 1]
+        at = gone[:3, :3] @ centre + gone[:3, 3]
+        for _ in range(1000):
+            after = self.walk(max(n - back, 1) + self.away, rng, centre)
+            here = after[self.away]
+            if np.linalg.norm(here[:3, :3] @ centre + here[:3, 3] - at) >= self.apart_m:
+                break
+        else:
+            raise ValueError(
+                f"leave_and_return: found no place {self.apart_m:g} m from the last; lower apart_m"
+            )
+        poses = np.concatenate([np.tile(gone, (back, 1, 1)), after[self.away :]])[:n]
+        poses[: len(before)] = before
+        hidden = slice(self.first, min(back, n))
+        if self.out_m:
+            poses[hidden, 0, 3] = self.out_m
+        else:
+            half = self.first + self.away // 2
+            poses[half:back] = after[half - self.first : self.away][: max(n - half, 0)]
+        return poses
 
 
 NAMED: dict[str, Trajectory] = {"random": random_walk(), "orbit": orbit(), "static": static()}

@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: MIT
+"""A hand that holds the object: fingers of capsules wrapped around it, in contact, hiding a wanted share.
+
+The hand holds on to the object for a while and moves with it, then slides back, in contact, to where the
+camera sees it, and holds again; meanwhile it drifts, and its fingers creep. How far the fingers reach around is
+solved for in every frame, so that they hide the wanted share of what would be seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack import geometry
+from sdftrack.synth.bodies import Body
+from sdftrack.synth.capsules import Capsules, cast
+from sdftrack.synth.stage import SKIN, Stage
+from sdftrack.synth.surroundings import Layer
+
+__all__ = ["Grip"]
+
+Array = NDArray[np.float64]
+DIRECTIONS = 64  # of a finger's curve around a section
+JOINT_M = 0.006  # between the capsules of a finger: its curve is bent, not a few straight bones
+BEYOND_RAD = 0.5  # how far past the farther rim a finger can reach
+SPARE = 0.25  # breadth of the hand beyond the share that it must hide
+GLOVES = (SKIN, (40, 90, 200), (60, 170, 70), (235, 225, 60), (25, 25, 30))
+
+
+@dataclass(frozen=True)
+class Grip:
+    """Fingers in contact with the first object, moving with it and shifting over time.
+
+    Parameters
+    ----------
+    share : float
+        Of the object's visible pixels that the hand hides in every frame, 0..0.7.
+    color : "skin", "similar", "other" or (r, g, b)
+        "similar": every finger has a colour found on the object. "other": of skin and some gloves the colour
+        least like the object's.
+    finger_m : float
+        A finger's radius.
+    hold, slide : int
+        Frames for which the hand moves with the object, and in which it then slides back into view.
+    """
+
+    share: float = 0.4
+    color: str | tuple[int, int, int] = "skin"
+    finger_m: float = 0.009
+    hold: int = 20
+    slide: int = 10
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.share <= 0.7:
+            raise ValueError(f"occluder: Grip(share): expected 0 to 0.7, got {self.share:g}")
+        if not 0.002 <= self.finger_m <= 0.03:
+            raise ValueError(
+                f"occluder: Grip(finger_m): expected 0.002 to 0.03, metres, got {self.finger_m:g}"
+            )
+        if self.hold < 1 or self.slide < 1:
+            raise ValueError(
+                f"occluder: Grip(hold, slide): expected at least 1, got {self.hold}, {self.slide}"
+            )
+        if isinstance(self.color, str):
+            known = self.color in ("skin", "similar", "other")
+        else:
+            known = np.shape(self.color) == (3,) and all(0 <= c <= 255 for c in self.color)
+        if not known:
+            raise ValueError(
+                f'occluder: Grip(color): expected "skin", "similar", "other" or (r, g, b), got {self.color!r}'
+            )
+
+    def ready(self, stage: Stage) -> Callable[[int, Any, Any], Layer]:
+        """A function (frame, visible, depth) -> the hand's picture."""
+        return _Held(self, stage).layer
+
+
+@dataclass(frozen=True)
+class _Hand:
+    """Capsules in the object's frame with the finger and the reach (m along it) at which each appears."""
+
+    capsules: Capsules
+    finger: NDArray[np.intp]
+    reach: Array
+
+
+class _Held:
+    def __init__(self, grip: Grip, stage: Stage) -> None:
+        self._grip, self._stage = grip, stage
+        body, rng = stage.body, np.random.default_rng([stage.seed, 5])
+        self._side, self._phase = rng.uniform(0, 2 * np.pi, 2)
+        breadth = float(2 * np.linalg.norm(body.points - body.centre, axis=1).max())
+        pitch = 2.05 * grip.finger_m
+        count = max(4, int(np.ceil((grip.share + SPARE) * breadth / pitch)))
+        self._offsets = pitch * (np.arange(count) - 0.5 * (count - 1))
+        self._drift_m = 0.08 * breadth
+        self._lag_m, self._creep = rng.uniform(-0.008, 0.008, count), rng.uniform(0, 2 * np.pi, count)
+        self._colors = _colors(grip.color, body, rng, count)
+
+    def layer(self, i: int, visible: NDArray[np.bool_], depth: NDArray[np.float32]) -> Layer:
+        """The hand of frame i, reaching as far as the wanted share of `visible` asks for."""
+        stage, wanted = self._stage, round(self._grip.share * np.count_nonzero(visible))
+        if not wanted:
+            return Layer.empty(stage.camera)
+        hand = self.hand(i)
+        hits = cast(hand.capsules.moved(stage.poses[i]), stage.camera)
+        reach = hand.reach[hits.capsule]
+        # From which reach on each visible pixel is hidden: the first capsule in front of it.
+        hides = visible.ravel()[hits.pixel] & (hits.depth < depth.ravel()[hits.pixel])
+        needed = np.full(visible.size, np.inf)
+        np.minimum.at(needed, hits.pixel[hides], reach[hides])
+        least = np.sort(needed[needed < np.inf])
+        limit = least[min(wanted, len(least)) - 1] if len(least) else -np.inf
+        drawn = reach <= max(float(limit), 0.0)
+        order = np.flatnonzero(drawn)[np.argsort(-hits.depth[drawn], kind="stable")]  # the nearest last
+        out = Layer.empty(stage.camera)
+        at = hits.pixel[order]
+        out.depth.reshape(-1)[at] = hits.depth[order]
+        out.cosine.reshape(-1)[at] = hits.cosine[order]
+        color = self._colors[hand.finger[hits.capsule[order]]]
+        out.color.reshape(-1, 3)[at] = color * (0.6 + 0.4 * hits.cosine[order, None])
+        return out
+
+    def hand(self, i: int) -> _Hand:
+        """All of the hand with its fingers as long as they can be, object frame."""
+        grip, stage = self._grip, self._stage
+        R = self._orientation(i)
+        across, inward, up = R.T
+        points = (stage.body.points - stage.body.centre) @ R
+        seconds = i / stage.fps
+        offsets = self._offsets + self._drift_m * np.sin(0.7 * seconds + self._phase)
+        parts, finger, reach, knuckles = [], [], [], []
+        for j, d in enumerate(offsets):
+            curve = _finger_curve(points, d, grip.finger_m)
+            if curve is None:
+                continue
+            joints = stage.body.centre + d * across + curve @ np.stack([inward, up])
+            parts.append(Capsules(joints[:-1], joints[1:], np.full(len(joints) - 1, grip.finger_m)))
+            finger.append(np.full(len(joints) - 1, j))
+            lag = self._lag_m[j] + 0.006 * np.sin(1.3 * seconds + self._creep[j])
+            reach.append(JOINT_M * np.arange(1, len(joints)) + lag)
+            knuckles.append(joints[0])
+        if knuckles:
+            bones = _palm(np.array(knuckles), inward, up, grip.finger_m)
+            parts.append(bones)
+            finger.append(np.full(len(bones), len(self._offsets)))
+            reach.append(np.full(len(bones), -np.inf))
+        if not parts:
+            none = np.zeros((0, 3))
+            return _Hand(Capsules(none, none, np.zeros(0)), np.zeros(0, np.intp), np.zeros(0))
+        return _Hand(Capsules.joined(parts), np.concatenate(finger), np.concatenate(reach))
+
+    def _orientation(self, i: int) -> Array:
+        """Columns across the fingers, along them, and up to the camera, in the object's frame."""
+        grip, n = self._grip, len(self._stage.poses)
+        turn, within = divmod(i, grip.hold + grip.slide)
+        first = turn * (grip.hold + grip.slide)
+        held = self._home(min(first + grip.hold // 2, n - 1))
+        if within < grip.hold:
+            return held
+        # Smooth at both ends: the hand neither starts nor stops with a jerk.
+        s = (within - grip.hold + 1) / (grip.slide + 1)
+        target = self._home(min(first + grip.hold + grip.slide + grip.hold // 2, n - 1))
+        change = np.eye(4)
+        change[:3, :3] = held.T @ target
+        w = geometry.log(change)[3:]
+        moved: Array = held @ geometry.pose(w * s * s * (3 - 2 * s))[:3, :3]
+        return moved
+
+    def _home(self, i: int) -> Array:
+        """The hand as the camera of frame i would see its back, object frame."""
+        T = self._stage.poses[i]
+        toward = -(T[:3, :3] @ self._stage.body.centre + T[:3, 3])
+        toward /= np.linalg.norm(toward)
+        side = self._side + 0.4 * i / self._stage.fps
+        inward = np.array([np.cos(side), np.sin(side), 0])
+        inward -= (inward @ toward) * toward
+        inward /= np.linalg.norm(inward)
+        home: Array = T[:3, :3].T @ np.column_stack([np.cross(inward, toward), inward, toward])
+        return home
+
+
+def _finger_curve(points: Array, offset: float, radius: float) -> Array | None:
+    """(J, 2) joints (inward, up) of a finger that touches the section at `offset`, from rim to rim.
+
+    The centre line lies on the hull of the section grown by the finger's radius, so that a finger of that
+    radius touches the surface and nowhere enters it; over a hollow it goes straight.
+    """
+    beside = points[:, 0] - offset
+    near = np.abs(beside) < radius
+    if np.count_nonzero(near) < 3:
+        return None
+    q, grown = points[near, 1:], np.sqrt(radius**2 - beside[near] ** 2)
+    angle = np.linspace(np.pi, -BEYOND_RAD, DIRECTIONS)
+    direction = np.stack([np.cos(angle), np.sin(angle)])
+    best = np.argmax(q @ direction + grown[:, None], axis=0)
+    curve = q[best] + grown[best, None] * direction.T
+    length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
+    if length[-1] < 2 * JOINT_M:
+        return None
+    s = np.arange(0, length[-1], JOINT_M)
+    return np.column_stack([np.interp(s, length, curve[:, 0]), np.interp(s, length, curve[:, 1])])
+
+
+def _palm(knuckles: Array, inward: Array, up: Array, radius: float) -> Capsules:
+    """Bones of the palm from the knuckles out to the wrist, and the forearm away from the object."""
+    back = -0.8 * inward - 0.6 * up
+    wrist = knuckles.mean(axis=0) + 0.09 * back
+    ends = 0.6 * (knuckles + 0.07 * back) + 0.4 * wrist
+    elbow = wrist + 0.35 * (-0.97 * inward - 0.24 * up)
+    return Capsules(
+        np.concatenate([knuckles, ends, wrist[None]]),
+        np.concatenate([ends, np.tile(wrist, (len(ends), 1)), elbow[None]]),
+        np.concatenate([np.full(len(ends), 1.3 * radius), np.full(len(ends), 1.6 * radius), [3 * radius]]),
+    )
+
+
+def _colors(color: Any, body: Body, rng: np.random.Generator, count: int) -> Array:
+    """(count + 1, 3): of each finger, and of the palm."""
+    if color == "skin":
+        return np.tile(np.array(SKIN, np.float64), (count + 1, 1))
+    if color == "similar":
+        return body.palette(rng, count + 1)
+    if color == "other":
+        own = body.palette(rng, 2000)
+        distance = [np.percentile(np.linalg.norm(own - g, axis=1), 5) for g in GLOVES]
+        color = GLOVES[int(np.argmax(distance))]
+    return np.tile(np.array(color, np.float64), (count + 1, 1))
