@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "base/parallel.h"
@@ -33,15 +34,23 @@ bool distinct(const Rigidd& a, const Rigidd& b) {
 }
 
 // Mean of the surface points that face the camera, weighted by how much of the image they fill: where the
-// centroid of the readings should be, in object axes.
-Vec3d visible_centroid(const Shape& shape, Vec3d view_obj) {
+// centroid of the readings should be, in object axes. Where something hides a side of the object, only the
+// points count that the readings reach, from the other side's edge on.
+Vec3d visible_centroid(const Shape& shape, Vec3d view_obj, Vec3d hidden_obj, double seen_extent_m) {
+  const std::size_t stride = std::max<std::size_t>(1, shape.points.size() / 120);
+  double edge = std::numeric_limits<double>::max();
+  if (seen_extent_m > 0) {
+    for (std::size_t i = 0; i < shape.points.size(); i += stride)
+      edge = std::min(edge, dot(hidden_obj, shape.points[i].cast<double>()));
+    edge += seen_extent_m;
+  }
   Vec3d sum{0, 0, 0};
   double total = 0;
-  const std::size_t stride = std::max<std::size_t>(1, shape.points.size() / 120);
   for (std::size_t i = 0; i < shape.points.size(); i += stride) {
+    const Vec3d p = shape.points[i].cast<double>();
     const double facing = -dot(shape.normals[i].cast<double>(), view_obj);
-    if (facing <= 0) continue;
-    sum = sum + facing * shape.points[i].cast<double>(), total += facing;
+    if (facing <= 0 || dot(hidden_obj, p) > edge) continue;
+    sum = sum + facing * p, total += facing;
   }
   return total > 0 ? (1 / total) * sum : sum;
 }
@@ -75,7 +84,8 @@ QuickData quick_data(const SdfView& sdf, const Camera& camera, const Shape& shap
 
 Rigidf seed_pose(const Shape& shape, const Proposal& proposal, const Mat3d& R_cam_obj) {
   const Vec3d ray = (1 / norm(proposal.centroid_cam)) * proposal.centroid_cam;
-  const Vec3d seen_obj = visible_centroid(shape, transpose_times(R_cam_obj, ray));
+  const Vec3d seen_obj = visible_centroid(shape, transpose_times(R_cam_obj, ray),
+                                          transpose_times(R_cam_obj, proposal.hidden_cam), proposal.seen_extent_m);
   return inverse(Rigidd{R_cam_obj, proposal.centroid_cam - R_cam_obj * seen_obj}).cast<float>();
 }
 
@@ -131,7 +141,7 @@ void refine(const DepthFrame& frame, const Camera& camera, const Shape& shape, c
     const Proposal& proposal = s->proposals[static_cast<std::size_t>(start.proposal)];
     quick_fit(quick_data(shape.coarse(), camera, shape, proposal, true), {0.010f, 0.1f, 2}, &start.T_obj_cam);
     const QuickData data = quick_data(shape.sdf, camera, shape, proposal, true);
-    for (const float scale : {0.005f, 0.003f, 0.002f}) quick_fit(data, {scale, 0.1f, 2}, &start.T_obj_cam);
+    for (const float scale : {0.005f, 0.003f, 0.002f}) quick_fit(data, {scale, 0.1f, 4}, &start.T_obj_cam);
     Hypothesis& h = s->refined[k];
     h.T_cam_obj = rigid_inverse(start.T_obj_cam);
     const double noise_m = sensor_noise_m(options, h.T_cam_obj.t.z);

@@ -143,19 +143,82 @@ void spread_depths(const SearchScene& scene, const std::vector<int>& nodes, Prop
       pull(i, j, 1, 0, 1), pull(i, j, 0, 1, 1), pull(i, j, 1, 1, 1.4f), pull(i, j, -1, 1, 1.4f);
 }
 
+constexpr int kFreeNeighbours = 3;  // of 8; a lone node is no evidence, for readings at edges jitter
+
 // A ring of nodes outside the scene counts as not free: nothing is known there.
 void transform_free(const SearchScene& scene, ProposalScratch* scratch, DistanceGrid* grid) {
+  const int w = scene.width + 2;
+  std::vector<unsigned char>& ringed = scratch->ringed;
+  ringed.assign(static_cast<std::size_t>(w) * static_cast<std::size_t>(scene.height + 2), 0);
+  for (int j = 0; j < scene.height; ++j)
+    for (int i = 0; i < scene.width; ++i) {
+      if (!scratch->free[scene.at(i, j)]) continue;
+      int neighbours = -1;
+      for (int y = std::max(0, j - 1); y <= std::min(scene.height - 1, j + 1); ++y)
+        for (int x = std::max(0, i - 1); x <= std::min(scene.width - 1, i + 1); ++x)
+          neighbours += scratch->free[scene.at(x, y)];
+      ringed[static_cast<std::size_t>((j + 1) * w + i + 1)] = neighbours >= kFreeNeighbours;
+    }
   grid->step = scene.step;
   grid->width = scene.width + 2, grid->height = scene.height + 2;
   grid->x0 = scene.x0 - scene.step, grid->y0 = scene.y0 - scene.step;
   grid->limit_px = 64;
-  distance_transform(scratch->free, &scratch->transform, grid);
+  distance_transform(ringed, &scratch->transform, grid);
 }
 
 Vec3d mean_of(const std::vector<Vec3f>& points) {
   Vec3d sum{0, 0, 0};
   for (const Vec3f& p : points) sum = sum + p.cast<double>();
   return (1.0 / static_cast<double>(std::max<std::size_t>(1, points.size()))) * sum;
+}
+
+constexpr float kContinuous_m = 0.015;
+constexpr int kReach_nodes = 2;
+
+// Whether most of the candidates about a candidate have about its depth: at the edge of something nearer, pixels
+// of the object read that thing's depth.
+bool among_its_like(const SearchScene& scene, int i, int j) {
+  const float z = scene.depth_m[scene.at(i, j)];
+  int like = 0, all = 0;
+  for (int y = std::max(0, j - kReach_nodes); y <= std::min(scene.height - 1, j + kReach_nodes); ++y)
+    for (int x = std::max(0, i - kReach_nodes); x <= std::min(scene.width - 1, i + kReach_nodes); ++x) {
+      const std::size_t k = scene.at(x, y);
+      if (!scene.candidate[k]) continue;
+      ++all;
+      like += std::abs(scene.depth_m[k] - z) < kContinuous_m;
+    }
+  return 5 * like >= 2 * all;
+}
+
+constexpr float kBorder_nodes = 3;     // from the readings: who stands there, hides or bounds them
+constexpr double kHiddenBorder = 0.1;  // share of the border from which an object counts as cut off
+
+// The mean outward direction of the border where something nearer stands.
+void find_hidden_side(const SearchScene& scene, const Camera& camera, const ProposalScratch& scratch, Proposal* out) {
+  out->hidden_cam = {0, 0, 0}, out->seen_extent_m = 0;
+  const std::vector<float>& d = scratch.nearest_px;
+  double hiding = 0, bounding = 0, nx = 0, ny = 0;
+  for (int j = 1; j + 1 < scene.height; ++j)
+    for (int i = 1; i + 1 < scene.width; ++i) {
+      const std::size_t k = scene.at(i, j);
+      if (!scene.other[k] || !(scene.depth_m[k] > 0) || d[k] > kBorder_nodes) continue;
+      if (scene.depth_m[k] > scratch.nearest_m[k] - kInFront_m) {
+        ++bounding;
+        continue;
+      }
+      ++hiding;
+      nx += static_cast<double>(d[scene.at(i + 1, j)] - d[scene.at(i - 1, j)]);
+      ny += static_cast<double>(d[scene.at(i, j + 1)] - d[scene.at(i, j - 1)]);
+    }
+  const Vec3d ray = (1 / norm(out->centroid_cam)) * out->centroid_cam;
+  Vec3d n{nx / camera.K.fx, ny / camera.K.fy, 0};
+  n = n - dot(n, ray) * ray;
+  if (hiding < kHiddenBorder * (hiding + bounding) || !(norm(n) > 0)) return;
+  out->hidden_cam = (1 / norm(n)) * n;
+  std::vector<double> along;
+  for (const Vec3f& p : out->fine) along.push_back(dot(out->hidden_cam, p.cast<double>()));
+  std::sort(along.begin(), along.end());
+  out->seen_extent_m = along[along.size() - 1 - along.size() / 50] - along[along.size() / 50];
 }
 
 }  // namespace
@@ -172,7 +235,8 @@ bool propose_mask(const SearchScene& scene, const Camera& camera, const Shape& s
   std::nth_element(depths.begin(), middle, depths.end());
   const float median = *middle, reach = static_cast<float>(shape.diameter_m);
   for (std::size_t k = 0; k < scene.depth_m.size(); ++k)
-    if (scene.candidate[k] && std::abs(scene.depth_m[k] - median) < reach)
+    if (scene.candidate[k] && std::abs(scene.depth_m[k] - median) < reach &&
+        among_its_like(scene, static_cast<int>(k) % scene.width, static_cast<int>(k) / scene.width))
       nodes.push_back(static_cast<int>(k));
   if (nodes.size() < kLeastReadings) return false;
   back_project(scene, camera, nodes, kCoarsePoints, &out->coarse);
@@ -180,16 +244,11 @@ bool propose_mask(const SearchScene& scene, const Camera& camera, const Shape& s
   out->centroid_cam = mean_of(out->fine);
 
   spread_depths(scene, nodes, scratch);
-  const int w = scene.width + 2;
-  scratch->free.assign(static_cast<std::size_t>(w) * static_cast<std::size_t>(scene.height + 2), 0);
-  for (int j = 0; j < scene.height; ++j)
-    for (int i = 0; i < scene.width; ++i) {
-      const std::size_t k = scene.at(i, j);
-      const float z = scene.depth_m[k];
-      scratch->free[static_cast<std::size_t>((j + 1) * w + i + 1)] =
-          scene.other[k] && z > scratch->nearest_m[k] - kInFront_m;
-    }
+  scratch->free.assign(scene.depth_m.size(), 0);
+  for (std::size_t k = 0; k < scene.depth_m.size(); ++k)
+    scratch->free[k] = scene.other[k] && scene.depth_m[k] > scratch->nearest_m[k] - kInFront_m;
   transform_free(scene, scratch, &out->free_space);
+  find_hidden_side(scene, camera, *scratch, out);
   return true;
 }
 

@@ -31,12 +31,16 @@ struct Proposal {
   Vec3d centroid_cam;               // of the readings
   std::vector<Vec3f> coarse, fine;  // even subsets of the readings
   DistanceGrid free_space;
+  // Where something nearer cuts the readings off: towards it (unit, camera axes, across the line of sight), and
+  // how far the readings reach along it. Zero where nothing does.
+  Vec3d hidden_cam{0, 0, 0};
+  double seen_extent_m = 0;
 };
 
 struct ProposalScratch {
   std::vector<int> nodes;
   std::vector<float> depths, nearest_m, nearest_px;
-  std::vector<unsigned char> free;
+  std::vector<unsigned char> free, ringed;
   DistanceScratch transform;
 };
 
