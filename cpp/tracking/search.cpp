@@ -21,6 +21,10 @@ constexpr int kKept = 15;  // distinct fits that are refined
 constexpr double kDistinct_m = 0.010, kDistinct_rad = 15 * std::numbers::pi / 180;
 constexpr double kAgree_m = 0.005, kAgreePerNoise = 4;
 constexpr int kMostReturned = 8;
+constexpr double kTied = 0.85;  // of the best score
+constexpr std::size_t kMostTied = 6;
+constexpr double kIndependent = 30;  // readings, of which neighbours share errors of the sensor and the shape
+
 constexpr int kOutlineStride = 2;
 
 struct Start {
@@ -28,6 +32,14 @@ struct Start {
   Rigidf T_obj_cam;
   float cost = 0;
 };
+
+struct Refined {
+  int proposal = 0;
+  float cost = 0;
+  Hypothesis h;
+};
+
+enum Subset { kCoarse, kFine, kDense };
 
 bool distinct(const Rigidd& a, const Rigidd& b) {
   return norm(a.t - b.t) > kDistinct_m || rotation_angle(transpose(a.R) * b.R) > kDistinct_rad;
@@ -62,7 +74,7 @@ struct SearchScratchData {
   ProposalScratch proposal;
   std::vector<Proposal> proposals;
   std::vector<Start> starts, kept;
-  std::vector<Hypothesis> refined;
+  std::vector<Refined> refined;
 };
 
 SearchScratch::SearchScratch() : data_(std::make_unique<SearchScratchData>()) {}
@@ -73,19 +85,21 @@ SearchScratch& SearchScratch::operator=(SearchScratch&&) noexcept = default;
 namespace {
 
 QuickData quick_data(const SdfView& sdf, const Camera& camera, const Shape& shape, const Proposal& proposal,
-                     bool fine) {
+                     Subset subset) {
+  const std::vector<Vec3f>* const readings[] = {&proposal.coarse, &proposal.fine, &proposal.dense};
   return {sdf,
           camera.K.cast<float>(),
-          fine ? &proposal.fine : &proposal.coarse,
+          readings[subset],
           &shape.outline,
-          fine ? 1 : kOutlineStride,
+          subset == kCoarse ? kOutlineStride : 1,
           &proposal.free_space};
 }
 
 Rigidf seed_pose(const Shape& shape, const Proposal& proposal, const Mat3d& R_cam_obj) {
   const Vec3d ray = (1 / norm(proposal.centroid_cam)) * proposal.centroid_cam;
-  const Vec3d seen_obj = visible_centroid(shape, transpose_times(R_cam_obj, ray),
-                                          transpose_times(R_cam_obj, proposal.hidden_cam), proposal.seen_extent_m);
+  const Vec3d seen_obj =
+      visible_centroid(shape, transpose_times(R_cam_obj, ray),
+                       transpose_times(R_cam_obj, proposal.hidden_cam), proposal.seen_extent_m);
   return inverse(Rigidd{R_cam_obj, proposal.centroid_cam - R_cam_obj * seen_obj}).cast<float>();
 }
 
@@ -103,7 +117,7 @@ void fit_seeds(const Camera& camera, const Shape& shape, const SearchQuery& quer
       const Proposal& proposal = s->proposals[static_cast<std::size_t>(start.proposal)];
       const Mat3d R = seed_rotation(query.first_seed + static_cast<int>(k) % seeds, kSearchSeeds);
       start.T_obj_cam = seed_pose(shape, proposal, R);
-      const QuickData data = quick_data(sdf, camera, shape, proposal, false);
+      const QuickData data = quick_data(sdf, camera, shape, proposal, kCoarse);
       quick_fit(data, {0.020f, 0.1f, 2}, &start.T_obj_cam);
       quick_fit(data, {0.010f, 0.1f, 2}, &start.T_obj_cam);
       start.cost = quick_cost(data, {0.010f, 0.1f, 0}, start.T_obj_cam);
@@ -133,27 +147,73 @@ void keep_best(SearchScratchData* s) {
   }
 }
 
-void refine(const DepthFrame& frame, const Camera& camera, const Shape& shape, const TrackerOptions& options,
-            const SearchQuery& query, int threads, SearchScratchData* s) {
+// What a hypothesis is judged with.
+struct Judge {
+  const DepthFrame& frame;
+  const Camera& camera;
+  const Shape& shape;
+  const TrackerOptions& options;
+  const SearchQuery& query;
+
+  void operator()(const Proposal& proposal, Hypothesis* h) const {
+    const double noise_m = sensor_noise_m(options, h->T_cam_obj.t.z);
+    Evidence evidence;
+    evidence.seen =
+        compare_visible_surface(frame, camera, shape, h->T_cam_obj, noise_m, options.trust_points);
+    evidence.all_object = query.mask != nullptr;
+    if (evidence.all_object)
+      evidence.explained = explained_share(shape.sdf, proposal.fine, h->T_cam_obj,
+                                           std::max(kAgree_m, kAgreePerNoise * noise_m));
+    h->seen = evidence.seen;
+    h->score = search_score(evidence);
+  }
+};
+
+void refine(const Judge& judge, int threads, SearchScratchData* s) {
+  const Shape& shape = judge.shape;
   s->refined.assign(s->kept.size(), {});
   parallel_for(s->kept.size(), threads, [&](std::size_t k) {
     Start start = s->kept[k];
     const Proposal& proposal = s->proposals[static_cast<std::size_t>(start.proposal)];
-    quick_fit(quick_data(shape.coarse(), camera, shape, proposal, true), {0.010f, 0.1f, 2}, &start.T_obj_cam);
-    const QuickData data = quick_data(shape.sdf, camera, shape, proposal, true);
-    for (const float scale : {0.005f, 0.003f, 0.002f}) quick_fit(data, {scale, 0.1f, 4}, &start.T_obj_cam);
-    Hypothesis& h = s->refined[k];
-    h.T_cam_obj = rigid_inverse(start.T_obj_cam);
-    const double noise_m = sensor_noise_m(options, h.T_cam_obj.t.z);
-    Evidence evidence;
-    evidence.seen = compare_visible_surface(frame, camera, shape, h.T_cam_obj, noise_m, options.trust_points);
-    evidence.all_object = query.mask != nullptr;
-    if (evidence.all_object)
-      evidence.explained = explained_share(shape.sdf, proposal.fine, h.T_cam_obj,
-                                           std::max(kAgree_m, kAgreePerNoise * noise_m));
-    h.seen = evidence.seen;
-    h.score = search_score(evidence);
+    quick_fit(quick_data(shape.coarse(), judge.camera, shape, proposal, kFine), {0.010f, 0.1f, 2},
+              &start.T_obj_cam);
+    const QuickData data = quick_data(shape.sdf, judge.camera, shape, proposal, kFine);
+    for (const float scale : {0.005f, 0.003f, 0.002f}) quick_fit(data, {scale, 0.1f, 3}, &start.T_obj_cam);
+    Refined& r = s->refined[k];
+    r.proposal = start.proposal;
+    r.h.T_cam_obj = rigid_inverse(start.T_obj_cam);
+    judge(proposal, &r.h);
   });
+  std::stable_sort(s->refined.begin(), s->refined.end(),
+                   [](const Refined& a, const Refined& b) { return a.h.score > b.h.score; });
+}
+
+// Poses that score nearly alike (a can turned by half a turn) differ by less than the tolerance of an
+// agreeing point; the sum over all readings still knows.
+void break_ties(const Judge& judge, int threads, SearchScratchData* s) {
+  std::size_t tied = 0;
+  while (tied < std::min<std::size_t>(kMostTied, s->refined.size()) &&
+         s->refined[tied].h.score > kTied * s->refined[0].h.score)
+    ++tied;
+  if (tied < 2) return;
+  parallel_for(tied, threads, [&](std::size_t k) {
+    Refined& r = s->refined[k];
+    const Proposal& proposal = s->proposals[static_cast<std::size_t>(r.proposal)];
+    const QuickData data = quick_data(judge.shape.sdf, judge.camera, judge.shape, proposal, kDense);
+    Rigidf T_obj_cam = inverse(r.h.T_cam_obj).cast<float>();
+    quick_fit(data, {0.002f, 0.1f, 3}, &T_obj_cam);
+    r.cost = quick_cost(data, {0.002f, 0.1f, 0}, T_obj_cam);
+    r.h.T_cam_obj = rigid_inverse(T_obj_cam);
+    judge(proposal, &r.h);
+  });
+  const auto end = s->refined.begin() + static_cast<std::ptrdiff_t>(tied);
+  std::stable_sort(s->refined.begin(), end,
+                   [](const Refined& a, const Refined& b) { return a.cost < b.cost; });
+  const double best = std::max_element(s->refined.begin(), end, [](const Refined& a, const Refined& b) {
+                        return a.h.score < b.h.score;
+                      })->h.score;
+  for (auto r = s->refined.begin(); r != end; ++r)
+    r->h.score = best * std::exp(-kIndependent * static_cast<double>(r->cost - s->refined[0].cost));
 }
 
 }  // namespace
@@ -167,15 +227,15 @@ std::vector<Hypothesis> search_pose(const DepthFrame& frame, const Camera& camer
   if (!propose_mask(s->scene, camera, shape, &s->proposal, &s->proposals[0])) return {};
   fit_seeds(camera, shape, query, threads, s);
   keep_best(s);
-  refine(frame, camera, shape, options, query, threads, s);
-  std::stable_sort(s->refined.begin(), s->refined.end(),
-                   [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
+  const Judge judge{frame, camera, shape, options, query};
+  refine(judge, threads, s);
+  break_ties(judge, threads, s);
   std::vector<Hypothesis> found;
-  for (const Hypothesis& h : s->refined)
-    if (found.size() < kMostReturned && h.score > 0 &&
+  for (const Refined& r : s->refined)
+    if (found.size() < kMostReturned && r.h.score > 0 &&
         std::none_of(found.begin(), found.end(),
-                     [&](const Hypothesis& other) { return !distinct(h.T_cam_obj, other.T_cam_obj); }))
-      found.push_back(h);
+                     [&](const Hypothesis& other) { return !distinct(r.h.T_cam_obj, other.T_cam_obj); }))
+      found.push_back(r.h);
   return found;
 }
 

@@ -16,7 +16,7 @@ constexpr float kForeground = 0.3f;  // by colour, below which a reading is not 
 constexpr double kPlaneTolerance_m = 0.006;
 constexpr float kInFront_m = 0.010;  // a reading nearer than the object by this may hide it
 constexpr int kLeastReadings = 12;
-constexpr int kCoarsePoints = 100, kFinePoints = 300;
+constexpr int kCoarsePoints = 100, kFinePoints = 300, kDensePoints = 1500;
 
 Rect bounds_of(const unsigned char* mask, int width, int height) {
   Rect r{width, height, 0, 0};
@@ -175,8 +175,8 @@ Vec3d mean_of(const std::vector<Vec3f>& points) {
 constexpr float kContinuous_m = 0.015;
 constexpr int kReach_nodes = 2;
 
-// Whether most of the candidates about a candidate have about its depth: at the edge of something nearer, pixels
-// of the object read that thing's depth.
+// Whether most of the candidates about a candidate have about its depth: at the edge of something nearer,
+// pixels of the object read that thing's depth.
 bool among_its_like(const SearchScene& scene, int i, int j) {
   const float z = scene.depth_m[scene.at(i, j)];
   int like = 0, all = 0;
@@ -194,7 +194,8 @@ constexpr float kBorder_nodes = 3;     // from the readings: who stands there, h
 constexpr double kHiddenBorder = 0.1;  // share of the border from which an object counts as cut off
 
 // The mean outward direction of the border where something nearer stands.
-void find_hidden_side(const SearchScene& scene, const Camera& camera, const ProposalScratch& scratch, Proposal* out) {
+void find_hidden_side(const SearchScene& scene, const Camera& camera, const ProposalScratch& scratch,
+                      Proposal* out) {
   out->hidden_cam = {0, 0, 0}, out->seen_extent_m = 0;
   const std::vector<float>& d = scratch.nearest_px;
   double hiding = 0, bounding = 0, nx = 0, ny = 0;
@@ -241,6 +242,7 @@ bool propose_mask(const SearchScene& scene, const Camera& camera, const Shape& s
   if (nodes.size() < kLeastReadings) return false;
   back_project(scene, camera, nodes, kCoarsePoints, &out->coarse);
   back_project(scene, camera, nodes, kFinePoints, &out->fine);
+  back_project(scene, camera, nodes, kDensePoints, &out->dense);
   out->centroid_cam = mean_of(out->fine);
 
   spread_depths(scene, nodes, scratch);

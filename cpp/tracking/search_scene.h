@@ -28,11 +28,11 @@ void make_search_scene(const DepthFrame& frame, const Camera& camera, const Shap
 
 // A place to look at: readings that may be the object's and where it cannot be.
 struct Proposal {
-  Vec3d centroid_cam;               // of the readings
-  std::vector<Vec3f> coarse, fine;  // even subsets of the readings
+  Vec3d centroid_cam;                      // of the readings
+  std::vector<Vec3f> coarse, fine, dense;  // even subsets of the readings
   DistanceGrid free_space;
-  // Where something nearer cuts the readings off: towards it (unit, camera axes, across the line of sight), and
-  // how far the readings reach along it. Zero where nothing does.
+  // Where something nearer cuts the readings off: towards it (unit, camera axes, across the line of sight),
+  // and how far the readings reach along it. Zero where nothing does.
   Vec3d hidden_cam{0, 0, 0};
   double seen_extent_m = 0;
 };
