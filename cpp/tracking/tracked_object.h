@@ -23,7 +23,8 @@ struct TrackedObject {
   Rigidd T_cam_obj;                    // centred frame; the last that was not lost
   FitMemory memory;
   ConstantVelocity motion;
-  double usual_share = 0;             // of agreeing surface points, lately
+  double usual_share = 0;             // of agreeing surface points, lately; 0: not known yet
+  double usual_cost = 0;              // mean per pixel, lately
   bool weak = false;                  // in the last frame
   int lost_frames = 0;                // in a row, up to the last frame
   std::optional<Matrix6d> prior;      // information about T_cam_obj, for the next frame alone
@@ -34,7 +35,7 @@ struct TrackedObject {
   void forget(double damping_start) {
     memory = {1, false, damping_start};
     motion.reset();
-    usual_share = 0, weak = false, lost_frames = 0;
+    usual_share = usual_cost = 0, weak = false, lost_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();
   }
 };

@@ -11,15 +11,28 @@ namespace sdftrack {
 
 namespace {
 
-constexpr double kOfUsual = 0.85;        // a share this far below the usual one is not convincing
-constexpr double kWideTurn = 0.2;        // rad, of the further starts of a wide attempt
-constexpr double kClearlyBetter = 0.15;  // share of surface points that a wider attempt must gain
+constexpr double kOfUsual = 0.85;       // an agreeing share this far below the usual one is not convincing,
+constexpr double kOverUsual = 1.4;      // nor is a mean cost this far above the usual one
+constexpr double kWideTurn = 0.2;       // rad, of the further starts of a wide attempt
+constexpr double kClearlyBetter = 0.1;  // quality that a further attempt must gain
+constexpr double kNextReach_m = 0.06;   // of a search for an object that moved too fast to be followed
+constexpr double kSlow = 0.02, kFast = 0.3;  // how fast the usual values follow
 
-// Whether an attempt needs no second one. An object that has been followed is compared with itself; at a
+// Whether an attempt needs no further one. An object that has been followed is compared with itself; at a
 // start only the surface that nothing hides can be judged.
-bool convincing(const Visibility& seen, double usual_share, const TrackerOptions& options) {
-  if (usual_share > 0) return agreeing_share(seen) >= kOfUsual * usual_share;
+bool convincing(const Fitted& fitted, const TrackedObject& object, const TrackerOptions& options) {
+  const Visibility& seen = fitted.seen;
+  if (object.usual_share > 0)
+    return agreeing_share(seen) >= kOfUsual * object.usual_share &&
+           fitted.cost <= kOverUsual * object.usual_cost;
   return seen.agree >= options.retry_inliers * (seen.agree + seen.farther) && seen.agree > 0;
+}
+
+// What attempts on the same frame are compared by: surface that is seen where it should be, less the share of
+// the worst cost.
+double quality(const Fitted& fitted, const TrackerOptions& options) {
+  const double worst = options.outlier_floor > 0 ? -std::log(options.outlier_floor) : 0;
+  return agreeing_share(fitted.seen) - (worst > 0 ? fitted.cost / worst : 0);
 }
 
 bool has_depth(const ImageView<float>& depth_m) {
@@ -207,12 +220,26 @@ ObjectResult Tracker::follow(const DepthFrame& frame, Object* object) {
 std::optional<Fitted> Tracker::best_fit(const DepthFrame& frame, const Object& object,
                                         const Rigidd& expected) {
   std::optional<Fitted> best = fit(frame, object, narrow_attempt(expected), expected);
-  const bool done = best && convincing(best->seen, object.usual_share, options_);
-  if (done || !(options_.retry_inliers > 0)) return best;
+  const auto done = [&] { return best && convincing(*best, object, options_); };
+  const auto better = [&](const Fitted& other) {
+    return !best || quality(other, options_) > quality(*best, options_) + kClearlyBetter;
+  };
+  if (done() || !(options_.retry_inliers > 0)) return best;
   std::optional<Fitted> wide = fit(frame, object, wide_attempt(object, expected, frame.time_s), expected);
   if (wide && best) prepend(best->steps, &wide->steps), best->steps = wide->steps;
-  if (wide && (!best || agreeing_share(wide->seen) > agreeing_share(best->seen) + kClearlyBetter))
-    best = polished(frame, object, *wide);
+  if (wide && better(*wide)) best = polished(frame, object, *wide);
+
+  if (done() || !settings_.recover || !(object.usual_share > 0)) return best;
+  SearchQuery query;
+  query.plane = plane_.plane();
+  query.near = expected;
+  query.reach_m = kNextReach_m;
+  query.seeds = std::min(options_.recover_seeds, kSearchSeeds);
+  std::optional<Found> found = finder_.find(frame, camera_, *object.shape, object.memory, query, &fitter_);
+  if (found && found->trust.status == Status::kOk && better(found->fitted)) {
+    if (best) prepend(best->steps, &found->fitted.steps);
+    best = std::move(found->fitted);
+  }
   return best;
 }
 
@@ -227,7 +254,7 @@ std::optional<Fitted> Tracker::fit(const DepthFrame& frame, const Object& object
 // place.
 Fitted Tracker::polished(const DepthFrame& frame, const Object& object, const Fitted& wide) {
   std::optional<Fitted> again = fit(frame, object, narrow_attempt(wide.T_cam_obj), wide.T_cam_obj);
-  if (!again || agreeing_share(again->seen) < agreeing_share(wide.seen)) return wide;
+  if (!again || quality(*again, options_) < quality(wide, options_)) return wide;
   prepend(wide.steps, &again->steps);
   return *again;
 }
@@ -264,7 +291,7 @@ ObjectResult Tracker::judged(Fitted fitted, const Trust& trust, double time_s, O
   return result;
 }
 
-void Tracker::keep(const Fitted& fitted, Status status, double time_s, Object* object) {
+void Tracker::keep(const Fitted& fitted, Status status, double time_s, Object* object) const {
   object->T_cam_obj = fitted.T_cam_obj;
   object->memory = fitted.memory;
   object->weak = status != Status::kOk;
@@ -272,8 +299,13 @@ void Tracker::keep(const Fitted& fitted, Status status, double time_s, Object* o
     object->motion.pass();
   else
     object->motion.observe(fitted.T_cam_obj, time_s);
-  const double now = agreeing_share(fitted.seen);
-  object->usual_share = object->usual_share > 0 ? 0.98 * object->usual_share + 0.02 * now : now;
+  // What further attempts could not better is the state of things: an object that a hand covers is not
+  // searched for in every frame.
+  const double share = agreeing_share(fitted.seen);
+  const bool first = !(object->usual_share > 0);
+  const double rate = first ? 1 : convincing(fitted, *object, options_) ? kSlow : kFast;
+  object->usual_share += rate * (share - object->usual_share);
+  object->usual_cost += rate * (fitted.cost - object->usual_cost);
 }
 
 ObjectResult Tracker::without_pose(const Object& object, std::string reason, Status status) {

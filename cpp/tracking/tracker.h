@@ -77,7 +77,7 @@ class Tracker {
   Attempt wide_attempt(const Object& object, const Rigidd& expected, double time_s) const;
 
   ObjectResult judged(Fitted fitted, const Trust& trust, double time_s, Object* object) const;
-  static void keep(const Fitted& fitted, Status status, double time_s, Object* object);
+  void keep(const Fitted& fitted, Status status, double time_s, Object* object) const;
   static ObjectResult without_pose(const Object& object, std::string reason, Status status);
 
   std::vector<Object> objects_;
