@@ -158,6 +158,20 @@ py::object remove_plane(const py::array& depth, const Camera& camera, int start_
                         plane->offset_m);
 }
 
+double correlation_area(const py::array& u_px, const py::array& v_px, const py::array& residual_m,
+                        double scale_m, double outlier_floor) {
+  const py::ssize_t n = u_px.size();
+  const float* u = borrow<float>(u_px, "u_px", {-1});
+  const float* v = borrow<float>(v_px, "v_px", {n});
+  const float* residual = borrow<float>(residual_m, "residual_m", {n});
+  PixelSet pixels;
+  for (py::ssize_t i = 0; i < n; ++i) {
+    pixels.push(u[i], v[i], 0.0f, 1.0f);
+    pixels.hit_m.back() = residual[i], pixels.gain.back() = 0;
+  }
+  return CorrelationArea().measure(pixels, {static_cast<float>(scale_m), static_cast<float>(outlier_floor)});
+}
+
 }  // namespace
 
 void bind_tracking(py::module_& m) {
@@ -216,6 +230,8 @@ void bind_tracking(py::module_& m) {
       .def("is_lost", &PyTracker::is_lost, py::arg("k"))
       .def("set_camera", &PyTracker::set_camera, py::arg("camera"))
       .def("set_pose", &PyTracker::set_pose, py::arg("k"), py::arg("T"), py::arg("covariance"));
+  m.def("correlation_area", &correlation_area, py::arg("u_px"), py::arg("v_px"), py::arg("residual_m"),
+        py::arg("scale_m"), py::arg("outlier_floor"), "Pixels that share one error; 0: too few to tell.");
   m.def("find_plane", &remove_plane, py::arg("depth"), py::arg("camera"), py::arg("start_x"),
         py::arg("start_y"), py::arg("tolerance_m"), "Dominant plane as (normal, offset), or None.");
 }

@@ -52,25 +52,6 @@ struct CostSum {
   void operator+=(const CostSum& o) { cost += o.cost; }
 };
 
-// Lower triangle of a sum of weighted J J^T.
-template <int P>
-struct OuterSum {
-  double lower[P * (P + 1) / 2] = {};
-
-  void add(const float (&J)[P], float weight) {
-    int k = 0;
-    for (int a = 0; a < P; ++a)
-      for (int b = 0; b <= a; ++b) lower[k++] += static_cast<double>(weight * J[a] * J[b]);
-  }
-  Eigen::MatrixXd matrix(double factor) const {
-    Eigen::MatrixXd M(P, P);
-    int k = 0;
-    for (int a = 0; a < P; ++a)
-      for (int b = 0; b <= a; ++b, ++k) M(a, b) = M(b, a) = factor * lower[k];
-    return M;
-  }
-};
-
 // sd of a Gaussian whose absolute values these are, from their 30 % quantile: parts of the object that fit
 // badly (a shape that is off, a touching hand) are among the largest values.
 double robust_sd(std::vector<float>* values) {
@@ -174,29 +155,18 @@ EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget) {
   EnergySummary out;
   scratch_.clear();
   with_term(x, false, [&](const auto term) {
-    constexpr int P = std::decay_t<decltype(term)>::P;
-    OuterSum<P> A, B, geometry;
+    SummarySums<std::decay_t<decltype(term)>::P> sums;
     const int n = term.pixels.count, m = std::min(n, pixel_budget);
     for (int k = 0; k < m; ++k) {
       const int i = static_cast<int>(static_cast<long>(k) * n / m);
-      FieldRow<float, P> row;
-      const auto reading = term.read(i, &row);
-      const float noise = term.pixels.noise_scale[i], gain2 = reading.gain * reading.gain;
-      const Curve<float> curve = term.penalty(reading.residual_m, noise);
-      A.add(row.J, gain2 * term.penalty.second_derivative(reading.residual_m, noise));
-      B.add(row.J, gain2 * curve.slope * curve.slope);
-      const float s = options_.scale_m * noise;
-      const float weight = std::abs(reading.residual_m) > 0 ? curve.slope / reading.residual_m : 1e30f;
-      if (weight * 4 * s * s > 1) {  // half of the weight that a residual of 0 has
-        geometry.add(row.J, 1.0f);
-        out.inliers += 1;
-      }
+      const float residual_m = sums.add(term, i, sdf_.voxel_m);
       if (term.pixels.gain[i] == 0.0f || term.residual != Residual::kRayHit)
-        scratch_.push_back(std::abs(reading.residual_m) / noise);
+        scratch_.push_back(std::abs(residual_m) / term.pixels.noise_scale[i]);
     }
-    const double factor = m > 0 ? static_cast<double>(n) / m : 0;
-    out.A = A.matrix(factor), out.B = B.matrix(factor);
-    out.geometry = geometry.matrix(out.inliers > 0 ? 1 / out.inliers : 0);
+    if (term.residual == Residual::kRayHit)
+      for (int i = 0; i < n; ++i)
+        if (term.pixels.gain[i] != 0.0f) sums.add_miss(term, i);
+    out = sums.summary(n);
   });
   out.noise_m = robust_sd(&scratch_);
   return out;

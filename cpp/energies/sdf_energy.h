@@ -6,6 +6,7 @@
 
 #include "base/views.h"
 #include "energies/pixel_set.h"
+#include "energies/summary.h"
 #include "optim/energy.h"
 
 namespace sdftrack {
@@ -19,16 +20,6 @@ struct SdfEnergyOptions {
   bool scale = false;          // unknown size
   bool intrinsics = false;     // unknown fx, fy, cx, cy
   int threads = 1;
-};
-
-// What the final state says about itself, from an even subset of the pixels. Sums that a covariance is made
-// of: A = sum psi' J J^T, B = sum psi^2 J J^T, psi = d cost / d residual, scaled up to all pixels; and the
-// mean of J J^T (d phi / d unknowns) over the inliers: what the geometry can see whatever the noise.
-struct EnergySummary {
-  Eigen::MatrixXd A, B, geometry;
-  double inliers = 0;  // pixels of the subset with weight above one half
-  // Robust sd of residual over noise scale, of the rays that meet the model; 0 where fewer than 20 do.
-  double noise_m = 0;
 };
 
 // What became of each pixel at a state.

@@ -10,7 +10,6 @@ namespace sdftrack {
 namespace {
 
 constexpr double kBlindSlope = 0.03;
-constexpr double kGrain = 5e-4;
 
 Eigen::Matrix3d to_eigen(const Mat3d& R) {
   Eigen::Matrix3d M;
@@ -33,7 +32,7 @@ Matrix6d camera_by_increment(const Rigidd& T_cam_obj, Vec3d origin_obj) {
 }  // namespace
 
 Matrix6d increment_covariance(const EnergySummary& sums, const Shape& shape, double correlation_area_px) {
-  const double diameter_m = shape.diameter_m, grain_m = kGrain * static_cast<double>(shape.sdf.voxel_m);
+  const double diameter_m = shape.diameter_m;
   // In units of metres at the object's rim and of one diameter, directions may be compared.
   Eigen::Matrix<double, 6, 1> unit;
   unit << 1, 1, 1, Eigen::Vector3d::Constant(2 / diameter_m);
@@ -45,20 +44,19 @@ Matrix6d increment_covariance(const EnergySummary& sums, const Shape& shape, dou
   const Matrix6d geometry = unit.asDiagonal() * sums.geometry * unit.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix6d> directions(geometry);
   Matrix6d seen = Matrix6d::Zero();  // projects out the blind directions
-  Matrix6d grain = Matrix6d::Zero();
-  for (int i = 0; i < 6; ++i) {
-    const double slope2 = directions.eigenvalues()[i];
-    if (slope2 < kBlindSlope * kBlindSlope) continue;
-    const Matrix6d along = directions.eigenvectors().col(i) * directions.eigenvectors().col(i).transpose();
-    seen += along;
-    grain += grain_m * grain_m / (slope2 * slope2) * along;
-  }
+  for (int i = 0; i < 6; ++i)
+    if (directions.eigenvalues()[i] >= kBlindSlope * kBlindSlope)
+      seen += directions.eigenvectors().col(i) * directions.eigenvectors().col(i).transpose();
   const Matrix6d P = unit.cwiseInverse().asDiagonal() * seen * unit.asDiagonal();
 
   const Matrix6d A = P * sums.A * P.transpose() + prior;
   const Matrix6d B = correlation_area_px * (P * sums.B * P.transpose()) + prior;
   const Matrix6d A_inverse = A.ldlt().solve(Matrix6d::Identity());
-  const Matrix6d C = A_inverse * B * A_inverse.transpose() + unit.asDiagonal() * grain * unit.asDiagonal();
+  Matrix6d C = A_inverse * B * A_inverse.transpose();
+  for (const Eigen::VectorXd& bias : {sums.rounding, sums.missed}) {
+    const Eigen::Matrix<double, 6, 1> shift = A_inverse * (P * bias);
+    C += shift * shift.transpose();
+  }
   return 0.5 * (C + C.transpose());
 }
 

@@ -19,6 +19,7 @@ constexpr double kLastGain = 1, kLastCoarseGain = 10;
 constexpr int kSettleSteps = 2;
 constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
 constexpr int kSummaryPixels = 1000;
+constexpr double kAreaFollows = 0.2;
 constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
 
 FitMemory updated(FitMemory memory, double measured_m, double stated_m) {
@@ -118,10 +119,19 @@ void PoseFitter::fit_fine(State* x, Fitted* fitted) {
     const EnergySummary summary = energy.summarize(*x, kSummaryPixels);
     if (options_.adapt_noise) fitted->memory = updated(fitted->memory, summary.noise_m, stated_noise_m_);
     if (round == 0) continue;
-    fitted->covariance =
-        camera_covariance(increment_covariance(summary, target_->shape, options_.correlation_area_px),
-                          inverse(x->T_obj_cam[0]), -target_->shape.centre_obj);
+    const double area_px = correlation_area(options, &fitted->memory);
+    fitted->covariance = camera_covariance(increment_covariance(summary, target_->shape, area_px),
+                                           inverse(x->T_obj_cam[0]), -target_->shape.centre_obj);
   }
+}
+
+// As stated, or measured and followed from frame to frame.
+double PoseFitter::correlation_area(const SdfEnergyOptions& energy, FitMemory* memory) {
+  if (options_.correlation_area_px > 0) return options_.correlation_area_px;
+  const double now = correlation_.measure(pixels_, {energy.scale_m, energy.outlier_floor});
+  double& area = memory->correlation_area_px;
+  if (now > 0) area = area > 0 ? area + kAreaFollows * (now - area) : now;
+  return std::max(1.0, area);
 }
 
 void PoseFitter::run_stage(PixelSet* pixels, const SdfEnergyOptions& energy_options, int steps, State* x,

@@ -8,6 +8,7 @@
 #include "energies/free_space.h"
 #include "optim/lm.h"
 #include "optim/prior.h"
+#include "tracking/correlation.h"
 #include "tracking/trust.h"
 
 namespace sdftrack {
@@ -27,7 +28,8 @@ inline void prepend(const std::vector<TrackStep>& first, std::vector<TrackStep>*
 struct FitMemory {
   double noise_factor = 1;  // sensor noise, measured over stated
   bool noise_known = false;
-  double damping = 0;  // only with TrackerOptions::keep_damping
+  double correlation_area_px = 0;  // 0: not measured yet
+  double damping = 0;              // only with TrackerOptions::keep_damping
 };
 
 // Whom to fit, and where it is expected: pixels are taken around `expected`, the prior is centred there.
@@ -69,6 +71,7 @@ class PoseFitter {
   void fit_fine(State* x, Fitted* fitted);
   void run_stage(PixelSet* pixels, const SdfEnergyOptions& energy, int steps, State* x, Fitted* fitted);
   double last_scale(const FitMemory& memory) const;
+  double correlation_area(const SdfEnergyOptions& energy, FitMemory* memory);
 
   TrackerOptions options_;
   int threads_;
@@ -82,6 +85,7 @@ class PoseFitter {
   PixelSet pixels_, coarse_, scratch_;
   FreeSpaceScratch free_scratch_;
   DistanceGrid free_grid_;
+  CorrelationArea correlation_;
 };
 
 }  // namespace sdftrack

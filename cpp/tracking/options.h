@@ -17,7 +17,7 @@ struct TrackerOptions {
   double noise_m = 0.001;
   double noise_per_m = 0.0;
   bool adapt_noise = true;         // rescale sigma(Z) by what the residuals say, frame by frame
-  double correlation_area_px = 1;  // pixels that share one error of the sensor; widens the covariance
+  double correlation_area_px = 0;  // pixels that share one error; widens the covariance; 0: measured
   // Pixels
   double padding_m = 0.04;  // a pixel counts when its point is this near the object's box
   int max_pixels = 10000;   // budget of the last stage

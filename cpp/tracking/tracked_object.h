@@ -33,7 +33,8 @@ struct TrackedObject {
   std::optional<Rigidd> before_found;
 
   void forget(double damping_start) {
-    memory = {1, false, damping_start};
+    memory = {};
+    memory.damping = damping_start;
     motion.reset();
     usual_share = usual_cost = 0, weak = false, lost_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();

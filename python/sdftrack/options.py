@@ -48,7 +48,7 @@ class TrackerOptions:
     noise_per_m: float = _option("noise_per_m", "see noise_m; 1/m")
     adapt_noise: bool = _option("adapt_noise", "rescale sigma(Z) by the residuals, frame by frame")
     correlation_area_px: float = _option(
-        "correlation_area_px", "pixels that share one error; widens the covariance"
+        "correlation_area_px", "pixels that share one error; widens the covariance; 0: measured"
     )
     padding_m: float = _option("padding_m", "pixels count this near the object's box at its last pose")
     retry_inliers: float = _option(
@@ -171,7 +171,7 @@ class TrackerOptions:
 _MAY_BE_ZERO = {
     "outlier_floor", "scale_start_m", "noise_per_m", "padding_m", "coarse_steps", "damping_start",
     "free_space_weight", "retry_inliers", "far_scale_m", "far_padding_m", "motion_sigma_m",
-    "motion_sigma_rad", "lost_inliers", "weak_inliers",
+    "motion_sigma_rad", "lost_inliers", "weak_inliers", "correlation_area_px",
 }  # fmt: skip
 
 

@@ -84,8 +84,8 @@ def test_the_map_to_camera_axes_is_the_derivative_of_the_users_error():
 
 
 def test_without_any_data_the_covariance_is_diameter_and_pi_squared():
-    zero = np.zeros((6, 6))
-    C = tracking.increment_covariance(tracking.Sums(zero, zero, zero), 0.2, 0.001)
+    zero, none = np.zeros((6, 6)), np.zeros(6)
+    C = tracking.increment_covariance(tracking.Sums(zero, zero, zero, none, none), 0.2)
     np.testing.assert_allclose(C, np.diag([0.04] * 3 + [np.pi**2] * 3))
 
 
@@ -93,9 +93,9 @@ def test_a_sandwich_of_gaussian_sums_is_the_inverse_information():
     rng = np.random.default_rng(0)
     J = rng.normal(size=(500, 6)) * [1, 1, 1, 0.1, 0.1, 0.1]
     information = J.T @ J / 0.001**2  # a quadratic cost: A = B, the prior of (diameter, pi) does not count
-    sums = tracking.Sums(information, information, J.T @ J / len(J))
+    sums = tracking.Sums(information, information, J.T @ J / len(J), np.zeros(6), np.zeros(6))
     np.testing.assert_allclose(
-        tracking.increment_covariance(sums, 0.2, voxel_size=0.0),
+        tracking.increment_covariance(sums, 0.2),
         np.linalg.inv(information),
         rtol=1e-3,
         atol=1e-15,

@@ -332,7 +332,9 @@ def test_the_covariance_is_that_of_the_twin(box, at):
     small = CAMERA.scaled(0.25)
     frame = st.Frame(depth_of(camera=small))
     # Known noise and no prior or retry: the final energy is then the data's alone, at one scale.
-    tracker = st.Tracker(box, small, threads=1, adapt_noise=False, free_space=False, motion_sigma_m=0.0)
+    tracker = st.Tracker(
+        box, small, threads=1, adapt_noise=False, free_space=False, motion_sigma_m=0.0, correlation_area_px=1
+    )
     result = tracker.start(frame, poses=[start])
     s = result.steps[0][-1].scale_m
     shape = twin_tracking.make_shape(box.values, box.voxel_size, box.origin)
@@ -345,8 +347,8 @@ def test_the_covariance_is_that_of_the_twin(box, at):
     field = twin.SingleObject(*volume, T_final)
     gains = twin.classify(field, rays, depths, "ray_hit")
     penalty = twin.DepthLogistic(s, options.outlier_floor)
-    sums = twin_tracking.summarize(field, rays, depths, gains, penalty)
-    C = twin_tracking.increment_covariance(sums, shape.diameter, box.voxel_size)
+    sums = twin_tracking.summarize(field, rays, depths, gains, penalty, box.voxel_size)
+    C = twin_tracking.increment_covariance(sums, shape.diameter)
     C = twin_tracking.camera_covariance(C, np.linalg.inv(T_final), -shape.centre)
     unit = 1 / np.sqrt(np.diag(C))
     # Some pixels at the edges are classed at the state before the last step: a few percent of the sums.

@@ -14,7 +14,10 @@ from sdftrack.reference.optim import hat
 Array = NDArray[Any]
 
 BLIND_SLOPE = 0.03
-GRAIN = 5e-4  # voxels; over the squared slope: what the voxels do to a direction that few edges hold
+STEEP_GAIN = 2.0  # 1 / slope of a hit beyond which it counts as grazing
+LEAST_SLOPE = 0.05
+WINDOWS = 24
+TAKEN = 3.0
 
 
 class Shape(NamedTuple):
@@ -61,53 +64,102 @@ def select_pixels(
 
 
 class Sums(NamedTuple):
-    """A = sum psi' J J^T, B = sum psi^2 J J^T, psi = d cost / d residual; mean of d phi d phi^T over the inliers."""
+    """What a covariance is made of, psi = d cost / d residual.
+
+    A = sum psi' J J^T and B = sum psi^2 J J^T, with class means of psi' and psi^2 over the weight psi / residual in
+    place of each pixel's own; geometry, the mean of d phi d phi^T over the inliers; the gradients that the
+    interpolant's error and the rays without a hit make.
+    """
 
     A: Array
     B: Array
     geometry: Array
+    rounding: Array
+    missed: Array
 
 
-def summarize(field: Field, rays: Array, depths: Array, gains: Array, penalty: DepthLogistic) -> Sums:
-    """What a covariance is made of."""
-    A, B, geometry, inliers = np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((6, 6)), 0
+def interpolation_error(field: Field, p_cam: Array, voxel_size: float) -> float:
+    """By how much the interpolant lies above the field on average over a cell: h^2 / 12 times the Laplacian."""
+    centre = field.row(p_cam).phi
+    steps = voxel_size * np.concatenate([np.eye(3), -np.eye(3)])
+    return float(sum(field.row(p_cam + step).phi - centre for step in steps)) / 12
+
+
+def summarize(
+    field: Field, rays: Array, depths: Array, gains: Array, penalty: DepthLogistic, voxel_size: float
+) -> Sums:
+    """Sums over all pixels, in three classes: no hit, hit, hit at a grazing angle."""
+    geometry, inliers = np.zeros((6, 6)), 0
+    rounding, missed = np.zeros(6), np.zeros(6)
+    JJ, weights, curvatures, slopes2 = np.zeros((3, 6, 6)), np.zeros(3), np.zeros(3), np.zeros(3)
     for ray, depth, gain in zip(rays, depths, gains, strict=True):
-        if gain == 0:
+        hit = gain == 0
+        if hit:
             z, slope, J_phi, _ = find_hit(field, ray, float(depth))
             residual, factor = z - depth, -1 / slope
         else:
             phi, _, J_phi = field.row(depth * ray)
             residual, factor = gain * phi, gain
-        J = factor * J_phi
-        curve = penalty(residual)
-        A += penalty.second_derivative(residual) * np.outer(J, J)
-        B += curve.slope**2 * np.outer(J, J)
-        if curve.curvature > 0.5 * (1 / (2 * penalty.scale_m**2)):
+        J, curve, psi_slope = factor * J_phi, penalty(residual), penalty.second_derivative(residual)
+        weight = curve.slope / residual if residual else 1 / (2 * penalty.scale_m**2)
+        kind = 0 if not hit else 1 if factor < STEEP_GAIN else 2
+        JJ[kind] += weight * np.outer(J, J)
+        weights[kind] += weight
+        curvatures[kind] += psi_slope
+        slopes2[kind] += curve.slope**2
+        if hit:
+            rounding += psi_slope * factor * interpolation_error(field, z * ray, voxel_size) * J
+        else:
+            missed += curve.slope * J
+        if weight > 0.5 * (1 / (2 * penalty.scale_m**2)):
             geometry += np.outer(J_phi, J_phi)
             inliers += 1
-    return Sums(A, B, geometry / max(1, inliers))
+    A, B = np.zeros((6, 6)), np.zeros((6, 6))
+    for k in np.nonzero(weights)[0]:
+        A += max(LEAST_SLOPE, curvatures[k] / weights[k]) * JJ[k]
+        B += slopes2[k] / weights[k] * JJ[k]
+    return Sums(A, B, geometry / max(1, inliers), rounding, missed)
 
 
-def increment_covariance(
-    sums: Sums, diameter: float, voxel_size: float, correlation_area_px: float = 1.0
-) -> Array:
+def increment_covariance(sums: Sums, diameter: float, correlation_area_px: float = 1.0) -> Array:
     """A^-1 B A^-1 of the increment (v, w), with one observation of sd (diameter, pi) per direction.
 
     Directions along which phi hardly changes over the inliers (rms slope below BLIND_SLOPE, a turn taken at half the
-    diameter) are taken out of A and B first: what is left there is the grain of the voxels. To the others comes what
-    GRAIN voxels over the squared slope, the error of the voxels themselves.
+    diameter) are taken out of the sums first: what is left there is the grain of the voxels. What the two known
+    biases do to the pose is added as if it were an sd.
     """
     unit = np.diag([1, 1, 1, *[2 / diameter] * 3])
     prior = np.diag([diameter**-2] * 3 + [np.pi**-2] * 3)
     slopes2, vectors = np.linalg.eigh(unit @ sums.geometry @ unit)
-    is_seen = slopes2 >= BLIND_SLOPE**2
-    seen = vectors[:, is_seen]
+    seen = vectors[:, slopes2 >= BLIND_SLOPE**2]
     P = np.linalg.inv(unit) @ seen @ seen.T @ unit
-    A = P @ sums.A @ P.T + prior
-    B = correlation_area_px * P @ sums.B @ P.T + prior
-    grain = seen @ np.diag((GRAIN * voxel_size / slopes2[is_seen]) ** 2) @ seen.T
-    C: Array = np.linalg.inv(A) @ B @ np.linalg.inv(A) + unit @ grain @ unit
+    A_inverse = np.linalg.inv(P @ sums.A @ P.T + prior)
+    C: Array = A_inverse @ (correlation_area_px * P @ sums.B @ P.T + prior) @ A_inverse
+    for bias in (sums.rounding, sums.missed):
+        shift = A_inverse @ P @ bias
+        C += np.outer(shift, shift)
     return C
+
+
+def correlation_area(u_px: Array, v_px: Array, pull: Array) -> float:
+    """Variance of the sum of `pull` over windows of the image, over that of as many independent pixels.
+
+    The windows are as large as leave WINDOWS of them side by side, and overlap by half; 0: too few pixels to tell.
+    """
+    side = int(np.sqrt(len(pull) / (4 * WINDOWS)))
+    if side < 1:
+        return 0.0
+    x, y = ((a - a.min()).astype(int) // side for a in (np.asarray(u_px), np.asarray(v_px)))
+    sums = squares = counts = counts2 = 0.0
+    for j in range(-1, y.max() + 1):
+        for i in range(-1, x.max() + 1):
+            inside = (x >= i) & (x <= i + 1) & (y >= j) & (y <= j + 1)
+            sums += float(pull[inside].sum()) ** 2
+            squares += float((pull[inside] ** 2).sum())
+            counts += int(inside.sum())
+            counts2 += int(inside.sum()) ** 2
+    apart = counts**2 / (4 * counts2)
+    return sums / squares * apart / (apart - TAKEN) if squares > 0 and apart >= 4 * TAKEN else 0.0
 
 
 def camera_covariance(C: Array, T_cam_obj: Array, origin_obj: Array) -> Array:

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// How many neighbouring pixels share one error, measured from the residuals of a fit.
+#pragma once
+
+#include <vector>
+
+#include "energies/penalty.h"
+#include "energies/pixel_set.h"
+
+namespace sdftrack {
+
+// The sum of n independent pulls psi = d cost / d residual has the variance sum psi^2. Where neighbours share
+// an error, of the sensor or of the shape, the sum over a window of the image has more: that factor is the
+// correlation area in pixels, by which the inner sum of the sandwich is too small. White noise gives 1.
+class CorrelationArea {
+ public:
+  // The factor for the pixels whose rays meet the model, from hits and depths as the last evaluation left
+  // them; 0 where they are too few to tell.
+  double measure(const PixelSet& pixels, const DepthLogistic<float>& penalty);
+
+ private:
+  struct Cell {
+    float sum = 0, square = 0, count = 0;
+  };
+  Cell window(int x, int y) const;
+
+  int width_ = 0, height_ = 0;
+  std::vector<Cell> cells_;
+};
+
+}  // namespace sdftrack
