@@ -95,7 +95,8 @@ std::vector<ObjectResult> Tracker::start(const DepthFrame& frame, const std::vec
   plane_ = {};
   for (std::size_t k = 0; k < objects_.size(); ++k) {
     objects_[k].forget(options_.damping_start);
-    objects_[k].T_cam_obj = {};
+    const std::optional<Rigidd>& pose = places[k].T_cam_obj;  // the plane's search leaves its region out
+    objects_[k].T_cam_obj = pose ? centred(*pose, *objects_[k].shape) : Rigidd{};
     objects_[k].wanted = places[k];
   }
   return track(frame);

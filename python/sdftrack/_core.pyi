@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Camera', 'Curvature', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'MotionModel', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'cuda_available', 'cuda_build', 'cuda_device_name', 'fast_sweep', 'find_plane', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'primitive_sdf', 'redistance', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Camera', 'Curvature', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'MotionModel', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'fast_sweep', 'find_plane', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'primitive_sdf', 'redistance', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'winding_numbers']
 class Camera:
     """
     Pinhole camera with Brown-Conrady distortion; see sdftrack.Camera.
@@ -486,6 +486,10 @@ class MeshCaster:
 def clean_mesh(vertices: numpy.ndarray, faces: numpy.ndarray, fraction: typing.SupportsFloat | typing.SupportsIndex = 0.02) -> tuple:
     """
     Merged vertices, faces without duplicates and turned one way, report; thinnest: the thickness (m) below which `fraction` of the surface lies.
+    """
+def correlation_area(u_px: numpy.ndarray, v_px: numpy.ndarray, residual_m: numpy.ndarray, scale_m: typing.SupportsFloat | typing.SupportsIndex, outlier_floor: typing.SupportsFloat | typing.SupportsIndex) -> float:
+    """
+    Pixels that share one error; 0: too few to tell.
     """
 def cuda_available() -> bool:
     """
