@@ -77,6 +77,14 @@ def test_a_grip_hides_the_wanted_share(share, color):
         np.testing.assert_array_equal(seq.ground_truth[i][0], bare.ground_truth[i][0])
 
 
+def test_a_hand_that_closes_hides_more_and_more():
+    bare = st.synth.sequence(BOX, 12, "static", camera=CAMERA, seed=3)
+    seq = st.synth.sequence(BOX, 12, "static", occluder=Grip(0.6, grow=10), camera=CAMERA, seed=3)
+    count = bare.masks(0)[0].sum()
+    shares = [1 - seq.masks(i)[0].sum() / count for i in (0, 5, 10, 11)]
+    np.testing.assert_allclose(shares, [0, 0.3, 0.6, 0.6], atol=SHARE_TOLERANCE)
+
+
 def test_fingers_touch_the_object_and_stay_outside():
     held = _Held(Grip(0.6), _stage(_poses(60)))
     for i in (0, 17, 25, 44):
@@ -236,6 +244,7 @@ def test_a_signed_distance_function_can_be_held_and_stand_on_a_table():
         (lambda: Grip(color=(1, 2, 300)), "similar"),
         (lambda: Grip(finger_m=9.0), "metres"),
         (lambda: Grip(hold=0), "hold"),
+        (lambda: Grip(grow=-1), "grow"),
         (lambda: Cover(-1), "Cover"),
         (lambda: Cover(0, 0), "Cover"),
         (lambda: leave_and_return(0), "first"),

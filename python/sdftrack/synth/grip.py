@@ -46,6 +46,8 @@ class Grip:
         A finger's radius.
     hold, slide : int
         Frames for which the hand moves with the object, and in which it then slides back into view.
+    grow : int
+        Frames in which the hand closes: the share rises evenly from nothing; 0: it is closed from the first on.
     """
 
     share: float = 0.4
@@ -53,6 +55,7 @@ class Grip:
     finger_m: float = 0.009
     hold: int = 20
     slide: int = 10
+    grow: int = 0
 
     def __post_init__(self) -> None:
         if not 0 <= self.share <= 0.7:
@@ -65,6 +68,8 @@ class Grip:
             raise ValueError(
                 f"occluder: Grip(hold, slide): expected at least 1, got {self.hold}, {self.slide}"
             )
+        if self.grow < 0:
+            raise ValueError(f"occluder: Grip(grow): expected at least 0, got {self.grow}")
         if isinstance(self.color, str):
             known = self.color in ("skin", "similar", "other")
         else:
@@ -103,7 +108,9 @@ class _Held:
 
     def layer(self, i: int, visible: NDArray[np.bool_], depth: NDArray[np.float32]) -> Layer:
         """The hand of frame i, reaching as far as the wanted share of `visible` asks for."""
-        stage, wanted = self._stage, round(self._grip.share * np.count_nonzero(visible))
+        stage = self._stage
+        closed = min(1.0, i / self._grip.grow) if self._grip.grow else 1.0
+        wanted = round(self._grip.share * closed * np.count_nonzero(visible))
         if not wanted:
             return Layer.empty(stage.camera)
         hand = self.hand(i)
