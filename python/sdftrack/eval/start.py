@@ -138,7 +138,7 @@ def _touching_clutter(
     mesh: Any, sdf: Any, T: Array, up: Array, lowest: float, camera: Any, rng: np.random.Generator
 ) -> Iterator[Any]:
     """Three boxes and ellipsoids on the table, each pushed against the object until they touch."""
-    from sdftrack.synth.surroundings import _box, _ellipsoid, mesh_layer
+    from sdftrack.synth.surroundings import _ellipsoid, box_mesh, mesh_layer
 
     inverse = np.linalg.inv(T)
     side = np.cross(up, [0.0, 0.0, 1.0])
@@ -147,7 +147,7 @@ def _touching_clutter(
     centre = T[:3, :3] @ mesh.vertices.mean(axis=0) + T[:3, 3]
     for k in range(3):
         size = rng.uniform(0.04, 0.12, 3)
-        thing = _box(size) if rng.random() < 0.6 else _ellipsoid(0.6 * size)
+        thing = box_mesh(size) if rng.random() < 0.6 else _ellipsoid(0.6 * size)
         spin = rng.uniform(0, 2 * np.pi)
         a, b = np.cos(spin) * side + np.sin(spin) * ahead, -np.sin(spin) * side + np.cos(spin) * ahead
         R = np.column_stack([a, b, up])
