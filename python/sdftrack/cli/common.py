@@ -6,7 +6,7 @@ from __future__ import annotations
 import contextlib
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -132,18 +132,28 @@ def progress_counter(quiet: bool) -> Iterator[Callable[[int, int, str], None]]:
         yield tell
 
 
-def show_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Print a table (drawn on a terminal, aligned text in a pipe) and return its text."""
+def show_table(
+    title: str,
+    head: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    colors: Mapping[str, str] | None = None,
+) -> str:
+    """Print a table (drawn on a terminal, aligned text in a pipe) and return its text.
+
+    `colors` are of columns, by their heads, for a terminal; cells with "0" stay plain.
+    """
     text = text_table(title, head, rows)
     if sys.stdout.isatty():
         from rich.console import Console
         from rich.table import Table
+        from rich.text import Text
 
         table = Table(title=title, title_justify="left")
         for i, name in enumerate(head):
             table.add_column(name, justify="left" if i == 0 else "right")
         for row in rows:
-            table.add_row(*row)
+            styles = ("" if c == "0" else (colors or {}).get(h, "") for h, c in zip(head, row, strict=True))
+            table.add_row(*(Text(c, s) for c, s in zip(row, styles, strict=True)))
         Console().print(table)
     else:
         print(text)

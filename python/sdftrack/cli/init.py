@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: MIT
+"""``--init``: how the first poses are found, from what was typed to the arguments of `Tracker.start`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.cli.common import Usage
+from sdftrack.cli.poses_file import read_poses
+from sdftrack.cli.targets import Target
+
+__all__ = ["INIT", "Init", "begin", "parse_inits"]
+
+INIT = "gt|auto|poses.json|mask.png|box:x,y,w,h|click:x,y"
+Pose = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Init:
+    """One --init: "gt", "auto", "poses", "mask", "box" or "click", its text and its numbers (pixels)."""
+
+    kind: str
+    text: str
+    numbers: tuple[float, ...] = ()
+
+    @property
+    def option(self) -> str:
+        """As it was typed."""
+        return f"--init {self.text}"
+
+
+def parse_inits(texts: list[str], models: int) -> list[Init]:
+    """What was typed; gt, auto and a poses.json speak of all models, the others of one each, in their order."""
+    inits = [_parse(text) for text in texts]
+    kinds = {i.kind for i in inits}
+    if kinds & {"gt", "auto", "poses"}:
+        if len(inits) > 1:
+            raise Usage(f"expected {inits[0].text} alone, or a mask, box or click per --model", "--init")
+        return inits
+    if len(inits) != models:
+        raise Usage(f"expected one mask, box or click per --model ({models}), got {len(inits)}", "--init")
+    if "box" in kinds and len(kinds) > 1:
+        raise Usage("expected boxes alone or masks and clicks, got both", "--init")
+    return inits
+
+
+def _parse(text: str) -> Init:
+    if text in ("gt", "auto"):
+        return Init(text, text)
+    kind, colon, values = text.partition(":")
+    for name, wanted in (("box", "x,y,w,h"), ("click", "x,y")):
+        if colon and kind == name:
+            return Init(name, text, _numbers(text, values, name, wanted))
+    suffix = Path(text).suffix.lower()
+    if suffix == ".json":
+        return Init("poses", text)
+    if suffix in (".png", ".bmp", ".tif", ".tiff", ".pgm"):
+        return Init("mask", text)
+    raise Usage(f"expected {INIT.replace('|', ', ')}, got {text!r}", "--init")
+
+
+def _numbers(text: str, values: str, name: str, wanted: str) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(v) for v in values.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != len(wanted.split(",")) or not np.isfinite(numbers).all():
+        raise Usage(f"expected {name}:{wanted} in pixels of the depth image, got {text!r}", "--init")
+    if name == "box" and (numbers[2] <= 0 or numbers[3] <= 0):
+        raise Usage(f"expected a width and a height above 0, got {text!r}", "--init")
+    return numbers
+
+
+def begin(
+    tracker: Any, inits: list[Init], targets: list[Target], frame: Any, folder: Path, first: int, seq: Any
+) -> Any:
+    """Start the tracker on `frame`, the one with number `first`; its result."""
+    kind = inits[0].kind
+    if kind == "gt":
+        return tracker.start(frame, poses=_truth(targets, folder, first, seq))
+    if kind == "poses":
+        return tracker.start(frame, poses=read_poses(Path(inits[0].text), len(targets)))
+    if kind == "auto":
+        return tracker.start(frame, masks=_known_masks(targets, first, seq))
+    camera = seq.camera if frame.camera is None else frame.camera
+    shape = getattr(camera, "depth", camera).shape
+    if kind == "box":
+        return tracker.start(frame, boxes=[_box(i, shape) for i in inits])
+    return tracker.start(
+        frame, masks=[_mask(i, t, frame, camera, shape) for i, t in zip(inits, targets, strict=True)]
+    )
+
+
+def _known_masks(targets: list[Target], first: int, seq: Any) -> list[NDArray[np.bool_]] | None:
+    """The sequence's own masks of the objects in that image; None where one of them has none."""
+    masks = {k: m for k, m in seq.masks(first).items() if m.any()}
+    found = [masks.get(t.instance) if t.instance is not None else None for t in targets]
+    if all(m is None for m in found) and len(masks) == len(targets):
+        found = [masks[k] for k in sorted(masks)]  # whose they are is not said; the order is all there is
+    known = [m for m in found if m is not None]
+    return known if len(known) == len(targets) else None
+
+
+def _box(init: Init, shape: tuple[int, int]) -> tuple[float, ...]:
+    x, y, w, h = init.numbers
+    if x >= shape[1] or y >= shape[0] or x + w <= 0 or y + h <= 0:
+        raise Usage(f"expected a box in the {shape[1]} x {shape[0]} depth image, got {init.text}", "--init")
+    return init.numbers
+
+
+def _mask(init: Init, target: Target, frame: Any, camera: Any, shape: tuple[int, int]) -> NDArray[np.bool_]:
+    from sdftrack.io.frames import read_mask
+    from sdftrack.region import connected_region
+
+    if init.kind == "mask":
+        path = Path(init.text)
+        if not path.is_file():
+            raise FileNotFoundError(f"--init: no such file: {path}")
+        mask = read_mask(path)
+        if mask.shape != shape:
+            size = f"{mask.shape[1]} x {mask.shape[0]}"
+            raise ValueError(
+                f"{init.option}: expected the depth image's size {shape[1]} x {shape[0]}, got {size}; a mask has "
+                "the geometry of the depth image"
+            )
+        if not mask.any():
+            raise ValueError(f"{init.option}: expected at least one pixel that is not 0, got an empty mask")
+        return mask
+    x, y = init.numbers
+    if not (-0.5 <= x < shape[1] - 0.5 and -0.5 <= y < shape[0] - 0.5):
+        raise Usage(f"expected a pixel of the {shape[1]} x {shape[0]} depth image, got {init.text}", "--init")
+    low, high = target.mesh.bounds
+    try:
+        return connected_region(frame, camera, (x, y), float(np.linalg.norm(high - low)))
+    except ValueError as error:
+        raise ValueError(f"{init.option}: {error}") from None
+
+
+def _truth(targets: list[Target], folder: Path, first: int, seq: Any) -> list[Pose]:
+    truth = seq.ground_truth.get(first, {})
+    poses = []
+    for t in targets:
+        if t.instance is None:
+            raise ValueError(
+                f"--init gt: {folder} has no (further) ground truth for {t.path}; pass --init auto, or a mask, "
+                "box or poses.json"
+            )
+        if t.instance not in truth:
+            known = [i for i, entry in seq.ground_truth.items() if t.instance in entry]
+            hint = (
+                f"; it is known in frame {known[0]}: --start {known[0]}"
+                if known
+                else "; pass --init auto, or a mask, box or poses.json"
+            )
+            raise ValueError(f"--init gt: no ground truth of {t.path} in frame {first} of {folder}{hint}")
+        poses.append(np.asarray(truth[t.instance], np.float64))
+    return poses

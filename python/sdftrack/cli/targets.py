@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""The objects of ``sdftrack track``: meshes with their volumes, and which instance of the truth each one is."""
+
+from __future__ import annotations
+
+import contextlib
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+__all__ = ["Target", "about_file", "load_mesh", "load_targets", "own_obj_id"]
+
+
+@dataclass
+class Target:
+    """One object to track: its mesh, volume, names and the instance of the ground truth that it is."""
+
+    name: str
+    path: Path
+    mesh: Any
+    sdf: Any
+    obj_id: int
+    instance: int | None
+
+
+def load_targets(
+    models: list[Path], seq: Any, unit: str | None, voxels: int, holes: Any = "error"
+) -> list[Target]:
+    """Meshes with their volumes (one per distinct file) and the ground truth's instances."""
+    import sdftrack as st
+
+    loaded: dict[Path, tuple[Any, Any, int | None]] = {}
+    targets: list[Target] = []
+    used: set[int] = set()
+    foreign: list[Path] = []
+    for path in models:
+        key = path.resolve()
+        if key not in loaded:
+            mesh = load_mesh(path, "--model", unit)
+            own = own_obj_id(mesh, seq, known_unit=unit is not None)
+            mesh = mesh if own is None else seq.models[own]
+            with about_file("--model", path):
+                sdf = st.SDF.from_mesh(mesh, voxels=voxels, holes=holes, unit="m" if unit == "m" else None)
+            loaded[key] = (mesh, sdf, own)
+        mesh, sdf, own = loaded[key]
+        if own is None and key not in foreign:
+            foreign.append(key)
+        obj_id = own if own is not None else 1 + foreign.index(key)
+        instance = _next_instance(own, seq, used)
+        name = path.stem if [p.resolve() for p in models].count(key) == 1 else f"{path.stem} {len(targets)}"
+        targets.append(Target(name, path, mesh, sdf, obj_id, instance))
+    return targets
+
+
+@contextlib.contextmanager
+def about_file(option: str, path: Path) -> Iterator[None]:
+    """Errors and warnings inside speak of the option and the file."""
+
+    def told(text: str) -> str:
+        text = text.removeprefix("mesh: ")
+        return f"{option}: {text}" if str(path) in text else f"{option} {path}: {text}"
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            yield
+        except (TypeError, ValueError, FileNotFoundError) as error:
+            raise type(error)(told(str(error))) from error
+    for warning in caught:
+        warnings.warn(told(str(warning.message)), warning.category, stacklevel=3)
+
+
+def load_mesh(path: Path, option: str, unit: str | None) -> Any:
+    from sdftrack.mesh import Mesh
+
+    with about_file(option, path):
+        return Mesh.load(path, unit=unit)
+
+
+def own_obj_id(mesh: Any, seq: Any, known_unit: bool = False) -> int | None:
+    """obj_id under which the sequence has this mesh; where its unit is not known, also when read in another."""
+    from sdftrack.mesh import UNITS
+
+    ratios = [1.0] if known_unit else list(UNITS.values())
+    for obj_id, own in seq.models.items():
+        if own.vertices.shape == mesh.vertices.shape and np.array_equal(own.faces, mesh.faces):
+            size = np.ptp(own.vertices, axis=0).max()
+            if any(np.allclose(r * mesh.vertices, own.vertices, rtol=0, atol=1e-5 * size) for r in ratios):
+                return int(obj_id)
+    return None
+
+
+def _next_instance(own: int | None, seq: Any, used: set[int]) -> int | None:
+    for k, obj_id in enumerate(seq.objects):
+        if k not in used and own in (None, obj_id):
+            used.add(k)
+            return k
+    return None

@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: MIT
+"""``sdftrack track --init``: every way to say where the objects are."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.cli.app import run
+from sdftrack.io.frames import write_mask
+from sdftrack.region import connected_region
+from sdftrack.reproduce.duck import duck_mesh
+
+CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
+FRAMES = 3
+MAX_ERROR_M, MAX_ERROR_RAD = 0.003, np.deg2rad(3.0)  # 1 mm noise, about 2,500 px: bound 0.05 mm, 0.05 deg
+VOXELS = ["--voxels", "80"]
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    """A duck on its way before a wall as a BOP scene without masks, and the sequence that it was made from."""
+    folder = tmp_path_factory.mktemp("init")
+    duck = duck_mesh()
+    duck.save(folder / "duck.ply")
+    seq = st.synth.sequence(duck, FRAMES, noise=0.001, camera=CAMERA, clutter="wall", seed=5)
+    kept = st.Sequence(
+        [seq[i] for i in range(FRAMES)], CAMERA, [seq.ground_truth[i][0] for i in range(FRAMES)]
+    )
+    st.save_sequence(folder / "scene", kept, layout="bop")
+    write_mask(folder / "mask.png", seq.masks(0)[0])
+    return folder, seq
+
+
+def box_of(mask):
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    return columns[0] - 3, rows[0] - 3, np.ptp(columns) + 7, np.ptp(rows) + 7
+
+
+def middle_of(mask):
+    v, u = np.nonzero(mask)
+    inside = np.argmin((v - v.mean()) ** 2 + (u - u.mean()) ** 2)
+    return u[inside], v[inside]
+
+
+def track(folder, out, *more, code=0):
+    common = [
+        "track",
+        str(folder / "scene"),
+        "--model",
+        str(folder / "duck.ply"),
+        "--out",
+        str(out),
+        "--no-video",
+    ]
+    assert run([*common, *VOXELS, *more]) == code
+    return json.loads((out / "report.json").read_text()) if code == 0 else None
+
+
+def told(capsys):
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1, err
+    return err
+
+
+@pytest.mark.parametrize("kind", ["gt", "mask", "box", "click", "poses"])
+def test_every_start_finds_the_object(scene, tmp_path, kind):
+    folder, seq = scene
+    mask = seq.masks(0)[0]
+    if kind == "poses":
+        (tmp_path / "poses.json").write_text(json.dumps({"T_cam_obj": [seq.ground_truth[0][0].tolist()]}))
+    text = {
+        "gt": "gt",
+        "mask": str(folder / "mask.png"),
+        "box": "box:" + ",".join(map(str, box_of(mask))),
+        "click": "click:" + ",".join(map(str, middle_of(mask))),
+        "poses": str(tmp_path / "poses.json"),
+    }[kind]
+    report = track(folder, tmp_path / "out", "--init", text, "-q")
+    assert report["settings"]["init"] == text
+    for i, entry in enumerate(report["frames"]):
+        (found,) = entry["objects"]
+        assert found["status"] in ("ok", "weak"), found["reason"]
+        metres, radians = st.metrics.pose_error(np.array(found["pose"]), seq.ground_truth[i][0])
+        assert metres < MAX_ERROR_M
+        assert radians < MAX_ERROR_RAD
+
+
+def test_auto_starts_from_the_masks_of_the_sequence(scene, tmp_path):
+    folder, seq = scene
+    shutil.copytree(folder / "scene", tmp_path / "scene")
+    shutil.copy(folder / "duck.ply", tmp_path)
+    (tmp_path / "scene" / "mask_visib").mkdir()
+    write_mask(tmp_path / "scene" / "mask_visib" / "000000_000000.png", seq.masks(0)[0])
+    report = track(tmp_path, tmp_path / "out", "--init", "auto", "-q")
+    found = np.array(report["frames"][-1]["objects"][0]["pose"])
+    assert st.metrics.pose_error(found, seq.ground_truth[FRAMES - 1][0])[0] < MAX_ERROR_M
+
+
+def test_an_object_that_is_not_there_is_lost_and_told(scene, tmp_path, capsys):
+    folder, _ = scene
+    report = track(folder, tmp_path / "out", "--init", "box:2,2,60,50")  # a corner with nothing but wall
+    assert {f["objects"][0]["status"] for f in report["frames"][:1]} <= {"lost", "weak"}
+    assert report["frames"][0]["objects"][0]["status"] == "lost"
+    assert report["frames"][0]["objects"][0]["pose"] is None
+    assert "duck lost" in capsys.readouterr().out
+
+
+def test_the_mode_is_passed_on_and_reported(scene, tmp_path):
+    folder, _ = scene
+    assert track(folder, tmp_path / "out", "--mode", "depth", "-q")["settings"]["mode"] == "depth"
+
+
+def test_another_mesh_is_drawn_at_the_pose(scene, tmp_path):
+    import av
+
+    folder, _ = scene
+    st.SDF.box((0.03, 0.3, 0.3)).to_mesh().save(tmp_path / "sword.ply")
+
+    def video(out, *more):
+        common = ["track", str(folder / "scene"), "--model", str(folder / "duck.ply"), "--out", str(out)]
+        assert run([*common, *VOXELS, *more, "-q"]) == 0
+        with av.open(str(out / "overlay.mp4")) as file:
+            return next(file.decode(video=0)).to_ndarray(format="rgb24").astype(int)
+
+    plain = video(tmp_path / "a")
+    drawn = video(tmp_path / "b", "--overlay-mesh", str(tmp_path / "sword.ply"))
+    assert (np.abs(drawn - plain).max(axis=-1) > 60).sum() > 300
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "message"),
+    [
+        ("box:400,10,30,30", 2, "320 x 240"),
+        ("click:320,10", 2, "320 x 240"),
+        ("{tmp}/none.png", 1, "no such file"),
+        ("{tmp}/large.png", 1, "geometry of the depth image"),
+        ("{tmp}/empty.png", 1, "empty"),
+        ("{tmp}/text.png", 1, "text.png"),
+    ],
+)
+def test_a_start_that_cannot_be_is_named(scene, tmp_path, capsys, text, code, message):
+    write_mask(tmp_path / "large.png", np.ones((480, 640), bool))
+    write_mask(tmp_path / "empty.png", np.zeros((240, 320), bool))
+    (tmp_path / "text.png").write_text("not a picture")
+    track(scene[0], tmp_path / "out", "--init", text.format(tmp=tmp_path), code=code)
+    assert message in told(capsys)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_scene_without_truth_says_what_to_pass(scene, tmp_path, capsys):
+    folder, seq = scene
+    st.save_sequence(tmp_path / "bare", st.Sequence([seq[0]], CAMERA), layout="bop")
+    common = ["track", str(tmp_path / "bare"), "--model", str(folder / "duck.ply"), *VOXELS]
+    assert run([*common, "--out", str(tmp_path / "out")]) == 1
+    assert "--init auto" in told(capsys)
+
+
+def test_two_objects_are_started_from_two_masks_in_their_order(tmp_path):
+    duck = duck_mesh()
+    duck.save(tmp_path / "duck.ply")
+    seq = st.synth.sequence([duck, duck], 2, noise=0.001, camera=CAMERA, clutter="wall", seed=2)
+    kept = st.Sequence([seq[i] for i in range(2)], CAMERA)
+    st.save_sequence(tmp_path / "scene", kept, layout="bop")
+    for k in (0, 1):
+        write_mask(tmp_path / f"{k}.png", seq.masks(0)[k])
+    masks = ["--init", str(tmp_path / "1.png"), "--init", str(tmp_path / "0.png")]
+    report = track(tmp_path, tmp_path / "out", "--model", str(tmp_path / "duck.ply"), *masks, "-q")
+    for k, j in ((0, 1), (1, 0)):
+        found = np.array(report["frames"][1]["objects"][k]["pose"])
+        assert st.metrics.pose_error(found, seq.ground_truth[1][j])[0] < MAX_ERROR_M
+    assert report["settings"]["init"] == masks[1::2]
+
+
+def test_a_click_takes_what_hangs_together_and_leaves_the_table():
+    seq = st.synth.sequence(
+        st.SDF.box((0.09, 0.12, 0.1)).to_mesh(),
+        1,
+        "static",
+        camera=CAMERA,
+        clutter="touching",
+        seed=3,
+        noise=0.001,
+    )
+    mask = seq.masks(0)[0]
+    x, y = middle_of(mask)
+    region = connected_region(seq[0], CAMERA, (x, y), 0.18)
+    assert region[y, x]
+    bare = st.synth.sequence(
+        st.SDF.box((0.09, 0.12, 0.1)).to_mesh(),
+        1,
+        "static",
+        camera=CAMERA,
+        clutter="wall",
+        seed=3,
+        noise=0.001,
+    )
+    alone = connected_region(bare[0], CAMERA, middle_of(bare.masks(0)[0]), 0.18)
+    assert st.metrics.iou(alone, bare.masks(0)[0]) > 0.97
+    points = CAMERA.back_project(seq[0].depth)
+    assert np.linalg.norm(points[region] - points[y, x], axis=1).max() <= 0.18
+    empty = st.Frame(np.zeros(CAMERA.shape, np.float32))
+    with pytest.raises(ValueError, match="none there"):
+        connected_region(empty, CAMERA, (5, 5), 0.1)
+    with pytest.raises(ValueError, match="depth image"):
+        connected_region(st.Frame.unreadable("cut short"), CAMERA, (5, 5), 0.1)
+    speck = np.zeros(CAMERA.shape, np.float32)
+    speck[5, 5] = 1
+    with pytest.raises(ValueError, match="1 pixels"):
+        connected_region(st.Frame(speck), CAMERA, (5, 5), 0.1)
