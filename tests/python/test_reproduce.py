@@ -13,7 +13,7 @@ from sdftrack.cli.app import run
 from sdftrack.demo_scene import SWEEP, make_scene
 from sdftrack.eval import real, synthetic
 from sdftrack.eval.truth import default_camera, motion, noisy, render_truth
-from sdftrack.reproduce import FIGURES, find
+from sdftrack.reproduce import FIGURES, fig_4_13a, find
 from sdftrack.reproduce.duck import duck_mesh, field
 
 FIELD_ATOL_M = 5e-4  # linear interpolation of a curved field over 2 mm; measured 3.5e-4
@@ -54,7 +54,7 @@ def test_the_same_seed_gives_the_same_colours(duck):
 
 def test_unknown_figures_are_named():
     assert find("3.10") is FIGURES["3.10"]
-    with pytest.raises(ValueError, match=r"expected one of 3\.10"):
+    with pytest.raises(ValueError, match=r"expected one of 3\.10, 4\.13a"):
         find("3.11")
 
 
@@ -68,6 +68,24 @@ def test_figure_3_10_in_small_keeps_what_is_printed(tmp_path, capsys):
     assert levels[3]["kept"] is True
     assert "all below 1 mm and 2 deg" in capsys.readouterr().out
     assert run(["reproduce", "3.10", "--frames", "10", "--out", str(tmp_path), "-q"]) == 1
+
+
+def test_figure_4_13a_in_small_keeps_what_is_printed(tmp_path, capsys):
+    assert run(["reproduce", "4.13a", "--frames", "8", "--out", str(tmp_path)]) == 0
+    out = tmp_path / "4.13a"
+    assert {p.name for p in out.iterdir()} == {"figure.png", "table.txt", "result.json"}
+    result = json.loads((out / "result.json").read_text())
+    assert [round(1e3 * r["sigma_m"], 2) for r in result["levels"]] == [0.0, 1.0]
+    assert all(r["kept"] for r in result["levels"])
+    assert 0.4 < result["surface_seen"] < 0.8  # 10 degrees of a turn
+    assert "below 2 mm and 1 deg" in capsys.readouterr().out
+
+
+def test_figure_4_13a_sees_the_whole_surface(duck):
+    poses = motion(
+        fig_4_13a.FRAMES, fig_4_13a.STEP_M, fig_4_13a.STEP_RAD, fig_4_13a.SEED, duck.bounds.mean(axis=0)
+    )
+    assert fig_4_13a._share_seen(duck, poses[::10]) > 0.98
 
 
 def test_truth_is_the_same_from_the_cache(tmp_path, box):

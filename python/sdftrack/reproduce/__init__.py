@@ -58,6 +58,7 @@ FIGURES = {
     f.id: f
     for f in [
         Figure("3.10", "depth-only tracking of a virtual object at four noise levels", "fig_3_10"),
+        Figure("4.13a", "RGB-D tracking of a known, textured object", "fig_4_13a"),
     ]
 }
 

@@ -17,6 +17,7 @@ from sdftrack.eval.run import pose_errors
 from sdftrack.eval.tables import text_table
 from sdftrack.eval.truth import Truth, default_camera, motion, noisy, render_truth
 from sdftrack.reproduce import Context
+from sdftrack.reproduce.curves import rotation_vectors
 
 __all__ = ["run"]
 
@@ -118,31 +119,13 @@ def _row(sigma: float, run: dict[str, Any], truth: Truth) -> dict[str, Any]:
     }
 
 
-def _rotation_vectors(poses: Array) -> Array:
-    """Rotation relative to the first frame, rad, made continuous."""
-    from sdftrack import _core
-
-    out: list[Array] = []
-    for T in poses:
-        relative = np.eye(4)
-        relative[:3, :3] = poses[0, :3, :3].T @ T[:3, :3]
-        w = np.array(_core.rotation_log(relative))
-        if out:  # of the vectors that mean the same turn, the one nearest to the last frame's
-            angle = np.linalg.norm(w)
-            axis = w / angle if angle > 1e-9 else np.zeros(3)
-            choices = [w + 2 * np.pi * m * axis for m in (-2, -1, 0, 1, 2)]
-            w = min(choices, key=lambda c: float(np.linalg.norm(c - out[-1])))
-        out.append(w)
-    return np.array(out)
-
-
 def _plot(path: Any, truth: Truth, runs: list[dict[str, Any]]) -> None:
     from sdftrack.viz.plots import COLORS, figure, save_figure
 
     fig, axes = figure(2, 2, size=(12.0, 6.5), sharex=True)
     frames = np.arange(len(truth))
     last = runs[-1]["poses"]
-    true_w, last_w = np.rad2deg(_rotation_vectors(truth.poses)), np.rad2deg(_rotation_vectors(last))
+    true_w, last_w = np.rad2deg(rotation_vectors(truth.poses)), np.rad2deg(rotation_vectors(last))
     for j in range(3):
         offset = truth.poses[0, j, 3]
         style = {"color": COLORS[j], "linewidth": 1.2}
