@@ -5,11 +5,12 @@
 #include <atomic>
 #include <stdexcept>
 
+#include "appearance.h"
 #include "array.h"
 #include "busy.h"
 #include "energies/sdf_energy.h"
 #include "optim/lm.h"
-#include "tracking/region.h"
+#include "tracking/color_evidence.h"
 #include "tracking/shape.h"
 #include "volume.h"
 
@@ -24,15 +25,17 @@ class FrameEnergy {
   FrameEnergy(const py::array& values, double voxel_m, const std::array<double, 3>& origin,
               const Camera& camera, const py::array& depth_m, const py::object& mask,
               const py::array& T_cam_obj, const TrackerOptions& options, double scale_m, bool scale,
-              bool intrinsics, int threads)
+              bool intrinsics, int threads, const py::object& color, const py::object& color_map)
       : values_(values), shape_(make_shape(volume_view(values, voxel_m, origin), 1, 1)), camera_(camera) {
     const Rigidd T = rigid_from(T_cam_obj, "poses");
     start_.T_obj_cam = {inverse(Rigidd{T.R, T * shape_.centre_obj})};
     start_.K = camera.K;
     if (scale) start_.log_scale = {0};
     const std::vector<float> rays = camera.distorted() ? ray_table(camera) : std::vector<float>{};
-    const DepthFrame frame{image_view(depth_m, "depth", camera), mask_view(mask, camera),
-                           rays.empty() ? nullptr : rays.data()};
+    const ColorImage image = color_view(color, color_map);
+    DepthFrame frame{image_view(depth_m, "depth", camera), mask_view(mask, camera),
+                     rays.empty() ? nullptr : rays.data()};
+    frame.color = image.rgb ? &image : nullptr;
     select_pixels(frame, camera, shape_, inverse(start_.T_obj_cam[0]), options, options.padding_m, nullptr,
                   &pixels_);
     if (pixels_.count() > options.max_pixels) {
@@ -47,6 +50,11 @@ class FrameEnergy {
     energy.outlier_floor = static_cast<float>(options.outlier_floor);
     energy.warm_hits = false;
     energy.scale = scale, energy.intrinsics = intrinsics, energy.threads = threads;
+    if (frame.color) {
+      look_at_colors(frame, options);
+      energy.color = true, energy.color_likelihood = options.color_likelihood;
+      energy.color_prior = static_cast<float>(options.color_prior);
+    }
     energy_ = std::make_unique<SdfEnergy>(shape_.sdf, &pixels_, energy);
     energy_->classify(start_, 8);
   }
@@ -63,6 +71,26 @@ class FrameEnergy {
     const double scale = x.log_scale.empty() ? 1.0 : std::exp(x.log_scale[0]);
     return py::make_tuple(matrix_from({T.R, T * -shape_.centre_obj}),
                           std::array<double, 4>{x.K.fx, x.K.fy, x.K.cx, x.K.cy}, scale);
+  }
+
+  // The model is made from this very frame: inside and around its mask, or at the start pose.
+  void look_at_colors(const DepthFrame& frame, const TrackerOptions& options) {
+    const Rigidd T_cam_obj = inverse(start_.T_obj_cam[0]);
+    ColorReader reader;
+    ColorCounts counts;
+    ColorModel model(static_cast<float>(options.color_prior));
+    if (frame.mask)
+      count_mask_colors(frame, camera_, frame.mask, &reader, &counts);
+    else
+      count_colors(frame, camera_, shape_, T_cam_obj, options.padding_m, camera_.width * camera_.height,
+                   model, &reader, &counts);
+    model.update(counts, 1, 1);
+    if (!model.known())
+      throw py::value_error("color: too few pixels of the object at this pose to make a histogram from (" +
+                            std::to_string(counts.object_pixels) +
+                            "); give the frame a mask, or a better pose");
+    fetch_foreground(frame, camera_, projected_box(camera_, shape_, T_cam_obj, options.padding_m),
+                     depth_range(shape_, T_cam_obj, options.padding_m), model, &reader, &pixels_);
   }
 
   SdfEnergy& energy() { return *energy_; }
@@ -108,6 +136,7 @@ py::dict residuals(FrameEnergy& self, const State& x) {
   out["hit"] = to_numpy(std::move(r.hit), {n});
   out["u_px"] = to_numpy(std::vector<float>(self.pixels().u_px), {n});
   out["v_px"] = to_numpy(std::vector<float>(self.pixels().v_px), {n});
+  out["foreground"] = to_numpy(std::vector<float>(self.pixels().foreground), {n});
   out["depth_m"] = to_numpy(std::vector<float>(self.pixels().depth_m), {n});
   return out;
 }
@@ -135,6 +164,9 @@ void bind_energies(py::module_& m) {
   py::enum_<Curvature>(m, "Curvature", "How the normal equations see a penalty.")
       .value("irls", Curvature::kIrls)
       .value("printed", Curvature::kPrinted);
+  py::enum_<ColorLikelihood>(m, "ColorLikelihood", "How a pixel's colour enters its likelihood.")
+      .value("odds", ColorLikelihood::kOdds)
+      .value("printed", ColorLikelihood::kPrinted);
   py::class_<State>(m, "State", "A point in the space of unknowns, in the core's own frames.");
   py::class_<LmOptions>(m, "LmOptions", "Options of the optimiser.")
       .def(py::init<>())
@@ -157,10 +189,12 @@ void bind_energies(py::module_& m) {
 void bind_frame_energy(py::module_& m) {
   py::class_<FrameEnergy>(m, "FrameEnergy", "Data energy of one object in one frame; see sdftrack.Energy.")
       .def(py::init<const py::array&, double, const std::array<double, 3>&, const Camera&, const py::array&,
-                    const py::object&, const py::array&, const TrackerOptions&, double, bool, bool, int>(),
+                    const py::object&, const py::array&, const TrackerOptions&, double, bool, bool, int,
+                    const py::object&, const py::object&>(),
            py::arg("values"), py::arg("voxel_size"), py::arg("origin"), py::arg("camera"), py::arg("depth"),
            py::arg("mask"), py::arg("T_cam_obj"), py::arg("options"), py::arg("scale_m"), py::arg("scale"),
-           py::arg("intrinsics"), py::arg("threads"))
+           py::arg("intrinsics"), py::arg("threads"), py::arg("color") = py::none(),
+           py::arg("color_map") = py::none())
       .def("state", &FrameEnergy::state, py::arg("T_cam_obj"), py::arg("K"), py::arg("scales"))
       .def("cost",
            [](FrameEnergy& self, const State& x) {

@@ -4,6 +4,7 @@
 
 #include <atomic>
 
+#include "appearance.h"
 #include "array.h"
 #include "busy.h"
 #include "tracking/plane.h"
@@ -29,21 +30,28 @@ class PyTracker {
     tracker_ = std::make_unique<Tracker>(views, camera, options, TrackerSettings{threads, recover, motion});
   }
 
-  py::list start(const py::array& depth, const py::object& mask, double time_s, const py::list& places) {
+  py::list start(const py::array& depth, const py::object& mask, double time_s, const py::list& places,
+                 const py::object& color, const py::object& color_map) {
     const std::vector<Whereabouts> where = places_from(places);
-    return run(depth, mask, time_s, [&](const DepthFrame& frame) { return tracker_->start(frame, where); });
+    const ColorImage image = color_view(color, color_map);
+    return run(depth, mask, time_s, image,
+               [&](const DepthFrame& frame) { return tracker_->start(frame, where); });
   }
-  py::list track(const py::array& depth, const py::object& mask, double time_s) {
-    return run(depth, mask, time_s, [&](const DepthFrame& frame) { return tracker_->track(frame); });
+  py::list track(const py::array& depth, const py::object& mask, double time_s, const py::object& color,
+                 const py::object& color_map) {
+    const ColorImage image = color_view(color, color_map);
+    return run(depth, mask, time_s, image, [&](const DepthFrame& frame) { return tracker_->track(frame); });
   }
   py::list recover(const py::array& depth, const py::object& mask, double time_s,
-                   const std::vector<int>& objects, const py::list& places) {
+                   const std::vector<int>& objects, const py::list& places, const py::object& color,
+                   const py::object& color_map) {
     for (const int k : objects) check_object(k);
     const std::vector<Whereabouts> where = places_from(places);
     if (where.size() != objects.size())
       throw py::value_error("places: expected one per object (" + std::to_string(objects.size()) + "), got " +
                             std::to_string(where.size()));
-    return run(depth, mask, time_s,
+    const ColorImage image = color_view(color, color_map);
+    return run(depth, mask, time_s, image,
                [&](const DepthFrame& frame) { return tracker_->recover(frame, objects, where); });
   }
   void set_camera(const Camera& camera) {
@@ -109,14 +117,15 @@ class PyTracker {
   }
 
   template <class Work>
-  py::list run(const py::array& depth, const py::object& mask, double time_s, const Work& work) {
+  py::list run(const py::array& depth, const py::object& mask, double time_s, const ColorImage& image,
+               const Work& work) {
     const Busy busy(&busy_, "tracker");
     const ImageView<float> view = image_view(depth, "depth", tracker_->camera());
     const unsigned char* mask_data = mask_view(mask, tracker_->camera());
     std::vector<ObjectResult> results;
     {
       py::gil_scoped_release release;
-      results = work(tracker_->make_frame(view, mask_data, time_s));
+      results = work(tracker_->make_frame(view, mask_data, time_s, image.rgb ? &image : nullptr));
     }
     py::list out;
     for (const ObjectResult& r : results) out.append(to_dict(r));
@@ -135,7 +144,8 @@ class PyTracker {
     out["reason"] = r.trust.reason;
     out["inliers"] = r.trust.inliers, out["confidence"] = r.trust.confidence;
     out["energy"] = r.cost, out["steps"] = steps;
-    out["runner_up"] = r.runner_up;
+    out["runner_up"] = r.runner_up, out["color_used"] = r.color_used;
+    out["foreground"] = r.foreground;
     return out;
   }
 
@@ -206,6 +216,12 @@ void bind_tracking(py::module_& m) {
   SDFTRACK_OPTION(motion_sigma_m);
   SDFTRACK_OPTION(motion_sigma_rad);
   SDFTRACK_OPTION(drop_plane);
+  SDFTRACK_OPTION(color_likelihood);
+  SDFTRACK_OPTION(color_prior);
+  SDFTRACK_OPTION(color_object_rate);
+  SDFTRACK_OPTION(color_background_rate);
+  SDFTRACK_OPTION(color_free_space);
+  SDFTRACK_OPTION(color_max_overlap);
   SDFTRACK_OPTION(recover_seeds);
   SDFTRACK_OPTION(lost_inliers);
   SDFTRACK_OPTION(weak_inliers);
@@ -221,10 +237,12 @@ void bind_tracking(py::module_& m) {
            py::arg("shapes"), py::arg("camera"), py::arg("options"), py::arg("threads"), py::arg("recover"),
            py::arg("motion"))
       .def("start", &PyTracker::start, py::arg("depth"), py::arg("mask"), py::arg("time_s"),
-           py::arg("places"))
-      .def("track", &PyTracker::track, py::arg("depth"), py::arg("mask"), py::arg("time_s"))
+           py::arg("places"), py::arg("color") = py::none(), py::arg("color_map") = py::none())
+      .def("track", &PyTracker::track, py::arg("depth"), py::arg("mask"), py::arg("time_s"),
+           py::arg("color") = py::none(), py::arg("color_map") = py::none())
       .def("recover", &PyTracker::recover, py::arg("depth"), py::arg("mask"), py::arg("time_s"),
-           py::arg("objects"), py::arg("places"))
+           py::arg("objects"), py::arg("places"), py::arg("color") = py::none(),
+           py::arg("color_map") = py::none())
       .def("add", &PyTracker::add, py::arg("shape"), py::arg("place"))
       .def("remove", &PyTracker::remove, py::arg("k"))
       .def("is_lost", &PyTracker::is_lost, py::arg("k"))

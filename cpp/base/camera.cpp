@@ -3,13 +3,7 @@
 
 namespace sdftrack {
 
-Vec2d distort(const Distortion& k, Vec2d xy) {
-  const auto [k1, k2, p1, p2, k3, k4, k5, k6] = k;
-  const double x = xy.x, y = xy.y, r2 = x * x + y * y;
-  const double radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)));
-  return {x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
-          y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y};
-}
+Vec2d distort(const Distortion& k, Vec2d xy) { return brown_conrady(k.data(), xy); }
 
 Vec2d undistort(const Distortion& k, Vec2d xy) {
   Vec2d ideal = xy;

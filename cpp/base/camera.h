@@ -32,7 +32,17 @@ HD Vec2<T> project(const Intrinsics<T>& K, Vec3<T> p_cam) {
 // Brown-Conrady with the rational part, OpenCV's order: k1 k2 p1 p2 k3 k4 k5 k6; unused ones are 0.
 using Distortion = std::array<double, 8>;
 
-// Ideal normalised coordinates (x/z, y/z) to distorted ones, and back (fixed-point iteration).
+// Ideal normalised coordinates (x/z, y/z) to distorted ones; k as above.
+template <class T>
+HD Vec2<T> brown_conrady(const T* k, Vec2<T> xy) {
+  const T x = xy.x, y = xy.y, r2 = x * x + y * y;
+  const T radial =
+      (T(1) + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))) / (T(1) + r2 * (k[5] + r2 * (k[6] + r2 * k[7])));
+  return {x * radial + T(2) * k[2] * x * y + k[3] * (r2 + T(2) * x * x),
+          y * radial + k[2] * (r2 + T(2) * y * y) + T(2) * k[3] * x * y};
+}
+
+// The same in double, and back (fixed-point iteration).
 Vec2d distort(const Distortion& k, Vec2d xy);
 Vec2d undistort(const Distortion& k, Vec2d xy);
 

@@ -18,6 +18,35 @@ enum class Curvature {
   kPrinted,  // slope^2: J^T J of the log-likelihood's own gradient (thesis Eq. 3.18), nothing at residual 0
 };
 
+// -log(a sech^2(r / 2s) + b): a share of pixels with a logistic residual over a constant share of others. b =
+// 0 leaves a out: it is a constant then.
+template <class T>
+HD Curve<T> logistic_mixture(T residual_m, T per_s, T a, T b, Curvature curvature) {
+  const T u = T(0.5) * std::abs(residual_m) * per_s;
+  // With d = e^(-2u): tanh u = (1 - d) / (1 + d), sech^2 u = 4 d / (1 + d)^2, all without overflow.
+  const T d = exp_negative(T(-2) * u), up = T(1) + d;
+  const T data = a * T(4) * d, outliers = b * up * up;
+  const T per_up = T(1) / up;
+  const T tanh_u = (T(1) - d) * per_up;
+  const bool floored = b > T(0);
+  const T inlier = floored ? data / (data + outliers) : T(1);
+  const T cost = floored ? -log_positive((data + outliers) * per_up * per_up)
+                         : T(2) * (u + log_positive(up) - T(0.6931471805599453));
+  const T slope = inlier * tanh_u * per_s;
+  const T irls = u < T(1e-3) ? T(0.5) * inlier * per_s * per_s : slope / std::abs(residual_m);
+  return {cost, std::copysign(slope, residual_m), curvature == Curvature::kIrls ? irls : slope * slope};
+}
+
+// d^2 cost / d residual^2 of it, negative where the cost redescends: what the sandwich covariance needs.
+template <class T>
+HD T logistic_mixture_second(T residual_m, T s, T a, T b) {
+  const T t = std::tanh(residual_m / (T(2) * s)), sech2 = T(1) - t * t;
+  const T likelihood = a * sech2 + b;
+  const T inlier = b > T(0) ? a * sech2 / likelihood : T(1);
+  const T redescent = b > T(0) ? b / likelihood : T(0);
+  return inlier * (sech2 / T(2) - redescent * t * t) / (s * s);
+}
+
 // The logistic density of the residual (thesis Eq. 3.11) as a cost, over a constant share of outliers:
 //   -log((1 - e) sech^2(r / 2s) + e).
 // e = 0 is the printed likelihood: quadratic near 0, linear far away. e > 0 redescends: a far residual costs
@@ -29,30 +58,11 @@ struct DepthLogistic {
   Curvature curvature = Curvature::kIrls;
 
   HD Curve<T> operator()(T residual_m, T noise_scale) const {
-    const T per_s = T(1) / (scale_m * noise_scale);
-    const T u = T(0.5) * std::abs(residual_m) * per_s;
-    // With d = e^(-2u): tanh u = (1 - d) / (1 + d), sech^2 u = 4 d / (1 + d)^2, all without overflow.
-    const T d = exp_negative(T(-2) * u), up = T(1) + d;
-    const T data = (T(1) - outlier_floor) * T(4) * d, outliers = outlier_floor * up * up;
-    const T per_up = T(1) / up;
-    const T tanh_u = (T(1) - d) * per_up;
-    const bool floored = outlier_floor > T(0);
-    const T inlier = floored ? data / (data + outliers) : T(1);
-    const T cost = floored ? -log_positive((data + outliers) * per_up * per_up)
-                           : T(2) * (u + log_positive(up) - T(0.6931471805599453));
-    const T slope = inlier * tanh_u * per_s;
-    const T irls = u < T(1e-3) ? T(0.5) * inlier * per_s * per_s : slope / std::abs(residual_m);
-    return {cost, std::copysign(slope, residual_m), curvature == Curvature::kIrls ? irls : slope * slope};
+    return logistic_mixture(residual_m, T(1) / (scale_m * noise_scale), T(1) - outlier_floor, outlier_floor,
+                            curvature);
   }
-
-  // d^2 cost / d residual^2, negative where the cost redescends: what the sandwich covariance needs.
   HD T second_derivative(T residual_m, T noise_scale) const {
-    const T s = scale_m * noise_scale;
-    const T t = std::tanh(residual_m / (T(2) * s)), sech2 = T(1) - t * t;
-    const T likelihood = (T(1) - outlier_floor) * sech2 + outlier_floor;
-    const T inlier = outlier_floor > T(0) ? (T(1) - outlier_floor) * sech2 / likelihood : T(1);
-    const T redescent = outlier_floor > T(0) ? outlier_floor / likelihood : T(0);
-    return inlier * (sech2 / T(2) - redescent * t * t) / (s * s);
+    return logistic_mixture_second(residual_m, scale_m * noise_scale, T(1) - outlier_floor, outlier_floor);
   }
 };
 

@@ -12,12 +12,19 @@ namespace sdftrack {
 
 namespace {
 
-enum class Pair { kPose, kPoseAndScale, kPoseAndIntrinsics };
+enum class Pair { kPose, kPoseAndScale, kPoseAndIntrinsics, kPoseColorOdds, kPoseColorPrinted };
 
 Pair pair_of(const SdfEnergyOptions& options) {
   if (options.scale && options.intrinsics)
     throw std::invalid_argument(
         "unknowns: pose, scale and intrinsics together are not compiled; expected at most two");
+  if (options.color) {
+    if (options.scale || options.intrinsics)
+      throw std::invalid_argument(
+          "unknowns: with colour only the pose is compiled; expected neither scale nor intrinsics");
+    return options.color_likelihood == ColorLikelihood::kOdds ? Pair::kPoseColorOdds
+                                                              : Pair::kPoseColorPrinted;
+  }
   return options.scale ? Pair::kPoseAndScale : (options.intrinsics ? Pair::kPoseAndIntrinsics : Pair::kPose);
 }
 
@@ -32,6 +39,14 @@ void make(const SdfView& sdf, const State& x, WithIntrinsics<Inner>* field) {
   make(sdf, x, &field->field);
   field->K = x.K.cast<float>();
 }
+
+void make(const SdfEnergyOptions& o, DepthLogistic<float>* penalty) {
+  *penalty = {o.scale_m, o.outlier_floor, o.curvature};
+}
+void make(const SdfEnergyOptions& o, ColorOdds<float>* penalty) {
+  *penalty = {o.scale_m, o.outlier_floor, o.color_prior, o.curvature};
+}
+void make(const SdfEnergyOptions& o, ColorPrinted<float>* penalty) { *penalty = {o.scale_m}; }
 
 template <int P>
 void add_to(const Sums<double, P>& sums, NormalEquations* out) {
@@ -61,6 +76,28 @@ double robust_sd(std::vector<float>* values) {
   return static_cast<double>(*low) / 0.38532;
 }
 
+// How well the depths fit where the colour is the object's, and whose colours lie on the surface.
+struct ColorSums {
+  double cost = 0, weight = 0, foreground = 0;
+  int on_surface = 0;
+
+  // Whether the pixel's residual says something of the object.
+  bool add(const SdfEnergyOptions& o, float residual_m, const PixelsView<float>& pixels, int i) {
+    if (!o.color) return true;
+    const float share = std::min(1.0f, pixels.foreground[i] / o.color_prior), noise = pixels.noise_scale[i];
+    const DepthLogistic<float> depth{o.scale_m, o.outlier_floor};
+    cost += static_cast<double>(share * depth(residual_m, noise).cost);
+    weight += static_cast<double>(share);
+    if (std::abs(residual_m) < 2 * o.scale_m * noise)
+      foreground += static_cast<double>(pixels.foreground[i]), ++on_surface;
+    return share > 0.5f;
+  }
+  void finish(EnergySummary* out) const {
+    out->cost = weight > 0 ? cost / weight : 0;
+    out->foreground = on_surface > 0 ? foreground / on_surface : -1;
+  }
+};
+
 void start_hits(PixelSet* pixels) {
   for (std::size_t i = 0; i < pixels->depth_m.size(); ++i)
     pixels->hit_m[i] = pixels->depth_m[i] - static_cast<float>(kHitLead_m);
@@ -72,13 +109,14 @@ template <class Visit>
 void SdfEnergy::with_term(const State& x, bool reclassify, const Visit& visit) {
   const auto run = [&]<class Field, class Penalty>(std::type_identity<std::pair<Field, Penalty>>) {
     Term<Field, Penalty> term{{},
-                              {options_.scale_m, options_.outlier_floor, options_.curvature},
+                              {},
                               x.K.cast<float>(),
                               pixels_->view(),
                               options_.residual,
                               reclassify,
                               options_.warm_hits ? 1 : 8};
     make(sdf_, x, &term.field);
+    make(options_, &term.penalty);
     visit(term);
   };
   switch (pair_of(options_)) {
@@ -156,17 +194,20 @@ EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget) {
   scratch_.clear();
   with_term(x, false, [&](const auto term) {
     SummarySums<std::decay_t<decltype(term)>::P> sums;
+    ColorSums colors;
     const int n = term.pixels.count, m = std::min(n, pixel_budget);
     for (int k = 0; k < m; ++k) {
       const int i = static_cast<int>(static_cast<long>(k) * n / m);
       const float residual_m = sums.add(term, i, sdf_.voxel_m);
-      if (term.pixels.gain[i] == 0.0f || term.residual != Residual::kRayHit)
+      const bool told = colors.add(options_, residual_m, term.pixels, i);
+      if (told && (term.pixels.gain[i] == 0.0f || term.residual != Residual::kRayHit))
         scratch_.push_back(std::abs(residual_m) / term.pixels.noise_scale[i]);
     }
     if (term.residual == Residual::kRayHit)
       for (int i = 0; i < n; ++i)
         if (term.pixels.gain[i] != 0.0f) sums.add_miss(term, i);
     out = sums.summary(n);
+    colors.finish(&out);
   });
   out.noise_m = robust_sd(&scratch_);
   return out;
@@ -181,7 +222,7 @@ void SdfEnergy::read(const State& x, PixelReadings* out) {
       const auto reading = term.read(i, &row);
       const auto j = static_cast<std::size_t>(i);
       out->residual_m[j] = reading.residual_m;
-      out->weight[j] = term.penalty(reading.residual_m, term.pixels.noise_scale[i]).curvature;
+      out->weight[j] = term.curve(i, reading.residual_m).curvature;
       out->hit[j] = term.pixels.gain[i] == 0.0f;
     }
   });

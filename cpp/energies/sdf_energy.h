@@ -19,6 +19,9 @@ struct SdfEnergyOptions {
   bool warm_hits = true;       // go on from the last hits; false: cost is a function of the state alone
   bool scale = false;          // unknown size
   bool intrinsics = false;     // unknown fx, fy, cx, cy
+  bool color = false;          // weigh the pixels by their colours' posteriors
+  ColorLikelihood color_likelihood = ColorLikelihood::kOdds;
+  float color_prior = 0.7f;  // the posterior of a colour that says nothing
   int threads = 1;
 };
 

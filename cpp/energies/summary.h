@@ -23,6 +23,9 @@ struct EnergySummary {
   double inliers = 0;  // pixels of the subset with weight above one half
   // Robust sd of residual over noise scale, of the rays that meet the model; 0 where fewer than 20 do.
   double noise_m = 0;
+  // With colours: mean cost of the depth penalty alone, each pixel weighed by how far its colour is the
+  // object's; and the mean posterior of the pixels on the surface, -1 where there are none.
+  double cost = 0, foreground = -1;
 };
 
 // By how much the trilinear interpolant lies above the field on average over a cell: h^2 / 12 of the second
@@ -71,16 +74,18 @@ class SummarySums {
     const bool hit = term.pixels.gain[i] == 0.0f;
     const float noise = term.pixels.noise_scale[i], gain2 = reading.gain * reading.gain;
     const float residual = reading.residual_m, s = term.penalty.scale_m * noise;
-    const float slope = term.penalty(residual, noise).slope;
-    const float weight = std::abs(residual) > 1e-3f * s ? slope / residual : 0.5f / (s * s);
+    const Curve<float> curve = term.curve(i, residual);
+    const float slope = curve.slope;
+    const float weight =
+        Term::kColor ? curve.curvature : (std::abs(residual) > 1e-3f * s ? slope / residual : 0.5f / (s * s));
     Class& of = classes_[!hit ? 0 : (gain2 < kSteepGain * kSteepGain ? 1 : 2)];
-    of.curvature += static_cast<double>(term.penalty.second_derivative(residual, noise));
+    of.curvature += static_cast<double>(term.second_derivative(i, residual));
     of.slope2 += static_cast<double>(slope * slope);
     of.weight += static_cast<double>(weight);
     of.JJ.add(row.J, gain2 * weight);
     if (hit && count_ % kRoundingStride == 0) {
       const float error = interpolation_error(term.field, term.pixels.hit_m[i] * term.ray_of(i), voxel_m);
-      const float slope_there = term.penalty.second_derivative(residual, noise);
+      const float slope_there = term.second_derivative(i, residual);
       for (int a = 0; a < P; ++a)
         rounding_[a] += static_cast<double>(kRoundingStride * gain2 * slope_there * error * row.J[a]);
     }
@@ -96,7 +101,7 @@ class SummarySums {
   void add_miss(const Term& term, int i) {
     FieldRow<float, P> row;
     const auto reading = term.read(i, &row);
-    const float pull = reading.gain * term.penalty(reading.residual_m, term.pixels.noise_scale[i]).slope;
+    const float pull = reading.gain * term.curve(i, reading.residual_m).slope;
     for (int a = 0; a < P; ++a) missed_[a] += static_cast<double>(pull * row.J[a]);
   }
 

@@ -2,8 +2,11 @@
 // One pixel's contribution: the only code that the CPU loop and a CUDA kernel share and need.
 #pragma once
 
+#include <type_traits>
+
 #include "energies/field.h"
 #include "energies/penalty.h"
+#include "energies/penalty_rgbd.h"
 
 namespace sdftrack {
 
@@ -23,7 +26,8 @@ constexpr double kHitReach_m = 0.05;  // a hit is looked for this far from the m
 
 // Structure of arrays: one entry per pixel of the fixed set. Pixel coordinates are those of the ideal pinhole
 // (distortion removed). `gain` is the pixel's class, fixed from one linearisation to the next: 0, its ray
-// meets the model; else the fallback's 1 / slope.
+// meets the model; else the fallback's 1 / slope. `foreground` is P_f of the pixel's colour, for penalties
+// that ask for it.
 template <class T>
 struct PixelsView {
   int count;
@@ -31,6 +35,7 @@ struct PixelsView {
   T* hit_m;        // accepted hits
   T* trial_hit_m;  // hits of the last trial
   T* gain;
+  const T* foreground = nullptr;
 };
 
 // S is float within a block of pixels and double beyond (reduce_cpu.h); a cost is always summed in double.
@@ -70,6 +75,22 @@ struct Term {
   struct Reading {
     T residual_m, gain;
   };
+
+  // A penalty that looks at colours takes the pixel's posterior as a third argument.
+  static constexpr bool kColor = std::is_invocable_v<const Penalty&, T, T, T>;
+
+  HD Curve<T> curve(int i, T residual_m) const {
+    if constexpr (kColor)
+      return penalty(residual_m, pixels.noise_scale[i], pixels.foreground[i]);
+    else
+      return penalty(residual_m, pixels.noise_scale[i]);
+  }
+  HD T second_derivative(int i, T residual_m) const {
+    if constexpr (kColor)
+      return penalty.second_derivative(residual_m, pixels.noise_scale[i], pixels.foreground[i]);
+    else
+      return penalty.second_derivative(residual_m, pixels.noise_scale[i]);
+  }
 
   // phi and its slope along the ray r at depth z; with the full row where kRow.
   template <bool kRow>
@@ -122,7 +143,7 @@ struct Term {
       res = pixels.gain[i] * row.phi_m;
       pixels.trial_hit_m[i] = pixels.hit_m[i];
     }
-    return penalty(res, pixels.noise_scale[i]).cost;
+    return curve(i, res).cost;
   }
 
   // Residual, gain and Jacobian row of pixel i at the current state.
@@ -152,8 +173,7 @@ struct Term {
   HD void linearize(int i, Sums<S, P>* sums) const {
     FieldRow<T, P> row;
     const Reading reading = read(i, &row);
-    const Curve<T> curve = penalty(reading.residual_m, pixels.noise_scale[i]);
-    add_row(row, curve, reading.gain, sums);
+    add_row(row, curve(i, reading.residual_m), reading.gain, sums);
   }
 
   template <class S>

@@ -27,7 +27,8 @@ CorrelationArea::Cell CorrelationArea::window(int x, int y) const {
   return total;
 }
 
-double CorrelationArea::measure(const PixelSet& pixels, const DepthLogistic<float>& penalty) {
+double CorrelationArea::measure(const PixelSet& pixels, const DepthLogistic<float>& penalty,
+                                float color_prior) {
   float u0 = 1e9f, v0 = 1e9f, u1 = -1e9f, v1 = -1e9f;
   int hits = 0;
   for (std::size_t i = 0; i < pixels.gain.size(); ++i) {
@@ -46,7 +47,8 @@ double CorrelationArea::measure(const PixelSet& pixels, const DepthLogistic<floa
   for (std::size_t i = 0; i < pixels.gain.size(); ++i) {
     if (pixels.gain[i] != 0) continue;
     const float noise = pixels.noise_scale[i];
-    const float pull = penalty.scale_m * penalty(pixels.hit_m[i] - pixels.depth_m[i], noise).slope;
+    const float share = color_prior > 0 ? std::min(1.0f, pixels.foreground[i] / color_prior) : 1.0f;
+    const float pull = share * penalty.scale_m * penalty(pixels.hit_m[i] - pixels.depth_m[i], noise).slope;
     Cell& cell = cells_[static_cast<std::size_t>(at(pixels.v_px[i], v0) * width_ + at(pixels.u_px[i], u0))];
     cell.sum += pull, cell.square += pull * pull, cell.count += 1;
   }

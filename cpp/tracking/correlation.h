@@ -15,8 +15,9 @@ namespace sdftrack {
 class CorrelationArea {
  public:
   // The factor for the pixels whose rays meet the model, from hits and depths as the last evaluation left
-  // them; 0 where they are too few to tell.
-  double measure(const PixelSet& pixels, const DepthLogistic<float>& penalty);
+  // them; 0 where they are too few to tell. color_prior: of the pixels' posteriors, which then weigh them; 0:
+  // they have none.
+  double measure(const PixelSet& pixels, const DepthLogistic<float>& penalty, float color_prior = 0);
 
  private:
   struct Cell {

@@ -50,8 +50,8 @@ void doubt(double runner_up, Trust* trust) {
 }  // namespace
 
 std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& camera, const Shape& shape,
-                                        const FitMemory& memory, const SearchQuery& query,
-                                        PoseFitter* fitter) {
+                                        const FitMemory& memory, const ColorModel* colors,
+                                        const SearchQuery& query, PoseFitter* fitter) {
   std::vector<Hypothesis> hypotheses =
       search_pose(frame, camera, shape, options_, query, threads_, &scratch_);
   if (hypotheses.empty()) return std::nullopt;
@@ -62,7 +62,7 @@ std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& c
   for (std::size_t k = 0; k < std::min(kFitted, hypotheses.size()); ++k) {
     const Hypothesis& h = hypotheses[k];
     if (h.score < least) continue;
-    const FitTarget target{shape, h.T_cam_obj, Matrix6d::Zero(), memory};
+    const FitTarget target{shape, h.T_cam_obj, Matrix6d::Zero(), memory, colors};
     const Attempt attempt{options_.scale_start_m, options_.padding_m, options_.coarse_steps, {h.T_cam_obj}};
     std::optional<Fitted> fitted = fitter->fit(frame, camera, target, attempt, query.plane);
     if (!fitted) continue;

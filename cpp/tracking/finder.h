@@ -22,7 +22,8 @@ class ObjectFinder {
   // None where nothing in the frame could be the object. A runner-up close to query.near's rotation goes
   // before an equally good one: of the turns of a symmetric body, the one it was last seen in.
   std::optional<Found> find(const DepthFrame& frame, const Camera& camera, const Shape& shape,
-                            const FitMemory& memory, const SearchQuery& query, PoseFitter* fitter);
+                            const FitMemory& memory, const ColorModel* colors, const SearchQuery& query,
+                            PoseFitter* fitter);
 
  private:
   TrackerOptions options_;

@@ -18,6 +18,7 @@ constexpr double kLastGain = 1, kLastCoarseGain = 10;
 // Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias.
 constexpr int kSettleSteps = 2;
 constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
+constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot be the object's
 constexpr int kSummaryPixels = 1000;
 constexpr double kAreaFollows = 0.2;
 constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
@@ -38,11 +39,11 @@ std::optional<Fitted> PoseFitter::fit(const DepthFrame& frame, const Camera& cam
   stated_noise_m_ = sensor_noise_m(options_, target.expected.t.z);
   select_pixels(frame, camera, target.shape, target.expected, options_, attempt.padding_m, plane, &pixels_);
   if (pixels_.count() < options_.min_pixels) return std::nullopt;
-  if (options_.free_space)
-    free_space_grid(frame, camera, target.shape, target.expected, attempt.padding_m, &free_scratch_,
-                    &free_grid_);
-  else
-    free_grid_.distance_px.clear();
+  if (target.colors)
+    fetch_foreground(frame, camera, projected_box(camera, target.shape, target.expected, attempt.padding_m),
+                     depth_range(target.shape, target.expected, attempt.padding_m), *target.colors,
+                     &color_reader_, &pixels_);
+  read_free_space(frame, attempt.padding_m);
 
   Fitted fitted;
   fitted.memory = target.memory;
@@ -54,6 +55,18 @@ std::optional<Fitted> PoseFitter::fit(const DepthFrame& frame, const Camera& cam
   fitted.seen =
       compare_visible_surface(frame, camera, target.shape, fitted.T_cam_obj, noise_m, options_.trust_points);
   return fitted;
+}
+
+void PoseFitter::read_free_space(const DepthFrame& frame, double padding_m) {
+  free_grid_.distance_px.clear();
+  if (!options_.free_space) return;
+  const IsBackground of_background = [&](int at, Vec2f u, float depth_m) {
+    const int bin = color_reader_.bin(at, u, depth_m);
+    return bin >= 0 && target_->colors->posterior()[static_cast<std::size_t>(bin)] < kSurelyBackground;
+  };
+  const bool ask = target_->colors && options_.color_free_space;
+  free_space_grid(frame, *camera_, target_->shape, target_->expected, padding_m,
+                  ask ? &of_background : nullptr, &free_scratch_, &free_grid_);
 }
 
 State PoseFitter::best_coarse_fit(const DepthFrame& frame, const Attempt& attempt, Fitted* fitted) {
@@ -78,8 +91,8 @@ State PoseFitter::best_coarse_fit(const DepthFrame& frame, const Attempt& attemp
 void PoseFitter::fit_coarse(const Attempt& attempt, State* x, Fitted* fitted) {
   if (!(attempt.scale_m > 0)) return;
   const double last = last_scale(fitted->memory);
-  SdfEnergyOptions energy{Residual::kPoint, options_.curvature};
-  energy.outlier_floor = static_cast<float>(options_.outlier_floor);
+  SdfEnergyOptions energy = energy_options();
+  energy.residual = Residual::kPoint;
   for (double s = attempt.scale_m; s > 1.5 * last; s *= 0.5) {
     energy.scale_m = static_cast<float>(s);
     run_stage(&coarse_, energy, attempt.coarse_steps, x, fitted);
@@ -103,13 +116,21 @@ void PoseFitter::choose_fine_pixels(double scale_m, const State& x) {
   }
 }
 
+SdfEnergyOptions PoseFitter::energy_options() const {
+  SdfEnergyOptions energy{options_.residual, options_.curvature};
+  energy.outlier_floor = static_cast<float>(options_.outlier_floor);
+  energy.color = target_->colors != nullptr;
+  energy.color_likelihood = options_.color_likelihood;
+  energy.color_prior = static_cast<float>(options_.color_prior);
+  return energy;
+}
+
 double PoseFitter::last_scale(const FitMemory& memory) const {
   return options_.scale_per_noise * std::max(kLeastNoise_m, memory.noise_factor * stated_noise_m_);
 }
 
 void PoseFitter::fit_fine(State* x, Fitted* fitted) {
-  SdfEnergyOptions options{options_.residual, options_.curvature};
-  options.outlier_floor = static_cast<float>(options_.outlier_floor);
+  SdfEnergyOptions options = energy_options();
   options.threads = threads_;
   // The first frame does not know the sensor's noise yet: fit, measure, fit again.
   for (int round = fitted->memory.noise_known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
@@ -119,6 +140,7 @@ void PoseFitter::fit_fine(State* x, Fitted* fitted) {
     const EnergySummary summary = energy.summarize(*x, kSummaryPixels);
     if (options_.adapt_noise) fitted->memory = updated(fitted->memory, summary.noise_m, stated_noise_m_);
     if (round == 0) continue;
+    if (options.color) fitted->cost = summary.cost, fitted->foreground = summary.foreground;
     const double area_px = correlation_area(options, &fitted->memory);
     fitted->covariance = camera_covariance(increment_covariance(summary, target_->shape, area_px),
                                            inverse(x->T_obj_cam[0]), -target_->shape.centre_obj);
@@ -128,7 +150,8 @@ void PoseFitter::fit_fine(State* x, Fitted* fitted) {
 // As stated, or measured and followed from frame to frame.
 double PoseFitter::correlation_area(const SdfEnergyOptions& energy, FitMemory* memory) {
   if (options_.correlation_area_px > 0) return options_.correlation_area_px;
-  const double now = correlation_.measure(pixels_, {energy.scale_m, energy.outlier_floor});
+  const double now = correlation_.measure(pixels_, {energy.scale_m, energy.outlier_floor},
+                                          energy.color ? energy.color_prior : 0.0f);
   double& area = memory->correlation_area_px;
   if (now > 0) area = area > 0 ? area + kAreaFollows * (now - area) : now;
   return std::max(1.0, area);

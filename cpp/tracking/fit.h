@@ -8,6 +8,7 @@
 #include "energies/free_space.h"
 #include "optim/lm.h"
 #include "optim/prior.h"
+#include "tracking/color_evidence.h"
 #include "tracking/correlation.h"
 #include "tracking/trust.h"
 
@@ -38,6 +39,7 @@ struct FitTarget {
   Rigidd expected;  // T_cam_obj, centred frame
   Matrix6d prior;   // information of the prior on the increment of T_obj_cam; 0: none
   FitMemory memory;
+  const ColorModel* colors = nullptr;  // nullptr: depth alone
 };
 
 // How far away the first stage looks, and where from.
@@ -50,7 +52,8 @@ struct Attempt {
 struct Fitted {
   Rigidd T_cam_obj;     // centred frame
   Matrix6d covariance;  // camera axes, about the caller's object origin
-  double cost = 0;      // mean per pixel of the last stage
+  double cost = 0;      // mean per pixel of the last stage; with colours that of depth where they are its own
+  double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
   Visibility seen;
   FitMemory memory;
   std::vector<TrackStep> steps;
@@ -70,6 +73,8 @@ class PoseFitter {
   void choose_fine_pixels(double scale_m, const State& x);
   void fit_fine(State* x, Fitted* fitted);
   void run_stage(PixelSet* pixels, const SdfEnergyOptions& energy, int steps, State* x, Fitted* fitted);
+  void read_free_space(const DepthFrame& frame, double padding_m);
+  SdfEnergyOptions energy_options() const;
   double last_scale(const FitMemory& memory) const;
   double correlation_area(const SdfEnergyOptions& energy, FitMemory* memory);
 
@@ -86,6 +91,7 @@ class PoseFitter {
   FreeSpaceScratch free_scratch_;
   DistanceGrid free_grid_;
   CorrelationArea correlation_;
+  ColorReader color_reader_;
 };
 
 }  // namespace sdftrack

@@ -41,6 +41,13 @@ struct TrackerOptions {
   double motion_sigma_m = 0.03;  // weak prior about the predicted pose; 0: none
   double motion_sigma_rad = 0.3;
   bool drop_plane = false;  // leave out pixels of the dominant plane
+  // Colour (docs/math/color.md)
+  ColorLikelihood color_likelihood = ColorLikelihood::kOdds;
+  double color_prior = 0.7;         // P_f of a colour that says nothing
+  double color_object_rate = 0.05;  // of the opinion pool, per frame
+  double color_background_rate = 0.3;
+  bool color_free_space = false;   // a pixel without depth but of the background's colour is free space
+  double color_max_overlap = 0.9;  // sum sqrt(p_f p_b) beyond which the colours are not used
   // Search for a lost object
   int recover_seeds = 120;  // rotations tried per frame, of 240: what bounds the time of a frame
   // Trust

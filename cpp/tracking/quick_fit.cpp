@@ -17,7 +17,6 @@ using ReadingTerm = Term<SingleObject<float>, Penalty>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-
 constexpr double kDamping = 1e-2;
 // A step is drawn back to where it started as if by springs of this size: what no reading holds stays.
 constexpr double kSpring_m = 0.05, kSpring_rad = 0.5;
@@ -51,7 +50,8 @@ void add_free_space(const QuickData& data, const QuickStage& stage, const Rigidf
   Vec3f dr_cam;
   for (std::size_t i = 0; i < data.outline_obj->size(); i += static_cast<std::size_t>(data.outline_stride)) {
     const Vec3f p_obj = (*data.outline_obj)[i];
-    if (!free_space_residual(*data.free_space, data.K, static_cast<float>(data.free_space->step), T_cam_obj * p_obj, &row.phi_m, &dr_cam))
+    if (!free_space_residual(*data.free_space, data.K, static_cast<float>(data.free_space->step),
+                             T_cam_obj * p_obj, &row.phi_m, &dr_cam))
       continue;
     const Vec3f g = T_obj_cam.R * dr_cam, m = cross(p_obj, g);
     const float J[6] = {-g.x, -g.y, -g.z, -m.x, -m.y, -m.z};
@@ -110,7 +110,8 @@ float quick_cost(const QuickData& data, const QuickStage& stage, const Rigidf& T
   const Penalty free_penalty{free_scale(stage), 0.0f};
   float outside = 0;
   for (std::size_t i = 0; i < data.outline_obj->size(); i += static_cast<std::size_t>(data.outline_stride))
-    if (free_space_residual(*data.free_space, data.K, static_cast<float>(data.free_space->step), T_cam_obj * (*data.outline_obj)[i], &phi, &g))
+    if (free_space_residual(*data.free_space, data.K, static_cast<float>(data.free_space->step),
+                            T_cam_obj * (*data.outline_obj)[i], &phi, &g))
       outside += free_penalty(phi, 1.0f).cost;
   return cost + outside * static_cast<float>(data.outline_stride) /
                     static_cast<float>(std::max<std::size_t>(1, data.outline_obj->size()));

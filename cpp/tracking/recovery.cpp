@@ -46,7 +46,8 @@ ObjectResult Tracker::look_for(const DepthFrame& frame, Object* object, ObjectRe
     query.seeds = options_.recover_seeds;
     query.first_seed = (n - 1) * options_.recover_seeds % kSearchSeeds;
   }
-  std::optional<Found> found = finder_.find(frame, camera_, *object->shape, object->memory, query, &fitter_);
+  std::optional<Found> found = finder_.find(frame, camera_, *object->shape, object->memory,
+                                            colors_of(frame, *object), query, &fitter_);
   if (!found || found->trust.status != Status::kOk || found->trust.confidence < kSure) return lost;
 
   const Rigidd last = object->T_cam_obj;

@@ -12,20 +12,6 @@ constexpr double kPlaneTolerance_m = 0.005;
 constexpr int kFreeSpaceMargin_px = 16;
 constexpr int kFreeSpaceNodes = 40;  // along the longer side
 
-// Pixel of a pixel's ray in the ideal pinhole: where distortion would have put it, had there been none.
-struct IdealPixel {
-  const DepthFrame& frame;
-  Intrinsics<float> K;
-  int width;
-
-  Vec2f operator()(int x, int y) const {
-    if (!frame.rays) return {static_cast<float>(x), static_cast<float>(y)};
-    const float* r = frame.rays + 2 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                                       static_cast<std::size_t>(x));
-    return {K.fx * r[0] + K.cx, K.fy * r[1] + K.cy};
-  }
-};
-
 }  // namespace
 
 Rect projected_box(const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj, double padding_m) {
@@ -82,7 +68,7 @@ void select_pixels(const DepthFrame& frame, const Camera& camera, const Shape& s
       if (plane &&
           std::abs(dot(plane->normal_cam, p_cam.cast<double>()) + plane->offset_m) < kPlaneTolerance_m)
         continue;
-      out->push(u.x, u.y, z, s0 + s2 * z * z);
+      out->push(u.x, u.y, z, s0 + s2 * z * z, static_cast<int>(at));
     }
   }
 }
@@ -93,21 +79,21 @@ double sensor_noise_m(const TrackerOptions& options, double depth_m) {
 
 namespace {
 
-// Reading at an ideal pixel: where the lens puts its ray. 0 outside the image.
-float reading_at(const DepthFrame& frame, const Camera& camera, int x, int y) {
+// Index of the stored pixel at an ideal pixel: where the lens puts its ray. -1 outside the image.
+int stored_pixel(const DepthFrame& frame, const Camera& camera, int x, int y) {
   if (frame.rays) {
     const Vec2d u = camera.project_point(ray(camera.K, static_cast<double>(x), static_cast<double>(y)));
     x = static_cast<int>(std::lround(u.x)), y = static_cast<int>(std::lround(u.y));
-    if (x < 0 || y < 0 || x >= camera.width || y >= camera.height) return 0;
+    if (x < 0 || y < 0 || x >= camera.width || y >= camera.height) return -1;
   }
-  return frame.depth_m(x, y);
+  return y * camera.width + x;
 }
 
 }  // namespace
 
 void free_space_grid(const DepthFrame& frame, const Camera& camera, const Shape& shape,
-                     const Rigidd& T_cam_obj, double padding_m, FreeSpaceScratch* scratch,
-                     DistanceGrid* grid) {
+                     const Rigidd& T_cam_obj, double padding_m, const IsBackground* is_background,
+                     FreeSpaceScratch* scratch, DistanceGrid* grid) {
   const Camera ideal{camera.K, camera.width, camera.height, {}};  // the energy projects without a lens
   Rect rect = projected_box(ideal, shape, T_cam_obj, padding_m);
   rect = {std::max(0, rect.x0 - kFreeSpaceMargin_px), std::max(0, rect.y0 - kFreeSpaceMargin_px),
@@ -124,13 +110,20 @@ void free_space_grid(const DepthFrame& frame, const Camera& camera, const Shape&
   grid->x0 = rect.x0 - step + (step - 1) / 2, grid->y0 = rect.y0 - step + (step - 1) / 2;
   scratch->free.assign(static_cast<std::size_t>(grid->width) * static_cast<std::size_t>(grid->height), 0);
   const auto far = static_cast<float>(depth_range(shape, T_cam_obj, padding_m).far_m);
+  const auto middle = static_cast<float>(T_cam_obj.t.z);
+  const auto is_free = [&](int x, int y) {
+    const int at = stored_pixel(frame, camera, x, y);
+    if (at < 0) return false;
+    const float z = frame.depth_m.data[at];
+    if (z > 0) return z > far;
+    return is_background && (*is_background)(at, {static_cast<float>(x), static_cast<float>(y)}, middle);
+  };
   for (int j = 1; j + 1 < grid->height; ++j)
     for (int i = 1; i + 1 < grid->width; ++i) {
       const int y0 = rect.y0 + (j - 1) * step, x0 = rect.x0 + (i - 1) * step;
       bool free = true;
       for (int y = y0; free && y < std::min(y0 + step, rect.y1); ++y)
-        for (int x = x0; free && x < std::min(x0 + step, rect.x1); ++x)
-          free = reading_at(frame, camera, x, y) > far;
+        for (int x = x0; free && x < std::min(x0 + step, rect.x1); ++x) free = is_free(x, y);
       scratch->free[static_cast<std::size_t>(j) * static_cast<std::size_t>(grid->width) +
                     static_cast<std::size_t>(i)] = free;
     }

@@ -2,8 +2,10 @@
 // Which pixels a frame's energies use: those of the object's projected, padded box.
 #pragma once
 
+#include <functional>
 #include <limits>
 
+#include "appearance/color_map.h"
 #include "base/camera.h"
 #include "base/rigid.h"
 #include "base/views.h"
@@ -19,6 +21,21 @@ struct DepthFrame {
   const unsigned char* mask;  // 0: not the object; nullptr: all pixels
   const float* rays;          // x, y of every pixel's ray (ray_table), nullptr without distortion
   double time_s = std::numeric_limits<double>::quiet_NaN();
+  const ColorImage* color = nullptr;
+};
+
+// Pixel of a pixel's ray in the ideal pinhole: where distortion would have put it, had there been none.
+struct IdealPixel {
+  const DepthFrame& frame;
+  Intrinsics<float> K;
+  int width;
+
+  Vec2f operator()(int x, int y) const {
+    if (!frame.rays) return {static_cast<float>(x), static_cast<float>(y)};
+    const float* r = frame.rays + 2 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                                       static_cast<std::size_t>(x));
+    return {K.fx * r[0] + K.cx, K.fy * r[1] + K.cy};
+  }
 };
 
 struct Rect {
@@ -54,8 +71,11 @@ struct FreeSpaceScratch {
   std::vector<unsigned char> free;
   DistanceScratch transform;
 };
+// `is_background(at, u, depth_m)`, if given, is asked about pixels without a reading, as if they lay at the
+// object's depth: where it says yes, the pixel counts as free.
+using IsBackground = std::function<bool(int at, Vec2f ideal_px, float depth_m)>;
 void free_space_grid(const DepthFrame& frame, const Camera& camera, const Shape& shape,
-                     const Rigidd& T_cam_obj, double padding_m, FreeSpaceScratch* scratch,
-                     DistanceGrid* grid);
+                     const Rigidd& T_cam_obj, double padding_m, const IsBackground* is_background,
+                     FreeSpaceScratch* scratch, DistanceGrid* grid);
 
 }  // namespace sdftrack

@@ -23,6 +23,7 @@ struct TrackedObject {
   Rigidd T_cam_obj;                    // centred frame; the last that was not lost
   FitMemory memory;
   ConstantVelocity motion;
+  ColorModel colors;
   double usual_share = 0;             // of agreeing surface points, lately; 0: not known yet
   double usual_cost = 0;              // mean per pixel, lately
   bool weak = false;                  // in the last frame

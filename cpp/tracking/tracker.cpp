@@ -16,7 +16,8 @@ constexpr double kOverUsual = 1.4;      // nor is a mean cost this far above the
 constexpr double kWideTurn = 0.2;       // rad, of the further starts of a wide attempt
 constexpr double kClearlyBetter = 0.1;  // quality that a further attempt must gain
 constexpr double kNextReach_m = 0.06;   // of a search for an object that moved too fast to be followed
-constexpr double kSlow = 0.02, kFast = 0.3;  // how fast the usual values follow
+constexpr int kColorBudget = 3000, kFirstColorBudget = 20000;  // pixels visited for the histograms
+constexpr double kSlow = 0.02, kFast = 0.3;                    // how fast the usual values follow
 
 // Whether an attempt needs no further one. An object that has been followed is compared with itself; at a
 // start only the surface that nothing hides can be judged.
@@ -66,6 +67,7 @@ Tracker::Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const
   for (const SdfView& sdf : shapes) {
     Object object;
     object.shape = shape_of(sdf);
+    object.colors = ColorModel(static_cast<float>(options_.color_prior));
     objects_.push_back(object);
   }
   set_camera(camera);
@@ -83,9 +85,9 @@ void Tracker::set_camera(const Camera& camera) {
   rays_ = camera.distorted() ? ray_table(camera) : std::vector<float>{};
 }
 
-DepthFrame Tracker::make_frame(const ImageView<float>& depth_m, const unsigned char* mask,
-                               double time_s) const {
-  return {depth_m, mask, rays_.empty() ? nullptr : rays_.data(), time_s};
+DepthFrame Tracker::make_frame(const ImageView<float>& depth_m, const unsigned char* mask, double time_s,
+                               const ColorImage* color) const {
+  return {depth_m, mask, rays_.empty() ? nullptr : rays_.data(), time_s, color};
 }
 
 std::vector<ObjectResult> Tracker::start(const DepthFrame& frame, const std::vector<Whereabouts>& places) {
@@ -95,6 +97,7 @@ std::vector<ObjectResult> Tracker::start(const DepthFrame& frame, const std::vec
   plane_ = {};
   for (std::size_t k = 0; k < objects_.size(); ++k) {
     objects_[k].forget(options_.damping_start);
+    objects_[k].colors.forget();
     const std::optional<Rigidd>& pose = places[k].T_cam_obj;  // the plane's search leaves its region out
     objects_[k].T_cam_obj = pose ? centred(*pose, *objects_[k].shape) : Rigidd{};
     objects_[k].wanted = places[k];
@@ -127,6 +130,7 @@ void Tracker::set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matri
 int Tracker::add(const SdfView& shape, const Whereabouts& place) {
   Object object;
   object.shape = shape_of(shape);
+  object.colors = ColorModel(static_cast<float>(options_.color_prior));
   object.forget(options_.damping_start);
   if (place.T_cam_obj) object.T_cam_obj = centred(*place.T_cam_obj, *object.shape);
   object.wanted = place;
@@ -148,7 +152,10 @@ std::vector<ObjectResult> Tracker::each(const DepthFrame& frame, const std::vect
   for (std::size_t i = 0; i < objects.size(); ++i) {
     Object& object = objects_.at(static_cast<std::size_t>(objects[i]));
     if (readable) {
+      const bool color_used = colors_of(frame, object) != nullptr;
       results.push_back(work(i, &object));
+      results.back().color_used = color_used;
+      if (results.back().trust.status == Status::kOk) learn_colors(frame, &object);
       continue;
     }
     // A place to begin at is kept for the next frame; a pose is one already.
@@ -164,6 +171,21 @@ void Tracker::follow_plane(const DepthFrame& frame) {
   for (const Object& object : objects_)
     regions.push_back(projected_box(camera_, *object.shape, object.T_cam_obj, options_.padding_m));
   plane_.update(frame, camera_, regions);
+}
+
+const ColorModel* Tracker::colors_of(const DepthFrame& frame, const Object& object) const {
+  const bool tell =
+      frame.color && object.colors.known() && object.colors.overlap() <= options_.color_max_overlap;
+  return tell ? &object.colors : nullptr;
+}
+
+// Only from a pose that is sure: from another it would learn the colours of what hides the object.
+void Tracker::learn_colors(const DepthFrame& frame, Object* object) {
+  if (!frame.color) return;
+  const int budget = object->colors.known() ? kColorBudget : kFirstColorBudget;
+  count_colors(frame, camera_, *object->shape, object->T_cam_obj, options_.padding_m, budget, object->colors,
+               &color_reader_, &color_counts_);
+  object->colors.update(color_counts_, options_.color_object_rate, options_.color_background_rate);
 }
 
 ObjectResult Tracker::track_one(const DepthFrame& frame, Object* object) {
@@ -191,8 +213,8 @@ ObjectResult Tracker::begin_at(const DepthFrame& frame, Object* object, const Wh
   query.mask = place.mask.empty() ? nullptr : place.mask.data();
   query.box = place.box;
   query.plane = plane_.plane();
-  const std::optional<Found> found =
-      finder_.find(frame, camera_, *object->shape, object->memory, query, &fitter_);
+  const std::optional<Found> found = finder_.find(frame, camera_, *object->shape, object->memory,
+                                                  colors_of(frame, *object), query, &fitter_);
   if (!found) {
     object->lost_frames = 1;
     return without_pose(*object,
@@ -236,7 +258,8 @@ std::optional<Fitted> Tracker::best_fit(const DepthFrame& frame, const Object& o
   query.near = expected;
   query.reach_m = kNextReach_m;
   query.seeds = std::min(options_.recover_seeds, kSearchSeeds);
-  std::optional<Found> found = finder_.find(frame, camera_, *object.shape, object.memory, query, &fitter_);
+  std::optional<Found> found =
+      finder_.find(frame, camera_, *object.shape, object.memory, colors_of(frame, object), query, &fitter_);
   if (found && found->trust.status == Status::kOk && better(found->fitted)) {
     if (best) prepend(best->steps, &found->fitted.steps);
     best = std::move(found->fitted);
@@ -247,7 +270,8 @@ std::optional<Fitted> Tracker::best_fit(const DepthFrame& frame, const Object& o
 std::optional<Fitted> Tracker::fit(const DepthFrame& frame, const Object& object, const Attempt& attempt,
                                    const Rigidd& expected) {
   const Matrix6d weak = PosePrior::isotropic(options_.motion_sigma_m, options_.motion_sigma_rad);
-  const FitTarget target{*object.shape, expected, object.prior ? *object.prior : weak, object.memory};
+  const FitTarget target{*object.shape, expected, object.prior ? *object.prior : weak, object.memory,
+                         colors_of(frame, object)};
   return fitter_.fit(frame, camera_, target, attempt, plane_.plane());
 }
 
@@ -288,6 +312,7 @@ ObjectResult Tracker::judged(Fitted fitted, const Trust& trust, double time_s, O
     result.runner_up = std::numeric_limits<double>::quiet_NaN();
   }
   result.cost = fitted.cost;
+  result.foreground = fitted.foreground;
   result.steps = std::move(fitted.steps);
   return result;
 }

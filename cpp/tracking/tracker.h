@@ -20,6 +20,8 @@ struct ObjectResult {
   double cost = 0;       // mean per pixel of the last stage
   double runner_up = 0;  // after a search: score of the best other pose over this one's; NaN: no search
   std::vector<TrackStep> steps;
+  bool color_used = false;
+  double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
 };
 
 struct TrackerSettings {
@@ -38,7 +40,9 @@ class Tracker {
   int object_count() const { return static_cast<int>(objects_.size()); }
   const Camera& camera() const { return camera_; }
   void set_camera(const Camera& camera);  // of the frames to come
-  DepthFrame make_frame(const ImageView<float>& depth_m, const unsigned char* mask, double time_s) const;
+  // color: nullptr, or the frame's: used as soon as an accepted pose has shown the object's colours.
+  DepthFrame make_frame(const ImageView<float>& depth_m, const unsigned char* mask, double time_s,
+                        const ColorImage* color) const;
 
   // Forgets all history and begins at the given places.
   std::vector<ObjectResult> start(const DepthFrame& frame, const std::vector<Whereabouts>& places);
@@ -61,6 +65,8 @@ class Tracker {
   template <class Work>
   std::vector<ObjectResult> each(const DepthFrame& frame, const std::vector<int>& objects, const Work& work);
   void follow_plane(const DepthFrame& frame);
+  const ColorModel* colors_of(const DepthFrame& frame, const Object& object) const;
+  void learn_colors(const DepthFrame& frame, Object* object);
 
   ObjectResult begin_at(const DepthFrame& frame, Object* object, const Whereabouts& place);
   ObjectResult track_one(const DepthFrame& frame, Object* object);
@@ -88,6 +94,8 @@ class Tracker {
   PlaneFollower plane_;
   PoseFitter fitter_;
   ObjectFinder finder_;
+  ColorReader color_reader_;
+  ColorCounts color_counts_;
 };
 
 }  // namespace sdftrack

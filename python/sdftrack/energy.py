@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack.appearance import color_map
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.checks import number, numbers, of_kind
 from sdftrack.frame import Frame
@@ -116,12 +117,21 @@ class Energy:
     frame : Frame
     poses : (4, 4) or (1, 4, 4) float64
         ``T_cam_obj`` that chooses the pixels; also ``energy.start``.
-    penalty : {"depth"}
+    penalty : {"depth", "rgbd"}
+        ``"rgbd"`` weighs each pixel by its colour's posterior; the histograms are made from this frame, inside and
+        around its ``mask``, or without one from the readings on and off the surface at `poses`.
     unknowns : ("pose",), ("pose", "intrinsics") or ("pose", "scale")
     scale_m : float
         s of the logistic density (thesis Eq. 3.11), m.
     options : fields of TrackerOptions
-        ``residual``, ``curvature``, ``outlier_floor``, ``padding_m``, ``noise_m``, ``max_pixels``, ...
+        ``residual``, ``curvature``, ``outlier_floor``, ``padding_m``, ``noise_m``, ``max_pixels``,
+        ``color_likelihood``, ...
+
+    Raises
+    ------
+    ValueError
+        An unknown penalty or set of unknowns; a frame without depth, or for ``"rgbd"`` without colour, with colour of
+        another size than the camera says, with an empty mask, or with too little of the object in it.
 
     >>> energy = Energy(sdf, camera, frame, T_cam_obj)                    # doctest: +SKIP
     >>> energy.linearize(energy.start).gradient.shape                     # doctest: +SKIP
@@ -146,14 +156,21 @@ class Energy:
             raise ValueError(f"shapes: expected one SDF in this version, got {len(many)}")
         if not isinstance(many[0], SDF):
             raise TypeError(f"shapes: expected an SDF, got {type(many[0]).__name__}")
-        if penalty != "depth":
-            raise ValueError(f"penalty: expected 'depth' in this version, got {penalty!r}")
+        if penalty not in ("depth", "rgbd"):
+            raise ValueError(f"penalty: expected 'depth' or 'rgbd', got {penalty!r}")
         known = (("pose",), ("pose", "intrinsics"), ("pose", "scale"))
         if tuple(unknowns) not in known:
             raise ValueError(f"unknowns: expected one of {known}, got {unknowns!r}")
         of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
         if frame.depth is None:
             raise ValueError("frame: expected a depth image, got none")
+        color = None
+        if penalty == "rgbd":
+            if frame.color is None:
+                raise ValueError("frame: expected a colour image for penalty='rgbd', got none")
+            if tuple(unknowns) != ("pose",):
+                raise ValueError(f"unknowns: expected ('pose',) with penalty='rgbd', got {unknowns!r}")
+            color = frame.color
         if not number(scale_m, "scale_m") > 0:
             raise ValueError(f"scale_m: expected a length > 0 in metres, got {scale_m!r}")
         self.shape = many[0]
@@ -166,6 +183,7 @@ class Energy:
             self.shape.values, self.shape.voxel_size, self.shape.origin.tolist(), self.camera._core,
             frame.depth, mask, T, self.options._to_core(), float(scale_m),
             "scale" in unknowns, "intrinsics" in unknowns, threads,
+            color, None if color is None else color_map(camera, color),
         )  # fmt: skip
         self.start = State(
             T[None],
@@ -194,7 +212,7 @@ class Energy:
         """Arrays of one value per pixel.
 
         ``residual_m``; ``weight`` (the penalty's curvature there); ``hit`` (the ray meets the model); ``u_px``,
-        ``v_px``, ``depth_m`` (the reading).
+        ``v_px``, ``depth_m`` (the reading); ``foreground`` (the colour's posterior, with ``penalty="rgbd"``).
         """
         return dict(self._core.residuals(self._state(x)))
 

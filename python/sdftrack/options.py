@@ -73,6 +73,21 @@ class TrackerOptions:
     motion_sigma_m: float = _option("motion_sigma_m", "weak prior about the predicted pose; 0: none")
     motion_sigma_rad: float = _option("motion_sigma_rad", "the same for the turn")
     drop_plane: bool = _option("drop_plane", "leave out the pixels of the dominant plane (a table)")
+    color_likelihood: str = _option(
+        "color_likelihood",
+        "odds: the colour sets each pixel's share of outliers; printed: P_f d_on + P_b H_out (Eq. 4.18)",
+    )
+    color_prior: float = _option("color_prior", "posterior of a colour that says nothing")
+    color_object_rate: float = _option(
+        "color_object_rate", "share of each new frame in the object's histogram (Eq. 4.22)"
+    )
+    color_background_rate: float = _option("color_background_rate", "the same for the background's")
+    color_free_space: bool = _option(
+        "color_free_space", "a pixel without depth but of the background's colour is free space"
+    )
+    color_max_overlap: float = _option(
+        "color_max_overlap", "auto: depth alone where sum sqrt(p_f p_b) of the histograms is above"
+    )
     recover_seeds: int = _option(
         "recover_seeds", "rotations that a search for a lost object tries per frame, of 240: bounds its time"
     )
@@ -172,6 +187,7 @@ _MAY_BE_ZERO = {
     "outlier_floor", "scale_start_m", "noise_per_m", "padding_m", "coarse_steps", "damping_start",
     "free_space_weight", "retry_inliers", "far_scale_m", "far_padding_m", "motion_sigma_m",
     "motion_sigma_rad", "lost_inliers", "weak_inliers", "correlation_area_px",
+    "color_object_rate", "color_background_rate", "color_max_overlap",
 }  # fmt: skip
 
 
@@ -183,5 +199,7 @@ def _check_number(name: str, value: Any, integer: bool) -> None:
         raise ValueError(
             f"{name}: expected {kind} {'>= 0' if name in _MAY_BE_ZERO else '> 0'}, got {value!r}"
         )
-    if name == "outlier_floor" and value >= 1:
-        raise ValueError(f"outlier_floor: expected a share below 1, got {value!r}")
+    if name in ("outlier_floor", "color_prior") and value >= 1:
+        raise ValueError(f"{name}: expected a share below 1, got {value!r}")
+    if name in ("color_object_rate", "color_background_rate") and value > 1:
+        raise ValueError(f"{name}: expected a share of at most 1, got {value!r}")

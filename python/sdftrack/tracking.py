@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Track known shapes in depth images, from a pose, a mask, a box or nothing but the shape."""
+"""Track known shapes in depth and colour images, from a pose, a mask, a box or nothing but the shape."""
 
 from __future__ import annotations
 
 import contextlib
+import logging
 import operator
 import os
 import pickle
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack.appearance import color_map
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.checks import numbers, of_kind
 from sdftrack.device import resolve_device
@@ -27,21 +29,24 @@ from sdftrack.sdf import SDF
 
 __all__ = ["Tracker"]
 
+LOG = logging.getLogger("sdftrack")
 FOLLOWED = (Status.OK, Status.WEAK)
 OVERLAP = 0.5  # of an object's half thickness; errors of the poses stay well below
 
 
 class Tracker:
-    """Track one or more known shapes, each from its last pose, by depth.
+    """Track one or more known shapes, each from its last pose, by depth and colour.
 
     Parameters
     ----------
     shapes : SDF or sequence of SDF
         The objects; the same SDF twice is stored once.
     camera : Camera or RGBDCamera
-        Of the depth images. A frame's own ``camera`` goes before it.
-    mode : {"auto", "depth"}
-        ``"auto"`` is ``"depth"`` in this version.
+        Of the depth images; a Camera means that colour is aligned to depth. A frame's own ``camera`` goes before it.
+    mode : {"auto", "depth", "rgbd"}
+        ``"auto"`` uses colour where a frame has it and where it tells the object from what is around it;
+        ``"rgbd"`` asks for it in every frame and always uses it; ``"depth"`` never. The first frame shows the
+        colours and is fitted by depth alone. ``mode_used`` says what the last frame was tracked by.
     device : {"auto", "cpu", "cuda"}
         Where the work runs; the tracker itself runs on the CPU in this version.
     threads : int
@@ -68,10 +73,16 @@ class Tracker:
     RuntimeError
         ``device="cuda"`` without it; one tracker used by two threads at once.
 
+    Attributes
+    ----------
+    mode_used : list of "depth" or "rgbd"
+        Per object, of the last frame.
+
     Notes
     -----
-    The method is derived in docs/math/depth_tracker.md (thesis, section 3.4; ray-hit residual, outlier floor and
-    free-space term are additions). ``TrackerOptions.printed()`` selects the source's own form.
+    The method is derived in docs/math/depth_tracker.md and docs/math/color.md (thesis, sections 3.4 and 4.3; ray-hit
+    residual, outlier floor, free-space term and the odds of a colour are additions). ``TrackerOptions.printed()``
+    selects the source's own form.
 
     >>> tracker = Tracker(sdf, camera)                              # doctest: +SKIP
     >>> result = tracker.start(frame, poses=[T_cam_obj])            # doctest: +SKIP
@@ -99,7 +110,7 @@ class Tracker:
         self._frame_camera = depth_camera(camera)
         self.options = _option_set(options).replace(**single_options)
         self.names = _name_list(names, len(self.shapes))
-        _expect("mode", mode, ("auto", "depth"))
+        _expect("mode", mode, ("auto", "depth", "rgbd"))
         _expect("motion", motion, tuple(_core.MotionModel.__members__))
         if collision is not None:
             raise ValueError(
@@ -110,14 +121,17 @@ class Tracker:
         if isinstance(threads, bool) or not isinstance(threads, int) or threads < 0:
             raise ValueError(f"threads: expected 0 (all cores) or a number of threads, got {threads!r}")
         resolve_device(device)
-        self.mode = "depth"
+        self.mode = mode
+        self.mode_used = ["depth"] * len(self.shapes)
+        self._color_map: tuple[Any, Any] = (None, None)  # of what camera and size, and the map
+        always = {"color_max_overlap": 2.0} if mode == "rgbd" else {}  # an overlap is at most 1
         self.threads = threads
         self.recover_lost = bool(recover)
         self.motion = motion
         self._core = _core.Tracker(
             [_volume(s) for s in self.shapes],
             self._frame_camera._core,
-            self.options._to_core(),
+            self.options.replace(**always)._to_core(),
             threads,
             self.recover_lost,
             _core.MotionModel.__members__[motion],
@@ -164,7 +178,8 @@ class Tracker:
             `frame` is not a Frame, or `poses`, `masks` or `boxes` are not arrays of numbers.
         ValueError
             Not one per shape; poses not finite or not rigid; an empty mask or one of another size; a box without
-            area or outside the image; two of the three given; a depth image of another size than the camera's.
+            area or outside the image; two of the three given; a depth or colour image of another size than the
+            camera says; no colour image with ``mode="rgbd"``.
         """
         of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
         given = [
@@ -195,7 +210,7 @@ class Tracker:
         depth : Frame, or (H, W) float32 m (0 = none)
             The frame, or its depth image.
         color : (H, W, 3) uint8, optional
-            Kept for later versions; only depth is used.
+            Aligned to depth, or as the RGBDCamera says.
 
         Returns
         -------
@@ -208,7 +223,8 @@ class Tracker:
         RuntimeError
             Before :meth:`start`.
         ValueError
-            A depth image of another size than the camera's; the tracker is as it was before.
+            A depth or colour image of another size than the camera says; no colour image with ``mode="rgbd"``. The
+            tracker is as it was before.
         """
         if self._index < 0:
             raise RuntimeError("track: call start(frame, poses=[...]) first")
@@ -314,6 +330,7 @@ class Tracker:
             self.shapes = [*self.shapes, shape]
             self.names = [*self.names, f"object {k}" if name is None else str(name)]
             self._deepest = [*self._deepest, _deepest(shape)]
+            self.mode_used = [*self.mode_used, "depth"]
             self._best = np.concatenate([self._best, _pose_or_nan(place)[None]])
             self._last = None
             return k
@@ -325,7 +342,7 @@ class Tracker:
             raise ValueError("k: expected at least one object to be left, got the only one")
         with self._alone():
             self._core.remove(index)
-            for values in (self.shapes, self.names, self._deepest):
+            for values in (self.shapes, self.names, self._deepest, self.mode_used):
                 del values[index]
             self._best = np.delete(self._best, index, axis=0)
             self._last = None
@@ -363,6 +380,7 @@ class Tracker:
 
     def __reduce__(self) -> tuple[Any, ...]:
         kwargs = {
+            "mode": self.mode,
             "names": self.names,
             "options": self.options,
             "threads": self.threads,
@@ -388,7 +406,24 @@ class Tracker:
                 f"depth: expected the camera's size {camera.width} x {camera.height}, got "
                 f"{frame.depth.shape[1]} x {frame.depth.shape[0]}; scale the camera with Camera.scaled"
             )
+        self._colors_of(frame)
         return camera
+
+    def _colors_of(self, frame: Frame) -> tuple[Any, Any]:
+        """The frame's colour image, if it is to be used, and where its pixels lie."""
+        if self.mode == "depth" or frame.depth is None:
+            return None, None
+        if frame.color is None:
+            if self.mode == "rgbd":
+                raise ValueError(
+                    "frame: expected a colour image with mode='rgbd', got none; give st.Frame(depth, color), or use "
+                    "mode='auto'"
+                )
+            return None, None
+        camera = self.camera if frame.camera is None else frame.camera
+        if self._color_map[0] != (camera, frame.color.shape):
+            self._color_map = (camera, frame.color.shape), color_map(camera, frame.color)
+        return frame.color, self._color_map[1]
 
     def _run(self, frame: Frame, camera: Camera, work: Any, *arguments: Any) -> list[dict[str, Any]]:
         if camera != self._frame_camera:
@@ -402,7 +437,7 @@ class Tracker:
             )
         mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
         time_s = float("nan") if frame.timestamp is None else float(frame.timestamp)
-        found: list[dict[str, Any]] = work(depth, mask, time_s, *arguments)
+        found: list[dict[str, Any]] = work(depth, mask, time_s, *arguments, *self._colors_of(frame))
         if why:
             for f in found:
                 f["reason"] = why
@@ -424,8 +459,16 @@ class Tracker:
                             found[one]["reason"] = f"it stands where another is tracked: {self.names[other]}"
                             found[one]["confidence"] *= 0.5
 
+    def _note_modes(self, found: list[dict[str, Any]]) -> None:
+        now = ["rgbd" if f["color_used"] else "depth" for f in found]
+        for name, before, used in zip(self.names, self.mode_used, now, strict=True):
+            if used != before:
+                LOG.info("frame %d: %s is tracked by %s", self._index, name, used)
+        self.mode_used = now
+
     def _finish(self, frame: Frame, found: list[dict[str, Any]], begin: float) -> TrackResult:
         self._doubt_overlaps(found)
+        self._note_modes(found)
         status = [Status(f["status"]) for f in found]
         poses = np.stack(
             [f["pose"] if s in FOLLOWED else T for f, s, T in zip(found, status, self._best, strict=True)]

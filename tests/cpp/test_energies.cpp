@@ -130,6 +130,57 @@ TEST(Penalty, with_a_floor_a_far_residual_pulls_no_more) {
   EXPECT_TRUE(std::isfinite(penalty(1e6, 1.0).cost));
 }
 
+template <class P>
+void expect_derivatives(const P& penalty, double r, double foreground) {
+  const double noise = 1.3, h = 1e-8;
+  EXPECT_NEAR((penalty(r + h, noise, foreground).cost - penalty(r - h, noise, foreground).cost) / (2 * h),
+              penalty(r, noise, foreground).slope, 1e-3)
+      << r << " " << foreground;
+  EXPECT_NEAR((penalty(r + h, noise, foreground).slope - penalty(r - h, noise, foreground).slope) / (2 * h),
+              penalty.second_derivative(r, noise, foreground), 50)
+      << r << " " << foreground;
+  EXPECT_GE(penalty(r, noise, foreground).curvature, 0);
+}
+
+TEST(ColorPenalty, slope_and_second_derivative_are_derivatives_of_the_cost) {
+  for (const double foreground : {0.02, 0.3, 0.7, 0.98})
+    for (double r = -0.02; r < 0.02; r += 0.0007) {
+      expect_derivatives(ColorOdds<double>{0.002, 0.1, 0.7}, r, foreground);
+      expect_derivatives(ColorPrinted<double>{0.002}, r, foreground);
+    }
+}
+
+TEST(ColorPenalty, a_colour_that_says_nothing_leaves_the_depth_penalty) {
+  const DepthLogistic<double> depth{0.002, 0.1};
+  const ColorOdds<double> odds{0.002, 0.1, 0.7};
+  for (const double r : {-0.01, -0.001, 0.0, 0.0003, 0.02}) {
+    const Curve<double> a = depth(r, 1.0), b = odds(r, 1.0, 0.7);
+    EXPECT_EQ(a.cost, b.cost);
+    EXPECT_EQ(a.slope, b.slope);
+    EXPECT_EQ(a.curvature, b.curvature);
+    EXPECT_EQ(depth.second_derivative(r, 1.0), odds.second_derivative(r, 1.0, 0.7));
+  }
+}
+
+TEST(ColorPenalty, the_odds_hold_on_to_the_objects_colour_and_let_the_backgrounds_go) {
+  const ColorOdds<double> odds{0.002, 0.1, 0.7};
+  const double r = 0.008;  // 4 s
+  EXPECT_GT(odds(r, 1, 0.98).slope, 2 * odds(r, 1, 0.7).slope);
+  EXPECT_LT(odds(r, 1, 0.02).slope, 0.1 * odds(r, 1, 0.7).slope);
+  EXPECT_LT(odds(0.001, 1, 0.02).curvature, 0.15 * odds(0.001, 1, 0.7).curvature);
+}
+
+TEST(ColorPenalty, the_printed_form_is_the_sum_of_its_two_terms) {
+  const ColorPrinted<double> printed{0.002};
+  for (const double r : {-0.004, -0.0002, 0.001, 0.006}) {
+    const double on = 1 / std::pow(std::cosh(r / 0.004), 2), f = 0.6;
+    const double L = f * on + (r >= 0 ? 0.4 * (1 - on) : 0.0);
+    EXPECT_NEAR(printed(r, 1.0, f).cost, -std::log(L + kPosteriorFloor), 1e-12);
+  }
+  EXPECT_LT(printed(0.003, 1.0, 0.3).slope, 0) << "a background pixel in front pushes away";
+  EXPECT_EQ(printed(0.003, 1.0, 0.5).slope, 0) << "and one that may be either does not pull at all";
+}
+
 // A synthetic frame of the box: exact hits by marching, moved by a known error.
 struct BoxFrame {
   PixelSet pixels;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Depth tracking of two recorded sequences against their reference poses.
+"""Tracking of two recorded sequences against their reference poses, by depth (default) or with `--set mode=rgbd`.
 
 python -m sdftrack.eval.real ycbv10 --data DIR     # random starts 10 mm / 5 deg off the truth
 python -m sdftrack.eval.real k1 --data DIR         # each of two sponges by itself, still and in the hand
@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from collections.abc import Sequence as Seq
 from pathlib import Path
 from typing import Any
@@ -33,6 +33,8 @@ YCB_NOISE_M = 0.0009  # median |measured - rendered| of the set's own check, tak
 K1_STILL = 41  # frames 0-40: nobody touches the sponges
 K1_STILL_LIMITS = {0: (0.004, np.deg2rad(2.0)), 1: (0.004, np.deg2rad(4.0))}
 K1_HAND_LIMITS = {0: (0.004, np.deg2rad(2.5)), 1: (0.006, np.deg2rad(4.0))}
+K1_TO_FRAME, K1_LEAST_IOU = 124, 0.8  # the last frame with a mask
+HIDING_M = 0.008  # a reading this much nearer than the model hides it
 K1_SPREAD_LIMIT = (0.0005, np.deg2rad(0.3))
 SIDES = ("left", "right")
 
@@ -118,7 +120,7 @@ def run_ycbv10(
                 T = seq.ground_truth[first][k]
                 rng = np.random.default_rng([obj_id, n])
                 camera = stock[first].camera or seq.camera
-                tracker = st.Tracker(sdf, camera, mode="depth", **(options or {}))
+                tracker = st.Tracker(sdf, camera, **{"mode": "depth", **(options or {})})
                 results = track_frames(
                     tracker, stock[first : first + frames], [off_pose(T, START_OFF_M, START_OFF_RAD, rng)]
                 )
@@ -198,6 +200,17 @@ def _spread(poses: Array) -> tuple[float, float]:
     return float(np.sqrt(np.mean((t**2).sum(axis=1)))), float(np.sqrt(np.mean(np.square(angles))))
 
 
+def mask_iou(sdf: Any, camera: Any, frame: Any, T: Array, masks: Iterable[Any]) -> float:
+    """Intersection over union of what the pose shows of the object (not hidden by a nearer reading) with a mask.
+
+    With the best of `masks`: objects that look alike are not told apart by theirs.
+    """
+    depth, _ = sdf.render(getattr(camera, "depth", camera), np.ascontiguousarray(T))
+    shown = (depth > 0) & ~((frame.depth > 0) & (frame.depth < depth - HIDING_M))
+    ratios = [int(np.count_nonzero(shown & m)) / max(1, int(np.count_nonzero(shown | m))) for m in masks]
+    return float(max(ratios, default=np.nan))
+
+
 def run_k1(
     data: Path,
     frames: int = 141,
@@ -216,7 +229,7 @@ def run_k1(
         sdf = st.SDF.from_mesh(mesh, voxels=voxels)
         frames = min(frames, len(seq))
         for k in only:
-            tracker = st.Tracker(sdf, seq.camera, mode="depth", **(options or {}))
+            tracker = st.Tracker(sdf, seq.camera, **{"mode": "depth", **(options or {})})
 
             def told(i: int, result: Any, k: int = k) -> None:
                 if i % 20 == 0 or not result.ok:
@@ -226,6 +239,11 @@ def run_k1(
                 tracker, (seq[i] for i in range(frames)), [np.asarray(seq.ground_truth[0][k])], told
             )
             poses = np.array([r.poses[0] for r in results])
+            overlap = {
+                i: mask_iou(sdf, seq.camera, seq[i], poses[i], masks.values())
+                for i in range(min(frames, K1_TO_FRAME + 1))
+                if (masks := seq.masks(i))
+            }
             still = poses[:K1_STILL]
             first = pose_errors(still, np.tile(seq.ground_truth[0][k], (len(still), 1, 1)))
             spread = _spread(still)
@@ -235,6 +253,9 @@ def run_k1(
                 "still_max_mm": 1e3 * float(first.translation_m.max()),
                 "still_max_deg": float(np.rad2deg(first.rotation_rad.max())),
                 "hand": {},
+                "iou_least": min(overlap.values(), default=float("nan")),
+                "iou_at": min(overlap, key=lambda i: overlap[i], default=-1),
+                "iou_frames": len(overlap),
                 "lost": sum(str(r.status[0]) == "lost" for r in results),
                 "weak": sum(str(r.status[0]) == "weak" for r in results),
                 "first_lost": next((i for i, r in enumerate(results) if str(r.status[0]) == "lost"), None),
@@ -288,6 +309,10 @@ def _format_k1(rows: dict[str, dict[str, Any]]) -> str:
             f"(want {still})"
         )
         lines.append(f"{indent}  in the hand, mm / deg at frame  {at}  (want {hand})")
+        lines.append(
+            f"{indent}  mask IoU at least {q['iou_least']:.3f} (frame {q['iou_at']}, {q['iou_frames']} trusted masks "
+            f"to frame {K1_TO_FRAME}; want {K1_LEAST_IOU:g})"
+        )
         lines.append(
             f"{indent}  lost {q['lost']}, weak {q['weak']}, first lost {q['first_lost']}, "
             f"{q['ms_per_frame']:.2f} ms per frame"

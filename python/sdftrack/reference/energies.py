@@ -28,6 +28,7 @@ HIT_LEAD_M = 0.003  # the search starts this far in front of the reading
 HIT_REACH_M = 0.05  # and begins again where it gets farther than this from the reading
 CONVERGED_M = 1e-5
 NEWTON_STEPS = 8
+POSTERIOR_FLOOR = 1e-3
 
 
 class FieldRow(NamedTuple):
@@ -133,6 +134,48 @@ class DepthLogistic:
         return float(inlier * (sech2 / 2 - e / likelihood * tanh**2) / s**2)
 
 
+@dataclass(frozen=True)
+class ColorOdds:
+    """The depth penalty with each pixel's own share of outliers, by the posterior P_f of its colour.
+
+    e_i / (1 - e_i) = e / (1 - e) ((1 - P_f) / (1 - prior)) / (P_f / prior); DepthLogistic where P_f is the prior.
+    """
+
+    scale_m: float
+    outlier_floor: float
+    prior: float = 0.7
+
+    def __call__(self, residual: float, noise_scale: float, foreground: float) -> Curve:
+        s = self.scale_m * noise_scale
+        a = (1 - self.outlier_floor) * foreground / self.prior
+        b = self.outlier_floor * (1 - foreground) / (1 - self.prior)
+        return DepthLogistic(s, b / (a + b))(residual)
+
+
+@dataclass(frozen=True)
+class ColorPrinted:
+    """-log L, L = P_f d_on + P_b H_out (thesis Eq. 4.12, 4.13, 4.18) with posteriors and a small floor.
+
+    d_on = sech^2(r / 2s); H_out = 1 - d_on in front of the surface (r >= 0), 0 behind it.
+    """
+
+    scale_m: float
+
+    def __call__(self, residual: float, noise_scale: float, foreground: float) -> Curve:
+        s = self.scale_m * noise_scale
+        u = residual / (2 * s)
+        on = 1 / np.cosh(u) ** 2
+        d_on = -on * np.tanh(u) / s
+        outside = (1 - foreground) if residual >= 0 else 0.0
+        L = foreground * on + outside * (1 - on) + POSTERIOR_FLOOR
+        weight = np.tanh(u) / (s * residual) if abs(u) > 1e-3 else 1 / (2 * s * s)
+        return Curve(
+            float(-np.log(L)),
+            float(-(foreground - outside) * d_on / L),
+            float(foreground * on / L * weight),
+        )
+
+
 class Hit(NamedTuple):
     """Where a ray meets the model: depth, and of the last sample the slope along the ray, J and phi."""
 
@@ -202,15 +245,20 @@ def linearize(
     rays: Array,
     depths: Array,
     gains: Array,
-    penalty: DepthLogistic,
+    penalty: DepthLogistic | ColorOdds | ColorPrinted,
     noise_scale: Array | None = None,
+    foreground: Array | None = None,
 ) -> NormalEquations:
-    """Cost, gradient and Hessian: the sum over pixels (rays (N, 3) with z = 1, depths (N,) m, gains (N,))."""
+    """Cost, gradient and Hessian: the sum over pixels (rays (N, 3) with z = 1, depths (N,) m, gains (N,)).
+
+    `foreground` (N,): the posteriors, for a penalty that asks for them.
+    """
+    colors = [()] * len(depths) if foreground is None else [(float(p),) for p in foreground]
     noise = np.ones(len(depths)) if noise_scale is None else noise_scale
     cost, gradient, hessian = 0.0, np.zeros(1), np.zeros((1, 1))
-    for ray, depth, gain, n in zip(rays, depths, gains, noise, strict=True):
+    for ray, depth, gain, n, color in zip(rays, depths, gains, noise, colors, strict=True):
         residual, J = read(field, ray, float(depth), float(gain))
-        curve = penalty(residual, float(n))
+        curve = penalty(residual, float(n), *color)
         cost += curve.cost
         gradient = gradient + curve.slope * J
         hessian = hessian + curve.curvature * np.outer(J, J)

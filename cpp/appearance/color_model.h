@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// What colours an object has and what colours are around it: two histograms, and the posterior of each
+// colour.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "base/hd.h"
+
+namespace sdftrack {
+
+constexpr int kColorBinsPerChannel = 16;
+constexpr int kColorBins = kColorBinsPerChannel * kColorBinsPerChannel * kColorBinsPerChannel;
+
+HD int color_bin(const unsigned char* rgb) {
+  return ((rgb[0] >> 4) << 8) | ((rgb[1] >> 4) << 4) | (rgb[2] >> 4);
+}
+
+// Pixels per colour, of one frame. A pixel of the object may count for less than one.
+struct ColorCounts {
+  std::vector<float> object = std::vector<float>(kColorBins), background = std::vector<float>(kColorBins);
+  int object_pixels = 0, background_pixels = 0;
+  double object_weight = 0;
+
+  void clear();
+  void add_object(int bin, float weight = 1) {
+    object[static_cast<std::size_t>(bin)] += weight, object_weight += static_cast<double>(weight);
+    ++object_pixels;
+  }
+  void add_background(int bin) { background[static_cast<std::size_t>(bin)] += 1, ++background_pixels; }
+};
+
+// p(colour | object) and p(colour | background), each smoothed, and
+//   P_f = prior p_f / (prior p_f + (1 - prior) p_b),
+// kept between two bounds: no colour proves anything. A colour that neither has seen gives the prior.
+class ColorModel {
+ public:
+  explicit ColorModel(float prior = 0.7f) : prior_(prior) {}
+
+  // Made from enough pixels of the object; else it says nothing.
+  bool known() const { return known_; }
+  void forget() { known_ = false; }
+  float prior() const { return prior_; }
+  // How much a pixel of this colour on the surface counts for the object's histogram: what is probably
+  // something else that lies there hardly does.
+  float weight(int bin) const {
+    return known_ ? std::min(1.0f, posterior_[static_cast<std::size_t>(bin)] / prior_) : 1.0f;
+  }
+  // Posterior of every colour bin.
+  const std::vector<float>& posterior() const { return posterior_; }
+  // Sum of sqrt(p_f p_b): 1, the colours say nothing; 0, they say everything.
+  double overlap() const { return overlap_; }
+
+  // The first call sets the histograms; later ones mix them in by the linear opinion pool
+  // p <- (1 - rate) p + rate p_new (thesis Eq. 4.22). Too few pixels of a kind leave its histogram as it was.
+  void update(const ColorCounts& counts, double object_rate, double background_rate);
+
+ private:
+  void make_posterior();
+
+  float prior_;
+  bool known_ = false;
+  std::vector<float> object_, background_;  // as counted, sum 1
+  std::vector<float> posterior_, smooth_object_, smooth_background_, scratch_;
+  double overlap_ = 0;
+};
+
+// 1e-3 of a uniform distribution, then [1 2 1] / 4 along each axis with mirrored ends: keeps the sum.
+void smooth_histogram(const std::vector<float>& share, std::vector<float>* scratch, std::vector<float>* out);
+
+}  // namespace sdftrack

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+// Penalties that weigh a pixel's residual by its colour: P_f, the posterior that the colour is the object's.
+#pragma once
+
+#include "energies/penalty.h"
+
+namespace sdftrack {
+
+enum class ColorLikelihood {
+  kOdds,     // the colour sets each pixel's share of outliers
+  kPrinted,  // P_f d_on + P_b H_out (thesis Eq. 4.12, 4.13, 4.18)
+};
+
+// The depth penalty with each pixel's own share of outliers. A reading belongs to the object with the prior
+// chance 1 - e and to something else with e; its colour c multiplies these by p(c | f) and p(c | b), that is,
+// but for a factor of the pixel alone, by P_f / prior and P_b / (1 - prior):
+//   -log((1 - e_i) sech^2(r / 2s) + e_i),   e_i / (1 - e_i) = e / (1 - e) (P_b / (1 - prior)) / (P_f /
+//   prior).
+// A colour that says nothing (P_f = prior) gives DepthLogistic. docs/math/color.md, section 4.
+template <class T>
+struct ColorOdds {
+  T scale_m;
+  T outlier_floor;
+  T prior;
+  Curvature curvature = Curvature::kIrls;
+
+  HD void shares(T foreground, T* object, T* outliers) const {
+    const T a = (T(1) - outlier_floor) * (foreground / prior);
+    const T b = outlier_floor * ((T(1) - foreground) / (T(1) - prior));
+    const T per_sum = T(1) / (a + b);
+    *object = a * per_sum, *outliers = b * per_sum;
+  }
+
+  HD Curve<T> operator()(T residual_m, T noise_scale, T foreground) const {
+    T object, outliers;
+    shares(foreground, &object, &outliers);
+    return logistic_mixture(residual_m, T(1) / (scale_m * noise_scale), object, outliers, curvature);
+  }
+  HD T second_derivative(T residual_m, T noise_scale, T foreground) const {
+    T object, outliers;
+    shares(foreground, &object, &outliers);
+    return logistic_mixture_second(residual_m, scale_m * noise_scale, object, outliers);
+  }
+};
+
+constexpr double kPosteriorFloor = 1e-3;  // the logarithm never sees 0
+
+// L = P_f d_on + P_b H_out, d_on = sech^2(r / 2s), H_out = 1 - d_on in front of the surface (r >= 0), 0
+// behind it: the source's form, with P_f and P_b the posteriors. The curvature is that of the responsibility
+// P_f d_on / L alone; the outside term's push is in the slope.
+template <class T>
+struct ColorPrinted {
+  T scale_m;
+
+  HD Curve<T> operator()(T residual_m, T noise_scale, T foreground) const {
+    const T per_s = T(1) / (scale_m * noise_scale);
+    const T u = T(0.5) * std::abs(residual_m) * per_s;
+    const T d = exp_negative(T(-2) * u), per_up = T(1) / (T(1) + d);
+    const T on = T(4) * d * per_up * per_up, tanh_u = (T(1) - d) * per_up;
+    const T outside = residual_m >= T(0) ? T(1) - foreground : T(0);
+    const T likelihood = foreground * on + outside * (T(1) - on) + T(kPosteriorFloor);
+    const T slope = (foreground - outside) * on / likelihood * tanh_u * per_s;
+    const T responsibility = foreground * on / likelihood;
+    const T weight = u < T(1e-3) ? T(0.5) * per_s * per_s : tanh_u * per_s / std::abs(residual_m);
+    return {-log_positive(likelihood), std::copysign(T(1), residual_m) * slope, responsibility * weight};
+  }
+  HD T second_derivative(T residual_m, T noise_scale, T foreground) const {
+    const T s = scale_m * noise_scale;
+    const T t = std::tanh(residual_m / (T(2) * s)), on = T(1) - t * t;
+    const T outside = residual_m >= T(0) ? T(1) - foreground : T(0);
+    const T likelihood = foreground * on + outside * (T(1) - on) + T(kPosteriorFloor);
+    const T slope = (foreground - outside) * on * t / (likelihood * s);
+    // d on / d r = -on t / s, d t / d r = on / 2 s.
+    const T numerator = (foreground - outside) * on * (on / T(2) - t * t) / (likelihood * s * s);
+    return numerator + slope * slope;
+  }
+};
+
+}  // namespace sdftrack

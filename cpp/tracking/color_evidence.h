@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// The colours of depth pixels: for the energy's pixels, and for the histograms of object and background.
+#pragma once
+
+#include "appearance/color_model.h"
+#include "appearance/color_sight.h"
+#include "tracking/region.h"
+
+namespace sdftrack {
+
+// The colour of depth pixels in one region of one frame. `open` enters the region's readings into the colour
+// camera's z-buffer; the work is that of the region (of an even subset where it is large), not of the image.
+class ColorReader {
+ public:
+  // range: depths whose colours will be asked for.
+  void open(const DepthFrame& frame, const Camera& camera, Rect region, DepthRange range);
+  // Bin of the colour of depth pixel `at` (index) with its ideal pixel and reading; -1: the colour camera
+  // does not see it.
+  int bin(int at, Vec2f ideal_px, float depth_m) const {
+    int x, y;
+    float depth;
+    return find(at, ideal_px, depth_m, &x, &y, &depth) ? color_bin(color_->at(x, y)) : -1;
+  }
+
+ private:
+  bool find(int at, Vec2f ideal_px, float depth_m, int* x, int* y, float* depth) const {
+    const ColorMap& map = color_->map;
+    const Vec2f u =
+        map.raw_pixel ? Vec2f{static_cast<float>(at % width_), static_cast<float>(at / width_)} : ideal_px;
+    return map.find(u, depth_m, x, y, depth) && (map.aligned || sight_.sees(*x, *y, *depth));
+  }
+
+  const ColorImage* color_ = nullptr;
+  int width_ = 1;
+  ColorSight sight_;
+};
+
+// Posterior of every pixel; the prior where there is no colour. Opens the reader.
+void fetch_foreground(const DepthFrame& frame, const Camera& camera, Rect region, DepthRange range,
+                      const ColorModel& model, ColorReader* reader, PixelSet* pixels);
+
+// Colours at a pose: the object's are those of readings on the surface, away from depth steps, weighed by
+// what is known so far; the background's those of readings clearly off it, around it and in front. Visits
+// about `budget` pixels, evenly.
+void count_colors(const DepthFrame& frame, const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj,
+                  double padding_m, int budget, const ColorModel& known, ColorReader* reader,
+                  ColorCounts* counts);
+
+// Colours in and around a mask (0: not the object): the object's inside it, the background's in a ring around
+// it, wide by 30 % of its box. std::invalid_argument where the mask is empty or no reading in it has a
+// colour.
+void count_mask_colors(const DepthFrame& frame, const Camera& camera, const unsigned char* mask,
+                       ColorReader* reader, ColorCounts* counts);
+
+}  // namespace sdftrack

@@ -1,0 +1,340 @@
+# SPDX-License-Identifier: MIT
+"""Colour: histograms and posteriors against their twin, the way from depth to colour, and the RGB-D penalties."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack import _core, geometry
+from sdftrack.appearance import color_map
+from sdftrack.reference import appearance as twin
+from sdftrack.reference import energies as twin_energies
+from sdftrack.reference import tracking
+
+# float32 histograms and posteriors.
+POSTERIOR_ATOL = 2e-6
+# A sum of 4096 products in float32.
+OVERLAP_ATOL = 1e-5
+# float32 sums over 3e3 pixels, phi off by 1e-8 m in the core; measured 3e-4.
+SUM_RTOL = 2e-3
+# Kinks of the interpolant at voxel borders; a wrong Jacobian is off by tens of percent.
+SLOPE_RTOL = 1e-2
+# The posterior of a colour that says nothing is the prior up to float32, so costs agree to some 1e-6.
+SAME_RTOL = 1e-5
+LIKELIHOODS = ["odds", "printed"]
+SCALE_M = 0.004
+
+CAMERA = st.Camera(fx=120, fy=122, cx=39.5, cy=29.5, width=80, height=60)
+TRUTH = geometry.pose([0.4, -0.9, 0.3], [0.004, -0.006, 0.35])
+START = geometry.pose([0.43, -0.88, 0.27], [0.006, -0.004, 0.353])
+RED, BLUE, GREY = (200, 40, 40), (30, 40, 190), (120, 120, 120)
+
+
+@pytest.fixture(scope="module")
+def shape():
+    return st.union(st.SDF.box([0.10, 0.06, 0.04], voxels=60), st.SDF.sphere(0.033, voxels=60))
+
+
+@pytest.fixture(scope="module")
+def depth(shape):
+    near = shape.render(CAMERA, TRUTH)[0]
+    noise = np.random.default_rng(3).normal(0, 0.001, near.shape)
+    return np.where(near > 0, near + noise, 0.42).astype(np.float32)  # a wall close behind
+
+
+@pytest.fixture(scope="module")
+def color(depth):
+    """A red object before a blue wall, each with some grey."""
+    rng = np.random.default_rng(4)
+    image = np.where((depth < 0.41)[..., None], RED, BLUE)
+    image = np.where(rng.random(depth.shape)[..., None] < 0.15, GREY, image)
+    return np.clip(image + rng.normal(0, 6, image.shape), 0, 255).astype(np.uint8)
+
+
+def rgbd_energy(shape, depth, color, camera=CAMERA, poses=START, mask=None, penalty="rgbd", **options):
+    frame = st.Frame(depth, color, mask=mask)
+    return st.Energy(shape, camera, frame, poses, penalty=penalty, scale_m=SCALE_M, **options)
+
+
+def random_counts(seed, pixels=3000):
+    rng = np.random.default_rng(seed)
+    colors = np.clip(rng.normal(rng.uniform(60, 190, 3), 30, (pixels, 3)), 0, 255).astype(np.uint8)
+    return np.bincount(twin.color_bin(colors), minlength=4096).astype(np.float32)
+
+
+# --- histograms
+
+
+def test_posteriors_and_overlap_of_pooled_histograms_are_those_of_the_twin():
+    model = _core.ColorModel(0.7)
+    shares = [c / c.sum() for c in (random_counts(0), random_counts(1))]
+    model.update(random_counts(0), random_counts(1))
+    for seed in (2, 4):
+        new = random_counts(seed), random_counts(seed + 1)
+        model.update(*new, 0.05, 0.3)
+        shares = [twin.pool(s, c, rate) for s, c, rate in zip(shares, new, (0.05, 0.3), strict=True)]
+    expected = twin.posterior(*shares)
+    assert expected.min() < 0.1
+    assert expected.max() > 0.9
+    np.testing.assert_allclose(model.posterior, expected, atol=POSTERIOR_ATOL)
+    assert model.overlap == pytest.approx(twin.overlap(*shares), abs=OVERLAP_ATOL)
+
+
+def test_the_twins_smoothing_keeps_the_sum_and_spreads_to_neighbours_only():
+    share = np.zeros(4096)
+    share[twin.color_bin(np.array([8, 100, 250], np.uint8))] = 1
+    out = twin.smoothed(share)
+    assert out.sum() == pytest.approx(1)
+    assert (out > 1e-6).sum() == 2 * 3 * 2  # at the ends of red and blue one of three neighbours is missing
+
+
+def test_the_colours_at_a_pose_are_counted_as_the_twin_counts_them(shape, depth, color):
+    got = counted(shape, depth, color, TRUTH, budget=depth.size)
+    centre = tracking.make_shape(shape.values, shape.voxel_size, shape.origin).centre
+    field = twin_energies.SingleObject(
+        shape.values, shape.voxel_size, shape.origin - centre, tracking.centred(TRUTH, centre)
+    )
+    K = np.array([CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy])
+    expected = twin.count_colors(depth, color, K, field, shape.voxel_size, (0, 0, 80, 60))
+    for mine, other in zip(got, expected, strict=True):
+        assert other.sum() > 100
+        assert np.abs(mine - other).sum() <= 0.01 * other.sum()  # phi within float32 of a limit
+    red, blue = (twin.color_bin(np.array(c, np.uint8)) for c in (RED, BLUE))
+    assert got[0][blue] == 0
+    assert got[1][red] == 0
+    assert got[0][red] > 20
+    assert got[1][blue] > 20
+
+
+def counted(shape, depth, color, T, mask=None, budget=100000, camera=CAMERA):
+    return _core.color_counts(
+        shape.values, shape.voxel_size, shape.origin.tolist(), camera._core, depth, mask, color,
+        color_map(camera, color), T, 0.3, budget,
+    )  # fmt: skip
+
+
+def test_a_smaller_budget_visits_an_even_subset(shape, depth, color):
+    all_pixels = counted(shape, depth, color, TRUTH)
+    fewer = counted(shape, depth, color, TRUTH, budget=1200)
+    for a, b in zip(all_pixels, fewer, strict=True):
+        assert 0.15 < b.sum() / a.sum() < 0.4  # every second row and column
+
+
+def test_colours_of_a_mask_are_those_inside_and_in_the_ring(shape, depth, color):
+    mask = (depth < 0.41).astype(np.uint8)
+    inside, ring = counted(shape, depth, color, TRUTH, mask)
+    assert inside.sum() == mask.sum()
+    np.testing.assert_array_equal(
+        inside, np.bincount(twin.color_bin(color[mask != 0]), minlength=4096).astype(np.float32)
+    )
+    assert 0 < ring.sum() <= (mask == 0).sum()
+    assert ring[twin.color_bin(np.array(RED, np.uint8))] == 0
+
+
+# --- from depth to colour
+
+
+def rigs():
+    T = geometry.pose([0.01, -0.03, 0.02], [0.025, -0.002, 0.004])
+    lens = st.Camera(
+        fx=100, fy=101, cx=44, cy=33, width=90, height=70, distortion=[0.1, -0.2, 1e-3, 2e-3, 0.05]
+    )
+    plain = st.Camera(fx=100, fy=101, cx=44, cy=33, width=90, height=70)
+    P = plain.K @ T[:3, :3] @ np.linalg.inv(CAMERA.K)
+    return {
+        "aligned": st.RGBDCamera(CAMERA),
+        "rigid": st.RGBDCamera(CAMERA, plain, T_color_depth=T),
+        "lens": st.RGBDCamera(CAMERA, lens, T_color_depth=T),
+        "pair": st.RGBDCamera(CAMERA, plain, projective=(P, plain.K @ T[:3, 3])),
+    }
+
+
+@pytest.mark.parametrize("kind", ["aligned", "rigid", "lens", "pair"])
+def test_the_cores_mapping_finds_the_pixels_of_the_rig(kind):
+    rig = rigs()[kind]
+    size = CAMERA.shape if kind == "aligned" else rig.color.shape
+    mapping = color_map(rig, np.zeros((*size, 3), np.uint8))
+    found = 0
+    for u, v, z in itertools.product(range(0, 80, 7), range(0, 60, 7), (0.3, 0.8)):
+        point = z * np.array([(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy, 1])
+        px = rig.project_to_color(point)
+        got = mapping.find(u, v, z)
+        if got is None:
+            assert not (px > 0).all() or px[0] > size[1] - 1 or px[1] > size[0] - 1
+            continue
+        found += 1
+        assert np.abs(np.array(got) - px).max() <= 0.5 + 1e-3  # the nearest pixel, in float32
+    assert found > 50
+
+
+def test_a_pixel_that_the_colour_camera_cannot_see_has_no_colour_evidence(shape):
+    """A plate hides the object's left from a colour camera that stands far to the left."""
+    T = geometry.pose(t_m=[0.06, 0, 0])
+    rig = st.RGBDCamera(CAMERA, CAMERA, T_color_depth=T)
+    depth = np.where(shape.render(CAMERA, TRUTH)[0] > 0, shape.render(CAMERA, TRUTH)[0], 0.6).astype(
+        np.float32
+    )
+    plate = np.s_[:, :24]
+    depth[plate] = np.where(depth[plate] > 0.5, 0.22, depth[plate])
+    # Two colours that the model tells apart: what is seen has one of two posteriors, what is not has the prior.
+    colors = np.full((60, 80, 3), 99, np.uint8)
+    colors[:, :40] = RED
+    energy = rgbd_energy(shape, depth, colors, rig, TRUTH)
+    seen = energy.residuals(energy.start)
+    unknown = seen["foreground"] == np.float32(0.7)
+    # All readings, so that what hides is among them.
+    mapping = color_map(rig, colors)
+    places = [(u, v, mapping.find(u, v, float(depth[v, u]))) for u, v in all_pixels()]
+    places = [p for p in places if p[2] is not None]
+    color_px = np.array([p[2] for p in places])
+    color_depth = np.array([depth[v, u] for u, v, _ in places])
+
+    def hidden(reach_px):
+        visible = twin.seen_by_color(color_px, color_depth, reach_px)
+        at = {(u, v) for (u, v, _), s in zip(places, visible, strict=True) if not s}
+        return np.array([(u, v) in at for u, v in zip(seen["u_px"], seen["v_px"], strict=True)])
+
+    # Cells of two pixels lie between pairs within the same pixel and pairs within one and a half.
+    assert hidden(0.5).sum() > 100
+    assert unknown[hidden(0.5)].all()
+    assert not unknown[~hidden(1.5)].any()
+
+
+def all_pixels():
+    return [(u, v) for v in range(60) for u in range(80)]
+
+
+@pytest.mark.parametrize("size", [(30, 40), (60, 81), (80, 60)])
+def test_colour_of_another_size_without_a_rig_is_refused_with_a_hint(shape, depth, size):
+    with pytest.raises(ValueError, match=r"color: expected the size of the depth image, 80 x 60.*RGBDCamera"):
+        rgbd_energy(shape, depth, np.zeros((*size, 3), np.uint8))
+
+
+def test_colour_of_another_size_than_the_colour_camera_is_refused(shape, depth):
+    with pytest.raises(ValueError, match="color: expected the colour camera's size 90 x 70, got 80 x 60"):
+        rgbd_energy(shape, depth, np.zeros((60, 80, 3), np.uint8), rigs()["rigid"])
+
+
+# --- penalties
+
+
+def twin_of(energy, likelihood):
+    from test_energy import Twin
+
+    same = Twin(energy)
+    same.penalty = (
+        twin_energies.ColorOdds(SCALE_M, energy.options.outlier_floor, energy.options.color_prior)
+        if likelihood == "odds"
+        else twin_energies.ColorPrinted(SCALE_M)
+    )
+    return same
+
+
+@pytest.mark.parametrize("likelihood", LIKELIHOODS)
+@pytest.mark.parametrize("residual", ["point", "ray_hit"])
+def test_cost_gradient_and_hessian_are_those_of_the_twin(shape, depth, color, likelihood, residual):
+    from test_energy import assert_same_model
+
+    energy = rgbd_energy(shape, depth, color, residual=residual, color_likelihood=likelihood)
+    same = twin_of(energy, likelihood)
+    foreground = energy.residuals(energy.start)["foreground"].astype(np.float64)
+    assert foreground.min() < 0.1
+    assert foreground.max() > 0.9
+    assert_same_model(
+        energy.linearize(energy.start),
+        twin_energies.linearize(
+            same.field, same.rays, same.depths, same.gains, same.penalty, None, foreground
+        ),
+    )
+
+
+@pytest.mark.parametrize("likelihood", LIKELIHOODS)
+@pytest.mark.parametrize("residual", ["point", "slope", "ray_hit"])
+def test_the_gradient_is_the_slope_of_the_cost(shape, depth, color, likelihood, residual):
+    energy = rgbd_energy(shape, depth, color, residual=residual, color_likelihood=likelihood)
+    model = energy.linearize(energy.start)
+    h = np.maximum(2e-5, 0.01 / np.sqrt(np.diag(model.hessian)))
+    slopes = [
+        (energy.cost(energy.moved(energy.start, d)) - energy.cost(energy.moved(energy.start, -d)))
+        / (2 * d.max())
+        for d in np.diag(h)
+    ]
+    unit = 1 / np.sqrt(np.diag(model.hessian))
+    np.testing.assert_allclose(
+        model.gradient * unit, slopes * unit, atol=SLOPE_RTOL * np.abs(slopes * unit).max()
+    )
+
+
+@pytest.mark.parametrize("likelihood", LIKELIHOODS)
+def test_the_sums_have_the_same_bits_for_any_number_of_threads(shape, likelihood):
+    camera = CAMERA.scaled(3)
+    depth = shape.render(camera, START)[0]
+    color = np.random.default_rng(0).integers(0, 255, (*depth.shape, 3), dtype=np.uint8)
+    one, many = (
+        st.Energy(
+            shape,
+            camera,
+            st.Frame(depth, color),
+            START,
+            penalty="rgbd",
+            color_likelihood=likelihood,
+            threads=n,
+        )
+        for n in (1, 3)
+    )
+    a, b = one.linearize(one.start), many.linearize(many.start)
+    assert a.count > 2 * 2048
+    assert a.cost == b.cost
+    np.testing.assert_array_equal(a.hessian, b.hessian)
+
+
+@pytest.mark.parametrize("likelihood", LIKELIHOODS)
+def test_the_twins_penalties_are_consistent_with_themselves(likelihood):
+    penalty = (
+        twin_energies.ColorOdds(SCALE_M, 0.1) if likelihood == "odds" else twin_energies.ColorPrinted(SCALE_M)
+    )
+    h = 1e-7
+    for r, p in itertools.product((-0.02, -0.003, 1e-5, 0.001, 0.007), (0.02, 0.4, 0.7, 0.98)):
+        slope = (penalty(r + h, 1.2, p).cost - penalty(r - h, 1.2, p).cost) / (2 * h)
+        assert penalty(r, 1.2, p).slope == pytest.approx(slope, abs=1e-4 / SCALE_M)
+
+
+def test_colours_that_say_nothing_give_the_depth_energy(shape, depth):
+    grey = np.full((60, 80, 3), 128, np.uint8)
+    rgbd, alone = rgbd_energy(shape, depth, grey), rgbd_energy(shape, depth, grey, penalty="depth")
+    a, b = rgbd.linearize(rgbd.start), alone.linearize(alone.start)
+    assert a.cost == pytest.approx(b.cost, rel=SAME_RTOL)
+    np.testing.assert_allclose(a.gradient, b.gradient, atol=SAME_RTOL * np.abs(b.gradient).max())
+    np.testing.assert_allclose(a.hessian, b.hessian, atol=SAME_RTOL * np.abs(b.hessian).max())
+
+
+# --- what cannot be used
+
+
+def test_a_histogram_from_an_empty_mask_is_refused(shape, depth, color):
+    with pytest.raises(ValueError, match=r"mask: expected pixels of the object, got an empty mask"):
+        counted(shape, depth, color, TRUTH, np.zeros((60, 80), np.uint8))
+
+
+def test_a_mask_without_depth_is_refused(shape, depth, color):
+    mask = np.zeros((60, 80), np.uint8)
+    mask[20:30, 20:30] = 1
+    with pytest.raises(ValueError, match=r"mask: expected pixels with depth that the colour camera sees"):
+        counted(shape, np.where(mask, 0, depth).astype(np.float32), color, TRUTH, mask)
+
+
+def test_an_energy_with_colour_needs_a_colour_image_and_only_the_pose(shape, depth, color):
+    with pytest.raises(ValueError, match=r"frame: expected a colour image for penalty='rgbd'"):
+        st.Energy(shape, CAMERA, st.Frame(depth), START, penalty="rgbd")
+    with pytest.raises(ValueError, match=r"unknowns: expected \('pose',\)"):
+        rgbd_energy(shape, depth, color, unknowns=("pose", "scale"))
+    with pytest.raises(ValueError, match=r"penalty: expected 'depth' or 'rgbd'"):
+        st.Energy(shape, CAMERA, st.Frame(depth, color), START, penalty="color")
+
+
+def test_a_pose_that_shows_too_little_of_the_object_makes_no_histogram(shape, depth, color):
+    behind = geometry.pose(t_m=[0, 0, 0.5])  # the wall is near it, but nowhere on it
+    with pytest.raises(ValueError, match=r"color: too few pixels of the object"):
+        rgbd_energy(shape, depth, color, poses=behind, padding_m=0.1)
