@@ -2,6 +2,7 @@
 // The dominant plane of a depth image: a table or a floor (thesis, section 3.8.3).
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -18,6 +19,16 @@ struct PlaneOptions {
 // Robust: the best of many local patches, then a reweighted total least squares fit to all readings within
 // the tolerance. The normal points to the camera. Nothing when no plane holds a tenth of the readings.
 std::optional<Plane> find_plane(const DepthFrame& frame, const Camera& camera, const PlaneOptions& options);
+
+// Half the thickness of a plane in readings at a depth: noise of a depth sensor grows with the square.
+inline double plane_tolerance_m(double tolerance_m, double depth_m) {
+  return tolerance_m * std::max(1.0, depth_m * depth_m);
+}
+
+// The plane that most of some points lie on, if it holds `least_share` of them and is `extent_m` wide:
+// the best of `seeds` triples that lie apart, refitted. Tolerance at 1 m.
+std::optional<Plane> plane_among(const std::vector<Vec3d>& points, double tolerance_m, int seeds,
+                                 double least_share, double extent_m);
 
 // The plane from frame to frame: followed where it still holds, searched for anew now and then where not.
 class PlaneFollower {

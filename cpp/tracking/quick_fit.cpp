@@ -17,6 +17,8 @@ using ReadingTerm = Term<SingleObject<float>, Penalty>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
+constexpr float kSurfaceFloor = 0.1f;
+constexpr float kInsideFloor = 0.005f;
 constexpr double kDamping = 1e-2;
 // A step is drawn back to where it started as if by springs of this size: what no reading holds stays.
 constexpr double kSpring_m = 0.05, kSpring_rad = 0.5;
@@ -24,20 +26,78 @@ constexpr double kLongestStep_m = 0.05, kLongestStep_rad = 0.6;
 
 float free_scale(const QuickStage& stage) { return 0.5f * stage.scale_m; }
 
+// A reading inside the object is seen through its surface, so it contradicts the pose whatever it shows: that
+// side of the penalty hardly has a floor.
+struct ReadingPenalty {
+  Penalty outside, inside;
+  explicit ReadingPenalty(const QuickStage& stage)
+      : outside{stage.scale_m, stage.outlier_floor},
+        inside{stage.scale_m, std::min(stage.outlier_floor, kInsideFloor)} {}
+  Curve<float> operator()(float phi_m) const {
+    return phi_m < 0 ? inside(phi_m, 1.0f) : outside(phi_m, 1.0f);
+  }
+};
+
 void add_readings(const QuickData& data, const QuickStage& stage, const Rigidf& T_obj_cam,
                   Sums<float, 6>* sums) {
   const SingleObject<float> field{data.sdf, T_obj_cam};
-  const Penalty penalty{stage.scale_m, stage.outlier_floor};
+  const ReadingPenalty penalty(stage);
   FieldRow<float, 6> row;
   for (const Vec3f& p_cam : *data.readings_cam) {
     field.row(p_cam, &row);
+    ReadingTerm::add_row(row, penalty(row.phi_m), 1.0f, sums);
+  }
+  for (const Vec3f& p_cam : *data.solids_cam) {
+    field.row(p_cam, &row);
+    if (row.phi_m < 0) ReadingTerm::add_row(row, penalty(row.phi_m), 1.0f, sums);
+  }
+}
+
+constexpr float kFacing = 0.2f;  // cosine of the incidence below which a surface point is not asked
+
+// phi of the reading that the camera has where it should see a surface point, were the surface flat there:
+// what readings of other things cannot spoil, for they are not asked. False where there is none.
+bool surface_residual(const QuickData& data, const Rigidf& T_cam_obj, std::size_t i, float* phi_m) {
+  const Vec3f p = T_cam_obj * data.shape->points[i];
+  if (!(p.z > 1e-3f)) return false;
+  const Vec3f n_cam = T_cam_obj.R * data.shape->normals[i];
+  if (dot(n_cam, p) > -kFacing * p.z) return false;
+  const SearchScene& scene = *data.scene;
+  const Vec2f u = project(data.K, p);
+  const float inv = 1.0f / static_cast<float>(scene.step);
+  const float x = (u.x - static_cast<float>(scene.x0)) * inv + 0.5f,
+              y = (u.y - static_cast<float>(scene.y0)) * inv + 0.5f;
+  if (!(x > 0 && y > 0 && x < static_cast<float>(scene.width) && y < static_cast<float>(scene.height)))
+    return false;
+  const int i_node = static_cast<int>(x), j_node = static_cast<int>(y);
+  const float z = scene.depth_m[scene.at(i_node, j_node)];
+  const Vec2f node = scene.pixel(i_node, j_node);
+  *phi_m = dot(n_cam, z * ray(data.K, node.x, node.y) - p);
+  return z > 0;
+}
+
+void add_surface(const QuickData& data, const QuickStage& stage, const Rigidf& T_obj_cam,
+                 Sums<float, 6>* sums) {
+  if (data.surface_stride == 0) return;
+  const Rigidf T_cam_obj = inverse(T_obj_cam);
+  const Penalty penalty{stage.scale_m, kSurfaceFloor};
+  FieldRow<float, 6> row;
+  for (std::size_t i = 0; i < data.shape->points.size(); i += static_cast<std::size_t>(data.surface_stride)) {
+    if (!surface_residual(data, T_cam_obj, i, &row.phi_m)) continue;
+    const Vec3f p = data.shape->points[i], n = data.shape->normals[i], m = cross(p, n);
+    const float J[6] = {n.x, n.y, n.z, m.x, m.y, m.z};
+    std::copy(J, J + 6, row.J);
     ReadingTerm::add_row(row, penalty(row.phi_m, 1.0f), 1.0f, sums);
   }
 }
 
-// The outline's points together weigh as much as the readings.
+// The outline's points together weigh as much as the readings and the surface points.
 float outline_weight(const QuickData& data) {
-  return static_cast<float>(data.readings_cam->size()) * static_cast<float>(data.outline_stride) /
+  std::size_t others = data.readings_cam->size();
+  if (data.surface_stride > 0)
+    others += data.shape->points.size() /
+              static_cast<std::size_t>(2 * data.surface_stride);  // half face the camera
+  return static_cast<float>(others) * static_cast<float>(data.outline_stride) /
          static_cast<float>(std::max<std::size_t>(1, data.outline_obj->size()));
 }
 
@@ -87,6 +147,7 @@ void quick_fit(const QuickData& data, const QuickStage& stage, Rigidf* T_obj_cam
   for (int k = 0; k < stage.steps; ++k) {
     Sums<float, 6> sums;
     add_readings(data, stage, *T_obj_cam, &sums);
+    add_surface(data, stage, *T_obj_cam, &sums);
     if (!data.free_space->empty()) add_free_space(data, stage, *T_obj_cam, &sums);
     const Vector6d d = solve(sums);
     if (!d.allFinite()) return;
@@ -97,16 +158,28 @@ void quick_fit(const QuickData& data, const QuickStage& stage, Rigidf* T_obj_cam
 }
 
 float quick_cost(const QuickData& data, const QuickStage& stage, const Rigidf& T_obj_cam) {
-  const Penalty penalty{stage.scale_m, stage.outlier_floor};
+  const ReadingPenalty penalty(stage);
   float cost = 0, phi;
   Vec3f g;
   for (const Vec3f& p_cam : *data.readings_cam) {
     sample(data.sdf, T_obj_cam * p_cam, &phi, &g);
-    cost += penalty(phi, 1.0f).cost;
+    cost += penalty(phi).cost;
   }
-  cost /= static_cast<float>(std::max<std::size_t>(1, data.readings_cam->size()));
-  if (data.free_space->empty()) return cost;
+  for (const Vec3f& p_cam : *data.solids_cam) {
+    sample(data.sdf, T_obj_cam * p_cam, &phi, &g);
+    if (phi < 0) cost += penalty(phi).cost;
+  }
+  cost /= static_cast<float>(
+      std::max<std::size_t>(1, std::max(data.readings_cam->size(), data.solids_cam->size())));
   const Rigidf T_cam_obj = inverse(T_obj_cam);
+  if (data.surface_stride > 0) {
+    const Penalty surface{stage.scale_m, kSurfaceFloor};
+    float total = 0, count = 1;
+    for (std::size_t i = 0; i < data.shape->points.size(); i += static_cast<std::size_t>(data.surface_stride))
+      if (surface_residual(data, T_cam_obj, i, &phi)) total += surface(phi, 1.0f).cost, ++count;
+    cost += total / count;
+  }
+  if (data.free_space->empty()) return cost;
   const Penalty free_penalty{free_scale(stage), 0.0f};
   float outside = 0;
   for (std::size_t i = 0; i < data.outline_obj->size(); i += static_cast<std::size_t>(data.outline_stride))

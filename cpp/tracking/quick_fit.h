@@ -8,21 +8,26 @@
 #include "base/rigid.h"
 #include "base/views.h"
 #include "energies/distance_transform.h"
+#include "tracking/search_scene.h"
 
 namespace sdftrack {
 
 struct QuickData {
   SdfView sdf;
   Intrinsics<float> K;
-  const std::vector<Vec3f>* readings_cam;  // back-projected readings
+  const std::vector<Vec3f>* readings_cam;  // back-projected readings that may be the object's
+  const std::vector<Vec3f>* solids_cam;    // readings of other things: the object is not in front of them
   const std::vector<Vec3f>* outline_obj;   // surface points for the free-space term
   int outline_stride;                      // every how many of them
   const DistanceGrid* free_space;
+  const SearchScene* scene;  // for the surface term
+  const Shape* shape;        // its points
+  int surface_stride;        // every how many of them; 0: no surface term
 };
 
 struct QuickStage {
   float scale_m;        // s of the readings' penalty
-  float outlier_floor;  // e of it
+  float outlier_floor;  // e of it for readings outside the object: they may show something else
   int steps;
 };
 

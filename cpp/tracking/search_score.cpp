@@ -8,26 +8,24 @@ namespace sdftrack {
 
 namespace {
 
-constexpr int kLeastAgreeing = 6;    // surface points; fewer say nothing
+constexpr int kLeastAgreeing = 6;  // surface points; fewer say nothing
+constexpr double kExplained_m = 0.005, kExplainedPerNoise = 4;
 constexpr double kEnoughSeen = 0.4;  // share of the visible surface that must be read for a full score
+constexpr double kEnoughEnds = 0.4;  // share of the outline that must end in a step of depth
+
 double ratio(int part, int whole) { return whole > 0 ? static_cast<double>(part) / whole : 0.0; }
+
+double unhidden(const Visibility& seen) {
+  return seen.agree >= kLeastAgreeing ? ratio(seen.agree, seen.agree + seen.farther) : 0.0;
+}
 
 }  // namespace
 
-double search_score(const Evidence& evidence) {
-  const Visibility& seen = evidence.seen;
-  if (seen.agree < kLeastAgreeing) return 0;
-  const double unhidden = ratio(seen.agree, seen.agree + seen.farther);
-  const double read = ratio(seen.agree, seen.agree + seen.farther + seen.nearer);
-  if (evidence.all_object) return unhidden * evidence.explained;
-  return unhidden * std::min(1.0, read / kEnoughSeen);
-}
-
 double explained_share(const SdfView& sdf, const std::vector<Vec3f>& readings_cam, const Rigidd& T_cam_obj,
-                       double tolerance_m) {
+                       double noise_m) {
   if (readings_cam.empty()) return 0;
   const Rigidf T_obj_cam = inverse(T_cam_obj).cast<float>();
-  const auto tolerance = static_cast<float>(tolerance_m);
+  const auto tolerance = static_cast<float>(std::max(kExplained_m, kExplainedPerNoise * noise_m));
   int explained = 0;
   for (const Vec3f& p_cam : readings_cam) {
     float phi;
@@ -36,6 +34,15 @@ double explained_share(const SdfView& sdf, const std::vector<Vec3f>& readings_ca
     explained += std::abs(phi) < tolerance && dot(gradient, T_obj_cam.R * p_cam) < 0;
   }
   return static_cast<double>(explained) / static_cast<double>(readings_cam.size());
+}
+
+double score_of_mask(const Visibility& seen, double explained) { return unhidden(seen) * explained; }
+
+double score_of_place(const Visibility& seen, const Outline& outline) {
+  const double read = ratio(seen.agree, seen.agree + seen.farther + seen.nearer);
+  const int known = outline.ends + outline.runs_on;
+  const double ends = known > 0 ? ratio(outline.ends, known) : 1.0;
+  return unhidden(seen) * std::min(1.0, read / kEnoughSeen) * std::min(1.0, ends / kEnoughEnds);
 }
 
 }  // namespace sdftrack

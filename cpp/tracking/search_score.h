@@ -1,22 +1,21 @@
 // SPDX-License-Identifier: MIT
-// How well a pose explains a frame, as one number.
+// How well a pose explains a frame, as one number of 0..1, comparable between frames and objects.
 #pragma once
 
-#include "tracking/search.h"
+#include "tracking/outline.h"
+#include "tracking/trust.h"
 
 namespace sdftrack {
 
-struct Evidence {
-  Visibility seen;
-  double explained = 1;     // share of the given readings that lie on a surface facing the camera
-  bool all_object = false;  // the readings are all of the object: a mask
-};
-
-// 0..1: the share of unhidden surface that is seen where it should be, times what is explained.
-double search_score(const Evidence& evidence);
-
-// Share of readings within tolerance_m of a surface that faces the camera.
+// Share of readings that lie on a surface that faces the camera.
 double explained_share(const SdfView& sdf, const std::vector<Vec3f>& readings_cam, const Rigidd& T_cam_obj,
-                       double tolerance_m);
+                       double noise_m);
+
+// The readings are known to be the object's: of its surface that nothing hides, the share that is read where
+// it should be, times the share of the readings that are explained.
+double score_of_mask(const Visibility& seen, double explained);
+
+// They are not: then the object must end where it should, too, and enough of it must be seen.
+double score_of_place(const Visibility& seen, const Outline& outline);
 
 }  // namespace sdftrack

@@ -33,7 +33,7 @@ WITHIN_M = 0.005  # ADD
 NEAR_M, FAR_M = 0.6, 1.0
 HIDDEN = 0.5
 AMBIGUOUS = 0.9  # of the best score, from which the runner-up counts as an equal
-LEAST_VISIBLE = 0.7  # of the object, where clutter stands about it
+LEAST_VISIBLE = 0.7  # of the object among clutter
 BOX_SLACK_PX = 5
 
 
@@ -47,7 +47,7 @@ class View:
     box: tuple[int, int, int, int]
 
 
-def views(mesh: Any, sdf: Any, case: str, count: int, seed: int = 0) -> Iterator[View]:
+def views(mesh: Any, case: str, count: int, seed: int = 0) -> Iterator[View]:
     """Random views of a mesh at 0.6 to 1 m with Kinect-like noise; the same ones every time."""
     from sdftrack.synth.noise import Kinect
 
@@ -55,7 +55,7 @@ def views(mesh: Any, sdf: Any, case: str, count: int, seed: int = 0) -> Iterator
     for i in range(count):
         rng = np.random.default_rng([seed, i, 11])
         T = _random_pose(mesh, rng)
-        scene, mask = _compose(mesh, sdf, T, camera, case, rng)
+        scene, mask = _compose(mesh, T, camera, case, rng)
         depth = Kinect()(scene.depth, scene.cosine, rng)
         rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
         slack = rng.integers(0, BOX_SLACK_PX + 1, 4)
@@ -74,7 +74,7 @@ def _random_pose(mesh: Any, rng: np.random.Generator) -> Array:
 
 
 def _compose(
-    mesh: Any, sdf: Any, T: Array, camera: Any, case: str, rng: np.random.Generator
+    mesh: Any, T: Array, camera: Any, case: str, rng: np.random.Generator
 ) -> tuple[Any, NDArray[np.bool_]]:
     from sdftrack.synth.surroundings import background, mesh_layer
 
@@ -82,24 +82,31 @@ def _compose(
     scene = background(camera, "wall", float(T[2, 3]), rng)
     owner = np.zeros(camera.shape, np.int8)
     if case == "box":
-        up = _table_normal(rng)
-        lowest = float((mesh.vertices @ T[:3, :3].T @ up + T[:3, 3] @ up).min())
-        _put_table(scene, camera, up, lowest, rng)
-        for _ in range(20):
-            trial, owner = scene.copy(), np.zeros(camera.shape, np.int8)
-            for layer in _touching_clutter(mesh, sdf, T, up, lowest, camera, rng):
-                trial.put(layer)
-            window, nearer = trial.put(own)
-            owner[window][nearer] = 1
-            if owner.sum() > LEAST_VISIBLE * np.count_nonzero(own.depth):
-                break
-        return trial, owner == 1
+        return _on_table(mesh, T, camera, scene, own, rng)
     window, nearer = scene.put(own)
     owner[window][nearer] = 1
     if case == "half":
         window, nearer = scene.put(_half_cover(owner == 1, scene.depth, camera, rng))
         owner[window][nearer] = 0
     return scene, owner == 1
+
+
+def _on_table(
+    mesh: Any, T: Array, camera: Any, still: Any, own: Any, rng: np.random.Generator
+) -> tuple[Any, NDArray[np.bool_]]:
+    """A table under the object and five things that touch it; drawn anew while they hide too much of it."""
+    from sdftrack.synth.bodies import Body
+    from sdftrack.synth.tabletop import Tabletop
+
+    body = Body(mesh, 0, 0)
+    while True:
+        scene, owner = still.copy(), np.zeros(camera.shape, np.bool_)
+        for layer in Tabletop(body, T[None], rng).layers(camera, T):
+            scene.put(layer)
+        window, nearer = scene.put(own)
+        owner[window] = nearer
+        if np.count_nonzero(owner) >= LEAST_VISIBLE * np.count_nonzero(own.depth):
+            return scene, owner
 
 
 def _half_cover(
@@ -121,61 +128,6 @@ def _half_cover(
     return Layer(image, np.ones_like(image), np.zeros((*image.shape, 3), np.uint8))
 
 
-def _table_normal(rng: np.random.Generator) -> Array:
-    """Up, in camera axes: the camera looks down at 25 to 60 degrees, rolled by up to 10."""
-    tilt, roll = np.deg2rad(rng.uniform(25, 60)), np.deg2rad(rng.uniform(-10, 10))
-    up: Array = np.array([np.sin(roll) * np.cos(tilt), -np.cos(roll) * np.cos(tilt), -np.sin(tilt)])
-    return up
-
-
-def _put_table(scene: Any, camera: Any, up: Array, height: float, rng: np.random.Generator) -> None:
-    from sdftrack.synth.surroundings import _plane
-
-    scene.put(_plane(camera, up, height * up, (120, 90, 65), rng))
-
-
-def _touching_clutter(
-    mesh: Any, sdf: Any, T: Array, up: Array, lowest: float, camera: Any, rng: np.random.Generator
-) -> Iterator[Any]:
-    """Three boxes and ellipsoids on the table, each pushed against the object until they touch."""
-    from sdftrack.synth.surroundings import _ellipsoid, box_mesh, mesh_layer
-
-    inverse = np.linalg.inv(T)
-    side = np.cross(up, [0.0, 0.0, 1.0])
-    side /= np.linalg.norm(side)
-    ahead = np.cross(side, up)
-    centre = T[:3, :3] @ mesh.vertices.mean(axis=0) + T[:3, 3]
-    for k in range(3):
-        size = rng.uniform(0.04, 0.12, 3)
-        thing = box_mesh(size) if rng.random() < 0.6 else _ellipsoid(0.6 * size)
-        spin = rng.uniform(0, 2 * np.pi)
-        a, b = np.cos(spin) * side + np.sin(spin) * ahead, -np.sin(spin) * side + np.cos(spin) * ahead
-        R = np.column_stack([a, b, up])
-        if np.linalg.det(R) < 0:
-            R[:, 1] *= -1
-        p = _dense(thing) @ R.T
-        azimuth = 2 * np.pi * (k + rng.uniform(0, 0.8)) / 3
-        away = np.cos(azimuth) * side + np.sin(azimuth) * ahead
-        base = centre + (lowest - (p @ up).min() - centre @ up) * up
-        near, far = 0.0, 0.6
-        for _ in range(12):
-            r = 0.5 * (near + far)
-            q = (p + base + r * away) @ inverse[:3, :3].T + inverse[:3, 3]
-            near, far = (near, r) if sdf(q).min() > 0 else (r, far)
-        pose = np.eye(4)
-        pose[:3, :3], pose[:3, 3] = R, base + far * away
-        yield mesh_layer(thing, camera, pose, (90, 120, 90))
-
-
-def _dense(mesh: Any) -> Array:
-    """Vertices and a few hundred points on the faces."""
-    corners = mesh.vertices[mesh.faces]
-    i, j = np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9))
-    keep = i + j <= 1
-    s, r = i[keep], j[keep]
-    return np.concatenate([a + s[:, None] * (b - a) + r[:, None] * (c - a) for a, b, c in corners[:400]])
-
-
 def search(searcher: Any, view: View, case: str, threads: int, camera: Any = None) -> list[dict[str, Any]]:
     """The hypotheses of one view, best first."""
     camera = default_camera() if camera is None else camera
@@ -193,7 +145,7 @@ def run_mesh(mesh: Any, sdf: Any, case: str, count: int, threads: int, verbose: 
     searcher = _core.Searcher((sdf.values, sdf.voxel_size, sdf.origin.tolist()), options._to_core())
     tracker = st.Tracker(sdf, default_camera(), threads=threads, options=options)
     rows = []
-    for i, view in enumerate(views(mesh, sdf, case, count)):
+    for i, view in enumerate(views(mesh, case, count)):
         seconds = []
         for _ in range(3):
             began = time.perf_counter()
