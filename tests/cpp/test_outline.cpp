@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "tracking/covariance.h"
+#include "tracking/outline.h"
+#include "volume_fixture.h"
+
+namespace sdftrack {
+namespace {
+
+constexpr double kRadius_m = 0.05, kBall_m = 0.6, kWall_m = 1.0;
+constexpr double kNoise_m = 0.001;
+
+// A ball before a wall, seen by a small camera.
+struct Scene {
+  Volume ball = make_volume(71, 0.07, [](Vec3d p) { return norm(p) - kRadius_m; });
+  std::vector<float> depth;
+  Camera camera{{200, 200, 79.5, 59.5}, 160, 120, {}};
+  Shape shape;
+  Rigidd T{Mat3d::identity(), {0.01, -0.02, kBall_m}};
+
+  Scene() : depth(160 * 120, static_cast<float>(kWall_m)) {
+    shape = make_shape(ball.view(), 480, 120);
+    each_pixel([&](Vec3d r) {
+      const double b = dot(r, T.t), c = dot(T.t, T.t) - kRadius_m * kRadius_m;
+      const double d = b * b - dot(r, r) * c;
+      return d > 0 ? (b - std::sqrt(d)) / dot(r, r) : kWall_m;
+    });
+  }
+
+  template <class Depth>
+  void each_pixel(const Depth& at) {
+    for (int y = 0; y < camera.height; ++y)
+      for (int x = 0; x < camera.width; ++x)
+        depth[static_cast<std::size_t>(y * camera.width + x)] =
+            static_cast<float>(at(ray(camera.K, static_cast<double>(x), static_cast<double>(y))));
+  }
+  Outline outline() const {
+    return compare_outline({{depth.data(), camera.width, camera.height}, nullptr, nullptr}, camera, shape, T,
+                           kNoise_m);
+  }
+};
+
+TEST(Outline, a_free_body_ends_all_around) {
+  const Outline o = Scene().outline();
+  EXPECT_EQ(o.ends, 24);
+  EXPECT_EQ(o.runs_on + o.unknown, 0);
+}
+
+TEST(Outline, a_body_let_into_a_wall_runs_on_all_around) {
+  Scene scene;
+  const double rim_m = kBall_m - kRadius_m * kRadius_m / kBall_m;  // depth of the ball's silhouette
+  for (float& z : scene.depth) z = std::min(z, static_cast<float>(rim_m));
+  const Outline o = scene.outline();
+  EXPECT_EQ(o.runs_on, 24);
+}
+
+TEST(Outline, what_is_hidden_or_not_read_says_nothing) {
+  Scene scene;
+  for (int y = 0; y < 120; ++y)
+    for (int x = 0; x < 80; ++x) scene.depth[static_cast<std::size_t>(y * 160 + x)] = x % 2 ? 0.3f : 0.0f;
+  const Outline o = scene.outline();
+  EXPECT_GE(o.unknown, 10);
+  EXPECT_EQ(o.unknown + o.ends, 24);
+}
+
+TEST(Covariance, a_prior_in_camera_axes_and_its_increment_say_the_same) {
+  Matrix6d half = Matrix6d::Random();
+  const Matrix6d camera = half * half.transpose() + 0.1 * Matrix6d::Identity();
+  const Rigidd T{rotation_exp(Vec3d{0.3, -0.5, 0.9}), {0.1, 0.2, 0.7}};
+  const Vec3d origin{0.02, -0.03, 0.01};
+  const Matrix6d increment = increment_information(camera, T, origin).inverse();
+  EXPECT_LT((camera_covariance(increment, T, origin) - camera).norm(), 1e-10 * camera.norm());
+}
+
+}  // namespace
+}  // namespace sdftrack
