@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The depth tracker on one thread: time per frame and of a start. Changing these numbers breaks comparisons.
+"""The tracker on one thread, its searches on two: frames and starts. Changing these numbers breaks comparisons.
 
 640 x 480 pixels at 525 px focal length, a box of 200^3 voxels before a wall, sigma 1 mm. The frames go back and forth
 by 5 mm / 1.5 degrees, so that every frame has a motion to find. The name says how many pixels lie on the object.
@@ -30,20 +30,24 @@ def poses(pixels: int) -> list[np.ndarray]:
     return [here, there]
 
 
-def frames(shape: st.SDF, pixels: int) -> list[st.Frame]:
+def frames(shape: st.SDF, pixels: int, color: bool = False) -> list[st.Frame]:
     rng = np.random.default_rng(0)
     out = []
     for T in poses(pixels):
         depth = shape.render(CAMERA, T)[0]
         noisy = np.where(depth > 0, depth + rng.normal(0, 0.001, depth.shape), WALL_M)
-        out.append(st.Frame(noisy.astype(np.float32)))
+        image = None
+        if color:
+            image = np.where((depth > 0)[..., None], (200, 60, 40), (90, 100, 110))
+            image = np.clip(image + rng.normal(0, 8, image.shape), 0, 255).astype(np.uint8)
+        out.append(st.Frame(noisy.astype(np.float32), image))
     return out
 
 
-def tracking(pixels: int) -> Callable[[], object]:
+def tracking(pixels: int, mode: str = "depth") -> Callable[[], object]:
     shape = st.SDF.box(SIZE_M)
-    images = frames(shape, pixels)
-    tracker = st.Tracker(shape, CAMERA, threads=1)
+    images = frames(shape, pixels, color=mode == "rgbd")
+    tracker = st.Tracker(shape, CAMERA, mode=mode, threads=1)
     tracker.start(images[0], poses=poses(pixels)[:1])
     count = 0
 
@@ -68,6 +72,52 @@ def frame_5000() -> Callable[[], object]:
 @benchmark("tracking/frame_8000px", unit="frame")
 def frame_8000() -> Callable[[], object]:
     return tracking(8000)
+
+
+@benchmark("tracking/rgbd_frame_2000px", unit="frame")
+def rgbd_frame_2000() -> Callable[[], object]:
+    return tracking(2000, "rgbd")
+
+
+@benchmark("tracking/rgbd_frame_5000px", unit="frame")
+def rgbd_frame_5000() -> Callable[[], object]:
+    return tracking(5000, "rgbd")
+
+
+def searching(threads: int, how: str) -> Callable[[], object]:
+    shape = st.SDF.box(SIZE_M)
+    image = frames(shape, 5000)[0]
+    mask = shape.silhouette(CAMERA, poses(5000)[0])
+    y, x = np.nonzero(mask)
+    box = (x.min() - 20, y.min() - 20, np.ptp(x) + 40, np.ptp(y) + 40)
+    given = {"mask": {"masks": mask}, "box": {"boxes": box}, "anywhere": {}}[how]
+    tracker = st.Tracker(shape, CAMERA, mode="depth", threads=threads)
+    return lambda: tracker.start(image, **given)
+
+
+@benchmark("tracking/start_from_mask_2_threads", unit="start")
+def start_from_mask() -> Callable[[], object]:
+    return searching(2, "mask")
+
+
+@benchmark("tracking/start_from_box_2_threads", unit="start")
+def start_from_box() -> Callable[[], object]:
+    return searching(2, "box")
+
+
+@benchmark("tracking/start_anywhere_2_threads", unit="start")
+def start_anywhere() -> Callable[[], object]:
+    return searching(2, "anywhere")
+
+
+@benchmark("tracking/lost_frame_2_threads", unit="frame")
+def lost_frame() -> Callable[[], object]:
+    """A frame in which the object is looked for: clutter of the object's size, but not the object."""
+    shape, other = st.SDF.box(SIZE_M), st.SDF.sphere(0.05)
+    tracker = st.Tracker(shape, CAMERA, mode="depth", threads=2)
+    tracker.start(frames(shape, 5000)[0], poses=poses(5000)[:1])
+    image = frames(other, 5000)[0]
+    return lambda: tracker.track(image)
 
 
 @benchmark("tracking/new_tracker_200_voxels", unit="tracker")
