@@ -2,6 +2,8 @@
 #include "tracking/finder.h"
 
 #include <algorithm>
+#include <array>
+#include <numbers>
 
 #include "tracking/outline.h"
 
@@ -24,13 +26,40 @@ void prefer_rotation(const Mat3d& R, std::vector<Hypothesis>* hypotheses) {
   std::rotate(hypotheses->begin(), best, best + 1);
 }
 
-// How much better seen than contradicted.
-double balance(const Visibility& seen) {
-  return seen.expected > 0 ? static_cast<double>(seen.agree - seen.farther) / seen.expected : 0.0;
-}
-
 constexpr double kLeastEnds = 0.3;  // of the outline that is not hidden
 constexpr int kEnoughOutline = 6;   // directions; fewer say nothing
+
+constexpr double kDistinct_m = 0.010, kDistinct_rad = 15 * std::numbers::pi / 180;
+
+// The fits of the best hypotheses, in their order, with how well each is seen.
+struct Candidates {
+  std::array<std::optional<Fitted>, kFitted> fits;
+  std::array<double, kFitted> quality{};
+  std::size_t count = 0;
+
+  void add(Fitted fitted, const TrackerOptions& options) {
+    quality[count] = std::max(0.0, fit_quality(fitted, options));
+    fits[count++] = std::move(fitted);
+  }
+  // The first that no other beats by more than a tie.
+  std::size_t best(double tie) const {
+    std::size_t k = 0;
+    for (std::size_t i = 1; i < count; ++i)
+      if (tie * quality[i] > quality[k]) k = i;
+    return k;
+  }
+  // Quality of the best other pose over that of k; 0: all ended where k did.
+  double runner_up(std::size_t k) const {
+    double most = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Rigidd &a = fits[i]->T_cam_obj, &b = fits[k]->T_cam_obj;
+      const bool other =
+          norm(a.t - b.t) > kDistinct_m || rotation_angle(transpose(a.R) * b.R) > kDistinct_rad;
+      if (other && quality[k] > 0) most = std::max(most, quality[i] / quality[k]);
+    }
+    return std::min(1.0, most);
+  }
+};
 
 // A face in a wall, a small object in a larger one: all that is seen agrees, but nothing ends where it
 // should.
@@ -57,24 +86,27 @@ std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& c
   if (hypotheses.empty()) return std::nullopt;
   if (query.near) prefer_rotation(query.near->R, &hypotheses);
 
-  std::optional<Found> best;
+  Candidates all;
   const double least = kComparable * hypotheses.front().score;
-  for (std::size_t k = 0; k < std::min(kFitted, hypotheses.size()); ++k) {
-    const Hypothesis& h = hypotheses[k];
-    if (h.score < least) continue;
-    const FitTarget target{shape, h.T_cam_obj, Matrix6d::Zero(), memory, colors};
-    const Attempt attempt{options_.scale_start_m, options_.padding_m, options_.coarse_steps, {h.T_cam_obj}};
+  for (std::size_t k = 0; k < hypotheses.size() && all.count < kFitted && hypotheses[k].score >= least; ++k) {
+    const Rigidd& T = hypotheses[k].T_cam_obj;
+    const FitTarget target{shape, T, Matrix6d::Zero(), memory, colors};
+    const Attempt attempt{options_.scale_start_m, options_.padding_m, options_.coarse_steps, {T}};
     std::optional<Fitted> fitted = fitter->fit(frame, camera, target, attempt, query.plane);
     if (!fitted) continue;
-    if (best && balance(fitted->seen) <= balance(best->fitted.seen) + (query.near ? 1 - kTie : 0)) continue;
-    const Trust trust = judge(fitted->seen, fitted->cost, fitted->covariance, options_);
     const double noise_m = fitted->memory.noise_factor * sensor_noise_m(options_, fitted->T_cam_obj.t.z);
     if (is_part_of_something(compare_outline(frame, camera, shape, fitted->T_cam_obj, noise_m))) continue;
-    const Hypothesis* other = k > 0 ? &hypotheses[0] : hypotheses.size() > 1 ? &hypotheses[1] : nullptr;
-    best = Found{std::move(*fitted), trust, other && h.score > 0 ? other->score / h.score : 0};
+    all.add(std::move(*fitted), options_);
   }
-  if (best && !query.near) doubt(best->runner_up, &best->trust);
-  return best;
+  if (all.count == 0) return std::nullopt;
+
+  const std::size_t best = all.best(query.near ? kTie : 1);
+  const Fitted& fitted = *all.fits[best];
+  Found found{fitted, judge(fitted.seen, fitted.cost, fitted.covariance, options_), all.runner_up(best)};
+  for (const Hypothesis& h : hypotheses)  // those that were not worth a fit
+    if (h.score < least) found.runner_up = std::max(found.runner_up, h.score / hypotheses.front().score);
+  if (!query.near) doubt(found.runner_up, &found.trust);
+  return found;
 }
 
 }  // namespace sdftrack

@@ -33,6 +33,11 @@ FitMemory updated(FitMemory memory, double measured_m, double stated_m) {
 
 }  // namespace
 
+double fit_quality(const Fitted& fitted, const TrackerOptions& options) {
+  const double worst = options.outlier_floor > 0 ? -std::log(options.outlier_floor) : 0;
+  return agreeing_share(fitted.seen) - (worst > 0 ? fitted.cost / worst : 0);
+}
+
 std::optional<Fitted> PoseFitter::fit(const DepthFrame& frame, const Camera& camera, const FitTarget& target,
                                       const Attempt& attempt, const Plane* plane) {
   camera_ = &camera, target_ = &target;

@@ -59,6 +59,10 @@ struct Fitted {
   std::vector<TrackStep> steps;
 };
 
+// What fits to the same frame are compared by: surface that is seen where it should be, less the share of the
+// worst cost.
+double fit_quality(const Fitted& fitted, const TrackerOptions& options);
+
 class PoseFitter {
  public:
   PoseFitter(const TrackerOptions& options, int threads) : options_(options), threads_(threads) {}

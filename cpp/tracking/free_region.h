@@ -6,8 +6,8 @@
 
 namespace sdftrack {
 
-// The distance of every node to the nearest that might show the object, given the nodes of its readings, whether
-// these are all its own (a mask), and the depth beyond which nothing of it can be.
+// The distance of every node to the nearest that might show the object, given the nodes of its readings,
+// whether these are all its own (a mask), and the depth beyond which nothing of it can be.
 void free_region(const SearchScene& scene, const std::vector<int>& nodes, bool all_object, double beyond_m,
                  ProposalScratch* scratch, DistanceGrid* grid);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // How a tracker finds again what it has lost.
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "tracking/tracker.h"
@@ -16,6 +17,8 @@ constexpr int kNearFrames = 3;
 
 // What a search finds is believed only when it is sure of it.
 constexpr double kSure = 0.5;
+
+constexpr float kExplained_m = 0.006;  // readings this near to another object's surface are its own
 
 }  // namespace
 
@@ -34,10 +37,36 @@ ObjectResult Tracker::confirmed(ObjectResult result, Object* object) {
   return gone;
 }
 
+// Pixels that the other objects explain where they are followed; nullptr: none.
+const unsigned char* Tracker::taken_by_others(const DepthFrame& frame, const Object& object) {
+  bool any = false;
+  for (const Object& other : objects_) {
+    if (&other == &object || !other.followed() || other.weak) continue;
+    if (!any) taken_.assign(static_cast<std::size_t>(camera_.width) * camera_.height, 0);
+    any = true;
+    const Rect box = projected_box(camera_, *other.shape, other.T_cam_obj, 0);
+    const Rigidf T_obj_cam = inverse(other.T_cam_obj).cast<float>();
+    for (int y = box.y0; y < box.y1; ++y)
+      for (int x = box.x0; x < box.x1; ++x) {
+        const std::size_t at = static_cast<std::size_t>(y) * camera_.width + x;
+        const float z = frame.depth_m.data[at];
+        if (!(z > 0)) continue;
+        const Vec3f r = frame.rays ? Vec3f{frame.rays[2 * at], frame.rays[2 * at + 1], 1}
+                                   : ray(camera_.K, double(x), double(y)).cast<float>();
+        float phi;
+        Vec3f gradient;
+        sample(other.shape->sdf, T_obj_cam * (z * r), &phi, &gradient);
+        taken_[at] |= std::abs(phi) < kExplained_m;
+      }
+  }
+  return any ? taken_.data() : nullptr;
+}
+
 ObjectResult Tracker::look_for(const DepthFrame& frame, Object* object, ObjectResult lost) {
   const int n = object->lost_frames;
   SearchQuery query;
   query.plane = plane_.plane();
+  query.taken = taken_by_others(frame, *object);
   if (n <= kNearFrames || n % 2 == 0) {
     query.near = object->T_cam_obj;
     query.reach_m = std::min(kFarthest_m, kReach_m + kReachPerFrame_m * n);

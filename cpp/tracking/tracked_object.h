@@ -33,6 +33,9 @@ struct TrackedObject {
   // Found again, and not yet confirmed by a later frame: what to go back to.
   std::optional<Rigidd> before_found;
 
+  // Whether T_cam_obj is where it was in the last frame.
+  bool followed() const { return lost_frames == 0 && !wanted; }
+
   void forget(double damping_start) {
     memory = {};
     memory.damping = damping_start;

@@ -29,13 +29,6 @@ bool convincing(const Fitted& fitted, const TrackedObject& object, const Tracker
   return seen.agree >= options.retry_inliers * (seen.agree + seen.farther) && seen.agree > 0;
 }
 
-// What attempts on the same frame are compared by: surface that is seen where it should be, less the share of
-// the worst cost.
-double quality(const Fitted& fitted, const TrackerOptions& options) {
-  const double worst = options.outlier_floor > 0 ? -std::log(options.outlier_floor) : 0;
-  return agreeing_share(fitted.seen) - (worst > 0 ? fitted.cost / worst : 0);
-}
-
 bool has_depth(const ImageView<float>& depth_m) {
   const int pixels = depth_m.width * depth_m.height, stride = std::max(1, pixels / 4099);
   for (int i = 0; i < pixels; i += stride)
@@ -166,6 +159,13 @@ std::vector<ObjectResult> Tracker::each(const DepthFrame& frame, const std::vect
   return results;
 }
 
+ObjectResult Tracker::unread(Object* object) {
+  // A place to begin at is kept for the next frame; a pose is one already.
+  if (object->wanted && object->wanted->T_cam_obj)
+    object->T_cam_obj = centred(*object->wanted->T_cam_obj, *object->shape), object->wanted.reset();
+  return without_pose(*object, "the depth image has no valid reading", Status::kBadFrame);
+}
+
 void Tracker::follow_plane(const DepthFrame& frame) {
   std::vector<Rect> regions;
   for (const Object& object : objects_)
@@ -213,6 +213,7 @@ ObjectResult Tracker::begin_at(const DepthFrame& frame, Object* object, const Wh
   query.mask = place.mask.empty() ? nullptr : place.mask.data();
   query.box = place.box;
   query.plane = plane_.plane();
+  query.taken = taken_by_others(frame, *object);
   const std::optional<Found> found = finder_.find(frame, camera_, *object->shape, object->memory,
                                                   colors_of(frame, *object), query, &fitter_);
   if (!found) {
@@ -245,16 +246,18 @@ std::optional<Fitted> Tracker::best_fit(const DepthFrame& frame, const Object& o
   std::optional<Fitted> best = fit(frame, object, narrow_attempt(expected), expected);
   const auto done = [&] { return best && convincing(*best, object, options_); };
   const auto better = [&](const Fitted& other) {
-    return !best || quality(other, options_) > quality(*best, options_) + kClearlyBetter;
+    return !best || fit_quality(other, options_) > fit_quality(*best, options_) + kClearlyBetter;
   };
   if (done() || !(options_.retry_inliers > 0)) return best;
   std::optional<Fitted> wide = fit(frame, object, wide_attempt(object, expected, frame.time_s), expected);
   if (wide && best) prepend(best->steps, &wide->steps), best->steps = wide->steps;
   if (wide && better(*wide)) best = polished(frame, object, *wide);
 
-  if (done() || !settings_.recover || !(object.usual_share > 0)) return best;
+  // A given prior says where it is: nothing is searched for against it.
+  if (done() || !settings_.recover || !(object.usual_share > 0) || object.prior) return best;
   SearchQuery query;
   query.plane = plane_.plane();
+  query.taken = taken_by_others(frame, object);
   query.near = expected;
   query.reach_m = kNextReach_m;
   query.seeds = std::min(options_.recover_seeds, kSearchSeeds);
@@ -279,7 +282,7 @@ std::optional<Fitted> Tracker::fit(const DepthFrame& frame, const Object& object
 // place.
 Fitted Tracker::polished(const DepthFrame& frame, const Object& object, const Fitted& wide) {
   std::optional<Fitted> again = fit(frame, object, narrow_attempt(wide.T_cam_obj), wide.T_cam_obj);
-  if (!again || quality(*again, options_) < quality(wide, options_)) return wide;
+  if (!again || fit_quality(*again, options_) < fit_quality(wide, options_)) return wide;
   prepend(wide.steps, &again->steps);
   return *again;
 }

@@ -65,6 +65,8 @@ class Tracker {
   template <class Work>
   std::vector<ObjectResult> each(const DepthFrame& frame, const std::vector<int>& objects, const Work& work);
   void follow_plane(const DepthFrame& frame);
+  static ObjectResult unread(Object* object);
+  const unsigned char* taken_by_others(const DepthFrame& frame, const Object& object);
   const ColorModel* colors_of(const DepthFrame& frame, const Object& object) const;
   void learn_colors(const DepthFrame& frame, Object* object);
 
@@ -94,6 +96,7 @@ class Tracker {
   PlaneFollower plane_;
   PoseFitter fitter_;
   ObjectFinder finder_;
+  std::vector<unsigned char> taken_;
   ColorReader color_reader_;
   ColorCounts color_counts_;
 };

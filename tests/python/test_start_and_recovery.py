@@ -1,0 +1,382 @@
+# SPDX-License-Identifier: MIT
+"""Starts without a pose, loss, recovery, motion, and objects that come and go."""
+
+import pickle
+
+import numpy as np
+import pytest
+from tracking_scene import CAMERA, NOISE_M, POSE, WALL_M, wall_frame
+
+import sdftrack as st
+from sdftrack import geometry
+from sdftrack.testing import assert_pose_close
+
+# 1 mm of noise on some 3,000 pixels leaves 0.05 mm; a wrong place or turn is off by centimetres and tens of degrees.
+FOUND_ATOL_M, FOUND_ATOL_RAD = 1e-3, np.radians(1.5)
+VOXEL_M = 0.0015
+
+
+def bracket():
+    """An L of two boxes, 120 x 80 x 50 mm: no turn maps it to itself."""
+    origin = np.array([-0.09, -0.07, -0.055])
+    n = np.ceil(-2 * origin / VOXEL_M).astype(int)
+    z, y, x = np.meshgrid(*(np.arange(k) for k in n[::-1]), indexing="ij")
+    p = origin + VOXEL_M * np.stack([x, y, z], -1)
+
+    def box(centre, size):
+        d = np.abs(p - centre) - 0.5 * np.array(size)
+        return np.linalg.norm(np.maximum(d, 0), axis=-1) + np.minimum(d.max(-1), 0)
+
+    values = np.minimum(
+        box([0, -0.025, 0], [0.12, 0.03, 0.05]), box([-0.04, 0.01, -0.005], [0.04, 0.06, 0.04])
+    )
+    return st.SDF(values.astype(np.float32), VOXEL_M, origin)
+
+
+@pytest.fixture(scope="module")
+def body():
+    return bracket()
+
+
+@pytest.fixture
+def tracker(body):
+    return st.Tracker(body, CAMERA, threads=1)
+
+
+def shot(body, T, seed=0, timestamp=None, cover=None):
+    """A frame of the body before a wall, and its mask; `cover` (rows, columns) is hidden by something nearer."""
+    depth = body.render(CAMERA, T)[0]
+    mask = depth > 0
+    noisy = depth + np.random.default_rng(seed).normal(0, NOISE_M, depth.shape)
+    image = np.where(mask, noisy, WALL_M).astype(np.float32)
+    if cover is not None:
+        image[cover] = 0.25
+        mask[cover] = False
+    return st.Frame(image, timestamp=timestamp), mask
+
+
+def box_of(mask, margin=12):
+    y, x = np.nonzero(mask)
+    return (x.min() - margin, y.min() - margin, np.ptp(x) + 2 * margin, np.ptp(y) + 2 * margin)
+
+
+TURNS = [[0.5, -0.6, 0.2], [-0.6, 0.7, 2.5], [2.6, 0.4, 0.3]]
+
+
+@pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("how", ["masks", "boxes", "nothing"])
+def test_an_object_is_found_without_a_pose(tracker, body, how, turn):
+    truth = geometry.pose(turn, [0.05, 0.03, 0.6])
+    frame, mask = shot(body, truth)
+    given = {"masks": {"masks": mask}, "boxes": {"boxes": [box_of(mask)]}, "nothing": {}}[how]
+    result = tracker.start(frame, **given)
+    assert result.status == ["ok"]
+    assert result.index == 0
+    assert_pose_close(result.pose, truth, FOUND_ATOL_M, FOUND_ATOL_RAD)
+    assert 0 < result.runner_up[0] < 0.95
+    next_frame, _ = shot(body, truth, seed=1)
+    followed = tracker.track(next_frame)
+    assert followed.ok
+    assert np.isnan(followed.runner_up[0])
+
+
+def test_each_object_is_found_in_its_own_mask(body):
+    truth = [geometry.pose(TURNS[0], [-0.1, 0, 0.6]), geometry.pose(TURNS[1], [0.1, 0.02, 0.55])]
+    frames = [shot(body, T) for T in truth]
+    depth = np.minimum(frames[0][0].depth, frames[1][0].depth)
+    tracker = st.Tracker([body, body], CAMERA, threads=1)
+    result = tracker.start(st.Frame(depth), masks=[m for _, m in frames])
+    for found, T in zip(result.poses, truth, strict=True):
+        assert_pose_close(found, T, FOUND_ATOL_M, FOUND_ATOL_RAD)
+
+
+def test_a_view_that_fits_two_poses_is_called_ambiguous():
+    box = st.SDF.box((0.12, 0.09, 0.06), voxels=80)
+    frame, mask = shot(box, POSE)
+    result = st.Tracker(box, CAMERA, threads=1).start(frame, masks=mask)
+    assert result.status == ["weak"]
+    assert "ambiguous" in result.reason[0]
+    assert result.runner_up[0] > 0.95
+    assert result.confidence[0] < 0.6  # one of two equal poses
+
+
+@pytest.mark.parametrize("how", ["nothing", "boxes", "masks"])
+def test_an_object_that_is_not_there_is_lost_and_has_no_pose(tracker, how):
+    mask = np.zeros(CAMERA.shape, bool)
+    mask[80:160, 100:200] = True
+    given = {"masks": {"masks": [mask]}, "boxes": {"boxes": [(100, 80, 100, 80)]}, "nothing": {}}[how]
+    result = tracker.start(wall_frame(), **given)
+    assert result.status == ["lost"]
+    assert result.reason[0]
+    assert np.isnan(result.pose).all()
+    assert result.confidence[0] == 0
+    assert tracker.track(wall_frame()).status == ["lost"]
+
+
+def test_a_mask_without_readings_finds_nothing(tracker, body):
+    frame, mask = shot(body, POSE)
+    holes = frame.depth.copy()
+    holes[mask] = 0
+    result = tracker.start(st.Frame(holes), masks=mask)
+    assert result.status == ["lost"]
+    assert "no depth reading" in result.reason[0]
+
+
+def test_an_unreadable_first_frame_keeps_the_place_for_the_next(tracker, body):
+    frame, mask = shot(body, POSE)
+    assert tracker.start(st.Frame.unreadable("torn"), masks=mask).status == ["bad_frame"]
+    assert_pose_close(tracker.track(frame).pose, POSE, FOUND_ATOL_M, FOUND_ATOL_RAD)
+
+
+# --- loss and recovery
+
+ELSEWHERE = geometry.pose(TURNS[1], [-0.12, 0.05, 0.7])
+
+
+def run_until_found(tracker, body, frames=10):
+    for i in range(frames):
+        frame, _ = shot(body, ELSEWHERE, seed=10 + i)
+        result = tracker.track(frame)
+        if result.ok:
+            return i, result
+    return None, result
+
+
+def test_a_lost_object_is_found_elsewhere_by_itself(tracker, body):
+    first = tracker.start(shot(body, POSE)[0], poses=POSE)
+    assert first.ok
+    for _ in range(15):
+        gone = tracker.track(wall_frame())
+        assert gone.status == ["lost"]
+        np.testing.assert_array_equal(gone.pose, first.pose)
+    frames, result = run_until_found(tracker, body)
+    assert frames is not None
+    assert_pose_close(result.pose, ELSEWHERE, FOUND_ATOL_M, FOUND_ATOL_RAD)
+
+
+def test_a_pose_found_again_is_weak_until_a_second_frame_confirms_it(tracker, body):
+    tracker.start(shot(body, POSE)[0], poses=POSE)
+    tracker.track(wall_frame())
+    statuses = [tracker.track(shot(body, ELSEWHERE, seed=i)[0]) for i in range(8)]
+    first_sight = next(r for r in statuses if r.status != ["lost"])
+    assert first_sight.status == ["weak"]
+    assert "confirm" in first_sight.reason[0]
+    # What is there for one frame only was not the object: back to the last sure pose.
+    tracker.start(shot(body, POSE)[0], poses=POSE)
+    tracker.track(wall_frame())
+    while tracker.track(shot(body, ELSEWHERE, seed=3)[0]).status == ["lost"]:
+        pass
+    vanished = tracker.track(wall_frame())
+    assert vanished.status == ["lost"]
+    assert "not confirmed" in vanished.reason[0]
+
+
+def test_without_recovery_a_lost_object_waits_for_recover(body):
+    tracker = st.Tracker(body, CAMERA, threads=1, recover=False)
+    tracker.start(shot(body, POSE)[0], poses=POSE)
+    tracker.track(wall_frame())
+    frames, result = run_until_found(tracker, body)
+    assert frames is None
+    frame, mask = shot(body, ELSEWHERE)
+    assert tracker.track(frame).status == ["lost"]
+    for given in ({}, {"mask": mask}, {"box": box_of(mask)}, {"k": 0}):
+        tracker.start(shot(body, POSE)[0], poses=POSE)
+        tracker.track(frame)
+        result = tracker.recover(frame, **given)
+        assert result.ok
+        assert result.index == 1
+        assert_pose_close(result.pose, ELSEWHERE, FOUND_ATOL_M, FOUND_ATOL_RAD)
+        assert tracker.track(frame).ok
+
+
+def test_recover_leaves_the_followed_objects_as_they_are(body):
+    other = geometry.pose(TURNS[2], [0.12, -0.03, 0.6])
+    both = np.minimum(shot(body, POSE)[0].depth, shot(body, other)[0].depth)
+    tracker = st.Tracker([body, body], CAMERA, threads=1, recover=False)
+    tracker.start(st.Frame(both), poses=[POSE, other])
+    moved = np.minimum(shot(body, ELSEWHERE)[0].depth, shot(body, other)[0].depth)
+    before = tracker.track(st.Frame(moved))
+    assert [s == "lost" for s in before.status] == [True, False]
+    after = tracker.recover(st.Frame(moved))
+    assert_pose_close(after.poses[0], ELSEWHERE, FOUND_ATOL_M, FOUND_ATOL_RAD)
+    np.testing.assert_array_equal(after.poses[1], before.poses[1])
+    assert tracker.recover(st.Frame(moved)) is after  # nothing is lost: nothing to do
+
+
+def test_the_search_has_the_same_bits_on_any_number_of_threads(body):
+    def run(threads):
+        tracker = st.Tracker(body, CAMERA, threads=threads)
+        results = [tracker.start(shot(body, POSE)[0], masks=shot(body, POSE)[1])]
+        results += [tracker.track(wall_frame())]
+        results += [tracker.track(shot(body, ELSEWHERE, seed=i)[0]) for i in range(4)]
+        return [(r.poses, r.covariances, r.confidence, r.runner_up, r.status) for r in results]
+
+    for one, two in zip(run(1), run(3), strict=True):
+        for a, b in zip(one, two, strict=True):
+            np.testing.assert_array_equal(a, b)
+
+
+# --- motion
+
+
+@pytest.mark.parametrize("times", [True, False])
+def test_constant_velocity_follows_what_a_static_model_loses(body, times):
+    """80 mm and 8 degrees per frame without recovery: only a prediction gets there."""
+
+    def lost_frames(motion):
+        tracker = st.Tracker(body, CAMERA, threads=1, motion=motion, recover=False, retry_inliers=0.0)
+        lost = 0
+        for i in range(8):
+            speed = min(i, 3) * 0.008  # from rest
+            x = -0.12 + sum(min(j, 3) * 0.008 for j in range(i))
+            T = geometry.pose([0.5, -0.6 + 0.05 * x / 0.008, 0.2], [x, 0.01, 0.5])
+            frame, _ = shot(body, T, seed=i, timestamp=i / 30 if times else None)
+            result = tracker.start(frame, poses=T) if i == 0 else tracker.track(frame)
+            error = st.metrics.pose_error(result.pose, T)
+            lost += not (result.ok and error[0] < FOUND_ATOL_M)
+            assert speed >= 0
+        return lost
+
+    assert lost_frames("constant_velocity") == 0
+
+
+def test_twists_are_the_motion_between_two_frames(tracker, body):
+    step = geometry.pose([0, 0, 0.03], [0.003, 0, 0])
+    later = POSE.copy()
+    later[:3, :3] = step[:3, :3] @ POSE[:3, :3]
+    later[:3, 3] += step[:3, 3]
+    tracker.start(shot(body, POSE, timestamp=1.0)[0], poses=POSE)
+    result = tracker.track(shot(body, later, timestamp=1.1)[0])
+    np.testing.assert_allclose(result.twists[0], [0.03, 0, 0, 0, 0, 0.3], atol=0.02)
+
+
+# --- priors, coming and going
+
+
+def test_a_prior_holds_the_direction_that_the_data_leave_free():
+    """A cylinder seen from the side turns freely about its axis: only a prior says how far it has turned."""
+    can = st.SDF.cylinder(0.03, 0.1, voxels=80)
+    T = geometry.pose([np.pi / 2, 0, 0], [0, 0, 0.5])
+    frame, _ = shot(can, T)
+    turned = T @ geometry.pose([0, 0, 0.2], [0.004, 0, 0])
+    for sd in (1e-3, 3.0):
+        tracker = st.Tracker(can, CAMERA, threads=1)
+        tracker.start(frame, poses=T)
+        tracker.set_pose(0, turned, covariance=np.diag([1e-4] * 3 + [sd**2] * 3))
+        found = tracker.track(frame).pose
+        axis_error = np.linalg.norm(found[:3, 3] - T[:3, 3])
+        assert axis_error < 1e-3  # the data win where there are any
+        spin = np.arctan2(*(T[:3, :3].T @ found[:3, :3])[[1, 0], [0, 0]])
+        if sd < 1:
+            assert spin == pytest.approx(0.2, abs=0.01)
+
+
+def test_a_tight_prior_outweighs_the_data_in_camera_axes(tracker, body):
+    """A covariance is of the object's origin in camera axes: x is held, z is left to the data."""
+    frame, _ = shot(body, POSE)
+    tracker.start(frame, poses=POSE)
+    off = POSE.copy()
+    off[:3, 3] += [0.002, 0, 0.002]
+    tracker.set_pose(0, off, covariance=np.diag([1e-12, 1e-2, 1e-2, 1, 1, 1]))
+    found = tracker.track(frame).pose
+    assert found[0, 3] == pytest.approx(off[0, 3], abs=2e-5)
+    assert found[2, 3] == pytest.approx(POSE[2, 3], abs=1.5e-3)
+    assert_pose_close(tracker.track(frame).pose, POSE, FOUND_ATOL_M, FOUND_ATOL_RAD)  # for one frame only
+
+
+def test_objects_are_added_and_removed(tracker, body):
+    other = geometry.pose(TURNS[2], [0.12, -0.03, 0.6])
+    single, _ = shot(body, POSE)
+    both = st.Frame(np.minimum(single.depth, shot(body, other)[0].depth))
+    mask = shot(body, other)[1]
+    tracker.start(single, poses=POSE)
+    for place in ({"pose": other}, {"mask": mask}, {"box": box_of(mask)}):
+        k = tracker.add(body, name="second", **place)
+        assert k == 1
+        assert tracker.names == ["object 0", "second"]
+        result = tracker.track(both)
+        assert result.poses.shape == (2, 4, 4)
+        assert_pose_close(result.poses[1], other, FOUND_ATOL_M, FOUND_ATOL_RAD)
+        assert_pose_close(result.poses[0], POSE, FOUND_ATOL_M, FOUND_ATOL_RAD)
+        tracker.remove(1)
+        assert_pose_close(tracker.track(both).pose, POSE, FOUND_ATOL_M, FOUND_ATOL_RAD)
+    tracker.add(body, pose=other)
+    tracker.remove(0)
+    assert_pose_close(tracker.track(both).pose, other, FOUND_ATOL_M, FOUND_ATOL_RAD)
+
+
+def test_a_tracker_with_a_lost_object_is_pickled(tracker):
+    tracker.start(wall_frame())
+    again = pickle.loads(pickle.dumps(tracker))
+    assert again.track(wall_frame()).status == ["lost"]
+
+
+# --- bad input
+
+EMPTY = np.zeros(CAMERA.shape, bool)
+FULL = np.ones(CAMERA.shape, bool)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "match"),
+    [
+        ({"masks": EMPTY}, ValueError, r"masks\[0\]: .*empty mask"),
+        ({"masks": [FULL, FULL]}, ValueError, r"masks: expected one per shape \(1\), got 2"),
+        ({"masks": FULL[:10]}, ValueError, r"masks\[0\]: expected the depth image's shape \(240, 320\)"),
+        ({"masks": FULL.astype(float)}, TypeError, r"masks\[0\]: expected \(H, W\) bool or uint8"),
+        ({"masks": "mask.png"}, TypeError, "masks: expected one"),
+        ({"boxes": [(400, 10, 20, 20)]}, ValueError, r"boxes\[0\]: expected a box that meets the image"),
+        ({"boxes": [(10, 10, 0, 20)]}, ValueError, r"boxes\[0\]: expected a width and a height above 0"),
+        ({"boxes": [(10, 10, 20)]}, ValueError, r"boxes\[0\]: expected \(x, y, w, h\)"),
+        ({"boxes": [(10, 10, 20, np.nan)]}, ValueError, r"boxes\[0\]"),
+        ({"boxes": 5}, TypeError, "boxes: expected one"),
+        ({"masks": FULL, "boxes": [(0, 0, 9, 9)]}, ValueError, "expected one of poses, masks and boxes"),
+        ({"poses": [POSE], "masks": FULL}, ValueError, "expected one of poses, masks and boxes"),
+    ],
+)
+def test_a_bad_place_is_refused_and_the_tracker_is_as_before(tracker, body, given, error, match):
+    frame, _ = shot(body, POSE)
+    tracker.start(frame, poses=POSE)
+    with pytest.raises(error, match=match):
+        tracker.start(frame, **given)
+    result = tracker.track(frame)
+    assert result.index == 1
+    assert result.ok
+
+
+@pytest.mark.parametrize(
+    ("covariance", "error", "match"),
+    [
+        (np.eye(3), ValueError, r"covariance: expected \(6, 6\)"),
+        (np.zeros((6, 6)), ValueError, "covariance: expected a symmetric matrix"),
+        (np.full((6, 6), np.nan), ValueError, "covariance"),
+        (np.triu(np.ones((6, 6))), ValueError, "covariance: expected a symmetric"),
+        ("wide", TypeError, "covariance"),
+    ],
+)
+def test_a_bad_covariance_is_refused(tracker, covariance, error, match):
+    with pytest.raises(error, match=match):
+        tracker.set_pose(0, POSE, covariance=covariance)
+
+
+def test_add_remove_and_recover_check_what_they_are_given(tracker, body):
+    frame, mask = shot(body, POSE)
+    with pytest.raises(RuntimeError, match="call start"):
+        tracker.recover(frame)
+    tracker.start(frame, poses=POSE)
+    with pytest.raises(TypeError, match="shape: expected st.SDF"):
+        tracker.add("bracket.ply")
+    with pytest.raises(ValueError, match="expected one of pose, mask and box, got pose and mask"):
+        tracker.add(body, pose=POSE, mask=mask)
+    with pytest.raises(ValueError, match=r"k: expected 0\.\.0, got 1"):
+        tracker.remove(1)
+    with pytest.raises(ValueError, match="at least one object"):
+        tracker.remove(0)
+    with pytest.raises(ValueError, match=r"k: expected 0\.\.0, got 3"):
+        tracker.recover(frame, k=3)
+    with pytest.raises(ValueError, match="mask: expected at least one pixel"):
+        tracker.recover(frame, k=0, mask=EMPTY)
+    with pytest.raises(ValueError, match="expected one of"):
+        tracker.recover(frame, k=0, mask=mask, box=(0, 0, 9, 9))
+    with pytest.raises(ValueError, match=r"motion: expected one of \('static', 'constant_velocity'\)"):
+        st.Tracker(body, CAMERA, motion="brownian")
