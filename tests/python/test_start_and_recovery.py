@@ -364,7 +364,7 @@ def test_add_remove_and_recover_check_what_they_are_given(tracker, body):
     with pytest.raises(RuntimeError, match="call start"):
         tracker.recover(frame)
     tracker.start(frame, poses=POSE)
-    with pytest.raises(TypeError, match="shape: expected st.SDF"):
+    with pytest.raises(TypeError, match=r"shape: expected st\.SDF"):
         tracker.add("bracket.ply")
     with pytest.raises(ValueError, match="expected one of pose, mask and box, got pose and mask"):
         tracker.add(body, pose=POSE, mask=mask)
