@@ -92,7 +92,8 @@ def test_a_first_pose_where_no_object_can_be_is_refused(scene, tmp_path, capsys,
 def test_a_lost_object_is_told_with_its_images_and_the_reason(scene, tmp_path, capsys):
     path = tmp_path / "poses.json"
     path.write_text(json.dumps({"T_cam_obj": [geometry.pose(t_m=(0, 0, 0.2)).tolist()]}))
-    text = told(scene, tmp_path, capsys, "--model", save(tmp_path), "--init", str(path), code=0)
+    other = save(tmp_path, factor=2.0)  # twice the size of what is in the images, or it would be found again
+    text = told(scene, tmp_path, capsys, "--model", other, "--init", str(path), code=0)
     assert f"box lost, images 0 to {FRAMES - 1}: " in text
 
 
