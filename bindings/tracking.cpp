@@ -207,6 +207,8 @@ void bind_tracking(py::module_& m) {
   SDFTRACK_OPTION(min_pixels);
   SDFTRACK_OPTION(damping_start);
   SDFTRACK_OPTION(keep_damping);
+  SDFTRACK_OPTION(coarse_floor);
+  SDFTRACK_OPTION(coarse_floor_behind);
   SDFTRACK_OPTION(coarse_steps);
   SDFTRACK_OPTION(fine_steps);
   SDFTRACK_OPTION(free_space);

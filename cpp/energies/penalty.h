@@ -56,13 +56,18 @@ struct DepthLogistic {
   T scale_m;
   T outlier_floor;
   Curvature curvature = Curvature::kIrls;
+  T floor_behind = T(-1);  // e of readings behind the surface (residual < 0); negative: the same
 
+  HD T floor_of(T residual_m) const {
+    return residual_m < T(0) && floor_behind >= T(0) ? floor_behind : outlier_floor;
+  }
   HD Curve<T> operator()(T residual_m, T noise_scale) const {
-    return logistic_mixture(residual_m, T(1) / (scale_m * noise_scale), T(1) - outlier_floor, outlier_floor,
-                            curvature);
+    const T e = floor_of(residual_m);
+    return logistic_mixture(residual_m, T(1) / (scale_m * noise_scale), T(1) - e, e, curvature);
   }
   HD T second_derivative(T residual_m, T noise_scale) const {
-    return logistic_mixture_second(residual_m, scale_m * noise_scale, T(1) - outlier_floor, outlier_floor);
+    const T e = floor_of(residual_m);
+    return logistic_mixture_second(residual_m, scale_m * noise_scale, T(1) - e, e);
   }
 };
 

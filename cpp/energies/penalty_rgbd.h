@@ -23,22 +23,24 @@ struct ColorOdds {
   T outlier_floor;
   T prior;
   Curvature curvature = Curvature::kIrls;
+  T floor_behind = T(-1);  // as in DepthLogistic
 
-  HD void shares(T foreground, T* object, T* outliers) const {
-    const T a = (T(1) - outlier_floor) * (foreground / prior);
-    const T b = outlier_floor * ((T(1) - foreground) / (T(1) - prior));
+  HD void shares(T residual_m, T foreground, T* object, T* outliers) const {
+    const T e = residual_m < T(0) && floor_behind >= T(0) ? floor_behind : outlier_floor;
+    const T a = (T(1) - e) * (foreground / prior);
+    const T b = e * ((T(1) - foreground) / (T(1) - prior));
     const T per_sum = T(1) / (a + b);
     *object = a * per_sum, *outliers = b * per_sum;
   }
 
   HD Curve<T> operator()(T residual_m, T noise_scale, T foreground) const {
     T object, outliers;
-    shares(foreground, &object, &outliers);
+    shares(residual_m, foreground, &object, &outliers);
     return logistic_mixture(residual_m, T(1) / (scale_m * noise_scale), object, outliers, curvature);
   }
   HD T second_derivative(T residual_m, T noise_scale, T foreground) const {
     T object, outliers;
-    shares(foreground, &object, &outliers);
+    shares(residual_m, foreground, &object, &outliers);
     return logistic_mixture_second(residual_m, scale_m * noise_scale, object, outliers);
   }
 };

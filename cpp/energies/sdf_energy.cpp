@@ -41,10 +41,10 @@ void make(const SdfView& sdf, const State& x, WithIntrinsics<Inner>* field) {
 }
 
 void make(const SdfEnergyOptions& o, DepthLogistic<float>* penalty) {
-  *penalty = {o.scale_m, o.outlier_floor, o.curvature};
+  *penalty = {o.scale_m, o.outlier_floor, o.curvature, o.floor_behind};
 }
 void make(const SdfEnergyOptions& o, ColorOdds<float>* penalty) {
-  *penalty = {o.scale_m, o.outlier_floor, o.color_prior, o.curvature};
+  *penalty = {o.scale_m, o.outlier_floor, o.color_prior, o.curvature, o.floor_behind};
 }
 void make(const SdfEnergyOptions& o, ColorPrinted<float>* penalty) { *penalty = {o.scale_m}; }
 

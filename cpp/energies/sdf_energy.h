@@ -16,6 +16,7 @@ struct SdfEnergyOptions {
   Curvature curvature = Curvature::kIrls;
   float scale_m = 0.002f;      // s of the logistic density
   float outlier_floor = 0.1f;  // e; 0: the printed likelihood
+  float floor_behind = -1;     // e of readings behind the surface; negative: the same
   bool warm_hits = true;       // go on from the last hits; false: cost is a function of the state alone
   bool scale = false;          // unknown size
   bool intrinsics = false;     // unknown fx, fy, cx, cy

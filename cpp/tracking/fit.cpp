@@ -98,6 +98,10 @@ void PoseFitter::fit_coarse(const Attempt& attempt, State* x, Fitted* fitted) {
   const double last = last_scale(fitted->memory);
   SdfEnergyOptions energy = energy_options();
   energy.residual = Residual::kPoint;
+  if (options_.outlier_floor > 0) {
+    energy.outlier_floor = static_cast<float>(options_.coarse_floor);
+    energy.floor_behind = static_cast<float>(options_.coarse_floor_behind);
+  }
   for (double s = attempt.scale_m; s > 1.5 * last; s *= 0.5) {
     energy.scale_m = static_cast<float>(s);
     run_stage(&coarse_, energy, attempt.coarse_steps, x, fitted);

@@ -29,10 +29,12 @@ struct TrackerOptions {
   double far_scale_m = 0.012;
   double far_padding_m = 0.045;
   // Optimiser
-  double damping_start = 1e-3;  // the source starts at 100
-  bool keep_damping = false;    // from frame to frame
-  int coarse_steps = 3;         // trials per coarse stage
-  int fine_steps = 8;           // trials of the last stage
+  double damping_start = 1e-3;        // the source starts at 100
+  bool keep_damping = false;          // from frame to frame
+  int coarse_steps = 3;               // trials per coarse stage
+  double coarse_floor = 0.3;          // e of the coarse stages: in front of the surface a hand may be,
+  double coarse_floor_behind = 0.02;  // behind it the sensor sees nothing
+  int fine_steps = 8;                 // trials of the last stage
   // Other energies
   bool free_space = true;
   double free_space_scale_m = 0.003;

@@ -1,69 +1,18 @@
 """
 Private core of sdftrack; use the names of the package sdftrack.
 """
-
 from __future__ import annotations
 import collections.abc
 import numpy
 import numpy.typing
 import typing
-
-__all__: list[str] = [
-    "BAND_VOXELS",
-    "Camera",
-    "ColorLikelihood",
-    "ColorMap",
-    "ColorModel",
-    "Curvature",
-    "FrameEnergy",
-    "LmOptions",
-    "MeshCaster",
-    "MotionModel",
-    "Residual",
-    "Searcher",
-    "State",
-    "Tracker",
-    "TrackerOptions",
-    "build",
-    "clean_mesh",
-    "color_counts",
-    "correlation_area",
-    "cuda_available",
-    "cuda_build",
-    "cuda_device_name",
-    "fast_sweep",
-    "find_plane",
-    "mesh_to_sdf",
-    "nearest_rigid",
-    "open_mesh_to_sdf",
-    "primitive_sdf",
-    "redistance",
-    "render_sdf",
-    "rotation_exp",
-    "rotation_from_mrp",
-    "rotation_log",
-    "sample_sdf",
-    "scale_and_add",
-    "seed_rotation",
-    "surface_samples",
-    "thread_count",
-    "winding_numbers",
-]
-
+__all__: list[str] = ['BAND_VOXELS', 'Camera', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'Curvature', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'MotionModel', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'fast_sweep', 'find_plane', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'primitive_sdf', 'redistance', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'winding_numbers']
 class Camera:
     """
     Pinhole camera with Brown-Conrady distortion; see sdftrack.Camera.
     """
-    def __init__(
-        self,
-        fx: typing.SupportsFloat | typing.SupportsIndex,
-        fy: typing.SupportsFloat | typing.SupportsIndex,
-        cx: typing.SupportsFloat | typing.SupportsIndex,
-        cy: typing.SupportsFloat | typing.SupportsIndex,
-        width: typing.SupportsInt | typing.SupportsIndex,
-        height: typing.SupportsInt | typing.SupportsIndex,
-        distortion: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [],
-    ) -> None: ...
+    def __init__(self, fx: typing.SupportsFloat | typing.SupportsIndex, fy: typing.SupportsFloat | typing.SupportsIndex, cx: typing.SupportsFloat | typing.SupportsIndex, cy: typing.SupportsFloat | typing.SupportsIndex, width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex, distortion: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = []) -> None:
+        ...
     def project(self, points: numpy.ndarray) -> numpy.typing.NDArray[numpy.float64]:
         """
         (N, 3) float64, m, camera frame -> (N, 2) pixels.
@@ -73,237 +22,286 @@ class Camera:
         (H, W, 2) float32: x / z and y / z of every pixel's ray, distortion removed.
         """
     @property
-    def height(self) -> int: ...
+    def height(self) -> int:
+        ...
     @property
-    def width(self) -> int: ...
-
+    def width(self) -> int:
+        ...
 class ColorMap:
     """
     Depth pixel to colour pixel; see sdftrack.RGBDCamera.
     """
     @staticmethod
-    def aligned(
-        width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex
-    ) -> ColorMap: ...
+    def aligned(width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex) -> ColorMap:
+        ...
     @staticmethod
-    def projective(
-        P: numpy.ndarray,
-        q: numpy.ndarray,
-        width: typing.SupportsInt | typing.SupportsIndex,
-        height: typing.SupportsInt | typing.SupportsIndex,
-    ) -> ColorMap: ...
+    def projective(P: numpy.ndarray, q: numpy.ndarray, width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex) -> ColorMap:
+        ...
     @staticmethod
-    def rigid(depth: Camera, color: Camera, T_color_depth: numpy.ndarray) -> ColorMap: ...
-    def find(
-        self,
-        u_px: typing.SupportsFloat | typing.SupportsIndex,
-        v_px: typing.SupportsFloat | typing.SupportsIndex,
-        depth_m: typing.SupportsFloat | typing.SupportsIndex,
-    ) -> typing.Any:
+    def rigid(depth: Camera, color: Camera, T_color_depth: numpy.ndarray) -> ColorMap:
+        ...
+    def find(self, u_px: typing.SupportsFloat | typing.SupportsIndex, v_px: typing.SupportsFloat | typing.SupportsIndex, depth_m: typing.SupportsFloat | typing.SupportsIndex) -> typing.Any:
         """
         Colour pixel (x, y) of a depth pixel (its lens removed where the rig is rigid), or None.
         """
     @property
-    def shape(self) -> tuple[int, int]: ...
-
+    def shape(self) -> tuple[int, int]:
+        ...
 class ColorModel:
     """
     Histograms of object and background; see docs/math/color.md.
     """
-    def __init__(self, prior: typing.SupportsFloat | typing.SupportsIndex = 0.699999988079071) -> None: ...
-    def update(
-        self,
-        object: numpy.ndarray,
-        background: numpy.ndarray,
-        object_rate: typing.SupportsFloat | typing.SupportsIndex = 0.05,
-        background_rate: typing.SupportsFloat | typing.SupportsIndex = 0.3,
-    ) -> None:
+    def __init__(self, prior: typing.SupportsFloat | typing.SupportsIndex = 0.699999988079071) -> None:
+        ...
+    def update(self, object: numpy.ndarray, background: numpy.ndarray, object_rate: typing.SupportsFloat | typing.SupportsIndex = 0.05, background_rate: typing.SupportsFloat | typing.SupportsIndex = 0.3) -> None:
         """
         Mix in the counts of one frame, (4096,) float32 each.
         """
     @property
-    def known(self) -> bool: ...
+    def known(self) -> bool:
+        ...
     @property
-    def overlap(self) -> float: ...
+    def overlap(self) -> float:
+        ...
     @property
-    def posterior(self) -> numpy.typing.NDArray[numpy.float32]: ...
-
+    def posterior(self) -> numpy.typing.NDArray[numpy.float32]:
+        ...
 class Residual:
     """
     What a pixel's residual is.
-
+    
     Members:
-
+    
       point
-
+    
       slope
-
+    
       ray_hit
     """
-
     __members__: typing.ClassVar[dict[str, Residual]]
     point: typing.ClassVar[Residual]
     ray_hit: typing.ClassVar[Residual]
     slope: typing.ClassVar[Residual]
     @typing.overload
-    def __eq__(self, other: Residual) -> bool: ...
+    def __eq__(self, other: Residual) -> bool:
+        ...
     @typing.overload
-    def __eq__(self, other: typing.Any) -> bool: ...
-    def __getstate__(self) -> int: ...
-    def __hash__(self) -> int: ...
-    def __index__(self) -> int: ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None: ...
-    def __int__(self) -> int: ...
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
     @typing.overload
-    def __ne__(self, other: Residual) -> bool: ...
+    def __ne__(self, other: Residual) -> bool:
+        ...
     @typing.overload
-    def __ne__(self, other: typing.Any) -> bool: ...
-    def __repr__(self) -> str: ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None: ...
-    def __str__(self) -> str: ...
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        ...
     @property
-    def value(self) -> int: ...
-
+    def value(self) -> int:
+        ...
 class Curvature:
     """
     How the normal equations see a penalty.
-
+    
     Members:
-
+    
       irls
-
+    
       printed
     """
-
     __members__: typing.ClassVar[dict[str, Curvature]]
     irls: typing.ClassVar[Curvature]
     printed: typing.ClassVar[Curvature]
     @typing.overload
-    def __eq__(self, other: Curvature) -> bool: ...
+    def __eq__(self, other: Curvature) -> bool:
+        ...
     @typing.overload
-    def __eq__(self, other: typing.Any) -> bool: ...
-    def __getstate__(self) -> int: ...
-    def __hash__(self) -> int: ...
-    def __index__(self) -> int: ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None: ...
-    def __int__(self) -> int: ...
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
     @typing.overload
-    def __ne__(self, other: Curvature) -> bool: ...
+    def __ne__(self, other: Curvature) -> bool:
+        ...
     @typing.overload
-    def __ne__(self, other: typing.Any) -> bool: ...
-    def __repr__(self) -> str: ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None: ...
-    def __str__(self) -> str: ...
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        ...
     @property
-    def value(self) -> int: ...
-
+    def value(self) -> int:
+        ...
 class ColorLikelihood:
     """
     How a pixel's colour enters its likelihood.
-
+    
     Members:
-
+    
       odds
-
+    
       printed
     """
-
     __members__: typing.ClassVar[dict[str, ColorLikelihood]]
     odds: typing.ClassVar[ColorLikelihood]
     printed: typing.ClassVar[ColorLikelihood]
     @typing.overload
-    def __eq__(self, other: ColorLikelihood) -> bool: ...
+    def __eq__(self, other: ColorLikelihood) -> bool:
+        ...
     @typing.overload
-    def __eq__(self, other: typing.Any) -> bool: ...
-    def __getstate__(self) -> int: ...
-    def __hash__(self) -> int: ...
-    def __index__(self) -> int: ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None: ...
-    def __int__(self) -> int: ...
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
     @typing.overload
-    def __ne__(self, other: ColorLikelihood) -> bool: ...
+    def __ne__(self, other: ColorLikelihood) -> bool:
+        ...
     @typing.overload
-    def __ne__(self, other: typing.Any) -> bool: ...
-    def __repr__(self) -> str: ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None: ...
-    def __str__(self) -> str: ...
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        ...
     @property
-    def value(self) -> int: ...
-
+    def value(self) -> int:
+        ...
 class State:
     """
     A point in the space of unknowns, in the core's own frames.
     """
-
 class LmOptions:
     """
     Options of the optimiser.
     """
-    def __init__(self) -> None: ...
+    def __init__(self) -> None:
+        ...
     @property
-    def cost_gain(self) -> float: ...
+    def cost_gain(self) -> float:
+        ...
     @cost_gain.setter
-    def cost_gain(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def cost_gain(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def cost_relative(self) -> float: ...
+    def cost_relative(self) -> float:
+        ...
     @cost_relative.setter
-    def cost_relative(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def cost_relative(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def damping(self) -> float: ...
+    def damping(self) -> float:
+        ...
     @damping.setter
-    def damping(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def damping(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def damping_down(self) -> float: ...
+    def damping_down(self) -> float:
+        ...
     @damping_down.setter
-    def damping_down(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def damping_down(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def damping_max(self) -> float: ...
+    def damping_max(self) -> float:
+        ...
     @damping_max.setter
-    def damping_max(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def damping_max(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def damping_min(self) -> float: ...
+    def damping_min(self) -> float:
+        ...
     @damping_min.setter
-    def damping_min(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def damping_min(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def damping_up(self) -> float: ...
+    def damping_up(self) -> float:
+        ...
     @damping_up.setter
-    def damping_up(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def damping_up(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def fixed(self) -> list[bool]: ...
+    def fixed(self) -> list[bool]:
+        ...
     @fixed.setter
-    def fixed(self, arg0: collections.abc.Sequence[bool]) -> None: ...
+    def fixed(self, arg0: collections.abc.Sequence[bool]) -> None:
+        ...
     @property
-    def last_gain(self) -> float: ...
+    def last_gain(self) -> float:
+        ...
     @last_gain.setter
-    def last_gain(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def last_gain(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def max_steps(self) -> int: ...
+    def max_steps(self) -> int:
+        ...
     @max_steps.setter
-    def max_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    def max_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
     @property
-    def step_m(self) -> float: ...
+    def step_m(self) -> float:
+        ...
     @step_m.setter
-    def step_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def step_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def step_rad(self) -> float: ...
+    def step_rad(self) -> float:
+        ...
     @step_rad.setter
-    def step_rad(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def step_rad(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def step_relative(self) -> float: ...
+    def step_relative(self) -> float:
+        ...
     @step_relative.setter
-    def step_relative(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
-
+    def step_relative(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
 class TrackerOptions:
     """
     Options of the tracker; see sdftrack.TrackerOptions.
     """
-
     adapt_noise: bool
     color_free_space: bool
     color_likelihood: ColorLikelihood
@@ -312,556 +310,392 @@ class TrackerOptions:
     free_space: bool
     keep_damping: bool
     residual: Residual
-    def __init__(self) -> None: ...
+    def __init__(self) -> None:
+        ...
     @property
-    def coarse_pixels(self) -> int: ...
+    def coarse_floor(self) -> float:
+        ...
+    @coarse_floor.setter
+    def coarse_floor(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def coarse_floor_behind(self) -> float:
+        ...
+    @coarse_floor_behind.setter
+    def coarse_floor_behind(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def coarse_pixels(self) -> int:
+        ...
     @coarse_pixels.setter
-    def coarse_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    def coarse_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
     @property
-    def coarse_steps(self) -> int: ...
+    def coarse_steps(self) -> int:
+        ...
     @coarse_steps.setter
-    def coarse_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    def coarse_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
     @property
-    def color_background_rate(self) -> float: ...
+    def color_background_rate(self) -> float:
+        ...
     @color_background_rate.setter
-    def color_background_rate(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def color_background_rate(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def color_max_overlap(self) -> float: ...
+    def color_max_overlap(self) -> float:
+        ...
     @color_max_overlap.setter
-    def color_max_overlap(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def color_max_overlap(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def color_object_rate(self) -> float: ...
+    def color_object_rate(self) -> float:
+        ...
     @color_object_rate.setter
-    def color_object_rate(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def color_object_rate(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def color_prior(self) -> float: ...
+    def color_prior(self) -> float:
+        ...
     @color_prior.setter
-    def color_prior(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def color_prior(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def correlation_area_px(self) -> float: ...
+    def correlation_area_px(self) -> float:
+        ...
     @correlation_area_px.setter
-    def correlation_area_px(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def correlation_area_px(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def damping_start(self) -> float: ...
+    def damping_start(self) -> float:
+        ...
     @damping_start.setter
-    def damping_start(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def damping_start(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def far_padding_m(self) -> float: ...
+    def far_padding_m(self) -> float:
+        ...
     @far_padding_m.setter
-    def far_padding_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def far_padding_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def far_scale_m(self) -> float: ...
+    def far_scale_m(self) -> float:
+        ...
     @far_scale_m.setter
-    def far_scale_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def far_scale_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def fine_steps(self) -> int: ...
+    def fine_steps(self) -> int:
+        ...
     @fine_steps.setter
-    def fine_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    def fine_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
     @property
-    def free_space_points(self) -> int: ...
+    def free_space_points(self) -> int:
+        ...
     @free_space_points.setter
-    def free_space_points(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    def free_space_points(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
     @property
-    def free_space_scale_m(self) -> float: ...
+    def free_space_scale_m(self) -> float:
+        ...
     @free_space_scale_m.setter
-    def free_space_scale_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def free_space_scale_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def free_space_weight(self) -> float: ...
+    def free_space_weight(self) -> float:
+        ...
     @free_space_weight.setter
-    def free_space_weight(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def free_space_weight(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def lost_inliers(self) -> float: ...
+    def lost_inliers(self) -> float:
+        ...
     @lost_inliers.setter
-    def lost_inliers(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def lost_inliers(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def max_pixels(self) -> int: ...
+    def max_pixels(self) -> int:
+        ...
     @max_pixels.setter
-    def max_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    def max_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
     @property
-    def min_pixels(self) -> int: ...
+    def min_pixels(self) -> int:
+        ...
     @min_pixels.setter
-    def min_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    def min_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
     @property
-    def motion_sigma_m(self) -> float: ...
+    def motion_sigma_m(self) -> float:
+        ...
     @motion_sigma_m.setter
-    def motion_sigma_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def motion_sigma_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def motion_sigma_rad(self) -> float: ...
+    def motion_sigma_rad(self) -> float:
+        ...
     @motion_sigma_rad.setter
-    def motion_sigma_rad(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def motion_sigma_rad(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def noise_m(self) -> float: ...
+    def noise_m(self) -> float:
+        ...
     @noise_m.setter
-    def noise_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def noise_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def noise_per_m(self) -> float: ...
+    def noise_per_m(self) -> float:
+        ...
     @noise_per_m.setter
-    def noise_per_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def noise_per_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def outlier_floor(self) -> float: ...
+    def outlier_floor(self) -> float:
+        ...
     @outlier_floor.setter
-    def outlier_floor(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def outlier_floor(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def padding_m(self) -> float: ...
+    def padding_m(self) -> float:
+        ...
     @padding_m.setter
-    def padding_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def padding_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def recover_seeds(self) -> int: ...
+    def recover_seeds(self) -> int:
+        ...
     @recover_seeds.setter
-    def recover_seeds(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    def recover_seeds(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
     @property
-    def retry_inliers(self) -> float: ...
+    def retry_inliers(self) -> float:
+        ...
     @retry_inliers.setter
-    def retry_inliers(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def retry_inliers(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def scale_per_noise(self) -> float: ...
+    def scale_per_noise(self) -> float:
+        ...
     @scale_per_noise.setter
-    def scale_per_noise(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def scale_per_noise(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def scale_start_m(self) -> float: ...
+    def scale_start_m(self) -> float:
+        ...
     @scale_start_m.setter
-    def scale_start_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def scale_start_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
     @property
-    def trust_points(self) -> int: ...
+    def trust_points(self) -> int:
+        ...
     @trust_points.setter
-    def trust_points(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    def trust_points(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
     @property
-    def weak_inliers(self) -> float: ...
+    def weak_inliers(self) -> float:
+        ...
     @weak_inliers.setter
-    def weak_inliers(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
-
+    def weak_inliers(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
 class MotionModel:
     """
     Where an object is expected in the next frame.
-
+    
     Members:
-
+    
       static
-
+    
       constant_velocity
     """
-
     __members__: typing.ClassVar[dict[str, MotionModel]]
     constant_velocity: typing.ClassVar[MotionModel]
     static: typing.ClassVar[MotionModel]
     @typing.overload
-    def __eq__(self, other: MotionModel) -> bool: ...
+    def __eq__(self, other: MotionModel) -> bool:
+        ...
     @typing.overload
-    def __eq__(self, other: typing.Any) -> bool: ...
-    def __getstate__(self) -> int: ...
-    def __hash__(self) -> int: ...
-    def __index__(self) -> int: ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None: ...
-    def __int__(self) -> int: ...
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
     @typing.overload
-    def __ne__(self, other: MotionModel) -> bool: ...
+    def __ne__(self, other: MotionModel) -> bool:
+        ...
     @typing.overload
-    def __ne__(self, other: typing.Any) -> bool: ...
-    def __repr__(self) -> str: ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None: ...
-    def __str__(self) -> str: ...
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        ...
     @property
-    def value(self) -> int: ...
-
+    def value(self) -> int:
+        ...
 class Tracker:
     """
     Tracks shapes one by one; see sdftrack.Tracker.
     """
-    def __init__(
-        self,
-        shapes: collections.abc.Sequence[
-            tuple[
-                numpy.ndarray,
-                typing.SupportsFloat | typing.SupportsIndex,
-                typing.Annotated[
-                    collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
-                ],
-            ]
-        ],
-        camera: Camera,
-        options: TrackerOptions,
-        threads: typing.SupportsInt | typing.SupportsIndex,
-        recover: bool,
-        motion: MotionModel,
-    ) -> None: ...
-    def add(
-        self,
-        shape: tuple[
-            numpy.ndarray,
-            typing.SupportsFloat | typing.SupportsIndex,
-            typing.Annotated[
-                collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
-            ],
-        ],
-        place: typing.Any,
-    ) -> int: ...
-    def is_lost(self, k: typing.SupportsInt | typing.SupportsIndex) -> bool: ...
-    def recover(
-        self,
-        depth: numpy.ndarray,
-        mask: typing.Any,
-        time_s: typing.SupportsFloat | typing.SupportsIndex,
-        objects: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex],
-        places: list,
-        color: typing.Any = None,
-        color_map: typing.Any = None,
-    ) -> list: ...
-    def remove(self, k: typing.SupportsInt | typing.SupportsIndex) -> None: ...
-    def set_camera(self, camera: Camera) -> None: ...
-    def set_pose(
-        self,
-        k: typing.SupportsInt | typing.SupportsIndex,
-        T: numpy.ndarray,
-        covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"] | None,
-    ) -> None: ...
-    def start(
-        self,
-        depth: numpy.ndarray,
-        mask: typing.Any,
-        time_s: typing.SupportsFloat | typing.SupportsIndex,
-        places: list,
-        color: typing.Any = None,
-        color_map: typing.Any = None,
-    ) -> list: ...
-    def track(
-        self,
-        depth: numpy.ndarray,
-        mask: typing.Any,
-        time_s: typing.SupportsFloat | typing.SupportsIndex,
-        color: typing.Any = None,
-        color_map: typing.Any = None,
-    ) -> list: ...
-
+    def __init__(self, shapes: collections.abc.Sequence[tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]]], camera: Camera, options: TrackerOptions, threads: typing.SupportsInt | typing.SupportsIndex, recover: bool, motion: MotionModel) -> None:
+        ...
+    def add(self, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], place: typing.Any) -> int:
+        ...
+    def is_lost(self, k: typing.SupportsInt | typing.SupportsIndex) -> bool:
+        ...
+    def recover(self, depth: numpy.ndarray, mask: typing.Any, time_s: typing.SupportsFloat | typing.SupportsIndex, objects: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], places: list, color: typing.Any = None, color_map: typing.Any = None) -> list:
+        ...
+    def remove(self, k: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def set_camera(self, camera: Camera) -> None:
+        ...
+    def set_pose(self, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray, covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"] | None) -> None:
+        ...
+    def start(self, depth: numpy.ndarray, mask: typing.Any, time_s: typing.SupportsFloat | typing.SupportsIndex, places: list, color: typing.Any = None, color_map: typing.Any = None) -> list:
+        ...
+    def track(self, depth: numpy.ndarray, mask: typing.Any, time_s: typing.SupportsFloat | typing.SupportsIndex, color: typing.Any = None, color_map: typing.Any = None) -> list:
+        ...
 class Searcher:
     """
     Finds a shape in a depth image without a first pose.
     """
-    def __init__(
-        self,
-        shape: tuple[
-            numpy.ndarray,
-            typing.SupportsFloat | typing.SupportsIndex,
-            typing.Annotated[
-                collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
-            ],
-        ],
-        options: TrackerOptions,
-    ) -> None: ...
-    def search(
-        self,
-        depth: numpy.ndarray,
-        camera: Camera,
-        mask: typing.Any = None,
-        box: typing.Annotated[
-            collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"
-        ]
-        | None = None,
-        near: typing.Any = None,
-        reach_m: typing.SupportsFloat | typing.SupportsIndex = 0.0,
-        foreground: typing.Any = None,
-        plane: tuple[
-            typing.Annotated[
-                collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
-            ],
-            typing.SupportsFloat | typing.SupportsIndex,
-        ]
-        | None = None,
-        taken: typing.Any = None,
-        first_seed: typing.SupportsInt | typing.SupportsIndex = 0,
-        seeds: typing.SupportsInt | typing.SupportsIndex = 0,
-        threads: typing.SupportsInt | typing.SupportsIndex = 0,
-    ) -> list: ...
-
+    def __init__(self, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], options: TrackerOptions) -> None:
+        ...
+    def search(self, depth: numpy.ndarray, camera: Camera, mask: typing.Any = None, box: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"] | None = None, near: typing.Any = None, reach_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, foreground: typing.Any = None, plane: tuple[typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], typing.SupportsFloat | typing.SupportsIndex] | None = None, taken: typing.Any = None, first_seed: typing.SupportsInt | typing.SupportsIndex = 0, seeds: typing.SupportsInt | typing.SupportsIndex = 0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> list:
+        ...
 class FrameEnergy:
     """
     Data energy of one object in one frame; see sdftrack.Energy.
     """
-    def __init__(
-        self,
-        values: numpy.ndarray,
-        voxel_size: typing.SupportsFloat | typing.SupportsIndex,
-        origin: typing.Annotated[
-            collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
-        ],
-        camera: Camera,
-        depth: numpy.ndarray,
-        mask: typing.Any,
-        T_cam_obj: numpy.ndarray,
-        options: TrackerOptions,
-        scale_m: typing.SupportsFloat | typing.SupportsIndex,
-        scale: bool,
-        intrinsics: bool,
-        threads: typing.SupportsInt | typing.SupportsIndex,
-        color: typing.Any = None,
-        color_map: typing.Any = None,
-    ) -> None: ...
-    def cost(self, arg0: State) -> float: ...
-    def linearize(self, arg0: State) -> dict: ...
-    def minimize(self, start: State, options: LmOptions) -> tuple: ...
-    def residuals(self, arg0: State) -> dict: ...
-    def retract(
-        self, arg0: State, arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
-    ) -> tuple: ...
-    def state(
-        self,
-        T_cam_obj: numpy.ndarray,
-        K: typing.Annotated[
-            collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"
-        ],
-        scales: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex],
-    ) -> State: ...
-
+    def __init__(self, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, depth: numpy.ndarray, mask: typing.Any, T_cam_obj: numpy.ndarray, options: TrackerOptions, scale_m: typing.SupportsFloat | typing.SupportsIndex, scale: bool, intrinsics: bool, threads: typing.SupportsInt | typing.SupportsIndex, color: typing.Any = None, color_map: typing.Any = None) -> None:
+        ...
+    def cost(self, arg0: State) -> float:
+        ...
+    def linearize(self, arg0: State) -> dict:
+        ...
+    def minimize(self, start: State, options: LmOptions) -> tuple:
+        ...
+    def residuals(self, arg0: State) -> dict:
+        ...
+    def retract(self, arg0: State, arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> tuple:
+        ...
+    def state(self, T_cam_obj: numpy.ndarray, K: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"], scales: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> State:
+        ...
 class MeshCaster:
     """
     Rays and closest points of one mesh. The arrays must not change.
     """
-    def __init__(self, vertices: numpy.ndarray, faces: numpy.ndarray) -> None: ...
+    def __init__(self, vertices: numpy.ndarray, faces: numpy.ndarray) -> None:
+        ...
     def closest(self, points: numpy.ndarray) -> tuple:
         """
         (N, 3) float64 -> distances (N,) m, faces (N,) int32, points (N, 3).
         """
-    def raycast(
-        self,
-        camera: Camera,
-        T_cam_obj: numpy.ndarray,
-        colors: numpy.ndarray | None = None,
-        threads: typing.SupportsInt | typing.SupportsIndex = 0,
-    ) -> tuple:
+    def raycast(self, camera: Camera, T_cam_obj: numpy.ndarray, colors: numpy.ndarray | None = None, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
         """
         -> depth (H, W) float32 m, normals (H, W, 3) float32, colours (H, W, 3) uint8 or None.
         """
-
-def clean_mesh(
-    vertices: numpy.ndarray,
-    faces: numpy.ndarray,
-    fraction: typing.SupportsFloat | typing.SupportsIndex = 0.02,
-) -> tuple:
+def clean_mesh(vertices: numpy.ndarray, faces: numpy.ndarray, fraction: typing.SupportsFloat | typing.SupportsIndex = 0.02) -> tuple:
     """
     Merged vertices, faces without duplicates and turned one way, report; thinnest: the thickness (m) below which `fraction` of the surface lies.
     """
-
-def color_counts(
-    values: numpy.ndarray,
-    voxel_size: typing.SupportsFloat | typing.SupportsIndex,
-    origin: typing.Annotated[
-        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
-    ],
-    camera: Camera,
-    depth: numpy.ndarray,
-    mask: typing.Any,
-    color: numpy.ndarray,
-    color_map: ColorMap,
-    T_cam_obj: numpy.ndarray,
-    padding_m: typing.SupportsFloat | typing.SupportsIndex,
-    budget: typing.SupportsInt | typing.SupportsIndex,
-) -> tuple:
+def color_counts(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, depth: numpy.ndarray, mask: typing.Any, color: numpy.ndarray, color_map: ColorMap, T_cam_obj: numpy.ndarray, padding_m: typing.SupportsFloat | typing.SupportsIndex, budget: typing.SupportsInt | typing.SupportsIndex) -> tuple:
     """
     Colours on the object and around it, (4096,) float32 each: at the pose, or by the mask if given.
     """
-
-def correlation_area(
-    u_px: numpy.ndarray,
-    v_px: numpy.ndarray,
-    residual_m: numpy.ndarray,
-    scale_m: typing.SupportsFloat | typing.SupportsIndex,
-    outlier_floor: typing.SupportsFloat | typing.SupportsIndex,
-) -> float:
+def correlation_area(u_px: numpy.ndarray, v_px: numpy.ndarray, residual_m: numpy.ndarray, scale_m: typing.SupportsFloat | typing.SupportsIndex, outlier_floor: typing.SupportsFloat | typing.SupportsIndex) -> float:
     """
     Pixels that share one error; 0: too few to tell.
     """
-
 def cuda_available() -> bool:
     """
     True when the build has CUDA and a device answers.
     """
-
 def cuda_device_name() -> str:
     """
     Name of the current CUDA device; empty without one.
     """
-
-def fast_sweep(
-    known: numpy.ndarray, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex
-) -> numpy.typing.NDArray[numpy.float32]:
+def fast_sweep(known: numpy.ndarray, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float32]:
     """
     |grad u| = 1 from values (m, >= 0) where known (uint8) is not 0; float32 [z, y, x].
     """
-
-def find_plane(
-    depth: numpy.ndarray,
-    camera: Camera,
-    start_x: typing.SupportsInt | typing.SupportsIndex,
-    start_y: typing.SupportsInt | typing.SupportsIndex,
-    tolerance_m: typing.SupportsFloat | typing.SupportsIndex,
-) -> typing.Any:
+def find_plane(depth: numpy.ndarray, camera: Camera, start_x: typing.SupportsInt | typing.SupportsIndex, start_y: typing.SupportsInt | typing.SupportsIndex, tolerance_m: typing.SupportsFloat | typing.SupportsIndex) -> typing.Any:
     """
     Dominant plane as (normal, offset), or None.
     """
-
-def mesh_to_sdf(
-    vertices: numpy.ndarray,
-    faces: numpy.ndarray,
-    shape: typing.Annotated[
-        collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"
-    ],
-    voxel_size: typing.SupportsFloat | typing.SupportsIndex,
-    origin: typing.Annotated[
-        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
-    ],
-    band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0,
-    threads: typing.SupportsInt | typing.SupportsIndex = 0,
-) -> tuple:
+def mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
     """
     -> phi [z, y, x] float32 m, number of voxels inside an inside-out part.
     """
-
-def nearest_rigid(T: numpy.ndarray, name: str = "T") -> numpy.typing.NDArray[numpy.float64]:
+def nearest_rigid(T: numpy.ndarray, name: str = 'T') -> numpy.typing.NDArray[numpy.float64]:
     """
     4x4 float64, rigid to within 1e-3, projected onto the rotations; ValueError beyond.
     """
-
-def open_mesh_to_sdf(
-    vertices: numpy.ndarray,
-    faces: numpy.ndarray,
-    shape: typing.Annotated[
-        collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"
-    ],
-    voxel_size: typing.SupportsFloat | typing.SupportsIndex,
-    origin: typing.Annotated[
-        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
-    ],
-    band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0,
-    threads: typing.SupportsInt | typing.SupportsIndex = 0,
-) -> numpy.typing.NDArray[numpy.float32]:
+def open_mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
     """
     phi [z, y, x] float32 m of a mesh with holes, closed by its generalised winding number.
     """
-
-def primitive_sdf(
-    kind: str,
-    size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex],
-    shape: typing.Annotated[
-        collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"
-    ],
-    voxel_size: typing.SupportsFloat | typing.SupportsIndex,
-    origin: typing.Annotated[
-        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
-    ],
-    threads: typing.SupportsInt | typing.SupportsIndex = 0,
-) -> numpy.typing.NDArray[numpy.float32]:
+def primitive_sdf(kind: str, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
     """
     Exact distance of a primitive at every voxel, float32 [z, y, x].
     """
-
-def redistance(
-    values: numpy.ndarray,
-    voxel_size: typing.SupportsFloat | typing.SupportsIndex,
-    threads: typing.SupportsInt | typing.SupportsIndex = 0,
-) -> numpy.typing.NDArray[numpy.float32]:
+def redistance(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
     """
     Distance field with the same zero set, float32 [z, y, x].
     """
-
-def render_sdf(
-    values: numpy.ndarray,
-    voxel_size: typing.SupportsFloat | typing.SupportsIndex,
-    origin: typing.Annotated[
-        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
-    ],
-    camera: Camera,
-    T_cam_obj: numpy.ndarray,
-    threads: typing.SupportsInt | typing.SupportsIndex = 0,
-) -> tuple:
+def render_sdf(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, T_cam_obj: numpy.ndarray, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
     """
     -> depth (H, W) float32 m, normals (H, W, 3) float32.
     """
-
-def rotation_exp(
-    w_rad: typing.Annotated[
-        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
-    ],
-) -> numpy.typing.NDArray[numpy.float64]:
+def rotation_exp(w_rad: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]) -> numpy.typing.NDArray[numpy.float64]:
     """
     Rotation vector to a 4x4 rotation.
     """
-
-def rotation_from_mrp(
-    r: typing.Annotated[
-        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
-    ],
-) -> numpy.typing.NDArray[numpy.float64]:
+def rotation_from_mrp(r: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]) -> numpy.typing.NDArray[numpy.float64]:
     """
     MRP to a 4x4 rotation.
     """
-
 def rotation_log(T: numpy.ndarray) -> typing.Annotated[list[float], "FixedSize(3)"]:
     """
     Rotation vector (rad) of a 4x4 pose.
     """
-
-def sample_sdf(
-    values: numpy.ndarray,
-    voxel_size: typing.SupportsFloat | typing.SupportsIndex,
-    origin: typing.Annotated[
-        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
-    ],
-    points: numpy.ndarray,
-    threads: typing.SupportsInt | typing.SupportsIndex = 0,
-) -> tuple:
+def sample_sdf(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], points: numpy.ndarray, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
     """
     (N, 3) float64 -> phi (N,), gradient (N, 3), of the trilinear interpolant.
     """
-
-def scale_and_add(
-    a: typing.SupportsFloat | typing.SupportsIndex, x: numpy.ndarray, y: numpy.ndarray, *, cuda: bool = False
-) -> numpy.typing.NDArray[numpy.float32]:
+def scale_and_add(a: typing.SupportsFloat | typing.SupportsIndex, x: numpy.ndarray, y: numpy.ndarray, *, cuda: bool = False) -> numpy.typing.NDArray[numpy.float32]:
     """
     a x + y of (N,) float32 arrays: the smallest kernel, to test the device.
     """
-
-def seed_rotation(
-    k: typing.SupportsInt | typing.SupportsIndex, n: typing.SupportsInt | typing.SupportsIndex
-) -> numpy.typing.NDArray[numpy.float64]:
+def seed_rotation(k: typing.SupportsInt | typing.SupportsIndex, n: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float64]:
     """
     Rotation k of n evenly spread ones, as a 4x4 matrix.
     """
-
-def surface_samples(
-    values: numpy.ndarray,
-    voxel_size: typing.SupportsFloat | typing.SupportsIndex,
-    origin: typing.Annotated[
-        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
-    ],
-    count: typing.SupportsInt | typing.SupportsIndex,
-) -> tuple:
+def surface_samples(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], count: typing.SupportsInt | typing.SupportsIndex) -> tuple:
     """
     -> points (N, 3) float32 m, normals (N, 3) float32.
     """
-
 def thread_count(requested: typing.SupportsInt | typing.SupportsIndex = 0) -> int:
     """
     Threads used when `requested` are asked for.
     """
-
-def winding_numbers(
-    vertices: numpy.ndarray,
-    faces: numpy.ndarray,
-    shape: typing.Annotated[
-        collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"
-    ],
-    voxel_size: typing.SupportsFloat | typing.SupportsIndex,
-    origin: typing.Annotated[
-        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
-    ],
-    threads: typing.SupportsInt | typing.SupportsIndex = 0,
-) -> numpy.typing.NDArray[numpy.int8]:
+def winding_numbers(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.int8]:
     """
     Winding number of a closed mesh at every voxel, int8 [z, y, x].
     """
-
 BAND_VOXELS: float = 6.0
-__version__: str = "0.1.0"
-build: dict = {"compiler": "gcc 12.2.0", "cpu_features": ["sse2"], "optimised": True}
+__version__: str = '0.1.0'
+build: dict = {'compiler': 'gcc 12.2.0', 'cpu_features': ['sse2'], 'optimised': True}
 cuda_build: bool = False

@@ -62,6 +62,10 @@ class TrackerOptions:
     min_pixels: int = _option("min_pixels", "fewer readings near the object: lost")
     damping_start: float = _option("damping_start", "Levenberg-Marquardt damping (the source starts at 100)")
     keep_damping: bool = _option("keep_damping", "carry the damping from frame to frame")
+    coarse_floor: float = _option(
+        "coarse_floor", "outlier_floor of the coarse stages, for readings in front of the surface"
+    )
+    coarse_floor_behind: float = _option("coarse_floor_behind", "the same behind it, where nothing can hide")
     coarse_steps: int = _option("coarse_steps", "trials per coarse stage")
     fine_steps: int = _option("fine_steps", "trials of the last stage")
     free_space: bool = _option("free_space", "a model point may not stand where the sensor sees past it")
@@ -184,7 +188,8 @@ class TrackerOptions:
 
 
 _MAY_BE_ZERO = {
-    "outlier_floor", "scale_start_m", "noise_per_m", "padding_m", "coarse_steps", "damping_start",
+    "outlier_floor", "coarse_floor", "coarse_floor_behind",
+    "scale_start_m", "noise_per_m", "padding_m", "coarse_steps", "damping_start",
     "free_space_weight", "retry_inliers", "far_scale_m", "far_padding_m", "motion_sigma_m",
     "motion_sigma_rad", "lost_inliers", "weak_inliers", "correlation_area_px",
     "color_object_rate", "color_background_rate", "color_max_overlap",
@@ -199,7 +204,7 @@ def _check_number(name: str, value: Any, integer: bool) -> None:
         raise ValueError(
             f"{name}: expected {kind} {'>= 0' if name in _MAY_BE_ZERO else '> 0'}, got {value!r}"
         )
-    if name in ("outlier_floor", "color_prior") and value >= 1:
+    if name in ("outlier_floor", "coarse_floor", "coarse_floor_behind", "color_prior") and value >= 1:
         raise ValueError(f"{name}: expected a share below 1, got {value!r}")
     if name in ("color_object_rate", "color_background_rate") and value > 1:
         raise ValueError(f"{name}: expected a share of at most 1, got {value!r}")

@@ -123,6 +123,16 @@ TEST(Penalty, the_irls_curvature_is_slope_over_residual_and_finite_at_zero) {
             std::pow(DepthLogistic<double>{0.002, 0.0}(0.003, 1.0).slope, 2));
 }
 
+TEST(Penalty, behind_the_surface_it_may_have_another_floor) {
+  const DepthLogistic<double> one{0.002, 0.3}, other{0.002, 0.02}, both{0.002, 0.3, Curvature::kIrls, 0.02};
+  for (const double r : {1e-4, 0.003, 0.01}) {
+    EXPECT_EQ(both(r, 1.0).cost, one(r, 1.0).cost);
+    EXPECT_EQ(both(-r, 1.0).cost, other(-r, 1.0).cost);
+    EXPECT_EQ(both(-r, 1.0).slope, other(-r, 1.0).slope);
+  }
+  EXPECT_NEAR(both(1e-12, 1.0).cost, both(-1e-12, 1.0).cost, 1e-12);  // no step between the two
+}
+
 TEST(Penalty, with_a_floor_a_far_residual_pulls_no_more) {
   const DepthLogistic<double> penalty{0.002, 0.1};
   EXPECT_NEAR(penalty(0.1, 1.0).cost, -std::log(0.1), 1e-9);

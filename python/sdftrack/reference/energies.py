@@ -112,9 +112,13 @@ class DepthLogistic:
     scale_m: float
     outlier_floor: float = 0.0
     curvature: str = "irls"
+    floor_behind: float | None = None  # e of readings behind the surface (r < 0), where it is another
+
+    def floor_of(self, residual: float) -> float:
+        return self.outlier_floor if self.floor_behind is None or residual >= 0 else self.floor_behind
 
     def __call__(self, residual: float, noise_scale: float = 1.0) -> Curve:
-        s, e = self.scale_m * noise_scale, self.outlier_floor
+        s, e = self.scale_m * noise_scale, self.floor_of(residual)
         u = residual / (2 * s)
         sech2 = 1 / np.cosh(u) ** 2
         likelihood = (1 - e) * sech2 + e
@@ -127,7 +131,7 @@ class DepthLogistic:
 
     def second_derivative(self, residual: float, noise_scale: float = 1.0) -> float:
         """d^2 cost / d r^2: negative where the cost redescends."""
-        s, e = self.scale_m * noise_scale, self.outlier_floor
+        s, e = self.scale_m * noise_scale, self.floor_of(residual)
         tanh, sech2 = np.tanh(residual / (2 * s)), 1 / np.cosh(residual / (2 * s)) ** 2
         likelihood = (1 - e) * sech2 + e
         inlier = (1 - e) * sech2 / likelihood
