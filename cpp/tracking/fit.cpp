@@ -31,6 +31,11 @@ FitMemory updated(FitMemory memory, double measured_m, double stated_m) {
   return memory;
 }
 
+// Whether the frame shows enough of the object, where it is expected, to measure the sensor by it.
+bool clear_view(const Visibility& seen) {
+  return agreeing_share(seen) > 0.6 && seen.farther < 0.1 * seen.agree;
+}
+
 }  // namespace
 
 double fit_quality(const Fitted& fitted, const TrackerOptions& options) {
@@ -56,9 +61,12 @@ std::optional<Fitted> PoseFitter::fit(const DepthFrame& frame, const Camera& cam
   choose_fine_pixels(last_scale(fitted.memory), x);
   fit_fine(&x, &fitted);
   fitted.T_cam_obj = inverse(x.T_obj_cam[0]);
-  const double noise_m = fitted.memory.noise_factor * sensor_noise_m(options_, fitted.T_cam_obj.t.z);
+  // A wrong pose would measure a noise in which everything agrees: what was known before judges it.
+  const FitMemory& known = target.memory.noise_known ? target.memory : fitted.memory;
+  const double noise_m = known.noise_factor * sensor_noise_m(options_, fitted.T_cam_obj.t.z);
   fitted.seen =
       compare_visible_surface(frame, camera, target.shape, fitted.T_cam_obj, noise_m, options_.trust_points);
+  if (target.memory.noise_known && !clear_view(fitted.seen)) fitted.memory.noise_factor = known.noise_factor;
   return fitted;
 }
 

@@ -55,7 +55,7 @@ struct TrackerOptions {
   // Trust
   double lost_inliers = 0.3;  // of the points that can be seen, share that must agree
   double weak_inliers = 0.55;
-  int trust_points = 160;
+  int trust_points = 480;
 };
 
 }  // namespace sdftrack

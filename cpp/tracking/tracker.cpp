@@ -29,6 +29,14 @@ bool convincing(const Fitted& fitted, const TrackedObject& object, const Tracker
   return seen.agree >= options.retry_inliers * (seen.agree + seen.farther) && seen.agree > 0;
 }
 
+// Of attempts on an object that may be held: what stands in front of the surface is no fault, what is seen
+// through it is one.
+double held_quality(const Fitted& fitted, const TrackerOptions& options) {
+  const double past =
+      fitted.seen.expected > 0 ? fitted.seen.farther / static_cast<double>(fitted.seen.expected) : 0;
+  return fit_quality(fitted, options) - past;
+}
+
 bool has_depth(const ImageView<float>& depth_m) {
   const int pixels = depth_m.width * depth_m.height, stride = std::max(1, pixels / 4099);
   for (int i = 0; i < pixels; i += stride)
@@ -246,9 +254,20 @@ std::optional<Fitted> Tracker::best_fit(const DepthFrame& frame, const Object& o
   std::optional<Fitted> best = fit(frame, object, narrow_attempt(expected), expected);
   const auto done = [&] { return best && convincing(*best, object, options_); };
   const auto better = [&](const Fitted& other) {
-    return !best || fit_quality(other, options_) > fit_quality(*best, options_) + kClearlyBetter;
+    return !best || held_quality(other, options_) > held_quality(*best, options_) + kClearlyBetter;
   };
   if (done() || !(options_.retry_inliers > 0)) return best;
+  // Readings of a hand around the object draw a coarse fit to it; without coarse stages they have no say.
+  const Rigidd moved = object.motion.predict(object.T_cam_obj, frame.time_s);
+  if (std::optional<Fitted> straight =
+          fit(frame, object, {0, options_.padding_m, 0, {expected, moved}}, expected)) {
+    if (best) prepend(best->steps, &straight->steps);
+    if (!best || held_quality(*straight, options_) > held_quality(*best, options_))
+      best = std::move(straight);
+    else
+      best->steps = straight->steps;
+  }
+  if (done()) return best;
   std::optional<Fitted> wide = fit(frame, object, wide_attempt(object, expected, frame.time_s), expected);
   if (wide && best) prepend(best->steps, &wide->steps), best->steps = wide->steps;
   if (wide && better(*wide)) best = polished(frame, object, *wide);
