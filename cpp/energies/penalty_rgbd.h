@@ -16,7 +16,8 @@ enum class ColorLikelihood {
 // but for a factor of the pixel alone, by P_f / prior and P_b / (1 - prior):
 //   -log((1 - e_i) sech^2(r / 2s) + e_i),   e_i / (1 - e_i) = e / (1 - e) (P_b / (1 - prior)) / (P_f /
 //   prior).
-// A colour that says nothing (P_f = prior) gives DepthLogistic. docs/math/color.md, section 4.
+// A colour only takes trust away: one that says nothing (P_f = prior), or speaks for the object, gives
+// DepthLogistic, for a hand may have the object's colours too. docs/math/color.md, section 4.
 template <class T>
 struct ColorOdds {
   T scale_m;
@@ -27,8 +28,9 @@ struct ColorOdds {
 
   HD void shares(T residual_m, T foreground, T* object, T* outliers) const {
     const T e = residual_m < T(0) && floor_behind >= T(0) ? floor_behind : outlier_floor;
-    const T a = (T(1) - e) * (foreground / prior);
-    const T b = e * ((T(1) - foreground) / (T(1) - prior));
+    const T p = foreground < prior ? foreground : prior;
+    const T a = (T(1) - e) * (p / prior);
+    const T b = e * ((T(1) - p) / (T(1) - prior));
     const T per_sum = T(1) / (a + b);
     *object = a * per_sum, *outliers = b * per_sum;
   }

@@ -142,7 +142,8 @@ class DepthLogistic:
 class ColorOdds:
     """The depth penalty with each pixel's own share of outliers, by the posterior P_f of its colour.
 
-    e_i / (1 - e_i) = e / (1 - e) ((1 - P_f) / (1 - prior)) / (P_f / prior); DepthLogistic where P_f is the prior.
+    e_i / (1 - e_i) = e / (1 - e) ((1 - P_f) / (1 - prior)) / (P_f / prior), P_f at most the prior: DepthLogistic
+    where it is.
     """
 
     scale_m: float
@@ -151,8 +152,9 @@ class ColorOdds:
 
     def __call__(self, residual: float, noise_scale: float, foreground: float) -> Curve:
         s = self.scale_m * noise_scale
-        a = (1 - self.outlier_floor) * foreground / self.prior
-        b = self.outlier_floor * (1 - foreground) / (1 - self.prior)
+        p = min(foreground, self.prior)
+        a = (1 - self.outlier_floor) * p / self.prior
+        b = self.outlier_floor * (1 - p) / (1 - self.prior)
         return DepthLogistic(s, b / (a + b))(residual)
 
 
