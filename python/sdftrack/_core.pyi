@@ -27,6 +27,53 @@ class Camera:
     @property
     def width(self) -> int:
         ...
+class ColorLikelihood:
+    """
+    How a pixel's colour enters its likelihood.
+    
+    Members:
+    
+      odds
+    
+      printed
+    """
+    __members__: typing.ClassVar[dict[str, ColorLikelihood]]  # value = {'odds': <ColorLikelihood.odds: 0>, 'printed': <ColorLikelihood.printed: 1>}
+    odds: typing.ClassVar[ColorLikelihood]  # value = <ColorLikelihood.odds: 0>
+    printed: typing.ClassVar[ColorLikelihood]  # value = <ColorLikelihood.printed: 1>
+    @typing.overload
+    def __eq__(self, other: ColorLikelihood) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: ColorLikelihood) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
+        ...
 class ColorMap:
     """
     Depth pixel to colour pixel; see sdftrack.RGBDCamera.
@@ -66,56 +113,6 @@ class ColorModel:
     @property
     def posterior(self) -> numpy.typing.NDArray[numpy.float32]:
         ...
-class Residual:
-    """
-    What a pixel's residual is.
-    
-    Members:
-    
-      point
-    
-      slope
-    
-      ray_hit
-    """
-    __members__: typing.ClassVar[dict[str, Residual]]
-    point: typing.ClassVar[Residual]
-    ray_hit: typing.ClassVar[Residual]
-    slope: typing.ClassVar[Residual]
-    @typing.overload
-    def __eq__(self, other: Residual) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: Residual) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
 class Curvature:
     """
     How the normal equations see a penalty.
@@ -126,9 +123,9 @@ class Curvature:
     
       printed
     """
-    __members__: typing.ClassVar[dict[str, Curvature]]
-    irls: typing.ClassVar[Curvature]
-    printed: typing.ClassVar[Curvature]
+    __members__: typing.ClassVar[dict[str, Curvature]]  # value = {'irls': <Curvature.irls: 0>, 'printed': <Curvature.printed: 1>}
+    irls: typing.ClassVar[Curvature]  # value = <Curvature.irls: 0>
+    printed: typing.ClassVar[Curvature]  # value = <Curvature.printed: 1>
     @typing.overload
     def __eq__(self, other: Curvature) -> bool:
         ...
@@ -163,57 +160,24 @@ class Curvature:
     @property
     def value(self) -> int:
         ...
-class ColorLikelihood:
+class FrameEnergy:
     """
-    How a pixel's colour enters its likelihood.
-    
-    Members:
-    
-      odds
-    
-      printed
+    Data energy of one object in one frame; see sdftrack.Energy.
     """
-    __members__: typing.ClassVar[dict[str, ColorLikelihood]]
-    odds: typing.ClassVar[ColorLikelihood]
-    printed: typing.ClassVar[ColorLikelihood]
-    @typing.overload
-    def __eq__(self, other: ColorLikelihood) -> bool:
+    def __init__(self, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, depth: numpy.ndarray, mask: typing.Any, T_cam_obj: numpy.ndarray, options: TrackerOptions, scale_m: typing.SupportsFloat | typing.SupportsIndex, scale: bool, intrinsics: bool, threads: typing.SupportsInt | typing.SupportsIndex, color: typing.Any = None, color_map: typing.Any = None) -> None:
         ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
+    def cost(self, arg0: State) -> float:
         ...
-    def __getstate__(self) -> int:
+    def linearize(self, arg0: State) -> dict:
         ...
-    def __hash__(self) -> int:
+    def minimize(self, start: State, options: LmOptions) -> tuple:
         ...
-    def __index__(self) -> int:
+    def residuals(self, arg0: State) -> dict:
         ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def retract(self, arg0: State, arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> tuple:
         ...
-    def __int__(self) -> int:
+    def state(self, T_cam_obj: numpy.ndarray, K: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"], scales: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> State:
         ...
-    @typing.overload
-    def __ne__(self, other: ColorLikelihood) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
-class State:
-    """
-    A point in the space of unknowns, in the core's own frames.
-    """
 class LmOptions:
     """
     Options of the optimiser.
@@ -297,6 +261,151 @@ class LmOptions:
         ...
     @step_relative.setter
     def step_relative(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+class MeshCaster:
+    """
+    Rays and closest points of one mesh. The arrays must not change.
+    """
+    def __init__(self, vertices: numpy.ndarray, faces: numpy.ndarray) -> None:
+        ...
+    def closest(self, points: numpy.ndarray) -> tuple:
+        """
+        (N, 3) float64 -> distances (N,) m, faces (N,) int32, points (N, 3).
+        """
+    def raycast(self, camera: Camera, T_cam_obj: numpy.ndarray, colors: numpy.ndarray | None = None, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
+        """
+        -> depth (H, W) float32 m, normals (H, W, 3) float32, colours (H, W, 3) uint8 or None.
+        """
+class MotionModel:
+    """
+    Where an object is expected in the next frame.
+    
+    Members:
+    
+      static
+    
+      constant_velocity
+    """
+    __members__: typing.ClassVar[dict[str, MotionModel]]  # value = {'static': <MotionModel.static: 0>, 'constant_velocity': <MotionModel.constant_velocity: 1>}
+    constant_velocity: typing.ClassVar[MotionModel]  # value = <MotionModel.constant_velocity: 1>
+    static: typing.ClassVar[MotionModel]  # value = <MotionModel.static: 0>
+    @typing.overload
+    def __eq__(self, other: MotionModel) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: MotionModel) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
+        ...
+class Residual:
+    """
+    What a pixel's residual is.
+    
+    Members:
+    
+      point
+    
+      slope
+    
+      ray_hit
+    """
+    __members__: typing.ClassVar[dict[str, Residual]]  # value = {'point': <Residual.point: 0>, 'slope': <Residual.slope: 1>, 'ray_hit': <Residual.ray_hit: 2>}
+    point: typing.ClassVar[Residual]  # value = <Residual.point: 0>
+    ray_hit: typing.ClassVar[Residual]  # value = <Residual.ray_hit: 2>
+    slope: typing.ClassVar[Residual]  # value = <Residual.slope: 1>
+    @typing.overload
+    def __eq__(self, other: Residual) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: Residual) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
+        ...
+class Searcher:
+    """
+    Finds a shape in a depth image without a first pose.
+    """
+    def __init__(self, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], options: TrackerOptions) -> None:
+        ...
+    def search(self, depth: numpy.ndarray, camera: Camera, mask: typing.Any = None, box: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"] | None = None, near: typing.Any = None, reach_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, foreground: typing.Any = None, plane: tuple[typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], typing.SupportsFloat | typing.SupportsIndex] | None = None, taken: typing.Any = None, first_seed: typing.SupportsInt | typing.SupportsIndex = 0, seeds: typing.SupportsInt | typing.SupportsIndex = 0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> list:
+        ...
+class State:
+    """
+    A point in the space of unknowns, in the core's own frames.
+    """
+class Tracker:
+    """
+    Tracks shapes one by one; see sdftrack.Tracker.
+    """
+    def __init__(self, shapes: collections.abc.Sequence[tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]]], camera: Camera, options: TrackerOptions, threads: typing.SupportsInt | typing.SupportsIndex, recover: bool, motion: MotionModel) -> None:
+        ...
+    def add(self, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], place: typing.Any) -> int:
+        ...
+    def is_lost(self, k: typing.SupportsInt | typing.SupportsIndex) -> bool:
+        ...
+    def recover(self, depth: numpy.ndarray, mask: typing.Any, time_s: typing.SupportsFloat | typing.SupportsIndex, objects: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], places: list, color: typing.Any = None, color_map: typing.Any = None) -> list:
+        ...
+    def remove(self, k: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def set_camera(self, camera: Camera) -> None:
+        ...
+    def set_pose(self, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray, covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"] | None) -> None:
+        ...
+    def start(self, depth: numpy.ndarray, mask: typing.Any, time_s: typing.SupportsFloat | typing.SupportsIndex, places: list, color: typing.Any = None, color_map: typing.Any = None) -> list:
+        ...
+    def track(self, depth: numpy.ndarray, mask: typing.Any, time_s: typing.SupportsFloat | typing.SupportsIndex, color: typing.Any = None, color_map: typing.Any = None) -> list:
         ...
 class TrackerOptions:
     """
@@ -498,115 +607,6 @@ class TrackerOptions:
     @weak_inliers.setter
     def weak_inliers(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
-class MotionModel:
-    """
-    Where an object is expected in the next frame.
-    
-    Members:
-    
-      static
-    
-      constant_velocity
-    """
-    __members__: typing.ClassVar[dict[str, MotionModel]]
-    constant_velocity: typing.ClassVar[MotionModel]
-    static: typing.ClassVar[MotionModel]
-    @typing.overload
-    def __eq__(self, other: MotionModel) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: MotionModel) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
-class Tracker:
-    """
-    Tracks shapes one by one; see sdftrack.Tracker.
-    """
-    def __init__(self, shapes: collections.abc.Sequence[tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]]], camera: Camera, options: TrackerOptions, threads: typing.SupportsInt | typing.SupportsIndex, recover: bool, motion: MotionModel) -> None:
-        ...
-    def add(self, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], place: typing.Any) -> int:
-        ...
-    def is_lost(self, k: typing.SupportsInt | typing.SupportsIndex) -> bool:
-        ...
-    def recover(self, depth: numpy.ndarray, mask: typing.Any, time_s: typing.SupportsFloat | typing.SupportsIndex, objects: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], places: list, color: typing.Any = None, color_map: typing.Any = None) -> list:
-        ...
-    def remove(self, k: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def set_camera(self, camera: Camera) -> None:
-        ...
-    def set_pose(self, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray, covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"] | None) -> None:
-        ...
-    def start(self, depth: numpy.ndarray, mask: typing.Any, time_s: typing.SupportsFloat | typing.SupportsIndex, places: list, color: typing.Any = None, color_map: typing.Any = None) -> list:
-        ...
-    def track(self, depth: numpy.ndarray, mask: typing.Any, time_s: typing.SupportsFloat | typing.SupportsIndex, color: typing.Any = None, color_map: typing.Any = None) -> list:
-        ...
-class Searcher:
-    """
-    Finds a shape in a depth image without a first pose.
-    """
-    def __init__(self, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], options: TrackerOptions) -> None:
-        ...
-    def search(self, depth: numpy.ndarray, camera: Camera, mask: typing.Any = None, box: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"] | None = None, near: typing.Any = None, reach_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, foreground: typing.Any = None, plane: tuple[typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], typing.SupportsFloat | typing.SupportsIndex] | None = None, taken: typing.Any = None, first_seed: typing.SupportsInt | typing.SupportsIndex = 0, seeds: typing.SupportsInt | typing.SupportsIndex = 0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> list:
-        ...
-class FrameEnergy:
-    """
-    Data energy of one object in one frame; see sdftrack.Energy.
-    """
-    def __init__(self, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, depth: numpy.ndarray, mask: typing.Any, T_cam_obj: numpy.ndarray, options: TrackerOptions, scale_m: typing.SupportsFloat | typing.SupportsIndex, scale: bool, intrinsics: bool, threads: typing.SupportsInt | typing.SupportsIndex, color: typing.Any = None, color_map: typing.Any = None) -> None:
-        ...
-    def cost(self, arg0: State) -> float:
-        ...
-    def linearize(self, arg0: State) -> dict:
-        ...
-    def minimize(self, start: State, options: LmOptions) -> tuple:
-        ...
-    def residuals(self, arg0: State) -> dict:
-        ...
-    def retract(self, arg0: State, arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> tuple:
-        ...
-    def state(self, T_cam_obj: numpy.ndarray, K: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"], scales: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> State:
-        ...
-class MeshCaster:
-    """
-    Rays and closest points of one mesh. The arrays must not change.
-    """
-    def __init__(self, vertices: numpy.ndarray, faces: numpy.ndarray) -> None:
-        ...
-    def closest(self, points: numpy.ndarray) -> tuple:
-        """
-        (N, 3) float64 -> distances (N,) m, faces (N,) int32, points (N, 3).
-        """
-    def raycast(self, camera: Camera, T_cam_obj: numpy.ndarray, colors: numpy.ndarray | None = None, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
-        """
-        -> depth (H, W) float32 m, normals (H, W, 3) float32, colours (H, W, 3) uint8 or None.
-        """
 def clean_mesh(vertices: numpy.ndarray, faces: numpy.ndarray, fraction: typing.SupportsFloat | typing.SupportsIndex = 0.02) -> tuple:
     """
     Merged vertices, faces without duplicates and turned one way, report; thinnest: the thickness (m) below which `fraction` of the surface lies.

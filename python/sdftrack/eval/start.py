@@ -131,7 +131,7 @@ def _half_cover(
 def search(searcher: Any, view: View, case: str, threads: int, camera: Any = None) -> list[dict[str, Any]]:
     """The hypotheses of one view, best first."""
     camera = default_camera() if camera is None else camera
-    where = {"box": view.box} if case == "box" else {"mask": view.mask}
+    where: dict[str, Any] = {"box": view.box} if case == "box" else {"mask": view.mask}
     found: list[dict[str, Any]] = searcher.search(view.depth, camera._core, threads=threads, **where)
     return found
 

@@ -259,12 +259,15 @@ def linearize(
 
     `foreground` (N,): the posteriors, for a penalty that asks for them.
     """
-    colors = [()] * len(depths) if foreground is None else [(float(p),) for p in foreground]
+    colors: list[tuple[float, ...]] = [()] * len(depths)
+    if foreground is not None:
+        colors = [(float(p),) for p in foreground]
+    evaluate: Any = penalty  # with a posterior, or without
     noise = np.ones(len(depths)) if noise_scale is None else noise_scale
     cost, gradient, hessian = 0.0, np.zeros(1), np.zeros((1, 1))
     for ray, depth, gain, n, color in zip(rays, depths, gains, noise, colors, strict=True):
         residual, J = read(field, ray, float(depth), float(gain))
-        curve = penalty(residual, float(n), *color)
+        curve = evaluate(residual, float(n), *color)
         cost += curve.cost
         gradient = gradient + curve.slope * J
         hessian = hessian + curve.curvature * np.outer(J, J)
