@@ -282,7 +282,9 @@ std::optional<Fitted> Tracker::best_fit(const DepthFrame& frame, const Object& o
   query.seeds = std::min(options_.recover_seeds, kSearchSeeds);
   std::optional<Found> found =
       finder_.find(frame, camera_, *object.shape, object.memory, colors_of(frame, object), query, &fitter_);
-  if (found && found->trust.status == Status::kOk && better(found->fitted)) {
+  // A look-alike next to it may be seen better, but is not where it can have gone.
+  const auto in_reach = [&] { return norm(found->fitted.T_cam_obj.t - expected.t) <= kNextReach_m; };
+  if (found && found->trust.status == Status::kOk && in_reach() && better(found->fitted)) {
     if (best) prepend(best->steps, &found->fitted.steps);
     best = std::move(found->fitted);
   }
