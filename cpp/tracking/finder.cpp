@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
 
 #include "tracking/outline.h"
 
@@ -29,8 +28,6 @@ void prefer_rotation(const Mat3d& R, std::vector<Hypothesis>* hypotheses) {
 constexpr double kLeastEnds = 0.3;  // of the outline that is not hidden
 constexpr int kEnoughOutline = 6;   // directions; fewer say nothing
 
-constexpr double kDistinct_m = 0.010, kDistinct_rad = 15 * std::numbers::pi / 180;
-
 // The fits of the best hypotheses, in their order, with how well each is seen.
 struct Candidates {
   std::array<std::optional<Fitted>, kFitted> fits;
@@ -52,10 +49,8 @@ struct Candidates {
   double runner_up(std::size_t k) const {
     double most = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      const Rigidd &a = fits[i]->T_cam_obj, &b = fits[k]->T_cam_obj;
-      const bool other =
-          norm(a.t - b.t) > kDistinct_m || rotation_angle(transpose(a.R) * b.R) > kDistinct_rad;
-      if (other && quality[k] > 0) most = std::max(most, quality[i] / quality[k]);
+      if (quality[k] > 0 && distinct(fits[i]->T_cam_obj, fits[k]->T_cam_obj))
+        most = std::max(most, quality[i] / quality[k]);
     }
     return std::min(1.0, most);
   }

@@ -2,7 +2,6 @@
 // How a tracker finds again what it has lost.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tracking/tracker.h"
 
@@ -39,24 +38,24 @@ ObjectResult Tracker::confirmed(ObjectResult result, Object* object) {
 
 // Pixels that the other objects explain where they are followed; nullptr: none.
 const unsigned char* Tracker::taken_by_others(const DepthFrame& frame, const Object& object) {
+  const Intrinsics<float> K = camera_.K.cast<float>();
+  const IdealPixel ideal{frame, K, camera_.width};
   bool any = false;
   for (const Object& other : objects_) {
     if (&other == &object || !other.followed() || other.weak) continue;
     if (!any) taken_.assign(static_cast<std::size_t>(camera_.width) * camera_.height, 0);
     any = true;
     const Rect box = projected_box(camera_, *other.shape, other.T_cam_obj, 0);
-    const Rigidf T_obj_cam = inverse(other.T_cam_obj).cast<float>();
+    const SingleObject<float> field{other.shape->sdf, inverse(other.T_cam_obj).cast<float>()};
     for (int y = box.y0; y < box.y1; ++y)
       for (int x = box.x0; x < box.x1; ++x) {
-        const std::size_t at = static_cast<std::size_t>(y) * camera_.width + x;
-        const float z = frame.depth_m.data[at];
+        const float z = frame.depth_m(x, y);
         if (!(z > 0)) continue;
-        const Vec3f r = frame.rays ? Vec3f{frame.rays[2 * at], frame.rays[2 * at + 1], 1}
-                                   : ray(camera_.K, double(x), double(y)).cast<float>();
+        const Vec2f u = ideal(x, y);
         float phi;
-        Vec3f gradient;
-        sample(other.shape->sdf, T_obj_cam * (z * r), &phi, &gradient);
-        taken_[at] |= std::abs(phi) < kExplained_m;
+        Vec3f unused;
+        field.value(z * ray(K, u.x, u.y), &phi, &unused);
+        taken_[static_cast<std::size_t>(y) * camera_.width + x] |= std::abs(phi) < kExplained_m;
       }
   }
   return any ? taken_.data() : nullptr;

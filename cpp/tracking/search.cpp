@@ -14,13 +14,17 @@
 
 namespace sdftrack {
 
+bool distinct(const Rigidd& a, const Rigidd& b) {
+  constexpr double kDistinct_m = 0.010, kDistinct_rad = 15 * std::numbers::pi / 180;
+  return norm(a.t - b.t) > kDistinct_m || rotation_angle(transpose(a.R) * b.R) > kDistinct_rad;
+}
+
 namespace {
 
 constexpr int kSeedsPerChunk = 8;
 constexpr std::size_t kKept = 15,
                       kKeptOfMany = 24;  // distinct fits that are refined: of one place, of several
 constexpr int kKeptPerPlace = 8;
-constexpr double kDistinct_m = 0.010, kDistinct_rad = 15 * std::numbers::pi / 180;
 constexpr std::size_t kMostReturned = 8;
 constexpr int kOutlineStride = 2;
 constexpr int kRankPoints = 150, kDensePoints = 1500;
@@ -44,10 +48,6 @@ struct Refined {
   float cost = 0;
   Hypothesis h;
 };
-
-bool distinct(const Rigidd& a, const Rigidd& b) {
-  return norm(a.t - b.t) > kDistinct_m || rotation_angle(transpose(a.R) * b.R) > kDistinct_rad;
-}
 
 Rigidd rigid_inverse(const Rigidf& T_obj_cam) {
   const Rigidd T = T_obj_cam.cast<double>();

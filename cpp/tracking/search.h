@@ -47,6 +47,9 @@ class SearchScratch {
   std::unique_ptr<SearchScratchData> data_;
 };
 
+// Whether two poses are two answers: more than 10 mm or 15 degrees apart.
+bool distinct(const Rigidd& a, const Rigidd& b);
+
 // Best first, distinct from one another by 10 mm or 15 degrees: a runner-up that scores nearly as much as the
 // first says that the view does not decide between them. Empty where there are too few readings to look at.
 std::vector<Hypothesis> search_pose(const DepthFrame& frame, const Camera& camera, const Shape& shape,

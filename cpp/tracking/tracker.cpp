@@ -66,12 +66,17 @@ Tracker::Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const
       fitter_(options, settings.threads),
       finder_(options, settings.threads) {
   for (const SdfView& sdf : shapes) {
-    Object object;
-    object.shape = shape_of(sdf);
-    object.colors = ColorModel(static_cast<float>(options_.color_prior));
-    objects_.push_back(object);
+    objects_.push_back(new_object(sdf));
   }
   set_camera(camera);
+}
+
+TrackedObject Tracker::new_object(const SdfView& sdf) const {
+  Object object;
+  object.shape = shape_of(sdf);
+  object.colors = ColorModel(static_cast<float>(options_.color_prior));
+  object.forget(options_.damping_start);
+  return object;
 }
 
 std::shared_ptr<const Shape> Tracker::shape_of(const SdfView& sdf) const {
@@ -129,10 +134,7 @@ void Tracker::set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matri
 }
 
 int Tracker::add(const SdfView& shape, const Whereabouts& place) {
-  Object object;
-  object.shape = shape_of(shape);
-  object.colors = ColorModel(static_cast<float>(options_.color_prior));
-  object.forget(options_.damping_start);
+  Object object = new_object(shape);
   if (place.T_cam_obj) object.T_cam_obj = centred(*place.T_cam_obj, *object.shape);
   object.wanted = place;
   objects_.push_back(std::move(object));
@@ -159,10 +161,7 @@ std::vector<ObjectResult> Tracker::each(const DepthFrame& frame, const std::vect
       if (results.back().trust.status == Status::kOk) learn_colors(frame, &object);
       continue;
     }
-    // A place to begin at is kept for the next frame; a pose is one already.
-    if (object.wanted && object.wanted->T_cam_obj)
-      object.T_cam_obj = centred(*object.wanted->T_cam_obj, *object.shape), object.wanted.reset();
-    results.push_back(without_pose(object, "the depth image has no valid reading", Status::kBadFrame));
+    results.push_back(unread(&object));
   }
   return results;
 }

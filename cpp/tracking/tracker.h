@@ -61,6 +61,7 @@ class Tracker {
  private:
   using Object = TrackedObject;
 
+  Object new_object(const SdfView& sdf) const;
   std::shared_ptr<const Shape> shape_of(const SdfView& sdf) const;
   template <class Work>
   std::vector<ObjectResult> each(const DepthFrame& frame, const std::vector<int>& objects, const Work& work);

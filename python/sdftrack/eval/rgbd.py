@@ -11,7 +11,6 @@ does not, "odds" and "printed" are the two likelihoods (docs/math/color.md).
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Mapping
 from collections.abc import Sequence as Seq
@@ -21,8 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.eval.run import parse_settings, pose_errors
-from sdftrack.eval.synthetic import ASTRAY_M, ASTRAY_RAD, MESHES, _sdf
+from sdftrack.eval.protocol import ASTRAY_M, ASTRAY_RAD, MESHES, load_sdf, settings_of, write_rows
+from sdftrack.eval.run import pose_errors
 from sdftrack.eval.truth import default_camera, motion, render_truth
 
 __all__ = ["WAYS", "follow", "format_rows", "main", "summary"]
@@ -160,12 +159,11 @@ def main(arguments: Seq[str] | None = None) -> int:
     import sdftrack as st
 
     a = _parser().parse_args(arguments)
-    more = {"threads": a.threads, **parse_settings(a.set)}
-    ways = {way: {**WAYS[way], **more} for way in a.ways.split(",")}
+    ways = {way: {**WAYS[way], **settings_of(a)} for way in a.ways.split(",")}
     rows: dict[str, dict[str, Any]] = {}
     for name in a.only.split(","):
         mesh = st.Mesh.load(a.meshes / f"{name}.ply")
-        sdf = _sdf(mesh, a.voxels, a.cache, name)
+        sdf = load_sdf(mesh, name, a.voxels, a.cache)
         for sigma in map(float, a.sigma.split(",")):
             step = 1e-3 * a.step_mm, float(np.deg2rad(a.step_deg))
             found = run_mesh(mesh, sdf, sigma, ways, a.frames, a.seeds, step, a.cache, a.threads)
@@ -174,8 +172,7 @@ def main(arguments: Seq[str] | None = None) -> int:
             rows.update(mine)
     print(f"{a.frames} frames, {a.step_mm:g} mm and {a.step_deg:g} deg per frame, {a.seeds} seeds, clutter")
     print(format_rows(rows))
-    if a.json is not None:
-        a.json.write_text(json.dumps({"settings": vars(a), "rows": rows}, default=str, indent=1))
+    write_rows(a.json, a, rows)
     return 0
 
 

@@ -11,7 +11,6 @@ along the camera's axes, and the frames that were called lost.
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from collections.abc import Sequence as Seq
@@ -21,13 +20,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.eval.protocol import ASTRAY_M, ASTRAY_RAD, MESHES, load_sdf, settings_of, write_rows
 from sdftrack.eval.run import parse_settings, pose_errors, track_frames
 from sdftrack.eval.truth import Truth, default_camera, motion, noisy, render_truth
 
 __all__ = ["MESHES", "main", "run_mesh"]
 
-MESHES = ("lm_driller", "lm_can", "lm_cat", "spot")
-ASTRAY_M, ASTRAY_RAD = 0.020, np.deg2rad(10.0)  # a frame this far off is lost, whatever the tracker says
 Array = NDArray[np.float64]
 
 
@@ -127,19 +125,6 @@ def _parser() -> argparse.ArgumentParser:
     return p
 
 
-def _sdf(mesh: Any, voxels: int, cache: Path | None, name: str) -> Any:
-    import sdftrack as st
-
-    kept = None if cache is None else cache / f"sdf_{name}_{voxels}.npz"
-    if kept is not None and kept.is_file():
-        return st.SDF.load(kept)
-    sdf = st.SDF.from_mesh(mesh, voxels=voxels)
-    if kept is not None:
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        sdf.save(kept)
-    return sdf
-
-
 def main(arguments: Seq[str] | None = None) -> int:
     """Run the protocol and print the table."""
     import sdftrack as st
@@ -172,9 +157,9 @@ def main(arguments: Seq[str] | None = None) -> int:
                     flush=True,
                 )
             continue
-        sdf = _sdf(mesh, a.voxels, a.cache, name)
+        sdf = load_sdf(mesh, name, a.voxels, a.cache)
         print(f"# {name}: prepared in {time.perf_counter() - began:.1f} s", file=sys.stderr, flush=True)
-        options = {"threads": a.threads, **parse_settings(a.set)}
+        options = settings_of(a)
         for sigma in map(float, a.sigma.split(",")):
             row = run_mesh(sdf, truths, sigma, options, axes.get(name))
             rows[name if "," not in a.sigma else f"{name}@{1e3 * sigma:g}"] = row
@@ -182,8 +167,7 @@ def main(arguments: Seq[str] | None = None) -> int:
     if rows:
         print(f"{a.frames} frames, {a.step_mm:g} mm and {a.step_deg:g} deg per frame, {a.seeds} seeds")
         print(format_rows(rows))
-    if a.json is not None:
-        a.json.write_text(json.dumps({"settings": vars(a), "rows": rows}, default=str, indent=1))
+    write_rows(a.json, a, rows)
     return 0
 
 
