@@ -26,8 +26,8 @@ constexpr std::size_t kMostReturned = 8;
 constexpr int kOutlineStride = 2;
 constexpr int kRankPoints = 150, kDensePoints = 1500;
 constexpr float kOfSurface_m = 0.008f;
-constexpr double kTied = 0.85;  // of the best score
-constexpr std::size_t kMostTied = 6;
+constexpr double kTied = 0.75;  // of the best score
+constexpr std::size_t kMostTied = 8;
 constexpr double kIndependent = 30;  // readings, of which neighbours share errors of the sensor and the shape
 constexpr float kFloor = 0.1f, kInside = 0.005f;
 constexpr float kUncovered = 2.0f;  // cost of a box that the object does not cover at all
@@ -132,6 +132,7 @@ struct Search {
   void keep_best() const;
   void refine() const;
   void judge(Hypothesis* h) const;
+  void drop_copies() const;
   void break_ties() const;
 };
 
@@ -245,6 +246,18 @@ void Search::refine() const {
                    [](const Refined& a, const Refined& b) { return a.h.score > b.h.score; });
 }
 
+// Fits from different starts that ended in one place are one.
+void Search::drop_copies() const {
+  std::size_t kept = 0;
+  for (const Refined& r : s->refined) {
+    const auto end = s->refined.begin() + static_cast<std::ptrdiff_t>(kept);
+    if (std::all_of(s->refined.begin(), end,
+                    [&](const Refined& other) { return distinct(r.h.T_cam_obj, other.h.T_cam_obj); }))
+      s->refined[kept++] = Refined(r);
+  }
+  s->refined.resize(kept);
+}
+
 // Poses that score nearly alike (a can turned by half a turn) differ by less than the tolerance of an
 // agreeing point; the sum over all readings still knows.
 void Search::break_ties() const {
@@ -270,6 +283,8 @@ void Search::break_ties() const {
   std::stable_sort(refined.begin(), end, [](const Refined& a, const Refined& b) { return a.cost < b.cost; });
   for (auto r = refined.begin(); r != end; ++r)
     r->h.score = best * std::exp(-kIndependent * static_cast<double>(r->cost - refined[0].cost));
+  std::stable_sort(refined.begin(), refined.end(),
+                   [](const Refined& a, const Refined& b) { return a.h.score > b.h.score; });
 }
 
 }  // namespace
@@ -292,6 +307,7 @@ std::vector<Hypothesis> search_pose(const DepthFrame& frame, const Camera& camer
     search.refine();
     if (!s->refined.empty() && s->refined[0].h.score > kConvincing) break;
   }
+  search.drop_copies();
   search.break_ties();
   std::vector<Hypothesis> found;
   for (const Refined& r : s->refined)
