@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Starts without a pose: views of meshes from a mask, half hidden, from a box on a table, and where it is not.
+"""Starts without a pose: views of meshes from a mask, half hidden, and from a box on a table.
 
-python -m sdftrack.eval.start --data DIR --case mask|half|box|osd|ycbv10|k1
+python -m sdftrack.eval.start --data DIR --case mask|half|box
 
 One row per mesh: the share of views within 5 mm ADD after the search and after the tracker's own fit, the
 search's time, and how often the first two answers are nearly as good (ambiguous).
@@ -28,7 +28,7 @@ __all__ = ["CASES", "MESHES", "View", "main", "search", "views"]
 
 Array = NDArray[np.float64]
 MESHES = ("lm_ape", "lm_can", "lm_cat", "lm_driller", "lm_duck", "lm_glue")
-CASES = ("mask", "half", "box", "osd", "ycbv10", "k1")
+CASES = ("mask", "half", "box")
 WITHIN_M = 0.005  # ADD
 NEAR_M, FAR_M = 0.6, 1.0
 HIDDEN = 0.5
@@ -214,7 +214,7 @@ def _parser() -> argparse.ArgumentParser:
     p = argparse.ArgumentParser(
         prog="python -m sdftrack.eval.start", description=(__doc__ or "").split("\n")[0]
     )
-    p.add_argument("--data", type=Path, required=True, help="folder with meshes/, osd/, ycbv10/, k1/")
+    p.add_argument("--data", type=Path, required=True, help="folder with meshes/")
     p.add_argument("--case", choices=CASES, default="mask")
     p.add_argument("--only", default=",".join(MESHES), help="names of meshes, comma separated")
     p.add_argument("--views", type=int, default=100)
