@@ -166,7 +166,8 @@ void make_proposals(const SearchScene& scene, const Camera& camera, const Shape&
     if (!nodes.empty()) {
       Vec3f first = ((1.0 / static_cast<double>(nodes.size())) * sum).cast<float>();
       if (query.near) first = query.near->t.cast<float>();
-      spread_centres(scene, camera, nodes, first, kSpacing * shape.diameter_m, kMostWindows, scratch);
+      spread_centres(scene, camera, nodes, first, kSpacing * shape.diameter_m, query.box ? 1 : kMostWindows,
+                     scratch);
       const std::vector<int> centres = scratch->centres;
       for (const int centre : centres)
         count +=

@@ -17,8 +17,13 @@ using ReadingTerm = Term<SingleObject<float>, Penalty>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-constexpr float kSurfaceFloor = 0.1f;
-constexpr float kInsideFloor = 0.005f;
+// Of readings that must only not be inside, noise puts every other one there.
+constexpr float kSolidMargin = 1.5f;  // over the scale of the last stages, which must not be biased
+float solid_margin(const QuickStage& stage) {
+  return stage.inside_floor < stage.outside_floor ? 0.0f : kSolidMargin * stage.scale_m;
+}
+
+constexpr float kHiddenFloor = 0.3f, kSeenPastFloor = 0.02f;
 constexpr double kDamping = 1e-2;
 // A step is drawn back to where it started as if by springs of this size: what no reading holds stays.
 constexpr double kSpring_m = 0.05, kSpring_rad = 0.5;
@@ -26,22 +31,28 @@ constexpr double kLongestStep_m = 0.05, kLongestStep_rad = 0.6;
 
 float free_scale(const QuickStage& stage) { return 0.5f * stage.scale_m; }
 
-// A reading inside the object is seen through its surface, so it contradicts the pose whatever it shows: that
-// side of the penalty hardly has a floor.
-struct ReadingPenalty {
+struct SidedPenalty {
   Penalty outside, inside;
-  explicit ReadingPenalty(const QuickStage& stage)
-      : outside{stage.scale_m, stage.outlier_floor},
-        inside{stage.scale_m, std::min(stage.outlier_floor, kInsideFloor)} {}
+  SidedPenalty(float scale_m, float outside_floor, float inside_floor)
+      : outside{scale_m, outside_floor}, inside{scale_m, inside_floor} {}
   Curve<float> operator()(float phi_m) const {
     return phi_m < 0 ? inside(phi_m, 1.0f) : outside(phi_m, 1.0f);
   }
 };
 
+SidedPenalty reading_penalty(const QuickStage& stage) {
+  return {stage.scale_m, stage.outside_floor, stage.inside_floor};
+}
+
+// What stands in front of the place where a surface point should be seen has a good excuse.
+SidedPenalty surface_penalty(const QuickStage& stage) {
+  return {stage.scale_m, kHiddenFloor, kSeenPastFloor};
+}
+
 void add_readings(const QuickData& data, const QuickStage& stage, const Rigidf& T_obj_cam,
                   Sums<float, 6>* sums) {
   const SingleObject<float> field{data.sdf, T_obj_cam};
-  const ReadingPenalty penalty(stage);
+  const SidedPenalty penalty = reading_penalty(stage);
   FieldRow<float, 6> row;
   for (const Vec3f& p_cam : *data.readings_cam) {
     field.row(p_cam, &row);
@@ -49,6 +60,7 @@ void add_readings(const QuickData& data, const QuickStage& stage, const Rigidf& 
   }
   for (const Vec3f& p_cam : *data.solids_cam) {
     field.row(p_cam, &row);
+    row.phi_m += solid_margin(stage);
     if (row.phi_m < 0) ReadingTerm::add_row(row, penalty(row.phi_m), 1.0f, sums);
   }
 }
@@ -80,14 +92,14 @@ void add_surface(const QuickData& data, const QuickStage& stage, const Rigidf& T
                  Sums<float, 6>* sums) {
   if (data.surface_stride == 0) return;
   const Rigidf T_cam_obj = inverse(T_obj_cam);
-  const Penalty penalty{stage.scale_m, kSurfaceFloor};
+  const SidedPenalty penalty = surface_penalty(stage);
   FieldRow<float, 6> row;
   for (std::size_t i = 0; i < data.shape->points.size(); i += static_cast<std::size_t>(data.surface_stride)) {
     if (!surface_residual(data, T_cam_obj, i, &row.phi_m)) continue;
     const Vec3f p = data.shape->points[i], n = data.shape->normals[i], m = cross(p, n);
     const float J[6] = {n.x, n.y, n.z, m.x, m.y, m.z};
     std::copy(J, J + 6, row.J);
-    ReadingTerm::add_row(row, penalty(row.phi_m, 1.0f), 1.0f, sums);
+    ReadingTerm::add_row(row, penalty(row.phi_m), 1.0f, sums);
   }
 }
 
@@ -158,7 +170,7 @@ void quick_fit(const QuickData& data, const QuickStage& stage, Rigidf* T_obj_cam
 }
 
 float quick_cost(const QuickData& data, const QuickStage& stage, const Rigidf& T_obj_cam) {
-  const ReadingPenalty penalty(stage);
+  const SidedPenalty penalty = reading_penalty(stage);
   float cost = 0, phi;
   Vec3f g;
   for (const Vec3f& p_cam : *data.readings_cam) {
@@ -167,16 +179,17 @@ float quick_cost(const QuickData& data, const QuickStage& stage, const Rigidf& T
   }
   for (const Vec3f& p_cam : *data.solids_cam) {
     sample(data.sdf, T_obj_cam * p_cam, &phi, &g);
+    phi += solid_margin(stage);
     if (phi < 0) cost += penalty(phi).cost;
   }
   cost /= static_cast<float>(
       std::max<std::size_t>(1, std::max(data.readings_cam->size(), data.solids_cam->size())));
   const Rigidf T_cam_obj = inverse(T_obj_cam);
   if (data.surface_stride > 0) {
-    const Penalty surface{stage.scale_m, kSurfaceFloor};
+    const SidedPenalty surface = surface_penalty(stage);
     float total = 0, count = 1;
     for (std::size_t i = 0; i < data.shape->points.size(); i += static_cast<std::size_t>(data.surface_stride))
-      if (surface_residual(data, T_cam_obj, i, &phi)) total += surface(phi, 1.0f).cost, ++count;
+      if (surface_residual(data, T_cam_obj, i, &phi)) total += surface(phi).cost, ++count;
     cost += total / count;
   }
   if (data.free_space->empty()) return cost;

@@ -26,8 +26,11 @@ struct QuickData {
 };
 
 struct QuickStage {
-  float scale_m;        // s of the readings' penalty
-  float outlier_floor;  // e of it for readings outside the object: they may show something else
+  float scale_m;  // s of the penalties
+  // e of a reading in front of the surface, which may show something else, and of one inside the object: it
+  // is seen through the surface, so it contradicts the pose whatever it shows. Of two different ones comes a
+  // small bias.
+  float outside_floor, inside_floor;
   int steps;
 };
 

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "base/parallel.h"
+#include "tracking/placement.h"
 #include "tracking/proposals.h"
 #include "tracking/quick_fit.h"
 #include "tracking/search_score.h"
@@ -28,14 +29,23 @@ constexpr int kKeptPerPlace = 8;
 constexpr std::size_t kMostReturned = 8;
 constexpr int kOutlineStride = 2;
 constexpr int kRankPoints = 150, kDensePoints = 1500;
-constexpr double kTied = 0.85;  // of the best score
-constexpr std::size_t kMostTied = 6;
+constexpr float kOfSurface_m = 0.008f;
+constexpr double kTied = 0.75;  // of the best score
+constexpr std::size_t kMostTied = 8;
 constexpr double kIndependent = 30;  // readings, of which neighbours share errors of the sensor and the shape
-constexpr float kFloor = 0.1f;
+constexpr float kFloor = 0.1f, kInside = 0.005f;
+constexpr float kUncovered = 2.0f;  // cost of a box that the object does not cover at all
+constexpr double kCovered = 0.8;    // of a box, from which it counts as covered
 // A first stage that must come from far away; readings of a mask are hardly ever something else's.
 constexpr float kFarFloor = 0.01f;
 const std::vector<Vec3f> kNone;
-constexpr QuickStage kRank{0.010f, kFloor, 0}, kFinal{0.002f, kFloor, 3};
+constexpr int kBoxSeeds = 3 * kSearchSeeds;  // rotations for a box: a place is cheap to try
+constexpr std::size_t kMostFitted = 480;     // of these, by the best place of each
+// A result below this score is not believed, and rotations between the first ones are tried.
+constexpr int kRounds = 2;
+constexpr double kConvincing = 0.85, kBetween_rad = 0.12;
+constexpr QuickStage kFirst{0.020f, kFloor, kInside, 0};
+constexpr QuickStage kRank{0.006f, kFloor, kInside, 0}, kFinal{0.002f, kFloor, kFloor, 3};
 
 struct Start {
   int proposal = 0;
@@ -54,74 +64,15 @@ Rigidd rigid_inverse(const Rigidf& T_obj_cam) {
   return inverse(Rigidd{nearest_rotation(T.R), T.t});
 }
 
-// Mean of the surface points that face the camera, weighted by how much of the image they fill: where the
-// centroid of the readings should be, in object axes. Where something hides a side of the object, only the
-// points count that the readings reach, from the other side's edge on.
-Vec3d visible_centroid(const Shape& shape, Vec3d view_obj, Vec3d hidden_obj, double seen_extent_m) {
-  const std::size_t stride = std::max<std::size_t>(1, shape.points.size() / 120);
-  double edge = std::numeric_limits<double>::max();
-  if (seen_extent_m > 0) {
-    for (std::size_t i = 0; i < shape.points.size(); i += stride)
-      edge = std::min(edge, dot(hidden_obj, shape.points[i].cast<double>()));
-    edge += seen_extent_m;
-  }
-  Vec3d sum{0, 0, 0};
-  double total = 0;
-  for (std::size_t i = 0; i < shape.points.size(); i += stride) {
-    const Vec3d p = shape.points[i].cast<double>();
-    const double facing = -dot(shape.normals[i].cast<double>(), view_obj);
-    if (facing <= 0 || dot(hidden_obj, p) > edge) continue;
-    sum = sum + facing * p, total += facing;
-  }
-  return total > 0 ? (1 / total) * sum : sum;
-}
-
-constexpr std::size_t kDepthPoints = 60;
-
-// Moves a pose along the line of sight by the median of what the readings say: where most of the surface that
-// faces the camera would have to be.
-void settle_depth(const Camera& camera, const Shape& shape, const SearchScene& scene,
-                  std::vector<double>* beyond, Rigidd* T_cam_obj) {
-  const std::size_t stride = std::max<std::size_t>(1, shape.points.size() / kDepthPoints);
-  const Vec3d view_obj = transpose_times(T_cam_obj->R, T_cam_obj->t);
-  beyond->clear();
-  for (std::size_t i = 0; i < shape.points.size(); i += stride) {
-    if (dot(shape.normals[i].cast<double>(), view_obj) >= 0) continue;
-    const Vec3d p = *T_cam_obj * shape.points[i].cast<double>();
-    if (!(p.z > 1e-3)) continue;
-    const Vec2d u = project(camera.K, p);
-    const double x = (u.x - scene.x0) / scene.step, y = (u.y - scene.y0) / scene.step;
-    if (!(x > -0.5 && y > -0.5 && x < scene.width - 0.5 && y < scene.height - 0.5)) continue;
-    const float z = scene.depth_m[scene.at(static_cast<int>(x + 0.5), static_cast<int>(y + 0.5))];
-    if (z > 0 && std::abs(static_cast<double>(z) - p.z) < shape.diameter_m)
-      beyond->push_back(static_cast<double>(z) - p.z);
-  }
-  if (beyond->empty()) return;
-  const auto middle = beyond->begin() + static_cast<std::ptrdiff_t>(beyond->size() / 2);
-  std::nth_element(beyond->begin(), middle, beyond->end());
-  T_cam_obj->t = (1 + *middle / T_cam_obj->t.z) * T_cam_obj->t;
-}
-
-// The middle of the object's outline in the image, at its place, comes to the ray.
-void centre_on_ray(const Shape& shape, Vec3d ray, Rigidd* T_cam_obj) {
-  double low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};
-  const std::size_t stride = std::max<std::size_t>(1, shape.points.size() / 120);
-  for (std::size_t i = 0; i < shape.points.size(); i += stride) {
-    const Vec3d p = *T_cam_obj * shape.points[i].cast<double>();
-    if (!(p.z > 1e-3)) return;
-    const double u[2] = {p.x / p.z, p.y / p.z};
-    for (int a = 0; a < 2; ++a) low[a] = std::min(low[a], u[a]), high[a] = std::max(high[a], u[a]);
-  }
-  T_cam_obj->t.x += T_cam_obj->t.z * (ray.x - 0.5 * (low[0] + high[0]));
-  T_cam_obj->t.y += T_cam_obj->t.z * (ray.y - 0.5 * (low[1] + high[1]));
-}
-
-Rigidd seed_pose(const Shape& shape, const Proposal& proposal, const Mat3d& R_cam_obj) {
-  const Vec3d ray = (1 / norm(proposal.centroid_cam)) * proposal.centroid_cam;
-  const Vec3d seen_obj =
-      visible_centroid(shape, transpose_times(R_cam_obj, ray),
-                       transpose_times(R_cam_obj, proposal.hidden_cam), proposal.seen_extent_m);
-  return {R_cam_obj, proposal.centroid_cam - R_cam_obj * seen_obj};
+// Only the readings within reach of a pose's surface.
+void near_surface(const SdfView& sdf, const Rigidd& T_cam_obj, std::vector<Vec3f>* readings_cam) {
+  const Rigidf T_obj_cam = inverse(T_cam_obj).cast<float>();
+  std::erase_if(*readings_cam, [&](const Vec3f& p_cam) {
+    float phi;
+    Vec3f gradient;
+    sample(sdf, T_obj_cam * p_cam, &phi, &gradient);
+    return !(std::abs(phi) < kOfSurface_m);
+  });
 }
 
 }  // namespace
@@ -167,48 +118,76 @@ struct Search {
             &shape,
             one_place() ? 0 : 2 * stride};
   }
-  Rigidd seed(int place_k, const Mat3d& R_cam_obj, std::vector<double>* beyond) const;
+  QuickData surface_data(const SdfView& sdf, int place_k) const {
+    QuickData surface = data(sdf, kNone, place_k, kOutlineStride);
+    surface.solids_cam = &kNone;
+    return surface;
+  }
+  float uncovered_cost(const Rigidf& T_obj_cam) const {
+    return query.box ? kUncovered * static_cast<float>(1 - box_coverage(camera, shape, T_obj_cam, *query.box))
+                     : 0;
+  }
+  void place_seeds(int round) const;
   void fit_seeds() const;
   void keep_best() const;
   void refine() const;
   void judge(Hypothesis* h) const;
+  void drop_copies() const;
   void break_ties() const;
 };
 
-Rigidd Search::seed(int place_k, const Mat3d& R_cam_obj, std::vector<double>* beyond) const {
-  const Proposal& proposal = place(place_k);
-  Rigidd T = seed_pose(shape, proposal, R_cam_obj);
-  if (one_place()) return T;
-  for (int k = 0; k < 2; ++k) {
-    if (query.box && place_k == 0) {
-      const Rect& box = *query.box;
-      centre_on_ray(shape, ray(camera.K, 0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)), &T);
-    }
-    settle_depth(camera, shape, s->scene, beyond, &T);
-  }
-  return T;
-}
-
-void Search::fit_seeds() const {
-  const int seeds = query.seeds > 0 ? std::min(query.seeds, kSearchSeeds) : kSearchSeeds;
+// The first poses: of every rotation of a slice its best place, and of these the best.
+void Search::place_seeds(int round) const {
+  const int all = query.box ? kBoxSeeds : kSearchSeeds;
+  const int seeds = query.seeds > 0 ? std::min(query.seeds * (all / kSearchSeeds), all) : all;
+  const int first = query.first_seed * (all / kSearchSeeds);
   const std::size_t count = s->proposals.size() * static_cast<std::size_t>(seeds);
   s->starts.resize(count);
   const SdfView sdf = shape.coarse();
-  const QuickStage far{0.020f, one_place() ? kFarFloor : kFloor, 3}, near{0.010f, kFloor, 2};
+  const Mat3d between = rotation_exp(round * kBetween_rad * Vec3d{1, 1, 1});
   parallel_for((count + kSeedsPerChunk - 1) / kSeedsPerChunk, threads, [&](std::size_t chunk) {
     const std::size_t end = std::min(count, (chunk + 1) * kSeedsPerChunk);
-    std::vector<double> beyond;
+    Placer placer(camera, shape, s->scene);
     for (std::size_t k = chunk * kSeedsPerChunk; k < end; ++k) {
       Start& start = s->starts[k];
       start.proposal = static_cast<int>(k) / seeds;
       const Proposal& proposal = place(start.proposal);
-      const Mat3d R = seed_rotation(query.first_seed + static_cast<int>(k) % seeds, kSearchSeeds);
-      start.T_obj_cam = inverse(seed(start.proposal, R, &beyond)).cast<float>();
-      const QuickData fitted = data(sdf, proposal.coarse, start.proposal, kOutlineStride);
+      placer.turn(between * seed_rotation(first + static_cast<int>(k) % seeds, all), proposal);
+      if (one_place()) {
+        start = {start.proposal, inverse(placer.on_centroid()).cast<float>(), 0};
+        continue;
+      }
+      const std::vector<Rigidd>& places = query.box ? placer.in_box(*query.box) : placer.about_centroid();
+      QuickData data = surface_data(sdf, start.proposal);
+      start.cost = std::numeric_limits<float>::max();
+      for (const Rigidd& T : places) {
+        const Rigidf T_obj_cam = inverse(T).cast<float>();
+        const float cost = quick_cost(data, kFirst, T_obj_cam) + uncovered_cost(T_obj_cam);
+        if (cost < start.cost) start = {start.proposal, T_obj_cam, cost};
+      }
+    }
+  });
+  if (one_place() || count <= kMostFitted) return;
+  std::stable_sort(s->starts.begin(), s->starts.end(),
+                   [](const Start& a, const Start& b) { return a.cost < b.cost; });
+  s->starts.resize(kMostFitted);
+}
+
+void Search::fit_seeds() const {
+  const std::size_t count = s->starts.size();
+  const SdfView sdf = shape.coarse();
+  const QuickStage far{0.020f, one_place() ? kFarFloor : kFloor, kInside, 3},
+      near{0.010f, kFloor, kInside, 2};
+  parallel_for((count + kSeedsPerChunk - 1) / kSeedsPerChunk, threads, [&](std::size_t chunk) {
+    const std::size_t end = std::min(count, (chunk + 1) * kSeedsPerChunk);
+    for (std::size_t k = chunk * kSeedsPerChunk; k < end; ++k) {
+      Start& start = s->starts[k];
+      const QuickData fitted =
+          data(sdf, one_place() ? place(start.proposal).coarse : kNone, start.proposal, kOutlineStride);
       quick_fit(fitted, far, &start.T_obj_cam);
       quick_fit(fitted, near, &start.T_obj_cam);
-      const std::vector<Vec3f>& rank = query.box ? s->rank : proposal.coarse;
-      start.cost = quick_cost(data(sdf, rank, start.proposal, kOutlineStride), kRank, start.T_obj_cam);
+      if (!one_place()) quick_fit(fitted, {0.006f, kFloor, kInside, 2}, &start.T_obj_cam);
+      start.cost = quick_cost(fitted, kRank, start.T_obj_cam) + uncovered_cost(start.T_obj_cam);
     }
   });
 }
@@ -243,35 +222,55 @@ void Search::judge(Hypothesis* h) const {
   h->score = one_place()
                  ? score_of_mask(h->seen, explained_share(shape.sdf, s->dense, h->T_cam_obj, noise_m))
                  : score_of_place(h->seen, compare_outline(frame, camera, shape, h->T_cam_obj, noise_m));
+  if (query.box)
+    h->score *= std::min(
+        1.0, box_coverage(camera, shape, inverse(h->T_cam_obj).cast<float>(), *query.box) / kCovered);
 }
 
 void Search::refine() const {
-  s->refined.assign(s->kept.size(), {});
+  const std::size_t before = s->refined.size();
+  s->refined.resize(before + s->kept.size());
   parallel_for(s->kept.size(), threads, [&](std::size_t k) {
+    Refined& r = s->refined[before + k];
     Start start = s->kept[k];
     const std::vector<Vec3f>& readings = one_place() ? place(start.proposal).fine : kNone;
-    quick_fit(data(shape.coarse(), readings, start.proposal, 1), {0.010f, kFloor, 2}, &start.T_obj_cam);
+    quick_fit(data(shape.coarse(), readings, start.proposal, 1), {0.010f, kFloor, kInside, 2},
+              &start.T_obj_cam);
     for (const float scale : {0.005f, 0.003f, 0.002f})
-      quick_fit(data(shape.sdf, readings, start.proposal, 1), {scale, kFloor, 3}, &start.T_obj_cam);
-    s->refined[k].proposal = start.proposal;
-    s->refined[k].h.T_cam_obj = rigid_inverse(start.T_obj_cam);
-    judge(&s->refined[k].h);
+      quick_fit(data(shape.sdf, readings, start.proposal, 1), {scale, kFloor, kFloor, 3}, &start.T_obj_cam);
+    r.proposal = start.proposal;
+    r.h.T_cam_obj = rigid_inverse(start.T_obj_cam);
+    judge(&r.h);
   });
   std::stable_sort(s->refined.begin(), s->refined.end(),
                    [](const Refined& a, const Refined& b) { return a.h.score > b.h.score; });
+}
+
+// Fits from different starts that ended in one place are one.
+void Search::drop_copies() const {
+  std::size_t kept = 0;
+  for (const Refined& r : s->refined) {
+    const auto end = s->refined.begin() + static_cast<std::ptrdiff_t>(kept);
+    if (std::all_of(s->refined.begin(), end,
+                    [&](const Refined& other) { return distinct(r.h.T_cam_obj, other.h.T_cam_obj); }))
+      s->refined[kept++] = Refined(r);
+  }
+  s->refined.resize(kept);
 }
 
 // Poses that score nearly alike (a can turned by half a turn) differ by less than the tolerance of an
 // agreeing point; the sum over all readings still knows.
 void Search::break_ties() const {
   std::vector<Refined>& refined = s->refined;
+  if (refined.empty()) return;
+  if (!one_place()) near_surface(shape.sdf, refined[0].h.T_cam_obj, &s->dense);
   std::size_t tied = 0;
   while (tied < std::min(kMostTied, refined.size()) && refined[tied].h.score > kTied * refined[0].h.score)
     ++tied;
   parallel_for(tied, threads, [&](std::size_t k) {
     Refined& r = refined[k];
     Rigidf T_obj_cam = inverse(r.h.T_cam_obj).cast<float>();
-    const QuickData dense = data(shape.sdf, one_place() ? s->dense : kNone, r.proposal, 1);
+    const QuickData dense = data(shape.sdf, s->dense, r.proposal, 1);
     quick_fit(dense, kFinal, &T_obj_cam);
     r.cost = quick_cost(dense, kFinal, T_obj_cam);
     r.h.T_cam_obj = rigid_inverse(T_obj_cam);
@@ -284,6 +283,8 @@ void Search::break_ties() const {
   std::stable_sort(refined.begin(), end, [](const Refined& a, const Refined& b) { return a.cost < b.cost; });
   for (auto r = refined.begin(); r != end; ++r)
     r->h.score = best * std::exp(-kIndependent * static_cast<double>(r->cost - refined[0].cost));
+  std::stable_sort(refined.begin(), refined.end(),
+                   [](const Refined& a, const Refined& b) { return a.h.score > b.h.score; });
 }
 
 }  // namespace
@@ -298,9 +299,15 @@ std::vector<Hypothesis> search_pose(const DepthFrame& frame, const Camera& camer
   all_candidates(s->scene, camera, kRankPoints, &s->rank);
   all_candidates(s->scene, camera, kDensePoints, &s->dense);
   const Search search{frame, camera, shape, options, query, threads, s};
-  search.fit_seeds();
-  search.keep_best();
-  search.refine();
+  s->refined.clear();
+  for (int round = 0; round < (query.seeds > 0 ? 1 : kRounds); ++round) {
+    search.place_seeds(round);
+    search.fit_seeds();
+    search.keep_best();
+    search.refine();
+    if (!s->refined.empty() && s->refined[0].h.score > kConvincing) break;
+  }
+  search.drop_copies();
   search.break_ties();
   std::vector<Hypothesis> found;
   for (const Refined& r : s->refined)

@@ -13,7 +13,7 @@ namespace sdftrack {
 
 struct Hypothesis {
   Rigidd T_cam_obj;  // of the centred object frame of Shape
-  double score = 0;  // 0..1, comparable between frames and objects (docs/math/pose_search.md)
+  double score = 0;  // 0..1, comparable between frames and objects (search_score.h)
   Visibility seen;
 };
 

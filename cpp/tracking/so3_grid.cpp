@@ -16,8 +16,12 @@ Mat3d super_fibonacci(int i, int n) {
   return rotation_from_quaternion({R * std::cos(b), r * std::sin(a), r * std::cos(a), R * std::sin(b)});
 }
 
+// Of all strides for n = 240 the one whose runs of 60 leave the smallest gap, 57 degrees (random ones: up to
+// 80).
+constexpr double kStride = 0.471;
+
 Mat3d seed_rotation(int k, int n) {
-  int stride = static_cast<int>(0.6180339887 * n);  // golden section: any run covers the spiral evenly
+  int stride = static_cast<int>(kStride * n);
   while (stride > 1 && std::gcd(stride, n) != 1) --stride;
   const auto i = (static_cast<long long>(k) * std::max(1, stride)) % n;
   return super_fibonacci(static_cast<int>(i), n);

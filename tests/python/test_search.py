@@ -3,13 +3,16 @@
 
 import numpy as np
 import pytest
-from tracking_scene import CAMERA, POSE, SIZE_M, depth_of
+from tracking_scene import CAMERA, NOISE_M, POSE, SIZE_M, WALL_M, box_mesh, depth_of
 
 import sdftrack as st
 from sdftrack import _core, metrics
 from sdftrack.eval.real import half_turns
+from sdftrack.reference import search as reference
 
 FOUND_M = 0.003  # ADD of a found box; noise is 1 mm, a wrong local minimum is beyond 10 mm
+SAME_ROTATION = 1e-12  # both sides compute in double
+AMBIGUOUS = 0.9  # of the first score
 
 
 def searcher_of(sdf):
@@ -21,8 +24,38 @@ def searcher():
     return searcher_of(st.SDF.box(SIZE_M))
 
 
+@pytest.fixture(scope="module")
+def wedge():
+    """A body without any symmetry: a box with a step cut into it."""
+    n, voxel = 80, 0.002
+    origin = -0.5 * voxel * (n - 1) * np.ones(3)
+    z, y, x = np.meshgrid(*[origin[0] + voxel * np.arange(n)] * 3, indexing="ij")
+    p = np.stack([x, y, z])
+
+    def box(centre, half):
+        q = np.abs(p - np.reshape(centre, (3, 1, 1, 1))) - np.reshape(half, (3, 1, 1, 1))
+        return np.linalg.norm(np.maximum(q, 0), axis=0) + np.minimum(q.max(axis=0), 0)
+
+    whole = box((0, 0, 0), (0.05, 0.035, 0.025))
+    cut = box((0.03, 0.02, 0.02), (0.03, 0.025, 0.02))
+    return st.SDF(np.maximum(whole, -cut).astype(np.float32), voxel, origin).redistanced()
+
+
 def mask_of(T=POSE):
     return (depth_of(T, noise_m=0) < 1).astype(np.uint8)
+
+
+def scene_of(sdf, T=POSE, seed=0):
+    """Noisy depth of a volume before a wall, and its mask."""
+    clean, _ = sdf.render(CAMERA, T)
+    noisy = clean + np.random.default_rng(seed).normal(0, NOISE_M, clean.shape)
+    return np.where(clean > 0, noisy, WALL_M).astype(np.float32), (clean > 0).astype(np.uint8)
+
+
+def box_about(mask, slack=2):
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    left, top = int(columns[0]) - slack, int(rows[0]) - slack
+    return (left, top, int(columns[-1]) + slack + 1 - left, int(rows[-1]) + slack + 1 - top)
 
 
 def least_add(T):
@@ -30,25 +63,147 @@ def least_add(T):
     return min(metrics.add(T, POSE @ S, corners) for S in half_turns(np.zeros(3)))
 
 
+@pytest.mark.parametrize("n", [1, 7, 240, 720])
+def test_the_rotations_are_those_of_the_twin_in_its_order(n):
+    for k in range(0, 2 * n, max(1, n // 7)):
+        seed = _core.seed_rotation(k, n)[:3, :3]
+        np.testing.assert_allclose(seed, reference.seed_rotation(k, n), atol=SAME_ROTATION)
+
+
+def test_every_rotation_comes_once():
+    seeds = np.array([_core.seed_rotation(k, 240)[:3, :3].ravel() for k in range(240)])
+    assert len(np.unique(np.round(seeds, 9), axis=0)) == 240
+
+
+@pytest.mark.parametrize(
+    ("first", "count", "gap_deg"), [(0, 240, 36), (0, 60, 60), (100, 60, 60), (37, 60, 60)]
+)
+def test_any_run_of_rotations_leaves_no_large_gap(first, count, gap_deg):
+    # Random rotations leave gaps of 40 to 56 degrees at 240 and of 64 to 79 at 60.
+    seeds = np.array([_core.seed_rotation(first + k, 240)[:3, :3] for k in range(count)])
+    rng = np.random.default_rng(3)
+    q, r = np.linalg.qr(rng.normal(size=(500, 3, 3)))
+    q *= np.sign(np.einsum("nii->ni", r))[:, None, :]
+    q *= np.linalg.det(q)[:, None, None]
+    cosine = 0.5 * (np.einsum("aij,bij->ab", q, seeds).max(axis=1) - 1)
+    assert np.degrees(np.arccos(np.clip(cosine, -1, 1))).max() < gap_deg
+
+
 def test_a_box_is_found_from_its_mask(searcher):
     found = searcher.search(depth_of(), CAMERA._core, mask=mask_of())
     assert least_add(found[0]["pose"]) < FOUND_M
 
 
-def test_the_same_bits_come_from_any_number_of_threads(searcher):
-    one, three = (searcher.search(depth_of(), CAMERA._core, mask=mask_of(), threads=n) for n in (1, 3))
-    assert len(one) == len(three)
-    for a, b in zip(one, three, strict=True):
+def test_the_half_turns_of_a_box_make_the_start_ambiguous(searcher):
+    found = searcher.search(depth_of(), CAMERA._core, mask=mask_of())
+    assert found[1]["score"] > AMBIGUOUS * found[0]["score"]
+
+
+@pytest.mark.parametrize("where", ["mask", "box", "near", "whole image"])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_body_without_symmetry_is_found_and_nothing_else_scores_as_much(wedge, where, seed):
+    rng = np.random.default_rng(seed)
+    T = np.eye(4)
+    T[:3, :3] = reference.super_fibonacci(int(rng.integers(500)), 500)
+    T[:3, 3] = [0.03, -0.02, 0.45]
+    depth, mask = scene_of(wedge, T, seed)
+    off = T.copy()
+    off[:3, 3] += [0.04, -0.03, 0.03]
+    query = {
+        "mask": {"mask": mask},
+        "box": {"box": box_about(mask)},
+        "near": {"near": off, "reach_m": 0.1},
+        "whole image": {},
+    }[where]
+    found = searcher_of(wedge).search(depth, CAMERA._core, **query)
+    assert metrics.add(found[0]["pose"], T, wedge.to_mesh()) < FOUND_M
+    assert len(found) == 1 or found[1]["score"] < AMBIGUOUS * found[0]["score"]
+
+
+def test_half_of_the_object_may_be_hidden_by_something_nearer(wedge):
+    T = POSE.copy()
+    depth, mask = scene_of(wedge, T)
+    columns = np.flatnonzero(mask.any(axis=0))
+    middle = (columns[0] + columns[-1]) // 2
+    depth[:, middle : middle + 120] = 0.35
+    mask[:, middle : middle + 120] = 0
+    found = searcher_of(wedge).search(depth, CAMERA._core, mask=mask)
+    assert metrics.add(found[0]["pose"], T, wedge.to_mesh()) < FOUND_M
+
+
+def test_what_another_object_explains_is_not_searched(searcher):
+    depth = depth_of()
+    assert searcher.search(depth, CAMERA._core)
+    assert searcher.search(depth, CAMERA._core, taken=mask_of()) == []
+
+
+def test_what_the_colour_excludes_is_not_searched(searcher):
+    colour = np.where(mask_of(), np.float32(0.01), np.float32(np.nan))
+    assert searcher.search(depth_of(), CAMERA._core, foreground=colour) == []
+
+
+def test_another_shape_scores_less_than_the_right_one(wedge):
+    depth, mask = depth_of(), mask_of()
+    right = searcher_of(st.SDF.box(SIZE_M)).search(depth, CAMERA._core, mask=mask)[0]["score"]
+    wrong = searcher_of(wedge).search(depth, CAMERA._core, mask=mask)
+    assert not wrong or wrong[0]["score"] < AMBIGUOUS * right
+
+
+@pytest.mark.parametrize(
+    ("query", "threads"), [({"mask": mask_of()}, 2), ({"mask": mask_of()}, 3), ({}, 2), ({}, 3)]
+)
+def test_the_same_bits_come_from_any_number_of_threads(searcher, query, threads):
+    one, more = (searcher.search(depth_of(), CAMERA._core, threads=n, **query) for n in (1, threads))
+    assert len(one) == len(more) > 0
+    for a, b in zip(one, more, strict=True):
         assert a["score"] == b["score"]
         np.testing.assert_array_equal(a["pose"], b["pose"])
 
 
-def test_the_half_turns_of_a_box_score_as_much_as_the_first(searcher):
-    found = searcher.search(depth_of(), CAMERA._core, mask=mask_of())
-    assert found[1]["score"] > 0.9 * found[0]["score"]
+def test_a_second_search_does_not_remember_the_first(searcher):
+    first = searcher.search(depth_of(), CAMERA._core, mask=mask_of())
+    searcher.search(depth_of(seed=5), CAMERA._core)
+    again = searcher.search(depth_of(), CAMERA._core, mask=mask_of())
+    np.testing.assert_array_equal(first[0]["pose"], again[0]["pose"])
 
 
-@pytest.mark.parametrize("mask", [np.zeros(CAMERA.shape, np.uint8), np.ones(CAMERA.shape, np.uint8)])
-def test_nothing_to_look_at_is_an_empty_list(searcher, mask):
-    depth = depth_of() if not mask.any() else np.zeros(CAMERA.shape, np.float32)
-    assert searcher.search(depth, CAMERA._core, mask=mask) == []
+@pytest.mark.parametrize("case", ["empty mask", "no depth", "box outside the image", "only a wall"])
+def test_nothing_to_look_at_is_an_empty_list(searcher, case):
+    depth, query = depth_of(), {"mask": np.zeros(CAMERA.shape, np.uint8)}
+    if case == "no depth":
+        depth, query = np.zeros_like(depth), {"mask": mask_of()}
+    elif case == "box outside the image":
+        query = {"box": (CAMERA.width + 10, 10, 50, 50)}
+    elif case == "only a wall":
+        depth, query = np.full_like(depth, WALL_M), {}
+    assert searcher.search(depth, CAMERA._core, **query) == []
+
+
+def test_a_slice_of_the_rotations_is_a_search_of_its_own(searcher):
+    slices = [
+        searcher.search(depth_of(), CAMERA._core, mask=mask_of(), first_seed=60 * k, seeds=60)
+        for k in range(4)
+    ]
+    assert all(least_add(found[0]["pose"]) < FOUND_M for found in slices)
+
+
+def test_a_lens_does_not_hide_the_object(wedge):
+    lens = st.Camera(260, 260, 159.5, 119.5, 320, 240, distortion=[-0.1, 0.02, 0, 0, 0])
+    mesh = box_mesh()
+    depth = mesh.raycast(lens, POSE)[0]
+    mask = (depth > 0).astype(np.uint8)
+    depth = np.where(depth > 0, depth, WALL_M).astype(np.float32)
+    found = searcher_of(st.SDF.box(SIZE_M)).search(depth, lens._core, mask=mask)
+    assert least_add(found[0]["pose"]) < FOUND_M
+
+
+def test_scores_of_the_twin_say_what_they_should():
+    assert reference.score_of_mask(5, 0, 1.0) == 0  # too few points to say anything
+    assert reference.score_of_mask(80, 20, 0.5) == pytest.approx(0.4)
+    assert reference.score_of_place(90, 0, 10, 20, 0) == pytest.approx(1.0)
+    assert reference.score_of_place(90, 0, 10, 0, 24) == 0  # a face in a wall: it ends nowhere
+    hidden, free = reference.score_of_place(40, 0, 60, 20, 0), reference.score_of_place(90, 0, 10, 20, 0)
+    assert 0.5 < hidden < free
+    assert reference.explained_share(np.array([0.0, 0.02, 0.001]), np.array([-1.0, -1.0, 1.0]), 0.005) == (
+        pytest.approx(1 / 3)
+    )

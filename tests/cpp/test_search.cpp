@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tracking/search.h"
+#include "tracking/search_score.h"
+#include "tracking/so3_grid.h"
+#include "volume_fixture.h"
+
+namespace sdftrack {
+namespace {
+
+TEST(So3Grid, seeds_are_rotations) {
+  for (int k = 0; k < 240; ++k) EXPECT_LT(orthogonality_error(seed_rotation(k, 240)), 1e-12);
+}
+
+TEST(So3Grid, the_order_starts_again_after_the_last) {
+  const Mat3d a = seed_rotation(3, 240), b = seed_rotation(243, 240);
+  EXPECT_LT(rotation_angle(transpose(a) * b), 1e-9);
+}
+
+// Even rotations: the mean of R is nothing, and each entry squares to a third on average.
+TEST(So3Grid, no_direction_is_preferred) {
+  Mat3d mean = 0.0 * Mat3d::identity();
+  double first = 0;
+  for (int k = 0; k < 240; ++k) {
+    const Mat3d R = seed_rotation(k, 240);
+    mean = mean + (1.0 / 240) * R;
+    first += R.r0.x * R.r0.x / 240;
+  }
+  const double kEven = 0.03;  // random rotations would leave 0.04
+  EXPECT_LT(norm(mean.r0) + norm(mean.r1) + norm(mean.r2), 3 * kEven);
+  EXPECT_NEAR(first, 1.0 / 3, kEven);
+}
+
+TEST(SearchScore, what_the_sensor_sees_past_lowers_it_and_what_hides_hardly_does) {
+  const Outline ends{24, 0, 0};
+  const double right = score_of_place({100, 90, 5, 5, 0}, ends);
+  EXPECT_GT(right, 0.9);
+  EXPECT_GT(score_of_place({100, 50, 3, 47, 0}, ends), 0.7);
+  EXPECT_LT(score_of_place({100, 50, 47, 3, 0}, ends), 0.55);
+}
+
+TEST(SearchScore, a_face_in_a_wall_is_no_object) {
+  EXPECT_EQ(score_of_place({100, 100, 0, 0, 0}, Outline{0, 24, 0}), 0);
+}
+
+TEST(SearchScore, a_mask_must_be_explained) {
+  EXPECT_DOUBLE_EQ(score_of_mask({100, 80, 20, 0, 0}, 0.5), 0.4);
+  EXPECT_EQ(score_of_mask({100, 5, 0, 95, 0}, 1.0), 0);
+}
+
+}  // namespace
+}  // namespace sdftrack
