@@ -66,10 +66,13 @@ struct Fitted {
 // worst cost.
 double fit_quality(const Fitted& fitted, const TrackerOptions& options);
 
-inline Trust judge(const Fitted& f, const TrackerOptions& options) {
+inline PoseEvidence evidence_of(const Fitted& f) {
   PoseEvidence evidence{f.seen, f.outline, f.roughness, {}};
   if (f.foreground >= 0) evidence.color_agreement = f.foreground;
-  return judge(evidence, f.covariance, options);
+  return evidence;
+}
+inline Trust judge(const Fitted& f, const TrackerOptions& options) {
+  return judge(evidence_of(f), f.covariance, options);
 }
 
 class PoseFitter {

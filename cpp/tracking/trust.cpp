@@ -11,10 +11,9 @@ namespace {
 
 constexpr double kFarPose_m = 0.020, kFarPose_rad = 10 * std::numbers::pi / 180;
 constexpr double kRead = 0.25;  // weak: a smaller share of the visible surface is read on the object
+constexpr double kReadWidth = 0.03;
 constexpr double kHardlyRead = 0.05;
-constexpr int kEnough = 6;           // agreeing points; fewer say nothing
-constexpr double kDoubt = 0.5;       // weak below this evidence
-constexpr double kDisbelief = 0.02;  // lost below
+constexpr int kEnough = 6;  // agreeing points; fewer say nothing
 
 // Logistic regression over poses with known error, true ones, disturbed ones and those where a fit went
 // astray or was made to another object (python -m sdftrack.eval.trust fit; docs/trust.md).
@@ -39,6 +38,8 @@ double ratio(int part, int whole) { return whole > 0 ? static_cast<double>(part)
 // (a + 1) / (a + b + 2): a share that is 1/2 where nothing is known.
 double share(int a, int b) { return (a + 1.0) / (a + b + 2.0); }
 
+double rise(double x) { return 1 / (1 + std::exp(-x)); }
+
 double within(double limit, double variance) { return std::erf(limit / std::sqrt(2 * variance)); }
 
 // The reason that weighs most against a pose without plain fault.
@@ -61,7 +62,7 @@ double evidence_share(const PoseEvidence& e) {
                  w.missing * ratio(seen.missing, seen.expected) +
                  w.log_rough * std::log(std::clamp(e.roughness, 0.5, 20.0));
   if (e.color_agreement) score += w.color * (*e.color_agreement - kColorEven);
-  return 1 / (1 + std::exp(-score));
+  return rise(score);
 }
 
 Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const TrackerOptions& options) {
@@ -75,7 +76,7 @@ Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const Trac
     trust.status = Status::kLost;
     trust.reason =
         "only " + percent(read) + " of the surface that the camera should see is where the pose puts it";
-  } else if (belief < kDisbelief) {
+  } else if (belief < options.lost_evidence) {
     trust.status = Status::kLost;
     trust.reason = doubt(evidence);
   } else if (unhidden < options.weak_inliers || read < kRead) {
@@ -84,13 +85,14 @@ Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const Trac
         seen.nearer > seen.farther
             ? percent(ratio(seen.nearer, seen.expected)) + " of the object is hidden"
             : "the camera sees past " + percent(1 - unhidden) + " of the surface that it should see";
-  } else if (belief < kDoubt) {
+  } else if (belief < options.weak_evidence) {
     trust.status = Status::kWeak;
     trust.reason = doubt(evidence);
   }
   if (trust.status == Status::kLost) return trust;
-  // That this is the object at this pose, times the chance that the error left is small.
-  trust.confidence = belief * within(kFarPose_m, covariance.diagonal().head<3>().maxCoeff()) *
+  // That this is the object at this pose, that enough of it is read to tell, that the error left is small.
+  trust.confidence = belief * rise((read - kRead) / kReadWidth) *
+                     within(kFarPose_m, covariance.diagonal().head<3>().maxCoeff()) *
                      within(kFarPose_rad, covariance.diagonal().tail<3>().maxCoeff());
   return trust;
 }

@@ -9,6 +9,7 @@ finds for an object that is not there. Right means within 20 mm and 10 degrees.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from collections.abc import Sequence as Seq
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from sdftrack.eval.real import off_pose
 
-__all__ = ["FEATURES", "Sample", "area_under_roc", "features", "fit_weights", "judged", "recorded", "synthetic"]
+__all__ = ["FEATURES", "Sample", "area_under_roc", "features", "fit_weights", "format_areas", "judged", "recorded", "synthetic"]
 
 Array = NDArray[np.float64]
 FAR_M, FAR_RAD = 0.020, np.deg2rad(10.0)
@@ -111,8 +112,17 @@ def judged(tracker: Any, frame: Any, T: Array, k: int = 0) -> dict[str, Any]:
     return {} if said is None else dict(said)
 
 
+def trackers(sdf: Any, camera: Any, threads: int) -> tuple[Any, Any]:
+    """(one that calls nothing lost, so that its wrong ends are seen; one that judges as usual)."""
+    import sdftrack as st
+
+    common = {"mode": "depth", "threads": threads, "recover": False}
+    credulous = st.Tracker(sdf, camera, lost_inliers=0.0, lost_evidence=0.0, **common)
+    return credulous, st.Tracker(sdf, camera, **common)
+
+
 def around(
-    tracker: Any,
+    pair: tuple[Any, Any],
     frame: Any,
     T_true: Array,
     centre: Array,
@@ -121,7 +131,8 @@ def around(
     astray: int,
     axis: Array | None = None,
 ) -> Iterable[Sample]:
-    """Samples of one object in one frame."""
+    """Samples of one object in one frame; `pair` as from `trackers`."""
+    credulous, judge = pair
     to_centre, back = np.eye(4), np.eye(4)
     to_centre[:3, 3], back[:3, 3] = centre, -centre
 
@@ -129,14 +140,14 @@ def around(
         return off_pose(T_true @ to_centre, metres, radians, rng) @ back
 
     def sample(kind: str, T: Array) -> Sample:
-        return Sample(kind, *error_about(T, T_true, centre, axis), judged(tracker, frame, T))
+        return Sample(kind, *error_about(T, T_true, centre, axis), judged(judge, frame, T))
 
     yield sample("true", T_true)
     for _ in range(disturbed):
         yield sample("disturbed", off(rng.uniform(0, MOST_OFF_M), rng.uniform(0, MOST_OFF_RAD)))
     starts = [T_true] + [off(rng.uniform(*ASTRAY_M), rng.uniform(*ASTRAY_RAD)) for _ in range(astray)]
     for n, start in enumerate(starts):
-        result = tracker.start(frame, poses=[start])
+        result = credulous.start(frame, poses=[start])
         if str(result.status[0]) in ("ok", "weak"):
             yield sample("astray" if n else "tracked", result.pose)
 
@@ -145,7 +156,6 @@ def synthetic(
     name: str, mesh: Any, sdf: Any, scenes: int, seed: int, occluders: tuple[Any, ...], threads: int = 1
 ) -> list[Sample]:
     """Samples of random scenes: every clutter with every occluder in turn, noise of three kinds."""
-    import sdftrack as st
     from sdftrack import synth
 
     centre = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
@@ -158,19 +168,37 @@ def synthetic(
         seq = synth.sequence(
             mesh, 1, None, noise, occluder, 1000 * seed + n, clutter=clutter, color=False, threads=threads
         )
-        tracker = st.Tracker(sdf, seq.camera, mode="depth", threads=threads, recover=False)
-        out += around(tracker, seq[0], np.asarray(seq.ground_truth[0][0]), centre, rng, 4, 4, axis)
+        pair = trackers(sdf, seq.camera, threads)
+        out += around(pair, seq[0], np.asarray(seq.ground_truth[0][0]), centre, rng, 4, 4, axis)
     return out
 
 
-def recorded(seq: Any, sdf: Any, seed: int, disturbed: int, astray: int, threads: int = 1) -> list[Sample]:
-    """Samples of every object in every frame that has a reference."""
-    import sdftrack as st
-
-    tracker = st.Tracker(sdf, seq.camera, mode="depth", threads=threads, recover=False)
+def recorded(
+    seq: Any, sdf: Any, seed: int, disturbed: int, astray: int, only: Seq[int] = (0, 1), threads: int = 1
+) -> list[Sample]:
+    """Samples of the objects `only` in every frame that has a reference."""
+    pair = trackers(sdf, seq.camera, threads)
     out: list[Sample] = []
     for i in sorted(seq.ground_truth):
-        for k, T in seq.ground_truth[i].items():
+        for k in set(only) & set(seq.ground_truth[i]):
             rng = np.random.default_rng([seed, i, k])
-            out += around(tracker, seq[i], np.asarray(T), np.zeros(3), rng, disturbed, astray)
+            T = np.asarray(seq.ground_truth[i][k])
+            out += around(pair, seq[i], T, np.zeros(3), rng, disturbed, astray)
     return out
+
+
+def format_areas(name: str, samples: Seq[Sample]) -> str:
+    """One line: areas under ROC, and shares on the wrong side of one half."""
+    score = np.array([s.confidence for s in samples])
+    right = np.array([s.right for s in samples])
+    kind = np.array([s.kind for s in samples])
+    fits = np.isin(kind, ("tracked", "astray"))
+    given = (kind == "true") | (kind == "disturbed")
+    against = (kind == "true") | ((kind == "disturbed") & ~right)
+    return (
+        f"{name:14s} {len(samples):5d} poses: AUC of fits {area_under_roc(score[fits], right[fits]):.4f}, "
+        f"true against wrong {area_under_roc(score[against], right[against]):.4f}, "
+        f"true against disturbed {area_under_roc(score[given], right[given]):.4f}; of fits "
+        f"{100 * np.mean(score[fits & right] < 0.5):.1f} % of the right are doubted, "
+        f"{100 * np.mean(score[fits & ~right] > 0.5):.1f} % of the wrong are not ({(fits & ~right).sum()} wrong)"
+    )

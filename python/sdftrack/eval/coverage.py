@@ -80,16 +80,20 @@ def coverage(errors: Array, covariances: Array) -> Coverage:
 
 
 def synthetic_coverage(
-    sdf: Any, truths: Seq[Truth], sigma_m: float, options: dict[str, Any] | None = None
+    sdf: Any,
+    truths: Seq[Truth],
+    sigma_m: float,
+    options: dict[str, Any] | None = None,
+    frames: int | None = None,
 ) -> Coverage:
-    """Track each truth sequence once with its own white noise; every frame is one error."""
+    """Track each truth sequence (its first `frames`) once with its own white noise; every frame is one error."""
     import sdftrack as st
 
     errors, covariances = [], []
     for seed, truth in enumerate(truths):
         rng = np.random.default_rng([seed, 5, round(1e6 * sigma_m)])
         tracker = st.Tracker(sdf, truth.camera, mode="depth", **(options or {}))
-        for i in range(len(truth)):
+        for i in range(min(len(truth), frames or len(truth))):
             frame = st.Frame(noisy(truth.depth(i), sigma_m, rng))
             result = tracker.track(frame) if i else tracker.start(frame, poses=[truth.poses[0]])
             if not np.isnan(result.covariance).any():
