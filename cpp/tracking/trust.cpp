@@ -18,12 +18,12 @@ constexpr int kEnough = 6;  // agreeing points; fewer say nothing
 // Logistic regression over poses with known error, true ones, disturbed ones and those where a fit went
 // astray or was made to another object (python -m sdftrack.eval.trust fit; docs/trust.md).
 struct Weights {
-  double constant = -12.35;
-  double log_gap = -0.92;   // of the mean gap in mm, plus 0.5
-  double unhidden = 15.16;  // agree / (agree + farther)
-  double log_ends = 0.78;   // odds that the surface ends where the outline does
-  double missing = -5.66;   // share of the points without a reading
-  double log_rough = -0.97;
+  double constant = -1.30;
+  double log_gap = -2.61;  // of the mean gap in mm, plus 0.5
+  double unhidden = 6.31;  // agree / (agree + farther)
+  double log_ends = 0.84;  // odds that the surface ends where the outline does
+  double missing = -2.38;  // share of the points without a reading
+  double log_rough = -2.57;
   double color = 8.0;  // of the colours' agreement, less kColorEven
 };
 constexpr Weights kWeights;

@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 
 from sdftrack.eval.real import off_pose
 
-__all__ = ["FEATURES", "Sample", "area_under_roc", "features", "fit_weights", "format_areas", "judged", "recorded", "synthetic"]
+__all__ = ["FEATURES", "Sample", "area_under_roc", "features", "fit_weights", "format_areas", "judged", "lookalikes", "recorded", "synthetic"]
 
 Array = NDArray[np.float64]
 FAR_M, FAR_RAD = 0.020, np.deg2rad(10.0)
 MOST_OFF_M, MOST_OFF_RAD = 0.060, np.deg2rad(40.0)
 ASTRAY_M, ASTRAY_RAD = (0.010, 0.120), (np.deg2rad(10.0), np.pi)
+LEAST_UNLIKE = 0.18  # of an edge
 KINDS = ("true", "tracked", "disturbed", "astray", "absent")
 FEATURES = ("log_gap", "unhidden", "log_ends", "missing", "log_rough")
 CLUTTER = (None, "wall", "table", "objects", "touching")
@@ -43,7 +44,7 @@ class Sample:
     @property
     def right(self) -> bool:
         """Within 20 mm and 10 degrees."""
-        return self.error_m <= FAR_M and self.error_rad <= FAR_RAD
+        return bool(self.error_m <= FAR_M and self.error_rad <= FAR_RAD)
 
     @property
     def confidence(self) -> float:
@@ -170,6 +171,34 @@ def synthetic(
         )
         pair = trackers(sdf, seq.camera, threads)
         out += around(pair, seq[0], np.asarray(seq.ground_truth[0][0]), centre, rng, 4, 4, axis)
+    return out
+
+
+def lookalikes(count: int, seed: int, threads: int = 1) -> list[Sample]:
+    """Boxes of another size fitted to a box, and the right ones: what fits some faces is not the object."""
+    import sdftrack as st
+    from sdftrack import synth
+
+    out: list[Sample] = []
+    for n in range(count):
+        rng = np.random.default_rng([seed, n, 1])
+        size = rng.uniform(0.05, 0.14, 3)
+        while True:  # a cube of about the same volume, or each edge changed by up to 40 %
+            other = np.full(3, np.cbrt(size.prod()) * rng.uniform(0.9, 1.15))
+            other = other if n % 2 else size * rng.uniform(0.6, 1.4, 3)
+            if np.abs(np.sort(other) / np.sort(size) - 1).max() > LEAST_UNLIKE:
+                break
+        shape, wrong = (st.SDF.box(list(edges), voxels=60) for edges in (size, other))
+        noise, clutter = NOISE[int(rng.integers(len(NOISE)))], CLUTTER[1 + n % 3]
+        seq = synth.sequence(shape, 1, None, noise, None, 1000 * seed + n, clutter=clutter, color=False)
+        frame, T = seq[0], np.asarray(seq.ground_truth[0][0])
+        start = off_pose(T, 0.01, 0.1, rng)
+        start[2, 3] += float(other.mean() - size.mean()) / 2
+        for kind, sdf, begin, error in (("tracked", shape, T, 0.0), ("absent", wrong, start, np.inf)):
+            fitter, judge = trackers(sdf, seq.camera, threads)
+            result = fitter.start(frame, poses=[begin])
+            if str(result.status[0]) in ("ok", "weak"):
+                out.append(Sample(kind, error, error, judged(judge, frame, result.pose)))
     return out
 
 

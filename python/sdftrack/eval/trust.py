@@ -33,6 +33,7 @@ __all__ = ["main"]
 STEP_M, STEP_RAD, TRUTH_FRAMES = 0.005, np.deg2rad(1.5), 300
 SCENES, TRAIN_SEED, TEST_SEED = 75, 1, 2
 TRAIN, TEST = ("lm_cat", "lm_can", "lm_driller", "spot"), ("lm_ape", "lm_duck", "lm_glue", "bunny")
+LOOKALIKES = 100
 ABSENT_TRIALS, ABSENT_TRAIN, ABSENT_TEST, ABSENT_TRAIN_SEED = 50, 120, 0, 7
 # A pose that is right though disturbed is nothing that a tracker returns; a false find is worse than a missed one.
 WEIGHT_RIGHT_DISTURBED, WEIGHT_ABSENT = 0.15, 2.0
@@ -142,6 +143,10 @@ def run_fit(a: argparse.Namespace, say: Callable[[str], None]) -> str:
     sdfs = {name: volume(a.data, name, a.cache)[1] for name in absent.MODELS}
     scenes = list(absent.osd_scenes(a.data / "osd"))
     samples += absent.placed(scenes, sdfs, ABSENT_TRAIN, ABSENT_TRAIN_SEED, credulous=True, threads=a.threads)
+    samples += confidence.lookalikes(LOOKALIKES, TRAIN_SEED, a.threads)
+    if a.json is not None:
+        rows = [[s.kind, s.right, *confidence.features(s.said).tolist()] for s in samples if s.said]
+        a.json.write_text(json.dumps(rows))
     known = [s for s in samples if "agree" in s.said]
     right = np.array([s.right for s in known])
     kinds = np.array([s.kind for s in known])
