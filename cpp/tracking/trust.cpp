@@ -90,8 +90,9 @@ Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const Trac
     trust.reason = doubt(evidence);
   }
   if (trust.status == Status::kLost) return trust;
-  // That this is the object at this pose, that enough of it is read to tell, that the error left is small.
-  trust.confidence = belief * rise((read - kRead) / kReadWidth) *
+  // That this is the object at this pose, that the camera does not see past much of it (a shape that fits some
+  // faces only; the regression has few of these), that enough is read to tell, that the error left is small.
+  trust.confidence = belief * rise((unhidden - options.weak_inliers) / kReadWidth) * rise((read - kRead) / kReadWidth) *
                      within(kFarPose_m, covariance.diagonal().head<3>().maxCoeff()) *
                      within(kFarPose_rad, covariance.diagonal().tail<3>().maxCoeff());
   return trust;
