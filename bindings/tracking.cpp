@@ -54,6 +54,32 @@ class PyTracker {
     return run(depth, mask, time_s, image,
                [&](const DepthFrame& frame) { return tracker_->recover(frame, objects, where); });
   }
+  // What the tracker would say of object k at a pose as it is, and what it says it by; None: too few
+  // readings.
+  py::object judge(const py::array& depth, const py::object& mask, int k, const py::array& T) {
+    check_object(k);
+    const Rigidd T_cam_obj = rigid_from(T, "T");
+    const Busy busy(&busy_, "tracker");
+    const ImageView<float> view = image_view(depth, "depth", tracker_->camera());
+    const unsigned char* mask_data = mask_view(mask, tracker_->camera());
+    std::optional<Fitted> f;
+    Trust trust;
+    {
+      py::gil_scoped_release release;
+      f = tracker_->look(tracker_->make_frame(view, mask_data, 0, nullptr), k, T_cam_obj);
+      if (f) trust = sdftrack::judge(*f, tracker_->options());
+    }
+    if (!f) return py::none();
+    py::dict out;
+    out["status"] = kStatus[static_cast<int>(trust.status)], out["reason"] = trust.reason;
+    out["inliers"] = trust.inliers, out["confidence"] = trust.confidence;
+    out["covariance"] = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>(f->covariance);
+    out["expected"] = f->seen.expected, out["agree"] = f->seen.agree, out["farther"] = f->seen.farther;
+    out["nearer"] = f->seen.nearer, out["missing"] = f->seen.missing, out["gap_m"] = f->seen.gap_m;
+    out["ends"] = f->outline.ends, out["runs_on"] = f->outline.runs_on;
+    out["roughness"] = f->roughness, out["evidence"] = evidence_share(evidence_of(*f));
+    return out;
+  }
   void set_camera(const Camera& camera) {
     const Busy busy(&busy_, "tracker");
     tracker_->set_camera(camera);
@@ -84,6 +110,8 @@ class PyTracker {
   }
 
  private:
+  static constexpr const char* kStatus[] = {"ok", "weak", "lost", "bad_frame"};
+
   void check_object(int k) const {
     if (k < 0 || k >= tracker_->object_count())
       throw py::value_error("k: expected 0.." + std::to_string(tracker_->object_count() - 1) + ", got " +
@@ -133,7 +161,6 @@ class PyTracker {
   }
 
   static py::dict to_dict(const ObjectResult& r) {
-    static constexpr const char* kStatus[] = {"ok", "weak", "lost", "bad_frame"};
     py::list steps;
     for (const TrackStep& s : r.steps)
       steps.append(py::make_tuple(s.step.cost, s.step.damping, s.step.accepted, s.scale_m, s.pixels));
@@ -227,6 +254,8 @@ void bind_tracking(py::module_& m) {
   SDFTRACK_OPTION(recover_seeds);
   SDFTRACK_OPTION(lost_inliers);
   SDFTRACK_OPTION(weak_inliers);
+  SDFTRACK_OPTION(lost_evidence);
+  SDFTRACK_OPTION(weak_evidence);
   SDFTRACK_OPTION(trust_points);
 #undef SDFTRACK_OPTION
 
@@ -248,6 +277,7 @@ void bind_tracking(py::module_& m) {
       .def("add", &PyTracker::add, py::arg("shape"), py::arg("place"))
       .def("remove", &PyTracker::remove, py::arg("k"))
       .def("is_lost", &PyTracker::is_lost, py::arg("k"))
+      .def("judge", &PyTracker::judge, py::arg("depth"), py::arg("mask"), py::arg("k"), py::arg("T"))
       .def("set_camera", &PyTracker::set_camera, py::arg("camera"))
       .def("set_pose", &PyTracker::set_pose, py::arg("k"), py::arg("T"), py::arg("covariance"));
   m.def("correlation_area", &correlation_area, py::arg("u_px"), py::arg("v_px"), py::arg("residual_m"),

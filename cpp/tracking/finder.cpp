@@ -89,15 +89,14 @@ std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& c
     const Attempt attempt{options_.scale_start_m, options_.padding_m, options_.coarse_steps, {T}};
     std::optional<Fitted> fitted = fitter->fit(frame, camera, target, attempt, query.plane);
     if (!fitted) continue;
-    const double noise_m = fitted->memory.noise_factor * sensor_noise_m(options_, fitted->T_cam_obj.t.z);
-    if (is_part_of_something(compare_outline(frame, camera, shape, fitted->T_cam_obj, noise_m))) continue;
+    if (is_part_of_something(fitted->outline)) continue;
     all.add(std::move(*fitted), options_);
   }
   if (all.count == 0) return std::nullopt;
 
   const std::size_t best = all.best(query.near ? kTie : 1);
   const Fitted& fitted = *all.fits[best];
-  Found found{fitted, judge(fitted.seen, fitted.cost, fitted.covariance, options_), all.runner_up(best)};
+  Found found{fitted, judge(fitted, options_), all.runner_up(best)};
   for (const Hypothesis& h : hypotheses)  // those that were not worth a fit
     if (h.score < least) found.runner_up = std::max(found.runner_up, h.score / hypotheses.front().score);
   if (!query.near) doubt(found.runner_up, &found.trust);

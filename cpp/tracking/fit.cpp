@@ -21,6 +21,8 @@ constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
 constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot be the object's
 constexpr int kSummaryPixels = 1000;
 constexpr double kAreaFollows = 0.2;
+constexpr int kClassifySteps = 4;
+constexpr double kSharedPerLocal = 2;  // a sensor's whole noise is at most this much of that among neighbours
 constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
 
 FitMemory updated(FitMemory memory, double measured_m, double stated_m) {
@@ -45,29 +47,60 @@ double fit_quality(const Fitted& fitted, const TrackerOptions& options) {
 
 std::optional<Fitted> PoseFitter::fit(const DepthFrame& frame, const Camera& camera, const FitTarget& target,
                                       const Attempt& attempt, const Plane* plane) {
-  camera_ = &camera, target_ = &target;
-  stated_noise_m_ = sensor_noise_m(options_, target.expected.t.z);
-  select_pixels(frame, camera, target.shape, target.expected, options_, attempt.padding_m, plane, &pixels_);
-  if (pixels_.count() < options_.min_pixels) return std::nullopt;
-  if (target.colors)
-    fetch_foreground(frame, camera, projected_box(camera, target.shape, target.expected, attempt.padding_m),
-                     depth_range(target.shape, target.expected, attempt.padding_m), *target.colors,
-                     &color_reader_, &pixels_);
+  if (!gather(frame, camera, target, attempt.padding_m, plane)) return std::nullopt;
   read_free_space(frame, attempt.padding_m);
-
   Fitted fitted;
   fitted.memory = target.memory;
   State x = best_coarse_fit(frame, attempt, &fitted);
   choose_fine_pixels(last_scale(fitted.memory), x);
-  fit_fine(&x, &fitted);
+  fit_fine(&x, &fitted, true);
   fitted.T_cam_obj = inverse(x.T_obj_cam[0]);
-  // A wrong pose would measure a noise in which everything agrees: what was known before judges it.
-  const FitMemory& known = target.memory.noise_known ? target.memory : fitted.memory;
-  const double noise_m = known.noise_factor * sensor_noise_m(options_, fitted.T_cam_obj.t.z);
-  fitted.seen =
-      compare_visible_surface(frame, camera, target.shape, fitted.T_cam_obj, noise_m, options_.trust_points);
-  if (target.memory.noise_known && !clear_view(fitted.seen)) fitted.memory.noise_factor = known.noise_factor;
+  examine(frame, &fitted);
   return fitted;
+}
+
+std::optional<Fitted> PoseFitter::look(const DepthFrame& frame, const Camera& camera,
+                                       const FitTarget& target) {
+  if (!gather(frame, camera, target, options_.padding_m, nullptr)) return std::nullopt;
+  Fitted fitted;
+  fitted.memory = target.memory;
+  fitted.T_cam_obj = target.expected;
+  State x{{inverse(target.expected)}, camera.K, {}};
+  choose_fine_pixels(last_scale(fitted.memory), x);
+  fit_fine(&x, &fitted, false);
+  examine(frame, &fitted);
+  return fitted;
+}
+
+// The pixels around the expected pose; false where they are too few.
+bool PoseFitter::gather(const DepthFrame& frame, const Camera& camera, const FitTarget& target,
+                        double padding_m, const Plane* plane) {
+  camera_ = &camera, target_ = &target;
+  stated_noise_m_ = sensor_noise_m(options_, target.expected.t.z);
+  select_pixels(frame, camera, target.shape, target.expected, options_, padding_m, plane, &pixels_);
+  if (pixels_.count() < options_.min_pixels) return false;
+  if (target.colors)
+    fetch_foreground(frame, camera, projected_box(camera, target.shape, target.expected, padding_m),
+                     depth_range(target.shape, target.expected, padding_m), *target.colors, &color_reader_,
+                     &pixels_);
+  return true;
+}
+
+// A wrong pose has large residuals; so that these do not pass for the sensor's noise and excuse themselves,
+// what was known before and the noise among neighbouring readings bound what may count as agreement, and a
+// doubtful view teaches no noise.
+void PoseFitter::examine(const DepthFrame& frame, Fitted* fitted) {
+  const FitMemory& before = target_->memory;
+  const double stated_m = sensor_noise_m(options_, fitted->T_cam_obj.t.z);
+  const double local = local_noise_m(pixels_, &floats_) / stated_noise_m_;  // over stated, as the factor
+  const double measured = fitted->memory.noise_factor;
+  fitted->roughness = local > 0 ? measured / std::max(local, kLeastNoise_m / stated_m) : 1;
+  const double known = before.noise_known ? before.noise_factor : measured;
+  const double noise_m = (local > 0 ? std::min(known, kSharedPerLocal * local) : known) * stated_m;
+  fitted->seen = compare_visible_surface(frame, *camera_, target_->shape, fitted->T_cam_obj, noise_m,
+                                         options_.trust_points);
+  fitted->outline = compare_outline(frame, *camera_, target_->shape, fitted->T_cam_obj, noise_m);
+  if (before.noise_known && !clear_view(fitted->seen)) fitted->memory.noise_factor = known;
 }
 
 void PoseFitter::read_free_space(const DepthFrame& frame, double padding_m) {
@@ -146,14 +179,18 @@ double PoseFitter::last_scale(const FitMemory& memory) const {
   return options_.scale_per_noise * std::max(kLeastNoise_m, memory.noise_factor * stated_noise_m_);
 }
 
-void PoseFitter::fit_fine(State* x, Fitted* fitted) {
+// With `move` false the noise and the covariance of the state as it is.
+void PoseFitter::fit_fine(State* x, Fitted* fitted, bool move) {
   SdfEnergyOptions options = energy_options();
   options.threads = threads_;
   // The first frame does not know the sensor's noise yet: fit, measure, fit again.
   for (int round = fitted->memory.noise_known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
     options.scale_m = static_cast<float>(last_scale(fitted->memory));
-    run_stage(&pixels_, options, options_.fine_steps, x, fitted);
     SdfEnergy energy(target_->shape.sdf, &pixels_, options);
+    if (move)
+      run_stage(&pixels_, options, options_.fine_steps, x, fitted);
+    else
+      energy.classify(*x, kClassifySteps);
     const EnergySummary summary = energy.summarize(*x, kSummaryPixels);
     if (options_.adapt_noise) fitted->memory = updated(fitted->memory, summary.noise_m, stated_noise_m_);
     if (round == 0) continue;

@@ -10,6 +10,7 @@
 #include "optim/prior.h"
 #include "tracking/color_evidence.h"
 #include "tracking/correlation.h"
+#include "tracking/local_noise.h"
 #include "tracking/trust.h"
 
 namespace sdftrack {
@@ -55,6 +56,8 @@ struct Fitted {
   double cost = 0;      // mean per pixel of the last stage; with colours that of depth where they are its own
   double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
   Visibility seen;
+  Outline outline;
+  double roughness = 1;  // see PoseEvidence
   FitMemory memory;
   std::vector<TrackStep> steps;
 };
@@ -63,6 +66,15 @@ struct Fitted {
 // worst cost.
 double fit_quality(const Fitted& fitted, const TrackerOptions& options);
 
+inline PoseEvidence evidence_of(const Fitted& f) {
+  PoseEvidence evidence{f.seen, f.outline, f.roughness, {}};
+  if (f.foreground >= 0) evidence.color_agreement = f.foreground;
+  return evidence;
+}
+inline Trust judge(const Fitted& f, const TrackerOptions& options) {
+  return judge(evidence_of(f), f.covariance, options);
+}
+
 class PoseFitter {
  public:
   PoseFitter(const TrackerOptions& options, int threads) : options_(options), threads_(threads) {}
@@ -70,12 +82,17 @@ class PoseFitter {
   // None where too few readings lie near the expected pose.
   std::optional<Fitted> fit(const DepthFrame& frame, const Camera& camera, const FitTarget& target,
                             const Attempt& attempt, const Plane* plane);
+  // Nothing is fitted: the expected pose as it is, with its covariance and all that it is judged by.
+  std::optional<Fitted> look(const DepthFrame& frame, const Camera& camera, const FitTarget& target);
 
  private:
+  bool gather(const DepthFrame& frame, const Camera& camera, const FitTarget& target, double padding_m,
+              const Plane* plane);
+  void examine(const DepthFrame& frame, Fitted* fitted);
   State best_coarse_fit(const DepthFrame& frame, const Attempt& attempt, Fitted* fitted);
   void fit_coarse(const Attempt& attempt, State* x, Fitted* fitted);
   void choose_fine_pixels(double scale_m, const State& x);
-  void fit_fine(State* x, Fitted* fitted);
+  void fit_fine(State* x, Fitted* fitted, bool move);
   void run_stage(PixelSet* pixels, const SdfEnergyOptions& energy, int steps, State* x, Fitted* fitted);
   void read_free_space(const DepthFrame& frame, double padding_m);
   SdfEnergyOptions energy_options() const;
@@ -96,6 +113,7 @@ class PoseFitter {
   DistanceGrid free_grid_;
   CorrelationArea correlation_;
   ColorReader color_reader_;
+  std::vector<float> floats_;
 };
 
 }  // namespace sdftrack

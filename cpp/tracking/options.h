@@ -54,8 +54,10 @@ struct TrackerOptions {
   int recover_seeds = 120;  // rotations tried per frame, of 240: what bounds the time of a frame
   // Trust
   double lost_inliers = 0.3;  // of the points that can be seen, share that must agree
-  double weak_inliers = 0.55;
-  int trust_points = 480;
+  double weak_inliers = 0.75;
+  double lost_evidence = 0.02;  // least chance, by the evidence, that this is the object at this pose
+  double weak_evidence = 0.5;
+  int trust_points = 160;
 };
 
 }  // namespace sdftrack

@@ -123,6 +123,11 @@ std::vector<ObjectResult> Tracker::recover(const DepthFrame& frame, const std::v
   });
 }
 
+std::optional<Fitted> Tracker::look(const DepthFrame& frame, int k, const Rigidd& T_cam_obj) {
+  const Shape& shape = *objects_.at(static_cast<std::size_t>(k)).shape;
+  return fitter_.look(frame, camera_, {shape, centred(T_cam_obj, shape), Matrix6d::Zero(), {}});
+}
+
 void Tracker::set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matrix6d>& covariance_cam) {
   Object& object = objects_.at(static_cast<std::size_t>(k));
   object.T_cam_obj = centred(T_cam_obj, *object.shape);
@@ -245,7 +250,7 @@ ObjectResult Tracker::follow(const DepthFrame& frame, Object* object) {
   const std::optional<Fitted> best = best_fit(frame, *object, expected_pose(*object, frame.time_s));
   object->prior.reset();
   if (!best) return without_pose(*object, "too few depth readings near the last pose", Status::kLost);
-  return judged(*best, judge(best->seen, best->cost, best->covariance, options_), frame.time_s, object);
+  return judged(*best, judge(*best, options_), frame.time_s, object);
 }
 
 std::optional<Fitted> Tracker::best_fit(const DepthFrame& frame, const Object& object,

@@ -39,6 +39,7 @@ class Tracker {
 
   int object_count() const { return static_cast<int>(objects_.size()); }
   const Camera& camera() const { return camera_; }
+  const TrackerOptions& options() const { return options_; }
   void set_camera(const Camera& camera);  // of the frames to come
   // color: nullptr, or the frame's: used as soon as an accepted pose has shown the object's colours.
   DepthFrame make_frame(const ImageView<float>& depth_m, const unsigned char* mask, double time_s,
@@ -50,6 +51,8 @@ class Tracker {
   // Searches for objects[i] at places[i] now; the others are left alone. One result for each.
   std::vector<ObjectResult> recover(const DepthFrame& frame, const std::vector<int>& objects,
                                     const std::vector<Whereabouts>& places);
+  // Object k at a pose as it is: nothing is fitted or remembered. None where too few readings are near.
+  std::optional<Fitted> look(const DepthFrame& frame, int k, const Rigidd& T_cam_obj);
   // Replaces the last pose; `information` of the increment of T_obj_cam (centred) makes it a prior.
   void set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matrix6d>& covariance_cam);
   // Looked for at `place` in the next frame. Returns its number.

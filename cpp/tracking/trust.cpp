@@ -9,26 +9,25 @@ namespace sdftrack {
 
 namespace {
 
-constexpr double kFacing = 0.25;        // cosine of the incidence below which a point is not asked
-constexpr double kTolerance_m = 0.004;  // least distance that counts as disagreement
-constexpr double kTolerancePerNoise = 4;
-constexpr double kMisfit = 0.5;  // share of the cost of readings that do not fit at all
 constexpr double kFarPose_m = 0.020, kFarPose_rad = 10 * std::numbers::pi / 180;
+constexpr double kRead = 0.25;  // weak: a smaller share of the visible surface is read on the object
+constexpr double kReadWidth = 0.03;
+constexpr double kHardlyRead = 0.05;
+constexpr int kEnough = 6;  // agreeing points; fewer say nothing
 
-// Whether the object itself hides p from the camera: march towards the camera through the field.
-bool self_hidden(const Shape& shape, Vec3f p, Vec3f normal, Vec3f to_camera) {
-  const float voxel = shape.sdf.voxel_m, leave = static_cast<float>(shape.diameter_m);
-  const Vec3f start = p + 1.5f * voxel * normal;
-  float t = voxel;
-  for (int k = 0; k < 24 && t < leave; ++k) {
-    float phi;
-    Vec3f g;
-    sample(shape.sdf, start + t * to_camera, &phi, &g);
-    if (phi < 0.1f * voxel) return true;
-    t += std::max(phi, voxel);
-  }
-  return false;
-}
+// Logistic regression over poses with known error, true ones, disturbed ones and those where a fit went
+// astray or was made to another object (python -m sdftrack.eval.trust fit; docs/trust.md).
+struct Weights {
+  double constant = -1.30;
+  double log_gap = -2.61;  // of the mean gap in mm, plus 0.5
+  double unhidden = 6.31;  // agree / (agree + farther)
+  double log_ends = 0.84;  // odds that the surface ends where the outline does
+  double missing = -2.38;  // share of the points without a reading
+  double log_rough = -2.57;
+  double color = 8.0;  // of the colours' agreement, less kColorEven
+};
+constexpr Weights kWeights;
+constexpr double kColorEven = 0.5;
 
 std::string percent(double share) {
   return std::to_string(static_cast<int>(std::lround(100 * share))) + " %";
@@ -36,76 +35,68 @@ std::string percent(double share) {
 
 double ratio(int part, int whole) { return whole > 0 ? static_cast<double>(part) / whole : 0.0; }
 
+// (a + 1) / (a + b + 2): a share that is 1/2 where nothing is known.
+double share(int a, int b) { return (a + 1.0) / (a + b + 2.0); }
+
 double rise(double x) { return 1 / (1 + std::exp(-x)); }
+
+double within(double limit, double variance) { return std::erf(limit / std::sqrt(2 * variance)); }
+
+// The reason that weighs most against a pose without plain fault.
+std::string doubt(const PoseEvidence& e) {
+  const Outline& o = e.outline;
+  if (e.color_agreement && *e.color_agreement < kColorEven) return "the colours are not those of the object";
+  if (o.runs_on > o.ends) return "the surface goes on where the object should end";
+  if (e.seen.missing > e.seen.agree) return "most of the surface that the camera should see has no reading";
+  return "the readings do not fit the shape well";
+}
 
 }  // namespace
 
-Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera, const Shape& shape,
-                                   const Rigidd& T_cam_obj, double noise_m, int points) {
-  Visibility seen;
-  const Vec3d eye = inverse(T_cam_obj).t;
-  const double tolerance = std::max(kTolerance_m, kTolerancePerNoise * noise_m);
-  const std::size_t n = shape.points.size();
-  const std::size_t stride = std::max<std::size_t>(1, n / static_cast<std::size_t>(std::max(1, points)));
-  for (std::size_t i = 0; i < n; i += stride) {
-    const Vec3d p = shape.points[i].cast<double>(), normal = shape.normals[i].cast<double>();
-    const Vec3d d = eye - p;
-    const Vec3d to_camera = (1 / norm(d)) * d;
-    const double facing = dot(normal, to_camera);
-    if (facing < kFacing || self_hidden(shape, shape.points[i], shape.normals[i], to_camera.cast<float>()))
-      continue;
-    ++seen.expected;
-    const Vec3d p_cam = T_cam_obj * p;
-    const Vec2d u = p_cam.z > 1e-3 ? camera.project_point(p_cam) : Vec2d{-1, -1};
-    const int x = static_cast<int>(std::lround(std::clamp(u.x, -1.0, 1e6)));
-    const int y = static_cast<int>(std::lround(std::clamp(u.y, -1.0, 1e6)));
-    const bool inside = x >= 0 && y >= 0 && x < camera.width && y < camera.height;
-    const float z = inside ? frame.depth_m(x, y) : 0.0f;
-    const double beyond = (static_cast<double>(z) - p_cam.z) * facing;  // about along the normal
-    if (!(z > 0))
-      ++seen.missing;
-    else if (beyond > tolerance)
-      ++seen.farther;
-    else if (beyond < -tolerance)
-      ++seen.nearer;
-    else
-      ++seen.agree;
-  }
-  return seen;
+double evidence_share(const PoseEvidence& e) {
+  const Visibility& seen = e.seen;
+  const Weights& w = kWeights;
+  const double ends = share(e.outline.ends, e.outline.runs_on);
+  double score = w.constant + w.log_gap * std::log(1e3 * seen.gap_m + 0.5) +
+                 w.unhidden * share(seen.agree, seen.farther) + w.log_ends * std::log(ends / (1 - ends)) +
+                 w.missing * ratio(seen.missing, seen.expected) +
+                 w.log_rough * std::log(std::clamp(e.roughness, 0.5, 20.0));
+  if (e.color_agreement) score += w.color * (*e.color_agreement - kColorEven);
+  return rise(score);
 }
 
-Trust judge(const Visibility& seen, double mean_cost, const Matrix6d& covariance,
-            const TrackerOptions& options) {
+Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const TrackerOptions& options) {
+  const Visibility& seen = evidence.seen;
   Trust trust;
   trust.inliers = ratio(seen.agree, seen.expected);
   const double unhidden = ratio(seen.agree, seen.agree + seen.farther);
   const double read = ratio(seen.agree, seen.agree + seen.farther + seen.nearer);
-  const int enough = 6;  // points; fewer say nothing
-  if (seen.agree < enough || unhidden < options.lost_inliers || read < 0.05) {
+  const double belief = evidence_share(evidence);
+  if (seen.agree < kEnough || unhidden < options.lost_inliers || read < kHardlyRead) {
     trust.status = Status::kLost;
     trust.reason =
         "only " + percent(read) + " of the surface that the camera should see is where the pose puts it";
-  } else if (unhidden < options.weak_inliers || read < 0.25) {
+  } else if (belief < options.lost_evidence) {
+    trust.status = Status::kLost;
+    trust.reason = doubt(evidence);
+  } else if (unhidden < options.weak_inliers || read < kRead) {
     trust.status = Status::kWeak;
     trust.reason =
         seen.nearer > seen.farther
             ? percent(ratio(seen.nearer, seen.expected)) + " of the object is hidden"
             : "the camera sees past " + percent(1 - unhidden) + " of the surface that it should see";
-  }
-  const double misfit = options.outlier_floor > 0 ? mean_cost / -std::log(options.outlier_floor) : 0;
-  if (trust.status == Status::kOk && misfit > kMisfit) {
+  } else if (belief < options.weak_evidence) {
     trust.status = Status::kWeak;
-    trust.reason = "most readings near the pose do not fit the shape";
+    trust.reason = doubt(evidence);
   }
   if (trust.status == Status::kLost) return trust;
-  // Evidence that this is the object at this pose, times the chance that the error left is small.
-  const double evidence =
-      rise((std::min(unhidden, 2 * read) - 0.45) / 0.06) * rise((kMisfit - misfit) / 0.03);
-  const double var_m = covariance.diagonal().head<3>().maxCoeff();
-  const double var_rad = covariance.diagonal().tail<3>().maxCoeff();
-  const double near_m = std::erf(kFarPose_m / std::sqrt(2 * var_m));
-  const double near_rad = std::erf(kFarPose_rad / std::sqrt(2 * var_rad));
-  trust.confidence = evidence * near_m * near_rad;
+  // That this is the object at this pose, that the camera does not see past much of it (a shape that fits
+  // some faces only; the regression has few of these), that enough is read to tell, that the error left is
+  // small.
+  trust.confidence = belief * rise((unhidden - options.weak_inliers) / kReadWidth) *
+                     rise((read - kRead) / kReadWidth) *
+                     within(kFarPose_m, covariance.diagonal().head<3>().maxCoeff()) *
+                     within(kFarPose_rad, covariance.diagonal().tail<3>().maxCoeff());
   return trust;
 }
 

@@ -1,34 +1,25 @@
 // SPDX-License-Identifier: MIT
-// Whether the frame agrees with the pose: what the camera reads where the model says it should see the
-// surface.
+// Whether the frame agrees with the pose: a status with its reason, and the chance that the pose is right.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "tracking/covariance.h"
-#include "tracking/region.h"
+#include "tracking/outline.h"
+#include "tracking/visibility.h"
 
 namespace sdftrack {
 
 enum class Status { kOk, kWeak, kLost, kBadFrame };
 
-// Surface points that the camera should see (facing it, not hidden by the object itself), by what is read
-// there.
-struct Visibility {
-  int expected = 0;
-  int agree = 0;    // the reading lies on the surface
-  int farther = 0;  // the sensor sees past the surface: the pose is wrong there
-  int nearer = 0;   // something stands in front
-  int missing = 0;  // no reading, or outside the image
+// What speaks for and against a pose; none of it is what the fit has minimised.
+struct PoseEvidence {
+  Visibility seen;
+  Outline outline;
+  double roughness = 1;  // residuals of the fit over the noise that readings have among themselves
+  std::optional<double> color_agreement;  // mean chance by colour that the visible surface is the object
 };
-
-// Of the surface points that the camera should see, share that it reads where the pose puts them.
-inline double agreeing_share(const Visibility& seen) {
-  return seen.expected > 0 ? static_cast<double>(seen.agree) / seen.expected : 0.0;
-}
-
-Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera, const Shape& shape,
-                                   const Rigidd& T_cam_obj, double noise_m, int points);
 
 struct Trust {
   Status status = Status::kOk;
@@ -37,9 +28,9 @@ struct Trust {
   double confidence = 0;  // probability that the pose is within 20 mm and 10 degrees
 };
 
-// mean_cost: of the last stage, per pixel; a pixel whose reading does not fit at all costs
-// -log(outlier_floor).
-Trust judge(const Visibility& visible, double mean_cost, const Matrix6d& covariance,
-            const TrackerOptions& options);
+// 0..1, from the evidence alone: the chance that this is the object, about at this pose.
+double evidence_share(const PoseEvidence& evidence);
+
+Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const TrackerOptions& options);
 
 }  // namespace sdftrack

@@ -99,6 +99,10 @@ class TrackerOptions:
         "lost_inliers", "lost below this share of agreeing points among those not hidden"
     )
     weak_inliers: float = _option("weak_inliers", "weak below it")
+    lost_evidence: float = _option(
+        "lost_evidence", "lost where the evidence gives the pose a smaller chance than this"
+    )
+    weak_evidence: float = _option("weak_evidence", "weak below it")
     trust_points: int = _option("trust_points", "surface points asked for the status")
 
     def __post_init__(self) -> None:
@@ -191,7 +195,7 @@ _MAY_BE_ZERO = {
     "outlier_floor", "coarse_floor", "coarse_floor_behind",
     "scale_start_m", "noise_per_m", "padding_m", "coarse_steps", "damping_start",
     "free_space_weight", "retry_inliers", "far_scale_m", "far_padding_m", "motion_sigma_m",
-    "motion_sigma_rad", "lost_inliers", "weak_inliers", "correlation_area_px",
+    "motion_sigma_rad", "lost_inliers", "weak_inliers", "lost_evidence", "weak_evidence", "correlation_area_px",
     "color_object_rate", "color_background_rate", "color_max_overlap",
 }  # fmt: skip
 

@@ -18,6 +18,7 @@ STEEP_GAIN = 2.0  # 1 / slope of a hit beyond which it counts as grazing
 LEAST_SLOPE = 0.05
 WINDOWS = 24
 TAKEN = 3.0
+MOST_STRIDE_PX = 8.0
 
 
 class Shape(NamedTuple):
@@ -146,10 +147,13 @@ def correlation_area(u_px: Array, v_px: Array, pull: Array) -> float:
 
     The windows are as large as leave WINDOWS of them side by side, and overlap by half; 0: too few pixels to tell.
     """
-    side = int(np.sqrt(len(pull) / (4 * WINDOWS)))
+    u, v = np.asarray(u_px), np.asarray(v_px)
+    steps = np.diff(u)
+    stride = np.mean(steps[(steps > 0) & (steps < MOST_STRIDE_PX)])  # the pixels may be a subset, row by row
+    side = int(np.sqrt(len(pull) * stride / (4 * WINDOWS)))
     if side < 1:
         return 0.0
-    x, y = ((a - a.min()).astype(int) // side for a in (np.asarray(u_px), np.asarray(v_px)))
+    x, y = ((a - a.min()).astype(int) // side for a in (u, v))
     sums = squares = counts = counts2 = 0.0
     for j in range(-1, y.max() + 1):
         for i in range(-1, x.max() + 1):

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// What the camera reads where a pose says that it should see the surface.
+#pragma once
+
+#include "tracking/region.h"
+
+namespace sdftrack {
+
+// Surface points that the camera should see (facing it, not hidden by the object itself), by what is read
+// there.
+struct Visibility {
+  int expected = 0;
+  int agree = 0;    // the reading lies on the surface
+  int farther = 0;  // the sensor sees past the surface: the pose is wrong there
+  int nearer = 0;   // something stands in front
+  int missing = 0;  // no reading, or outside the image
+  // Mean distance of reading and surface, at most 30 mm each, where nothing stands more than a finger in
+  // front.
+  double gap_m = 0.03;
+};
+
+// Of the surface points that the camera should see, share that it reads where the pose puts them.
+inline double agreeing_share(const Visibility& seen) {
+  return seen.expected > 0 ? static_cast<double>(seen.agree) / seen.expected : 0.0;
+}
+
+Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera, const Shape& shape,
+                                   const Rigidd& T_cam_obj, double noise_m, int points);
+
+}  // namespace sdftrack
