@@ -25,9 +25,6 @@ void prefer_rotation(const Mat3d& R, std::vector<Hypothesis>* hypotheses) {
   std::rotate(hypotheses->begin(), best, best + 1);
 }
 
-constexpr double kLeastEnds = 0.3;  // of the outline that is not hidden
-constexpr int kEnoughOutline = 6;   // directions; fewer say nothing
-
 // The fits of the best hypotheses, in their order, with how well each is seen.
 struct Candidates {
   std::array<std::optional<Fitted>, kFitted> fits;
@@ -56,13 +53,6 @@ struct Candidates {
   }
 };
 
-// A face in a wall, a small object in a larger one: all that is seen agrees, but nothing ends where it
-// should.
-bool is_part_of_something(const Outline& outline) {
-  const int known = outline.ends + outline.runs_on;
-  return known >= kEnoughOutline && outline.ends < kLeastEnds * known;
-}
-
 void doubt(double runner_up, Trust* trust) {
   if (runner_up < kAmbiguous || trust->status == Status::kLost) return;
   trust->confidence /= 1 + runner_up;
@@ -75,7 +65,7 @@ void doubt(double runner_up, Trust* trust) {
 
 std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& camera, const Shape& shape,
                                         const FitMemory& memory, const ColorModel* colors,
-                                        const SearchQuery& query, PoseFitter* fitter) {
+                                        const SearchQuery& query, double prior_log_odds, PoseFitter* fitter) {
   std::vector<Hypothesis> hypotheses =
       search_pose(frame, camera, shape, options_, query, threads_, &scratch_);
   if (hypotheses.empty()) return std::nullopt;
@@ -96,7 +86,7 @@ std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& c
 
   const std::size_t best = all.best(query.near ? kTie : 1);
   const Fitted& fitted = *all.fits[best];
-  Found found{fitted, judge(fitted, options_), all.runner_up(best)};
+  Found found{fitted, judge(fitted, options_, prior_log_odds), all.runner_up(best)};
   for (const Hypothesis& h : hypotheses)  // those that were not worth a fit
     if (h.score < least) found.runner_up = std::max(found.runner_up, h.score / hypotheses.front().score);
   if (!query.near) doubt(found.runner_up, &found.trust);

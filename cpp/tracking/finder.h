@@ -23,7 +23,7 @@ class ObjectFinder {
   // before an equally good one: of the turns of a symmetric body, the one it was last seen in.
   std::optional<Found> find(const DepthFrame& frame, const Camera& camera, const Shape& shape,
                             const FitMemory& memory, const ColorModel* colors, const SearchQuery& query,
-                            PoseFitter* fitter);
+                            double prior_log_odds, PoseFitter* fitter);
 
  private:
   TrackerOptions options_;

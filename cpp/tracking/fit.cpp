@@ -196,8 +196,9 @@ void PoseFitter::fit_fine(State* x, Fitted* fitted, bool move) {
     if (round == 0) continue;
     if (options.color) fitted->cost = summary.cost, fitted->foreground = summary.foreground;
     const double area_px = correlation_area(options, &fitted->memory);
-    fitted->covariance = camera_covariance(increment_covariance(summary, target_->shape, area_px),
-                                           inverse(x->T_obj_cam[0]), -target_->shape.centre_obj);
+    const Matrix6d increment = increment_covariance(summary, target_->shape, area_px);
+    fitted->centre_sd_m = std::sqrt(increment.topLeftCorner<3, 3>().diagonal().maxCoeff());
+    fitted->covariance = camera_covariance(increment, inverse(x->T_obj_cam[0]), -target_->shape.centre_obj);
   }
 }
 

@@ -57,7 +57,8 @@ struct Fitted {
   double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
   Visibility seen;
   Outline outline;
-  double roughness = 1;  // see PoseEvidence
+  double roughness = 1;    // see PoseEvidence
+  double centre_sd_m = 0;  // likewise
   FitMemory memory;
   std::vector<TrackStep> steps;
 };
@@ -67,12 +68,12 @@ struct Fitted {
 double fit_quality(const Fitted& fitted, const TrackerOptions& options);
 
 inline PoseEvidence evidence_of(const Fitted& f) {
-  PoseEvidence evidence{f.seen, f.outline, f.roughness, {}};
+  PoseEvidence evidence{f.seen, f.outline, f.roughness, f.centre_sd_m, {}};
   if (f.foreground >= 0) evidence.color_agreement = f.foreground;
   return evidence;
 }
-inline Trust judge(const Fitted& f, const TrackerOptions& options) {
-  return judge(evidence_of(f), f.covariance, options);
+inline Trust judge(const Fitted& f, const TrackerOptions& options, double prior_log_odds = 0) {
+  return judge(evidence_of(f), f.covariance, options, prior_log_odds);
 }
 
 class PoseFitter {

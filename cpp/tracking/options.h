@@ -54,9 +54,10 @@ struct TrackerOptions {
   int recover_seeds = 120;  // rotations tried per frame, of 240: what bounds the time of a frame
   // Trust
   double lost_inliers = 0.3;  // of the points that can be seen, share that must agree
-  double weak_inliers = 0.75;
+  double weak_inliers = 0.55;
   double lost_evidence = 0.02;  // least chance, by the evidence, that this is the object at this pose
   double weak_evidence = 0.5;
+  double search_odds = 0.05;  // of what a search without mask or box has found, before any evidence
   int trust_points = 160;
 };
 

@@ -60,7 +60,15 @@ bool step_outside(const Eye& eye, const Shape& shape, const Rigidd& T_obj_cam, c
   return false;
 }
 
+constexpr double kLeastEnds = 0.3;  // of the outline that is not hidden
+constexpr int kEnoughOutline = 6;   // directions; fewer say nothing
+
 }  // namespace
+
+bool is_part_of_something(const Outline& outline) {
+  const int known = outline.ends + outline.runs_on;
+  return known >= kEnoughOutline && outline.ends < kLeastEnds * known;
+}
 
 Outline compare_outline(const DepthFrame& frame, const Camera& camera, const Shape& shape,
                         const Rigidd& T_cam_obj, double noise_m) {

@@ -74,8 +74,9 @@ ObjectResult Tracker::look_for(const DepthFrame& frame, Object* object, ObjectRe
     query.seeds = options_.recover_seeds;
     query.first_seed = (n - 1) * options_.recover_seeds % kSearchSeeds;
   }
-  std::optional<Found> found = finder_.find(frame, camera_, *object->shape, object->memory,
-                                            colors_of(frame, *object), query, &fitter_);
+  std::optional<Found> found =
+      finder_.find(frame, camera_, *object->shape, object->memory, colors_of(frame, *object), query,
+                   std::log(options_.search_odds), &fitter_);
   if (!found || found->trust.status != Status::kOk || found->trust.confidence < kSure) return lost;
 
   const Rigidd last = object->T_cam_obj;
@@ -85,6 +86,7 @@ ObjectResult Tracker::look_for(const DepthFrame& frame, Object* object, ObjectRe
   result.trust.reason = "found again; the next frame must confirm it";
   prepend(lost.steps, &result.steps);
   object->before_found = last;
+  object->prior_log_odds = std::log(options_.search_odds);
   object->lost_frames = 0;
   return result;
 }

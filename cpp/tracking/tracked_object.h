@@ -27,6 +27,7 @@ struct TrackedObject {
   double usual_share = 0;             // of agreeing surface points, lately; 0: not known yet
   double usual_cost = 0;              // mean per pixel, lately
   bool weak = false;                  // in the last frame
+  double prior_log_odds = 0;          // see evidence_share; until a frame has shown that it is the object
   int lost_frames = 0;                // in a row, up to the last frame
   std::optional<Matrix6d> prior;      // information about T_cam_obj, for the next frame alone
   std::optional<Whereabouts> wanted;  // to be looked for in the next frame
@@ -36,14 +37,21 @@ struct TrackedObject {
   // Whether T_cam_obj is where it was in the last frame.
   bool followed() const { return lost_frames == 0 && !wanted; }
 
+  // Whether this frame need not search the image for it.
+  bool placed() const { return wanted ? wanted->T_cam_obj.has_value() : lost_frames == 0; }
+
   void forget(double damping_start) {
     memory = {};
     memory.damping = damping_start;
     motion.reset();
-    usual_share = usual_cost = 0, weak = false, lost_frames = 0;
+    usual_share = usual_cost = prior_log_odds = 0, weak = false, lost_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();
   }
 };
+
+// Whether an attempt needs no further one. An object that has been followed is compared with itself; at a
+// start only the surface that nothing hides can be judged.
+bool convincing(const Fitted& fitted, const TrackedObject& object, const TrackerOptions& options);
 
 // The caller's object frame and the centred one.
 inline Rigidd centred(const Rigidd& T_cam_obj, const Shape& shape) {

@@ -11,31 +11,8 @@ namespace sdftrack {
 
 namespace {
 
-constexpr double kOfUsual = 0.85;       // an agreeing share this far below the usual one is not convincing,
-constexpr double kOverUsual = 1.4;      // nor is a mean cost this far above the usual one
-constexpr double kWideTurn = 0.2;       // rad, of the further starts of a wide attempt
-constexpr double kClearlyBetter = 0.1;  // quality that a further attempt must gain
-constexpr double kNextReach_m = 0.06;   // of a search for an object that moved too fast to be followed
 constexpr int kColorBudget = 3000, kFirstColorBudget = 20000;  // pixels visited for the histograms
 constexpr double kSlow = 0.02, kFast = 0.3;                    // how fast the usual values follow
-
-// Whether an attempt needs no further one. An object that has been followed is compared with itself; at a
-// start only the surface that nothing hides can be judged.
-bool convincing(const Fitted& fitted, const TrackedObject& object, const TrackerOptions& options) {
-  const Visibility& seen = fitted.seen;
-  if (object.usual_share > 0)
-    return agreeing_share(seen) >= kOfUsual * object.usual_share &&
-           fitted.cost <= kOverUsual * object.usual_cost;
-  return seen.agree >= options.retry_inliers * (seen.agree + seen.farther) && seen.agree > 0;
-}
-
-// Of attempts on an object that may be held: what stands in front of the surface is no fault, what is seen
-// through it is one.
-double held_quality(const Fitted& fitted, const TrackerOptions& options) {
-  const double past =
-      fitted.seen.expected > 0 ? fitted.seen.farther / static_cast<double>(fitted.seen.expected) : 0;
-  return fit_quality(fitted, options) - past;
-}
 
 bool has_depth(const ImageView<float>& depth_m) {
   const int pixels = depth_m.width * depth_m.height, stride = std::max(1, pixels / 4099);
@@ -51,9 +28,10 @@ bool has_reading(const ImageView<float>& depth_m, const std::vector<unsigned cha
   return mask.empty();
 }
 
-std::vector<int> all_of(std::size_t n) {
-  std::vector<int> k(n);
-  std::iota(k.begin(), k.end(), 0);
+template <class Index>
+std::vector<Index> all_of(std::size_t n) {
+  std::vector<Index> k(n);
+  std::iota(k.begin(), k.end(), Index{0});
   return k;
 }
 
@@ -112,7 +90,8 @@ std::vector<ObjectResult> Tracker::start(const DepthFrame& frame, const std::vec
 }
 
 std::vector<ObjectResult> Tracker::track(const DepthFrame& frame) {
-  return each(frame, all_of(objects_.size()), [&](std::size_t, Object* o) { return track_one(frame, o); });
+  return each(frame, all_of<int>(objects_.size()),
+              [&](std::size_t, Object* o) { return track_one(frame, o); });
 }
 
 std::vector<ObjectResult> Tracker::recover(const DepthFrame& frame, const std::vector<int>& objects,
@@ -156,17 +135,22 @@ std::vector<ObjectResult> Tracker::each(const DepthFrame& frame, const std::vect
                                         const Work& work) {
   const bool readable = has_depth(frame.depth_m);
   if (readable && options_.drop_plane) follow_plane(frame);
-  std::vector<ObjectResult> results;
-  for (std::size_t i = 0; i < objects.size(); ++i) {
+  std::vector<ObjectResult> results(objects.size());
+  // First those whose place is known, so that a search for the others leaves their readings alone.
+  std::vector<std::size_t> order = all_of<std::size_t>(objects.size());
+  std::stable_partition(order.begin(), order.end(), [&](std::size_t i) {
+    return objects_.at(static_cast<std::size_t>(objects[i])).placed();
+  });
+  for (const std::size_t i : order) {
     Object& object = objects_.at(static_cast<std::size_t>(objects[i]));
-    if (readable) {
-      const bool color_used = colors_of(frame, object) != nullptr;
-      results.push_back(work(i, &object));
-      results.back().color_used = color_used;
-      if (results.back().trust.status == Status::kOk) learn_colors(frame, &object);
+    if (!readable) {
+      results[i] = unread(&object);
       continue;
     }
-    results.push_back(unread(&object));
+    const bool color_used = colors_of(frame, object) != nullptr;
+    results[i] = work(i, &object);
+    results[i].color_used = color_used;
+    if (results[i].trust.status == Status::kOk) learn_colors(frame, &object);
   }
   return results;
 }
@@ -224,10 +208,13 @@ ObjectResult Tracker::begin_at(const DepthFrame& frame, Object* object, const Wh
   SearchQuery query;
   query.mask = place.mask.empty() ? nullptr : place.mask.data();
   query.box = place.box;
+  // Whoever gives a mask or a box knows that it is there.
+  object->prior_log_odds = query.mask || query.box ? 0 : std::log(options_.search_odds);
   query.plane = plane_.plane();
   query.taken = taken_by_others(frame, *object);
-  const std::optional<Found> found = finder_.find(frame, camera_, *object->shape, object->memory,
-                                                  colors_of(frame, *object), query, &fitter_);
+  const std::optional<Found> found =
+      finder_.find(frame, camera_, *object->shape, object->memory, colors_of(frame, *object), query,
+                   object->prior_log_odds, &fitter_);
   if (!found) {
     object->lost_frames = 1;
     return without_pose(*object,
@@ -250,81 +237,7 @@ ObjectResult Tracker::follow(const DepthFrame& frame, Object* object) {
   const std::optional<Fitted> best = best_fit(frame, *object, expected_pose(*object, frame.time_s));
   object->prior.reset();
   if (!best) return without_pose(*object, "too few depth readings near the last pose", Status::kLost);
-  return judged(*best, judge(*best, options_), frame.time_s, object);
-}
-
-std::optional<Fitted> Tracker::best_fit(const DepthFrame& frame, const Object& object,
-                                        const Rigidd& expected) {
-  std::optional<Fitted> best = fit(frame, object, narrow_attempt(expected), expected);
-  const auto done = [&] { return best && convincing(*best, object, options_); };
-  const auto better = [&](const Fitted& other) {
-    return !best || held_quality(other, options_) > held_quality(*best, options_) + kClearlyBetter;
-  };
-  if (done() || !(options_.retry_inliers > 0)) return best;
-  // Readings of a hand around the object draw a coarse fit to it; without coarse stages they have no say.
-  const Rigidd moved = object.motion.predict(object.T_cam_obj, frame.time_s);
-  if (std::optional<Fitted> straight =
-          fit(frame, object, {0, options_.padding_m, 0, {expected, moved}}, expected)) {
-    if (best) prepend(best->steps, &straight->steps);
-    if (!best || held_quality(*straight, options_) > held_quality(*best, options_))
-      best = std::move(straight);
-    else
-      best->steps = straight->steps;
-  }
-  if (done()) return best;
-  std::optional<Fitted> wide = fit(frame, object, wide_attempt(object, expected, frame.time_s), expected);
-  if (wide && best) prepend(best->steps, &wide->steps), best->steps = wide->steps;
-  if (wide && better(*wide)) best = polished(frame, object, *wide);
-
-  // A given prior says where it is: nothing is searched for against it.
-  if (done() || !settings_.recover || !(object.usual_share > 0) || object.prior) return best;
-  SearchQuery query;
-  query.plane = plane_.plane();
-  query.taken = taken_by_others(frame, object);
-  query.near = expected;
-  query.reach_m = kNextReach_m;
-  query.seeds = std::min(options_.recover_seeds, kSearchSeeds);
-  std::optional<Found> found =
-      finder_.find(frame, camera_, *object.shape, object.memory, colors_of(frame, object), query, &fitter_);
-  // A look-alike next to it may be seen better, but is not where it can have gone.
-  const auto in_reach = [&] { return norm(found->fitted.T_cam_obj.t - expected.t) <= kNextReach_m; };
-  if (found && found->trust.status == Status::kOk && in_reach() && better(found->fitted)) {
-    if (best) prepend(best->steps, &found->fitted.steps);
-    best = std::move(found->fitted);
-  }
-  return best;
-}
-
-std::optional<Fitted> Tracker::fit(const DepthFrame& frame, const Object& object, const Attempt& attempt,
-                                   const Rigidd& expected) {
-  const Matrix6d weak = PosePrior::isotropic(options_.motion_sigma_m, options_.motion_sigma_rad);
-  const FitTarget target{*object.shape, expected, object.prior ? *object.prior : weak, object.memory,
-                         colors_of(frame, object)};
-  return fitter_.fit(frame, camera_, target, attempt, plane_.plane());
-}
-
-// A wide attempt may end far from where its pixels were chosen: once more from there, with the pixels of that
-// place.
-Fitted Tracker::polished(const DepthFrame& frame, const Object& object, const Fitted& wide) {
-  std::optional<Fitted> again = fit(frame, object, narrow_attempt(wide.T_cam_obj), wide.T_cam_obj);
-  if (!again || fit_quality(*again, options_) < fit_quality(wide, options_)) return wide;
-  prepend(wide.steps, &again->steps);
-  return *again;
-}
-
-Attempt Tracker::narrow_attempt(const Rigidd& T_cam_obj) const {
-  return {options_.scale_start_m, options_.padding_m, options_.coarse_steps, {T_cam_obj}};
-}
-
-// From the last pose, from where the last motion would take it, and from small turns of it about each axis.
-Attempt Tracker::wide_attempt(const Object& object, const Rigidd& expected, double time_s) const {
-  const Rigidd& T = object.T_cam_obj;
-  const Rigidd moved = object.motion.predict(T, time_s);
-  Attempt attempt{options_.far_scale_m, options_.far_padding_m, 2 * options_.coarse_steps, {expected, moved}};
-  for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}})
-    for (const double sign : {-1.0, 1.0})
-      attempt.starts.push_back({rotation_exp(sign * kWideTurn * axis) * T.R, T.t});
-  return attempt;
+  return judged(*best, judge(*best, options_, object->prior_log_odds), frame.time_s, object);
 }
 
 ObjectResult Tracker::judged(Fitted fitted, const Trust& trust, double time_s, Object* object) const {
@@ -349,6 +262,7 @@ void Tracker::keep(const Fitted& fitted, Status status, double time_s, Object* o
   object->T_cam_obj = fitted.T_cam_obj;
   object->memory = fitted.memory;
   object->weak = status != Status::kOk;
+  if (!object->weak) object->prior_log_odds = 0;  // it has proved itself
   if (object->weak)
     object->motion.pass();
   else

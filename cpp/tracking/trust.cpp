@@ -18,12 +18,12 @@ constexpr int kEnough = 6;  // agreeing points; fewer say nothing
 // Logistic regression over poses with known error, true ones, disturbed ones and those where a fit went
 // astray or was made to another object (python -m sdftrack.eval.trust fit; docs/trust.md).
 struct Weights {
-  double constant = -1.30;
-  double log_gap = -2.61;  // of the mean gap in mm, plus 0.5
-  double unhidden = 6.31;  // agree / (agree + farther)
-  double log_ends = 0.84;  // odds that the surface ends where the outline does
-  double missing = -2.38;  // share of the points without a reading
-  double log_rough = -2.57;
+  double constant = -23.69;
+  double log_gap = -1.30;   // of the mean gap in mm, plus 0.5
+  double unhidden = 27.24;  // agree / (agree + farther)
+  double log_ends = 0.80;   // odds that the surface ends where the outline does
+  double missing = -2.11;   // share of the points without a reading
+  double log_rough = -1.56;
   double color = 8.0;  // of the colours' agreement, less kColorEven
 };
 constexpr Weights kWeights;
@@ -53,11 +53,11 @@ std::string doubt(const PoseEvidence& e) {
 
 }  // namespace
 
-double evidence_share(const PoseEvidence& e) {
+double evidence_share(const PoseEvidence& e, double prior_log_odds) {
   const Visibility& seen = e.seen;
   const Weights& w = kWeights;
   const double ends = share(e.outline.ends, e.outline.runs_on);
-  double score = w.constant + w.log_gap * std::log(1e3 * seen.gap_m + 0.5) +
+  double score = prior_log_odds + w.constant + w.log_gap * std::log(1e3 * seen.gap_m + 0.5) +
                  w.unhidden * share(seen.agree, seen.farther) + w.log_ends * std::log(ends / (1 - ends)) +
                  w.missing * ratio(seen.missing, seen.expected) +
                  w.log_rough * std::log(std::clamp(e.roughness, 0.5, 20.0));
@@ -65,13 +65,14 @@ double evidence_share(const PoseEvidence& e) {
   return rise(score);
 }
 
-Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const TrackerOptions& options) {
+Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const TrackerOptions& options,
+            double prior_log_odds) {
   const Visibility& seen = evidence.seen;
   Trust trust;
   trust.inliers = ratio(seen.agree, seen.expected);
   const double unhidden = ratio(seen.agree, seen.agree + seen.farther);
   const double read = ratio(seen.agree, seen.agree + seen.farther + seen.nearer);
-  const double belief = evidence_share(evidence);
+  double belief = evidence_share(evidence, prior_log_odds);
   if (seen.agree < kEnough || unhidden < options.lost_inliers || read < kHardlyRead) {
     trust.status = Status::kLost;
     trust.reason =
@@ -88,13 +89,18 @@ Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const Trac
   } else if (belief < options.weak_evidence) {
     trust.status = Status::kWeak;
     trust.reason = doubt(evidence);
+  } else if (is_part_of_something(evidence.outline)) {
+    trust.status = Status::kWeak;
+    trust.reason = doubt(evidence);
+    belief = std::min(belief, options.weak_evidence);
+  } else if (evidence.centre_sd_m > kFarPose_m) {
+    trust.status = Status::kWeak;
+    trust.reason = "the view leaves the position open: sd " +
+                   std::to_string(std::lround(1e3 * evidence.centre_sd_m)) + " mm along one axis";
   }
   if (trust.status == Status::kLost) return trust;
-  // That this is the object at this pose, that the camera does not see past much of it (a shape that fits
-  // some faces only; the regression has few of these), that enough is read to tell, that the error left is
-  // small.
-  trust.confidence = belief * rise((unhidden - options.weak_inliers) / kReadWidth) *
-                     rise((read - kRead) / kReadWidth) *
+  // That this is the object at this pose, that enough of it is read to tell, that the error left is small.
+  trust.confidence = belief * rise((read - kRead) / kReadWidth) *
                      within(kFarPose_m, covariance.diagonal().head<3>().maxCoeff()) *
                      within(kFarPose_rad, covariance.diagonal().tail<3>().maxCoeff());
   return trust;

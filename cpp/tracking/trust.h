@@ -17,7 +17,8 @@ enum class Status { kOk, kWeak, kLost, kBadFrame };
 struct PoseEvidence {
   Visibility seen;
   Outline outline;
-  double roughness = 1;  // residuals of the fit over the noise that readings have among themselves
+  double roughness = 1;    // residuals of the fit over the noise that readings have among themselves
+  double centre_sd_m = 0;  // of the object's centre, along its least certain axis
   std::optional<double> color_agreement;  // mean chance by colour that the visible surface is the object
 };
 
@@ -28,9 +29,11 @@ struct Trust {
   double confidence = 0;  // probability that the pose is within 20 mm and 10 degrees
 };
 
-// 0..1, from the evidence alone: the chance that this is the object, about at this pose.
-double evidence_share(const PoseEvidence& evidence);
+// 0..1: the chance that this is the object, about at this pose, for a pose that was expected
+// (prior_log_odds 0) or one of many places that a search has looked at (less).
+double evidence_share(const PoseEvidence& evidence, double prior_log_odds);
 
-Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const TrackerOptions& options);
+Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const TrackerOptions& options,
+            double prior_log_odds);
 
 }  // namespace sdftrack

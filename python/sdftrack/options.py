@@ -103,6 +103,11 @@ class TrackerOptions:
         "lost_evidence", "lost where the evidence gives the pose a smaller chance than this"
     )
     weak_evidence: float = _option("weak_evidence", "weak below it")
+    search_odds: float = _option(
+        "search_odds",
+        "odds, before any evidence, that what a search without mask or box finds is the object; "
+        "they hold until a frame is ok",
+    )
     trust_points: int = _option("trust_points", "surface points asked for the status")
 
     def __post_init__(self) -> None:

@@ -20,7 +20,7 @@ PoseEvidence good_evidence() {
 Matrix6d small_covariance() { return 1e-6 * Matrix6d::Identity(); }
 
 TEST(Judge, a_pose_with_everything_in_place_is_ok_and_believed) {
-  const Trust trust = judge(good_evidence(), small_covariance(), {});
+  const Trust trust = judge(good_evidence(), small_covariance(), {}, 0);
   EXPECT_EQ(trust.status, Status::kOk);
   EXPECT_TRUE(trust.reason.empty());
   EXPECT_GT(trust.confidence, 0.95);
@@ -29,32 +29,32 @@ TEST(Judge, a_pose_with_everything_in_place_is_ok_and_believed) {
 
 // Each fault by itself lowers the evidence.
 TEST(Judge, every_feature_points_its_way) {
-  const double good = evidence_share(good_evidence());
+  const double good = evidence_share(good_evidence(), 0);
   PoseEvidence e = good_evidence();
   e.seen.gap_m = 0.006;
-  EXPECT_LT(evidence_share(e), good);
+  EXPECT_LT(evidence_share(e, 0), good);
   e = good_evidence(), e.seen.farther = 25;
-  EXPECT_LT(evidence_share(e), good);
+  EXPECT_LT(evidence_share(e, 0), good);
   e = good_evidence(), e.outline = {2, 19, 3};
-  EXPECT_LT(evidence_share(e), good);
+  EXPECT_LT(evidence_share(e, 0), good);
   e = good_evidence(), e.seen.missing = 40;
-  EXPECT_LT(evidence_share(e), good);
+  EXPECT_LT(evidence_share(e, 0), good);
   e = good_evidence(), e.roughness = 5;
-  EXPECT_LT(evidence_share(e), good);
+  EXPECT_LT(evidence_share(e, 0), good);
   e = good_evidence(), e.color_agreement = 0.1;
-  EXPECT_LT(evidence_share(e), good);
+  EXPECT_LT(evidence_share(e, 0), good);
   e.color_agreement = 0.9;
-  EXPECT_GT(evidence_share(e), good);
+  EXPECT_GT(evidence_share(e, 0), good);
 }
 
 TEST(Judge, what_a_hand_hides_is_weak_for_that_reason_and_what_is_seen_past_is_lost) {
   PoseEvidence e = good_evidence();
   e.seen = {80, 14, 0, 66, 0, 0.0012};
-  Trust trust = judge(e, small_covariance(), {});
+  Trust trust = judge(e, small_covariance(), {}, 0);
   EXPECT_EQ(trust.status, Status::kWeak);
   EXPECT_NE(trust.reason.find("hidden"), std::string::npos);
   e.seen = {80, 16, 60, 0, 4, 0.02};
-  trust = judge(e, small_covariance(), {});
+  trust = judge(e, small_covariance(), {}, 0);
   EXPECT_EQ(trust.status, Status::kLost);
   EXPECT_EQ(trust.confidence, 0);
 }
@@ -62,7 +62,7 @@ TEST(Judge, what_a_hand_hides_is_weak_for_that_reason_and_what_is_seen_past_is_l
 TEST(Judge, a_free_direction_is_not_believed_though_the_evidence_is_good) {
   Matrix6d C = small_covariance();
   C(5, 5) = 9.87;
-  const Trust trust = judge(good_evidence(), C, {});
+  const Trust trust = judge(good_evidence(), C, {}, 0);
   EXPECT_EQ(trust.status, Status::kOk);
   EXPECT_LT(trust.confidence, 0.1);
 }

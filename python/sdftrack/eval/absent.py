@@ -87,11 +87,16 @@ def placed(
 
 
 def searched(
-    scenes: Seq[tuple[str, Any, Any]], sdfs: dict[str, Any], n: int, seed: int = 0, threads: int = 1
+    scenes: Seq[tuple[str, Any, Any]],
+    sdfs: dict[str, Any],
+    n: int,
+    seed: int = 0,
+    credulous: bool = False,
+    threads: int = 1,
 ) -> list[Sample]:
     """Starts without a pose: the search may put the model anywhere in the scene."""
-    trials = _trials(scenes, sdfs, n, seed, False, threads)
-    return [_ended(judge, frame, t.start(frame), False) for t, judge, frame, _, _, _ in trials]
+    trials = _trials(scenes, sdfs, n, seed, credulous, threads)
+    return [_ended(judge, frame, t.start(frame), credulous) for t, judge, frame, _, _, _ in trials]
 
 
 def _ended(judge: Any, frame: Any, result: Any, credulous: bool) -> Sample:
