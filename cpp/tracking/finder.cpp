@@ -2,7 +2,6 @@
 #include "tracking/finder.h"
 
 #include <algorithm>
-#include <array>
 
 #include "tracking/outline.h"
 
@@ -13,7 +12,7 @@ namespace {
 constexpr std::size_t kFitted = 3;   // hypotheses worth a fit at full resolution
 constexpr double kComparable = 0.9;  // of the best score
 constexpr double kTie = 0.97;        // scores this close are told apart by the last rotation, if by anything
-constexpr double kAmbiguous = 0.95;
+constexpr double kAmbiguous = 0.8;
 
 // Among hypotheses that tie with the first, the one nearest in rotation goes first.
 void prefer_rotation(const Mat3d& R, std::vector<Hypothesis>* hypotheses) {
@@ -25,33 +24,35 @@ void prefer_rotation(const Mat3d& R, std::vector<Hypothesis>* hypotheses) {
   std::rotate(hypotheses->begin(), best, best + 1);
 }
 
-// The fits of the best hypotheses, in their order, with how well each is seen.
-struct Candidates {
-  std::array<std::optional<Fitted>, kFitted> fits;
-  std::array<double, kFitted> quality{};
-  std::size_t count = 0;
-
-  void add(Fitted fitted, const TrackerOptions& options) {
-    quality[count] = std::max(0.0, fit_quality(fitted, options));
-    fits[count++] = std::move(fitted);
-  }
-  // The first that no other beats by more than a tie.
-  std::size_t best(double tie) const {
-    std::size_t k = 0;
-    for (std::size_t i = 1; i < count; ++i)
-      if (tie * quality[i] > quality[k]) k = i;
-    return k;
-  }
-  // Quality of the best other pose over that of k; 0: all ended where k did.
-  double runner_up(std::size_t k) const {
-    double most = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      if (quality[k] > 0 && distinct(fits[i]->T_cam_obj, fits[k]->T_cam_obj))
-        most = std::max(most, quality[i] / quality[k]);
-    }
-    return std::min(1.0, most);
-  }
+// A hypothesis after its fit.
+struct Candidate {
+  std::size_t hypothesis;
+  Fitted fitted;
+  double quality;
 };
+
+// The first that no other beats by more than a tie.
+std::size_t best_of(const std::vector<Candidate>& all, double tie) {
+  std::size_t k = 0;
+  for (std::size_t i = 1; i < all.size(); ++i)
+    if (tie * all[i].quality > all[k].quality) k = i;
+  return k;
+}
+
+// Score of the best other pose over that of the chosen one; 0: all ended where it did.
+double runner_up(const std::vector<Hypothesis>& hypotheses, const std::vector<Candidate>& all,
+                 std::size_t chosen) {
+  const Rigidd& T = all[chosen].fitted.T_cam_obj;
+  double most = 0;
+  for (std::size_t h = 0; h < hypotheses.size(); ++h) {
+    const auto fit =
+        std::find_if(all.begin(), all.end(), [&](const Candidate& c) { return c.hypothesis == h; });
+    if (distinct(fit != all.end() ? fit->fitted.T_cam_obj : hypotheses[h].T_cam_obj, T))
+      most = std::max(most, hypotheses[h].score);
+  }
+  const double own = hypotheses[all[chosen].hypothesis].score;
+  return own > 0 ? std::min(1.0, most / own) : 1.0;
+}
 
 void doubt(double runner_up, Trust* trust) {
   if (runner_up < kAmbiguous || trust->status == Status::kLost) return;
@@ -71,24 +72,24 @@ std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& c
   if (hypotheses.empty()) return std::nullopt;
   if (query.near) prefer_rotation(query.near->R, &hypotheses);
 
-  Candidates all;
+  std::vector<Candidate> all;
   const double least = kComparable * hypotheses.front().score;
-  for (std::size_t k = 0; k < hypotheses.size() && all.count < kFitted && hypotheses[k].score >= least; ++k) {
+  for (std::size_t k = 0; k < hypotheses.size() && all.size() < kFitted && hypotheses[k].score >= least;
+       ++k) {
     const Rigidd& T = hypotheses[k].T_cam_obj;
     const FitTarget target{shape, T, Matrix6d::Zero(), memory, colors};
-    const Attempt attempt{options_.scale_start_m, options_.padding_m, options_.coarse_steps, {T}};
+    const Attempt attempt{0, options_.padding_m, 0, {T}};  // the search has come near already
     std::optional<Fitted> fitted = fitter->fit(frame, camera, target, attempt, query.plane);
     if (!fitted) continue;
-    if (is_part_of_something(fitted->outline)) continue;
-    all.add(std::move(*fitted), options_);
+    if (!query.mask && !query.box && is_part_of_something(fitted->outline)) continue;
+    const double quality = std::max(0.0, fit_quality(*fitted, options_));
+    all.push_back({k, std::move(*fitted), quality});
   }
-  if (all.count == 0) return std::nullopt;
+  if (all.empty()) return std::nullopt;
 
-  const std::size_t best = all.best(query.near ? kTie : 1);
-  const Fitted& fitted = *all.fits[best];
-  Found found{fitted, judge(fitted, options_, prior_log_odds), all.runner_up(best)};
-  for (const Hypothesis& h : hypotheses)  // those that were not worth a fit
-    if (h.score < least) found.runner_up = std::max(found.runner_up, h.score / hypotheses.front().score);
+  const std::size_t chosen = best_of(all, query.near ? kTie : 1);
+  const Fitted& fitted = all[chosen].fitted;
+  Found found{fitted, judge(fitted, options_, prior_log_odds), runner_up(hypotheses, all, chosen)};
   if (!query.near) doubt(found.runner_up, &found.trust);
   return found;
 }

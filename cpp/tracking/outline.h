@@ -16,8 +16,8 @@ struct Outline {
   int unknown = 0;  // no reading, outside the image, or something stands in front
 };
 
-// A face in a wall, a small object in a larger one: all that is seen agrees, but hardly anything ends where it
-// should.
+// A face in a wall, a small object in a larger one: all that is seen agrees, but hardly anything ends where
+// it should.
 bool is_part_of_something(const Outline& outline);
 
 Outline compare_outline(const DepthFrame& frame, const Camera& camera, const Shape& shape,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tracking/free_region.h"
 
@@ -15,7 +16,10 @@ constexpr int kCoarsePoints = 100, kFinePoints = 300, kSolidPoints = 60;
 constexpr double kWindow = 0.55;   // radius of a window's readings over the object's diameter
 constexpr double kSpacing = 0.35;  // of windows, over the diameter
 constexpr double kBeyond = 0.6;    // behind a window's middle, over the diameter: nothing of the object
-constexpr int kMostWindows = 6, kMostProposals = 12;
+constexpr int kMostCentres = 64;   // places that are looked at,
+constexpr int kMostWindows = 12;   // and those of about the object's size that are searched
+constexpr double kFilled = 0.75;   // of the object's box in the mean view
+constexpr int kAreaStride = 3, kMeanShifts = 3;
 constexpr float kContinuous_m = 0.015;
 constexpr int kReach_nodes = 2;
 
@@ -91,13 +95,15 @@ bool propose_mask(const SearchScene& scene, const Camera& camera, const Shape& s
 }
 
 // The readings within a window about a reading, in a crop of the scene that the object cannot leave.
-bool propose_window(const SearchScene& scene, const Camera& camera, const Shape& shape, int centre,
-                    int component, double radius_m, ProposalScratch* scratch, Proposal* out) {
+bool propose_window(const SearchScene& scene, const Camera& camera, const Shape& shape, Vec3f middle,
+                    double radius_m, ProposalScratch* scratch, Proposal* out) {
   const Intrinsics<float> K = camera.K.cast<float>();
-  const Vec3f middle = scene.point(K, centre);
   const int reach = 1 + static_cast<int>((1.2 * shape.diameter_m) * camera.K.fx /
                                          static_cast<double>(middle.z) / scene.step);
-  const int i = centre % scene.width, j = centre / scene.width;
+  const Vec2f u = project(K, middle);
+  const auto step = static_cast<float>(scene.step);
+  const int i = static_cast<int>(std::lround((u.x - static_cast<float>(scene.x0)) / step)),
+            j = static_cast<int>(std::lround((u.y - static_cast<float>(scene.y0)) / step));
   const Rect window{std::max(0, i - reach), std::max(0, j - reach), std::min(scene.width, i + reach + 1),
                     std::min(scene.height, j + reach + 1)};
   crop(scene, window, &scratch->window);
@@ -107,7 +113,6 @@ bool propose_window(const SearchScene& scene, const Camera& camera, const Shape&
     for (int x = 0; x < cropped.width; ++x) {
       const std::size_t k = cropped.at(x, y);
       if (cropped.node[k] != Node::kCandidate) continue;
-      if (component >= 0 && scratch->component[scene.at(window.x0 + x, window.y0 + y)] != component) continue;
       if (norm(cropped.point(K, static_cast<int>(k)) - middle) < static_cast<float>(radius_m) &&
           among_its_like(cropped, x, y))
         scratch->nodes.push_back(static_cast<int>(k));
@@ -133,6 +138,56 @@ void spread_centres(const SearchScene& scene, const Camera& camera, const std::v
       apart[k] = std::min(apart[k], norm(scene.point(K, nodes[k]) - p));
     next = static_cast<std::size_t>(std::max_element(apart.begin(), apart.end()) - apart.begin());
   }
+}
+
+// Mean of the readings within a window, and how much surface they are.
+struct WindowContent {
+  Vec3f mean;
+  double area_m2;
+};
+
+WindowContent content(const SearchScene& scene, const Intrinsics<float>& K, const std::vector<int>& nodes,
+                      Vec3f middle, float reach_m) {
+  const double node_area = static_cast<double>(scene.step) * scene.step / static_cast<double>(K.fx * K.fy);
+  Vec3f sum{0, 0, 0};
+  double area_m2 = 0;
+  int count = 0;
+  for (std::size_t k = 0; k < nodes.size(); k += kAreaStride) {
+    const Vec3f p = scene.point(K, nodes[k]);
+    if (!(norm(p - middle) < reach_m)) continue;
+    sum = sum + p, ++count;
+    area_m2 += kAreaStride * node_area * static_cast<double>(p.z * p.z);
+  }
+  return {count > 0 ? (1.0f / static_cast<float>(count)) * sum : middle, area_m2};
+}
+
+// Windows are moved onto what they hold; of those that then agree one is kept, and of many those that hold
+// about as much surface as the object shows. Where a pose was given the first stays as it is.
+void settle_centres(const SearchScene& scene, const Camera& camera, const Shape& shape,
+                    const std::vector<int>& nodes, bool first_stays, std::vector<Vec3f>* middles) {
+  const Intrinsics<float> K = camera.K.cast<float>();
+  const Vec3d& h = shape.half_box_m;
+  const double expected_m2 = kFilled * 4 / 3 * (h.x * h.y + h.y * h.z + h.z * h.x);
+  const auto reach = static_cast<float>(kWindow * shape.diameter_m),
+             apart = static_cast<float>(kSpacing * shape.diameter_m);
+  std::vector<std::pair<double, Vec3f>> ranked;
+  for (std::size_t c = 0; c < middles->size(); ++c) {
+    const bool first = first_stays && c == 0;
+    Vec3f middle = (*middles)[c];
+    for (int k = 0; k < kMeanShifts && !first; ++k) middle = content(scene, K, nodes, middle, reach).mean;
+    if (std::any_of(ranked.begin(), ranked.end(),
+                    [&](const auto& other) { return norm(other.second - middle) < apart; }))
+      continue;
+    const double area_m2 = content(scene, K, nodes, middle, reach).area_m2;
+    ranked.emplace_back(first ? -1 : std::abs(std::log(std::max(1e-6, area_m2) / expected_m2)), middle);
+  }
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (auto& r : ranked)
+      fprintf(stderr, "   r %.2f  %.3f %.3f %.3f\n", r.first, r.second.x, r.second.y, r.second.z);
+  middles->clear();
+  for (const auto& [rank, middle] : ranked)
+    if (middles->size() < kMostWindows) middles->push_back(middle);
 }
 
 }  // namespace
@@ -166,12 +221,14 @@ void make_proposals(const SearchScene& scene, const Camera& camera, const Shape&
     if (!nodes.empty()) {
       Vec3f first = ((1.0 / static_cast<double>(nodes.size())) * sum).cast<float>();
       if (query.near) first = query.near->t.cast<float>();
-      spread_centres(scene, camera, nodes, first, kSpacing * shape.diameter_m, query.box ? 1 : kMostWindows,
+      spread_centres(scene, camera, nodes, first, kSpacing * shape.diameter_m, query.box ? 1 : kMostCentres,
                      scratch);
-      const std::vector<int> centres = scratch->centres;
-      for (const int centre : centres)
-        count +=
-            propose_window(scene, camera, shape, centre, -1, kWindow * shape.diameter_m, scratch, next());
+      std::vector<Vec3f>& middles = scratch->middles;
+      middles.clear();
+      for (const int centre : scratch->centres) middles.push_back(scene.point(K, centre));
+      if (!query.box) settle_centres(scene, camera, shape, nodes, query.near.has_value(), &middles);
+      for (const Vec3f& middle : middles)
+        count += propose_window(scene, camera, shape, middle, kWindow * shape.diameter_m, scratch, next());
     }
   }
   out->resize(count);

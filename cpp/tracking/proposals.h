@@ -22,7 +22,8 @@ struct Proposal {
 
 struct ProposalScratch {
   SearchScene window;
-  std::vector<int> nodes, stack, component, centres;
+  std::vector<int> nodes, stack, centres;
+  std::vector<Vec3f> middles;
   std::vector<float> depths, nearest_m, nearest_px, apart;
   std::vector<unsigned char> free, ringed;
   DistanceScratch transform;

@@ -25,13 +25,12 @@ namespace {
 constexpr int kSeedsPerChunk = 8;
 constexpr std::size_t kKept = 15,
                       kKeptOfMany = 24;  // distinct fits that are refined: of one place, of several
-constexpr int kKeptPerPlace = 8;
 constexpr std::size_t kMostReturned = 8;
 constexpr int kOutlineStride = 2;
 constexpr int kRankPoints = 150, kDensePoints = 1500;
 constexpr float kOfSurface_m = 0.008f;
 constexpr double kTied = 0.75;  // of the best score
-constexpr std::size_t kMostTied = 8;
+constexpr std::size_t kMostTied = 8, kTurned = 2;
 constexpr double kIndependent = 30;  // readings, of which neighbours share errors of the sensor and the shape
 constexpr float kFloor = 0.1f, kInside = 0.005f;
 constexpr float kUncovered = 2.0f;  // cost of a box that the object does not cover at all
@@ -42,8 +41,8 @@ const std::vector<Vec3f> kNone;
 constexpr int kBoxSeeds = 3 * kSearchSeeds;  // rotations for a box: a place is cheap to try
 constexpr std::size_t kMostFitted = 480;     // of these, by the best place of each
 // A result below this score is not believed, and rotations between the first ones are tried.
-constexpr int kRounds = 2;
-constexpr double kConvincing = 0.85, kBetween_rad = 0.12;
+constexpr int kRounds = 4;
+constexpr double kConvincingMask = 0.85, kConvincing = 0.6, kBetween_rad = 0.12;
 constexpr QuickStage kFirst{0.020f, kFloor, kInside, 0};
 constexpr QuickStage kRank{0.006f, kFloor, kInside, 0}, kFinal{0.002f, kFloor, kFloor, 3};
 
@@ -131,6 +130,7 @@ struct Search {
   void fit_seeds() const;
   void keep_best() const;
   void refine() const;
+  void turn_half() const;
   void judge(Hypothesis* h) const;
   void drop_copies() const;
   void break_ties() const;
@@ -168,9 +168,16 @@ void Search::place_seeds(int round) const {
     }
   });
   if (one_place() || count <= kMostFitted) return;
-  std::stable_sort(s->starts.begin(), s->starts.end(),
-                   [](const Start& a, const Start& b) { return a.cost < b.cost; });
-  s->starts.resize(kMostFitted);
+  // Costs of different places do not compare: each sends its own best.
+  const std::size_t each = kMostFitted / s->proposals.size();
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < s->proposals.size(); ++k) {
+    const auto first = s->starts.begin() + static_cast<std::ptrdiff_t>(k) * seeds, last = first + seeds;
+    std::stable_sort(first, last, [](const Start& a, const Start& b) { return a.cost < b.cost; });
+    for (std::size_t i = 0; i < std::min(each, static_cast<std::size_t>(seeds)); ++i)
+      s->starts[kept++] = first[static_cast<std::ptrdiff_t>(i)];
+  }
+  s->starts.resize(kept);
 }
 
 void Search::fit_seeds() const {
@@ -204,7 +211,7 @@ void Search::keep_best() const {
   std::vector<Rigidd> poses;
   std::vector<int> of_place(s->proposals.size(), 0);
   const std::size_t most = one_place() ? kKept : kKeptOfMany;
-  const int most_per_place = one_place() || query.box ? static_cast<int>(most) : kKeptPerPlace;
+  const int most_per_place = static_cast<int>(most / s->proposals.size());
   for (const std::size_t i : order) {
     if (s->kept.size() >= most) break;
     const Start& start = s->starts[i];
@@ -244,6 +251,19 @@ void Search::refine() const {
   });
   std::stable_sort(s->refined.begin(), s->refined.end(),
                    [](const Refined& a, const Refined& b) { return a.h.score > b.h.score; });
+}
+
+// Many objects look nearly the same after half a turn about an axis of their box: the best poses are tried
+// so, too, whatever rotations the grid has.
+void Search::turn_half() const {
+  s->kept.clear();
+  for (std::size_t k = 0; k < std::min(kTurned, s->refined.size()); ++k)
+    for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
+      const Rigidd& T = s->refined[k].h.T_cam_obj;
+      const Rigidd turned{T.R * rotation_exp(std::numbers::pi * axis), T.t};
+      s->kept.push_back({s->refined[k].proposal, inverse(turned).cast<float>(), 0});
+    }
+  refine();
 }
 
 // Fits from different starts that ended in one place are one.
@@ -305,8 +325,9 @@ std::vector<Hypothesis> search_pose(const DepthFrame& frame, const Camera& camer
     search.fit_seeds();
     search.keep_best();
     search.refine();
-    if (!s->refined.empty() && s->refined[0].h.score > kConvincing) break;
+    if (!s->refined.empty() && s->refined[0].h.score > (query.mask ? kConvincingMask : kConvincing)) break;
   }
+  search.turn_half();
   search.drop_copies();
   search.break_ties();
   std::vector<Hypothesis> found;

@@ -11,7 +11,6 @@ namespace {
 constexpr int kLeastAgreeing = 6;  // surface points; fewer say nothing
 constexpr double kExplained_m = 0.005, kExplainedPerNoise = 4;
 constexpr double kEnoughSeen = 0.8;  // share of the visible surface that must be read for a full score
-constexpr double kEnoughEnds = 0.4;  // share of the outline that must end in a step of depth
 
 double ratio(int part, int whole) { return whole > 0 ? static_cast<double>(part) / whole : 0.0; }
 
@@ -40,9 +39,8 @@ double score_of_mask(const Visibility& seen, double explained) { return unhidden
 
 double score_of_place(const Visibility& seen, const Outline& outline) {
   const double read = ratio(seen.agree, seen.agree + seen.farther + seen.nearer);
-  const int known = outline.ends + outline.runs_on;
-  const double ends = known > 0 ? ratio(outline.ends, known) : 1.0;
-  return unhidden(seen) * std::sqrt(std::min(1.0, read / kEnoughSeen)) * std::min(1.0, ends / kEnoughEnds);
+  if (seen.agree < kLeastAgreeing) return 0;
+  return evidence_share({seen, outline, 1, 0, {}}, 0) * std::sqrt(std::min(1.0, read / kEnoughSeen));
 }
 
 }  // namespace sdftrack

@@ -15,7 +15,7 @@ double explained_share(const SdfView& sdf, const std::vector<Vec3f>& readings_ca
 // it should be, times the share of the readings that are explained.
 double score_of_mask(const Visibility& seen, double explained);
 
-// They are not: then the object must end where it should, too, and enough of it must be seen.
+// They are not: then the evidence that a pose is judged by, and enough of the object must be seen.
 double score_of_place(const Visibility& seen, const Outline& outline);
 
 }  // namespace sdftrack
