@@ -183,7 +183,7 @@ void settle_centres(const SearchScene& scene, const Camera& camera, const Shape&
   }
   std::stable_sort(ranked.begin(), ranked.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
-    middles->clear();
+  middles->clear();
   for (const auto& [rank, middle] : ranked)
     if (middles->size() < kMostWindows) middles->push_back(middle);
 }
