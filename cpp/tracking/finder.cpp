@@ -9,9 +9,9 @@ namespace sdftrack {
 
 namespace {
 
-constexpr std::size_t kFitted = 3;   // hypotheses worth a fit at full resolution
-constexpr double kComparable = 0.9;  // of the best score
-constexpr double kTie = 0.97;        // scores this close are told apart by the last rotation, if by anything
+constexpr std::size_t kFitted = 3;    // hypotheses worth a fit at full resolution
+constexpr double kComparable = 0.85;  // of the best score
+constexpr double kTie = 0.97;         // scores this close are told apart by the last rotation, if by anything
 constexpr double kAmbiguous = 0.8;
 
 // Among hypotheses that tie with the first, the one nearest in rotation goes first.
@@ -73,16 +73,18 @@ std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& c
   if (query.near) prefer_rotation(query.near->R, &hypotheses);
 
   std::vector<Candidate> all;
+  FitMemory known = memory;
   const double least = kComparable * hypotheses.front().score;
   for (std::size_t k = 0; k < hypotheses.size() && all.size() < kFitted && hypotheses[k].score >= least;
        ++k) {
     const Rigidd& T = hypotheses[k].T_cam_obj;
-    const FitTarget target{shape, T, Matrix6d::Zero(), memory, colors};
+    const FitTarget target{shape, T, Matrix6d::Zero(), known, colors};
     const Attempt attempt{0, options_.padding_m, 0, {T}};  // the search has come near already
     std::optional<Fitted> fitted = fitter->fit(frame, camera, target, attempt, query.plane);
     if (!fitted) continue;
     if (!query.mask && !query.box && is_part_of_something(fitted->outline)) continue;
-    const double quality = std::max(0.0, fit_quality(*fitted, options_));
+    if (!known.noise_known) known = fitted->memory;  // the others are compared under the same noise
+    const double quality = hypotheses[k].score * std::max(0.0, fit_quality(*fitted, options_));
     all.push_back({k, std::move(*fitted), quality});
   }
   if (all.empty()) return std::nullopt;
