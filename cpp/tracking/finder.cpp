@@ -12,6 +12,7 @@ namespace {
 constexpr std::size_t kFitted = 3;    // hypotheses worth a fit at full resolution
 constexpr double kComparable = 0.85;  // of the best score
 constexpr double kTie = 0.97;         // scores this close are told apart by the last rotation, if by anything
+constexpr double kLeastEndsThere = 0.1;  // where the object is known to be, with whatever it touches
 constexpr double kAmbiguous = 0.8;
 
 // Among hypotheses that tie with the first, the one nearest in rotation goes first.
@@ -74,6 +75,7 @@ std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& c
 
   std::vector<Candidate> all;
   FitMemory known = memory;
+  const double least_ends = query.mask || query.box ? kLeastEndsThere : kLeastEnds;
   const double least = kComparable * hypotheses.front().score;
   for (std::size_t k = 0; k < hypotheses.size() && all.size() < kFitted && hypotheses[k].score >= least;
        ++k) {
@@ -82,7 +84,7 @@ std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& c
     const Attempt attempt{0, options_.padding_m, 0, {T}};  // the search has come near already
     std::optional<Fitted> fitted = fitter->fit(frame, camera, target, attempt, query.plane);
     if (!fitted) continue;
-    if (!query.mask && !query.box && is_part_of_something(fitted->outline)) continue;
+    if (is_part_of_something(fitted->outline, least_ends)) continue;
     if (!known.noise_known) known = fitted->memory;  // the others are compared under the same noise
     const double quality = hypotheses[k].score * std::max(0.0, fit_quality(*fitted, options_));
     all.push_back({k, std::move(*fitted), quality});

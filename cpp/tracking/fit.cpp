@@ -197,7 +197,8 @@ void PoseFitter::fit_fine(State* x, Fitted* fitted, bool move) {
     if (options.color) fitted->cost = summary.cost, fitted->foreground = summary.foreground;
     const double area_px = correlation_area(options, &fitted->memory);
     const Matrix6d increment = increment_covariance(summary, target_->shape, area_px);
-    fitted->centre_sd_m = std::sqrt(increment.topLeftCorner<3, 3>().diagonal().maxCoeff());
+    fitted->centre_sd =
+        std::sqrt(increment.topLeftCorner<3, 3>().diagonal().maxCoeff()) / (0.5 * target_->shape.diameter_m);
     fitted->covariance = camera_covariance(increment, inverse(x->T_obj_cam[0]), -target_->shape.centre_obj);
   }
 }

@@ -57,8 +57,8 @@ struct Fitted {
   double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
   Visibility seen;
   Outline outline;
-  double roughness = 1;    // see PoseEvidence
-  double centre_sd_m = 0;  // likewise
+  double roughness = 1;  // see PoseEvidence
+  double centre_sd = 0;  // likewise
   FitMemory memory;
   std::vector<TrackStep> steps;
 };
@@ -68,7 +68,7 @@ struct Fitted {
 double fit_quality(const Fitted& fitted, const TrackerOptions& options);
 
 inline PoseEvidence evidence_of(const Fitted& f) {
-  PoseEvidence evidence{f.seen, f.outline, f.roughness, f.centre_sd_m, {}};
+  PoseEvidence evidence{f.seen, f.outline, f.roughness, f.centre_sd, {}};
   if (f.foreground >= 0) evidence.color_agreement = f.foreground;
   return evidence;
 }

@@ -58,7 +58,7 @@ struct TrackerOptions {
   double lost_evidence = 0.02;  // least chance, by the evidence, that this is the object at this pose
   double weak_evidence = 0.5;
   double search_odds = 0.05;  // of what a search without mask or box has found, before any evidence
-  int trust_points = 160;
+  int trust_points = 320;
 };
 
 }  // namespace sdftrack

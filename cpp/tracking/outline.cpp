@@ -60,14 +60,13 @@ bool step_outside(const Eye& eye, const Shape& shape, const Rigidd& T_obj_cam, c
   return false;
 }
 
-constexpr double kLeastEnds = 0.3;  // of the outline that is not hidden
-constexpr int kEnoughOutline = 6;   // directions; fewer say nothing
+constexpr int kEnoughOutline = 6;  // directions; fewer say nothing
 
 }  // namespace
 
-bool is_part_of_something(const Outline& outline) {
+bool is_part_of_something(const Outline& outline, double least_ends) {
   const int known = outline.ends + outline.runs_on;
-  return known >= kEnoughOutline && outline.ends < kLeastEnds * known;
+  return known >= kEnoughOutline && outline.ends < least_ends * known;
 }
 
 Outline compare_outline(const DepthFrame& frame, const Camera& camera, const Shape& shape,

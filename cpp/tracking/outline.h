@@ -18,7 +18,8 @@ struct Outline {
 
 // A face in a wall, a small object in a larger one: all that is seen agrees, but hardly anything ends where
 // it should.
-bool is_part_of_something(const Outline& outline);
+constexpr double kLeastEnds = 0.3;  // share of the directions that nothing hides
+bool is_part_of_something(const Outline& outline, double least_ends = kLeastEnds);
 
 Outline compare_outline(const DepthFrame& frame, const Camera& camera, const Shape& shape,
                         const Rigidd& T_cam_obj, double noise_m);

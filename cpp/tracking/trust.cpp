@@ -13,17 +13,18 @@ constexpr double kFarPose_m = 0.020, kFarPose_rad = 10 * std::numbers::pi / 180;
 constexpr double kRead = 0.25;  // weak: a smaller share of the visible surface is read on the object
 constexpr double kReadWidth = 0.03;
 constexpr double kHardlyRead = 0.05;
-constexpr int kEnough = 6;  // agreeing points; fewer say nothing
+constexpr int kFewEnds = 3;  // directions in which the object is seen to end
+constexpr int kEnough = 6;   // agreeing points; fewer say nothing
 
 // Logistic regression over poses with known error, true ones, disturbed ones and those where a fit went
 // astray or was made to another object (python -m sdftrack.eval.trust fit; docs/trust.md).
 struct Weights {
-  double constant = -23.69;
-  double log_gap = -1.30;   // of the mean gap in mm, plus 0.5
-  double unhidden = 27.24;  // agree / (agree + farther)
-  double log_ends = 0.80;   // odds that the surface ends where the outline does
-  double missing = -2.11;   // share of the points without a reading
-  double log_rough = -1.56;
+  double constant = -25.97;
+  double log_gap = -1.22;   // of the mean gap in mm, plus 0.5
+  double unhidden = 29.29;  // agree / (agree + farther)
+  double log_ends = 0.87;   // odds that the surface ends where the outline does
+  double missing = -4.22;   // share of the points without a reading
+  double log_rough = -1.55;
   double color = 8.0;  // of the colours' agreement, less kColorEven
 };
 constexpr Weights kWeights;
@@ -93,10 +94,10 @@ Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const Trac
     trust.status = Status::kWeak;
     trust.reason = doubt(evidence);
     belief = std::min(belief, options.weak_evidence);
-  } else if (evidence.centre_sd_m > kFarPose_m) {
+  } else if (evidence.centre_sd > 1 && evidence.outline.ends < kFewEnds) {
     trust.status = Status::kWeak;
-    trust.reason = "the view leaves the position open: sd " +
-                   std::to_string(std::lround(1e3 * evidence.centre_sd_m)) + " mm along one axis";
+    trust.reason =
+        "the view hardly shows an edge and leaves the position open by more than the object's size";
   }
   if (trust.status == Status::kLost) return trust;
   // That this is the object at this pose, that enough of it is read to tell, that the error left is small.

@@ -17,8 +17,8 @@ enum class Status { kOk, kWeak, kLost, kBadFrame };
 struct PoseEvidence {
   Visibility seen;
   Outline outline;
-  double roughness = 1;    // residuals of the fit over the noise that readings have among themselves
-  double centre_sd_m = 0;  // of the object's centre, along its least certain axis
+  double roughness = 1;  // residuals of the fit over the noise that readings have among themselves
+  double centre_sd = 0;  // of the object's centre, along its least certain axis
   std::optional<double> color_agreement;  // mean chance by colour that the visible surface is the object
 };
 

@@ -36,14 +36,18 @@ TEST(So3Grid, no_direction_is_preferred) {
 
 TEST(SearchScore, what_the_sensor_sees_past_lowers_it_and_what_hides_hardly_does) {
   const Outline ends{24, 0, 0};
-  const double right = score_of_place({100, 90, 5, 5, 0}, ends);
+  const double gap_m = 0.001, right = score_of_place({100, 98, 0, 2, 0, gap_m}, ends);
   EXPECT_GT(right, 0.9);
-  EXPECT_GT(score_of_place({100, 50, 3, 47, 0}, ends), 0.7);
-  EXPECT_LT(score_of_place({100, 50, 47, 3, 0}, ends), 0.55);
+  EXPECT_GT(score_of_place({100, 50, 0, 50, 0, gap_m}, ends), 0.75 * right);
+  EXPECT_LT(score_of_place({100, 50, 50, 0, 0, gap_m}, ends), 0.1 * right);
+  EXPECT_LT(score_of_place({100, 98, 0, 2, 0, 5 * gap_m}, ends), right);
 }
 
 TEST(SearchScore, a_face_in_a_wall_is_no_object) {
-  EXPECT_EQ(score_of_place({100, 100, 0, 0, 0}, Outline{0, 24, 0}), 0);
+  const Visibility seen{100, 100, 0, 0, 0, 0.001};
+  EXPECT_LT(score_of_place(seen, Outline{0, 24, 0}), score_of_place(seen, Outline{24, 0, 0}));
+  EXPECT_TRUE(is_part_of_something(Outline{0, 24, 0}));
+  EXPECT_FALSE(is_part_of_something(Outline{0, 3, 21}));  // too little to tell
 }
 
 TEST(SearchScore, a_mask_must_be_explained) {

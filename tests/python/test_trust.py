@@ -70,6 +70,7 @@ def test_the_interpolation_error_is_known_where_the_field_is():
 CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
 BOX_M = [0.12, 0.09, 0.06]
 RIGHT, WRONG = 0.8, 0.5  # confidence above, below
+CLEARLY = 0.3  # of the right pose over the same pose disturbed
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +98,9 @@ def moved(T, metres, degrees, seed=0):
 @pytest.mark.parametrize("noise", [0.001, "kinect"])
 def test_a_cube_that_fits_two_faces_of_a_longer_box_is_not_called_ok(box, clutter, noise):
     cube = st.SDF.box([0.1, 0.1, 0.1], voxels=80)
-    for seed in range(3):  # the first view shows one face alone, in which the cube may slide: ok, not believed
+    for seed in range(
+        3
+    ):  # the first view shows one face alone, in which the cube may slide: ok, not believed
         frame, T = scene(box, seed, clutter, noise)
         right = st.Tracker(box, CAMERA, threads=1, recover=False).start(frame, poses=[T])
         assert right.ok
@@ -114,10 +117,14 @@ def test_a_cube_that_fits_two_faces_of_a_longer_box_is_not_called_ok(box, clutte
 @pytest.mark.parametrize(("metres", "degrees"), [(0.03, 0), (0, 25), (0.025, 15), (0.05, 40)])
 def test_a_disturbed_pose_judged_as_it_is_is_not_believed(box, metres, degrees):
     tracker = st.Tracker(box, CAMERA, threads=1)
+    wrong = []
     for seed in range(5):
         frame, T = scene(box, seed)
-        assert confidence.judged(tracker, frame, T)["confidence"] > RIGHT
-        assert confidence.judged(tracker, frame, moved(T, metres, degrees, seed)).get("confidence", 0) < WRONG
+        right = confidence.judged(tracker, frame, T)["confidence"]
+        assert right > RIGHT
+        wrong.append(confidence.judged(tracker, frame, moved(T, metres, degrees, seed)).get("confidence", 0))
+        assert wrong[-1] < right - CLEARLY
+    assert np.median(wrong) < WRONG  # a box hardly changes its looks under some turns
 
 
 def test_an_object_that_is_not_there_is_not_found_in_a_table(box):

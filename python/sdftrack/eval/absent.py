@@ -33,7 +33,7 @@ def osd_scenes(folder: Path) -> Iterator[tuple[str, Any, Any]]:
     if not paths:
         raise FileNotFoundError(f"{folder}: expected NAME_depth.png; is this the osd folder?")
     for path in paths:
-        depth = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+        depth: Any = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
         camera = st.Camera(K["fx"], K["fy"], K["cx"], K["cy"], depth.shape[1], depth.shape[0])
         yield path.name.removesuffix("_depth.png"), st.Frame(depth, depth_scale=0.001), camera
 

@@ -18,7 +18,18 @@ from numpy.typing import NDArray
 
 from sdftrack.eval.real import off_pose
 
-__all__ = ["FEATURES", "Sample", "area_under_roc", "features", "fit_weights", "format_areas", "judged", "lookalikes", "recorded", "synthetic"]
+__all__ = [
+    "FEATURES",
+    "Sample",
+    "area_under_roc",
+    "features",
+    "fit_weights",
+    "format_areas",
+    "judged",
+    "lookalikes",
+    "recorded",
+    "synthetic",
+]
 
 Array = NDArray[np.float64]
 FAR_M, FAR_RAD = 0.020, np.deg2rad(10.0)
@@ -117,7 +128,7 @@ def trackers(sdf: Any, camera: Any, threads: int) -> tuple[Any, Any]:
     """(one that calls nothing lost, so that its wrong ends are seen; one that judges as usual)."""
     import sdftrack as st
 
-    common = {"mode": "depth", "threads": threads, "recover": False}
+    common: dict[str, Any] = {"mode": "depth", "threads": threads, "recover": False}
     credulous = st.Tracker(sdf, camera, lost_inliers=0.0, lost_evidence=0.0, **common)
     return credulous, st.Tracker(sdf, camera, **common)
 

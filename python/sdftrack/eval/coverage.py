@@ -14,7 +14,15 @@ from numpy.typing import NDArray
 from sdftrack.eval.real import YCB_NAMES
 from sdftrack.eval.truth import Truth, noisy
 
-__all__ = ["CHI2_95", "Coverage", "coverage", "error_vector", "format_coverage", "run_recorded", "synthetic_coverage"]
+__all__ = [
+    "CHI2_95",
+    "Coverage",
+    "coverage",
+    "error_vector",
+    "format_coverage",
+    "run_recorded",
+    "synthetic_coverage",
+]
 
 Array = NDArray[np.float64]
 CHI2_95 = {1: 3.841, 3: 7.815, 6: 12.592}

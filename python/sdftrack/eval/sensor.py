@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -49,10 +50,12 @@ def fit_noise(z: Array, sd: Array) -> tuple[float, float]:
 def binned(z: Array, value: Array, edges: Array, quantile: float = 0.5) -> list[tuple[float, float, int]]:
     """(middle, quantile of value, count) of the bins that hold enough."""
     rows = []
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in itertools.pairwise(edges):
         here = (z >= low) & (z < high)
         if here.sum() >= SAMPLES:
-            rows.append((float(np.median(z[here])), float(np.quantile(value[here], quantile)), int(here.sum())))
+            rows.append(
+                (float(np.median(z[here])), float(np.quantile(value[here], quantile)), int(here.sum()))
+            )
     return rows
 
 
@@ -87,7 +90,9 @@ def run_sensor(data: Path, threads: int = 0) -> str:
     for name, still in (("k1", 25), ("ycbv10", 0)):
         with st.open_sequence(data / name) as seq:
             depths = np.array([seq[i].depth for i in range(still or len(seq))], np.float64)
-            curves = {"between neighbours": [np.concatenate(p) for p in zip(*map(local_sd, depths), strict=True)]}
+            curves = {
+                "between neighbours": [np.concatenate(p) for p in zip(*map(local_sd, depths), strict=True)]
+            }
             if still:
                 curves["over time"] = list(temporal_sd(depths))
             for kind, (z, sd) in curves.items():
