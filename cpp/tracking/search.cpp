@@ -152,7 +152,9 @@ void Search::place_seeds(int round) const {
       Start& start = s->starts[k];
       start.proposal = static_cast<int>(k) / seeds;
       const Proposal& proposal = place(start.proposal);
-      placer.turn(between * seed_rotation(first + static_cast<int>(k) % seeds, all), proposal);
+      const int seed = static_cast<int>(k) % seeds;
+      placer.turn(query.near && seed == 0 ? query.near->R : between * seed_rotation(first + seed, all),
+                  proposal);
       if (one_place()) {
         start = {start.proposal, inverse(placer.on_centroid()).cast<float>(), 0};
         continue;

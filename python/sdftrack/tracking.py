@@ -258,13 +258,18 @@ class Tracker:
         Raises
         ------
         RuntimeError
-            Before :meth:`start`.
+            Before :meth:`start`, or between :meth:`add` or :meth:`remove` and the next frame.
         ValueError
             An empty mask, a box outside the image, both of them, or one of them for several objects.
         """
         of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
         if self._last is None:
-            raise RuntimeError("recover: call start(frame) first")
+            first = (
+                "track(frame), for the objects are not the last frame's"
+                if self._index >= 0
+                else "start(frame)"
+            )
+            raise RuntimeError(f"recover: call {first} first")
         camera = self._camera_of(frame)
         place = one_place(None, mask, box, camera)
         with self._alone():

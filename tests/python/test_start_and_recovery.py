@@ -364,6 +364,9 @@ def test_add_remove_and_recover_check_what_they_are_given(tracker, body):
     with pytest.raises(RuntimeError, match="call start"):
         tracker.recover(frame)
     tracker.start(frame, poses=POSE)
+    tracker.remove(tracker.add(body))
+    with pytest.raises(RuntimeError, match="call track"):
+        tracker.recover(frame)
     with pytest.raises(TypeError, match=r"shape: expected st\.SDF"):
         tracker.add("bracket.ply")
     with pytest.raises(ValueError, match="expected one of pose, mask and box, got pose and mask"):

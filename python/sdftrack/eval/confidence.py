@@ -238,7 +238,7 @@ def format_areas(name: str, samples: Seq[Sample]) -> str:
     return (
         f"{name:14s} {len(samples):5d} poses: AUC of fits {area_under_roc(score[fits], right[fits]):.4f}, "
         f"true against wrong {area_under_roc(score[against], right[against]):.4f}, "
-        f"true against disturbed {area_under_roc(score[given], right[given]):.4f}; of fits "
+        f"true against disturbed {area_under_roc(score[given], kind[given] == 'true'):.4f}; of fits "
         f"{100 * np.mean(score[fits & right] < 0.5):.1f} % of the right are doubted, "
         f"{100 * np.mean(score[fits & ~right] > 0.5):.1f} % of the wrong are not ({(fits & ~right).sum()} wrong)"
     )

@@ -3,6 +3,7 @@
 
 python -m sdftrack.eval.real ycbv10 --data DIR     # random starts 10 mm / 5 deg off the truth
 python -m sdftrack.eval.real k1 --data DIR         # each of two sponges by itself, still and in the hand
+python -m sdftrack.eval.real ycbv10 --data DIR --from-mask    # the same without a pose: from the first frame's mask
 """
 
 from __future__ import annotations
@@ -99,8 +100,12 @@ def run_ycbv10(
     voxels: int = 200,
     options: dict[str, Any] | None = None,
     say: Callable[[str], None] = lambda text: None,
+    from_mask: bool = False,
 ) -> dict[str, dict[str, Any]]:
-    """Start each object off the truth `starts` times, track `frames` frames, judge the last pose."""
+    """Start each object off the truth `starts` times, track `frames` frames, judge the last pose.
+
+    With `from_mask` from the mask of every frame that `frames` frames follow, whatever `starts`.
+    """
     import sdftrack as st
 
     out: dict[str, dict[str, Any]] = {}
@@ -115,14 +120,18 @@ def run_ycbv10(
             axis = cup_axis(mesh.vertices) if obj_id == 2 else None
             turns = {1: half_turns(centre), 2: None, 3: half_turns(centre, quarter_axis=1)}[obj_id]
             rows: list[dict[str, Any]] = []
-            for n in range(starts):
+            firsts = len(stock) - frames + 1
+            for n in range(firsts if from_mask else starts):
                 first = n % (len(stock) - frames + 1)
                 T = seq.ground_truth[first][k]
                 rng = np.random.default_rng([obj_id, n])
                 camera = stock[first].camera or seq.camera
                 tracker = st.Tracker(sdf, camera, **{"mode": "depth", **(options or {})})
                 results = track_frames(
-                    tracker, stock[first : first + frames], [off_pose(T, START_OFF_M, START_OFF_RAD, rng)]
+                    tracker,
+                    stock[first : first + frames],
+                    None if from_mask else [off_pose(T, START_OFF_M, START_OFF_RAD, rng)],
+                    start_options={"masks": [seq.masks(first)[k]]} if from_mask else None,
                 )
                 last = first + frames - 1
                 truth = np.array([seq.ground_truth[first][k], seq.ground_truth[last][k]])
@@ -219,8 +228,9 @@ def run_k1(
     options: dict[str, Any] | None = None,
     say: Callable[[str], None] = lambda text: None,
     keep_poses: bool = False,
+    from_mask: bool = False,
 ) -> dict[str, dict[str, Any]]:
-    """Track each sponge by itself from its reference pose in frame 0."""
+    """Track each sponge by itself from its reference pose in frame 0, or from its mask there."""
     import sdftrack as st
 
     out: dict[str, dict[str, Any]] = {}
@@ -236,7 +246,11 @@ def run_k1(
                     say(f"{SIDES[k]} {i:3d}: {result.status[0]} {result.reason[0]}")
 
             results = track_frames(
-                tracker, (seq[i] for i in range(frames)), [np.asarray(seq.ground_truth[0][k])], told
+                tracker,
+                (seq[i] for i in range(frames)),
+                None if from_mask else [np.asarray(seq.ground_truth[0][k])],
+                told,
+                {"masks": [seq.masks(0)[k]]} if from_mask else None,
             )
             poses = np.array([r.poses[0] for r in results])
             overlap = {
@@ -331,6 +345,9 @@ def _parser() -> argparse.ArgumentParser:
     p.add_argument(
         "--frames", type=int, default=0, help="ycbv10: frames after which a start is judged (5); k1: 141"
     )
+    p.add_argument(
+        "--from-mask", action="store_true", help="start from the first frame's mask, not from a pose"
+    )
     p.add_argument("--voxels", type=int, default=200)
     p.add_argument("--threads", type=int, default=0)
     p.add_argument(
@@ -352,11 +369,12 @@ def main(arguments: Seq[str] | None = None) -> int:
 
     if a.case == "ycbv10":
         ids = [i for i, n in YCB_NAMES.items() if not names or n in names]
-        rows = run_ycbv10(data, a.starts, a.frames or 5, ids, a.voxels, options, say)
+        rows = run_ycbv10(data, a.starts, a.frames or 5, ids, a.voxels, options, say, a.from_mask)
         print(_format_ycbv10(rows))
     else:
         sides = [k for k, n in enumerate(SIDES) if not names or n in names]
-        rows = run_k1(data, a.frames or 141, sides, a.voxels, options, say, keep_poses=a.json is not None)
+        keep = a.json is not None
+        rows = run_k1(data, a.frames or 141, sides, a.voxels, options, say, keep, a.from_mask)
         print(_format_k1(rows))
     if a.json is not None:
         a.json.write_text(json.dumps({"settings": vars(a), "rows": rows}, default=str, indent=1))

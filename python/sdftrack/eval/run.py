@@ -106,7 +106,7 @@ def _one_error(T: Array, T_true: Array, axis: Array | None) -> tuple[float, floa
 def track_frames(
     tracker: Any,
     frames: Iterable[Any],
-    start_poses: list[Array],
+    start_poses: list[Array] | None,
     progress: Callable[[int, TrackResult], None] | None = None,
     start_options: Mapping[str, Any] | None = None,
 ) -> list[TrackResult]:
