@@ -367,6 +367,7 @@ def test_add_remove_and_recover_check_what_they_are_given(tracker, body):
     tracker.remove(tracker.add(body))
     with pytest.raises(RuntimeError, match="call track"):
         tracker.recover(frame)
+    tracker.track(frame)
     with pytest.raises(TypeError, match=r"shape: expected st\.SDF"):
         tracker.add("bracket.ply")
     with pytest.raises(ValueError, match="expected one of pose, mask and box, got pose and mask"):
