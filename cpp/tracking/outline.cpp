@@ -60,13 +60,14 @@ bool step_outside(const Eye& eye, const Shape& shape, const Rigidd& T_obj_cam, c
   return false;
 }
 
-constexpr int kEnoughOutline = 6;  // directions; fewer say nothing
+constexpr int kEnoughOutline = 6, kEnoughWithoutEnd = 4;  // directions; fewer say nothing
 
 }  // namespace
 
 bool is_part_of_something(const Outline& outline, double least_ends) {
   const int known = outline.ends + outline.runs_on;
-  return known >= kEnoughOutline && outline.ends < least_ends * known;
+  return known >= (outline.ends > 0 ? kEnoughOutline : kEnoughWithoutEnd) &&
+         outline.ends < least_ends * known;
 }
 
 Outline compare_outline(const DepthFrame& frame, const Camera& camera, const Shape& shape,

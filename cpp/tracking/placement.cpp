@@ -37,18 +37,18 @@ double box_coverage(const Camera& camera, const Shape& shape, const Rigidf& T_ob
 void Placer::turn(const Mat3d& R_cam_obj, const Proposal& proposal) {
   R_ = R_cam_obj, proposal_ = &proposal;
   const Vec3d view = (1 / norm(proposal.centroid_cam)) * proposal.centroid_cam;
-  const std::size_t stride = std::max<std::size_t>(1, shape_.points.size() / kPoints);
+  const std::size_t stride = std::max<std::size_t>(1, shape_.search_points.size() / kPoints);
   all_.clear(), facing_.clear();
   double edge = std::numeric_limits<double>::max();
-  for (std::size_t i = 0; i < shape_.points.size(); i += stride) {
-    all_.push_back(R_ * shape_.points[i].cast<double>());
+  for (std::size_t i = 0; i < shape_.search_points.size(); i += stride) {
+    all_.push_back(R_ * shape_.search_points[i].cast<double>());
     edge = std::min(edge, dot(proposal.hidden_cam, all_.back()));
   }
   edge = proposal.seen_extent_m > 0 ? edge + proposal.seen_extent_m : std::numeric_limits<double>::max();
   Vec3d sum{0, 0, 0};
   double total = 0;
   for (std::size_t k = 0; k < all_.size(); ++k) {
-    const double facing = -dot(R_ * shape_.normals[k * stride].cast<double>(), view);
+    const double facing = -dot(R_ * shape_.search_normals[k * stride].cast<double>(), view);
     if (facing <= 0) continue;
     facing_.push_back(all_[k]);
     if (dot(proposal.hidden_cam, all_[k]) > edge) continue;

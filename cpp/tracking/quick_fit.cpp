@@ -70,9 +70,9 @@ constexpr float kFacing = 0.2f;  // cosine of the incidence below which a surfac
 // phi of the reading that the camera has where it should see a surface point, were the surface flat there:
 // what readings of other things cannot spoil, for they are not asked. False where there is none.
 bool surface_residual(const QuickData& data, const Rigidf& T_cam_obj, std::size_t i, float* phi_m) {
-  const Vec3f p = T_cam_obj * data.shape->points[i];
+  const Vec3f p = T_cam_obj * data.shape->search_points[i];
   if (!(p.z > 1e-3f)) return false;
-  const Vec3f n_cam = T_cam_obj.R * data.shape->normals[i];
+  const Vec3f n_cam = T_cam_obj.R * data.shape->search_normals[i];
   if (dot(n_cam, p) > -kFacing * p.z) return false;
   const SearchScene& scene = *data.scene;
   const Vec2f u = project(data.K, p);
@@ -94,9 +94,10 @@ void add_surface(const QuickData& data, const QuickStage& stage, const Rigidf& T
   const Rigidf T_cam_obj = inverse(T_obj_cam);
   const SidedPenalty penalty = surface_penalty(stage);
   FieldRow<float, 6> row;
-  for (std::size_t i = 0; i < data.shape->points.size(); i += static_cast<std::size_t>(data.surface_stride)) {
+  for (std::size_t i = 0; i < data.shape->search_points.size();
+       i += static_cast<std::size_t>(data.surface_stride)) {
     if (!surface_residual(data, T_cam_obj, i, &row.phi_m)) continue;
-    const Vec3f p = data.shape->points[i], n = data.shape->normals[i], m = cross(p, n);
+    const Vec3f p = data.shape->search_points[i], n = data.shape->search_normals[i], m = cross(p, n);
     const float J[6] = {n.x, n.y, n.z, m.x, m.y, m.z};
     std::copy(J, J + 6, row.J);
     ReadingTerm::add_row(row, penalty(row.phi_m), 1.0f, sums);
@@ -107,7 +108,7 @@ void add_surface(const QuickData& data, const QuickStage& stage, const Rigidf& T
 float outline_weight(const QuickData& data) {
   std::size_t others = data.readings_cam->size();
   if (data.surface_stride > 0)
-    others += data.shape->points.size() /
+    others += data.shape->search_points.size() /
               static_cast<std::size_t>(2 * data.surface_stride);  // half face the camera
   return static_cast<float>(others) * static_cast<float>(data.outline_stride) /
          static_cast<float>(std::max<std::size_t>(1, data.outline_obj->size()));
@@ -188,7 +189,8 @@ float quick_cost(const QuickData& data, const QuickStage& stage, const Rigidf& T
   if (data.surface_stride > 0) {
     const SidedPenalty surface = surface_penalty(stage);
     float total = 0, count = 1;
-    for (std::size_t i = 0; i < data.shape->points.size(); i += static_cast<std::size_t>(data.surface_stride))
+    for (std::size_t i = 0; i < data.shape->search_points.size();
+         i += static_cast<std::size_t>(data.surface_stride))
       if (surface_residual(data, T_cam_obj, i, &phi)) total += surface(phi).cost, ++count;
     cost += total / count;
   }

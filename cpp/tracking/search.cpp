@@ -29,7 +29,8 @@ constexpr std::size_t kMostReturned = 8;
 constexpr int kOutlineStride = 2;
 constexpr int kRankPoints = 150, kDensePoints = 1500;
 constexpr float kOfSurface_m = 0.008f;
-constexpr double kTied = 0.75;  // of the best score
+constexpr double kTied = 0.75;      // of the best score
+constexpr int kJudgedPoints = 160;  // of the surface, that a pose is judged by
 constexpr std::size_t kMostTied = 8, kTurned = 2;
 constexpr double kIndependent = 30;  // readings, of which neighbours share errors of the sensor and the shape
 constexpr float kFloor = 0.1f, kInside = 0.005f;
@@ -227,7 +228,7 @@ void Search::keep_best() const {
 
 void Search::judge(Hypothesis* h) const {
   const double noise_m = sensor_noise_m(options, h->T_cam_obj.t.z);
-  h->seen = compare_visible_surface(frame, camera, shape, h->T_cam_obj, noise_m, options.trust_points);
+  h->seen = compare_visible_surface(frame, camera, shape, h->T_cam_obj, noise_m, kJudgedPoints);
   h->score = one_place()
                  ? score_of_mask(h->seen, explained_share(shape.sdf, s->dense, h->T_cam_obj, noise_m))
                  : score_of_place(h->seen, compare_outline(frame, camera, shape, h->T_cam_obj, noise_m));

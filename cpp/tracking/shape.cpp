@@ -39,6 +39,7 @@ Box box_of_inside(const SdfView& sdf) {
   return box;
 }
 
+constexpr int kSearchPoints = 480;
 constexpr int kCoarseVoxels = 80;  // along the longest side
 
 void make_coarse(Shape* shape) {
@@ -76,7 +77,8 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
     centre[a] = o[a] + 0.5 * voxel * (box.low[a] + box.high[a]);
     half[a] = 0.5 * voxel * (box.high[a] - box.low[a]);
   }
-  Shape shape{sdf, {centre[0], centre[1], centre[2]}, {half[0], half[1], half[2]}, 0, {}, {}, {}, {}, {}};
+  Shape shape{sdf, {centre[0], centre[1], centre[2]}, {half[0], half[1], half[2]}, 0, {}, {}, {}, {}, {}, {},
+              {}};
   shape.diameter_m = 2 * norm(shape.half_box_m);
   shape.sdf.origin_obj = (origin - shape.centre_obj).cast<float>();
   for (const SurfaceSample& s : surface_samples(shape.sdf, point_count)) {
@@ -86,6 +88,10 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
   const std::size_t n = shape.points.size(),
                     m = std::min(n, static_cast<std::size_t>(std::max(0, outline_count)));
   for (std::size_t k = 0; k < m; ++k) shape.outline.push_back(shape.points[k * n / m]);
+  for (const SurfaceSample& s : surface_samples(shape.sdf, kSearchPoints)) {
+    shape.search_points.push_back(s.p_obj);
+    shape.search_normals.push_back(s.n_obj);
+  }
   make_coarse(&shape);
   return shape;
 }

@@ -11,14 +11,15 @@ namespace sdftrack {
 // The tracker's own object frame has its origin at the centre of the object's box, so that translation and
 // rotation are hardly coupled: p_centred = p_obj - centre_obj.
 struct Shape {
-  SdfView sdf;                         // in the centred frame; the values belong to the caller
-  Vec3d centre_obj;                    // of the box of {phi <= 0}, in the caller's object frame
-  Vec3d half_box_m;                    // of that box
-  double diameter_m;                   // its diagonal
-  std::vector<Vec3f> points, normals;  // on the surface, uniform by area, centred frame
-  std::vector<Vec3f> outline;          // fewer of them, for the free-space term
-  std::vector<float> coarse_phi;       // the field on fewer voxels, which stay in the cache: for a search
-  SdfView coarse_sdf;                  // without its pointer; see coarse()
+  SdfView sdf;                                       // in the centred frame; the values belong to the caller
+  Vec3d centre_obj;                                  // of the box of {phi <= 0}, in the caller's object frame
+  Vec3d half_box_m;                                  // of that box
+  double diameter_m;                                 // its diagonal
+  std::vector<Vec3f> points, normals;                // on the surface, uniform by area, centred frame
+  std::vector<Vec3f> outline;                        // fewer of them, for the free-space term
+  std::vector<Vec3f> search_points, search_normals;  // the same with fewer points: for a search
+  std::vector<float> coarse_phi;  // the field on fewer voxels, which stay in the cache: for a search
+  SdfView coarse_sdf;             // without its pointer; see coarse()
 
   SdfView coarse() const {
     SdfView view = coarse_sdf;
