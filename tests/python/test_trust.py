@@ -9,6 +9,7 @@ from sdftrack import _core, geometry, synth
 from sdftrack.eval import confidence
 from sdftrack.reference import energies as twin
 from sdftrack.reference import tracking as twin_tracking
+from sdftrack.reference import trust as twin_trust
 
 AREA_RTOL = 1e-3  # float sums of some thousand terms of both signs
 # The factor's sd at 70 x 70 white pixels is about 1 / sqrt(24 windows, overlapping by half), 0.15; three of them.
@@ -200,3 +201,33 @@ def test_coverage_is_95_percent_of_gaussian_errors():
     np.testing.assert_allclose(c.spread, 1, atol=0.034)
     over_sure = coverage(2 * errors, np.tile(L @ L.T, (4000, 1, 1)))
     assert over_sure.joint < 0.6
+
+
+# --- the twin
+
+
+def test_the_evidence_is_the_twins(box):
+    tracker = st.Tracker(box, CAMERA, threads=1)
+    names = ("agree", "farther", "missing", "expected", "gap_m", "ends", "runs_on", "roughness")
+    seen = []
+    for seed, degrees in enumerate([0, 5, 15, 40]):
+        frame, T = scene(box, seed)
+        said = confidence.judged(tracker, frame, moved(T, 0, degrees, seed))
+        seen.append(said["evidence"])
+        assert said["evidence"] == pytest.approx(twin_trust.evidence(**{n: said[n] for n in names}), rel=1e-9)
+    assert max(seen) > 0.9
+    assert min(seen) < 0.1
+
+
+def test_a_find_of_a_search_needs_more_evidence():
+    seen = {
+        "agree": 90,
+        "farther": 1,
+        "missing": 0,
+        "expected": 100,
+        "gap_m": 0.002,
+        "ends": 20,
+        "runs_on": 1,
+    }
+    even, rare = (twin_trust.evidence(**seen, roughness=1.0, odds=odds) for odds in (1.0, 0.05))
+    assert rare / (1 - rare) == pytest.approx(0.05 * even / (1 - even))
