@@ -27,7 +27,7 @@ constexpr std::size_t kKept = 15,
                       kKeptOfMany = 24;  // distinct fits that are refined: of one place, of several
 constexpr std::size_t kMostReturned = 8;
 constexpr int kOutlineStride = 2;
-constexpr int kRankPoints = 150, kDensePoints = 1500;
+constexpr int kDensePoints = 1500;
 constexpr float kOfSurface_m = 0.008f;
 constexpr double kTied = 0.75;      // of the best score
 constexpr int kJudgedPoints = 160;  // of the surface, that a pose is judged by
@@ -81,7 +81,7 @@ struct SearchScratchData {
   SearchScene scene;
   ProposalScratch proposal;
   std::vector<Proposal> proposals;
-  std::vector<Vec3f> rank, dense;  // readings of the whole scene
+  std::vector<Vec3f> dense;  // readings of the whole scene
   std::vector<Start> starts, kept;
   std::vector<std::size_t> order;
   std::vector<Refined> refined;
@@ -319,7 +319,6 @@ std::vector<Hypothesis> search_pose(const DepthFrame& frame, const Camera& camer
   make_search_scene(frame, camera, shape, query, &s->scene);
   make_proposals(s->scene, camera, shape, query, &s->proposal, &s->proposals);
   if (s->proposals.empty()) return {};
-  all_candidates(s->scene, camera, kRankPoints, &s->rank);
   all_candidates(s->scene, camera, kDensePoints, &s->dense);
   const Search search{frame, camera, shape, options, query, threads, s};
   s->refined.clear();

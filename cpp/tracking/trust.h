@@ -18,7 +18,7 @@ struct PoseEvidence {
   Visibility seen;
   Outline outline;
   double roughness = 1;  // residuals of the fit over the noise that readings have among themselves
-  double centre_sd = 0;  // of the object's centre, along its least certain axis
+  double centre_sd = 0;  // of the object's centre along its least certain axis, over its radius
   std::optional<double> color_agreement;  // mean chance by colour that the visible surface is the object
 };
 

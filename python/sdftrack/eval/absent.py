@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.eval.confidence import Sample, judged, trackers
+from sdftrack.eval.truth import _random_rotation
 
 __all__ = ["MODELS", "osd_scenes", "placed", "searched"]
 
@@ -36,12 +37,6 @@ def osd_scenes(folder: Path) -> Iterator[tuple[str, Any, Any]]:
         depth: Any = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
         camera = st.Camera(K["fx"], K["fy"], K["cx"], K["cy"], depth.shape[1], depth.shape[0])
         yield path.name.removesuffix("_depth.png"), st.Frame(depth, depth_scale=0.001), camera
-
-
-def _random_rotation(rng: np.random.Generator) -> Array:
-    q, r = np.linalg.qr(rng.normal(size=(3, 3)))
-    q = q * np.sign(np.diag(r))
-    return q if np.linalg.det(q) > 0 else -q
 
 
 def _trials(
@@ -91,12 +86,11 @@ def searched(
     sdfs: dict[str, Any],
     n: int,
     seed: int = 0,
-    credulous: bool = False,
     threads: int = 1,
 ) -> list[Sample]:
     """Starts without a pose: the search may put the model anywhere in the scene."""
-    trials = _trials(scenes, sdfs, n, seed, credulous, threads)
-    return [_ended(judge, frame, t.start(frame), credulous) for t, judge, frame, _, _, _ in trials]
+    trials = _trials(scenes, sdfs, n, seed, False, threads)
+    return [_ended(judge, frame, t.start(frame), False) for t, judge, frame, _, _, _ in trials]
 
 
 def _ended(judge: Any, frame: Any, result: Any, credulous: bool) -> Sample:

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from sdftrack.eval import absent, confidence, coverage
+from sdftrack.eval.protocol import load_sdf
 from sdftrack.eval.run import parse_settings
 from sdftrack.eval.synthetic import MESHES
 from sdftrack.eval.truth import default_camera, motion, render_truth
@@ -34,6 +35,7 @@ STEP_M, STEP_RAD, TRUTH_FRAMES = 0.005, np.deg2rad(1.5), 300
 SCENES, TRAIN_SEED, TEST_SEED = 75, 1, 2
 TRAIN, TEST = ("lm_cat", "lm_can", "lm_driller", "spot"), ("lm_ape", "lm_duck", "lm_glue", "bunny")
 LOOKALIKES = 100
+VOXELS = 200
 ABSENT_TRIALS, ABSENT_TRAIN, ABSENT_TEST, ABSENT_TRAIN_SEED = 50, 120, 0, 7
 # A pose that is right though disturbed is nothing that a tracker returns; a false find is worse than a missed one.
 WEIGHT_RIGHT_DISTURBED, WEIGHT_ABSENT = 0.15, 2.0
@@ -51,14 +53,7 @@ def volume(data: Path, name: str, cache: Path | None) -> tuple[Any, Any]:
     import sdftrack as st
 
     mesh = st.Mesh.load(data / "meshes" / f"{name}.ply")
-    kept = None if cache is None else cache / f"sdf_{name}_200.npz"
-    if kept is not None and kept.is_file():
-        return mesh, st.SDF.load(kept)
-    sdf = st.SDF.from_mesh(mesh)
-    if kept is not None:
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        sdf.save(kept)
-    return mesh, sdf
+    return mesh, load_sdf(mesh, name, VOXELS, cache)
 
 
 def run_coverage(a: argparse.Namespace, say: Callable[[str], None]) -> str:
