@@ -67,13 +67,13 @@ struct Fitted {
 // worst cost.
 double fit_quality(const Fitted& fitted, const TrackerOptions& options);
 
-inline PoseEvidence evidence_of(const Fitted& f) {
+inline PoseEvidence evidence_of(const Fitted& f, const TrackerOptions& options) {
   PoseEvidence evidence{f.seen, f.outline, f.roughness, f.centre_sd, {}};
-  if (f.foreground >= 0) evidence.color_agreement = f.foreground;
+  if (f.foreground >= 0) evidence.color_gain = f.foreground - options.color_prior;
   return evidence;
 }
 inline Trust judge(const Fitted& f, const TrackerOptions& options, double prior_log_odds = 0) {
-  return judge(evidence_of(f), f.covariance, options, prior_log_odds);
+  return judge(evidence_of(f, options), f.covariance, options, prior_log_odds);
 }
 
 class PoseFitter {

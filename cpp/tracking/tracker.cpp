@@ -12,6 +12,7 @@ namespace sdftrack {
 namespace {
 
 constexpr int kColorBudget = 3000, kFirstColorBudget = 20000;  // pixels visited for the histograms
+constexpr double kProof = 0.9;  // evidence by which what a search has found proves to be the object
 constexpr double kSlow = 0.02, kFast = 0.3;                    // how fast the usual values follow
 
 bool has_depth(const ImageView<float>& depth_m) {
@@ -175,9 +176,10 @@ const ColorModel* Tracker::colors_of(const DepthFrame& frame, const Object& obje
   return tell ? &object.colors : nullptr;
 }
 
-// Only from a pose that is sure: from another it would learn the colours of what hides the object.
+// Only from a pose that is sure: from another it would learn the colours of what hides the object, or of what
+// was taken for it, and these would speak for that pose from then on.
 void Tracker::learn_colors(const DepthFrame& frame, Object* object) {
-  if (!frame.color) return;
+  if (!frame.color || object->prior_log_odds < 0) return;
   const int budget = object->colors.known() ? kColorBudget : kFirstColorBudget;
   count_colors(frame, camera_, *object->shape, object->T_cam_obj, options_.padding_m, budget, object->colors,
                &color_reader_, &color_counts_);
@@ -246,7 +248,7 @@ ObjectResult Tracker::judged(Fitted fitted, const Trust& trust, double time_s, O
     result = without_pose(*object, trust.reason, Status::kLost);
     result.trust.inliers = trust.inliers;
   } else {
-    keep(fitted, trust.status, time_s, object);
+    keep(fitted, trust, time_s, object);
     result.T_cam_obj = uncentred(fitted.T_cam_obj, *object->shape);
     result.covariance = fitted.covariance;
     result.trust = trust;
@@ -258,11 +260,11 @@ ObjectResult Tracker::judged(Fitted fitted, const Trust& trust, double time_s, O
   return result;
 }
 
-void Tracker::keep(const Fitted& fitted, Status status, double time_s, Object* object) const {
+void Tracker::keep(const Fitted& fitted, const Trust& trust, double time_s, Object* object) const {
   object->T_cam_obj = fitted.T_cam_obj;
   object->memory = fitted.memory;
-  object->weak = status != Status::kOk;
-  if (!object->weak) object->prior_log_odds = 0;  // it has proved itself
+  object->weak = trust.status != Status::kOk;
+  if (!object->weak && trust.evidence >= kProof) object->prior_log_odds = 0;
   if (object->weak)
     object->motion.pass();
   else

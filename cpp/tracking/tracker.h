@@ -89,7 +89,7 @@ class Tracker {
   Attempt wide_attempt(const Object& object, const Rigidd& expected, double time_s) const;
 
   ObjectResult judged(Fitted fitted, const Trust& trust, double time_s, Object* object) const;
-  void keep(const Fitted& fitted, Status status, double time_s, Object* object) const;
+  void keep(const Fitted& fitted, const Trust& trust, double time_s, Object* object) const;
   static ObjectResult without_pose(const Object& object, std::string reason, Status status);
 
   std::vector<Object> objects_;

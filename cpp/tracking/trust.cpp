@@ -25,10 +25,9 @@ struct Weights {
   double log_ends = 0.87;   // odds that the surface ends where the outline does
   double missing = -4.22;   // share of the points without a reading
   double log_rough = -1.55;
-  double color = 8.0;  // of the colours' agreement, less kColorEven
+  double color = 8.0;
 };
 constexpr Weights kWeights;
-constexpr double kColorEven = 0.5;
 
 std::string percent(double share) {
   return std::to_string(static_cast<int>(std::lround(100 * share))) + " %";
@@ -46,7 +45,7 @@ double within(double limit, double variance) { return std::erf(limit / std::sqrt
 // The reason that weighs most against a pose without plain fault.
 std::string doubt(const PoseEvidence& e) {
   const Outline& o = e.outline;
-  if (e.color_agreement && *e.color_agreement < kColorEven) return "the colours are not those of the object";
+  if (e.color_gain && *e.color_gain < 0) return "the colours are not those of the object";
   if (o.runs_on > o.ends) return "the surface goes on where the object should end";
   if (e.seen.missing > e.seen.agree) return "most of the surface that the camera should see has no reading";
   return "the readings do not fit the shape well";
@@ -62,7 +61,7 @@ double evidence_share(const PoseEvidence& e, double prior_log_odds) {
                  w.unhidden * share(seen.agree, seen.farther) + w.log_ends * std::log(ends / (1 - ends)) +
                  w.missing * ratio(seen.missing, seen.expected) +
                  w.log_rough * std::log(std::clamp(e.roughness, 0.5, 20.0));
-  if (e.color_agreement) score += w.color * (*e.color_agreement - kColorEven);
+  if (e.color_gain) score += w.color * *e.color_gain;
   return rise(score);
 }
 
@@ -73,7 +72,7 @@ Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const Trac
   trust.inliers = ratio(seen.agree, seen.expected);
   const double unhidden = ratio(seen.agree, seen.agree + seen.farther);
   const double read = ratio(seen.agree, seen.agree + seen.farther + seen.nearer);
-  double belief = evidence_share(evidence, prior_log_odds);
+  double belief = trust.evidence = evidence_share(evidence, prior_log_odds);
   if (seen.agree < kEnough || unhidden < options.lost_inliers || read < kHardlyRead) {
     trust.status = Status::kLost;
     trust.reason =

@@ -19,13 +19,15 @@ struct PoseEvidence {
   Outline outline;
   double roughness = 1;  // residuals of the fit over the noise that readings have among themselves
   double centre_sd = 0;  // of the object's centre along its least certain axis, over its radius
-  std::optional<double> color_agreement;  // mean chance by colour that the visible surface is the object
+  // Mean chance by colour that the visible surface is the object, less that of a colour that says nothing.
+  std::optional<double> color_gain;
 };
 
 struct Trust {
   Status status = Status::kOk;
   std::string reason;
   double inliers = 0;     // agree / expected
+  double evidence = 0;    // evidence_share, with the prior odds
   double confidence = 0;  // probability that the pose is within 20 mm and 10 degrees
 };
 

@@ -41,10 +41,12 @@ TEST(Judge, every_feature_points_its_way) {
   EXPECT_LT(evidence_share(e, 0), good);
   e = good_evidence(), e.roughness = 5;
   EXPECT_LT(evidence_share(e, 0), good);
-  e = good_evidence(), e.color_agreement = 0.1;
+  e = good_evidence(), e.color_gain = -0.4;
   EXPECT_LT(evidence_share(e, 0), good);
-  e.color_agreement = 0.9;
+  e.color_gain = 0.2;
   EXPECT_GT(evidence_share(e, 0), good);
+  e.color_gain = 0;  // colours that say nothing
+  EXPECT_EQ(evidence_share(e, 0), good);
 }
 
 TEST(Judge, what_a_hand_hides_is_weak_for_that_reason_and_what_is_seen_past_is_lost) {

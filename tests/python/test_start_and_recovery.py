@@ -171,6 +171,19 @@ def test_a_pose_found_again_is_weak_until_a_second_frame_confirms_it(tracker, bo
     assert "not confirmed" in vanished.reason[0]
 
 
+@pytest.mark.parametrize(("evidence", "learns"), [(0.7, False), (0.97, True)])
+def test_colours_are_learned_only_from_a_find_that_has_proved_itself(body, evidence, learns):
+    frame, mask = shot(body, POSE)
+    frame = st.Frame(frame.depth, color=np.where(mask[..., None], [200, 40, 40], [40, 60, 200]).astype(np.uint8))
+    sure = st.Tracker(body, CAMERA, search_odds=1.0, threads=1).start(frame).confidence[0]
+    odds = evidence / (1 - evidence) * (1 - sure) / sure
+    tracker = st.Tracker(body, CAMERA, search_odds=odds, threads=1)
+    assert tracker.start(frame).status == ["ok"]
+    for _ in range(3):
+        assert tracker.track(frame).status == ["ok"]
+        assert tracker.mode_used == ["rgbd" if learns else "depth"]
+
+
 def test_without_recovery_a_lost_object_waits_for_recover(body):
     tracker = st.Tracker(body, CAMERA, threads=1, recover=False)
     tracker.start(shot(body, POSE)[0], poses=POSE)
