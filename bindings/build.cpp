@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 
 #include "array.h"
+#include "base/isa.h"
 
 namespace sdftrack {
 
@@ -20,30 +21,9 @@ std::string compiler_name() {
 #endif
 }
 
-// Instruction sets that the compiler was allowed to use, not those that the machine has.
-std::vector<std::string> cpu_features() {
+std::vector<std::string> isas() {
   std::vector<std::string> names;
-#if defined(__SSE2__) || defined(_M_X64)
-  names.emplace_back("sse2");
-#endif
-#if defined(__SSE4_2__)
-  names.emplace_back("sse4.2");
-#endif
-#if defined(__AVX__)
-  names.emplace_back("avx");
-#endif
-#if defined(__AVX2__)
-  names.emplace_back("avx2");
-#endif
-#if defined(__FMA__)
-  names.emplace_back("fma");
-#endif
-#if defined(__AVX512F__)
-  names.emplace_back("avx512f");
-#endif
-#if defined(__ARM_NEON)
-  names.emplace_back("neon");
-#endif
+  for (const Isa isa : supported_isas()) names.push_back(isa_name(isa));
   return names;
 }
 
@@ -52,13 +32,19 @@ std::vector<std::string> cpu_features() {
 void bind_build(py::module_& m) {
   py::dict build;
   build["compiler"] = compiler_name();
-  build["cpu_features"] = cpu_features();
 #ifdef NDEBUG
   build["optimised"] = true;
 #else
   build["optimised"] = false;
 #endif
   m.attr("build") = build;
+
+  m.def("isas", &isas,
+        "Instruction sets that this build has code for and this processor runs, slowest first.");
+  m.def(
+      "isa", [] { return isa_name(used_isa()); },
+      "The one in use: the fastest, or the environment variable SDFTRACK_ISA.");
+  used_isa();  // a wrong name is told at the import, not in the middle of a frame
 }
 
 }  // namespace sdftrack

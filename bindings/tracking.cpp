@@ -77,7 +77,8 @@ class PyTracker {
     out["expected"] = f->seen.expected, out["agree"] = f->seen.agree, out["farther"] = f->seen.farther;
     out["nearer"] = f->seen.nearer, out["missing"] = f->seen.missing, out["gap_m"] = f->seen.gap_m;
     out["ends"] = f->outline.ends, out["runs_on"] = f->outline.runs_on;
-    out["roughness"] = f->roughness, out["evidence"] = evidence_share(evidence_of(*f, tracker_->options()), 0);
+    out["roughness"] = f->roughness,
+    out["evidence"] = evidence_share(evidence_of(*f, tracker_->options()), 0);
     return out;
   }
   void set_camera(const Camera& camera) {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <limits>
+
 #include "volume.h"
 
 namespace sdftrack {
@@ -8,6 +10,8 @@ SdfView volume_view(const py::array& values, double voxel_m, const std::array<do
   for (int axis = 0; axis < 3; ++axis)
     if (values.shape(axis) < 2)
       throw py::value_error("values: expected at least 2 voxels along each axis, got " + describe(values));
+  if (values.size() > std::numeric_limits<int>::max())
+    throw py::value_error("values: expected fewer than 2^31 voxels, got " + describe(values));
   if (!(voxel_m > 0)) throw py::value_error("voxel_size: expected a positive length in metres");
   return {phi,
           static_cast<int>(values.shape(2)),

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Small vectors and 3x3 matrices. No Eigen here: kernels include this file.
-// T is float or double today; the functions use nothing that a pack of floats could not do.
+// T is a lane type (base/lane.h).
 #pragma once
 
-#include <cmath>
-
-#include "base/hd.h"
+#include "base/lane.h"
 
 namespace sdftrack {
 
@@ -55,7 +53,7 @@ HD Vec3<T> cross(Vec3<T> a, Vec3<T> b) {
 }
 template <class T>
 HD T norm(Vec3<T> a) {
-  return std::sqrt(dot(a, a));
+  return sqrt(dot(a, a));
 }
 
 // Rows r0, r1, r2.

@@ -18,7 +18,8 @@ struct ImageView {
 };
 
 // phi[(iz * ny + iy) * nx + ix] is the distance in metres at voxel centre
-// origin_obj + voxel_m * (ix, iy, iz); negative inside the object. At least 2 voxels along each axis.
+// origin_obj + voxel_m * (ix, iy, iz); negative inside the object. At least 2 voxels along each axis, fewer
+// than 2^31 in all.
 struct SdfView {
   const float* phi;
   int nx, ny, nz;
@@ -29,18 +30,18 @@ struct SdfView {
 // One axis of a trilinear sample: the cell, the fraction in it, and what clamping to the box did.
 template <class T>
 struct AxisSample {
-  int cell;      // index of the lower corner
-  T fraction;    // 0..1 in the cell
-  T beyond_vox;  // signed distance to the box in voxels, 0 inside
+  IntOf<T> cell;  // index of the lower corner
+  T fraction;     // 0..1 in the cell
+  T beyond_vox;   // signed distance to the box in voxels, 0 inside
 };
 
 template <class T>
 HD AxisSample<T> locate(T x_vox, int n) {
-  const T last = static_cast<T>(n - 1);
-  const T q = x_vox > T(0) ? (x_vox < last ? x_vox : last) : T(0);  // NaN becomes 0: no read outside
-  int cell = static_cast<int>(q);
-  cell = cell > n - 2 ? n - 2 : cell;
-  return {cell, q - static_cast<T>(cell), x_vox - q};
+  const T last = T(static_cast<ScalarOf<T>>(n - 1)), last_cell = T(static_cast<ScalarOf<T>>(n - 2));
+  const T q =
+      select(x_vox > T(0), select(x_vox < last, x_vox, last), T(0));  // NaN becomes 0: no read outside
+  const IntOf<T> cell = truncate(select(q < last_cell, q, last_cell));
+  return {cell, q - real<T>(cell), x_vox - q};
 }
 
 // phi (m) and its gradient (dimensionless) at p_obj: the trilinear interpolant and its exact derivative, from
@@ -48,16 +49,19 @@ HD AxisSample<T> locate(T x_vox, int n) {
 // is continuous everywhere and always points back (docs/math/depth_tracker.md, section 1).
 template <class T>
 HD void sample(const SdfView& sdf, Vec3<T> p_obj, T* phi_m, Vec3<T>* gradient) {
-  const T inv_voxel = T(1) / static_cast<T>(sdf.voxel_m);
-  const AxisSample<T> x = locate((p_obj.x - static_cast<T>(sdf.origin_obj.x)) * inv_voxel, sdf.nx);
-  const AxisSample<T> y = locate((p_obj.y - static_cast<T>(sdf.origin_obj.y)) * inv_voxel, sdf.ny);
-  const AxisSample<T> z = locate((p_obj.z - static_cast<T>(sdf.origin_obj.z)) * inv_voxel, sdf.nz);
+  using S = ScalarOf<T>;
+  const T voxel = T(S(sdf.voxel_m)), inv_voxel = T(S(1) / S(sdf.voxel_m));
+  const AxisSample<T> x = locate((p_obj.x - T(S(sdf.origin_obj.x))) * inv_voxel, sdf.nx);
+  const AxisSample<T> y = locate((p_obj.y - T(S(sdf.origin_obj.y))) * inv_voxel, sdf.ny);
+  const AxisSample<T> z = locate((p_obj.z - T(S(sdf.origin_obj.z))) * inv_voxel, sdf.nz);
 
-  const std::size_t row = static_cast<std::size_t>(sdf.nx), slice = row * static_cast<std::size_t>(sdf.ny);
-  const float* c = sdf.phi + static_cast<std::size_t>(z.cell) * slice +
-                   static_cast<std::size_t>(y.cell) * row + static_cast<std::size_t>(x.cell);
-  const T c000 = c[0], c100 = c[1], c010 = c[row], c110 = c[row + 1];
-  const T c001 = c[slice], c101 = c[slice + 1], c011 = c[slice + row], c111 = c[slice + row + 1];
+  const int row = sdf.nx, slice = row * sdf.ny;
+  const IntOf<T> at = z.cell * slice + y.cell * row + x.cell;
+  T c000, c100, c010, c110, c001, c101, c011, c111;
+  gather_pair(sdf.phi, at, &c000, &c100);
+  gather_pair(sdf.phi + row, at, &c010, &c110);
+  gather_pair(sdf.phi + slice, at, &c001, &c101);
+  gather_pair(sdf.phi + slice + row, at, &c011, &c111);
 
   const T dx00 = c100 - c000, dx10 = c110 - c010, dx01 = c101 - c001, dx11 = c111 - c011;
   const T v00 = c000 + x.fraction * dx00, v10 = c010 + x.fraction * dx10;
@@ -71,12 +75,13 @@ HD void sample(const SdfView& sdf, Vec3<T> p_obj, T* phi_m, Vec3<T>* gradient) {
 
   const Vec3<T> beyond{x.beyond_vox, y.beyond_vox, z.beyond_vox};
   const T beyond2 = dot(beyond, beyond);
-  if (beyond2 > T(0)) {
-    const T length = std::sqrt(beyond2);
-    phi += static_cast<T>(sdf.voxel_m) * length;
+  const auto outside = beyond2 > T(0);
+  if (any(outside)) {
+    const T length = sqrt(beyond2);
+    phi = select(outside, phi + voxel * length, phi);
     // Along a clamped axis q does not move with p: only |p - q| changes there.
-    g = {beyond.x != T(0) ? beyond.x / length : g.x, beyond.y != T(0) ? beyond.y / length : g.y,
-         beyond.z != T(0) ? beyond.z / length : g.z};
+    g = {select(beyond.x != T(0), beyond.x / length, g.x), select(beyond.y != T(0), beyond.y / length, g.y),
+         select(beyond.z != T(0), beyond.z / length, g.z)};
   }
   *phi_m = phi;
   *gradient = g;

@@ -24,6 +24,11 @@ struct SingleObject {
   SdfView sdf;
   Rigid<T> T_obj_cam;
 
+  template <class U>
+  HD SingleObject<U> cast() const {
+    return {sdf, T_obj_cam.template cast<U>()};
+  }
+
   // phi and its derivative by the camera point alone: what a trial needs.
   HD void value(Vec3<T> p_cam, T* phi_m, Vec3<T>* grad_cam) const {
     Vec3<T> g;
@@ -51,6 +56,11 @@ struct ScaledObject {
   Rigid<T> T_obj_cam;
   T scale;
 
+  template <class U>
+  HD ScaledObject<U> cast() const {
+    return {sdf, T_obj_cam.template cast<U>(), U(scale)};
+  }
+
   HD void value(Vec3<T> p_cam, T* phi_m, Vec3<T>* grad_cam) const {
     Vec3<T> g;
     sample(sdf, (T(1) / scale) * (T_obj_cam * p_cam), phi_m, &g);
@@ -77,6 +87,11 @@ struct WithIntrinsics {
   using Scalar = typename Field::Scalar;
   Field field;
   Intrinsics<Scalar> K;
+
+  template <class U>
+  HD auto cast() const {
+    return WithIntrinsics<decltype(field.template cast<U>())>{field.template cast<U>(), K.template cast<U>()};
+  }
 
   HD void value(Vec3<Scalar> p_cam, Scalar* phi_m, Vec3<Scalar>* grad_cam) const {
     field.value(p_cam, phi_m, grad_cam);

@@ -2,8 +2,6 @@
 // Penalties: what a residual costs, the slope of that cost, and a curvature >= 0 for the normal equations.
 #pragma once
 
-#include <cmath>
-
 #include "base/fast_math.h"
 
 namespace sdftrack {
@@ -22,19 +20,19 @@ enum class Curvature {
 // 0 leaves a out: it is a constant then.
 template <class T>
 HD Curve<T> logistic_mixture(T residual_m, T per_s, T a, T b, Curvature curvature) {
-  const T u = T(0.5) * std::abs(residual_m) * per_s;
+  const T u = T(0.5) * abs(residual_m) * per_s;
   // With d = e^(-2u): tanh u = (1 - d) / (1 + d), sech^2 u = 4 d / (1 + d)^2, all without overflow.
   const T d = exp_negative(T(-2) * u), up = T(1) + d;
   const T data = a * T(4) * d, outliers = b * up * up;
   const T per_up = T(1) / up;
   const T tanh_u = (T(1) - d) * per_up;
-  const bool floored = b > T(0);
-  const T inlier = floored ? data / (data + outliers) : T(1);
-  const T cost = floored ? -log_positive((data + outliers) * per_up * per_up)
-                         : T(2) * (u + log_positive(up) - T(0.6931471805599453));
+  const auto floored = b > T(0);
+  const T inlier = select(floored, data / (data + outliers), T(1));
+  T cost = -log_positive((data + outliers) * per_up * per_up);
+  if (!all(floored)) cost = select(floored, cost, T(2) * (u + log_positive(up) - T(0.6931471805599453)));
   const T slope = inlier * tanh_u * per_s;
-  const T irls = u < T(1e-3) ? T(0.5) * inlier * per_s * per_s : slope / std::abs(residual_m);
-  return {cost, std::copysign(slope, residual_m), curvature == Curvature::kIrls ? irls : slope * slope};
+  const T irls = select(u < T(1e-3), T(0.5) * inlier * per_s * per_s, slope / abs(residual_m));
+  return {cost, copysign(slope, residual_m), curvature == Curvature::kIrls ? irls : slope * slope};
 }
 
 // d^2 cost / d residual^2 of it, negative where the cost redescends: what the sandwich covariance needs.
@@ -45,6 +43,12 @@ HD T logistic_mixture_second(T residual_m, T s, T a, T b) {
   const T inlier = b > T(0) ? a * sech2 / likelihood : T(1);
   const T redescent = b > T(0) ? b / likelihood : T(0);
   return inlier * (sech2 / T(2) - redescent * t * t) / (s * s);
+}
+
+// The share of others in front of the surface and, unless it is negative, its own behind it.
+template <class T>
+HD T sided_floor(T residual_m, T in_front, T behind) {
+  return select((residual_m < T(0)) & (behind >= T(0)), behind, in_front);
 }
 
 // The logistic density of the residual (thesis Eq. 3.11) as a cost, over a constant share of outliers:
@@ -58,9 +62,11 @@ struct DepthLogistic {
   Curvature curvature = Curvature::kIrls;
   T floor_behind = T(-1);  // e of readings behind the surface (residual < 0); negative: the same
 
-  HD T floor_of(T residual_m) const {
-    return residual_m < T(0) && floor_behind >= T(0) ? floor_behind : outlier_floor;
+  template <class U>
+  HD DepthLogistic<U> cast() const {
+    return {U(scale_m), U(outlier_floor), curvature, U(floor_behind)};
   }
+  HD T floor_of(T residual_m) const { return sided_floor(residual_m, outlier_floor, floor_behind); }
   HD Curve<T> operator()(T residual_m, T noise_scale) const {
     const T e = floor_of(residual_m);
     return logistic_mixture(residual_m, T(1) / (scale_m * noise_scale), T(1) - e, e, curvature);

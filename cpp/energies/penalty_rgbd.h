@@ -26,9 +26,14 @@ struct ColorOdds {
   Curvature curvature = Curvature::kIrls;
   T floor_behind = T(-1);  // as in DepthLogistic
 
+  template <class U>
+  HD ColorOdds<U> cast() const {
+    return {U(scale_m), U(outlier_floor), U(prior), curvature, U(floor_behind)};
+  }
+
   HD void shares(T residual_m, T foreground, T* object, T* outliers) const {
-    const T e = residual_m < T(0) && floor_behind >= T(0) ? floor_behind : outlier_floor;
-    const T p = foreground < prior ? foreground : prior;
+    const T e = sided_floor(residual_m, outlier_floor, floor_behind);
+    const T p = select(foreground < prior, foreground, prior);
     const T a = (T(1) - e) * (p / prior);
     const T b = e * ((T(1) - p) / (T(1) - prior));
     const T per_sum = T(1) / (a + b);
@@ -56,17 +61,22 @@ template <class T>
 struct ColorPrinted {
   T scale_m;
 
+  template <class U>
+  HD ColorPrinted<U> cast() const {
+    return {U(scale_m)};
+  }
+
   HD Curve<T> operator()(T residual_m, T noise_scale, T foreground) const {
     const T per_s = T(1) / (scale_m * noise_scale);
-    const T u = T(0.5) * std::abs(residual_m) * per_s;
+    const T u = T(0.5) * abs(residual_m) * per_s;
     const T d = exp_negative(T(-2) * u), per_up = T(1) / (T(1) + d);
     const T on = T(4) * d * per_up * per_up, tanh_u = (T(1) - d) * per_up;
-    const T outside = residual_m >= T(0) ? T(1) - foreground : T(0);
+    const T outside = select(residual_m >= T(0), T(1) - foreground, T(0));
     const T likelihood = foreground * on + outside * (T(1) - on) + T(kPosteriorFloor);
     const T slope = (foreground - outside) * on / likelihood * tanh_u * per_s;
     const T responsibility = foreground * on / likelihood;
-    const T weight = u < T(1e-3) ? T(0.5) * per_s * per_s : tanh_u * per_s / std::abs(residual_m);
-    return {-log_positive(likelihood), std::copysign(T(1), residual_m) * slope, responsibility * weight};
+    const T weight = select(u < T(1e-3), T(0.5) * per_s * per_s, tanh_u * per_s / abs(residual_m));
+    return {-log_positive(likelihood), copysign(T(1), residual_m) * slope, responsibility * weight};
   }
   HD T second_derivative(T residual_m, T noise_scale, T foreground) const {
     const T s = scale_m * noise_scale;

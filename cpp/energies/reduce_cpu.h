@@ -12,21 +12,13 @@ namespace sdftrack {
 
 constexpr int kChunk = 2048;  // pixels; part of the result's bits, so not a tuning knob
 
-constexpr int kBlock = 256;  // pixels summed in Block's own arithmetic (float) before they go into S (double)
-
-// Sum over pixels; add(i, &block) adds pixel i to a Block, and S += Block.
-template <class S, class Block = S, class Add>
-S reduce_cpu(int count, int threads, const Add& add) {
+// Sum of sum_of(begin, end) over the chunks of 0..count-1.
+template <class S, class SumOf>
+S reduce_cpu(int count, int threads, const SumOf& sum_of) {
   const auto chunks = static_cast<std::size_t>((count + kChunk - 1) / kChunk);
   const auto chunk_sum = [&](std::size_t c) {
-    S sum{};
-    const int begin = static_cast<int>(c) * kChunk, end = std::min(count, begin + kChunk);
-    for (int first = begin; first < end; first += kBlock) {
-      Block block{};
-      for (int i = first; i < std::min(end, first + kBlock); ++i) add(i, &block);
-      sum += block;
-    }
-    return sum;
+    const int begin = static_cast<int>(c) * kChunk;
+    return sum_of(begin, std::min(count, begin + kChunk));
   };
   S total{};
   if (threads == 1 || chunks <= 1) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "energies/reduce_cpu.h"
+#include "energies/term_ops.h"
 
 namespace sdftrack {
 
@@ -62,11 +63,6 @@ void add_to(const Sums<double, P>& sums, NormalEquations* out) {
   out->count += sums.count;
 }
 
-struct CostSum {
-  double cost = 0;
-  void operator+=(const CostSum& o) { cost += o.cost; }
-};
-
 // sd of a Gaussian whose absolute values these are, from their 30 % quantile: parts of the object that fit
 // badly (a shape that is off, a touching hand) are among the largest values.
 double robust_sd(std::vector<float>* values) {
@@ -117,7 +113,7 @@ void SdfEnergy::with_term(const State& x, bool reclassify, const Visit& visit) {
                               options_.warm_hits ? 1 : 8};
     make(sdf_, x, &term.field);
     make(options_, &term.penalty);
-    visit(term);
+    visit(term, ops_for<Field, Penalty>(used_isa()));
   };
   switch (pair_of(options_)) {
 #define SDFTRACK_PAIR(name, field, penalty)               \
@@ -130,21 +126,19 @@ void SdfEnergy::with_term(const State& x, bool reclassify, const Visit& visit) {
 }
 
 void SdfEnergy::linearize(const State& x, NormalEquations* out) {
-  with_term(x, options_.warm_hits, [&](const auto term) {
-    constexpr int P = std::decay_t<decltype(term)>::P;
-    add_to(reduce_cpu<Sums<double, P>, Sums<float, P>>(
-               term.pixels.count, options_.threads,
-               [&](int i, Sums<float, P>* sums) { term.linearize(i, sums); }),
+  with_term(x, options_.warm_hits, [&](const auto& term, const auto& ops) {
+    using Sum = Sums<double, std::decay_t<decltype(term)>::P>;
+    add_to(reduce_cpu<Sum>(term.pixels.count, options_.threads,
+                           [&](int begin, int end) { return ops.linearize(term, begin, end); }),
            out);
   });
 }
 
 double SdfEnergy::cost(const State& x) {
   double cost = 0;
-  with_term(x, false, [&](const auto term) {
-    cost = reduce_cpu<CostSum>(term.pixels.count, options_.threads, [&](int i, CostSum* sum) {
-             sum->cost += static_cast<double>(term.cost(i));
-           }).cost;
+  with_term(x, false, [&](const auto& term, const auto& ops) {
+    cost = reduce_cpu<double>(term.pixels.count, options_.threads,
+                              [&](int begin, int end) { return ops.cost(term, begin, end); });
   });
   return cost;
 }
@@ -155,44 +149,35 @@ void SdfEnergy::accept() {
 
 void SdfEnergy::keep_near(const State& x, double reach_m) {
   const auto reach = static_cast<float>(reach_m);
+  float* const phi = pixels_->trial_hit_m.data();  // free until the hits are settled
+  with_term(x, false,
+            [&](const auto& term, const auto& ops) { ops.distances(term, 0, term.pixels.count, phi); });
   int kept = 0;
-  with_term(x, false, [&](const auto term) {
-    for (int i = 0; i < term.pixels.count; ++i) {
-      float phi;
-      Vec3f unused;
-      term.field.value(term.pixels.depth_m[i] * term.ray_of(i), &phi, &unused);
-      if (std::abs(phi) < reach) pixels_->move(i, kept++);
-    }
-  });
+  for (int i = 0; i < pixels_->count(); ++i)
+    if (std::abs(phi[i]) < reach) pixels_->move(i, kept++);
   pixels_->resize(kept);
 }
 
 void SdfEnergy::settle(const State& x, int steps) {
   start_hits(pixels_);
-  with_term(x, false, [&](auto& term) {
+  with_term(x, false, [&](auto& term, const auto& ops) {
     term.newton_steps = 1;
-    for (int step = 0; step < steps; ++step)
-      for (int i = 0; i < term.pixels.count; ++i) term.settle(i);
+    for (int step = 0; step < steps; ++step) ops.settle(term, 0, term.pixels.count);
   });
 }
 
 void SdfEnergy::classify(const State& x, int steps) {
   start_hits(pixels_);
   if (options_.residual != Residual::kRayHit || !options_.warm_hits) steps = 1;  // else each step goes on
-  with_term(x, true, [&](auto& term) {
-    constexpr int P = std::decay_t<decltype(term)>::P;
-    for (int k = 0; k < steps; ++k)
-      for (int i = 0; i < term.pixels.count; ++i) {
-        FieldRow<float, P> row;
-        term.read(i, &row);
-      }
+  with_term(x, true, [&](const auto& term, const auto& ops) {
+    for (int k = 0; k < steps; ++k) ops.classify(term, 0, term.pixels.count);
   });
 }
 
 EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget) {
   EnergySummary out;
   scratch_.clear();
-  with_term(x, false, [&](const auto term) {
+  with_term(x, false, [&](const auto& term, const auto&) {
     SummarySums<std::decay_t<decltype(term)>::P> sums;
     ColorSums colors;
     const int n = term.pixels.count, m = std::min(n, pixel_budget);
@@ -216,13 +201,13 @@ EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget) {
 void SdfEnergy::read(const State& x, PixelReadings* out) {
   const auto n = static_cast<std::size_t>(pixels_->count());
   out->residual_m.resize(n), out->weight.resize(n), out->hit.resize(n);
-  with_term(x, false, [&](const auto term) {
+  with_term(x, false, [&](const auto& term, const auto&) {
     for (int i = 0; i < term.pixels.count; ++i) {
       FieldRow<float, std::decay_t<decltype(term)>::P> row;
-      const auto reading = term.read(i, &row);
+      const auto reading = term.read(i, 1, &row);
       const auto j = static_cast<std::size_t>(i);
       out->residual_m[j] = reading.residual_m;
-      out->weight[j] = term.curve(i, reading.residual_m).curvature;
+      out->weight[j] = term.curve(i, 1, reading.residual_m).curvature;
       out->hit[j] = term.pixels.gain[i] == 0.0f;
     }
   });

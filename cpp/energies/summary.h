@@ -70,11 +70,11 @@ class SummarySums {
   template <class Term>
   float add(const Term& term, int i, float voxel_m) {
     FieldRow<float, P> row;
-    const auto reading = term.read(i, &row);
+    const auto reading = term.read(i, 1, &row);
     const bool hit = term.pixels.gain[i] == 0.0f;
     const float noise = term.pixels.noise_scale[i], gain2 = reading.gain * reading.gain;
     const float residual = reading.residual_m, s = term.penalty.scale_m * noise;
-    const Curve<float> curve = term.curve(i, residual);
+    const Curve<float> curve = term.curve(i, 1, residual);
     const float slope = curve.slope;
     const float weight =
         Term::kColor ? curve.curvature : (std::abs(residual) > 1e-3f * s ? slope / residual : 0.5f / (s * s));
@@ -100,8 +100,8 @@ class SummarySums {
   template <class Term>
   void add_miss(const Term& term, int i) {
     FieldRow<float, P> row;
-    const auto reading = term.read(i, &row);
-    const float pull = reading.gain * term.curve(i, reading.residual_m).slope;
+    const auto reading = term.read(i, 1, &row);
+    const float pull = reading.gain * term.curve(i, 1, reading.residual_m).slope;
     for (int a = 0; a < P; ++a) missed_[a] += static_cast<double>(pull * row.J[a]);
   }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One pixel's contribution: the only code that the CPU loop and a CUDA kernel share and need.
+// The contribution of one pixel, or of a pack of neighbouring ones: the only code that the CPU loop and a
+// CUDA kernel share and need.
 #pragma once
 
 #include <type_traits>
@@ -38,7 +39,14 @@ struct PixelsView {
   const T* foreground = nullptr;
 };
 
-// S is float within a block of pixels and double beyond (reduce_cpu.h); a cost is always summed in double.
+// What a pixel adds to the normal equations: cost, and slope and curvature of it as functions of phi.
+template <class T, int P>
+struct Contribution {
+  T cost, slope, curvature;
+  T J[P];  // d phi / d unknowns
+};
+
+// S is float or double; a cost is always summed in double.
 template <class S, int P>
 struct Sums {
   double cost = 0, count = 0;
@@ -46,32 +54,61 @@ struct Sums {
   S hessian[P * (P + 1) / 2] = {};  // lower triangle, row by row
 
   template <class U>
-  HD void operator+=(const Sums<U, P>& o) {
+  HD void add(const Contribution<U, P>& c) {
+    cost += static_cast<double>(c.cost), count += 1;
+    for (int a = 0, k = 0; a < P; ++a) {
+      gradient[a] += static_cast<S>(c.slope * c.J[a]);
+      const U weighted = c.curvature * c.J[a];
+      for (int b = 0; b <= a; ++b) hessian[k++] += static_cast<S>(weighted * c.J[b]);
+    }
+  }
+  HD void operator+=(const Sums& o) {
     cost += o.cost, count += o.count;
     for (int j = 0; j < P; ++j) gradient[j] += o.gradient[j];
     for (int j = 0; j < P * (P + 1) / 2; ++j) hessian[j] += o.hessian[j];
   }
 };
 
+// Pixel i and, in a pack, the n - 1 that follow it.
 template <class Field, class Penalty>
 struct Term {
   static constexpr int P = Field::P;
   using T = typename Field::Scalar;
+  using S = ScalarOf<T>;
+  using Mask = decltype(T() < T());
 
   Field field;
   Penalty penalty;
   Intrinsics<T> K;
-  PixelsView<T> pixels;
+  PixelsView<S> pixels;
   Residual residual;
   bool reclassify;   // linearisation may move a pixel between hit and fallback
   int newton_steps;  // 1: warm start from the last hit; more: from the reading, until |phi| < 1e-5 m
   T inv_fx = T(1) / K.fx, inv_fy = T(1) / K.fy;
 
-  HD Vec3<T> ray_of(int i) const {
-    return {(pixels.u_px[i] - K.cx) * inv_fx, (pixels.v_px[i] - K.cy) * inv_fy, T(1)};
+  // The same for lanes of U.
+  template <class U>
+  HD auto cast() const {
+    return Term<decltype(field.template cast<U>()), decltype(penalty.template cast<U>())>{
+        field.template cast<U>(),
+        penalty.template cast<U>(),
+        K.template cast<U>(),
+        pixels,
+        residual,
+        reclassify,
+        newton_steps,
+        U(inv_fx),
+        U(inv_fy)};
   }
 
-  // The residual of pixel i and d residual / d phi, from the last sample of the field.
+  HD Vec3<T> ray_of(int i, int n = 1) const {
+    return {(load<T>(pixels.u_px + i, n) - K.cx) * inv_fx, (load<T>(pixels.v_px + i, n) - K.cy) * inv_fy,
+            T(1)};
+  }
+
+  static HD Mask every() { return T(0) <= T(0); }
+
+  // The residual of a pixel and d residual / d phi, from the last sample of the field.
   struct Reading {
     T residual_m, gain;
   };
@@ -79,11 +116,12 @@ struct Term {
   // A penalty that looks at colours takes the pixel's posterior as a third argument.
   static constexpr bool kColor = std::is_invocable_v<const Penalty&, T, T, T>;
 
-  HD Curve<T> curve(int i, T residual_m) const {
+  HD Curve<T> curve(int i, int n, T residual_m) const {
+    const T noise_scale = load<T>(pixels.noise_scale + i, n);
     if constexpr (kColor)
-      return penalty(residual_m, pixels.noise_scale[i], pixels.foreground[i]);
+      return penalty(residual_m, noise_scale, load<T>(pixels.foreground + i, n));
     else
-      return penalty(residual_m, pixels.noise_scale[i]);
+      return penalty(residual_m, noise_scale);
   }
   HD T second_derivative(int i, T residual_m) const {
     if constexpr (kColor)
@@ -94,99 +132,117 @@ struct Term {
 
   // phi and its slope along the ray r at depth z; with the full row where kRow.
   template <bool kRow>
-  HD void look(Vec3<T> r, T z, FieldRow<T, P>* row, T* slope) const {
+  HD T look(Vec3<T> r, T z, FieldRow<T, P>* row) const {
     if constexpr (kRow)
       field.row(z * r, row);
     else
       field.value(z * r, &row->phi_m, &row->grad_cam);
-    *slope = dot(row->grad_cam, r);
+    return dot(row->grad_cam, r);
   }
 
-  // Newton's iteration for the depth at which the ray meets the model; returns the (limited) slope there.
+  // A pixel that hopes to meet the model: Newton's iteration for the depth at which its ray does, from *z on.
+  // Another: a look at *z, which stays. Returns the slope of the last look, which for a hit is limited.
   template <bool kRow>
-  HD T find_hit(int i, Vec3<T> r, T* z, FieldRow<T, P>* row) const {
-    T c;
-    int k = 0;
-    do {
-      look<kRow>(r, *z, row, &c);
-      c = c > T(-kGrazingSlope) ? T(-kGrazingSlope) : c;
-      *z -= row->phi_m / c;
-    } while (++k < newton_steps && std::abs(row->phi_m) >= T(1e-5));
-    const T depth = pixels.depth_m[i];
-    if (!(std::abs(*z - depth) < T(kHitReach_m))) *z = depth - T(kHitLead_m);  // lost its way: start afresh
+  HD T find_hit(Vec3<T> r, T depth, Mask hopes, T* z, FieldRow<T, P>* row) const {
+    T at = *z, next, c;
+    for (int k = 1;; ++k) {
+      const T slope = look<kRow>(r, at, row);
+      c = select(hopes & (slope > T(-kGrazingSlope)), T(-kGrazingSlope), slope);
+      next = at - row->phi_m / c;
+      if (k >= newton_steps) break;
+      const Mask goes_on = hopes & (abs(row->phi_m) >= T(1e-5));
+      if (!any(goes_on)) break;
+      at = select(goes_on, next, at);
+    }
+    const T afresh = depth - T(kHitLead_m);  // of a ray that lost its way
+    *z = select(hopes, select(abs(next - depth) < T(kHitReach_m), next, afresh), *z);
     return c;
   }
 
-  HD T hit_start(int i) const {
-    return newton_steps > 1 ? pixels.depth_m[i] - T(kHitLead_m) : pixels.hit_m[i];
+  HD T hit_start(int i, int n, T depth) const {
+    return newton_steps > 1 ? depth - T(kHitLead_m) : load<T>(pixels.hit_m + i, n);
   }
 
   // One step of the hits alone: brings them near the model before the first linearisation.
-  HD void settle(int i) const {
+  HD void settle(int i, int n) const {
     FieldRow<T, P> row;
-    find_hit<false>(i, ray_of(i), &pixels.hit_m[i], &row);
+    T z = load<T>(pixels.hit_m + i, n);
+    const T depth = load<T>(pixels.depth_m + i, n);
+    find_hit<false>(ray_of(i, n), depth, every(), &z, &row);
+    store(z, pixels.hit_m + i, n);
   }
 
-  // Cost of one pixel at a trial state; the trial's hit goes into its own buffer.
-  HD T cost(int i) const {
-    const Vec3<T> r = ray_of(i);
-    const T depth = pixels.depth_m[i];
-    FieldRow<T, P> row;
-    T res, slope;
-    if (pixels.gain[i] == T(0)) {
-      T z = hit_start(i);
-      find_hit<false>(i, r, &z, &row);
-      pixels.trial_hit_m[i] = z;
-      res = z - depth;
-    } else {
-      look<false>(r, depth, &row, &slope);
-      res = pixels.gain[i] * row.phi_m;
-      pixels.trial_hit_m[i] = pixels.hit_m[i];
-    }
-    return curve(i, res).cost;
+  // phi at the measured point.
+  HD T distance(int i, int n) const {
+    T phi;
+    Vec3<T> unused;
+    field.value(load<T>(pixels.depth_m + i, n) * ray_of(i, n), &phi, &unused);
+    return phi;
   }
 
-  // Residual, gain and Jacobian row of pixel i at the current state.
-  HD Reading read(int i, FieldRow<T, P>* row) const {
-    const Vec3<T> r = ray_of(i);
-    const T depth = pixels.depth_m[i];
-    if (residual == Residual::kRayHit && (reclassify || pixels.gain[i] == T(0))) {
-      T z = hit_start(i);
-      const T c = find_hit<true>(i, r, &z, row);
-      pixels.hit_m[i] = z;
-      const bool meets = std::abs(row->phi_m) < T(kHitTolerance_m) && c < T(-kGrazingSlope);
-      if (reclassify) pixels.gain[i] = meets ? T(0) : T(1);
-      if (pixels.gain[i] == T(0)) return {z - depth, T(-1) / c};
+  // Cost at a trial state; the trial's hit goes into its own buffer.
+  HD T cost(int i, int n = 1) const {
+    const T depth = load<T>(pixels.depth_m + i, n), gain = load<T>(pixels.gain + i, n);
+    const Mask meets = gain == T(0);
+    FieldRow<T, P> row;
+    T z = select(meets, hit_start(i, n, depth), depth);
+    find_hit<false>(ray_of(i, n), depth, meets, &z, &row);
+    store(select(meets, z, load<T>(pixels.hit_m + i, n)), pixels.trial_hit_m + i, n);
+    return curve(i, n, select(meets, z - depth, gain * row.phi_m)).cost;
+  }
+
+  // Residual, gain and Jacobian row at the current state.
+  HD Reading read(int i, int n, FieldRow<T, P>* row) const {
+    const Vec3<T> r = ray_of(i, n);
+    const T depth = load<T>(pixels.depth_m + i, n);
+    T gain = load<T>(pixels.gain + i, n);
+    if (residual != Residual::kRayHit) {
+      const T slope = look<true>(r, depth, row);
+      if (reclassify) gain = residual == Residual::kPoint ? T(1) : fallback_gain(slope);
+      if (reclassify) store(gain, pixels.gain + i, n);
+      return {gain * row->phi_m, gain};
     }
-    T slope;
-    look<true>(r, depth, row, &slope);
-    if (reclassify) pixels.gain[i] = residual == Residual::kPoint ? T(1) : fallback_gain(slope);
-    return {pixels.gain[i] * row->phi_m, pixels.gain[i]};
+    const Mask hopes = reclassify ? every() : gain == T(0);
+    T z = select(hopes, hit_start(i, n, depth), depth);
+    const T c = find_hit<true>(r, depth, hopes, &z, row);
+    store(select(hopes, z, load<T>(pixels.hit_m + i, n)), pixels.hit_m + i, n);
+    Mask meets = hopes;
+    if (reclassify) {
+      meets = (abs(row->phi_m) < T(kHitTolerance_m)) & (c < T(-kGrazingSlope));
+      if (!all(meets)) {
+        FieldRow<T, P> measured;
+        const T slope = look<true>(r, depth, &measured);
+        gain = fallback_gain(slope);
+        choose(meets, measured, row);
+      }
+      gain = select(meets, T(0), gain);
+      store(gain, pixels.gain + i, n);
+    }
+    return {select(meets, z - depth, gain * row->phi_m), select(meets, T(-1) / c, gain)};
+  }
+
+  // Where not `keep`, the other row.
+  static HD void choose(Mask keep, const FieldRow<T, P>& other, FieldRow<T, P>* row) {
+    row->phi_m = select(keep, row->phi_m, other.phi_m);
+    for (int j = 0; j < P; ++j) row->J[j] = select(keep, row->J[j], other.J[j]);
   }
 
   static HD T fallback_gain(T slope) {
-    const T a = std::abs(slope);
-    return T(1) / (a > T(kFallbackSlope) ? a : T(kFallbackSlope));
+    const T a = abs(slope);
+    return T(1) / select(a > T(kFallbackSlope), a, T(kFallbackSlope));
   }
 
-  template <class S>
-  HD void linearize(int i, Sums<S, P>* sums) const {
+  HD Contribution<T, P> linearize(int i, int n = 1) const {
     FieldRow<T, P> row;
-    const Reading reading = read(i, &row);
-    add_row(row, curve(i, reading.residual_m), reading.gain, sums);
+    const Reading reading = read(i, n, &row);
+    const Curve<T> c = curve(i, n, reading.residual_m);
+    return contribution(row, c, reading.gain);
   }
 
-  template <class S>
-  static HD void add_row(const FieldRow<T, P>& row, const Curve<T>& curve, T gain, Sums<S, P>* sums) {
-    sums->cost += static_cast<double>(curve.cost);
-    sums->count += 1;
-    const T slope = curve.slope * gain, curvature = curve.curvature * gain * gain;
-    int k = 0;
-    for (int a = 0; a < P; ++a) {
-      sums->gradient[a] += static_cast<S>(slope * row.J[a]);
-      const T weighted = curvature * row.J[a];
-      for (int b = 0; b <= a; ++b) sums->hessian[k++] += static_cast<S>(weighted * row.J[b]);
-    }
+  static HD Contribution<T, P> contribution(const FieldRow<T, P>& row, const Curve<T>& curve, T gain) {
+    Contribution<T, P> out{curve.cost, curve.slope * gain, curve.curvature * gain * gain, {}};
+    for (int j = 0; j < P; ++j) out.J[j] = row.J[j];
+    return out;
   }
 };
 

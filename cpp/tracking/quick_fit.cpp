@@ -56,12 +56,12 @@ void add_readings(const QuickData& data, const QuickStage& stage, const Rigidf& 
   FieldRow<float, 6> row;
   for (const Vec3f& p_cam : *data.readings_cam) {
     field.row(p_cam, &row);
-    ReadingTerm::add_row(row, penalty(row.phi_m), 1.0f, sums);
+    sums->add(ReadingTerm::contribution(row, penalty(row.phi_m), 1.0f));
   }
   for (const Vec3f& p_cam : *data.solids_cam) {
     field.row(p_cam, &row);
     row.phi_m += solid_margin(stage);
-    if (row.phi_m < 0) ReadingTerm::add_row(row, penalty(row.phi_m), 1.0f, sums);
+    if (row.phi_m < 0) sums->add(ReadingTerm::contribution(row, penalty(row.phi_m), 1.0f));
   }
 }
 
@@ -100,7 +100,7 @@ void add_surface(const QuickData& data, const QuickStage& stage, const Rigidf& T
     const Vec3f p = data.shape->search_points[i], n = data.shape->search_normals[i], m = cross(p, n);
     const float J[6] = {n.x, n.y, n.z, m.x, m.y, m.z};
     std::copy(J, J + 6, row.J);
-    ReadingTerm::add_row(row, penalty(row.phi_m), 1.0f, sums);
+    sums->add(ReadingTerm::contribution(row, penalty(row.phi_m), 1.0f));
   }
 }
 
@@ -131,7 +131,7 @@ void add_free_space(const QuickData& data, const QuickStage& stage, const Rigidf
     std::copy(J, J + 6, row.J);
     Curve<float> curve = penalty(row.phi_m, 1.0f);
     curve = {weight * curve.cost, weight * curve.slope, weight * curve.curvature};
-    ReadingTerm::add_row(row, curve, 1.0f, sums);
+    sums->add(ReadingTerm::contribution(row, curve, 1.0f));
   }
 }
 

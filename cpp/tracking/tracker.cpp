@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kColorBudget = 3000, kFirstColorBudget = 20000;  // pixels visited for the histograms
 constexpr double kProof = 0.9;  // evidence by which what a search has found proves to be the object
-constexpr double kSlow = 0.02, kFast = 0.3;                    // how fast the usual values follow
+constexpr double kSlow = 0.02, kFast = 0.3;  // how fast the usual values follow
 
 bool has_depth(const ImageView<float>& depth_m) {
   const int pixels = depth_m.width * depth_m.height, stride = std::max(1, pixels / 4099);

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Camera', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'Curvature', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'MotionModel', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'fast_sweep', 'find_plane', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'primitive_sdf', 'redistance', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Camera', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'Curvature', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'MotionModel', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'fast_sweep', 'find_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'primitive_sdf', 'redistance', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'winding_numbers']
 class Camera:
     """
     Pinhole camera with Brown-Conrady distortion; see sdftrack.Camera.
@@ -655,6 +655,14 @@ def find_plane(depth: numpy.ndarray, camera: Camera, start_x: typing.SupportsInt
     """
     Dominant plane as (normal, offset), or None.
     """
+def isa() -> str:
+    """
+    The one in use: the fastest, or the environment variable SDFTRACK_ISA.
+    """
+def isas() -> list[str]:
+    """
+    Instruction sets that this build has code for and this processor runs, slowest first.
+    """
 def mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
     """
     -> phi [z, y, x] float32 m, number of voxels inside an inside-out part.
@@ -717,5 +725,5 @@ def winding_numbers(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing
     """
 BAND_VOXELS: float = 6.0
 __version__: str = '0.1.0'
-build: dict = {'compiler': 'gcc 12.2.0', 'cpu_features': ['sse2'], 'optimised': True}
+build: dict = {'compiler': 'gcc 12.2.0', 'optimised': True}
 cuda_build: bool = False

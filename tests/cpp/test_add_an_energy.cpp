@@ -73,7 +73,7 @@ TEST(DepthCauchy, the_gradient_of_the_energy_is_the_slope_of_its_cost) {
   };
 
   Sums<double, 6> sums;
-  for (int i = 0; i < 4; ++i) term_at(start).linearize(i, &sums);
+  for (int i = 0; i < 4; ++i) sums.add(term_at(start).linearize(i));
 
   const double h = 1e-7;  // m and rad: far below a voxel, far above rounding
   for (int j = 0; j < 6; ++j) {

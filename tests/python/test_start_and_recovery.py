@@ -174,7 +174,9 @@ def test_a_pose_found_again_is_weak_until_a_second_frame_confirms_it(tracker, bo
 @pytest.mark.parametrize(("evidence", "learns"), [(0.7, False), (0.97, True)])
 def test_colours_are_learned_only_from_a_find_that_has_proved_itself(body, evidence, learns):
     frame, mask = shot(body, POSE)
-    frame = st.Frame(frame.depth, color=np.where(mask[..., None], [200, 40, 40], [40, 60, 200]).astype(np.uint8))
+    frame = st.Frame(
+        frame.depth, color=np.where(mask[..., None], [200, 40, 40], [40, 60, 200]).astype(np.uint8)
+    )
     sure = st.Tracker(body, CAMERA, search_odds=1.0, threads=1).start(frame).confidence[0]
     odds = evidence / (1 - evidence) * (1 - sure) / sure
     tracker = st.Tracker(body, CAMERA, search_odds=odds, threads=1)

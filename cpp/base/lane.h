@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+// A lane type is a number or a pack of floats. Per-pixel formulas are templates on it, and this file alone
+// knows the difference: a comparison gives a mask, select(mask, a, b) takes the place of `mask ? a : b`.
+// Every operation gives the same bits in a pack as in a float.
+#pragma once
+
+#include <bit>
+#include <cmath>
+
+#include "base/hd.h"
+
+namespace sdftrack {
+
+// The number that a lane is made of, what holds its indices, and how many numbers there are.
+template <class T>
+struct Lane {
+  using Scalar = T;
+  using Int = int;
+  static constexpr int width = 1;
+};
+template <class T>
+using ScalarOf = typename Lane<T>::Scalar;
+template <class T>
+using IntOf = typename Lane<T>::Int;
+template <class T>
+constexpr int kWidth = Lane<T>::width;
+
+template <class T>
+HD T select(bool mask, T a, T b) {
+  return mask ? a : b;
+}
+HD bool any(bool mask) { return mask; }
+HD bool all(bool mask) { return mask; }
+HD float abs(float x) { return std::abs(x); }
+HD double abs(double x) { return std::abs(x); }
+HD float sqrt(float x) { return std::sqrt(x); }
+HD double sqrt(double x) { return std::sqrt(x); }
+HD float copysign(float size, float sign) { return std::copysign(size, sign); }
+HD double copysign(double size, double sign) { return std::copysign(size, sign); }
+HD int truncate(float x) { return static_cast<int>(x); }
+HD int truncate(double x) { return static_cast<int>(x); }
+template <class T>
+HD T real(int i) requires(kWidth<T> == 1) {
+  return static_cast<T>(i);
+}
+#ifndef __CUDA_ARCH__
+HD int bits_of(float x) { return std::bit_cast<int>(x); }
+template <class T>
+HD float from_bits(int bits) requires(kWidth<T> == 1) {
+  return std::bit_cast<float>(bits);
+}
+#endif
+
+// The first n numbers from p on, of which there are at least that many; n <= kWidth<T>, the rest is 0.
+template <class T>
+HD T load(const ScalarOf<T>* p, int n) {
+  if constexpr (kWidth<T> == 1) {
+    return *p;
+  } else {
+    T x;
+    if (n >= kWidth<T>) {
+      __builtin_memcpy(&x.v, p, sizeof(x.v));
+    } else {
+      float some[kWidth<T>] = {};
+      for (int k = 0; k < n; ++k) some[k] = p[k];
+      __builtin_memcpy(&x.v, some, sizeof(x.v));
+    }
+    return x;
+  }
+}
+template <class T>
+HD void store(T x, ScalarOf<T>* p, int n) {
+  if constexpr (kWidth<T> == 1) {
+    *p = x;
+  } else if (n >= kWidth<T>) {
+    __builtin_memcpy(p, &x.v, sizeof(x.v));
+  } else {
+    for (int k = 0; k < n; ++k) p[k] = x.v[k];
+  }
+}
+
+// p[i] and p[i + 1]: two corners of a cell, one beside the other.
+template <class T>
+HD void gather_pair(const float* p, int i, T* a, T* b) {
+  *a = static_cast<T>(p[i]), *b = static_cast<T>(p[i + 1]);
+}
+
+}  // namespace sdftrack

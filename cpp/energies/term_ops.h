@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// The loops over pixels, compiled once per instruction set: a table of functions for each (field, penalty)
+// pair of compiled.inc. All of them compute the same bits (term_loops.h).
+#pragma once
+
+#include "base/isa.h"
+#include "energies/term.h"
+
+namespace sdftrack {
+
+// Over pixels [begin, end). What runs on several threads is cut into chunks by the caller.
+template <class Field, class Penalty>
+struct TermOps {
+  using Loop = Term<Field, Penalty>;
+  Sums<double, Field::P> (*linearize)(const Loop&, int begin, int end);
+  double (*cost)(const Loop&, int begin, int end);
+  void (*settle)(const Loop&, int begin, int end);
+  void (*classify)(const Loop&, int begin, int end);
+  void (*distances)(const Loop&, int begin, int end, float* phi_m);
+};
+
+// Defined in ops_*.cpp.
+template <class Field, class Penalty>
+struct OpsOf {
+  static const TermOps<Field, Penalty> baseline, avx2, avx512;
+};
+
+template <class Field, class Penalty>
+const TermOps<Field, Penalty>& ops_for(Isa isa) {
+  using Of = OpsOf<Field, Penalty>;
+#ifdef SDFTRACK_X86_SETS
+  if (isa == Isa::kAvx512) return Of::avx512;
+  if (isa == Isa::kAvx2) return Of::avx2;
+#endif
+  static_cast<void>(isa);
+  return Of::baseline;
+}
+
+}  // namespace sdftrack

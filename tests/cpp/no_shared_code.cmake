@@ -1,0 +1,12 @@
+# Fails when an object of one instruction set (ops_avx*) has a weak symbol. OBJECTS: a list, by commas.
+string(REPLACE "," ";" OBJECTS "${OBJECTS}")
+list(FILTER OBJECTS INCLUDE REGEX "ops_avx[^/]*$")
+foreach(object IN LISTS OBJECTS)
+  execute_process(COMMAND ${NM} --defined-only ${object} OUTPUT_VARIABLE symbols COMMAND_ERROR_IS_FATAL ANY)
+  if(NOT symbols MATCHES " [tT] ")
+    message(FATAL_ERROR "${object}: no code in it")
+  endif()
+  if(symbols MATCHES " [VvWwu] [^\n]*")
+    message(FATAL_ERROR "${object}: shared with other files: ${CMAKE_MATCH_0}")
+  endif()
+endforeach()

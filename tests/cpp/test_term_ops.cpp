@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// The loops over pixels give the same bits on every instruction set.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <random>
+#include <utility>
+
+#include "energies/pixel_set.h"
+#include "energies/term_ops.h"
+#include "volume_fixture.h"
+
+namespace sdftrack {
+namespace {
+
+const Volume kBox = make_volume(40, 0.1, [](Vec3d p) { return box_distance(p, {0.05, 0.03, 0.04}); });
+const Rigidf kPose =
+    inverse(Rigidd{rotation_exp(Vec3d{0.5, -0.4, 0.3}), {0.01, -0.02, 0.5}}).cast<float>();  // T_obj_cam
+const Intrinsics<float> kCamera{525, 520, 160, 120};
+
+// Readings on the body, beside it and far outside the volume.
+PixelSet some_pixels(int count) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> u(90, 230), v(60, 180), z(0.42f, 0.58f), noise(0.5f, 2), share(0, 1);
+  PixelSet pixels;
+  for (int i = 0; i < count; ++i)
+    pixels.push(u(random), v(random), i % 37 == 0 ? 2.0f : z(random), noise(random), i, share(random));
+  return pixels;
+}
+
+SingleObject<float> field_of(SingleObject<float>*) { return {kBox.view(), kPose}; }
+ScaledObject<float> field_of(ScaledObject<float>*) { return {kBox.view(), kPose, 1.1f}; }
+WithIntrinsics<SingleObject<float>> field_of(WithIntrinsics<SingleObject<float>>*) {
+  return {{kBox.view(), kPose}, kCamera};
+}
+DepthLogistic<float> penalty_of(DepthLogistic<float>*) { return {0.003f, 0.1f, Curvature::kIrls, 0.02f}; }
+ColorOdds<float> penalty_of(ColorOdds<float>*) { return {0.003f, 0.1f, 0.7f}; }
+ColorPrinted<float> penalty_of(ColorPrinted<float>*) { return {0.003f}; }
+
+// All that the loops write or return, as bytes.
+template <class Field, class Penalty>
+std::vector<unsigned char> bytes_of(const TermOps<Field, Penalty>& ops, int count, Residual residual,
+                                    int newton_steps) {
+  PixelSet pixels = some_pixels(count);
+  Field* const field = nullptr;
+  Penalty* const penalty = nullptr;
+  Term<Field, Penalty> term{field_of(field), penalty_of(penalty), kCamera, pixels.view(), residual, true,
+                            newton_steps};
+  std::vector<float> distances(static_cast<std::size_t>(count));
+  ops.distances(term, 0, count, distances.data());
+  ops.settle(term, 0, count);
+  ops.classify(term, 0, count);
+  const auto sums = ops.linearize(term, 0, count);
+  term.reclassify = false;
+  const auto again = ops.linearize(term, 0, count);
+  const double cost = ops.cost(term, 0, count);
+  EXPECT_NEAR(cost, again.cost, 0.02 * again.cost + 1);  // the hits have gone on since
+
+  std::vector<unsigned char> out;
+  const auto append = [&](const void* data, std::size_t size) {
+    const auto* bytes = static_cast<const unsigned char*>(data);
+    out.insert(out.end(), bytes, bytes + size);
+  };
+  append(&sums, sizeof sums), append(&again, sizeof again), append(&cost, sizeof cost);
+  for (const std::vector<float>* v : {&distances, &pixels.hit_m, &pixels.trial_hit_m, &pixels.gain})
+    append(v->data(), v->size() * sizeof(float));
+  return out;
+}
+
+template <class Field, class Penalty>
+void expect_the_same_bits() {
+  for (const Isa isa : supported_isas())
+    for (const int count : {1, 5, 16, 17, 500, 513, 1100})
+      for (const Residual residual : {Residual::kRayHit, Residual::kPoint, Residual::kSlope})
+        for (const int newton_steps : {1, 8})
+          EXPECT_EQ(bytes_of(ops_for<Field, Penalty>(isa), count, residual, newton_steps),
+                    bytes_of(OpsOf<Field, Penalty>::baseline, count, residual, newton_steps))
+              << isa_name(isa) << ", " << count << " pixels";
+}
+
+#define SDFTRACK_PAIR(name, field, penalty) \
+  TEST(TermOps, name##_has_the_same_bits_on_every_instruction_set) { expect_the_same_bits<field, penalty>(); }
+#include "energies/compiled.inc"
+#undef SDFTRACK_PAIR
+
+// What the loops sum is what their pixels give one by one, in double.
+TEST(TermOps, the_sums_are_those_of_the_pixels) {
+  constexpr int kCount = 700;
+  PixelSet pixels = some_pixels(kCount), others = pixels;
+  const auto term_of = [](PixelSet* set) {
+    return Term<SingleObject<float>, DepthLogistic<float>>{
+        {kBox.view(), kPose}, {0.003f, 0.1f}, kCamera, set->view(), Residual::kSlope, true, 1};
+  };
+  Sums<double, 6> slow;
+  for (int i = 0; i < kCount; ++i) slow.add(term_of(&others).linearize(i));
+  for (const Isa isa : supported_isas()) {
+    const auto fast =
+        ops_for<SingleObject<float>, DepthLogistic<float>>(isa).linearize(term_of(&pixels), 0, kCount);
+    EXPECT_EQ(fast.count, kCount);
+    EXPECT_NEAR(fast.cost, slow.cost, 1e-6 * slow.cost);
+    for (int k = 0; k < 21; ++k) EXPECT_NEAR(fast.hessian[k], slow.hessian[k], 1e-5 * (1 + slow.hessian[0]));
+    for (int a = 0; a < 6; ++a)
+      EXPECT_NEAR(fast.gradient[a], slow.gradient[a], 1e-4 * (1 + std::abs(slow.gradient[a])));
+  }
+}
+
+}  // namespace
+}  // namespace sdftrack

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""One build, several instruction sets: the same bits from each, and a clear error for one that is not there."""
+
+import hashlib
+import os
+import subprocess
+import sys
+
+import pytest
+
+import sdftrack as st
+from sdftrack import _core
+
+
+def run(isa, code):
+    env = {**os.environ, "SDFTRACK_ISA": isa, "PYTHONPATH": os.pathsep.join(sys.path)}
+    return subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, timeout=120)
+
+
+TRACKED = """
+import hashlib, numpy as np, sdftrack as st
+from sdftrack import synth
+sdf = st.SDF.box([0.12, 0.08, 0.05], voxels=80)
+seq = synth.sequence(sdf, 6, noise=0.001, seed=3)
+digest = hashlib.sha256()
+for mode in ("depth", "rgbd"):
+    tracker = st.Tracker(sdf, seq.camera, mode=mode, threads=1)
+    tracker.start(seq[0], poses=[seq.ground_truth[0][0]])
+    for k in range(1, 6):
+        result = tracker.track(seq[k])
+        digest.update(result.poses.tobytes() + result.covariance.tobytes())
+print(st.info()["cpu_features_in_use"][0], digest.hexdigest())
+"""
+
+
+def test_the_poses_are_the_same_bits_on_every_instruction_set():
+    said = {}
+    for isa in _core.isas():
+        done = run(isa, TRACKED)
+        assert done.returncode == 0, done.stderr
+        used, digest = done.stdout.split()
+        assert used == isa
+        said[isa] = digest
+    assert len(set(said.values())) == 1, said
+    assert hashlib.sha256().hexdigest() not in said.values()
+
+
+def test_an_instruction_set_that_is_not_there_is_named_with_those_that_are():
+    done = run("sse9", "import sdftrack")
+    assert done.returncode != 0
+    assert "SDFTRACK_ISA" in done.stderr
+    assert "sse9" in done.stderr
+    assert "baseline" in done.stderr
+
+
+@pytest.mark.skipif("SDFTRACK_ISA" in os.environ, reason="one is forced")
+def test_the_fastest_is_used_unless_told_otherwise():
+    assert st.info()["cpu_features_in_use"] == [_core.isas()[-1]]
+    assert _core.isas()[0] == "baseline"
