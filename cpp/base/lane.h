@@ -29,6 +29,7 @@ template <class T>
 HD T select(bool mask, T a, T b) {
   return mask ? a : b;
 }
+HD int select(bool mask, int a, int b) { return mask ? a : b; }
 HD bool any(bool mask) { return mask; }
 HD bool all(bool mask) { return mask; }
 HD float abs(float x) { return std::abs(x); }
@@ -79,6 +80,30 @@ HD void store(T x, ScalarOf<T>* p, int n) {
   }
 }
 
+// first, first + 1, ... of lanes that hold something; the others repeat the last of the n.
+template <class T>
+HD IntOf<T> indices(int first, int n) {
+  if constexpr (kWidth<T> == 1) {
+    return first;
+  } else {
+    IntOf<T> i;
+    for (int k = 0; k < kWidth<T>; ++k) i[k] = first + (k < n ? k : n - 1);
+    return i;
+  }
+}
+// Whether a lane is one of the n.
+template <class T>
+HD auto among_first(int n) {
+  if constexpr (kWidth<T> == 1)
+    return n > 0;
+  else
+    return indices<T>(0, kWidth<T>) < n;
+}
+
+template <class T>
+HD T gather(const float* p, int i) requires(kWidth<T> == 1) {
+  return static_cast<T>(p[i]);
+}
 // p[i] and p[i + 1]: two corners of a cell, one beside the other.
 template <class T>
 HD void gather_pair(const float* p, int i, T* a, T* b) {

@@ -71,6 +71,11 @@ template <int W>
 HD Pack<W> select(typename Pack<W>::I mask, Pack<W> a, Pack<W> b) {
   return Pack<W>::of(mask ? a.v : b.v);
 }
+template <class I>
+HD I select(I mask, I a, I b) requires requires {
+  mask[0];
+}
+{ return mask ? a : b; }
 template <int W>
 HD Pack<W> abs(Pack<W> x) {
   return Pack<W>::of((typename Pack<W>::V)((typename Pack<W>::I)x.v & 0x7fffffff));
@@ -101,6 +106,10 @@ HD T from_bits(IntOf<T> bits) requires(kWidth<T> > 1) {
 HD bool any(Pack<16>::I mask) { return _mm512_movepi32_mask((__m512i)mask) != 0; }
 HD bool all(Pack<16>::I mask) { return _mm512_movepi32_mask((__m512i)mask) == 0xffff; }
 HD Pack<16> sqrt(Pack<16> x) { return Pack<16>::of((Pack<16>::V)_mm512_sqrt_ps((__m512)x.v)); }
+template <class T>
+HD T gather(const float* p, Pack<16>::I i) {
+  return T::of((Pack<16>::V)_mm512_i32gather_ps((__m512i)i, p, 4));
+}
 // Eight corners of 64 bits each in one gather; then the even and the odd floats of two of them.
 HD void gather_pair(const float* p, Pack<16>::I i, Pack<16>* a, Pack<16>* b) {
   const __m512i at = (__m512i)i;
@@ -115,6 +124,10 @@ HD void gather_pair(const float* p, Pack<16>::I i, Pack<16>* a, Pack<16>* b) {
 HD bool any(Pack<8>::I mask) { return _mm256_movemask_ps((__m256)mask) != 0; }
 HD bool all(Pack<8>::I mask) { return _mm256_movemask_ps((__m256)mask) == 0xff; }
 HD Pack<8> sqrt(Pack<8> x) { return Pack<8>::of((Pack<8>::V)_mm256_sqrt_ps((__m256)x.v)); }
+template <class T>
+HD T gather(const float* p, Pack<8>::I i) {
+  return T::of((Pack<8>::V)_mm256_i32gather_ps(p, (__m256i)i, 4));
+}
 HD void gather_pair(const float* p, Pack<8>::I i, Pack<8>* a, Pack<8>* b) {
   const __m256i at = (__m256i)i;
   const double* pairs = (const double*)p;
@@ -130,6 +143,12 @@ HD bool any(Pack<4>::I mask) { return (mask[0] | mask[1] | mask[2] | mask[3]) !=
 HD bool all(Pack<4>::I mask) { return (mask[0] & mask[1] & mask[2] & mask[3]) != 0; }
 HD Pack<4> sqrt(Pack<4> x) {
   for (int k = 0; k < 4; ++k) x.v[k] = std::sqrt(x.v[k]);
+  return x;
+}
+template <class T>
+HD T gather(const float* p, Pack<4>::I i) {
+  T x;
+  for (int k = 0; k < 4; ++k) x.v[k] = p[i[k]];
   return x;
 }
 HD void gather_pair(const float* p, Pack<4>::I i, Pack<4>* a, Pack<4>* b) {

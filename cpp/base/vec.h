@@ -22,6 +22,13 @@ struct Vec3 {
   }
 };
 
+// Points of a list, by index.
+template <class T>
+HD Vec3<T> gather(const Vec3<float>* points, IntOf<T> i) {
+  const float* p = &points->x;
+  return {gather<T>(p, i * 3), gather<T>(p + 1, i * 3), gather<T>(p + 2, i * 3)};
+}
+
 using Vec2f = Vec2<float>;
 using Vec2d = Vec2<double>;
 using Vec3f = Vec3<float>;

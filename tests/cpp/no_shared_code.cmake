@@ -1,6 +1,6 @@
-# Fails when an object of one instruction set (ops_avx*) has a weak symbol. OBJECTS: a list, by commas.
+# Fails when an object of one instruction set (*_avx2, *_avx512) has a weak symbol. OBJECTS: a list, by commas.
 string(REPLACE "," ";" OBJECTS "${OBJECTS}")
-list(FILTER OBJECTS INCLUDE REGEX "ops_avx[^/]*$")
+list(FILTER OBJECTS INCLUDE REGEX "_avx[0-9]+[^/]*$")
 foreach(object IN LISTS OBJECTS)
   execute_process(COMMAND ${NM} --defined-only ${object} OUTPUT_VARIABLE symbols COMMAND_ERROR_IS_FATAL ANY)
   if(NOT symbols MATCHES " [tT] ")

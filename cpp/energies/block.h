@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+// Sums over a block of contributions, for the files that are compiled once per instruction set. They run over
+// kLanes partial sums whatever the width of a pack L: the same bits on every instruction set.
+#pragma once
+
+#include "energies/term.h"
+
+namespace sdftrack {
+namespace {
+
+constexpr int kLanes = 16;
+constexpr int kBlock = 512;  // contributions summed in float before they go into double
+
+constexpr int whole_lanes(int count) { return (count + kLanes - 1) / kLanes * kLanes; }
+
+// x in the first n lanes, 0 in the others.
+template <class L>
+HD L first_of(L x, int n) {
+  return n >= kWidth<L> ? x : select(among_first<L>(n), x, L(0));
+}
+
+template <class L>
+struct PartialSums {
+  static constexpr int N = kLanes / kWidth<L>;
+  L part[N];
+
+  HD PartialSums() {
+    for (int j = 0; j < N; ++j) part[j] = L(0);
+  }
+  HD double total() const {
+    float x[kLanes];
+    for (int j = 0; j < N; ++j) store(part[j], x + j * kWidth<L>, kWidth<L>);
+    // In halves: short chains, and an order that the width of a pack has no say in.
+    for (int half = kLanes / 2; half > 0; half /= 2)
+      for (int j = 0; j < half; ++j) x[j] += x[j + half];
+    return static_cast<double>(x[0]);
+  }
+};
+
+// Numbers to be summed, in a row of which a loop fills whole packs.
+struct Row {
+  int filled = 0;
+  alignas(64) float x[kBlock];
+
+  // n: how many of the lanes count. There must be room for all of them.
+  template <class L>
+  HD void put(L value, int n) {
+    store(first_of(value, n), x + filled, kWidth<L>);
+    filled += kWidth<L>;
+  }
+  HD bool full() const { return filled == kBlock; }
+  template <class L>
+  HD double sum() {
+    for (; filled % kLanes != 0; ++filled) x[filled] = 0;
+    PartialSums<L> sums;
+    for (int k = 0; k < filled; k += kLanes)
+      for (int j = 0; j < PartialSums<L>::N; ++j) sums.part[j] += load<L>(x + k + j * kWidth<L>, kWidth<L>);
+    filled = 0;
+    return sums.total();
+  }
+};
+
+// Contributions without their costs. So many sums do not fit in registers together with a pixel: first all of
+// the rows, then their products.
+template <int P>
+struct Block {
+  int filled = 0;
+  alignas(64) float slope[kBlock], curvature[kBlock], J[P][kBlock];
+
+  template <class L>
+  HD void put(const Contribution<L, P>& c, int n) {
+    store(first_of(c.slope, n), slope + filled, kWidth<L>);
+    store(first_of(c.curvature, n), curvature + filled, kWidth<L>);
+    for (int a = 0; a < P; ++a) store(first_of(c.J[a], n), J[a] + filled, kWidth<L>);
+    filled += kWidth<L>;
+  }
+  HD bool full() const { return filled == kBlock; }
+  // Up to a whole number of partial sums, so that what follows falls into the same ones on every width.
+  HD void align() {
+    for (; filled % kLanes != 0; ++filled) {
+      slope[filled] = curvature[filled] = 0;
+      for (int a = 0; a < P; ++a) J[a][filled] = 0;
+    }
+  }
+  template <class L>
+  HD void add_to(Sums<double, P>* sums) {
+    align();
+    add_rows<L, 0>(sums);
+    filled = 0;
+  }
+
+ private:
+  // Row A of the sums: its gradient and the products with the rows before it.
+  template <class L, int A>
+  HD void add_rows(Sums<double, P>* sums) const {
+    PartialSums<L> gradient, hessian[A + 1];
+    for (int k = 0; k < filled; k += kLanes)
+      for (int j = 0; j < PartialSums<L>::N; ++j) {
+        const int at = k + j * kWidth<L>;
+        const L row = load<L>(J[A] + at, kWidth<L>);
+        const L weighted = load<L>(curvature + at, kWidth<L>) * row;
+        gradient.part[j] += load<L>(slope + at, kWidth<L>) * row;
+        for (int b = 0; b <= A; ++b) hessian[b].part[j] += weighted * load<L>(J[b] + at, kWidth<L>);
+      }
+    sums->gradient[A] += gradient.total();
+    for (int b = 0; b <= A; ++b) sums->hessian[A * (A + 1) / 2 + b] += hessian[b].total();
+    if constexpr (A + 1 < P) add_rows<L, A + 1>(sums);
+  }
+};
+
+}  // namespace
+}  // namespace sdftrack
