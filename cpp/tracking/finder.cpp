@@ -9,8 +9,10 @@ namespace sdftrack {
 
 namespace {
 
-constexpr std::size_t kFitted = 3;    // hypotheses worth a fit at full resolution
-constexpr double kComparable = 0.85;  // of the best score
+// Hypotheses worth a fit at full resolution: so many, with such a share of the best score. Within a mask the
+// readings are the object's, and the score says nearly all; elsewhere the fit tells clutter from the object.
+constexpr std::size_t kFittedInMask = 3, kFitted = 5;
+constexpr double kComparableInMask = 0.85, kComparable = 0.3;
 constexpr double kTie = 0.97;         // scores this close are told apart by the last rotation, if by anything
 constexpr double kLeastEndsThere = 0.1;  // where the object is known to be, with whatever it touches
 constexpr double kAmbiguous = 0.8;
@@ -24,6 +26,8 @@ void prefer_rotation(const Mat3d& R, std::vector<Hypothesis>* hypotheses) {
       best = h;
   std::rotate(hypotheses->begin(), best, best + 1);
 }
+
+double odds(double chance) { return chance / std::max(1e-9, 1 - chance); }
 
 // A hypothesis after its fit.
 struct Candidate {
@@ -76,9 +80,9 @@ std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& c
   std::vector<Candidate> all;
   FitMemory known = memory;
   const double least_ends = query.mask || query.box ? kLeastEndsThere : kLeastEnds;
-  const double least = kComparable * hypotheses.front().score;
-  for (std::size_t k = 0; k < hypotheses.size() && all.size() < kFitted && hypotheses[k].score >= least;
-       ++k) {
+  const double least = (query.mask ? kComparableInMask : kComparable) * hypotheses.front().score;
+  const std::size_t most = query.mask ? kFittedInMask : kFitted;
+  for (std::size_t k = 0; k < hypotheses.size() && all.size() < most && hypotheses[k].score >= least; ++k) {
     const Rigidd& T = hypotheses[k].T_cam_obj;
     const FitTarget target{shape, T, Matrix6d::Zero(), known, colors};
     const Attempt attempt{0, options_.padding_m, 0, {T}};  // the search has come near already
@@ -86,7 +90,8 @@ std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& c
     if (!fitted) continue;
     if (is_part_of_something(fitted->outline, least_ends)) continue;
     if (!known.noise_known) known = fitted->memory;  // the others are compared under the same noise
-    const double quality = hypotheses[k].score * std::max(0.0, fit_quality(*fitted, options_));
+    const double quality = query.mask ? hypotheses[k].score * std::max(0.0, fit_quality(*fitted, options_))
+                                      : hypotheses[k].score * odds(evidence_share(evidence_of(*fitted, options_), prior_log_odds));
     all.push_back({k, std::move(*fitted), quality});
   }
   if (all.empty()) return std::nullopt;

@@ -24,7 +24,7 @@ namespace {
 
 constexpr int kSeedsPerChunk = 8;
 constexpr std::size_t kKept = 15,
-                      kKeptOfMany = 24;  // distinct fits that are refined: of one place, of several
+                      kKeptOfMany = 72;  // distinct fits that are refined: of one place, of several
 constexpr std::size_t kMostReturned = 8;
 constexpr int kOutlineStride = 2;
 constexpr int kDensePoints = 1500;
@@ -40,7 +40,7 @@ constexpr double kCovered = 0.8;    // of a box, from which it counts as covered
 constexpr float kFarFloor = 0.01f;
 const std::vector<Vec3f> kNone;
 constexpr int kBoxSeeds = 3 * kSearchSeeds;  // rotations for a box: a place is cheap to try
-constexpr std::size_t kMostFitted = 480;     // of these, by the best place of each
+constexpr std::size_t kMostFitted = 720;     // of these, by the best place of each
 // A result below this score is not believed, and rotations between the first ones are tried.
 constexpr int kRounds = 4;
 constexpr double kConvincingMask = 0.85, kConvincing = 0.6, kBetween_rad = 0.12;
@@ -64,14 +64,20 @@ Rigidd rigid_inverse(const Rigidf& T_obj_cam) {
   return inverse(Rigidd{nearest_rotation(T.R), T.t});
 }
 
-// Only the readings within reach of a pose's surface.
-void near_surface(const SdfView& sdf, const Rigidd& T_cam_obj, std::vector<Vec3f>* readings_cam) {
-  const Rigidf T_obj_cam = inverse(T_cam_obj).cast<float>();
+// Only the readings within reach of the surface of one of the first poses: those of the best alone would leave
+// out what speaks against it.
+void near_surface(const SdfView& sdf, const std::vector<Refined>& refined, std::size_t first,
+                  std::vector<Vec3f>* readings_cam) {
+  std::vector<Rigidf> T_obj_cam;
+  for (std::size_t k = 0; k < first; ++k)
+    T_obj_cam.push_back(inverse(refined[k].h.T_cam_obj).cast<float>());
   std::erase_if(*readings_cam, [&](const Vec3f& p_cam) {
-    float phi;
-    Vec3f gradient;
-    sample(sdf, T_obj_cam * p_cam, &phi, &gradient);
-    return !(std::abs(phi) < kOfSurface_m);
+    return std::none_of(T_obj_cam.begin(), T_obj_cam.end(), [&](const Rigidf& T) {
+      float phi;
+      Vec3f gradient;
+      sample(sdf, T * p_cam, &phi, &gradient);
+      return std::abs(phi) < kOfSurface_m;
+    });
   });
 }
 
@@ -286,10 +292,10 @@ void Search::drop_copies() const {
 void Search::break_ties() const {
   std::vector<Refined>& refined = s->refined;
   if (refined.empty()) return;
-  if (!one_place()) near_surface(shape.sdf, refined[0].h.T_cam_obj, &s->dense);
   std::size_t tied = 0;
   while (tied < std::min(kMostTied, refined.size()) && refined[tied].h.score > kTied * refined[0].h.score)
     ++tied;
+  if (!one_place()) near_surface(shape.sdf, refined, tied, &s->dense);
   parallel_for(tied, threads, [&](std::size_t k) {
     Refined& r = refined[k];
     Rigidf T_obj_cam = inverse(r.h.T_cam_obj).cast<float>();
