@@ -11,13 +11,16 @@ enum class ColorLikelihood {
   kPrinted,  // P_f d_on + P_b H_out (thesis Eq. 4.12, 4.13, 4.18)
 };
 
+constexpr double kClearOdds =
+    16;  // against the object, from which a colour is heard; from 4 times it, in full
+
 // The depth penalty with each pixel's own share of outliers. A reading belongs to the object with the prior
-// chance 1 - e and to something else with e; its colour c multiplies these by p(c | f) and p(c | b), that is,
-// but for a factor of the pixel alone, by P_f / prior and P_b / (1 - prior):
-//   -log((1 - e_i) sech^2(r / 2s) + e_i),   e_i / (1 - e_i) = e / (1 - e) (P_b / (1 - prior)) / (P_f /
-//   prior).
-// A colour only takes trust away: one that says nothing (P_f = prior), or speaks for the object, gives
-// DepthLogistic, for a hand may have the object's colours too. docs/math/color.md, section 4.
+// chance 1 - e and to something else with e. Its colour c multiplies the odds of the latter by
+//   q = p(c | b) / p(c | f) = (P_b / (1 - prior)) / (P_f / prior),
+// of which is heard h = max(1, min(q, (q / kClearOdds)^3)):
+//   -log((1 - e_i) sech^2(r / 2s) + e_i),   e_i / (1 - e_i) = e / (1 - e) h.
+// A colour only takes trust away, and only where it speaks clearly: pixels of the object whose colour is also
+// found around it keep their weight; else it is DepthLogistic. docs/math/color.md, section 4.
 template <class T>
 struct ColorOdds {
   T scale_m;
@@ -33,9 +36,10 @@ struct ColorOdds {
 
   HD void shares(T residual_m, T foreground, T* object, T* outliers) const {
     const T e = sided_floor(residual_m, outlier_floor, floor_behind);
-    const T p = select(foreground < prior, foreground, prior);
-    const T a = (T(1) - e) * (p / prior);
-    const T b = e * ((T(1) - p) / (T(1) - prior));
+    const T q = (T(1) - foreground) * prior / ((T(1) - prior) * foreground);
+    const T clear = q * T(1 / kClearOdds), cube = clear * clear * clear;
+    const T heard = select(clear > T(1), select(cube < q, cube, q), T(1));
+    const T a = T(1) - e, b = e * heard;
     const T per_sum = T(1) / (a + b);
     *object = a * per_sum, *outliers = b * per_sum;
   }

@@ -153,17 +153,17 @@ void expect_derivatives(const P& penalty, double r, double foreground) {
 }
 
 TEST(ColorPenalty, slope_and_second_derivative_are_derivatives_of_the_cost) {
-  for (const double foreground : {0.02, 0.3, 0.7, 0.98})
+  for (const double foreground : {0.02, 0.1, 0.3, 0.7, 0.98})
     for (double r = -0.02; r < 0.02; r += 0.0007) {
       expect_derivatives(ColorOdds<double>{0.002, 0.1, 0.7}, r, foreground);
       expect_derivatives(ColorPrinted<double>{0.002}, r, foreground);
     }
 }
 
-TEST(ColorPenalty, a_colour_that_says_nothing_or_speaks_for_the_object_leaves_the_depth_penalty) {
+TEST(ColorPenalty, a_colour_that_says_little_or_speaks_for_the_object_leaves_the_depth_penalty) {
   const DepthLogistic<double> depth{0.002, 0.1};
   const ColorOdds<double> odds{0.002, 0.1, 0.7};
-  for (const double foreground : {0.7, 0.9, 0.98})
+  for (const double foreground : {0.13, 0.3, 0.7, 0.9, 0.98})
     for (const double r : {-0.01, -0.001, 0.0, 0.0003, 0.02}) {
       const Curve<double> a = depth(r, 1.0), b = odds(r, 1.0, foreground);
       EXPECT_EQ(a.cost, b.cost);

@@ -138,12 +138,15 @@ class DepthLogistic:
         return float(inlier * (sech2 / 2 - e / likelihood * tanh**2) / s**2)
 
 
+CLEAR_ODDS = 16.0
+
+
 @dataclass(frozen=True)
 class ColorOdds:
     """The depth penalty with each pixel's own share of outliers, by the posterior P_f of its colour.
 
-    e_i / (1 - e_i) = e / (1 - e) ((1 - P_f) / (1 - prior)) / (P_f / prior), P_f at most the prior: DepthLogistic
-    where it is.
+    e_i / (1 - e_i) = e / (1 - e) max(1, min(q, (q / 16)^3)), q = ((1 - P_f) / (1 - prior)) / (P_f / prior):
+    DepthLogistic where q < 16.
     """
 
     scale_m: float
@@ -152,10 +155,9 @@ class ColorOdds:
 
     def __call__(self, residual: float, noise_scale: float, foreground: float) -> Curve:
         s = self.scale_m * noise_scale
-        p = min(foreground, self.prior)
-        a = (1 - self.outlier_floor) * p / self.prior
-        b = self.outlier_floor * (1 - p) / (1 - self.prior)
-        return DepthLogistic(s, b / (a + b))(residual)
+        q = ((1 - foreground) / (1 - self.prior)) / (foreground / self.prior)
+        odds = self.outlier_floor / (1 - self.outlier_floor) * max(1.0, min(q, (q / CLEAR_ODDS) ** 3))
+        return DepthLogistic(s, odds / (1 + odds))(residual)
 
 
 @dataclass(frozen=True)
