@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include <limits>
-
 #include "volume.h"
+
+#include <limits>
 
 namespace sdftrack {
 

@@ -19,6 +19,16 @@ HD L first_of(L x, int n) {
   return n >= kWidth<L> ? x : select(among_first<L>(n), x, L(0));
 }
 
+// body(i, n) for pixels begin.. end - 1 by whole packs, and last for the n that are left; n is a constant in the
+// body of the former.
+template <class L, class Body>
+HD void each_pack(int begin, int end, const Body& body) {
+  int i = begin;
+  for (; i + kWidth<L> <= end; i += kWidth<L>) body(i, kWidth<L>);
+  if (i < end) body(i, end - i);
+}
+#define SDFTRACK_INLINE __attribute__((always_inline))
+
 template <class L>
 struct PartialSums {
   static constexpr int N = kLanes / kWidth<L>;

@@ -23,26 +23,30 @@ HD Curve<T> logistic_mixture(T residual_m, T per_s, T a, T b, Curvature curvatur
   const T u = T(0.5) * abs(residual_m) * per_s;
   // With d = e^(-2u): tanh u = (1 - d) / (1 + d), sech^2 u = 4 d / (1 + d)^2, all without overflow.
   const T d = exp_negative(T(-2) * u), up = T(1) + d;
-  const T data = a * T(4) * d, outliers = b * up * up;
-  const T per_up = T(1) / up;
+  const T data = a * T(4) * d, likelihood = data + b * up * up;  // times up^2
+  // One division for all: by up, by the likelihood and by u, which near 0 is left out.
+  const auto near = u < T(1e-3);
+  const T divisor = select(near, T(1), u), inv = T(1) / (up * likelihood * divisor);
+  const T per_up = likelihood * divisor * inv;
   const T tanh_u = (T(1) - d) * per_up;
   const auto floored = b > T(0);
-  const T inlier = select(floored, data / (data + outliers), T(1));
-  T cost = -log_positive((data + outliers) * per_up * per_up);
+  const T inlier = select(floored, data * up * divisor * inv, T(1));
+  T cost = -log_positive(likelihood * per_up * per_up);
   if (!all(floored)) cost = select(floored, cost, T(2) * (u + log_positive(up) - T(0.6931471805599453)));
   const T slope = inlier * tanh_u * per_s;
-  const T irls = select(u < T(1e-3), T(0.5) * inlier * per_s * per_s, slope / abs(residual_m));
+  const T tanh_per_u = select(near, T(1), tanh_u * (up * likelihood * inv));
+  const T irls = T(0.5) * inlier * per_s * per_s * tanh_per_u;
   return {cost, copysign(slope, residual_m), curvature == Curvature::kIrls ? irls : slope * slope};
 }
 
 // d^2 cost / d residual^2 of it, negative where the cost redescends: what the sandwich covariance needs.
 template <class T>
-HD T logistic_mixture_second(T residual_m, T s, T a, T b) {
-  const T t = std::tanh(residual_m / (T(2) * s)), sech2 = T(1) - t * t;
+HD T logistic_mixture_second(T residual_m, T per_s, T a, T b) {
+  const T t = std::tanh(T(0.5) * residual_m * per_s), sech2 = T(1) - t * t;
   const T likelihood = a * sech2 + b;
   const T inlier = b > T(0) ? a * sech2 / likelihood : T(1);
   const T redescent = b > T(0) ? b / likelihood : T(0);
-  return inlier * (sech2 / T(2) - redescent * t * t) / (s * s);
+  return inlier * (sech2 / T(2) - redescent * t * t) * (per_s * per_s);
 }
 
 // The share of others in front of the surface and, unless it is negative, its own behind it.
@@ -67,13 +71,14 @@ struct DepthLogistic {
     return {U(scale_m), U(outlier_floor), curvature, U(floor_behind)};
   }
   HD T floor_of(T residual_m) const { return sided_floor(residual_m, outlier_floor, floor_behind); }
-  HD Curve<T> operator()(T residual_m, T noise_scale) const {
+  // per_noise: 1 over how much noisier than scale_m the reading is.
+  HD Curve<T> operator()(T residual_m, T per_noise) const {
     const T e = floor_of(residual_m);
-    return logistic_mixture(residual_m, T(1) / (scale_m * noise_scale), T(1) - e, e, curvature);
+    return logistic_mixture(residual_m, (T(1) / scale_m) * per_noise, T(1) - e, e, curvature);
   }
-  HD T second_derivative(T residual_m, T noise_scale) const {
+  HD T second_derivative(T residual_m, T per_noise) const {
     const T e = floor_of(residual_m);
-    return logistic_mixture_second(residual_m, scale_m * noise_scale, T(1) - e, e);
+    return logistic_mixture_second(residual_m, (T(1) / scale_m) * per_noise, T(1) - e, e);
   }
 };
 

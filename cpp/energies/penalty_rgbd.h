@@ -44,15 +44,15 @@ struct ColorOdds {
     *object = a * per_sum, *outliers = b * per_sum;
   }
 
-  HD Curve<T> operator()(T residual_m, T noise_scale, T foreground) const {
+  HD Curve<T> operator()(T residual_m, T per_noise, T foreground) const {
     T object, outliers;
     shares(residual_m, foreground, &object, &outliers);
-    return logistic_mixture(residual_m, T(1) / (scale_m * noise_scale), object, outliers, curvature);
+    return logistic_mixture(residual_m, (T(1) / scale_m) * per_noise, object, outliers, curvature);
   }
-  HD T second_derivative(T residual_m, T noise_scale, T foreground) const {
+  HD T second_derivative(T residual_m, T per_noise, T foreground) const {
     T object, outliers;
     shares(residual_m, foreground, &object, &outliers);
-    return logistic_mixture_second(residual_m, scale_m * noise_scale, object, outliers);
+    return logistic_mixture_second(residual_m, (T(1) / scale_m) * per_noise, object, outliers);
   }
 };
 
@@ -70,8 +70,8 @@ struct ColorPrinted {
     return {U(scale_m)};
   }
 
-  HD Curve<T> operator()(T residual_m, T noise_scale, T foreground) const {
-    const T per_s = T(1) / (scale_m * noise_scale);
+  HD Curve<T> operator()(T residual_m, T per_noise, T foreground) const {
+    const T per_s = (T(1) / scale_m) * per_noise;
     const T u = T(0.5) * abs(residual_m) * per_s;
     const T d = exp_negative(T(-2) * u), per_up = T(1) / (T(1) + d);
     const T on = T(4) * d * per_up * per_up, tanh_u = (T(1) - d) * per_up;
@@ -82,14 +82,14 @@ struct ColorPrinted {
     const T weight = select(u < T(1e-3), T(0.5) * per_s * per_s, tanh_u * per_s / abs(residual_m));
     return {-log_positive(likelihood), copysign(T(1), residual_m) * slope, responsibility * weight};
   }
-  HD T second_derivative(T residual_m, T noise_scale, T foreground) const {
-    const T s = scale_m * noise_scale;
-    const T t = std::tanh(residual_m / (T(2) * s)), on = T(1) - t * t;
+  HD T second_derivative(T residual_m, T per_noise, T foreground) const {
+    const T per_s = (T(1) / scale_m) * per_noise;
+    const T t = std::tanh(T(0.5) * residual_m * per_s), on = T(1) - t * t;
     const T outside = residual_m >= T(0) ? T(1) - foreground : T(0);
     const T likelihood = foreground * on + outside * (T(1) - on) + T(kPosteriorFloor);
-    const T slope = (foreground - outside) * on * t / (likelihood * s);
+    const T slope = (foreground - outside) * on * t * per_s / likelihood;
     // d on / d r = -on t / s, d t / d r = on / 2 s.
-    const T numerator = (foreground - outside) * on * (on / T(2) - t * t) / (likelihood * s * s);
+    const T numerator = (foreground - outside) * on * (on / T(2) - t * t) * per_s * per_s / likelihood;
     return numerator + slope * slope;
   }
 };

@@ -80,11 +80,11 @@ struct ColorSums {
   // Whether the pixel's residual says something of the object.
   bool add(const SdfEnergyOptions& o, float residual_m, const PixelsView<float>& pixels, int i) {
     if (!o.color) return true;
-    const float share = std::min(1.0f, pixels.foreground[i] / o.color_prior), noise = pixels.noise_scale[i];
+    const float share = std::min(1.0f, pixels.foreground[i] / o.color_prior), per_noise = pixels.per_noise[i];
     const DepthLogistic<float> depth{o.scale_m, o.outlier_floor};
-    cost += static_cast<double>(share * depth(residual_m, noise).cost);
+    cost += static_cast<double>(share * depth(residual_m, per_noise).cost);
     weight += static_cast<double>(share);
-    if (std::abs(residual_m) < 2 * o.scale_m * noise)
+    if (std::abs(residual_m) < 2 * o.scale_m / per_noise)
       foreground += static_cast<double>(pixels.foreground[i]), ++on_surface;
     return share > 0.5f;
   }
@@ -186,7 +186,7 @@ EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget) {
       const float residual_m = sums.add(term, i, sdf_.voxel_m);
       const bool told = colors.add(options_, residual_m, term.pixels, i);
       if (told && (term.pixels.gain[i] == 0.0f || term.residual != Residual::kRayHit))
-        scratch_.push_back(std::abs(residual_m) / term.pixels.noise_scale[i]);
+        scratch_.push_back(std::abs(residual_m) * term.pixels.per_noise[i]);
     }
     if (term.residual == Residual::kRayHit)
       for (int i = 0; i < n; ++i)

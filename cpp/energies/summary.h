@@ -72,7 +72,7 @@ class SummarySums {
     FieldRow<float, P> row;
     const auto reading = term.read(i, 1, &row);
     const bool hit = term.pixels.gain[i] == 0.0f;
-    const float noise = term.pixels.noise_scale[i], gain2 = reading.gain * reading.gain;
+    const float noise = 1 / term.pixels.per_noise[i], gain2 = reading.gain * reading.gain;
     const float residual = reading.residual_m, s = term.penalty.scale_m * noise;
     const Curve<float> curve = term.curve(i, 1, residual);
     const float slope = curve.slope;

@@ -27,12 +27,13 @@ constexpr double kHitReach_m = 0.05;  // a hit is looked for this far from the m
 
 // Structure of arrays: one entry per pixel of the fixed set. Pixel coordinates are those of the ideal pinhole
 // (distortion removed). `gain` is the pixel's class, fixed from one linearisation to the next: 0, its ray
-// meets the model; else the fallback's 1 / slope. `foreground` is P_f of the pixel's colour, for penalties
+// meets the model; else the fallback's 1 / slope. `per_noise` is 1 over the reading's noise in units of the
+// energy's. `foreground` is P_f of the pixel's colour, for penalties
 // that ask for it.
 template <class T>
 struct PixelsView {
   int count;
-  const T *u_px, *v_px, *depth_m, *noise_scale;
+  const T *u_px, *v_px, *depth_m, *per_noise;
   T* hit_m;        // accepted hits
   T* trial_hit_m;  // hits of the last trial
   T* gain;
@@ -117,17 +118,17 @@ struct Term {
   static constexpr bool kColor = std::is_invocable_v<const Penalty&, T, T, T>;
 
   HD Curve<T> curve(int i, int n, T residual_m) const {
-    const T noise_scale = load<T>(pixels.noise_scale + i, n);
+    const T per_noise = load<T>(pixels.per_noise + i, n);
     if constexpr (kColor)
-      return penalty(residual_m, noise_scale, load<T>(pixels.foreground + i, n));
+      return penalty(residual_m, per_noise, load<T>(pixels.foreground + i, n));
     else
-      return penalty(residual_m, noise_scale);
+      return penalty(residual_m, per_noise);
   }
   HD T second_derivative(int i, T residual_m) const {
     if constexpr (kColor)
-      return penalty.second_derivative(residual_m, pixels.noise_scale[i], pixels.foreground[i]);
+      return penalty.second_derivative(residual_m, pixels.per_noise[i], pixels.foreground[i]);
     else
-      return penalty.second_derivative(residual_m, pixels.noise_scale[i]);
+      return penalty.second_derivative(residual_m, pixels.per_noise[i]);
   }
 
   // phi and its slope along the ray r at depth z; with the full row where kRow.
@@ -141,14 +142,14 @@ struct Term {
   }
 
   // A pixel that hopes to meet the model: Newton's iteration for the depth at which its ray does, from *z on.
-  // Another: a look at *z, which stays. Returns the slope of the last look, which for a hit is limited.
+  // Another: a look at *z, which stays. Returns 1 over the slope of the last look, limited.
   template <bool kRow>
   HD T find_hit(Vec3<T> r, T depth, Mask hopes, T* z, FieldRow<T, P>* row) const {
-    T at = *z, next, c;
+    T at = *z, next, per_c;
     for (int k = 1;; ++k) {
       const T slope = look<kRow>(r, at, row);
-      c = select(hopes & (slope > T(-kGrazingSlope)), T(-kGrazingSlope), slope);
-      next = at - row->phi_m / c;
+      per_c = T(1) / select(slope > T(-kGrazingSlope), T(-kGrazingSlope), slope);
+      next = at - row->phi_m * per_c;
       if (k >= newton_steps) break;
       const Mask goes_on = hopes & (abs(row->phi_m) >= T(1e-5));
       if (!any(goes_on)) break;
@@ -156,7 +157,7 @@ struct Term {
     }
     const T afresh = depth - T(kHitLead_m);  // of a ray that lost its way
     *z = select(hopes, select(abs(next - depth) < T(kHitReach_m), next, afresh), *z);
-    return c;
+    return per_c;
   }
 
   HD T hit_start(int i, int n, T depth) const {
@@ -204,11 +205,11 @@ struct Term {
     }
     const Mask hopes = reclassify ? every() : gain == T(0);
     T z = select(hopes, hit_start(i, n, depth), depth);
-    const T c = find_hit<true>(r, depth, hopes, &z, row);
+    const T per_c = find_hit<true>(r, depth, hopes, &z, row);
     store(select(hopes, z, load<T>(pixels.hit_m + i, n)), pixels.hit_m + i, n);
     Mask meets = hopes;
     if (reclassify) {
-      meets = (abs(row->phi_m) < T(kHitTolerance_m)) & (c < T(-kGrazingSlope));
+      meets = (abs(row->phi_m) < T(kHitTolerance_m)) & (per_c > T(-1 / kGrazingSlope));
       if (!all(meets)) {
         FieldRow<T, P> measured;
         const T slope = look<true>(r, depth, &measured);
@@ -218,7 +219,7 @@ struct Term {
       gain = select(meets, T(0), gain);
       store(gain, pixels.gain + i, n);
     }
-    return {select(meets, z - depth, gain * row->phi_m), select(meets, T(-1) / c, gain)};
+    return {select(meets, z - depth, gain * row->phi_m), select(meets, -per_c, gain)};
   }
 
   // Where not `keep`, the other row.

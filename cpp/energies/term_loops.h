@@ -20,12 +20,12 @@ struct Loops {
     Sums<double, P> sums;
     Row costs;
     Block<P> block;
-    for (int i = begin; i < end; i += kWidth<L>) {
-      const auto contribution = term.linearize(i, end - i);
-      costs.put(contribution.cost, end - i);
-      block.put(contribution, end - i);
+    each_pack<L>(begin, end, [&](int i, int n) SDFTRACK_INLINE {
+      const auto contribution = term.linearize(i, n);
+      costs.put(contribution.cost, n);
+      block.put(contribution, n);
       if (block.full()) sums.cost += costs.template sum<L>(), block.template add_to<L>(&sums);
-    }
+    });
     sums.cost += costs.template sum<L>(), block.template add_to<L>(&sums);
     sums.count = end - begin;
     return sums;
@@ -35,27 +35,29 @@ struct Loops {
     const auto term = given.template cast<L>();
     Row costs;
     double total = 0;
-    for (int i = begin; i < end; i += kWidth<L>) {
-      costs.put(term.cost(i, end - i), end - i);
+    each_pack<L>(begin, end, [&](int i, int n) SDFTRACK_INLINE {
+      costs.put(term.cost(i, n), n);
       if (costs.full()) total += costs.template sum<L>();
-    }
+    });
     return total + costs.template sum<L>();
   }
 
   static void settle(const Given& given, int begin, int end) {
     const auto term = given.template cast<L>();
-    for (int i = begin; i < end; i += kWidth<L>) term.settle(i, end - i);
+    each_pack<L>(begin, end, [&](int i, int n) SDFTRACK_INLINE { term.settle(i, n); });
   }
 
   static void classify(const Given& given, int begin, int end) {
     const auto term = given.template cast<L>();
-    FieldRow<L, P> row;
-    for (int i = begin; i < end; i += kWidth<L>) term.read(i, end - i, &row);
+    each_pack<L>(begin, end, [&](int i, int n) SDFTRACK_INLINE {
+      FieldRow<L, P> row;
+      term.read(i, n, &row);
+    });
   }
 
   static void distances(const Given& given, int begin, int end, float* phi_m) {
     const auto term = given.template cast<L>();
-    for (int i = begin; i < end; i += kWidth<L>) store(term.distance(i, end - i), phi_m + i - begin, end - i);
+    each_pack<L>(begin, end, [&](int i, int n) SDFTRACK_INLINE { store(term.distance(i, n), phi_m + i - begin, n); });
   }
 };
 

@@ -52,9 +52,10 @@ double CorrelationArea::measure(const PixelSet& pixels, const DepthLogistic<floa
   cells_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), {});
   for (std::size_t i = 0; i < pixels.gain.size(); ++i) {
     if (pixels.gain[i] != 0) continue;
-    const float noise = pixels.noise_scale[i];
+    const float per_noise = pixels.per_noise[i];
     const float share = color_prior > 0 ? std::min(1.0f, pixels.foreground[i] / color_prior) : 1.0f;
-    const float pull = share * penalty.scale_m * penalty(pixels.hit_m[i] - pixels.depth_m[i], noise).slope;
+    const float pull =
+        share * penalty.scale_m * penalty(pixels.hit_m[i] - pixels.depth_m[i], per_noise).slope;
     Cell& cell = cells_[static_cast<std::size_t>(at(pixels.v_px[i], v0) * width_ + at(pixels.u_px[i], u0))];
     cell.sum += pull, cell.square += pull * pull, cell.count += 1;
   }

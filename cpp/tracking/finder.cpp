@@ -13,7 +13,7 @@ namespace {
 // readings are the object's, and the score says nearly all; elsewhere the fit tells clutter from the object.
 constexpr std::size_t kFittedInMask = 3, kFitted = 5;
 constexpr double kComparableInMask = 0.85, kComparable = 0.3;
-constexpr double kTie = 0.97;         // scores this close are told apart by the last rotation, if by anything
+constexpr double kTie = 0.97;  // scores this close are told apart by the last rotation, if by anything
 constexpr double kLeastEndsThere = 0.1;  // where the object is known to be, with whatever it touches
 constexpr double kAmbiguous = 0.8;
 
@@ -90,8 +90,10 @@ std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& c
     if (!fitted) continue;
     if (is_part_of_something(fitted->outline, least_ends)) continue;
     if (!known.noise_known) known = fitted->memory;  // the others are compared under the same noise
-    const double quality = query.mask ? hypotheses[k].score * std::max(0.0, fit_quality(*fitted, options_))
-                                      : hypotheses[k].score * odds(evidence_share(evidence_of(*fitted, options_), prior_log_odds));
+    const double quality =
+        query.mask
+            ? hypotheses[k].score * std::max(0.0, fit_quality(*fitted, options_))
+            : hypotheses[k].score * odds(evidence_share(evidence_of(*fitted, options_), prior_log_odds));
     all.push_back({k, std::move(*fitted), quality});
   }
   if (all.empty()) return std::nullopt;

@@ -24,8 +24,8 @@ double local_noise_m(const PixelSet& pixels, std::vector<float>* scratch) {
       if (right < kReach_px - 0.5f) continue;
       const bool straight = std::abs(left - right) < 0.5f && std::abs(pixels.v_px[a] - pixels.v_px[c]) < 0.5f;
       if (straight && right < 2 * kReach_px)
-        scratch->push_back(std::abs(pixels.depth_m[a] - 2 * pixels.depth_m[b] + pixels.depth_m[c]) /
-                           pixels.noise_scale[b]);
+        scratch->push_back(std::abs(pixels.depth_m[a] - 2 * pixels.depth_m[b] + pixels.depth_m[c]) *
+                           pixels.per_noise[b]);
       break;
     }
   if (scratch->size() < kEnough) return 0;

@@ -42,8 +42,7 @@ struct QuickLoops {
       const auto c = term.linearize(indices<L>(k, count - k));
       costs.put(c.cost, count - k);
       counts.put(select(c.curvature > L(0), L(1), L(0)), count - k);
-      if (costs.full())
-        total += costs.template sum<L>(), *counted += counts.template sum<L>();
+      if (costs.full()) total += costs.template sum<L>(), *counted += counts.template sum<L>();
     }
     *counted += counts.template sum<L>();
     return total + costs.template sum<L>();

@@ -64,13 +64,12 @@ Rigidd rigid_inverse(const Rigidf& T_obj_cam) {
   return inverse(Rigidd{nearest_rotation(T.R), T.t});
 }
 
-// Only the readings within reach of the surface of one of the first poses: those of the best alone would leave
-// out what speaks against it.
+// Only the readings within reach of the surface of one of the first poses: those of the best alone would
+// leave out what speaks against it.
 void near_surface(const SdfView& sdf, const std::vector<Refined>& refined, std::size_t first,
                   std::vector<Vec3f>* readings_cam) {
   std::vector<Rigidf> T_obj_cam;
-  for (std::size_t k = 0; k < first; ++k)
-    T_obj_cam.push_back(inverse(refined[k].h.T_cam_obj).cast<float>());
+  for (std::size_t k = 0; k < first; ++k) T_obj_cam.push_back(inverse(refined[k].h.T_cam_obj).cast<float>());
   std::erase_if(*readings_cam, [&](const Vec3f& p_cam) {
     return std::none_of(T_obj_cam.begin(), T_obj_cam.end(), [&](const Rigidf& T) {
       float phi;

@@ -17,9 +17,9 @@ template <class T>
 struct DepthCauchy {
   T scale_m;
 
-  HD Curve<T> operator()(T residual_m, T noise_scale) const {
-    const T s = scale_m * noise_scale, q = residual_m / s;
-    const T weight = T(1) / (s * s * (T(1) + q * q));
+  HD Curve<T> operator()(T residual_m, T per_noise) const {
+    const T per_s = (T(1) / scale_m) * per_noise, q = residual_m * per_s;
+    const T weight = per_s * per_s / (T(1) + q * q);
     return {T(0.5) * std::log1p(q * q), weight * residual_m, weight};
   }
 };

@@ -26,7 +26,7 @@ TEST(FastMath, log_of_a_positive_number_has_the_stated_error) {
   for (float x = 1e-3f; x < 3.0f; x *= 1.0007f)
     worst =
         std::max(worst, std::abs(static_cast<double>(log_positive(x)) - std::log(static_cast<double>(x))));
-  EXPECT_LT(worst, 6e-7);
+  EXPECT_LT(worst, 4e-7);
   EXPECT_NEAR(log_positive(1.0f), 0.0f, 1e-7f);
 }
 
