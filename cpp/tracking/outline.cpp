@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tracking/point_ops.h"
+
 namespace sdftrack {
 
 namespace {
@@ -18,27 +20,30 @@ constexpr int kMostSteps = 12;
 
 // The outermost surface point in a direction of the image, seen from the middle.
 struct Rim {
-  double radius_px = -1;
+  float radius_px = -1;
   double depth_m = 0;
 };
 
 struct Eye {
   const Camera& camera;
-  Vec2d middle_px;
+  Vec2d middle_px;  // of the ideal pinhole
 };
 
 std::array<Rim, kDirections> rims(const Eye& eye, const Shape& shape, const Rigidd& T_cam_obj) {
+  const BearingTerm<float> term{T_cam_obj.cast<float>(),
+                                eye.camera.K.cast<float>(),
+                                {static_cast<float>(eye.middle_px.x), static_cast<float>(eye.middle_px.y)},
+                                {shape.points.data(), static_cast<int>(shape.points.size()), 1}};
+  const PointOps& ops = point_ops_for(used_isa());
   std::array<Rim, kDirections> out;
-  for (const Vec3f& p_obj : shape.points) {
-    const Vec3d p = T_cam_obj * p_obj.cast<double>();
-    if (!(p.z > 1e-3)) continue;
-    const Vec2d u = eye.camera.project_point(p);
-    const double dx = u.x - eye.middle_px.x, dy = u.y - eye.middle_px.y;
-    const double turn = std::atan2(dy, dx) / (2 * std::numbers::pi) + 0.5;
-    const int k = std::min(kDirections - 1, static_cast<int>(turn * kDirections));
-    const double radius = std::sqrt(dx * dx + dy * dy);
-    Rim& rim = out[static_cast<std::size_t>(k)];
-    if (radius > rim.radius_px) rim = {radius, p.z};
+  Bearings seen;
+  for (int first = 0; first < term.points_obj.count(); first += seen.count) {
+    ops.bearings(term, first, &seen);
+    for (int i = 0; i < seen.count; ++i) {
+      const int k = std::clamp(static_cast<int>(seen.turn[i] * kDirections), 0, kDirections - 1);
+      Rim& rim = out[static_cast<std::size_t>(k)];
+      if (seen.radius_px[i] > rim.radius_px) rim = {seen.radius_px[i], seen.depth_m[i]};
+    }
   }
   return out;
 }
@@ -74,7 +79,7 @@ Outline compare_outline(const DepthFrame& frame, const Camera& camera, const Sha
                         const Rigidd& T_cam_obj, double noise_m) {
   Outline outline;
   if (!(T_cam_obj.t.z > 1e-3)) return outline;
-  const Eye eye{camera, camera.project_point(T_cam_obj.t)};
+  const Eye eye{camera, project(camera.K, T_cam_obj.t)};
   const Rigidd T_obj_cam = inverse(T_cam_obj);
   const double tolerance = std::max(kTolerance_m, kTolerancePerNoise * noise_m);
   const std::array<Rim, kDirections> all = rims(eye, shape, T_cam_obj);
@@ -84,6 +89,7 @@ Outline compare_outline(const DepthFrame& frame, const Camera& camera, const Sha
     const double angle = ((k + 0.5) / kDirections - 0.5) * 2 * std::numbers::pi;
     Vec2d u;
     if (!step_outside(eye, shape, T_obj_cam, rim, {std::cos(angle), std::sin(angle)}, &u)) continue;
+    u = camera.project_point(ray(camera.K, u.x, u.y));  // where the lens puts it
     const int x = static_cast<int>(std::lround(std::clamp(u.x, -1.0, 1e6)));
     const int y = static_cast<int>(std::lround(std::clamp(u.y, -1.0, 1e6)));
     const bool inside = x >= 0 && y >= 0 && x < camera.width && y < camera.height;

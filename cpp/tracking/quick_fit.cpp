@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tracking/quick_ops.h"
+#include "tracking/point_ops.h"
 
 namespace sdftrack {
 
@@ -87,7 +87,7 @@ Vec3d bounded(const Vec3d& step, double longest) {
 }  // namespace
 
 void quick_fit(const QuickData& data, const QuickStage& stage, Rigidf* T_obj_cam) {
-  const QuickOps& ops = quick_ops_for(used_isa());
+  const PointOps& ops = point_ops_for(used_isa());
   for (int k = 0; k < stage.steps; ++k) {
     const Vector6d d = solve(ops.linearize(terms_at(data, stage, *T_obj_cam)));
     if (!d.allFinite()) return;
@@ -100,7 +100,7 @@ void quick_fit(const QuickData& data, const QuickStage& stage, Rigidf* T_obj_cam
 float quick_cost(const QuickData& data, const QuickStage& stage, const Rigidf& T_obj_cam) {
   QuickTerms terms = terms_at(data, stage, T_obj_cam);
   terms.outline.weight = 1;
-  const QuickCost cost = quick_ops_for(used_isa()).cost(terms);
+  const QuickCost cost = point_ops_for(used_isa()).cost(terms);
   const auto mean = [](double sum, double count) { return sum / std::max(1.0, count); };
   const auto readings = static_cast<double>(std::max(data.readings_cam->size(), data.solids_cam->size()));
   double total = mean(cost.readings, readings);

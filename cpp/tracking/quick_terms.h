@@ -4,20 +4,9 @@
 
 #include "energies/free_space_residual.h"
 #include "energies/term.h"
+#include "tracking/points_view.h"
 
 namespace sdftrack {
-
-// Every stride-th of n points.
-struct PointsView {
-  const Vec3f* points = nullptr;
-  int n = 0, stride = 1;
-
-  int count() const { return (n + stride - 1) / stride; }
-  template <class T>
-  HD Vec3<T> at(IntOf<T> k) const {
-    return gather<T>(points, k * stride);
-  }
-};
 
 // The nodes of a SearchScene.
 struct NodesView {

@@ -3,4 +3,4 @@
 
 #define SDFTRACK_SET baseline
 #define SDFTRACK_LANES float
-#include "tracking/quick_loops.h"
+#include "tracking/point_loops.h"

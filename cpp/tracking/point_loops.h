@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// The loops of quick_ops.h for the lanes L of the file that includes this; see energies/term_loops.h.
+// The loops of point_ops.h for the lanes L of the file that includes this; see energies/term_loops.h.
 #pragma once
 
 #include "energies/block.h"
-#include "tracking/quick_ops.h"
+#include "tracking/point_ops.h"
 
 namespace sdftrack {
 namespace {
 
 template <class L>
-struct QuickLoops {
+struct PointLoops {
   template <class Term>
   HD static void add(const Term& given, int count, Block<6>* block, Sums<double, 6>* sums) {
     const auto term = given.template cast<L>();
@@ -57,12 +57,38 @@ struct QuickLoops {
     cost.outline = cost_of(terms.outline, terms.outline.points_obj.count(), &unused);
     return cost;
   }
+
+  HD static int count_from(const PointsView& points, int first) {
+    const int left = points.count() - first;
+    return left < kPointsAtOnce ? left : kPointsAtOnce;
+  }
+
+  static void sights(const SightTerm<float>& given, int first, Sights* out) {
+    const auto term = given.template cast<L>();
+    out->count = count_from(given.points_obj, first);
+    for (int k = 0; k < out->count; k += kWidth<L>) {
+      const Sight<L> sight = term.look(indices<L>(first + k, out->count - k));
+      store(sight.facing, out->facing + k, kWidth<L>), store(sight.p_cam.x, out->x_m + k, kWidth<L>);
+      store(sight.p_cam.y, out->y_m + k, kWidth<L>), store(sight.p_cam.z, out->z_m + k, kWidth<L>);
+    }
+  }
+
+  static void bearings(const BearingTerm<float>& given, int first, Bearings* out) {
+    const auto term = given.template cast<L>();
+    out->count = count_from(given.points_obj, first);
+    for (int k = 0; k < out->count; k += kWidth<L>) {
+      const Bearing<L> bearing = term.look(indices<L>(first + k, out->count - k));
+      store(bearing.turn, out->turn + k, kWidth<L>), store(bearing.radius_px, out->radius_px + k, kWidth<L>);
+      store(bearing.depth_m, out->depth_m + k, kWidth<L>);
+    }
+  }
 };
 
 }  // namespace
 
-// SDFTRACK_LANES and SDFTRACK_SET: the lane type and the member of QuickOps that it serves.
-const QuickOps QuickOps::SDFTRACK_SET = {QuickLoops<SDFTRACK_LANES>::linearize,
-                                         QuickLoops<SDFTRACK_LANES>::cost};
+// SDFTRACK_LANES and SDFTRACK_SET: the lane type and the member of PointOps that it serves.
+const PointOps PointOps::SDFTRACK_SET = {PointLoops<SDFTRACK_LANES>::linearize,
+                                         PointLoops<SDFTRACK_LANES>::cost, PointLoops<SDFTRACK_LANES>::sights,
+                                         PointLoops<SDFTRACK_LANES>::bearings};
 
 }  // namespace sdftrack

@@ -3,4 +3,4 @@
 
 #define SDFTRACK_SET avx2
 #define SDFTRACK_LANES Pack<8>
-#include "tracking/quick_loops.h"
+#include "tracking/point_loops.h"

@@ -3,4 +3,4 @@
 
 #define SDFTRACK_SET avx512
 #define SDFTRACK_LANES Pack<16>
-#include "tracking/quick_loops.h"
+#include "tracking/point_loops.h"

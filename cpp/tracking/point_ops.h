@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// Loops over a shape's points and a search's readings, compiled once per instruction set like
+// energies/term_ops.h.
+#pragma once
+
+#include "base/isa.h"
+#include "tracking/quick_terms.h"
+#include "tracking/sight_terms.h"
+
+namespace sdftrack {
+
+// All that is summed at one pose. A list without points is left out.
+struct QuickTerms {
+  ReadingTerm<float> readings, solids;
+  SurfaceTerm<float> surface;
+  OutlineTerm<float> outline;
+};
+
+struct QuickCost {
+  double readings = 0, surface = 0, outline = 0;
+  double surface_points = 0;  // that have a reading
+};
+
+constexpr int kPointsAtOnce = 128;
+
+struct Sights {
+  int count;
+  alignas(64) float facing[kPointsAtOnce], x_m[kPointsAtOnce], y_m[kPointsAtOnce], z_m[kPointsAtOnce];
+};
+
+struct Bearings {
+  int count;
+  alignas(64) float turn[kPointsAtOnce], radius_px[kPointsAtOnce], depth_m[kPointsAtOnce];
+};
+
+struct PointOps {
+  Sums<double, 6> (*linearize)(const QuickTerms&);  // without the cost
+  QuickCost (*cost)(const QuickTerms&);
+  // Point `first` and those after it; how many is said by the arrays' length, kPointsAtOnce.
+  void (*sights)(const SightTerm<float>&, int first, Sights*);
+  void (*bearings)(const BearingTerm<float>&, int first, Bearings*);
+
+  // Defined in quick_*.cpp.
+  static const PointOps baseline, avx2, avx512;
+};
+
+inline const PointOps& point_ops_for(Isa isa) {
+#ifdef SDFTRACK_X86_SETS
+  if (isa == Isa::kAvx512) return PointOps::avx512;
+  if (isa == Isa::kAvx2) return PointOps::avx2;
+#endif
+  static_cast<void>(isa);
+  return PointOps::baseline;
+}
+
+}  // namespace sdftrack
