@@ -10,6 +10,7 @@
 namespace sdftrack {
 
 // e^x for x <= 0; relative error below 4e-7 for x >= -4, growing to 8e-6 at -80; 2e-38 below -87.
+HD double exp_negative(double x) { return std::exp(x); }
 template <class T>
 HD T exp_negative(T x) {
 #ifdef __CUDA_ARCH__
@@ -24,7 +25,13 @@ HD T exp_negative(T x) {
   return p * from_bits<T>((n + 127) << 23);
 #endif
 }
-HD double exp_negative(double x) { return std::exp(x); }
+
+// tanh from e^-2|x|; absolute error below 4e-7.
+template <class T>
+HD T fast_tanh(T x) {
+  const T d = exp_negative(T(-2) * abs(x));
+  return copysign((T(1) - d) / (T(1) + d), x);
+}
 
 // Natural logarithm of a positive normal number; absolute error below 4e-7 for numbers below 3.
 template <class T>

@@ -19,8 +19,8 @@ HD L first_of(L x, int n) {
   return n >= kWidth<L> ? x : select(among_first<L>(n), x, L(0));
 }
 
-// body(i, n) for pixels begin.. end - 1 by whole packs, and last for the n that are left; n is a constant in the
-// body of the former.
+// body(i, n) for pixels begin.. end - 1 by whole packs, and last for the n that are left; n is a constant in
+// the body of the former.
 template <class L, class Body>
 HD void each_pack(int begin, int end, const Body& body) {
   int i = begin;
@@ -48,9 +48,10 @@ struct PartialSums {
 };
 
 // Numbers to be summed, in a row of which a loop fills whole packs.
+template <int kSize = kBlock>
 struct Row {
   int filled = 0;
-  alignas(64) float x[kBlock];
+  alignas(64) float x[kSize];
 
   // n: how many of the lanes count. There must be room for all of them.
   template <class L>
@@ -58,7 +59,7 @@ struct Row {
     store(first_of(value, n), x + filled, kWidth<L>);
     filled += kWidth<L>;
   }
-  HD bool full() const { return filled == kBlock; }
+  HD bool full() const { return filled == kSize; }
   template <class L>
   HD double sum() {
     for (; filled % kLanes != 0; ++filled) x[filled] = 0;
@@ -72,10 +73,10 @@ struct Row {
 
 // Contributions without their costs. So many sums do not fit in registers together with a pixel: first all of
 // the rows, then their products.
-template <int P>
+template <int P, int kSize = kBlock>
 struct Block {
   int filled = 0;
-  alignas(64) float slope[kBlock], curvature[kBlock], J[P][kBlock];
+  alignas(64) float slope[kSize], curvature[kSize], J[P][kSize];
 
   template <class L>
   HD void put(const Contribution<L, P>& c, int n) {
@@ -84,7 +85,7 @@ struct Block {
     for (int a = 0; a < P; ++a) store(first_of(c.J[a], n), J[a] + filled, kWidth<L>);
     filled += kWidth<L>;
   }
-  HD bool full() const { return filled == kBlock; }
+  HD bool full() const { return filled == kSize; }
   // Up to a whole number of partial sums, so that what follows falls into the same ones on every width.
   HD void align() {
     for (; filled % kLanes != 0; ++filled) {

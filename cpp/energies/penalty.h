@@ -42,10 +42,10 @@ HD Curve<T> logistic_mixture(T residual_m, T per_s, T a, T b, Curvature curvatur
 // d^2 cost / d residual^2 of it, negative where the cost redescends: what the sandwich covariance needs.
 template <class T>
 HD T logistic_mixture_second(T residual_m, T per_s, T a, T b) {
-  const T t = std::tanh(T(0.5) * residual_m * per_s), sech2 = T(1) - t * t;
+  const T t = fast_tanh(T(0.5) * residual_m * per_s), sech2 = T(1) - t * t;
   const T likelihood = a * sech2 + b;
-  const T inlier = b > T(0) ? a * sech2 / likelihood : T(1);
-  const T redescent = b > T(0) ? b / likelihood : T(0);
+  const T inlier = select(b > T(0), a * sech2 / likelihood, T(1));
+  const T redescent = select(b > T(0), b / likelihood, T(0));
   return inlier * (sech2 / T(2) - redescent * t * t) * (per_s * per_s);
 }
 

@@ -84,8 +84,8 @@ struct ColorPrinted {
   }
   HD T second_derivative(T residual_m, T per_noise, T foreground) const {
     const T per_s = (T(1) / scale_m) * per_noise;
-    const T t = std::tanh(T(0.5) * residual_m * per_s), on = T(1) - t * t;
-    const T outside = residual_m >= T(0) ? T(1) - foreground : T(0);
+    const T t = fast_tanh(T(0.5) * residual_m * per_s), on = T(1) - t * t;
+    const T outside = select(residual_m >= T(0), T(1) - foreground, T(0));
     const T likelihood = foreground * on + outside * (T(1) - on) + T(kPosteriorFloor);
     const T slope = (foreground - outside) * on * t * per_s / likelihood;
     // d on / d r = -on t / s, d t / d r = on / 2 s.

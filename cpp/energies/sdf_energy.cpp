@@ -176,22 +176,20 @@ void SdfEnergy::classify(const State& x, int steps) {
 
 EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget) {
   EnergySummary out;
+  const int budget = (pixel_budget + 15) / 16 * 16;
+  residuals_.resize(static_cast<std::size_t>(budget)), places_.resize(static_cast<std::size_t>(budget));
   scratch_.clear();
-  with_term(x, false, [&](const auto& term, const auto&) {
-    SummarySums<std::decay_t<decltype(term)>::P> sums;
+  with_term(x, false, [&](const auto& term, const auto& ops) {
+    const bool ray_hit = term.residual == Residual::kRayHit;
+    const auto sums = ops.summarize(term, budget, sdf_.voxel_m, ray_hit, residuals_.data(), places_.data());
     ColorSums colors;
-    const int n = term.pixels.count, m = std::min(n, pixel_budget);
-    for (int k = 0; k < m; ++k) {
-      const int i = static_cast<int>(static_cast<long>(k) * n / m);
-      const float residual_m = sums.add(term, i, sdf_.voxel_m);
-      const bool told = colors.add(options_, residual_m, term.pixels, i);
-      if (told && (term.pixels.gain[i] == 0.0f || term.residual != Residual::kRayHit))
-        scratch_.push_back(std::abs(residual_m) * term.pixels.per_noise[i]);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(sums.count); ++k) {
+      const int i = places_[k];
+      const bool told = colors.add(options_, residuals_[k], term.pixels, i);
+      if (told && (term.pixels.gain[i] == 0.0f || !ray_hit))
+        scratch_.push_back(std::abs(residuals_[k]) * term.pixels.per_noise[i]);
     }
-    if (term.residual == Residual::kRayHit)
-      for (int i = 0; i < n; ++i)
-        if (term.pixels.gain[i] != 0.0f) sums.add_miss(term, i);
-    out = sums.summary(n);
+    out = summary_of(sums, term.pixels.count);
     colors.finish(&out);
   });
   out.noise_m = robust_sd(&scratch_);

@@ -59,7 +59,8 @@ class SdfEnergy final : public Energy {
   SdfView sdf_;
   PixelSet* pixels_;
   SdfEnergyOptions options_;
-  std::vector<float> scratch_;
+  std::vector<float> scratch_, residuals_;
+  std::vector<int> places_;
 };
 
 }  // namespace sdftrack

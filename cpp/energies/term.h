@@ -124,11 +124,12 @@ struct Term {
     else
       return penalty(residual_m, per_noise);
   }
-  HD T second_derivative(int i, T residual_m) const {
+  HD T second_derivative(int i, int n, T residual_m) const {
+    const T per_noise = load<T>(pixels.per_noise + i, n);
     if constexpr (kColor)
-      return penalty.second_derivative(residual_m, pixels.per_noise[i], pixels.foreground[i]);
+      return penalty.second_derivative(residual_m, per_noise, load<T>(pixels.foreground + i, n));
     else
-      return penalty.second_derivative(residual_m, pixels.per_noise[i]);
+      return penalty.second_derivative(residual_m, per_noise);
   }
 
   // phi and its slope along the ray r at depth z; with the full row where kRow.
@@ -220,6 +221,13 @@ struct Term {
       store(gain, pixels.gain + i, n);
     }
     return {select(meets, z - depth, gain * row->phi_m), select(meets, -per_c, gain)};
+  }
+
+  // The same of pixels that are known not to meet the model.
+  HD Reading read_fallback(int i, int n, FieldRow<T, P>* row) const {
+    const T gain = load<T>(pixels.gain + i, n);
+    look<true>(ray_of(i, n), load<T>(pixels.depth_m + i, n), row);
+    return {gain * row->phi_m, gain};
   }
 
   // Where not `keep`, the other row.

@@ -4,7 +4,7 @@
 // run where its instructions do not exist.
 #pragma once
 
-#include "energies/block.h"
+#include "energies/summary_loops.h"
 #include "energies/term_ops.h"
 
 namespace sdftrack {
@@ -18,7 +18,7 @@ struct Loops {
   static Sums<double, P> linearize(const Given& given, int begin, int end) {
     const auto term = given.template cast<L>();
     Sums<double, P> sums;
-    Row costs;
+    Row<> costs;
     Block<P> block;
     each_pack<L>(begin, end, [&](int i, int n) SDFTRACK_INLINE {
       const auto contribution = term.linearize(i, n);
@@ -33,7 +33,7 @@ struct Loops {
 
   static double cost(const Given& given, int begin, int end) {
     const auto term = given.template cast<L>();
-    Row costs;
+    Row<> costs;
     double total = 0;
     each_pack<L>(begin, end, [&](int i, int n) SDFTRACK_INLINE {
       costs.put(term.cost(i, n), n);
@@ -57,7 +57,17 @@ struct Loops {
 
   static void distances(const Given& given, int begin, int end, float* phi_m) {
     const auto term = given.template cast<L>();
-    each_pack<L>(begin, end, [&](int i, int n) SDFTRACK_INLINE { store(term.distance(i, n), phi_m + i - begin, n); });
+    each_pack<L>(begin, end,
+                 [&](int i, int n) SDFTRACK_INLINE { store(term.distance(i, n), phi_m + i - begin, n); });
+  }
+
+  static TermSums<P> summarize(const Given& given, int budget, float voxel_m, bool missed, float* residual_m,
+                               int* at) {
+    const auto term = given.template cast<L>();
+    TermSums<P> sums;
+    note<L>(term, budget, voxel_m, residual_m, at, &sums);
+    if (missed) note_missed<L>(term, &sums);
+    return sums;
   }
 };
 
@@ -66,12 +76,12 @@ struct Loops {
 
 // SDFTRACK_LANES and SDFTRACK_SET: the lane type and the member of OpsOf that it serves.
 namespace sdftrack {
-#define SDFTRACK_PAIR(name, field, penalty)                                                           \
-  template <>                                                                                         \
-  const TermOps<field, penalty> OpsOf<field, penalty>::SDFTRACK_SET = {                               \
-      Loops<SDFTRACK_LANES, field, penalty>::linearize, Loops<SDFTRACK_LANES, field, penalty>::cost,  \
-      Loops<SDFTRACK_LANES, field, penalty>::settle, Loops<SDFTRACK_LANES, field, penalty>::classify, \
-      Loops<SDFTRACK_LANES, field, penalty>::distances};
+#define SDFTRACK_PAIR(name, field, penalty)                                                              \
+  template <>                                                                                            \
+  const TermOps<field, penalty> OpsOf<field, penalty>::SDFTRACK_SET = {                                  \
+      Loops<SDFTRACK_LANES, field, penalty>::linearize, Loops<SDFTRACK_LANES, field, penalty>::cost,     \
+      Loops<SDFTRACK_LANES, field, penalty>::settle,    Loops<SDFTRACK_LANES, field, penalty>::classify, \
+      Loops<SDFTRACK_LANES, field, penalty>::distances, Loops<SDFTRACK_LANES, field, penalty>::summarize};
 #include "energies/compiled.inc"
 #undef SDFTRACK_PAIR
 }  // namespace sdftrack

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "base/isa.h"
-#include "energies/term.h"
+#include "energies/term_sums.h"
 
 namespace sdftrack {
 
@@ -17,6 +17,10 @@ struct TermOps {
   void (*settle)(const Loop&, int begin, int end);
   void (*classify)(const Loop&, int begin, int end);
   void (*distances)(const Loop&, int begin, int end, float* phi_m);
+  // Of about `budget` pixels (a multiple of 16) their sums, residuals and places; see term_sums.h. The missed
+  // ones of all pixels are summed if `missed`.
+  TermSums<Field::P> (*summarize)(const Loop&, int budget, float voxel_m, bool missed, float* residual_m,
+                                  int* at);
 };
 
 // Defined in ops_*.cpp.

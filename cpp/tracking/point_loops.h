@@ -36,7 +36,7 @@ struct PointLoops {
   template <class Term>
   HD static double cost_of(const Term& given, int count, double* counted) {
     const auto term = given.template cast<L>();
-    Row costs, counts;
+    Row<> costs, counts;
     double total = 0;
     for (int k = 0; k < count; k += kWidth<L>) {
       const auto c = term.linearize(indices<L>(k, count - k));

@@ -54,6 +54,9 @@ std::vector<unsigned char> bytes_of(const TermOps<Field, Penalty>& ops, int coun
   term.reclassify = false;
   const auto again = ops.linearize(term, 0, count);
   const double cost = ops.cost(term, 0, count);
+  std::vector<float> residuals(256);
+  std::vector<int> places(256, -1);
+  const auto notes = ops.summarize(term, 256, 0.005f, true, residuals.data(), places.data());
   EXPECT_NEAR(cost, again.cost, 0.02 * again.cost + 1);  // the hits have gone on since
 
   std::vector<unsigned char> out;
@@ -62,6 +65,7 @@ std::vector<unsigned char> bytes_of(const TermOps<Field, Penalty>& ops, int coun
     out.insert(out.end(), bytes, bytes + size);
   };
   append(&sums, sizeof sums), append(&again, sizeof again), append(&cost, sizeof cost);
+  append(&notes, sizeof notes), append(residuals.data(), 1024), append(places.data(), 1024);
   for (const std::vector<float>* v : {&distances, &pixels.hit_m, &pixels.trial_hit_m, &pixels.gain})
     append(v->data(), v->size() * sizeof(float));
   return out;
