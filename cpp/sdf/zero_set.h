@@ -54,8 +54,13 @@ void for_each_zero_triangle(const SdfView& sdf, const Visit& visit) {
       for (int ix = 0; ix + 1 < sdf.nx; ++ix) {
         const float* c =
             sdf.phi + static_cast<std::size_t>(iz) * slice + static_cast<std::size_t>(iy) * row + ix;
+        const float* d = c + slice;
+        const bool inside = c[0] < 0;  // nearly every cell lies on one side
+        if ((c[1] < 0) == inside && (c[row] < 0) == inside && (c[row + 1] < 0) == inside &&
+            (d[0] < 0) == inside && (d[1] < 0) == inside && (d[row] < 0) == inside &&
+            (d[row + 1] < 0) == inside)
+          continue;
         std::array<zero_set::Corner, 8> corners;
-        int inside = 0;
         for (int k = 0; k < 8; ++k) {
           const int dx = k & 1, dy = (k >> 1) & 1, dz = k >> 2;
           const double phi = c[static_cast<std::size_t>(dz) * slice + static_cast<std::size_t>(dy) * row +
@@ -63,9 +68,7 @@ void for_each_zero_triangle(const SdfView& sdf, const Visit& visit) {
           corners[static_cast<std::size_t>(k)] = {
               {static_cast<double>(ix + dx), static_cast<double>(iy + dy), static_cast<double>(iz + dz)},
               phi};
-          inside += phi < 0;
         }
-        if (inside == 0 || inside == 8) continue;
         for (const auto& path : kPaths)
           zero_set::cut({corners[0], corners[static_cast<std::size_t>(path[0])],
                          corners[static_cast<std::size_t>(path[1])], corners[7]},

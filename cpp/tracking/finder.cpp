@@ -2,6 +2,7 @@
 #include "tracking/finder.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "tracking/outline.h"
 
@@ -91,9 +92,9 @@ std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& c
     if (is_part_of_something(fitted->outline, least_ends)) continue;
     if (!known.noise_known) known = fitted->memory;  // the others are compared under the same noise
     const double quality =
-        query.mask
-            ? hypotheses[k].score * std::max(0.0, fit_quality(*fitted, options_))
-            : hypotheses[k].score * odds(evidence_share(evidence_of(*fitted, options_), prior_log_odds));
+        query.mask ? hypotheses[k].score * std::max(0.0, fit_quality(*fitted, options_))
+                   : hypotheses[k].score *
+                         std::sqrt(odds(evidence_share(evidence_of(*fitted, options_), prior_log_odds)));
     all.push_back({k, std::move(*fitted), quality});
   }
   if (all.empty()) return std::nullopt;
