@@ -91,10 +91,10 @@ std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& c
     if (!fitted) continue;
     if (is_part_of_something(fitted->outline, least_ends)) continue;
     if (!known.noise_known) known = fitted->memory;  // the others are compared under the same noise
-    const double quality =
-        query.mask ? hypotheses[k].score * std::max(0.0, fit_quality(*fitted, options_))
-                   : hypotheses[k].score *
-                         std::sqrt(odds(evidence_share(evidence_of(*fitted, options_), prior_log_odds)));
+    // Score and evidence count the same points in part: of the evidence's odds the root.
+    const double evidence = evidence_share(evidence_of(*fitted, options_), prior_log_odds);
+    const double fit = query.mask ? std::max(0.0, fit_quality(*fitted, options_)) : std::sqrt(odds(evidence));
+    const double quality = hypotheses[k].score * fit;
     all.push_back({k, std::move(*fitted), quality});
   }
   if (all.empty()) return std::nullopt;
