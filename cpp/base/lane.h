@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A lane type is a number or a pack of floats. Per-pixel formulas are templates on it, and this file alone
-// knows the difference: a comparison gives a mask, select(mask, a, b) takes the place of `mask ? a : b`.
-// Every operation gives the same bits in a pack as in a float.
+// A lane type is a number or a pack of floats (pack.h). Per-pixel formulas are templates on it, and these two
+// files alone know the difference: a comparison gives a mask, select(mask, a, b) takes the place of `mask ? a
+// : b`. Every operation gives the same bits in a pack as in a float.
 #pragma once
 
 #include <bit>

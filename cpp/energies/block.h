@@ -3,15 +3,12 @@
 // kLanes partial sums whatever the width of a pack L: the same bits on every instruction set.
 #pragma once
 
-#include "energies/term.h"
+#include "energies/term_ops.h"
 
 namespace sdftrack {
 namespace {
 
-constexpr int kLanes = 16;
 constexpr int kBlock = 512;  // contributions summed in float before they go into double
-
-constexpr int whole_lanes(int count) { return (count + kLanes - 1) / kLanes * kLanes; }
 
 // x in the first n lanes, 0 in the others.
 template <class L>

@@ -176,7 +176,7 @@ void SdfEnergy::classify(const State& x, int steps) {
 
 EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget) {
   EnergySummary out;
-  const int budget = (pixel_budget + 15) / 16 * 16;
+  const int budget = whole_lanes(pixel_budget);
   residuals_.resize(static_cast<std::size_t>(budget)), places_.resize(static_cast<std::size_t>(budget));
   scratch_.clear();
   with_term(x, false, [&](const auto& term, const auto& ops) {

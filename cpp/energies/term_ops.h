@@ -8,6 +8,10 @@
 
 namespace sdftrack {
 
+// Partial sums that every sum runs over, whatever the width of a pack.
+constexpr int kLanes = 16;
+HD constexpr int whole_lanes(int count) { return (count + kLanes - 1) / kLanes * kLanes; }
+
 // Over pixels [begin, end). What runs on several threads is cut into chunks by the caller.
 template <class Field, class Penalty>
 struct TermOps {
@@ -17,8 +21,8 @@ struct TermOps {
   void (*settle)(const Loop&, int begin, int end);
   void (*classify)(const Loop&, int begin, int end);
   void (*distances)(const Loop&, int begin, int end, float* phi_m);
-  // Of about `budget` pixels (a multiple of 16) their sums, residuals and places; see term_sums.h. The missed
-  // ones of all pixels are summed if `missed`.
+  // Of about `budget` pixels (a multiple of kLanes) their sums, residuals and places; see term_sums.h. The
+  // missed ones of all pixels are summed if `missed`.
   TermSums<Field::P> (*summarize)(const Loop&, int budget, float voxel_m, bool missed, float* residual_m,
                                   int* at);
 };
@@ -31,13 +35,7 @@ struct OpsOf {
 
 template <class Field, class Penalty>
 const TermOps<Field, Penalty>& ops_for(Isa isa) {
-  using Of = OpsOf<Field, Penalty>;
-#ifdef SDFTRACK_X86_SETS
-  if (isa == Isa::kAvx512) return Of::avx512;
-  if (isa == Isa::kAvx2) return Of::avx2;
-#endif
-  static_cast<void>(isa);
-  return Of::baseline;
+  return for_isa<OpsOf<Field, Penalty>>(isa);
 }
 
 }  // namespace sdftrack

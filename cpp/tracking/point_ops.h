@@ -44,13 +44,6 @@ struct PointOps {
   static const PointOps baseline, avx2, avx512;
 };
 
-inline const PointOps& point_ops_for(Isa isa) {
-#ifdef SDFTRACK_X86_SETS
-  if (isa == Isa::kAvx512) return PointOps::avx512;
-  if (isa == Isa::kAvx2) return PointOps::avx2;
-#endif
-  static_cast<void>(isa);
-  return PointOps::baseline;
-}
+inline const PointOps& point_ops_for(Isa isa) { return for_isa<PointOps>(isa); }
 
 }  // namespace sdftrack
