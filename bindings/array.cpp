@@ -19,17 +19,17 @@ std::string describe(const py::array& a) {
 
 void check_array(const py::array& a, const py::dtype& dtype, const char* name,
                  const std::vector<py::ssize_t>& shape) {
-  const std::string prefix = std::string(name) + ": expected ";
-  const std::string type = py::str(dtype).cast<std::string>();
-  if (!a.dtype().equal(dtype))
-    throw py::type_error(prefix + type + ", got " + describe(a) + "; convert with np.ascontiguousarray(" +
-                         name + ", np." + type + ")");
+  const auto prefix = [&] { return std::string(name) + ": expected "; };  // only for errors: frames pass here
+  const auto type = [&] { return py::str(dtype).cast<std::string>(); };
+  if (!a.dtype().is(dtype) && !a.dtype().equal(dtype))
+    throw py::type_error(prefix() + type() + ", got " + describe(a) + "; convert with np.ascontiguousarray(" +
+                         name + ", np." + type() + ")");
   bool fits = a.ndim() == static_cast<py::ssize_t>(shape.size());
   for (py::ssize_t i = 0; fits && i < a.ndim(); ++i)
     fits = shape[static_cast<std::size_t>(i)] < 0 || a.shape(i) == shape[static_cast<std::size_t>(i)];
-  if (!fits) throw py::value_error(prefix + "shape " + shape_text(shape) + ", got " + describe(a));
+  if (!fits) throw py::value_error(prefix() + "shape " + shape_text(shape) + ", got " + describe(a));
   if (!(a.flags() & py::array::c_style))
-    throw py::type_error(prefix + "a C-contiguous array, got strides; convert with np.ascontiguousarray(" +
+    throw py::type_error(prefix() + "a C-contiguous array, got strides; convert with np.ascontiguousarray(" +
                          name + ")");
 }
 
@@ -40,24 +40,31 @@ Rigidd rigid_from(const py::array& T, const char* name) {
     if (!std::isfinite(m[i])) throw py::value_error(prefix + "the pose has a value that is not finite");
   if (m[12] != 0 || m[13] != 0 || m[14] != 0 || std::abs(m[15] - 1) > 1e-6)
     throw py::value_error(prefix + "the last row of a rigid transform is 0 0 0 1; is the matrix transposed?");
-  const Mat3d R{{m[0], m[1], m[2]}, {m[4], m[5], m[6]}, {m[8], m[9], m[10]}};
+  const auto [R, t] = read_matrix(m);
   if (orthogonality_error(R) > 2e-3 || determinant(R) <= 0)
     throw py::value_error(prefix + "the upper left 3x3 block is not a rotation (R^T R differs from I by " +
                           std::to_string(orthogonality_error(R)) + ", det " + std::to_string(determinant(R)) +
                           "); scale or mirror must be removed first");
-  return {nearest_rotation(R), {m[3], m[7], m[11]}};
+  return {nearest_rotation(R), t};
+}
+
+void write_matrix(const Rigidd& T, double* m) {
+  const Vec3d rows[3] = {T.R.r0, T.R.r1, T.R.r2};
+  const double t[3] = {T.t.x, T.t.y, T.t.z};
+  for (int i = 0; i < 3; ++i) {
+    m[4 * i] = rows[i].x, m[4 * i + 1] = rows[i].y, m[4 * i + 2] = rows[i].z, m[4 * i + 3] = t[i];
+    m[12 + i] = 0;
+  }
+  m[15] = 1;
+}
+
+Rigidd read_matrix(const double* m) {
+  return {{{m[0], m[1], m[2]}, {m[4], m[5], m[6]}, {m[8], m[9], m[10]}}, {m[3], m[7], m[11]}};
 }
 
 py::array_t<double> matrix_from(const Rigidd& T) {
   py::array_t<double> out({4, 4});
-  auto m = out.mutable_unchecked<2>();
-  const Vec3d rows[3] = {T.R.r0, T.R.r1, T.R.r2};
-  const double t[3] = {T.t.x, T.t.y, T.t.z};
-  for (int i = 0; i < 3; ++i) {
-    m(i, 0) = rows[i].x, m(i, 1) = rows[i].y, m(i, 2) = rows[i].z, m(i, 3) = t[i];
-    m(3, i) = 0;
-  }
-  m(3, 3) = 1;
+  write_matrix(T, out.mutable_data());
   return out;
 }
 

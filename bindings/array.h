@@ -42,5 +42,8 @@ py::array_t<T> to_numpy(std::vector<T> values, std::vector<py::ssize_t> shape) {
 // rotations when within 1e-3, and refused (ValueError) beyond.
 Rigidd rigid_from(const py::array& T, const char* name);
 py::array_t<double> matrix_from(const Rigidd& T);
+// The same to and from 16 numbers, row by row, as they are.
+void write_matrix(const Rigidd& T, double* m);
+Rigidd read_matrix(const double* m);
 
 }  // namespace sdftrack

@@ -11,6 +11,7 @@
 #include "energies/sdf_energy.h"
 #include "optim/lm.h"
 #include "tracking/color_evidence.h"
+#include "tracking/selection.h"
 #include "tracking/shape.h"
 #include "volume.h"
 
@@ -36,12 +37,10 @@ class FrameEnergy {
     DepthFrame frame{image_view(depth_m, "depth", camera), mask_view(mask, camera),
                      rays.empty() ? nullptr : rays.data()};
     frame.color = image.rgb ? &image : nullptr;
-    select_pixels(frame, camera, shape_, inverse(start_.T_obj_cam[0]), options, options.padding_m, nullptr,
-                  &pixels_);
-    if (pixels_.count() > options.max_pixels) {
-      const PixelSet all = pixels_;
-      pixels_.assign_subset(all, options.max_pixels);
-    }
+    PixelSelection selection;
+    selection.choose(frame, camera, shape_, inverse(start_.T_obj_cam[0]), options, options.padding_m,
+                     nullptr);
+    selection.pack(options.max_pixels, &pixels_);
     if (pixels_.count() == 0)
       throw py::value_error(
           "frame: no depth reading near the object at this pose; is the pose in metres, T_cam_obj?");
@@ -89,8 +88,9 @@ class FrameEnergy {
       throw py::value_error("color: too few pixels of the object at this pose to make a histogram from (" +
                             std::to_string(counts.object_pixels) +
                             "); give the frame a mask, or a better pose");
-    fetch_foreground(frame, camera_, projected_box(camera_, shape_, T_cam_obj, options.padding_m),
-                     depth_range(shape_, T_cam_obj, options.padding_m), model, &reader, &pixels_);
+    reader.open(frame, camera_, projected_box(camera_, shape_, T_cam_obj, options.padding_m),
+                depth_range(shape_, T_cam_obj, options.padding_m));
+    fetch_foreground(model, reader, &pixels_);
   }
 
   SdfEnergy& energy() { return *energy_; }
@@ -181,7 +181,7 @@ void bind_energies(py::module_& m) {
       .def_readwrite("step_relative", &LmOptions::step_relative)
       .def_readwrite("cost_relative", &LmOptions::cost_relative)
       .def_readwrite("cost_gain", &LmOptions::cost_gain)
-      .def_readwrite("last_gain", &LmOptions::last_gain)
+      .def_readwrite("sure_gain", &LmOptions::sure_gain)
       .def_readwrite("fixed", &LmOptions::fixed);
 }
 

@@ -30,19 +30,19 @@ class PyTracker {
     tracker_ = std::make_unique<Tracker>(views, camera, options, TrackerSettings{threads, recover, motion});
   }
 
-  py::list start(const py::array& depth, const py::object& mask, double time_s, const py::list& places,
+  py::dict start(const py::array& depth, const py::object& mask, double time_s, const py::list& places,
                  const py::object& color, const py::object& color_map) {
     const std::vector<Whereabouts> where = places_from(places);
     const ColorImage image = color_view(color, color_map);
     return run(depth, mask, time_s, image,
                [&](const DepthFrame& frame) { return tracker_->start(frame, where); });
   }
-  py::list track(const py::array& depth, const py::object& mask, double time_s, const py::object& color,
+  py::dict track(const py::array& depth, const py::object& mask, double time_s, const py::object& color,
                  const py::object& color_map) {
     const ColorImage image = color_view(color, color_map);
     return run(depth, mask, time_s, image, [&](const DepthFrame& frame) { return tracker_->track(frame); });
   }
-  py::list recover(const py::array& depth, const py::object& mask, double time_s,
+  py::dict recover(const py::array& depth, const py::object& mask, double time_s,
                    const std::vector<int>& objects, const py::list& places, const py::object& color,
                    const py::object& color_map) {
     for (const int k : objects) check_object(k);
@@ -146,7 +146,7 @@ class PyTracker {
   }
 
   template <class Work>
-  py::list run(const py::array& depth, const py::object& mask, double time_s, const ColorImage& image,
+  py::dict run(const py::array& depth, const py::object& mask, double time_s, const ColorImage& image,
                const Work& work) {
     const Busy busy(&busy_, "tracker");
     const ImageView<float> view = image_view(depth, "depth", tracker_->camera());
@@ -156,24 +156,36 @@ class PyTracker {
       py::gil_scoped_release release;
       results = work(tracker_->make_frame(view, mask_data, time_s, image.rgb ? &image : nullptr));
     }
-    py::list out;
-    for (const ObjectResult& r : results) out.append(to_dict(r));
-    return out;
+    return to_dict(results);
   }
 
-  static py::dict to_dict(const ObjectResult& r) {
-    py::list steps;
-    for (const TrackStep& s : r.steps)
-      steps.append(py::make_tuple(s.step.cost, s.step.damping, s.step.accepted, s.scale_m, s.pixels));
+  // Numbers of all objects in arrays, the rest in lists.
+  static py::dict to_dict(const std::vector<ObjectResult>& results) {
+    const auto n = static_cast<py::ssize_t>(results.size());
+    py::array_t<double> poses({n, py::ssize_t{4}, py::ssize_t{4}}),
+        covariances({n, py::ssize_t{6}, py::ssize_t{6}}), inliers(n), confidence(n), runner_up(n);
+    py::list status, reason, steps, color_used;
+    double energy = 0;
+    for (py::ssize_t k = 0; k < n; ++k) {
+      const ObjectResult& r = results[static_cast<std::size_t>(k)];
+      write_matrix(r.T_cam_obj, poses.mutable_data(k, 0, 0));
+      Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(covariances.mutable_data(k, 0, 0)) =
+          r.covariance;
+      inliers.mutable_at(k) = r.trust.inliers, confidence.mutable_at(k) = r.trust.confidence;
+      runner_up.mutable_at(k) = r.runner_up;
+      status.append(kStatus[static_cast<int>(r.trust.status)]);
+      reason.append(r.trust.reason);
+      color_used.append(r.color_used);
+      energy += r.cost / static_cast<double>(n);
+      py::list trials;
+      for (const TrackStep& s : r.steps)
+        trials.append(py::make_tuple(s.step.cost, s.step.damping, s.step.accepted, s.scale_m, s.pixels));
+      steps.append(trials);
+    }
     py::dict out;
-    out["pose"] = matrix_from(r.T_cam_obj);
-    out["covariance"] = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>(r.covariance);
-    out["status"] = kStatus[static_cast<int>(r.trust.status)];
-    out["reason"] = r.trust.reason;
-    out["inliers"] = r.trust.inliers, out["confidence"] = r.trust.confidence;
-    out["energy"] = r.cost, out["steps"] = steps;
-    out["runner_up"] = r.runner_up, out["color_used"] = r.color_used;
-    out["foreground"] = r.foreground;
+    out["poses"] = poses, out["covariances"] = covariances, out["inliers"] = inliers;
+    out["confidence"] = confidence, out["runner_up"] = runner_up, out["status"] = status;
+    out["reason"] = reason, out["steps"] = steps, out["color_used"] = color_used, out["energy"] = energy;
     return out;
   }
 
@@ -282,6 +294,24 @@ void bind_tracking(py::module_& m) {
       .def("judge", &PyTracker::judge, py::arg("depth"), py::arg("mask"), py::arg("k"), py::arg("T"))
       .def("set_camera", &PyTracker::set_camera, py::arg("camera"))
       .def("set_pose", &PyTracker::set_pose, py::arg("k"), py::arg("T"), py::arg("covariance"));
+  m.def(
+      "twists",
+      [](const py::array& before, const py::array& now, double elapsed_s) {
+        const py::ssize_t n = before.ndim() > 0 ? before.shape(0) : 0;
+        const double* a = borrow<double>(before, "before", {n, 4, 4});
+        const double* b = borrow<double>(now, "now", {n, 4, 4});
+        py::array_t<double> out({n, py::ssize_t{6}});
+        for (py::ssize_t k = 0; k < n; ++k) {
+          const Rigidd from = read_matrix(a + 16 * k), to = read_matrix(b + 16 * k);
+          const Vec3d v = (1 / elapsed_s) * (to.t - from.t);
+          const Vec3d w = (1 / elapsed_s) * rotation_log(to.R * transpose(from.R));
+          const double twist[6] = {v.x, v.y, v.z, w.x, w.y, w.z};
+          std::copy(twist, twist + 6, out.mutable_data(k, 0));
+        }
+        return out;
+      },
+      py::arg("before"), py::arg("now"), py::arg("elapsed_s"),
+      "(v, w) from poses to poses, (M, 4, 4) each, camera axes.");
   m.def("correlation_area", &correlation_area, py::arg("u_px"), py::arg("v_px"), py::arg("residual_m"),
         py::arg("scale_m"), py::arg("outlier_floor"), "Pixels that share one error; 0: too few to tell.");
   m.def("find_plane", &remove_plane, py::arg("depth"), py::arg("camera"), py::arg("start_x"),

@@ -91,6 +91,18 @@ HD IntOf<T> indices(int first, int n) {
     return i;
   }
 }
+// The same of the first n of a list of indices that has room for a whole pack.
+template <class T>
+HD IntOf<T> load_indices(int* list, int n) {
+  if constexpr (kWidth<T> == 1) {
+    return *list;
+  } else {
+    for (int k = n; k < kWidth<T>; ++k) list[k] = list[n - 1];
+    IntOf<T> i;
+    __builtin_memcpy(&i, list, sizeof(i));
+    return i;
+  }
+}
 // Whether a lane is one of the n.
 template <class T>
 HD auto among_first(int n) {
@@ -98,6 +110,20 @@ HD auto among_first(int n) {
     return n > 0;
   else
     return indices<T>(0, kWidth<T>) < n;
+}
+
+// Asks for what lies at p, which need not exist.
+HD void prefetch([[maybe_unused]] const void* p) {
+#ifndef __CUDA_ARCH__
+  __builtin_prefetch(p);
+#endif
+}
+
+// Appends the indices first, first + 1, ... of the lanes with a yes; `out` has room for a whole pack. Returns
+// how many there are.
+HD int keep(bool mask, int first, int* out) {
+  *out = first;
+  return mask;
 }
 
 template <class T>

@@ -103,6 +103,12 @@ HD T from_bits(IntOf<T> bits) requires(kWidth<T> > 1) {
 }
 
 #if defined(__AVX512F__)
+HD int keep(Pack<16>::I mask, int first, int* out) {
+  const __m512i iota = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  const __mmask16 yes = _mm512_movepi32_mask((__m512i)mask);
+  _mm512_storeu_si512(out, _mm512_maskz_compress_epi32(yes, _mm512_add_epi32(iota, _mm512_set1_epi32(first))));
+  return __builtin_popcount(yes);
+}
 HD bool any(Pack<16>::I mask) { return _mm512_movepi32_mask((__m512i)mask) != 0; }
 HD bool all(Pack<16>::I mask) { return _mm512_movepi32_mask((__m512i)mask) == 0xffff; }
 HD Pack<16> sqrt(Pack<16> x) { return Pack<16>::of((Pack<16>::V)_mm512_sqrt_ps((__m512)x.v)); }
@@ -121,6 +127,11 @@ HD void gather_pair(const float* p, Pack<16>::I i, Pack<16>* a, Pack<16>* b) {
   b->v = (Pack<16>::V)_mm512_permutex2var_ps(low, odd, high);
 }
 #elif defined(__AVX2__)
+HD int keep(Pack<8>::I mask, int first, int* out) {
+  int yes = _mm256_movemask_ps((__m256)mask), n = 0;
+  for (; yes != 0; yes &= yes - 1) out[n++] = first + __builtin_ctz(static_cast<unsigned>(yes));
+  return n;
+}
 HD bool any(Pack<8>::I mask) { return _mm256_movemask_ps((__m256)mask) != 0; }
 HD bool all(Pack<8>::I mask) { return _mm256_movemask_ps((__m256)mask) == 0xff; }
 HD Pack<8> sqrt(Pack<8> x) { return Pack<8>::of((Pack<8>::V)_mm256_sqrt_ps((__m256)x.v)); }
@@ -139,6 +150,11 @@ HD void gather_pair(const float* p, Pack<8>::I i, Pack<8>* a, Pack<8>* b) {
   b->v = (Pack<8>::V)_mm256_permute4x64_pd((__m256d)odd, 0xd8);
 }
 #else
+HD int keep(Pack<4>::I mask, int first, int* out) {
+  int n = 0;
+  for (int k = 0; k < 4; ++k) out[n] = first + k, n += mask[k] != 0;
+  return n;
+}
 HD bool any(Pack<4>::I mask) { return (mask[0] | mask[1] | mask[2] | mask[3]) != 0; }
 HD bool all(Pack<4>::I mask) { return (mask[0] & mask[1] & mask[2] & mask[3]) != 0; }
 HD Pack<4> sqrt(Pack<4> x) {

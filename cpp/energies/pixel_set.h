@@ -14,7 +14,7 @@ namespace sdftrack {
 struct PixelSet {
   std::vector<float> u_px, v_px, depth_m, per_noise;
   std::vector<float> foreground;                // P_f of the pixel's colour; see PixelsView
-  std::vector<float> hit_m, trial_hit_m, gain;  // see PixelsView
+  std::vector<float> hit_m, gain;          // see PixelsView
   std::vector<int> at;                          // index in the depth image
 
   int count() const { return static_cast<int>(depth_m.size()); }
@@ -24,41 +24,43 @@ struct PixelSet {
     at.clear();
   }
   void push(float u, float v, float depth, float noise_scale, int index = 0, float p_foreground = 0) {
-    u_px.push_back(u), v_px.push_back(v), depth_m.push_back(depth), per_noise.push_back(1 / noise_scale);
-    foreground.push_back(p_foreground), at.push_back(index);
-    hit_m.push_back(depth), trial_hit_m.push_back(depth), gain.push_back(1.0f);
+    resize(count() + 1);
+    set(count() - 1, {u, v}, depth, noise_scale, index, p_foreground);
+  }
+  // Pixel k, from its measured depth.
+  void set(int k, Vec2f u, float depth, float noise_scale, int index, float p_foreground = 0) {
+    const auto i = static_cast<std::size_t>(k);
+    u_px[i] = u.x, v_px[i] = u.y, depth_m[i] = depth, per_noise[i] = 1 / noise_scale;
+    foreground[i] = p_foreground, at[i] = index;
+    hit_m[i] = depth, gain[i] = 1.0f;
   }
   void resize(int n) {
     for (std::vector<float>* v : floats()) v->resize(static_cast<std::size_t>(n));
     at.resize(static_cast<std::size_t>(n));
   }
-  // Overwrites pixel `to` by pixel `from`, from its measured depth.
-  void move(int from, int to) {
+  // Pixel `to` becomes pixel `from` of the other (or this) set, from its measured depth.
+  void copy(const PixelSet& other, int from, int to) {
     const auto i = static_cast<std::size_t>(from), j = static_cast<std::size_t>(to);
-    u_px[j] = u_px[i], v_px[j] = v_px[i], depth_m[j] = depth_m[i], per_noise[j] = per_noise[i];
-    foreground[j] = foreground[i], at[j] = at[i];
-    hit_m[j] = trial_hit_m[j] = depth_m[i], gain[j] = 1.0f;
+    u_px[j] = other.u_px[i], v_px[j] = other.v_px[i], depth_m[j] = other.depth_m[i];
+    per_noise[j] = other.per_noise[i], foreground[j] = other.foreground[i], at[j] = other.at[i];
+    hit_m[j] = depth_m[j], gain[j] = 1.0f;
   }
   // `wanted` pixels of `other` (all, where it has fewer), evenly spread over its order; from the measured
   // depths.
   void assign_subset(const PixelSet& other, int wanted) {
-    clear();
-    const auto n = static_cast<std::size_t>(other.count());
-    const std::size_t m = std::min(n, static_cast<std::size_t>(std::max(0, wanted)));
-    for (std::size_t k = 0; k < m; ++k) {
-      const std::size_t i = k * n / m;
-      push(other.u_px[i], other.v_px[i], other.depth_m[i], 1, other.at[i], other.foreground[i]);
-      per_noise.back() = other.per_noise[i];
-    }
+    const int n = other.count(), m = std::clamp(wanted, 0, n);
+    resize(m);
+    const double stride = m > 0 ? static_cast<double>(n) / m : 1;
+    for (int k = 0; k < m; ++k) copy(other, static_cast<int>(k * stride), k);
   }
   PixelsView<float> view() {
     return {count(),      u_px.data(),        v_px.data(), depth_m.data(),   per_noise.data(),
-            hit_m.data(), trial_hit_m.data(), gain.data(), foreground.data()};
+            hit_m.data(), gain.data(), foreground.data()};
   }
 
  private:
-  std::array<std::vector<float>*, 8> floats() {
-    return {&u_px, &v_px, &depth_m, &per_noise, &foreground, &hit_m, &trial_hit_m, &gain};
+  std::array<std::vector<float>*, 7> floats() {
+    return {&u_px, &v_px, &depth_m, &per_noise, &foreground, &hit_m, &gain};
   }
 };
 

@@ -126,7 +126,7 @@ void SdfEnergy::with_term(const State& x, bool reclassify, const Visit& visit) {
 }
 
 void SdfEnergy::linearize(const State& x, NormalEquations* out) {
-  with_term(x, options_.warm_hits, [&](const auto& term, const auto& ops) {
+  with_term(x, options_.warm_hits && std::exchange(undecided_, false), [&](const auto& term, const auto& ops) {
     using Sum = Sums<double, std::decay_t<decltype(term)>::P>;
     add_to(reduce_cpu<Sum>(term.pixels.count, options_.threads,
                            [&](int begin, int end) { return ops.linearize(term, begin, end); }),
@@ -143,23 +143,32 @@ double SdfEnergy::cost(const State& x) {
   return cost;
 }
 
-void SdfEnergy::accept() {
-  if (options_.warm_hits) pixels_->hit_m.swap(pixels_->trial_hit_m);
+const float* SdfEnergy::distances(const State& x) {
+  float* const phi = pixels_->hit_m.data();  // free until the hits are settled
+  with_term(x, false,
+            [&](const auto& term, const auto& ops) { ops.distances(term, 0, term.pixels.count, phi); });
+  return phi;
+}
+
+int SdfEnergy::count_near(const State& x, double reach_m) {
+  const auto reach = static_cast<float>(reach_m);
+  const float* const phi = distances(x);
+  return static_cast<int>(
+      std::count_if(phi, phi + pixels_->count(), [&](float d) { return std::abs(d) < reach; }));
 }
 
 void SdfEnergy::keep_near(const State& x, double reach_m) {
   const auto reach = static_cast<float>(reach_m);
-  float* const phi = pixels_->trial_hit_m.data();  // free until the hits are settled
-  with_term(x, false,
-            [&](const auto& term, const auto& ops) { ops.distances(term, 0, term.pixels.count, phi); });
+  const float* const phi = distances(x);
   int kept = 0;
   for (int i = 0; i < pixels_->count(); ++i)
-    if (std::abs(phi[i]) < reach) pixels_->move(i, kept++);
+    if (std::abs(phi[i]) < reach) pixels_->copy(*pixels_, i, kept++);
   pixels_->resize(kept);
 }
 
 void SdfEnergy::settle(const State& x, int steps) {
   start_hits(pixels_);
+  undecided_ = true;
   with_term(x, false, [&](auto& term, const auto& ops) {
     term.newton_steps = 1;
     for (int step = 0; step < steps; ++step) ops.settle(term, 0, term.pixels.count);
@@ -168,6 +177,7 @@ void SdfEnergy::settle(const State& x, int steps) {
 
 void SdfEnergy::classify(const State& x, int steps) {
   start_hits(pixels_);
+  undecided_ = false;
   if (options_.residual != Residual::kRayHit || !options_.warm_hits) steps = 1;  // else each step goes on
   with_term(x, true, [&](const auto& term, const auto& ops) {
     for (int k = 0; k < steps; ++k) ops.classify(term, 0, term.pixels.count);

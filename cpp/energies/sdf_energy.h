@@ -41,11 +41,12 @@ class SdfEnergy final : public Energy {
   Unknowns unknowns() const override { return {1, options_.scale, options_.intrinsics}; }
   void linearize(const State& x, NormalEquations* out) override;
   double cost(const State& x) override;
-  void accept() override;
 
-  // Leaves out the pixels whose points are farther than reach_m from the surface at x.
+  // How many pixels' points lie within reach_m of the surface at x; and leaves out the others.
+  int count_near(const State& x, double reach_m);
   void keep_near(const State& x, double reach_m);
-  // Start afresh from the measured depths: `steps` Newton steps of every ray.
+  // Start afresh from the measured depths: `steps` Newton steps of every ray. The next linearisation decides
+  // which rays meet the model; it stays so from then on, so that costs may be compared.
   void settle(const State& x, int steps);
   // Decide which rays meet the model, at x, after `steps` steps.
   void classify(const State& x, int steps);
@@ -55,10 +56,12 @@ class SdfEnergy final : public Energy {
  private:
   template <class Visit>
   void with_term(const State& x, bool reclassify, const Visit& visit);
+  const float* distances(const State& x);  // phi at the measured points
 
   SdfView sdf_;
   PixelSet* pixels_;
   SdfEnergyOptions options_;
+  bool undecided_ = true;  // which rays meet the model
   std::vector<float> scratch_, residuals_;
   std::vector<int> places_;
 };

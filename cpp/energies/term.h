@@ -26,7 +26,7 @@ constexpr double kHitLead_m = 0.003;  // the search starts this far in front of 
 constexpr double kHitReach_m = 0.05;  // a hit is looked for this far from the measured depth
 
 // Structure of arrays: one entry per pixel of the fixed set. Pixel coordinates are those of the ideal pinhole
-// (distortion removed). `gain` is the pixel's class, fixed from one linearisation to the next: 0, its ray
+// (distortion removed). `gain` is the pixel's class, fixed from one settling to the next: 0, its ray
 // meets the model; else the fallback's 1 / slope. `per_noise` is 1 over the reading's noise in units of the
 // energy's. `foreground` is P_f of the pixel's colour, for penalties
 // that ask for it.
@@ -34,8 +34,7 @@ template <class T>
 struct PixelsView {
   int count;
   const T *u_px, *v_px, *depth_m, *per_noise;
-  T* hit_m;        // accepted hits
-  T* trial_hit_m;  // hits of the last trial
+  T* hit_m;  // where the ray met the model at the last state that was looked at
   T* gain;
   const T* foreground = nullptr;
 };
@@ -83,7 +82,7 @@ struct Term {
   Intrinsics<T> K;
   PixelsView<S> pixels;
   Residual residual;
-  bool reclassify;   // linearisation may move a pixel between hit and fallback
+  bool reclassify;   // decide anew between hit and fallback
   int newton_steps;  // 1: warm start from the last hit; more: from the reading, until |phi| < 1e-5 m
   T inv_fx = T(1) / K.fx, inv_fy = T(1) / K.fy;
 
@@ -182,14 +181,14 @@ struct Term {
     return phi;
   }
 
-  // Cost at a trial state; the trial's hit goes into its own buffer.
+  // Cost at a state.
   HD T cost(int i, int n = 1) const {
     const T depth = load<T>(pixels.depth_m + i, n), gain = load<T>(pixels.gain + i, n);
     const Mask meets = gain == T(0);
     FieldRow<T, P> row;
     T z = select(meets, hit_start(i, n, depth), depth);
     find_hit<false>(ray_of(i, n), depth, meets, &z, &row);
-    store(select(meets, z, load<T>(pixels.hit_m + i, n)), pixels.trial_hit_m + i, n);
+    store(select(meets, z, load<T>(pixels.hit_m + i, n)), pixels.hit_m + i, n);
     return curve(i, n, select(meets, z - depth, gain * row.phi_m)).cost;
   }
 

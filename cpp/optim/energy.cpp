@@ -17,8 +17,4 @@ double SumEnergy::cost(const State& x) {
   return sum;
 }
 
-void SumEnergy::accept() {
-  for (auto& term : terms_) term.first->accept();
-}
-
 }  // namespace sdftrack

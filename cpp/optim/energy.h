@@ -11,17 +11,14 @@
 namespace sdftrack {
 
 // An energy says what a state costs and how the cost changes; it never loops over a damping.
-// linearize() and cost() visit the same pixels with the same penalty, so that they may be compared.
-//
-// An energy may keep a warm start for its inner problem (where each pixel's ray meets the model): cost(x)
-// prepares it for the trial x, accept() makes the last trial's warm start the current one.
+// linearize() and cost() visit the same pixels with the same penalty, so that they may be compared. An energy
+// may keep a warm start for its inner problem (where each pixel's ray meets the model) from state to state.
 class Energy {
  public:
   virtual ~Energy() = default;
   virtual Unknowns unknowns() const = 0;
   virtual void linearize(const State& x, NormalEquations* out) = 0;  // adds to *out
   virtual double cost(const State& x) = 0;
-  virtual void accept() {}
 };
 
 // sum_i weight_i E_i over the same unknowns; priors are energies too.
@@ -33,7 +30,6 @@ class SumEnergy final : public Energy {
   Unknowns unknowns() const override { return terms_.front().first->unknowns(); }
   void linearize(const State& x, NormalEquations* out) override;
   double cost(const State& x) override;
-  void accept() override;
 
  private:
   std::vector<std::pair<Energy*, double>> terms_;

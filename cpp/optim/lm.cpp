@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace sdftrack {
 
@@ -81,19 +82,19 @@ LmResult minimize(Energy& energy, const State& start, const LmOptions& options) 
   LmResult out{start, 0, 0, options.damping, Stop::kMaxSteps, {}};
   out.steps.reserve(static_cast<std::size_t>(options.max_steps));
 
-  NormalEquations eq;
-  bool stale = true;  // whether eq belongs to a state that was left
+  // A trial is linearised at once: most are kept, and then the next step needs no other look.
+  NormalEquations eq, next;
+  const auto look = [&](const State& x, NormalEquations* to) {
+    to->reset(unknowns.size());
+    energy.linearize(x, to);
+  };
+  look(start, &eq);
+  out.cost = eq.cost, out.count = eq.count;
+  if (!(eq.hessian.diagonal().maxCoeff() > 0) || free.empty()) {
+    out.stop = Stop::kNoData;
+    return out;
+  }
   for (int step = 0; step < options.max_steps; ++step) {
-    if (stale) {
-      eq.reset(unknowns.size());
-      energy.linearize(out.x, &eq);
-      out.cost = eq.cost, out.count = eq.count;
-      stale = false;
-      if (!(eq.hessian.diagonal().maxCoeff() > 0) || free.empty()) {
-        out.stop = Stop::kNoData;
-        break;
-      }
-    }
     const Eigen::VectorXd delta = damped_step(eq, free, out.damping);
     if (!delta.allFinite()) {
       out.stop = Stop::kNotFinite;
@@ -104,20 +105,20 @@ LmResult minimize(Energy& energy, const State& start, const LmOptions& options) 
       out.stop = Stop::kSmallGain;
       break;
     }
-    const State trial = retract(unknowns, out.x, delta);
-    const double trial_cost = energy.cost(trial);
+    State trial = retract(unknowns, out.x, delta);
+    const bool sure = promised < options.sure_gain;
+    if (!sure) look(trial, &next);
+    const double trial_cost = sure ? eq.cost - promised : next.cost;
     const bool accepted = trial_cost < eq.cost;
     const bool small = is_small(delta, unknowns, out.x, options);
     const double used = out.damping;
-    bool little_gain = false;
+    bool little_gain = sure;
     if (accepted) {
-      energy.accept();
-      out.x = trial;
-      little_gain =
-          promised < options.last_gain || eq.cost - trial_cost < options.cost_relative * std::abs(eq.cost);
+      out.x = std::move(trial);
+      little_gain |= eq.cost - trial_cost < options.cost_relative * std::abs(eq.cost);
       out.cost = trial_cost;
       out.damping = std::max(options.damping_min, out.damping * options.damping_down);
-      stale = true;
+      if (!sure) std::swap(eq, next);
     } else {
       out.damping *= options.damping_up;
     }

@@ -20,7 +20,7 @@ struct LmOptions {
   double step_relative = 1e-7;  // log scale; intrinsics are compared as fractions of fx
   double cost_relative = 1e-7;  // an accepted trial that gains less than this share of the cost ends it
   double cost_gain = 0;         // so does a step that promises less than this: the quadratic model's own gain
-  double last_gain = 0;         // an accepted step that promised less than this is the last one
+  double sure_gain = 0;         // a step that promises less than this is kept without a look, and is the last
   std::vector<bool> fixed;      // unknowns to leave alone (empty: none); taken out of the system
 };
 
@@ -28,7 +28,7 @@ enum class Stop { kSmallStep, kSmallGain, kMaxSteps, kDampingMax, kNotFinite, kN
 const char* stop_name(Stop stop);
 
 struct LmStep {
-  double cost;  // at the state that was kept
+  double cost;  // at the state that was kept; of a sure step what the model promises
   double damping;
   bool accepted;
 };

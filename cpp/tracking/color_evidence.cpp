@@ -57,11 +57,9 @@ void ColorReader::open(const DepthFrame& frame, const Camera& camera, Rect regio
     }
 }
 
-void fetch_foreground(const DepthFrame& frame, const Camera& camera, Rect region, DepthRange range,
-                      const ColorModel& model, ColorReader* reader, PixelSet* pixels) {
-  reader->open(frame, camera, region, range);
+void fetch_foreground(const ColorModel& model, const ColorReader& reader, PixelSet* pixels) {
   for (std::size_t i = 0; i < pixels->at.size(); ++i) {
-    const int bin = reader->bin(pixels->at[i], {pixels->u_px[i], pixels->v_px[i]}, pixels->depth_m[i]);
+    const int bin = reader.bin(pixels->at[i], {pixels->u_px[i], pixels->v_px[i]}, pixels->depth_m[i]);
     pixels->foreground[i] = bin < 0 ? model.prior() : model.posterior()[static_cast<std::size_t>(bin)];
   }
 }

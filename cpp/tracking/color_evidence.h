@@ -4,6 +4,7 @@
 
 #include "appearance/color_model.h"
 #include "appearance/color_sight.h"
+#include "energies/pixel_set.h"
 #include "tracking/region.h"
 
 namespace sdftrack {
@@ -35,9 +36,8 @@ class ColorReader {
   ColorSight sight_;
 };
 
-// Posterior of every pixel; the prior where there is no colour. Opens the reader.
-void fetch_foreground(const DepthFrame& frame, const Camera& camera, Rect region, DepthRange range,
-                      const ColorModel& model, ColorReader* reader, PixelSet* pixels);
+// Posterior of every pixel by an open reader; the prior where there is no colour.
+void fetch_foreground(const ColorModel& model, const ColorReader& reader, PixelSet* pixels);
 
 // Colours at a pose: the object's are those of readings on the surface, away from depth steps, weighed by
 // what is known so far; the background's those of readings clearly off it, around it and in front. Visits

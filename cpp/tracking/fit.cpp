@@ -11,12 +11,13 @@ namespace {
 // A step that promises a smaller gain in log-likelihood moves the pose by less than 5 % of its standard
 // deviation.
 constexpr double kLeastGain = 1e-3;
-// An accepted step that promised less than this (1.4 standard deviations) is the last: Gauss-Newton leaves of
-// it what is of second order, a few hundredths of one (docs/math/depth_tracker.md, section
-// 4).
-constexpr double kLastGain = 1, kLastCoarseGain = 10;
+// A step that promises less than this is taken without a look at where it leads, and is the last: Gauss-Newton
+// leaves of it what is of second order, a few hundredths of a standard deviation (docs/math/depth_tracker.md,
+// section 4).
+constexpr double kSureGain = 3, kSureCoarseGain = 10;
 // Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias.
 constexpr int kSettleSteps = 2;
+constexpr double kMostSpread = 10;  // readings packed per one of the budget, to find those near the surface
 constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
 constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot be the object's
 constexpr int kSummaryPixels = 1000;
@@ -77,13 +78,18 @@ bool PoseFitter::gather(const DepthFrame& frame, const Camera& camera, const Fit
                         double padding_m, const Plane* plane) {
   camera_ = &camera, target_ = &target;
   stated_noise_m_ = sensor_noise_m(options_, target.expected.t.z);
-  select_pixels(frame, camera, target.shape, target.expected, options_, padding_m, plane, &pixels_);
-  if (pixels_.count() < options_.min_pixels) return false;
+  selection_.choose(frame, camera, target.shape, target.expected, options_, padding_m, plane);
+  if (selection_.count() < options_.min_pixels) return false;
   if (target.colors)
-    fetch_foreground(frame, camera, projected_box(camera, target.shape, target.expected, padding_m),
-                     depth_range(target.shape, target.expected, padding_m), *target.colors, &color_reader_,
-                     &pixels_);
+    color_reader_.open(frame, camera, projected_box(camera, target.shape, target.expected, padding_m),
+                       depth_range(target.shape, target.expected, padding_m));
+  pack(options_.coarse_pixels, &coarse_);
   return true;
+}
+
+void PoseFitter::pack(int wanted, PixelSet* out) {
+  selection_.pack(wanted, out);
+  if (target_->colors) fetch_foreground(*target_->colors, color_reader_, out);
 }
 
 // A wrong pose has large residuals; so that these do not pass for the sensor's noise and excuse themselves,
@@ -117,7 +123,6 @@ void PoseFitter::read_free_space(const DepthFrame& frame, double padding_m) {
 
 State PoseFitter::best_coarse_fit(const DepthFrame& frame, const Attempt& attempt, Fitted* fitted) {
   const double noise_m = fitted->memory.noise_factor * stated_noise_m_;
-  coarse_.assign_subset(pixels_, options_.coarse_pixels);
   State best;
   double most = -1;
   for (const Rigidd& start : attempt.starts) {
@@ -147,19 +152,24 @@ void PoseFitter::fit_coarse(const Attempt& attempt, State* x, Fitted* fitted) {
     energy.scale_m = static_cast<float>(s);
     run_stage(&coarse_, energy, attempt.coarse_steps, x, fitted);
   }
-  if (coarse_.count() < pixels_.count()) {
+  if (coarse_.count() < selection_.count()) {
     energy.scale_m = static_cast<float>(last);
     energy.residual = options_.residual;
     run_stage(&coarse_, energy, attempt.coarse_steps, x, fitted);
   }
 }
 
-// Readings far from the surface have lost all weight at this scale; what is left is brought down to the
-// budget.
+// Readings far from the surface have lost all weight at this scale: of the others as many as the budget
+// allows.
 void PoseFitter::choose_fine_pixels(double scale_m, const State& x) {
-  if (options_.outlier_floor > 0)
-    SdfEnergy(target_->shape.sdf, &pixels_, {})
-        .keep_near(x, std::max(kFineReach_m, kFineReachPerScale * scale_m));
+  const double reach_m = std::max(kFineReach_m, kFineReachPerScale * scale_m);
+  int wanted = options_.max_pixels;
+  if (options_.outlier_floor > 0 && selection_.count() > wanted) {
+    const int near = SdfEnergy(target_->shape.sdf, &coarse_, {}).count_near(x, reach_m);
+    wanted = static_cast<int>(wanted * std::min(kMostSpread, coarse_.count() / std::max(1.0, 1.0 * near)));
+  }
+  pack(wanted, &pixels_);
+  if (options_.outlier_floor > 0) SdfEnergy(target_->shape.sdf, &pixels_, {}).keep_near(x, reach_m);
   if (pixels_.count() > options_.max_pixels) {
     scratch_.assign_subset(pixels_, options_.max_pixels);
     std::swap(scratch_, pixels_);
@@ -234,7 +244,8 @@ void PoseFitter::run_stage(PixelSet* pixels, const SdfEnergyOptions& energy_opti
   lm.damping = fitted->memory.damping;
   lm.cost_relative = 0;
   lm.cost_gain = kLeastGain;
-  lm.last_gain = pixels == &pixels_ ? kLastGain : kLastCoarseGain;  // a coarse fit is only a start
+  // A coarse fit is only a start. The first frame may begin far off: there every step is looked at.
+  if (target_->memory.noise_known) lm.sure_gain = pixels == &pixels_ ? kSureGain : kSureCoarseGain;
   const LmResult found = minimize(sum, *x, lm);
   for (const LmStep& step : found.steps)
     fitted->steps.push_back({step, energy_options.scale_m, pixels->count()});

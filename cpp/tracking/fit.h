@@ -11,6 +11,7 @@
 #include "tracking/color_evidence.h"
 #include "tracking/correlation.h"
 #include "tracking/local_noise.h"
+#include "tracking/selection.h"
 #include "tracking/trust.h"
 
 namespace sdftrack {
@@ -89,6 +90,7 @@ class PoseFitter {
  private:
   bool gather(const DepthFrame& frame, const Camera& camera, const FitTarget& target, double padding_m,
               const Plane* plane);
+  void pack(int wanted, PixelSet* out);
   void examine(const DepthFrame& frame, Fitted* fitted);
   State best_coarse_fit(const DepthFrame& frame, const Attempt& attempt, Fitted* fitted);
   void fit_coarse(const Attempt& attempt, State* x, Fitted* fitted);
@@ -109,6 +111,7 @@ class PoseFitter {
   double stated_noise_m_ = 0;
 
   // Working memory, kept from frame to frame.
+  PixelSelection selection_;
   PixelSet pixels_, coarse_, scratch_;
   FreeSpaceScratch free_scratch_;
   DistanceGrid free_grid_;

@@ -65,9 +65,15 @@ struct PointLoops {
 
   static void sights(const SightTerm<float>& given, int first, Sights* out) {
     const auto term = given.template cast<L>();
-    out->count = count_from(given.points_obj, first);
+    const int count = count_from(given.points_obj, first);
+    int facing[kPointsAtOnce + kLanes];
+    out->count = 0;
+    for (int k = 0; k < count; k += kWidth<L>) {
+      const auto yes = term.faces(indices<L>(first + k, count - k)) & among_first<L>(count - k);
+      out->count += keep(yes, first + k, facing + out->count);
+    }
     for (int k = 0; k < out->count; k += kWidth<L>) {
-      const Sight<L> sight = term.look(indices<L>(first + k, out->count - k));
+      const Sight<L> sight = term.look(load_indices<L>(facing + k, out->count - k));
       store(sight.facing, out->facing + k, kWidth<L>), store(sight.p_cam.x, out->x_m + k, kWidth<L>);
       store(sight.p_cam.y, out->y_m + k, kWidth<L>), store(sight.p_cam.z, out->z_m + k, kWidth<L>);
     }
@@ -82,6 +88,16 @@ struct PointLoops {
       store(bearing.depth_m, out->depth_m + k, kWidth<L>);
     }
   }
+
+  static int candidates(const SelectTerm<float>& given, int y, int x0, int x1, int* at) {
+    const auto term = given.template cast<L>();
+    int found = 0;
+    each_pack<L>(x0, x1, [&](int x, int n) SDFTRACK_INLINE {
+      const auto wanted = term.wants(x, y, n);
+      if (any(wanted)) found += keep(wanted, y * term.width + x, at + found);
+    });
+    return found;
+  }
 };
 
 }  // namespace
@@ -89,6 +105,7 @@ struct PointLoops {
 // SDFTRACK_LANES and SDFTRACK_SET: the lane type and the member of PointOps that it serves.
 const PointOps PointOps::SDFTRACK_SET = {PointLoops<SDFTRACK_LANES>::linearize,
                                          PointLoops<SDFTRACK_LANES>::cost, PointLoops<SDFTRACK_LANES>::sights,
-                                         PointLoops<SDFTRACK_LANES>::bearings};
+                                         PointLoops<SDFTRACK_LANES>::bearings,
+                                         PointLoops<SDFTRACK_LANES>::candidates};
 
 }  // namespace sdftrack

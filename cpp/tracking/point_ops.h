@@ -5,6 +5,7 @@
 
 #include "base/isa.h"
 #include "tracking/quick_terms.h"
+#include "tracking/select_terms.h"
 #include "tracking/sight_terms.h"
 
 namespace sdftrack {
@@ -23,6 +24,7 @@ struct QuickCost {
 
 constexpr int kPointsAtOnce = 128;
 
+// Those of the points that face the camera.
 struct Sights {
   int count;
   alignas(64) float facing[kPointsAtOnce], x_m[kPointsAtOnce], y_m[kPointsAtOnce], z_m[kPointsAtOnce];
@@ -36,11 +38,15 @@ struct Bearings {
 struct PointOps {
   Sums<double, 6> (*linearize)(const QuickTerms&);  // without the cost
   QuickCost (*cost)(const QuickTerms&);
-  // Point `first` and those after it; how many is said by the arrays' length, kPointsAtOnce.
+  // Of kPointsAtOnce points from `first` on, or as many as there are.
   void (*sights)(const SightTerm<float>&, int first, Sights*);
   void (*bearings)(const BearingTerm<float>&, int first, Bearings*);
 
-  // Defined in quick_*.cpp.
+  // The wanted pixels [x0, x1) of row y as indices into the image; returns how many. `at` has room for
+  // kLanes more.
+  int (*candidates)(const SelectTerm<float>&, int y, int x0, int x1, int* at);
+
+  // Defined in points_*.cpp.
   static const PointOps baseline, avx2, avx512;
 };
 

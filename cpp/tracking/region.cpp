@@ -8,7 +8,6 @@ namespace sdftrack {
 
 namespace {
 
-constexpr double kPlaneTolerance_m = 0.005;
 constexpr int kFreeSpaceMargin_px = 16;
 constexpr int kFreeSpaceNodes = 40;  // along the longer side
 
@@ -38,39 +37,6 @@ DepthRange depth_range(const Shape& shape, const Rigidd& T_cam_obj, double paddi
   const double reach = std::abs(z.x) * shape.half_box_m.x + std::abs(z.y) * shape.half_box_m.y +
                        std::abs(z.z) * shape.half_box_m.z + padding_m;
   return {T_cam_obj.t.z - reach, T_cam_obj.t.z + reach};
-}
-
-void select_pixels(const DepthFrame& frame, const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj,
-                   const TrackerOptions& options, double padding_m, const Plane* plane, PixelSet* out) {
-  out->clear();
-  const Rect rect = projected_box(camera, shape, T_cam_obj, padding_m);
-  const DepthRange range = depth_range(shape, T_cam_obj, padding_m);
-  const auto near = static_cast<float>(std::max(1e-3, range.near_m)), far = static_cast<float>(range.far_m);
-  const Rigidf T_obj_cam = inverse(T_cam_obj).cast<float>();
-  const Intrinsics<float> K = camera.K.cast<float>();
-  const IdealPixel ideal{frame, K, camera.width};
-  const auto pad = static_cast<float>(padding_m);
-  const Vec3f box = shape.half_box_m.cast<float>() + Vec3f{pad, pad, pad};
-  const double reference = sensor_noise_m(options, T_cam_obj.t.z);
-  const auto s0 = static_cast<float>(options.noise_m / reference);
-  const auto s2 = static_cast<float>(options.noise_per_m / reference);
-  for (int y = rect.y0; y < rect.y1; ++y) {
-    const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width);
-    for (int x = rect.x0; x < rect.x1; ++x) {
-      const std::size_t at = row + static_cast<std::size_t>(x);
-      const float z = frame.depth_m.data[at];
-      if (!(z > near && z < far)) continue;  // NaN fails too
-      if (frame.mask && !frame.mask[at]) continue;
-      const Vec2f u = ideal(x, y);
-      const Vec3f p_cam = z * ray(K, u.x, u.y);
-      const Vec3f p = T_obj_cam * p_cam;
-      if (std::abs(p.x) > box.x || std::abs(p.y) > box.y || std::abs(p.z) > box.z) continue;
-      if (plane &&
-          std::abs(dot(plane->normal_cam, p_cam.cast<double>()) + plane->offset_m) < kPlaneTolerance_m)
-        continue;
-      out->push(u.x, u.y, z, s0 + s2 * z * z, static_cast<int>(at));
-    }
-  }
 }
 
 double sensor_noise_m(const TrackerOptions& options, double depth_m) {

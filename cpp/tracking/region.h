@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which pixels a frame's energies use: those of the object's projected, padded box.
+// Where in the image an object may be, and where the sensor sees past it.
 #pragma once
 
 #include <functional>
@@ -10,7 +10,6 @@
 #include "base/rigid.h"
 #include "base/views.h"
 #include "energies/distance_transform.h"
-#include "energies/pixel_set.h"
 #include "tracking/options.h"
 #include "tracking/shape.h"
 
@@ -52,15 +51,11 @@ struct DepthRange {
 };
 DepthRange depth_range(const Shape& shape, const Rigidd& T_cam_obj, double padding_m);
 
-// Pixels whose points lie in the padded box, their noise relative to that at the object's centre. At most
-// max_pixels, by an even stride over the region's pixels. A plane (n . p + d = 0), if given, takes the pixels
-// within plane_tolerance_m of it away.
+// n . p + d = 0, camera frame.
 struct Plane {
   Vec3d normal_cam;
   double offset_m;
 };
-void select_pixels(const DepthFrame& frame, const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj,
-                   const TrackerOptions& options, double padding_m, const Plane* plane, PixelSet* out);
 
 // Sensor noise (sd, m) at a depth, as the options say.
 double sensor_noise_m(const TrackerOptions& options, double depth_m);

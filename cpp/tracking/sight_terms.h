@@ -10,7 +10,7 @@
 namespace sdftrack {
 
 constexpr float kSeenFacing = 0.25f;  // cosine of the incidence below which a point is not asked
-constexpr int kMarchSteps = 24;
+constexpr int kMarchSteps = 24, kNearSteps = 4;
 
 // Surface points as a camera sees them, `facing` the cosine of the incidence; 0: turned away, or hidden by
 // the object itself.
@@ -22,7 +22,8 @@ struct Sight {
 
 template <class T>
 struct SightTerm {
-  SdfView sdf;
+  SdfView sdf;     // near the point,
+  SdfView coarse;  // and on the way from there: fewer voxels, which stay in the cache
   Rigid<T> T_cam_obj;
   Vec3<T> eye_obj;
   T leave_m;  // beyond this from a point nothing of the object is left
@@ -30,30 +31,33 @@ struct SightTerm {
 
   template <class U>
   HD SightTerm<U> cast() const {
-    return {sdf,        T_cam_obj.template cast<U>(), eye_obj.template cast<U>(), U(leave_m), points_obj,
-            normals_obj};
+    return {sdf,        coarse,     T_cam_obj.template cast<U>(), eye_obj.template cast<U>(), U(leave_m),
+            points_obj, normals_obj};
   }
 
+  HD auto faces(IntOf<T> k) const {
+    const Vec3<T> d = eye_obj - points_obj.at<T>(k);
+    return dot(normals_obj.at<T>(k), d) >= T(kSeenFacing) * norm(d);
+  }
+  // Of a point that faces the camera.
   HD Sight<T> look(IntOf<T> k) const {
     const Vec3<T> p = points_obj.at<T>(k), n = normals_obj.at<T>(k), d = eye_obj - p;
     const Vec3<T> to_eye = (T(1) / norm(d)) * d;
-    const T facing = dot(n, to_eye);
-    const T seen = march(p, n, to_eye, select(facing >= T(kSeenFacing), T(1), T(0)));
-    return {select(seen > T(0), facing, T(0)), T_cam_obj * p};
+    return {select(march(p, n, to_eye) > T(0), dot(n, to_eye), T(0)), T_cam_obj * p};
   }
 
  private:
   // Towards the camera through the field: 0 where the way is blocked, or was at the start.
-  HD T march(Vec3<T> p, Vec3<T> normal, Vec3<T> to_eye, T open) const {
+  HD T march(Vec3<T> p, Vec3<T> normal, Vec3<T> to_eye) const {
     const T voxel = T(sdf.voxel_m);
     const Vec3<T> start = p + (T(1.5f) * voxel) * normal;
-    T t = voxel;
+    T t = voxel, open = T(1);
     for (int k = 0; k < kMarchSteps; ++k) {
       const auto goes_on = (open > T(0)) & (t < leave_m);
       if (!any(goes_on)) break;
       T phi;
       Vec3<T> unused;
-      sample(sdf, start + t * to_eye, &phi, &unused);
+      sample(k < kNearSteps ? sdf : coarse, start + t * to_eye, &phi, &unused);
       open = select(goes_on & (phi < T(0.1f) * voxel), T(0), open);
       t = select(goes_on, t + select(phi > voxel, phi, voxel), t);
     }

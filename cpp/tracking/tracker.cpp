@@ -15,11 +15,20 @@ constexpr int kColorBudget = 3000, kFirstColorBudget = 20000;  // pixels visited
 constexpr double kProof = 0.9;  // evidence by which what a search has found proves to be the object
 constexpr double kSlow = 0.02, kFast = 0.3;  // how fast the usual values follow
 
-bool has_depth(const ImageView<float>& depth_m) {
+// `first`: where a reading is likely.
+bool has_depth(const ImageView<float>& depth_m, int first) {
   const int pixels = depth_m.width * depth_m.height, stride = std::max(1, pixels / 4099);
+  if (depth_m.data[first] > 0) return true;
   for (int i = 0; i < pixels; i += stride)
     if (depth_m.data[i] > 0) return true;
   return false;
+}
+
+// The pixel of the object's centre, or one at the border.
+int pixel_of(const Camera& camera, const Rigidd& T_cam_obj) {
+  const Vec2d u = T_cam_obj.t.z > 0 ? camera.project_point(T_cam_obj.t) : Vec2d{0, 0};
+  const auto at = [](double v, int n) { return static_cast<int>(std::clamp(v, 0.0, n - 1.0)); };
+  return at(u.y, camera.height) * camera.width + at(u.x, camera.width);
 }
 
 // Within the mask, if there is one.
@@ -134,7 +143,8 @@ void Tracker::remove(int k) {
 template <class Work>
 std::vector<ObjectResult> Tracker::each(const DepthFrame& frame, const std::vector<int>& objects,
                                         const Work& work) {
-  const bool readable = has_depth(frame.depth_m);
+  const int likely = objects_.empty() ? 0 : pixel_of(camera_, objects_.front().T_cam_obj);
+  const bool readable = has_depth(frame.depth_m, likely);
   if (readable && options_.drop_plane) follow_plane(frame);
   std::vector<ObjectResult> results(objects.size());
   // First those whose place is known, so that a search for the others leaves their readings alone.

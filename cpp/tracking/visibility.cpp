@@ -23,6 +23,7 @@ Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera
   const double tolerance = std::max(kTolerance_m, kTolerancePerNoise * noise_m);
   const int n = static_cast<int>(shape.points.size()), stride = std::max(1, n / std::max(1, points));
   const SightTerm<float> term{shape.sdf,
+                              shape.coarse(),
                               T_cam_obj.cast<float>(),
                               inverse(T_cam_obj).t.cast<float>(),
                               static_cast<float>(shape.diameter_m),
@@ -32,7 +33,7 @@ Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera
   Sights sights;
   int gaps = 0;
   double gap_sum_m = 0;
-  for (int first = 0; first < term.points_obj.count(); first += sights.count) {
+  for (int first = 0; first < term.points_obj.count(); first += kPointsAtOnce) {
     ops.sights(term, first, &sights);
     for (int k = 0; k < sights.count; ++k) {
       if (!(sights.facing[k] > 0)) continue;

@@ -6,7 +6,7 @@ from __future__ import annotations
 import dataclasses
 import enum
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +26,7 @@ class Status(str, enum.Enum):
         return self.value
 
 
-@dataclass(frozen=True)
-class Step:
+class Step(NamedTuple):
     """One trial of the optimiser.
 
     Attributes
@@ -137,7 +136,7 @@ class TrackResult:
         for f in dataclasses.fields(self):
             value = getattr(self, f.name)
             if f.name == "steps":
-                value = [[dataclasses.asdict(s) for s in steps] for steps in value]
+                value = [[s._asdict() for s in steps] for steps in value]
             elif f.name == "status":
                 value = [s.value for s in value]
             out[f.name] = _plain(value)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._overlap import Solid, overlaps
 from sdftrack.appearance import color_map
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.checks import numbers, of_kind
@@ -31,7 +32,6 @@ __all__ = ["Tracker"]
 
 LOG = logging.getLogger("sdftrack")
 FOLLOWED = (Status.OK, Status.WEAK)
-OVERLAP = 0.5  # of an object's half thickness; errors of the poses stay well below
 
 
 class Tracker:
@@ -138,10 +138,10 @@ class Tracker:
         )
         self._index = -1
         self._last: TrackResult | None = None
-        self._found: list[dict[str, Any]] = []  # what the core said of it
+        self._found: dict[str, Any] = {}  # what the core said of it
         self._best = _unknown(len(self.shapes))  # last good poses
         self._lock = threading.Lock()
-        self._deepest = [_deepest(s) for s in self.shapes]
+        self._solids = [Solid(s) for s in self.shapes]
 
     def __repr__(self) -> str:
         return f"Tracker({len(self.shapes)} shape{'s' * (len(self.shapes) != 1)}, {self._frame_camera!r})"
@@ -286,10 +286,7 @@ class Tracker:
             begin = time.perf_counter()
             places = [place] * len(wanted)
             now = self._run(frame, camera, self._core.recover, wanted, places)
-            found = list(self._found)
-            for j, f in zip(wanted, now, strict=True):
-                found[j] = f
-            return self._finish(frame, found, begin)
+            return self._finish(frame, _merged(self._found, now, wanted), begin)
 
     def set_pose(self, k: int, T: ArrayLike, covariance: ArrayLike | None = None) -> None:
         """Replace object k's last pose; it counts as followed again.
@@ -334,7 +331,7 @@ class Tracker:
             k: int = self._core.add(_volume(shape), place)
             self.shapes = [*self.shapes, shape]
             self.names = [*self.names, f"object {k}" if name is None else str(name)]
-            self._deepest = [*self._deepest, _deepest(shape)]
+            self._solids = [*self._solids, Solid(shape)]
             self.mode_used = [*self.mode_used, "depth"]
             self._best = np.concatenate([self._best, _pose_or_nan(place)[None]])
             self._last = None
@@ -347,7 +344,7 @@ class Tracker:
             raise ValueError("k: expected at least one object to be left, got the only one")
         with self._alone():
             self._core.remove(index)
-            for values in (self.shapes, self.names, self._deepest, self.mode_used):
+            for values in (self.shapes, self.names, self._solids, self.mode_used):
                 del values[index]
             self._best = np.delete(self._best, index, axis=0)
             self._last = None
@@ -430,8 +427,8 @@ class Tracker:
             self._color_map = (camera, frame.color.shape), color_map(camera, frame.color)
         return frame.color, self._color_map[1]
 
-    def _run(self, frame: Frame, camera: Camera, work: Any, *arguments: Any) -> list[dict[str, Any]]:
-        if camera != self._frame_camera:
+    def _run(self, frame: Frame, camera: Camera, work: Any, *arguments: Any) -> dict[str, Any]:
+        if camera is not self._frame_camera and camera != self._frame_camera:
             self._core.set_camera(camera._core)
             self._frame_camera = camera
         depth, why = frame.depth, ""
@@ -442,54 +439,50 @@ class Tracker:
             )
         mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
         time_s = float("nan") if frame.timestamp is None else float(frame.timestamp)
-        found: list[dict[str, Any]] = work(depth, mask, time_s, *arguments, *self._colors_of(frame))
+        found: dict[str, Any] = work(depth, mask, time_s, *arguments, *self._colors_of(frame))
         if why:
-            for f in found:
-                f["reason"] = why
+            found["reason"] = [why] * len(found["reason"])
         return found
 
-    def _doubt_overlaps(self, found: list[dict[str, Any]]) -> None:
+    def _doubt_overlaps(self, found: dict[str, Any]) -> None:
         """Two solids are not in one place: at most one of the two poses is right, so neither is sure."""
-        sure = [k for k, f in enumerate(found) if f["status"] in FOLLOWED]
-        for k in sure:
-            for j in sure:
-                if j == k:
-                    continue
-                point, depth_m = self._deepest[j]
-                in_k = np.linalg.solve(found[k]["pose"], found[j]["pose"] @ point)[:3]
-                if self.shapes[k](in_k) < -OVERLAP * depth_m:
-                    for one, other in ((k, j), (j, k)):
-                        if "where another" not in found[one]["reason"]:
-                            found[one]["status"] = "weak"
-                            found[one]["reason"] = f"it stands where another is tracked: {self.names[other]}"
-                            found[one]["confidence"] *= 0.5
+        sure = [k for k, s in enumerate(found["status"]) if s in FOLLOWED]
+        for pair in overlaps(self._solids, found["poses"], sure):
+            for one, other in (pair, pair[::-1]):
+                if "where another" not in found["reason"][one]:
+                    found["status"][one] = "weak"
+                    found["reason"][one] = f"it stands where another is tracked: {self.names[other]}"
+                    found["confidence"][one] *= 0.5
 
-    def _note_modes(self, found: list[dict[str, Any]]) -> None:
-        now = ["rgbd" if f["color_used"] else "depth" for f in found]
+    def _note_modes(self, found: dict[str, Any]) -> None:
+        now = ["rgbd" if used else "depth" for used in found["color_used"]]
+        if now == self.mode_used:
+            return
         for name, before, used in zip(self.names, self.mode_used, now, strict=True):
             if used != before:
                 LOG.info("frame %d: %s is tracked by %s", self._index, name, used)
         self.mode_used = now
 
-    def _finish(self, frame: Frame, found: list[dict[str, Any]], begin: float) -> TrackResult:
+    def _finish(self, frame: Frame, found: dict[str, Any], begin: float) -> TrackResult:
         self._doubt_overlaps(found)
         self._note_modes(found)
-        status = [Status(f["status"]) for f in found]
-        poses = np.stack(
-            [f["pose"] if s in FOLLOWED else T for f, s, T in zip(found, status, self._best, strict=True)]
-        )
-        steps = [[Step(*s) for s in f["steps"]] for f in found]
+        status = [Status(s) for s in found["status"]]
+        poses = found["poses"]
+        for k, s in enumerate(status):
+            if s not in FOLLOWED:
+                poses[k] = self._best[k]
+        steps = [[Step._make(s) for s in trials] for trials in found["steps"]]
         result = TrackResult(
             poses=poses,
             status=status,
-            reason=[f["reason"] for f in found],
-            confidence=np.array([f["confidence"] for f in found]),
-            covariances=np.stack([f["covariance"] for f in found]),
+            reason=found["reason"],
+            confidence=found["confidence"],
+            covariances=found["covariances"],
             twists=_twists(self._last, self._best, poses, status, frame.timestamp),
-            inliers=np.array([f["inliers"] for f in found]),
-            runner_up=np.array([f["runner_up"] for f in found]),
-            energy=float(np.mean([f["energy"] for f in found])),
-            iterations=sum(len(s) for s in steps),
+            inliers=found["inliers"],
+            runner_up=found["runner_up"],
+            energy=found["energy"],
+            iterations=sum(map(len, steps)),
             steps=steps,
             seconds=time.perf_counter() - begin,
             timestamp=frame.timestamp,
@@ -498,6 +491,21 @@ class Tracker:
         self._best = poses
         self._last, self._found = result, found
         return result
+
+
+def _merged(all_objects: dict[str, Any], some: dict[str, Any], wanted: list[int]) -> dict[str, Any]:
+    """What was found of all objects, with those at `wanted` replaced by `some`."""
+    out = {
+        key: np.array(value) if isinstance(value, np.ndarray) else list(value)
+        for key, value in all_objects.items()
+        if key != "energy"
+    }
+    for i, k in enumerate(wanted):
+        for key, value in out.items():
+            value[k] = some[key][i]
+    before, now = all_objects["energy"], some["energy"]
+    share = len(wanted) / len(out["status"])
+    return {**out, "energy": before + share * (now - before)}
 
 
 def _rebuild(
@@ -553,13 +561,6 @@ def _shape_list(shapes: SDF | Sequence[SDF]) -> list[SDF]:
     return many
 
 
-def _deepest(shape: SDF) -> tuple[NDArray[np.float64], float]:
-    """The point farthest inside a shape, homogeneous, object frame, m; and how far inside it is, m."""
-    z, y, x = np.unravel_index(int(np.argmin(shape.values)), shape.values.shape)
-    p = shape.origin + shape.voxel_size * np.array([x, y, z])
-    return np.append(p, 1.0), -float(shape.values[z, y, x])
-
-
 def _option_set(options: Any) -> TrackerOptions:
     if options is None:
         return TrackerOptions()
@@ -595,13 +596,11 @@ def _twists(
     timestamp: float | None,
 ) -> NDArray[np.float64]:
     """(v, w) from the last poses, `before`, to these, camera axes about the object's origin."""
-    twists = np.full((len(poses), 6), np.nan)
-    if last is None or last.timestamp is None or timestamp is None or not timestamp > last.timestamp:
-        return twists
-    for k, (new, old) in enumerate(zip(poses, before, strict=True)):
-        if {status[k], last.status[k]} <= {Status.OK, Status.WEAK}:
-            turn = np.eye(4)
-            turn[:3, :3] = new[:3, :3] @ old[:3, :3].T
-            step = np.concatenate([new[:3, 3] - old[:3, 3], _core.rotation_log(turn)])
-            twists[k] = step / (timestamp - last.timestamp)
+    known = last is not None and last.timestamp is not None and timestamp is not None
+    if not known or not timestamp > last.timestamp:
+        return np.full((len(poses), 6), np.nan)
+    twists: NDArray[np.float64] = _core.twists(before, poses, timestamp - last.timestamp)
+    for k, s in enumerate(status):
+        if s not in FOLLOWED or last.status[k] not in FOLLOWED:
+            twists[k] = np.nan
     return twists

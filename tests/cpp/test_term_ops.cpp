@@ -66,7 +66,7 @@ std::vector<unsigned char> bytes_of(const TermOps<Field, Penalty>& ops, int coun
   };
   append(&sums, sizeof sums), append(&again, sizeof again), append(&cost, sizeof cost);
   append(&notes, sizeof notes), append(residuals.data(), 1024), append(places.data(), 1024);
-  for (const std::vector<float>* v : {&distances, &pixels.hit_m, &pixels.trial_hit_m, &pixels.gain})
+  for (const std::vector<float>* v : {&distances, &pixels.hit_m, &pixels.gain})
     append(v->data(), v->size() * sizeof(float));
   return out;
 }
