@@ -177,9 +177,12 @@ class PyTracker {
       reason.append(r.trust.reason);
       color_used.append(r.color_used);
       energy += r.cost / static_cast<double>(n);
-      py::list trials;
+      py::array_t<double> trials({static_cast<py::ssize_t>(r.steps.size()), py::ssize_t{5}});
+      double* row = trials.mutable_data();
       for (const TrackStep& s : r.steps)
-        trials.append(py::make_tuple(s.step.cost, s.step.damping, s.step.accepted, s.scale_m, s.pixels));
+        for (const double x : {s.step.cost, s.step.damping, s.step.accepted ? 1.0 : 0.0, s.scale_m,
+                               static_cast<double>(s.pixels)})
+          *row++ = x;
       steps.append(trials);
     }
     py::dict out;

@@ -4,37 +4,26 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
 namespace sdftrack {
 
 namespace {
 
-// Squared distance along one line: the lower envelope of parabolas rooted at f[0], f[stride], ...
-void transform_line(float* f, int n, int stride, float* value, int* root, float* border) {
-  constexpr float kFar = std::numeric_limits<float>::max();
-  int k = -1;
-  for (int q = 0; q < n; ++q) {
-    value[q] = f[static_cast<std::ptrdiff_t>(q) * stride];
-    if (value[q] == kFar) continue;
-    float s = -kFar;
-    while (k >= 0) {
-      const int r = root[k];
-      s = (value[q] + static_cast<float>(q * q) - value[r] - static_cast<float>(r * r)) /
-          (2.0f * static_cast<float>(q - r));
-      if (s > border[k]) break;
-      --k;
+// Squared distance along each column to the nearest node that is not free, `far` beyond the reach.
+void look_along_columns(const std::vector<unsigned char>& free, int w, int h, int reach, float far, float* d) {
+  for (int x = 0; x < w; ++x) {
+    int gap = reach + 1;
+    for (int y = 0; y < h; ++y) {
+      const int at = y * w + x;
+      gap = free[static_cast<std::size_t>(at)] ? std::min(gap + 1, reach + 1) : 0;
+      d[at] = static_cast<float>(gap);
     }
-    if (k < 0) s = -kFar;
-    root[++k] = q, border[k] = s;
-  }
-  if (k < 0) return;  // nothing on this line
-  const int last = k;
-  k = 0;
-  for (int q = 0; q < n; ++q) {
-    while (k < last && border[k + 1] < static_cast<float>(q)) ++k;
-    const int d = q - root[k];
-    f[static_cast<std::ptrdiff_t>(q) * stride] = static_cast<float>(d * d) + value[root[k]];
+    gap = reach + 1;
+    for (int y = h - 1; y >= 0; --y) {
+      const int at = y * w + x;
+      gap = d[at] > 0 ? std::min(gap + 1, static_cast<int>(d[at])) : 0;
+      d[at] = gap > reach ? far : static_cast<float>(gap * gap);
+    }
   }
 }
 
@@ -43,18 +32,21 @@ void transform_line(float* f, int n, int stride, float* value, int* root, float*
 void distance_transform(const std::vector<unsigned char>& free, DistanceScratch* scratch,
                         DistanceGrid* grid) {
   const int w = grid->width, h = grid->height;
-  std::vector<float>& d = grid->distance_px;
-  d.resize(free.size());
-  for (std::size_t i = 0; i < free.size(); ++i) d[i] = free[i] ? std::numeric_limits<float>::max() : 0.0f;
-  const auto n = static_cast<std::size_t>(std::max(w, h));
-  scratch->value.resize(n), scratch->border.resize(n), scratch->root.resize(n);
-  float* value = scratch->value.data();
-  float* border = scratch->border.data();
-  int* root = scratch->root.data();
-  for (int x = 0; x < w; ++x) transform_line(d.data() + x, h, w, value, root, border);
-  for (int y = 0; y < h; ++y)
-    transform_line(d.data() + static_cast<std::ptrdiff_t>(y) * w, w, 1, value, root, border);
-  for (float& v : d) v = std::min(grid->limit_px, static_cast<float>(grid->step) * std::sqrt(v));
+  const auto step = static_cast<float>(grid->step);
+  const int reach = static_cast<int>(std::ceil(grid->limit_px / step));
+  const float far = grid->limit_px / step * (grid->limit_px / step);
+  grid->distance_px.resize(free.size()), scratch->squared.resize(free.size());
+  scratch->row.assign(static_cast<std::size_t>(w + 2 * reach), far);  // beyond the border nothing is near
+  look_along_columns(free, w, h, reach, far, scratch->squared.data());
+  float* const row = scratch->row.data() + reach;
+  for (int y = 0; y < h; ++y) {
+    std::copy_n(scratch->squared.data() + y * w, w, row);
+    float* const out = grid->distance_px.data() + y * w;
+    std::fill_n(out, w, far);
+    for (int dx = -reach; dx <= reach; ++dx)
+      for (int x = 0; x < w; ++x) out[x] = std::min(out[x], row[x + dx] + static_cast<float>(dx * dx));
+    for (int x = 0; x < w; ++x) out[x] = std::min(grid->limit_px, step * std::sqrt(out[x]));
+  }
 }
 
 }  // namespace sdftrack

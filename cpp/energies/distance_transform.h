@@ -23,11 +23,11 @@ struct DistanceGrid {
 };
 
 // Fills distance_px from `free` (1: every pixel that the node stands for has a reading behind the object),
-// row-major width x height. Exact Euclidean distance between nodes (Felzenszwalb and Huttenlocher 2012).
+// row-major width x height. Exact Euclidean distance between nodes: along the columns first, then over the rows as
+// far as the limit reaches.
 // `scratch` is working memory, kept by the caller from frame to frame.
 struct DistanceScratch {
-  std::vector<float> value, border;
-  std::vector<int> root;
+  std::vector<float> squared, row;
 };
 void distance_transform(const std::vector<unsigned char>& free, DistanceScratch* scratch, DistanceGrid* grid);
 

@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "energies/add_sums.h"
 #include "energies/reduce_cpu.h"
 #include "energies/term_ops.h"
 
@@ -48,20 +49,6 @@ void make(const SdfEnergyOptions& o, ColorOdds<float>* penalty) {
   *penalty = {o.scale_m, o.outlier_floor, o.color_prior, o.curvature, o.floor_behind};
 }
 void make(const SdfEnergyOptions& o, ColorPrinted<float>* penalty) { *penalty = {o.scale_m}; }
-
-template <int P>
-void add_to(const Sums<double, P>& sums, NormalEquations* out) {
-  int k = 0;
-  for (int a = 0; a < P; ++a) {
-    out->gradient[a] += sums.gradient[a];
-    for (int b = 0; b <= a; ++b, ++k) {
-      out->hessian(a, b) += sums.hessian[k];
-      if (a != b) out->hessian(b, a) += sums.hessian[k];
-    }
-  }
-  out->cost += sums.cost;
-  out->count += sums.count;
-}
 
 // sd of a Gaussian whose absolute values these are, from their 30 % quantile: parts of the object that fit
 // badly (a shape that is off, a touching hand) are among the largest values.
@@ -144,7 +131,7 @@ double SdfEnergy::cost(const State& x) {
 }
 
 const float* SdfEnergy::distances(const State& x) {
-  float* const phi = pixels_->hit_m.data();  // free until the hits are settled
+  float* const phi = pixels_->gain.data();  // free until the rays are told apart
   with_term(x, false,
             [&](const auto& term, const auto& ops) { ops.distances(term, 0, term.pixels.count, phi); });
   return phi;
@@ -164,10 +151,14 @@ void SdfEnergy::keep_near(const State& x, double reach_m) {
   for (int i = 0; i < pixels_->count(); ++i)
     if (std::abs(phi[i]) < reach) pixels_->copy(*pixels_, i, kept++);
   pixels_->resize(kept);
+  pixels_->hits_begun = true;
 }
 
 void SdfEnergy::settle(const State& x, int steps) {
-  start_hits(pixels_);
+  if (pixels_->hits_begun)
+    --steps;
+  else
+    start_hits(pixels_);
   undecided_ = true;
   with_term(x, false, [&](auto& term, const auto& ops) {
     term.newton_steps = 1;
@@ -177,6 +168,7 @@ void SdfEnergy::settle(const State& x, int steps) {
 
 void SdfEnergy::classify(const State& x, int steps) {
   start_hits(pixels_);
+  pixels_->hits_begun = true;
   undecided_ = false;
   if (options_.residual != Residual::kRayHit || !options_.warm_hits) steps = 1;  // else each step goes on
   with_term(x, true, [&](const auto& term, const auto& ops) {

@@ -45,7 +45,7 @@ class SdfEnergy final : public Energy {
   // How many pixels' points lie within reach_m of the surface at x; and leaves out the others.
   int count_near(const State& x, double reach_m);
   void keep_near(const State& x, double reach_m);
-  // Start afresh from the measured depths: `steps` Newton steps of every ray. The next linearisation decides
+  // `steps` Newton steps of every ray from the measured depths, one less where keep_near() has begun. The next linearisation decides
   // which rays meet the model; it stays so from then on, so that costs may be compared.
   void settle(const State& x, int steps);
   // Decide which rays meet the model, at x, after `steps` steps.
@@ -56,7 +56,7 @@ class SdfEnergy final : public Energy {
  private:
   template <class Visit>
   void with_term(const State& x, bool reclassify, const Visit& visit);
-  const float* distances(const State& x);  // phi at the measured points
+  const float* distances(const State& x);  // phi at the measured points; begins the hits
 
   SdfView sdf_;
   PixelSet* pixels_;

@@ -8,7 +8,8 @@
 namespace sdftrack {
 namespace {
 
-constexpr int kNoteBlock = 64;
+constexpr int kNoteBlock = 128;
+constexpr int kGrainStride = 4;  // of the runs, one tells of the interpolant's error: it is alike among neighbours
 constexpr float kSteepGain = 2;  // 60 degrees from the normal
 
 // Sums of one class in the making.
@@ -16,14 +17,21 @@ template <int P>
 struct ClassSums {
   Block<P, kNoteBlock> JJ;
   Row<kNoteBlock> curvature, slope2, weight;
+  bool some = false;  // a block without a pixel of this class is not summed
 
-  template <class L>
-  HD void put(const Contribution<L, P>& c, L second, L slope, L w) {
+  template <class L, class Mask>
+  HD void put(const Contribution<L, P>& c, L second, L slope, L w, Mask in) {
+    some |= any(in);
     JJ.put(c, kWidth<L>);
     curvature.put(second, kWidth<L>), slope2.put(slope * slope, kWidth<L>), weight.put(w, kWidth<L>);
   }
   template <class L>
   HD void add_to(typename TermSums<P>::Class* out) {
+    if (!some) {
+      JJ.filled = curvature.filled = slope2.filled = weight.filled = 0;
+      return;
+    }
+    some = false;
     JJ.template add_to<L>(&out->JJ);
     out->curvature += curvature.template sum<L>(), out->slope2 += slope2.template sum<L>();
     out->weight += weight.template sum<L>();
@@ -40,8 +48,8 @@ struct Notes {
   Block<P, kNoteBlock> inliers;
   Row<kNoteBlock> counted;
 
-  // n pixels from i on; returns their residuals.
-  HD L put(int i, int n) {
+  // n pixels from i on; returns their residuals. `grain`: with the interpolant's error, for kGrainStride runs.
+  HD L put(int i, int n, bool grain) {
     FieldRow<L, P> row;
     const auto reading = term.read(i, n, &row);
     const L residual = reading.residual_m, gain2 = reading.gain * reading.gain;
@@ -61,13 +69,16 @@ struct Notes {
     for (int c = 0; c < 3; ++c) {
       const Mask in = of_class[c];
       classes[c].put(of(row, zero, select(in, gain2 * weight, zero)), select(in, second, zero),
-                     select(in, curve.slope, zero), select(in, weight, zero));
+                     select(in, curve.slope, zero), select(in, weight, zero), in);
     }
     // Half of the weight that a residual of 0 has.
     const L inlier = select(there & (weight * L(4) * s * s > L(1)), L(1), zero);
-    const L error =
-        interpolation_error(term.field, load<L>(term.pixels.hit_m + i, n) * term.ray_of(i, n), voxel_m);
-    const L pull = select(there & hit, gain2 * second * error, zero);
+    L pull = zero;
+    if (grain) {
+      const L error =
+          interpolation_error(term.field, load<L>(term.pixels.hit_m + i, n) * term.ray_of(i, n), voxel_m);
+      pull = select(there & hit, L(kGrainStride) * gain2 * second * error, zero);
+    }
     inliers.put(of(row, pull, inlier), kWidth<L>), counted.put(inlier, kWidth<L>);
     if (inliers.full()) flush();
     return residual;
@@ -98,7 +109,7 @@ HD void note(const LaneTerm& term, int budget, float voxel_m, float* residual_m,
     const int end = first + kLanes < count ? first + kLanes : count;
     for (int i = first; i < end; i += kWidth<L>) {
       const int n = end - i < kWidth<L> ? end - i : kWidth<L>;
-      const L residual = notes.put(i, n);
+      const L residual = notes.put(i, n, k % kGrainStride == 0);
       for (int j = 0; j < n; ++j) at[out->count + j] = i + j;
       store(residual, residual_m + out->count, n), out->count += n;
     }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tracking/point_ops.h"
+
 namespace sdftrack {
 
 namespace {
@@ -50,12 +52,14 @@ double CorrelationArea::measure(const PixelSet& pixels, const DepthLogistic<floa
   const auto at = [&](float x, float x0) { return 1 + static_cast<int>((x - x0) * per_side); };
   width_ = at(u1, u0) + 2, height_ = at(v1, v0) + 2;
   cells_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), {});
+  pulls_.resize(pixels.gain.size());
+  point_ops_for(used_isa())
+      .pulls({penalty, pixels.hit_m.data(), pixels.depth_m.data(), pixels.per_noise.data()}, pixels.count(),
+             pulls_.data());
   for (std::size_t i = 0; i < pixels.gain.size(); ++i) {
     if (pixels.gain[i] != 0) continue;
-    const float per_noise = pixels.per_noise[i];
     const float share = color_prior > 0 ? std::min(1.0f, pixels.foreground[i] / color_prior) : 1.0f;
-    const float pull =
-        share * penalty.scale_m * penalty(pixels.hit_m[i] - pixels.depth_m[i], per_noise).slope;
+    const float pull = share * pulls_[i];
     Cell& cell = cells_[static_cast<std::size_t>(at(pixels.v_px[i], v0) * width_ + at(pixels.u_px[i], u0))];
     cell.sum += pull, cell.square += pull * pull, cell.count += 1;
   }

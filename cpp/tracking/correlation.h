@@ -26,6 +26,7 @@ class CorrelationArea {
   Cell window(int x, int y) const;
 
   int width_ = 0, height_ = 0;
+  std::vector<float> pulls_;
   std::vector<Cell> cells_;
 };
 

@@ -11,17 +11,19 @@ namespace {
 // A step that promises a smaller gain in log-likelihood moves the pose by less than 5 % of its standard
 // deviation.
 constexpr double kLeastGain = 1e-3;
-// A step that promises less than this is taken without a look at where it leads, and is the last: Gauss-Newton
-// leaves of it what is of second order, a few hundredths of a standard deviation (docs/math/depth_tracker.md,
-// section 4).
-constexpr double kSureGain = 3, kSureCoarseGain = 10;
+// A step that promises less than this gain in log-likelihood (five standard deviations) is taken without a look
+// at where it leads, and is the last of its stage: what Gauss-Newton leaves of it is of second order
+// (docs/math/depth_tracker.md, section 4).
+constexpr double kSureGain = 12;
 // Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias.
 constexpr int kSettleSteps = 2;
+constexpr double kMostRatio = 6.5;  // of pixels from one stage to the next
 constexpr double kMostSpread = 10;  // readings packed per one of the budget, to find those near the surface
 constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
 constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot be the object's
-constexpr int kSummaryPixels = 1000;
-constexpr double kAreaFollows = 0.2;
+constexpr int kSummaryShare = 4, kLeastSummary = 320, kMostSummary = 640;  // pixels
+constexpr double kAreaFollows = 0.4;
+constexpr int kAreaEvery = 4;  // frames from one measurement to the next
 constexpr int kClassifySteps = 4;
 constexpr double kSharedPerLocal = 2;  // a sensor's whole noise is at most this much of that among neighbours
 constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
@@ -54,6 +56,7 @@ std::optional<Fitted> PoseFitter::fit(const DepthFrame& frame, const Camera& cam
   fitted.memory = target.memory;
   State x = best_coarse_fit(frame, attempt, &fitted);
   choose_fine_pixels(last_scale(fitted.memory), x);
+  fit_between(&x, &fitted);
   fit_fine(&x, &fitted, true);
   fitted.T_cam_obj = inverse(x.T_obj_cam[0]);
   examine(frame, &fitted);
@@ -176,6 +179,20 @@ void PoseFitter::choose_fine_pixels(double scale_m, const State& x) {
   }
 }
 
+// From the few pixels of the coarse stages to all in even ratios, so that each stage begins where one look is
+// enough.
+void PoseFitter::fit_between(State* x, Fitted* fitted) {
+  const double ratio = pixels_.count() / static_cast<double>(std::max(1, options_.coarse_pixels));
+  const int stages = ratio > 1 ? static_cast<int>(std::ceil(std::log(ratio) / std::log(kMostRatio))) : 1;
+  SdfEnergyOptions energy = energy_options();
+  energy.scale_m = static_cast<float>(last_scale(fitted->memory));
+  for (int k = 1; k < stages; ++k) {
+    const double share = std::pow(ratio, static_cast<double>(k) / stages - 1);
+    coarse_.assign_subset(pixels_, static_cast<int>(share * pixels_.count()));
+    run_stage(&coarse_, energy, options_.coarse_steps, x, fitted);
+  }
+}
+
 SdfEnergyOptions PoseFitter::energy_options() const {
   SdfEnergyOptions energy{options_.residual, options_.curvature};
   energy.outlier_floor = static_cast<float>(options_.outlier_floor);
@@ -201,7 +218,8 @@ void PoseFitter::fit_fine(State* x, Fitted* fitted, bool move) {
       run_stage(&pixels_, options, options_.fine_steps, x, fitted);
     else
       energy.classify(*x, kClassifySteps);
-    const EnergySummary summary = energy.summarize(*x, kSummaryPixels);
+    const EnergySummary summary =
+        energy.summarize(*x, std::clamp(pixels_.count() / kSummaryShare, kLeastSummary, kMostSummary));
     if (options_.adapt_noise) fitted->memory = updated(fitted->memory, summary.noise_m, stated_noise_m_);
     if (round == 0) continue;
     if (options.color) fitted->cost = summary.cost, fitted->foreground = summary.foreground;
@@ -216,9 +234,11 @@ void PoseFitter::fit_fine(State* x, Fitted* fitted, bool move) {
 // As stated, or measured and followed from frame to frame.
 double PoseFitter::correlation_area(const SdfEnergyOptions& energy, FitMemory* memory) {
   if (options_.correlation_area_px > 0) return options_.correlation_area_px;
+  double& area = memory->correlation_area_px;
+  if (area > 0 && ++memory->area_age < kAreaEvery) return std::max(1.0, area);
+  memory->area_age = 0;
   const double now = correlation_.measure(pixels_, {energy.scale_m, energy.outlier_floor},
                                           energy.color ? energy.color_prior : 0.0f);
-  double& area = memory->correlation_area_px;
   if (now > 0) area = area > 0 ? area + kAreaFollows * (now - area) : now;
   return std::max(1.0, area);
 }
@@ -244,8 +264,8 @@ void PoseFitter::run_stage(PixelSet* pixels, const SdfEnergyOptions& energy_opti
   lm.damping = fitted->memory.damping;
   lm.cost_relative = 0;
   lm.cost_gain = kLeastGain;
-  // A coarse fit is only a start. The first frame may begin far off: there every step is looked at.
-  if (target_->memory.noise_known) lm.sure_gain = pixels == &pixels_ ? kSureGain : kSureCoarseGain;
+  // The first frame may begin far off: there every step is looked at.
+  if (target_->memory.noise_known) lm.sure_gain = kSureGain;
   const LmResult found = minimize(sum, *x, lm);
   for (const LmStep& step : found.steps)
     fitted->steps.push_back({step, energy_options.scale_m, pixels->count()});

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "energies/free_space.h"
+#include "tracking/free_space.h"
 #include "optim/lm.h"
 #include "optim/prior.h"
 #include "tracking/color_evidence.h"
@@ -32,6 +32,7 @@ struct FitMemory {
   double noise_factor = 1;  // sensor noise, measured over stated
   bool noise_known = false;
   double correlation_area_px = 0;  // 0: not measured yet
+  int area_age = 0;                // frames since that was measured
   double damping = 0;              // only with TrackerOptions::keep_damping
 };
 
@@ -95,6 +96,7 @@ class PoseFitter {
   State best_coarse_fit(const DepthFrame& frame, const Attempt& attempt, Fitted* fitted);
   void fit_coarse(const Attempt& attempt, State* x, Fitted* fitted);
   void choose_fine_pixels(double scale_m, const State& x);
+  void fit_between(State* x, Fitted* fitted);
   void fit_fine(State* x, Fitted* fitted, bool move);
   void run_stage(PixelSet* pixels, const SdfEnergyOptions& energy, int steps, State* x, Fitted* fitted);
   void read_free_space(const DepthFrame& frame, double padding_m);

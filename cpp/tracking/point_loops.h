@@ -89,6 +89,11 @@ struct PointLoops {
     }
   }
 
+  static void pulls(const PullTerm<float>& given, int count, float* pull) {
+    const auto term = given.template cast<L>();
+    each_pack<L>(0, count, [&](int i, int n) SDFTRACK_INLINE { store(term.pull(i, n), pull + i, n); });
+  }
+
   static int candidates(const SelectTerm<float>& given, int y, int x0, int x1, int* at) {
     const auto term = given.template cast<L>();
     int found = 0;
@@ -106,6 +111,7 @@ struct PointLoops {
 const PointOps PointOps::SDFTRACK_SET = {PointLoops<SDFTRACK_LANES>::linearize,
                                          PointLoops<SDFTRACK_LANES>::cost, PointLoops<SDFTRACK_LANES>::sights,
                                          PointLoops<SDFTRACK_LANES>::bearings,
+                                         PointLoops<SDFTRACK_LANES>::pulls,
                                          PointLoops<SDFTRACK_LANES>::candidates};
 
 }  // namespace sdftrack

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "base/isa.h"
+#include "tracking/pull_terms.h"
 #include "tracking/quick_terms.h"
 #include "tracking/select_terms.h"
 #include "tracking/sight_terms.h"
@@ -42,6 +43,8 @@ struct PointOps {
   void (*sights)(const SightTerm<float>&, int first, Sights*);
   void (*bearings)(const BearingTerm<float>&, int first, Bearings*);
 
+  // Slope of the cost times the scale, of `count` rays that meet the model.
+  void (*pulls)(const PullTerm<float>&, int count, float* pull);
   // The wanted pixels [x0, x1) of row y as indices into the image; returns how many. `at` has room for
   // kLanes more.
   int (*candidates)(const SelectTerm<float>&, int y, int x0, int x1, int* at);

@@ -51,7 +51,7 @@ QuickTerms terms_at(const QuickData& data, const QuickStage& stage, const Rigidf
       {field, reading, view_of(*data.readings_cam), false, 0},
       {field, reading, view_of(*data.solids_cam), true, solid_margin(stage)},
       {T_cam_obj, data.K, surface, {}, {}, {}},
-      {T_cam_obj, T_obj_cam, data.K, {0.5f * stage.scale_m, 0.0f}, {}, {}, outline_weight(data)}};
+      {T_cam_obj, T_obj_cam, data.K, {0.5f * stage.scale_m, 0.0f}, {}, {}, outline_weight(data), 0}};
   if (data.surface_stride > 0) {
     const SearchScene& s = *data.scene;
     terms.surface.nodes = {s.depth_m.data(), s.x0, s.y0, s.step, s.width, s.height};
@@ -60,6 +60,7 @@ QuickTerms terms_at(const QuickData& data, const QuickStage& stage, const Rigidf
   }
   if (!data.free_space->empty()) {
     terms.outline.grid = data.free_space->view();
+    terms.outline.dead_px = static_cast<float>(data.free_space->step);
     terms.outline.points_obj = view_of(*data.outline_obj, data.outline_stride);
   }
   return terms;

@@ -98,6 +98,7 @@ struct OutlineTerm {
   DistanceView grid;
   PointsView points_obj;
   T weight;
+  T dead_px;  // distances up to this cost nothing
 
   template <class U>
   HD OutlineTerm<U> cast() const {
@@ -107,13 +108,13 @@ struct OutlineTerm {
             penalty.template cast<U>(),
             grid,
             points_obj,
-            U(weight)};
+            U(weight),
+            U(dead_px)};
   }
   HD Contribution<T, 6> linearize(IntOf<T> k) const {
     const Vec3<T> p_obj = points_obj.at<T>(k);
     T r;
     Vec3<T> dr_cam;
-    const T dead_px = T(static_cast<float>(grid.step));
     const auto counts = free_space_residual(grid, K, dead_px, T_cam_obj * p_obj, &r, &dr_cam);
     const Curve<T> c = penalty(r, T(1));
     return contribution_of({weight * c.cost, weight * c.slope, weight * c.curvature}, -(T_obj_cam.R * dr_cam),

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,43 @@ class Step(NamedTuple):
     pixels: int = 0
 
 
+class Steps(Sequence[Step]):
+    """The trials of one object as a read-only list of :class:`Step`, made when they are asked for."""
+
+    __slots__ = ("_rows",)
+
+    def __init__(self, rows: NDArray[np.float64]) -> None:
+        self._rows = rows  # (N, 5), the fields of Step
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    @overload
+    def __getitem__(self, i: int) -> Step: ...
+    @overload
+    def __getitem__(self, i: slice) -> list[Step]: ...
+    def __getitem__(self, i: int | slice) -> Step | list[Step]:
+        if isinstance(i, slice):
+            return [_step(row) for row in self._rows[i].tolist()]
+        return _step(self._rows[i].tolist())
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and list(self) == list(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Steps, (self._rows,)
+
+    def __repr__(self) -> str:
+        return repr(list(self))
+
+
+def _step(row: list[float]) -> Step:
+    cost, damping, accepted, scale_m, pixels = row
+    return Step(cost, damping, bool(accepted), scale_m, int(pixels))
+
+
 @dataclass(frozen=True, eq=False)
 class TrackResult:
     """Poses of the M tracked objects in one frame, each with a measure of trust.
@@ -78,7 +116,7 @@ class TrackResult:
         Mean cost per pixel at the final poses.
     iterations : int
         Trials of the optimiser, all stages.
-    steps : list of list of Step
+    steps : list of sequences of Step
         Every trial, per object.
     seconds : float
         Time of ``track`` alone.
@@ -98,7 +136,7 @@ class TrackResult:
     runner_up: NDArray[np.float64]
     energy: float
     iterations: int = 0
-    steps: list[list[Step]] = field(default_factory=list, repr=False)
+    steps: Sequence[Sequence[Step]] = field(default_factory=list, repr=False)
     seconds: float = 0.0
     timestamp: float | None = None
     index: int = 0

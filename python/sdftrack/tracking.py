@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import operator
 import os
 import pickle
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -25,13 +24,14 @@ from sdftrack.device import resolve_device
 from sdftrack.frame import Frame
 from sdftrack.options import TrackerOptions
 from sdftrack.places import Place, one_place, place_list
-from sdftrack.results import Status, Step, TrackResult
+from sdftrack.results import Status, Steps, TrackResult
 from sdftrack.sdf import SDF
 
 __all__ = ["Tracker"]
 
 LOG = logging.getLogger("sdftrack")
 FOLLOWED = (Status.OK, Status.WEAK)
+STATUS = {s.value: s for s in Status}
 
 
 class Tracker:
@@ -392,14 +392,8 @@ class Tracker:
         with self._alone():
             return _rebuild, (self.shapes, self.camera, kwargs, self._index, self._last, self._best)
 
-    @contextlib.contextmanager
-    def _alone(self) -> Iterator[None]:
-        if not self._lock.acquire(blocking=False):
-            raise RuntimeError("this tracker is in use by another thread; make one tracker per thread")
-        try:
-            yield
-        finally:
-            self._lock.release()
+    def _alone(self) -> _Alone:
+        return _Alone(self._lock)
 
     def _camera_of(self, frame: Frame) -> Camera:
         camera = depth_camera(self.camera if frame.camera is None else frame.camera)
@@ -466,12 +460,12 @@ class Tracker:
     def _finish(self, frame: Frame, found: dict[str, Any], begin: float) -> TrackResult:
         self._doubt_overlaps(found)
         self._note_modes(found)
-        status = [Status(s) for s in found["status"]]
+        status = [STATUS[s] for s in found["status"]]
         poses = found["poses"]
         for k, s in enumerate(status):
             if s not in FOLLOWED:
                 poses[k] = self._best[k]
-        steps = [[Step._make(s) for s in trials] for trials in found["steps"]]
+        steps = [Steps(trials) for trials in found["steps"]]
         result = TrackResult(
             poses=poses,
             status=status,
@@ -506,6 +500,22 @@ def _merged(all_objects: dict[str, Any], some: dict[str, Any], wanted: list[int]
     before, now = all_objects["energy"], some["energy"]
     share = len(wanted) / len(out["status"])
     return {**out, "energy": before + share * (now - before)}
+
+
+class _Alone:
+    """The lock for one call, or an error at once where another thread holds it."""
+
+    __slots__ = ("_lock",)
+
+    def __init__(self, lock: threading.Lock) -> None:
+        self._lock = lock
+
+    def __enter__(self) -> None:
+        if not self._lock.acquire(blocking=False):
+            raise RuntimeError("this tracker is in use by another thread; make one tracker per thread")
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.release()
 
 
 def _rebuild(

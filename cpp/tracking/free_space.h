@@ -4,10 +4,9 @@
 
 #include <vector>
 
-#include "base/camera.h"
 #include "energies/distance_transform.h"
-#include "energies/penalty.h"
 #include "optim/energy.h"
+#include "tracking/point_ops.h"
 
 namespace sdftrack {
 
@@ -32,10 +31,7 @@ class FreeSpaceEnergy final : public Energy {
   double cost(const State& x) override;
 
  private:
-  bool residual(const State& x, const Rigidd& T_cam_obj, Vec3d p_obj, double* r, Vec3d* dr_cam) const {
-    const auto dead_px = static_cast<double>(options_.dead_px);
-    return free_space_residual(grid_->view(), x.K, dead_px, T_cam_obj * p_obj, r, dr_cam);
-  }
+  QuickTerms terms(const State& x) const;
 
   const std::vector<Vec3f>* points_obj_;
   const DistanceGrid* grid_;
