@@ -17,14 +17,28 @@ void pool(const std::vector<float>& counts, double total, double rate, std::vect
   for (std::size_t i = 0; i < counts.size(); ++i) (*share)[i] = keep * (*share)[i] + gain * counts[i];
 }
 
-// [1 2 1] / 4 along the axis with this stride; mirrored ends.
-void smooth_axis(const std::vector<float>& in, std::size_t stride, std::vector<float>* out) {
-  constexpr std::size_t kLast = kColorBinsPerChannel - 1;
-  for (std::size_t i = 0; i < in.size(); ++i) {
-    const std::size_t k = i / stride % kColorBinsPerChannel;
-    const float below = in[k > 0 ? i - stride : i], above = in[k < kLast ? i + stride : i];
-    (*out)[i] = 0.25f * (below + 2.0f * in[i] + above);
+// [1 2 1] / 4 along the last axis; mirrored ends.
+void smooth_rows(const std::vector<float>& in, std::vector<float>* out) {
+  constexpr std::size_t n = kColorBinsPerChannel;
+  for (std::size_t row = 0; row < in.size(); row += n) {
+    float padded[n + 2];
+    std::copy_n(in.data() + row, n, padded + 1);
+    padded[0] = padded[1], padded[n + 1] = padded[n];
+    float* const to = out->data() + row;
+    for (std::size_t k = 0; k < n; ++k) to[k] = 0.25f * (padded[k] + 2.0f * padded[k + 1] + padded[k + 2]);
   }
+}
+
+// The same along an axis with a larger stride: rows of `stride` neighbours are one loop.
+void smooth_axis(const std::vector<float>& in, std::size_t stride, std::vector<float>* out) {
+  constexpr std::size_t n = kColorBinsPerChannel;
+  for (std::size_t block = 0; block < in.size(); block += n * stride)
+    for (std::size_t k = 0; k < n; ++k) {
+      const float* const here = in.data() + block + k * stride;
+      const float *const below = k > 0 ? here - stride : here, *const above = k + 1 < n ? here + stride : here;
+      float* const to = out->data() + block + k * stride;
+      for (std::size_t j = 0; j < stride; ++j) to[j] = 0.25f * (below[j] + 2.0f * here[j] + above[j]);
+    }
 }
 
 }  // namespace
@@ -39,7 +53,7 @@ void smooth_histogram(const std::vector<float>& share, std::vector<float>* scrat
   scratch->resize(share.size()), out->resize(share.size());
   for (std::size_t i = 0; i < share.size(); ++i)
     (*out)[i] = (1 - kUniformShare) * share[i] + kUniformShare / static_cast<float>(kColorBins);
-  smooth_axis(*out, 1, scratch);
+  smooth_rows(*out, scratch);
   smooth_axis(*scratch, kColorBinsPerChannel, out);
   smooth_axis(*out, kColorBinsPerChannel * kColorBinsPerChannel, scratch);
   std::swap(*out, *scratch);

@@ -9,7 +9,6 @@ namespace sdftrack {
 namespace {
 
 constexpr int kNoteBlock = 128;
-constexpr int kGrainStride = 4;  // of the runs, one tells of the interpolant's error: it is alike among neighbours
 constexpr float kSteepGain = 2;  // 60 degrees from the normal
 
 // Sums of one class in the making.
@@ -48,8 +47,8 @@ struct Notes {
   Block<P, kNoteBlock> inliers;
   Row<kNoteBlock> counted;
 
-  // n pixels from i on; returns their residuals. `grain`: with the interpolant's error, for kGrainStride runs.
-  HD L put(int i, int n, bool grain) {
+  // n pixels from i on; returns their residuals.
+  HD L put(int i, int n) {
     FieldRow<L, P> row;
     const auto reading = term.read(i, n, &row);
     const L residual = reading.residual_m, gain2 = reading.gain * reading.gain;
@@ -73,12 +72,9 @@ struct Notes {
     }
     // Half of the weight that a residual of 0 has.
     const L inlier = select(there & (weight * L(4) * s * s > L(1)), L(1), zero);
-    L pull = zero;
-    if (grain) {
-      const L error =
-          interpolation_error(term.field, load<L>(term.pixels.hit_m + i, n) * term.ray_of(i, n), voxel_m);
-      pull = select(there & hit, L(kGrainStride) * gain2 * second * error, zero);
-    }
+    const L error =
+        interpolation_error(term.field, load<L>(term.pixels.hit_m + i, n) * term.ray_of(i, n), voxel_m);
+    const L pull = select(there & hit, gain2 * second * error, zero);
     inliers.put(of(row, pull, inlier), kWidth<L>), counted.put(inlier, kWidth<L>);
     if (inliers.full()) flush();
     return residual;
@@ -109,7 +105,7 @@ HD void note(const LaneTerm& term, int budget, float voxel_m, float* residual_m,
     const int end = first + kLanes < count ? first + kLanes : count;
     for (int i = first; i < end; i += kWidth<L>) {
       const int n = end - i < kWidth<L> ? end - i : kWidth<L>;
-      const L residual = notes.put(i, n, k % kGrainStride == 0);
+      const L residual = notes.put(i, n);
       for (int j = 0; j < n; ++j) at[out->count + j] = i + j;
       store(residual, residual_m + out->count, n), out->count += n;
     }

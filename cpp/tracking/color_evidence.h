@@ -18,6 +18,7 @@ class ColorReader {
   // Bin of the colour of depth pixel `at` (index) with its ideal pixel and reading; -1: the colour camera
   // does not see it.
   int bin(int at, Vec2f ideal_px, float depth_m) const {
+    if (color_->map.aligned) return color_bin(color_->rgb + 3 * static_cast<std::size_t>(at));
     int x, y;
     float depth;
     return find(at, ideal_px, depth_m, &x, &y, &depth) ? color_bin(color_->at(x, y)) : -1;
@@ -28,7 +29,7 @@ class ColorReader {
     const ColorMap& map = color_->map;
     const Vec2f u =
         map.raw_pixel ? Vec2f{static_cast<float>(at % width_), static_cast<float>(at / width_)} : ideal_px;
-    return map.find(u, depth_m, x, y, depth) && (map.aligned || sight_.sees(*x, *y, *depth));
+    return map.find(u, depth_m, x, y, depth) && sight_.sees(*x, *y, *depth);
   }
 
   const ColorImage* color_ = nullptr;

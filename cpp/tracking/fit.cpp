@@ -15,13 +15,16 @@ constexpr double kLeastGain = 1e-3;
 // at where it leads, and is the last of its stage: what Gauss-Newton leaves of it is of second order
 // (docs/math/depth_tracker.md, section 4).
 constexpr double kSureGain = 12;
+// Noise alone promises this much, one half for each unknown: a stage on a part of the pixels leaves it to those
+// that follow, or what stands still would tremble.
+constexpr double kNoiseGain = 3;
 // Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias.
 constexpr int kSettleSteps = 2;
 constexpr double kMostRatio = 6.5;  // of pixels from one stage to the next
 constexpr double kMostSpread = 10;  // readings packed per one of the budget, to find those near the surface
 constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
 constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot be the object's
-constexpr int kSummaryShare = 4, kLeastSummary = 320, kMostSummary = 640;  // pixels
+constexpr int kSummaryPixels = 1000;
 constexpr double kAreaFollows = 0.4;
 constexpr int kAreaEvery = 4;  // frames from one measurement to the next
 constexpr int kClassifySteps = 4;
@@ -218,8 +221,7 @@ void PoseFitter::fit_fine(State* x, Fitted* fitted, bool move) {
       run_stage(&pixels_, options, options_.fine_steps, x, fitted);
     else
       energy.classify(*x, kClassifySteps);
-    const EnergySummary summary =
-        energy.summarize(*x, std::clamp(pixels_.count() / kSummaryShare, kLeastSummary, kMostSummary));
+    const EnergySummary summary = energy.summarize(*x, kSummaryPixels);
     if (options_.adapt_noise) fitted->memory = updated(fitted->memory, summary.noise_m, stated_noise_m_);
     if (round == 0) continue;
     if (options.color) fitted->cost = summary.cost, fitted->foreground = summary.foreground;
@@ -264,8 +266,11 @@ void PoseFitter::run_stage(PixelSet* pixels, const SdfEnergyOptions& energy_opti
   lm.damping = fitted->memory.damping;
   lm.cost_relative = 0;
   lm.cost_gain = kLeastGain;
-  // The first frame may begin far off: there every step is looked at.
-  if (target_->memory.noise_known) lm.sure_gain = kSureGain;
+  // The first frame may begin far off: there every step counts, and is looked at.
+  if (target_->memory.noise_known) {
+    lm.sure_gain = kSureGain;
+    if (pixels != &pixels_) lm.cost_gain = kNoiseGain;
+  }
   const LmResult found = minimize(sum, *x, lm);
   for (const LmStep& step : found.steps)
     fitted->steps.push_back({step, energy_options.scale_m, pixels->count()});

@@ -55,6 +55,18 @@ int stored_pixel(const DepthFrame& frame, const Camera& camera, int x, int y) {
   return y * camera.width + x;
 }
 
+// Whether all readings of a column lie farther than `far`.
+void free_columns(const ImageView<float>& depth_m, const Rect& part, float far,
+                  std::vector<unsigned char>* columns) {
+  const int n = part.x1 - part.x0;
+  columns->assign(static_cast<std::size_t>(n), 1);
+  unsigned char* const free = columns->data();
+  for (int y = part.y0; y < part.y1; ++y) {
+    const float* const row = depth_m.data + static_cast<std::ptrdiff_t>(y) * depth_m.width + part.x0;
+    for (int x = 0; x < n; ++x) free[x] &= static_cast<unsigned char>(row[x] > far);
+  }
+}
+
 }  // namespace
 
 void free_space_grid(const DepthFrame& frame, const Camera& camera, const Shape& shape,
@@ -84,15 +96,22 @@ void free_space_grid(const DepthFrame& frame, const Camera& camera, const Shape&
     if (z > 0) return z > far;
     return is_background && (*is_background)(at, {static_cast<float>(x), static_cast<float>(y)}, middle);
   };
-  for (int j = 1; j + 1 < grid->height; ++j)
+  const bool plain = !frame.rays && !is_background;
+  for (int j = 1; j + 1 < grid->height; ++j) {
+    unsigned char* const nodes = scratch->free.data() + static_cast<std::ptrdiff_t>(j) * grid->width;
+    const int y0 = rect.y0 + (j - 1) * step, y1 = std::min(y0 + step, rect.y1);
+    if (plain) free_columns(frame.depth_m, {rect.x0, y0, rect.x1, y1}, far, &scratch->columns);
     for (int i = 1; i + 1 < grid->width; ++i) {
-      const int y0 = rect.y0 + (j - 1) * step, x0 = rect.x0 + (i - 1) * step;
+      const int x0 = rect.x0 + (i - 1) * step, x1 = std::min(x0 + step, rect.x1);
       bool free = true;
-      for (int y = y0; free && y < std::min(y0 + step, rect.y1); ++y)
-        for (int x = x0; free && x < std::min(x0 + step, rect.x1); ++x) free = is_free(x, y);
-      scratch->free[static_cast<std::size_t>(j) * static_cast<std::size_t>(grid->width) +
-                    static_cast<std::size_t>(i)] = free;
+      for (int x = x0; free && x < x1; ++x)
+        if (plain)
+          free = scratch->columns[static_cast<std::size_t>(x - rect.x0)];
+        else
+          for (int y = y0; free && y < y1; ++y) free = is_free(x, y);
+      nodes[i] = free;
     }
+  }
   distance_transform(scratch->free, &scratch->transform, grid);
 }
 

@@ -63,7 +63,7 @@ double sensor_noise_m(const TrackerOptions& options, double depth_m);
 // The distance to the nearest pixel that might show the object, on a grid of about 40 x 40 nodes over the
 // region.
 struct FreeSpaceScratch {
-  std::vector<unsigned char> free;
+  std::vector<unsigned char> free, columns;
   DistanceScratch transform;
 };
 // `is_background(at, u, depth_m)`, if given, is asked about pixels without a reading, as if they lay at the

@@ -11,7 +11,7 @@ namespace sdftrack {
 
 namespace {
 
-constexpr int kColorBudget = 3000, kFirstColorBudget = 20000;  // pixels visited for the histograms
+constexpr int kColorBudget = 1500, kFirstColorBudget = 20000;  // pixels visited for the histograms
 constexpr double kProof = 0.9;  // evidence by which what a search has found proves to be the object
 constexpr double kSlow = 0.02, kFast = 0.3;  // how fast the usual values follow
 
