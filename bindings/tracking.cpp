@@ -34,13 +34,16 @@ class PyTracker {
                  const py::object& color, const py::object& color_map) {
     const std::vector<Whereabouts> where = places_from(places);
     const ColorImage image = color_view(color, color_map);
-    return run(depth, mask, time_s, image,
-               [&](const DepthFrame& frame) { return tracker_->start(frame, where); });
+    return run(
+        depth, mask, time_s,
+        image, [&](const DepthFrame& frame) -> const auto& { return tracker_->start(frame, where); });
   }
   py::dict track(const py::array& depth, const py::object& mask, double time_s, const py::object& color,
                  const py::object& color_map) {
     const ColorImage image = color_view(color, color_map);
-    return run(depth, mask, time_s, image, [&](const DepthFrame& frame) { return tracker_->track(frame); });
+    return run(
+        depth, mask, time_s,
+        image, [&](const DepthFrame& frame) -> const auto& { return tracker_->track(frame); });
   }
   py::dict recover(const py::array& depth, const py::object& mask, double time_s,
                    const std::vector<int>& objects, const py::list& places, const py::object& color,
@@ -51,8 +54,10 @@ class PyTracker {
       throw py::value_error("places: expected one per object (" + std::to_string(objects.size()) + "), got " +
                             std::to_string(where.size()));
     const ColorImage image = color_view(color, color_map);
-    return run(depth, mask, time_s, image,
-               [&](const DepthFrame& frame) { return tracker_->recover(frame, objects, where); });
+    return run(
+        depth, mask, time_s, image, [&](const DepthFrame& frame) -> const auto& {
+          return tracker_->recover(frame, objects, where);
+        });
   }
   // What the tracker would say of object k at a pose as it is, and what it says it by; None: too few
   // readings.
@@ -151,12 +156,12 @@ class PyTracker {
     const Busy busy(&busy_, "tracker");
     const ImageView<float> view = image_view(depth, "depth", tracker_->camera());
     const unsigned char* mask_data = mask_view(mask, tracker_->camera());
-    std::vector<ObjectResult> results;
+    const std::vector<ObjectResult>* results;
     {
       py::gil_scoped_release release;
-      results = work(tracker_->make_frame(view, mask_data, time_s, image.rgb ? &image : nullptr));
+      results = &work(tracker_->make_frame(view, mask_data, time_s, image.rgb ? &image : nullptr));
     }
-    return to_dict(results);
+    return to_dict(*results);
   }
 
   // Numbers of all objects in arrays, the rest in lists.

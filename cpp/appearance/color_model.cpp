@@ -35,7 +35,8 @@ void smooth_axis(const std::vector<float>& in, std::size_t stride, std::vector<f
   for (std::size_t block = 0; block < in.size(); block += n * stride)
     for (std::size_t k = 0; k < n; ++k) {
       const float* const here = in.data() + block + k * stride;
-      const float *const below = k > 0 ? here - stride : here, *const above = k + 1 < n ? here + stride : here;
+      const float *const below = k > 0 ? here - stride : here, *const above =
+                                                                   k + 1 < n ? here + stride : here;
       float* const to = out->data() + block + k * stride;
       for (std::size_t j = 0; j < stride; ++j) to[j] = 0.25f * (below[j] + 2.0f * here[j] + above[j]);
     }

@@ -106,7 +106,8 @@ HD T from_bits(IntOf<T> bits) requires(kWidth<T> > 1) {
 HD int keep(Pack<16>::I mask, int first, int* out) {
   const __m512i iota = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   const __mmask16 yes = _mm512_movepi32_mask((__m512i)mask);
-  _mm512_storeu_si512(out, _mm512_maskz_compress_epi32(yes, _mm512_add_epi32(iota, _mm512_set1_epi32(first))));
+  _mm512_storeu_si512(out,
+                      _mm512_maskz_compress_epi32(yes, _mm512_add_epi32(iota, _mm512_set1_epi32(first))));
   return __builtin_popcount(yes);
 }
 HD bool any(Pack<16>::I mask) { return _mm512_movepi32_mask((__m512i)mask) != 0; }

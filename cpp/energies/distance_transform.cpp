@@ -10,7 +10,8 @@ namespace sdftrack {
 namespace {
 
 // Squared distance along each column to the nearest node that is not free, `far` beyond the reach.
-void look_along_columns(const std::vector<unsigned char>& free, int w, int h, int reach, float far, float* d) {
+void look_along_columns(const std::vector<unsigned char>& free, int w, int h, int reach, float far,
+                        float* d) {
   for (int x = 0; x < w; ++x) {
     int gap = reach + 1;
     for (int y = 0; y < h; ++y) {

@@ -23,9 +23,8 @@ struct DistanceGrid {
 };
 
 // Fills distance_px from `free` (1: every pixel that the node stands for has a reading behind the object),
-// row-major width x height. Exact Euclidean distance between nodes: along the columns first, then over the rows as
-// far as the limit reaches.
-// `scratch` is working memory, kept by the caller from frame to frame.
+// row-major width x height. Exact Euclidean distance between nodes: along the columns first, then over the
+// rows as far as the limit reaches. `scratch` is working memory, kept by the caller from frame to frame.
 struct DistanceScratch {
   std::vector<float> squared, row;
 };

@@ -13,10 +13,10 @@ namespace sdftrack {
 
 struct PixelSet {
   std::vector<float> u_px, v_px, depth_m, per_noise;
-  std::vector<float> foreground;                // P_f of the pixel's colour; see PixelsView
-  std::vector<float> hit_m, gain;          // see PixelsView
-  std::vector<int> at;                          // index in the depth image
-  bool hits_begun = false;                      // hit_m holds more than the measured depth
+  std::vector<float> foreground;   // P_f of the pixel's colour; see PixelsView
+  std::vector<float> hit_m, gain;  // see PixelsView
+  std::vector<int> at;             // index in the depth image
+  bool hits_begun = false;         // hit_m holds more than the measured depth
 
   int count() const { return static_cast<int>(depth_m.size()); }
 
@@ -55,8 +55,8 @@ struct PixelSet {
     for (int k = 0; k < m; ++k) copy(other, static_cast<int>(k * stride), k);
   }
   PixelsView<float> view() {
-    return {count(),      u_px.data(),        v_px.data(), depth_m.data(),   per_noise.data(),
-            hit_m.data(), gain.data(), foreground.data()};
+    return {count(),          u_px.data(),  v_px.data(), depth_m.data(),
+            per_noise.data(), hit_m.data(), gain.data(), foreground.data()};
   }
 
  private:

@@ -113,12 +113,13 @@ void SdfEnergy::with_term(const State& x, bool reclassify, const Visit& visit) {
 }
 
 void SdfEnergy::linearize(const State& x, NormalEquations* out) {
-  with_term(x, options_.warm_hits && std::exchange(undecided_, false), [&](const auto& term, const auto& ops) {
-    using Sum = Sums<double, std::decay_t<decltype(term)>::P>;
-    add_to(reduce_cpu<Sum>(term.pixels.count, options_.threads,
-                           [&](int begin, int end) { return ops.linearize(term, begin, end); }),
-           out);
-  });
+  with_term(x, options_.warm_hits && std::exchange(undecided_, false),
+            [&](const auto& term, const auto& ops) {
+              using Sum = Sums<double, std::decay_t<decltype(term)>::P>;
+              add_to(reduce_cpu<Sum>(term.pixels.count, options_.threads,
+                                     [&](int begin, int end) { return ops.linearize(term, begin, end); }),
+                     out);
+            });
 }
 
 double SdfEnergy::cost(const State& x) {
@@ -176,25 +177,27 @@ void SdfEnergy::classify(const State& x, int steps) {
   });
 }
 
-EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget) {
+EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget, SummaryScratch* scratch) {
   EnergySummary out;
   const int budget = whole_lanes(pixel_budget);
-  residuals_.resize(static_cast<std::size_t>(budget)), places_.resize(static_cast<std::size_t>(budget));
-  scratch_.clear();
+  scratch->residuals.resize(static_cast<std::size_t>(budget));
+  scratch->places.resize(static_cast<std::size_t>(budget));
+  scratch->noises.clear();
   with_term(x, false, [&](const auto& term, const auto& ops) {
     const bool ray_hit = term.residual == Residual::kRayHit;
-    const auto sums = ops.summarize(term, budget, sdf_.voxel_m, ray_hit, residuals_.data(), places_.data());
+    const auto sums =
+        ops.summarize(term, budget, sdf_.voxel_m, ray_hit, scratch->residuals.data(), scratch->places.data());
     ColorSums colors;
     for (std::size_t k = 0; k < static_cast<std::size_t>(sums.count); ++k) {
-      const int i = places_[k];
-      const bool told = colors.add(options_, residuals_[k], term.pixels, i);
+      const int i = scratch->places[k];
+      const bool told = colors.add(options_, scratch->residuals[k], term.pixels, i);
       if (told && (term.pixels.gain[i] == 0.0f || !ray_hit))
-        scratch_.push_back(std::abs(residuals_[k]) * term.pixels.per_noise[i]);
+        scratch->noises.push_back(std::abs(scratch->residuals[k]) * term.pixels.per_noise[i]);
     }
     out = summary_of(sums, term.pixels.count);
     colors.finish(&out);
   });
-  out.noise_m = robust_sd(&scratch_);
+  out.noise_m = robust_sd(&scratch->noises);
   return out;
 }
 

@@ -32,6 +32,12 @@ struct PixelReadings {
   std::vector<unsigned char> hit;  // 1: the ray meets the model
 };
 
+// Working memory of a summary, for whoever makes one in every frame.
+struct SummaryScratch {
+  std::vector<float> residuals, noises;
+  std::vector<int> places;
+};
+
 class SdfEnergy final : public Energy {
  public:
   // `pixels` is kept, not copied; its hits and classes are working memory of this energy.
@@ -45,12 +51,13 @@ class SdfEnergy final : public Energy {
   // How many pixels' points lie within reach_m of the surface at x; and leaves out the others.
   int count_near(const State& x, double reach_m);
   void keep_near(const State& x, double reach_m);
-  // `steps` Newton steps of every ray from the measured depths, one less where keep_near() has begun. The next linearisation decides
-  // which rays meet the model; it stays so from then on, so that costs may be compared.
+  // `steps` Newton steps of every ray from the measured depths, one less where keep_near() has begun. The
+  // next linearisation decides which rays meet the model; it stays so from then on, so that costs may be
+  // compared.
   void settle(const State& x, int steps);
   // Decide which rays meet the model, at x, after `steps` steps.
   void classify(const State& x, int steps);
-  EnergySummary summarize(const State& x, int pixel_budget);
+  EnergySummary summarize(const State& x, int pixel_budget, SummaryScratch* scratch);
   void read(const State& x, PixelReadings* out);
 
  private:
@@ -62,8 +69,6 @@ class SdfEnergy final : public Energy {
   PixelSet* pixels_;
   SdfEnergyOptions options_;
   bool undecided_ = true;  // which rays meet the model
-  std::vector<float> scratch_, residuals_;
-  std::vector<int> places_;
 };
 
 }  // namespace sdftrack

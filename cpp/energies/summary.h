@@ -9,6 +9,10 @@
 
 namespace sdftrack {
 
+constexpr int kMostUnknowns = 10;  // of one object with its camera
+using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostUnknowns, kMostUnknowns>;
+using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostUnknowns, 1>;
+
 // What the final state says about itself, from an even subset of the pixels. Sums that a covariance is made
 // of, with psi = d cost / d residual, scaled up to all pixels: A = sum psi' J J^T with, for psi', the weight
 // psi / residual times the mean psi' over the mean weight (each pixel's own psi' may be negative, and a
@@ -17,8 +21,8 @@ namespace sdftrack {
 // the mean of J J^T (d phi / d unknowns) over the inliers: what the geometry
 // can see whatever the noise.
 struct EnergySummary {
-  Eigen::MatrixXd A, B, geometry;
-  Eigen::VectorXd rounding, missed;
+  SmallMatrix A, B, geometry;
+  SmallVector rounding, missed;
   double inliers = 0;  // pixels of the subset with weight above one half
   // Robust sd of residual over noise scale, of the rays that meet the model; 0 where fewer than 20 do.
   double noise_m = 0;
@@ -34,18 +38,18 @@ EnergySummary summary_of(const TermSums<P>& sums, int pixels) {
   EnergySummary out;
   const double scale_up = sums.count > 0 ? static_cast<double>(pixels) / sums.count : 0;
   const auto matrix = [](const Sums<double, P>& s, double factor) {
-    Eigen::MatrixXd M(P, P);
+    SmallMatrix M(P, P);
     for (int a = 0, k = 0; a < P; ++a)
       for (int b = 0; b <= a; ++b, ++k) M(a, b) = M(b, a) = factor * s.hessian[k];
     return M;
   };
   const auto vector = [](const Sums<double, P>& s, double factor) {
-    return Eigen::VectorXd(factor * Eigen::Map<const Eigen::Matrix<double, P, 1>>(s.gradient));
+    return SmallVector(factor * Eigen::Map<const Eigen::Matrix<double, P, 1>>(s.gradient));
   };
-  out.A = out.B = Eigen::MatrixXd::Zero(P, P);
+  out.A = out.B = SmallMatrix::Zero(P, P);
   for (const auto& c : sums.classes) {
     if (!(c.weight > 0)) continue;
-    const Eigen::MatrixXd JJ = matrix(c.JJ, scale_up / c.weight);
+    const SmallMatrix JJ = matrix(c.JJ, scale_up / c.weight);
     out.A += std::max(kLeastSlope * c.weight, c.curvature) * JJ;
     out.B += c.slope2 * JJ;
   }

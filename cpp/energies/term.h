@@ -173,8 +173,8 @@ struct Term {
     store(z, pixels.hit_m + i, n);
   }
 
-  // phi at the measured point. The hit starts with a Newton step from there where the ray goes inwards, else in
-  // front of the reading.
+  // phi at the measured point. The hit starts with a Newton step from there where the ray goes inwards, else
+  // in front of the reading.
   HD T distance(int i, int n) const {
     FieldRow<T, P> row;
     const Vec3<T> r = ray_of(i, n);

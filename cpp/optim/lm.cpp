@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "optim/lm.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -11,27 +10,33 @@ namespace sdftrack {
 
 namespace {
 
-std::vector<int> free_unknowns(const LmOptions& options, int n) {
+void find_free_unknowns(const LmOptions& options, int n, std::vector<int>* free) {
   if (!options.fixed.empty() && static_cast<int>(options.fixed.size()) != n)
     throw std::invalid_argument("fixed: expected one entry per unknown (" + std::to_string(n) + "), got " +
                                 std::to_string(options.fixed.size()));
-  std::vector<int> free;
+  free->clear();
   for (int i = 0; i < n; ++i)
-    if (options.fixed.empty() || !options.fixed[static_cast<std::size_t>(i)]) free.push_back(i);
-  return free;
+    if (options.fixed.empty() || !options.fixed[static_cast<std::size_t>(i)]) free->push_back(i);
 }
 
-// The damped step over the free unknowns, 0 elsewhere. Damping scales with each unknown's own curvature,
-// so metres, radians and pixels need no common unit.
-Eigen::VectorXd damped_step(const NormalEquations& eq, const std::vector<int>& free, double damping) {
-  Eigen::MatrixXd A = eq.hessian(free, free);
+// work->delta: the damped step over the free unknowns, 0 elsewhere. Damping scales with each unknown's own
+// curvature, so metres, radians and pixels need no common unit.
+void find_damped_step(const NormalEquations& eq, double damping, LmWork* work) {
+  const std::vector<int>& free = work->free;
+  const auto n = static_cast<Eigen::Index>(free.size());
+  Eigen::MatrixXd& A = work->A;
+  A.resize(n, n), work->rhs.resize(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int row = free[static_cast<std::size_t>(i)];
+    work->rhs[i] = -eq.gradient[row];
+    for (Eigen::Index j = 0; j < n; ++j) A(i, j) = eq.hessian(row, free[static_cast<std::size_t>(j)]);
+  }
   const double floor = 1e-12 * std::max(1e-300, A.diagonal().maxCoeff());
-  A.diagonal() += damping * A.diagonal().cwiseMax(floor) + Eigen::VectorXd::Constant(A.rows(), floor);
-  Eigen::VectorXd delta = Eigen::VectorXd::Zero(eq.gradient.size());
-  const Eigen::VectorXd downhill = -eq.gradient(free);
-  const Eigen::VectorXd step = A.ldlt().solve(downhill);
-  delta(free) = step;
-  return delta;
+  for (Eigen::Index i = 0; i < n; ++i) A(i, i) += damping * std::max(A(i, i), floor) + floor;
+  work->factor.compute(A);
+  work->rhs = work->factor.solve(work->rhs);
+  work->delta.setZero(eq.gradient.size());
+  for (Eigen::Index i = 0; i < n; ++i) work->delta[free[static_cast<std::size_t>(i)]] = work->rhs[i];
 }
 
 bool is_small(const Eigen::VectorXd& delta, const Unknowns& unknowns, const State& x,
@@ -76,62 +81,70 @@ const char* stop_name(Stop stop) {
   return "unknown";
 }
 
-LmResult minimize(Energy& energy, const State& start, const LmOptions& options) {
+void minimize(Energy& energy, const LmOptions& options, LmWork* work, LmResult* out) {
   const Unknowns unknowns = energy.unknowns();
-  const std::vector<int> free = free_unknowns(options, unknowns.size());
-  LmResult out{start, 0, 0, options.damping, Stop::kMaxSteps, {}};
-  out.steps.reserve(static_cast<std::size_t>(options.max_steps));
+  find_free_unknowns(options, unknowns.size(), &work->free);
+  out->damping = options.damping, out->stop = Stop::kMaxSteps, out->steps.clear();
 
   // A trial is linearised at once: most are kept, and then the next step needs no other look.
-  NormalEquations eq, next;
+  NormalEquations &eq = work->here, &next = work->next;
   const auto look = [&](const State& x, NormalEquations* to) {
     to->reset(unknowns.size());
     energy.linearize(x, to);
   };
-  look(start, &eq);
-  out.cost = eq.cost, out.count = eq.count;
-  if (!(eq.hessian.diagonal().maxCoeff() > 0) || free.empty()) {
-    out.stop = Stop::kNoData;
-    return out;
+  look(out->x, &eq);
+  out->cost = eq.cost, out->count = eq.count;
+  if (!(eq.hessian.diagonal().maxCoeff() > 0) || work->free.empty()) {
+    out->stop = Stop::kNoData;
+    return;
   }
+  const Eigen::VectorXd& delta = work->delta;
   for (int step = 0; step < options.max_steps; ++step) {
-    const Eigen::VectorXd delta = damped_step(eq, free, out.damping);
+    find_damped_step(eq, out->damping, work);
     if (!delta.allFinite()) {
-      out.stop = Stop::kNotFinite;
-      break;
+      out->stop = Stop::kNotFinite;
+      return;
     }
-    const double promised = -(eq.gradient.dot(delta) + 0.5 * delta.dot(eq.hessian * delta));
+    work->curved.noalias() = eq.hessian * delta;
+    const double promised = -(eq.gradient.dot(delta) + 0.5 * delta.dot(work->curved));
     if (promised < options.cost_gain) {
-      out.stop = Stop::kSmallGain;
-      break;
+      out->stop = Stop::kSmallGain;
+      return;
     }
-    State trial = retract(unknowns, out.x, delta);
+    retract(unknowns, out->x, delta, &work->trial);
     const bool sure = promised < options.sure_gain;
-    if (!sure) look(trial, &next);
+    if (!sure) look(work->trial, &next);
     const double trial_cost = sure ? eq.cost - promised : next.cost;
     const bool accepted = trial_cost < eq.cost;
-    const bool small = is_small(delta, unknowns, out.x, options);
-    const double used = out.damping;
+    const bool small = is_small(delta, unknowns, out->x, options);
+    const double used = out->damping;
     bool little_gain = sure;
     if (accepted) {
-      out.x = std::move(trial);
+      std::swap(out->x, work->trial);
       little_gain |= eq.cost - trial_cost < options.cost_relative * std::abs(eq.cost);
-      out.cost = trial_cost;
-      out.damping = std::max(options.damping_min, out.damping * options.damping_down);
+      out->cost = trial_cost;
+      out->damping = std::max(options.damping_min, out->damping * options.damping_down);
       if (!sure) std::swap(eq, next);
     } else {
-      out.damping *= options.damping_up;
+      out->damping *= options.damping_up;
     }
-    out.steps.push_back({out.cost, used, accepted});
+    out->steps.push_back({out->cost, used, accepted});
     if (small || little_gain) {
-      out.stop = small ? Stop::kSmallStep : Stop::kSmallGain;
-      break;
+      out->stop = small ? Stop::kSmallStep : Stop::kSmallGain;
+      return;
     }
-    if (out.damping > options.damping_max) {
-      out.stop = Stop::kDampingMax;
-      break;
+    if (out->damping > options.damping_max) {
+      out->stop = Stop::kDampingMax;
+      return;
     }
   }
+}
+
+LmResult minimize(Energy& energy, const State& start, const LmOptions& options) {
+  LmWork work;
+  LmResult out;
+  out.x = start;
+  minimize(energy, options, &work, &out);
   return out;
 }
 

@@ -2,6 +2,7 @@
 // Levenberg-Marquardt: the one optimiser of this library.
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <vector>
 
 #include "optim/energy.h"
@@ -42,6 +43,18 @@ struct LmResult {
   std::vector<LmStep> steps;
 };
 
+// Working memory: whoever minimises in every frame keeps it, and nothing is allocated from the second on.
+struct LmWork {
+  NormalEquations here, next;
+  State trial;
+  std::vector<int> free;
+  Eigen::MatrixXd A;
+  Eigen::VectorXd rhs, delta, curved;
+  Eigen::LDLT<Eigen::MatrixXd> factor;
+};
+
+// From out->x on; its steps are overwritten.
+void minimize(Energy& energy, const LmOptions& options, LmWork* work, LmResult* out);
 LmResult minimize(Energy& energy, const State& start, const LmOptions& options);
 
 }  // namespace sdftrack

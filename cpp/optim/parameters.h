@@ -34,5 +34,6 @@ Unit unit_of(const Unknowns& unknowns, int i);
 
 // x moved by delta: T_obj_cam <- increment(v, w) T_obj_cam, log scale and intrinsics by addition.
 State retract(const Unknowns& unknowns, const State& x, const Eigen::VectorXd& delta);
+void retract(const Unknowns& unknowns, const State& x, const Eigen::VectorXd& delta, State* moved);
 
 }  // namespace sdftrack

@@ -103,7 +103,7 @@ Attempt Tracker::wide_attempt(const Object& object, const Rigidd& expected, doub
   Attempt attempt{options_.far_scale_m, options_.far_padding_m, 2 * options_.coarse_steps, {expected, moved}};
   for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}})
     for (const double sign : {-1.0, 1.0})
-      attempt.starts.push_back({rotation_exp(sign * kWideTurn * axis) * T.R, T.t});
+      attempt.starts.add({rotation_exp(sign * kWideTurn * axis) * T.R, T.t});
   return attempt;
 }
 

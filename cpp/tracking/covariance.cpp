@@ -53,8 +53,8 @@ Matrix6d increment_covariance(const EnergySummary& sums, const Shape& shape, dou
   const Matrix6d B = correlation_area_px * (P * sums.B * P.transpose()) + prior;
   const Matrix6d A_inverse = A.ldlt().solve(Matrix6d::Identity());
   Matrix6d C = A_inverse * B * A_inverse.transpose();
-  for (const Eigen::VectorXd& bias : {sums.rounding, sums.missed}) {
-    const Eigen::Matrix<double, 6, 1> shift = A_inverse * (P * bias);
+  for (const SmallVector* bias : {&sums.rounding, &sums.missed}) {
+    const Eigen::Matrix<double, 6, 1> shift = A_inverse * (P * *bias);
     C += shift * shift.transpose();
   }
   return 0.5 * (C + C.transpose());

@@ -11,12 +11,12 @@ namespace {
 // A step that promises a smaller gain in log-likelihood moves the pose by less than 5 % of its standard
 // deviation.
 constexpr double kLeastGain = 1e-3;
-// A step that promises less than this gain in log-likelihood (five standard deviations) is taken without a look
-// at where it leads, and is the last of its stage: what Gauss-Newton leaves of it is of second order
+// A step that promises less than this gain in log-likelihood (five standard deviations) is taken without a
+// look at where it leads, and is the last of its stage: what Gauss-Newton leaves of it is of second order
 // (docs/math/depth_tracker.md, section 4).
 constexpr double kSureGain = 12;
-// Noise alone promises this much, one half for each unknown: a stage on a part of the pixels leaves it to those
-// that follow, or what stands still would tremble.
+// Noise alone promises this much, one half for each unknown: a stage on a part of the pixels leaves it to
+// those that follow, or what stands still would tremble.
 constexpr double kNoiseGain = 3;
 // Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias.
 constexpr int kSettleSteps = 2;
@@ -55,9 +55,9 @@ std::optional<Fitted> PoseFitter::fit(const DepthFrame& frame, const Camera& cam
                                       const Attempt& attempt, const Plane* plane) {
   if (!gather(frame, camera, target, attempt.padding_m, plane)) return std::nullopt;
   read_free_space(frame, attempt.padding_m);
-  Fitted fitted;
-  fitted.memory = target.memory;
-  State x = best_coarse_fit(frame, attempt, &fitted);
+  Fitted fitted = blank();
+  State& x = state_;
+  fit_coarsely(frame, attempt, &x, &fitted);
   choose_fine_pixels(last_scale(fitted.memory), x);
   fit_between(&x, &fitted);
   fit_fine(&x, &fitted, true);
@@ -69,10 +69,10 @@ std::optional<Fitted> PoseFitter::fit(const DepthFrame& frame, const Camera& cam
 std::optional<Fitted> PoseFitter::look(const DepthFrame& frame, const Camera& camera,
                                        const FitTarget& target) {
   if (!gather(frame, camera, target, options_.padding_m, nullptr)) return std::nullopt;
-  Fitted fitted;
-  fitted.memory = target.memory;
+  Fitted fitted = blank();
   fitted.T_cam_obj = target.expected;
-  State x{{inverse(target.expected)}, camera.K, {}};
+  State& x = state_;
+  begin_at(target.expected, &x);
   choose_fine_pixels(last_scale(fitted.memory), x);
   fit_fine(&x, &fitted, false);
   examine(frame, &fitted);
@@ -127,20 +127,36 @@ void PoseFitter::read_free_space(const DepthFrame& frame, double padding_m) {
                   ask ? &of_background : nullptr, &free_scratch_, &free_grid_);
 }
 
-State PoseFitter::best_coarse_fit(const DepthFrame& frame, const Attempt& attempt, Fitted* fitted) {
+Fitted PoseFitter::blank() {
+  Fitted fitted;
+  fitted.memory = target_->memory;
+  if (spare_steps_.empty()) return fitted;
+  fitted.steps = std::move(spare_steps_.back());
+  spare_steps_.pop_back();
+  fitted.steps.clear();
+  return fitted;
+}
+
+void PoseFitter::begin_at(const Rigidd& T_cam_obj, State* x) const {
+  x->T_obj_cam.assign(1, inverse(T_cam_obj));
+  x->K = camera_->K;
+  x->log_scale.clear();
+}
+
+// From the best of the attempt's starts.
+void PoseFitter::fit_coarsely(const DepthFrame& frame, const Attempt& attempt, State* x, Fitted* fitted) {
   const double noise_m = fitted->memory.noise_factor * stated_noise_m_;
-  State best;
   double most = -1;
   for (const Rigidd& start : attempt.starts) {
-    State x{{inverse(start)}, camera_->K, {}};
+    State& now = attempt.starts.size() == 1 ? *x : trial_;
+    begin_at(start, &now);
     if (!options_.keep_damping) fitted->memory.damping = options_.damping_start;
-    fit_coarse(attempt, &x, fitted);
-    if (attempt.starts.size() == 1) return x;
-    const double now = agreeing_share(compare_visible_surface(
-        frame, *camera_, target_->shape, inverse(x.T_obj_cam[0]), noise_m, options_.trust_points));
-    if (now > most) most = now, best = x;
+    fit_coarse(attempt, &now, fitted);
+    if (attempt.starts.size() == 1) return;
+    const double share = agreeing_share(compare_visible_surface(
+        frame, *camera_, target_->shape, inverse(now.T_obj_cam[0]), noise_m, options_.trust_points));
+    if (share > most) most = share, *x = now;
   }
-  return best;
 }
 
 // Coarse stages on an even subset: phi at the measured points, the better start from afar, and last the
@@ -221,7 +237,7 @@ void PoseFitter::fit_fine(State* x, Fitted* fitted, bool move) {
       run_stage(&pixels_, options, options_.fine_steps, x, fitted);
     else
       energy.classify(*x, kClassifySteps);
-    const EnergySummary summary = energy.summarize(*x, kSummaryPixels);
+    const EnergySummary summary = energy.summarize(*x, kSummaryPixels, &summary_scratch_);
     if (options_.adapt_noise) fitted->memory = updated(fitted->memory, summary.noise_m, stated_noise_m_);
     if (round == 0) continue;
     if (options.color) fitted->cost = summary.cost, fitted->foreground = summary.foreground;
@@ -250,16 +266,16 @@ void PoseFitter::run_stage(PixelSet* pixels, const SdfEnergyOptions& energy_opti
   const Shape& shape = target_->shape;
   SdfEnergy data(shape.sdf, pixels, energy_options);
   if (energy_options.residual == Residual::kRayHit) data.settle(*x, kSettleSteps);
-  SumEnergy sum;
-  sum.add(&data);
+  sum_.clear();
+  sum_.add(&data);
 
   FreeSpaceEnergy free_space(&shape.outline, &free_grid_,
                              {static_cast<float>(options_.free_space_scale_m), 1.0f});
   if (!free_grid_.empty())
-    sum.add(&free_space,
-            options_.free_space_weight * pixels->count() / static_cast<double>(shape.outline.size()));
+    sum_.add(&free_space,
+             options_.free_space_weight * pixels->count() / static_cast<double>(shape.outline.size()));
   PosePrior prior({1, false, false}, 0, inverse(target_->expected), target_->prior);
-  if (target_->prior.diagonal().maxCoeff() > 0) sum.add(&prior);
+  if (target_->prior.diagonal().maxCoeff() > 0) sum_.add(&prior);
 
   LmOptions lm;
   lm.max_steps = steps;
@@ -271,7 +287,9 @@ void PoseFitter::run_stage(PixelSet* pixels, const SdfEnergyOptions& energy_opti
     lm.sure_gain = kSureGain;
     if (pixels != &pixels_) lm.cost_gain = kNoiseGain;
   }
-  const LmResult found = minimize(sum, *x, lm);
+  LmResult& found = lm_result_;
+  found.x = *x;
+  minimize(sum_, lm, &lm_work_, &found);
   for (const LmStep& step : found.steps)
     fitted->steps.push_back({step, energy_options.scale_m, pixels->count()});
   *x = found.x;

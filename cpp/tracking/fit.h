@@ -2,14 +2,16 @@
 // One object fitted to one frame: pixels -> energies -> minimize, coarse to fine -> covariance.
 #pragma once
 
+#include <array>
+#include <initializer_list>
 #include <optional>
 #include <vector>
 
-#include "tracking/free_space.h"
 #include "optim/lm.h"
 #include "optim/prior.h"
 #include "tracking/color_evidence.h"
 #include "tracking/correlation.h"
+#include "tracking/free_space.h"
 #include "tracking/local_noise.h"
 #include "tracking/selection.h"
 #include "tracking/trust.h"
@@ -45,11 +47,27 @@ struct FitTarget {
   const ColorModel* colors = nullptr;  // nullptr: depth alone
 };
 
+// A few poses, T_cam_obj, centred.
+class Starts {
+ public:
+  Starts(std::initializer_list<Rigidd> poses) {
+    for (const Rigidd& T : poses) add(T);
+  }
+  void add(const Rigidd& T_cam_obj) { poses_.at(count_++) = T_cam_obj; }
+  std::size_t size() const { return count_; }
+  const Rigidd* begin() const { return poses_.data(); }
+  const Rigidd* end() const { return poses_.data() + count_; }
+
+ private:
+  std::array<Rigidd, 8> poses_;
+  std::size_t count_ = 0;
+};
+
 // How far away the first stage looks, and where from.
 struct Attempt {
   double scale_m, padding_m;
   int coarse_steps;
-  std::vector<Rigidd> starts;  // T_cam_obj, centred; the best after the coarse stages goes on
+  Starts starts;  // the best after the coarse stages goes on
 };
 
 struct Fitted {
@@ -85,6 +103,8 @@ class PoseFitter {
   // None where too few readings lie near the expected pose.
   std::optional<Fitted> fit(const DepthFrame& frame, const Camera& camera, const FitTarget& target,
                             const Attempt& attempt, const Plane* plane);
+  // The memory of a record that is no longer needed, for the next fit.
+  void give_back(std::vector<TrackStep>&& steps) { spare_steps_.push_back(std::move(steps)); }
   // Nothing is fitted: the expected pose as it is, with its covariance and all that it is judged by.
   std::optional<Fitted> look(const DepthFrame& frame, const Camera& camera, const FitTarget& target);
 
@@ -93,7 +113,9 @@ class PoseFitter {
               const Plane* plane);
   void pack(int wanted, PixelSet* out);
   void examine(const DepthFrame& frame, Fitted* fitted);
-  State best_coarse_fit(const DepthFrame& frame, const Attempt& attempt, Fitted* fitted);
+  Fitted blank();
+  void begin_at(const Rigidd& T_cam_obj, State* x) const;
+  void fit_coarsely(const DepthFrame& frame, const Attempt& attempt, State* x, Fitted* fitted);
   void fit_coarse(const Attempt& attempt, State* x, Fitted* fitted);
   void choose_fine_pixels(double scale_m, const State& x);
   void fit_between(State* x, Fitted* fitted);
@@ -120,6 +142,12 @@ class PoseFitter {
   CorrelationArea correlation_;
   ColorReader color_reader_;
   std::vector<float> floats_;
+  State state_, trial_;
+  SumEnergy sum_;
+  LmWork lm_work_;
+  LmResult lm_result_;
+  SummaryScratch summary_scratch_;
+  std::vector<std::vector<TrackStep>> spare_steps_;
 };
 
 }  // namespace sdftrack

@@ -108,10 +108,9 @@ struct PointLoops {
 }  // namespace
 
 // SDFTRACK_LANES and SDFTRACK_SET: the lane type and the member of PointOps that it serves.
-const PointOps PointOps::SDFTRACK_SET = {PointLoops<SDFTRACK_LANES>::linearize,
-                                         PointLoops<SDFTRACK_LANES>::cost, PointLoops<SDFTRACK_LANES>::sights,
-                                         PointLoops<SDFTRACK_LANES>::bearings,
-                                         PointLoops<SDFTRACK_LANES>::pulls,
-                                         PointLoops<SDFTRACK_LANES>::candidates};
+const PointOps PointOps::SDFTRACK_SET = {
+    PointLoops<SDFTRACK_LANES>::linearize, PointLoops<SDFTRACK_LANES>::cost,
+    PointLoops<SDFTRACK_LANES>::sights,    PointLoops<SDFTRACK_LANES>::bearings,
+    PointLoops<SDFTRACK_LANES>::pulls,     PointLoops<SDFTRACK_LANES>::candidates};
 
 }  // namespace sdftrack

@@ -45,7 +45,8 @@ struct SelectTerm {
   HD auto wants(int x, int y, int n) const {
     const int at = y * width + x;
     const T z = load<T>(depth_m + at, n);
-    prefetch(depth_m + at + kRowsAhead * width);  // rows are far apart: the machine does not guess the next one
+    prefetch(depth_m + at +
+             kRowsAhead * width);              // rows are far apart: the machine does not guess the next one
     auto wanted = (z > near_m) & (z < far_m);  // NaN fails
     if (!any(wanted)) return wanted;
     const Vec3<T> p_cam = z * ray_of(x, y, n);

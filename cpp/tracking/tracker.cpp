@@ -38,13 +38,6 @@ bool has_reading(const ImageView<float>& depth_m, const std::vector<unsigned cha
   return mask.empty();
 }
 
-template <class Index>
-std::vector<Index> all_of(std::size_t n) {
-  std::vector<Index> k(n);
-  std::iota(k.begin(), k.end(), Index{0});
-  return k;
-}
-
 }  // namespace
 
 Tracker::Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const TrackerOptions& options,
@@ -84,7 +77,8 @@ DepthFrame Tracker::make_frame(const ImageView<float>& depth_m, const unsigned c
   return {depth_m, mask, rays_.empty() ? nullptr : rays_.data(), time_s, color};
 }
 
-std::vector<ObjectResult> Tracker::start(const DepthFrame& frame, const std::vector<Whereabouts>& places) {
+const std::vector<ObjectResult>& Tracker::start(const DepthFrame& frame,
+                                                const std::vector<Whereabouts>& places) {
   if (places.size() != objects_.size())
     throw std::invalid_argument("poses: expected one per shape (" + std::to_string(objects_.size()) +
                                 "), got " + std::to_string(places.size()));
@@ -99,13 +93,14 @@ std::vector<ObjectResult> Tracker::start(const DepthFrame& frame, const std::vec
   return track(frame);
 }
 
-std::vector<ObjectResult> Tracker::track(const DepthFrame& frame) {
-  return each(frame, all_of<int>(objects_.size()),
-              [&](std::size_t, Object* o) { return track_one(frame, o); });
+const std::vector<ObjectResult>& Tracker::track(const DepthFrame& frame) {
+  everyone_.resize(objects_.size());
+  std::iota(everyone_.begin(), everyone_.end(), 0);
+  return each(frame, everyone_, [&](std::size_t, Object* o) { return track_one(frame, o); });
 }
 
-std::vector<ObjectResult> Tracker::recover(const DepthFrame& frame, const std::vector<int>& objects,
-                                           const std::vector<Whereabouts>& places) {
+const std::vector<ObjectResult>& Tracker::recover(const DepthFrame& frame, const std::vector<int>& objects,
+                                                  const std::vector<Whereabouts>& places) {
   return each(frame, objects, [&](std::size_t i, Object* object) {
     object->forget(options_.damping_start);
     return begin_at(frame, object, places[i]);
@@ -141,29 +136,30 @@ void Tracker::remove(int k) {
 }
 
 template <class Work>
-std::vector<ObjectResult> Tracker::each(const DepthFrame& frame, const std::vector<int>& objects,
-                                        const Work& work) {
+const std::vector<ObjectResult>& Tracker::each(const DepthFrame& frame, const std::vector<int>& objects,
+                                               const Work& work) {
   const int likely = objects_.empty() ? 0 : pixel_of(camera_, objects_.front().T_cam_obj);
   const bool readable = has_depth(frame.depth_m, likely);
   if (readable && options_.drop_plane) follow_plane(frame);
-  std::vector<ObjectResult> results(objects.size());
+  for (ObjectResult& old : results_) fitter_.give_back(std::move(old.steps));
+  results_.resize(objects.size());
   // First those whose place is known, so that a search for the others leaves their readings alone.
-  std::vector<std::size_t> order = all_of<std::size_t>(objects.size());
-  std::stable_partition(order.begin(), order.end(), [&](std::size_t i) {
-    return objects_.at(static_cast<std::size_t>(objects[i])).placed();
-  });
-  for (const std::size_t i : order) {
+  order_.clear();
+  for (const bool placed : {true, false})
+    for (std::size_t i = 0; i < objects.size(); ++i)
+      if (objects_.at(static_cast<std::size_t>(objects[i])).placed() == placed) order_.push_back(i);
+  for (const std::size_t i : order_) {
     Object& object = objects_.at(static_cast<std::size_t>(objects[i]));
     if (!readable) {
-      results[i] = unread(&object);
+      results_[i] = unread(&object);
       continue;
     }
     const bool color_used = colors_of(frame, object) != nullptr;
-    results[i] = work(i, &object);
-    results[i].color_used = color_used;
-    if (results[i].trust.status == Status::kOk) learn_colors(frame, &object);
+    results_[i] = work(i, &object);
+    results_[i].color_used = color_used;
+    if (results_[i].trust.status == Status::kOk) learn_colors(frame, &object);
   }
-  return results;
+  return results_;
 }
 
 ObjectResult Tracker::unread(Object* object) {
@@ -246,10 +242,11 @@ Rigidd Tracker::expected_pose(const Object& object, double time_s) const {
 }
 
 ObjectResult Tracker::follow(const DepthFrame& frame, Object* object) {
-  const std::optional<Fitted> best = best_fit(frame, *object, expected_pose(*object, frame.time_s));
+  std::optional<Fitted> best = best_fit(frame, *object, expected_pose(*object, frame.time_s));
   object->prior.reset();
   if (!best) return without_pose(*object, "too few depth readings near the last pose", Status::kLost);
-  return judged(*best, judge(*best, options_, object->prior_log_odds), frame.time_s, object);
+  const Trust trust = judge(*best, options_, object->prior_log_odds);
+  return judged(std::move(*best), trust, frame.time_s, object);
 }
 
 ObjectResult Tracker::judged(Fitted fitted, const Trust& trust, double time_s, Object* object) const {

@@ -45,12 +45,13 @@ class Tracker {
   DepthFrame make_frame(const ImageView<float>& depth_m, const unsigned char* mask, double time_s,
                         const ColorImage* color) const;
 
+  // What start, track and recover return is valid until the next of them.
   // Forgets all history and begins at the given places.
-  std::vector<ObjectResult> start(const DepthFrame& frame, const std::vector<Whereabouts>& places);
-  std::vector<ObjectResult> track(const DepthFrame& frame);
+  const std::vector<ObjectResult>& start(const DepthFrame& frame, const std::vector<Whereabouts>& places);
+  const std::vector<ObjectResult>& track(const DepthFrame& frame);
   // Searches for objects[i] at places[i] now; the others are left alone. One result for each.
-  std::vector<ObjectResult> recover(const DepthFrame& frame, const std::vector<int>& objects,
-                                    const std::vector<Whereabouts>& places);
+  const std::vector<ObjectResult>& recover(const DepthFrame& frame, const std::vector<int>& objects,
+                                           const std::vector<Whereabouts>& places);
   // Object k at a pose as it is: nothing is fitted or remembered. None where too few readings are near.
   std::optional<Fitted> look(const DepthFrame& frame, int k, const Rigidd& T_cam_obj);
   // Replaces the last pose; `information` of the increment of T_obj_cam (centred) makes it a prior.
@@ -67,7 +68,8 @@ class Tracker {
   Object new_object(const SdfView& sdf) const;
   std::shared_ptr<const Shape> shape_of(const SdfView& sdf) const;
   template <class Work>
-  std::vector<ObjectResult> each(const DepthFrame& frame, const std::vector<int>& objects, const Work& work);
+  const std::vector<ObjectResult>& each(const DepthFrame& frame, const std::vector<int>& objects,
+                                        const Work& work);
   void follow_plane(const DepthFrame& frame);
   static ObjectResult unread(Object* object);
   const unsigned char* taken_by_others(const DepthFrame& frame, const Object& object);
@@ -101,6 +103,9 @@ class Tracker {
   PoseFitter fitter_;
   ObjectFinder finder_;
   std::vector<unsigned char> taken_;
+  std::vector<int> everyone_;       // 0, 1, ...
+  std::vector<std::size_t> order_;  // in which the objects of a call are served
+  std::vector<ObjectResult> results_;
   ColorReader color_reader_;
   ColorCounts color_counts_;
 };

@@ -28,7 +28,9 @@ class Solid:
         self.reach_m = float(shape.voxel_size * np.linalg.norm(np.abs(corners).max(axis=0)))
 
 
-def overlaps(solids: Sequence[Solid], poses: NDArray[np.float64], of: Sequence[int]) -> Iterator[tuple[int, int]]:
+def overlaps(
+    solids: Sequence[Solid], poses: NDArray[np.float64], of: Sequence[int]
+) -> Iterator[tuple[int, int]]:
     """Pairs (k, j) among `of` where the middle of j lies deep inside k; `poses` are T_cam_obj, (M, 4, 4)."""
     if len(of) < 2:
         return

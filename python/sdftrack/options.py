@@ -144,6 +144,15 @@ class TrackerOptions:
         )
 
     @classmethod
+    def fast(cls, **changes: Any) -> TrackerOptions:
+        """Two thousand readings per object and frame: about half the time, one and a half times the noise.
+
+        The default uses up to 10,000 and stays near the Cramér-Rao bound of all of them (docs/results.md). An object
+        that shows fewer than 2,000 is tracked alike by both.
+        """
+        return cls(**{"max_pixels": 2000, **changes})
+
+    @classmethod
     def from_dict(cls, values: dict[str, Any]) -> TrackerOptions:
         """Make options from ``{name: value}``; TypeError with the nearest name for an unknown one."""
         names = [f.name for f in dataclasses.fields(cls)]

@@ -5,10 +5,10 @@
 #include <numbers>
 #include <random>
 
-#include "tracking/free_space.h"
 #include "energies/reduce_cpu.h"
 #include "energies/sdf_energy.h"
 #include "energies/term.h"
+#include "tracking/free_space.h"
 #include "volume_fixture.h"
 
 namespace sdftrack {

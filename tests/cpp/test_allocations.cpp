@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+// A frame allocates nothing once the tracker is warm.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <random>
+
+#include "tracking/tracker.h"
+#include "volume_fixture.h"
+
+#ifdef __GLIBC__
+extern "C" void* __libc_malloc(std::size_t size);
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+// Counts what the program and its libraries ask for, Eigen's aligned memory too; the C library's own
+// functions behind it are those of every program.
+extern "C" void* malloc(std::size_t size) {
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  return __libc_malloc(size);
+}
+
+namespace sdftrack {
+namespace {
+
+const Volume kBox = make_volume(60, 0.16, [](Vec3d p) { return box_distance(p, {0.05, 0.03, 0.04}); });
+constexpr int kWidth_px = 320, kHeight_px = 240;
+
+// The box at a pose before a wall, with noise; coloured.
+struct Image {
+  std::vector<float> depth_m = std::vector<float>(kWidth_px * kHeight_px, 1.5f);
+  std::vector<unsigned char> rgb = std::vector<unsigned char>(3 * kWidth_px * kHeight_px, 60);
+};
+
+Image image_of(const Camera& camera, const Rigidd& T_cam_obj, unsigned seed) {
+  Image image;
+  std::mt19937 random(seed);
+  std::normal_distribution<float> noise(0, 0.001f);
+  const Rigidf T_obj_cam = inverse(T_cam_obj).cast<float>();
+  for (int v = 0; v < kHeight_px; ++v)
+    for (int u = 0; u < kWidth_px; ++u) {
+      const Vec3f r = ray(camera.K.cast<float>(), static_cast<float>(u), static_cast<float>(v));
+      float z = 0.3f, phi = 1;
+      Vec3f unused;
+      for (int k = 0; k < 60 && z < 1 && std::abs(phi) > 1e-5f; ++k) {
+        sample(kBox.view(), T_obj_cam * (z * r), &phi, &unused);
+        z += 0.9f * phi;
+      }
+      if (std::abs(phi) > 1e-3f) continue;
+      const auto at = static_cast<std::size_t>(v * kWidth_px + u);
+      image.depth_m[at] = z + noise(random);
+      image.rgb[3 * at] = 200;
+    }
+  return image;
+}
+
+class Allocations : public testing::TestWithParam<bool> {};
+
+TEST_P(Allocations, a_warm_tracker_allocates_nothing) {
+  const bool colors = GetParam();
+  const Camera camera{{260, 260, 159.5, 119.5}, kWidth_px, kHeight_px, {}};
+  Rigidd pose{rotation_exp(Vec3d{0.5, -0.6, 0.2}), {0.01, 0, 0.55}};
+  TrackerSettings settings;
+  Tracker tracker({kBox.view(), kBox.view()}, camera, {}, settings);
+  std::vector<Image> images;
+  for (unsigned i = 0; i < 8; ++i) {
+    images.push_back(image_of(camera, pose, i));
+    pose = {rotation_exp(Vec3d{0, 0.01, 0.01}) * pose.R, pose.t + Vec3d{0.001, 0, 0.001}};
+  }
+  Whereabouts place;
+  place.T_cam_obj = Rigidd{rotation_exp(Vec3d{0.5, -0.6, 0.2}), {0.01, 0, 0.55}};
+  long counted = -1;
+  for (int k = 0; k < 40; ++k) {
+    const Image& image = images[static_cast<std::size_t>(k % 14 < 8 ? k % 14 : 14 - k % 14)];
+    const ColorImage color{image.rgb.data(), aligned_map(kWidth_px, kHeight_px)};
+    const DepthFrame frame = tracker.make_frame({image.depth_m.data(), kWidth_px, kHeight_px}, nullptr,
+                                                k / 30.0, colors ? &color : nullptr);
+    const long before = allocations.load();
+    const auto& results = k == 0 ? tracker.start(frame, {place, place}) : tracker.track(frame);
+    counted = allocations.load() - before;
+    ASSERT_EQ(results[0].trust.status, Status::kOk) << results[0].trust.reason << ", frame " << k;
+    ASSERT_EQ(results[0].color_used, colors && k > 0);
+    if (k == 0) EXPECT_GT(counted, 0);  // the counter counts
+    if (k >= 20) EXPECT_EQ(counted, 0) << "frame " << k;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, Allocations, testing::Values(false, true),
+                         [](const auto& info) { return info.param ? "with_colors" : "depth_alone"; });
+
+}  // namespace
+}  // namespace sdftrack
+#endif
