@@ -8,6 +8,7 @@
 #include "appearance.h"
 #include "array.h"
 #include "busy.h"
+#include "energies/cuda_work.h"
 #include "energies/sdf_energy.h"
 #include "optim/lm.h"
 #include "tracking/color_evidence.h"
@@ -26,7 +27,8 @@ class FrameEnergy {
   FrameEnergy(const py::array& values, double voxel_m, const std::array<double, 3>& origin,
               const Camera& camera, const py::array& depth_m, const py::object& mask,
               const py::array& T_cam_obj, const TrackerOptions& options, double scale_m, bool scale,
-              bool intrinsics, int threads, const py::object& color, const py::object& color_map)
+              bool intrinsics, int threads, const py::object& color, const py::object& color_map,
+              bool cuda)
       : values_(values), shape_(make_shape(volume_view(values, voxel_m, origin), 1, 1)), camera_(camera) {
     const Rigidd T = rigid_from(T_cam_obj, "poses");
     start_.T_obj_cam = {inverse(Rigidd{T.R, T * shape_.centre_obj})};
@@ -56,6 +58,7 @@ class FrameEnergy {
     }
     energy_ = std::make_unique<SdfEnergy>(shape_.sdf, &pixels_, energy);
     energy_->classify(start_, 8);
+    if (cuda) device_ = std::make_unique<CudaWork>(), energy_->enter_device(device_.get());
   }
 
   State state(const py::array& T_cam_obj, const std::array<double, 4>& K,
@@ -104,6 +107,7 @@ class FrameEnergy {
   Camera camera_;
   PixelSet pixels_;
   State start_;
+  std::unique_ptr<CudaWork> device_;  // nullptr without
   std::unique_ptr<SdfEnergy> energy_;
   std::atomic<bool> busy_{false};
 };
@@ -190,11 +194,11 @@ void bind_frame_energy(py::module_& m) {
   py::class_<FrameEnergy>(m, "FrameEnergy", "Data energy of one object in one frame; see sdftrack.Energy.")
       .def(py::init<const py::array&, double, const std::array<double, 3>&, const Camera&, const py::array&,
                     const py::object&, const py::array&, const TrackerOptions&, double, bool, bool, int,
-                    const py::object&, const py::object&>(),
+                    const py::object&, const py::object&, bool>(),
            py::arg("values"), py::arg("voxel_size"), py::arg("origin"), py::arg("camera"), py::arg("depth"),
            py::arg("mask"), py::arg("T_cam_obj"), py::arg("options"), py::arg("scale_m"), py::arg("scale"),
            py::arg("intrinsics"), py::arg("threads"), py::arg("color") = py::none(),
-           py::arg("color_map") = py::none())
+           py::arg("color_map") = py::none(), py::arg("cuda") = false)
       .def("state", &FrameEnergy::state, py::arg("T_cam_obj"), py::arg("K"), py::arg("scales"))
       .def("cost",
            [](FrameEnergy& self, const State& x) {

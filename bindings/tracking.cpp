@@ -20,14 +20,14 @@ class PyTracker {
  public:
   PyTracker(const std::vector<std::tuple<py::array, double, std::array<double, 3>>>& shapes,
             const Camera& camera, const TrackerOptions& options, int threads, bool recover,
-            MotionModel motion) {
+            MotionModel motion, bool cuda) {
     std::vector<SdfView> views;
     for (const auto& [values, voxel_m, origin] : shapes) {
       volumes_.push_back(values);
       views.push_back(volume_view(values, voxel_m, origin));
     }
     py::gil_scoped_release release;
-    tracker_ = std::make_unique<Tracker>(views, camera, options, TrackerSettings{threads, recover, motion});
+    tracker_ = std::make_unique<Tracker>(views, camera, options, TrackerSettings{threads, recover, cuda, motion});
   }
 
   py::dict start(const py::array& depth, const py::object& mask, double time_s, const py::list& places,
@@ -286,9 +286,9 @@ void bind_tracking(py::module_& m) {
       .value("constant_velocity", MotionModel::kConstantVelocity);
   py::class_<PyTracker>(m, "Tracker", "Tracks shapes one by one; see sdftrack.Tracker.")
       .def(py::init<const std::vector<std::tuple<py::array, double, std::array<double, 3>>>&, const Camera&,
-                    const TrackerOptions&, int, bool, MotionModel>(),
+                    const TrackerOptions&, int, bool, MotionModel, bool>(),
            py::arg("shapes"), py::arg("camera"), py::arg("options"), py::arg("threads"), py::arg("recover"),
-           py::arg("motion"))
+           py::arg("motion"), py::arg("cuda") = false)
       .def("start", &PyTracker::start, py::arg("depth"), py::arg("mask"), py::arg("time_s"),
            py::arg("places"), py::arg("color") = py::none(), py::arg("color_map") = py::none())
       .def("track", &PyTracker::track, py::arg("depth"), py::arg("mask"), py::arg("time_s"),

@@ -31,6 +31,11 @@ std::string cuda_device_name() {
   return properties.name;
 }
 
+void copy_from_device(const void* device, std::size_t bytes, void* host) {
+  SDFTRACK_CHECK_CUDA(cudaDeviceSynchronize());  // whoever writes there may still be at it, on any stream
+  SDFTRACK_CHECK_CUDA(cudaMemcpy(host, device, bytes, cudaMemcpyDeviceToHost));
+}
+
 std::vector<float> scale_and_add_cuda(float a, const std::vector<float>& x, const std::vector<float>& y) {
   if (x.size() != y.size())
     throw std::invalid_argument("scale_and_add: expected x and y of one length, got " +

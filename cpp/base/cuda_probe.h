@@ -4,6 +4,7 @@
 // formula, one loop for the CPU, one kernel for the GPU.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,9 @@ bool cuda_built();
 bool cuda_available();
 // Name of the current device; empty without one.
 std::string cuda_device_name();
+
+// Waits for the device, then copies what lies at an address of it. Without CUDA in the build: std::runtime_error.
+void copy_from_device(const void* device, std::size_t bytes, void* host);
 
 // a x + y, element by element. x and y must have the same length.
 std::vector<float> scale_and_add_cpu(float a, const std::vector<float>& x, const std::vector<float>& y);

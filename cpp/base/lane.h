@@ -4,8 +4,8 @@
 // : b`. Every operation gives the same bits in a pack as in a float.
 #pragma once
 
-#include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "base/hd.h"
 
@@ -44,13 +44,17 @@ template <class T>
 HD T real(int i) requires(kWidth<T> == 1) {
   return static_cast<T>(i);
 }
-#ifndef __CUDA_ARCH__
-HD int bits_of(float x) { return std::bit_cast<int>(x); }
+HD int bits_of(float x) {
+  int bits;
+  memcpy(&bits, &x, sizeof bits);
+  return bits;
+}
 template <class T>
 HD float from_bits(int bits) requires(kWidth<T> == 1) {
-  return std::bit_cast<float>(bits);
+  float x;
+  memcpy(&x, &bits, sizeof x);
+  return x;
 }
-#endif
 
 // The first n numbers from p on, of which there are at least that many; n <= kWidth<T>, the rest is 0.
 template <class T>

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "energies/add_sums.h"
+#include "energies/cuda_work.h"
 #include "energies/reduce_cpu.h"
 #include "energies/term_ops.h"
 
@@ -88,17 +89,26 @@ void start_hits(PixelSet* pixels) {
 
 }  // namespace
 
+template <class Loop>
+struct CudaOpsOfTerm;
+template <class Field, class Penalty>
+struct CudaOpsOfTerm<Term<Field, Penalty>> {
+  using type = CudaOps<Field, Penalty>;
+};
+template <class Loop>
+using CudaOpsOf = typename CudaOpsOfTerm<std::decay_t<Loop>>::type;
+
 template <class Visit>
 void SdfEnergy::with_term(const State& x, bool reclassify, const Visit& visit) {
   const auto run = [&]<class Field, class Penalty>(std::type_identity<std::pair<Field, Penalty>>) {
     Term<Field, Penalty> term{{},
                               {},
                               x.K.cast<float>(),
-                              pixels_->view(),
+                              device_ ? device_pixels_ : pixels_->view(),
                               options_.residual,
                               reclassify,
                               options_.warm_hits ? 1 : 8};
-    make(sdf_, x, &term.field);
+    make(device_ ? device_sdf_ : sdf_, x, &term.field);
     make(options_, &term.penalty);
     visit(term, ops_for<Field, Penalty>(used_isa()));
   };
@@ -116,6 +126,7 @@ void SdfEnergy::linearize(const State& x, NormalEquations* out) {
   with_term(x, options_.warm_hits && std::exchange(undecided_, false),
             [&](const auto& term, const auto& ops) {
               using Sum = Sums<double, std::decay_t<decltype(term)>::P>;
+              if (device_) return add_to(CudaOpsOf<decltype(term)>::linearize(device_, term), out);
               add_to(reduce_cpu<Sum>(term.pixels.count, options_.threads,
                                      [&](int begin, int end) { return ops.linearize(term, begin, end); }),
                      out);
@@ -125,7 +136,7 @@ void SdfEnergy::linearize(const State& x, NormalEquations* out) {
 double SdfEnergy::cost(const State& x) {
   double cost = 0;
   with_term(x, false, [&](const auto& term, const auto& ops) {
-    cost = reduce_cpu<double>(term.pixels.count, options_.threads,
+    cost = device_ ? CudaOpsOf<decltype(term)>::cost(device_, term) : reduce_cpu<double>(term.pixels.count, options_.threads,
                               [&](int begin, int end) { return ops.cost(term, begin, end); });
   });
   return cost;
@@ -145,6 +156,17 @@ int SdfEnergy::count_near(const State& x, double reach_m) {
       std::count_if(phi, phi + pixels_->count(), [&](float d) { return std::abs(d) < reach; }));
 }
 
+void SdfEnergy::enter_device(CudaWork* device) {
+  leave_device();
+  device_pixels_ = device->upload(*pixels_);
+  device_sdf_ = device->volume(sdf_);
+  device_ = device;
+}
+
+void SdfEnergy::leave_device() {
+  if (CudaWork* const device = std::exchange(device_, nullptr)) device->download(pixels_);
+}
+
 void SdfEnergy::keep_near(const State& x, double reach_m) {
   const auto reach = static_cast<float>(reach_m);
   const float* const phi = distances(x);
@@ -155,14 +177,16 @@ void SdfEnergy::keep_near(const State& x, double reach_m) {
   pixels_->hits_begun = true;
 }
 
-void SdfEnergy::settle(const State& x, int steps) {
+void SdfEnergy::settle(const State& x, int steps, CudaWork* device) {
   if (pixels_->hits_begun)
     --steps;
   else
     start_hits(pixels_);
   undecided_ = true;
+  if (device) enter_device(device);
   with_term(x, false, [&](auto& term, const auto& ops) {
     term.newton_steps = 1;
+    if (device_) return CudaOpsOf<decltype(term)>::settle(device_, term, steps);
     for (int step = 0; step < steps; ++step) ops.settle(term, 0, term.pixels.count);
   });
 }
@@ -204,6 +228,7 @@ EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget, SummaryScra
 void SdfEnergy::read(const State& x, PixelReadings* out) {
   const auto n = static_cast<std::size_t>(pixels_->count());
   out->residual_m.resize(n), out->weight.resize(n), out->hit.resize(n);
+  CudaWork* const device = std::exchange(device_, nullptr);  // the host's copy is looked at
   with_term(x, false, [&](const auto& term, const auto&) {
     for (int i = 0; i < term.pixels.count; ++i) {
       FieldRow<float, std::decay_t<decltype(term)>::P> row;
@@ -214,6 +239,7 @@ void SdfEnergy::read(const State& x, PixelReadings* out) {
       out->hit[j] = term.pixels.gain[i] == 0.0f;
     }
   });
+  device_ = device;
 }
 
 }  // namespace sdftrack

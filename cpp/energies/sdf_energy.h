@@ -32,6 +32,8 @@ struct PixelReadings {
   std::vector<unsigned char> hit;  // 1: the ray meets the model
 };
 
+class CudaWork;
+
 // Working memory of a summary, for whoever makes one in every frame.
 struct SummaryScratch {
   std::vector<float> residuals, noises;
@@ -48,13 +50,18 @@ class SdfEnergy final : public Energy {
   void linearize(const State& x, NormalEquations* out) override;
   double cost(const State& x) override;
 
+  // From now on the sums run on the GPU, until leave_device() brings the hits and classes back. The pixels must
+  // stay as they are. CudaError in a build without CUDA.
+  void enter_device(CudaWork* device);
+  void leave_device();
+
   // How many pixels' points lie within reach_m of the surface at x; and leaves out the others.
   int count_near(const State& x, double reach_m);
   void keep_near(const State& x, double reach_m);
   // `steps` Newton steps of every ray from the measured depths, one less where keep_near() has begun. The
   // next linearisation decides which rays meet the model; it stays so from then on, so that costs may be
   // compared.
-  void settle(const State& x, int steps);
+  void settle(const State& x, int steps, CudaWork* device = nullptr);
   // Decide which rays meet the model, at x, after `steps` steps.
   void classify(const State& x, int steps);
   EnergySummary summarize(const State& x, int pixel_budget, SummaryScratch* scratch);
@@ -69,6 +76,9 @@ class SdfEnergy final : public Energy {
   PixelSet* pixels_;
   SdfEnergyOptions options_;
   bool undecided_ = true;  // which rays meet the model
+  CudaWork* device_ = nullptr;
+  PixelsView<float> device_pixels_{};
+  SdfView device_sdf_{};
 };
 
 }  // namespace sdftrack

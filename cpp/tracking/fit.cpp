@@ -27,6 +27,7 @@ constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot 
 constexpr int kSummaryPixels = 1000;
 constexpr double kAreaFollows = 0.4;
 constexpr int kAreaEvery = 4;  // frames from one measurement to the next
+constexpr int kLeastOnDevice = 1500;  // pixels; fewer are summed here before a kernel would have started
 constexpr int kClassifySteps = 4;
 constexpr double kSharedPerLocal = 2;  // a sensor's whole noise is at most this much of that among neighbours
 constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
@@ -265,7 +266,11 @@ void PoseFitter::run_stage(PixelSet* pixels, const SdfEnergyOptions& energy_opti
                            Fitted* fitted) {
   const Shape& shape = target_->shape;
   SdfEnergy data(shape.sdf, pixels, energy_options);
-  if (energy_options.residual == Residual::kRayHit) data.settle(*x, kSettleSteps);
+  CudaWork* const device = pixels->count() >= kLeastOnDevice ? device_ : nullptr;
+  if (energy_options.residual == Residual::kRayHit)
+    data.settle(*x, kSettleSteps, device);
+  else if (device)
+    data.enter_device(device);
   sum_.clear();
   sum_.add(&data);
 
@@ -290,6 +295,7 @@ void PoseFitter::run_stage(PixelSet* pixels, const SdfEnergyOptions& energy_opti
   LmResult& found = lm_result_;
   found.x = *x;
   minimize(sum_, lm, &lm_work_, &found);
+  data.leave_device();
   for (const LmStep& step : found.steps)
     fitted->steps.push_back({step, energy_options.scale_m, pixels->count()});
   *x = found.x;

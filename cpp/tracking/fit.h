@@ -98,7 +98,9 @@ inline Trust judge(const Fitted& f, const TrackerOptions& options, double prior_
 
 class PoseFitter {
  public:
-  PoseFitter(const TrackerOptions& options, int threads) : options_(options), threads_(threads) {}
+  // device: where large sums run; nullptr: here. It outlives the fitter.
+  PoseFitter(const TrackerOptions& options, int threads, CudaWork* device = nullptr)
+      : options_(options), threads_(threads), device_(device) {}
 
   // None where too few readings lie near the expected pose.
   std::optional<Fitted> fit(const DepthFrame& frame, const Camera& camera, const FitTarget& target,
@@ -128,6 +130,7 @@ class PoseFitter {
 
   TrackerOptions options_;
   int threads_;
+  CudaWork* device_;
 
   // Of the fit in hand.
   const Camera* camera_ = nullptr;

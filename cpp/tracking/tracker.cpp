@@ -44,7 +44,8 @@ Tracker::Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const
                  const TrackerSettings& settings)
     : options_(options),
       settings_(settings),
-      fitter_(options, settings.threads),
+      device_(settings.cuda ? std::make_unique<CudaWork>() : nullptr),
+      fitter_(options, settings.threads, device_.get()),
       finder_(options, settings.threads) {
   for (const SdfView& sdf : shapes) {
     objects_.push_back(new_object(sdf));

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "energies/cuda_work.h"
 #include "tracking/finder.h"
 #include "tracking/plane.h"
 #include "tracking/tracked_object.h"
@@ -27,6 +28,7 @@ struct ObjectResult {
 struct TrackerSettings {
   int threads = 1;
   bool recover = true;  // search for lost objects in every frame
+  bool cuda = false;    // large sums on the GPU
   MotionModel motion = MotionModel::kStatic;
 };
 
@@ -100,6 +102,7 @@ class Tracker {
   TrackerSettings settings_;
   std::vector<float> rays_;  // empty without distortion
   PlaneFollower plane_;
+  std::unique_ptr<CudaWork> device_;  // nullptr without
   PoseFitter fitter_;
   ObjectFinder finder_;
   std::vector<unsigned char> taken_;

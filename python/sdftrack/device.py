@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from sdftrack import _core
 
-__all__ = ["cuda_available", "resolve_device"]
+__all__ = ["cuda_available", "host_array", "resolve_device"]
 
 _DEVICES = ("cpu", "cuda", "auto")
 
@@ -59,3 +62,36 @@ def resolve_device(device: str) -> Literal["cpu", "cuda"]:
             'use device="cpu"'
         )
     return "cuda"
+
+
+def host_array(value: Any, name: str) -> NDArray[Any]:
+    """Anything array-like as a numpy array; one on a GPU (``__cuda_array_interface__``) is copied to the host.
+
+    Parameters
+    ----------
+    value : array_like, or an array of CuPy, PyTorch, Numba, JAX on a CUDA device
+    name : str
+        For messages.
+
+    Raises
+    ------
+    RuntimeError
+        An array on a GPU and a build without CUDA.
+    ValueError
+        One that is not C-contiguous there.
+    """
+    interface = getattr(value, "__cuda_array_interface__", None)
+    if interface is None:
+        return np.asarray(value)
+    if not _core.cuda_build:
+        raise RuntimeError(
+            f"{name}: this array lies on a GPU, and this build of sdftrack has no CUDA path; copy it to the host "
+            "first (CuPy: .get(), PyTorch: .cpu().numpy())"
+        )
+    out = np.empty(interface["shape"], np.dtype(interface["typestr"]))
+    strides = interface.get("strides")
+    if strides is not None and tuple(strides) != out.strides:
+        raise ValueError(f"{name}: expected a C-contiguous array on the GPU, got strides {tuple(strides)}")
+    if out.size:
+        _core.copy_from_cuda(interface["data"][0], out)
+    return out

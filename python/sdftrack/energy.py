@@ -14,6 +14,7 @@ from sdftrack import _core
 from sdftrack.appearance import color_map
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.checks import number, numbers, of_kind
+from sdftrack.device import resolve_device
 from sdftrack.frame import Frame
 from sdftrack.options import TrackerOptions
 from sdftrack.results import Step
@@ -149,6 +150,7 @@ class Energy:
         unknowns: tuple[str, ...] = ("pose",),
         scale_m: float = 0.002,
         threads: int = 1,
+        device: str = "cpu",
         **options: Any,
     ) -> None:
         many: list[Any] = list(shapes) if isinstance(shapes, (list, tuple)) else [shapes]
@@ -183,7 +185,7 @@ class Energy:
             self.shape.values, self.shape.voxel_size, self.shape.origin.tolist(), self.camera._core,
             frame.depth, mask, T, self.options._to_core(), float(scale_m),
             "scale" in unknowns, "intrinsics" in unknowns, threads,
-            color, None if color is None else color_map(camera, color),
+            color, None if color is None else color_map(camera, color), resolve_device(device) == "cuda",
         )  # fmt: skip
         self.start = State(
             T[None],

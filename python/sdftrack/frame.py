@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.checks import number
+from sdftrack.device import host_array
 
 __all__ = ["Frame"]
 
@@ -24,6 +25,7 @@ class Frame:
     Parameters
     ----------
     depth : (H, W) array or None
+        On the host; with a CUDA build also on a GPU (``__cuda_array_interface__``), from where it is copied.
         float32 metres (used without a copy when C-contiguous and valid), float64 metres (copied), or uint16
         with `depth_scale`. 0, NaN, infinite and negative pixels mean "no measurement". None: colour only.
     color : (h, w, 3) uint8, optional
@@ -89,8 +91,8 @@ class Frame:
             depth_camera(camera)
         if timestamp is not None and not math.isfinite(number(timestamp, "timestamp")):
             raise ValueError(f"timestamp: expected seconds or None, got {timestamp}")
-        self.depth = None if depth is None else _depth_m(np.asarray(depth), depth_scale, check_units)
-        self.color = None if color is None else _rgb(np.asarray(color), color_order)
+        self.depth = None if depth is None else _depth_m(host_array(depth, "depth"), depth_scale, check_units)
+        self.color = None if color is None else _rgb(host_array(color, "color"), color_order)
         self.timestamp = None if timestamp is None else float(timestamp)
         self.camera = camera
         self.index = None if index is None else int(index)
@@ -100,7 +102,7 @@ class Frame:
                 f"depth: expected the camera's (height, width) = {depth_camera(camera).shape}, "
                 f"got {self.depth.shape}"
             )
-        self.mask = None if mask is None else _mask(np.asarray(mask), self.shape)
+        self.mask = None if mask is None else _mask(host_array(mask, "mask"), self.shape)
 
     @classmethod
     def unreadable(cls, error: str, timestamp: float | None = None, index: int | None = None) -> Frame:

@@ -48,7 +48,8 @@ class Tracker:
         ``"rgbd"`` asks for it in every frame and always uses it; ``"depth"`` never. The first frame shows the
         colours and is fitted by depth alone. ``mode_used`` says what the last frame was tracked by.
     device : {"auto", "cpu", "cuda"}
-        Where the work runs; the tracker itself runs on the CPU in this version.
+        Where the sums over many pixels run; with ``"cuda"`` those of 1,500 and more run on the GPU, all else on the
+        CPU. ``"auto"`` is the CPU: only frames with far more readings than usual gain by a GPU.
     threads : int
         0: all cores. The result has the same bits for any number.
     recover : bool
@@ -120,12 +121,14 @@ class Tracker:
             raise ValueError("membership: expected False; soft memberships are not part of this version")
         if isinstance(threads, bool) or not isinstance(threads, int) or threads < 0:
             raise ValueError(f"threads: expected 0 (all cores) or a number of threads, got {threads!r}")
-        resolve_device(device)
+        # A frame of some thousand readings is done here before a GPU has been told of it.
+        cuda = device != "auto" and resolve_device(device) == "cuda"
         self.mode = mode
         self.mode_used = ["depth"] * len(self.shapes)
         self._color_map: tuple[Any, Any] = (None, None)  # of what camera and size, and the map
         always = {"color_max_overlap": 2.0} if mode == "rgbd" else {}  # an overlap is at most 1
         self.threads = threads
+        self.device = "cuda" if cuda else "cpu"
         self.recover_lost = bool(recover)
         self.motion = motion
         self._core = _core.Tracker(
@@ -135,6 +138,7 @@ class Tracker:
             threads,
             self.recover_lost,
             _core.MotionModel.__members__[motion],
+            cuda,
         )
         self._index = -1
         self._last: TrackResult | None = None
@@ -386,6 +390,7 @@ class Tracker:
             "names": self.names,
             "options": self.options,
             "threads": self.threads,
+            "device": self.device,
             "recover": self.recover_lost,
             "motion": self.motion,
         }
@@ -606,8 +611,7 @@ def _twists(
     timestamp: float | None,
 ) -> NDArray[np.float64]:
     """(v, w) from the last poses, `before`, to these, camera axes about the object's origin."""
-    known = last is not None and last.timestamp is not None and timestamp is not None
-    if not known or not timestamp > last.timestamp:
+    if last is None or last.timestamp is None or timestamp is None or not timestamp > last.timestamp:
         return np.full((len(poses), 6), np.nan)
     twists: NDArray[np.float64] = _core.twists(before, poses, timestamp - last.timestamp)
     for k, s in enumerate(status):

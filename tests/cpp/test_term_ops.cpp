@@ -3,49 +3,20 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <random>
 #include <utility>
 
-#include "energies/pixel_set.h"
 #include "energies/term_ops.h"
-#include "volume_fixture.h"
+#include "term_fixture.h"
 
 namespace sdftrack {
 namespace {
-
-const Volume kBox = make_volume(40, 0.1, [](Vec3d p) { return box_distance(p, {0.05, 0.03, 0.04}); });
-const Rigidf kPose =
-    inverse(Rigidd{rotation_exp(Vec3d{0.5, -0.4, 0.3}), {0.01, -0.02, 0.5}}).cast<float>();  // T_obj_cam
-const Intrinsics<float> kCamera{525, 520, 160, 120};
-
-// Readings on the body, beside it and far outside the volume.
-PixelSet some_pixels(int count) {
-  std::mt19937 random(7);
-  std::uniform_real_distribution<float> u(90, 230), v(60, 180), z(0.42f, 0.58f), noise(0.5f, 2), share(0, 1);
-  PixelSet pixels;
-  for (int i = 0; i < count; ++i)
-    pixels.push(u(random), v(random), i % 37 == 0 ? 2.0f : z(random), noise(random), i, share(random));
-  return pixels;
-}
-
-SingleObject<float> field_of(SingleObject<float>*) { return {kBox.view(), kPose}; }
-ScaledObject<float> field_of(ScaledObject<float>*) { return {kBox.view(), kPose, 1.1f}; }
-WithIntrinsics<SingleObject<float>> field_of(WithIntrinsics<SingleObject<float>>*) {
-  return {{kBox.view(), kPose}, kCamera};
-}
-DepthLogistic<float> penalty_of(DepthLogistic<float>*) { return {0.003f, 0.1f, Curvature::kIrls, 0.02f}; }
-ColorOdds<float> penalty_of(ColorOdds<float>*) { return {0.003f, 0.1f, 0.7f}; }
-ColorPrinted<float> penalty_of(ColorPrinted<float>*) { return {0.003f}; }
 
 // All that the loops write or return, as bytes.
 template <class Field, class Penalty>
 std::vector<unsigned char> bytes_of(const TermOps<Field, Penalty>& ops, int count, Residual residual,
                                     int newton_steps) {
   PixelSet pixels = some_pixels(count);
-  Field* const field = nullptr;
-  Penalty* const penalty = nullptr;
-  Term<Field, Penalty> term{field_of(field), penalty_of(penalty), kCamera, pixels.view(), residual, true,
-                            newton_steps};
+  auto term = term_on<Field, Penalty>(pixels.view(), residual, true, newton_steps);
   std::vector<float> distances(static_cast<std::size_t>(count));
   ops.distances(term, 0, count, distances.data());
   ops.settle(term, 0, count);

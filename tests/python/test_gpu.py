@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack import _core
+from sdftrack import _core, metrics
+from tracking_scene import CAMERA, POSE, box_mesh, depth_of, frame_of
 
 REASON = "no CUDA device" if _core.cuda_build else "a build without CUDA (-C cmake.define.SDFTRACK_CUDA=ON)"
 needs_gpu = pytest.mark.skipif(not st.cuda_available(), reason=REASON)
@@ -50,6 +51,64 @@ def test_lengths_that_differ_are_refused(vectors):
     x, y = vectors
     with pytest.raises(ValueError, match="expected x and y of one length, got 1000 and 999"):
         _core.scale_and_add(1.5, x, y[:-1])
+
+
+class OnGpu:
+    """What CuPy and PyTorch hand out: an address, a shape and a type."""
+
+    def __init__(self, address=16, shape=(4, 6), typestr="<f4", strides=None):
+        self.__cuda_array_interface__ = {
+            "data": (address, False), "shape": shape, "typestr": typestr, "strides": strides, "version": 3,
+        }  # fmt: skip
+
+
+@pytest.mark.skipif(_core.cuda_build, reason="a build with CUDA")
+def test_an_array_on_a_gpu_is_refused_by_a_cpu_build_with_a_way_out():
+    with pytest.raises(RuntimeError, match=r"depth: this array lies on a GPU.*no CUDA path.*\.cpu\(\)"):
+        st.Frame(OnGpu())
+
+
+@pytest.mark.skipif(not _core.cuda_build, reason=REASON)
+def test_strides_on_a_gpu_are_refused():
+    with pytest.raises(ValueError, match="depth: expected a C-contiguous array on the GPU"):
+        st.Frame(OnGpu(strides=(4, 16)))
+
+
+ENERGY_RTOL = 1e-4  # sums of floats in another order, and a x + y in one rounding
+POSE_ATOL_M, POSE_ATOL_RAD = 1e-5, 1e-5
+
+
+@pytest.mark.gpu
+@needs_gpu
+@pytest.mark.parametrize("unknowns", [("pose",), ("pose", "scale"), ("pose", "intrinsics")])
+def test_the_energy_on_the_gpu_is_that_of_the_cpu(unknowns):
+    box = st.SDF.from_mesh(box_mesh(), voxels=100)
+    cpu, gpu = (
+        st.Energy(box, CAMERA, frame_of(), POSE, unknowns=unknowns, device=device) for device in ("cpu", "cuda")
+    )
+    a, b = cpu.linearize(cpu.start), gpu.linearize(gpu.start)
+    assert gpu.cost(gpu.start) == pytest.approx(cpu.cost(cpu.start), rel=ENERGY_RTOL)
+    assert b.cost == pytest.approx(a.cost, rel=ENERGY_RTOL)
+    size = np.sqrt(np.outer(np.diag(a.hessian), np.diag(a.hessian)))
+    assert np.abs((b.hessian - a.hessian) / size).max() < ENERGY_RTOL
+
+
+@pytest.mark.gpu
+@needs_gpu
+@pytest.mark.parametrize("mode", ["depth", "rgbd"])
+def test_a_frame_on_the_gpu_gives_the_pose_of_the_cpu(mode):
+    box = st.SDF.from_mesh(box_mesh(), voxels=100)
+    depth = depth_of()
+    color = np.where((depth < 1)[..., None], np.uint8([200, 60, 40]), np.uint8([90, 100, 110]))
+    frame = st.Frame(depth, color)
+    poses = []
+    for device in ("cpu", "cuda"):
+        tracker = st.Tracker(box, CAMERA, mode=mode, device=device, threads=1)
+        tracker.start(frame, poses=[POSE])
+        poses.append(tracker.track(frame).pose)
+    metres, radians = metrics.pose_error(*poses)
+    assert metres < POSE_ATOL_M
+    assert radians < POSE_ATOL_RAD
 
 
 @pytest.mark.skipif(_core.cuda_build, reason="a build with CUDA")

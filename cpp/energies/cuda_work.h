@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// A frame's pixels on the GPU: one stream, its buffers, and the volumes that were sent there. No CUDA header is
+// needed to include this; only builds with SDFTRACK_CUDA define it.
+#pragma once
+
+#include <memory>
+
+#include "energies/pixel_set.h"
+
+namespace sdftrack {
+
+class CudaWork {
+ public:
+  CudaWork();  // CudaError where no device answers
+  ~CudaWork();
+  CudaWork(const CudaWork&) = delete;
+  CudaWork& operator=(const CudaWork&) = delete;
+
+  // Copies the pixels there; the view is valid until the next upload.
+  PixelsView<float> upload(const PixelSet& pixels);
+  // Brings the hits and classes of the uploaded pixels back.
+  void download(PixelSet* pixels);
+  // The volume with its values on the device; sent once, known by its address.
+  SdfView volume(const SdfView& sdf);
+  void forget_volume(const SdfView& sdf);
+
+  struct Impl;
+  Impl& impl() { return *impl_; }
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+// The loops of term_ops.h for pixels and volumes that lie on the device, for each pair of compiled.inc.
+template <class Field, class Penalty>
+struct CudaOps {
+  using Loop = Term<Field, Penalty>;
+  static Sums<double, Field::P> linearize(CudaWork* work, const Loop& term);
+  static double cost(CudaWork* work, const Loop& term);
+  static void settle(CudaWork* work, const Loop& term, int steps);
+};
+
+}  // namespace sdftrack

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+// A term of every compiled pair with readings on, beside and far from a box.
+#pragma once
+
+#include <random>
+
+#include "energies/pixel_set.h"
+#include "volume_fixture.h"
+
+namespace sdftrack {
+namespace {
+
+const Volume kBox = make_volume(40, 0.1, [](Vec3d p) { return box_distance(p, {0.05, 0.03, 0.04}); });
+const Rigidf kPose =
+    inverse(Rigidd{rotation_exp(Vec3d{0.5, -0.4, 0.3}), {0.01, -0.02, 0.5}}).cast<float>();  // T_obj_cam
+const Intrinsics<float> kCamera{525, 520, 160, 120};
+
+// Readings on the body, beside it and far outside the volume.
+PixelSet some_pixels(int count) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> u(90, 230), v(60, 180), z(0.42f, 0.58f), noise(0.5f, 2), share(0, 1);
+  PixelSet pixels;
+  for (int i = 0; i < count; ++i)
+    pixels.push(u(random), v(random), i % 37 == 0 ? 2.0f : z(random), noise(random), i, share(random));
+  return pixels;
+}
+
+SingleObject<float> field_of(SingleObject<float>*) { return {kBox.view(), kPose}; }
+ScaledObject<float> field_of(ScaledObject<float>*) { return {kBox.view(), kPose, 1.1f}; }
+WithIntrinsics<SingleObject<float>> field_of(WithIntrinsics<SingleObject<float>>*) {
+  return {{kBox.view(), kPose}, kCamera};
+}
+DepthLogistic<float> penalty_of(DepthLogistic<float>*) { return {0.003f, 0.1f, Curvature::kIrls, 0.02f}; }
+ColorOdds<float> penalty_of(ColorOdds<float>*) { return {0.003f, 0.1f, 0.7f}; }
+ColorPrinted<float> penalty_of(ColorPrinted<float>*) { return {0.003f}; }
+
+// The same box with its values on a device (CudaWork).
+template <class Device>
+void on_device(Device* device, SingleObject<float>* field) {
+  field->sdf = device->volume(field->sdf);
+}
+template <class Device>
+void on_device(Device* device, ScaledObject<float>* field) {
+  field->sdf = device->volume(field->sdf);
+}
+template <class Device>
+void on_device(Device* device, WithIntrinsics<SingleObject<float>>* field) {
+  on_device(device, &field->field);
+}
+
+template <class Field, class Penalty>
+Term<Field, Penalty> term_on(PixelsView<float> pixels, Residual residual, bool reclassify, int newton_steps) {
+  Field* const field = nullptr;
+  Penalty* const penalty = nullptr;
+  return {field_of(field), penalty_of(penalty), kCamera, pixels, residual, reclassify, newton_steps};
+}
+
+}  // namespace
+}  // namespace sdftrack
