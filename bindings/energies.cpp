@@ -27,8 +27,7 @@ class FrameEnergy {
   FrameEnergy(const py::array& values, double voxel_m, const std::array<double, 3>& origin,
               const Camera& camera, const py::array& depth_m, const py::object& mask,
               const py::array& T_cam_obj, const TrackerOptions& options, double scale_m, bool scale,
-              bool intrinsics, int threads, const py::object& color, const py::object& color_map,
-              bool cuda)
+              bool intrinsics, int threads, const py::object& color, const py::object& color_map, bool cuda)
       : values_(values), shape_(make_shape(volume_view(values, voxel_m, origin), 1, 1)), camera_(camera) {
     const Rigidd T = rigid_from(T_cam_obj, "poses");
     start_.T_obj_cam = {inverse(Rigidd{T.R, T * shape_.centre_obj})};

@@ -27,7 +27,8 @@ class PyTracker {
       views.push_back(volume_view(values, voxel_m, origin));
     }
     py::gil_scoped_release release;
-    tracker_ = std::make_unique<Tracker>(views, camera, options, TrackerSettings{threads, recover, cuda, motion});
+    tracker_ =
+        std::make_unique<Tracker>(views, camera, options, TrackerSettings{threads, recover, cuda, motion});
   }
 
   py::dict start(const py::array& depth, const py::object& mask, double time_s, const py::list& places,

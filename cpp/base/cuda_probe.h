@@ -21,7 +21,8 @@ bool cuda_available();
 // Name of the current device; empty without one.
 std::string cuda_device_name();
 
-// Waits for the device, then copies what lies at an address of it. Without CUDA in the build: std::runtime_error.
+// Waits for the device, then copies what lies at an address of it. Without CUDA in the build:
+// std::runtime_error.
 void copy_from_device(const void* device, std::size_t bytes, void* host);
 
 // a x + y, element by element. x and y must have the same length.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A CUDA stream, and host memory that it can copy while the host goes on. Only builds with SDFTRACK_CUDA include
-// this file.
+// A CUDA stream, and host memory that it can copy while the host goes on. Only builds with SDFTRACK_CUDA
+// include this file.
 #pragma once
 
 #include "base/device_buffer.h"

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "energies/cuda_work.h"
-
 #include <algorithm>
 #include <map>
 #include <stdexcept>
 
 #include "base/device_buffer.h"
 #include "base/device_stream.h"
+#include "energies/cuda_work.h"
 #include "energies/reduce_cuda.cuh"
 
 namespace sdftrack {
@@ -55,12 +54,11 @@ PixelsView<float> CudaWork::upload(const PixelSet& set) {
   w.make_room(set.count());
   w.count = set.count();
   const auto n = static_cast<std::size_t>(w.count);
-  const std::vector<float>* const columns[kColumns] = {&set.u_px,       &set.v_px,  &set.depth_m, &set.per_noise,
-                                                       &set.foreground, &set.hit_m, &set.gain};
+  const std::vector<float>* const columns[kColumns] = {
+      &set.u_px, &set.v_px, &set.depth_m, &set.per_noise, &set.foreground, &set.hit_m, &set.gain};
   for (std::size_t k = 0; k < kColumns; ++k) std::copy_n(columns[k]->data(), n, w.staging.data() + k * n);
   w.stream.upload(w.staging.data(), n * kColumns, w.pixels.data());
-  return {w.count,     w.column(0), w.column(1), w.column(2), w.column(3),
-          w.column(5), w.column(6), w.column(4)};
+  return {w.count, w.column(0), w.column(1), w.column(2), w.column(3), w.column(5), w.column(6), w.column(4)};
 }
 
 void CudaWork::download(PixelSet* set) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A frame's pixels on the GPU: one stream, its buffers, and the volumes that were sent there. No CUDA header is
-// needed to include this; only builds with SDFTRACK_CUDA define it.
+// A frame's pixels on the GPU: one stream, its buffers, and the volumes that were sent there. No CUDA header
+// is needed to include this; only builds with SDFTRACK_CUDA define it.
 #pragma once
 
 #include <memory>

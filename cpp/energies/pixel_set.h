@@ -16,7 +16,6 @@ struct PixelSet {
   std::vector<float> foreground;   // P_f of the pixel's colour; see PixelsView
   std::vector<float> hit_m, gain;  // see PixelsView
   std::vector<int> at;             // index in the depth image
-  bool hits_begun = false;         // hit_m holds more than the measured depth
 
   int count() const { return static_cast<int>(depth_m.size()); }
 
@@ -39,18 +38,18 @@ struct PixelSet {
     for (std::vector<float>* v : floats()) v->resize(static_cast<std::size_t>(n));
     at.resize(static_cast<std::size_t>(n));
   }
-  // Pixel `to` becomes pixel `from` of the other (or this) set.
+  // Pixel `to` becomes pixel `from` of the other (or this) set, from its measured depth.
   void copy(const PixelSet& other, int from, int to) {
     const auto i = static_cast<std::size_t>(from), j = static_cast<std::size_t>(to);
     u_px[j] = other.u_px[i], v_px[j] = other.v_px[i], depth_m[j] = other.depth_m[i];
     per_noise[j] = other.per_noise[i], foreground[j] = other.foreground[i], at[j] = other.at[i];
-    hit_m[j] = other.hit_m[i], gain[j] = 1.0f;
+    hit_m[j] = depth_m[j], gain[j] = 1.0f;
   }
-  // `wanted` pixels of `other` (all, where it has fewer), evenly spread over its order.
+  // `wanted` pixels of `other` (all, where it has fewer), evenly spread over its order, from their
+  // measured depths.
   void assign_subset(const PixelSet& other, int wanted) {
     const int n = other.count(), m = std::clamp(wanted, 0, n);
     resize(m);
-    hits_begun = other.hits_begun;
     const double stride = m > 0 ? static_cast<double>(n) / m : 1;
     for (int k = 0; k < m; ++k) copy(other, static_cast<int>(k * stride), k);
   }

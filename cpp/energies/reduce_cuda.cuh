@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Sums over pixels on the GPU. Every pixel's work is that of term.h; the order of the additions is fixed by the
-// number of pixels alone, so a sum has the same bits on every run.
+// Sums over pixels on the GPU. Every pixel's work is that of term.h; the order of the additions is fixed by
+// the number of pixels alone, so a sum has the same bits on every run.
 #pragma once
 
 #include "energies/term.h"
@@ -17,7 +17,9 @@ inline int blocks_for(int count) {
 
 // The numbers that a linearisation sums: cost, gradient, lower triangle of the Hessian.
 template <int P>
-constexpr int kSummed = 1 + P + P * (P + 1) / 2;
+constexpr int kSummed = 1 + P + P*(P + 1) / 2;
+
+namespace {  // the tests compile the same source for the CPU
 
 template <int N>
 __device__ void add_over_block(const float (&value)[N], double* partial) {
@@ -42,7 +44,8 @@ template <class Loop>
 __global__ void __launch_bounds__(kBlockThreads) linearize_kernel(Loop term, double* partial) {
   constexpr int P = Loop::P;
   float sums[kSummed<P>] = {};
-  for (int i = blockIdx.x * kBlockThreads + threadIdx.x; i < term.pixels.count; i += gridDim.x * kBlockThreads) {
+  for (int i = blockIdx.x * kBlockThreads + threadIdx.x; i < term.pixels.count;
+       i += gridDim.x * kBlockThreads) {
     const Contribution<float, P> c = term.linearize(i);
     sums[0] += c.cost;
     int k = 1 + P;
@@ -60,19 +63,22 @@ __global__ void __launch_bounds__(kBlockThreads) linearize_kernel(Loop term, dou
 template <class Loop>
 __global__ void __launch_bounds__(kBlockThreads) cost_kernel(Loop term, double* partial) {
   float sums[1] = {};
-  for (int i = blockIdx.x * kBlockThreads + threadIdx.x; i < term.pixels.count; i += gridDim.x * kBlockThreads)
+  for (int i = blockIdx.x * kBlockThreads + threadIdx.x; i < term.pixels.count;
+       i += gridDim.x * kBlockThreads)
     sums[0] += term.cost(i);
   add_over_block(sums, partial);
 }
 
 template <class Loop>
 __global__ void __launch_bounds__(kBlockThreads) settle_kernel(Loop term, int steps) {
-  for (int i = blockIdx.x * kBlockThreads + threadIdx.x; i < term.pixels.count; i += gridDim.x * kBlockThreads)
+  for (int i = blockIdx.x * kBlockThreads + threadIdx.x; i < term.pixels.count;
+       i += gridDim.x * kBlockThreads)
     for (int step = 0; step < steps; ++step) term.settle(i, 1);
 }
 
 // One block: the blocks' sums in their order. A warp adds one number after another.
-__global__ void __launch_bounds__(kBlockThreads) add_blocks_kernel(const double* partial, int blocks, int n, double* total) {
+__global__ void __launch_bounds__(kBlockThreads)
+    add_blocks_kernel(const double* partial, int blocks, int n, double* total) {
   const int lane = threadIdx.x % 32;
   for (int k = threadIdx.x / 32; k < n; k += kBlockWarps) {
     double sum = 0;
@@ -82,4 +88,5 @@ __global__ void __launch_bounds__(kBlockThreads) add_blocks_kernel(const double*
   }
 }
 
+}  // namespace
 }  // namespace sdftrack

@@ -136,8 +136,9 @@ void SdfEnergy::linearize(const State& x, NormalEquations* out) {
 double SdfEnergy::cost(const State& x) {
   double cost = 0;
   with_term(x, false, [&](const auto& term, const auto& ops) {
-    cost = device_ ? CudaOpsOf<decltype(term)>::cost(device_, term) : reduce_cpu<double>(term.pixels.count, options_.threads,
-                              [&](int begin, int end) { return ops.cost(term, begin, end); });
+    cost = device_ ? CudaOpsOf<decltype(term)>::cost(device_, term)
+                   : reduce_cpu<double>(term.pixels.count, options_.threads,
+                                        [&](int begin, int end) { return ops.cost(term, begin, end); });
   });
   return cost;
 }
@@ -174,14 +175,10 @@ void SdfEnergy::keep_near(const State& x, double reach_m) {
   for (int i = 0; i < pixels_->count(); ++i)
     if (std::abs(phi[i]) < reach) pixels_->copy(*pixels_, i, kept++);
   pixels_->resize(kept);
-  pixels_->hits_begun = true;
 }
 
 void SdfEnergy::settle(const State& x, int steps, CudaWork* device) {
-  if (pixels_->hits_begun)
-    --steps;
-  else
-    start_hits(pixels_);
+  start_hits(pixels_);
   undecided_ = true;
   if (device) enter_device(device);
   with_term(x, false, [&](auto& term, const auto& ops) {
@@ -193,7 +190,6 @@ void SdfEnergy::settle(const State& x, int steps, CudaWork* device) {
 
 void SdfEnergy::classify(const State& x, int steps) {
   start_hits(pixels_);
-  pixels_->hits_begun = true;
   undecided_ = false;
   if (options_.residual != Residual::kRayHit || !options_.warm_hits) steps = 1;  // else each step goes on
   with_term(x, true, [&](const auto& term, const auto& ops) {

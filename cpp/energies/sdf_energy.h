@@ -50,15 +50,15 @@ class SdfEnergy final : public Energy {
   void linearize(const State& x, NormalEquations* out) override;
   double cost(const State& x) override;
 
-  // From now on the sums run on the GPU, until leave_device() brings the hits and classes back. The pixels must
-  // stay as they are. CudaError in a build without CUDA.
+  // From now on the sums run on the GPU, until leave_device() brings the hits and classes back. The pixels
+  // must stay as they are. CudaError in a build without CUDA.
   void enter_device(CudaWork* device);
   void leave_device();
 
   // How many pixels' points lie within reach_m of the surface at x; and leaves out the others.
   int count_near(const State& x, double reach_m);
   void keep_near(const State& x, double reach_m);
-  // `steps` Newton steps of every ray from the measured depths, one less where keep_near() has begun. The
+  // `steps` Newton steps of every ray from the measured depths. The
   // next linearisation decides which rays meet the model; it stays so from then on, so that costs may be
   // compared.
   void settle(const State& x, int steps, CudaWork* device = nullptr);
@@ -70,7 +70,7 @@ class SdfEnergy final : public Energy {
  private:
   template <class Visit>
   void with_term(const State& x, bool reclassify, const Visit& visit);
-  const float* distances(const State& x);  // phi at the measured points; begins the hits
+  const float* distances(const State& x);  // phi at the measured points
 
   SdfView sdf_;
   PixelSet* pixels_;

@@ -173,17 +173,12 @@ struct Term {
     store(z, pixels.hit_m + i, n);
   }
 
-  // phi at the measured point. The hit starts with a Newton step from there where the ray goes inwards, else
-  // in front of the reading.
+  // phi at the measured point.
   HD T distance(int i, int n) const {
-    FieldRow<T, P> row;
-    const Vec3<T> r = ray_of(i, n);
-    const T depth = load<T>(pixels.depth_m + i, n);
-    const T slope = look<false>(r, depth, &row), steep = T(-kGrazingSlope);
-    const T step = row.phi_m / select(slope > steep, steep, slope);
-    const Mask sure = (slope < steep) & (abs(step) < T(kHitReach_m));
-    store(depth - select(sure, step, T(kHitLead_m)), pixels.hit_m + i, n);
-    return row.phi_m;
+    T phi;
+    Vec3<T> unused;
+    field.value(load<T>(pixels.depth_m + i, n) * ray_of(i, n), &phi, &unused);
+    return phi;
   }
 
   // Cost at a state.

@@ -26,7 +26,7 @@ constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
 constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot be the object's
 constexpr int kSummaryPixels = 1000;
 constexpr double kAreaFollows = 0.4;
-constexpr int kAreaEvery = 4;  // frames from one measurement to the next
+constexpr int kAreaEvery = 4;         // frames from one measurement to the next
 constexpr int kLeastOnDevice = 1500;  // pixels; fewer are summed here before a kernel would have started
 constexpr int kClassifySteps = 4;
 constexpr double kSharedPerLocal = 2;  // a sensor's whole noise is at most this much of that among neighbours

@@ -58,7 +58,6 @@ void PixelSelection::choose(const DepthFrame& frame, const Camera& camera, const
 void PixelSelection::pack(int wanted, PixelSet* out) const {
   const int n = std::clamp(wanted, 0, count_);
   out->resize(n);
-  out->hits_begun = false;
   const IdealPixel ideal{frame_, K_, frame_.depth_m.width};
   const double stride = n > 0 ? static_cast<double>(count_) / n : 1;
   const int width = frame_.depth_m.width;

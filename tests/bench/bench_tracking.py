@@ -44,10 +44,12 @@ def frames(shape: st.SDF, pixels: int, color: bool = False) -> list[st.Frame]:
     return out
 
 
-def tracking(pixels: int, mode: str = "depth") -> Callable[[], object]:
+def tracking(
+    pixels: int, mode: str = "depth", options: st.TrackerOptions | None = None
+) -> Callable[[], object]:
     shape = st.SDF.box(SIZE_M)
     images = frames(shape, pixels, color=mode == "rgbd")
-    tracker = st.Tracker(shape, CAMERA, mode=mode, threads=1)
+    tracker = st.Tracker(shape, CAMERA, mode=mode, threads=1, options=options)
     tracker.start(images[0], poses=poses(pixels)[:1])
     count = 0
 
@@ -82,6 +84,48 @@ def rgbd_frame_2000() -> Callable[[], object]:
 @benchmark("tracking/rgbd_frame_5000px", unit="frame")
 def rgbd_frame_5000() -> Callable[[], object]:
     return tracking(5000, "rgbd")
+
+
+@benchmark("tracking/fast_frame_8000px", unit="frame")
+def fast_frame_8000() -> Callable[[], object]:
+    return tracking(8000, options=st.TrackerOptions.fast())
+
+
+@benchmark("tracking/fast_rgbd_frame_8000px", unit="frame")
+def fast_rgbd_frame_8000() -> Callable[[], object]:
+    return tracking(8000, "rgbd", st.TrackerOptions.fast())
+
+
+def tracking_many(count: int) -> Callable[[], object]:
+    """Boxes of 2,000 pixels side by side in one image, tracked by one tracker on one thread."""
+    shape, side = st.SDF.box(SIZE_M), int(np.ceil(np.sqrt(count)))
+    rng, depth, many = np.random.default_rng(0), np.full(CAMERA.shape, WALL_M), []
+    for k in range(count):
+        pose, z = poses(2000)[0], DISTANCE_M[2000]
+        pose[0, 3] = ((k % side + 0.5) / side - 0.5) * 640 / 525 * z
+        pose[1, 3] = ((k // side + 0.5) / side - 0.5) * 480 / 525 * z
+        seen = shape.render(CAMERA, pose)[0]
+        depth = np.where(seen > 0, seen + rng.normal(0, 0.001, seen.shape), depth)
+        many.append(pose)
+    image = st.Frame(depth.astype(np.float32))
+    tracker = st.Tracker([shape] * count, CAMERA, mode="depth", threads=1)
+    tracker.start(image, poses=many)
+    return lambda: tracker.track(image)
+
+
+@benchmark("tracking/1_object_of_2000px", items=1, unit="object")
+def one_object() -> Callable[[], object]:
+    return tracking_many(1)
+
+
+@benchmark("tracking/5_objects_of_2000px", items=5, unit="object")
+def five_objects() -> Callable[[], object]:
+    return tracking_many(5)
+
+
+@benchmark("tracking/20_objects_of_2000px", items=20, unit="object")
+def twenty_objects() -> Callable[[], object]:
+    return tracking_many(20)
 
 
 def searching(threads: int, how: str) -> Callable[[], object]:

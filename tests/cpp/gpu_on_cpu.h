@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs a CUDA kernel's own source on the CPU, one thread for each GPU thread of a block, block after block: slow, and
-// proof of everything but the compiler and the launch. Include before the .cuh.
+// Runs a CUDA kernel's own source on the CPU, one thread for each GPU thread of a block, block after block:
+// slow, and proof of everything but the compiler and the launch. Include before the .cuh.
 #pragma once
 
 #include <array>

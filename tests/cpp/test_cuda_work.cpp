@@ -35,8 +35,8 @@ void expect_the_cpus_sums(int count) {
   EXPECT_EQ(Gpu::linearize(&work, there).cost, Gpu::linearize(&work, there).cost);  // the same bits again
 }
 
-#define SDFTRACK_PAIR(name, field, penalty)                                    \
-  TEST(CudaWork, name##_is_what_the_cpu_sums) {                                \
+#define SDFTRACK_PAIR(name, field, penalty)                                                \
+  TEST(CudaWork, name##_is_what_the_cpu_sums) {                                            \
     for (const int count : {1, 700, 100'000}) expect_the_cpus_sums<field, penalty>(count); \
   }
 #include "energies/compiled.inc"

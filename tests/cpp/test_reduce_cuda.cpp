@@ -2,9 +2,11 @@
 // The kernels' source, run on the CPU, sums what the CPU's loops sum.
 #include <gtest/gtest.h>
 
+// In this order: the kernels are made of what stands above them.
+// clang-format off
 #include "gpu_on_cpu.h"
-
 #include "energies/reduce_cuda.cuh"
+// clang-format on
 #include "energies/term_ops.h"
 #include "term_fixture.h"
 
@@ -44,8 +46,7 @@ void expect_the_cpus_sums(int count, int blocks) {
   for (std::size_t a = 0; a < P; ++a) EXPECT_NEAR(total[1 + a], sums.gradient[a], 1e-4 * most) << a;
   for (int a = 0, k = 0; a < P; ++a)
     for (int b = 0; b <= a; ++b, ++k) {
-      const double size =
-          std::sqrt(sums.hessian[a * (a + 1) / 2 + a] * sums.hessian[b * (b + 1) / 2 + b]);
+      const double size = std::sqrt(sums.hessian[a * (a + 1) / 2 + a] * sums.hessian[b * (b + 1) / 2 + b]);
       EXPECT_NEAR(total[static_cast<std::size_t>(1 + P + k)], sums.hessian[k], kRelative * size) << a << b;
     }
 
@@ -57,8 +58,8 @@ void expect_the_cpus_sums(int count, int blocks) {
 }
 
 // 700 pixels: the last of three blocks is not full; in one block every thread has several.
-#define SDFTRACK_PAIR(name, field, penalty)                                       \
-  TEST(ReduceCuda, name##_is_what_the_cpu_sums) {                                 \
+#define SDFTRACK_PAIR(name, field, penalty)                                            \
+  TEST(ReduceCuda, name##_is_what_the_cpu_sums) {                                      \
     for (const int blocks : {3, 1}) expect_the_cpus_sums<field, penalty>(700, blocks); \
   }
 #include "energies/compiled.inc"

@@ -3,10 +3,10 @@
 
 import numpy as np
 import pytest
+from tracking_scene import CAMERA, POSE, box_mesh, depth_of, frame_of
 
 import sdftrack as st
 from sdftrack import _core, metrics
-from tracking_scene import CAMERA, POSE, box_mesh, depth_of, frame_of
 
 REASON = "no CUDA device" if _core.cuda_build else "a build without CUDA (-C cmake.define.SDFTRACK_CUDA=ON)"
 needs_gpu = pytest.mark.skipif(not st.cuda_available(), reason=REASON)
@@ -84,7 +84,8 @@ POSE_ATOL_M, POSE_ATOL_RAD = 1e-5, 1e-5
 def test_the_energy_on_the_gpu_is_that_of_the_cpu(unknowns):
     box = st.SDF.from_mesh(box_mesh(), voxels=100)
     cpu, gpu = (
-        st.Energy(box, CAMERA, frame_of(), POSE, unknowns=unknowns, device=device) for device in ("cpu", "cuda")
+        st.Energy(box, CAMERA, frame_of(), POSE, unknowns=unknowns, device=device)
+        for device in ("cpu", "cuda")
     )
     a, b = cpu.linearize(cpu.start), gpu.linearize(gpu.start)
     assert gpu.cost(gpu.start) == pytest.approx(cpu.cost(cpu.start), rel=ENERGY_RTOL)

@@ -13,7 +13,7 @@ from sdftrack.cli.app import run
 from sdftrack.demo_scene import SWEEP, make_scene
 from sdftrack.eval import real, synthetic
 from sdftrack.eval.truth import default_camera, motion, noisy, render_truth
-from sdftrack.reproduce import FIGURES, fig_4_13a, find
+from sdftrack.reproduce import FIGURES, fig_4_13a, find, speed_3_9
 from sdftrack.reproduce.duck import duck_mesh, field
 
 FIELD_ATOL_M = 5e-4  # linear interpolation of a curved field over 2 mm; measured 3.5e-4
@@ -54,8 +54,23 @@ def test_the_same_seed_gives_the_same_colours(duck):
 
 def test_unknown_figures_are_named():
     assert find("3.10") is FIGURES["3.10"]
-    with pytest.raises(ValueError, match=r"expected one of 3\.10, 4\.13a"):
+    with pytest.raises(ValueError, match=r"expected one of 3\.9, 3\.10, 4\.13a"):
         find("3.11")
+
+
+def test_section_3_9_in_small_times_every_number_of_pixels(tmp_path, capsys):
+    assert run(["reproduce", "3.9", "--frames", "3", "--out", str(tmp_path)]) == 0
+    out = tmp_path / "3.9"
+    assert {p.name for p in out.iterdir()} == {"figure.png", "table.txt", "result.json"}
+    result = json.loads((out / "result.json").read_text())
+    for row, wanted in zip(result["levels"], speed_3_9.PIXELS, strict=True):
+        assert row["pixels"] == pytest.approx(wanted, rel=0.15)
+        assert row["cpu_ms"] > 0
+        assert (row["gpu_ms"] is None) is not st.cuda_available()
+    # The work is that of the pixels: a hundred times as many cost much more, and the budget bounds it.
+    assert result["levels"][-1]["cpu_ms"] > 3 * result["levels"][3]["cpu_ms"]
+    assert result["levels"][-1]["default_ms"] < 0.6 * result["levels"][-1]["cpu_ms"]
+    assert "CPU above 100 Hz" in capsys.readouterr().out
 
 
 def test_figure_3_10_in_small_keeps_what_is_printed(tmp_path, capsys):

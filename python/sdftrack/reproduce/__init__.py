@@ -57,6 +57,7 @@ class Context:
 FIGURES = {
     f.id: f
     for f in [
+        Figure("3.9", "time per frame against the number of pixels, CPU and GPU", "speed_3_9"),
         Figure("3.10", "depth-only tracking of a virtual object at four noise levels", "fig_3_10"),
         Figure("4.13a", "RGB-D tracking of a known, textured object", "fig_4_13a"),
     ]
