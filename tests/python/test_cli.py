@@ -144,7 +144,7 @@ def test_a_warning_is_one_line_without_the_place_in_the_code(monkeypatch, capsys
 
 def test_figures_that_can_be_made_are_listed(capsys):
     assert run(["reproduce", "--list"]) == 0
-    assert capsys.readouterr().out.startswith("3.10 ")
+    assert capsys.readouterr().out.startswith("3.9 ")
 
 
 def test_config_prints_a_file_that_sets_every_option_to_its_default(capsys, tmp_path):

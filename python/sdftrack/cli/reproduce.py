@@ -65,4 +65,6 @@ def reproduce(
         write_json(folder / "result.json", {"version": __version__, "figure": f.id, **made})
         if not quiet:
             show_table(made["title"], made["head"], made["rows"])
+            for line in made.get("notes", []):
+                print(line)
             print(f"written to {folder}")

@@ -57,10 +57,10 @@ def run(context: Context) -> dict[str, Any]:
     title = f"Section 3.9, {frames} frames of {'the built-in duck' if context.mesh is None else context.mesh.name}"
     summary = _summary(rows)
     cells = [[_cell(r[key]) for key in ("pixels", "cpu_ms", "default_ms", "gpu_ms")] for r in rows]
-    lines = [text_table(title, HEAD, cells), f"printed: {PRINTED}", *summary["lines"]]
-    write_text(context.out / "table.txt", "\n".join(lines) + "\n")
+    notes = [f"printed: {PRINTED}", *summary.pop("notes")]
+    write_text(context.out / "table.txt", "\n".join([text_table(title, HEAD, cells), *notes]) + "\n")
     _plot(context.out / "figure.png", rows)
-    return {"title": title, "head": HEAD, "rows": cells, "printed": PRINTED, "levels": rows, **summary}
+    return {"title": title, "head": HEAD, "rows": cells, "notes": notes, "levels": rows, **summary}
 
 
 def _pose_with(sdf: Any, camera: Any, pixels: int) -> Array:
@@ -128,7 +128,7 @@ def _summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
             if faster
             else "GPU: slower at all of these numbers of pixels"
         )
-    return {**out, "lines": lines}
+    return {**out, "notes": lines}
 
 
 def _cell(value: float | int | None) -> str:
