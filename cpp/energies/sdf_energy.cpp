@@ -188,6 +188,10 @@ void SdfEnergy::settle(const State& x, int steps, CudaWork* device) {
   });
 }
 
+void SdfEnergy::follow_hits(const State& x) {
+  with_term(x, false, [&](const auto& term, const auto& ops) { ops.settle(term, 0, term.pixels.count); });
+}
+
 void SdfEnergy::classify(const State& x, int steps) {
   start_hits(pixels_);
   undecided_ = false;

@@ -62,6 +62,8 @@ class SdfEnergy final : public Energy {
   // next linearisation decides which rays meet the model; it stays so from then on, so that costs may be
   // compared.
   void settle(const State& x, int steps, CudaWork* device = nullptr);
+  // One more Newton step of every ray from where it is: the hits at x, when they were taken close to it.
+  void follow_hits(const State& x);
   // Decide which rays meet the model, at x, after `steps` steps.
   void classify(const State& x, int steps);
   EnergySummary summarize(const State& x, int pixel_budget, SummaryScratch* scratch);

@@ -242,7 +242,7 @@ void PoseFitter::fit_fine(State* x, Fitted* fitted, bool move) {
     if (options_.adapt_noise) fitted->memory = updated(fitted->memory, summary.noise_m, stated_noise_m_);
     if (round == 0) continue;
     if (options.color) fitted->cost = summary.cost, fitted->foreground = summary.foreground;
-    const double area_px = correlation_area(options, &fitted->memory);
+    const double area_px = correlation_area(options, *x, &energy, &fitted->memory);
     const Matrix6d increment = increment_covariance(summary, target_->shape, area_px);
     fitted->centre_sd =
         std::sqrt(increment.topLeftCorner<3, 3>().diagonal().maxCoeff()) / (0.5 * target_->shape.diameter_m);
@@ -251,13 +251,15 @@ void PoseFitter::fit_fine(State* x, Fitted* fitted, bool move) {
 }
 
 // As stated, or measured and followed from frame to frame.
-double PoseFitter::correlation_area(const SdfEnergyOptions& energy, FitMemory* memory) {
+double PoseFitter::correlation_area(const SdfEnergyOptions& options, const State& x, SdfEnergy* energy,
+                                    FitMemory* memory) {
   if (options_.correlation_area_px > 0) return options_.correlation_area_px;
   double& area = memory->correlation_area_px;
   if (area > 0 && ++memory->area_age < kAreaEvery) return std::max(1.0, area);
   memory->area_age = 0;
-  const double now = correlation_.measure(pixels_, {energy.scale_m, energy.outlier_floor},
-                                          energy.color ? energy.color_prior : 0.0f);
+  energy->follow_hits(x);  // the last look may have been a step away
+  const double now = correlation_.measure(pixels_, {options.scale_m, options.outlier_floor},
+                                          options.color ? options.color_prior : 0.0f);
   if (now > 0) area = area > 0 ? area + kAreaFollows * (now - area) : now;
   return std::max(1.0, area);
 }

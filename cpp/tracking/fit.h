@@ -126,7 +126,8 @@ class PoseFitter {
   void read_free_space(const DepthFrame& frame, double padding_m);
   SdfEnergyOptions energy_options() const;
   double last_scale(const FitMemory& memory) const;
-  double correlation_area(const SdfEnergyOptions& energy, FitMemory* memory);
+  double correlation_area(const SdfEnergyOptions& options, const State& x, SdfEnergy* energy,
+                          FitMemory* memory);
 
   TrackerOptions options_;
   int threads_;

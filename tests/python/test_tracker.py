@@ -297,6 +297,7 @@ def test_a_bad_first_frame_keeps_the_given_pose(tracker):
 # --- covariance
 
 DRAWS = 100
+MOVING_FRAMES = 96
 CHI2_95, CHI2_99_9 = 12.592, 22.458  # 6 degrees of freedom
 # 95 of 100 draws are expected inside, sd 2.2; three of them.
 LEAST_COVERED = 0.88
@@ -384,6 +385,20 @@ def test_a_flat_view_leaves_the_slide_along_the_face_and_the_turn_in_it_open(box
     assert sd[5] == pytest.approx(np.pi, rel=0.05)
     assert sd[2] < 1e-3  # but the distance is known,
     assert sd[[3, 4]].max() < 0.05  # and so is the tilt
+
+
+def test_while_the_object_moves_the_covariance_is_that_of_the_errors(box):
+    tracker, distances = st.Tracker(box, CAMERA, threads=1), []
+    for i in range(MOVING_FRAMES):
+        k = abs(i % 12 - 6)  # 12 mm and 4 degrees from frame to frame, back and forth
+        T = shifted(POSE, 0.01 * k, 0.006 * k, 0)
+        T[:3, :3] = geometry.pose([0.03 * k, 0.05 * k, 0.04 * k])[:3, :3] @ T[:3, :3]
+        frame = frame_of(T, seed=i)
+        result = tracker.track(frame) if i else tracker.start(frame, poses=[T])
+        e = error_vector(result.pose, T)
+        distances.append(e @ np.linalg.solve(result.covariance, e))
+    # Of six squares each; the mean of so many has a standard deviation of 0.35.
+    assert 5.2 < np.mean(distances) < 7
 
 
 @pytest.mark.parametrize("share", [0.3, 0.4, 0.5, 0.6])
