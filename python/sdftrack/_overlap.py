@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,16 +17,35 @@ OVERLAP = 0.5  # of an object's half thickness; errors of the poses stay well be
 
 
 class Solid:
-    """What is asked of a shape: the point farthest inside it, and the ball about that which holds all of it."""
+    """What is asked of a shape that may stand where another does; found out when it is first asked."""
 
     def __init__(self, shape: SDF) -> None:
         self.shape = shape
-        inside = np.argwhere(shape.values <= 0)
-        z, y, x = np.unravel_index(int(np.argmin(shape.values)), shape.values.shape)
-        self.depth_m = -float(shape.values[z, y, x])
-        self.point = np.append(shape.origin + shape.voxel_size * np.array([x, y, z]), 1.0)  # homogeneous
-        corners = np.stack([inside.min(axis=0) - 1, inside.max(axis=0) + 1]) - np.array([z, y, x])
-        self.reach_m = float(shape.voxel_size * np.linalg.norm(np.abs(corners).max(axis=0)))
+
+    @cached_property
+    def _deepest(self) -> tuple[int, int, int]:
+        z, y, x = np.unravel_index(int(np.argmin(self.shape.values)), self.shape.values.shape)
+        return int(z), int(y), int(x)
+
+    @cached_property
+    def depth_m(self) -> float:
+        """How far the deepest point lies inside."""
+        return -float(self.shape.values[self._deepest])
+
+    @cached_property
+    def point(self) -> NDArray[np.float64]:
+        """The deepest point, object frame, homogeneous."""
+        return np.append(self.shape.origin + self.shape.voxel_size * np.array(self._deepest[::-1]), 1.0)
+
+    @cached_property
+    def reach_m(self) -> float:
+        """Radius of a ball about the deepest point that holds the whole solid."""
+        inside = self.shape.values <= 0
+        corners = []
+        for axis in range(3):
+            filled = np.flatnonzero(inside.any(axis=tuple(a for a in range(3) if a != axis)))
+            corners.append(max(self._deepest[axis] - filled[0], filled[-1] - self._deepest[axis]) + 1)
+        return float(self.shape.voxel_size * np.linalg.norm(corners))
 
 
 def overlaps(
