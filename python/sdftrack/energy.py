@@ -124,6 +124,10 @@ class Energy:
     unknowns : ("pose",), ("pose", "intrinsics") or ("pose", "scale")
     scale_m : float
         s of the logistic density (thesis Eq. 3.11), m.
+    threads : int
+        0: all cores. The sums have the same bits for any number.
+    device : {"cpu", "cuda", "auto"}
+        Where the sums run; on a GPU they agree with the CPU's to 1e-4.
     options : fields of TrackerOptions
         ``residual``, ``curvature``, ``outlier_floor``, ``padding_m``, ``noise_m``, ``max_pixels``,
         ``color_likelihood``, ...

@@ -20,8 +20,12 @@ PixelSet some_pixels(int count) {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> u(90, 230), v(60, 180), z(0.42f, 0.58f), noise(0.5f, 2), share(0, 1);
   PixelSet pixels;
-  for (int i = 0; i < count; ++i)
-    pixels.push(u(random), v(random), i % 37 == 0 ? 2.0f : z(random), noise(random), i, share(random));
+  for (int i = 0; i < count; ++i) {
+    // One after the other: in the order of a call's arguments compilers differ.
+    const float at_u = u(random), at_v = v(random), depth = z(random), scale = noise(random),
+                p = share(random);
+    pixels.push(at_u, at_v, i % 37 == 0 ? 2.0f : depth, scale, i, p);
+  }
   return pixels;
 }
 

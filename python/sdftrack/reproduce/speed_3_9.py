@@ -46,7 +46,10 @@ def run(context: Context) -> dict[str, Any]:
     for k, wanted in enumerate(PIXELS):
         pose = _pose_with(sdf, camera, wanted)
         images, pixels = _images(sdf, camera, pose)
-        ways: dict[str, dict[str, Any]] = {"cpu_ms": {"max_pixels": 10**6}, "default_ms": {}}
+        ways: dict[str, dict[str, Any]] = {
+            "cpu_ms": {"max_pixels": 10**6, "device": "cpu"},
+            "default_ms": {"device": "cpu"},
+        }
         if st.cuda_available():
             ways["gpu_ms"] = {"max_pixels": 10**6, "device": "cuda"}
         row: dict[str, Any] = {"pixels": pixels, "gpu_ms": None}
