@@ -245,7 +245,8 @@ def minimize(energy: Energy, start: State | None = None, **lm_options: Any) -> M
         None: ``energy.start``.
     lm_options
         ``max_steps``, ``damping``, ``damping_up``, ``damping_down``, ``damping_max``, ``step_m``, ``step_rad``,
-        ``cost_relative``, ``fixed`` (one bool per unknown: left alone, taken out of the system).
+        ``cost_relative``, ``cost_gain`` (a step that promises less is not tried), ``sure_gain`` (one that promises less
+        is kept without a look, and is the last), ``fixed`` (one bool per unknown: left alone, taken out of the system).
 
     Returns
     -------

@@ -53,6 +53,9 @@ def unknowns(request):
     return request.param
 
 
+SURE_GAIN = 1e9  # more than any step promises
+
+
 def make_energy(shape, frame, residual, unknowns=("pose",), **options):
     options = {"outlier_floor": FLOOR, "scale_m": SCALE_M, **options}
     return st.Energy(shape, CAMERA, frame, START, residual=residual, unknowns=unknowns, **options)
@@ -282,19 +285,23 @@ def test_a_kept_step_never_raises_the_cost(energy):
     assert result.cost == costs[-1]
 
 
-def test_minimize_takes_the_twins_steps(shape, frame):
+@pytest.mark.parametrize("sure_gain", [0.0, SURE_GAIN])
+def test_minimize_takes_the_twins_steps(shape, frame, sure_gain):
     energy = make_energy(shape, frame, "point")
-    result, same = st.minimize(energy, max_steps=2), Twin(energy)
+    result, same = st.minimize(energy, max_steps=2, sure_gain=sure_gain), Twin(energy)
 
     def at(x):
         return dataclasses.replace(same.field, T_obj_cam=x.T_obj_cam)
 
-    _, steps, _ = optim.minimize(
+    _, steps, stop = optim.minimize(
         lambda x: twin.linearize(at(x), same.rays, same.depths, same.gains, same.penalty).cost,
         lambda x: twin.linearize(at(x), same.rays, same.depths, same.gains, same.penalty),
         optim.State(same.field.T_obj_cam),
         max_steps=2,
+        sure_gain=sure_gain,
     )
+    assert len(steps) == (1 if sure_gain else 2)  # kept without a look, and the last
+    assert result.stop == stop
     assert [s.accepted for s in result.steps] == [s.accepted for s in steps]
     np.testing.assert_allclose([s.damping for s in result.steps], [s.damping for s in steps])
     np.testing.assert_allclose([s.cost for s in result.steps], [s.cost for s in steps], rtol=SUM_RTOL)

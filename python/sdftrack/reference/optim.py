@@ -111,14 +111,15 @@ def minimize(
     damping_up: float = 10.0,
     damping_down: float = 0.1,
     cost_gain: float = 0.0,
-    last_gain: float = 0.0,
+    sure_gain: float = 0.0,
     cost_relative: float = 1e-7,
     damping_max: float = 1e6,
     fixed: Array | None = None,
 ) -> tuple[State, list[Step], str]:
     """Levenberg-Marquardt: solve (H + damping diag H) d = -g, keep x + d where that lowers the cost.
 
-    Damping shrinks after a kept step and grows after a refused one. `fixed` unknowns are taken out of the system.
+    Damping shrinks after a kept step and grows after a refused one. A step that promises less than `sure_gain` is kept
+    without a look, and is the last. `fixed` unknowns are taken out of the system.
     Returns the state, every trial, and why it stopped.
     """
     steps: list[Step] = []
@@ -132,11 +133,13 @@ def minimize(
         if promised < cost_gain:
             return x, steps, "small_gain"
         trial = retract(x, d)
+        if promised < sure_gain:
+            return trial, [*steps, Step(eq.cost - promised, damping, True)], "small_gain"
         trial_cost = cost(trial)
         accepted, used = trial_cost < eq.cost, damping
         if accepted:
             gain = eq.cost - trial_cost
-            little = promised < last_gain or gain < cost_relative * abs(eq.cost)
+            little = gain < cost_relative * abs(eq.cost)
             x, eq, damping = trial, linearize(trial), damping * damping_down
         else:
             little, damping = False, damping * damping_up
