@@ -169,9 +169,8 @@ class PyTracker {
   static py::dict to_dict(const std::vector<ObjectResult>& results) {
     const auto n = static_cast<py::ssize_t>(results.size());
     py::array_t<double> poses({n, py::ssize_t{4}, py::ssize_t{4}}),
-        covariances({n, py::ssize_t{6}, py::ssize_t{6}}), inliers(n), confidence(n), runner_up(n);
+        covariances({n, py::ssize_t{6}, py::ssize_t{6}}), inliers(n), confidence(n), runner_up(n), energy(n);
     py::list status, reason, steps, color_used;
-    double energy = 0;
     for (py::ssize_t k = 0; k < n; ++k) {
       const ObjectResult& r = results[static_cast<std::size_t>(k)];
       write_matrix(r.T_cam_obj, poses.mutable_data(k, 0, 0));
@@ -182,7 +181,7 @@ class PyTracker {
       status.append(kStatus[static_cast<int>(r.trust.status)]);
       reason.append(r.trust.reason);
       color_used.append(r.color_used);
-      energy += r.cost / static_cast<double>(n);
+      energy.mutable_at(k) = r.cost;
       py::array_t<double> trials({static_cast<py::ssize_t>(r.steps.size()), py::ssize_t{5}});
       double* row = trials.mutable_data();
       for (const TrackStep& s : r.steps)

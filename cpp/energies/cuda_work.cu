@@ -84,8 +84,6 @@ SdfView CudaWork::volume(const SdfView& sdf) {
   return view;
 }
 
-void CudaWork::forget_volume(const SdfView& sdf) { impl_->volumes.erase(sdf.phi); }
-
 template <class Field, class Penalty>
 Sums<double, Field::P> CudaOps<Field, Penalty>::linearize(CudaWork* work, const Loop& term) {
   constexpr int P = Field::P;

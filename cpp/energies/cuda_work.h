@@ -20,9 +20,9 @@ class CudaWork {
   PixelsView<float> upload(const PixelSet& pixels);
   // Brings the hits and classes of the uploaded pixels back.
   void download(PixelSet* pixels);
-  // The volume with its values on the device; sent once, known by its address.
+  // The volume with its values on the device; sent once, known by its address, at which it
+  // must stay.
   SdfView volume(const SdfView& sdf);
-  void forget_volume(const SdfView& sdf);
 
   struct Impl;
   Impl& impl() { return *impl_; }

@@ -20,7 +20,6 @@ CudaWork::~CudaWork() = default;
 PixelsView<float> CudaWork::upload(const PixelSet&) { fail(); }
 void CudaWork::download(PixelSet*) { fail(); }
 SdfView CudaWork::volume(const SdfView&) { fail(); }
-void CudaWork::forget_volume(const SdfView&) { fail(); }
 
 template <class Field, class Penalty>
 Sums<double, Field::P> CudaOps<Field, Penalty>::linearize(CudaWork*, const Loop&) {

@@ -51,7 +51,7 @@ class SdfEnergy final : public Energy {
   double cost(const State& x) override;
 
   // From now on the sums run on the GPU, until leave_device() brings the hits and classes back. The pixels
-  // must stay as they are. CudaError in a build without CUDA.
+  // must stay as they are.
   void enter_device(CudaWork* device);
   void leave_device();
 

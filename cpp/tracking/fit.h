@@ -106,7 +106,9 @@ class PoseFitter {
   std::optional<Fitted> fit(const DepthFrame& frame, const Camera& camera, const FitTarget& target,
                             const Attempt& attempt, const Plane* plane);
   // The memory of a record that is no longer needed, for the next fit.
-  void give_back(std::vector<TrackStep>&& steps) { spare_steps_.push_back(std::move(steps)); }
+  void give_back(std::vector<TrackStep>&& steps) {
+    if (steps.capacity() > 0) spare_steps_.push_back(std::move(steps));  // else lost frames would pile up
+  }
   // Nothing is fitted: the expected pose as it is, with its covariance and all that it is judged by.
   std::optional<Fitted> look(const DepthFrame& frame, const Camera& camera, const FitTarget& target);
 

@@ -145,7 +145,8 @@ class Tracker:
         self._found: dict[str, Any] = {}  # what the core said of it
         self._best = _unknown(len(self.shapes))  # last good poses
         self._lock = threading.Lock()
-        self._solids = [Solid(s) for s in self.shapes]
+        solids = {id(s): Solid(s) for s in self.shapes}
+        self._solids = [solids[id(s)] for s in self.shapes]
 
     def __repr__(self) -> str:
         return f"Tracker({len(self.shapes)} shape{'s' * (len(self.shapes) != 1)}, {self._frame_camera!r})"
@@ -335,7 +336,8 @@ class Tracker:
             k: int = self._core.add(_volume(shape), place)
             self.shapes = [*self.shapes, shape]
             self.names = [*self.names, f"object {k}" if name is None else str(name)]
-            self._solids = [*self._solids, Solid(shape)]
+            same = (solid for solid in self._solids if solid.shape is shape)
+            self._solids = [*self._solids, next(same, Solid(shape))]
             self.mode_used = [*self.mode_used, "depth"]
             self._best = np.concatenate([self._best, _pose_or_nan(place)[None]])
             self._last = None
@@ -480,7 +482,7 @@ class Tracker:
             twists=_twists(self._last, self._best, poses, status, frame.timestamp),
             inliers=found["inliers"],
             runner_up=found["runner_up"],
-            energy=found["energy"],
+            energy=float(found["energy"].mean()),
             iterations=sum(map(len, steps)),
             steps=steps,
             seconds=time.perf_counter() - begin,
@@ -497,14 +499,11 @@ def _merged(all_objects: dict[str, Any], some: dict[str, Any], wanted: list[int]
     out = {
         key: np.array(value) if isinstance(value, np.ndarray) else list(value)
         for key, value in all_objects.items()
-        if key != "energy"
     }
     for i, k in enumerate(wanted):
         for key, value in out.items():
             value[k] = some[key][i]
-    before, now = all_objects["energy"], some["energy"]
-    share = len(wanted) / len(out["status"])
-    return {**out, "energy": before + share * (now - before)}
+    return out
 
 
 class _Alone:

@@ -6,7 +6,7 @@ import threading
 
 import numpy as np
 import pytest
-from tracking_scene import CAMERA, POSE, SIZE_M, frame_of
+from tracking_scene import CAMERA, POSE, SIZE_M, depth_of, frame_of
 
 import sdftrack as st
 from sdftrack import geometry
@@ -214,3 +214,13 @@ def test_nearest_distances_are_exact_far_from_the_origin():
     far[:3, 3] = 50.0
     assert st.metrics.adds(np.eye(4), turn, points) == pytest.approx(brute, rel=1e-9)
     assert st.metrics.adds(far, far @ turn, points) == pytest.approx(brute, rel=1e-9)
+
+
+def test_the_energy_is_the_mean_of_the_objects_also_where_one_of_them_was_searched_for_again(box):
+    poses = [POSE, geometry.pose([0, 0, 0], [-0.12, 0, 0]) @ POSE]
+    frame = st.Frame(np.minimum(depth_of(poses[0]), depth_of(poses[1], seed=3)))
+    both = st.Tracker([box, box], CAMERA, threads=1)
+    alone = [st.Tracker(box, CAMERA, threads=1).start(frame, poses=[T]).energy for T in poses]
+    assert both.start(frame, poses=poses).energy == pytest.approx(np.mean(alone))
+    again = both.recover(frame, k=1).energy  # the same search finds the same,
+    assert again == both.recover(frame, k=1).energy  # and the other object counts as before

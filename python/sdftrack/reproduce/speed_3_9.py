@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.device import resolve_device
 from sdftrack.eval.tables import text_table
 from sdftrack.reproduce import Context
 
@@ -37,6 +38,7 @@ def run(context: Context) -> dict[str, Any]:
     from sdftrack.io.files import write_text
     from sdftrack.reproduce.duck import duck_mesh
 
+    resolve_device(context.options.get("device", "auto"))  # a GPU that is asked for and missing is an error
     mesh = duck_mesh() if context.mesh is None else st.Mesh.load(context.mesh, context.unit)
     sdf = st.SDF.from_mesh(mesh, voxels=VOXELS, unit="m" if context.unit == "m" else None)
     camera = st.Camera(1050.0, 1050.0, 639.5, 479.5, 1280, 960)
