@@ -12,7 +12,7 @@ namespace sdftrack {
 
 namespace {
 
-constexpr int kMostSummed = kSummed<10>;
+constexpr int kMostSummed = kSummed<Four::P>;
 constexpr int kColumns = 7;  // u, v, depth, 1 / noise, foreground, hit, gain
 
 }  // namespace

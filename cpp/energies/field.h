@@ -4,6 +4,7 @@
 #pragma once
 
 #include "base/camera.h"
+#include "base/fast_math.h"
 #include "base/rigid.h"
 #include "base/views.h"
 
@@ -79,6 +80,65 @@ struct ScaledObject {
     out->grad_cam = transpose_times(T_obj_cam.R, g);
   }
 };
+
+// The union of K objects, each with its own shape and unknowns: a soft minimum of their fields,
+//   phi = -log(sum exp(-a phi_k)) / a = phi_min - log(sum exp(-a (phi_k - phi_min))) / a,
+// whose derivative weighs the objects' own by their memberships exp(-a phi_k) / sum (thesis Eqs. 5.14
+// to 5.20, where a factor -1 / a is a slip). It lies below the least of them by up to log(K) / a where their
+// surfaces meet.
+template <int K, class T>
+struct SoftMin {
+  static constexpr int P = 6 * K;
+  using Scalar = T;
+  SingleObject<T> object[K];
+  T sharpness_per_m;  // a
+
+  template <class U>
+  HD SoftMin<K, U> cast() const {
+    SoftMin<K, U> out;
+    for (int k = 0; k < K; ++k) out.object[k] = object[k].template cast<U>();
+    out.sharpness_per_m = U(sharpness_per_m);
+    return out;
+  }
+
+  // From every object's phi its membership; returns phi of the union.
+  HD T join(const T (&phi_m)[K], T (&membership)[K]) const {
+    T least = phi_m[0], sum = T(0);
+    for (int k = 1; k < K; ++k) least = select(phi_m[k] < least, phi_m[k], least);
+    for (int k = 0; k < K; ++k) {
+      membership[k] = exp_negative(sharpness_per_m * (least - phi_m[k]));
+      sum += membership[k];
+    }
+    const T share = T(1) / sum;
+    for (int k = 0; k < K; ++k) membership[k] *= share;
+    return least - log_positive(sum) / sharpness_per_m;
+  }
+
+  HD void value(Vec3<T> p_cam, T* phi_m, Vec3<T>* grad_cam) const {
+    T phi[K], membership[K];
+    Vec3<T> grad[K];
+    for (int k = 0; k < K; ++k) object[k].value(p_cam, &phi[k], &grad[k]);
+    *phi_m = join(phi, membership);
+    *grad_cam = {T(0), T(0), T(0)};
+    for (int k = 0; k < K; ++k) *grad_cam = *grad_cam + membership[k] * grad[k];
+  }
+
+  HD void row(Vec3<T> p_cam, FieldRow<T, P>* out) const {
+    T phi[K], membership[K];
+    FieldRow<T, 6> own[K];
+    for (int k = 0; k < K; ++k) object[k].row(p_cam, &own[k]), phi[k] = own[k].phi_m;
+    out->phi_m = join(phi, membership);
+    out->grad_cam = {T(0), T(0), T(0)};
+    for (int k = 0; k < K; ++k) {
+      out->grad_cam = out->grad_cam + membership[k] * own[k].grad_cam;
+      for (int j = 0; j < 6; ++j) out->J[6 * k + j] = membership[k] * own[k].J[j];
+    }
+  }
+};
+
+using Two = SoftMin<2, float>;
+using Three = SoftMin<3, float>;
+using Four = SoftMin<4, float>;
 
 // Any field, plus columns for fx, fy, cx, cy: the point p_cam = depth * ray(K) moves with them.
 template <class Field>

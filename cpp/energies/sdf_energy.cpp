@@ -15,9 +15,26 @@ namespace sdftrack {
 
 namespace {
 
-enum class Pair { kPose, kPoseAndScale, kPoseAndIntrinsics, kPoseColorOdds, kPoseColorPrinted };
+enum class Pair {
+#define SDFTRACK_PAIR(name, field, penalty) name,
+#include "energies/compiled.inc"
+#undef SDFTRACK_PAIR
+};
 
-Pair pair_of(const SdfEnergyOptions& options) {
+Pair pair_of_union(const SdfEnergyOptions& options, int objects) {
+  constexpr Pair kPairs[kMostJoined - 1][3] = {
+      {Pair::kTwo, Pair::kTwoColorOdds, Pair::kTwoColorPrinted},
+      {Pair::kThree, Pair::kThreeColorOdds, Pair::kThreeColorPrinted},
+      {Pair::kFour, Pair::kFourColorOdds, Pair::kFourColorPrinted}};
+  if (options.scale || options.intrinsics)
+    throw std::invalid_argument(
+        "unknowns: of several objects only the poses are compiled; expected neither scale nor intrinsics");
+  const int penalty = !options.color ? 0 : options.color_likelihood == ColorLikelihood::kOdds ? 1 : 2;
+  return kPairs[objects - 2][penalty];
+}
+
+Pair pair_of(const SdfEnergyOptions& options, int objects) {
+  if (objects > 1) return pair_of_union(options, objects);
   if (options.scale && options.intrinsics)
     throw std::invalid_argument(
         "unknowns: pose, scale and intrinsics together are not compiled; expected at most two");
@@ -31,16 +48,25 @@ Pair pair_of(const SdfEnergyOptions& options) {
   return options.scale ? Pair::kPoseAndScale : (options.intrinsics ? Pair::kPoseAndIntrinsics : Pair::kPose);
 }
 
-void make(const SdfView& sdf, const State& x, SingleObject<float>* field) {
-  *field = {sdf, x.T_obj_cam[0].cast<float>()};
+void make(const SdfView* sdf, const State& x, const SdfEnergyOptions&, SingleObject<float>* field) {
+  *field = {*sdf, x.T_obj_cam[0].cast<float>()};
 }
-void make(const SdfView& sdf, const State& x, ScaledObject<float>* field) {
-  *field = {sdf, x.T_obj_cam[0].cast<float>(), static_cast<float>(std::exp(x.log_scale.at(0)))};
+void make(const SdfView* sdf, const State& x, const SdfEnergyOptions&, ScaledObject<float>* field) {
+  *field = {*sdf, x.T_obj_cam[0].cast<float>(), static_cast<float>(std::exp(x.log_scale.at(0)))};
 }
 template <class Inner>
-void make(const SdfView& sdf, const State& x, WithIntrinsics<Inner>* field) {
-  make(sdf, x, &field->field);
+void make(const SdfView* sdf, const State& x, const SdfEnergyOptions& options, WithIntrinsics<Inner>* field) {
+  make(sdf, x, options, &field->field);
   field->K = x.K.cast<float>();
+}
+template <int K>
+void make(const SdfView* sdfs, const State& x, const SdfEnergyOptions& options, SoftMin<K, float>* field) {
+  float voxel_m = sdfs[0].voxel_m;
+  for (std::size_t k = 0; k < K; ++k) {
+    field->object[k] = {sdfs[k], x.T_obj_cam[k].cast<float>()};
+    voxel_m = std::min(voxel_m, sdfs[k].voxel_m);
+  }
+  field->sharpness_per_m = options.sharpness / voxel_m;
 }
 
 void make(const SdfEnergyOptions& o, DepthLogistic<float>* penalty) {
@@ -89,6 +115,14 @@ void start_hits(PixelSet* pixels) {
 
 }  // namespace
 
+SdfEnergy::SdfEnergy(const SdfView* sdfs, int objects, PixelSet* pixels, const SdfEnergyOptions& options)
+    : objects_(objects), pixels_(pixels), options_(options) {
+  if (objects < 1 || objects > kMostJoined)
+    throw std::invalid_argument("objects: expected 1 to " + std::to_string(kMostJoined) +
+                                " in a union, got " + std::to_string(objects));
+  std::copy_n(sdfs, objects, sdfs_.begin());
+}
+
 template <class Loop>
 struct CudaOpsOfTerm;
 template <class Field, class Penalty>
@@ -108,11 +142,11 @@ void SdfEnergy::with_term(const State& x, bool reclassify, const Visit& visit) {
                               options_.residual,
                               reclassify,
                               options_.warm_hits ? 1 : 8};
-    make(device_ ? device_sdf_ : sdf_, x, &term.field);
+    make((device_ ? device_sdfs_ : sdfs_).data(), x, options_, &term.field);
     make(options_, &term.penalty);
     visit(term, ops_for<Field, Penalty>(used_isa()));
   };
-  switch (pair_of(options_)) {
+  switch (pair_of(options_, objects_)) {
 #define SDFTRACK_PAIR(name, field, penalty)               \
   case Pair::name:                                        \
     run(std::type_identity<std::pair<field, penalty>>{}); \
@@ -160,7 +194,8 @@ int SdfEnergy::count_near(const State& x, double reach_m) {
 void SdfEnergy::enter_device(CudaWork* device) {
   leave_device();
   device_pixels_ = device->upload(*pixels_);
-  device_sdf_ = device->volume(sdf_);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(objects_); ++k)
+    device_sdfs_[k] = device->volume(sdfs_[k]);
   device_ = device;
 }
 
@@ -202,6 +237,7 @@ void SdfEnergy::classify(const State& x, int steps) {
 }
 
 EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget, SummaryScratch* scratch) {
+  if (objects_ > 1) throw std::logic_error("SdfEnergy: a union is not summarised, its objects are");
   EnergySummary out;
   const int budget = whole_lanes(pixel_budget);
   scratch->residuals.resize(static_cast<std::size_t>(budget));
@@ -209,8 +245,8 @@ EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget, SummaryScra
   scratch->noises.clear();
   with_term(x, false, [&](const auto& term, const auto& ops) {
     const bool ray_hit = term.residual == Residual::kRayHit;
-    const auto sums =
-        ops.summarize(term, budget, sdf_.voxel_m, ray_hit, scratch->residuals.data(), scratch->places.data());
+    const auto sums = ops.summarize(term, budget, sdfs_[0].voxel_m, ray_hit, scratch->residuals.data(),
+                                    scratch->places.data());
     ColorSums colors;
     for (std::size_t k = 0; k < static_cast<std::size_t>(sums.count); ++k) {
       const int i = scratch->places[k];
@@ -218,7 +254,7 @@ EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget, SummaryScra
       if (told && (term.pixels.gain[i] == 0.0f || !ray_hit))
         scratch->noises.push_back(std::abs(scratch->residuals[k]) * term.pixels.per_noise[i]);
     }
-    out = summary_of(sums, term.pixels.count);
+    if constexpr (std::decay_t<decltype(term)>::P <= kMostUnknowns) out = summary_of(sums, term.pixels.count);
     colors.finish(&out);
   });
   out.noise_m = robust_sd(&scratch->noises);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The data energy of one object: a penalty on each pixel's residual to the object's signed distance field.
+// The data energy of an object, or of a few that the same pixels may show: a penalty on each pixel's residual
+// to the signed distance field of the object, or of their union.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "base/views.h"
@@ -20,7 +22,8 @@ struct SdfEnergyOptions {
   bool warm_hits = true;       // go on from the last hits; false: cost is a function of the state alone
   bool scale = false;          // unknown size
   bool intrinsics = false;     // unknown fx, fy, cx, cy
-  bool color = false;          // weigh the pixels by their colours' posteriors
+  float sharpness = 40;  // of a union, per smallest voxel: it lies below its objects by log(4) / 40 at most
+  bool color = false;    // weigh the pixels by their colours' posteriors
   ColorLikelihood color_likelihood = ColorLikelihood::kOdds;
   float color_prior = 0.7f;  // the posterior of a colour that says nothing
   int threads = 1;
@@ -34,6 +37,8 @@ struct PixelReadings {
 
 class CudaWork;
 
+constexpr int kMostJoined = 4;  // objects in a union: of more near one point the nearest count
+
 // Working memory of a summary, for whoever makes one in every frame.
 struct SummaryScratch {
   std::vector<float> residuals, noises;
@@ -44,9 +49,11 @@ class SdfEnergy final : public Energy {
  public:
   // `pixels` is kept, not copied; its hits and classes are working memory of this energy.
   SdfEnergy(SdfView sdf, PixelSet* pixels, const SdfEnergyOptions& options)
-      : sdf_(sdf), pixels_(pixels), options_(options) {}
+      : SdfEnergy(&sdf, 1, pixels, options) {}
+  // Of the union of the first `objects` (at most kMostJoined) of sdfs.
+  SdfEnergy(const SdfView* sdfs, int objects, PixelSet* pixels, const SdfEnergyOptions& options);
 
-  Unknowns unknowns() const override { return {1, options_.scale, options_.intrinsics}; }
+  Unknowns unknowns() const override { return {objects_, options_.scale, options_.intrinsics}; }
   void linearize(const State& x, NormalEquations* out) override;
   double cost(const State& x) override;
 
@@ -55,6 +62,8 @@ class SdfEnergy final : public Energy {
   void enter_device(CudaWork* device);
   void leave_device();
 
+  // phi at the measured points, valid until the pixels' classes are decided: it is written in their place.
+  const float* distances(const State& x);
   // How many pixels' points lie within reach_m of the surface at x; and leaves out the others.
   int count_near(const State& x, double reach_m);
   void keep_near(const State& x, double reach_m);
@@ -72,15 +81,15 @@ class SdfEnergy final : public Energy {
  private:
   template <class Visit>
   void with_term(const State& x, bool reclassify, const Visit& visit);
-  const float* distances(const State& x);  // phi at the measured points
 
-  SdfView sdf_;
+  std::array<SdfView, kMostJoined> sdfs_{};
+  int objects_;
   PixelSet* pixels_;
   SdfEnergyOptions options_;
   bool undecided_ = true;  // which rays meet the model
   CudaWork* device_ = nullptr;
   PixelsView<float> device_pixels_{};
-  SdfView device_sdf_{};
+  std::array<SdfView, kMostJoined> device_sdfs_{};
 };
 
 }  // namespace sdftrack

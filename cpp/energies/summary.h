@@ -9,7 +9,6 @@
 
 namespace sdftrack {
 
-constexpr int kMostUnknowns = 10;  // of one object with its camera
 using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostUnknowns, kMostUnknowns>;
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostUnknowns, 1>;
 

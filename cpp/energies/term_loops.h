@@ -65,8 +65,10 @@ struct Loops {
                                int* at) {
     const auto term = given.template cast<L>();
     TermSums<P> sums;
-    note<L>(term, budget, voxel_m, residual_m, at, &sums);
-    if (missed) note_missed<L>(term, &sums);
+    if constexpr (P <= kMostUnknowns) {
+      note<L>(term, budget, voxel_m, residual_m, at, &sums);
+      if (missed) note_missed<L>(term, &sums);
+    }
     return sums;
   }
 };

@@ -6,6 +6,8 @@
 
 namespace sdftrack {
 
+constexpr int kMostUnknowns = 10;  // of one object with its camera: more are not summarised
+
 template <int P>
 struct TermSums {
   // Pixels whose residuals are of one kind: fallback, hit, hit at a grazing angle.

@@ -2,6 +2,7 @@
 // What the optimiser sees of an energy: a cost to be minimised and its quadratic model.
 #pragma once
 
+#include <array>
 #include <utility>
 #include <vector>
 
@@ -33,6 +34,41 @@ class SumEnergy final : public Energy {
 
  private:
   std::vector<std::pair<Energy*, double>> terms_;
+  NormalEquations one_;
+};
+
+// sum_i weight_i E_i over several objects, where each term is of a few of them: its object k is objects[k] of
+// the whole. What a linearisation costs grows with the terms, not with the square of all unknowns.
+class GroupEnergy final : public Energy {
+ public:
+  static constexpr std::size_t kMost = 4;  // objects of a term
+
+  void clear(int objects) {
+    objects_ = objects, terms_.clear();
+    whole_.clear();
+  }
+  // At most kMost objects.
+  void add(Energy* energy, double weight, const int* objects, int count);
+  // A term of all objects, in their order.
+  void add(Energy* energy) { whole_.push_back(energy); }
+
+  Unknowns unknowns() const override { return {objects_, false, false}; }
+  void linearize(const State& x, NormalEquations* out) override;
+  double cost(const State& x) override;
+
+ private:
+  struct Term {
+    Energy* energy;
+    double weight;
+    std::array<int, kMost> objects;
+    int count;
+  };
+  const State& state_of(const Term& term, const State& x);
+
+  int objects_ = 0;
+  std::vector<Term> terms_;
+  std::vector<Energy*> whole_;
+  State part_;
   NormalEquations one_;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "optim/lm.h"
 
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -9,6 +10,8 @@
 namespace sdftrack {
 
 namespace {
+
+constexpr Eigen::Index kDense = 48;  // unknowns up to which a dense factorisation is the faster one
 
 void find_free_unknowns(const LmOptions& options, int n, std::vector<int>* free) {
   if (!options.fixed.empty() && static_cast<int>(options.fixed.size()) != n)
@@ -33,8 +36,14 @@ void find_damped_step(const NormalEquations& eq, double damping, LmWork* work) {
   }
   const double floor = 1e-12 * std::max(1e-300, A.diagonal().maxCoeff());
   for (Eigen::Index i = 0; i < n; ++i) A(i, i) += damping * std::max(A(i, i), floor) + floor;
-  work->factor.compute(A);
-  work->rhs = work->factor.solve(work->rhs);
+  if (n <= kDense) {
+    work->factor.compute(A);
+    work->rhs = work->factor.solve(work->rhs);
+  } else {
+    // Of many objects only those that touch share anything: most blocks are empty.
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(A.sparseView());
+    work->rhs = factor.solve(work->rhs);
+  }
   work->delta.setZero(eq.gradient.size());
   for (Eigen::Index i = 0; i < n; ++i) work->delta[free[static_cast<std::size_t>(i)]] = work->rhs[i];
 }

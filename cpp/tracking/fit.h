@@ -4,48 +4,12 @@
 
 #include <array>
 #include <initializer_list>
-#include <optional>
-#include <vector>
 
-#include "optim/lm.h"
 #include "optim/prior.h"
-#include "tracking/color_evidence.h"
-#include "tracking/correlation.h"
+#include "tracking/fit_view.h"
 #include "tracking/free_space.h"
-#include "tracking/local_noise.h"
-#include "tracking/selection.h"
-#include "tracking/trust.h"
 
 namespace sdftrack {
-
-struct TrackStep {
-  LmStep step;
-  double scale_m;
-  int pixels;
-};
-
-// One record of every trial, in order.
-inline void prepend(const std::vector<TrackStep>& first, std::vector<TrackStep>* steps) {
-  steps->insert(steps->begin(), first.begin(), first.end());
-}
-
-// What a fit takes from the frames before and hands on to the next one.
-struct FitMemory {
-  double noise_factor = 1;  // sensor noise, measured over stated
-  bool noise_known = false;
-  double correlation_area_px = 0;  // 0: not measured yet
-  int area_age = 0;                // frames since that was measured
-  double damping = 0;              // only with TrackerOptions::keep_damping
-};
-
-// Whom to fit, and where it is expected: pixels are taken around `expected`, the prior is centred there.
-struct FitTarget {
-  const Shape& shape;
-  Rigidd expected;  // T_cam_obj, centred frame
-  Matrix6d prior;   // information of the prior on the increment of T_obj_cam; 0: none
-  FitMemory memory;
-  const ColorModel* colors = nullptr;  // nullptr: depth alone
-};
 
 // A few poses, T_cam_obj, centred.
 class Starts {
@@ -70,19 +34,6 @@ struct Attempt {
   Starts starts;  // the best after the coarse stages goes on
 };
 
-struct Fitted {
-  Rigidd T_cam_obj;     // centred frame
-  Matrix6d covariance;  // camera axes, about the caller's object origin
-  double cost = 0;      // mean per pixel of the last stage; with colours that of depth where they are its own
-  double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
-  Visibility seen;
-  Outline outline;
-  double roughness = 1;  // see PoseEvidence
-  double centre_sd = 0;  // likewise
-  FitMemory memory;
-  std::vector<TrackStep> steps;
-};
-
 // What fits to the same frame are compared by: surface that is seen where it should be, less the share of the
 // worst cost.
 double fit_quality(const Fitted& fitted, const TrackerOptions& options);
@@ -100,7 +51,7 @@ class PoseFitter {
  public:
   // device: where large sums run; nullptr: here. It outlives the fitter.
   PoseFitter(const TrackerOptions& options, int threads, CudaWork* device = nullptr)
-      : options_(options), threads_(threads), device_(device) {}
+      : options_(options), threads_(threads), device_(device), view_(options) {}
 
   // None where too few readings lie near the expected pose.
   std::optional<Fitted> fit(const DepthFrame& frame, const Camera& camera, const FitTarget& target,
@@ -113,23 +64,13 @@ class PoseFitter {
   std::optional<Fitted> look(const DepthFrame& frame, const Camera& camera, const FitTarget& target);
 
  private:
-  bool gather(const DepthFrame& frame, const Camera& camera, const FitTarget& target, double padding_m,
-              const Plane* plane);
-  void pack(int wanted, PixelSet* out);
-  void examine(const DepthFrame& frame, Fitted* fitted);
   Fitted blank();
   void begin_at(const Rigidd& T_cam_obj, State* x) const;
   void fit_coarsely(const DepthFrame& frame, const Attempt& attempt, State* x, Fitted* fitted);
   void fit_coarse(const Attempt& attempt, State* x, Fitted* fitted);
-  void choose_fine_pixels(double scale_m, const State& x);
   void fit_between(State* x, Fitted* fitted);
   void fit_fine(State* x, Fitted* fitted, bool move);
   void run_stage(PixelSet* pixels, const SdfEnergyOptions& energy, int steps, State* x, Fitted* fitted);
-  void read_free_space(const DepthFrame& frame, double padding_m);
-  SdfEnergyOptions energy_options() const;
-  double last_scale(const FitMemory& memory) const;
-  double correlation_area(const SdfEnergyOptions& options, const State& x, SdfEnergy* energy,
-                          FitMemory* memory);
 
   TrackerOptions options_;
   int threads_;
@@ -138,21 +79,13 @@ class PoseFitter {
   // Of the fit in hand.
   const Camera* camera_ = nullptr;
   const FitTarget* target_ = nullptr;
-  double stated_noise_m_ = 0;
 
   // Working memory, kept from frame to frame.
-  PixelSelection selection_;
-  PixelSet pixels_, coarse_, scratch_;
-  FreeSpaceScratch free_scratch_;
-  DistanceGrid free_grid_;
-  CorrelationArea correlation_;
-  ColorReader color_reader_;
-  std::vector<float> floats_;
+  FitView view_;
   State state_, trial_;
   SumEnergy sum_;
   LmWork lm_work_;
   LmResult lm_result_;
-  SummaryScratch summary_scratch_;
   std::vector<std::vector<TrackStep>> spare_steps_;
 };
 

@@ -65,6 +65,16 @@ bool step_outside(const Eye& eye, const Shape& shape, const Rigidd& T_obj_cam, c
   return false;
 }
 
+bool on_one_of(const std::vector<SingleObject<float>>& others, Vec3d p_cam, double tolerance_m) {
+  for (const SingleObject<float>& other : others) {
+    float phi;
+    Vec3f unused;
+    other.value(p_cam.cast<float>(), &phi, &unused);
+    if (static_cast<double>(std::abs(phi)) < tolerance_m) return true;
+  }
+  return false;
+}
+
 constexpr int kEnoughOutline = 6, kEnoughWithoutEnd = 4;  // directions; fewer say nothing
 
 }  // namespace
@@ -76,7 +86,8 @@ bool is_part_of_something(const Outline& outline, double least_ends) {
 }
 
 Outline compare_outline(const DepthFrame& frame, const Camera& camera, const Shape& shape,
-                        const Rigidd& T_cam_obj, double noise_m) {
+                        const Rigidd& T_cam_obj, double noise_m,
+                        const std::vector<SingleObject<float>>& others) {
   Outline outline;
   if (!(T_cam_obj.t.z > 1e-3)) return outline;
   const Eye eye{camera, project(camera.K, T_cam_obj.t)};
@@ -89,12 +100,14 @@ Outline compare_outline(const DepthFrame& frame, const Camera& camera, const Sha
     const double angle = ((k + 0.5) / kDirections - 0.5) * 2 * std::numbers::pi;
     Vec2d u;
     if (!step_outside(eye, shape, T_obj_cam, rim, {std::cos(angle), std::sin(angle)}, &u)) continue;
+    const Vec2d ideal_px = u;
     u = camera.project_point(ray(camera.K, u.x, u.y));  // where the lens puts it
     const int x = static_cast<int>(std::lround(std::clamp(u.x, -1.0, 1e6)));
     const int y = static_cast<int>(std::lround(std::clamp(u.y, -1.0, 1e6)));
     const bool inside = x >= 0 && y >= 0 && x < camera.width && y < camera.height;
     const double z = inside ? static_cast<double>(frame.depth_m(x, y)) : 0;
-    if (!(z > 0) || z < rim.depth_m - tolerance)
+    if (!(z > 0) || z < rim.depth_m - tolerance ||
+        on_one_of(others, z * ray(camera.K, ideal_px.x, ideal_px.y), tolerance))
       ++outline.unknown;
     else if (z > rim.depth_m + tolerance)
       ++outline.ends;

@@ -5,7 +5,9 @@
 by 5 mm / 1.5 degrees, so that every frame has a motion to find. The name says how many pixels lie on the object.
 """
 
+import itertools
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from harness import benchmark
@@ -94,6 +96,39 @@ def fast_frame_8000() -> Callable[[], object]:
 @benchmark("tracking/fast_rgbd_frame_8000px", unit="frame")
 def fast_rgbd_frame_8000() -> Callable[[], object]:
     return tracking(8000, "rgbd", st.TrackerOptions.fast())
+
+
+@benchmark("tracking/frame_5000px_from_memory", unit="frame")
+def frame_from_memory() -> Callable[[], object]:
+    """Frames that no cache holds, as a camera delivers them: 100 copies are 120 MB."""
+    shape = st.SDF.box(SIZE_M)
+    images = [st.Frame(image.depth.copy()) for image in frames(shape, 5000) * 50]
+    tracker = st.Tracker(shape, CAMERA, mode="depth", threads=1)
+    tracker.start(images[0], poses=poses(5000)[:1])
+    turn = itertools.cycle(images)
+    return lambda: tracker.track(next(turn))
+
+
+@benchmark("tracking/200_frames_in_1_python_thread", items=200, unit="frame")
+def one_python_thread() -> Callable[[], object]:
+    return tracking_in_threads(1)
+
+
+@benchmark("tracking/200_frames_in_2_python_threads", items=200, unit="frame")
+def two_python_threads() -> Callable[[], object]:
+    return tracking_in_threads(2)
+
+
+def tracking_in_threads(count: int) -> Callable[[], object]:
+    """200 frames of 5,000 pixels, shared out to as many trackers as there are Python threads."""
+    runs = [tracking(5000) for _ in range(count)]
+    pool = ThreadPoolExecutor(count)
+
+    def share(run: Callable[[], object]) -> None:
+        for _ in range(200 // count):
+            run()
+
+    return lambda: list(pool.map(share, runs))
 
 
 def tracking_many(count: int) -> Callable[[], object]:

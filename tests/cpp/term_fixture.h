@@ -34,6 +34,18 @@ ScaledObject<float> field_of(ScaledObject<float>*) { return {kBox.view(), kPose,
 WithIntrinsics<SingleObject<float>> field_of(WithIntrinsics<SingleObject<float>>*) {
   return {{kBox.view(), kPose}, kCamera};
 }
+// Copies of the box that touch and overlap.
+template <int K>
+SoftMin<K, float> field_of(SoftMin<K, float>*) {
+  SoftMin<K, float> field;
+  for (int k = 0; k < K; ++k) {
+    const auto side = static_cast<float>(k);
+    field.object[k] = {kBox.view(),
+                       Rigidf{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.03f * side, -0.02f * side, 0}} * kPose};
+  }
+  field.sharpness_per_m = 300;
+  return field;
+}
 DepthLogistic<float> penalty_of(DepthLogistic<float>*) { return {0.003f, 0.1f, Curvature::kIrls, 0.02f}; }
 ColorOdds<float> penalty_of(ColorOdds<float>*) { return {0.003f, 0.1f, 0.7f}; }
 ColorPrinted<float> penalty_of(ColorPrinted<float>*) { return {0.003f}; }
@@ -50,6 +62,11 @@ void on_device(Device* device, ScaledObject<float>* field) {
 template <class Device>
 void on_device(Device* device, WithIntrinsics<SingleObject<float>>* field) {
   on_device(device, &field->field);
+}
+
+template <class Device, int K>
+void on_device(Device* device, SoftMin<K, float>* field) {
+  for (auto& object : field->object) on_device(device, &object);
 }
 
 template <class Field, class Penalty>

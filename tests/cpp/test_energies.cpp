@@ -93,6 +93,62 @@ TEST(Field, the_columns_of_the_intrinsics_are_derivatives) {
     });
 }
 
+template <int K>
+SoftMin<K, double> touching_boxes(double sharpness_per_m) {
+  SoftMin<K, double> field;
+  for (int k = 0; k < K; ++k) {
+    const Rigidd there{rotation_exp(Vec3d{0.3 * k, 0.1, -0.2 * k}), {0.05 * k, 0.01 * k, -0.02 * k}};
+    field.object[k] = {kBox.view(), there * kPose};
+  }
+  field.sharpness_per_m = sharpness_per_m;
+  return field;
+}
+
+template <int K>
+void expect_columns_of_a_union() {
+  for (const double sharpness_per_m : {100.0, 2000.0})
+    for (const Vec3d& p : some_points())
+      expect_columns(touching_boxes<K>(sharpness_per_m), p,
+                     [](SoftMin<K, double> f, Vec3d point, int j, double* h) {
+                       f.object[j / 6].T_obj_cam = moved(f.object[j / 6].T_obj_cam, j % 6, *h);
+                       return std::pair{f, point};
+                     });
+}
+TEST(Field, the_columns_of_a_union_are_derivatives) {
+  expect_columns_of_a_union<2>();
+  expect_columns_of_a_union<3>();
+  expect_columns_of_a_union<4>();
+}
+
+// 40 per voxel: at the default four surfaces that meet in one point stay within 0.05 voxel of it.
+TEST(Field, a_union_lies_below_its_nearest_object_by_the_logarithm_of_their_number) {
+  SoftMin<4, double> field;
+  for (auto& object : field.object) object = {kBox.view(), kPose};
+  const float voxel_m = kBox.view().voxel_m;
+  field.sharpness_per_m = static_cast<double>(SdfEnergyOptions{}.sharpness / voxel_m);
+  for (const Vec3d& p : some_points()) {
+    double joined, own;
+    Vec3d unused;
+    field.value(p, &joined, &unused);
+    field.object[0].value(p, &own, &unused);
+    EXPECT_NEAR(own - joined, std::log(4) / field.sharpness_per_m, 1e-12);
+    EXPECT_LT(own - joined, 0.05 * static_cast<double>(voxel_m));
+  }
+}
+
+TEST(Field, far_from_all_others_a_union_is_its_object) {
+  const SoftMin<3, double> field = touching_boxes<3>(1e4);
+  for (const Vec3d& p : some_points()) {
+    double joined, least = 1, own;
+    Vec3d unused;
+    field.value(p, &joined, &unused);
+    int near = 0;
+    for (const auto& object : field.object) object.value(p, &own, &unused), least = std::min(least, own);
+    for (const auto& object : field.object) object.value(p, &own, &unused), near += own < least + 5e-3;
+    if (near == 1) EXPECT_NEAR(joined, least, 1e-12);
+  }
+}
+
 TEST(Penalty, slope_and_second_derivative_are_derivatives_of_the_cost) {
   for (const double floor : {0.0, 0.1})
     for (double r = -0.02; r < 0.02; r += 0.0007) {

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// What it costs objects to stand in one another: points of each object's surface in the fields of the others.
+#pragma once
+
+#include <vector>
+
+#include "optim/energy.h"
+#include "tracking/shape.h"
+
+namespace sdftrack {
+
+enum class Collision {
+  kNone,
+  // n_m / K sum_k min(0, Phi_others(C_mk))^2 / (2 t^2): a squared hinge, which grows with the depth and does
+  // not depend on the order of the objects.
+  kContact,
+  // -log(1/K sum_k H_out(Phi_before(C_mk))) of the union of the objects before m (thesis Eqs. 5.24, 5.25):
+  // flat, and so without a pull, where a point is inside.
+  kPrinted,
+};
+
+struct CollisionOptions {
+  Collision kind = Collision::kContact;
+  double tolerance_m = 1e-4;  // t
+  double scale_m = 0.002;     // s of the printed form's Heaviside function
+};
+
+// docs/math/several_objects.md, section 3.
+class CollisionEnergy final : public Energy {
+ public:
+  explicit CollisionEnergy(const CollisionOptions& options) : options_(options) {}
+
+  // The objects, how many pixels each has, and which points may come to lie in which other object: those
+  // within reach_m of it at x, to be asked anew where a pose has moved farther.
+  void prepare(const std::vector<const Shape*>& shapes, const std::vector<int>& pixels, const State& x,
+               double reach_m);
+  bool empty() const { return near_.empty(); }
+
+  Unknowns unknowns() const override { return {static_cast<int>(shapes_.size()), false, false}; }
+  void linearize(const State& x, NormalEquations* out) override;
+  double cost(const State& x) override;
+
+ private:
+  struct Pair {
+    int object, other;
+    Rigidd T_other_object;
+  };
+  // A point of pair.object that may lie in pair.other. Those of one point follow one another.
+  struct Near {
+    int pair, point;
+  };
+  struct Contact {
+    const Near* near;
+    double phi_m;      // of the nearest other object
+    Vec3d grad_other;  // of its field, in its frame
+  };
+
+  void pose_pairs(const State& x);
+  template <class Visit>
+  void each_contact(const Visit& visit) const;
+  void rows(const Contact& c, double* own, double* other) const;
+  double add_contact(NormalEquations* out) const;
+  double add_printed(NormalEquations* out) const;
+
+  CollisionOptions options_;
+  std::vector<const Shape*> shapes_;
+  std::vector<double> pixels_;
+  std::vector<Pair> pairs_;
+  std::vector<Near> near_;
+};
+
+}  // namespace sdftrack

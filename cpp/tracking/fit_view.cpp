@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/fit_view.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sdftrack {
+
+namespace {
+
+constexpr double kMostSpread = 10;  // readings packed per one of the budget, to find those near the surface
+constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
+constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot be the object's
+constexpr double kAreaFollows = 0.4;
+constexpr int kAreaEvery = 4;          // frames from one measurement to the next
+constexpr double kSharedPerLocal = 2;  // a sensor's whole noise is at most this much of that among neighbours
+constexpr double kLeastNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
+
+// Whether the frame shows enough of the object, where it is expected, to measure the sensor by it.
+bool clear_view(const Visibility& seen) {
+  return agreeing_share(seen) > 0.6 && seen.farther < 0.1 * seen.agree;
+}
+
+}  // namespace
+
+int FitView::open(const DepthFrame& frame, const Camera& camera, const FitTarget& target, double padding_m,
+                  const Plane* plane) {
+  frame_ = &frame, camera_ = &camera, target_ = &target;
+  stated_noise_m_ = sensor_noise_m(options_, target.expected.t.z);
+  free_grid_.distance_px.clear();
+  selection_.choose(frame, camera, target.shape, target.expected, options_, padding_m, plane);
+  if (selection_.count() == 0) return 0;
+  if (target.colors)
+    color_reader_.open(frame, camera, projected_box(camera, target.shape, target.expected, padding_m),
+                       depth_range(target.shape, target.expected, padding_m));
+  pack(options_.coarse_pixels, &coarse_);
+  return selection_.count();
+}
+
+void FitView::pack(int wanted, PixelSet* out) {
+  selection_.pack(wanted, out);
+  if (target_->colors) fetch_foreground(*target_->colors, color_reader_, out);
+}
+
+void FitView::read_free_space(double padding_m) {
+  if (!options_.free_space) return;
+  const IsBackground of_background = [&](int at, Vec2f u, float depth_m) {
+    const int bin = color_reader_.bin(at, u, depth_m);
+    return bin >= 0 && target_->colors->posterior()[static_cast<std::size_t>(bin)] < kSurelyBackground;
+  };
+  const bool ask = target_->colors && options_.color_free_space;
+  free_space_grid(*frame_, *camera_, target_->shape, target_->expected, padding_m,
+                  ask ? &of_background : nullptr, &free_scratch_, &free_grid_);
+}
+
+double FitView::fine_reach_m(double scale_m) { return std::max(kFineReach_m, kFineReachPerScale * scale_m); }
+
+void FitView::pack_for_budget(double reach_m, const State& x) {
+  int wanted = options_.max_pixels;
+  if (options_.outlier_floor > 0 && selection_.count() > wanted) {
+    const int near = SdfEnergy(target_->shape.sdf, &coarse_, {}).count_near(x, reach_m);
+    wanted = static_cast<int>(wanted * std::min(kMostSpread, coarse_.count() / std::max(1.0, 1.0 * near)));
+  }
+  pack(wanted, &pixels_);
+}
+
+void FitView::choose_fine_pixels(double scale_m, const State& x) {
+  const double reach_m = fine_reach_m(scale_m);
+  pack_for_budget(reach_m, x);
+  if (options_.outlier_floor > 0) SdfEnergy(target_->shape.sdf, &pixels_, {}).keep_near(x, reach_m);
+  if (pixels_.count() > options_.max_pixels) {
+    scratch_.assign_subset(pixels_, options_.max_pixels);
+    std::swap(scratch_, pixels_);
+  }
+}
+
+SdfEnergyOptions FitView::energy_options() const {
+  SdfEnergyOptions energy{options_.residual, options_.curvature};
+  energy.outlier_floor = static_cast<float>(options_.outlier_floor);
+  energy.color = target_->colors != nullptr;
+  energy.color_likelihood = options_.color_likelihood;
+  energy.color_prior = static_cast<float>(options_.color_prior);
+  return energy;
+}
+
+double FitView::last_scale(const FitMemory& memory) const {
+  return options_.scale_per_noise * std::max(kLeastNoise_m, memory.noise_factor * stated_noise_m_);
+}
+
+void FitView::measure_noise(const EnergySummary& summary, FitMemory* memory) const {
+  if (!options_.adapt_noise || !(summary.noise_m > 0)) return;
+  const double measured = std::clamp(summary.noise_m / stated_noise_m_, 0.1, 10.0);
+  memory->noise_factor = memory->noise_known ? 0.8 * memory->noise_factor + 0.2 * measured : measured;
+  memory->noise_known = true;
+}
+
+void FitView::measure_pose(const SdfEnergyOptions& options, const State& x, const EnergySummary& summary,
+                           SdfEnergy* energy, Fitted* fitted) {
+  if (options.color) fitted->cost = summary.cost, fitted->foreground = summary.foreground;
+  const double area_px = correlation_area(options, x, energy, &fitted->memory);
+  const Matrix6d increment = increment_covariance(summary, target_->shape, area_px);
+  fitted->centre_sd =
+      std::sqrt(increment.topLeftCorner<3, 3>().diagonal().maxCoeff()) / (0.5 * target_->shape.diameter_m);
+  fitted->covariance = camera_covariance(increment, inverse(x.T_obj_cam[0]), -target_->shape.centre_obj);
+}
+
+// As stated, or measured and followed from frame to frame.
+double FitView::correlation_area(const SdfEnergyOptions& options, const State& x, SdfEnergy* energy,
+                                 FitMemory* memory) {
+  if (options_.correlation_area_px > 0) return options_.correlation_area_px;
+  double& area = memory->correlation_area_px;
+  if (area > 0 && ++memory->area_age < kAreaEvery) return std::max(1.0, area);
+  memory->area_age = 0;
+  energy->follow_hits(x);  // the last look may have been a step away
+  const double now = correlation_.measure(pixels_, {options.scale_m, options.outlier_floor},
+                                          options.color ? options.color_prior : 0.0f);
+  if (now > 0) area = area > 0 ? area + kAreaFollows * (now - area) : now;
+  return std::max(1.0, area);
+}
+
+// A wrong pose has large residuals; so that these do not pass for the sensor's noise and excuse themselves,
+// what was known before and the noise among neighbouring readings bound what may count as agreement, and a
+// doubtful view teaches no noise.
+void FitView::examine(Fitted* fitted) {
+  static const std::vector<SingleObject<float>> kNobody;
+  const FitMemory& before = target_->memory;
+  const double stated_m = sensor_noise_m(options_, fitted->T_cam_obj.t.z);
+  const double local = local_noise_m(pixels_, &floats_) / stated_noise_m_;  // over stated, as the factor
+  const double measured = fitted->memory.noise_factor;
+  fitted->roughness = local > 0 ? measured / std::max(local, kLeastNoise_m / stated_m) : 1;
+  const double known = before.noise_known ? before.noise_factor : measured;
+  const double noise_m = (local > 0 ? std::min(known, kSharedPerLocal * local) : known) * stated_m;
+  fitted->seen = compare_visible_surface(*frame_, *camera_, target_->shape, fitted->T_cam_obj, noise_m,
+                                         options_.trust_points);
+  fitted->outline = compare_outline(*frame_, *camera_, target_->shape, fitted->T_cam_obj, noise_m,
+                                    target_->others ? *target_->others : kNobody);
+  if (before.noise_known && !clear_view(fitted->seen)) fitted->memory.noise_factor = known;
+}
+
+}  // namespace sdftrack
