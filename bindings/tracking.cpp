@@ -20,15 +20,15 @@ class PyTracker {
  public:
   PyTracker(const std::vector<std::tuple<py::array, double, std::array<double, 3>>>& shapes,
             const Camera& camera, const TrackerOptions& options, int threads, bool recover,
-            MotionModel motion, bool cuda) {
+            MotionModel motion, bool cuda, Collision collision) {
     std::vector<SdfView> views;
     for (const auto& [values, voxel_m, origin] : shapes) {
       volumes_.push_back(values);
       views.push_back(volume_view(values, voxel_m, origin));
     }
     py::gil_scoped_release release;
-    tracker_ =
-        std::make_unique<Tracker>(views, camera, options, TrackerSettings{threads, recover, cuda, motion});
+    tracker_ = std::make_unique<Tracker>(views, camera, options,
+                                         TrackerSettings{threads, recover, cuda, collision, motion});
   }
 
   py::dict start(const py::array& depth, const py::object& mask, double time_s, const py::list& places,
@@ -266,6 +266,9 @@ void bind_tracking(py::module_& m) {
   SDFTRACK_OPTION(motion_sigma_m);
   SDFTRACK_OPTION(motion_sigma_rad);
   SDFTRACK_OPTION(drop_plane);
+  SDFTRACK_OPTION(collision_tolerance_m);
+  SDFTRACK_OPTION(union_sharpness);
+  SDFTRACK_OPTION(coarse_union_sharpness);
   SDFTRACK_OPTION(color_likelihood);
   SDFTRACK_OPTION(color_prior);
   SDFTRACK_OPTION(color_object_rate);
@@ -284,11 +287,15 @@ void bind_tracking(py::module_& m) {
   py::enum_<MotionModel>(m, "MotionModel", "Where an object is expected in the next frame.")
       .value("static", MotionModel::kStatic)
       .value("constant_velocity", MotionModel::kConstantVelocity);
-  py::class_<PyTracker>(m, "Tracker", "Tracks shapes one by one; see sdftrack.Tracker.")
+  py::enum_<Collision>(m, "Collision", "What it costs objects to stand in one another.")
+      .value("none", Collision::kNone)
+      .value("contact", Collision::kContact)
+      .value("printed", Collision::kPrinted);
+  py::class_<PyTracker>(m, "Tracker", "Tracks shapes; see sdftrack.Tracker.")
       .def(py::init<const std::vector<std::tuple<py::array, double, std::array<double, 3>>>&, const Camera&,
-                    const TrackerOptions&, int, bool, MotionModel, bool>(),
+                    const TrackerOptions&, int, bool, MotionModel, bool, Collision>(),
            py::arg("shapes"), py::arg("camera"), py::arg("options"), py::arg("threads"), py::arg("recover"),
-           py::arg("motion"), py::arg("cuda") = false)
+           py::arg("motion"), py::arg("cuda") = false, py::arg("collision") = Collision::kContact)
       .def("start", &PyTracker::start, py::arg("depth"), py::arg("mask"), py::arg("time_s"),
            py::arg("places"), py::arg("color") = py::none(), py::arg("color_map") = py::none())
       .def("track", &PyTracker::track, py::arg("depth"), py::arg("mask"), py::arg("time_s"),

@@ -34,7 +34,11 @@ bool convincing(const Fitted& fitted, const TrackedObject& object, const Tracker
 
 std::optional<Fitted> Tracker::best_fit(const DepthFrame& frame, const Object& object,
                                         const Rigidd& expected) {
-  std::optional<Fitted> best = fit(frame, object, narrow_attempt(expected), expected);
+  return further_fits(frame, object, expected, fit(frame, object, narrow_attempt(expected), expected));
+}
+
+std::optional<Fitted> Tracker::further_fits(const DepthFrame& frame, const Object& object,
+                                            const Rigidd& expected, std::optional<Fitted> best) {
   const auto done = [&] { return best && convincing(*best, object, options_); };
   const auto better = [&](const Fitted& other) {
     return !best || held_quality(other, options_) > held_quality(*best, options_) + kClearlyBetter;
@@ -77,10 +81,13 @@ std::optional<Fitted> Tracker::best_fit(const DepthFrame& frame, const Object& o
 
 std::optional<Fitted> Tracker::fit(const DepthFrame& frame, const Object& object, const Attempt& attempt,
                                    const Rigidd& expected) {
+  return fitter_.fit(frame, camera_, target_of(frame, object, expected), attempt, plane_.plane());
+}
+
+FitTarget Tracker::target_of(const DepthFrame& frame, const Object& object, const Rigidd& expected) const {
   const Matrix6d weak = PosePrior::isotropic(options_.motion_sigma_m, options_.motion_sigma_rad);
-  const FitTarget target{*object.shape, expected, object.prior ? *object.prior : weak, object.memory,
-                         colors_of(frame, object)};
-  return fitter_.fit(frame, camera_, target, attempt, plane_.plane());
+  return {*object.shape, expected, object.prior ? *object.prior : weak, object.memory,
+          colors_of(frame, object)};
 }
 
 // A wide attempt may end far from where its pixels were chosen: once more from there, with the pixels of that

@@ -5,19 +5,10 @@
 #include <vector>
 
 #include "optim/energy.h"
+#include "tracking/options.h"
 #include "tracking/shape.h"
 
 namespace sdftrack {
-
-enum class Collision {
-  kNone,
-  // n_m / K sum_k min(0, Phi_others(C_mk))^2 / (2 t^2): a squared hinge, which grows with the depth and does
-  // not depend on the order of the objects.
-  kContact,
-  // -log(1/K sum_k H_out(Phi_before(C_mk))) of the union of the objects before m (thesis Eqs. 5.24, 5.25):
-  // flat, and so without a pull, where a point is inside.
-  kPrinted,
-};
 
 struct CollisionOptions {
   Collision kind = Collision::kContact;

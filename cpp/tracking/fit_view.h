@@ -41,7 +41,7 @@ struct FitTarget {
   Rigidd expected;  // T_cam_obj, centred frame
   Matrix6d prior;   // information of the prior on the increment of T_obj_cam; 0: none
   FitMemory memory;
-  const ColorModel* colors = nullptr;  // nullptr: depth alone
+  const ColorModel* colors = nullptr;                        // nullptr: depth alone
   const std::vector<SingleObject<float>>* others = nullptr;  // objects known to be near; nullptr: none
 };
 
@@ -81,9 +81,10 @@ class FitView {
   // Cost by colour, covariance: of pixels() at x.
   void measure_pose(const SdfEnergyOptions& options, const State& x, const EnergySummary& summary,
                     SdfEnergy* energy, Fitted* fitted);
-  // Visible surface, outline, roughness. Readings on the surface of one of target().others say nothing of where
-  // this object ends.
-  void examine(Fitted* fitted);
+  // Visible surface, outline, roughness. Readings on the surface of one of `others` say nothing of where this
+  // object ends.
+  void examine(const std::vector<SingleObject<float>>& others, Fitted* fitted);
+  void examine(Fitted* fitted);  // beside target().others
 
   const FitTarget& target() const { return *target_; }
   double stated_noise_m() const { return stated_noise_m_; }

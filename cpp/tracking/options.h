@@ -6,6 +6,16 @@
 
 namespace sdftrack {
 
+enum class Collision {
+  kNone,
+  // n_m / K sum_k min(0, Phi_others(C_mk))^2 / (2 t^2): a squared hinge, which grows with the depth and does
+  // not depend on the order of the objects.
+  kContact,
+  // -log(1/K sum_k H_out(Phi_before(C_mk))) of the union of the objects before m (thesis Eqs. 5.24, 5.25):
+  // flat, and so without a pull, where a point is inside.
+  kPrinted,
+};
+
 struct TrackerOptions {
   // Residual and likelihood (docs/math/depth_tracker.md, sections 1-3)
   Residual residual = Residual::kRayHit;
@@ -43,6 +53,10 @@ struct TrackerOptions {
   double motion_sigma_m = 0.03;  // weak prior about the predicted pose; 0: none
   double motion_sigma_rad = 0.3;
   bool drop_plane = false;  // leave out pixels of the dominant plane
+  // Several objects (docs/math/several_objects.md)
+  double collision_tolerance_m = 1e-4;  // sd of how deep one object may stand in another
+  double union_sharpness = 40;          // of the soft minimum, per voxel, in the last stages;
+  double coarse_union_sharpness = 2;    // in the coarse ones: the source's only one
   // Colour (docs/math/color.md)
   ColorLikelihood color_likelihood = ColorLikelihood::kOdds;
   double color_prior = 0.7;         // P_f of a colour that says nothing

@@ -36,27 +36,35 @@ ObjectResult Tracker::confirmed(ObjectResult result, Object* object) {
   return gone;
 }
 
-// Pixels that the other objects explain where they are followed; nullptr: none.
-const unsigned char* Tracker::taken_by_others(const DepthFrame& frame, const Object& object) {
+// Sets the readings on an object's surface to `value`.
+void Tracker::mark_explained(const DepthFrame& frame, const Shape& shape, const Rigidd& T_cam_obj,
+                             unsigned char value, std::vector<unsigned char>* image) const {
   const Intrinsics<float> K = camera_.K.cast<float>();
   const IdealPixel ideal{frame, K, camera_.width};
+  const Rect box = projected_box(camera_, shape, T_cam_obj, 0);
+  const SingleObject<float> field{shape.sdf, inverse(T_cam_obj).cast<float>()};
+  for (int y = box.y0; y < box.y1; ++y)
+    for (int x = box.x0; x < box.x1; ++x) {
+      const float z = frame.depth_m(x, y);
+      if (!(z > 0)) continue;
+      const Vec2f u = ideal(x, y);
+      float phi;
+      Vec3f unused;
+      field.value(z * ray(K, u.x, u.y), &phi, &unused);
+      if (std::abs(phi) < kExplained_m)
+        (*image)[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera_.width) +
+                 static_cast<std::size_t>(x)] = value;
+    }
+}
+
+// Pixels that the other objects explain where they are followed; nullptr: none.
+const unsigned char* Tracker::taken_by_others(const DepthFrame& frame, const Object& object) {
   bool any = false;
   for (const Object& other : objects_) {
     if (&other == &object || !other.followed() || other.weak) continue;
     if (!any) taken_.assign(static_cast<std::size_t>(camera_.width) * camera_.height, 0);
     any = true;
-    const Rect box = projected_box(camera_, *other.shape, other.T_cam_obj, 0);
-    const SingleObject<float> field{other.shape->sdf, inverse(other.T_cam_obj).cast<float>()};
-    for (int y = box.y0; y < box.y1; ++y)
-      for (int x = box.x0; x < box.x1; ++x) {
-        const float z = frame.depth_m(x, y);
-        if (!(z > 0)) continue;
-        const Vec2f u = ideal(x, y);
-        float phi;
-        Vec3f unused;
-        field.value(z * ray(K, u.x, u.y), &phi, &unused);
-        taken_[static_cast<std::size_t>(y) * camera_.width + x] |= std::abs(phi) < kExplained_m;
-      }
+    mark_explained(frame, *other.shape, other.T_cam_obj, 1, &taken_);
   }
   return any ? taken_.data() : nullptr;
 }

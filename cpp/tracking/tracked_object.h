@@ -29,6 +29,7 @@ struct TrackedObject {
   bool weak = false;                  // in the last frame
   double prior_log_odds = 0;          // see evidence_share; until a frame has shown that it is the object
   int lost_frames = 0;                // in a row, up to the last frame
+  int hidden_frames = 0;              // in a row: placed by its neighbours and its motion alone
   std::optional<Matrix6d> prior;      // information about T_cam_obj, for the next frame alone
   std::optional<Whereabouts> wanted;  // to be looked for in the next frame
   // Found again, and not yet confirmed by a later frame: what to go back to.
@@ -44,7 +45,7 @@ struct TrackedObject {
     memory = {};
     memory.damping = damping_start;
     motion.reset();
-    usual_share = usual_cost = prior_log_odds = 0, weak = false, lost_frames = 0;
+    usual_share = usual_cost = prior_log_odds = 0, weak = false, lost_frames = hidden_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();
   }
 };

@@ -46,6 +46,7 @@ Tracker::Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const
       settings_(settings),
       device_(settings.cuda ? std::make_unique<CudaWork>() : nullptr),
       fitter_(options, settings.threads, device_.get()),
+      joint_(options, settings.collision, settings.threads, device_.get()),
       finder_(options, settings.threads) {
   for (const SdfView& sdf : shapes) {
     objects_.push_back(new_object(sdf));
@@ -97,11 +98,13 @@ const std::vector<ObjectResult>& Tracker::start(const DepthFrame& frame,
 const std::vector<ObjectResult>& Tracker::track(const DepthFrame& frame) {
   everyone_.resize(objects_.size());
   std::iota(everyone_.begin(), everyone_.end(), 0);
+  fit_groups(frame);
   return each(frame, everyone_, [&](std::size_t, Object* o) { return track_one(frame, o); });
 }
 
 const std::vector<ObjectResult>& Tracker::recover(const DepthFrame& frame, const std::vector<int>& objects,
                                                   const std::vector<Whereabouts>& places) {
+  together_.clear();
   return each(frame, objects, [&](std::size_t i, Object* object) {
     object->forget(options_.damping_start);
     return begin_at(frame, object, places[i]);
@@ -139,9 +142,8 @@ void Tracker::remove(int k) {
 template <class Work>
 const std::vector<ObjectResult>& Tracker::each(const DepthFrame& frame, const std::vector<int>& objects,
                                                const Work& work) {
-  const int likely = objects_.empty() ? 0 : pixel_of(camera_, objects_.front().T_cam_obj);
-  const bool readable = has_depth(frame.depth_m, likely);
-  if (readable && options_.drop_plane) follow_plane(frame);
+  const bool has_readings = readable(frame);
+  if (has_readings && options_.drop_plane) follow_plane(frame);
   for (ObjectResult& old : results_) fitter_.give_back(std::move(old.steps));
   results_.resize(objects.size());
   // First those whose place is known, so that a search for the others leaves their readings alone.
@@ -151,7 +153,7 @@ const std::vector<ObjectResult>& Tracker::each(const DepthFrame& frame, const st
       if (objects_.at(static_cast<std::size_t>(objects[i])).placed() == placed) order_.push_back(i);
   for (const std::size_t i : order_) {
     Object& object = objects_.at(static_cast<std::size_t>(objects[i]));
-    if (!readable) {
+    if (!has_readings) {
       results_[i] = unread(&object);
       continue;
     }
@@ -161,6 +163,10 @@ const std::vector<ObjectResult>& Tracker::each(const DepthFrame& frame, const st
     if (results_[i].trust.status == Status::kOk) learn_colors(frame, &object);
   }
   return results_;
+}
+
+bool Tracker::readable(const DepthFrame& frame) const {
+  return has_depth(frame.depth_m, objects_.empty() ? 0 : pixel_of(camera_, objects_.front().T_cam_obj));
 }
 
 ObjectResult Tracker::unread(Object* object) {
@@ -243,6 +249,8 @@ Rigidd Tracker::expected_pose(const Object& object, double time_s) const {
 }
 
 ObjectResult Tracker::follow(const DepthFrame& frame, Object* object) {
+  const auto k = static_cast<std::size_t>(object - objects_.data());
+  if (k < together_.size() && together_[k]) return followed_together(frame, &*together_[k], object);
   std::optional<Fitted> best = best_fit(frame, *object, expected_pose(*object, frame.time_s));
   object->prior.reset();
   if (!best) return without_pose(*object, "too few depth readings near the last pose", Status::kLost);

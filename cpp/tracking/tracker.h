@@ -9,6 +9,7 @@
 
 #include "energies/cuda_work.h"
 #include "tracking/finder.h"
+#include "tracking/joint_fit.h"
 #include "tracking/plane.h"
 #include "tracking/tracked_object.h"
 
@@ -29,10 +30,11 @@ struct TrackerSettings {
   int threads = 1;
   bool recover = true;  // search for lost objects in every frame
   bool cuda = false;    // large sums on the GPU
+  Collision collision = Collision::kContact;
   MotionModel motion = MotionModel::kStatic;
 };
 
-// Tracks shapes one by one, each from its own last pose.
+// Tracks shapes, each from its own last pose: those that may touch together, the others one by one.
 class Tracker {
  public:
   // The volumes behind the shapes' views belong to the caller and outlive the tracker.
@@ -72,8 +74,11 @@ class Tracker {
   template <class Work>
   const std::vector<ObjectResult>& each(const DepthFrame& frame, const std::vector<int>& objects,
                                         const Work& work);
+  bool readable(const DepthFrame& frame) const;
   void follow_plane(const DepthFrame& frame);
   static ObjectResult unread(Object* object);
+  void mark_explained(const DepthFrame& frame, const Shape& shape, const Rigidd& T_cam_obj,
+                      unsigned char value, std::vector<unsigned char>* image) const;
   const unsigned char* taken_by_others(const DepthFrame& frame, const Object& object);
   const ColorModel* colors_of(const DepthFrame& frame, const Object& object) const;
   void learn_colors(const DepthFrame& frame, Object* object);
@@ -81,10 +86,22 @@ class Tracker {
   ObjectResult begin_at(const DepthFrame& frame, Object* object, const Whereabouts& place);
   ObjectResult track_one(const DepthFrame& frame, Object* object);
   ObjectResult follow(const DepthFrame& frame, Object* object);
+  ObjectResult followed_together(const DepthFrame& frame, JointFitted* joint, Object* object);
   ObjectResult confirmed(ObjectResult result, Object* object);
   ObjectResult look_for(const DepthFrame& frame, Object* object, ObjectResult lost);
 
   std::optional<Fitted> best_fit(const DepthFrame& frame, const Object& object, const Rigidd& expected);
+  std::optional<Fitted> further_fits(const DepthFrame& frame, const Object& object, const Rigidd& expected,
+                                     std::optional<Fitted> best);
+  FitTarget target_of(const DepthFrame& frame, const Object& object, const Rigidd& expected) const;
+
+  // Groups of objects that may touch (groups.cpp)
+  void fit_groups(const DepthFrame& frame);
+  void find_groups(double time_s);
+  void fit_group(const DepthFrame& frame, const std::vector<int>& members);
+  bool mend_group(const DepthFrame& frame, const std::vector<int>& members);
+  void fit_together(const DepthFrame& frame, const std::vector<int>& members);
+  DepthFrame without_others(const DepthFrame& frame, const std::vector<int>& members, int k);
   std::optional<Fitted> fit(const DepthFrame& frame, const Object& object, const Attempt& attempt,
                             const Rigidd& expected);
   Fitted polished(const DepthFrame& frame, const Object& object, const Fitted& wide);
@@ -104,8 +121,14 @@ class Tracker {
   PlaneFollower plane_;
   std::unique_ptr<CudaWork> device_;  // nullptr without
   PoseFitter fitter_;
+  JointFitter joint_;
   ObjectFinder finder_;
-  std::vector<unsigned char> taken_;
+  std::vector<unsigned char> taken_, free_;
+  // Of the frame in hand: the groups, and what has been fitted together, by object.
+  std::vector<std::vector<int>> groups_;
+  std::vector<Rigidd> expected_;
+  std::vector<std::optional<JointFitted>> together_;
+  std::vector<FitTarget> targets_;
   std::vector<int> everyone_;       // 0, 1, ...
   std::vector<std::size_t> order_;  // in which the objects of a call are served
   std::vector<ObjectResult> results_;

@@ -77,6 +77,15 @@ class TrackerOptions:
     motion_sigma_m: float = _option("motion_sigma_m", "weak prior about the predicted pose; 0: none")
     motion_sigma_rad: float = _option("motion_sigma_rad", "the same for the turn")
     drop_plane: bool = _option("drop_plane", "leave out the pixels of the dominant plane (a table)")
+    collision_tolerance_m: float = _option(
+        "collision_tolerance_m", "how deep objects may stand in one another, as one standard deviation"
+    )
+    union_sharpness: float = _option(
+        "union_sharpness", "of the soft minimum of several objects, per voxel, in the last stages"
+    )
+    coarse_union_sharpness: float = _option(
+        "coarse_union_sharpness", "the same in the coarse stages; 2 is the source's (thesis, section 5.2)"
+    )
     color_likelihood: str = _option(
         "color_likelihood",
         "odds: the colour sets each pixel's share of outliers; printed: P_f d_on + P_b H_out (Eq. 4.18)",

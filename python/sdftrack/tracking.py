@@ -32,6 +32,7 @@ __all__ = ["Tracker"]
 LOG = logging.getLogger("sdftrack")
 FOLLOWED = (Status.OK, Status.WEAK)
 STATUS = {s.value: s for s in Status}
+COLLISIONS = {"contact": "contact", "printed": "printed", None: "none"}  # the core's names
 
 
 class Tracker:
@@ -102,7 +103,7 @@ class Tracker:
         motion: str = "static",
         membership: bool = False,
         names: Sequence[str] | None = None,
-        collision: None = None,
+        collision: str | None = "contact",
         options: TrackerOptions | None = None,
         **single_options: Any,
     ) -> None:
@@ -113,10 +114,8 @@ class Tracker:
         self.names = _name_list(names, len(self.shapes))
         _expect("mode", mode, ("auto", "depth", "rgbd"))
         _expect("motion", motion, tuple(_core.MotionModel.__members__))
-        if collision is not None:
-            raise ValueError(
-                f"collision: expected None, got {collision!r}; in this version shapes are tracked one by one"
-            )
+        if collision not in COLLISIONS:
+            raise ValueError(f"collision: expected 'contact', 'printed' or None, got {collision!r}")
         if membership:
             raise ValueError("membership: expected False; soft memberships are not part of this version")
         if isinstance(threads, bool) or not isinstance(threads, int) or threads < 0:
@@ -139,6 +138,7 @@ class Tracker:
             self.recover_lost,
             _core.MotionModel.__members__[motion],
             cuda,
+            _core.Collision.__members__[COLLISIONS[collision]],
         )
         self._index = -1
         self._last: TrackResult | None = None

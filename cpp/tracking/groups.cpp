@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+// Objects that may touch or hide each other: fitted together, and one by one where that does not convince.
+#include <algorithm>
+
+#include "tracking/tracker.h"
+
+namespace sdftrack {
+
+namespace {
+
+constexpr int kCarriedFrames = 5;  // in which a hidden object is taken along by the others
+constexpr int kRounds = 2;         // of fitting together, mending single ones and fitting together again
+
+// Whether the sensor sees past the place of an object that nothing shows: then it is not hidden but gone.
+bool seen_through(const Visibility& seen) { return seen.farther > seen.nearer + seen.agree; }
+
+}  // namespace
+
+// together_ holds what is fitted here; objects that are alone are fitted later, on their own.
+void Tracker::fit_groups(const DepthFrame& frame) {
+  together_.assign(objects_.size(), std::nullopt);
+  if (objects_.size() < 2) return;
+  find_groups(frame.time_s);
+  if (!readable(frame)) return;
+  for (const std::vector<int>& members : groups_) fit_group(frame, members);
+}
+
+// Connected sets of two and more.
+void Tracker::find_groups(double time_s) {
+  groups_.clear(), expected_.clear();
+  for (const Object& object : objects_) {
+    const bool placed = object.wanted && object.wanted->T_cam_obj;
+    expected_.push_back(placed ? centred(*object.wanted->T_cam_obj, *object.shape)
+                               : expected_pose(object, time_s));
+  }
+  std::vector<unsigned char> visited(objects_.size(), 0);
+  for (std::size_t first = 0; first < objects_.size(); ++first) {
+    if (visited[first] || !objects_[first].placed()) continue;
+    std::vector<int> members{static_cast<int>(first)};
+    visited[first] = 1;
+    for (std::size_t next = 0; next < members.size(); ++next) {
+      const auto a = static_cast<std::size_t>(members[next]);
+      for (std::size_t b = 0; b < objects_.size(); ++b) {
+        if (visited[b] || !objects_[b].placed() ||
+            !may_touch(*objects_[a].shape, expected_[a], *objects_[b].shape, expected_[b]))
+          continue;
+        visited[b] = 1;
+        members.push_back(static_cast<int>(b));
+      }
+    }
+    if (members.size() < 2) continue;
+    std::sort(members.begin(), members.end());
+    groups_.push_back(std::move(members));
+  }
+}
+
+void Tracker::fit_group(const DepthFrame& frame, const std::vector<int>& members) {
+  fit_together(frame, members);
+  for (int round = 1; round < kRounds && mend_group(frame, members); ++round) fit_together(frame, members);
+}
+
+void Tracker::fit_together(const DepthFrame& frame, const std::vector<int>& members) {
+  targets_.clear();
+  for (const int k : members) {
+    const auto i = static_cast<std::size_t>(k);
+    targets_.push_back(target_of(frame, objects_[i], expected_[i]));
+  }
+  std::vector<JointFitted>& fitted = joint_.fit(frame, camera_, targets_, plane_.plane());
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    std::optional<JointFitted>& kept = together_[static_cast<std::size_t>(members[m])];
+    if (kept) prepend(kept->fitted.steps, &fitted[m].fitted.steps);
+    kept = std::move(fitted[m]);
+  }
+}
+
+// Single objects that do not look as they used to are looked for nearby, in what the others leave. Whether
+// one was found at another place, from which the next round begins.
+bool Tracker::mend_group(const DepthFrame& frame, const std::vector<int>& members) {
+  bool moved = false;
+  for (const int k : members) {
+    const auto i = static_cast<std::size_t>(k);
+    JointFitted& joint = *together_[i];
+    if (joint.hidden || convincing(joint.fitted, objects_[i], options_)) continue;
+    const Rigidd before = joint.fitted.T_cam_obj;
+    std::optional<Fitted> better =
+        further_fits(without_others(frame, members, k), objects_[i], expected_[i], std::move(joint.fitted));
+    joint.fitted = std::move(*better);
+    const Vec3d away = joint.fitted.T_cam_obj.t - before.t;
+    const bool changed = norm(away) > 1e-9;
+    moved |= changed;
+    if (changed) expected_[i] = joint.fitted.T_cam_obj;
+  }
+  return moved;
+}
+
+// The frame without the readings that are on other members' surfaces.
+DepthFrame Tracker::without_others(const DepthFrame& frame, const std::vector<int>& members, int k) {
+  free_.assign(static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height), 1);
+  if (frame.mask) std::copy_n(frame.mask, free_.size(), free_.begin());
+  for (const int m : members) {
+    const auto i = static_cast<std::size_t>(m);
+    if (m == k || together_[i]->hidden) continue;
+    mark_explained(frame, *objects_[i].shape, together_[i]->fitted.T_cam_obj, 0, &free_);
+  }
+  DepthFrame alone = frame;
+  alone.mask = free_.data();
+  return alone;
+}
+
+ObjectResult Tracker::followed_together(const DepthFrame& frame, JointFitted* joint, Object* object) {
+  object->prior.reset();
+  if (joint->hidden) {
+    if (seen_through(joint->fitted.seen) || ++object->hidden_frames > kCarriedFrames) {
+      ObjectResult gone = without_pose(*object, "too few depth readings near the last pose", Status::kLost);
+      gone.steps = std::move(joint->fitted.steps);
+      return gone;
+    }
+    ObjectResult carried =
+        without_pose(*object, "hidden: placed by its neighbours and its motion", Status::kWeak);
+    object->T_cam_obj = joint->fitted.T_cam_obj;
+    object->weak = true;
+    object->motion.pass();
+    carried.T_cam_obj = uncentred(object->T_cam_obj, *object->shape);
+    carried.covariance = joint->fitted.covariance;
+    carried.steps = std::move(joint->fitted.steps);
+    return carried;
+  }
+  object->hidden_frames = 0;
+  const Trust trust = judge(joint->fitted, options_, object->prior_log_odds);
+  return judged(std::move(joint->fitted), trust, frame.time_s, object);
+}
+
+}  // namespace sdftrack

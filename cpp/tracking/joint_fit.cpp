@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/joint_fit.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "optim/prior.h"
+#include "tracking/free_space.h"
+#include "tracking/stages.h"
+
+namespace sdftrack {
+
+namespace {
+
+constexpr int kSettleSteps = 2;
+constexpr int kSummaryPixels = 1000;
+constexpr int kClassifySteps = 4;
+constexpr int kLeastOnDevice = 1500;  // pixels; see fit.cpp
+// A reading may be of any object that is this much farther from it than the nearest one: more while the poses
+// are rough.
+constexpr double kCoarseMargin_m = 0.03, kFineMargin_m = 0.008;
+constexpr double kEverywhere_m = 1;  // reach of the coarse stages
+// Points that may come to lie in another object in the course of a stage.
+constexpr double kCoarseContact_m = 0.02, kFineContact_m = 0.006;
+
+}  // namespace
+
+std::vector<JointFitted>& JointFitter::fit(const DepthFrame& frame, const Camera& camera,
+                                           const std::vector<FitTarget>& targets, const Plane* plane) {
+  camera_ = &camera, targets_ = &targets;
+  open(frame, camera, plane);
+  State& x = state_;
+  x.K = camera.K;
+  x.T_obj_cam.clear();
+  for (const FitTarget& target : targets) x.T_obj_cam.push_back(inverse(target.expected));
+  fit_coarse(&x);
+  all_.clear(targets.size());
+  const double reach_m = FitView::fine_reach_m(last_scale());
+  for (std::size_t m = 0; m < targets.size(); ++m) {
+    if (views_[m]->candidates() == 0) continue;
+    one_.K = x.K, one_.T_obj_cam.assign(1, x.T_obj_cam[m]);
+    views_[m]->pack_for_budget(reach_m, one_);
+    all_.take(static_cast<int>(m), targets, x, reach_m, kFineMargin_m, options_.max_pixels,
+              static_cast<float>(views_.front()->stated_noise_m() / views_[m]->stated_noise_m()),
+              &views_[m]->pixels());
+  }
+  fit_between(&x);
+  fit_fine(&x);
+  examine(x);
+  return out_;
+}
+
+void JointFitter::open(const DepthFrame& frame, const Camera& camera, const Plane* plane) {
+  const std::vector<FitTarget>& targets = *targets_;
+  while (views_.size() < targets.size()) views_.push_back(std::make_unique<FitView>(options_));
+  out_.resize(targets.size());
+  shapes_.clear();
+  double factor = 0;
+  int known = 0;
+  for (std::size_t m = 0; m < targets.size(); ++m) {
+    views_[m]->open(frame, camera, targets[m], options_.padding_m, plane);
+    views_[m]->read_free_space(options_.padding_m);
+    shapes_.push_back(&targets[m].shape);
+    Fitted& fitted = out_[m].fitted;
+    fitted.memory = targets[m].memory;
+    fitted.steps.clear();
+    fitted.foreground = -1;
+    if (targets[m].memory.noise_known) factor += targets[m].memory.noise_factor, ++known;
+  }
+  memory_ = targets.front().memory;
+  memory_.noise_known = known > 0;
+  memory_.noise_factor = known > 0 ? factor / known : 1;
+  memory_.damping = options_.damping_start;
+}
+
+void JointFitter::fit_coarse(State* x) {
+  coarse_.clear(targets_->size());
+  bool more = false;
+  for (std::size_t m = 0; m < targets_->size(); ++m) {
+    FitView& view = *views_[m];
+    if (view.candidates() == 0) continue;
+    more |= view.coarse().count() < view.candidates();
+    coarse_.take(static_cast<int>(m), *targets_, *x, kEverywhere_m, kCoarseMargin_m, options_.coarse_pixels,
+                 static_cast<float>(views_.front()->stated_noise_m() / view.stated_noise_m()),
+                 &view.coarse());
+  }
+  each_coarse_stage(options_, options_.scale_start_m, last_scale(), more, views_.front()->energy_options(),
+                    [&](SdfEnergyOptions energy) {
+                      energy.sharpness = static_cast<float>(options_.coarse_union_sharpness);
+                      run_stage(&coarse_, energy, options_.coarse_steps, false, x);
+                    });
+}
+
+void JointFitter::fit_between(State* x) {
+  SdfEnergyOptions energy = views_.front()->energy_options();
+  energy.sharpness = static_cast<float>(options_.union_sharpness);
+  energy.scale_m = static_cast<float>(last_scale());
+  const double few = static_cast<double>(options_.coarse_pixels) * static_cast<double>(targets_->size());
+  each_share_between(all_.count() / std::max(1.0, few), [&](double share) {
+    part_.assign_share(all_, share);
+    run_stage(&part_, energy, options_.coarse_steps, false, x);
+  });
+}
+
+void JointFitter::fit_fine(State* x) {
+  SdfEnergyOptions energy = views_.front()->energy_options();
+  energy.sharpness = static_cast<float>(options_.union_sharpness);
+  energy.threads = threads_;
+  for (int round = memory_.noise_known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
+    energy.scale_m = static_cast<float>(last_scale());
+    run_stage(&all_, energy, options_.fine_steps, true, x);
+    measure(*x, round == 1);
+  }
+}
+
+void JointFitter::settle(JointPixels* pixels, const SdfEnergyOptions& energy, const State& x) {
+  std::array<SdfView, kMostJoined> sdfs;
+  energies_.clear();
+  for (const auto& part : *pixels) {
+    one_.K = x.K, one_.T_obj_cam.clear();
+    for (int k = 0; k < part->objects; ++k) {
+      const auto m = static_cast<std::size_t>(part->of[static_cast<std::size_t>(k)]);
+      sdfs[static_cast<std::size_t>(k)] = shapes_[m]->sdf;
+      one_.T_obj_cam.push_back(x.T_obj_cam[m]);
+    }
+    energies_.emplace_back(sdfs.data(), part->objects, &part->pixels, energy);
+    if (energy.residual == Residual::kRayHit) energies_.back().settle(one_, kSettleSteps);
+  }
+}
+
+void JointFitter::run_stage(JointPixels* pixels, const SdfEnergyOptions& energy, int steps, bool all,
+                            State* x) {
+  const std::vector<FitTarget>& targets = *targets_;
+  const int objects = static_cast<int>(targets.size());
+  settle(pixels, energy, *x);
+  group_.clear(objects);
+  std::size_t k = 0;
+  for (const auto& part : *pixels) group_.add(&energies_[k++], 1, part->of.data(), part->objects);
+  others_.clear();
+  for (int m = 0; m < objects; ++m) {
+    const auto i = static_cast<std::size_t>(m);
+    const Shape& shape = targets[i].shape;
+    if (!views_[i]->free_grid().empty()) {
+      const FreeSpaceOptions options{static_cast<float>(options_.free_space_scale_m), 1.0f};
+      others_.push_back(std::make_unique<FreeSpaceEnergy>(&shape.outline, &views_[i]->free_grid(), options));
+      group_.add(others_.back().get(),
+                 options_.free_space_weight * pixels->counts()[i] / static_cast<double>(shape.outline.size()),
+                 &m, 1);
+    }
+    if (targets[i].prior.diagonal().maxCoeff() > 0) {
+      others_.push_back(std::make_unique<PosePrior>(Unknowns{1, false, false}, 0,
+                                                    inverse(targets[i].expected), targets[i].prior));
+      group_.add(others_.back().get(), 1, &m, 1);
+    }
+  }
+  collision_.prepare(shapes_, pixels->counts(), *x, all ? kFineContact_m : kCoarseContact_m);
+  if (!collision_.empty()) group_.add(&collision_);
+
+  lm_result_.x = *x;
+  minimize(group_, stage_lm(steps, memory_.damping, memory_.noise_known, all, objects), &lm_work_,
+           &lm_result_);
+  *x = lm_result_.x;
+  for (std::size_t m = 0; m < targets.size(); ++m)
+    for (const LmStep& step : lm_result_.steps)
+      out_[m].fitted.steps.push_back({step, static_cast<double>(energy.scale_m), pixels->counts()[m]});
+}
+
+// Each object's noise, and in the last round its covariance, from the pixels that are its own.
+void JointFitter::measure(const State& x, bool last) {
+  double factor = 0;
+  int known = 0;
+  for (std::size_t m = 0; m < targets_->size(); ++m) {
+    measure_one(m, x, last);
+    const FitMemory& memory = out_[m].fitted.memory;
+    if (memory.noise_known) factor += memory.noise_factor, ++known;
+  }
+  if (!last && known > 0) memory_.noise_factor = factor / known;
+}
+
+void JointFitter::measure_one(std::size_t m, const State& x, bool last) {
+  const FitTarget& target = (*targets_)[m];
+  FitView& view = *views_[m];
+  Fitted& fitted = out_[m].fitted;
+  fitted.T_cam_obj = inverse(x.T_obj_cam[m]);
+  out_[m].hidden = view.candidates() == 0 || view.pixels().count() < options_.min_pixels;
+  if (out_[m].hidden) {
+    // Of what it is placed by only the prior is known to be its own.
+    const Matrix6d prior = target.prior + 1e-9 * Matrix6d::Identity();
+    fitted.covariance = camera_covariance(prior.inverse(), fitted.T_cam_obj, -target.shape.centre_obj);
+    fitted.cost = 0, fitted.centre_sd = std::numeric_limits<double>::infinity();
+    return;
+  }
+  SdfEnergyOptions options = view.energy_options();
+  options.threads = threads_;
+  options.scale_m = static_cast<float>(view.last_scale(memory_));
+  SdfEnergy energy(target.shape.sdf, &view.pixels(), options);
+  one_.K = x.K, one_.T_obj_cam.assign(1, x.T_obj_cam[m]);
+  energy.classify(one_, kClassifySteps);
+  fitted.cost = energy.cost(one_) / view.pixels().count();
+  const EnergySummary summary = energy.summarize(one_, kSummaryPixels, &view.summary_scratch());
+  view.measure_noise(summary, &fitted.memory);
+  if (last) view.measure_pose(options, one_, summary, &energy, &fitted);
+}
+
+void JointFitter::examine(const State& x) {
+  const std::vector<FitTarget>& targets = *targets_;
+  for (std::size_t m = 0; m < targets.size(); ++m) {
+    neighbours_.clear();
+    for (std::size_t k = 0; k < targets.size(); ++k)
+      if (k != m &&
+          may_touch(targets[m].shape, out_[m].fitted.T_cam_obj, targets[k].shape, out_[k].fitted.T_cam_obj))
+        neighbours_.push_back({targets[k].shape.sdf, x.T_obj_cam[k].cast<float>()});
+    views_[m]->examine(neighbours_, &out_[m].fitted);
+  }
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+// Several objects that touch or hide each other, fitted to one frame together: every pixel speaks to the
+// union of those that may have made it, and no object may stand in another (docs/math/several_objects.md).
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "tracking/collision.h"
+#include "tracking/fit_view.h"
+#include "tracking/joint_pixels.h"
+
+namespace sdftrack {
+
+// What became of one object of a group.
+struct JointFitted {
+  Fitted fitted;
+  bool hidden = false;  // too few readings are its own: the others, its motion and the prior have placed it
+};
+
+class JointFitter {
+ public:
+  JointFitter(const TrackerOptions& options, Collision collision, int threads, CudaWork* device = nullptr)
+      : options_(options),
+        threads_(threads),
+        device_(device),
+        collision_({collision, options.collision_tolerance_m}) {}
+
+  // All targets from where they are expected, over padding_m and from scale_m on. One result for each, valid
+  // until the next fit, but for what the caller moves out of them.
+  std::vector<JointFitted>& fit(const DepthFrame& frame, const Camera& camera,
+                                const std::vector<FitTarget>& targets, const Plane* plane);
+
+ private:
+  void open(const DepthFrame& frame, const Camera& camera, const Plane* plane);
+  void fit_coarse(State* x);
+  void fit_between(State* x);
+  void fit_fine(State* x);
+  void run_stage(JointPixels* pixels, const SdfEnergyOptions& energy, int steps, bool all, State* x);
+  void settle(JointPixels* pixels, const SdfEnergyOptions& energy, const State& x);
+  void measure(const State& x, bool last);
+  void measure_one(std::size_t m, const State& x, bool last);
+  void examine(const State& x);
+  double last_scale() const { return views_.front()->last_scale(memory_); }
+
+  TrackerOptions options_;
+  int threads_;
+  CudaWork* device_;
+
+  // Of the fit in hand.
+  const Camera* camera_ = nullptr;
+  const std::vector<FitTarget>* targets_ = nullptr;
+  FitMemory memory_;  // the noise of one sensor
+
+  // Working memory, kept from frame to frame.
+  std::vector<std::unique_ptr<FitView>> views_;
+  JointPixels coarse_, all_, part_;
+  CollisionEnergy collision_;
+  std::vector<const Shape*> shapes_;
+  std::vector<SdfEnergy> energies_;
+  std::vector<std::unique_ptr<Energy>> others_;  // free space and priors
+  std::vector<SingleObject<float>> neighbours_;
+  GroupEnergy group_;
+  State state_, one_;
+  LmWork lm_work_;
+  LmResult lm_result_;
+  std::vector<JointFitted> out_;
+};
+
+}  // namespace sdftrack
