@@ -19,11 +19,9 @@ bool near_box(const Shape& shape, Vec3d p_obj, double reach_m) {
 }
 
 double field_at(const Shape& shape, Vec3d p_obj, Vec3d* gradient) {
-  float phi;
-  Vec3f g;
-  sample(shape.sdf, p_obj.cast<float>(), &phi, &g);
-  *gradient = g.cast<double>();
-  return static_cast<double>(phi);
+  double phi;
+  sample(shape.sdf, p_obj, &phi, gradient);
+  return phi;
 }
 
 // Adds weight r^T r of a row over two objects' unknowns.

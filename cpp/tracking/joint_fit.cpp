@@ -17,7 +17,6 @@ namespace {
 constexpr int kSettleSteps = 2;
 constexpr int kSummaryPixels = 1000;
 constexpr int kClassifySteps = 4;
-constexpr int kLeastOnDevice = 1500;  // pixels; see fit.cpp
 // A reading may be of any object that is this much farther from it than the nearest one: more while the poses
 // are rough.
 constexpr double kCoarseMargin_m = 0.03, kFineMargin_m = 0.008;

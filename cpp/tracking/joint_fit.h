@@ -21,11 +21,8 @@ struct JointFitted {
 
 class JointFitter {
  public:
-  JointFitter(const TrackerOptions& options, Collision collision, int threads, CudaWork* device = nullptr)
-      : options_(options),
-        threads_(threads),
-        device_(device),
-        collision_({collision, options.collision_tolerance_m}) {}
+  JointFitter(const TrackerOptions& options, Collision collision, int threads)
+      : options_(options), threads_(threads), collision_({collision, options.collision_tolerance_m}) {}
 
   // All targets from where they are expected, over padding_m and from scale_m on. One result for each, valid
   // until the next fit, but for what the caller moves out of them.
@@ -46,7 +43,6 @@ class JointFitter {
 
   TrackerOptions options_;
   int threads_;
-  CudaWork* device_;
 
   // Of the fit in hand.
   const Camera* camera_ = nullptr;

@@ -46,7 +46,7 @@ Tracker::Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const
       settings_(settings),
       device_(settings.cuda ? std::make_unique<CudaWork>() : nullptr),
       fitter_(options, settings.threads, device_.get()),
-      joint_(options, settings.collision, settings.threads, device_.get()),
+      joint_(options, settings.collision, settings.threads),
       finder_(options, settings.threads) {
   for (const SdfView& sdf : shapes) {
     objects_.push_back(new_object(sdf));

@@ -105,7 +105,7 @@ def test_every_use_by_a_second_thread_is_refused_and_changes_nothing(tracker, us
         (lambda s: st.Tracker(s, CAMERA.K), TypeError, "camera: expected st.Camera"),
         (lambda s: st.Tracker(s, CAMERA, options={"padding_m": 0.1}), TypeError, "options: .* got dict"),
         (lambda s: st.Tracker(s, CAMERA, names="mug"), TypeError, "names: expected a list .*'mug'"),
-        (lambda s: st.Tracker(s, CAMERA, collision="contact"), ValueError, "collision: .*one by one"),
+        (lambda s: st.Tracker(s, CAMERA, collision="hard"), ValueError, "collision: expected .contact."),
         (lambda s: st.Tracker(s, CAMERA, names=["a", "b"]), ValueError, r"names: .*\(1\), got 2"),
     ],
 )
