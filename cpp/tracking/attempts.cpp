@@ -64,6 +64,7 @@ std::optional<Fitted> Tracker::further_fits(const DepthFrame& frame, const Objec
   SearchQuery query;
   query.plane = plane_.plane();
   query.taken = taken_by_others(frame, object);
+  query.others = others_than(object);
   query.near = expected;
   query.reach_m = kNextReach_m;
   query.seeds = std::min(options_.recover_seeds, kSearchSeeds);

@@ -25,6 +25,7 @@ class CollisionEnergy final : public Energy {
   // within reach_m of it at x, to be asked anew where a pose has moved farther.
   void prepare(const std::vector<const Shape*>& shapes, const std::vector<int>& pixels, const State& x,
                double reach_m);
+  void set_tolerance(double tolerance_m) { options_.tolerance_m = tolerance_m; }
   bool empty() const { return near_.empty(); }
 
   Unknowns unknowns() const override { return {static_cast<int>(shapes_.size()), false, false}; }

@@ -79,7 +79,7 @@ bool near_a_step(const ImageView<float>& depth_m, int x, int y) {
 
 void count_colors(const DepthFrame& frame, const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj,
                   double padding_m, int budget, const ColorModel& known, ColorReader* reader,
-                  ColorCounts* counts) {
+                  ColorCounts* counts, const Others& others) {
   counts->clear();
   const Rect region = projected_box(camera, shape, T_cam_obj, padding_m);
   if (region.empty()) return;
@@ -96,9 +96,11 @@ void count_colors(const DepthFrame& frame, const Camera& camera, const Shape& sh
       const Vec2f u = ideal(x, y);
       float phi;
       Vec3f unused;
-      field.value(z * ray(K, u.x, u.y), &phi, &unused);
+      const Vec3f p_cam = z * ray(K, u.x, u.y);
+      field.value(p_cam, &phi, &unused);
       const bool on = std::abs(phi) <= band;
       if (on ? near_a_step(frame.depth_m, x, y) : !(phi > kOffBands * band)) continue;
+      if (!on && on_one_of(others, p_cam.cast<double>(), static_cast<double>(kOffBands * band))) continue;
       const int bin = reader->bin(y * camera.width + x, u, z);
       if (bin < 0) continue;
       if (on)

@@ -5,6 +5,7 @@
 #include "appearance/color_model.h"
 #include "appearance/color_sight.h"
 #include "energies/pixel_set.h"
+#include "tracking/others.h"
 #include "tracking/region.h"
 
 namespace sdftrack {
@@ -41,11 +42,11 @@ class ColorReader {
 void fetch_foreground(const ColorModel& model, const ColorReader& reader, PixelSet* pixels);
 
 // Colours at a pose: the object's are those of readings on the surface, away from depth steps, weighed by
-// what is known so far; the background's those of readings clearly off it, around it and in front. Visits
-// about `budget` pixels, evenly.
+// what is known so far; the background's those of readings clearly off it and off the others, around it and
+// in front. Visits about `budget` pixels, evenly.
 void count_colors(const DepthFrame& frame, const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj,
                   double padding_m, int budget, const ColorModel& known, ColorReader* reader,
-                  ColorCounts* counts);
+                  ColorCounts* counts, const Others& others = {});
 
 // Colours in and around a mask (0: not the object): the object's inside it, the background's in a ring around
 // it, wide by 30 % of its box. std::invalid_argument where the mask is empty or no reading in it has a

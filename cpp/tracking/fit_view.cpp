@@ -105,7 +105,7 @@ void FitView::measure_pose(const SdfEnergyOptions& options, const State& x, cons
 }
 
 void FitView::examine(Fitted* fitted) {
-  static const std::vector<SingleObject<float>> kNobody;
+  static const Others kNobody;
   examine(target_->others ? *target_->others : kNobody, fitted);
 }
 
@@ -126,7 +126,7 @@ double FitView::correlation_area(const SdfEnergyOptions& options, const State& x
 // A wrong pose has large residuals; so that these do not pass for the sensor's noise and excuse themselves,
 // what was known before and the noise among neighbouring readings bound what may count as agreement, and a
 // doubtful view teaches no noise.
-void FitView::examine(const std::vector<SingleObject<float>>& others, Fitted* fitted) {
+void FitView::examine(const Others& others, Fitted* fitted) {
   const FitMemory& before = target_->memory;
   const double stated_m = sensor_noise_m(options_, fitted->T_cam_obj.t.z);
   const double local = local_noise_m(pixels_, &floats_) / stated_noise_m_;  // over stated, as the factor
@@ -135,7 +135,7 @@ void FitView::examine(const std::vector<SingleObject<float>>& others, Fitted* fi
   const double known = before.noise_known ? before.noise_factor : measured;
   const double noise_m = (local > 0 ? std::min(known, kSharedPerLocal * local) : known) * stated_m;
   fitted->seen = compare_visible_surface(*frame_, *camera_, target_->shape, fitted->T_cam_obj, noise_m,
-                                         options_.trust_points);
+                                         options_.trust_points, others);
   fitted->outline = compare_outline(*frame_, *camera_, target_->shape, fitted->T_cam_obj, noise_m, others);
   if (before.noise_known && !clear_view(fitted->seen)) fitted->memory.noise_factor = known;
 }

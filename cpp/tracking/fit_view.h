@@ -41,8 +41,8 @@ struct FitTarget {
   Rigidd expected;  // T_cam_obj, centred frame
   Matrix6d prior;   // information of the prior on the increment of T_obj_cam; 0: none
   FitMemory memory;
-  const ColorModel* colors = nullptr;                        // nullptr: depth alone
-  const std::vector<SingleObject<float>>* others = nullptr;  // objects known to be near; nullptr: none
+  const ColorModel* colors = nullptr;  // nullptr: depth alone
+  const Others* others = nullptr;      // objects known to be near; nullptr: none
 };
 
 struct Fitted {
@@ -83,7 +83,7 @@ class FitView {
                     SdfEnergy* energy, Fitted* fitted);
   // Visible surface, outline, roughness. Readings on the surface of one of `others` say nothing of where this
   // object ends.
-  void examine(const std::vector<SingleObject<float>>& others, Fitted* fitted);
+  void examine(const Others& others, Fitted* fitted);
   void examine(Fitted* fitted);  // beside target().others
 
   const FitTarget& target() const { return *target_; }

@@ -20,6 +20,7 @@ constexpr int kClassifySteps = 4;
 // A reading may be of any object that is this much farther from it than the nearest one: more while the poses
 // are rough.
 constexpr double kCoarseMargin_m = 0.03, kFineMargin_m = 0.008;
+constexpr int kStepsPerSingle = 2;   // trials of a coarse stage over those of one object alone
 constexpr double kEverywhere_m = 1;  // reach of the coarse stages
 // Points that may come to lie in another object in the course of a stage.
 constexpr double kCoarseContact_m = 0.02, kFineContact_m = 0.006;
@@ -88,7 +89,7 @@ void JointFitter::fit_coarse(State* x) {
   each_coarse_stage(options_, options_.scale_start_m, last_scale(), more, views_.front()->energy_options(),
                     [&](SdfEnergyOptions energy) {
                       energy.sharpness = static_cast<float>(options_.coarse_union_sharpness);
-                      run_stage(&coarse_, energy, options_.coarse_steps, false, x);
+                      run_stage(&coarse_, energy, kStepsPerSingle * options_.coarse_steps, false, x);
                     });
 }
 
@@ -155,6 +156,9 @@ void JointFitter::run_stage(JointPixels* pixels, const SdfEnergyOptions& energy,
     }
   }
   collision_.prepare(shapes_, pixels->counts(), *x, all ? kFineContact_m : kCoarseContact_m);
+  // As soft as the data are: a stiff contact would keep rough poses from passing along each other.
+  collision_.set_tolerance(options_.collision_tolerance_m *
+                           std::max(1.0, static_cast<double>(energy.scale_m) / last_scale()));
   if (!collision_.empty()) group_.add(&collision_);
 
   lm_result_.x = *x;

@@ -56,7 +56,7 @@ class JointFitter {
   std::vector<const Shape*> shapes_;
   std::vector<SdfEnergy> energies_;
   std::vector<std::unique_ptr<Energy>> others_;  // free space and priors
-  std::vector<SingleObject<float>> neighbours_;
+  Others neighbours_;
   GroupEnergy group_;
   State state_, one_;
   LmWork lm_work_;

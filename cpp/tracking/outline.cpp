@@ -65,16 +65,6 @@ bool step_outside(const Eye& eye, const Shape& shape, const Rigidd& T_obj_cam, c
   return false;
 }
 
-bool on_one_of(const std::vector<SingleObject<float>>& others, Vec3d p_cam, double tolerance_m) {
-  for (const SingleObject<float>& other : others) {
-    float phi;
-    Vec3f unused;
-    other.value(p_cam.cast<float>(), &phi, &unused);
-    if (static_cast<double>(std::abs(phi)) < tolerance_m) return true;
-  }
-  return false;
-}
-
 constexpr int kEnoughOutline = 6, kEnoughWithoutEnd = 4;  // directions; fewer say nothing
 
 }  // namespace
@@ -86,8 +76,7 @@ bool is_part_of_something(const Outline& outline, double least_ends) {
 }
 
 Outline compare_outline(const DepthFrame& frame, const Camera& camera, const Shape& shape,
-                        const Rigidd& T_cam_obj, double noise_m,
-                        const std::vector<SingleObject<float>>& others) {
+                        const Rigidd& T_cam_obj, double noise_m, const Others& others) {
   Outline outline;
   if (!(T_cam_obj.t.z > 1e-3)) return outline;
   const Eye eye{camera, project(camera.K, T_cam_obj.t)};

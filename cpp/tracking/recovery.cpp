@@ -36,6 +36,15 @@ ObjectResult Tracker::confirmed(ObjectResult result, Object* object) {
   return gone;
 }
 
+// The fields of the objects that are followed surely.
+const Others* Tracker::others_than(const Object& object) {
+  others_.clear();
+  for (const Object& other : objects_)
+    if (&other != &object && other.followed() && !other.weak)
+      others_.push_back({other.shape->sdf, inverse(other.T_cam_obj).cast<float>()});
+  return &others_;
+}
+
 // Sets the readings on an object's surface to `value`.
 void Tracker::mark_explained(const DepthFrame& frame, const Shape& shape, const Rigidd& T_cam_obj,
                              unsigned char value, std::vector<unsigned char>* image) const {
@@ -74,6 +83,7 @@ ObjectResult Tracker::look_for(const DepthFrame& frame, Object* object, ObjectRe
   SearchQuery query;
   query.plane = plane_.plane();
   query.taken = taken_by_others(frame, *object);
+  query.others = others_than(*object);
   if (n <= kNearFrames || n % 2 == 0) {
     query.near = object->T_cam_obj;
     query.reach_m = std::min(kFarthest_m, kReach_m + kReachPerFrame_m * n);

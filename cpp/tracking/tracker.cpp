@@ -195,7 +195,7 @@ void Tracker::learn_colors(const DepthFrame& frame, Object* object) {
   if (!frame.color || object->prior_log_odds < 0) return;
   const int budget = object->colors.known() ? kColorBudget : kFirstColorBudget;
   count_colors(frame, camera_, *object->shape, object->T_cam_obj, options_.padding_m, budget, object->colors,
-               &color_reader_, &color_counts_);
+               &color_reader_, &color_counts_, *others_than(*object));
   object->colors.update(color_counts_, options_.color_object_rate, options_.color_background_rate);
 }
 
@@ -227,6 +227,7 @@ ObjectResult Tracker::begin_at(const DepthFrame& frame, Object* object, const Wh
   object->prior_log_odds = query.mask || query.box ? 0 : std::log(options_.search_odds);
   query.plane = plane_.plane();
   query.taken = taken_by_others(frame, *object);
+  query.others = others_than(*object);
   const std::optional<Found> found =
       finder_.find(frame, camera_, *object->shape, object->memory, colors_of(frame, *object), query,
                    object->prior_log_odds, &fitter_);

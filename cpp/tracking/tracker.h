@@ -79,6 +79,7 @@ class Tracker {
   static ObjectResult unread(Object* object);
   void mark_explained(const DepthFrame& frame, const Shape& shape, const Rigidd& T_cam_obj,
                       unsigned char value, std::vector<unsigned char>* image) const;
+  const Others* others_than(const Object& object);
   const unsigned char* taken_by_others(const DepthFrame& frame, const Object& object);
   const ColorModel* colors_of(const DepthFrame& frame, const Object& object) const;
   void learn_colors(const DepthFrame& frame, Object* object);
@@ -124,6 +125,7 @@ class Tracker {
   JointFitter joint_;
   ObjectFinder finder_;
   std::vector<unsigned char> taken_, free_;
+  Others others_;
   // Of the frame in hand: the groups, and what has been fitted together, by object.
   std::vector<std::vector<int>> groups_;
   std::vector<Rigidd> expected_;

@@ -18,7 +18,8 @@ constexpr double kMostGap_m = 0.03;
 }  // namespace
 
 Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera, const Shape& shape,
-                                   const Rigidd& T_cam_obj, double noise_m, int points) {
+                                   const Rigidd& T_cam_obj, double noise_m, int points,
+                                   const Others& others) {
   Visibility seen;
   const double tolerance = std::max(kTolerance_m, kTolerancePerNoise * noise_m);
   const int n = static_cast<int>(shape.points.size()), stride = std::max(1, n / std::max(1, points));
@@ -46,12 +47,15 @@ Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera
       const float z = inside ? frame.depth_m(x, y) : 0.0f;
       const double facing = sights.facing[k];
       const double beyond = (static_cast<double>(z) - p_cam.z) * facing;  // about along the normal
-      if (z > 0 && beyond > -kFinger_m) ++gaps, gap_sum_m += std::min(std::abs(beyond), kMostGap_m);
+      const bool hidden = z > 0 && beyond < -tolerance;
+      const bool known = hidden && beyond > -kFinger_m &&
+                         on_one_of(others, (static_cast<double>(z) / p_cam.z) * p_cam, tolerance);
+      if (z > 0 && beyond > -kFinger_m && !known) ++gaps, gap_sum_m += std::min(std::abs(beyond), kMostGap_m);
       if (!(z > 0))
         ++seen.missing;
       else if (beyond > tolerance)
         ++seen.farther;
-      else if (beyond < -tolerance)
+      else if (hidden)
         ++seen.nearer;
       else
         ++seen.agree;

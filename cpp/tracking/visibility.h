@@ -2,6 +2,7 @@
 // What the camera reads where a pose says that it should see the surface.
 #pragma once
 
+#include "tracking/others.h"
 #include "tracking/region.h"
 
 namespace sdftrack {
@@ -15,7 +16,7 @@ struct Visibility {
   int nearer = 0;   // something stands in front
   int missing = 0;  // no reading, or outside the image
   // Mean distance of reading and surface, at most 30 mm each, where nothing stands more than a finger in
-  // front.
+  // front, nor another object that is known.
   double gap_m = 0.03;
 };
 
@@ -25,6 +26,7 @@ inline double agreeing_share(const Visibility& seen) {
 }
 
 Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera, const Shape& shape,
-                                   const Rigidd& T_cam_obj, double noise_m, int points);
+                                   const Rigidd& T_cam_obj, double noise_m, int points,
+                                   const Others& others = {});
 
 }  // namespace sdftrack

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+// Objects that are known to be near the one in hand: their readings say nothing against it.
+#pragma once
+
+#include <vector>
+
+#include "energies/field.h"
+#include "tracking/shape.h"
+
+namespace sdftrack {
+
+using Others = std::vector<SingleObject<float>>;
+
+// Whether a point lies this near to the surface of one of them.
+bool on_one_of(const Others& others, Vec3d p_cam, double tolerance_m);
+// How deep the deepest of a shape's points stands in one of them; 0: outside all.
+double depth_in(const Others& others, const Shape& shape, const Rigidd& T_cam_obj);
+
+}  // namespace sdftrack
