@@ -35,15 +35,16 @@ const State& GroupEnergy::state_of(const Term& term, const State& x) {
 
 void GroupEnergy::linearize(const State& x, NormalEquations* out) {
   for (const Term& term : terms_) {
-    one_.reset(6 * term.count);
-    term.energy->linearize(state_of(term, x), &one_);
-    out->cost += term.weight * one_.cost, out->count += one_.count;
+    NormalEquations& one = one_[static_cast<std::size_t>(term.count - 1)];
+    one.reset(6 * term.count);
+    term.energy->linearize(state_of(term, x), &one);
+    out->cost += term.weight * one.cost, out->count += one.count;
     for (int a = 0; a < term.count; ++a) {
       const int to = 6 * term.objects[static_cast<std::size_t>(a)];
-      out->gradient.segment<6>(to) += term.weight * one_.gradient.segment<6>(6 * a);
+      out->gradient.segment<6>(to) += term.weight * one.gradient.segment<6>(6 * a);
       for (int b = 0; b < term.count; ++b)
         out->hessian.block<6, 6>(to, 6 * term.objects[static_cast<std::size_t>(b)]) +=
-            term.weight * one_.hessian.block<6, 6>(6 * a, 6 * b);
+            term.weight * one.hessian.block<6, 6>(6 * a, 6 * b);
     }
   }
   for (Energy* energy : whole_) energy->linearize(x, out);

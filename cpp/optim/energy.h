@@ -69,7 +69,7 @@ class GroupEnergy final : public Energy {
   std::vector<Term> terms_;
   std::vector<Energy*> whole_;
   State part_;
-  NormalEquations one_;
+  std::array<NormalEquations, kMost> one_;  // by the number of a term's objects: their sizes stay
 };
 
 }  // namespace sdftrack

@@ -44,7 +44,6 @@ void CollisionEnergy::prepare(const std::vector<const Shape*>& shapes, const std
   pairs_.clear(), near_.clear();
   if (options_.kind == Collision::kNone) return;
   const int count = static_cast<int>(shapes.size());
-  std::vector<int> others;
   for (int m = 0; m < count; ++m) {
     const Shape& shape = *shapes[static_cast<std::size_t>(m)];
     const Rigidd T_cam_obj = inverse(x.T_obj_cam[static_cast<std::size_t>(m)]);

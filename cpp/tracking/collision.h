@@ -12,7 +12,7 @@ namespace sdftrack {
 
 struct CollisionOptions {
   Collision kind = Collision::kContact;
-  double tolerance_m = 1e-4;  // t
+  double tolerance_m = 5e-5;  // t
   double scale_m = 0.002;     // s of the printed form's Heaviside function
 };
 

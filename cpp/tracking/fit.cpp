@@ -15,6 +15,7 @@ constexpr int kSettleSteps = 2;
 constexpr int kSummaryPixels = 1000;
 constexpr int kLeastOnDevice = 1500;  // pixels; fewer are summed here before a kernel would have started
 constexpr int kClassifySteps = 4;
+constexpr std::size_t kUsualSteps = 64;  // trials of a frame
 
 }  // namespace
 
@@ -57,11 +58,19 @@ std::optional<Fitted> PoseFitter::look(const DepthFrame& frame, const Camera& ca
 Fitted PoseFitter::blank() {
   Fitted fitted;
   fitted.memory = target_->memory;
-  if (spare_steps_.empty()) return fitted;
-  fitted.steps = std::move(spare_steps_.back());
-  spare_steps_.pop_back();
-  fitted.steps.clear();
+  fitted.steps = spare_steps();
   return fitted;
+}
+
+std::vector<TrackStep> PoseFitter::spare_steps() {
+  std::vector<TrackStep> steps;
+  if (!spare_steps_.empty()) {
+    steps = std::move(spare_steps_.back());
+    spare_steps_.pop_back();
+    steps.clear();
+  }
+  steps.reserve(kUsualSteps);  // whichever comes next, it has room
+  return steps;
 }
 
 void PoseFitter::begin_at(const Rigidd& T_cam_obj, State* x) const {

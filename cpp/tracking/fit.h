@@ -60,6 +60,7 @@ class PoseFitter {
   void give_back(std::vector<TrackStep>&& steps) {
     if (steps.capacity() > 0) spare_steps_.push_back(std::move(steps));  // else lost frames would pile up
   }
+  std::vector<TrackStep> spare_steps();
   // Nothing is fitted: the expected pose as it is, with its covariance and all that it is judged by.
   std::optional<Fitted> look(const DepthFrame& frame, const Camera& camera, const FitTarget& target);
 

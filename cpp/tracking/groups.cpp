@@ -22,35 +22,36 @@ void Tracker::fit_groups(const DepthFrame& frame) {
   if (objects_.size() < 2) return;
   find_groups(frame.time_s);
   if (!readable(frame)) return;
-  for (const std::vector<int>& members : groups_) fit_group(frame, members);
+  for (std::size_t g = 0; g < group_count_; ++g) fit_group(frame, groups_[g]);
 }
 
-// Connected sets of two and more.
+// Connected sets of two and more: the first group_count_ of groups_.
 void Tracker::find_groups(double time_s) {
-  groups_.clear(), expected_.clear();
+  group_count_ = 0, expected_.clear();
   for (const Object& object : objects_) {
     const bool placed = object.wanted && object.wanted->T_cam_obj;
     expected_.push_back(placed ? centred(*object.wanted->T_cam_obj, *object.shape)
                                : expected_pose(object, time_s));
   }
-  std::vector<unsigned char> visited(objects_.size(), 0);
+  visited_.assign(objects_.size(), 0);
   for (std::size_t first = 0; first < objects_.size(); ++first) {
-    if (visited[first] || !objects_[first].placed()) continue;
-    std::vector<int> members{static_cast<int>(first)};
-    visited[first] = 1;
+    if (visited_[first] || !objects_[first].placed()) continue;
+    if (groups_.size() == group_count_) groups_.emplace_back();
+    std::vector<int>& members = groups_[group_count_];
+    members.assign(1, static_cast<int>(first));
+    visited_[first] = 1;
     for (std::size_t next = 0; next < members.size(); ++next) {
       const auto a = static_cast<std::size_t>(members[next]);
       for (std::size_t b = 0; b < objects_.size(); ++b) {
-        if (visited[b] || !objects_[b].placed() ||
+        if (visited_[b] || !objects_[b].placed() ||
             !may_touch(*objects_[a].shape, expected_[a], *objects_[b].shape, expected_[b]))
           continue;
-        visited[b] = 1;
+        visited_[b] = 1;
         members.push_back(static_cast<int>(b));
       }
     }
-    if (members.size() < 2) continue;
     std::sort(members.begin(), members.end());
-    groups_.push_back(std::move(members));
+    if (members.size() > 1) ++group_count_;
   }
 }
 
@@ -70,6 +71,7 @@ void Tracker::fit_together(const DepthFrame& frame, const std::vector<int>& memb
     std::optional<JointFitted>& kept = together_[static_cast<std::size_t>(members[m])];
     if (kept) prepend(kept->fitted.steps, &fitted[m].fitted.steps);
     kept = std::move(fitted[m]);
+    fitted[m].fitted.steps = fitter_.spare_steps();
   }
 }
 

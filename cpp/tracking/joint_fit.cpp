@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "optim/prior.h"
-#include "tracking/free_space.h"
 #include "tracking/stages.h"
 
 namespace sdftrack {
@@ -130,6 +128,22 @@ void JointFitter::settle(JointPixels* pixels, const SdfEnergyOptions& energy, co
   }
 }
 
+// Free space and prior of every object, as in a fit of its own.
+void JointFitter::make_terms(const JointPixels& pixels) {
+  free_space_.clear(), priors_.clear();
+  free_space_.reserve(targets_->size()), priors_.reserve(targets_->size());
+  for (int m = 0; m < static_cast<int>(targets_->size()); ++m) {
+    const auto i = static_cast<std::size_t>(m);
+    const FitTarget& target = (*targets_)[i];
+    free_space_.emplace_back(&target.shape.outline, &views_[i]->free_grid(),
+                             FreeSpaceOptions{static_cast<float>(options_.free_space_scale_m), 1.0f});
+    if (!views_[i]->free_grid().empty())
+      group_.add(&free_space_.back(), free_space_weight(i, pixels.counts()[i]), &m, 1);
+    priors_.emplace_back(Unknowns{1, false, false}, 0, inverse(target.expected), target.prior);
+    if (target.prior.diagonal().maxCoeff() > 0) group_.add(&priors_.back(), 1, &m, 1);
+  }
+}
+
 void JointFitter::run_stage(JointPixels* pixels, const SdfEnergyOptions& energy, int steps, bool all,
                             State* x) {
   const std::vector<FitTarget>& targets = *targets_;
@@ -138,23 +152,7 @@ void JointFitter::run_stage(JointPixels* pixels, const SdfEnergyOptions& energy,
   group_.clear(objects);
   std::size_t k = 0;
   for (const auto& part : *pixels) group_.add(&energies_[k++], 1, part->of.data(), part->objects);
-  others_.clear();
-  for (int m = 0; m < objects; ++m) {
-    const auto i = static_cast<std::size_t>(m);
-    const Shape& shape = targets[i].shape;
-    if (!views_[i]->free_grid().empty()) {
-      const FreeSpaceOptions options{static_cast<float>(options_.free_space_scale_m), 1.0f};
-      others_.push_back(std::make_unique<FreeSpaceEnergy>(&shape.outline, &views_[i]->free_grid(), options));
-      group_.add(others_.back().get(),
-                 options_.free_space_weight * pixels->counts()[i] / static_cast<double>(shape.outline.size()),
-                 &m, 1);
-    }
-    if (targets[i].prior.diagonal().maxCoeff() > 0) {
-      others_.push_back(std::make_unique<PosePrior>(Unknowns{1, false, false}, 0,
-                                                    inverse(targets[i].expected), targets[i].prior));
-      group_.add(others_.back().get(), 1, &m, 1);
-    }
-  }
+  make_terms(*pixels);
   collision_.prepare(shapes_, pixels->counts(), *x, all ? kFineContact_m : kCoarseContact_m);
   // As soft as the data are: a stiff contact would keep rough poses from passing along each other.
   collision_.set_tolerance(options_.collision_tolerance_m *
@@ -201,10 +199,18 @@ void JointFitter::measure_one(std::size_t m, const State& x, bool last) {
   SdfEnergy energy(target.shape.sdf, &view.pixels(), options);
   one_.K = x.K, one_.T_obj_cam.assign(1, x.T_obj_cam[m]);
   energy.classify(one_, kClassifySteps);
-  fitted.cost = energy.cost(one_) / view.pixels().count();
+  fitted.cost = cost_of(m, &energy);
   const EnergySummary summary = energy.summarize(one_, kSummaryPixels, &view.summary_scratch());
   view.measure_noise(summary, &fitted.memory);
   if (last) view.measure_pose(options, one_, summary, &energy, &fitted);
+}
+
+// Mean per pixel at one_, of the terms that a fit of this object alone has.
+double JointFitter::cost_of(std::size_t m, SdfEnergy* data) {
+  const int pixels = views_[m]->pixels().count();
+  double sum = data->cost(one_) + priors_[m].cost(one_);
+  if (!views_[m]->free_grid().empty()) sum += free_space_weight(m, pixels) * free_space_[m].cost(one_);
+  return sum / pixels;
 }
 
 void JointFitter::examine(const State& x) {

@@ -7,8 +7,10 @@
 #include <memory>
 #include <vector>
 
+#include "optim/prior.h"
 #include "tracking/collision.h"
 #include "tracking/fit_view.h"
+#include "tracking/free_space.h"
 #include "tracking/joint_pixels.h"
 
 namespace sdftrack {
@@ -38,7 +40,12 @@ class JointFitter {
   void settle(JointPixels* pixels, const SdfEnergyOptions& energy, const State& x);
   void measure(const State& x, bool last);
   void measure_one(std::size_t m, const State& x, bool last);
+  double cost_of(std::size_t m, SdfEnergy* data);
   void examine(const State& x);
+  void make_terms(const JointPixels& pixels);
+  double free_space_weight(std::size_t m, int pixels) const {
+    return options_.free_space_weight * pixels / static_cast<double>((*targets_)[m].shape.outline.size());
+  }
   double last_scale() const { return views_.front()->last_scale(memory_); }
 
   TrackerOptions options_;
@@ -55,7 +62,8 @@ class JointFitter {
   CollisionEnergy collision_;
   std::vector<const Shape*> shapes_;
   std::vector<SdfEnergy> energies_;
-  std::vector<std::unique_ptr<Energy>> others_;  // free space and priors
+  std::vector<FreeSpaceEnergy> free_space_;
+  std::vector<PosePrior> priors_;
   Others neighbours_;
   GroupEnergy group_;
   State state_, one_;

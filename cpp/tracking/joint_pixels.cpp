@@ -72,11 +72,11 @@ void JointPixels::measure_distances(int m, const std::vector<FitTarget>& targets
     if (k == m || may_touch(own.shape, own.expected, other.shape, other.expected)) near_.push_back(k);
   }
   if (phi_m_.size() < near_.size()) phi_m_.resize(near_.size());
-  State one{{x.T_obj_cam.front()}, x.K, {}};
+  one_.T_obj_cam.resize(1), one_.K = x.K;
   for (std::size_t k = 0; k < near_.size(); ++k) {
     const auto object = static_cast<std::size_t>(near_[k]);
-    one.T_obj_cam[0] = x.T_obj_cam[object];
-    const float* const phi = SdfEnergy(targets[object].shape.sdf, from, {}).distances(one);
+    one_.T_obj_cam[0] = x.T_obj_cam[object];
+    const float* const phi = SdfEnergy(targets[object].shape.sdf, from, {}).distances(one_);
     phi_m_[k].assign(phi, phi + from->count());
   }
 }

@@ -48,7 +48,8 @@ class JointPixels {
   std::vector<std::unique_ptr<SharedPixels>> parts_;  // the first used_ are in use
   std::size_t used_ = 0;
   std::vector<int> counts_;
-  std::vector<int> near_, kept_;           // objects that may share pixels with m, m among them
+  std::vector<int> near_, kept_;  // objects that may share pixels with m, m among them
+  State one_;
   std::size_t own_ = 0;                    // where in near_ m is
   std::vector<std::vector<float>> phi_m_;  // of near_[k] at every pixel
 };

@@ -128,6 +128,8 @@ class Tracker {
   Others others_;
   // Of the frame in hand: the groups, and what has been fitted together, by object.
   std::vector<std::vector<int>> groups_;
+  std::size_t group_count_ = 0;
+  std::vector<unsigned char> visited_;
   std::vector<Rigidd> expected_;
   std::vector<std::optional<JointFitted>> together_;
   std::vector<FitTarget> targets_;

@@ -217,7 +217,7 @@ def test_nearest_distances_are_exact_far_from_the_origin():
 
 
 def test_the_energy_is_the_mean_of_the_objects_also_where_one_of_them_was_searched_for_again(box):
-    poses = [POSE, geometry.pose([0, 0, 0], [-0.12, 0, 0]) @ POSE]
+    poses = [POSE, geometry.pose([0, 0, 0], [-0.22, 0, 0]) @ POSE]  # too far from each other to touch
     frame = st.Frame(np.minimum(depth_of(poses[0]), depth_of(poses[1], seed=3)))
     both = st.Tracker([box, box], CAMERA, threads=1)
     alone = [st.Tracker(box, CAMERA, threads=1).start(frame, poses=[T]).energy for T in poses]
