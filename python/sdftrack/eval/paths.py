@@ -65,7 +65,7 @@ def spins(first: Array, step_rad: Array, phase: Array) -> Array:
     for i, step in enumerate(step_rad[:-1]):
         turned = []
         for k, R in enumerate(out[-1]):
-            axis = np.sin(phase[:3] + 1.7 * k + np.array([0.013, 0.021, 0.03]) * i) + [1e-3, 0, 0]
+            axis = np.sin(phase[:3] + 1.7 * k + np.array([0.013, 0.021, 0.03]) * i) + np.array([1e-3, 0, 0])
             turned.append(geometry.pose(step * axis / np.linalg.norm(axis))[:3, :3] @ R)
         out.append(np.array(turned))
     return np.array(out)

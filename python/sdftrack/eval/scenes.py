@@ -110,7 +110,7 @@ def push(
 def approach(
     mesh: Any, solid: Solid, frames: int = 220, seed: int = 0, cache: Path | None = None, **more: Any
 ) -> Scene:
-    """Figure 5.6: two copies that meet every 32 frames (78, 110, 142, ...), one before the other; at 94 they are apart."""
+    """Figure 5.6: two copies that meet every 32 frames (78, 110, 142, ...), one before the other; apart at 94."""
     rng = np.random.default_rng([seed, 23])
     phase, R0 = rng.uniform(0, 2 * np.pi, 4), rotations(rng, 2)
 

@@ -148,12 +148,6 @@ def _run_row(a: argparse.Namespace) -> dict[str, Any]:
     mesh, solid = solid_of(name, a)
     counts = [int(c) for c in a.counts.split(",")]
     frames, more = a.frames or FRAMES["row"], rendering(a)
-    more = {
-        "noise": noise_of(a.noise, a.sigma),
-        "color": "rgbd" in a.mode,
-        "threads": a.threads,
-        "cache": a.cache,
-    }
     rows: dict[str, Any] = {}
     lines, table = [], []
     for mode in a.mode.split(","):
