@@ -31,7 +31,7 @@ LABEL_ATOL_M = 1e-6  # both are the same ray cast
 def duck():
     mesh = duck_mesh()
     mesh = st.Mesh(0.5 * mesh.vertices, mesh.faces)
-    return mesh, Solid.of(mesh, st.SDF.from_mesh(mesh, voxels=100))
+    return mesh, Solid.of(mesh, st.SDF.from_mesh(mesh, voxels=80), points=1000)
 
 
 @pytest.fixture(scope="module")
@@ -65,8 +65,8 @@ def test_balls_come_to_rest_at_the_wanted_gap(ball):
 
 
 CASES = {
-    "meetings": lambda duck: scenes.meetings(*duck, 60, 1, noise=None),
-    "push": lambda duck: scenes.push(*duck, 60, 0, noise=None),
+    "meetings": lambda duck: scenes.meetings(*duck, 40, 1, noise=None),
+    "push": lambda duck: scenes.push(*duck, 40, 0, noise=None),
     "approach": lambda duck: scenes.approach(*duck, 40, noise=None),
     "still": lambda duck: scenes.still_pair(*duck, 20, noise=None),
     "row": lambda duck: scenes.row(*duck, 5, 3, noise=None),
