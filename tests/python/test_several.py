@@ -228,7 +228,7 @@ def folder(tmp_path_factory, duck):
         ("push", ["--frames", "3", "--push-mm", "2"]),
         ("approach", ["--frames", "3", "--noise", "0.5mm"]),
         ("still", ["--frames", "3"]),
-        ("hidden", ["--trials", "1"]),
+        ("hidden", ["--trials", "1", "--frames", "2"]),
         ("row", ["--frames", "3", "--counts", "1,2"]),
     ],
 )

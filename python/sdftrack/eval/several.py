@@ -116,7 +116,7 @@ def _run_hidden(a: argparse.Namespace) -> dict[str, Any]:
     rows: dict[str, Any] = {}
     for seed in range(a.trials):
         mesh, solid = solids[names[seed % len(names)]]
-        scene = scenes.hidden(mesh, solid, seed, **rendering(a))
+        scene = scenes.hidden(mesh, solid, seed, a.frames or scenes.AFTER, **rendering(a))
         for mode in a.mode.split(","):
             for way in a.ways.split(","):
                 tracked = run_way(scene, way, mode, settings_of(a))
@@ -176,9 +176,11 @@ def _parser() -> argparse.ArgumentParser:
     )
     p.add_argument("--data", type=Path, help="folder of the sequence k1 (or its parent)")
     p.add_argument("--pictures", type=Path, help="of the case k1: where to write overlays")
-    for action in p._actions:  # the other commands need meshes, the recorded case does not
-        if action.dest == "meshes":
+    for action in p._actions:
+        if action.dest == "meshes":  # the other commands need them, the recorded case does not
             action.required = False
+        elif action.dest == "frames":
+            action.help = "0: as many as the case is made for; of the case hidden: those after the board"
     p.set_defaults(mode="depth", only=None)
     return p
 

@@ -105,10 +105,10 @@ def _plot(path: Any, rows: list[dict[str, Any]], gaps: Array) -> None:
         (axes[0], "mm", "translation error (mm)"),
         (axes[1], "deg", "rotation error (deg)"),
     ):
-        top = max(1.0, *(max(r[key]) for r in rows))
-        # Behind the errors the distance of the two, scaled to the axis.
+        # Behind the errors the distance of the two, from the bottom to the top of the axis.
+        height = 0.95 * gaps / gaps.max()
         ax.fill_between(
-            frames, 0.01 + 0 * gaps, 0.01 + top * gaps / gaps.max(), color="0.9", label="gap, scaled"
+            frames, 0, height, transform=ax.get_xaxis_transform(), color="0.92", label="gap, scaled"
         )
         for k, r in enumerate(rows):
             ax.plot(
