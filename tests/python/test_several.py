@@ -59,6 +59,16 @@ def test_the_gap_of_two_balls_is_that_of_their_centres(ball, overlap_m):
     np.testing.assert_array_equal(deepest(ball, np.array([[a, b], [a, at(0.5, 0, 0.8)]]), gone), [0, 0])
 
 
+def test_copies_at_one_pose_are_as_deep_in_each_other_as_they_are_thick(ball):
+    """Their surfaces lie on each other: no point of one is deep in the other."""
+    assert gap(ball, at(0, 0, 0.8), at(0, 0, 0.8)) == pytest.approx(
+        -2 * RADIUS_M, abs=2 * ball.sdf.voxel_size
+    )
+    assert gap(ball, at(0, 0, 0.8), at(0.01, 0, 0.8)) == pytest.approx(
+        0.01 - 2 * RADIUS_M, abs=4 * ball.sdf.voxel_size
+    )
+
+
 def test_balls_come_to_rest_at_the_wanted_gap(ball):
     s = first_contact(ball, [np.eye(4)], np.eye(3), np.zeros(3), np.array([-1.0, 0, 0]), 0.5, 0.001)
     assert s == pytest.approx(2 * RADIUS_M + 0.001, abs=BALL_ATOL_M)

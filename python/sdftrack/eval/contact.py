@@ -2,7 +2,9 @@
 """Gaps between solids: how deep two poses sink into each other, and where copies of a shape touch.
 
 A gap is the least value of one solid's signed distance at points of the other's surface, taken both ways: below
-zero it is a depth of penetration. Between the points it is blind to less than the thickness of an edge.
+zero it is a depth of penetration. Two copies at nearly one pose have their surfaces on each other, so points inside
+count too: a place d deep in one solid and e deep in the other says that these are d + e from apart. Between the
+points a gap is blind to less than the thickness of an edge.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from sdftrack.metrics import _surface_points
 __all__ = ["Solid", "deepest", "first_contact", "gap", "least_gap"]
 
 Array = NDArray[np.float64]
-POINTS = 3000
+POINTS, INNER = 3000, 1000
 NEAR_M = 0.02  # points farther than this outside the other's ball are not looked up
 SHARE = (
     0.6  # of a gap that one may safely go on: far from the volume its distances are too large, by up to half
@@ -30,10 +32,20 @@ LEAST_STEP_M = 0.001
 
 @dataclass(frozen=True)
 class Solid:
-    """A shape by its distances, points (N, 3) of its surface, and the ball (m, object frame) that holds it."""
+    """A shape by its distances, points of its surface and inside it, and the ball (m, object frame) that holds it.
+
+    Attributes
+    ----------
+    points : (N, 3) float64
+        Of the surface.
+    inside, depth : (K, 3), (K,) float64
+        Places inside, and how deep (m) each of them is.
+    """
 
     sdf: Any
     points: Array
+    inside: Array
+    depth: Array
     centre: Array
     radius: float
 
@@ -42,7 +54,8 @@ class Solid:
         """From a mesh and its volume."""
         centre = mesh.bounds.mean(axis=0)
         radius = float(np.linalg.norm(mesh.vertices - centre, axis=1).max())
-        return cls(sdf, _surface_points(mesh, points, 0), centre, radius)
+        inside, depth = _inner_points(sdf)
+        return cls(sdf, _surface_points(mesh, points, 0), inside, depth, centre, radius)
 
     def at(self, R: Array, place: Array) -> Array:
         """T_cam_obj with the ball's centre at `place`."""
@@ -65,9 +78,34 @@ def gap(solid: Solid, a: Array, b: Array) -> float:
 
 
 def _one_way(solid: Solid, of: Array, in_: Array) -> float:
-    p = (solid.points @ of[:3, :3].T + of[:3, 3] - in_[:3, 3]) @ in_[:3, :3]
-    p = p[((p - solid.centre) ** 2).sum(axis=1) < (solid.radius + NEAR_M) ** 2]
-    return float(solid.sdf(p).min()) if len(p) else NEAR_M
+    p, _ = _near(solid, solid.points, of, in_)
+    least = float(solid.sdf(p).min()) if len(p) else NEAR_M
+    if least >= 0:  # nothing of one surface is in the other: nor is what it encloses, or all of it is
+        p = (solid.inside[:1] @ of[:3, :3].T + of[:3, 3] - in_[:3, 3]) @ in_[:3, :3]
+        return min(least, _sunk(solid, p, solid.depth[:1]) or least)
+    p, kept = _near(solid, solid.inside, of, in_)
+    return min(least, _sunk(solid, p, solid.depth[kept]))
+
+
+def _near(solid: Solid, points: Array, of: Array, in_: Array) -> tuple[Array, NDArray[np.bool_]]:
+    p = (points @ of[:3, :3].T + of[:3, 3] - in_[:3, 3]) @ in_[:3, :3]
+    near = ((p - solid.centre) ** 2).sum(axis=1) < (solid.radius + NEAR_M) ** 2
+    return p[near], near
+
+
+def _sunk(solid: Solid, p: Array, depth: Array) -> float:
+    """Both depths together, below zero, at the worst place that is inside both."""
+    phi = solid.sdf(p) if len(p) else np.zeros(0)
+    both = phi < 0
+    return float((phi[both] - depth[both]).min()) if both.any() else 0.0
+
+
+def _inner_points(sdf: Any) -> tuple[Array, Array]:
+    """Up to `INNER` voxel centres inside, (K, 3), and their depths (K,), the deepest one first."""
+    at = np.argwhere(np.asarray(sdf.values) < -2 * sdf.voxel_size)
+    depth = -np.asarray(sdf.values, np.float64)[tuple(at.T)]
+    order = np.argsort(-depth, kind="stable")[:: max(1, len(depth) // INNER)]
+    return np.asarray(sdf.origin) + sdf.voxel_size * at[order][:, ::-1], depth[order]
 
 
 def least_gap(solid: Solid, poses: Iterable[Array]) -> float:
