@@ -60,6 +60,9 @@ FIGURES = {
         Figure("3.9", "time per frame against the number of pixels, CPU and GPU", "speed_3_9"),
         Figure("3.10", "depth-only tracking of a virtual object at four noise levels", "fig_3_10"),
         Figure("4.13a", "RGB-D tracking of a known, textured object", "fig_4_13a"),
+        Figure("5.4", "time per frame against the number of objects", "fig_5_4"),
+        Figure("5.6", "two look-alikes that meet and part, joint and independent trackers", "fig_5_6"),
+        Figure("5.8", "relative pose of two look-alikes at rest, moving camera", "fig_5_8"),
     ]
 }
 
