@@ -41,6 +41,7 @@ std::optional<Fitted> Tracker::further_fits(const DepthFrame& frame, const Objec
                                             const Rigidd& expected, std::optional<Fitted> best) {
   const auto done = [&] { return best && convincing(*best, object, options_); };
   const auto better = [&](const Fitted& other) {
+    if (beside_ && stands_in(*beside_, *object.shape, other.T_cam_obj)) return false;
     return !best || held_quality(other, options_) > held_quality(*best, options_) + kClearlyBetter;
   };
   if (done() || !(options_.retry_inliers > 0)) return best;
@@ -49,7 +50,8 @@ std::optional<Fitted> Tracker::further_fits(const DepthFrame& frame, const Objec
   if (std::optional<Fitted> straight =
           fit(frame, object, {0, options_.padding_m, 0, {expected, moved}}, expected)) {
     if (best) prepend(best->steps, &straight->steps);
-    if (!best || held_quality(*straight, options_) > held_quality(*best, options_))
+    const bool inside = beside_ && stands_in(*beside_, *object.shape, straight->T_cam_obj);
+    if (!best || (!inside && held_quality(*straight, options_) > held_quality(*best, options_)))
       best = std::move(straight);
     else
       best->steps = straight->steps;
@@ -69,8 +71,8 @@ std::optional<Fitted> Tracker::further_fits(const DepthFrame& frame, const Objec
   query.reach_m = kNextReach_m;
   query.seeds = std::min(options_.recover_seeds, kSearchSeeds);
   std::optional<Found> found =
-      finder_.find(frame, camera_, *object.shape, object.memory, colors_of(frame, object), query,
-                   std::log(options_.search_odds), &fitter_);
+      finder_.find(not_taken(frame, query.taken), camera_, *object.shape, object.memory,
+                   colors_of(frame, object), query, std::log(options_.search_odds), &fitter_);
   // A look-alike next to it may be seen better, but is not where it can have gone.
   const auto in_reach = [&] { return norm(found->fitted.T_cam_obj.t - expected.t) <= kNextReach_m; };
   if (found && found->trust.status == Status::kOk && in_reach() && better(found->fitted)) {
@@ -87,8 +89,9 @@ std::optional<Fitted> Tracker::fit(const DepthFrame& frame, const Object& object
 
 FitTarget Tracker::target_of(const DepthFrame& frame, const Object& object, const Rigidd& expected) const {
   const Matrix6d weak = PosePrior::isotropic(options_.motion_sigma_m, options_.motion_sigma_rad);
-  return {*object.shape, expected, object.prior ? *object.prior : weak, object.memory,
-          colors_of(frame, object)};
+  return {
+      *object.shape, expected, object.prior ? *object.prior : weak, object.memory, colors_of(frame, object),
+      beside_};
 }
 
 // A wide attempt may end far from where its pixels were chosen: once more from there, with the pixels of that

@@ -10,9 +10,6 @@ namespace sdftrack {
 
 namespace {
 
-// Of the thinnest extent: what stands deeper in an object that is followed cannot be where it seems.
-constexpr double kMostDepth = 0.3;
-
 // Hypotheses worth a fit at full resolution: so many, with such a share of the best score. Within a mask the
 // readings are the object's, and the score says nearly all; elsewhere the fit tells clutter from the object.
 constexpr std::size_t kFittedInMask = 3, kFitted = 5;
@@ -71,11 +68,6 @@ void doubt(double runner_up, Trust* trust) {
   trust->reason = "ambiguous: another pose explains the view nearly as well";
 }
 
-double thinnest_m(const Shape& shape) {
-  const Vec3d& h = shape.half_box_m;
-  return 2 * std::min({h.x, h.y, h.z});
-}
-
 }  // namespace
 
 std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& camera, const Shape& shape,
@@ -98,8 +90,7 @@ std::optional<Found> ObjectFinder::find(const DepthFrame& frame, const Camera& c
     std::optional<Fitted> fitted = fitter->fit(frame, camera, target, attempt, query.plane);
     if (!fitted) continue;
     if (is_part_of_something(fitted->outline, least_ends)) continue;
-    if (query.others && depth_in(*query.others, shape, fitted->T_cam_obj) > kMostDepth * thinnest_m(shape))
-      continue;
+    if (query.others && stands_in(*query.others, shape, fitted->T_cam_obj)) continue;
     if (!known.noise_known) known = fitted->memory;  // the others are compared under the same noise
     // Score and evidence count the same points in part: of the evidence's odds the root.
     const double evidence = evidence_share(evidence_of(*fitted, options_), prior_log_odds);

@@ -84,8 +84,10 @@ bool Tracker::mend_group(const DepthFrame& frame, const std::vector<int>& member
     JointFitted& joint = *together_[i];
     if (joint.hidden || convincing(joint.fitted, objects_[i], options_)) continue;
     const Rigidd before = joint.fitted.T_cam_obj;
+    beside_ = others_than(objects_[i]);
     std::optional<Fitted> better =
         further_fits(without_others(frame, members, k), objects_[i], expected_[i], std::move(joint.fitted));
+    beside_ = nullptr;
     joint.fitted = std::move(*better);
     const Vec3d away = joint.fitted.T_cam_obj.t - before.t;
     const bool changed = norm(away) > 1e-9;

@@ -28,4 +28,18 @@ double depth_in(const Others& others, const Shape& shape, const Rigidd& T_cam_ob
   return static_cast<double>(deepest);
 }
 
+bool stands_in(const Others& others, const Shape& shape, const Rigidd& T_cam_obj) {
+  constexpr double kMostDepth = 0.3;    // of the thinnest extent, for a point of the surface
+  constexpr float kMostOfMiddle = 0.5;  // of its own depth, for the middle: all of it may be inside
+  const Vec3f middle = T_cam_obj.cast<float>() * shape.middle;
+  for (const SingleObject<float>& other : others) {
+    float phi;
+    Vec3f unused;
+    other.value(middle, &phi, &unused);
+    if (phi < -kMostOfMiddle * shape.depth_m) return true;
+  }
+  const Vec3d& h = shape.half_box_m;
+  return depth_in(others, shape, T_cam_obj) > kMostDepth * 2 * std::min({h.x, h.y, h.z});
+}
+
 }  // namespace sdftrack

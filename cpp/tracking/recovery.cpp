@@ -36,12 +36,19 @@ ObjectResult Tracker::confirmed(ObjectResult result, Object* object) {
   return gone;
 }
 
-// The fields of the objects that are followed surely.
+// The fields of the objects that are followed surely, where they are in this frame if that is known.
 const Others* Tracker::others_than(const Object& object) {
   others_.clear();
-  for (const Object& other : objects_)
-    if (&other != &object && other.followed() && !other.weak)
-      others_.push_back({other.shape->sdf, inverse(other.T_cam_obj).cast<float>()});
+  for (std::size_t k = 0; k < objects_.size(); ++k) {
+    const Object& other = objects_[k];
+    if (&other == &object) continue;
+    const JointFitted* const now = k < together_.size() && together_[k] ? &*together_[k] : nullptr;
+    const bool sure =
+        now ? !now->hidden && convincing(now->fitted, other, options_) : other.followed() && !other.weak;
+    if (!sure) continue;
+    const Rigidd& T_cam_obj = now ? now->fitted.T_cam_obj : other.T_cam_obj;
+    others_.push_back({other.shape->sdf, inverse(T_cam_obj).cast<float>()});
+  }
   return &others_;
 }
 
@@ -78,6 +85,18 @@ const unsigned char* Tracker::taken_by_others(const DepthFrame& frame, const Obj
   return any ? taken_.data() : nullptr;
 }
 
+// The frame without the readings that others explain: a fit would be drawn to them.
+DepthFrame Tracker::not_taken(const DepthFrame& frame, const unsigned char* taken) {
+  if (!taken) return frame;
+  const std::size_t pixels =
+      static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
+  free_.resize(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) free_[i] = !taken[i] && (!frame.mask || frame.mask[i]);
+  DepthFrame alone = frame;
+  alone.mask = free_.data();
+  return alone;
+}
+
 ObjectResult Tracker::look_for(const DepthFrame& frame, Object* object, ObjectResult lost) {
   const int n = object->lost_frames;
   SearchQuery query;
@@ -93,8 +112,8 @@ ObjectResult Tracker::look_for(const DepthFrame& frame, Object* object, ObjectRe
     query.first_seed = (n - 1) * options_.recover_seeds % kSearchSeeds;
   }
   std::optional<Found> found =
-      finder_.find(frame, camera_, *object->shape, object->memory, colors_of(frame, *object), query,
-                   std::log(options_.search_odds), &fitter_);
+      finder_.find(not_taken(frame, query.taken), camera_, *object->shape, object->memory,
+                   colors_of(frame, *object), query, std::log(options_.search_odds), &fitter_);
   if (!found || found->trust.status != Status::kOk || found->trust.confidence < kSure) return lost;
 
   const Rigidd last = object->T_cam_obj;

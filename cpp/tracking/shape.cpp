@@ -14,13 +14,15 @@ namespace {
 
 struct Box {
   float low[3], high[3];  // voxels
+  float middle[3];        // the deepest one
+  float depth_m = 0;
 };
 
 // The ball of radius |phi| about a point inside lies inside, and such balls reach the surface on every side:
 // their extent is the object's, to a small part of a voxel.
 Box box_of_inside(const SdfView& sdf) {
   constexpr float kFar = std::numeric_limits<float>::max();
-  Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
+  Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}, {}};
   const float* row = sdf.phi;
   for (int z = 0; z < sdf.nz; ++z)
     for (int y = 0; y < sdf.ny; ++y, row += sdf.nx)
@@ -28,6 +30,7 @@ Box box_of_inside(const SdfView& sdf) {
         if (row[x] <= 0) {
           const float at[3] = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
           const float radius = -row[x] / sdf.voxel_m;
+          if (-row[x] > box.depth_m) box.depth_m = -row[x], std::copy(at, at + 3, box.middle);
           for (int a = 0; a < 3; ++a) {
             box.low[a] = std::min(box.low[a], at[a] - radius);
             box.high[a] = std::max(box.high[a], at[a] + radius);
@@ -77,10 +80,14 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
     centre[a] = o[a] + 0.5 * voxel * (box.low[a] + box.high[a]);
     half[a] = 0.5 * voxel * (box.high[a] - box.low[a]);
   }
-  Shape shape{sdf, {centre[0], centre[1], centre[2]}, {half[0], half[1], half[2]}, 0, {}, {}, {}, {}, {}, {},
-              {}};
+  Shape shape{};
+  shape.sdf = sdf;
+  shape.centre_obj = {centre[0], centre[1], centre[2]};
+  shape.half_box_m = {half[0], half[1], half[2]};
+  shape.depth_m = box.depth_m;
   shape.diameter_m = 2 * norm(shape.half_box_m);
   shape.sdf.origin_obj = (origin - shape.centre_obj).cast<float>();
+  shape.middle = shape.sdf.origin_obj + sdf.voxel_m * Vec3f{box.middle[0], box.middle[1], box.middle[2]};
   for (const SurfaceSample& s : surface_samples(shape.sdf, point_count)) {
     shape.points.push_back(s.p_obj);
     shape.normals.push_back(s.n_obj);

@@ -15,6 +15,8 @@ struct Shape {
   Vec3d centre_obj;                                  // of the box of {phi <= 0}, in the caller's object frame
   Vec3d half_box_m;                                  // of that box
   double diameter_m;                                 // its diagonal
+  Vec3f middle{};                                    // the point deepest inside, centred frame,
+  float depth_m = 0;                                 // and how deep
   std::vector<Vec3f> points, normals;                // on the surface, uniform by area, centred frame
   std::vector<Vec3f> outline;                        // fewer of them, for the free-space term
   std::vector<Vec3f> search_points, search_normals;  // the same with fewer points: for a search

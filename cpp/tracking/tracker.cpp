@@ -229,8 +229,8 @@ ObjectResult Tracker::begin_at(const DepthFrame& frame, Object* object, const Wh
   query.taken = taken_by_others(frame, *object);
   query.others = others_than(*object);
   const std::optional<Found> found =
-      finder_.find(frame, camera_, *object->shape, object->memory, colors_of(frame, *object), query,
-                   object->prior_log_odds, &fitter_);
+      finder_.find(not_taken(frame, query.taken), camera_, *object->shape, object->memory,
+                   colors_of(frame, *object), query, object->prior_log_odds, &fitter_);
   if (!found) {
     object->lost_frames = 1;
     return without_pose(*object,

@@ -79,6 +79,7 @@ class Tracker {
   static ObjectResult unread(Object* object);
   void mark_explained(const DepthFrame& frame, const Shape& shape, const Rigidd& T_cam_obj,
                       unsigned char value, std::vector<unsigned char>* image) const;
+  DepthFrame not_taken(const DepthFrame& frame, const unsigned char* taken);
   const Others* others_than(const Object& object);
   const unsigned char* taken_by_others(const DepthFrame& frame, const Object& object);
   const ColorModel* colors_of(const DepthFrame& frame, const Object& object) const;
@@ -126,6 +127,7 @@ class Tracker {
   ObjectFinder finder_;
   std::vector<unsigned char> taken_, free_;
   Others others_;
+  const Others* beside_ = nullptr;  // of the object in hand; nullptr: it is fitted alone
   // Of the frame in hand: the groups, and what has been fitted together, by object.
   std::vector<std::vector<int>> groups_;
   std::size_t group_count_ = 0;

@@ -47,16 +47,18 @@ Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera
       const float z = inside ? frame.depth_m(x, y) : 0.0f;
       const double facing = sights.facing[k];
       const double beyond = (static_cast<double>(z) - p_cam.z) * facing;  // about along the normal
-      const bool hidden = z > 0 && beyond < -tolerance;
-      const bool known = hidden && beyond > -kFinger_m &&
-                         on_one_of(others, (static_cast<double>(z) / p_cam.z) * p_cam, tolerance);
+      // A reading that is nearer to another object's surface is that object's, and hides this one.
+      const bool known = !others.empty() && z > 0 && beyond > -kFinger_m && beyond < tolerance &&
+                         on_one_of(others, (static_cast<double>(z) / p_cam.z) * p_cam,
+                                   std::min(std::abs(beyond), tolerance));
+      const bool hidden = known || (z > 0 && beyond < -tolerance);
       if (z > 0 && beyond > -kFinger_m && !known) ++gaps, gap_sum_m += std::min(std::abs(beyond), kMostGap_m);
       if (!(z > 0))
         ++seen.missing;
-      else if (beyond > tolerance)
-        ++seen.farther;
       else if (hidden)
         ++seen.nearer;
+      else if (beyond > tolerance)
+        ++seen.farther;
       else
         ++seen.agree;
     }

@@ -29,7 +29,10 @@ namespace {
 const Volume kBox = make_volume(60, 0.16, [](Vec3d p) { return box_distance(p, {0.05, 0.03, 0.04}); });
 constexpr int kWidth_px = 320, kHeight_px = 240;
 
-// The box at a pose before a wall, with noise; coloured.
+// The second box stands beside the first and is fitted together with it.
+Rigidd beside(const Rigidd& T_cam_obj) { return {T_cam_obj.R, T_cam_obj * Vec3d{0.01, 0.065, 0}}; }
+
+// Both boxes before a wall, with noise; coloured.
 struct Image {
   std::vector<float> depth_m = std::vector<float>(kWidth_px * kHeight_px, 1.5f);
   std::vector<unsigned char> rgb = std::vector<unsigned char>(3 * kWidth_px * kHeight_px, 60);
@@ -39,14 +42,17 @@ Image image_of(const Camera& camera, const Rigidd& T_cam_obj, unsigned seed) {
   Image image;
   std::mt19937 random(seed);
   std::normal_distribution<float> noise(0, 0.001f);
-  const Rigidf T_obj_cam = inverse(T_cam_obj).cast<float>();
+  const Rigidf T_obj_cam[2] = {inverse(T_cam_obj).cast<float>(), inverse(beside(T_cam_obj)).cast<float>()};
   for (int v = 0; v < kHeight_px; ++v)
     for (int u = 0; u < kWidth_px; ++u) {
       const Vec3f r = ray(camera.K.cast<float>(), static_cast<float>(u), static_cast<float>(v));
       float z = 0.3f, phi = 1;
       Vec3f unused;
       for (int k = 0; k < 60 && z < 1 && std::abs(phi) > 1e-5f; ++k) {
-        sample(kBox.view(), T_obj_cam * (z * r), &phi, &unused);
+        float other;
+        sample(kBox.view(), T_obj_cam[0] * (z * r), &phi, &unused);
+        sample(kBox.view(), T_obj_cam[1] * (z * r), &other, &unused);
+        phi = std::min(phi, other);
         z += 0.9f * phi;
       }
       if (std::abs(phi) > 1e-3f) continue;
@@ -70,8 +76,9 @@ TEST_P(Allocations, a_warm_tracker_allocates_nothing) {
     images.push_back(image_of(camera, pose, i));
     pose = {rotation_exp(Vec3d{0, 0.01, 0.01}) * pose.R, pose.t + Vec3d{0.001, 0, 0.001}};
   }
-  Whereabouts place;
+  Whereabouts place, other_place;
   place.T_cam_obj = Rigidd{rotation_exp(Vec3d{0.5, -0.6, 0.2}), {0.01, 0, 0.55}};
+  other_place.T_cam_obj = beside(*place.T_cam_obj);
   long counted = -1;
   for (int k = 0; k < 40; ++k) {
     const Image& image = images[static_cast<std::size_t>(k % 14 < 8 ? k % 14 : 14 - k % 14)];
@@ -79,9 +86,10 @@ TEST_P(Allocations, a_warm_tracker_allocates_nothing) {
     const DepthFrame frame = tracker.make_frame({image.depth_m.data(), kWidth_px, kHeight_px}, nullptr,
                                                 k / 30.0, colors ? &color : nullptr);
     const long before = allocations.load();
-    const auto& results = k == 0 ? tracker.start(frame, {place, place}) : tracker.track(frame);
+    const auto& results = k == 0 ? tracker.start(frame, {place, other_place}) : tracker.track(frame);
     counted = allocations.load() - before;
-    ASSERT_EQ(results[0].trust.status, Status::kOk) << results[0].trust.reason << ", frame " << k;
+    for (const ObjectResult& result : results)
+      ASSERT_EQ(result.trust.status, Status::kOk) << result.trust.reason << ", frame " << k;
     ASSERT_EQ(results[0].color_used, colors && k > 0);
     if (k == 0) EXPECT_GT(counted, 0);  // the counter counts
     if (k >= 20) EXPECT_EQ(counted, 0) << "frame " << k;
