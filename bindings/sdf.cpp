@@ -218,7 +218,7 @@ py::tuple samples(const py::array& values, double voxel_size, Origin origin, int
   std::vector<SurfaceSample> found;
   {
     py::gil_scoped_release release;
-    found = surface_samples(volume.view(), count);
+    found = ZeroSurface(volume.view()).samples(count);
   }
   std::vector<float> p, n;
   for (const SurfaceSample& s : found) {

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sdf/zero_set.h"
-
 namespace sdftrack {
 
 namespace {
@@ -21,16 +19,27 @@ double area(const Triangle& t) { return 0.5 * norm(cross(t.b - t.a, t.c - t.a));
 
 }  // namespace
 
-std::vector<SurfaceSample> surface_samples(const SdfView& sdf, int count) {
+ZeroSurface::ZeroSurface(const SdfView& sdf) : sdf_(sdf) {
+  for_each_zero_triangle(sdf, [&](const Triangle& t) {
+    triangles_.push_back(t);
+    area_vox_ += area(t);
+  });
+}
+
+double ZeroSurface::area_m2() const {
+  return area_vox_ * static_cast<double>(sdf_.voxel_m) * static_cast<double>(sdf_.voxel_m);
+}
+
+std::vector<SurfaceSample> ZeroSurface::samples(int count) const {
+  const SdfView& sdf = sdf_;
+  const double total = area_vox_;
   std::vector<SurfaceSample> samples;
-  double total = 0;
-  for_each_zero_triangle(sdf, [&](const Triangle& t) { total += area(t); });
   if (!(total > 0) || count <= 0) return samples;
 
   samples.reserve(static_cast<std::size_t>(count));
   double seen = 0;
   int next = 0;
-  for_each_zero_triangle(sdf, [&](const Triangle& t) {
+  for (const Triangle& t : triangles_) {
     seen += area(t);
     // One point for each count-th part of the area, in the order of the cells.
     for (; next < count && (next + 0.5) / count * total <= seen; ++next) {
@@ -47,7 +56,7 @@ std::vector<SurfaceSample> surface_samples(const SdfView& sdf, int count) {
       if (!(length > 1e-6) || std::abs(phi) > 1e-2 * static_cast<double>(sdf.voxel_m)) continue;
       samples.push_back({p.cast<float>(), ((1 / length) * g).cast<float>()});
     }
-  });
+  }
   return samples;
 }
 

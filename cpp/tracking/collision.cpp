@@ -38,10 +38,11 @@ void add_row(const double* own, const double* other, int a, int b, double weight
 }  // namespace
 
 void CollisionEnergy::prepare(const std::vector<const Shape*>& shapes, const std::vector<int>& pixels,
-                              const State& x, double reach_m) {
+                              const State& x, double reach_m, int stride) {
   shapes_ = shapes;
   pixels_.assign(pixels.begin(), pixels.end());
   pairs_.clear(), near_.clear();
+  stride_ = stride;
   if (options_.kind == Collision::kNone) return;
   const int count = static_cast<int>(shapes.size());
   for (int m = 0; m < count; ++m) {
@@ -55,11 +56,11 @@ void CollisionEnergy::prepare(const std::vector<const Shape*>& shapes, const std
       const double sum_m = 0.5 * (shape.diameter_m + shapes[static_cast<std::size_t>(j)]->diameter_m);
       if (norm(T.t) < sum_m + reach_m) pairs_.push_back({m, j, T});
     }
-    for (int k = 0; k < static_cast<int>(shape.points.size()); ++k)
+    for (int k = 0; k < static_cast<int>(shape.contact.size()); k += stride)
       for (int p = first; p < static_cast<int>(pairs_.size()); ++p) {
         const Pair& pair = pairs_[static_cast<std::size_t>(p)];
         const Shape& other = *shapes[static_cast<std::size_t>(pair.other)];
-        const Vec3d at = pair.T_other_object * shape.points[static_cast<std::size_t>(k)].cast<double>();
+        const Vec3d at = pair.T_other_object * shape.contact[static_cast<std::size_t>(k)].cast<double>();
         Vec3d unused;
         if (near_box(other, at, reach_m) && field_at(other, at, &unused) < reach_m) near_.push_back({p, k});
       }
@@ -83,7 +84,7 @@ void CollisionEnergy::each_contact(const Visit& visit) const {
       const Pair& pair = pairs_[static_cast<std::size_t>(near_[i].pair)];
       if (pair.object != first.object) break;
       const Shape& own = *shapes_[static_cast<std::size_t>(pair.object)];
-      const Vec3d C = own.points[static_cast<std::size_t>(point)].cast<double>();
+      const Vec3d C = own.contact[static_cast<std::size_t>(point)].cast<double>();
       Vec3d g;
       const double phi =
           field_at(*shapes_[static_cast<std::size_t>(pair.other)], pair.T_other_object * C, &g);
@@ -98,7 +99,7 @@ void CollisionEnergy::each_contact(const Visit& visit) const {
 void CollisionEnergy::rows(const Contact& c, double* own, double* other) const {
   const Pair& pair = pairs_[static_cast<std::size_t>(c.near->pair)];
   const Shape& shape = *shapes_[static_cast<std::size_t>(pair.object)];
-  const Vec3d C = shape.points[static_cast<std::size_t>(c.near->point)].cast<double>();
+  const Vec3d C = shape.contact[static_cast<std::size_t>(c.near->point)].cast<double>();
   const Vec3d g = c.grad_other, m = cross(pair.T_other_object * C, g);
   const Vec3d g_own = transpose_times(pair.T_other_object.R, g), m_own = cross(C, g_own);
   const double to_other[6] = {g.x, g.y, g.z, m.x, m.y, m.z};
@@ -113,7 +114,7 @@ double CollisionEnergy::add_contact(NormalEquations* out) const {
     if (!(c.phi_m < 0)) return;
     const Pair& pair = pairs_[static_cast<std::size_t>(c.near->pair)];
     const auto m = static_cast<std::size_t>(pair.object);
-    const double points = static_cast<double>(shapes_[m]->points.size());
+    const double points = static_cast<double>(shapes_[m]->contact.size()) / stride_;
     const double weight =
         std::max(kLeastPixels, pixels_[m]) / points / (options_.tolerance_m * options_.tolerance_m);
     cost += 0.5 * weight * c.phi_m * c.phi_m;
@@ -150,7 +151,7 @@ double CollisionEnergy::add_printed(NormalEquations* out) const {
   });
   double cost = 0;
   for (std::size_t m = 0; m < shapes_.size(); ++m) {
-    const double points = static_cast<double>(shapes_[m]->points.size());
+    const double points = static_cast<double>(shapes_[m]->contact.size()) / stride_;
     const double share = std::max(kLeastShare, 1 - inside[m] / points);
     cost -= std::log(share);
     if (!out) continue;

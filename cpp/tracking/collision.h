@@ -12,7 +12,7 @@ namespace sdftrack {
 
 struct CollisionOptions {
   Collision kind = Collision::kContact;
-  double tolerance_m = 5e-5;  // t
+  double tolerance_m = 3e-5;  // t
   double scale_m = 0.002;     // s of the printed form's Heaviside function
 };
 
@@ -24,7 +24,7 @@ class CollisionEnergy final : public Energy {
   // The objects, how many pixels each has, and which points may come to lie in which other object: those
   // within reach_m of it at x, to be asked anew where a pose has moved farther.
   void prepare(const std::vector<const Shape*>& shapes, const std::vector<int>& pixels, const State& x,
-               double reach_m);
+               double reach_m, int stride = 1);
   void set_tolerance(double tolerance_m) { options_.tolerance_m = tolerance_m; }
   bool empty() const { return near_.empty(); }
 
@@ -59,6 +59,7 @@ class CollisionEnergy final : public Energy {
   std::vector<double> pixels_;
   std::vector<Pair> pairs_;
   std::vector<Near> near_;
+  int stride_ = 1;
 };
 
 }  // namespace sdftrack

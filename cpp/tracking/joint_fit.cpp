@@ -20,9 +20,6 @@ constexpr int kClassifySteps = 4;
 constexpr double kCoarseMargin_m = 0.03, kFineMargin_m = 0.008;
 constexpr int kStepsPerSingle = 2;   // trials of a coarse stage over those of one object alone
 constexpr double kEverywhere_m = 1;  // reach of the coarse stages
-// Points that may come to lie in another object in the course of a stage.
-constexpr double kCoarseContact_m = 0.02, kFineContact_m = 0.006;
-
 }  // namespace
 
 std::vector<JointFitted>& JointFitter::fit(const DepthFrame& frame, const Camera& camera,
@@ -87,7 +84,7 @@ void JointFitter::fit_coarse(State* x) {
   each_coarse_stage(options_, options_.scale_start_m, last_scale(), more, views_.front()->energy_options(),
                     [&](SdfEnergyOptions energy) {
                       energy.sharpness = static_cast<float>(options_.coarse_union_sharpness);
-                      run_stage(&coarse_, energy, kStepsPerSingle * options_.coarse_steps, false, x);
+                      run_stage(&coarse_, energy, {kStepsPerSingle * options_.coarse_steps, 0.02, 4}, x);
                     });
 }
 
@@ -98,7 +95,7 @@ void JointFitter::fit_between(State* x) {
   const double few = static_cast<double>(options_.coarse_pixels) * static_cast<double>(targets_->size());
   each_share_between(all_.count() / std::max(1.0, few), [&](double share) {
     part_.assign_share(all_, share);
-    run_stage(&part_, energy, options_.coarse_steps, false, x);
+    run_stage(&part_, energy, {options_.coarse_steps, 0.006, 2}, x);
   });
 }
 
@@ -108,7 +105,7 @@ void JointFitter::fit_fine(State* x) {
   energy.threads = threads_;
   for (int round = memory_.noise_known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
     energy.scale_m = static_cast<float>(last_scale());
-    run_stage(&all_, energy, options_.fine_steps, true, x);
+    run_stage(&all_, energy, {options_.fine_steps, 0.003, 1, true}, x);
     measure(*x, round == 1);
   }
 }
@@ -144,7 +141,7 @@ void JointFitter::make_terms(const JointPixels& pixels) {
   }
 }
 
-void JointFitter::run_stage(JointPixels* pixels, const SdfEnergyOptions& energy, int steps, bool all,
+void JointFitter::run_stage(JointPixels* pixels, const SdfEnergyOptions& energy, const Stage& stage,
                             State* x) {
   const std::vector<FitTarget>& targets = *targets_;
   const int objects = static_cast<int>(targets.size());
@@ -153,15 +150,16 @@ void JointFitter::run_stage(JointPixels* pixels, const SdfEnergyOptions& energy,
   std::size_t k = 0;
   for (const auto& part : *pixels) group_.add(&energies_[k++], 1, part->of.data(), part->objects);
   make_terms(*pixels);
-  collision_.prepare(shapes_, pixels->counts(), *x, all ? kFineContact_m : kCoarseContact_m);
+  collision_.prepare(shapes_, pixels->counts(), *x, stage.contact_reach_m, stage.contact_stride);
   // As soft as the data are: a stiff contact would keep rough poses from passing along each other.
   collision_.set_tolerance(options_.collision_tolerance_m *
                            std::max(1.0, static_cast<double>(energy.scale_m) / last_scale()));
   if (!collision_.empty()) group_.add(&collision_);
 
   lm_result_.x = *x;
-  minimize(group_, stage_lm(steps, memory_.damping, memory_.noise_known, all, objects), &lm_work_,
-           &lm_result_);
+  LmOptions lm = stage_lm(stage.steps, memory_.damping, memory_.noise_known, stage.all, objects);
+  if (!collision_.empty()) lm.sure_gain = 0;  // a hinge bends where it begins: every step is looked at
+  minimize(group_, lm, &lm_work_, &lm_result_);
   *x = lm_result_.x;
   for (std::size_t m = 0; m < targets.size(); ++m)
     for (const LmStep& step : lm_result_.steps)

@@ -36,7 +36,13 @@ class JointFitter {
   void fit_coarse(State* x);
   void fit_between(State* x);
   void fit_fine(State* x);
-  void run_stage(JointPixels* pixels, const SdfEnergyOptions& energy, int steps, bool all, State* x);
+  struct Stage {
+    int steps;
+    double contact_reach_m;  // of points that may come to lie in another object in the course of it
+    int contact_stride;      // of these points, how many are passed over for one that is looked at
+    bool all = false;        // all pixels
+  };
+  void run_stage(JointPixels* pixels, const SdfEnergyOptions& energy, const Stage& stage, State* x);
   void settle(JointPixels* pixels, const SdfEnergyOptions& energy, const State& x);
   void measure(const State& x, bool last);
   void measure_one(std::size_t m, const State& x, bool last);

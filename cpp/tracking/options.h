@@ -54,7 +54,7 @@ struct TrackerOptions {
   double motion_sigma_rad = 0.3;
   bool drop_plane = false;  // leave out pixels of the dominant plane
   // Several objects (docs/math/several_objects.md)
-  double collision_tolerance_m = 5e-5;  // sd of how deep one object may stand in another
+  double collision_tolerance_m = 3e-5;  // sd of how deep one object may stand in another
   double union_sharpness = 40;          // of the soft minimum, per voxel, in the last stages;
   double coarse_union_sharpness = 2;    // in the coarse ones: the source's only one
   // Colour (docs/math/color.md)

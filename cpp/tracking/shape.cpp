@@ -43,6 +43,14 @@ Box box_of_inside(const SdfView& sdf) {
 }
 
 constexpr int kSearchPoints = 480;
+constexpr double kContactSpacing_m = 0.0025;
+constexpr int kLeastContacts = 1000, kMostContacts = 20000;
+
+int contact_count(double area_m2) {
+  return static_cast<int>(std::clamp(area_m2 / (kContactSpacing_m * kContactSpacing_m), 1.0 * kLeastContacts,
+                                     1.0 * kMostContacts));
+}
+
 constexpr int kCoarseVoxels = 80;  // along the longest side
 
 void make_coarse(Shape* shape) {
@@ -88,14 +96,17 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
   shape.diameter_m = 2 * norm(shape.half_box_m);
   shape.sdf.origin_obj = (origin - shape.centre_obj).cast<float>();
   shape.middle = shape.sdf.origin_obj + sdf.voxel_m * Vec3f{box.middle[0], box.middle[1], box.middle[2]};
-  for (const SurfaceSample& s : surface_samples(shape.sdf, point_count)) {
+  const ZeroSurface surface(shape.sdf);
+  for (const SurfaceSample& s : surface.samples(point_count)) {
     shape.points.push_back(s.p_obj);
     shape.normals.push_back(s.n_obj);
   }
   const std::size_t n = shape.points.size(),
                     m = std::min(n, static_cast<std::size_t>(std::max(0, outline_count)));
   for (std::size_t k = 0; k < m; ++k) shape.outline.push_back(shape.points[k * n / m]);
-  for (const SurfaceSample& s : surface_samples(shape.sdf, kSearchPoints)) {
+  for (const SurfaceSample& s : surface.samples(contact_count(surface.area_m2())))
+    shape.contact.push_back(s.p_obj);
+  for (const SurfaceSample& s : surface.samples(kSearchPoints)) {
     shape.search_points.push_back(s.p_obj);
     shape.search_normals.push_back(s.n_obj);
   }

@@ -19,6 +19,7 @@ struct Shape {
   float depth_m = 0;                                 // and how deep
   std::vector<Vec3f> points, normals;                // on the surface, uniform by area, centred frame
   std::vector<Vec3f> outline;                        // fewer of them, for the free-space term
+  std::vector<Vec3f> contact;                        // more of them: what may come to lie in other objects
   std::vector<Vec3f> search_points, search_normals;  // the same with fewer points: for a search
   std::vector<float> coarse_phi;  // the field on fewer voxels, which stay in the cache: for a search
   SdfView coarse_sdf;             // without its pointer; see coarse()

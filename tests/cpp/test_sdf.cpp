@@ -130,7 +130,7 @@ TEST(SurfaceSamples, of_a_plane_lie_in_it) {
   for (int iz = 0; iz < 6; ++iz)
     for (int iy = 0; iy < 6; ++iy)
       for (int ix = 0; ix < 6; ++ix) phi[grid.index(ix, iy, iz)] = static_cast<float>(0.1 * iz - 0.23);
-  const auto samples = surface_samples(grid.view(phi.data()), 50);
+  const auto samples = ZeroSurface(grid.view(phi.data())).samples(50);
   ASSERT_EQ(samples.size(), 50u);
   for (const SurfaceSample& s : samples) {
     EXPECT_NEAR(s.p_obj.z, 0.23, 1e-6);
