@@ -58,6 +58,24 @@ void Tracker::find_groups(double time_s) {
 void Tracker::fit_group(const DepthFrame& frame, const std::vector<int>& members) {
   fit_together(frame, members);
   for (int round = 1; round < kRounds && mend_group(frame, members); ++round) fit_together(frame, members);
+  tell_apart(members);
+}
+
+// Of two that ended in one place the one with fewer readings of its own is lost.
+void Tracker::tell_apart(const std::vector<int>& members) {
+  const auto pixels = [&](int k) {
+    const JointFitted& joint = *together_[static_cast<std::size_t>(k)];
+    return joint.hidden || joint.fitted.steps.empty() ? 0 : joint.fitted.steps.back().pixels;
+  };
+  for (const int a : members)
+    for (const int b : members) {
+      const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
+      if (a == b || together_[i]->inside >= 0 || together_[j]->inside >= 0) continue;
+      const Others other{{objects_[j].shape->sdf, inverse(together_[j]->fitted.T_cam_obj).cast<float>()}};
+      if (!stands_in(other, *objects_[i].shape, together_[i]->fitted.T_cam_obj)) continue;
+      const bool b_goes = pixels(b) < pixels(a);
+      together_[b_goes ? j : i]->inside = b_goes ? a : b;
+    }
 }
 
 void Tracker::fit_together(const DepthFrame& frame, const std::vector<int>& members) {
@@ -113,6 +131,13 @@ DepthFrame Tracker::without_others(const DepthFrame& frame, const std::vector<in
 
 ObjectResult Tracker::followed_together(const DepthFrame& frame, JointFitted* joint, Object* object) {
   object->prior.reset();
+  if (joint->inside >= 0) {
+    ObjectResult gone =
+        without_pose(*object, "it stands where another is tracked: object " + std::to_string(joint->inside),
+                     Status::kLost);
+    gone.steps = std::move(joint->fitted.steps);
+    return gone;
+  }
   if (joint->hidden) {
     if (seen_through(joint->fitted.seen) || ++object->hidden_frames > kCarriedFrames) {
       ObjectResult gone = without_pose(*object, "too few depth readings near the last pose", Status::kLost);

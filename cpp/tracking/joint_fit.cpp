@@ -62,6 +62,7 @@ void JointFitter::open(const DepthFrame& frame, const Camera& camera, const Plan
     fitted.memory = targets[m].memory;
     fitted.steps.clear();
     fitted.foreground = -1;
+    out_[m].inside = -1;
     if (targets[m].memory.noise_known) factor += targets[m].memory.noise_factor, ++known;
   }
   memory_ = targets.front().memory;

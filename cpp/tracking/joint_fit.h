@@ -18,6 +18,7 @@ namespace sdftrack {
 // What became of one object of a group.
 struct JointFitted {
   Fitted fitted;
+  int inside = -1;      // in which object of the tracker it came to stand; -1: none
   bool hidden = false;  // too few readings are its own: the others, its motion and the prior have placed it
 };
 

@@ -44,7 +44,7 @@ const Others* Tracker::others_than(const Object& object) {
     if (&other == &object) continue;
     const JointFitted* const now = k < together_.size() && together_[k] ? &*together_[k] : nullptr;
     const bool sure =
-        now ? !now->hidden && convincing(now->fitted, other, options_) : other.followed() && !other.weak;
+        now ? !now->hidden && convincing(now->fitted, other, options_) : other.holds_its_place();
     if (!sure) continue;
     const Rigidd& T_cam_obj = now ? now->fitted.T_cam_obj : other.T_cam_obj;
     others_.push_back({other.shape->sdf, inverse(T_cam_obj).cast<float>()});
@@ -77,7 +77,7 @@ void Tracker::mark_explained(const DepthFrame& frame, const Shape& shape, const 
 const unsigned char* Tracker::taken_by_others(const DepthFrame& frame, const Object& object) {
   bool any = false;
   for (const Object& other : objects_) {
-    if (&other == &object || !other.followed() || other.weak) continue;
+    if (&other == &object || !other.holds_its_place()) continue;
     if (!any) taken_.assign(static_cast<std::size_t>(camera_.width) * camera_.height, 0);
     any = true;
     mark_explained(frame, *other.shape, other.T_cam_obj, 1, &taken_);

@@ -32,11 +32,17 @@ struct TrackedObject {
   int hidden_frames = 0;              // in a row: placed by its neighbours and its motion alone
   std::optional<Matrix6d> prior;      // information about T_cam_obj, for the next frame alone
   std::optional<Whereabouts> wanted;  // to be looked for in the next frame
+  bool to_search = false;             // in this frame, once all others have been followed
+  int doubtful_frames = 0;            // to come, in which it is not sure which of two look-alikes this is
+  int double_of = -1;                 // the other one
   // Found again, and not yet confirmed by a later frame: what to go back to.
   std::optional<Rigidd> before_found;
 
   // Whether T_cam_obj is where it was in the last frame.
   bool followed() const { return lost_frames == 0 && !wanted; }
+
+  // Whether it is sure enough for others to be kept off its readings.
+  bool holds_its_place() const { return followed() && (!weak || before_found); }
 
   // Whether this frame need not search the image for it.
   bool placed() const { return wanted ? wanted->T_cam_obj.has_value() : lost_frames == 0; }
@@ -47,6 +53,7 @@ struct TrackedObject {
     motion.reset();
     usual_share = usual_cost = prior_log_odds = 0, weak = false, lost_frames = hidden_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();
+    doubtful_frames = 0, double_of = -1;
   }
 };
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 
 namespace sdftrack {
 
@@ -162,6 +163,15 @@ const std::vector<ObjectResult>& Tracker::each(const DepthFrame& frame, const st
     results_[i].color_used = color_used;
     if (results_[i].trust.status == Status::kOk) learn_colors(frame, &object);
   }
+  // Then the searches, when all that can be followed has its place.
+  for (const std::size_t i : order_) {
+    Object& object = objects_.at(static_cast<std::size_t>(objects[i]));
+    if (std::exchange(object.to_search, false))
+      results_[i] = look_for(frame, &object, std::move(results_[i]));
+  }
+  if (has_readings && objects_.size() > 1) tell_finds_apart(objects);
+  for (std::size_t i = 0; i < objects.size(); ++i)
+    doubt_identity(static_cast<std::size_t>(objects[i]), &results_[i]);
   return results_;
 }
 
@@ -212,7 +222,8 @@ ObjectResult Tracker::track_one(const DepthFrame& frame, Object* object) {
   }
   ++object->lost_frames;
   object->motion.reset();
-  return settings_.recover ? look_for(frame, object, std::move(result)) : result;
+  object->to_search = settings_.recover;
+  return result;
 }
 
 ObjectResult Tracker::begin_at(const DepthFrame& frame, Object* object, const Whereabouts& place) {
@@ -252,7 +263,12 @@ Rigidd Tracker::expected_pose(const Object& object, double time_s) const {
 ObjectResult Tracker::follow(const DepthFrame& frame, Object* object) {
   const auto k = static_cast<std::size_t>(object - objects_.data());
   if (k < together_.size() && together_[k]) return followed_together(frame, &*together_[k], object);
-  std::optional<Fitted> best = best_fit(frame, *object, expected_pose(*object, frame.time_s));
+  const bool crowd = object->lost_frames > 0 && objects_.size() > 1;
+  const DepthFrame left = crowd ? not_taken(frame, taken_by_others(frame, *object)) : frame;
+  if (crowd) beside_ = others_than(*object);
+  std::optional<Fitted> best = best_fit(left, *object, expected_pose(*object, frame.time_s));
+  if (best && crowd && stands_in(*beside_, *object->shape, best->T_cam_obj)) best.reset();
+  beside_ = nullptr;
   object->prior.reset();
   if (!best) return without_pose(*object, "too few depth readings near the last pose", Status::kLost);
   const Trust trust = judge(*best, options_, object->prior_log_odds);

@@ -97,7 +97,14 @@ class Tracker {
                                      std::optional<Fitted> best);
   FitTarget target_of(const DepthFrame& frame, const Object& object, const Rigidd& expected) const;
 
+  // Which of the look-alikes it is (identity.cpp)
+  void tell_finds_apart(const std::vector<int>& objects);
+  void exchange_finds(const std::vector<int>& objects, std::size_t i, std::size_t j);
+  void hand_over_find(const std::vector<int>& objects, std::size_t from, std::size_t to);
+  void doubt_identity(std::size_t k, ObjectResult* result);
+
   // Groups of objects that may touch (groups.cpp)
+  void tell_apart(const std::vector<int>& members);
   void fit_groups(const DepthFrame& frame);
   void find_groups(double time_s);
   void fit_group(const DepthFrame& frame, const std::vector<int>& members);
