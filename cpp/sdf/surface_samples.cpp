@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <utility>
 
 namespace sdftrack {
 
@@ -15,15 +17,38 @@ Vec3d newton_to_zero(const SdfView& sdf, Vec3d q, double* phi_m, Vec3d* gradient
   return g2 > 1e-12 ? q - (*phi_m / g2) * *gradient : q;
 }
 
+// Every third bit of the result is one of the lowest ten of x.
+std::uint32_t spread(std::uint32_t x) {
+  x = (x | x << 16) & 0x030000ffu;
+  x = (x | x << 8) & 0x0300f00fu;
+  x = (x | x << 4) & 0x030c30c3u;
+  return (x | x << 2) & 0x09249249u;
+}
+
+// Place of a triangle along a curve that fills space: neighbours on it are neighbours in space.
+std::uint32_t curve_place(const Triangle& t) {
+  const auto cell = [](double v) { return static_cast<std::uint32_t>(std::clamp(v, 0.0, 1023.0)); };
+  return spread(cell(t.a.x)) | spread(cell(t.a.y)) << 1 | spread(cell(t.a.z)) << 2;
+}
+
 double area(const Triangle& t) { return 0.5 * norm(cross(t.b - t.a, t.c - t.a)); }
 
 }  // namespace
 
 ZeroSurface::ZeroSurface(const SdfView& sdf) : sdf_(sdf) {
+  std::vector<Triangle> found;
   for_each_zero_triangle(sdf, [&](const Triangle& t) {
-    triangles_.push_back(t);
+    found.push_back(t);
     area_vox_ += area(t);
   });
+  // In the order of the cells both sides of a body take turns, and even steps of area would favour one of
+  // them.
+  std::vector<std::pair<std::uint32_t, std::size_t>> order;
+  order.reserve(found.size());
+  for (const Triangle& t : found) order.emplace_back(curve_place(t), order.size());
+  std::sort(order.begin(), order.end());
+  triangles_.reserve(found.size());
+  for (const auto& [place, at] : order) triangles_.push_back(found[at]);
 }
 
 double ZeroSurface::area_m2() const {
@@ -41,7 +66,7 @@ std::vector<SurfaceSample> ZeroSurface::samples(int count) const {
   int next = 0;
   for (const Triangle& t : triangles_) {
     seen += area(t);
-    // One point for each count-th part of the area, in the order of the cells.
+    // One point for each count-th part of the area, along the curve.
     for (; next < count && (next + 0.5) / count * total <= seen; ++next) {
       // Two irrational steps (the plastic number's) spread the places inside the triangles.
       double s = std::fmod(0.5 + 0.7548776662466927 * next, 1.0),

@@ -8,6 +8,8 @@ namespace sdftrack {
 
 namespace {
 
+using Bounds = CollisionEnergy::Bounds;
+
 constexpr double kLeastPixels = 40;   // what an object that hardly shows weighs nevertheless: it gives way
 constexpr double kLeastShare = 1e-6;  // of the printed form's points outside: keeps its logarithm finite
 
@@ -16,6 +18,16 @@ bool near_box(const Shape& shape, Vec3d p_obj, double reach_m) {
   const Vec3d& h = shape.half_box_m;
   return std::abs(p_obj.x) <= h.x + reach_m && std::abs(p_obj.y) <= h.y + reach_m &&
          std::abs(p_obj.z) <= h.z + reach_m;
+}
+
+// Of the padded box of an object, in the frame of another.
+Bounds bounds_of(const Shape& shape, const Rigidd& T_to_other, double padding_m) {
+  const Vec3d h = shape.half_box_m + Vec3d{padding_m, padding_m, padding_m};
+  const auto reach = [&](Vec3d row) {
+    return std::abs(row.x) * h.x + std::abs(row.y) * h.y + std::abs(row.z) * h.z;
+  };
+  const Vec3d extent{reach(T_to_other.R.r0), reach(T_to_other.R.r1), reach(T_to_other.R.r2)};
+  return {(T_to_other.t - extent).cast<float>(), (T_to_other.t + extent).cast<float>()};
 }
 
 double field_at(const Shape& shape, Vec3d p_obj, Vec3d* gradient) {
@@ -52,18 +64,22 @@ void CollisionEnergy::prepare(const std::vector<const Shape*>& shapes, const std
     const int last = options_.kind == Collision::kPrinted ? m : count;
     for (int j = 0; j < last; ++j) {
       if (j == m) continue;
+      const Shape& other = *shapes[static_cast<std::size_t>(j)];
       const Rigidd T = x.T_obj_cam[static_cast<std::size_t>(j)] * T_cam_obj;
-      const double sum_m = 0.5 * (shape.diameter_m + shapes[static_cast<std::size_t>(j)]->diameter_m);
-      if (norm(T.t) < sum_m + reach_m) pairs_.push_back({m, j, T});
+      if (norm(T.t) < 0.5 * (shape.diameter_m + other.diameter_m) + reach_m)
+        pairs_.push_back({m, j, T, bounds_of(other, inverse(T), reach_m)});
     }
-    for (int k = 0; k < static_cast<int>(shape.contact.size()); k += stride)
+    for (int k = 0; k < static_cast<int>(shape.contact.size()); k += stride) {
+      const Vec3f& C = shape.contact[static_cast<std::size_t>(k)];
       for (int p = first; p < static_cast<int>(pairs_.size()); ++p) {
         const Pair& pair = pairs_[static_cast<std::size_t>(p)];
+        if (!pair.bounds.holds(C)) continue;
         const Shape& other = *shapes[static_cast<std::size_t>(pair.other)];
-        const Vec3d at = pair.T_other_object * shape.contact[static_cast<std::size_t>(k)].cast<double>();
+        const Vec3d at = pair.T_other_object * C.cast<double>();
         Vec3d unused;
         if (near_box(other, at, reach_m) && field_at(other, at, &unused) < reach_m) near_.push_back({p, k});
       }
+    }
   }
 }
 

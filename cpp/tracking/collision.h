@@ -19,6 +19,13 @@ struct CollisionOptions {
 // docs/math/several_objects.md, section 3.
 class CollisionEnergy final : public Energy {
  public:
+  struct Bounds {
+    Vec3f low, high;
+    bool holds(const Vec3f& p) const {
+      return p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y && p.z >= low.z && p.z <= high.z;
+    }
+  };
+
   explicit CollisionEnergy(const CollisionOptions& options) : options_(options) {}
 
   // The objects, how many pixels each has, and which points may come to lie in which other object: those
@@ -36,6 +43,7 @@ class CollisionEnergy final : public Energy {
   struct Pair {
     int object, other;
     Rigidd T_other_object;
+    Bounds bounds;  // of the other, in the object's frame
   };
   // A point of pair.object that may lie in pair.other. Those of one point follow one another.
   struct Near {

@@ -144,7 +144,7 @@ void PoseFitter::run_stage(PixelSet* pixels, const SdfEnergyOptions& energy_opti
   sum_.add(&data);
 
   FreeSpaceEnergy free_space(&shape.outline, &view_.free_grid(),
-                             {static_cast<float>(options_.free_space_scale_m), 1.0f});
+                             free_space_options(options_, view_.free_grid()));
   if (!view_.free_grid().empty())
     sum_.add(&free_space,
              options_.free_space_weight * pixels->count() / static_cast<double>(shape.outline.size()));

@@ -2,10 +2,12 @@
 // Observed free space: a model point may not stand where the sensor sees past it.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "energies/distance_transform.h"
 #include "optim/energy.h"
+#include "tracking/options.h"
 #include "tracking/point_ops.h"
 
 namespace sdftrack {
@@ -14,6 +16,13 @@ struct FreeSpaceOptions {
   float scale_m = 0.003f;  // s of the logistic cost of the sideways distance
   float dead_px = 1.0f;    // distances up to this many pixels cost nothing
 };
+
+// A surface point at the silhouette lies up to half a node outside the node that it belongs to, where the
+// interpolant has begun to rise: that much is no evidence, and would push by where the points happen to lie.
+inline FreeSpaceOptions free_space_options(const TrackerOptions& options, const DistanceGrid& grid) {
+  return {static_cast<float>(options.free_space_scale_m),
+          std::max(1.0f, 0.5f * static_cast<float>(grid.step))};
+}
 
 // Back-projected pixels pull data to the model; nothing there sees a model that sticks out into free space.
 // Here each surface point X is projected, and where the reading lies behind the object it costs the sideways

@@ -71,8 +71,8 @@ void Tracker::tell_apart(const std::vector<int>& members) {
     for (const int b : members) {
       const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
       if (a == b || together_[i]->inside >= 0 || together_[j]->inside >= 0) continue;
-      const Others other{{objects_[j].shape->sdf, inverse(together_[j]->fitted.T_cam_obj).cast<float>()}};
-      if (!stands_in(other, *objects_[i].shape, together_[i]->fitted.T_cam_obj)) continue;
+      others_.assign(1, {objects_[j].shape->sdf, inverse(together_[j]->fitted.T_cam_obj).cast<float>()});
+      if (!middle_in(others_, *objects_[i].shape, together_[i]->fitted.T_cam_obj)) continue;
       const bool b_goes = pixels(b) < pixels(a);
       together_[b_goes ? j : i]->inside = b_goes ? a : b;
     }

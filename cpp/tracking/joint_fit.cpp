@@ -69,6 +69,7 @@ void JointFitter::open(const DepthFrame& frame, const Camera& camera, const Plan
   memory_.noise_known = known > 0;
   memory_.noise_factor = known > 0 ? factor / known : 1;
   memory_.damping = options_.damping_start;
+  contact_reach_m_ = -1;
 }
 
 void JointFitter::fit_coarse(State* x) {
@@ -134,7 +135,7 @@ void JointFitter::make_terms(const JointPixels& pixels) {
     const auto i = static_cast<std::size_t>(m);
     const FitTarget& target = (*targets_)[i];
     free_space_.emplace_back(&target.shape.outline, &views_[i]->free_grid(),
-                             FreeSpaceOptions{static_cast<float>(options_.free_space_scale_m), 1.0f});
+                             free_space_options(options_, views_[i]->free_grid()));
     if (!views_[i]->free_grid().empty())
       group_.add(&free_space_.back(), free_space_weight(i, pixels.counts()[i]), &m, 1);
     priors_.emplace_back(Unknowns{1, false, false}, 0, inverse(target.expected), target.prior);
@@ -151,7 +152,10 @@ void JointFitter::run_stage(JointPixels* pixels, const SdfEnergyOptions& energy,
   std::size_t k = 0;
   for (const auto& part : *pixels) group_.add(&energies_[k++], 1, part->of.data(), part->objects);
   make_terms(*pixels);
-  collision_.prepare(shapes_, pixels->counts(), *x, stage.contact_reach_m, stage.contact_stride);
+  if (contact_reach_m_ != stage.contact_reach_m || stage.all) {
+    collision_.prepare(shapes_, pixels->counts(), *x, stage.contact_reach_m, stage.contact_stride);
+    contact_reach_m_ = stage.contact_reach_m;
+  }
   // As soft as the data are: a stiff contact would keep rough poses from passing along each other.
   collision_.set_tolerance(options_.collision_tolerance_m *
                            std::max(1.0, static_cast<double>(energy.scale_m) / last_scale()));

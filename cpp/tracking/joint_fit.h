@@ -61,7 +61,8 @@ class JointFitter {
   // Of the fit in hand.
   const Camera* camera_ = nullptr;
   const std::vector<FitTarget>* targets_ = nullptr;
-  FitMemory memory_;  // the noise of one sensor
+  FitMemory memory_;             // the noise of one sensor
+  double contact_reach_m_ = -1;  // for which the contacts were looked for; -1: not yet
 
   // Working memory, kept from frame to frame.
   std::vector<std::unique_ptr<FitView>> views_;

@@ -37,9 +37,10 @@ struct Sharers {
 }  // namespace
 
 // By each one's box and the ball about the other's: never a wrong no.
-bool may_touch(const Shape& a, const Rigidd& T_cam_a, const Shape& b, const Rigidd& T_cam_b) {
-  return distance_to_box(a, T_cam_a, T_cam_b.t) < 0.5 * b.diameter_m + kJointMargin_m &&
-         distance_to_box(b, T_cam_b, T_cam_a.t) < 0.5 * a.diameter_m + kJointMargin_m;
+bool may_touch(const Shape& a, const Rigidd& T_cam_a, const Shape& b, const Rigidd& T_cam_b,
+               double margin_m) {
+  return distance_to_box(a, T_cam_a, T_cam_b.t) < 0.5 * b.diameter_m + margin_m &&
+         distance_to_box(b, T_cam_b, T_cam_a.t) < 0.5 * a.diameter_m + margin_m;
 }
 
 void JointPixels::clear(std::size_t objects) {
@@ -63,13 +64,16 @@ SharedPixels& JointPixels::part_of(const std::array<int, kMostJoined>& of, int o
 }
 
 void JointPixels::measure_distances(int m, const std::vector<FitTarget>& targets, const State& x,
-                                    PixelSet* from) {
-  const FitTarget& own = targets[static_cast<std::size_t>(m)];
+                                    double margin_m, PixelSet* from) {
+  const Shape& own = targets[static_cast<std::size_t>(m)].shape;
+  const Rigidd T_cam_own = inverse(x.T_obj_cam[static_cast<std::size_t>(m)]);
   near_.clear();
   for (int k = 0; k < static_cast<int>(targets.size()); ++k) {
-    const FitTarget& other = targets[static_cast<std::size_t>(k)];
+    const Shape& other = targets[static_cast<std::size_t>(k)].shape;
     if (k == m) own_ = near_.size();
-    if (k == m || may_touch(own.shape, own.expected, other.shape, other.expected)) near_.push_back(k);
+    if (k == m ||
+        may_touch(own, T_cam_own, other, inverse(x.T_obj_cam[static_cast<std::size_t>(k)]), margin_m))
+      near_.push_back(k);
   }
   if (phi_m_.size() < near_.size()) phi_m_.resize(near_.size());
   one_.T_obj_cam.resize(1), one_.K = x.K;
@@ -83,7 +87,8 @@ void JointPixels::measure_distances(int m, const std::vector<FitTarget>& targets
 
 void JointPixels::take(int m, const std::vector<FitTarget>& targets, const State& x, double reach_m,
                        double margin_m, int most, float noise_ratio, PixelSet* from) {
-  measure_distances(m, targets, x, from);
+  // A pixel within reach of m is near another where their boxes are as near as both lengths together.
+  measure_distances(m, targets, x, std::min(kJointMargin_m, reach_m + margin_m), from);
   kept_.clear();
   for (int i = 0; i < from->count(); ++i) {
     const auto at = static_cast<std::size_t>(i);

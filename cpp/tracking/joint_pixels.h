@@ -10,9 +10,10 @@
 
 namespace sdftrack {
 
-// How near the boxes of two objects come to each other when they may share pixels.
+// Whether the boxes of two objects may come this near to each other; by default, that they may share pixels.
 constexpr double kJointMargin_m = 0.04;
-bool may_touch(const Shape& a, const Rigidd& T_cam_a, const Shape& b, const Rigidd& T_cam_b);
+bool may_touch(const Shape& a, const Rigidd& T_cam_a, const Shape& b, const Rigidd& T_cam_b,
+               double margin_m = kJointMargin_m);
 
 // Pixels that the same few objects of a group may have made.
 struct SharedPixels {
@@ -42,7 +43,8 @@ class JointPixels {
   int count() const;
 
  private:
-  void measure_distances(int m, const std::vector<FitTarget>& targets, const State& x, PixelSet* from);
+  void measure_distances(int m, const std::vector<FitTarget>& targets, const State& x, double margin_m,
+                         PixelSet* from);
   SharedPixels& part_of(const std::array<int, kMostJoined>& of, int objects);
 
   std::vector<std::unique_ptr<SharedPixels>> parts_;  // the first used_ are in use

@@ -28,18 +28,23 @@ double depth_in(const Others& others, const Shape& shape, const Rigidd& T_cam_ob
   return static_cast<double>(deepest);
 }
 
-bool stands_in(const Others& others, const Shape& shape, const Rigidd& T_cam_obj) {
-  constexpr double kMostDepth = 0.3;    // of the thinnest extent, for a point of the surface
-  constexpr float kMostOfMiddle = 0.5;  // of its own depth, for the middle: all of it may be inside
+bool middle_in(const Others& others, const Shape& shape, const Rigidd& T_cam_obj) {
+  constexpr float kMost = 0.5;  // of its own depth: the surfaces of two in one place are not in each other
   const Vec3f middle = T_cam_obj.cast<float>() * shape.middle;
   for (const SingleObject<float>& other : others) {
     float phi;
     Vec3f unused;
     other.value(middle, &phi, &unused);
-    if (phi < -kMostOfMiddle * shape.depth_m) return true;
+    if (phi < -kMost * shape.depth_m) return true;
   }
+  return false;
+}
+
+bool stands_in(const Others& others, const Shape& shape, const Rigidd& T_cam_obj) {
+  constexpr double kMost = 0.3;  // of the thinnest extent
   const Vec3d& h = shape.half_box_m;
-  return depth_in(others, shape, T_cam_obj) > kMostDepth * 2 * std::min({h.x, h.y, h.z});
+  return middle_in(others, shape, T_cam_obj) ||
+         depth_in(others, shape, T_cam_obj) > kMost * 2 * std::min({h.x, h.y, h.z});
 }
 
 }  // namespace sdftrack

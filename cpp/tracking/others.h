@@ -15,7 +15,9 @@ using Others = std::vector<SingleObject<float>>;
 bool on_one_of(const Others& others, Vec3d p_cam, double tolerance_m);
 // How deep the deepest of a shape's points stands in one of them; 0: outside all.
 double depth_in(const Others& others, const Shape& shape, const Rigidd& T_cam_obj);
-// Whether that is deeper than errors of the poses explain.
+// Whether its middle lies deep in one of them: they are in one place.
+bool middle_in(const Others& others, const Shape& shape, const Rigidd& T_cam_obj);
+// Whether it stands deeper in one than errors of the poses explain.
 bool stands_in(const Others& others, const Shape& shape, const Rigidd& T_cam_obj);
 
 }  // namespace sdftrack

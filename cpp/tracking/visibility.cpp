@@ -48,7 +48,7 @@ Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera
       const double facing = sights.facing[k];
       const double beyond = (static_cast<double>(z) - p_cam.z) * facing;  // about along the normal
       // A reading that is nearer to another object's surface is that object's, and hides this one.
-      const bool known = !others.empty() && z > 0 && beyond > -kFinger_m && beyond < tolerance &&
+      const bool known = !others.empty() && z > 0 && beyond < tolerance &&
                          on_one_of(others, (static_cast<double>(z) / p_cam.z) * p_cam,
                                    std::min(std::abs(beyond), tolerance));
       const bool hidden = known || (z > 0 && beyond < -tolerance);
@@ -56,7 +56,7 @@ Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera
       if (!(z > 0))
         ++seen.missing;
       else if (hidden)
-        ++seen.nearer;
+        ++seen.nearer, seen.known += known;
       else if (beyond > tolerance)
         ++seen.farther;
       else

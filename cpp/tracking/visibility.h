@@ -18,11 +18,14 @@ struct Visibility {
   // Mean distance of reading and surface, at most 30 mm each, where nothing stands more than a finger in
   // front, nor another object that is known.
   double gap_m = 0.03;
+  int known = 0;  // of the nearer ones: another object, where it is known to be
 };
 
-// Of the surface points that the camera should see, share that it reads where the pose puts them.
+// Of the surface points that the camera should see, past the objects that are known, share that it reads
+// where the pose puts them.
 inline double agreeing_share(const Visibility& seen) {
-  return seen.expected > 0 ? static_cast<double>(seen.agree) / seen.expected : 0.0;
+  const int open = seen.expected - seen.known;
+  return open > 0 ? static_cast<double>(seen.agree) / open : 0.0;
 }
 
 Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera, const Shape& shape,

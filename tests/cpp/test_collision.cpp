@@ -94,7 +94,7 @@ double depth_after_a_pull(Collision kind) {
   PosePrior a({1, false, false}, 0, wanted.T_obj_cam[0], PosePrior::isotropic(sd_m, 0.1));
   PosePrior b({1, false, false}, 0, wanted.T_obj_cam[1], PosePrior::isotropic(sd_m, 0.1));
   State now = x;
-  for (int stage = 0; stage < 6; ++stage) {
+  for (int stage = 0; stage < 40; ++stage) {
     CollisionEnergy collision({kind});
     collision.prepare({&kBall, &kBall}, {750, 750}, now, 0.02);
     GroupEnergy group;

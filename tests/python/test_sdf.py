@@ -412,6 +412,17 @@ def test_surface_samples_lie_on_the_surface_evenly_with_outward_normals():
     assert len(SDF(np.ones((4, 4, 4), np.float32), 0.01, np.zeros(3)).surface_samples(10)[0]) == 0
 
 
+@pytest.mark.parametrize("count", [300, 1000, 1808])
+def test_surface_samples_leave_no_hole(count):
+    """No place of a sphere is much farther from a sample than the samples are from one another."""
+    directions = np.random.default_rng(0).normal(size=(3000, 3))
+    places = 0.03 * directions / np.linalg.norm(directions, axis=1)[:, None]
+    points = SDF.sphere(0.03, voxels=60).surface_samples(count)[0].astype(float)
+    spacing = np.sqrt(4 * np.pi * 0.03**2 / count)
+    nearest = np.linalg.norm(places[:, None] - points, axis=2).min(axis=1)
+    assert nearest.max() < 1.5 * spacing
+
+
 # ---- kept ----
 
 

@@ -183,13 +183,15 @@ def test_a_full_disk_is_told_with_the_file(box, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_two_objects_in_one_place_are_both_doubted(box):
-    tracker = st.Tracker([box, box], CAMERA, names=["left", "right"])
-    result = tracker.start(frame_of(), poses=[POSE, POSE])
-    assert result.status == ["weak", "weak"]
-    assert result.reason[0].endswith("right")
-    assert result.reason[1].endswith("left")
-    assert (result.confidence <= 0.5).all()
+def test_of_two_objects_started_in_one_place_one_is_lost_and_says_why(box):
+    tracker = st.Tracker([box, box], CAMERA)
+    frame = frame_of()
+    result = tracker.start(frame, poses=[POSE, POSE])
+    assert sorted(result.status) == ["lost", "ok"]
+    gone = result.status.index("lost")
+    assert result.reason[gone] == f"it stands where another is tracked: object {1 - gone}"
+    assert np.isfinite(result.poses).all()
+    assert tracker.track(frame).status[1 - gone] == "ok"
 
 
 def test_two_objects_that_touch_are_not_doubted(box):
