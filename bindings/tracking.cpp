@@ -87,6 +87,23 @@ class PyTracker {
     out["evidence"] = evidence_share(evidence_of(*f, tracker_->options()), 0);
     return out;
   }
+  // Soft weights (H, W, M) and P_f (H, W) of the last poses in this frame.
+  py::tuple membership(const py::array& depth, const py::object& color, const py::object& color_map) {
+    const ColorImage image = color_view(color, color_map);
+    const Busy busy(&busy_, "tracker");
+    const Camera& camera = tracker_->camera();
+    const ImageView<float> view = image_view(depth, "depth", camera);
+    const py::ssize_t h = camera.height, w = camera.width;
+    py::array_t<float> weights({h, w, static_cast<py::ssize_t>(tracker_->object_count())}),
+        foreground({h, w});
+    float *const to = weights.mutable_data(), *const chance = foreground.mutable_data();
+    {
+      py::gil_scoped_release release;
+      tracker_->find_membership(tracker_->make_frame(view, nullptr, 0, image.rgb ? &image : nullptr), to,
+                                chance);
+    }
+    return py::make_tuple(weights, foreground);
+  }
   void set_camera(const Camera& camera) {
     const Busy busy(&busy_, "tracker");
     tracker_->set_camera(camera);
@@ -307,6 +324,8 @@ void bind_tracking(py::module_& m) {
       .def("remove", &PyTracker::remove, py::arg("k"))
       .def("is_lost", &PyTracker::is_lost, py::arg("k"))
       .def("judge", &PyTracker::judge, py::arg("depth"), py::arg("mask"), py::arg("k"), py::arg("T"))
+      .def("membership", &PyTracker::membership, py::arg("depth"), py::arg("color") = py::none(),
+           py::arg("color_map") = py::none())
       .def("set_camera", &PyTracker::set_camera, py::arg("camera"))
       .def("set_pose", &PyTracker::set_pose, py::arg("k"), py::arg("T"), py::arg("covariance"));
   m.def(

@@ -63,6 +63,9 @@ class Tracker {
   // Looked for at `place` in the next frame. Returns its number.
   int add(const SdfView& shape, const Whereabouts& place);
   void remove(int k);
+  // H * W * M soft weights of the last poses in this frame, and H * W the chance by colour that a pixel is an
+  // object's (NaN: not known).
+  void find_membership(const DepthFrame& frame, float* membership, float* foreground);
   // What track() goes on from, and whether it takes the object for lost.
   bool is_lost(int k) const { return objects_.at(static_cast<std::size_t>(k)).lost_frames > 0; }
 
@@ -84,6 +87,8 @@ class Tracker {
   const unsigned char* taken_by_others(const DepthFrame& frame, const Object& object);
   const ColorModel* colors_of(const DepthFrame& frame, const Object& object) const;
   void learn_colors(const DepthFrame& frame, Object* object);
+
+  void read_foreground(const DepthFrame& frame, const Object& object, const Rect& box, float* foreground);
 
   ObjectResult begin_at(const DepthFrame& frame, Object* object, const Whereabouts& place);
   ObjectResult track_one(const DepthFrame& frame, Object* object);

@@ -38,6 +38,9 @@ COLLISIONS = {"contact": "contact", "printed": "printed", None: "none"}  # the c
 class Tracker:
     """Track one or more known shapes, each from its last pose, by depth and colour.
 
+    Objects that may touch or hide each other are fitted together: every pixel speaks to the union of their shapes, and
+    none may stand in another (docs/several_objects.md). The others are fitted one by one.
+
     Parameters
     ----------
     shapes : SDF or sequence of SDF
@@ -61,8 +64,13 @@ class Tracker:
         ones. While an object is ``"weak"`` its motion is always used, and believed less from frame to frame.
     names : sequence of str, optional
         One per shape, for reports.
-    collision : None
-        Shapes are tracked one by one in this version: two of the same shape that touch may end on one another.
+    membership : bool
+        Fill ``result.membership`` and ``result.foreground`` in every frame: (H, W, M) soft weights of the objects in
+        each reading within 10 mm of a surface (thesis Eq. 5.21; they add up to 1, and to 0 elsewhere), and (H, W) the
+        chance by colour that a pixel is an object's (NaN: not known; None without colours). Costs some milliseconds.
+    collision : {"contact", "printed", None}
+        What keeps objects that touch out of one another: a penalty on how deep, the source's form (thesis Eq. 5.25),
+        which does not pull apart what has got into one another, or nothing.
     options : TrackerOptions, optional
         A whole set of options; single ones may be given as keywords.
 
@@ -116,8 +124,8 @@ class Tracker:
         _expect("motion", motion, tuple(_core.MotionModel.__members__))
         if collision not in COLLISIONS:
             raise ValueError(f"collision: expected 'contact', 'printed' or None, got {collision!r}")
-        if membership:
-            raise ValueError("membership: expected False; soft memberships are not part of this version")
+        if not isinstance(membership, bool):
+            raise TypeError(f"membership: expected True or False, got {membership!r}")
         if isinstance(threads, bool) or not isinstance(threads, int) or threads < 0:
             raise ValueError(f"threads: expected 0 (all cores) or a number of threads, got {threads!r}")
         # A frame of some thousand readings is done here before a GPU has been told of it.
@@ -129,6 +137,7 @@ class Tracker:
         self.threads = threads
         self.device = "cuda" if cuda else "cpu"
         self.recover_lost = bool(recover)
+        self.membership = membership
         self.motion = motion
         self._core = _core.Tracker(
             [_volume(s) for s in self.shapes],
@@ -445,6 +454,12 @@ class Tracker:
             found["reason"] = [why] * len(found["reason"])
         return found
 
+    def _membership(self, frame: Frame) -> tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]:
+        if not self.membership or frame.depth is None:
+            return None, None
+        weights, foreground = self._core.membership(frame.depth, *self._colors_of(frame))
+        return weights, None if np.isnan(foreground).all() else foreground
+
     def _doubt_overlaps(self, found: dict[str, Any]) -> None:
         """Two solids are not in one place: at most one of the two poses is right, so neither is sure."""
         sure = [k for k, s in enumerate(found["status"]) if s in FOLLOWED]
@@ -473,6 +488,7 @@ class Tracker:
             if s not in FOLLOWED:
                 poses[k] = self._best[k]
         steps = [Steps(trials) for trials in found["steps"]]
+        weights, foreground = self._membership(frame)
         result = TrackResult(
             poses=poses,
             status=status,
@@ -488,6 +504,8 @@ class Tracker:
             seconds=time.perf_counter() - begin,
             timestamp=frame.timestamp,
             index=self._index,
+            membership=weights,
+            foreground=foreground,
         )
         self._best = poses
         self._last, self._found = result, found

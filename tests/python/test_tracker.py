@@ -633,7 +633,7 @@ def test_a_wrong_option_is_refused_with_its_name(box, option, error, match):
         ({"motion": "fast"}, ValueError, "motion: expected one of"),
         ({"names": "a"}, TypeError, "names: expected"),
         ({"names": ["a", "b"]}, ValueError, r"names: expected one per shape \(1\), got 2"),
-        ({"membership": True}, ValueError, "membership"),
+        ({"membership": 1}, TypeError, "membership"),
     ],
 )
 def test_a_tracker_from_bad_input_is_refused(box, change, error, match):

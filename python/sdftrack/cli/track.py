@@ -51,6 +51,10 @@ class Job:
 def track(
     seq: Annotated[list[str], typer.Argument(metavar="SEQ", help="Folders of recorded sequences.")],
     model: Annotated[list[Path], typer.Option(metavar="M.ply", help="Mesh; again for several objects.")],
+    count: Annotated[
+        list[int] | None,
+        typer.Option(min=1, metavar="N", help="Copies of the --model, or again for every one of them."),
+    ] = None,
     init: Annotated[
         list[str] | None,
         typer.Option(
@@ -90,6 +94,7 @@ def track(
     Writes poses.csv (BOP), trajectory_<k>.txt (TUM), overlay.mp4 and report.json into DIR; several sequences get
     a folder each.
     """
+    model = _copies(model, count or [1] * len(model))
     _check_usage(mode, unit, holes, out, overlay_mesh, model)
     inits = parse_inits(init or ["gt"], len(model))
     check_layout(layout)
@@ -123,6 +128,12 @@ def track(
             failed.append(told if told.startswith(str(folder)) else f"{folder}: {told}")
     if failed:
         raise RuntimeError(f"{len(failed)} of {len(folders)} sequences failed: " + "; ".join(failed))
+
+
+def _copies(models: list[Path], counts: list[int]) -> list[Path]:
+    if len(counts) != len(models):
+        raise Usage(f"expected one per --model ({len(models)}), got {len(counts)}", "--count")
+    return [path for path, count in zip(models, counts, strict=True) for _ in range(count)]
 
 
 def _check_usage(

@@ -28,6 +28,7 @@ AXES_RGB = ((255, 80, 80), (90, 225, 90), (100, 140, 255))
 IN_FRONT_M = 0.015  # a reading this much nearer than the model hides it: a hand stays in front
 REASON = 70  # letters of the reason that stand below the status
 SHADE = 0.28  # share of the drawn surface in the mix
+TINT = 0.55  # share of the objects' colours where memberships are shown
 
 
 def draw(
@@ -43,7 +44,8 @@ def draw(
 
     The picture has the depth image's geometry: colour where it is aligned to it or can be mapped onto it,
     else the depth in colours. Outlines are green ("ok"), amber ("weak") or red ("lost", at the last good
-    pose).
+    pose). With ``result.membership`` every reading has the colours of the objects that it is taken for, mixed where
+    that is not decided; without it the surfaces are shaded.
 
     Parameters
     ----------
@@ -83,6 +85,10 @@ def draw(
     camera = frame.camera if getattr(frame, "camera", None) is not None else camera
     lens = getattr(camera, "depth", camera)
     picture = backdrop(frame, camera)
+    shade = SHADE
+    if result.membership is not None:
+        _tint(picture, result.membership)
+        shade = 0.0
     surface = np.full(picture.shape[:2], np.inf, np.float32)  # the nearest model so far
     edges = []
     for k, (shape, T) in enumerate(zip(shapes, result.poses, strict=True)):
@@ -95,7 +101,7 @@ def draw(
             continue
         if status in ("ok", "weak"):
             _shade(
-                picture, surface, frame.depth, depth, normals, window, OBJECT_RGB[k % len(OBJECT_RGB)], SHADE
+                picture, surface, frame.depth, depth, normals, window, OBJECT_RGB[k % len(OBJECT_RGB)], shade
             )
         edges.append((depth[window], window, STATUS_RGB[status]))
     for k, mesh in enumerate(meshes or ()):
@@ -108,6 +114,13 @@ def draw(
             _axes(picture, shape, lens, T)
     _captions(picture, result, names)
     return picture
+
+
+def _tint(picture: Picture, membership: NDArray[np.float32]) -> None:
+    """Mix the objects' colours into the picture by whose each reading is."""
+    y, x = np.nonzero(membership.sum(axis=2) > 0)
+    colours = np.array([OBJECT_RGB[k % len(OBJECT_RGB)] for k in range(membership.shape[2])], np.float32)
+    picture[y, x] = ((1 - TINT) * picture[y, x] + TINT * (membership[y, x] @ colours)).astype(np.uint8)
 
 
 def _window(depth: NDArray[np.float32]) -> tuple[slice, slice] | None:

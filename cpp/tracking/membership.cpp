@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+// Whose each pixel is, softly (thesis Eq. 5.21): for those who want to see it, or to cut objects out of an
+// image.
+#include <algorithm>
+#include <cmath>
+
+#include "tracking/tracker.h"
+
+namespace sdftrack {
+
+namespace {
+
+constexpr double kNear_m = 0.01;  // a reading farther than this from all surfaces is nobody's
+
+Rect united(const Rect& a, const Rect& b) {
+  if (a.empty()) return b;
+  if (b.empty()) return a;
+  return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
+}
+
+// Shares of the objects in a reading, from their distances: exp(-a phi) over the sum of all; phi of NaN: too
+// far.
+void share_out(const std::vector<float>& phi_m, float sharpness_per_m, float* share) {
+  float least = static_cast<float>(kNear_m), sum = 0;
+  bool any = false;
+  for (const float phi : phi_m)
+    if (std::abs(phi) < static_cast<float>(kNear_m)) least = any ? std::min(least, phi) : phi, any = true;
+  for (std::size_t k = 0; k < phi_m.size(); ++k) {
+    share[k] =
+        any && std::isfinite(phi_m[k]) ? std::exp(sharpness_per_m * std::min(0.0f, least - phi_m[k])) : 0;
+    sum += share[k];
+  }
+  for (std::size_t k = 0; k < phi_m.size() && sum > 0; ++k) share[k] /= sum;
+}
+
+}  // namespace
+
+void Tracker::find_membership(const DepthFrame& frame, float* membership, float* foreground) {
+  const std::size_t count = objects_.size();
+  const auto pixels = static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
+  std::fill_n(membership, pixels * count, 0.0f);
+  std::fill_n(foreground, pixels, std::numeric_limits<float>::quiet_NaN());
+  std::vector<SingleObject<float>> fields;
+  std::vector<Rect> boxes;
+  Rect all{0, 0, 0, 0};
+  float voxel_m = std::numeric_limits<float>::max();
+  for (const Object& object : objects_) {
+    fields.push_back({object.shape->sdf, inverse(object.T_cam_obj).cast<float>()});
+    boxes.push_back(object.followed() ? projected_box(camera_, *object.shape, object.T_cam_obj, kNear_m)
+                                      : Rect{0, 0, 0, 0});
+    all = united(all, boxes.back());
+    voxel_m = std::min(voxel_m, object.shape->sdf.voxel_m);
+  }
+  const float sharpness_per_m = static_cast<float>(options_.coarse_union_sharpness) / voxel_m;
+  const Intrinsics<float> K = camera_.K.cast<float>();
+  const IdealPixel ideal{frame, K, camera_.width};
+  std::vector<float> phi_m(count);
+  for (int y = all.y0; y < all.y1; ++y)
+    for (int x = all.x0; x < all.x1; ++x) {
+      const float z = frame.depth_m(x, y);
+      if (!(z > 0)) continue;
+      const Vec2f u = ideal(x, y);
+      for (std::size_t k = 0; k < count; ++k) {
+        const Rect& box = boxes[k];
+        phi_m[k] = std::numeric_limits<float>::quiet_NaN();
+        if (x < box.x0 || x >= box.x1 || y < box.y0 || y >= box.y1) continue;
+        Vec3f unused;
+        fields[k].value(z * ray(K, u.x, u.y), &phi_m[k], &unused);
+      }
+      const auto at =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(camera_.width) + static_cast<std::size_t>(x);
+      share_out(phi_m, sharpness_per_m, membership + at * count);
+    }
+  for (std::size_t k = 0; k < count; ++k) read_foreground(frame, objects_[k], boxes[k], foreground);
+}
+
+// P_f around one object by its colours; where several are asked, the larger.
+void Tracker::read_foreground(const DepthFrame& frame, const Object& object, const Rect& box,
+                              float* foreground) {
+  const ColorModel* const colors = colors_of(frame, object);
+  if (!colors || box.empty()) return;
+  color_reader_.open(frame, camera_, box, depth_range(*object.shape, object.T_cam_obj, options_.padding_m));
+  const IdealPixel ideal{frame, camera_.K.cast<float>(), camera_.width};
+  for (int y = box.y0; y < box.y1; ++y)
+    for (int x = box.x0; x < box.x1; ++x) {
+      const float z = frame.depth_m(x, y);
+      if (!(z > 0)) continue;
+      const int at = y * camera_.width + x, bin = color_reader_.bin(at, ideal(x, y), z);
+      if (bin < 0) continue;
+      float& to = foreground[at];
+      const float own = colors->posterior()[static_cast<std::size_t>(bin)];
+      to = std::isnan(to) ? own : std::max(to, own);
+    }
+}
+
+}  // namespace sdftrack
