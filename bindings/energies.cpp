@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 
 #include <atomic>
+#include <set>
 #include <stdexcept>
 
 #include "appearance.h"
@@ -20,28 +21,29 @@ namespace sdftrack {
 
 namespace {
 
-// The data energy of one object in one frame, with everything it refers to: pixels fixed at construction,
-// classes (ray hit or fallback) fixed at the start pose, so that its cost is a function of the state alone.
+using Volumes = std::vector<std::tuple<py::array, double, std::array<double, 3>>>;
+
+// The data energy of one object, or of the union of a few, in one frame, with everything it refers to: pixels
+// fixed at construction, classes (ray hit or fallback) fixed at the start poses, so that its cost is a
+// function of the state alone.
 class FrameEnergy {
  public:
-  FrameEnergy(const py::array& values, double voxel_m, const std::array<double, 3>& origin,
-              const Camera& camera, const py::array& depth_m, const py::object& mask,
-              const py::array& T_cam_obj, const TrackerOptions& options, double scale_m, bool scale,
+  FrameEnergy(const Volumes& volumes, const Camera& camera, const py::array& depth_m, const py::object& mask,
+              const py::list& T_cam_obj, const TrackerOptions& options, double scale_m, bool scale,
               bool intrinsics, int threads, const py::object& color, const py::object& color_map, bool cuda)
-      : values_(values), shape_(make_shape(volume_view(values, voxel_m, origin), 1, 1)), camera_(camera) {
-    const Rigidd T = rigid_from(T_cam_obj, "poses");
-    start_.T_obj_cam = {inverse(Rigidd{T.R, T * shape_.centre_obj})};
-    start_.K = camera.K;
-    if (scale) start_.log_scale = {0};
+      : camera_(camera) {
+    for (const auto& [values, voxel_m, origin] : volumes) {
+      values_.push_back(values);
+      shapes_.push_back(make_shape(volume_view(values, voxel_m, origin), 1, 1));
+    }
+    start_ = state(T_cam_obj, {camera.K.fx, camera.K.fy, camera.K.cx, camera.K.cy},
+                   scale ? std::vector<double>{1.0} : std::vector<double>{});
     const std::vector<float> rays = camera.distorted() ? ray_table(camera) : std::vector<float>{};
     const ColorImage image = color_view(color, color_map);
     DepthFrame frame{image_view(depth_m, "depth", camera), mask_view(mask, camera),
                      rays.empty() ? nullptr : rays.data()};
     frame.color = image.rgb ? &image : nullptr;
-    PixelSelection selection;
-    selection.choose(frame, camera, shape_, inverse(start_.T_obj_cam[0]), options, options.padding_m,
-                     nullptr);
-    selection.pack(options.max_pixels, &pixels_);
+    for (std::size_t k = 0; k < shapes_.size(); ++k) add_pixels(frame, options, k);
     if (pixels_.count() == 0)
       throw py::value_error(
           "frame: no depth reading near the object at this pose; is the pose in metres, T_cam_obj?");
@@ -55,23 +57,50 @@ class FrameEnergy {
       energy.color = true, energy.color_likelihood = options.color_likelihood;
       energy.color_prior = static_cast<float>(options.color_prior);
     }
-    energy_ = std::make_unique<SdfEnergy>(shape_.sdf, &pixels_, energy);
+    energy.sharpness = static_cast<float>(options.union_sharpness);
+    std::vector<SdfView> sdfs;
+    for (const Shape& shape : shapes_) sdfs.push_back(shape.sdf);
+    energy_ = std::make_unique<SdfEnergy>(sdfs.data(), static_cast<int>(sdfs.size()), &pixels_, energy);
     energy_->classify(start_, 8);
     if (cuda) device_ = std::make_unique<CudaWork>(), energy_->enter_device(device_.get());
   }
 
-  State state(const py::array& T_cam_obj, const std::array<double, 4>& K,
+  State state(const py::list& T_cam_obj, const std::array<double, 4>& K,
               const std::vector<double>& scales) const {
-    const Rigidd T = rigid_from(T_cam_obj, "poses");
-    State x{{inverse(Rigidd{T.R, T * shape_.centre_obj})}, {K[0], K[1], K[2], K[3]}, {}};
-    if (energy_->unknowns().scale) x.log_scale = {std::log(scales.at(0))};
+    if (T_cam_obj.size() != shapes_.size())
+      throw py::value_error("poses: expected one per shape (" + std::to_string(shapes_.size()) + "), got " +
+                            std::to_string(T_cam_obj.size()));
+    State x{{}, {K[0], K[1], K[2], K[3]}, {}};
+    for (std::size_t k = 0; k < shapes_.size(); ++k) {
+      const Rigidd T = rigid_from(py::array(py::reinterpret_borrow<py::object>(T_cam_obj[k])), "poses");
+      x.T_obj_cam.push_back(inverse(Rigidd{T.R, T * shapes_[k].centre_obj}));
+    }
+    for (const double scale : scales) x.log_scale.push_back(std::log(scale));
     return x;
   }
   py::tuple from_state(const State& x) const {
-    const Rigidd T = inverse(x.T_obj_cam[0]);
+    py::list poses;
+    for (std::size_t k = 0; k < shapes_.size(); ++k) {
+      const Rigidd T = inverse(x.T_obj_cam[k]);
+      poses.append(matrix_from({T.R, T * -shapes_[k].centre_obj}));
+    }
     const double scale = x.log_scale.empty() ? 1.0 : std::exp(x.log_scale[0]);
-    return py::make_tuple(matrix_from({T.R, T * -shape_.centre_obj}),
-                          std::array<double, 4>{x.K.fx, x.K.fy, x.K.cx, x.K.cy}, scale);
+    return py::make_tuple(poses, std::array<double, 4>{x.K.fx, x.K.fy, x.K.cx, x.K.cy}, scale);
+  }
+
+  // Those around object k that no object before it has brought.
+  void add_pixels(const DepthFrame& frame, const TrackerOptions& options, std::size_t k) {
+    PixelSelection selection;
+    PixelSet around;
+    selection.choose(frame, camera_, shapes_[k], inverse(start_.T_obj_cam[k]), options, options.padding_m,
+                     nullptr);
+    selection.pack(options.max_pixels, &around);
+    const std::set<int> known(pixels_.at.begin(), pixels_.at.end());
+    for (int i = 0; i < around.count(); ++i) {
+      if (known.count(around.at[static_cast<std::size_t>(i)]) > 0) continue;
+      pixels_.resize(pixels_.count() + 1);
+      pixels_.copy(around, i, pixels_.count() - 1);
+    }
   }
 
   // The model is made from this very frame: inside and around its mask, or at the start pose.
@@ -83,15 +112,15 @@ class FrameEnergy {
     if (frame.mask)
       count_mask_colors(frame, camera_, frame.mask, &reader, &counts);
     else
-      count_colors(frame, camera_, shape_, T_cam_obj, options.padding_m, camera_.width * camera_.height,
+      count_colors(frame, camera_, shapes_[0], T_cam_obj, options.padding_m, camera_.width * camera_.height,
                    model, &reader, &counts);
     model.update(counts, 1, 1);
     if (!model.known())
       throw py::value_error("color: too few pixels of the object at this pose to make a histogram from (" +
                             std::to_string(counts.object_pixels) +
                             "); give the frame a mask, or a better pose");
-    reader.open(frame, camera_, projected_box(camera_, shape_, T_cam_obj, options.padding_m),
-                depth_range(shape_, T_cam_obj, options.padding_m));
+    reader.open(frame, camera_, projected_box(camera_, shapes_[0], T_cam_obj, options.padding_m),
+                depth_range(shapes_[0], T_cam_obj, options.padding_m));
     fetch_foreground(model, reader, &pixels_);
   }
 
@@ -101,8 +130,8 @@ class FrameEnergy {
   Busy turn() { return {&busy_, "energy"}; }
 
  private:
-  py::array values_;  // keeps the volume alive
-  Shape shape_;
+  std::vector<py::array> values_;  // keep the volumes alive
+  std::vector<Shape> shapes_;
   Camera camera_;
   PixelSet pixels_;
   State start_;
@@ -191,13 +220,13 @@ void bind_energies(py::module_& m) {
 // After TrackerOptions are known, so that the signature can name them.
 void bind_frame_energy(py::module_& m) {
   py::class_<FrameEnergy>(m, "FrameEnergy", "Data energy of one object in one frame; see sdftrack.Energy.")
-      .def(py::init<const py::array&, double, const std::array<double, 3>&, const Camera&, const py::array&,
-                    const py::object&, const py::array&, const TrackerOptions&, double, bool, bool, int,
-                    const py::object&, const py::object&, bool>(),
-           py::arg("values"), py::arg("voxel_size"), py::arg("origin"), py::arg("camera"), py::arg("depth"),
-           py::arg("mask"), py::arg("T_cam_obj"), py::arg("options"), py::arg("scale_m"), py::arg("scale"),
-           py::arg("intrinsics"), py::arg("threads"), py::arg("color") = py::none(),
-           py::arg("color_map") = py::none(), py::arg("cuda") = false)
+      .def(py::init<const Volumes&, const Camera&, const py::array&, const py::object&, const py::list&,
+                    const TrackerOptions&, double, bool, bool, int, const py::object&, const py::object&,
+                    bool>(),
+           py::arg("volumes"), py::arg("camera"), py::arg("depth"), py::arg("mask"), py::arg("T_cam_obj"),
+           py::arg("options"), py::arg("scale_m"), py::arg("scale"), py::arg("intrinsics"),
+           py::arg("threads"), py::arg("color") = py::none(), py::arg("color_map") = py::none(),
+           py::arg("cuda") = false)
       .def("state", &FrameEnergy::state, py::arg("T_cam_obj"), py::arg("K"), py::arg("scales"))
       .def("cost",
            [](FrameEnergy& self, const State& x) {

@@ -23,6 +23,7 @@ from sdftrack.sdf import SDF
 __all__ = ["Energy", "Linearization", "Minimum", "State", "back_project", "minimize"]
 
 Array = NDArray[np.float64]
+MOST_JOINED = 4  # objects in a union
 
 
 def back_project(
@@ -106,17 +107,19 @@ class Minimum:
 
 
 class Energy:
-    """The data energy of one object in one frame, as a function of its pose.
+    """The data energy of one object in one frame, as a function of its pose, or of the union of up to four objects.
+
+    The field of a union is the soft minimum of its objects' (thesis Eq. 5.14); unknowns come object by object.
 
     The pixels (those near the object at `poses`) and their class (the ray meets the model, or not) are fixed at
     construction, so the cost is a function of the state alone and can be differentiated numerically.
 
     Parameters
     ----------
-    shapes : SDF or sequence of one SDF
+    shapes : SDF or sequence of 1 to 4 SDF
     camera : Camera or RGBDCamera
     frame : Frame
-    poses : (4, 4) or (1, 4, 4) float64
+    poses : (4, 4) or (M, 4, 4) float64
         ``T_cam_obj`` that chooses the pixels; also ``energy.start``.
     penalty : {"depth", "rgbd"}
         ``"rgbd"`` weighs each pixel by its colour's posterior; the histograms are made from this frame, inside and
@@ -158,15 +161,18 @@ class Energy:
         **options: Any,
     ) -> None:
         many: list[Any] = list(shapes) if isinstance(shapes, (list, tuple)) else [shapes]
-        if len(many) != 1:
-            raise ValueError(f"shapes: expected one SDF in this version, got {len(many)}")
-        if not isinstance(many[0], SDF):
-            raise TypeError(f"shapes: expected an SDF, got {type(many[0]).__name__}")
+        if not 1 <= len(many) <= MOST_JOINED:
+            raise ValueError(f"shapes: expected 1 to {MOST_JOINED} SDFs, got {len(many)}")
+        for shape in many:
+            if not isinstance(shape, SDF):
+                raise TypeError(f"shapes: expected an SDF, got {type(shape).__name__}")
         if penalty not in ("depth", "rgbd"):
             raise ValueError(f"penalty: expected 'depth' or 'rgbd', got {penalty!r}")
         known = (("pose",), ("pose", "intrinsics"), ("pose", "scale"))
         if tuple(unknowns) not in known:
             raise ValueError(f"unknowns: expected one of {known}, got {unknowns!r}")
+        if len(many) > 1 and tuple(unknowns) != ("pose",):
+            raise ValueError(f"unknowns: expected ('pose',) of several shapes, got {unknowns!r}")
         of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
         if frame.depth is None:
             raise ValueError("frame: expected a depth image, got none")
@@ -176,23 +182,25 @@ class Energy:
                 raise ValueError("frame: expected a colour image for penalty='rgbd', got none")
             if tuple(unknowns) != ("pose",):
                 raise ValueError(f"unknowns: expected ('pose',) with penalty='rgbd', got {unknowns!r}")
+            if len(many) > 1:
+                raise ValueError(f"shapes: expected one SDF with penalty='rgbd', got {len(many)}")
             color = frame.color
         if not number(scale_m, "scale_m") > 0:
             raise ValueError(f"scale_m: expected a length > 0 in metres, got {scale_m!r}")
-        self.shape = many[0]
+        self.shapes = many
         self.camera = depth_camera(camera)
         self.unknowns = tuple(unknowns)
         self.options = TrackerOptions().replace(**options)
-        T = _pose(poses)
+        T = _poses(poses, len(many))
         mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
         self._core = _core.FrameEnergy(
-            self.shape.values, self.shape.voxel_size, self.shape.origin.tolist(), self.camera._core,
-            frame.depth, mask, T, self.options._to_core(), float(scale_m),
+            [shape._core_args for shape in many], self.camera._core,
+            frame.depth, mask, list(T), self.options._to_core(), float(scale_m),
             "scale" in unknowns, "intrinsics" in unknowns, threads,
             color, None if color is None else color_map(camera, color), resolve_device(device) == "cuda",
         )  # fmt: skip
         self.start = State(
-            T[None],
+            T,
             self.camera if "intrinsics" in unknowns else None,
             np.ones(1) if "scale" in unknowns else None,
         )
@@ -204,7 +212,10 @@ class Energy:
         scales = [1.0] if x.scales is None else [float(s) for s in x.scales]
         if len(scales) != 1 or not 0 < scales[0] < np.inf:
             raise ValueError(f"x: expected scales of one number > 0, got {scales}")
-        return self._core.state(_pose(x.poses), [camera.fx, camera.fy, camera.cx, camera.cy], scales)
+        if "scale" not in self.unknowns:
+            scales = []
+        T = _poses(x.poses, len(self.shapes))
+        return self._core.state(list(T), [camera.fx, camera.fy, camera.cx, camera.cy], scales)
 
     def cost(self, x: State) -> float:
         """Sum over the pixels of the penalty of the residual, without unit."""
@@ -226,13 +237,13 @@ class Energy:
         """`x` moved by an increment in the order of :class:`Linearization`: how the optimiser steps."""
         return self._to_state(*self._core.retract(self._state(x), np.asarray(delta, np.float64)))
 
-    def _to_state(self, T: Array, K: Sequence[float], scale: float) -> State:
+    def _to_state(self, T: Sequence[Array], K: Sequence[float], scale: float) -> State:
         import dataclasses
 
         camera = None
         if "intrinsics" in self.unknowns:
             camera = dataclasses.replace(self.camera, fx=K[0], fy=K[1], cx=K[2], cy=K[3])
-        return State(np.asarray(T)[None], camera, np.array([scale]) if "scale" in self.unknowns else None)
+        return State(np.stack(T), camera, np.array([scale]) if "scale" in self.unknowns else None)
 
 
 def minimize(energy: Energy, start: State | None = None, **lm_options: Any) -> Minimum:
@@ -271,8 +282,11 @@ def minimize(energy: Energy, start: State | None = None, **lm_options: Any) -> M
     return Minimum(energy._to_state(*x), record, stop, cost, count)
 
 
-def _pose(poses: ArrayLike) -> Array:
+def _poses(poses: ArrayLike, count: int) -> Array:
     T = numbers(poses, "poses")
-    T = T[0] if T.ndim == 3 and len(T) == 1 else T
-    rigid: Array = _core.nearest_rigid(np.ascontiguousarray(T), "poses")
-    return rigid
+    T = T[None] if T.ndim == 2 else T
+    if T.ndim != 3 or len(T) != count:
+        raise ValueError(
+            f"poses: expected one 4x4 matrix per shape ({count}), got an array of shape {T.shape}"
+        )
+    return np.stack([_core.nearest_rigid(np.ascontiguousarray(each), "poses") for each in T])

@@ -65,7 +65,7 @@ class Twin:
     """The same frame seen by the twin: field, rays, depths and classes at the energy's start."""
 
     def __init__(self, energy):
-        seen, camera, shape = energy.residuals(energy.start), energy.camera, energy.shape
+        seen, camera = energy.residuals(energy.start), energy.camera
         self.depths = seen["depth_m"].astype(np.float64)
         self.rays = np.stack(
             [
@@ -75,13 +75,20 @@ class Twin:
             ],
             axis=1,
         )
-        centre = tracking.make_shape(shape.values, shape.voxel_size, shape.origin).centre
-        volume = shape.values, shape.voxel_size, shape.origin - centre
-        T_obj_cam = tracking.centred(energy.start.poses[0], centre)
-        if "scale" in energy.unknowns:
-            self.field = twin.ScaledObject(*volume, T_obj_cam, 0.0)
-        else:
-            self.field = twin.SingleObject(*volume, T_obj_cam)
+        objects = []
+        for shape, T_cam_obj in zip(energy.shapes, energy.start.poses, strict=True):
+            centre = tracking.make_shape(shape.values, shape.voxel_size, shape.origin).centre
+            volume = shape.values, shape.voxel_size, shape.origin - centre
+            T_obj_cam = tracking.centred(T_cam_obj, centre)
+            objects.append(
+                twin.ScaledObject(*volume, T_obj_cam, 0.0)
+                if "scale" in energy.unknowns
+                else twin.SingleObject(*volume, T_obj_cam)
+            )
+        self.field = objects[0]
+        if len(objects) > 1:
+            finest = min(shape.voxel_size for shape in energy.shapes)
+            self.field = twin.SoftMin(tuple(objects), energy.options.union_sharpness / finest)
         if "intrinsics" in energy.unknowns:
             self.field = twin.WithIntrinsics(
                 self.field, np.array([camera.fx, camera.fy, camera.cx, camera.cy])
@@ -137,6 +144,47 @@ def test_cost_gradient_and_hessian_are_those_of_the_twin(energy):
     core = energy.linearize(energy.start)
     assert core.count == len(Twin(energy).depths)
     assert_same_model(core, Twin(energy).linearize())
+
+
+BESIDE = [geometry.pose([0.1 * k, 0.2, 0], [0.02 * k, -0.015 * k, 0.01 * k]) for k in range(4)]
+
+
+def union_energy(shape, count, residual, sharpness):
+    """Copies of the shape that touch and stand in one another, all of them seen."""
+    poses = np.stack([START @ T for T in BESIDE[:count]])
+    depth = np.zeros((60, 80), np.float32)
+    for T in poses:
+        seen = shape.render(CAMERA, T)[0]
+        depth = np.where((seen > 0) & ((depth == 0) | (seen < depth)), seen, depth)
+    off = np.stack([T @ geometry.pose([0.02, 0, -0.03], [0.002, 0.001, -0.001]) for T in poses])
+    return st.Energy(
+        [shape] * count, CAMERA, st.Frame(depth), off, residual=residual, scale_m=SCALE_M, outlier_floor=FLOOR,
+        union_sharpness=sharpness,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("residual", ["point", "ray_hit"])
+@pytest.mark.parametrize(("count", "sharpness"), [(2, 2.0), (3, 40.0), (4, 2.0)])
+def test_a_union_is_the_twins_soft_minimum(shape, count, sharpness, residual):
+    energy = union_energy(shape, count, residual, sharpness)
+    core = energy.linearize(energy.start)
+    assert core.gradient.shape == (6 * count,)
+    assert_same_model(core, Twin(energy).linearize())
+
+
+def test_the_gradient_of_a_union_is_the_slope_of_its_cost(shape):
+    energy = union_energy(shape, 2, "point", 2.0)
+    model, step = energy.linearize(energy.start), 1e-5
+    for i, e in enumerate(np.eye(12)):
+        up, down = (energy.cost(energy.moved(energy.start, sign * step * e)) for sign in (1, -1))
+        assert (up - down) / (2 * step) == pytest.approx(
+            model.gradient[i], abs=2e-2 * np.abs(model.gradient).max()
+        )
+
+
+def test_one_shape_in_a_list_is_that_shape(shape, frame):
+    alone, listed = (st.Energy(s, CAMERA, frame, START) for s in (shape, [shape]))
+    assert alone.cost(alone.start) == listed.cost(listed.start)
 
 
 @pytest.mark.parametrize("residual", ["point", "ray_hit"])
@@ -391,7 +439,13 @@ def test_back_project_leaves_masked_pixels_out_and_checks_the_masks_size():
 @pytest.mark.parametrize(
     ("change", "error", "match"),
     [
-        ({"shapes": []}, ValueError, "shapes: expected one SDF"),
+        ({"shapes": []}, ValueError, "shapes: expected 1 to 4 SDFs, got 0"),
+        ({"shapes": [st.SDF.sphere(0.03, voxels=8)] * 5}, ValueError, "shapes: expected 1 to 4 SDFs, got 5"),
+        (
+            {"shapes": [st.SDF.sphere(0.03, voxels=8)] * 2},
+            ValueError,
+            "poses: expected one 4x4 matrix per shape",
+        ),
         ({"shapes": "mug.ply"}, (TypeError, ValueError), "shapes: expected"),
         ({"shapes": [3]}, TypeError, "shapes: expected an SDF, got int"),
         ({"camera": "camera.json"}, TypeError, "camera"),
@@ -402,8 +456,8 @@ def test_back_project_leaves_masked_pixels_out_and_checks_the_masks_size():
         ({"poses": START.T}, ValueError, "poses: .*transposed"),
         ({"poses": np.diag([1.1, 1.1, 1.1, 1])}, ValueError, "poses: .*not a rotation"),
         ({"poses": np.diag([1.0, 1.0, -1.0, 1])}, ValueError, "poses: .*not a rotation"),
-        ({"poses": np.eye(3)}, ValueError, r"poses: expected shape \(4, 4\)"),
-        ({"poses": np.stack([START, START])}, ValueError, r"poses: expected shape \(4, 4\)"),
+        ({"poses": np.eye(3)}, ValueError, "poses: expected one 4x4 matrix per shape"),
+        ({"poses": np.stack([START, START])}, ValueError, "poses: expected one 4x4 matrix per shape"),
         ({"penalty": "huber"}, ValueError, "penalty: expected 'depth'"),
         ({"unknowns": ("scale",)}, ValueError, "unknowns: expected one of"),
         ({"unknowns": ("pose", "scale", "intrinsics")}, ValueError, "unknowns: expected one of"),

@@ -79,6 +79,29 @@ class ScaledObject:
 
 
 @dataclass(frozen=True)
+class SoftMin:
+    """Union of objects: phi = -log(sum exp(-a phi_k)) / a, its derivatives weighed by exp(-a phi_k) / sum.
+
+    Thesis Eqs. 5.14 to 5.21, where Eq. 5.20 has a factor -1 / a too many.
+    """
+
+    objects: tuple[SingleObject, ...]
+    sharpness_per_m: float
+
+    def memberships(self, phis: Array) -> Array:
+        weights: Array = np.exp(self.sharpness_per_m * (phis.min() - phis))
+        return weights / weights.sum()
+
+    def row(self, p_cam: Array) -> FieldRow:
+        rows = [o.row(p_cam) for o in self.objects]
+        phis, a = np.array([r.phi for r in rows]), self.sharpness_per_m
+        w = self.memberships(phis)
+        phi = phis.min() - np.log(np.exp(a * (phis.min() - phis)).sum()) / a
+        grad: Array = sum(wk * r.grad_cam for wk, r in zip(w, rows, strict=True))
+        return FieldRow(float(phi), grad, np.concatenate([wk * r.J for wk, r in zip(w, rows, strict=True)]))
+
+
+@dataclass(frozen=True)
 class WithIntrinsics:
     """Any field, plus columns for K = (fx, fy, cx, cy): p_cam = z ((u - cx) / fx, (v - cy) / fy, 1) moves with them."""
 
