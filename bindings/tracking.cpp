@@ -312,7 +312,7 @@ void bind_tracking(py::module_& m) {
       .def(py::init<const std::vector<std::tuple<py::array, double, std::array<double, 3>>>&, const Camera&,
                     const TrackerOptions&, int, bool, MotionModel, bool, Collision>(),
            py::arg("shapes"), py::arg("camera"), py::arg("options"), py::arg("threads"), py::arg("recover"),
-           py::arg("motion"), py::arg("cuda") = false, py::arg("collision") = Collision::kContact)
+           py::arg("motion"), py::arg("cuda"), py::arg("collision"))
       .def("start", &PyTracker::start, py::arg("depth"), py::arg("mask"), py::arg("time_s"),
            py::arg("places"), py::arg("color") = py::none(), py::arg("color_map") = py::none())
       .def("track", &PyTracker::track, py::arg("depth"), py::arg("mask"), py::arg("time_s"),

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Camera', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'Curvature', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'MotionModel', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'fast_sweep', 'find_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'primitive_sdf', 'redistance', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'Curvature', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'MotionModel', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'fast_sweep', 'find_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'primitive_sdf', 'redistance', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
 class Camera:
     """
     Pinhole camera with Brown-Conrady distortion; see sdftrack.Camera.
@@ -26,6 +26,56 @@ class Camera:
         ...
     @property
     def width(self) -> int:
+        ...
+class Collision:
+    """
+    What it costs objects to stand in one another.
+    
+    Members:
+    
+      none
+    
+      contact
+    
+      printed
+    """
+    __members__: typing.ClassVar[dict[str, Collision]]  # value = {'none': <Collision.none: 0>, 'contact': <Collision.contact: 1>, 'printed': <Collision.printed: 2>}
+    contact: typing.ClassVar[Collision]  # value = <Collision.contact: 1>
+    none: typing.ClassVar[Collision]  # value = <Collision.none: 0>
+    printed: typing.ClassVar[Collision]  # value = <Collision.printed: 2>
+    @typing.overload
+    def __eq__(self, other: Collision) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: Collision) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
         ...
 class ColorLikelihood:
     """
@@ -164,7 +214,7 @@ class FrameEnergy:
     """
     Data energy of one object in one frame; see sdftrack.Energy.
     """
-    def __init__(self, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, depth: numpy.ndarray, mask: typing.Any, T_cam_obj: numpy.ndarray, options: TrackerOptions, scale_m: typing.SupportsFloat | typing.SupportsIndex, scale: bool, intrinsics: bool, threads: typing.SupportsInt | typing.SupportsIndex, color: typing.Any = None, color_map: typing.Any = None, cuda: bool = False) -> None:
+    def __init__(self, volumes: collections.abc.Sequence[tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]]], camera: Camera, depth: numpy.ndarray, mask: typing.Any, T_cam_obj: list, options: TrackerOptions, scale_m: typing.SupportsFloat | typing.SupportsIndex, scale: bool, intrinsics: bool, threads: typing.SupportsInt | typing.SupportsIndex, color: typing.Any = None, color_map: typing.Any = None, cuda: bool = False) -> None:
         ...
     def cost(self, arg0: State) -> float:
         ...
@@ -176,7 +226,7 @@ class FrameEnergy:
         ...
     def retract(self, arg0: State, arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> tuple:
         ...
-    def state(self, T_cam_obj: numpy.ndarray, K: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"], scales: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> State:
+    def state(self, T_cam_obj: list, K: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"], scales: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> State:
         ...
 class LmOptions:
     """
@@ -387,15 +437,17 @@ class State:
     """
 class Tracker:
     """
-    Tracks shapes one by one; see sdftrack.Tracker.
+    Tracks shapes; see sdftrack.Tracker.
     """
-    def __init__(self, shapes: collections.abc.Sequence[tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]]], camera: Camera, options: TrackerOptions, threads: typing.SupportsInt | typing.SupportsIndex, recover: bool, motion: MotionModel, cuda: bool = False) -> None:
+    def __init__(self, shapes: collections.abc.Sequence[tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]]], camera: Camera, options: TrackerOptions, threads: typing.SupportsInt | typing.SupportsIndex, recover: bool, motion: MotionModel, cuda: bool, collision: Collision) -> None:
         ...
     def add(self, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], place: typing.Any) -> int:
         ...
     def is_lost(self, k: typing.SupportsInt | typing.SupportsIndex) -> bool:
         ...
     def judge(self, depth: numpy.ndarray, mask: typing.Any, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray) -> typing.Any:
+        ...
+    def membership(self, depth: numpy.ndarray, color: typing.Any = None, color_map: typing.Any = None) -> tuple:
         ...
     def recover(self, depth: numpy.ndarray, mask: typing.Any, time_s: typing.SupportsFloat | typing.SupportsIndex, objects: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], places: list, color: typing.Any = None, color_map: typing.Any = None) -> dict:
         ...
@@ -446,6 +498,18 @@ class TrackerOptions:
         ...
     @coarse_steps.setter
     def coarse_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def coarse_union_sharpness(self) -> float:
+        ...
+    @coarse_union_sharpness.setter
+    def coarse_union_sharpness(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def collision_tolerance_m(self) -> float:
+        ...
+    @collision_tolerance_m.setter
+    def collision_tolerance_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def color_background_rate(self) -> float:
@@ -614,6 +678,12 @@ class TrackerOptions:
         ...
     @trust_points.setter
     def trust_points(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def union_sharpness(self) -> float:
+        ...
+    @union_sharpness.setter
+    def union_sharpness(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def weak_evidence(self) -> float:

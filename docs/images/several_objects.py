@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: MIT
+"""The picture of docs/several_objects.md: two look-alikes that touch and hide each other, tracked together.
+
+python docs/images/several_objects.py docs/images/several_objects.png
+"""
+
+import sys
+
+import cv2
+import numpy as np
+
+import sdftrack as st
+from sdftrack.eval.contact import Solid
+from sdftrack.eval.scenes import meetings
+from sdftrack.reproduce.duck import duck_mesh
+
+SHOWN, MARGIN, SIZE = (6, 34, 52), 75, 300  # frames; pixels around the objects; of a panel
+
+mesh = duck_mesh()
+mesh = st.Mesh(0.6 * mesh.vertices, mesh.faces)
+solid = Solid.of(mesh, st.SDF.from_mesh(mesh, voxels=160, unit="m"))
+scene = meetings(mesh, solid, SHOWN[-1] + 1, seed=1, color=True, threads=1)
+shapes = [solid.sdf] * 2
+tracker = st.Tracker(shapes, scene.camera, threads=1, membership=True)
+panels = []
+for i in range(len(scene)):
+    frame = scene[i]
+    result = tracker.track(frame) if i else tracker.start(frame, poses=list(scene.poses[0]))
+    if i not in SHOWN:
+        continue
+    x, y = scene.camera.depth.project(solid.place(scene.poses[i])).mean(axis=0).astype(int)
+    r = int(MARGIN + 0.5 * np.ptp(scene.camera.depth.project(solid.place(scene.poses[i])), axis=0).max())
+    x, y = np.clip([x, y], r, [frame.depth.shape[1] - r, frame.depth.shape[0] - r])
+    pair = [frame.color, st.draw(frame, result, shapes, scene.camera)]
+    parts = [cv2.resize(p[y - r : y + r, x - r : x + r], (SIZE, SIZE), interpolation=cv2.INTER_AREA) for p in pair]
+    panels.append(np.vstack(parts))
+    print(i, [str(s) for s in result.status], np.round(scene.share[i], 2), f"{1e3 * scene.gaps[i]:.1f} mm")
+cv2.imwrite(sys.argv[1], np.hstack(panels)[..., ::-1])
