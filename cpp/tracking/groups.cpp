@@ -22,7 +22,7 @@ void Tracker::fit_groups(const DepthFrame& frame) {
   if (objects_.size() < 2) return;
   find_groups(frame.time_s);
   if (!readable(frame)) return;
-  for (std::size_t g = 0; g < group_count_; ++g) fit_group(frame, groups_[g]);
+  for (std::size_t g = 0; g < group_count_; ++g) fit_group(frame, &groups_[g]);
 }
 
 // Connected sets of two and more: the first group_count_ of groups_.
@@ -55,7 +55,30 @@ void Tracker::find_groups(double time_s) {
   }
 }
 
-void Tracker::fit_group(const DepthFrame& frame, const std::vector<int>& members) {
+// Of starts in one place the first alone is fitted.
+void Tracker::refuse_doubles(std::vector<int>* members) {
+  std::size_t kept = 0;
+  others_.clear();
+  for (const int k : *members) {
+    const auto i = static_cast<std::size_t>(k);
+    const Rigidd& T_cam_obj = expected_[i];
+    if (objects_[i].wanted && middle_in(others_, *objects_[i].shape, T_cam_obj)) {
+      JointFitted& refused = together_[i].emplace();
+      refused.fitted.T_cam_obj = T_cam_obj;
+      refused.inside = (*members)[0];
+      for (std::size_t j = 0; j < kept; ++j)
+        if (middle_in({others_[j]}, *objects_[i].shape, T_cam_obj)) refused.inside = (*members)[j];
+      continue;
+    }
+    others_.push_back({objects_[i].shape->sdf, inverse(T_cam_obj).cast<float>()});
+    (*members)[kept++] = k;
+  }
+  members->resize(kept);
+}
+
+void Tracker::fit_group(const DepthFrame& frame, std::vector<int>* group) {
+  refuse_doubles(group);
+  const std::vector<int>& members = *group;
   fit_together(frame, members);
   for (int round = 1; round < kRounds && mend_group(frame, members); ++round) fit_together(frame, members);
   tell_apart(members);

@@ -112,7 +112,8 @@ class Tracker {
   void tell_apart(const std::vector<int>& members);
   void fit_groups(const DepthFrame& frame);
   void find_groups(double time_s);
-  void fit_group(const DepthFrame& frame, const std::vector<int>& members);
+  void fit_group(const DepthFrame& frame, std::vector<int>* group);
+  void refuse_doubles(std::vector<int>* members);
   bool mend_group(const DepthFrame& frame, const std::vector<int>& members);
   void fit_together(const DepthFrame& frame, const std::vector<int>& members);
   DepthFrame without_others(const DepthFrame& frame, const std::vector<int>& members, int k);

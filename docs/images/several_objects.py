@@ -8,13 +8,14 @@ import sys
 
 import cv2
 import numpy as np
+from PIL import Image
 
 import sdftrack as st
 from sdftrack.eval.contact import Solid
 from sdftrack.eval.scenes import meetings
 from sdftrack.reproduce.duck import duck_mesh
 
-SHOWN, MARGIN, SIZE = (6, 34, 52), 75, 300  # frames; pixels around the objects; of a panel
+SHOWN, MARGIN, SIZE = (6, 52), 50, 240  # frames; pixels around the objects; of a panel
 
 mesh = duck_mesh()
 mesh = st.Mesh(0.6 * mesh.vertices, mesh.faces)
@@ -32,7 +33,8 @@ for i in range(len(scene)):
     r = int(MARGIN + 0.5 * np.ptp(scene.camera.depth.project(solid.place(scene.poses[i])), axis=0).max())
     x, y = np.clip([x, y], r, [frame.depth.shape[1] - r, frame.depth.shape[0] - r])
     pair = [frame.color, st.draw(frame, result, shapes, scene.camera)]
-    parts = [cv2.resize(p[y - r : y + r, x - r : x + r], (SIZE, SIZE), interpolation=cv2.INTER_AREA) for p in pair]
-    panels.append(np.vstack(parts))
+    for picture in pair:
+        part = np.ascontiguousarray(picture[y - r : y + r, x - r : x + r])
+        panels.append(cv2.resize(part, (SIZE, SIZE), interpolation=cv2.INTER_CUBIC))
     print(i, [str(s) for s in result.status], np.round(scene.share[i], 2), f"{1e3 * scene.gaps[i]:.1f} mm")
-cv2.imwrite(sys.argv[1], np.hstack(panels)[..., ::-1])
+Image.fromarray(np.hstack(panels)).quantize(96).save(sys.argv[1], optimize=True)

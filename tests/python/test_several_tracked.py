@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: MIT
+"""Several objects in one tracker: fitted together where they touch, exactly alone where they do not."""
+
+import numpy as np
+import pytest
+from tracking_scene import CAMERA, SIZE_M, WALL_M, depth_of
+
+import sdftrack as st
+from sdftrack import geometry
+from sdftrack.metrics import pose_error
+from sdftrack.reference.energies import SoftMin
+
+POSE = geometry.pose([0.5, -0.6, 0.2], [0.01, 0, 0.6])
+BEHIND_M = WALL_M - 0.1
+CLOSE_M, CLOSE_RAD = 3e-4, np.deg2rad(0.3)  # at 1 mm of noise
+
+
+@pytest.fixture(scope="module")
+def box():
+    return st.SDF.box(SIZE_M, voxels=100)
+
+
+def beside(gap_m, T=POSE):
+    """The pose of a copy next to the one at T, along its shortest edge."""
+    return T @ geometry.pose([0, 0, 0], [0, 0, SIZE_M[2] + gap_m])
+
+
+def both(poses, seed=0):
+    """A frame of boxes before a wall."""
+    depths = [depth_of(T, seed=seed + k) for k, T in enumerate(poses)]
+    return st.Frame(np.minimum.reduce(depths))
+
+
+def penetration(shape, a, b):
+    """Depth (m) of the deepest sample of one in the other."""
+    points = np.asarray(shape.surface_samples(3000)[0], np.float64)
+    deepest = 0.0
+    for of, in_ in ((a, b), (b, a)):
+        T = np.linalg.inv(in_) @ of
+        deepest = max(deepest, -float(shape(geometry.transform_points(T, points)).min()))
+    return deepest
+
+
+def assert_close(poses, truth):
+    metres, radians = pose_error(np.asarray(poses), np.asarray(truth))
+    assert np.max(metres) < CLOSE_M
+    assert np.max(radians) < CLOSE_RAD
+
+
+def test_two_that_touch_and_part_keep_their_places_and_stay_out_of_each_other(box):
+    tracker = st.Tracker([box, box], CAMERA, threads=1)
+    errors = []
+    gaps = [0.03, 0.02, 0.01, 0.004, 0.0005, 0.0005, 0.006, 0.015, 0.03]
+    for k, gap in enumerate(gaps):
+        truth = np.stack([POSE, beside(gap)])
+        frame = both(truth, seed=10 * k)
+        result = tracker.start(frame, poses=truth) if k == 0 else tracker.track(frame)
+        assert result.status == ["ok", "ok"]
+        assert penetration(box, *result.poses) < 1e-3
+        errors.append(pose_error(result.poses, truth))
+    metres, radians = np.array(errors).transpose(1, 0, 2)
+    assert metres.mean() < CLOSE_M / 2
+    assert radians.mean() < CLOSE_RAD / 2
+    assert metres.max() < 2 * CLOSE_M
+    assert radians.max() < 2 * CLOSE_RAD
+
+
+def test_objects_far_from_each_other_are_fitted_as_if_alone_to_the_bit(box):
+    poses = [POSE, geometry.pose([0, 0, 0], [-0.22, 0, 0]) @ POSE]
+    frame = both(poses)
+    together = st.Tracker([box, box], CAMERA, threads=1).start(frame, poses=poses)
+    for k, T in enumerate(poses):
+        alone = st.Tracker(box, CAMERA, threads=1).start(frame, poses=T)
+        np.testing.assert_array_equal(together.poses[k], alone.pose)
+        np.testing.assert_array_equal(together.covariances[k], alone.covariance)
+
+
+def test_the_number_of_threads_does_not_change_a_bit(box):
+    poses = [POSE, beside(0.001)]
+    frame = both(poses)
+    one, two = (st.Tracker([box, box], CAMERA, threads=n).start(frame, poses=poses) for n in (1, 2))
+    np.testing.assert_array_equal(one.poses, two.poses)
+    np.testing.assert_array_equal(one.covariances, two.covariances)
+
+
+def test_the_order_of_the_shapes_does_not_matter(box):
+    poses = [POSE, beside(0.001)]
+    frame = both(poses)
+    here = st.Tracker([box, box], CAMERA, threads=1).start(frame, poses=poses)
+    there = st.Tracker([box, box], CAMERA, threads=1).start(frame, poses=poses[::-1])
+    metres, radians = pose_error(here.poses, there.poses[::-1])
+    assert metres.max() < 2e-5
+    assert radians.max() < 2e-4
+
+
+def test_contact_keeps_apart_what_the_data_push_together_and_without_it_they_sink_in(box):
+    """The camera shows the two 4 mm nearer to each other than they can be."""
+    poses = [POSE, beside(0.0)]
+    frame = both([POSE, beside(-0.004)])
+    depth = {}
+    for collision in ("contact", None):
+        tracker = st.Tracker([box, box], CAMERA, threads=1, collision=collision)
+        tracker.start(frame, poses=poses)
+        depth[collision] = penetration(box, *tracker.track(frame).poses)
+    assert depth["contact"] < 1e-3
+    assert depth[None] > 2e-3
+
+
+def test_one_that_a_board_hides_is_carried_then_lost_then_found_again_where_it_comes_out(box):
+    tracker = st.Tracker([box, box], CAMERA, threads=1)
+    truth = np.stack([POSE, beside(0.01)])
+    tracker.start(both(truth), poses=truth)
+    covered = depth_of(POSE)
+    covered[depth_of(truth[1]) < BEHIND_M] = 0.4  # a board in front of it
+    reasons = [tracker.track(st.Frame(covered)) for _ in range(8)]
+    assert [r.status[0] for r in reasons] == ["ok"] * 8
+    assert [r.status[1] for r in reasons][0] == "weak"
+    assert [r.status[1] for r in reasons][-1] == "lost"
+    out = np.stack([POSE, geometry.pose([0.1, 0.2, 0.1], [-0.15, 0.02, 0.02]) @ truth[1]])
+    for k in range(3):
+        result = tracker.track(both(out, seed=50 + k))
+    assert result.status == ["ok", "ok"]
+    assert_close(result.poses, out)
+
+
+def test_memberships_are_the_twins_weights_and_add_up_to_one(box):
+    poses = [POSE, beside(0.001)]
+    tracker = st.Tracker([box, box], CAMERA, threads=1, membership=True)
+    frame = both(poses)
+    result = tracker.start(frame, poses=poses)
+    weights = result.membership
+    assert weights.shape == (*CAMERA.shape, 2)
+    total = weights.sum(axis=2)
+    assert np.all((np.abs(total - 1) < 1e-5) | (total == 0))
+    assert total[frame.depth == np.float32(WALL_M)].max() == 0  # the wall is nobody's
+    points, pixels = st.back_project(frame.depth, CAMERA)
+    twin = SoftMin((), tracker.options.coarse_union_sharpness / box.voxel_size)
+    for (x, y), p in list(zip(pixels, points, strict=True))[::997]:
+        phis = np.array([box(geometry.transform_points(np.linalg.inv(T), p[None]))[0] for T in result.poses])
+        if total[y, x] > 0 and np.abs(phis).max() < 0.009:
+            np.testing.assert_allclose(weights[y, x], twin.memberships(phis), atol=2e-3)
+    assert result.foreground is None  # depth alone
+    assert st.Tracker([box, box], CAMERA).start(frame, poses=poses).membership is None
+
+
+def test_an_overlay_has_the_colours_of_those_that_readings_are_taken_for(box):
+    poses = [POSE, beside(0.01)]
+    tracker = st.Tracker([box, box], CAMERA, threads=1, membership=True)
+    frame = both(poses)
+    result = tracker.start(frame, poses=poses)
+    picture = st.draw(frame, result, [box, box], CAMERA).astype(float)
+    own = [picture[result.membership[..., k] > 0.99].mean(axis=0) for k in range(2)]
+    assert np.abs(own[0] - own[1]).max() > 30
+
+
+def test_shapes_of_very_different_voxels_go_together(box):
+    fine = st.SDF.box((0.03, 0.03, 0.03), voxels=200)
+    coarse = st.SDF.box(SIZE_M, voxels=40)
+    on_top = POSE @ geometry.pose([0, 0, 0], [0, 0, SIZE_M[2] / 2 + 0.016])
+    frame = st.Frame(np.minimum(depth_of(POSE), depth_of(on_top, size=(0.03, 0.03, 0.03), seed=3)))
+    result = st.Tracker([coarse, fine], CAMERA, threads=1).start(frame, poses=[POSE, on_top])
+    assert "lost" not in result.status
+    metres, _ = pose_error(result.poses, np.stack([POSE, on_top]))
+    assert metres.max() < 2e-3
+
+
+def test_one_that_starts_out_of_view_is_lost_and_leaves_the_others_alone(box):
+    away = geometry.pose([0, 0, 0], [0, 0, -2.0]) @ POSE
+    result = st.Tracker([box, box], CAMERA, recover=False).start(both([POSE]), poses=[POSE, away])
+    assert result.status == ["ok", "lost"]
+    assert np.isfinite(result.poses).all()
+
+
+def test_a_hundred_and_one_objects_on_the_data_of_one_do_not_hang_or_crash():
+    small = st.SDF.box(SIZE_M, voxels=24)
+    poses = [POSE @ geometry.pose([0, 0, 0], [0.0005 * k, 0, 0]) for k in range(101)]
+    tracker = st.Tracker([small] * 101, CAMERA, threads=1, recover=False)
+    result = tracker.start(both([POSE]), poses=poses)
+    assert np.isfinite(result.poses).all()
+    assert result.status.count("ok") <= 1
+
+
+@pytest.mark.parametrize("collision", ["soft", True, 1, ""])
+def test_an_unknown_collision_is_refused(box, collision):
+    with pytest.raises(ValueError, match="collision: expected 'contact', 'printed' or None"):
+        st.Tracker([box, box], CAMERA, collision=collision)
+
+
+def test_no_shape_at_all_is_refused():
+    with pytest.raises(ValueError, match="shapes"):
+        st.Tracker([], CAMERA)
