@@ -70,6 +70,17 @@ bool is_small(const Eigen::VectorXd& delta, const Unknowns& unknowns, const Stat
   return true;
 }
 
+// The most that the step promises for one object: beside many that stand still one that moves must not drown.
+double most_promised(const NormalEquations& eq, const LmWork& work, int block) {
+  double most = 0;
+  for (Eigen::Index i = 0; i + block <= work.delta.size(); i += block) {
+    const auto delta = work.delta.segment(i, block);
+    most = std::max(
+        most, -(eq.gradient.segment(i, block).dot(delta) + 0.5 * delta.dot(work.curved.segment(i, block))));
+  }
+  return most;
+}
+
 }  // namespace
 
 const char* stop_name(Stop stop) {
@@ -116,12 +127,13 @@ void minimize(Energy& energy, const LmOptions& options, LmWork* work, LmResult* 
     }
     work->curved.noalias() = eq.hessian * delta;
     const double promised = -(eq.gradient.dot(delta) + 0.5 * delta.dot(work->curved));
-    if (promised < options.cost_gain) {
+    const double most = options.block > 0 ? most_promised(eq, *work, options.block) : promised;
+    if (most < options.cost_gain) {
       out->stop = Stop::kSmallGain;
       return;
     }
     retract(unknowns, out->x, delta, &work->trial);
-    const bool sure = promised < options.sure_gain;
+    const bool sure = most < options.sure_gain;
     if (!sure) look(work->trial, &next);
     const double trial_cost = sure ? eq.cost - promised : next.cost;
     const bool accepted = trial_cost < eq.cost;

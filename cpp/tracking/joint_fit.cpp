@@ -162,7 +162,7 @@ void JointFitter::run_stage(JointPixels* pixels, const SdfEnergyOptions& energy,
   if (!collision_.empty()) group_.add(&collision_);
 
   lm_result_.x = *x;
-  LmOptions lm = stage_lm(stage.steps, memory_.damping, memory_.noise_known, stage.all, objects);
+  LmOptions lm = stage_lm(stage.steps, memory_.damping, memory_.noise_known, stage.all);
   if (!collision_.empty()) lm.sure_gain = 0;  // a hinge bends where it begins: every step is looked at
   minimize(group_, lm, &lm_work_, &lm_result_);
   *x = lm_result_.x;

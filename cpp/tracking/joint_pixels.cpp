@@ -51,11 +51,14 @@ void JointPixels::clear(std::size_t objects) {
 int JointPixels::count() const { return std::accumulate(counts_.begin(), counts_.end(), 0); }
 
 SharedPixels& JointPixels::part_of(const std::array<int, kMostJoined>& of, int objects) {
-  // Neighbouring pixels are mostly shared by the same objects: the last part first.
-  for (std::size_t k = used_; k-- > 0;) {
-    SharedPixels& part = *parts_[k];
-    if (part.objects == objects && std::equal(of.begin(), of.begin() + objects, part.of.begin())) return part;
-  }
+  // Neighbouring pixels are mostly shared by the same objects: the last one first.
+  const auto is_it = [&](std::size_t k) {
+    return parts_[k]->objects == objects &&
+           std::equal(of.begin(), of.begin() + objects, parts_[k]->of.begin());
+  };
+  if (last_ < used_ && is_it(last_)) return *parts_[last_];
+  for (last_ = 0; last_ < used_; ++last_)
+    if (is_it(last_)) return *parts_[last_];
   if (used_ == parts_.size()) parts_.push_back(std::make_unique<SharedPixels>());
   SharedPixels& part = *parts_[used_++];
   part.of = of, part.objects = objects;
@@ -87,6 +90,9 @@ void JointPixels::measure_distances(int m, const std::vector<FitTarget>& targets
 
 void JointPixels::take(int m, const std::vector<FitTarget>& targets, const State& x, double reach_m,
                        double margin_m, int most, float noise_ratio, PixelSet* from) {
+  one_.T_obj_cam.assign(1, x.T_obj_cam[static_cast<std::size_t>(m)]), one_.K = x.K;
+  if (reach_m < kJointMargin_m)  // most are out of reach: the others need not be asked about them
+    SdfEnergy(targets[static_cast<std::size_t>(m)].shape.sdf, from, {}).keep_near(one_, reach_m);
   // A pixel within reach of m is near another where their boxes are as near as both lengths together.
   measure_distances(m, targets, x, std::min(kJointMargin_m, reach_m + margin_m), from);
   kept_.clear();

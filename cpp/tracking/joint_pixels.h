@@ -48,7 +48,7 @@ class JointPixels {
   SharedPixels& part_of(const std::array<int, kMostJoined>& of, int objects);
 
   std::vector<std::unique_ptr<SharedPixels>> parts_;  // the first used_ are in use
-  std::size_t used_ = 0;
+  std::size_t used_ = 0, last_ = 0;
   std::vector<int> counts_;
   std::vector<int> near_, kept_;  // objects that may share pixels with m, m among them
   State one_;

@@ -26,8 +26,8 @@ void share_out(const std::vector<float>& phi_m, float sharpness_per_m, float* sh
   for (const float phi : phi_m)
     if (std::abs(phi) < static_cast<float>(kNear_m)) least = any ? std::min(least, phi) : phi, any = true;
   for (std::size_t k = 0; k < phi_m.size(); ++k) {
-    share[k] =
-        any && std::isfinite(phi_m[k]) ? std::exp(sharpness_per_m * std::min(0.0f, least - phi_m[k])) : 0;
+    const bool near = std::abs(phi_m[k]) < static_cast<float>(kNear_m);
+    share[k] = near ? std::exp(sharpness_per_m * (least - phi_m[k])) : 0;
     sum += share[k];
   }
   for (std::size_t k = 0; k < phi_m.size() && sum > 0; ++k) share[k] /= sum;

@@ -51,17 +51,18 @@ void each_share_between(double ratio, const Run& run) {
   for (int k = 1; k < stages; ++k) run(std::pow(ratio, static_cast<double>(k) / stages - 1));
 }
 
-// Of a stage over so many objects. The first frame, whose noise is not known yet, may begin far off: there
+// Gains are those of single objects. The first frame, whose noise is not known yet, may begin far off: there
 // every step counts, and is looked at.
-inline LmOptions stage_lm(int steps, double damping, bool noise_known, bool all_pixels, int objects = 1) {
+inline LmOptions stage_lm(int steps, double damping, bool noise_known, bool all_pixels) {
   LmOptions lm;
   lm.max_steps = steps;
   lm.damping = damping;
   lm.cost_relative = 0;
   lm.cost_gain = kLeastGain;
+  lm.block = 6;
   if (!noise_known) return lm;
-  lm.sure_gain = kSureGain + kNoiseGain * (objects - 1);
-  if (!all_pixels) lm.cost_gain = kNoiseGain * objects;
+  lm.sure_gain = kSureGain;
+  if (!all_pixels) lm.cost_gain = kNoiseGain;
   return lm;
 }
 
