@@ -15,7 +15,12 @@ double travel_m(const TrackedObject& object, const Rigidd& from, const Rigidd& t
   return norm(to.t - from.t) + 0.5 * object.shape->diameter_m * norm(rotation_log(to.R * transpose(from.R)));
 }
 
-bool look_alike(const TrackedObject& a, const TrackedObject& b) { return a.shape == b.shape; }
+// The same volume, or one made of the same mesh.
+bool look_alike(const TrackedObject& a, const TrackedObject& b) {
+  const Shape &s = *a.shape, &t = *b.shape;
+  return a.shape == b.shape || (s.sdf.voxel_m == t.sdf.voxel_m && s.diameter_m == t.diameter_m &&
+                                s.depth_m == t.depth_m && s.contact.size() == t.contact.size());
+}
 
 }  // namespace
 

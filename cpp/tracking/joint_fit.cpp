@@ -18,8 +18,9 @@ constexpr int kClassifySteps = 4;
 // A reading may be of any object that is this much farther from it than the nearest one: more while the poses
 // are rough.
 constexpr double kCoarseMargin_m = 0.03, kFineMargin_m = 0.008;
-constexpr int kStepsPerSingle = 2;   // trials of a coarse stage over those of one object alone
-constexpr double kEverywhere_m = 1;  // reach of the coarse stages
+constexpr int kStepsPerSingle = 2;            // trials of a coarse stage over those of one object alone
+constexpr double kLeastGainInContact = 0.02;  // a fifth of a standard deviation
+constexpr double kEverywhere_m = 1;           // reach of the coarse stages
 }  // namespace
 
 std::vector<JointFitted>& JointFitter::fit(const DepthFrame& frame, const Camera& camera,
@@ -163,7 +164,9 @@ void JointFitter::run_stage(JointPixels* pixels, const SdfEnergyOptions& energy,
 
   lm_result_.x = *x;
   LmOptions lm = stage_lm(stage.steps, memory_.damping, memory_.noise_known, stage.all);
-  if (!collision_.empty()) lm.sure_gain = 0;  // a hinge bends where it begins: every step is looked at
+  // A hinge bends where it begins: every step is looked at, and the last ones go back and forth over its
+  // edge.
+  if (!collision_.empty()) lm.sure_gain = 0, lm.cost_gain = std::max(lm.cost_gain, kLeastGainInContact);
   minimize(group_, lm, &lm_work_, &lm_result_);
   *x = lm_result_.x;
   for (std::size_t m = 0; m < targets.size(); ++m)
