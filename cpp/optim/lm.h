@@ -22,8 +22,8 @@ struct LmOptions {
   double cost_relative = 1e-7;  // an accepted trial that gains less than this share of the cost ends it
   double cost_gain = 0;         // so does a step that promises less than this: the quadratic model's own gain
   double sure_gain = 0;         // a step that promises less than this is kept without a look, and is the last
-  int block = 0;                // unknowns of one object, whose gains are then compared one by one; 0: all together
-  std::vector<bool> fixed;      // unknowns to leave alone (empty: none); taken out of the system
+  int block = 0;  // unknowns of one object, whose gains are then compared one by one; 0: all together
+  std::vector<bool> fixed;  // unknowns to leave alone (empty: none); taken out of the system
 };
 
 enum class Stop { kSmallStep, kSmallGain, kMaxSteps, kDampingMax, kNotFinite, kNoData };

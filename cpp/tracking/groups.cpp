@@ -177,7 +177,6 @@ ObjectResult Tracker::followed_together(const DepthFrame& frame, JointFitted* jo
     carried.steps = std::move(joint->fitted.steps);
     return carried;
   }
-  object->hidden_frames = 0;
   const Trust trust = judge(joint->fitted, options_, object->prior_log_odds);
   return judged(std::move(joint->fitted), trust, frame.time_s, object);
 }

@@ -296,6 +296,7 @@ ObjectResult Tracker::judged(Fitted fitted, const Trust& trust, double time_s, O
 void Tracker::keep(const Fitted& fitted, const Trust& trust, double time_s, Object* object) const {
   object->T_cam_obj = fitted.T_cam_obj;
   object->memory = fitted.memory;
+  object->hidden_frames = 0;
   object->weak = trust.status != Status::kOk;
   if (!object->weak && trust.evidence >= kProof) object->prior_log_odds = 0;
   if (object->weak)
