@@ -86,7 +86,7 @@ void count_colors(const DepthFrame& frame, const Camera& camera, const Shape& sh
   reader->open(frame, camera, region, depth_range(shape, T_cam_obj, padding_m));
   const Intrinsics<float> K = camera.K.cast<float>();
   const IdealPixel ideal{frame, K, camera.width};
-  const SingleObject<float> field{shape.sdf, inverse(T_cam_obj).cast<float>()};
+  const SingleObject<float> field = field_of(shape, T_cam_obj);
   const float band = kBandVoxels * shape.sdf.voxel_m;
   const int step = stride_for(region, budget);
   for (int y = region.y0; y < region.y1; y += step)

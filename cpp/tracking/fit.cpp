@@ -10,11 +10,7 @@ namespace sdftrack {
 
 namespace {
 
-// Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias.
-constexpr int kSettleSteps = 2;
-constexpr int kSummaryPixels = 1000;
-constexpr int kLeastOnDevice = 1500;  // pixels; fewer are summed here before a kernel would have started
-constexpr int kClassifySteps = 4;
+constexpr int kLeastOnDevice = 1500;     // pixels; fewer are summed here before a kernel would have started
 constexpr std::size_t kUsualSteps = 64;  // trials of a frame
 
 }  // namespace

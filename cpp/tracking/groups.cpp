@@ -62,15 +62,16 @@ void Tracker::refuse_doubles(std::vector<int>* members) {
   for (const int k : *members) {
     const auto i = static_cast<std::size_t>(k);
     const Rigidd& T_cam_obj = expected_[i];
-    if (objects_[i].wanted && middle_in(others_, *objects_[i].shape, T_cam_obj)) {
+    int inside = -1;
+    for (std::size_t j = 0; objects_[i].wanted && j < kept; ++j)
+      if (middle_in(others_[j], *objects_[i].shape, T_cam_obj)) inside = (*members)[j];
+    if (inside >= 0) {
       JointFitted& refused = together_[i].emplace();
       refused.fitted.T_cam_obj = T_cam_obj;
-      refused.inside = (*members)[0];
-      for (std::size_t j = 0; j < kept; ++j)
-        if (middle_in({others_[j]}, *objects_[i].shape, T_cam_obj)) refused.inside = (*members)[j];
+      refused.inside = inside;
       continue;
     }
-    others_.push_back({objects_[i].shape->sdf, inverse(T_cam_obj).cast<float>()});
+    others_.push_back(field_of(*objects_[i].shape, T_cam_obj));
     (*members)[kept++] = k;
   }
   members->resize(kept);
@@ -94,8 +95,8 @@ void Tracker::tell_apart(const std::vector<int>& members) {
     for (const int b : members) {
       const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
       if (a == b || together_[i]->inside >= 0 || together_[j]->inside >= 0) continue;
-      others_.assign(1, {objects_[j].shape->sdf, inverse(together_[j]->fitted.T_cam_obj).cast<float>()});
-      if (!middle_in(others_, *objects_[i].shape, together_[i]->fitted.T_cam_obj)) continue;
+      const SingleObject<float> other = field_of(*objects_[j].shape, together_[j]->fitted.T_cam_obj);
+      if (!middle_in(other, *objects_[i].shape, together_[i]->fitted.T_cam_obj)) continue;
       const bool b_goes = pixels(b) < pixels(a);
       together_[b_goes ? j : i]->inside = b_goes ? a : b;
     }
@@ -140,16 +141,13 @@ bool Tracker::mend_group(const DepthFrame& frame, const std::vector<int>& member
 
 // The frame without the readings that are on other members' surfaces.
 DepthFrame Tracker::without_others(const DepthFrame& frame, const std::vector<int>& members, int k) {
-  free_.assign(static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height), 1);
-  if (frame.mask) std::copy_n(frame.mask, free_.size(), free_.begin());
+  taken_.assign(static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height), 0);
   for (const int m : members) {
     const auto i = static_cast<std::size_t>(m);
     if (m == k || together_[i]->hidden) continue;
-    mark_explained(frame, *objects_[i].shape, together_[i]->fitted.T_cam_obj, 0, &free_);
+    mark_explained(frame, *objects_[i].shape, together_[i]->fitted.T_cam_obj);
   }
-  DepthFrame alone = frame;
-  alone.mask = free_.data();
-  return alone;
+  return not_taken(frame, taken_.data());
 }
 
 ObjectResult Tracker::followed_together(const DepthFrame& frame, JointFitted* joint, Object* object) {

@@ -12,15 +12,13 @@ namespace sdftrack {
 
 namespace {
 
-constexpr int kSettleSteps = 2;
-constexpr int kSummaryPixels = 1000;
-constexpr int kClassifySteps = 4;
 // A reading may be of any object that is this much farther from it than the nearest one: more while the poses
 // are rough.
 constexpr double kCoarseMargin_m = 0.03, kFineMargin_m = 0.008;
 constexpr int kStepsPerSingle = 2;            // trials of a coarse stage over those of one object alone
 constexpr double kLeastGainInContact = 0.02;  // a fifth of a standard deviation
 constexpr double kEverywhere_m = 1;           // reach of the coarse stages
+
 }  // namespace
 
 std::vector<JointFitted>& JointFitter::fit(const DepthFrame& frame, const Camera& camera,
@@ -38,8 +36,7 @@ std::vector<JointFitted>& JointFitter::fit(const DepthFrame& frame, const Camera
     if (views_[m]->candidates() == 0) continue;
     one_.K = x.K, one_.T_obj_cam.assign(1, x.T_obj_cam[m]);
     views_[m]->pack_for_budget(reach_m, one_);
-    all_.take(static_cast<int>(m), targets, x, reach_m, kFineMargin_m, options_.max_pixels,
-              static_cast<float>(views_.front()->stated_noise_m() / views_[m]->stated_noise_m()),
+    all_.take(static_cast<int>(m), targets, x, reach_m, kFineMargin_m, options_.max_pixels, noise_ratio(m),
               &views_[m]->pixels());
   }
   fit_between(&x);
@@ -81,8 +78,7 @@ void JointFitter::fit_coarse(State* x) {
     if (view.candidates() == 0) continue;
     more |= view.coarse().count() < view.candidates();
     coarse_.take(static_cast<int>(m), *targets_, *x, kEverywhere_m, kCoarseMargin_m, options_.coarse_pixels,
-                 static_cast<float>(views_.front()->stated_noise_m() / view.stated_noise_m()),
-                 &view.coarse());
+                 noise_ratio(m), &view.coarse());
   }
   each_coarse_stage(options_, options_.scale_start_m, last_scale(), more, views_.front()->energy_options(),
                     [&](SdfEnergyOptions energy) {

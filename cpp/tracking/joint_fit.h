@@ -53,6 +53,10 @@ class JointFitter {
   double free_space_weight(std::size_t m, int pixels) const {
     return options_.free_space_weight * pixels / static_cast<double>((*targets_)[m].shape.outline.size());
   }
+  // The group's reference noise, which is its first object's, over that of object m.
+  float noise_ratio(std::size_t m) const {
+    return static_cast<float>(views_.front()->stated_noise_m() / views_[m]->stated_noise_m());
+  }
   double last_scale() const { return views_.front()->last_scale(memory_); }
 
   TrackerOptions options_;

@@ -45,7 +45,7 @@ void Tracker::find_membership(const DepthFrame& frame, float* membership, float*
   Rect all{0, 0, 0, 0};
   float voxel_m = std::numeric_limits<float>::max();
   for (const Object& object : objects_) {
-    fields.push_back({object.shape->sdf, inverse(object.T_cam_obj).cast<float>()});
+    fields.push_back(field_of(*object.shape, object.T_cam_obj));
     boxes.push_back(object.followed() ? projected_box(camera_, *object.shape, object.T_cam_obj, kNear_m)
                                       : Rect{0, 0, 0, 0});
     all = united(all, boxes.back());

@@ -28,22 +28,19 @@ double depth_in(const Others& others, const Shape& shape, const Rigidd& T_cam_ob
   return static_cast<double>(deepest);
 }
 
-bool middle_in(const Others& others, const Shape& shape, const Rigidd& T_cam_obj) {
+bool middle_in(const SingleObject<float>& other, const Shape& shape, const Rigidd& T_cam_obj) {
   constexpr float kMost = 0.5;  // of its own depth: the surfaces of two in one place are not in each other
-  const Vec3f middle = T_cam_obj.cast<float>() * shape.middle;
-  for (const SingleObject<float>& other : others) {
-    float phi;
-    Vec3f unused;
-    other.value(middle, &phi, &unused);
-    if (phi < -kMost * shape.depth_m) return true;
-  }
-  return false;
+  float phi;
+  Vec3f unused;
+  other.value(T_cam_obj.cast<float>() * shape.middle, &phi, &unused);
+  return phi < -kMost * shape.depth_m;
 }
 
 bool stands_in(const Others& others, const Shape& shape, const Rigidd& T_cam_obj) {
   constexpr double kMost = 0.3;  // of the thinnest extent
   const Vec3d& h = shape.half_box_m;
-  return middle_in(others, shape, T_cam_obj) ||
+  return std::any_of(others.begin(), others.end(),
+                     [&](const auto& other) { return middle_in(other, shape, T_cam_obj); }) ||
          depth_in(others, shape, T_cam_obj) > kMost * 2 * std::min({h.x, h.y, h.z});
 }
 

@@ -46,19 +46,17 @@ const Others* Tracker::others_than(const Object& object) {
     const bool sure =
         now ? !now->hidden && convincing(now->fitted, other, options_) : other.holds_its_place();
     if (!sure) continue;
-    const Rigidd& T_cam_obj = now ? now->fitted.T_cam_obj : other.T_cam_obj;
-    others_.push_back({other.shape->sdf, inverse(T_cam_obj).cast<float>()});
+    others_.push_back(field_of(*other.shape, now ? now->fitted.T_cam_obj : other.T_cam_obj));
   }
   return &others_;
 }
 
-// Sets the readings on an object's surface to `value`.
-void Tracker::mark_explained(const DepthFrame& frame, const Shape& shape, const Rigidd& T_cam_obj,
-                             unsigned char value, std::vector<unsigned char>* image) const {
+// Marks the readings on an object's surface as taken.
+void Tracker::mark_explained(const DepthFrame& frame, const Shape& shape, const Rigidd& T_cam_obj) {
   const Intrinsics<float> K = camera_.K.cast<float>();
   const IdealPixel ideal{frame, K, camera_.width};
   const Rect box = projected_box(camera_, shape, T_cam_obj, 0);
-  const SingleObject<float> field{shape.sdf, inverse(T_cam_obj).cast<float>()};
+  const SingleObject<float> field = field_of(shape, T_cam_obj);
   for (int y = box.y0; y < box.y1; ++y)
     for (int x = box.x0; x < box.x1; ++x) {
       const float z = frame.depth_m(x, y);
@@ -68,8 +66,8 @@ void Tracker::mark_explained(const DepthFrame& frame, const Shape& shape, const 
       Vec3f unused;
       field.value(z * ray(K, u.x, u.y), &phi, &unused);
       if (std::abs(phi) < kExplained_m)
-        (*image)[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera_.width) +
-                 static_cast<std::size_t>(x)] = value;
+        taken_[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera_.width) +
+               static_cast<std::size_t>(x)] = 1;
     }
 }
 
@@ -80,7 +78,7 @@ const unsigned char* Tracker::taken_by_others(const DepthFrame& frame, const Obj
     if (&other == &object || !other.holds_its_place()) continue;
     if (!any) taken_.assign(static_cast<std::size_t>(camera_.width) * camera_.height, 0);
     any = true;
-    mark_explained(frame, *other.shape, other.T_cam_obj, 1, &taken_);
+    mark_explained(frame, *other.shape, other.T_cam_obj);
   }
   return any ? taken_.data() : nullptr;
 }

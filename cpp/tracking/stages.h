@@ -21,6 +21,10 @@ constexpr double kSureGain = 12;
 // those that follow, or what stands still would tremble.
 constexpr double kNoiseGain = 3;
 constexpr double kMostRatio = 6.5;  // of pixels from one stage to the next
+// Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias.
+constexpr int kSettleSteps = 2;
+constexpr int kClassifySteps = 4;
+constexpr int kSummaryPixels = 1000;
 
 // run(energy): stages on an even subset, phi at the measured points, the better start from afar, and last, if
 // more pixels follow, the residual of the fine stage. `energy` as in the fine stage.

@@ -80,8 +80,7 @@ class Tracker {
   bool readable(const DepthFrame& frame) const;
   void follow_plane(const DepthFrame& frame);
   static ObjectResult unread(Object* object);
-  void mark_explained(const DepthFrame& frame, const Shape& shape, const Rigidd& T_cam_obj,
-                      unsigned char value, std::vector<unsigned char>* image) const;
+  void mark_explained(const DepthFrame& frame, const Shape& shape, const Rigidd& T_cam_obj);
   DepthFrame not_taken(const DepthFrame& frame, const unsigned char* taken);
   const Others* others_than(const Object& object);
   const unsigned char* taken_by_others(const DepthFrame& frame, const Object& object);
