@@ -87,6 +87,11 @@ class PyTracker {
     out["evidence"] = evidence_share(evidence_of(*f, tracker_->options()), 0);
     return out;
   }
+  std::vector<std::pair<int, int>> overlaps(const std::vector<int>& of) {
+    for (const int k : of) check_object(k);
+    const Busy busy(&busy_, "tracker");
+    return tracker_->overlaps(of);
+  }
   // Soft weights (H, W, M) and P_f (H, W) of the last poses in this frame.
   py::tuple membership(const py::array& depth, const py::object& color, const py::object& color_map) {
     const ColorImage image = color_view(color, color_map);
@@ -324,6 +329,7 @@ void bind_tracking(py::module_& m) {
       .def("remove", &PyTracker::remove, py::arg("k"))
       .def("is_lost", &PyTracker::is_lost, py::arg("k"))
       .def("judge", &PyTracker::judge, py::arg("depth"), py::arg("mask"), py::arg("k"), py::arg("T"))
+      .def("overlaps", &PyTracker::overlaps, py::arg("of"))
       .def("membership", &PyTracker::membership, py::arg("depth"), py::arg("color") = py::none(),
            py::arg("color_map") = py::none())
       .def("set_camera", &PyTracker::set_camera, py::arg("camera"))

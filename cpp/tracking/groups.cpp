@@ -102,6 +102,19 @@ void Tracker::tell_apart(const std::vector<int>& members) {
     }
 }
 
+std::vector<std::pair<int, int>> Tracker::overlaps(const std::vector<int>& of) const {
+  std::vector<std::pair<int, int>> found;
+  for (const int k : of) {
+    const Object& object = objects_.at(static_cast<std::size_t>(k));
+    const SingleObject<float> field = field_of(*object.shape, object.T_cam_obj);
+    for (const int j : of) {
+      const Object& other = objects_.at(static_cast<std::size_t>(j));
+      if (j != k && middle_in(field, *other.shape, other.T_cam_obj)) found.emplace_back(k, j);
+    }
+  }
+  return found;
+}
+
 void Tracker::fit_together(const DepthFrame& frame, const std::vector<int>& members) {
   targets_.clear();
   for (const int k : members) {

@@ -63,6 +63,8 @@ class Tracker {
   // Looked for at `place` in the next frame. Returns its number.
   int add(const SdfView& shape, const Whereabouts& place);
   void remove(int k);
+  // Pairs (k, j) among `of` where the middle of j lies deep in k.
+  std::vector<std::pair<int, int>> overlaps(const std::vector<int>& of) const;
   // H * W * M soft weights of the last poses in this frame, and H * W the chance by colour that a pixel is an
   // object's (NaN: not known).
   void find_membership(const DepthFrame& frame, float* membership, float* foreground);

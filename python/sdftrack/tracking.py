@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._overlap import Solid, overlaps
 from sdftrack.appearance import color_map
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.checks import numbers, of_kind
@@ -154,8 +153,6 @@ class Tracker:
         self._found: dict[str, Any] = {}  # what the core said of it
         self._best = _unknown(len(self.shapes))  # last good poses
         self._lock = threading.Lock()
-        solids = {id(s): Solid(s) for s in self.shapes}
-        self._solids = [solids[id(s)] for s in self.shapes]
 
     def __repr__(self) -> str:
         return f"Tracker({len(self.shapes)} shape{'s' * (len(self.shapes) != 1)}, {self._frame_camera!r})"
@@ -345,8 +342,6 @@ class Tracker:
             k: int = self._core.add(_volume(shape), place)
             self.shapes = [*self.shapes, shape]
             self.names = [*self.names, f"object {k}" if name is None else str(name)]
-            same = (solid for solid in self._solids if solid.shape is shape)
-            self._solids = [*self._solids, next(same, Solid(shape))]
             self.mode_used = [*self.mode_used, "depth"]
             self._best = np.concatenate([self._best, _pose_or_nan(place)[None]])
             self._last = None
@@ -359,7 +354,7 @@ class Tracker:
             raise ValueError("k: expected at least one object to be left, got the only one")
         with self._alone():
             self._core.remove(index)
-            for values in (self.shapes, self.names, self._solids, self.mode_used):
+            for values in (self.shapes, self.names, self.mode_used):
                 del values[index]
             self._best = np.delete(self._best, index, axis=0)
             self._last = None
@@ -463,7 +458,7 @@ class Tracker:
     def _doubt_overlaps(self, found: dict[str, Any]) -> None:
         """Two solids are not in one place: at most one of the two poses is right, so neither is sure."""
         sure = [k for k, s in enumerate(found["status"]) if s in FOLLOWED]
-        for pair in overlaps(self._solids, found["poses"], sure):
+        for pair in self._core.overlaps(sure):
             for one, other in (pair, pair[::-1]):
                 if "where another" not in found["reason"][one]:
                     found["status"][one] = "weak"
