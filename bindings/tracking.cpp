@@ -15,6 +15,22 @@ namespace sdftrack {
 
 namespace {
 
+// The colour of each reading of a region, 0 where there is none.
+void fetch_colors(const DepthFrame& frame, const Rect& rect, std::vector<std::uint8_t>* rgb) {
+  const ColorImage& image = *frame.color;
+  rgb->clear();
+  for (int y = rect.y0; y < rect.y1; ++y)
+    for (int x = rect.x0; x < rect.x1; ++x) {
+      const float z = frame.depth_m(x, y);
+      int cx = 0, cy = 0;
+      float depth = 0;
+      const Vec2f u{static_cast<float>(x), static_cast<float>(y)};
+      const bool found = z > 0 && image.map.find(u, z, &cx, &cy, &depth);
+      const unsigned char none[3] = {}, *const c = found ? image.at(cx, cy) : none;
+      rgb->insert(rgb->end(), c, c + 3);
+    }
+}
+
 // Keeps the volumes alive, and refuses use by two threads at once.
 class PyTracker {
  public:
@@ -91,6 +107,55 @@ class PyTracker {
     for (const int k : of) check_object(k);
     const Busy busy(&busy_, "tracker");
     return tracker_->overlaps(of);
+  }
+  // seen: uint16 [z, y, x], how much of the surface was seen near each voxel; less than `least` is unknown.
+  // boxes: int32 (n, 6), voxels x0 y0 z0 x1 y1 z1 that hold the surface.
+  void reshape(int k, const std::tuple<py::array, double, std::array<double, 3>>& shape,
+               const py::array& seen, int least, const py::array& boxes) {
+    check_object(k);
+    const auto& [values, voxel_m, origin] = shape;
+    const SdfView view = volume_view(values, voxel_m, origin);
+    if (!py::isinstance<py::array_t<std::uint16_t>>(seen) || seen.ndim() != 3 || seen.size() != values.size())
+      throw py::type_error("seen: expected uint16 of the volume's shape, got " + describe(seen));
+    const SeenView amount{static_cast<const std::uint16_t*>(seen.data()),
+                          static_cast<int>(seen.strides(2) / static_cast<py::ssize_t>(sizeof(std::uint16_t))),
+                          static_cast<std::uint16_t>(least)};
+    const auto* first = reinterpret_cast<const VoxelBox*>(borrow<std::int32_t>(boxes, "boxes", {-1, 6}));
+    PartialShape known{view, amount, {first, first + boxes.shape(0)}, {}};
+    const Busy busy(&busy_, "tracker");
+    volumes_.assign({values, seen});
+    py::gil_scoped_release release;
+    tracker_->reshape(k, std::move(known));
+  }
+  // Where object k, padded, may be seen at a pose: x0, y0, x1, y1, half open.
+  std::array<int, 4> region(int k, const py::array& T, double padding_m) {
+    check_object(k);
+    const Rigidd T_cam_obj = rigid_from(T, "T");
+    const Busy busy(&busy_, "tracker");
+    const Shape& shape = tracker_->shape(k);
+    const Rect r = projected_box(tracker_->camera(), shape, centred(T_cam_obj, shape), padding_m);
+    return {r.x0, r.y0, r.x1, r.y1};
+  }
+  // P_f (h, w) of a region by object k's colours (NaN: not known), and the region's colours (h, w, 3).
+  py::tuple look_at(const py::array& depth, const py::object& color, const py::object& color_map, int k,
+                    const std::array<int, 4>& region) {
+    check_object(k);
+    const ColorImage image = color_view(color, color_map);
+    const Busy busy(&busy_, "tracker");
+    const ImageView<float> view = image_view(depth, "depth", tracker_->camera());
+    const Rect rect{region[0], region[1], region[2], region[3]};
+    const py::ssize_t h = rect.y1 - rect.y0, w = rect.x1 - rect.x0;
+    std::vector<float> foreground;
+    std::vector<std::uint8_t> rgb;
+    {
+      py::gil_scoped_release release;
+      const DepthFrame frame = tracker_->make_frame(view, nullptr, 0, image.rgb ? &image : nullptr);
+      tracker_->find_foreground(frame, k, rect, &foreground);
+      if (image.rgb) fetch_colors(frame, rect, &rgb);
+    }
+    const bool colored = !rgb.empty();
+    return py::make_tuple(to_numpy(std::move(foreground), {h, w}),
+                          colored ? py::object(to_numpy(std::move(rgb), {h, w, 3})) : py::none());
   }
   // Soft weights (H, W, M) and P_f (H, W) of the last poses in this frame.
   py::tuple membership(const py::array& depth, const py::object& color, const py::object& color_map) {
@@ -329,6 +394,11 @@ void bind_tracking(py::module_& m) {
       .def("remove", &PyTracker::remove, py::arg("k"))
       .def("is_lost", &PyTracker::is_lost, py::arg("k"))
       .def("judge", &PyTracker::judge, py::arg("depth"), py::arg("mask"), py::arg("k"), py::arg("T"))
+      .def("reshape", &PyTracker::reshape, py::arg("k"), py::arg("shape"), py::arg("seen"), py::arg("least"),
+           py::arg("boxes"))
+      .def("region", &PyTracker::region, py::arg("k"), py::arg("T"), py::arg("padding_m"))
+      .def("look_at", &PyTracker::look_at, py::arg("depth"), py::arg("color"), py::arg("color_map"),
+           py::arg("k"), py::arg("region"))
       .def("overlaps", &PyTracker::overlaps, py::arg("of"))
       .def("membership", &PyTracker::membership, py::arg("depth"), py::arg("color") = py::none(),
            py::arg("color_map") = py::none())

@@ -50,4 +50,20 @@ HD T log_positive(T x) {
 }
 HD double log_positive(double x) { return std::log(x); }
 
+// The error function (Abramowitz and Stegun, 7.1.26); absolute error below 1e-6. Cut at 4: no denormal
+// numbers, which cost a hundred times as much.
+template <class T>
+HD T fast_erf(T x) {
+#ifdef __CUDA_ARCH__
+  return erff(x);
+#else
+  const T size = select(abs(x) < T(4), abs(x), T(4)), t = T(1) / (T(1) + T(0.3275911f) * size);
+  const T p =
+      t * (T(0.254829592f) +
+           t * (T(-0.284496736f) + t * (T(1.421413741f) + t * (T(-1.453152027f) + t * T(1.061405429f)))));
+  return copysign(T(1) - p * exp_negative(T(-1) * size * size), x);
+#endif
+}
+HD double fast_erf(double x) { return std::erf(x); }
+
 }  // namespace sdftrack

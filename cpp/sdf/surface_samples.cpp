@@ -31,6 +31,13 @@ std::uint32_t curve_place(const Triangle& t) {
   return spread(cell(t.a.x)) | spread(cell(t.a.y)) << 1 | spread(cell(t.a.z)) << 2;
 }
 
+// A mix of the bits in which neighbours lie far apart.
+std::uint32_t scrambled(std::uint32_t x) {
+  x = (x ^ x >> 16) * 0x7feb352du;
+  x = (x ^ x >> 15) * 0x846ca68bu;
+  return x ^ x >> 16;
+}
+
 double area(const Triangle& t) { return 0.5 * norm(cross(t.b - t.a, t.c - t.a)); }
 
 }  // namespace
@@ -81,6 +88,43 @@ std::vector<SurfaceSample> ZeroSurface::samples(int count) const {
       if (!(length > 1e-6) || std::abs(phi) > 1e-2 * static_cast<double>(sdf.voxel_m)) continue;
       samples.push_back({p.cast<float>(), ((1 / length) * g).cast<float>()});
     }
+  }
+  return samples;
+}
+
+std::vector<SurfaceSample> sample_near(const SdfView& sdf, const std::vector<VoxelBox>& boxes,
+                                       const std::function<bool(std::size_t voxel)>& wanted, int count) {
+  struct Near {
+    std::uint32_t order;
+    int x, y, z;
+  };
+  std::vector<Near> found;
+  const float half = 0.5f * sdf.voxel_m;
+  const auto row = static_cast<std::size_t>(sdf.nx), slice = row * static_cast<std::size_t>(sdf.ny);
+  for (const VoxelBox& box : boxes)
+    for (int z = box.z0; z < box.z1; ++z)
+      for (int y = box.y0; y < box.y1; ++y) {
+        const std::size_t at = static_cast<std::size_t>(z) * slice + static_cast<std::size_t>(y) * row;
+        for (int x = box.x0; x < box.x1; ++x) {
+          const std::size_t i = at + static_cast<std::size_t>(x);
+          if (std::abs(sdf.phi[i]) < half && wanted(i))
+            found.push_back({scrambled(static_cast<std::uint32_t>(i)), x, y, z});
+        }
+      }
+  const auto earlier = [](const Near& a, const Near& b) { return a.order < b.order; };
+  const std::size_t kept = std::min(found.size(), static_cast<std::size_t>(std::max(0, count)));
+  std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(kept), found.end(), earlier);
+  std::vector<SurfaceSample> samples;
+  samples.reserve(kept);
+  for (std::size_t k = 0; k < kept; ++k) {
+    const Vec3d voxel{1.0 * found[k].x, 1.0 * found[k].y, 1.0 * found[k].z};
+    Vec3d p = sdf.origin_obj.cast<double>() + static_cast<double>(sdf.voxel_m) * voxel, g;
+    double phi = 0;
+    for (int i = 0; i < 3; ++i) p = newton_to_zero(sdf, p, &phi, &g);
+    sample(sdf, p, &phi, &g);
+    const double length = norm(g);
+    if (!(length > 1e-6) || std::abs(phi) > 5e-2 * static_cast<double>(sdf.voxel_m)) continue;
+    samples.push_back({p.cast<float>(), ((1 / length) * g).cast<float>()});
   }
   return samples;
 }

@@ -2,6 +2,7 @@
 // Points spread over the zero set of a volume.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "base/views.h"
@@ -29,5 +30,16 @@ class ZeroSurface {
   std::vector<Triangle> triangles_;  // voxels
   double area_vox_ = 0;
 };
+
+// Voxels [x0, x1) x [y0, y1) x [z0, z1) of a volume.
+struct VoxelBox {
+  int x0, y0, z0, x1, y1, z1;
+};
+
+// At most `count` points of the zero set, each below a voxel of the boxes that lies within half a voxel of it
+// and that `wanted` (asked by index) agrees to. Nearly as many per area everywhere, in no order: any part of
+// them is spread as evenly. Quicker than the surface as triangles, for a volume that keeps changing.
+std::vector<SurfaceSample> sample_near(const SdfView& sdf, const std::vector<VoxelBox>& boxes,
+                                       const std::function<bool(std::size_t voxel)>& wanted, int count);
 
 }  // namespace sdftrack

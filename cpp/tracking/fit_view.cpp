@@ -34,12 +34,28 @@ int FitView::open(const DepthFrame& frame, const Camera& camera, const FitTarget
     color_reader_.open(frame, camera, projected_box(camera, target.shape, target.expected, padding_m),
                        depth_range(target.shape, target.expected, padding_m));
   pack(options_.coarse_pixels, &coarse_);
+  keep_seen(inverse(target.expected), &coarse_);
   return selection_.count();
 }
 
 void FitView::pack(int wanted, PixelSet* out) {
   selection_.pack(wanted, out);
   if (target_->colors) fetch_foreground(*target_->colors, color_reader_, out);
+}
+
+// Of a shape that is known only in part: the readings of that part.
+void FitView::keep_seen(const Rigidd& T_obj_cam, PixelSet* pixels) const {
+  const Shape& shape = target_->shape;
+  if (!shape.seen.amount) return;
+  const Intrinsics<float> K = camera_->K.cast<float>();
+  const Rigidf T = T_obj_cam.cast<float>();
+  int kept = 0;
+  for (int i = 0; i < pixels->count(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Vec3f p_cam = pixels->depth_m[k] * ray(K, pixels->u_px[k], pixels->v_px[k]);
+    if (shape.seen.below(shape.sdf, T * p_cam)) pixels->copy(*pixels, i, kept++);
+  }
+  pixels->resize(kept);
 }
 
 void FitView::read_free_space(double padding_m) {
@@ -68,6 +84,7 @@ void FitView::choose_fine_pixels(double scale_m, const State& x) {
   const double reach_m = fine_reach_m(scale_m);
   pack_for_budget(reach_m, x);
   if (options_.outlier_floor > 0) SdfEnergy(target_->shape.sdf, &pixels_, {}).keep_near(x, reach_m);
+  keep_seen(x.T_obj_cam[0], &pixels_);
   if (pixels_.count() > options_.max_pixels) {
     scratch_.assign_subset(pixels_, options_.max_pixels);
     std::swap(scratch_, pixels_);

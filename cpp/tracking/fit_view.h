@@ -72,6 +72,7 @@ class FitView {
   void choose_fine_pixels(double scale_m, const State& x);
   void pack(int wanted, PixelSet* out);
   // What choose_fine_pixels begins with: as many pixels as hold the budget of those near the surface.
+  void keep_seen(const Rigidd& T_obj_cam, PixelSet* pixels) const;
   void pack_for_budget(double reach_m, const State& x);
   static double fine_reach_m(double scale_m);
 

@@ -3,6 +3,7 @@
 // image.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tracking/tracker.h"
 
@@ -90,6 +91,26 @@ void Tracker::read_foreground(const DepthFrame& frame, const Object& object, con
       float& to = foreground[at];
       const float own = colors->posterior()[static_cast<std::size_t>(bin)];
       to = std::isnan(to) ? own : std::max(to, own);
+    }
+}
+
+void Tracker::find_foreground(const DepthFrame& frame, int k, const Rect& box,
+                              std::vector<float>* foreground) {
+  const Object& object = objects_.at(static_cast<std::size_t>(k));
+  const auto width = static_cast<std::size_t>(std::max(0, box.x1 - box.x0));
+  foreground->assign(width * static_cast<std::size_t>(std::max(0, box.y1 - box.y0)),
+                     std::numeric_limits<float>::quiet_NaN());
+  const ColorModel* const colors = colors_of(frame, object);
+  if (!colors || foreground->empty()) return;
+  color_reader_.open(frame, camera_, box, depth_range(*object.shape, object.T_cam_obj, options_.padding_m));
+  const IdealPixel ideal{frame, camera_.K.cast<float>(), camera_.width};
+  float* to = foreground->data();
+  for (int y = box.y0; y < box.y1; ++y)
+    for (int x = box.x0; x < box.x1; ++x, ++to) {
+      const float z = frame.depth_m(x, y);
+      if (!(z > 0)) continue;
+      const int bin = color_reader_.bin(y * camera_.width + x, ideal(x, y), z);
+      if (bin >= 0) *to = colors->posterior()[static_cast<std::size_t>(bin)];
     }
 }
 

@@ -52,11 +52,12 @@ int contact_count(double area_m2) {
 }
 
 constexpr int kCoarseVoxels = 80;  // along the longest side
+constexpr int kCoarseInPart = 40;  // of a shape that is made anew again and again
 
-void make_coarse(Shape* shape) {
+void make_coarse(int voxels, Shape* shape) {
   const SdfView& sdf = shape->sdf;
   const int longest = std::max({sdf.nx, sdf.ny, sdf.nz});
-  const float step = std::max(1.0f, static_cast<float>(longest - 1) / (kCoarseVoxels - 1));
+  const float step = std::max(1.0f, static_cast<float>(longest - 1) / static_cast<float>(voxels - 1));
   const auto count = [&](int n) {
     return std::max(2, static_cast<int>(std::ceil(static_cast<float>(n - 1) / step)) + 1);
   };
@@ -74,6 +75,19 @@ void make_coarse(Shape* shape) {
         sample(sdf, coarse.origin_obj + coarse.voxel_m * at, &phi, &gradient);
         shape->coarse_phi.push_back(phi);
       }
+}
+
+void put_points(const std::vector<SurfaceSample>& samples, std::vector<Vec3f>* points,
+                std::vector<Vec3f>* normals) {
+  for (const SurfaceSample& s : samples) {
+    points->push_back(s.p_obj);
+    normals->push_back(s.n_obj);
+  }
+}
+
+void choose_outline(int count, Shape* shape) {
+  const std::size_t n = shape->points.size(), m = std::min(n, static_cast<std::size_t>(std::max(0, count)));
+  for (std::size_t k = 0; k < m; ++k) shape->outline.push_back(shape->points[k * n / m]);
 }
 
 }  // namespace
@@ -97,20 +111,49 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
   shape.sdf.origin_obj = (origin - shape.centre_obj).cast<float>();
   shape.middle = shape.sdf.origin_obj + sdf.voxel_m * Vec3f{box.middle[0], box.middle[1], box.middle[2]};
   const ZeroSurface surface(shape.sdf);
-  for (const SurfaceSample& s : surface.samples(point_count)) {
-    shape.points.push_back(s.p_obj);
-    shape.normals.push_back(s.n_obj);
-  }
-  const std::size_t n = shape.points.size(),
-                    m = std::min(n, static_cast<std::size_t>(std::max(0, outline_count)));
-  for (std::size_t k = 0; k < m; ++k) shape.outline.push_back(shape.points[k * n / m]);
+  put_points(surface.samples(point_count), &shape.points, &shape.normals);
+  choose_outline(outline_count, &shape);
+  put_points(surface.samples(kSearchPoints), &shape.search_points, &shape.search_normals);
   for (const SurfaceSample& s : surface.samples(contact_count(surface.area_m2())))
     shape.contact.push_back(s.p_obj);
-  for (const SurfaceSample& s : surface.samples(kSearchPoints)) {
-    shape.search_points.push_back(s.p_obj);
-    shape.search_normals.push_back(s.n_obj);
+  make_coarse(kCoarseVoxels, &shape);
+  return shape;
+}
+
+Shape make_shape(const PartialShape& known, int point_count, int outline_count) {
+  Shape shape{};
+  shape.sdf = known.sdf;
+  shape.seen = known.seen;
+  shape.centre_obj = known.centre_obj;
+  shape.sdf.origin_obj = (known.sdf.origin_obj.cast<double>() - known.centre_obj).cast<float>();
+  // The box of all of the surface, seen or not, about the centre.
+  Vec3d half{0, 0, 0};
+  const Vec3d first = shape.sdf.origin_obj.cast<double>();
+  const double voxel = known.sdf.voxel_m;
+  for (const VoxelBox& box : known.boxes) {
+    const Vec3d low = first + voxel * Vec3d{1.0 * box.x0, 1.0 * box.y0, 1.0 * box.z0},
+                high = first + voxel * Vec3d{1.0 * box.x1, 1.0 * box.y1, 1.0 * box.z1};
+    half = {std::max({half.x, -low.x, high.x}), std::max({half.y, -low.y, high.y}),
+            std::max({half.z, -low.z, high.z})};
   }
-  make_coarse(&shape);
+  shape.half_box_m = half;
+  shape.diameter_m = 2 * norm(half);
+  const auto is_seen = [&](std::size_t voxel) { return known.seen.at(voxel); };
+  put_points(sample_near(shape.sdf, known.boxes, is_seen, point_count), &shape.points, &shape.normals);
+  choose_outline(outline_count, &shape);
+  const std::size_t searched = std::min<std::size_t>(kSearchPoints, shape.points.size());
+  shape.search_points.assign(shape.points.begin(),
+                             shape.points.begin() + static_cast<std::ptrdiff_t>(searched));
+  shape.search_normals.assign(shape.normals.begin(),
+                              shape.normals.begin() + static_cast<std::ptrdiff_t>(searched));
+  make_coarse(kCoarseInPart, &shape);
+  const std::vector<float>& phi = shape.coarse_phi;
+  const auto deepest = static_cast<int>(std::min_element(phi.begin(), phi.end()) - phi.begin());
+  const SdfView& c = shape.coarse_sdf;
+  shape.depth_m = std::max(0.0f, -phi[static_cast<std::size_t>(deepest)]);
+  shape.middle = c.origin_obj + c.voxel_m * Vec3f{static_cast<float>(deepest % c.nx),
+                                                  static_cast<float>(deepest / c.nx % c.ny),
+                                                  static_cast<float>(deepest / (c.nx * c.ny))};
   return shape;
 }
 

@@ -4,7 +4,8 @@
 
 #include <vector>
 
-#include "base/views.h"
+#include "sdf/surface_samples.h"
+#include "tracking/seen.h"
 
 namespace sdftrack {
 
@@ -12,6 +13,7 @@ namespace sdftrack {
 // rotation are hardly coupled: p_centred = p_obj - centre_obj.
 struct Shape {
   SdfView sdf;                                       // in the centred frame; the values belong to the caller
+  SeenView seen;                                     // beside it
   Vec3d centre_obj;                                  // of the box of {phi <= 0}, in the caller's object frame
   Vec3d half_box_m;                                  // of that box
   double diameter_m;                                 // its diagonal
@@ -33,5 +35,15 @@ struct Shape {
 
 // ValueError (std::invalid_argument) when the field has no inside.
 Shape make_shape(const SdfView& sdf, int point_count, int outline_count);
+
+// A shape that is known in part, and made anew while more of it is seen.
+struct PartialShape {
+  SdfView sdf;
+  SeenView seen;
+  std::vector<VoxelBox> boxes;  // that hold the surface
+  Vec3d centre_obj;             // the origin of the centred frame, wherever the box's centre has gone
+};
+// Points only where the surface has been seen; none for contact with others.
+Shape make_shape(const PartialShape& known, int point_count, int outline_count);
 
 }  // namespace sdftrack

@@ -70,6 +70,13 @@ std::shared_ptr<const Shape> Tracker::shape_of(const SdfView& sdf) const {
       make_shape(sdf, 3 * options_.trust_points, options_.free_space_points));
 }
 
+void Tracker::reshape(int k, PartialShape known) {
+  Object& object = objects_.at(static_cast<std::size_t>(k));
+  known.centre_obj = object.shape->centre_obj;  // what is remembered of the motion is about it
+  object.shape = std::make_shared<const Shape>(
+      make_shape(known, 3 * options_.trust_points, options_.free_space_points));
+}
+
 void Tracker::set_camera(const Camera& camera) {
   camera_ = camera;
   rays_ = camera.distorted() ? ray_table(camera) : std::vector<float>{};

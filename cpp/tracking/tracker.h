@@ -60,6 +60,12 @@ class Tracker {
   std::optional<Fitted> look(const DepthFrame& frame, int k, const Rigidd& T_cam_obj);
   // Replaces the last pose; `information` of the increment of T_obj_cam (centred) makes it a prior.
   void set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matrix6d>& covariance_cam);
+  // Object k has another shape from now on, in the object frame as it was; its centre is kept.
+  void reshape(int k, PartialShape known);
+  // The chance by colour that a pixel of the box is object k's: of the box alone, row by row, NaN where not
+  // known.
+  void find_foreground(const DepthFrame& frame, int k, const Rect& box, std::vector<float>* foreground);
+  const Shape& shape(int k) const { return *objects_.at(static_cast<std::size_t>(k)).shape; }
   // Looked for at `place` in the next frame. Returns its number.
   int add(const SdfView& shape, const Whereabouts& place);
   void remove(int k);

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+#include "reconstruction/reconstruction.h"
+
+#include <pybind11/stl.h>
+
+#include <atomic>
+#include <optional>
+
+#include "array.h"
+#include "busy.h"
+#include "volume.h"
+
+namespace sdftrack {
+
+namespace {
+
+// Arrays that show the volumes as they are now; they keep their owner alive.
+template <class T>
+py::array shown(const T* data, const Grid& grid, py::ssize_t channels, const py::object& owner) {
+  const auto n = static_cast<py::ssize_t>(sizeof(T));
+  std::vector<py::ssize_t> shape{grid.nz, grid.ny, grid.nx},
+      strides{n * channels * grid.nx * grid.ny, n * channels * grid.nx, n * channels};
+  py::array_t<T> out(shape, strides, data, owner);
+  out.attr("flags").attr("writeable") = false;
+  return out;
+}
+
+class PyReconstruction {
+ public:
+  PyReconstruction(const std::array<int, 3>& voxels, double voxel_m, const std::array<double, 3>& origin,
+                   const std::optional<py::array>& prior, const ReconstructionOptions& options, int threads)
+      : threads_(threads) {
+    const Grid grid{voxels[0], voxels[1], voxels[2], voxel_m, {origin[0], origin[1], origin[2]}};
+    std::vector<float> guess;
+    if (prior) {
+      const float* p = borrow<float>(*prior, "prior", {grid.nz, grid.ny, grid.nx});
+      guess.assign(p, p + grid.size());
+    }
+    py::gil_scoped_release release;
+    core_ = std::make_unique<Reconstruction>(grid, std::move(guess), options);
+  }
+
+  void fuse(const py::array& depth, const Camera& camera, const py::array& T,
+            const std::array<int, 4>& region, const py::object& mask,
+            const std::optional<py::array>& foreground, const std::optional<py::array>& rgb) {
+    const Rigidd T_cam_obj = rigid_from(T, "T");
+    const Busy busy(&busy_, "reconstruction");
+    FrameEvidence frame{image_view(depth, "depth", camera), {region[0], region[1], region[2], region[3]}};
+    const py::ssize_t h = region[3] - region[1], w = region[2] - region[0];
+    frame.mask = mask_view(mask, camera);
+    if (foreground) frame.foreground = borrow<float>(*foreground, "foreground", {h, w});
+    if (rgb) frame.rgb = borrow<unsigned char>(*rgb, "rgb", {h, w, 3});
+    py::gil_scoped_release release;
+    core_->fuse(frame, camera, T_cam_obj, threads_);
+  }
+  const Reconstruction& core() const { return *core_; }
+
+ private:
+  std::unique_ptr<Reconstruction> core_;
+  std::atomic<bool> busy_{false};
+  int threads_;
+};
+
+const PyReconstruction& of(const py::object& self) { return self.cast<const PyReconstruction&>(); }
+
+}  // namespace
+
+void bind_reconstruction(py::module_& m) {
+  py::class_<ReconstructionOptions>(m, "ReconstructionOptions")
+      .def(py::init<>())
+      .def_property(
+          "printed", [](const ReconstructionOptions& o) { return o.evidence.form.printed; },
+          [](ReconstructionOptions& o, bool v) { o.evidence.form.printed = v; })
+      .def_property(
+          "sigma_d_m", [](const ReconstructionOptions& o) { return o.evidence.form.sigma_d_m; },
+          [](ReconstructionOptions& o, float v) { o.evidence.form.sigma_d_m = v; })
+      .def_property(
+          "noise_m", [](const ReconstructionOptions& o) { return o.evidence.noise.noise_m; },
+          [](ReconstructionOptions& o, float v) { o.evidence.noise.noise_m = v; })
+      .def_property(
+          "noise_per_m", [](const ReconstructionOptions& o) { return o.evidence.noise.noise_per_m; },
+          [](ReconstructionOptions& o, float v) { o.evidence.noise.noise_per_m = v; })
+      .def_property(
+          "usual_noise_m", [](const ReconstructionOptions& o) { return o.evidence.noise.usual_m; },
+          [](ReconstructionOptions& o, float v) { o.evidence.noise.usual_m = v; })
+      .def_property(
+          "carve_from_m", [](const ReconstructionOptions& o) { return o.evidence.carve_from_m; },
+          [](ReconstructionOptions& o, float v) { o.evidence.carve_from_m = v; })
+      .def_property(
+          "most_weight", [](const ReconstructionOptions& o) { return o.evidence.most_weight; },
+          [](ReconstructionOptions& o, float v) { o.evidence.most_weight = v; })
+      .def_property(
+          "border_px", [](const ReconstructionOptions& o) { return o.image.border_px; },
+          [](ReconstructionOptions& o, int v) { o.image.border_px = v; })
+      .def_property(
+          "color_reach_voxels", [](const ReconstructionOptions& o) { return o.evidence.color_reach_voxels; },
+          [](ReconstructionOptions& o, float v) { o.evidence.color_reach_voxels = v; })
+      .def_property(
+          "least_slant", [](const ReconstructionOptions& o) { return o.image.least_slant; },
+          [](ReconstructionOptions& o, float v) { o.image.least_slant = o.evidence.least_slant = v; })
+      .def_readwrite("rounds", &ReconstructionOptions::rounds)
+      .def_readwrite("far_every", &ReconstructionOptions::far_every);
+  py::class_<PyReconstruction>(m, "Reconstruction")
+      .def(py::init<const std::array<int, 3>&, double, const std::array<double, 3>&,
+                    const std::optional<py::array>&, const ReconstructionOptions&, int>(),
+           py::arg("voxels"), py::arg("voxel_m"), py::arg("origin"), py::arg("prior"), py::arg("options"),
+           py::arg("threads"))
+      .def("fuse", &PyReconstruction::fuse, py::arg("depth"), py::arg("camera"), py::arg("T"),
+           py::arg("region"), py::arg("mask") = py::none(), py::arg("foreground") = py::none(),
+           py::arg("rgb") = py::none())
+      .def_property_readonly("phi",
+                             [](const py::object& self) {
+                               const Reconstruction& core = of(self).core();
+                               return shown(core.distance().phi().data(), core.grid(), 1, self);
+                             })
+      .def_property_readonly(
+          "surface_boxes",
+          [](const PyReconstruction& self) {
+            const std::vector<VoxelBox> cells = self.core().distance().surface_boxes();
+            py::array_t<std::int32_t> out({static_cast<py::ssize_t>(cells.size()), py::ssize_t{6}});
+            std::copy(cells.begin(), cells.end(), reinterpret_cast<VoxelBox*>(out.mutable_data()));
+            return out;
+          })
+      .def_property_readonly("log_ratio",
+                             [](const py::object& self) {
+                               const Reconstruction& core = of(self).core();
+                               return shown(core.evidence().log_ratio().data(), core.grid(), 1, self);
+                             })
+      .def_property_readonly("weight",
+                             [](const py::object& self) {
+                               const Reconstruction& core = of(self).core();
+                               return shown(core.evidence().weight().data(), core.grid(), 1, self);
+                             })
+      .def_property_readonly("seen",
+                             [](const py::object& self) {
+                               const Reconstruction& core = of(self).core();
+                               return shown(&core.evidence().colors().data()->seen, core.grid(), 4, self);
+                             })
+      .def_property_readonly("color", [](const py::object& self) {
+        const Reconstruction& core = of(self).core();
+        const Grid& g = core.grid();
+        const py::ssize_t n = sizeof(std::uint16_t);
+        return py::array_t<std::uint16_t>({g.nz, g.ny, g.nx, 3},
+                                          {4 * n * g.nx * g.ny, 4 * n * g.nx, 4 * n, n},
+                                          &core.evidence().colors().data()->r, self);
+      });
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT
+#include "levelset/distance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.h"
+#include "levelset/voxel_ops.h"
+#include "sdf/sweep.h"
+
+namespace sdftrack {
+
+namespace {
+
+constexpr std::size_t kAtOnce = 8;  // blocks
+
+}  // namespace
+
+EvidenceDistance::EvidenceDistance(const EvidenceVolume& evidence)
+    : grid_(evidence.grid()), bx_(evidence.blocks_x()), by_(evidence.blocks_y()), bz_(evidence.blocks_z()) {
+  const float far = static_cast<float>(grid_.voxel_m * std::max({grid_.nx, grid_.ny, grid_.nz}));
+  phi_.resize(grid_.size());
+  for (std::size_t i = 0; i < phi_.size(); ++i) phi_[i] = evidence.log_ratio()[i] > 0 ? -far : far;
+  const std::size_t blocks =
+      static_cast<std::size_t>(bx_) * static_cast<std::size_t>(by_) * static_cast<std::size_t>(bz_);
+  marked_.resize(blocks), surface_.resize(blocks);
+}
+
+// Its voxels but those at the volume's border.
+EvidenceDistance::Range EvidenceDistance::inner(int block) const {
+  const int x = kBlock * (block % bx_), y = kBlock * (block / bx_ % by_), z = kBlock * (block / (bx_ * by_));
+  return {std::max(1, x), std::min(grid_.nx - 1, x + kBlock),
+          std::max(1, y), std::min(grid_.ny - 1, y + kBlock),
+          std::max(1, z), std::min(grid_.nz - 1, z + kBlock)};
+}
+
+// Where the mean log ratio changes its sign between two voxels, the surface lies where a line through both is
+// 0; the distance of a voxel to the plane through such points of its axes.
+void EvidenceDistance::cross(const EvidenceVolume& evidence, int block) {
+  const Range r = inner(block);
+  const VoxelOps& ops = voxel_ops_for(used_isa());
+  const std::size_t row = static_cast<std::size_t>(grid_.nx),
+                    slice = row * static_cast<std::size_t>(grid_.ny);
+  const float voxel = static_cast<float>(grid_.voxel_m);
+  const float* ratio = evidence.log_ratio().data();
+  const float* weight = evidence.weight().data();
+  const auto mean = [&](std::size_t i) { return weight[i] > 0 ? ratio[i] / weight[i] : ratio[i]; };
+  int found[kBlock + 16];
+  bool surface = false;
+  for (int z = r.z0; z < r.z1; ++z)
+    for (int y = r.y0; y < r.y1; ++y) {
+      const std::size_t base = grid_.index(0, y, z);
+      const RowAt at{phi_.data() + base, static_cast<int>(row), static_cast<int>(slice)};
+      const int n = ops.crossed(ratio + base, at, voxel, r.x0, r.x1, found);
+      surface |= n > 0;
+      for (int k = 0; k < n; ++k) {
+        const std::size_t i = base + static_cast<std::size_t>(found[k]);
+        const float own = mean(i);
+        float sum = 0;
+        for (const std::size_t step : {std::size_t{1}, row, slice}) {
+          float nearest = 2;  // in voxels; beyond 1: no crossing along this axis
+          for (const std::size_t j : {i - step, i + step}) {
+            const float other = mean(j);
+            if ((other > 0) == (own > 0)) continue;
+            nearest = std::min(nearest, std::abs(own) / std::max(std::abs(own) + std::abs(other), 1e-20f));
+          }
+          if (nearest <= 1) sum += 1 / std::max(nearest * nearest, 1e-8f);
+        }
+        const float distance = voxel / std::sqrt(std::max(sum, 1.0f));
+        phi_[i] = own > 0 ? -distance : distance;
+      }
+    }
+  surface_[static_cast<std::size_t>(block)] = surface;
+}
+
+std::vector<VoxelBox> EvidenceDistance::surface_boxes() const {
+  std::vector<VoxelBox> cells;
+  for (int b = 0; b < static_cast<int>(surface_.size()); ++b) {
+    if (!surface_[static_cast<std::size_t>(b)]) continue;
+    const int x = kBlock * (b % bx_), y = kBlock * (b / bx_ % by_), z = kBlock * (b / (bx_ * by_));
+    cells.push_back({x, y, z, std::min(x + kBlock, grid_.nx - 1), std::min(y + kBlock, grid_.ny - 1),
+                     std::min(z + kBlock, grid_.nz - 1)});
+  }
+  return cells;
+}
+
+void EvidenceDistance::relax(int block, float band_m, bool forward) {
+  const Range r = inner(block);
+  const VoxelOps& ops = voxel_ops_for(used_isa());
+  const EikonalTerm<float> term{static_cast<float>(grid_.voxel_m), band_m};
+  const int rows = r.y1 - r.y0, n = rows * (r.z1 - r.z0);
+  for (int k = 0; k < n; ++k) {
+    const int i = forward ? k : n - 1 - k;
+    float* const row = phi_.data() + grid_.index(0, r.y0 + i % rows, r.z0 + i / rows);
+    ops.relax(term, {row, grid_.nx, grid_.nx * grid_.ny}, r.x0, r.x1);
+  }
+}
+
+float EvidenceDistance::least(int block) const {
+  const Range r = inner(block);
+  float least = std::numeric_limits<float>::max();
+  for (int z = r.z0; z < r.z1; ++z)
+    for (int y = r.y0; y < r.y1; ++y) {
+      const float* const row = phi_.data() + grid_.index(0, y, z);
+      for (int x = r.x0; x < r.x1; ++x) least = std::min(least, std::abs(row[x]));
+    }
+  return least;
+}
+
+// The changed blocks and what lies beside them, where it is near the surface, as eight sets without
+// neighbours.
+void EvidenceDistance::find_active(const std::vector<int>& changed, float band_m) {
+  std::fill(marked_.begin(), marked_.end(), static_cast<unsigned char>(0));
+  for (const int b : changed) {
+    const int ix = b % bx_, iy = b / bx_ % by_, iz = b / (bx_ * by_);
+    for (int z = std::max(0, iz - 1); z <= std::min(bz_ - 1, iz + 1); ++z)
+      for (int y = std::max(0, iy - 1); y <= std::min(by_ - 1, iy + 1); ++y)
+        for (int x = std::max(0, ix - 1); x <= std::min(bx_ - 1, ix + 1); ++x)
+          marked_[static_cast<std::size_t>((z * by_ + y) * bx_ + x)] = 1;
+  }
+  for (std::vector<int>& set : active_) set.clear();
+  for (int b = 0; b < static_cast<int>(marked_.size()); ++b)
+    if (marked_[static_cast<std::size_t>(b)] && least(b) < band_m)
+      active_[(b % bx_ & 1) | (b / bx_ % by_ & 1) << 1 | (b / (bx_ * by_) & 1) << 2].push_back(b);
+}
+
+void EvidenceDistance::update(const EvidenceVolume& evidence, const std::vector<int>& changed, int rounds,
+                              float band_voxels, int threads) {
+  const float band_m = band_voxels * static_cast<float>(grid_.voxel_m);
+  parallel_for((changed.size() + kAtOnce - 1) / kAtOnce, threads, [&](std::size_t chunk) {
+    for (std::size_t k = kAtOnce * chunk; k < std::min(changed.size(), kAtOnce * (chunk + 1)); ++k)
+      cross(evidence, changed[k]);
+  });
+  find_active(changed, band_m);
+  // A front that has gone leaves distances behind that are too small: they grow by a voxel in each round.
+  for (int round = 0; round < rounds; ++round)
+    for (const std::vector<int>& set : active_)
+      parallel_for((set.size() + kAtOnce - 1) / kAtOnce, threads, [&](std::size_t chunk) {
+        for (std::size_t k = kAtOnce * chunk; k < std::min(set.size(), kAtOnce * (chunk + 1)); ++k)
+          relax(set[k], 1e6f, round % 2 == 0);
+      });
+}
+
+// Coarse nodes within the band keep their distances, the others are swept.
+void EvidenceDistance::sweep_far(float band_voxels) {
+  const float band_m = band_voxels * static_cast<float>(grid_.voxel_m);
+  const Grid coarse = coarse_grid();
+  coarse_.resize(coarse.size()), known_.resize(coarse.size()), inside_.resize(coarse.size());
+  std::size_t i = 0;
+  has_surface_ = false;
+  for (int z = 0; z < coarse.nz; ++z)
+    for (int y = 0; y < coarse.ny; ++y)
+      for (int x = 0; x < coarse.nx; ++x, ++i) {
+        const float phi =
+            phi_[grid_.index(std::min(kCoarse * x, grid_.nx - 1), std::min(kCoarse * y, grid_.ny - 1),
+                             std::min(kCoarse * z, grid_.nz - 1))];
+        coarse_[i] = std::abs(phi), known_[i] = coarse_[i] < band_m, inside_[i] = phi < 0;
+        has_surface_ |= known_[i] != 0;
+      }
+  if (!has_surface_) return;
+  fast_sweep(coarse, known_, &coarse_);
+  for (std::size_t k = 0; k < coarse_.size(); ++k)
+    if (inside_[k]) coarse_[k] = -coarse_[k];
+}
+
+// Every voxel of these slices beyond the band takes what the coarse nodes around it say, and keeps its sign.
+void EvidenceDistance::fill_far(float band_voxels, int z0, int z1, int threads) {
+  if (!has_surface_) return;
+  const float band_m = band_voxels * static_cast<float>(grid_.voxel_m), per = 1.0f / kCoarse;
+  const Grid coarse = coarse_grid();
+  const auto mix = [](float a, float b, float t) { return a + t * (b - a); };
+  parallel_for(static_cast<std::size_t>(std::max(0, z1 - z0)), threads, [&](std::size_t k) {
+    const int z = z0 + static_cast<int>(k), iz = std::min(z / kCoarse, coarse.nz - 2);
+    const float fz = per * static_cast<float>(z) - static_cast<float>(iz);
+    std::vector<float> between(static_cast<std::size_t>(coarse.nx));
+    for (int y = 0; y < grid_.ny; ++y) {
+      const int iy = std::min(y / kCoarse, coarse.ny - 2);
+      const float fy = per * static_cast<float>(y) - static_cast<float>(iy);
+      const float *const a = &coarse_[coarse.index(0, iy, iz)],
+                         *const b = &coarse_[coarse.index(0, iy + 1, iz)],
+                         *const c = &coarse_[coarse.index(0, iy, iz + 1)],
+                         *const d = &coarse_[coarse.index(0, iy + 1, iz + 1)];
+      for (std::size_t x = 0; x < between.size(); ++x)
+        between[x] = mix(mix(a[x], b[x], fy), mix(c[x], d[x], fy), fz);
+      float* const row = phi_.data() + grid_.index(0, y, z);
+      for (int x = 0; x < grid_.nx; ++x) {
+        const int ix = std::min(x / kCoarse, coarse.nx - 2);
+        const float* const p = between.data() + ix;
+        const float there = std::abs(mix(p[0], p[1], per * static_cast<float>(x) - static_cast<float>(ix)));
+        const float own = row[x], size = std::max(band_m, there);
+        row[x] = std::abs(own) < band_m ? own : std::copysign(size, own);
+      }
+    }
+  });
+}
+
+Grid EvidenceDistance::coarse_grid() const {
+  const auto nodes = [](int n) { return (n - 1 + kCoarse - 1) / kCoarse + 1; };
+  return {nodes(grid_.nx), nodes(grid_.ny), nodes(grid_.nz), kCoarse * grid_.voxel_m, grid_.origin_obj};
+}
+
+}  // namespace sdftrack

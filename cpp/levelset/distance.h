@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// The signed distance to the surface between what is inside and what is outside, kept up to date block by
+// block (docs/math/reconstruction.md, section 3).
+#pragma once
+
+#include <vector>
+
+#include "levelset/evidence.h"
+#include "sdf/surface_samples.h"
+
+namespace sdftrack {
+
+class EvidenceDistance {
+ public:
+  static constexpr int kBlock = EvidenceVolume::kBlock;
+
+  explicit EvidenceDistance(const EvidenceVolume& evidence);
+
+  // After the evidence in these blocks has changed: distances to the new surface, exact beside it and by
+  // `rounds` of relaxation up to band_voxels away, in those blocks and beside them.
+  void update(const EvidenceVolume& evidence, const std::vector<int>& changed, int rounds, float band_voxels,
+              int threads);
+  // Farther away: found on a lattice of kCoarse voxels by sweeping, and carried over to slices [z0, z1).
+  void sweep_far(float band_voxels);
+  void fill_far(float band_voxels, int z0, int z1, int threads);
+
+  // Boxes of cells that hold all of the surface.
+  std::vector<VoxelBox> surface_boxes() const;
+  bool has_surface() const { return has_surface_; }
+  const std::vector<float>& phi() const { return phi_; }
+  SdfView view() const { return grid_.view(phi_.data()); }
+
+ private:
+  static constexpr int kCoarse = 4;
+  struct Range {
+    int x0, x1, y0, y1, z0, z1;
+  };
+  Range inner(int block) const;
+  void cross(const EvidenceVolume& evidence, int block);
+  void relax(int block, float band_m, bool forward);
+  void find_active(const std::vector<int>& changed, float band_m);
+  float least(int block) const;
+
+  Grid grid_;
+  int bx_, by_, bz_;
+  std::vector<float> phi_;
+  bool has_surface_ = false;
+  std::vector<unsigned char> marked_;
+  std::vector<unsigned char> surface_;  // blocks that hold a voxel beside the surface
+  std::vector<int> active_[8];          // by colour: no two of one colour are neighbours
+  Grid coarse_grid() const;
+  std::vector<float> coarse_;
+  std::vector<std::uint8_t> known_, inside_;
+};
+
+}  // namespace sdftrack

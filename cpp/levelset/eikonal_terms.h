@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+// One voxel of |grad phi| = 1 (docs/math/reconstruction.md, section 3).
+#pragma once
+
+#include "base/lane.h"
+
+namespace sdftrack {
+
+template <class T>
+HD T least(T a, T b) {
+  return select(a < b, a, b);
+}
+template <class T>
+HD T most(T a, T b) {
+  return select(a > b, a, b);
+}
+
+// Distance of a voxel whose nearer neighbours along the three axes have the distances a, b and c: Godunov's
+// upwind difference (Zhao, Mathematics of Computation 74, 2005).
+template <class T>
+HD T upwind_distance(T a, T b, T c, T voxel_m) {
+  const T low = least(a, b), high = most(a, b);
+  const T first = least(low, c), third = most(high, c), second = most(low, least(high, c));
+  const T gap = first - second, two = T(2) * voxel_m * voxel_m - gap * gap;
+  const T u1 = first + voxel_m, u2 = T(0.5f) * (first + second + sqrt(most(two, T(0))));
+  const T sum = first + second + third;
+  const T three = sum * sum - T(3) * (first * first + second * second + third * third - voxel_m * voxel_m);
+  const T u3 = (sum + sqrt(most(three, T(0)))) * T(1.0f / 3.0f);
+  return select(u1 <= second, u1, select(u2 <= third, u2, u3));
+}
+
+// Rows of a volume: where a row's values lie, and how far its neighbours are along y and z.
+struct RowAt {
+  float* phi;
+  int row, slice;
+};
+
+template <class T>
+struct EikonalTerm {
+  float voxel_m, most_m;  // no distance grows beyond the latter
+
+  // The voxel's new value; one beside a change of sign keeps its own. `along`: the row before the change.
+  HD T relax(const RowAt& at, const float* along, int x, int n) const {
+    const float* p = at.phi + x;
+    const T own = load<T>(along + x, n);
+    const T x0 = load<T>(along + x - 1, n), x1 = load<T>(along + x + 1, n), y0 = load<T>(p - at.row, n),
+            y1 = load<T>(p + at.row, n), z0 = load<T>(p - at.slice, n), z1 = load<T>(p + at.slice, n);
+    const T low = least(least(least(x0, x1), least(y0, y1)), least(z0, z1)),
+            high = most(most(most(x0, x1), most(y0, y1)), most(z0, z1));
+    const auto inside = own < T(0);
+    const auto crossed = select(inside, high, T(-1)) >= T(0), entered = select(inside, T(0), low) < T(0);
+    const T u = upwind_distance(least(abs(x0), abs(x1)), least(abs(y0), abs(y1)), least(abs(z0), abs(z1)),
+                                T(voxel_m));
+    const T kept = least(u, T(most_m));
+    return select(crossed | entered, own, select(inside, T(0) - kept, kept));
+  }
+};
+
+}  // namespace sdftrack

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// What all frames say about the voxels of a volume, and the colours seen on the surface between them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/rigid.h"
+#include "levelset/evidence_image.h"
+#include "sdf/grid.h"
+
+namespace sdftrack {
+
+struct EvidenceOptions {
+  EvidenceForm form;
+  SensorNoise noise{0.001f, 0, 0, 0.001f};
+  float carve_from_m = 0.003f;
+  float least_slant = 0.2f;
+  float most_weight = 100;          // frames that a voxel remembers
+  float color_reach_voxels = 2.5f;  // from the surface
+};
+
+// Colours of a frame: rgb of each pixel of the evidence image, or nullptr.
+struct FrameColors {
+  const unsigned char* rgb;  // 3 per pixel of the rectangle
+};
+
+class EvidenceVolume {
+ public:
+  static constexpr int kBlock = 8;
+
+  // No evidence; prior: log ratio by voxel, or empty for none.
+  EvidenceVolume(const Grid& grid, std::vector<float> prior);
+
+  // Adds a frame. Returns the blocks of which the surface may have changed, in order.
+  const std::vector<int>& fuse(const EvidenceImage& image, const FrameColors& colors, const Camera& camera,
+                               const Rigidd& T_cam_obj, const EvidenceOptions& options, int threads);
+
+  const Grid& grid() const { return grid_; }
+  int blocks_x() const { return bx_; }
+  int blocks_y() const { return by_; }
+  int blocks_z() const { return bz_; }
+  // Sums over the frames, the prior where the weight is 0; the mean ratio is log_ratio / weight.
+  const std::vector<float>& log_ratio() const { return log_ratio_; }
+  const std::vector<float>& weight() const { return weight_; }
+  // Mean colour (0..255) times 256, and how much was seen within reach of the surface, times 256.
+  struct Color {
+    std::uint16_t r, g, b, seen;
+  };
+  const std::vector<Color>& colors() const { return colors_; }
+  float seen(std::size_t voxel) const { return static_cast<float>(colors_[voxel].seen) / kSeenScale; }
+  static constexpr float kSeenScale = 256;
+
+ private:
+  bool touches(int block, const Rigidd& T_cam_obj, const Camera& camera, const EvidenceImage& image,
+               const EvidenceOptions& options) const;
+  void find_tiles(const EvidenceImage& image, float reach_m);
+  bool fuse_block(  // whether the surface may have changed
+      int block, const EvidenceTerm<float>& term, const EvidenceImage& image, const FrameColors& colors,
+      const Rigidd& T_cam_obj, const EvidenceOptions& options);
+  bool surely_empty(std::size_t at, int count) const;
+  void add_color(std::size_t voxel, const unsigned char* rgb, float weight);
+
+  Grid grid_;
+  int bx_, by_, bz_;
+  std::vector<float> log_ratio_, weight_;
+  std::vector<Color> colors_;
+  // Of the image's tiles: the least depth, and how deep its readings still say something; 0: there are none.
+  static constexpr int kTile = 8;
+  struct Tile {
+    float near_m, last_m;
+  };
+  std::vector<Tile> tiles_;
+  int tiles_x_ = 0, tiles_y_ = 0;
+  std::vector<unsigned char> empty_;  // blocks of which every voxel is as surely outside as it can be
+  std::vector<unsigned char> touched_;
+  std::vector<int> changed_;
+};
+
+}  // namespace sdftrack

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+// What one frame says about one voxel: inside or outside (docs/math/reconstruction.md, section 1).
+#pragma once
+
+#include "base/camera.h"
+#include "base/fast_math.h"
+#include "base/vec.h"
+
+namespace sdftrack {
+
+struct EvidenceForm {
+  bool printed = false;      // the thesis' Eqs. 4.30 and 4.31: infinite at the surface, here cut at +-10
+  float sigma_d_m = 0.005f;  // how far behind and before a reading it still says something
+};
+
+constexpr float kMostSmooth = 0.9f;         // of |q|; a log ratio of 2.9
+constexpr float kMostPrinted = 0.9999092f;  // a log ratio of 10
+constexpr float kReachPerSigma = 2.0f;      // behind the surface nothing is said from here on; nor before it,
+                                            // but that it is empty
+
+// log(L_in / L_out) of a voxel d metres behind a reading (before it: negative) whose noise is `noise_m`.
+template <class T>
+HD T log_ratio(T d_m, T noise_m, const EvidenceForm& form) {
+  using S = ScalarOf<T>;
+  const T away = T(S(1) / S(form.sigma_d_m)) * abs(d_m);
+  const T fading = exp_negative(T(-1) * select(away < T(40), away, T(40)));
+  const T sure = form.printed ? select(d_m > T(0), T(1), select(d_m < T(0), T(-1), T(0)))
+                              : fast_erf(d_m / (T(S(1.4142135623730951)) * noise_m));
+  const T most = T(S(form.printed ? kMostPrinted : kMostSmooth)), q = fading * sure;
+  const T kept = select(q > most, most, select(q < T(-1) * most, T(-1) * most, q));
+  return log_positive((T(1) + kept) / (T(1) - kept));
+}
+
+// A pixel of a frame made ready (evidence_image.h).
+struct EvidencePixel {
+  float depth_m;  // at the pixel's centre
+  float slant;    // distance from the surface over difference in depth; kCarves: before it is empty space and
+                  // no more is said; 0: nothing is said
+  float du_m, dv_m;  // slope of the depth per pixel
+};
+constexpr float kCarves = -1.0f;
+
+struct SensorNoise {
+  float noise_m, noise_per_m;  // sd of a reading at depth Z: noise_m + noise_per_m Z^2
+  float least_m;               // of the distance from the surface: a voxel tells no less apart
+  float usual_m;               // the noise at which a reading has weight 1, seen head on
+};
+
+// How a voxel changes.
+template <class T>
+struct Evidence {
+  T log_ratio, weight;
+  T distance_m;  // behind the surface; a large number where none is read
+};
+
+constexpr float kNoSurface_m = 1e6f;
+constexpr float kCarvedRatio = -1.0f;  // of one frame, where it looks past the voxel
+constexpr float kCarvedWeight =
+    1.0f / 2.94443897f;  // so that the mean is that of a voxel well before a surface
+
+template <class T>
+struct EvidenceTerm {
+  const float* pixels;  // EvidencePixel, height * width
+  int x0, y0, width, height;
+  Intrinsics<float> K;
+  EvidenceForm form;
+  SensorNoise noise;
+  float carve_from_m;  // before the surface
+  float least_slant;
+
+  template <class U>
+  HD EvidenceTerm<U> cast() const {
+    return {pixels, x0, y0, width, height, K, form, noise, carve_from_m, least_slant};
+  }
+
+  HD Evidence<T> at(Vec3<T> p_cam) const {
+    const T z = select(p_cam.z > T(0.01f), p_cam.z, T(0.01f)), inv_z = T(1) / z;
+    const T u = T(K.fx) * p_cam.x * inv_z + T(K.cx - static_cast<float>(x0)),
+            v = T(K.fy) * p_cam.y * inv_z + T(K.cy - static_cast<float>(y0));
+    const T right = T(static_cast<float>(width) - 0.51f), low = T(static_cast<float>(height) - 0.51f);
+    const auto seen = (p_cam.z > T(0.01f)) & (u > T(-0.49f)) & (v > T(-0.49f)) & (u < right) & (v < low);
+    const T uc = select(seen, u, T(0)), vc = select(seen, v, T(0));
+    const IntOf<T> ui = truncate(uc + T(0.5f)), vi = truncate(vc + T(0.5f)), i = (vi * width + ui) * 4;
+    const T slant = select(seen, gather<T>(pixels + 1, i), T(0));
+    const T depth = gather<T>(pixels, i) + gather<T>(pixels + 2, i) * (uc - real<T>(ui)) +
+                    gather<T>(pixels + 3, i) * (vc - real<T>(vi));
+    return judge(z - depth, depth, slant);
+  }
+
+ private:
+  HD Evidence<T> judge(T behind_m, T depth, T slant) const {
+    const auto surface = slant > T(0), readable = surface | (slant < T(0));
+    const T d = behind_m * select(surface, slant, T(1));
+    const T sensor = T(noise.noise_m) + T(noise.noise_per_m) * depth * depth;
+    const T blur = select(sensor > T(noise.least_m), sensor, T(noise.least_m));
+    const T quality = T(noise.usual_m) / blur;
+    const auto near = surface & (slant > T(least_slant)) & (d < T(kReachPerSigma * form.sigma_d_m));
+    const T weight = select(near, slant * quality * quality, T(0));
+    const auto close = near & (d > T(-kReachPerSigma * form.sigma_d_m));
+    const T said = any(close) ? select(close, weight * log_ratio(d, blur, form), T(0)) : T(0);
+    const T from = select(T(3) * blur > T(carve_from_m), T(3) * blur, T(carve_from_m));
+    const auto carved = readable & (d < T(-1) * from);
+    // Right before the surface a reading says more than that it looks past.
+    const auto says_more = close & (said < T(kCarvedRatio));
+    const T carved_ratio = select(says_more, said, T(kCarvedRatio)),
+            carved_weight = select(says_more, weight, T(kCarvedWeight));
+    return {select(carved, carved_ratio, said), select(carved, carved_weight, weight),
+            select(near, d, T(kNoSurface_m))};
+  }
+};
+
+}  // namespace sdftrack

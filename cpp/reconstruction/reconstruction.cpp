@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include "reconstruction/reconstruction.h"
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace sdftrack {
+
+namespace {
+
+constexpr int kFirstRounds = 24;
+
+}  // namespace
+
+Reconstruction::Reconstruction(const Grid& grid, std::vector<float> prior,
+                               const ReconstructionOptions& options)
+    : options_(options), evidence_(grid, std::move(prior)), distance_(evidence_) {
+  options_.evidence.noise.least_m =
+      std::max(options_.evidence.noise.least_m, static_cast<float>(grid.voxel_m));
+}
+
+// Where the readings lie, seen from the surface so far.
+void Reconstruction::measure(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj) {
+  const SdfView sdf = distance_.view();
+  const Rigidf T_obj_cam = inverse(T_cam_obj).cast<float>();
+  reading_distance_m_.clear();
+  for (int y = frame.rect.y0; y < frame.rect.y1; ++y)
+    for (int x = frame.rect.x0; x < frame.rect.x1; ++x) {
+      const float z = frame.depth_m(x, y);
+      float phi = std::numeric_limits<float>::quiet_NaN();
+      Vec3f unused;
+      if (z > 0 && std::isfinite(z)) {
+        const Vec3d r = camera.distorted() ? camera.pixel_ray(x, y) : ray(camera.K, 1.0 * x, 1.0 * y);
+        sample(sdf, T_obj_cam * (z * r.cast<float>()), &phi, &unused);
+      }
+      reading_distance_m_.push_back(phi);
+    }
+}
+
+// All of it at first, then a part in each frame.
+void Reconstruction::update_far(int threads) {
+  const int part = frames_ % options_.far_every, nz = grid().nz;
+  if (part == 0) distance_.sweep_far(options_.band_voxels);
+  const int z0 = frames_ == 0 ? 0 : nz * part / options_.far_every;
+  const int z1 = frames_ == 0 ? nz : nz * (part + 1) / options_.far_every;
+  distance_.fill_far(options_.band_voxels, z0, z1, threads);
+}
+
+void Reconstruction::fuse(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj,
+                          int threads) {
+  if (frame.mask) {
+    roles_ = &finder_.from_mask(frame.rect, frame.depth_m, frame.mask);
+  } else {
+    measure(frame, camera, T_cam_obj);
+    if (frame.foreground)
+      foreground_.assign(frame.foreground, frame.foreground + reading_distance_m_.size());
+    else
+      foreground_.assign(reading_distance_m_.size(), std::numeric_limits<float>::quiet_NaN());
+    roles_ = &finder_.find(frame.rect, reading_distance_m_, foreground_, frame.depth_m, options_.roles);
+  }
+  image_.make(frame.depth_m, camera, frame.rect, roles_->data(), options_.image);
+  const bool first = frames_ == 0;
+  std::vector<int> all;
+  const std::vector<int>* changed =
+      &evidence_.fuse(image_, {frame.rgb}, camera, T_cam_obj, options_.evidence, threads);
+  if (first) {
+    all.resize(static_cast<std::size_t>(evidence_.blocks_x() * evidence_.blocks_y() * evidence_.blocks_z()));
+    std::iota(all.begin(), all.end(), 0);
+    changed = &all;
+  }
+  distance_.update(evidence_, *changed, first ? kFirstRounds : options_.rounds, options_.band_voxels,
+                   threads);
+  update_far(threads);
+  ++frames_;
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// A shape that grows from frames with known poses: evidence, then the distance to the surface between inside
+// and outside.
+#pragma once
+
+#include "levelset/distance.h"
+#include "reconstruction/roles.h"
+
+namespace sdftrack {
+
+struct ReconstructionOptions {
+  EvidenceOptions evidence;
+  EvidenceImageOptions image;
+  RoleOptions roles;
+  float band_voxels = 8;  // of distances that are kept up to date in every frame
+  int rounds = 4;         // of relaxation per frame
+  int far_every = 10;     // frames from one update of the distances beyond to the next
+};
+
+// A frame, of a rectangle of pixels.
+struct FrameEvidence {
+  ImageView<float> depth_m;
+  PixelRect rect;
+  const unsigned char* mask = nullptr;  // of the whole image; nullptr: by colour and depth
+  const float* foreground = nullptr;    // of the rectangle
+  const unsigned char* rgb = nullptr;   // of the rectangle
+};
+
+class Reconstruction {
+ public:
+  // prior: log ratios by voxel before anything is seen, or empty.
+  Reconstruction(const Grid& grid, std::vector<float> prior, const ReconstructionOptions& options);
+
+  void fuse(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj, int threads);
+
+  const Grid& grid() const { return evidence_.grid(); }
+  const EvidenceVolume& evidence() const { return evidence_; }
+  const EvidenceDistance& distance() const { return distance_; }
+  const std::vector<PixelRole>& roles() const { return *roles_; }
+
+ private:
+  void update_far(int threads);
+  void measure(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj);
+
+  ReconstructionOptions options_;
+  EvidenceVolume evidence_;
+  EvidenceDistance distance_;
+  EvidenceImage image_;
+  RoleFinder finder_;
+  const std::vector<PixelRole>* roles_ = nullptr;
+  std::vector<float> reading_distance_m_, foreground_;
+  int frames_ = 0;
+};
+
+}  // namespace sdftrack
