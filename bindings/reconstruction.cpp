@@ -53,9 +53,18 @@ class PyReconstruction {
     py::gil_scoped_release release;
     core_->fuse(frame, camera, T_cam_obj, threads_);
   }
+  std::unique_ptr<PyReconstruction> grown(const std::array<int, 3>& before, const std::array<int, 3>& after) {
+    const Busy busy(&busy_, "reconstruction");
+    py::gil_scoped_release release;
+    return std::unique_ptr<PyReconstruction>(
+        new PyReconstruction(core_->grown(before, after, threads_), threads_));
+  }
   const Reconstruction& core() const { return *core_; }
 
  private:
+  PyReconstruction(std::unique_ptr<Reconstruction> core, int threads)
+      : core_(std::move(core)), threads_(threads) {}
+
   std::unique_ptr<Reconstruction> core_;
   std::atomic<bool> busy_{false};
   int threads_;
@@ -108,6 +117,21 @@ void bind_reconstruction(py::module_& m) {
       .def("fuse", &PyReconstruction::fuse, py::arg("depth"), py::arg("camera"), py::arg("T"),
            py::arg("region"), py::arg("mask") = py::none(), py::arg("foreground") = py::none(),
            py::arg("rgb") = py::none())
+      .def("grown", &PyReconstruction::grown, py::arg("before"), py::arg("after"))
+      .def_property_readonly("change_m",
+                             [](const PyReconstruction& self) { return self.core().distance().change_m(); })
+      .def_property_readonly("voxels",
+                             [](const PyReconstruction& self) {
+                               const Grid& g = self.core().grid();
+                               return std::array<int, 3>{g.nx, g.ny, g.nz};
+                             })
+      .def_property_readonly("voxel_m",
+                             [](const PyReconstruction& self) { return self.core().grid().voxel_m; })
+      .def_property_readonly("origin",
+                             [](const PyReconstruction& self) {
+                               const Vec3d o = self.core().grid().origin_obj;
+                               return std::array<double, 3>{o.x, o.y, o.z};
+                             })
       .def_property_readonly("phi",
                              [](const py::object& self) {
                                const Reconstruction& core = of(self).core();

@@ -426,6 +426,20 @@ void bind_tracking(py::module_& m) {
         py::arg("scale_m"), py::arg("outlier_floor"), "Pixels that share one error; 0: too few to tell.");
   m.def("find_plane", &remove_plane, py::arg("depth"), py::arg("camera"), py::arg("start_x"),
         py::arg("start_y"), py::arg("tolerance_m"), "Dominant plane as (normal, offset), or None.");
+
+  m.def(
+      "colors_at",
+      [](const py::array& depth, const py::object& color, const py::object& map,
+         const std::array<int, 4>& region) {
+        const ColorImage image = color_view(color, map);
+        const auto h = static_cast<int>(depth.shape(0)), w = static_cast<int>(depth.shape(1));
+        DepthFrame frame{{borrow<float>(depth, "depth", {h, w}), w, h}, nullptr, nullptr};
+        frame.color = &image;
+        std::vector<std::uint8_t> rgb;
+        fetch_colors(frame, {region[0], region[1], region[2], region[3]}, &rgb);
+        return to_numpy(std::move(rgb), {region[3] - region[1], region[2] - region[0], 3});
+      },
+      py::arg("depth"), py::arg("color"), py::arg("color_map"), py::arg("region"));
 }
 
 }  // namespace sdftrack

@@ -24,7 +24,7 @@ EvidenceDistance::EvidenceDistance(const EvidenceVolume& evidence)
   for (std::size_t i = 0; i < phi_.size(); ++i) phi_[i] = evidence.log_ratio()[i] > 0 ? -far : far;
   const std::size_t blocks =
       static_cast<std::size_t>(bx_) * static_cast<std::size_t>(by_) * static_cast<std::size_t>(bz_);
-  marked_.resize(blocks), surface_.resize(blocks);
+  marked_.resize(blocks), surface_.resize(blocks), changes_.resize(blocks);
 }
 
 // Its voxels but those at the volume's border.
@@ -48,6 +48,7 @@ void EvidenceDistance::cross(const EvidenceVolume& evidence, int block) {
   const auto mean = [&](std::size_t i) { return weight[i] > 0 ? ratio[i] / weight[i] : ratio[i]; };
   int found[kBlock + 16];
   bool surface = false;
+  Change change;
   for (int z = r.z0; z < r.z1; ++z)
     for (int y = r.y0; y < r.y1; ++y) {
       const std::size_t base = grid_.index(0, y, z);
@@ -68,10 +69,13 @@ void EvidenceDistance::cross(const EvidenceVolume& evidence, int block) {
           if (nearest <= 1) sum += 1 / std::max(nearest * nearest, 1e-8f);
         }
         const float distance = voxel / std::sqrt(std::max(sum, 1.0f));
-        phi_[i] = own > 0 ? -distance : distance;
+        const float now = own > 0 ? -distance : distance, moved = std::abs(now - phi_[i]);
+        if (std::abs(phi_[i]) < 2 * voxel) change.sum_m += moved, change.count += 1;
+        phi_[i] = now;
       }
     }
   surface_[static_cast<std::size_t>(block)] = surface;
+  changes_[static_cast<std::size_t>(block)] = change;
 }
 
 std::vector<VoxelBox> EvidenceDistance::surface_boxes() const {
@@ -132,6 +136,13 @@ void EvidenceDistance::update(const EvidenceVolume& evidence, const std::vector<
     for (std::size_t k = kAtOnce * chunk; k < std::min(changed.size(), kAtOnce * (chunk + 1)); ++k)
       cross(evidence, changed[k]);
   });
+  double sum = 0;
+  int count = 0;
+  for (const int b : changed) {
+    const Change& change = changes_[static_cast<std::size_t>(b)];
+    sum += static_cast<double>(change.sum_m), count += change.count;
+  }
+  change_m_ = count > 0 ? sum / count : 0;
   find_active(changed, band_m);
   // A front that has gone leaves distances behind that are too small: they grow by a voxel in each round.
   for (int round = 0; round < rounds; ++round)

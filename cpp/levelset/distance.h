@@ -26,6 +26,8 @@ class EvidenceDistance {
 
   // Boxes of cells that hold all of the surface.
   std::vector<VoxelBox> surface_boxes() const;
+  // How far the surface moved in the last update, on the mean where it changed.
+  double change_m() const { return change_m_; }
   bool has_surface() const { return has_surface_; }
   const std::vector<float>& phi() const { return phi_; }
   SdfView view() const { return grid_.view(phi_.data()); }
@@ -45,6 +47,12 @@ class EvidenceDistance {
   int bx_, by_, bz_;
   std::vector<float> phi_;
   bool has_surface_ = false;
+  struct Change {
+    float sum_m = 0;
+    int count = 0;
+  };
+  std::vector<Change> changes_;  // by block
+  double change_m_ = 0;
   std::vector<unsigned char> marked_;
   std::vector<unsigned char> surface_;  // blocks that hold a voxel beside the surface
   std::vector<int> active_[8];          // by colour: no two of one colour are neighbours

@@ -38,6 +38,26 @@ EvidenceVolume::EvidenceVolume(const Grid& grid, std::vector<float> prior)
   log_ratio_.resize(grid.size());
 }
 
+EvidenceVolume EvidenceVolume::padded(const std::array<int, 3>& before,
+                                      const std::array<int, 3>& after) const {
+  Grid grid = grid_;
+  grid.nx += kBlock * (before[0] + after[0]);
+  grid.ny += kBlock * (before[1] + after[1]);
+  grid.nz += kBlock * (before[2] + after[2]);
+  grid.origin_obj = grid_.point(-kBlock * before[0], -kBlock * before[1], -kBlock * before[2]);
+  EvidenceVolume larger(grid, {});
+  for (int z = 0; z < grid_.nz; ++z)
+    for (int y = 0; y < grid_.ny; ++y) {
+      const auto from = static_cast<std::ptrdiff_t>(grid_.index(0, y, z)),
+                 to = static_cast<std::ptrdiff_t>(
+                     grid.index(kBlock * before[0], y + kBlock * before[1], z + kBlock * before[2]));
+      std::copy_n(log_ratio_.begin() + from, grid_.nx, larger.log_ratio_.begin() + to);
+      std::copy_n(weight_.begin() + from, grid_.nx, larger.weight_.begin() + to);
+      std::copy_n(colors_.begin() + from, grid_.nx, larger.colors_.begin() + to);
+    }
+  return larger;
+}
+
 void EvidenceVolume::find_tiles(const EvidenceImage& image, float reach_m) {
   tiles_x_ = (image.width() + kTile - 1) / kTile, tiles_y_ = (image.height() + kTile - 1) / kTile;
   const std::size_t count = static_cast<std::size_t>(tiles_x_) * static_cast<std::size_t>(tiles_y_);

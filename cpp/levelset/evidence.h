@@ -2,6 +2,7 @@
 // What all frames say about the voxels of a volume, and the colours seen on the surface between them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -35,6 +36,9 @@ class EvidenceVolume {
   // Adds a frame. Returns the blocks of which the surface may have changed, in order.
   const std::vector<int>& fuse(const EvidenceImage& image, const FrameColors& colors, const Camera& camera,
                                const Rigidd& T_cam_obj, const EvidenceOptions& options, int threads);
+
+  // The same evidence in a larger volume: whole blocks more before and after it along each axis.
+  EvidenceVolume padded(const std::array<int, 3>& before, const std::array<int, 3>& after) const;
 
   const Grid& grid() const { return grid_; }
   int blocks_x() const { return bx_; }

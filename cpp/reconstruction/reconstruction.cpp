@@ -15,9 +15,30 @@ constexpr int kFirstRounds = 24;
 
 Reconstruction::Reconstruction(const Grid& grid, std::vector<float> prior,
                                const ReconstructionOptions& options)
-    : options_(options), evidence_(grid, std::move(prior)), distance_(evidence_) {
-  options_.evidence.noise.least_m =
-      std::max(options_.evidence.noise.least_m, static_cast<float>(grid.voxel_m));
+    : Reconstruction(EvidenceVolume(grid, std::move(prior)), options) {}
+
+Reconstruction::Reconstruction(EvidenceVolume evidence, const ReconstructionOptions& options)
+    : options_(options), evidence_(std::move(evidence)), distance_(evidence_) {
+  SensorNoise& noise = options_.evidence.noise;
+  noise.least_m = std::max(noise.least_m, static_cast<float>(grid().voxel_m));
+}
+
+std::unique_ptr<Reconstruction> Reconstruction::grown(const std::array<int, 3>& before,
+                                                      const std::array<int, 3>& after, int threads) const {
+  std::unique_ptr<Reconstruction> larger(new Reconstruction(evidence_.padded(before, after), options_));
+  larger->frames_ = frames_;
+  larger->measure_all(threads);
+  return larger;
+}
+
+// The distances of the whole volume, from nothing.
+void Reconstruction::measure_all(int threads) {
+  std::vector<int> all(
+      static_cast<std::size_t>(evidence_.blocks_x() * evidence_.blocks_y() * evidence_.blocks_z()));
+  std::iota(all.begin(), all.end(), 0);
+  distance_.update(evidence_, all, kFirstRounds, options_.band_voxels, threads);
+  distance_.sweep_far(options_.band_voxels);
+  distance_.fill_far(options_.band_voxels, 0, grid().nz, threads);
 }
 
 // Where the readings lie, seen from the surface so far.
@@ -38,13 +59,12 @@ void Reconstruction::measure(const FrameEvidence& frame, const Camera& camera, c
     }
 }
 
-// All of it at first, then a part in each frame.
+// A part in each frame.
 void Reconstruction::update_far(int threads) {
   const int part = frames_ % options_.far_every, nz = grid().nz;
   if (part == 0) distance_.sweep_far(options_.band_voxels);
-  const int z0 = frames_ == 0 ? 0 : nz * part / options_.far_every;
-  const int z1 = frames_ == 0 ? nz : nz * (part + 1) / options_.far_every;
-  distance_.fill_far(options_.band_voxels, z0, z1, threads);
+  distance_.fill_far(options_.band_voxels, nz * part / options_.far_every,
+                     nz * (part + 1) / options_.far_every, threads);
 }
 
 void Reconstruction::fuse(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj,
@@ -60,18 +80,14 @@ void Reconstruction::fuse(const FrameEvidence& frame, const Camera& camera, cons
     roles_ = &finder_.find(frame.rect, reading_distance_m_, foreground_, frame.depth_m, options_.roles);
   }
   image_.make(frame.depth_m, camera, frame.rect, roles_->data(), options_.image);
-  const bool first = frames_ == 0;
-  std::vector<int> all;
-  const std::vector<int>* changed =
-      &evidence_.fuse(image_, {frame.rgb}, camera, T_cam_obj, options_.evidence, threads);
-  if (first) {
-    all.resize(static_cast<std::size_t>(evidence_.blocks_x() * evidence_.blocks_y() * evidence_.blocks_z()));
-    std::iota(all.begin(), all.end(), 0);
-    changed = &all;
+  const std::vector<int>& changed =
+      evidence_.fuse(image_, {frame.rgb}, camera, T_cam_obj, options_.evidence, threads);
+  if (frames_ == 0) {
+    measure_all(threads);
+  } else {
+    distance_.update(evidence_, changed, options_.rounds, options_.band_voxels, threads);
+    update_far(threads);
   }
-  distance_.update(evidence_, *changed, first ? kFirstRounds : options_.rounds, options_.band_voxels,
-                   threads);
-  update_far(threads);
   ++frames_;
 }
 

@@ -3,6 +3,9 @@
 // and outside.
 #pragma once
 
+#include <array>
+#include <memory>
+
 #include "levelset/distance.h"
 #include "reconstruction/roles.h"
 
@@ -13,7 +16,7 @@ struct ReconstructionOptions {
   EvidenceImageOptions image;
   RoleOptions roles;
   float band_voxels = 8;  // of distances that are kept up to date in every frame
-  int rounds = 4;         // of relaxation per frame
+  int rounds = 2;         // of relaxation per frame
   int far_every = 10;     // frames from one update of the distances beyond to the next
 };
 
@@ -31,6 +34,10 @@ class Reconstruction {
   // prior: log ratios by voxel before anything is seen, or empty.
   Reconstruction(const Grid& grid, std::vector<float> prior, const ReconstructionOptions& options);
 
+  // The same in a volume with whole blocks (8 voxels) more before and after it along each axis.
+  std::unique_ptr<Reconstruction> grown(const std::array<int, 3>& before, const std::array<int, 3>& after,
+                                        int threads) const;
+
   void fuse(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj, int threads);
 
   const Grid& grid() const { return evidence_.grid(); }
@@ -38,7 +45,11 @@ class Reconstruction {
   const EvidenceDistance& distance() const { return distance_; }
   const std::vector<PixelRole>& roles() const { return *roles_; }
 
+  int frames() const { return frames_; }
+
  private:
+  Reconstruction(EvidenceVolume evidence, const ReconstructionOptions& options);
+  void measure_all(int threads);
   void update_far(int threads);
   void measure(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj);
 

@@ -13,6 +13,7 @@ from sdftrack.io.save import save_sequence
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
 from sdftrack.plane import remove_plane
+from sdftrack.reconstruction import Reconstructor, ReconstructorOptions
 from sdftrack.recorder import Recorder
 from sdftrack.results import Status, Step, TrackResult
 from sdftrack.sdf import SDF, MeshReport, smooth_union, union
@@ -27,6 +28,8 @@ __all__ = [
     "Mesh",
     "MeshReport",
     "RGBDCamera",
+    "Reconstructor",
+    "ReconstructorOptions",
     "Recorder",
     "Sequence",
     "State",

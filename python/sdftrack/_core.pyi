@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'Curvature', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'MotionModel', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'fast_sweep', 'find_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'primitive_sdf', 'redistance', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'Curvature', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'MotionModel', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'fast_sweep', 'find_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'primitive_sdf', 'redistance', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
 class Camera:
     """
     Pinhole camera with Brown-Conrady distortion; see sdftrack.Camera.
@@ -378,11 +378,19 @@ class Reconstruction:
         ...
     def fuse(self, depth: numpy.ndarray, camera: Camera, T: numpy.ndarray, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"], mask: typing.Any = None, foreground: numpy.ndarray | None = None, rgb: numpy.ndarray | None = None) -> None:
         ...
+    def grown(self, before: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], after: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"]) -> Reconstruction:
+        ...
+    @property
+    def change_m(self) -> float:
+        ...
     @property
     def color(self) -> numpy.typing.NDArray[numpy.uint16]:
         ...
     @property
     def log_ratio(self) -> numpy.ndarray:
+        ...
+    @property
+    def origin(self) -> typing.Annotated[list[float], "FixedSize(3)"]:
         ...
     @property
     def phi(self) -> numpy.ndarray:
@@ -392,6 +400,12 @@ class Reconstruction:
         ...
     @property
     def surface_boxes(self) -> numpy.typing.NDArray[numpy.int32]:
+        ...
+    @property
+    def voxel_m(self) -> float:
+        ...
+    @property
+    def voxels(self) -> typing.Annotated[list[int], "FixedSize(3)"]:
         ...
     @property
     def weight(self) -> numpy.ndarray:
@@ -806,6 +820,8 @@ def color_counts(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typin
     """
     Colours on the object and around it, (4096,) float32 each: at the pose, or by the mask if given.
     """
+def colors_at(depth: numpy.ndarray, color: typing.Any, color_map: typing.Any, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"]) -> numpy.typing.NDArray[numpy.uint8]:
+    ...
 def copy_from_cuda(address: typing.SupportsInt | typing.SupportsIndex, out: numpy.ndarray) -> None:
     """
     Fills an array from an address on the current CUDA device.

@@ -34,6 +34,8 @@ class Mesh:
         Vertex indices, counter-clockwise seen from outside. Kept as read-only int32.
     colors : (V, 3) uint8, optional
         RGB per vertex.
+    seen : (V,) float32, optional
+        Of a reconstruction: how often each vertex was seen, in views head on; 0: guessed.
 
     Raises
     ------
@@ -50,15 +52,23 @@ class Mesh:
     4
     """
 
-    __slots__ = ("_caster", "colors", "faces", "vertices")
+    __slots__ = ("_caster", "colors", "faces", "seen", "vertices")
     __hash__ = None  # type: ignore[assignment]
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.int32]
     colors: NDArray[np.uint8] | None
+    seen: NDArray[np.float32] | None
     _caster: _core.MeshCaster | None
 
-    def __init__(self, vertices: ArrayLike, faces: ArrayLike, colors: ArrayLike | None = None) -> None:
+    def __init__(
+        self,
+        vertices: ArrayLike,
+        faces: ArrayLike,
+        colors: ArrayLike | None = None,
+        *,
+        seen: ArrayLike | None = None,
+    ) -> None:
         v = _rows(np.array(vertices, dtype=np.float64), "vertices")
         f = np.asarray(faces)
         if f.size and not np.issubdtype(f.dtype, np.integer):
@@ -78,6 +88,10 @@ class Mesh:
         _freeze(self, "vertices", np.ascontiguousarray(v))
         _freeze(self, "faces", np.array(f, dtype=np.int32, order="C"))
         _freeze(self, "colors", None if c is None else np.ascontiguousarray(c))
+        views = None if seen is None else np.array(seen, dtype=np.float32)
+        if views is not None and views.shape != (len(v),):
+            raise ValueError(f"seen: expected shape ({len(v)},), one per vertex, got {views.shape}")
+        _freeze(self, "seen", views)
         object.__setattr__(self, "_caster", None)
 
     def __setattr__(self, name: str, value: object) -> None:

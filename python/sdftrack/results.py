@@ -124,6 +124,9 @@ class TrackResult:
         Of the frame, s.
     index : int
         Number of the frame since ``start`` (0).
+    shape_change : float
+        Of a :class:`Reconstructor`: how far the surface moved with this frame, m, on the mean where it was seen; NaN
+        where nothing was fused.
     """
 
     poses: NDArray[np.float64]
@@ -140,6 +143,7 @@ class TrackResult:
     seconds: float = 0.0
     timestamp: float | None = None
     index: int = 0
+    shape_change: float = float("nan")
     membership: NDArray[np.float32] | None = None
     foreground: NDArray[np.float32] | None = None
 

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: MIT
+"""Where a reconstruction begins: which pixels are the object's, a ball about them, the volume's extent."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.camera import Camera
+from sdftrack.sdf import SDF
+
+__all__ = ["Ball", "ball_of", "ball_prior", "mask_of_box", "measured_noise", "shape_prior"]
+
+EXTENT_PER_BALL = (
+    1.8  # of its diameter (method of the thesis' section 4.6 with room for what is not seen yet)
+)
+LEAST_READINGS = 100
+CENTRE_BEHIND = 0.6  # radii: readings are the front of the ball, their median lies inside its outline
+JOINED_M = 0.01
+LEAST_NOISE_M = 5e-4
+GUESS_FADES_VOXELS = 4.0  # sigma_G of thesis Eq. 4.34
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Ball:
+    centre_cam: Array  # m
+    radius_m: float
+
+
+def ball_of(depth: NDArray[np.float32], mask: Mask, camera: Camera) -> Ball:
+    """Fit a ball to a mask: as wide as its longer side, its front at the readings.
+
+    Raises
+    ------
+    ValueError
+        Too few readings on the mask, or a mask of nearly the whole image.
+    """
+    if mask.mean() > 0.8:
+        raise ValueError(f"mask: expected the object alone, got {100 * mask.mean():.0f} % of the image")
+    ys, xs = np.nonzero(mask & (depth > 0))
+    if len(ys) < LEAST_READINGS:
+        raise ValueError(
+            f"mask: expected at least {LEAST_READINGS} depth readings on the object, got {len(ys)}; is it black, "
+            "shiny, too small or too near?"
+        )
+    z = float(np.median(depth[ys, xs]))
+    near = np.abs(depth[ys, xs] - z) < 0.5 * z
+    ys, xs = ys[near], xs[near]
+    low = np.array([(xs.min() - camera.cx) / camera.fx, (ys.min() - camera.cy) / camera.fy])
+    high = np.array([(xs.max() - camera.cx) / camera.fx, (ys.max() - camera.cy) / camera.fy])
+    radius = 0.5 * float((high - low).max()) * z
+    at = z + CENTRE_BEHIND * radius
+    middle = 0.5 * (low + high)
+    return Ball(at * np.array([middle[0], middle[1], 1.0]), radius)
+
+
+def mask_of_box(depth: NDArray[np.float32], box: tuple[int, int, int, int]) -> Mask:
+    """Readings in a box that hang together with its middle, without a jump of depth."""
+    import cv2
+
+    x, y, w, h = box
+    part = np.ascontiguousarray(depth[y : y + h, x : x + w])
+    middle = part[h // 4 : max(h // 4 + 1, 3 * h // 4), w // 4 : max(w // 4 + 1, 3 * w // 4)]
+    if not (middle > 0).any():
+        raise ValueError(
+            "box: expected depth readings in its middle, got none; is the object black or shiny?"
+        )
+    near = float(np.percentile(middle[middle > 0], 25))
+    inner = np.argwhere((middle > 0) & (np.abs(middle - near) < JOINED_M))
+    centre = 0.5 * (np.array(middle.shape) - 1)
+    seed_y, seed_x = inner[np.argmin(np.linalg.norm(inner - centre, axis=1))] + [h // 4, w // 4]
+    filled = np.zeros((h + 2, w + 2), np.uint8)
+    flags = 4 | cv2.FLOODFILL_MASK_ONLY | (255 << 8)
+    cv2.floodFill(part, filled, (int(seed_x), int(seed_y)), 0, JOINED_M, JOINED_M, flags)
+    mask = np.zeros(depth.shape, bool)
+    mask[y : y + h, x : x + w] = (filled[1:-1, 1:-1] > 0) & (part > 0)
+    return mask
+
+
+def measured_noise(depth: NDArray[np.float32], mask: Mask) -> float:
+    """Sd (m) of the readings on a mask about the straight lines through their neighbours; at least 0.5 mm."""
+    found = []
+    for z, on in ((depth, mask & (depth > 0)), (depth.T, (mask & (depth > 0)).T)):
+        bend = z[:, 2:] - 2 * z[:, 1:-1] + z[:, :-2]
+        bend = np.abs(bend[on[:, 2:] & on[:, 1:-1] & on[:, :-2]])
+        if len(bend) > LEAST_READINGS // 2:
+            kept = np.sort(bend)[: int(0.9 * len(bend))]  # edges and curvature are among the largest
+            found.append(float(np.sqrt(np.mean(kept**2) / 6)) * 1.3)
+    return max(LEAST_NOISE_M, float(np.mean(found))) if found else 1e-3
+
+
+def ball_prior(
+    ball: Ball, weight: float, voxels: tuple[int, int, int], voxel_m: float, origin: Array
+) -> NDArray[np.float32]:
+    """Log ratio (z, y, x) that guesses a ball about the object frame's origin."""
+    x, y, z = (
+        np.arange(n, dtype=np.float32) * np.float32(voxel_m) + np.float32(o)
+        for n, o in zip(voxels, origin, strict=True)
+    )
+    inside = ball.radius_m - np.sqrt(z[:, None, None] ** 2 + y[None, :, None] ** 2 + x[None, None, :] ** 2)
+    guess: NDArray[np.float32] = (weight * np.tanh(inside / np.float32(GUESS_FADES_VOXELS * voxel_m))).astype(
+        np.float32
+    )
+    return guess
+
+
+def shape_prior(
+    shape: SDF, weight: float, voxels: tuple[int, int, int], voxel_m: float, origin: Array
+) -> NDArray[np.float32]:
+    """The same of a given shape, in its own object frame."""
+    nx, ny, nz = voxels
+    zyx = np.indices((nz, ny, nx), dtype=np.float64)
+    points = np.moveaxis(zyx[::-1], 0, -1).reshape(-1, 3) * voxel_m + origin
+    phi = shape(points).reshape(nz, ny, nx)
+    return (-weight * np.tanh(phi / (GUESS_FADES_VOXELS * voxel_m))).astype(np.float32)

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: MIT
+"""The surface of a reconstruction as a mesh, and how well each part of it is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.mesh import Mesh
+
+__all__ = ["Quality", "expected_error", "largest_body", "surface_mesh"]
+
+SEEN_SCALE = 256.0
+ENOUGH_VIEWS = 3.0
+
+
+@dataclass(frozen=True)
+class Quality:
+    """How far a reconstruction may be trusted.
+
+    Attributes
+    ----------
+    seen_share : float
+        Of the surface's vertices, those seen well enough to be measured (0..1); the rest is guessed.
+    expected_error_m : (V,) float32
+        Sd of the surface's place at each vertex of ``mesh()``: the sensor's noise over the root of how often it was
+        seen, and never less than a fifth of a voxel; infinite where nothing was seen.
+    frames : int
+        Frames that were fused.
+    summary : str
+        One sentence for people.
+    """
+
+    seen_share: float
+    expected_error_m: NDArray[np.float32]
+    frames: int
+    summary: str
+
+
+def largest_body(phi: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The field without the smaller of several bodies; a copy."""
+    from scipy import ndimage
+
+    labels, count = ndimage.label(phi < 0)
+    out = np.array(phi)
+    if count > 1:
+        sizes = np.bincount(labels.ravel())
+        sizes[0] = 0
+        out[(labels > 0) & (labels != int(np.argmax(sizes)))] = np.float32(1e-6)
+    return out
+
+
+def surface_mesh(core: Any) -> Mesh:
+    """Watertight mesh of the zero set, its colours the mean of what was seen, `seen` in views head on."""
+    from skimage.measure import marching_cubes
+
+    phi = largest_body(core.phi)
+    for side in (phi[0], phi[-1], phi[:, 0], phi[:, -1], phi[:, :, 0], phi[:, :, -1]):
+        np.maximum(side, np.float32(core.voxel_m), out=side)  # closed even where the volume ends
+    zyx, faces, _, _ = marching_cubes(phi, 0.0, gradient_direction="ascent")
+    at = tuple(np.round(zyx).astype(np.intp).T)
+    seen = (core.seen[at] / SEEN_SCALE).astype(np.float32)
+    colors = (core.color[at] / 256.0 + 0.5).astype(np.uint8)
+    colors[seen == 0] = np.median(colors[seen > 0], axis=0).astype(np.uint8) if (seen > 0).any() else 128
+    vertices = zyx[:, ::-1].astype(np.float64) * core.voxel_m + np.array(core.origin)
+    return Mesh(vertices, faces.astype(np.int32), colors, seen=seen)
+
+
+def expected_error(seen: NDArray[np.float32], noise_m: float, voxel_m: float) -> NDArray[np.float32]:
+    with np.errstate(divide="ignore"):
+        error = noise_m / np.sqrt(seen)
+    out: NDArray[np.float32] = np.where(seen > 0, np.maximum(error, 0.2 * voxel_m), np.inf).astype(np.float32)
+    return out

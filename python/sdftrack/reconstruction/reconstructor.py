@@ -1,0 +1,509 @@
+# SPDX-License-Identifier: MIT
+"""The public class: a shape that grows while it is tracked."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack import _core, metrics
+from sdftrack.appearance import color_map
+from sdftrack.camera import Camera, RGBDCamera, depth_camera
+from sdftrack.checks import of_kind
+from sdftrack.device import resolve_device
+from sdftrack.frame import Frame
+from sdftrack.mesh import Mesh
+from sdftrack.options import TrackerOptions
+from sdftrack.places import one_place
+from sdftrack.reconstruction import beginning, quality
+from sdftrack.reconstruction.options import ReconstructorOptions
+from sdftrack.reconstruction.shots import Refined, Shot
+from sdftrack.results import Status, TrackResult
+from sdftrack.sdf import SDF
+from sdftrack.tracking import Tracker
+
+__all__ = ["Reconstructor"]
+
+Pose = NDArray[np.float64]
+BLOCK = 8  # voxels; volumes grow by whole blocks
+MOST_VOXELS = 512
+BYTES_PER_VOXEL = 20
+MARGIN_PX = 25
+ROUNDS = 3
+
+
+class Reconstructor:
+    """Reconstruct an unknown rigid object from a depth or RGB-D camera while tracking it.
+
+    Parameters
+    ----------
+    camera : Camera or RGBDCamera
+        As for :class:`sdftrack.Tracker`.
+    initial : SDF, optional
+        A coarse shape of the object or of its kind, a guess where nothing has been seen. None: a ball fitted to the
+        mask.
+    voxels : int
+        Along each side of the volume, 16 to 512; 20 bytes each (200: 160 MB).
+    extent : float, optional
+        Side of the volume, m. None: 1.8 times the ball's diameter. The volume grows where the shape reaches its border.
+    device : {"auto", "cpu"}
+    mode : {"auto", "depth", "rgbd"}
+        What the poses are tracked by, as in :class:`sdftrack.Tracker`; colours also tell the object from what holds it.
+    threads : int
+        0: all cores. The result has the same bits for any number.
+    options : ReconstructorOptions, optional
+        A whole set of options; single ones may be given as keywords.
+    tracker_options : TrackerOptions, optional
+        Of the tracker inside.
+
+    Raises
+    ------
+    TypeError, ValueError
+        A wrong type, an unknown option (the nearest name is suggested), a number out of range.
+
+    Notes
+    -----
+    The object frame has its axes along the first frame's camera and its origin in the middle of the ball, or is that
+    of `initial`. Poses relate to the first frame: the object is where it was, whatever the shape becomes.
+    docs/math/reconstruction.md derives the method (thesis, section 4.5).
+
+    >>> star = Reconstructor(camera)                              # doctest: +SKIP
+    >>> star.start(frames[0], mask=mask)                          # doctest: +SKIP
+    >>> poses = [star.track(frame).pose for frame in frames[1:]]  # doctest: +SKIP
+    >>> star.mesh().save("object.ply")                            # doctest: +SKIP
+    """
+
+    def __init__(
+        self,
+        camera: Camera | RGBDCamera,
+        initial: SDF | None = None,
+        voxels: int = 200,
+        extent: float | None = None,
+        device: str = "auto",
+        *,
+        mode: str = "auto",
+        threads: int = 0,
+        options: ReconstructorOptions | None = None,
+        tracker_options: TrackerOptions | None = None,
+        **single_options: Any,
+    ) -> None:
+        self.camera = camera
+        self._frame_camera = depth_camera(camera)
+        if initial is not None:
+            of_kind(initial, SDF, "initial", "make one with SDF.from_mesh or SDF.sphere")
+        if isinstance(voxels, bool) or not isinstance(voxels, (int, np.integer)):
+            raise TypeError(f"voxels: expected a whole number, got {voxels!r}")
+        if not 16 <= voxels <= MOST_VOXELS:
+            needed = BYTES_PER_VOXEL * voxels**3 / 2**30
+            raise ValueError(
+                f"voxels: expected 16 to {MOST_VOXELS}, got {voxels} (which would need {needed:.3g} GiB)"
+            )
+        if extent is not None and not 0 < extent < 10:
+            raise ValueError(f"extent: expected metres between 0 and 10, got {extent!r}")
+        if device != "auto" and resolve_device(device) == "cuda":
+            raise ValueError("device: reconstruction runs on the CPU so far; use device='cpu' or 'auto'")
+        if mode not in ("auto", "depth", "rgbd"):
+            raise ValueError(f"mode: expected 'auto', 'depth' or 'rgbd', got {mode!r}")
+        self.initial, self.voxels, self.extent, self.mode, self.threads = (
+            initial,
+            int(voxels),
+            extent,
+            mode,
+            threads,
+        )
+        self.options = (options or ReconstructorOptions()).replace(**single_options)
+        self.tracker_options = tracker_options or TrackerOptions()
+        self._core: Any = None
+        self._tracker: Tracker | None = None
+        self._shots: list[Shot] = []
+        self._index = -1
+        self._fused = 0
+
+    def __repr__(self) -> str:
+        state = f"{self._fused} frames fused" if self._core is not None else "not started"
+        return f"Reconstructor({self.voxels} voxels, {state})"
+
+    # -- tracking and fusing
+
+    def start(
+        self, frame: Frame, mask: ArrayLike | None = None, *, box: Any = None, pose: ArrayLike | None = None
+    ) -> TrackResult:
+        """Begin, or begin again, with the frame that shows where the object is.
+
+        Parameters
+        ----------
+        frame : Frame
+        mask : (H, W) bool or uint8
+            Not 0 on the object, in the geometry of the depth image.
+        box : (x, y, w, h)
+            In place of the mask: the surface in its middle that hangs together is the object.
+        pose : (4, 4) float64
+            In place of both, with `initial`: its ``T_cam_obj``.
+
+        Returns
+        -------
+        TrackResult
+            The pose of the first frame is exact by definition; the object frame is chosen by it.
+
+        Raises
+        ------
+        ValueError
+            None or several of mask, box and pose; no depth on the object; a mask of everything; an object larger
+            than `extent`.
+        """
+        of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
+        if frame.depth is None:
+            raise ValueError(
+                f"frame: expected a depth image to begin with, got none ({frame.error or 'colour only'})"
+            )
+        depth = frame.depth
+        if depth.shape != (self._frame_camera.height, self._frame_camera.width):
+            raise ValueError(
+                f"depth: expected the camera's size {self._frame_camera.width} x {self._frame_camera.height}, got "
+                f"{depth.shape[1]} x {depth.shape[0]}; scale the camera with Camera.scaled"
+            )
+        given = [name for name, v in (("mask", mask), ("box", box), ("pose", pose)) if v is not None]
+        if len(given) != 1:
+            raise ValueError(f"expected one of mask, box and pose, got {' and '.join(given) or 'none'}")
+        if pose is not None and self.initial is None:
+            raise ValueError(
+                "pose: needs Reconstructor(camera, initial=sdf), whose pose it is; give mask or box"
+            )
+        begin = time.perf_counter()
+        T, on_object, noise_m = self._find_object(depth, one_place(pose, mask, box, self._frame_camera))
+        self._noise_m = noise_m
+        self._shots, self._index, self._fused = [], 0, 0
+        region = _region_of(on_object, self._frame_camera)
+        self._core = self._new_core(T)
+        first = Shot(
+            0,
+            region,
+            _cut(depth, region),
+            self._colors(frame, region),
+            np.empty(0, np.float32),
+            T,
+            _cut(on_object.astype(np.uint8), region),
+        )
+        self._fuse(first, depth)
+        self._keep(first)
+        if not len(self._core.surface_boxes):
+            raise ValueError(
+                "start: no surface was found on the object; is it too small for the volume's voxels?"
+            )
+        self._tracker = self._new_tracker(noise_m)
+        self._reshape()
+        result = self._tracker.start(frame, poses=T)
+        self._tracker.set_pose(0, T)
+        return self._finished(result, T, begin, fused=True)
+
+    def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
+        """Follow the object into the next frame, and add what it shows where the pose is sure.
+
+        Returns
+        -------
+        TrackResult
+            M = 1, with ``shape_change``. A frame whose pose is ``"weak"`` or ``"lost"`` adds nothing to the shape.
+
+        Raises
+        ------
+        RuntimeError
+            Before :meth:`start`.
+        """
+        tracker = self._started("track")
+        frame = depth if isinstance(depth, Frame) else Frame(depth, color)
+        begin = time.perf_counter()
+        result = tracker.track(frame)
+        self._index += 1
+        sure = result.status[0] is Status.OK and frame.depth is not None
+        if sure:
+            self._add(frame, result.poses[0])
+        return self._finished(result, result.poses[0], begin, fused=sure)
+
+    process = track
+
+    # -- results
+
+    @property
+    def shape(self) -> SDF:
+        """The shape so far, a copy: distances in metres, negative inside."""
+        self._started("shape")
+        return SDF(np.array(self._core.phi), self._core.voxel_m, self._core.origin)
+
+    def mesh(self) -> Mesh:
+        """Watertight coloured mesh, m, object frame; ``seen`` tells how often each vertex was seen (0: guessed)."""
+        self._started("mesh")
+        return quality.surface_mesh(self._core)
+
+    def quality(self) -> quality.Quality:
+        """How well the surface is known."""
+        mesh = self.mesh()
+        assert mesh.seen is not None
+        errors = quality.expected_error(mesh.seen, self._noise_m, self._core.voxel_m)
+        share = float((mesh.seen >= self.options.least_seen).mean())
+        rest = "" if share > 0.9 else "; turn the object further to see the rest"
+        text = f"{100 * share:.0f} % of the surface was seen in {self._fused} frames{rest}"
+        return quality.Quality(share, errors, self._fused, text)
+
+    def tracker(self) -> Tracker:
+        """A Tracker that goes on with this shape, the last pose, and the colours learnt."""
+        tracker = self._started("tracker")
+        tracker.shapes = [self.shape]
+        self._reshape(np.array(self._core.phi), np.array(self._core.seen))
+        self._tracker = self._new_tracker(self._noise_m)
+        self._reshape()
+        self._tracker.set_pose(0, tracker._best[0])
+        self._tracker._index = tracker._index
+        return tracker
+
+    def refine(self, progress: Callable[[float], None] | None = None, rounds: int = ROUNDS) -> Refined:
+        """Find all kept poses and the shape anew, a few rounds: what takes drift out of both.
+
+        In each round every kept frame is tracked against the whole shape, then the shape is made afresh from all of
+        them. The first frame stays where it is.
+
+        Parameters
+        ----------
+        progress : callable, optional
+            Called with the share done, 0..1.
+        rounds : int
+        """
+        tracker = self._started("refine")
+        size = (self._frame_camera.height, self._frame_camera.width)
+        moved: list[float] = []
+        turned: list[float] = []
+        last = tracker._best[0]
+        for k in range(rounds):
+            steps = []
+            for i, shot in enumerate(self._shots):
+                if i > 0:
+                    tracker.set_pose(0, shot.T_cam_obj)
+                    found = tracker._core.track(shot.full_depth(*size), None, float("nan"), None, None)
+                    if found["status"][0] == "ok":
+                        steps.append(metrics.pose_error(found["poses"][0], shot.T_cam_obj))
+                        shot.T_cam_obj = found["poses"][0].copy()
+                if progress is not None:
+                    progress((k + 0.4 * i / len(self._shots)) / rounds)
+            core = self._new_core(self._shots[0].T_cam_obj, like=self._core)
+            self._core, self._fused = core, 0
+            for i, shot in enumerate(self._shots):
+                self._fuse(shot, shot.full_depth(*size))
+                if progress is not None:
+                    progress((k + 0.4 + 0.6 * (i + 1) / len(self._shots)) / rounds)
+            self._reshape()
+            both = np.array(steps).reshape(-1, 2)
+            moved.append(float(np.sqrt((both[:, 0] ** 2).mean())) if len(both) else 0.0)
+            turned.append(float(np.sqrt((both[:, 1] ** 2).mean())) if len(both) else 0.0)
+        poses = {shot.index: shot.T_cam_obj for shot in self._shots}
+        tracker.set_pose(0, poses.get(self._index, last))
+        return Refined(poses, rounds, moved, turned)
+
+    # -- inside
+
+    def _started(self, what: str) -> Tracker:
+        if self._tracker is None:
+            raise RuntimeError(f"{what}: call start(frame, mask=...) first")
+        return self._tracker
+
+    def _find_object(self, depth: NDArray[np.float32], place: Any) -> tuple[Pose, NDArray[np.bool_], float]:
+        """Its pose, its pixels, and the noise of their depth."""
+        camera = self._frame_camera
+        if isinstance(place, tuple):
+            on_object = beginning.mask_of_box(depth, place)
+        elif place.shape == (4, 4):
+            assert self.initial is not None
+            on_object = self.initial.silhouette(camera, place)
+        else:
+            on_object = place != 0
+        ball = beginning.ball_of(depth, on_object, camera)
+        noise_m = self.options.noise_m or beginning.measured_noise(depth, on_object)
+        if self.extent is not None and 2 * ball.radius_m > self.extent:
+            raise ValueError(
+                f"extent: the object is about {2 * ball.radius_m:.3g} m wide, the volume {self.extent:.3g} m; give a "
+                "larger extent, or none"
+            )
+        self._ball = ball
+        if not isinstance(place, tuple) and place.shape == (4, 4):
+            return place, on_object, noise_m
+        T = np.eye(4)
+        T[:3, 3] = ball.centre_cam
+        if self.initial is not None:
+            T[:3, 3] -= _middle(self.initial)
+        return T, on_object, noise_m
+
+    def _new_core(self, T: Pose, like: Any = None) -> Any:
+        if like is not None:
+            voxels, voxel_m, origin = tuple(like.voxels), like.voxel_m, np.array(like.origin)
+        else:
+            middle = np.zeros(3) if self.initial is None else _middle(self.initial)
+            widest = 2 * self._ball.radius_m
+            if self.initial is not None:
+                widest = max(widest, float(np.ptp(_inside(self.initial), axis=0).max()))
+            extent = self.extent or beginning.EXTENT_PER_BALL * widest
+            voxels, voxel_m = (self.voxels,) * 3, extent / (self.voxels - 1)
+            origin = middle - 0.5 * extent
+        weight = self.options.prior
+        prior = None
+        if weight > 0 and self.initial is not None:
+            prior = beginning.shape_prior(self.initial, weight, voxels, voxel_m, origin)
+        elif weight > 0:
+            prior = beginning.ball_prior(self._ball, weight, voxels, voxel_m, origin)
+        core_options = self.options.to_core(self._noise_m)
+        return _core.Reconstruction(list(voxels), voxel_m, origin.tolist(), prior, core_options, self.threads)
+
+    def _new_tracker(self, noise_m: float) -> Tracker:
+        # The young shape fits the frames that it was made of too well to measure the sensor by.
+        options = self.tracker_options.replace(
+            adapt_noise=False, noise_m=noise_m, noise_per_m=self.options.noise_per_m
+        )
+        shape = SDF(np.array(self._core.phi), self._core.voxel_m, self._core.origin)
+        return Tracker(shape, self.camera, mode=self.mode, threads=self.threads, options=options)
+
+    def _reshape(self, phi: Any = None, seen: Any = None) -> None:
+        assert self._tracker is not None
+        core = self._core
+        volume = (core.phi if phi is None else phi, core.voxel_m, list(core.origin))
+        least = max(1, round(quality.SEEN_SCALE * self.options.least_seen))
+        self._tracker._core.reshape(0, volume, core.seen if seen is None else seen, least, core.surface_boxes)
+
+    def _add(self, frame: Frame, T: Pose) -> None:
+        assert self._tracker is not None and frame.depth is not None
+        core = self._tracker._core
+        x0, y0, x1, y1 = core.region(0, T, self.options.padding_m)
+        region = (x0, y0, x1, y1)
+        if x1 - x0 < BLOCK or y1 - y0 < BLOCK:
+            return
+        foreground, rgb = core.look_at(frame.depth, *self._tracker._colors_of(frame), 0, region)
+        shot = Shot(self._index, region, _cut(frame.depth, region), rgb, foreground, np.array(T))
+        self._fuse(shot, frame.depth)
+        self._keep(shot)
+        self._grow_if_needed()
+        self._reshape()
+
+    def _fuse(self, shot: Shot, depth: NDArray[np.float32]) -> None:
+        camera = self._frame_camera
+        mask = shot.full_mask(camera.height, camera.width)
+        foreground = None if shot.mask is not None else shot.foreground
+        self._core.fuse(depth, camera._core, shot.T_cam_obj, shot.region, mask, foreground, shot.rgb)
+        self._fused += 1
+
+    def _keep(self, shot: Shot) -> None:
+        if len(self._shots) < self.options.kept_frames:
+            self._shots.append(shot)
+
+    def _grow_if_needed(self) -> None:
+        """A larger volume where the surface has come within a block of the border."""
+        boxes = self._core.surface_boxes
+        if not len(boxes):
+            return
+        voxels = np.array(self._core.voxels)
+        before = (boxes[:, :3].min(0) < BLOCK).astype(int) * 2
+        after = (boxes[:, 3:].max(0) > voxels - BLOCK).astype(int) * 2
+        after[voxels + BLOCK * (before + after) > MOST_VOXELS] = 0
+        before[voxels + BLOCK * (before + after) > MOST_VOXELS] = 0
+        if before.any() or after.any():
+            self._core = self._core.grown(before.tolist(), after.tolist())
+
+    def _colors(self, frame: Frame, region: tuple[int, int, int, int]) -> NDArray[np.uint8] | None:
+        """The first frame's colours around the object, depth pixel by depth pixel."""
+        if frame.depth is None or frame.color is None or self.mode == "depth":
+            return None
+        camera = self.camera if frame.camera is None else frame.camera
+        rgb: NDArray[np.uint8] = _core.colors_at(
+            frame.depth, frame.color, color_map(camera, frame.color), region
+        )
+        return rgb
+
+    def _finished(self, result: TrackResult, T: Pose, begin: float, *, fused: bool) -> TrackResult:
+        poses = np.array(result.poses)
+        poses[0] = T
+        change = float(self._core.change_m) if fused else float("nan")
+        seconds = time.perf_counter() - begin
+        return replace(result, poses=poses, seconds=seconds, index=self._index, shape_change=change)
+
+    # -- files
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the kept frames, their poses and the settings to one file (pickle), whole or not at all."""
+        from sdftrack.io.files import write_whole
+
+        self._started("save")
+        write_whole(path, lambda file: pickle.dump(self, file))
+
+    @staticmethod
+    def load(path: str | os.PathLike[str]) -> Reconstructor:
+        """Read what :meth:`save` wrote; the shape is fused again. Only open files that you trust: this is a pickle."""
+        if not os.path.isfile(path):
+            raise FileNotFoundError(f"reconstructor: no such file: {os.fspath(path)}")
+        try:
+            with open(path, "rb") as file:
+                star = pickle.load(file)
+        except (pickle.UnpicklingError, EOFError, AttributeError, ImportError, IndexError) as error:
+            raise ValueError(
+                f"{os.fspath(path)}: expected a file of Reconstructor.save, this cannot be read ({error})"
+            ) from None
+        if not isinstance(star, Reconstructor):
+            raise ValueError(f"{os.fspath(path)}: expected a saved Reconstructor, got {type(star).__name__}")
+        return star
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = dict(self.__dict__)
+        tracker = state.pop("_tracker")
+        core = state.pop("_core")
+        state["pose"] = None if tracker is None else tracker._best[0]
+        state["grid"] = None if core is None else (tuple(core.voxels), core.voxel_m, tuple(core.origin))
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        pose, grid = state.pop("pose"), state.pop("grid")
+        self.__dict__.update(state)
+        self._core, self._tracker = None, None
+        if grid is None:
+            return
+        shots, fused = self._shots, self._fused
+        self._core = self._new_core(shots[0].T_cam_obj, like=_Grid(*grid))
+        for shot in shots:
+            self._fuse(shot, shot.full_depth(self._frame_camera.height, self._frame_camera.width))
+        self._fused = fused
+        self._tracker = self._new_tracker(self._noise_m)
+        self._reshape()
+        self._tracker.set_pose(0, pose)
+        self._tracker._index = self._index
+
+
+class _Grid:
+    def __init__(self, voxels: tuple[int, ...], voxel_m: float, origin: tuple[float, ...]) -> None:
+        self.voxels, self.voxel_m, self.origin = voxels, voxel_m, origin
+
+
+def _cut(image: NDArray[Any], region: tuple[int, int, int, int]) -> NDArray[Any]:
+    x0, y0, x1, y1 = region
+    return np.ascontiguousarray(image[y0:y1, x0:x1])
+
+
+def _region_of(mask: NDArray[np.bool_], camera: Camera) -> tuple[int, int, int, int]:
+    ys, xs = np.nonzero(mask)
+    x0, y0 = max(0, int(xs.min()) - MARGIN_PX), max(0, int(ys.min()) - MARGIN_PX)
+    return (
+        x0,
+        y0,
+        min(camera.width, int(xs.max()) + MARGIN_PX + 1),
+        min(camera.height, int(ys.max()) + MARGIN_PX + 1),
+    )
+
+
+def _inside(shape: SDF) -> Pose:
+    zyx = np.argwhere(shape.values <= 0)
+    return zyx[:, ::-1] * shape.voxel_size + shape.origin
+
+
+def _middle(shape: SDF) -> Pose:
+    points = _inside(shape)
+    middle: Pose = 0.5 * (points.min(0) + points.max(0))
+    return middle

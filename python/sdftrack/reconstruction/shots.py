@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: MIT
+"""Frames kept for a later look, cut to the object, and what refining them has done."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.frame import Frame
+
+__all__ = ["Refined", "Shot"]
+
+Region = tuple[int, int, int, int]
+
+
+@dataclass
+class Shot:
+    """A fused frame: its images around the object, and the pose it was fused at."""
+
+    index: int
+    region: Region  # x0, y0, x1, y1 of the depth image
+    depth: NDArray[np.float32]
+    rgb: NDArray[np.uint8] | None
+    foreground: NDArray[np.float32]
+    T_cam_obj: NDArray[np.float64]
+    mask: NDArray[np.uint8] | None = None  # of the region; the first frame has one
+
+    def full_depth(self, height: int, width: int) -> NDArray[np.float32]:
+        """The depth image, 0 outside the region."""
+        depth = np.zeros((height, width), np.float32)
+        x0, y0, x1, y1 = self.region
+        depth[y0:y1, x0:x1] = self.depth
+        return depth
+
+    def full_mask(self, height: int, width: int) -> NDArray[np.uint8] | None:
+        if self.mask is None:
+            return None
+        mask = np.zeros((height, width), np.uint8)
+        x0, y0, x1, y1 = self.region
+        mask[y0:y1, x0:x1] = self.mask
+        return mask
+
+    def frame(self, height: int, width: int) -> Frame:
+        return Frame(self.full_depth(height, width), check_units=False)
+
+
+@dataclass(frozen=True)
+class Refined:
+    """What :meth:`Reconstructor.refine` has done.
+
+    Attributes
+    ----------
+    poses : dict of int to (4, 4) float64
+        Refined ``T_cam_obj`` of each kept frame, by its index.
+    rounds : int
+        How often all poses and the shape were found anew.
+    moved_m, turned_rad : list of float
+        Root mean square change of the poses in each round, of the object's centre and of its orientation.
+    """
+
+    poses: dict[int, NDArray[np.float64]]
+    rounds: int
+    moved_m: list[float]
+    turned_rad: list[float]
