@@ -10,7 +10,7 @@ namespace sdftrack {
 
 struct EvidenceForm {
   bool printed = false;      // the thesis' Eqs. 4.30 and 4.31: infinite at the surface, here cut at +-10
-  float sigma_d_m = 0.005f;  // how far behind and before a reading it still says something
+  float sigma_d_m = 0.003f;  // how far behind and before a reading it still says something
 };
 
 constexpr float kMostSmooth = 0.9f;         // of |q|; a log ratio of 2.9

@@ -40,7 +40,7 @@ class ReconstructorOptions:
     memory: float = _option(float(_DEFAULTS.most_weight), "frames that a voxel remembers")
     border_px: int = _option(int(_DEFAULTS.border_px), "pixels this near to an outline or a jump say nothing")
     prior: float = _option(0.4, "log ratio of the first guess, inside +, outside -; 0: no prior")
-    least_seen: float = _option(0.3, "views after which a piece of surface may guide the tracker")
+    least_seen: float = _option(0.15, "views after which a piece of surface may guide the tracker")
     padding_m: float = _option(0.02, "how far beyond the shape so far its next frame is looked at")
     kept_frames: int = _option(600, "frames kept for refine(), cut to the object; 0: none")
 

@@ -266,7 +266,7 @@ class Reconstructor:
         """Find all kept poses and the shape anew, a few rounds: what takes drift out of both.
 
         In each round every kept frame is tracked against the whole shape, then the shape is made afresh from all of
-        them. The first frame stays where it is.
+        them, so that the first frame stays where it is.
 
         Parameters
         ----------
@@ -275,31 +275,30 @@ class Reconstructor:
         rounds : int
         """
         tracker = self._started("refine")
-        size = (self._frame_camera.height, self._frame_camera.width)
         moved: list[float] = []
         turned: list[float] = []
         last = tracker._best[0]
         for k in range(rounds):
             steps = []
+            anchor = self._shots[0].T_cam_obj
             for i, shot in enumerate(self._shots):
-                if i > 0:
-                    tracker.set_pose(0, shot.T_cam_obj)
-                    found = tracker._core.track(shot.full_depth(*size), None, float("nan"), None, None)
-                    if found["status"][0] == "ok":
-                        steps.append(metrics.pose_error(found["poses"][0], shot.T_cam_obj))
-                        shot.T_cam_obj = found["poses"][0].copy()
+                steps.append(self._track_again(shot, tracker))
                 if progress is not None:
                     progress((k + 0.4 * i / len(self._shots)) / rounds)
+            # The young shape took the first frame's noise for its form: all others know better where that one was.
+            back = np.linalg.solve(self._shots[0].T_cam_obj, anchor)
+            for shot in self._shots:
+                shot.T_cam_obj = shot.T_cam_obj @ back
             core = self._new_core(self._shots[0].T_cam_obj, like=self._core)
             self._core, self._fused = core, 0
             for i, shot in enumerate(self._shots):
-                self._fuse(shot, shot.full_depth(*size))
+                self._fuse(shot, shot.full_depth(*self._size))
                 if progress is not None:
                     progress((k + 0.4 + 0.6 * (i + 1) / len(self._shots)) / rounds)
             self._reshape()
-            both = np.array(steps).reshape(-1, 2)
-            moved.append(float(np.sqrt((both[:, 0] ** 2).mean())) if len(both) else 0.0)
-            turned.append(float(np.sqrt((both[:, 1] ** 2).mean())) if len(both) else 0.0)
+            rms = np.sqrt(np.mean(np.square(steps), axis=0))
+            moved.append(float(rms[0]))
+            turned.append(float(rms[1]))
         poses = {shot.index: shot.T_cam_obj for shot in self._shots}
         tracker.set_pose(0, poses.get(self._index, last))
         return Refined(poses, rounds, moved, turned)
@@ -373,7 +372,8 @@ class Reconstructor:
         self._tracker._core.reshape(0, volume, core.seen if seen is None else seen, least, core.surface_boxes)
 
     def _add(self, frame: Frame, T: Pose) -> None:
-        assert self._tracker is not None and frame.depth is not None
+        assert self._tracker is not None
+        assert frame.depth is not None
         core = self._tracker._core
         x0, y0, x1, y1 = core.region(0, T, self.options.padding_m)
         region = (x0, y0, x1, y1)
@@ -396,6 +396,19 @@ class Reconstructor:
     def _keep(self, shot: Shot) -> None:
         if len(self._shots) < self.options.kept_frames:
             self._shots.append(shot)
+
+    @property
+    def _size(self) -> tuple[int, int]:
+        return self._frame_camera.height, self._frame_camera.width
+
+    def _track_again(self, shot: Shot, tracker: Tracker) -> tuple[float, float]:
+        """A kept frame against the shape as it is now; how far its pose has moved (m, rad)."""
+        tracker.set_pose(0, shot.T_cam_obj)
+        found = tracker._core.track(shot.full_depth(*self._size), None, float("nan"), None, None)
+        if found["status"][0] != "ok":
+            return 0.0, 0.0
+        before, shot.T_cam_obj = shot.T_cam_obj, np.array(found["poses"][0])
+        return metrics.pose_error(shot.T_cam_obj, before)
 
     def _grow_if_needed(self) -> None:
         """A larger volume where the surface has come within a block of the border."""
@@ -469,7 +482,7 @@ class Reconstructor:
         shots, fused = self._shots, self._fused
         self._core = self._new_core(shots[0].T_cam_obj, like=_Grid(*grid))
         for shot in shots:
-            self._fuse(shot, shot.full_depth(self._frame_camera.height, self._frame_camera.width))
+            self._fuse(shot, shot.full_depth(*self._size))
         self._fused = fused
         self._tracker = self._new_tracker(self._noise_m)
         self._reshape()
