@@ -27,7 +27,7 @@ HD T heaviside(T x) {
 // Slope of the potential of |grad phi| over |grad phi|, less that of a harmonic function, which is 1.
 template <class T>
 HD T excess_diffusivity(T square, bool printed) {
-  const T s = sqrt(select(square > T(1e-12f), square, T(1e-12f)));
+  const T s = sqrt(select(square > T(1e-4f), square, T(1e-4f)));  // the direction of less is noise
   const T beyond = T(-1) / s;
   if (printed) return beyond;
   // sin(2 pi s) / (2 pi s) - 1 for s < 1, by the polynomial in s^2 of least greatest error, 2e-6.

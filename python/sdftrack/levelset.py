@@ -87,7 +87,9 @@ def evidence(
     """
     of_kind(frame, Frame, "frame")
     if frame.depth is None:
-        raise ValueError(f"frame: expected a depth image, got none{': ' + frame.error if frame.error else ''}")
+        raise ValueError(
+            f"frame: expected a depth image, got none{': ' + frame.error if frame.error else ''}"
+        )
     view = depth_camera(camera)
     shape, voxel_m, origin = _grid(grid)
     if form not in ("smooth", "printed"):

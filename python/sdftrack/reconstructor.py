@@ -20,14 +20,33 @@ __all__ = ["Reconstructor"]
 
 
 class Reconstructor:
-    def __init__(self, camera: Camera | RGBDCamera, initial: SDF | None = None, voxels: int = 200,
-                 extent: float | None = None, device: str = "auto", *, threads: int = 0, mode: str = "auto",
-                 evidence: str = "smooth", shape_every: int = 5, seen_least: float = 0.3, prior: float = 0.4,
-                 padding_m: float = 0.02, tracking: dict[str, Any] | None = None, **options: Any) -> None:
+    def __init__(
+        self,
+        camera: Camera | RGBDCamera,
+        initial: SDF | None = None,
+        voxels: int = 200,
+        extent: float | None = None,
+        device: str = "auto",
+        *,
+        threads: int = 0,
+        mode: str = "auto",
+        evidence: str = "smooth",
+        shape_every: int = 5,
+        seen_least: float = 0.3,
+        prior: float = 0.4,
+        padding_m: float = 0.02,
+        tracking: dict[str, Any] | None = None,
+        **options: Any,
+    ) -> None:
         self.camera = camera
         self._camera = depth_camera(camera)
         self.voxels, self.extent, self.threads, self.mode = voxels, extent, threads, mode
-        self.shape_every, self.seen_least, self.prior, self.padding_m = shape_every, seen_least, prior, padding_m
+        self.shape_every, self.seen_least, self.prior, self.padding_m = (
+            shape_every,
+            seen_least,
+            prior,
+            padding_m,
+        )
         self.tracking = tracking or {}
         self.options = _core.ReconstructionOptions()
         self.options.printed = evidence == "printed"
@@ -47,14 +66,23 @@ class Reconstructor:
         self._core = _core.Reconstruction([n] * 3, h, origin.tolist(), prior, self.options, self.threads)
         self._h, self._origin = h, origin
         ys, xs = np.nonzero(place)
-        region = [max(0, int(xs.min()) - 25), max(0, int(ys.min()) - 25), min(self._camera.width, int(xs.max()) + 26),
-                  min(self._camera.height, int(ys.max()) + 26)]
+        region = [
+            max(0, int(xs.min()) - 25),
+            max(0, int(ys.min()) - 25),
+            min(self._camera.width, int(xs.max()) + 26),
+            min(self._camera.height, int(ys.max()) + 26),
+        ]
         rgb = None
         if frame.color is not None:
-            rgb = np.ascontiguousarray(frame.color[region[1]:region[3], region[0]:region[2]])
+            rgb = np.ascontiguousarray(frame.color[region[1] : region[3], region[0] : region[2]])
         self._core.fuse(frame.depth, self._camera._core, T, region, np.ascontiguousarray(place), None, rgb)
-        self._tracker = Tracker(SDF(np.array(self._core.phi), h, origin), self.camera, mode=self.mode,
-                                threads=self.threads, **self.tracking)
+        self._tracker = Tracker(
+            SDF(np.array(self._core.phi), h, origin),
+            self.camera,
+            mode=self.mode,
+            threads=self.threads,
+            **self.tracking,
+        )
         self._reshape()
         result = self._tracker.start(frame, poses=T)
         self._tracker.set_pose(0, T)
@@ -62,8 +90,13 @@ class Reconstructor:
         return result
 
     def _reshape(self) -> None:
-        self._tracker._core.reshape(0, (self._core.phi, self._h, self._origin.tolist()), self._core.seen,
-                                    int(256 * self.seen_least), self._core.surface_boxes)
+        self._tracker._core.reshape(
+            0,
+            (self._core.phi, self._h, self._origin.tolist()),
+            self._core.seen,
+            int(256 * self.seen_least),
+            self._core.surface_boxes,
+        )
 
     def track(self, frame: Frame) -> TrackResult:
         result = self._tracker.track(frame)
@@ -83,12 +116,17 @@ class Reconstructor:
         self._core.fuse(frame.depth, self._camera._core, T, region, None, foreground, rgb)
 
 
-def _ball(depth: NDArray[np.float32], mask: NDArray[np.bool_], camera: Camera) -> tuple[NDArray[np.float64], float]:
+def _ball(
+    depth: NDArray[np.float32], mask: NDArray[np.bool_], camera: Camera
+) -> tuple[NDArray[np.float64], float]:
     ys, xs = np.nonzero(mask & (depth > 0))
     z = float(np.median(depth[ys, xs]))
     radius = 0.5 * max(np.ptp(xs) / camera.fx, np.ptp(ys) / camera.fy) * z
     T = np.eye(4)
     zc = z + 0.6 * radius
-    T[:3, 3] = [(0.5 * (xs.min() + xs.max()) - camera.cx) / camera.fx * zc,
-                (0.5 * (ys.min() + ys.max()) - camera.cy) / camera.fy * zc, zc]
+    T[:3, 3] = [
+        (0.5 * (xs.min() + xs.max()) - camera.cx) / camera.fx * zc,
+        (0.5 * (ys.min() + ys.max()) - camera.cy) / camera.fy * zc,
+        zc,
+    ]
     return T, radius

@@ -16,7 +16,9 @@ def looking_from(direction, distance_m, roll_rad=0.0):
     x = np.cross([0.3, 1, 0.2], z)
     x /= np.linalg.norm(x)
     R = np.array([x, np.cross(z, x), z])
-    turn = np.array([[np.cos(roll_rad), -np.sin(roll_rad), 0], [np.sin(roll_rad), np.cos(roll_rad), 0], [0, 0, 1]])
+    turn = np.array(
+        [[np.cos(roll_rad), -np.sin(roll_rad), 0], [np.sin(roll_rad), np.cos(roll_rad), 0], [0, 0, 1]]
+    )
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = turn @ R, [0, 0, distance_m]
     return T

@@ -161,7 +161,7 @@ def potential(s: Array, printed: bool) -> Array:
 
 def diffusivity(s: Array, printed: bool) -> Array:
     """Slope of the potential over s."""
-    far = 1 - 1 / np.maximum(s, 1e-6)
+    far = 1 - 1 / np.maximum(s, 0.01)  # the direction of less is noise
     return far if printed else np.where(s < 1, np.sinc(2 * s), far)
 
 
@@ -197,7 +197,14 @@ def slope(phi: Array, a: Array, sigma_h: float, sigma_phi: float, printed: bool)
 
 
 def evolve(
-    phi: Array, a: Array, steps: int, *, sigma_h: float = 4, sigma_phi: float = 3, dt: float = 1, printed: bool = False
+    phi: Array,
+    a: Array,
+    steps: int,
+    *,
+    sigma_h: float = 4,
+    sigma_phi: float = 3,
+    dt: float = 1,
+    printed: bool = False,
 ) -> Array:
     """`steps` explicit steps of (11)."""
     for _ in range(steps):
