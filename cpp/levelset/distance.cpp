@@ -36,9 +36,8 @@ EvidenceDistance::Range EvidenceDistance::inner(int block) const {
 }
 
 // Where the mean log ratio changes its sign between two voxels, the surface lies where a line through both is
-// 0; the distance of a voxel to the plane through such points of its axes.
-void EvidenceDistance::cross(const EvidenceVolume& evidence, int block) {
-  const Range r = inner(block);
+// 0; the distance of a voxel to the plane through such points of its axes. Returns whether there are any.
+bool EvidenceDistance::cross(const EvidenceVolume& evidence, const Range& r, Change* change) {
   const VoxelOps& ops = voxel_ops_for(used_isa());
   const std::size_t row = static_cast<std::size_t>(grid_.nx),
                     slice = row * static_cast<std::size_t>(grid_.ny);
@@ -48,7 +47,6 @@ void EvidenceDistance::cross(const EvidenceVolume& evidence, int block) {
   const auto mean = [&](std::size_t i) { return weight[i] > 0 ? ratio[i] / weight[i] : ratio[i]; };
   int found[kBlock + 16];
   bool surface = false;
-  Change change;
   for (int z = r.z0; z < r.z1; ++z)
     for (int y = r.y0; y < r.y1; ++y) {
       const std::size_t base = grid_.index(0, y, z);
@@ -70,12 +68,50 @@ void EvidenceDistance::cross(const EvidenceVolume& evidence, int block) {
         }
         const float distance = voxel / std::sqrt(std::max(sum, 1.0f));
         const float now = own > 0 ? -distance : distance, moved = std::abs(now - phi_[i]);
-        if (std::abs(phi_[i]) < 2 * voxel) change.sum_m += moved, change.count += 1;
+        if (std::abs(phi_[i]) < 2 * voxel) change->sum_m += moved, change->count += 1;
         phi_[i] = now;
       }
     }
-  surface_[static_cast<std::size_t>(block)] = surface;
-  changes_[static_cast<std::size_t>(block)] = change;
+  return surface;
+}
+
+// What has changed in a block also moves the surface between it and the voxels on the other side of its
+// faces.
+void EvidenceDistance::cross_beside(const EvidenceVolume& evidence, const std::vector<int>& changed,
+                                    int threads) {
+  enum : unsigned char { kNone, kChanged, kBeside };
+  std::fill(marked_.begin(), marked_.end(), static_cast<unsigned char>(kNone));
+  for (const int b : changed) marked_[static_cast<std::size_t>(b)] = kChanged;
+  const auto each_face = [&](int b, const auto& body) {  // body(neighbour, axis, whether it lies after)
+    const int at[3] = {b % bx_, b / bx_ % by_, b / (bx_ * by_)}, size[3] = {bx_, by_, bz_},
+              step[3] = {1, bx_, bx_ * by_};
+    for (int axis = 0; axis < 3; ++axis) {
+      if (at[axis] > 0) body(static_cast<std::size_t>(b - step[axis]), axis, false);
+      if (at[axis] + 1 < size[axis]) body(static_cast<std::size_t>(b + step[axis]), axis, true);
+    }
+  };
+  beside_.clear();
+  for (const int b : changed)
+    each_face(b, [&](std::size_t other, int, bool) {
+      if (marked_[other] == kNone) marked_[other] = kBeside, beside_.push_back(static_cast<int>(other));
+    });
+  parallel_for((beside_.size() + kAtOnce - 1) / kAtOnce, threads, [&](std::size_t chunk) {
+    for (std::size_t k = kAtOnce * chunk; k < std::min(beside_.size(), kAtOnce * (chunk + 1)); ++k) {
+      const int b = beside_[k];
+      each_face(b, [&](std::size_t other, int axis, bool after) {
+        if (marked_[other] != kChanged) return;
+        Range r = inner(b);
+        int* const from[3] = {&r.x0, &r.y0, &r.z0};
+        int* const to[3] = {&r.x1, &r.y1, &r.z1};
+        if (after)
+          *from[axis] = std::max(*from[axis], *to[axis] - 1);
+        else
+          *to[axis] = std::min(*to[axis], *from[axis] + 1);
+        Change unused;
+        if (cross(evidence, r, &unused)) surface_[static_cast<std::size_t>(b)] = 1;
+      });
+    }
+  });
 }
 
 std::vector<VoxelBox> EvidenceDistance::surface_boxes() const {
@@ -112,7 +148,18 @@ float EvidenceDistance::least(int block) const {
   return least;
 }
 
-// The changed blocks and what lies beside them, where it is near the surface, as eight sets without
+// Whether the surface runs through the block or one beside it, where all that is within a block's width of
+// the surface lies.
+bool EvidenceDistance::beside_surface(int block) const {
+  const int ix = block % bx_, iy = block / bx_ % by_, iz = block / (bx_ * by_);
+  for (int z = std::max(0, iz - 1); z <= std::min(bz_ - 1, iz + 1); ++z)
+    for (int y = std::max(0, iy - 1); y <= std::min(by_ - 1, iy + 1); ++y)
+      for (int x = std::max(0, ix - 1); x <= std::min(bx_ - 1, ix + 1); ++x)
+        if (surface_[static_cast<std::size_t>((z * by_ + y) * bx_ + x)]) return true;
+  return false;
+}
+
+// The changed blocks and what lies beside them, where the surface is near or was, as eight sets without
 // neighbours.
 void EvidenceDistance::find_active(const std::vector<int>& changed, float band_m) {
   std::fill(marked_.begin(), marked_.end(), static_cast<unsigned char>(0));
@@ -125,7 +172,7 @@ void EvidenceDistance::find_active(const std::vector<int>& changed, float band_m
   }
   for (std::vector<int>& set : active_) set.clear();
   for (int b = 0; b < static_cast<int>(marked_.size()); ++b)
-    if (marked_[static_cast<std::size_t>(b)] && least(b) < band_m)
+    if (marked_[static_cast<std::size_t>(b)] && (beside_surface(b) || least(b) < band_m))
       active_[(b % bx_ & 1) | (b / bx_ % by_ & 1) << 1 | (b / (bx_ * by_) & 1) << 2].push_back(b);
 }
 
@@ -133,9 +180,13 @@ void EvidenceDistance::update(const EvidenceVolume& evidence, const std::vector<
                               float band_voxels, int threads) {
   const float band_m = band_voxels * static_cast<float>(grid_.voxel_m);
   parallel_for((changed.size() + kAtOnce - 1) / kAtOnce, threads, [&](std::size_t chunk) {
-    for (std::size_t k = kAtOnce * chunk; k < std::min(changed.size(), kAtOnce * (chunk + 1)); ++k)
-      cross(evidence, changed[k]);
+    for (std::size_t k = kAtOnce * chunk; k < std::min(changed.size(), kAtOnce * (chunk + 1)); ++k) {
+      const auto b = static_cast<std::size_t>(changed[k]);
+      changes_[b] = {};
+      surface_[b] = cross(evidence, inner(changed[k]), &changes_[b]);
+    }
   });
+  cross_beside(evidence, changed, threads);
   double sum = 0;
   int count = 0;
   for (const int b : changed) {

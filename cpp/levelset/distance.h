@@ -34,26 +34,29 @@ class EvidenceDistance {
 
  private:
   static constexpr int kCoarse = 4;
+  struct Change {
+    float sum_m = 0;
+    int count = 0;
+  };
   struct Range {
     int x0, x1, y0, y1, z0, z1;
   };
   Range inner(int block) const;
-  void cross(const EvidenceVolume& evidence, int block);
+  bool cross(const EvidenceVolume& evidence, const Range& range, Change* change);
+  void cross_beside(const EvidenceVolume& evidence, const std::vector<int>& changed, int threads);
   void relax(int block, float band_m, bool forward);
   void find_active(const std::vector<int>& changed, float band_m);
   float least(int block) const;
+  bool beside_surface(int block) const;
 
   Grid grid_;
   int bx_, by_, bz_;
   std::vector<float> phi_;
   bool has_surface_ = false;
-  struct Change {
-    float sum_m = 0;
-    int count = 0;
-  };
   std::vector<Change> changes_;  // by block
   double change_m_ = 0;
   std::vector<unsigned char> marked_;
+  std::vector<int> beside_;             // blocks with a face on one that has changed
   std::vector<unsigned char> surface_;  // blocks that hold a voxel beside the surface
   std::vector<int> active_[8];          // by colour: no two of one colour are neighbours
   Grid coarse_grid() const;

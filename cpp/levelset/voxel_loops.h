@@ -64,12 +64,32 @@ struct VoxelLoops {
     });
     return found;
   }
+
+  static void flux(const EvolveTerm<float>& given, const Neighbours* at, const float* phi, int count,
+                   float* const* flux) {
+    const EvolveTerm<L> term{given.inv_sigma_h, given.mu, given.dt, given.printed};
+    each_pack<L>(0, count, [&](int i, int n) SDFTRACK_INLINE {
+      L out[3];
+      term.flux(at, phi + i, n, out);
+      for (int k = 0; k < 3; ++k) store(out[k], flux[k] + i, n);
+    });
+  }
+
+  static void step(const EvolveTerm<float>& given, const Neighbours* at, const float* phi,
+                   const float* log_ratio, const float* const* flux, int count, float* out) {
+    const EvolveTerm<L> term{given.inv_sigma_h, given.mu, given.dt, given.printed};
+    each_pack<L>(0, count, [&](int i, int n) SDFTRACK_INLINE {
+      const float* const from[3] = {flux[0] + i, flux[1] + i, flux[2] + i};
+      store(term.step(at, phi + i, log_ratio + i, from, n), out + i, n);
+    });
+  }
 };
 
 }  // namespace
 
 // SDFTRACK_LANES and SDFTRACK_SET: the lane type and the member of VoxelOps that it serves.
 const VoxelOps VoxelOps::SDFTRACK_SET = {VoxelLoops<SDFTRACK_LANES>::fuse, VoxelLoops<SDFTRACK_LANES>::relax,
-                                         VoxelLoops<SDFTRACK_LANES>::crossed};
+                                         VoxelLoops<SDFTRACK_LANES>::crossed,
+                                         VoxelLoops<SDFTRACK_LANES>::flux, VoxelLoops<SDFTRACK_LANES>::step};
 
 }  // namespace sdftrack

@@ -5,6 +5,7 @@
 #include "base/isa.h"
 #include "levelset/eikonal_terms.h"
 #include "levelset/evidence_terms.h"
+#include "levelset/evolve_terms.h"
 
 namespace sdftrack {
 
@@ -26,6 +27,12 @@ struct VoxelOps {
   // Those of them whose log ratio has another sign than a neighbour's, as x; `at` has room for kLanes more.
   // The distances of the others keep their size and take the sign of their log ratio.
   int (*crossed)(const float* log_ratio, const RowAt&, float voxel_m, int x0, int x1, int* at);
+  // `count` voxels in a row whose neighbours along x, y and z lie at the same offsets: the flux of a step of
+  // the evolution along x, y and z, and from that the voxels after the step.
+  void (*flux)(const EvolveTerm<float>&, const Neighbours* at, const float* phi, int count,
+               float* const* flux);
+  void (*step)(const EvolveTerm<float>&, const Neighbours* at, const float* phi, const float* log_ratio,
+               const float* const* flux, int count, float* out);
 
   // Defined in voxels_*.cpp. Rows are as long as a block, which wider packs would not fill.
   static const VoxelOps baseline, avx2;

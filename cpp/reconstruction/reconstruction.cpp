@@ -9,7 +9,7 @@ namespace sdftrack {
 
 namespace {
 
-constexpr int kFirstRounds = 24;
+constexpr int kFirstRounds = 8;
 
 }  // namespace
 

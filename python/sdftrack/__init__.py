@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Track and reconstruct rigid objects with an RGB-D camera, by signed distance functions."""
 
-from sdftrack import geometry, metrics, synth, testing
+from sdftrack import geometry, levelset, metrics, synth, testing
 from sdftrack._core import __version__
 from sdftrack.build_info import info
 from sdftrack.camera import Camera, RGBDCamera
@@ -44,6 +44,7 @@ __all__ = [
     "draw",
     "geometry",
     "info",
+    "levelset",
     "metrics",
     "minimize",
     "open_sequence",

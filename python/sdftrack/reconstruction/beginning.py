@@ -102,11 +102,16 @@ def ball_prior(
         np.arange(n, dtype=np.float32) * np.float32(voxel_m) + np.float32(o)
         for n, o in zip(voxels, origin, strict=True)
     )
-    inside = ball.radius_m - np.sqrt(z[:, None, None] ** 2 + y[None, :, None] ** 2 + x[None, None, :] ** 2)
-    guess: NDArray[np.float32] = (weight * np.tanh(inside / np.float32(GUESS_FADES_VOXELS * voxel_m))).astype(
-        np.float32
-    )
-    return guess
+    guess: NDArray[np.float32] = z[:, None, None] ** 2 + y[None, :, None] ** 2 + x[None, None, :] ** 2
+    np.sqrt(guess, out=guess)
+    np.subtract(np.float32(ball.radius_m), guess, out=guess)
+    return _faded(guess, weight, voxel_m)
+
+
+def _faded(inside_m: NDArray[np.float32], weight: float, voxel_m: float) -> NDArray[np.float32]:
+    """Full weight a few voxels from the surface; in place."""
+    inside_m *= np.float32(weight / (GUESS_FADES_VOXELS * voxel_m))
+    return np.clip(inside_m, -weight, weight, out=inside_m)
 
 
 def shape_prior(
@@ -117,4 +122,4 @@ def shape_prior(
     zyx = np.indices((nz, ny, nx), dtype=np.float64)
     points = np.moveaxis(zyx[::-1], 0, -1).reshape(-1, 3) * voxel_m + origin
     phi = shape(points).reshape(nz, ny, nx)
-    return (-weight * np.tanh(phi / (GUESS_FADES_VOXELS * voxel_m))).astype(np.float32)
+    return _faded(-phi.astype(np.float32), weight, voxel_m)

@@ -14,7 +14,8 @@ from sdftrack.mesh import Mesh
 __all__ = ["Quality", "expected_error", "largest_body", "surface_mesh"]
 
 SEEN_SCALE = 256.0
-ENOUGH_VIEWS = 3.0
+BAND_VOXELS = 8.0
+GUESS_BLUR_VOXELS = 2.5
 
 
 @dataclass(frozen=True)
@@ -53,11 +54,24 @@ def largest_body(phi: NDArray[np.float32]) -> NDArray[np.float32]:
     return out
 
 
+def _smoothed_where_unseen(
+    phi: NDArray[np.float32], seen: NDArray[np.uint16], voxel_m: float
+) -> NDArray[np.float32]:
+    """The field as it is where it was measured; what is only guessed has no detail to keep."""
+    from scipy import ndimage
+
+    near = np.clip(phi, -BAND_VOXELS * voxel_m, BAND_VOXELS * voxel_m)
+    smooth = ndimage.gaussian_filter(near, GUESS_BLUR_VOXELS, truncate=2.0)
+    share = np.clip(2 * ndimage.gaussian_filter((seen > 0).astype(np.float32), 1.0, truncate=2.0), 0, 1)
+    out: NDArray[np.float32] = share * near + (1 - share) * smooth
+    return out
+
+
 def surface_mesh(core: Any) -> Mesh:
     """Watertight mesh of the zero set, its colours the mean of what was seen, `seen` in views head on."""
     from skimage.measure import marching_cubes
 
-    phi = largest_body(core.phi)
+    phi = largest_body(_smoothed_where_unseen(core.phi, core.seen, core.voxel_m))
     for side in (phi[0], phi[-1], phi[:, 0], phi[:, -1], phi[:, :, 0], phi[:, :, -1]):
         np.maximum(side, np.float32(core.voxel_m), out=side)  # closed even where the volume ends
     zyx, faces, _, _ = marching_cubes(phi, 0.0, gradient_direction="ascent")

@@ -36,6 +36,7 @@ BLOCK = 8  # voxels; volumes grow by whole blocks
 MOST_VOXELS = 512
 BYTES_PER_VOXEL = 20
 MARGIN_PX = 25
+STAND_IN_VOXELS = 24
 ROUNDS = 3
 
 
@@ -361,7 +362,8 @@ class Reconstructor:
         options = self.tracker_options.replace(
             adapt_noise=False, noise_m=noise_m, noise_per_m=self.options.noise_per_m
         )
-        shape = SDF(np.array(self._core.phi), self._core.voxel_m, self._core.origin)
+        # Its own shape follows at once (reshape); this one says where the object frame's middle is.
+        shape = self.initial or SDF.sphere(self._ball.radius_m, voxels=STAND_IN_VOXELS)
         return Tracker(shape, self.camera, mode=self.mode, threads=self.threads, options=options)
 
     def _reshape(self, phi: Any = None, seen: Any = None) -> None:

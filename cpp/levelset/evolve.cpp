@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include "levelset/evolve.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "base/parallel.h"
+#include "levelset/voxel_ops.h"
+
+namespace sdftrack {
+
+namespace {
+
+Neighbours neighbours(int i, int n, int stride) {
+  const bool first = i == 0, last = i == n - 1;
+  const int before = first ? 0 : -stride, after = last ? 0 : stride;
+  if (first) return {before, after, 1, after, after, 1, 1};
+  if (last) return {before, after, 1, before, before, -1, -1};
+  return {before, after, 0.5f, before, after, -0.5f, 0.5f};
+}
+
+// body(at, i, count) for the voxels of a slice, in runs that have their neighbours at the same offsets.
+template <class Body>
+void each_run(const Grid& grid, int z, const Body& body) {
+  Neighbours at[3];
+  at[2] = neighbours(z, grid.nz, grid.nx * grid.ny);
+  for (int y = 0; y < grid.ny; ++y) {
+    at[1] = neighbours(y, grid.ny, grid.nx);
+    const auto run = [&](int x, int count) {
+      at[0] = neighbours(x, grid.nx, 1);
+      body(at, grid.index(x, y, z), count);
+    };
+    run(0, 1);
+    if (grid.nx > 2) run(1, grid.nx - 2);
+    run(grid.nx - 1, 1);
+  }
+}
+
+void check(const EvolveOptions& o) {
+  for (const float x : {o.sigma_h, o.sigma_phi, o.dt})
+    if (!(x > 0) || !std::isfinite(x))
+      throw std::invalid_argument("sigma_h, sigma_phi, dt: expected positive numbers");
+  const float most = longest_step(o);
+  if (!(o.dt <= most))
+    throw std::invalid_argument(
+        "dt: expected at most " + std::to_string(most) +
+        " with this sigma_h and sigma_phi, beyond which the evolution is unstable; got " +
+        std::to_string(o.dt));
+}
+
+}  // namespace
+
+// 2 over a bound of the energy's curvature: 12 mu of the Laplacian in three dimensions (the potentials' own
+// curvature only takes from it) and 1 / (4 sigma_h^2) of the data term.
+float longest_step(const EvolveOptions& o) {
+  return 2 / (12 / (o.sigma_phi * o.sigma_phi) + 1 / (4 * o.sigma_h * o.sigma_h));
+}
+
+std::vector<float> evolve(const Grid& grid, const float* phi_m, const float* log_ratio, int steps,
+                          const EvolveOptions& options, int threads) {
+  check(options);
+  if (steps < 0) throw std::invalid_argument("steps: expected at least 0, got " + std::to_string(steps));
+  const VoxelOps& ops = voxel_ops_for(used_isa());
+  const EvolveTerm<float> term{1 / options.sigma_h, 1 / (options.sigma_phi * options.sigma_phi), options.dt,
+                               options.printed};
+  const auto voxel_m = static_cast<float>(grid.voxel_m);
+  std::vector<float> phi(phi_m, phi_m + grid.size());
+  if (steps == 0) return phi;
+  for (float& x : phi) x /= voxel_m;
+  std::vector<float> next(grid.size()), flux[3];
+  for (std::vector<float>& f : flux) f.resize(grid.size());
+  const auto slices = static_cast<std::size_t>(grid.nz);
+  for (int step = 0; step < steps; ++step) {
+    parallel_for(slices, threads, [&](std::size_t z) {
+      each_run(grid, static_cast<int>(z), [&](const Neighbours* at, std::size_t i, int count) {
+        float* const out[3] = {&flux[0][i], &flux[1][i], &flux[2][i]};
+        ops.flux(term, at, &phi[i], count, out);
+      });
+    });
+    parallel_for(slices, threads, [&](std::size_t z) {
+      each_run(grid, static_cast<int>(z), [&](const Neighbours* at, std::size_t i, int count) {
+        const float* const from[3] = {&flux[0][i], &flux[1][i], &flux[2][i]};
+        ops.step(term, at, &phi[i], log_ratio + i, from, count, &next[i]);
+      });
+    });
+    phi.swap(next);
+  }
+  for (float& x : phi) x *= voxel_m;
+  return phi;
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// The thesis' evolution of a level set on what is said about inside and outside (4.5.2).
+#pragma once
+
+#include <vector>
+
+#include "sdf/grid.h"
+
+namespace sdftrack {
+
+// Lengths in voxels.
+struct EvolveOptions {
+  float sigma_h = 4;     // of the Heaviside (4.38)
+  float sigma_phi = 3;   // of the prior on |grad phi| (4.39)
+  float dt = 1;          // of a step
+  bool printed = false;  // the potential of 4.39 in place of the double well of Li, Xu, Gui and Fox (2010)
+};
+
+// Steps up to this long never let the energy grow; those beyond may grow without end.
+float longest_step(const EvolveOptions& options);
+
+// phi_m after `steps` steps; log_ratio: of inside to outside by voxel, what was guessed beforehand included.
+// std::invalid_argument: an option that is not positive, a step that is too long.
+std::vector<float> evolve(const Grid& grid, const float* phi_m, const float* log_ratio, int steps,
+                          const EvolveOptions& options, int threads);
+
+}  // namespace sdftrack

@@ -1,0 +1,286 @@
+# SPDX-License-Identifier: MIT
+"""The parts of a reconstruction by themselves: evidence of one frame, evolution of a level set, distances.
+
+`Reconstructor` does not need them; they are for experiments with the method (docs/math/reconstruction.md).
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack import _core
+from sdftrack.camera import Camera, RGBDCamera, depth_camera
+from sdftrack.checks import number, numbers, of_kind
+from sdftrack.frame import Frame
+from sdftrack.sdf import SDF
+
+__all__ = ["evidence", "evolve", "redistance"]
+
+Grid: TypeAlias = SDF | tuple[tuple[int, int, int], float, ArrayLike]
+
+
+def evidence(
+    frame: Frame,
+    camera: Camera | RGBDCamera,
+    T_cam_obj: ArrayLike,
+    grid: Grid,
+    *,
+    form: Literal["smooth", "printed"] = "smooth",
+    sigma_d_m: float = 0.005,
+    noise_m: float = 0.001,
+    noise_per_m: float = 0.0,
+    mask: ArrayLike | None = None,
+    threads: int = 0,
+) -> NDArray[np.float32]:
+    """Log ratio of inside to outside that one frame gives each voxel (docs/math/reconstruction.md, 1).
+
+    Parameters
+    ----------
+    frame : Frame
+        With a depth image (m). Pixels without a reading, and those beside a jump of depth, say nothing.
+    camera : Camera or RGBDCamera
+        Of the depth image.
+    T_cam_obj : (4, 4) array
+        Maps object coordinates to camera coordinates, m.
+    grid : SDF or (shape, voxel_size, origin)
+        The voxels: those of a volume, or shape (nz, ny, nx), m, and the object coordinates (x, y, z) of the
+        centre of voxel [0, 0, 0], m.
+    form : "smooth" or "printed"
+        "printed" is the source's (4.30, 4.31), infinite at the surface and here cut at +-10; "smooth" knows the
+        noise, and stays within +-2.94.
+    sigma_d_m : float
+        How far behind and before a reading it still speaks of the surface, m; nothing is said from twice that on
+        behind it.
+    noise_m, noise_per_m : float
+        Standard deviation of a reading at depth Z is noise_m + noise_per_m Z^2, m and 1/m. No reading is
+        taken to be better than a voxel.
+    mask : (H, W) bool or uint8, optional
+        0 = not the object; such readings say only that the space before them is empty. Default: the mask of
+        the frame; without one every reading is the object's.
+    threads : int
+        0: all cores.
+
+    Returns
+    -------
+    (nz, ny, nx) float32
+        Positive inside, negative outside, 0 where the frame says nothing. Times the cosine between ray and
+        surface normal, and less at depths where the noise is above noise_m and a voxel.
+
+    Raises
+    ------
+    TypeError
+        `frame` or `grid` of another kind.
+    ValueError
+        No depth image, sizes that do not fit, a pose that is not rigid, a length that is not positive.
+
+    Examples
+    --------
+    >>> import sdftrack as st
+    >>> ball = st.SDF.sphere(0.05, voxels=40)
+    >>> sequence = st.synth.sequence(ball, 1)
+    >>> ratio = st.levelset.evidence(sequence[0], sequence.camera, sequence.ground_truth[0][0], ball)
+    >>> ratio.shape
+    (40, 40, 40)
+    """
+    of_kind(frame, Frame, "frame")
+    if frame.depth is None:
+        raise ValueError(
+            f"frame: expected a depth image, got none{': ' + frame.error if frame.error else ''}"
+        )
+    view = depth_camera(camera)
+    shape, voxel_m, origin = _grid(grid)
+    if form not in ("smooth", "printed"):
+        raise ValueError(f'form: expected "smooth" or "printed", got {form!r}')
+    options = _core.ReconstructionOptions()
+    options.printed = form == "printed"
+    options.sigma_d_m = _length(sigma_d_m, "sigma_d_m")
+    options.noise_m = _length(noise_m, "noise_m")
+    options.noise_per_m = number(noise_per_m, "noise_per_m")
+    if not 0 <= options.noise_per_m < np.inf:
+        raise ValueError(f"noise_per_m: expected 0 or more, got {noise_per_m}")
+    options.usual_noise_m = max(noise_m, voxel_m)  # the least that is assumed has weight 1
+    given = frame.mask if mask is None else np.asarray(mask)
+    if given is None:
+        given = np.ones(frame.depth.shape, np.uint8)
+    if given.dtype not in (np.bool_, np.uint8):
+        raise TypeError(f"mask: expected bool or uint8, got {given.dtype}")
+    core = _core.Reconstruction(list(shape[::-1]), voxel_m, origin.tolist(), None, options, threads)
+    region = [0, 0, view.width, view.height]
+    core.fuse(
+        frame.depth,
+        view._core,
+        numbers(T_cam_obj, "T_cam_obj"),
+        region,
+        np.ascontiguousarray(given != 0).view(np.uint8),
+    )
+    return np.array(core.log_ratio)
+
+
+def evolve(
+    phi: ArrayLike,
+    log_ratio: ArrayLike,
+    steps: int,
+    voxel_size: float,
+    *,
+    regulariser: Literal["double_well", "printed"] = "double_well",
+    sigma_h: float = 4.0,
+    sigma_phi: float = 3.0,
+    dt: float = 1.0,
+    redistance_every: int = 5,
+    threads: int = 0,
+) -> NDArray[np.float32]:
+    """Steps of the source's gradient flow (4.40 to 4.42, mended; docs/math/reconstruction.md, 4).
+
+    Parameters
+    ----------
+    phi : (nz, ny, nx) float32
+        Signed distance (m), negative inside.
+    log_ratio : (nz, ny, nx) float32
+        Of inside to outside, all frames together; the logit of an initial guess added, if there is one.
+    steps : int
+        The front moves by at most dt / (2 sigma_h) voxels in each.
+    voxel_size : float
+        m.
+    regulariser : "double_well" or "printed"
+        What holds |grad phi| at 1: the potential of Li, Xu, Gui and Fox (2010), or the source's (4.39).
+    sigma_h, sigma_phi : float
+        Widths of the Heaviside (4.38) and of the prior on |grad phi| (4.39), voxels.
+    dt : float
+        Length of a step.
+    redistance_every : int
+        After so many steps, and after the last, phi is made a distance to its zero set again, which the
+        regulariser alone does not keep. 0: never.
+    threads : int
+        0: all cores. The result is the same bits for any number.
+
+    Returns
+    -------
+    (nz, ny, nx) float32
+        m.
+
+    Raises
+    ------
+    TypeError
+        Another dtype.
+    ValueError
+        Shapes that differ, numbers that are not finite, a field of one sign only, a step beyond the limit of
+        stability (the message says which that is).
+
+    Examples
+    --------
+    >>> import sdftrack as st
+    >>> ball = st.SDF.sphere(0.05, voxels=40)
+    >>> phi = st.levelset.evolve(ball.values, -ball.values, 5, ball.voxel_size)
+    """
+    field, ratio = _volume(phi, "phi"), _volume(log_ratio, "log_ratio")
+    if ratio.shape != field.shape:
+        raise ValueError(f"log_ratio: expected the shape of phi, {field.shape}, got {ratio.shape}")
+    _two_signs(field)
+    if regulariser not in ("double_well", "printed"):
+        raise ValueError(f'regulariser: expected "double_well" or "printed", got {regulariser!r}')
+    left, every = _count(steps, "steps"), _count(redistance_every, "redistance_every")
+    voxel_m = _length(voxel_size, "voxel_size")
+    options = _core.EvolveOptions()
+    options.printed = regulariser == "printed"
+    options.sigma_h, options.sigma_phi = number(sigma_h, "sigma_h"), number(sigma_phi, "sigma_phi")
+    options.dt = number(dt, "dt")
+    out = _core.evolve(field, ratio, voxel_m, 0, options, threads)  # checks the options
+    while left > 0:
+        now = min(left, every or left)
+        out = _core.evolve(out, ratio, voxel_m, now, options, threads)
+        left -= now
+        if every and _has_two_signs(out):  # else the shape has gone, or fills the volume
+            out = _core.redistance(out, voxel_m, threads)
+    return out
+
+
+def redistance(phi: ArrayLike, voxel_size: float, *, threads: int = 0) -> NDArray[np.float32]:
+    """Distance to the zero set of a field, with its signs: exact near it, by fast sweeping farther away.
+
+    Parameters
+    ----------
+    phi : (nz, ny, nx) float32
+        Any field, negative inside.
+    voxel_size : float
+        m.
+    threads : int
+        0: all cores.
+
+    Returns
+    -------
+    (nz, ny, nx) float32
+        m.
+
+    Raises
+    ------
+    TypeError
+        Another dtype.
+    ValueError
+        Numbers that are not finite, a field of one sign only.
+
+    Examples
+    --------
+    >>> import sdftrack as st
+    >>> ball = st.SDF.sphere(0.05, voxels=40)
+    >>> phi = st.levelset.redistance(3 * ball.values, ball.voxel_size)
+    """
+    field = _volume(phi, "phi")
+    _two_signs(field)
+    return _core.redistance(field, _length(voxel_size, "voxel_size"), threads)
+
+
+def _grid(grid: Any) -> tuple[tuple[int, int, int], float, NDArray[np.float64]]:
+    if isinstance(grid, SDF):
+        nz, ny, nx = grid.values.shape
+        return (nz, ny, nx), grid.voxel_size, np.asarray(grid.origin, np.float64)
+    if not isinstance(grid, tuple) or len(grid) != 3:
+        raise TypeError(f"grid: expected st.SDF or (shape, voxel_size, origin), got {type(grid).__name__}")
+    shape, origin = numbers(grid[0], "grid: shape"), numbers(grid[2], "grid: origin")
+    if shape.shape != (3,) or not (shape >= 2).all() or (shape != np.floor(shape)).any():
+        raise ValueError(
+            f"grid: expected (nz, ny, nx) with at least 2 voxels along each axis, got {grid[0]!r}"
+        )
+    if shape.prod() >= 2**31:
+        raise ValueError(f"grid: expected fewer than 2^31 voxels, got {grid[0]!r}")
+    if origin.shape != (3,) or not np.isfinite(origin).all():
+        raise ValueError(f"grid: expected an origin of three finite numbers (m), got {grid[2]!r}")
+    nz, ny, nx = (int(n) for n in shape)
+    return (nz, ny, nx), _length(grid[1], "grid: voxel_size"), origin
+
+
+def _volume(values: ArrayLike, name: str) -> NDArray[np.float32]:
+    v = np.asarray(values)
+    if v.dtype != np.float32:
+        raise TypeError(f"{name}: expected float32, got {v.dtype}; convert with {name}.astype(np.float32)")
+    if v.ndim != 3 or min(v.shape) < 2:
+        raise ValueError(f"{name}: expected shape (nz, ny, nx), at least 2 along each axis, got {v.shape}")
+    if not np.isfinite(v).all():
+        raise ValueError(f"{name}: expected finite numbers, got NaN or infinity")
+    return np.ascontiguousarray(v)
+
+
+def _has_two_signs(phi: NDArray[np.float32]) -> bool:
+    return bool((phi < 0).any() and (phi >= 0).any())
+
+
+def _two_signs(phi: NDArray[np.float32]) -> None:
+    if not _has_two_signs(phi):
+        raise ValueError("phi: expected negative (inside) and positive (outside) values, got one sign only")
+
+
+def _length(value: Any, name: str) -> float:
+    x = number(value, name)
+    if not 0 < x < np.inf:
+        raise ValueError(f"{name}: expected a positive number, got {value!r}")
+    return x
+
+
+def _count(value: Any, name: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise TypeError(f"{name}: expected a whole number, got {value!r}")
+    if value < 0:
+        raise ValueError(f"{name}: expected 0 or more, got {value}")
+    return int(value)

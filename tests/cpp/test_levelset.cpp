@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+// The formulas for voxels: known answers, and the same bits on every instruction set.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "levelset/evolve.h"
+#include "levelset/voxel_ops.h"
+#include "volume_fixture.h"
+
+namespace sdftrack {
+namespace {
+
+constexpr int kSize = 24;
+constexpr double kThird = 6e-8;  // relative; a third is a float whatever the number's type
+
+std::vector<float> random_values(std::size_t count, float size, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> u(-size, size);
+  std::vector<float> out(count);
+  for (float& x : out) x = u(random);
+  return out;
+}
+
+Volume ball(double radius_m) {
+  return make_volume(kSize, 0.05, [&](Vec3d p) { return norm(p - Vec3d{0.001, -0.002, 0.0005}) - radius_m; });
+}
+
+void expect_same_bits(const std::vector<float>& a, const std::vector<float>& b, Isa isa, const char* what) {
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(float)), 0) << what << ", " << isa_name(isa);
+}
+
+TEST(Levelset, the_error_function_has_the_stated_error) {
+  double worst = 0;
+  for (float x = -6; x <= 6; x += 0.00037f)
+    worst = std::max(worst, std::abs(static_cast<double>(fast_erf(x)) - std::erf(static_cast<double>(x))));
+  EXPECT_LT(worst, 1e-6);
+  EXPECT_EQ(fast_erf(1e30f), 1.0f);
+  EXPECT_EQ(fast_erf(-0.3f), -fast_erf(0.3f));
+}
+
+TEST(Levelset, the_log_ratio_is_odd_bounded_and_the_same_in_double) {
+  for (const bool printed : {false, true}) {
+    const EvidenceForm form{printed, 0.005f};
+    const double most = printed ? 10 : std::log(19.0);
+    // 1 - q is rounded: by 6e-8 of as little as 9e-5 where the printed form is cut.
+    const double rounding = printed ? 2e-3 : 2e-5;
+    for (double d = 1e-6; d < 0.2; d *= 1.05) {
+      const auto near = log_ratio(static_cast<float>(d), 0.002f, form);
+      EXPECT_NEAR(near, -log_ratio(static_cast<float>(-d), 0.002f, form), rounding) << d;
+      const double exact = log_ratio(d, 0.002, form);
+      EXPECT_LE(exact, most + 1e-3);
+      EXPECT_NEAR(near, exact, rounding) << d;
+    }
+    EXPECT_EQ(log_ratio(0.0f, 0.002f, form), 0.0f);
+  }
+}
+
+// Voxels one apart on any line have the distances that the upwind difference gives from their neighbours.
+TEST(Levelset, the_upwind_difference_is_exact_for_a_plane) {
+  for (const Vec3d n : {Vec3d{1, 0, 0}, Vec3d{0.6, 0.8, 0}, Vec3d{0.48, 0.6, 0.64}, Vec3d{0.1, 0.2, 0.97}}) {
+    const double h = 0.002, length = norm(n), at = 0.01;
+    const auto nearer = [&](double along) { return at - h * along / length; };
+    EXPECT_NEAR(upwind_distance(nearer(n.x), nearer(n.y), nearer(n.z), h), at, kThird * at);
+    EXPECT_NEAR(upwind_distance(nearer(n.z), nearer(n.x), nearer(n.y), h), at, kThird * at);
+  }
+  EXPECT_NEAR(upwind_distance(0.01, 1.0, 1.0, 0.002), 0.012, 1e-12);  // one neighbour alone is known
+}
+
+TEST(Levelset, the_upwind_difference_errs_by_the_curvature_near_a_ball) {
+  const double h = 0.002, radius = 0.03;
+  std::mt19937 random(1);
+  std::normal_distribution<double> u;
+  for (int k = 0; k < 1000; ++k) {
+    Vec3d n{u(random), u(random), u(random)};
+    n = (1 / norm(n)) * n;
+    const Vec3d p = (radius + 4 * h) * n;
+    const auto distance = [&](Vec3d step) {
+      return std::min(std::abs(norm(p + step) - radius), std::abs(norm(p - step) - radius));
+    };
+    const double given = upwind_distance(distance({h, 0, 0}), distance({0, h, 0}), distance({0, 0, h}), h);
+    // Between voxels the distance curves by up to h^2 / (2 r); the error is outwards, of that order.
+    EXPECT_NEAR(given, 4 * h, h * h / radius);
+    EXPECT_GT(given, (1 - kThird) * 4 * h);
+  }
+}
+
+TEST(Levelset, every_instruction_set_gives_the_same_bits) {
+  const Volume volume = ball(0.03);
+  const std::vector<float> ratios = random_values(volume.phi.size(), 4, 3);
+  const std::vector<float> image = random_values(4 * 40 * 30, 1, 4);
+  std::vector<float> pixels(image.size());
+  for (std::size_t i = 0; i < pixels.size(); i += 4) {
+    pixels[i] = 0.3f + 0.03f * image[i], pixels[i + 1] = image[i + 1] < -0.5f ? kCarves : image[i + 1];
+    pixels[i + 2] = 1e-3f * image[i + 2], pixels[i + 3] = 1e-3f * image[i + 3];
+  }
+  const EvidenceTerm<float> term{pixels.data(),
+                                 0,
+                                 0,
+                                 40,
+                                 30,
+                                 {120, 118, 19.6f, 14.7f},
+                                 {false, 0.005f},
+                                 {0.001f, 0.01f, 0.002f, 0.001f},
+                                 0.003f,
+                                 0.2f};
+  constexpr int kRow = kSize * kSize / 2;
+  for (const Isa isa : supported_isas()) {
+    const VoxelOps &slow = VoxelOps::baseline, &fast = voxel_ops_for(isa);
+    for (const int count : {1, 7, 8, 21}) {
+      std::vector<float> out[2];
+      for (const int k : {0, 1}) {
+        const VoxelOps& ops = k ? fast : slow;
+        std::vector<float> ratio(ratios.begin(), ratios.begin() + count), weight = ratio, distance = ratio;
+        for (float& w : weight) w = w > 0 ? w : 0;
+        const RowChange change = ops.fuse(term, {-0.04f, 0.01f, 0.29f}, {0.004f, 1e-4f, 1e-3f}, count, 3,
+                                          ratio.data(), weight.data(), distance.data());
+        std::vector<float>& all = out[k];
+        for (const auto* part : {&ratio, &weight, &distance})
+          all.insert(all.end(), part->begin(), part->end());
+        all.push_back(change.near), all.push_back(change.turned);
+      }
+      expect_same_bits(out[0], out[1], isa, "fuse");
+    }
+    std::vector<float> phi[2] = {volume.phi, volume.phi};
+    std::vector<int> at[2];
+    for (const int k : {0, 1}) {
+      const VoxelOps& ops = k ? fast : slow;
+      const RowAt row{phi[k].data() + kSize * kRow, kSize, kSize * kSize};
+      at[k].resize(kSize + 16);
+      at[k].resize(static_cast<std::size_t>(
+          ops.crossed(ratios.data() + kSize * kRow, row, volume.voxel_m, 1, kSize - 1, at[k].data())));
+      ops.relax({volume.voxel_m, 1}, row, 1, kSize - 1);
+    }
+    EXPECT_EQ(at[0], at[1]);
+    EXPECT_GT(at[0].size(), 5u);
+    expect_same_bits(phi[0], phi[1], isa, "relax");
+  }
+}
+
+std::vector<float> evolved(const Volume& v, float most, int steps, bool printed, int threads) {
+  const Grid grid{v.n, v.n, v.n, v.voxel_m, v.origin.cast<double>()};
+  std::vector<float> ratio(v.phi);
+  for (float& x : ratio) x = -most * std::tanh(x / (2 * v.voxel_m));
+  EvolveOptions options;
+  options.printed = printed;
+  return evolve(grid, v.phi.data(), ratio.data(), steps, options, threads);
+}
+
+TEST(Levelset, an_evolution_has_the_same_bits_for_any_number_of_threads) {
+  for (const bool printed : {false, true}) {
+    const std::vector<float> one = evolved(ball(0.03), 2, 6, printed, 1);
+    EXPECT_NE(one, ball(0.03).phi);
+    for (const int threads : {2, 5})
+      expect_same_bits(evolved(ball(0.03), 2, 6, printed, threads), one, Isa::kBaseline, "threads");
+  }
+}
+
+TEST(Levelset, a_plane_without_evidence_stays_where_it_is_up_to_the_faces_of_the_volume) {
+  const Volume plane = make_volume(kSize, 0.05, [](Vec3d p) {
+    return dot(p, Vec3d{0.48, 0.6, 0.64}) - 0.003;
+  });
+  for (const bool printed : {false, true}) {
+    const std::vector<float> after = evolved(plane, 0, 20, printed, 1);
+    double worst = 0;
+    for (std::size_t i = 0; i < after.size(); ++i)
+      worst = std::max(worst, std::abs(static_cast<double>(after[i] - plane.phi[i])));
+    // Voxels; the polynomial's error of 2e-6 at a slope of 1 makes a flux that differs in rounding only.
+    EXPECT_LT(worst / plane.voxel_m, 1e-4);
+  }
+}
+
+TEST(Levelset, an_evolution_refuses_what_is_not_stable) {
+  const Volume v = ball(0.03);
+  const Grid grid{v.n, v.n, v.n, v.voxel_m, v.origin.cast<double>()};
+  const auto refused = [&](EvolveOptions o) {
+    EXPECT_THROW(evolve(grid, v.phi.data(), v.phi.data(), 1, o, 1), std::invalid_argument);
+  };
+  EvolveOptions o;
+  o.dt = 1.001f * longest_step(o);
+  refused(o);
+  o.dt = -1;
+  refused(o);
+  EXPECT_NEAR(longest_step({}), 2 / (12.0 / 9 + 1.0 / 64), 1e-5);
+  EXPECT_THROW(evolve(grid, v.phi.data(), v.phi.data(), -1, {}, 1), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace sdftrack

@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: MIT
+"""The evolution of a level set: its energy, its derivative, where the front ends, what remains of the distance."""
+
+import numpy as np
+import pytest
+from levelset_scene import lattice, slope_error, zero_crossings
+
+import sdftrack as st
+from sdftrack import _core
+from sdftrack.reference import levelset as reference
+
+VOXEL_M, RADIUS = 0.002, 11.3  # the ball's, in voxels
+STEP = 1e-5
+DERIVATIVE_ATOL = 1e-7  # measured 1e-8; slopes are up to 3
+# Ten steps in float, and a polynomial for the sine with an error of 2e-6.
+TWIN_ATOL_VOXELS = 3e-5
+
+
+def core_options(**given):
+    o = _core.EvolveOptions()
+    for name, value in given.items():
+        setattr(o, name, value)
+    return o
+
+
+def rough(seed=0):
+    """A field with slopes on both sides of 1 (voxels), and log ratios up to some +-10."""
+    random = np.random.default_rng(seed)
+    phi = random.normal(size=(5, 6, 7)) + 0.6 * np.arange(7) - 2
+    return phi, 3 * random.normal(size=phi.shape)
+
+
+def corner(n):
+    """Of the volume, from the middle of the ball: off the middle of the volume, so that no two voxels mirror."""
+    return np.array([0.13, -0.21, 0.08]) - 0.5 * (n - 1)
+
+
+def ball(n=40, radius=RADIUS):
+    """Signed distance (voxels) to a ball."""
+    return np.linalg.norm(lattice((n,) * 3, 1.0, corner(n)), axis=-1) - radius
+
+
+def ratio_of(phi, most=2.5):
+    return -most * np.tanh(phi / 2)
+
+
+def radius_of(phi):
+    return float(np.linalg.norm(zero_crossings(phi, 1.0, corner(len(phi))), axis=1).mean())
+
+
+def in_m(phi):
+    return (VOXEL_M * phi).astype(np.float32)
+
+
+@pytest.mark.parametrize("printed", [False, True])
+def test_the_slope_is_the_derivative_of_the_energy_at_every_voxel(printed):
+    phi, a = rough()
+    derivative = np.zeros(phi.shape)
+    for i in np.ndindex(phi.shape):
+        e = np.zeros(phi.shape)
+        e[i] = STEP
+        up, down = (reference.energy(phi + s * e, a, 4, 3, printed) for s in (1, -1))
+        derivative[i] = (up - down) / (2 * STEP)
+    flow = reference.slope(phi, a, 4, 3, printed)
+    np.testing.assert_allclose(flow, -derivative / reference.volumes(phi.shape), atol=DERIVATIVE_ATOL)
+    assert np.abs(flow).max() > 0.3
+
+
+def test_the_data_terms_slope_is_the_papers_quotient_and_bounded():
+    # (4.41) by cases against the difference of two Heavisides; its limits delta / H and -delta / (1 - H).
+    x, a = np.meshgrid(np.linspace(-30, 30, 61), np.linspace(-30, 30, 60))
+    H = reference.heaviside(x / 4)
+    delta = H * (1 - H) / 4
+    quotient = delta * (1 - np.exp(a)) / (np.exp(a) * (1 - H) + H)
+    np.testing.assert_allclose((reference.heaviside(x / 4 - a) - H) / 4, quotient, atol=1e-12)
+    for sure in (-700.0, 700.0):
+        flow = (reference.heaviside(x / 4 - sure) - H) / 4
+        np.testing.assert_allclose(flow, (1 - H) / 4 if sure < 0 else -H / 4, atol=1e-12)
+
+
+@pytest.mark.parametrize("printed", [False, True])
+def test_the_core_evolves_as_the_twin_does(printed):
+    for phi, a in (rough(), (ball(13, 4.2), 50 * ratio_of(ball(13, 4.2)))):
+        out = _core.evolve(
+            in_m(phi), a.astype(np.float32), VOXEL_M, 10, core_options(printed=printed, dt=0.7, sigma_h=3)
+        )
+        expected = reference.evolve(phi, a, 10, sigma_h=3, dt=0.7, printed=printed)
+        assert np.abs(expected - phi).max() > 0.3
+        np.testing.assert_allclose(out / VOXEL_M, expected, atol=TWIN_ATOL_VOXELS)
+
+
+def test_volumes_of_two_voxels_have_faces_only():
+    phi, a = rough()
+    phi, a = phi[:2, :2, :2].copy(), a[:2, :2, :2].copy()
+    out = _core.evolve(in_m(phi), a.astype(np.float32), VOXEL_M, 3, core_options())
+    np.testing.assert_allclose(out / VOXEL_M, reference.evolve(phi, a, 3), atol=TWIN_ATOL_VOXELS)
+
+
+@pytest.mark.parametrize("printed", [False, True])
+def test_the_energy_never_grows_up_to_the_longest_step(printed):
+    o = core_options(printed=printed)
+    o.dt = o.longest_step
+    phi, a = rough()
+    phi, a = in_m(phi), a.astype(np.float32)
+    costs = [reference.energy(phi / VOXEL_M, a, 4, 3, printed)]
+    for _ in range(30):
+        phi = _core.evolve(phi, a, VOXEL_M, 1, o)
+        costs.append(reference.energy(phi / VOXEL_M, a, 4, 3, printed))
+    assert (np.diff(costs) < 1e-5).all()
+    assert costs[-1] < 0.7 * costs[0]
+
+
+def test_a_step_beyond_the_limit_is_refused_for_it_grows_without_end():
+    o = core_options(dt=1.6)
+    phi = in_m(ball(12, 4.2))
+    with pytest.raises(ValueError, match=f"dt: expected at most {o.longest_step:.4f}"):
+        _core.evolve(phi, phi, VOXEL_M, 1, o)
+    assert 1.4 < o.longest_step < 1.5  # 12 mu dt <= 2, a little less for the data term
+    checkers = (np.indices((12, 12, 12)).sum(axis=0) % 2 - 0.5) * 1e-3
+    grown = reference.evolve(checkers, np.zeros(checkers.shape), 200, dt=1.6) - checkers.mean()
+    assert np.abs(grown).max() > 100 * np.abs(checkers).max()
+
+
+@pytest.mark.parametrize("regulariser", ["double_well", "printed"])
+@pytest.mark.parametrize("start", [-1.5, 2.0])
+def test_the_front_ends_on_the_ball_that_the_evidence_tells_of(regulariser, start):
+    truth = ball()
+    ratio = ratio_of(truth).astype(np.float32)
+    phi = in_m(truth + start)
+    out = st.levelset.evolve(phi, ratio, 100, VOXEL_M, regulariser=regulariser, redistance_every=5)
+    assert abs(radius_of(out / VOXEL_M) - RADIUS) < 0.1
+
+
+@pytest.mark.parametrize("regulariser", ["double_well", "printed"])
+def test_the_band_stays_a_distance_field(regulariser):
+    truth = ball()
+    out = st.levelset.evolve(
+        in_m(truth + 1), ratio_of(truth).astype(np.float32), 50, VOXEL_M, regulariser=regulariser
+    )
+    assert slope_error(out, VOXEL_M) < 0.05
+
+
+def test_the_regulariser_alone_does_not_keep_the_distances():
+    # The reason for redistance_every: the data term stretches the band faster than the prior on slopes mends it.
+    truth = ball()
+    out = st.levelset.evolve(in_m(truth), ratio_of(truth).astype(np.float32), 50, VOXEL_M, redistance_every=0)
+    assert slope_error(out, VOXEL_M) > 0.15
+
+
+def test_without_evidence_both_regularisers_bring_a_steep_field_back():
+    for printed in (False, True):
+        phi, none = in_m(1.3 * ball()), np.zeros((40, 40, 40), np.float32)
+        before = slope_error(phi, VOXEL_M)
+        after = slope_error(_core.evolve(phi, none, VOXEL_M, 100, core_options(printed=printed)), VOXEL_M)
+        assert before > 0.29
+        assert after < 0.8 * before
+
+
+def test_a_flat_field_grows_no_waves_with_the_double_well():
+    # Below half a slope the double well pulls to 0 where the printed potential pushes to 1 from nowhere.
+    tilted = 0.3 * np.broadcast_to(np.arange(24.0) - 11.5, (24, 24, 24))
+    tilted = tilted + 1e-3 * np.random.default_rng(0).normal(size=tilted.shape)
+    none = np.zeros(tilted.shape)
+    rough_after = {}
+    for printed in (False, True):
+        out = reference.evolve(tilted, none, 150, printed=printed)[6:-6, 6:-6, 6:-6]
+        rough_after[printed] = np.abs(np.linalg.norm(np.gradient(out), axis=0) - 0.3).max()
+    assert rough_after[False] < rough_after[True]
+
+
+def test_the_shape_that_the_evidence_denies_vanishes():
+    phi = in_m(ball(16, 2.0))
+    out = st.levelset.evolve(phi, np.full(phi.shape, -3, np.float32), 60, VOXEL_M)
+    assert (out > 0).all()
+
+
+def test_no_steps_change_nothing():
+    phi = in_m(ball(12, 4.2))
+    np.testing.assert_array_equal(st.levelset.evolve(phi, phi, 0, VOXEL_M), phi)
+
+
+def test_the_defaults_are_the_cores():
+    o, given = _core.EvolveOptions(), st.levelset.evolve.__kwdefaults__
+    assert (o.sigma_h, o.sigma_phi, o.dt) == (given["sigma_h"], given["sigma_phi"], given["dt"])
+    assert o.printed == (given["regulariser"] == "printed")
+
+
+@pytest.mark.parametrize(
+    ("changed", "error", "message"),
+    [
+        ({"phi": np.ones((4, 4, 4))}, TypeError, "phi: expected float32"),
+        ({"phi": np.ones((4, 4), np.float32)}, ValueError, "phi: expected shape"),
+        ({"phi": np.ones((4, 4, 1), np.float32)}, ValueError, "phi: expected shape"),
+        ({"phi": np.full((12, 12, 12), np.inf, np.float32)}, ValueError, "phi: expected finite"),
+        ({"phi": np.ones((12, 12, 12), np.float32)}, ValueError, "one sign only"),
+        ({"log_ratio": np.zeros((12, 12, 11), np.float32)}, ValueError, "log_ratio: expected the shape"),
+        ({"log_ratio": np.full((12, 12, 12), np.nan, np.float32)}, ValueError, "log_ratio: expected finite"),
+        ({"log_ratio": np.zeros((12, 12, 12), int)}, TypeError, "log_ratio: expected float32"),
+        ({"steps": -1}, ValueError, "steps"),
+        ({"steps": 1.5}, TypeError, "steps"),
+        ({"steps": True}, TypeError, "steps"),
+        ({"redistance_every": -1}, ValueError, "redistance_every"),
+        ({"voxel_size": 0}, ValueError, "voxel_size"),
+        ({"voxel_size": "2 mm"}, TypeError, "voxel_size"),
+        ({"regulariser": "none"}, ValueError, "regulariser"),
+        ({"dt": 1.6}, ValueError, "dt: expected at most 1.4"),
+        ({"dt": 0}, ValueError, "positive"),
+        ({"sigma_h": np.nan}, ValueError, "positive"),
+        ({"sigma_phi": 2}, ValueError, "dt: expected at most 0.66"),
+        ({"sigma_phi": -3}, ValueError, "positive"),
+    ],
+)
+def test_evolve_refuses_what_it_cannot_use(changed, error, message):
+    phi = in_m(ball(12, 4.2))
+    given = {"phi": phi, "log_ratio": phi, "steps": 1, "voxel_size": VOXEL_M, **changed}
+    with pytest.raises(error, match=message):
+        st.levelset.evolve(**given)

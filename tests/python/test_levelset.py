@@ -1,0 +1,324 @@
+# SPDX-License-Identifier: MIT
+"""Evidence about voxels, the distance between inside and outside, the evolution of a level set."""
+
+import hashlib
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from levelset_scene import (
+    BALL_M,
+    CAMERA,
+    K,
+    ball_depth,
+    directions,
+    fuse,
+    lattice,
+    looking_from,
+    reconstruction,
+    slope_error,
+    zero_crossings,
+)
+
+import sdftrack as st
+from sdftrack import _core
+from sdftrack.reference import levelset as reference
+
+# Not whole blocks of 8 in any axis, and one (17) that ends in a block of border voxels alone.
+SHAPE, VOXEL_M, ORIGIN = (19, 17, 21), 0.004, (-0.041, -0.033, -0.039)
+# A voxel 0.3 m away is rounded by 3e-8 m, and the smooth ratio's slope is 1.6 / noise = 400 per m beside the surface;
+# the printed one's is 2 / distance, up to 1e6 per m where the ratio is cut.
+RATIO_ATOL, PRINTED_RATIO_ATOL, WEIGHT_ATOL = 2e-5, 2e-3, 1e-6
+CROSSING_ATOL_VOXELS = 1e-3  # both from the core's own sums, of which some are near 0
+NOISE = {"noise_m": 0.001, "noise_per_m": 0.02}  # at 0.4 m as large as a voxel
+
+
+def views(n, noise_m=0.0005, distance_m=0.3, seed=1):
+    """(T_cam_obj, depth, mask) all round the ball; a hole of NaN and one of 0 in each."""
+    random = np.random.default_rng(seed)
+    for k, direction in enumerate(directions(n)):
+        T = looking_from(direction, distance_m, 0.3 * k)
+        depth, mask = ball_depth(CAMERA, T)
+        depth += random.normal(size=depth.shape).astype(np.float32) * np.float32(noise_m)
+        depth[20:24, 30:40], depth[40:43, 30:40] = np.nan, 0
+        yield T, depth, mask
+
+
+def in_camera(T, shape=SHAPE, voxel_m=VOXEL_M, origin=ORIGIN):
+    return lattice(shape, voxel_m, origin) @ T[:3, :3].T + T[:3, 3]
+
+
+# ---- 1. evidence ----
+
+
+def test_the_log_ratio_is_odd_and_bounded():
+    d = np.linspace(-0.05, 0.05, 1001)
+    for printed, most in ((False, np.log(19)), (True, 10)):
+        ratio = reference.log_ratio(d, 0.002, 0.005, printed)
+        np.testing.assert_allclose(ratio, -ratio[::-1], atol=1e-12)
+        assert np.abs(ratio).max() <= most + 1e-9
+        assert abs(ratio[0]) < 1e-3  # nothing is known far from the surface
+        assert (np.sign(ratio) == np.sign(d)).all()
+
+
+def test_the_printed_form_is_infinite_at_the_surface_and_the_smooth_one_goes_through_0():
+    near = np.array([-1e-9, 0, 1e-9])
+    np.testing.assert_allclose(reference.log_ratio(near, 0.002, 0.005, True), [-10, 0, 10], atol=1e-9)
+    assert np.abs(reference.log_ratio(near, 0.002, 0.005, False)).max() < 1e-5
+
+
+def test_the_printed_form_puts_voxels_near_the_surface_on_the_wrong_side():
+    # A quarter of a voxel inside, noise of one voxel, sigma_d of 8, 150 frames, the sum kept within 10.
+    d = 0.25 + np.random.default_rng(0).normal(size=(4000, 150))
+    wrong = {}
+    for printed in (False, True):
+        total = np.zeros(len(d))
+        for said in reference.log_ratio(d, 1.0, 8.0, printed).T:
+            total = np.clip(total + said, -10, 10)
+        wrong[printed] = np.mean(total < 0)
+    assert wrong[False] < 0.02  # measured 0.011
+    assert 0.22 < wrong[True] < 0.32  # measured 0.27
+
+
+@pytest.mark.parametrize("printed", [False, True])
+@pytest.mark.parametrize("most_weight", [100.0, 1.5])
+def test_evidence_and_its_sums_are_those_of_the_twin(printed, most_weight):
+    o = reference.Options(printed=printed, least_noise_m=VOXEL_M, most_weight=most_weight, **NOISE)
+    core = reconstruction(SHAPE, VOXEL_M, ORIGIN, printed=printed, most_weight=most_weight, **NOISE)
+    ratio, weight = np.zeros(SHAPE), np.zeros(SHAPE)
+    for T, depth, mask in views(4):  # from the fifth on the core leaves out what is surely empty
+        fuse(core, CAMERA, T, depth, mask)
+        said = reference.evidence(in_camera(T), np.nan_to_num(depth), mask, K, o)
+        ratio, weight = reference.fuse(ratio, weight, said, most_weight)
+    assert (ratio > 0).mean() > 0.05
+    assert (weight == 0).mean() > 0.05
+    assert weight.max() <= most_weight * (1 + 1e-6)
+    np.testing.assert_allclose(core.weight, weight, atol=WEIGHT_ATOL)
+    np.testing.assert_allclose(core.log_ratio, ratio, atol=PRINTED_RATIO_ATOL if printed else RATIO_ATOL)
+
+
+def test_pixels_without_a_reading_say_nothing():
+    T = looking_from([0, 0, 1], 0.3)
+    depth, mask = ball_depth(CAMERA, T)
+    for nothing in (np.nan, 0.0, np.inf, -1.0):
+        core = reconstruction(SHAPE, VOXEL_M, ORIGIN)
+        fuse(core, CAMERA, T, np.full_like(depth, nothing), mask)
+        assert not core.weight.any()
+        assert not core.log_ratio.any()
+        core = reconstruction(SHAPE, VOXEL_M, ORIGIN)
+        patched = depth.copy()
+        patched[30:40, 30:50] = nothing
+        fuse(core, CAMERA, T, patched, mask)
+        u, v = np.moveaxis(CAMERA.project(in_camera(T).reshape(-1, 3)), -1, 0)
+        hidden = ((u > 29.5) & (u < 49.5) & (v > 29.5) & (v < 39.5)).reshape(SHAPE)
+        assert hidden.any()
+        assert not core.weight[hidden].any()
+        assert core.weight[~hidden].any()
+
+
+# ---- 2. fusing ----
+
+
+def test_a_guess_counts_only_where_nothing_is_seen():
+    prior = np.full(SHAPE, 0.4, np.float32)
+    plain, guessed = (reconstruction(SHAPE, VOXEL_M, ORIGIN, p) for p in (None, prior))
+    for T, depth, mask in list(views(6))[:2]:
+        for core in (plain, guessed):
+            fuse(core, CAMERA, T, depth, mask)
+    seen = plain.weight > 0
+    assert 0.1 < seen.mean() < 0.9
+    np.testing.assert_array_equal(guessed.weight, plain.weight)
+    np.testing.assert_array_equal(guessed.log_ratio[seen], plain.log_ratio[seen])
+    assert (guessed.log_ratio[~seen] == np.float32(0.4)).all()
+
+
+def test_one_frame_carves_a_guess_that_is_too_large_before_and_beside_the_object():
+    n, voxel_m = 50, 0.0025
+    origin = np.full(3, -0.5 * voxel_m * (n - 1))
+    points = lattice((n,) * 3, voxel_m, origin)
+    away = np.linalg.norm(points, axis=-1)
+    prior = (0.4 * np.tanh((0.055 - away) / (4 * voxel_m))).astype(np.float32)
+    T = looking_from([0, 0, 1], 0.3)
+    core = reconstruction((n,) * 3, voxel_m, origin, prior)
+    depth, mask = ball_depth(CAMERA, T)
+    fuse(core, CAMERA, T, depth, mask)
+    p = points @ T[:3, :3].T + T[:3, 3]
+    u, v = np.moveaxis(CAMERA.project(p.reshape(-1, 3)), -1, 0)
+    in_view = ((u > 1) & (u < CAMERA.width - 2) & (v > 1) & (v < CAMERA.height - 2)).reshape((n,) * 3)
+    # Rays past the ball, by more than the 2 px that say nothing at an edge (4 mm), and what lies before it.
+    beside = in_view & (np.hypot(p[..., 0], p[..., 1]) * 0.3 / p[..., 2] > BALL_M + 0.006)
+    before = in_view & (away > BALL_M + 0.006) & (np.hypot(p[..., 0], p[..., 1]) < 0.015) & (p[..., 2] < 0.3)
+    behind = (np.hypot(p[..., 0], p[..., 1]) < 0.015) & (p[..., 2] > 0.3) & (away < 0.045)
+    for carved in (beside, before):
+        assert (prior[carved] > 0).sum() > 500
+        assert (core.phi[carved] > 0).all()
+    assert (core.phi[behind] < 0).all()
+
+
+# ---- 3. distance ----
+
+
+def test_distances_beside_a_change_of_sign_are_those_of_the_twin_after_every_frame():
+    core = reconstruction(SHAPE, VOXEL_M, ORIGIN, **NOISE)
+    for T, depth, mask in views(6):
+        fuse(core, CAMERA, T, depth, mask)
+        ratio, weight = core.log_ratio.astype(np.float64), core.weight.astype(np.float64)
+        mean = np.where(weight > 0, ratio / np.maximum(weight, 1e-30), ratio)
+        expected = reference.crossings(mean, VOXEL_M)
+        beside = ~np.isnan(expected)
+        assert beside.sum() > 300
+        assert np.abs(core.phi - expected)[beside].max() < CROSSING_ATOL_VOXELS * VOXEL_M
+
+
+def test_a_ball_seen_from_all_round_without_noise_is_right_to_a_tenth_of_a_voxel():
+    n, voxel_m = 64, 0.0014
+    origin = np.array([-0.0443, -0.0437, -0.0441])
+    away = np.linalg.norm(lattice((n,) * 3, voxel_m, origin), axis=-1)
+    camera = st.Camera(400, 400, 79.5, 79.5, 160, 160)
+    # A guess too large by 8 voxels: the front comes from farther than the band is wide.
+    prior = (0.4 * np.tanh((BALL_M + 0.012 - away) / (4 * voxel_m))).astype(np.float32)
+    core = reconstruction((n,) * 3, voxel_m, origin, prior, threads=2)
+    for direction in directions(40):
+        T = looking_from(direction, 0.3)
+        fuse(core, camera, T, *ball_depth(camera, T))
+    error = np.linalg.norm(zero_crossings(core.phi, voxel_m, origin), axis=1) - BALL_M
+    assert np.median(np.abs(error)) < 0.1 * voxel_m  # measured 0.023
+    assert np.abs(error).max() < 0.25 * voxel_m  # measured 0.10
+    assert slope_error(core.phi, voxel_m) < 0.05  # measured 0.024
+    far = np.abs(core.phi - (away - BALL_M)) / voxel_m
+    assert far[np.abs(core.phi) < 8 * voxel_m].max() < 1  # what the tracker looks at
+    assert far.max() < 2.5  # nodes of 4 voxels; measured 1.8, at the corners
+
+
+FUSED = """
+import hashlib, sys
+sys.path[:0] = {paths!r}
+from test_levelset import digest
+print(digest({threads}))
+"""
+
+
+def digest(threads):
+    core = reconstruction(SHAPE, VOXEL_M, ORIGIN, np.full(SHAPE, 0.1, np.float32), threads=threads, **NOISE)
+    out = hashlib.sha256()
+    for T, depth, mask in views(6):
+        fuse(core, CAMERA, T, depth, mask)
+        for values in (core.log_ratio, core.weight, core.phi):
+            out.update(np.array(values).tobytes())
+    for printed in (False, True):
+        options = _core.EvolveOptions()
+        options.printed = printed
+        phi = _core.evolve(np.array(core.phi), np.array(core.log_ratio), VOXEL_M, 5, options, threads)
+        out.update(phi.tobytes())
+    return out.hexdigest()
+
+
+def test_the_bits_are_the_same_for_any_number_of_threads_and_on_every_instruction_set():
+    here = os.path.dirname(os.path.abspath(__file__))
+    said = {digest(threads) for threads in (1, 2, 5)}
+    for isa in _core.isas():
+        code = FUSED.format(paths=[here, *sys.path], threads=1)
+        env = {**os.environ, "SDFTRACK_ISA": isa}
+        done = subprocess.run(
+            [sys.executable, "-c", code], env=env, capture_output=True, text=True, timeout=120
+        )
+        assert done.returncode == 0, done.stderr
+        said.add(done.stdout.strip())
+    assert len(said) == 1
+
+
+# ---- st.levelset ----
+
+
+def one_frame(**given):
+    T = looking_from([0.2, -0.3, 1], 0.3)
+    depth, mask = ball_depth(CAMERA, T)
+    return st.Frame(depth, mask=mask, **given), T
+
+
+@pytest.mark.parametrize("form", ["smooth", "printed"])
+def test_the_evidence_of_one_frame_is_that_of_the_twin(form):
+    frame, T = one_frame()
+    o = reference.Options(
+        printed=form == "printed", sigma_d_m=0.006, noise_m=0.002, noise_per_m=0.03,
+        least_noise_m=VOXEL_M, usual_noise_m=VOXEL_M,
+    )  # fmt: skip
+    ratio = st.levelset.evidence(
+        frame,
+        CAMERA,
+        T,
+        (SHAPE, VOXEL_M, ORIGIN),
+        form=form,
+        sigma_d_m=0.006,
+        noise_m=0.002,
+        noise_per_m=0.03,
+    )
+    expected, _ = reference.evidence(in_camera(T), frame.depth, frame.mask, K, o)
+    assert ratio.dtype == np.float32
+    np.testing.assert_allclose(ratio, expected, atol=PRINTED_RATIO_ATOL if form == "printed" else RATIO_ATOL)
+    assert ratio.max() > 0.5  # noise of a voxel and more: the smooth form is never sure
+    assert ratio.min() <= -1
+
+
+def test_a_mask_overrides_the_frames_and_without_any_all_readings_are_the_objects():
+    frame, T = one_frame()
+    grid = st.SDF.sphere(BALL_M, voxels=24)
+    own = st.levelset.evidence(frame, CAMERA, T, grid)
+    bare = st.Frame(frame.depth)
+    np.testing.assert_array_equal(st.levelset.evidence(bare, CAMERA, T, grid, mask=frame.mask), own)
+    np.testing.assert_array_equal(
+        st.levelset.evidence(frame, CAMERA, T, grid, mask=np.zeros(frame.shape, bool)) > 0, False
+    )
+    no_wall = st.Frame(np.where(frame.mask, frame.depth, 0).astype(np.float32))
+    np.testing.assert_array_equal(st.levelset.evidence(no_wall, CAMERA, T, grid) > 0, own > 0)
+    assert (own > 0).any()
+    triple = (grid.values.shape, grid.voxel_size, grid.origin)
+    np.testing.assert_array_equal(st.levelset.evidence(frame, CAMERA, T, triple), own)
+
+
+@pytest.mark.parametrize(
+    ("changed", "error", "message"),
+    [
+        ({"frame": np.ones((70, 84), np.float32)}, TypeError, "frame: expected st.Frame"),
+        ({"frame": st.Frame(None, np.zeros((70, 84, 3), np.uint8))}, ValueError, "expected a depth image"),
+        ({"frame": st.Frame(np.ones((5, 6), np.float32))}, ValueError, "depth: expected"),
+        ({"T_cam_obj": 2 * np.eye(4)}, ValueError, "T"),
+        ({"grid": SHAPE}, ValueError, "grid: expected"),
+        ({"grid": 3}, TypeError, "grid: expected st.SDF"),
+        ({"grid": ((4, 4), 0.01, (0, 0, 0))}, ValueError, "grid: expected"),
+        ({"grid": ((4, 4, 1), 0.01, (0, 0, 0))}, ValueError, "grid: expected"),
+        ({"grid": ((4, 4, 4.5), 0.01, (0, 0, 0))}, ValueError, "grid: expected"),
+        ({"grid": ((4000, 4000, 4000), 0.01, (0, 0, 0))}, ValueError, "fewer than 2\\^31"),
+        ({"grid": ((4, 4, 4), 0.0, (0, 0, 0))}, ValueError, "voxel_size"),
+        ({"grid": ((4, 4, 4), 0.01, (0, np.nan, 0))}, ValueError, "origin"),
+        ({"form": "sharp"}, ValueError, "form"),
+        ({"sigma_d_m": 0}, ValueError, "sigma_d_m"),
+        ({"noise_m": np.inf}, ValueError, "noise_m"),
+        ({"noise_per_m": -1}, ValueError, "noise_per_m"),
+        ({"sigma_d_m": "5 mm"}, TypeError, "sigma_d_m"),
+        ({"mask": np.ones((5, 6), bool)}, ValueError, "mask"),
+        ({"mask": np.ones((70, 84))}, TypeError, "mask"),
+    ],
+)
+def test_evidence_refuses_what_it_cannot_use(changed, error, message):
+    frame, T = one_frame()
+    given = {"frame": frame, "camera": CAMERA, "T_cam_obj": T, "grid": (SHAPE, VOXEL_M, ORIGIN), **changed}
+    with pytest.raises(error, match=message):
+        st.levelset.evidence(**given)
+
+
+def test_redistance_is_the_volumes_own():
+    ball = st.SDF.sphere(BALL_M, voxels=30)
+    squeezed = np.tanh(ball.values / 0.01).astype(np.float32)
+    out = st.levelset.redistance(squeezed, ball.voxel_size)
+    np.testing.assert_array_equal(out, st.SDF(squeezed, ball.voxel_size, ball.origin).redistanced().values)
+    with pytest.raises(ValueError, match="one sign only"):
+        st.levelset.redistance(np.ones((4, 4, 4), np.float32), 0.01)
+    with pytest.raises(ValueError, match="phi: expected finite"):
+        st.levelset.redistance(np.full((4, 4, 4), np.nan, np.float32), 0.01)
+    with pytest.raises(TypeError, match="phi: expected float32"):
+        st.levelset.redistance(np.ones((4, 4, 4)), 0.01)
+    with pytest.raises(ValueError, match="voxel_size"):
+        st.levelset.redistance(squeezed, -1)
