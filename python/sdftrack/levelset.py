@@ -29,7 +29,7 @@ def evidence(
     grid: Grid,
     *,
     form: Literal["smooth", "printed"] = "smooth",
-    sigma_d_m: float = 0.005,
+    sigma_d_m: float = 0.003,
     noise_m: float = 0.001,
     noise_per_m: float = 0.0,
     mask: ArrayLike | None = None,

@@ -26,7 +26,7 @@ class Options:
     """The core's options, under the same names (m)."""
 
     printed: bool = False
-    sigma_d_m: float = 0.005
+    sigma_d_m: float = 0.003
     noise_m: float = 0.001
     noise_per_m: float = 0.0
     least_noise_m: float = 0.001  # at least a voxel

@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: MIT
+"""An unknown object, reconstructed while it is tracked: poses and surface against the truth."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+import pytest
+import reconstruction_scene as scene
+
+import sdftrack as st
+
+VOXELS = 96
+
+
+@functools.cache
+def reconstructed(threads: int = 1, mode: str = "auto") -> tuple[st.Reconstructor, dict[int, Any], list[Any]]:
+    seq = scene.sequence()
+    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=threads, mode=mode)
+    results = [star.start(seq[0], mask=scene.first_mask(seq))]
+    results += [star.track(seq[i]) for i in range(1, len(seq))]
+    return star, {i: r.pose for i, r in enumerate(results)}, results
+
+
+def test_poses_are_right_while_the_shape_is_unknown() -> None:
+    _, poses, results = reconstructed()
+    assert all(r.ok for r in results)
+    errors = scene.pose_errors(scene.sequence(), poses)
+    assert errors[:, 0].mean() < 0.0006
+    assert np.degrees(errors[:, 1]).mean() < 0.8
+    assert errors[:, 0].max() < 0.0015
+    assert np.degrees(errors[:, 1]).max() < 1.5
+
+
+def test_the_seen_surface_lies_where_it_is() -> None:
+    star, poses, _ = reconstructed()
+    errors = scene.surface_error(scene.sequence(), star, poses[0], least=3.0)
+    assert len(errors) > 1000
+    assert errors.mean() < 0.0004
+    assert np.percentile(errors, 95) < 0.001
+
+
+def test_refining_takes_out_what_is_left() -> None:
+    seq = scene.sequence()
+    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1, mode="depth")
+    live = {0: star.start(seq[0], mask=scene.first_mask(seq)).pose}
+    live.update({i: star.track(seq[i]).pose for i in range(1, len(seq))})
+    shares: list[float] = []
+    refined = star.refine(progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == pytest.approx(1)
+    np.testing.assert_allclose(refined.poses[0], live[0], atol=1e-12)
+    before, after = scene.pose_errors(seq, live), scene.pose_errors(seq, refined.poses)
+    assert after.mean(0)[0] < 0.0003
+    assert np.degrees(after.mean(0)[1]) < 0.4
+    assert after.mean(0)[1] < before.mean(0)[1]
+    assert refined.moved_m[-1] < refined.moved_m[0]
+
+
+def test_the_mesh_is_closed_coloured_and_says_what_was_seen() -> None:
+    star, _, _ = reconstructed()
+    mesh = star.mesh()
+    assert mesh.seen is not None
+    assert mesh.colors is not None
+    assert mesh.to_trimesh().is_watertight
+    assert mesh.to_trimesh().volume > 0
+    assert 0.2 < (mesh.seen == 0).mean() < 0.9  # the far side was never shown
+    quality = star.quality()
+    assert np.isinf(quality.expected_error_m[mesh.seen == 0]).all()
+    assert np.isfinite(quality.expected_error_m[mesh.seen > 0]).all()
+    assert "turn the object further" in quality.summary
+
+
+def test_the_expected_error_is_of_the_true_ones_size() -> None:
+    star, poses, _ = reconstructed()
+    mesh = star.mesh()
+    assert mesh.seen is not None
+    true = scene.surface_error(scene.sequence(), star, poses[0], least=3.0)
+    expected = star.quality().expected_error_m[mesh.seen >= 3.0]
+    assert 0.5 < np.sqrt(np.mean(true**2)) / np.sqrt(np.mean(expected**2)) < 3
+
+
+def test_same_bits_on_any_number_of_threads() -> None:
+    one, poses_one, _ = reconstructed(1)
+    two, poses_two, _ = reconstructed(2)
+    np.testing.assert_array_equal(one.shape.values, two.shape.values)
+    np.testing.assert_array_equal(poses_one[35], poses_two[35])
+
+
+def test_the_tracker_goes_on() -> None:
+    seq = scene.sequence()
+    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1)
+    first = star.start(seq[0], mask=scene.first_mask(seq)).pose
+    for i in range(1, 24):
+        star.track(seq[i])
+    tracker = star.tracker()
+    before = star.shape.values
+    poses = {0: first}
+    for i in range(24, 32):
+        result = tracker.track(seq[i])
+        assert result.ok
+        poses[i] = result.pose
+    assert result.index == 31
+    assert scene.pose_errors(seq, poses)[:, 0].max() < 0.0015
+    np.testing.assert_array_equal(star.shape.values, before)
+    assert star.track(seq[24]).ok  # and so does the reconstruction, from where it stood
+
+
+def test_a_box_does_in_place_of_a_mask() -> None:
+    seq = scene.sequence()
+    ys, xs = np.nonzero(scene.first_mask(seq))
+    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1)
+    box = (xs.min() - 4, ys.min() - 4, np.ptp(xs) + 9, np.ptp(ys) + 9)
+    poses = {0: star.start(seq[0], box=box).pose}
+    poses.update({i: star.track(seq[i]).pose for i in range(1, 12)})
+    assert scene.pose_errors(seq, poses)[:, 0].max() < 0.0015
+
+
+def test_a_known_shape_is_a_guess_where_nothing_was_seen() -> None:
+    seq = scene.sequence()
+    star = st.Reconstructor(seq.camera, initial=scene.body(), voxels=VOXELS, threads=1)
+    star.start(seq[0], pose=seq.ground_truth[0][0])
+    for i in range(1, 6):
+        star.track(seq[i])
+    mesh = star.mesh()
+    assert mesh.seen is not None
+    guessed = np.abs(scene.body()(mesh.vertices[mesh.seen == 0]))
+    assert np.percentile(guessed, 90) < 0.004
+
+
+def test_the_volume_grows_where_the_shape_reaches_its_border() -> None:
+    seq = scene.sequence()
+    star = st.Reconstructor(seq.camera, voxels=64, extent=0.125, threads=1)
+    first = star.start(seq[0], mask=scene.first_mask(seq)).pose
+    for i in range(1, len(seq)):
+        star.track(seq[i])
+    assert max(star.shape.values.shape) > 64
+    assert scene.surface_error(seq, star, first, least=3.0).mean() < 0.0006
+
+
+def test_a_jump_and_blank_frames_add_nothing() -> None:
+    seq = scene.sequence()
+    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1)
+    first = star.start(seq[0], mask=scene.first_mask(seq)).pose
+    for i in range(1, 12):
+        star.track(seq[i])
+    before = star.shape.values
+    blank = star.track(st.Frame(np.zeros((240, 320), np.float32)))
+    assert blank.status == ["bad_frame"]
+    assert np.isnan(blank.shape_change)
+    np.testing.assert_array_equal(star.shape.values, before)
+    later = star.track(seq[12])
+    assert later.ok
+    moved = np.roll(seq[13].depth, 60, axis=1)  # 75 mm at this depth
+    star.track(st.Frame(moved))
+    again = [star.track(seq[i]) for i in range(14, 20)]
+    assert again[-1].ok
+    assert scene.pose_errors(seq, {0: first, 19: again[-1].pose})[1, 0] < 0.0015
+
+
+def test_saved_and_read_again(tmp_path: Any) -> None:
+    seq = scene.sequence()
+    star = st.Reconstructor(seq.camera, voxels=64, threads=1)
+    star.start(seq[0], mask=scene.first_mask(seq))
+    for i in range(1, 8):
+        star.track(seq[i])
+    star.save(tmp_path / "star.pkl")
+    other = st.Reconstructor.load(tmp_path / "star.pkl")
+    np.testing.assert_array_equal(other.shape.values, star.shape.values)
+    np.testing.assert_allclose(other.track(seq[8]).pose, star.track(seq[8]).pose, atol=3e-4)
+    (tmp_path / "cut.pkl").write_bytes((tmp_path / "star.pkl").read_bytes()[:1000])
+    with pytest.raises(ValueError, match="cannot be read"):
+        st.Reconstructor.load(tmp_path / "cut.pkl")
+
+
+def test_bad_input_is_named() -> None:
+    seq = scene.sequence()
+    mask = scene.first_mask(seq)
+    star = st.Reconstructor(seq.camera, voxels=64)
+    for use in (star.mesh, star.refine, star.tracker, lambda: star.shape, lambda: star.track(seq[0])):
+        with pytest.raises(RuntimeError, match="call start"):
+            use()
+    with pytest.raises(ValueError, match="object alone"):
+        star.start(seq[0], mask=np.ones_like(mask))
+    with pytest.raises(ValueError, match="readings on the object"):
+        star.start(st.Frame(np.where(mask, 0, seq[0].depth).astype(np.float32)), mask=mask)
+    with pytest.raises(ValueError, match="one of mask, box and pose"):
+        star.start(seq[0])
+    with pytest.raises(ValueError, match="needs Reconstructor"):
+        star.start(seq[0], pose=np.eye(4))
+    with pytest.raises(ValueError, match="larger extent"):
+        st.Reconstructor(seq.camera, voxels=64, extent=0.05).start(seq[0], mask=mask)
+    with pytest.raises(ValueError, match="GiB"):
+        st.Reconstructor(seq.camera, voxels=2000)
+    with pytest.raises(TypeError, match="did you mean 'evidence'"):
+        st.Reconstructor(seq.camera, evidense="printed")
+    with pytest.raises(ValueError, match="smooth"):
+        st.Reconstructor(seq.camera, evidence="rough")
+    with pytest.raises(ValueError, match="camera's size"):
+        star.start(st.Frame(np.ones((10, 10), np.float32)), mask=np.ones((10, 10), bool))
+
+
+def test_the_printed_likelihood_is_selectable() -> None:
+    seq = scene.sequence()
+    star = st.Reconstructor(seq.camera, voxels=64, threads=1, evidence="printed")
+    first = star.start(seq[0], mask=scene.first_mask(seq)).pose
+    poses = {0: first, **{i: star.track(seq[i]).pose for i in range(1, 12)}}
+    assert scene.pose_errors(seq, poses)[:, 0].max() < 0.003
+    smooth = st.Reconstructor(seq.camera, voxels=64, threads=1)
+    smooth.start(seq[0], mask=scene.first_mask(seq))
+    for i in range(1, 12):
+        smooth.track(seq[i])
+    assert (smooth.shape.values != star.shape.values).any()
