@@ -99,6 +99,8 @@ void count_colors(const DepthFrame& frame, const Camera& camera, const Shape& sh
       const Vec3f p_cam = z * ray(K, u.x, u.y);
       field.value(p_cam, &phi, &unused);
       const bool on = std::abs(phi) <= band;
+      // On what is only guessed of a shape lies the object, or a hand.
+      if (on && shape.seen.amount && !shape.seen.below(shape.sdf, field.T_obj_cam * p_cam)) continue;
       if (on ? near_a_step(frame.depth_m, x, y) : !(phi > kOffBands * band)) continue;
       if (!on && on_one_of(others, p_cam.cast<double>(), static_cast<double>(kOffBands * band))) continue;
       const int bin = reader->bin(y * camera.width + x, u, z);

@@ -213,3 +213,27 @@ def test_the_printed_likelihood_is_selectable() -> None:
     for i in range(1, 12):
         smooth.track(seq[i])
     assert (smooth.shape.values != star.shape.values).any()
+
+
+def test_a_hand_that_holds_the_object_is_not_part_of_it() -> None:
+    seq = scene.sequence(occluder="grip")
+    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1)
+    first = star.start(seq[0], mask=scene.first_mask(seq)).pose
+    # Later only the ball looks out between the fingers, and nothing tells how far it has turned.
+    poses = {0: first, **{i: star.track(seq[i]).pose for i in range(1, 26)}}
+    assert scene.pose_errors(seq, poses)[:, 0].mean() < 0.0012
+    off = scene.surface_error(seq, star, first, least=1.0)
+    assert len(off) > 300
+    assert (off < 0.003).mean() > 0.97
+
+
+def test_no_colours_no_hand_either_where_depth_tells_them_apart() -> None:
+    seq = scene.sequence()
+    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1, mode="depth")
+    first = star.start(seq[0], mask=scene.first_mask(seq)).pose
+    for i in range(1, 12):
+        depth = np.array(seq[i].depth)
+        depth[:, 150:170] = np.where(depth[:, 150:170] > 0, 0.40, 0)  # a bar 6 cm in front of the object
+        star.track(st.Frame(depth))
+    off = scene.surface_error(seq, star, first, least=1.0)
+    assert (off < 0.003).mean() > 0.99
