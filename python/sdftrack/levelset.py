@@ -15,6 +15,7 @@ from sdftrack import _core
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.checks import number, numbers, of_kind
 from sdftrack.frame import Frame
+from sdftrack.geometry import rigid
 from sdftrack.sdf import SDF
 
 __all__ = ["evidence", "evolve", "redistance"]
@@ -112,7 +113,7 @@ def evidence(
     core.fuse(
         frame.depth,
         view._core,
-        numbers(T_cam_obj, "T_cam_obj"),
+        rigid(T_cam_obj, "T_cam_obj"),
         region,
         np.ascontiguousarray(given != 0).view(np.uint8),
     )

@@ -144,7 +144,7 @@ def test_the_regulariser_alone_does_not_keep_the_distances():
     # The reason for redistance_every: the data term stretches the band faster than the prior on slopes mends it.
     truth = ball()
     out = st.levelset.evolve(in_m(truth), ratio_of(truth).astype(np.float32), 50, VOXEL_M, redistance_every=0)
-    assert slope_error(out, VOXEL_M) > 0.15
+    assert slope_error(out, VOXEL_M) > 0.5  # measured 0.77
 
 
 def test_without_evidence_both_regularisers_bring_a_steep_field_back():
@@ -157,7 +157,7 @@ def test_without_evidence_both_regularisers_bring_a_steep_field_back():
 
 
 def test_a_flat_field_grows_no_waves_with_the_double_well():
-    # Below half a slope the double well pulls to 0 where the printed potential pushes to 1 from nowhere.
+    # Below half a slope the double well smooths, where the printed potential pushes to 1 in any direction.
     tilted = 0.3 * np.broadcast_to(np.arange(24.0) - 11.5, (24, 24, 24))
     tilted = tilted + 1e-3 * np.random.default_rng(0).normal(size=tilted.shape)
     none = np.zeros(tilted.shape)
@@ -165,7 +165,8 @@ def test_a_flat_field_grows_no_waves_with_the_double_well():
     for printed in (False, True):
         out = reference.evolve(tilted, none, 150, printed=printed)[6:-6, 6:-6, 6:-6]
         rough_after[printed] = np.abs(np.linalg.norm(np.gradient(out), axis=0) - 0.3).max()
-    assert rough_after[False] < rough_after[True]
+    assert rough_after[False] < 0.1  # measured 0.05
+    assert rough_after[True] > 0.5  # measured 0.86
 
 
 def test_the_shape_that_the_evidence_denies_vanishes():
