@@ -21,6 +21,7 @@ Reconstruction::Reconstruction(EvidenceVolume evidence, const ReconstructionOpti
     : options_(options), evidence_(std::move(evidence)), distance_(evidence_) {
   SensorNoise& noise = options_.evidence.noise;
   noise.least_m = std::max(noise.least_m, static_cast<float>(grid().voxel_m));
+  noise.usual_m = std::max(noise.usual_m, noise.least_m);  // seen head on, a reading weighs 1 in any volume
 }
 
 std::unique_ptr<Reconstruction> Reconstruction::grown(const std::array<int, 3>& before,
