@@ -72,25 +72,17 @@ void Tracker::find_membership(const DepthFrame& frame, float* membership, float*
           static_cast<std::size_t>(y) * static_cast<std::size_t>(camera_.width) + static_cast<std::size_t>(x);
       share_out(phi_m, sharpness_per_m, membership + at * count);
     }
-  for (std::size_t k = 0; k < count; ++k) read_foreground(frame, objects_[k], boxes[k], foreground);
+  for (std::size_t k = 0; k < count; ++k) read_foreground(frame, static_cast<int>(k), boxes[k], foreground);
 }
 
 // P_f around one object by its colours; where several are asked, the larger.
-void Tracker::read_foreground(const DepthFrame& frame, const Object& object, const Rect& box,
-                              float* foreground) {
-  const ColorModel* const colors = colors_of(frame, object);
-  if (!colors || box.empty()) return;
-  color_reader_.open(frame, camera_, box, depth_range(*object.shape, object.T_cam_obj, options_.padding_m));
-  const IdealPixel ideal{frame, camera_.K.cast<float>(), camera_.width};
+void Tracker::read_foreground(const DepthFrame& frame, int k, const Rect& box, float* foreground) {
+  find_foreground(frame, k, box, &foreground_);
+  const float* own = foreground_.data();
   for (int y = box.y0; y < box.y1; ++y)
-    for (int x = box.x0; x < box.x1; ++x) {
-      const float z = frame.depth_m(x, y);
-      if (!(z > 0)) continue;
-      const int at = y * camera_.width + x, bin = color_reader_.bin(at, ideal(x, y), z);
-      if (bin < 0) continue;
-      float& to = foreground[at];
-      const float own = colors->posterior()[static_cast<std::size_t>(bin)];
-      to = std::isnan(to) ? own : std::max(to, own);
+    for (int x = box.x0; x < box.x1; ++x, ++own) {
+      float& to = foreground[y * camera_.width + x];
+      if (!std::isnan(*own)) to = std::isnan(to) ? *own : std::max(to, *own);
     }
 }
 

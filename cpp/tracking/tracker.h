@@ -95,7 +95,7 @@ class Tracker {
   const ColorModel* colors_of(const DepthFrame& frame, const Object& object) const;
   void learn_colors(const DepthFrame& frame, Object* object);
 
-  void read_foreground(const DepthFrame& frame, const Object& object, const Rect& box, float* foreground);
+  void read_foreground(const DepthFrame& frame, int k, const Rect& box, float* foreground);
 
   ObjectResult begin_at(const DepthFrame& frame, Object* object, const Whereabouts& place);
   ObjectResult track_one(const DepthFrame& frame, Object* object);
@@ -160,6 +160,7 @@ class Tracker {
   std::vector<ObjectResult> results_;
   ColorReader color_reader_;
   ColorCounts color_counts_;
+  std::vector<float> foreground_;
 };
 
 }  // namespace sdftrack

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack import _core, metrics
+from sdftrack import _core
 from sdftrack.appearance import color_map
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.checks import of_kind
@@ -22,7 +22,7 @@ from sdftrack.frame import Frame
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
 from sdftrack.places import one_place
-from sdftrack.reconstruction import beginning, quality
+from sdftrack.reconstruction import beginning, quality, refining
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.reconstruction.shots import Refined, Shot
 from sdftrack.results import Status, TrackResult
@@ -182,7 +182,7 @@ class Reconstructor:
         self._noise_m = noise_m
         self._shots, self._index, self._fused = [], 0, 0
         region = _region_of(on_object, self._frame_camera)
-        self._core = self._new_core(T)
+        self._core = self._new_core()
         first = Shot(
             0,
             region,
@@ -276,33 +276,10 @@ class Reconstructor:
         rounds : int
         """
         tracker = self._started("refine")
-        moved: list[float] = []
-        turned: list[float] = []
         last = tracker._best[0]
-        for k in range(rounds):
-            steps = []
-            anchor = self._shots[0].T_cam_obj
-            for i, shot in enumerate(self._shots):
-                steps.append(self._track_again(shot, tracker))
-                if progress is not None:
-                    progress((k + 0.4 * i / len(self._shots)) / rounds)
-            # The young shape took the first frame's noise for its form: all others know better where that one was.
-            back = np.linalg.solve(self._shots[0].T_cam_obj, anchor)
-            for shot in self._shots:
-                shot.T_cam_obj = shot.T_cam_obj @ back
-            core = self._new_core(self._shots[0].T_cam_obj, like=self._core)
-            self._core, self._fused = core, 0
-            for i, shot in enumerate(self._shots):
-                self._fuse(shot, shot.full_depth(*self._size))
-                if progress is not None:
-                    progress((k + 0.4 + 0.6 * (i + 1) / len(self._shots)) / rounds)
-            self._reshape()
-            rms = np.sqrt(np.mean(np.square(steps), axis=0))
-            moved.append(float(rms[0]))
-            turned.append(float(rms[1]))
-        poses = {shot.index: shot.T_cam_obj for shot in self._shots}
-        tracker.set_pose(0, poses.get(self._index, last))
-        return Refined(poses, rounds, moved, turned)
+        refined = refining.refine(self._shots, tracker, self._size, self._fuse_all, rounds, progress)
+        tracker.set_pose(0, refined.poses.get(self._index, last))
+        return refined
 
     # -- inside
 
@@ -337,7 +314,7 @@ class Reconstructor:
             T[:3, 3] -= _middle(self.initial)
         return T, on_object, noise_m
 
-    def _new_core(self, T: Pose, like: Any = None) -> Any:
+    def _new_core(self, like: Any = None) -> Any:
         if like is not None:
             voxels, voxel_m, origin = tuple(like.voxels), like.voxel_m, np.array(like.origin)
         else:
@@ -403,14 +380,13 @@ class Reconstructor:
     def _size(self) -> tuple[int, int]:
         return self._frame_camera.height, self._frame_camera.width
 
-    def _track_again(self, shot: Shot, tracker: Tracker) -> tuple[float, float]:
-        """A kept frame against the shape as it is now; how far its pose has moved (m, rad)."""
-        tracker.set_pose(0, shot.T_cam_obj)
-        found = tracker._core.track(shot.full_depth(*self._size), None, float("nan"), None, None)
-        if found["status"][0] != "ok":
-            return 0.0, 0.0
-        before, shot.T_cam_obj = shot.T_cam_obj, np.array(found["poses"][0])
-        return metrics.pose_error(shot.T_cam_obj, before)
+    def _fuse_all(self, progress: Callable[[float], None]) -> None:
+        """The shape anew from all kept frames at the poses they have now."""
+        self._core, self._fused = self._new_core(like=self._core), 0
+        for i, shot in enumerate(self._shots):
+            self._fuse(shot, shot.full_depth(*self._size))
+            progress((i + 1) / len(self._shots))
+        self._reshape()
 
     def _grow_if_needed(self) -> None:
         """A larger volume where the surface has come within a block of the border."""
@@ -482,7 +458,7 @@ class Reconstructor:
         if grid is None:
             return
         shots, fused = self._shots, self._fused
-        self._core = self._new_core(shots[0].T_cam_obj, like=_Grid(*grid))
+        self._core = self._new_core(like=_Grid(*grid))
         for shot in shots:
             self._fuse(shot, shot.full_depth(*self._size))
         self._fused = fused

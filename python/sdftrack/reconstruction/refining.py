@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+"""All kept poses and the shape, found anew in turn: what takes drift out of both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack import metrics
+from sdftrack.reconstruction.shots import Refined, Shot
+from sdftrack.tracking import Tracker
+
+__all__ = ["refine"]
+
+TRACKING = 0.4  # of a round's time; the rest is fusing
+
+
+def refine(
+    shots: list[Shot],
+    tracker: Tracker,
+    size: tuple[int, int],
+    fuse_all: Callable[[Callable[[float], None]], None],
+    rounds: int,
+    progress: Callable[[float], None] | None,
+) -> Refined:
+    """Track every shot against the shape, then have the shape made anew (`fuse_all`), some rounds."""
+    moved, turned = [], []
+    for k in range(rounds):
+
+        def tell(share: float, first: float = k / rounds) -> None:
+            if progress is not None:
+                progress(first + share / rounds)
+
+        anchor = shots[0].T_cam_obj
+        steps = []
+        for i, shot in enumerate(shots):
+            steps.append(_track_again(shot, tracker, size))
+            tell(TRACKING * i / len(shots))
+        # The young shape took the first frame's noise for its form: all others know better where that one was.
+        back = np.linalg.solve(shots[0].T_cam_obj, anchor)
+        for shot in shots:
+            shot.T_cam_obj = shot.T_cam_obj @ back
+        fuse_all(lambda share, tell=tell: tell(TRACKING + (1 - TRACKING) * share))  # type: ignore[misc]
+        rms = np.sqrt(np.mean(np.square(steps), axis=0))
+        moved.append(float(rms[0]))
+        turned.append(float(rms[1]))
+    poses: dict[int, NDArray[np.float64]] = {shot.index: shot.T_cam_obj for shot in shots}
+    return Refined(poses, rounds, moved, turned)
+
+
+def _track_again(shot: Shot, tracker: Tracker, size: tuple[int, int]) -> tuple[float, float]:
+    """A kept frame against the shape as it is now; how far its pose has moved (m, rad)."""
+    tracker.set_pose(0, shot.T_cam_obj)
+    found = tracker._core.track(shot.full_depth(*size), None, float("nan"), None, None)
+    if found["status"][0] != "ok":
+        return 0.0, 0.0
+    before, shot.T_cam_obj = shot.T_cam_obj, np.array(found["poses"][0])
+    return metrics.pose_error(shot.T_cam_obj, before)
