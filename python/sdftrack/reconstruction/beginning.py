@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,16 @@ from numpy.typing import NDArray
 from sdftrack.camera import Camera
 from sdftrack.sdf import SDF
 
-__all__ = ["Ball", "ball_of", "ball_prior", "mask_of_box", "measured_noise", "shape_prior"]
+__all__ = [
+    "EXTENT_PER_BALL",
+    "Ball",
+    "Beginning",
+    "ball_prior",
+    "find_object",
+    "inside_points",
+    "measured_noise",
+    "shape_prior",
+]
 
 EXTENT_PER_BALL = (
     1.8  # of its diameter (method of the thesis' section 4.6 with room for what is not seen yet)
@@ -30,6 +40,44 @@ Mask = NDArray[np.bool_]
 class Ball:
     centre_cam: Array  # m
     radius_m: float
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """What the first frame shows of the object."""
+
+    T_cam_obj: Array
+    on_object: Mask  # (H, W), its pixels
+    ball: Ball
+    noise_m: float  # sd of the depth
+
+
+def find_object(
+    depth: NDArray[np.float32], place: Any, camera: Camera, initial: SDF | None, noise_m: float | None
+) -> Beginning:
+    """From a mask, a box, or the pose of the first guess (see `sdftrack.places`)."""
+    posed = not isinstance(place, tuple) and place.shape == (4, 4)
+    if isinstance(place, tuple):
+        on_object = mask_of_box(depth, place)
+    elif posed:
+        assert initial is not None
+        on_object = initial.silhouette(camera, place)
+    else:
+        on_object = place != 0
+    ball = ball_of(depth, on_object, camera)
+    T = np.eye(4)
+    T[:3, 3] = ball.centre_cam
+    if initial is not None:
+        points = inside_points(initial)
+        T[:3, 3] -= 0.5 * (points.min(0) + points.max(0))
+    return Beginning(place if posed else T, on_object, ball, noise_m or measured_noise(depth, on_object))
+
+
+def inside_points(shape: SDF) -> Array:
+    """Voxel centres inside a shape, (N, 3), object frame."""
+    zyx = np.argwhere(shape.values <= 0)
+    points: Array = zyx[:, ::-1] * shape.voxel_size + shape.origin
+    return points
 
 
 def ball_of(depth: NDArray[np.float32], mask: Mask, camera: Camera) -> Ball:

@@ -22,9 +22,11 @@ from sdftrack.frame import Frame
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
 from sdftrack.places import one_place
-from sdftrack.reconstruction import beginning, quality, refining
+from sdftrack.reconstruction import quality, refining
+from sdftrack.reconstruction.beginning import find_object
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.reconstruction.shots import Refined, Shot
+from sdftrack.reconstruction.volume import BLOCK, BYTES_PER_VOXEL, MOST_VOXELS, Volume, lattice_for
 from sdftrack.results import Status, TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
@@ -32,9 +34,6 @@ from sdftrack.tracking import Tracker
 __all__ = ["Reconstructor"]
 
 Pose = NDArray[np.float64]
-BLOCK = 8  # voxels; volumes grow by whole blocks
-MOST_VOXELS = 512
-BYTES_PER_VOXEL = 20
 MARGIN_PX = 25
 STAND_IN_VOXELS = 24
 ROUNDS = 3
@@ -121,14 +120,13 @@ class Reconstructor:
         )
         self.options = (options or ReconstructorOptions()).replace(**single_options)
         self.tracker_options = tracker_options or TrackerOptions()
-        self._core: Any = None
+        self._volume: Any = None
         self._tracker: Tracker | None = None
         self._shots: list[Shot] = []
         self._index = -1
-        self._fused = 0
 
     def __repr__(self) -> str:
-        state = f"{self._fused} frames fused" if self._core is not None else "not started"
+        state = f"{self._volume.fused} frames fused" if self._volume is not None else "not started"
         return f"Reconstructor({self.voxels} voxels, {state})"
 
     # -- tracking and fusing
@@ -178,31 +176,31 @@ class Reconstructor:
                 "pose: needs Reconstructor(camera, initial=sdf), whose pose it is; give mask or box"
             )
         begin = time.perf_counter()
-        T, on_object, noise_m = self._find_object(depth, one_place(pose, mask, box, self._frame_camera))
-        self._noise_m = noise_m
-        self._shots, self._index, self._fused = [], 0, 0
-        region = _region_of(on_object, self._frame_camera)
-        self._core = self._new_core()
-        first = Shot(
-            0,
-            region,
-            _cut(depth, region),
-            self._colors(frame, region),
-            np.empty(0, np.float32),
-            T,
-            _cut(on_object.astype(np.uint8), region),
-        )
-        self._fuse(first, depth)
-        self._keep(first)
-        if not len(self._core.surface_boxes):
+        place = one_place(pose, mask, box, self._frame_camera)
+        found = find_object(depth, place, self._frame_camera, self.initial, self.options.noise_m)
+        if self.extent is not None and 2 * found.ball.radius_m > self.extent:
+            raise ValueError(
+                f"extent: the object is about {2 * found.ball.radius_m:.3g} m wide, the volume {self.extent:.3g} m; "
+                "give a larger extent, or none"
+            )
+        lattice = lattice_for(found, self.initial, self.voxels, self.extent)
+        volume = Volume(self._frame_camera, lattice, found, self.initial, self.options, self.threads)
+        region = _region_of(found.on_object, self._frame_camera)
+        rgb, mask_there = self._colors(frame, region), _cut(found.on_object.astype(np.uint8), region)
+        nothing = np.empty(0, np.float32)
+        shot = Shot(0, region, _cut(depth, region), rgb, nothing, found.T_cam_obj, mask_there)
+        volume.fuse(shot, depth)
+        if not len(volume.core.surface_boxes):
             raise ValueError(
                 "start: no surface was found on the object; is it too small for the volume's voxels?"
             )
-        self._tracker = self._new_tracker(noise_m)
+        self._beginning, self._volume, self._shots, self._index = found, volume, [], 0
+        self._keep(shot)
+        self._tracker = self._new_tracker()
         self._reshape()
-        result = self._tracker.start(frame, poses=T)
-        self._tracker.set_pose(0, T)
-        return self._finished(result, T, begin, fused=True)
+        result = self._tracker.start(frame, poses=found.T_cam_obj)
+        self._tracker.set_pose(0, found.T_cam_obj)
+        return self._finished(result, found.T_cam_obj, begin, fused=True)
 
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
         """Follow the object into the next frame, and add what it shows where the pose is sure.
@@ -235,29 +233,29 @@ class Reconstructor:
     def shape(self) -> SDF:
         """The shape so far, a copy: distances in metres, negative inside."""
         self._started("shape")
-        return SDF(np.array(self._core.phi), self._core.voxel_m, self._core.origin)
+        return self._volume.shape()
 
     def mesh(self) -> Mesh:
         """Watertight coloured mesh, m, object frame; ``seen`` tells how often each vertex was seen (0: guessed)."""
         self._started("mesh")
-        return quality.surface_mesh(self._core)
+        return quality.surface_mesh(self._volume.core)
 
     def quality(self) -> quality.Quality:
         """How well the surface is known."""
         mesh = self.mesh()
         assert mesh.seen is not None
-        errors = quality.expected_error(mesh.seen, self._noise_m, self._core.voxel_m)
+        errors = quality.expected_error(mesh.seen, self._beginning.noise_m, self._volume.core.voxel_m)
         share = float((mesh.seen >= self.options.least_seen).mean())
         rest = "" if share > 0.9 else "; turn the object further to see the rest"
-        text = f"{100 * share:.0f} % of the surface was seen in {self._fused} frames{rest}"
-        return quality.Quality(share, errors, self._fused, text)
+        text = f"{100 * share:.0f} % of the surface was seen in {self._volume.fused} frames{rest}"
+        return quality.Quality(share, errors, self._volume.fused, text)
 
     def tracker(self) -> Tracker:
         """A Tracker that goes on with this shape, the last pose, and the colours learnt."""
         tracker = self._started("tracker")
         tracker.shapes = [self.shape]
-        self._reshape(np.array(self._core.phi), np.array(self._core.seen))
-        self._tracker = self._new_tracker(self._noise_m)
+        self._reshape(np.array(self._volume.core.phi), np.array(self._volume.core.seen))
+        self._tracker = self._new_tracker()
         self._reshape()
         self._tracker.set_pose(0, tracker._best[0])
         self._tracker._index = tracker._index
@@ -288,64 +286,18 @@ class Reconstructor:
             raise RuntimeError(f"{what}: call start(frame, mask=...) first")
         return self._tracker
 
-    def _find_object(self, depth: NDArray[np.float32], place: Any) -> tuple[Pose, NDArray[np.bool_], float]:
-        """Its pose, its pixels, and the noise of their depth."""
-        camera = self._frame_camera
-        if isinstance(place, tuple):
-            on_object = beginning.mask_of_box(depth, place)
-        elif place.shape == (4, 4):
-            assert self.initial is not None
-            on_object = self.initial.silhouette(camera, place)
-        else:
-            on_object = place != 0
-        ball = beginning.ball_of(depth, on_object, camera)
-        noise_m = self.options.noise_m or beginning.measured_noise(depth, on_object)
-        if self.extent is not None and 2 * ball.radius_m > self.extent:
-            raise ValueError(
-                f"extent: the object is about {2 * ball.radius_m:.3g} m wide, the volume {self.extent:.3g} m; give a "
-                "larger extent, or none"
-            )
-        self._ball = ball
-        if not isinstance(place, tuple) and place.shape == (4, 4):
-            return place, on_object, noise_m
-        T = np.eye(4)
-        T[:3, 3] = ball.centre_cam
-        if self.initial is not None:
-            T[:3, 3] -= _middle(self.initial)
-        return T, on_object, noise_m
-
-    def _new_core(self, like: Any = None) -> Any:
-        if like is not None:
-            voxels, voxel_m, origin = tuple(like.voxels), like.voxel_m, np.array(like.origin)
-        else:
-            middle = np.zeros(3) if self.initial is None else _middle(self.initial)
-            widest = 2 * self._ball.radius_m
-            if self.initial is not None:
-                widest = max(widest, float(np.ptp(_inside(self.initial), axis=0).max()))
-            extent = self.extent or beginning.EXTENT_PER_BALL * widest
-            voxels, voxel_m = (self.voxels,) * 3, extent / (self.voxels - 1)
-            origin = middle - 0.5 * extent
-        weight = self.options.prior
-        prior = None
-        if weight > 0 and self.initial is not None:
-            prior = beginning.shape_prior(self.initial, weight, voxels, voxel_m, origin)
-        elif weight > 0:
-            prior = beginning.ball_prior(self._ball, weight, voxels, voxel_m, origin)
-        core_options = self.options.to_core(self._noise_m)
-        return _core.Reconstruction(list(voxels), voxel_m, origin.tolist(), prior, core_options, self.threads)
-
-    def _new_tracker(self, noise_m: float) -> Tracker:
+    def _new_tracker(self) -> Tracker:
         # The young shape fits the frames that it was made of too well to measure the sensor by.
         options = self.tracker_options.replace(
-            adapt_noise=False, noise_m=noise_m, noise_per_m=self.options.noise_per_m
+            adapt_noise=False, noise_m=self._beginning.noise_m, noise_per_m=self.options.noise_per_m
         )
         # Its own shape follows at once (reshape); this one says where the object frame's middle is.
-        shape = self.initial or SDF.sphere(self._ball.radius_m, voxels=STAND_IN_VOXELS)
+        shape = self.initial or SDF.sphere(self._beginning.ball.radius_m, voxels=STAND_IN_VOXELS)
         return Tracker(shape, self.camera, mode=self.mode, threads=self.threads, options=options)
 
     def _reshape(self, phi: Any = None, seen: Any = None) -> None:
         assert self._tracker is not None
-        core = self._core
+        core = self._volume.core
         volume = (core.phi if phi is None else phi, core.voxel_m, list(core.origin))
         least = max(1, round(quality.SEEN_SCALE * self.options.least_seen))
         self._tracker._core.reshape(0, volume, core.seen if seen is None else seen, least, core.surface_boxes)
@@ -360,17 +312,10 @@ class Reconstructor:
             return
         foreground, rgb = core.look_at(frame.depth, *self._tracker._colors_of(frame), 0, region)
         shot = Shot(self._index, region, _cut(frame.depth, region), rgb, foreground, np.array(T))
-        self._fuse(shot, frame.depth)
+        self._volume.fuse(shot, frame.depth)
         self._keep(shot)
-        self._grow_if_needed()
+        self._volume.grow_if_needed()
         self._reshape()
-
-    def _fuse(self, shot: Shot, depth: NDArray[np.float32]) -> None:
-        camera = self._frame_camera
-        mask = shot.full_mask(camera.height, camera.width)
-        foreground = None if shot.mask is not None else shot.foreground
-        self._core.fuse(depth, camera._core, shot.T_cam_obj, shot.region, mask, foreground, shot.rgb)
-        self._fused += 1
 
     def _keep(self, shot: Shot) -> None:
         if len(self._shots) < self.options.kept_frames:
@@ -382,24 +327,11 @@ class Reconstructor:
 
     def _fuse_all(self, progress: Callable[[float], None]) -> None:
         """The shape anew from all kept frames at the poses they have now."""
-        self._core, self._fused = self._new_core(like=self._core), 0
+        self._volume = self._volume.emptied()
         for i, shot in enumerate(self._shots):
-            self._fuse(shot, shot.full_depth(*self._size))
+            self._volume.fuse(shot, shot.full_depth(*self._size))
             progress((i + 1) / len(self._shots))
         self._reshape()
-
-    def _grow_if_needed(self) -> None:
-        """A larger volume where the surface has come within a block of the border."""
-        boxes = self._core.surface_boxes
-        if not len(boxes):
-            return
-        voxels = np.array(self._core.voxels)
-        before = (boxes[:, :3].min(0) < BLOCK).astype(int) * 2
-        after = (boxes[:, 3:].max(0) > voxels - BLOCK).astype(int) * 2
-        after[voxels + BLOCK * (before + after) > MOST_VOXELS] = 0
-        before[voxels + BLOCK * (before + after) > MOST_VOXELS] = 0
-        if before.any() or after.any():
-            self._core = self._core.grown(before.tolist(), after.tolist())
 
     def _colors(self, frame: Frame, region: tuple[int, int, int, int]) -> NDArray[np.uint8] | None:
         """The first frame's colours around the object, depth pixel by depth pixel."""
@@ -414,7 +346,7 @@ class Reconstructor:
     def _finished(self, result: TrackResult, T: Pose, begin: float, *, fused: bool) -> TrackResult:
         poses = np.array(result.poses)
         poses[0] = T
-        change = float(self._core.change_m) if fused else float("nan")
+        change = float(self._volume.core.change_m) if fused else float("nan")
         seconds = time.perf_counter() - begin
         return replace(result, poses=poses, seconds=seconds, index=self._index, shape_change=change)
 
@@ -445,32 +377,27 @@ class Reconstructor:
 
     def __getstate__(self) -> dict[str, Any]:
         state = dict(self.__dict__)
-        tracker = state.pop("_tracker")
-        core = state.pop("_core")
-        state["pose"] = None if tracker is None else tracker._best[0]
-        state["grid"] = None if core is None else (tuple(core.voxels), core.voxel_m, tuple(core.origin))
+        volume, tracker = state.pop("_volume"), state.pop("_tracker")
+        if tracker is not None:
+            state["saved"] = volume.lattice, volume.fused, tracker._best[0]
         return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        pose, grid = state.pop("pose"), state.pop("grid")
+        saved = state.pop("saved", None)
         self.__dict__.update(state)
-        self._core, self._tracker = None, None
-        if grid is None:
+        self._volume = None
+        self._tracker = None
+        if saved is None:
             return
-        shots, fused = self._shots, self._fused
-        self._core = self._new_core(like=_Grid(*grid))
-        for shot in shots:
-            self._fuse(shot, shot.full_depth(*self._size))
-        self._fused = fused
-        self._tracker = self._new_tracker(self._noise_m)
-        self._reshape()
+        lattice, fused, pose = saved
+        self._volume = Volume(
+            self._frame_camera, lattice, self._beginning, self.initial, self.options, self.threads
+        )
+        self._tracker = self._new_tracker()
+        self._fuse_all(lambda share: None)
+        self._volume.fused = fused
         self._tracker.set_pose(0, pose)
         self._tracker._index = self._index
-
-
-class _Grid:
-    def __init__(self, voxels: tuple[int, ...], voxel_m: float, origin: tuple[float, ...]) -> None:
-        self.voxels, self.voxel_m, self.origin = voxels, voxel_m, origin
 
 
 def _cut(image: NDArray[Any], region: tuple[int, int, int, int]) -> NDArray[Any]:
@@ -487,14 +414,3 @@ def _region_of(mask: NDArray[np.bool_], camera: Camera) -> tuple[int, int, int, 
         min(camera.width, int(xs.max()) + MARGIN_PX + 1),
         min(camera.height, int(ys.max()) + MARGIN_PX + 1),
     )
-
-
-def _inside(shape: SDF) -> Pose:
-    zyx = np.argwhere(shape.values <= 0)
-    return zyx[:, ::-1] * shape.voxel_size + shape.origin
-
-
-def _middle(shape: SDF) -> Pose:
-    points = _inside(shape)
-    middle: Pose = 0.5 * (points.min(0) + points.max(0))
-    return middle

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT
+"""The volume that a shape grows in: its place, its first guess, and frames fused into it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack import _core
+from sdftrack.camera import Camera
+from sdftrack.reconstruction.beginning import (
+    EXTENT_PER_BALL,
+    Beginning,
+    ball_prior,
+    inside_points,
+    shape_prior,
+)
+from sdftrack.reconstruction.options import ReconstructorOptions
+from sdftrack.reconstruction.shots import Shot
+from sdftrack.sdf import SDF
+
+__all__ = ["BLOCK", "BYTES_PER_VOXEL", "MOST_VOXELS", "Lattice", "Volume", "lattice_for"]
+
+BLOCK = 8  # voxels; volumes grow by whole blocks
+MOST_VOXELS = 512
+BYTES_PER_VOXEL = 20
+BLOCKS_GROWN = 2
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """Voxel centres: ``origin + voxel_m * (x, y, z)``, object frame."""
+
+    voxels: tuple[int, int, int]
+    voxel_m: float
+    origin: tuple[float, float, float]
+
+
+def lattice_for(beginning: Beginning, initial: SDF | None, voxels: int, extent: float | None) -> Lattice:
+    """A cube about the object as it was found, or about its first guess."""
+    middle, widest = np.zeros(3), 2 * beginning.ball.radius_m
+    if initial is not None:
+        points = inside_points(initial)
+        middle = 0.5 * (points.min(0) + points.max(0))
+        widest = max(widest, float(np.ptp(points, axis=0).max()))
+    side = extent or EXTENT_PER_BALL * widest
+    x, y, z = (middle - 0.5 * side).tolist()
+    return Lattice((voxels, voxels, voxels), side / (voxels - 1), (x, y, z))
+
+
+class Volume:
+    """Evidence, distances and colours, as the core keeps them."""
+
+    def __init__(
+        self,
+        camera: Camera,
+        lattice: Lattice,
+        beginning: Beginning,
+        initial: SDF | None,
+        options: ReconstructorOptions,
+        threads: int,
+    ) -> None:
+        self.camera = camera
+        self._made_of = beginning, initial, options, threads
+        weight = options.prior
+        prior = None
+        if weight > 0 and initial is not None:
+            prior = shape_prior(initial, weight, lattice.voxels, lattice.voxel_m, np.array(lattice.origin))
+        elif weight > 0:
+            prior = ball_prior(
+                beginning.ball, weight, lattice.voxels, lattice.voxel_m, np.array(lattice.origin)
+            )
+        core_options = options.to_core(beginning.noise_m)
+        self.core: Any = _core.Reconstruction(
+            lattice.voxels, lattice.voxel_m, lattice.origin, prior, core_options, threads
+        )
+        self.fused = 0
+
+    @property
+    def lattice(self) -> Lattice:
+        return Lattice(tuple(self.core.voxels), self.core.voxel_m, tuple(self.core.origin))
+
+    def emptied(self) -> Volume:
+        """One of the same extent, without any frame."""
+        return Volume(self.camera, self.lattice, *self._made_of)
+
+    def fuse(self, shot: Shot, depth: NDArray[np.float32]) -> None:
+        """Add what a frame says; `depth` is its whole depth image."""
+        mask = shot.full_mask(self.camera.height, self.camera.width)
+        foreground = None if shot.mask is not None else shot.foreground
+        self.core.fuse(depth, self.camera._core, shot.T_cam_obj, shot.region, mask, foreground, shot.rgb)
+        self.fused += 1
+
+    def grow_if_needed(self) -> None:
+        """Make room where the surface has come within a block of the border."""
+        boxes = self.core.surface_boxes
+        if not len(boxes):
+            return
+        voxels = np.array(self.core.voxels)
+        before = (boxes[:, :3].min(0) < BLOCK).astype(int) * BLOCKS_GROWN
+        after = (boxes[:, 3:].max(0) > voxels - BLOCK).astype(int) * BLOCKS_GROWN
+        too_large = voxels + BLOCK * (before + after) > MOST_VOXELS
+        before[too_large] = after[too_large] = 0
+        if before.any() or after.any():
+            self.core = self.core.grown(before.tolist(), after.tolist())
+
+    def shape(self) -> SDF:
+        """The distances so far, a copy."""
+        return SDF(np.array(self.core.phi), self.core.voxel_m, self.core.origin)
