@@ -16,6 +16,7 @@ __all__ = ["Quality", "expected_error", "largest_body", "surface_mesh"]
 SEEN_SCALE = 256.0
 BAND_VOXELS = 8.0
 GUESS_BLUR_VOXELS = 2.5
+MARGIN_VOXELS = 8
 
 
 @dataclass(frozen=True)
@@ -71,15 +72,21 @@ def surface_mesh(core: Any) -> Mesh:
     """Watertight mesh of the zero set, its colours the mean of what was seen, `seen` in views head on."""
     from skimage.measure import marching_cubes
 
-    phi = largest_body(_smoothed_where_unseen(core.phi, core.seen, core.voxel_m))
+    boxes = core.surface_boxes
+    low = np.maximum(boxes[:, :3].min(0) - MARGIN_VOXELS, 0)
+    high = np.minimum(boxes[:, 3:].max(0) + MARGIN_VOXELS, core.voxels)
+    part = tuple(slice(a, b) for a, b in zip(low[::-1], high[::-1], strict=True))
+    amount = core.seen[part]
+    phi = largest_body(_smoothed_where_unseen(core.phi[part], amount, core.voxel_m))
     for side in (phi[0], phi[-1], phi[:, 0], phi[:, -1], phi[:, :, 0], phi[:, :, -1]):
         np.maximum(side, np.float32(core.voxel_m), out=side)  # closed even where the volume ends
     zyx, faces, _, _ = marching_cubes(phi, 0.0, gradient_direction="ascent")
     at = tuple(np.round(zyx).astype(np.intp).T)
-    seen = (core.seen[at] / SEEN_SCALE).astype(np.float32)
-    colors = (core.color[at] / 256.0 + 0.5).astype(np.uint8)
-    colors[seen == 0] = np.median(colors[seen > 0], axis=0).astype(np.uint8) if (seen > 0).any() else 128
-    vertices = zyx[:, ::-1].astype(np.float64) * core.voxel_m + np.array(core.origin)
+    seen = (amount[at] / SEEN_SCALE).astype(np.float32)
+    colors = (core.color[part][at] / 256.0 + 0.5).astype(np.uint8)
+    known = colors[seen > 0]
+    colors[seen == 0] = np.median(known, axis=0).astype(np.uint8) if len(known) else 128
+    vertices = (zyx[:, ::-1].astype(np.float64) + low) * core.voxel_m + np.array(core.origin)
     return Mesh(vertices, faces.astype(np.int32), colors, seen=seen)
 
 

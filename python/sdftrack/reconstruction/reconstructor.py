@@ -217,6 +217,8 @@ class Reconstructor:
         """
         tracker = self._started("track")
         frame = depth if isinstance(depth, Frame) else Frame(depth, color)
+        if frame.camera is not None and depth_camera(frame.camera) != self._frame_camera:
+            raise ValueError("frame: expected the camera of all frames, got another one with this frame")
         begin = time.perf_counter()
         result = tracker.track(frame)
         self._index += 1
