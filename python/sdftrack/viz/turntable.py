@@ -23,6 +23,7 @@ LAMP = np.array([-0.35, -0.55, -0.76], np.float32)  # towards the lamp, at the v
 FOCAL = 2.4  # in picture widths: a long lens, so that all sides look of one size
 FILLED = 0.92  # of the picture's width by the body's largest circle
 CAPTION_PX = 26
+SOFT_PX = 1.5
 
 
 def four_sides(mesh: Mesh, T_cam_obj: ArrayLike, size_px: int = 420, threads: int = 0) -> Picture:
@@ -89,10 +90,20 @@ def _view(mesh: Mesh, T_cam_obj: ArrayLike, angle_rad: float, size_px: int, thre
     camera = Camera(FOCAL * size_px, FOCAL * size_px, centre, centre, size_px, size_px)
     depth, normals, colors = mesh.raycast(camera, T, threads=threads)
     assert colors is not None
-    shade = 0.42 + 0.62 * np.clip(normals @ LAMP, 0, 1)
-    out = np.full(colors.shape, PAPER_RGB, np.uint8)
     hit = depth > 0
+    shade = 0.42 + 0.62 * np.clip(_softened(normals) @ LAMP, 0, 1)
+    out = np.full(colors.shape, PAPER_RGB, np.uint8)
     out[hit] = np.clip(colors[hit] * shade[hit, None], 0, 255).astype(np.uint8)
+    return out
+
+
+def _softened(normals: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Normals without the steps from triangle to triangle, which are the voxels' and not the object's."""
+    import cv2
+
+    soft = cv2.GaussianBlur(normals, (0, 0), SOFT_PX)
+    length = np.linalg.norm(soft, axis=2, keepdims=True)
+    out: NDArray[np.float32] = soft / np.maximum(length, 1e-6)
     return out
 
 
