@@ -140,6 +140,17 @@ def test_the_poses_follow_the_truth_from_the_first_image_on(whole):
     assert np.linalg.norm(refined[:, 1:4] - truth[: len(refined), 1:4], axis=1).max() < MAX_ERROR_M
 
 
+def test_evaluate_compares_them_in_the_frame_of_the_mesh(recording, whole, tmp_path):
+    assert run(["evaluate", str(whole), str(recording), "--out", str(tmp_path / "e"), "-q"]) == 0
+    (scores,) = json.loads((tmp_path / "e" / "result.json").read_text())["objects"]
+    _, found = poses_of(whole)
+    metres = np.linalg.norm((found @ np.linalg.solve(found[0], poses()[0]) - poses())[:, :3, 3], axis=1)
+    assert scores["translation_mm"]["max"] == pytest.approx(1e3 * metres.max(), rel=1e-3)
+    assert (
+        scores["translation_mm"]["max"] < 2e3 * MAX_ERROR_M
+    )  # of the duck's own origin, 0.1 m from the ball's
+
+
 def test_the_report_says_how_far_the_shape_may_be_trusted(whole):
     report = report_of(whole)
     section = report["reconstruction"]
@@ -150,7 +161,7 @@ def test_the_report_says_how_far_the_shape_may_be_trusted(whole):
     assert len(section["surface_change_m"]) == FRAMES
     assert set(section["refined"]["poses"]) == {str(i) for i in range(FRAMES)}
     assert report["settings"]["command"] == "reconstruct"
-    assert report["settings"]["object"] == 0
+    assert report["settings"]["instances"] == [0]
     assert [f["objects"][0]["status"] for f in report["frames"]] == ["ok"] * FRAMES
 
 

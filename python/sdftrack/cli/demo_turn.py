@@ -100,7 +100,7 @@ def reconstruct_duck(scene: Any, sdf: Any, frames: int, threads: int, quiet: boo
 
 
 def _turn(frames: int) -> Array:
-    """(frames, 3) angles: round the duck's upright axis, tilted to and fro so that its underside is seen too."""
+    """(frames, 3) angles: round the duck's upright axis, tilted up and down so that its underside is seen too."""
     a = 2 * np.pi * np.arange(frames) / WHOLE_TURN
     return np.stack([TILT_RAD * np.sin(2 * a), np.zeros(frames), a], axis=1)
 

@@ -151,7 +151,7 @@ class Run:
             "sequence": str(self.folder),
             "layout": self.seq.layout,
             "init": "mask of the sequence" if job.init is None else job.init.text,
-            "object": self.instance,
+            "instances": [self.instance],
             "shape": job.shape,
             "mode": job.mode,
             "frames": [numbers.start, numbers.stop, numbers.step],
