@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from tracking_fakes import CAMERA, Ball, frame, pose, result
 
+import sdftrack as st
 from sdftrack.camera import RGBDCamera
 from sdftrack.frame import Frame
 from sdftrack.viz import draw

@@ -113,11 +113,16 @@ def reconstruct(
 ) -> None:
     """Reconstruct an unknown rigid object from recorded sequences, and track it meanwhile.
 
-    Writes into DIR the mesh (mesh.ply, m), the shape (shape.npz), mesh.png and turntable.mp4 that show it with what
-    was not seen in violet, and the files of track: poses.csv (BOP) and trajectory_0.txt (TUM) with the poses as they
-    were found frame by frame, ground_truth_0.txt where known (in the mesh's frame), overlay.mp4, report.json;
-    refined_0.txt has the poses that belong to the refined mesh. Ctrl-C ends a sequence early and keeps what stands.
-    Several sequences get a folder each.
+    Writes into DIR the mesh (mesh.ply, metres), the shape (shape.npz), and
+    mesh.png and turntable.mp4, which show it with what was not seen in violet.
+
+    Also the files of track: poses.csv (BOP) and trajectory_0.txt (TUM) with
+    the poses as they were found frame by frame, ground_truth_0.txt where
+    known (in the mesh's frame), overlay.mp4, report.json. refined_0.txt has
+    the poses that belong to the refined mesh.
+
+    Ctrl-C ends a sequence early and keeps what stands. Several sequences get
+    a folder each.
     """
     _check_usage(mode, unit, extent, out)
     check_layout(layout)
