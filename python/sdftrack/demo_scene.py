@@ -6,14 +6,14 @@ World frame: z up, the table at z = 0, metres. Everything is made here from a se
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["DemoScene", "make_scene"]
+__all__ = ["DemoScene", "alone", "make_scene"]
 
 Array = NDArray[np.float64]
 EYE, TARGET = (0.02, -0.69, 0.54), (0.0, 0.0, 0.12)
@@ -38,7 +38,7 @@ class DemoScene:
     duck: Any
     poses: Array
     seed: int
-    _hand: Any
+    _hand: Any  # None: nobody is there
     _T_cam_world: Array
     _backdrop: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint8]]
     threads: int = 0
@@ -57,8 +57,10 @@ class DemoScene:
         depth, normals, colors = self._backdrop
         depth, normals, colors = depth.copy(), normals.copy(), colors.copy()
         t = i / max(1, len(self) - 1)
-        bodies = [(self.duck, self.poses[i]), (self._hand, self.poses[i] @ _grip(t))]
-        passing = _passing_hand(t)
+        bodies = [(self.duck, self.poses[i])]
+        if self._hand is not None:
+            bodies.append((self._hand, self.poses[i] @ _grip(t)))
+        passing = _passing_hand(t) if self._hand is not None else None
         if passing is not None:
             bodies.append((self._hand, self._T_cam_world @ passing))
         for mesh, T in bodies:
@@ -89,6 +91,20 @@ def make_scene(frames: int, seed: int = 0, threads: int = 0) -> DemoScene:
         (depth, normals, colors),
         threads,
     )
+
+
+def alone(scene: DemoScene, place_m: Sequence[float], turns_rad: ArrayLike) -> DemoScene:
+    """The same scene without any hand: the duck floats at a place over the table.
+
+    Parameters
+    ----------
+    place_m : of the duck, world
+    turns_rad : (N, 3)
+        One frame for each: the duck is turned about its own z, then about the world's y and x.
+    """
+    T_cam = scene._T_cam_world @ _shift(*place_m)
+    poses = np.array([T_cam @ _turn(x) @ _turn(y=y) @ _turn(z=z) for x, y, z in np.asarray(turns_rad)])
+    return replace(scene, poses=poses, _hand=None)
 
 
 def _turn(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Array:

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack.io.video import PART, VideoFile
 from sdftrack.results import TrackResult
 
 __all__ = ["Recorder"]
 
 BOP_HEADER = "scene_id,im_id,obj_id,score,R,t,time"
-PART = ".part"  # suffix of a file that is not finished
 Array = NDArray[np.float64]
 
 
@@ -95,11 +95,13 @@ class Recorder:
         self._obj_ids, self._names, self._meshes = obj_ids, names, meshes
         self._scene_id, self._bop_name = int(scene_id), bop_name
         self._settings = dict(settings or {})
+        self._sections: dict[str, Any] = {}
+        self._beside: list[str] = []
         self._rows: list[str] = []
         self._frames: list[dict[str, Any]] = []
         self._trajectories: dict[int, list[str]] = {}
         self._truths: dict[int, list[str]] = {}
-        self._video = _Video(self.directory / "overlay.mp4", fps) if video and self._shapes else None
+        self._video = VideoFile(self.directory / "overlay.mp4", fps) if video and self._shapes else None
         self._closed = False
 
     def __enter__(self) -> Recorder:
@@ -119,6 +121,7 @@ class Recorder:
         result: TrackResult,
         im_id: int | None = None,
         truth: Mapping[int, ArrayLike] | None = None,
+        shapes: Any = None,
     ) -> NDArray[np.uint8] | None:
         """Record one frame.
 
@@ -130,6 +133,8 @@ class Recorder:
             Number of the image; by default the frame's index, else the count of frames.
         truth : {k: (4, 4)}, optional
             True T_cam_obj of the k-th object, where known.
+        shapes : SDF or list of SDF, optional
+            As they are in this frame, where they grow: drawn in place of the recorder's own.
 
         Returns
         -------
@@ -163,13 +168,24 @@ class Recorder:
             return None
         from sdftrack.viz import draw
 
-        picture = draw(frame, result, self._shapes, self._camera, self._meshes, names=self._names)
+        drawn = self._shapes if shapes is None else shapes
+        picture = draw(frame, result, drawn, self._camera, self._meshes, names=self._names)
         try:
             self._video.add(picture, stamp)
         except OSError as error:
             self._abandon()
             raise _clear(error, self.directory) from error
         return picture
+
+    def note(self, section: str, values: Mapping[str, Any]) -> None:
+        """Add a section of plain values to ``report.json``, beside its settings and frames."""
+        if section in ("version", "settings", "frames"):
+            raise ValueError(f"section: expected a name of one's own, got {section!r}, which the report has")
+        self._sections[section] = plain(values)
+
+    def wrote(self, *names: str) -> None:
+        """Files that the caller has put into the folder: the report lists them, so that they can be replaced."""
+        self._beside += [name for name in names if name not in self._beside]
 
     def close(self) -> None:
         """Finish the files and give them their names. Calling it again does nothing."""
@@ -186,7 +202,7 @@ class Recorder:
         self._closed = True
         for name in written:
             os.replace(self._part(name), self.directory / name)
-        for name in self._stale - set(written):
+        for name in self._stale - set(written) - set(self._beside):
             (self.directory / name).unlink(missing_ok=True)
 
     def _write_parts(self) -> list[str]:
@@ -207,7 +223,8 @@ class Recorder:
 
         report = {
             "version": __version__,
-            "settings": {**plain(self._settings), "files": names},
+            "settings": {**plain(self._settings), "files": names + self._beside},
+            **self._sections,
             "frames": self._frames,
         }
         texts["report.json"] = json.dumps(report, indent=1, allow_nan=False) + "\n"
@@ -324,79 +341,3 @@ def _clear(error: OSError, directory: Path) -> OSError:
             errno.ENOSPC, f"out: no space left on the disk of {directory}; free some or choose another folder"
         )
     return OSError(error.errno or errno.EIO, f"out: cannot write into {directory}: {error.strerror or error}")
-
-
-_ENCODERS = ("libx264", "libopenh264", "h264")
-_ENCODER_OPTIONS = {"libx264": {"crf": "20", "preset": "veryfast"}}
-
-
-class _Video:
-    """H.264 in an MP4 that browsers play: yuv420p, even size, index first."""
-
-    def __init__(self, path: Path, fps: float | None) -> None:
-        self._part = path.with_name(f".{path.name}{PART}")
-        self._fps = fps
-        self._waiting: list[tuple[Any, float | None]] = []  # the first picture, until the rate is known
-        self._container: Any = None
-        self._stream: Any = None
-
-    def add(self, picture: NDArray[np.uint8], stamp: float | None) -> None:
-        if self._container is not None:
-            self._encode(picture)
-            return
-        self._waiting.append((picture, stamp))
-        if self._fps is not None or len(self._waiting) == 2:
-            self._open()
-
-    def _open(self) -> None:
-        import av
-
-        stamps = [s for _, s in self._waiting if s is not None]
-        gap = stamps[1] - stamps[0] if len(stamps) == 2 else 0.0
-        fps = self._fps or (1 / gap if 1 / 120 <= gap <= 1.0 else 30.0)
-        # `faststart` moves the index to the front, so that a browser plays before it has read all.
-        self._container = av.open(str(self._part), "w", format="mp4", options={"movflags": "faststart"})
-        for name in _ENCODERS:
-            try:
-                self._stream = self._container.add_stream(
-                    name, rate=max(1, round(fps)), options=_ENCODER_OPTIONS.get(name, {})
-                )
-                break
-            except (ValueError, av.FFmpegError):
-                continue
-        else:
-            raise RuntimeError(
-                "overlay.mp4: this build of PyAV has no H.264 encoder; record with video=False"
-            )
-        height, width = (n - n % 2 for n in self._waiting[0][0].shape[:2])
-        self._stream.width, self._stream.height, self._stream.pix_fmt = width, height, "yuv420p"
-        self._stream.thread_count = 1  # the same bits on any machine
-        waiting, self._waiting = self._waiting, []
-        for picture, _ in waiting:
-            self._encode(picture)
-
-    def _encode(self, picture: NDArray[np.uint8]) -> None:
-        import av
-
-        even = np.ascontiguousarray(picture[: self._stream.height, : self._stream.width])
-        for packet in self._stream.encode(av.VideoFrame.from_ndarray(even, format="rgb24")):
-            self._container.mux(packet)
-
-    def finish(self) -> bool:
-        """Flush and close; whether there is a video at all."""
-        if self._container is None and self._waiting:
-            self._open()
-        if self._container is None:
-            return False
-        for packet in self._stream.encode():
-            self._container.mux(packet)
-        container, self._container = self._container, None
-        container.close()
-        return True
-
-    def drop(self) -> None:
-        with contextlib.suppress(Exception):
-            if self._container is not None:
-                self._container.close()
-        self._container = None
-        self._part.unlink(missing_ok=True)

@@ -16,7 +16,7 @@ import sdftrack as st
 from sdftrack.cli.app import run
 from sdftrack.cli.demo import _ours
 
-COMMANDS = ["demo", "track", "evaluate", "reproduce", "info", "config"]
+COMMANDS = ["demo", "track", "reconstruct", "evaluate", "reproduce", "info", "config"]
 
 
 def told(capsys):
@@ -207,6 +207,7 @@ def recording(tmp_path_factory):
 
 
 VOXELS = ["--voxels", "80"]
+MAX_DEMO_SURFACE_M = 0.0015  # mean of what was seen, of 2 mm voxels and a few frames; all of them give 0.5 mm
 
 
 def rows_of(folder):
@@ -364,9 +365,13 @@ def test_the_demo_needs_nothing_and_writes_pictures(tmp_path, monkeypatch, capsy
     made = {p.name for p in (tmp_path / "sdftrack-demo").iterdir()}
     assert made >= {
         "overlay.mp4", "frames.png", "errors.png", "sdf_slices.png", "poses.csv", "report.json", "table.txt",
-        "trajectory_0.txt", "ground_truth_0.txt",
+        "trajectory_0.txt", "ground_truth_0.txt", "mesh.ply", "mesh.png",
     }  # fmt: skip
-    assert "translation error (mm)" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "translation error (mm)" in printed
+    assert "reconstructed surface (mm)" in printed
+    report = json.loads((tmp_path / "sdftrack-demo" / "report.json").read_text())
+    assert report["reconstruction"]["mean_distance_m"] < MAX_DEMO_SURFACE_M
     assert _ours(tmp_path / "sdftrack-demo")  # so that it may be made again
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "a.txt").write_text("keep")

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from tracking_fakes import CAMERA, Ball, frame, pose, result
 
+import sdftrack as st
 from sdftrack.recorder import Recorder, quaternion
 
 OWN = {"poses.csv", "trajectory_0.txt", "overlay.mp4", "report.json"}
@@ -195,6 +196,33 @@ def test_a_disk_that_fills_during_the_video_leaves_nothing(tmp_path, monkeypatch
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(ValueError, match="closed"):
         recorder.add(frame(3), result([pose()]))
+
+
+def test_a_section_and_files_of_others_stand_in_the_report_and_go_with_the_next_run(tmp_path):
+    with Recorder(tmp_path / "out", CAMERA) as recorder:
+        recorder.add(frame(), result([pose()]))
+        (tmp_path / "out" / "mesh.ply").write_text("mine")
+        recorder.wrote("mesh.ply")
+        recorder.wrote("mesh.ply")
+        recorder.note("shape", {"size_m": np.array([0.1, np.nan])})
+        with pytest.raises(ValueError, match="frames"):
+            recorder.note("frames", {})
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert report["shape"] == {"size_m": [0.1, None]}
+    assert report["settings"]["files"].count("mesh.ply") == 1
+    with Recorder(tmp_path / "out", CAMERA, overwrite=True) as recorder:
+        recorder.wrote("mesh.ply")  # written again: it stays
+    assert (tmp_path / "out" / "mesh.ply").is_file()
+    with Recorder(tmp_path / "out", CAMERA, overwrite=True) as recorder:
+        recorder.add(frame(), result([pose()]))
+    assert not (tmp_path / "out" / "mesh.ply").exists()
+
+
+def test_a_shape_that_grows_is_drawn_as_it_is_now(tmp_path):
+    with Recorder(tmp_path, CAMERA, Ball()) as recorder:
+        before = recorder.add(frame(), result([pose()]))
+        after = recorder.add(frame(1), result([pose()]), shapes=[st.SDF.sphere(0.02, voxels=32)])
+    assert (before != after).any()
 
 
 def test_the_bop_name_is_a_second_copy(tmp_path):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from tracking_fakes import CAMERA, Ball, frame, pose, result
 
+import sdftrack as st
 from sdftrack.camera import RGBDCamera
 from sdftrack.frame import Frame
 from sdftrack.viz import draw
@@ -147,3 +148,33 @@ def test_drawing_keeps_up_with_a_camera():
         draw(f, result([pose(z=0.8)]), sdf, camera)
         seconds.append(time.perf_counter() - began)
     assert min(seconds) < 1 / 15  # measured 0.01
+
+
+def test_four_sides_begin_with_the_side_that_was_seen_and_go_round_by_the_right():
+    from sdftrack.geometry import pose as turned
+    from sdftrack.viz.turntable import PAPER_RGB, four_sides, turning
+
+    ball = st.SDF.sphere(0.05, voxels=40).to_mesh()
+    v = ball.vertices
+    red, green, blue = (200, 30, 30), (30, 200, 30), (30, 30, 200)
+    # In the first image (x right, z away from the viewer): red in front, green on the right, blue behind.
+    colors = np.where(
+        v[:, 2:] < -0.03, red, np.where(v[:, :1] > 0.03, green, np.where(v[:, 2:] > 0.03, blue, 90))
+    )
+    mesh = st.Mesh(v, ball.faces, colors.astype(np.uint8), seen=np.where(v[:, 0] < -0.03, 0.0, 1.0))
+    size = 80
+    picture = four_sides(mesh, np.eye(4), size)
+    middles = [picture[size // 2, n * size + size // 2].astype(int) for n in range(4)]
+    assert [int(m.argmax()) for m in middles[:3]] == [0, 1, 2]
+    assert middles[3][2] > middles[3][0] > middles[3][1]  # violet: the left was not seen
+    # From where it was seen, not along the object's own axes.
+    T = turned([0.0, np.pi / 2, 0.0])
+    other = four_sides(st.Mesh(v @ T[:3, :3], ball.faces, mesh.colors, seen=mesh.seen), T, size)
+    assert np.mean(np.abs(other.astype(int) - picture) > 8) < 0.02
+    first = next(iter(turning(mesh, np.eye(4), 4, size)))
+    np.testing.assert_array_equal(first, picture[:size, :size])
+    # Without colours and marks it is plain, and no line speaks of violet.
+    plain = four_sides(ball, np.eye(4), size)
+    assert plain.shape[0] < picture.shape[0]
+    body = plain[:size][np.abs(plain[:size].astype(int) - PAPER_RGB).sum(axis=2) > 30]
+    assert np.ptp(body.astype(int), axis=1).max() < 30

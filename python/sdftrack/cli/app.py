@@ -10,19 +10,27 @@ from typing import Any
 
 import typer
 
-from sdftrack.cli import config, demo, evaluate, info, reproduce, track
+from sdftrack.cli import config, demo, evaluate, info, reconstruct, reproduce, track
 
 __all__ = ["app", "run"]
 
 app = typer.Typer(
     name="sdftrack",
-    help="Track rigid objects with an RGB-D camera, by signed distance functions.",
+    help="Track and reconstruct rigid objects with an RGB-D camera, by signed distance functions.",
     add_completion=False,
     pretty_exceptions_enable=False,
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (demo.demo, track.track, evaluate.evaluate, reproduce.reproduce, info.info, config.config):
+for command in (
+    demo.demo,
+    track.track,
+    reconstruct.reconstruct,
+    evaluate.evaluate,
+    reproduce.reproduce,
+    info.info,
+    config.config,
+):
     app.command()(command)
 
 

@@ -6,10 +6,10 @@ from __future__ import annotations
 import contextlib
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Protocol, TypeVar
 
 import typer
 
@@ -22,6 +22,7 @@ __all__ = [
     "OutOption",
     "OverwriteOption",
     "QuietOption",
+    "Tell",
     "ThreadsOption",
     "Usage",
     "check_layout",
@@ -102,11 +103,17 @@ def progress(items: Iterable[T], total: int, label: str, quiet: bool) -> Iterato
             last = now
 
 
+class Tell(Protocol):
+    """How far work is: done of total, what it is called, and a note that may change from call to call."""
+
+    def __call__(self, done: int, total: int, label: str, note: str = "") -> None: ...
+
+
 @contextlib.contextmanager
-def progress_counter(quiet: bool) -> Iterator[Callable[[int, int, str], None]]:
-    """The same for work that tells (done, total, label) by a call; a new label begins a new count."""
+def progress_counter(quiet: bool) -> Iterator[Tell]:
+    """The same for work that tells how far it is by a call; a new label begins a new count."""
     if quiet:
-        yield lambda done, total, label: None
+        yield lambda done, total, label, note="": None
     elif sys.stderr.isatty():
         from rich.console import Console
         from rich.progress import Progress
@@ -114,19 +121,21 @@ def progress_counter(quiet: bool) -> Iterator[Callable[[int, int, str], None]]:
         with Progress(console=Console(stderr=True), transient=True) as bar:
             tasks: dict[str, Any] = {}
 
-            def move(done: int, total: int, label: str) -> None:
+            def move(done: int, total: int, label: str, note: str = "") -> None:
                 if label not in tasks:
                     tasks[label] = bar.add_task(label, total=total)
-                bar.update(tasks[label], completed=done)
+                told = f"{label}, {note}" if note else label
+                bar.update(tasks[label], completed=done, description=told)
 
             yield move
     else:
         last = [time.monotonic()]
 
-        def tell(done: int, total: int, label: str) -> None:
+        def tell(done: int, total: int, label: str, note: str = "") -> None:
             now = time.monotonic()
             if done == total or now - last[0] > PLAIN_EVERY_S:
-                print(f"{label}: {done}/{total}", file=sys.stderr, flush=True)
+                told = f", {note}" if note else ""
+                print(f"{label}: {done}/{total}{told}", file=sys.stderr, flush=True)
                 last[0] = now
 
         yield tell

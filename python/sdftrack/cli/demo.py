@@ -47,15 +47,18 @@ def demo(
 ) -> None:
     """Synthesise a hand-held duck over a cluttered table, track it by depth, and write what happened.
 
+    Then the duck turns once before the camera, and its shape is found from that alone: mesh.ply, mesh.png.
     Without --out the folder is ./sdftrack-demo; what an earlier demo wrote there is replaced.
     """
     import sdftrack as st
+    from sdftrack.cli.demo_turn import WHOLE_TURN, reconstruct_duck
     from sdftrack.demo_scene import make_scene
     from sdftrack.eval.run import pose_errors
     from sdftrack.eval.tables import text_table
     from sdftrack.io.files import write_text
     from sdftrack.recorder import prepare_folder
     from sdftrack.viz.pictures import plot_run, plot_sdf_slices, save_picture, strip
+    from sdftrack.viz.turntable import four_sides
 
     folder = DEFAULT_OUT if out is None else out
     overwrite = overwrite or (out is None and _ours(folder))
@@ -79,16 +82,24 @@ def demo(
             if i in shown and picture is not None:
                 pictures.append(picture)
             results.append(result)
+        found = reconstruct_duck(scene, sdf, min(WHOLE_TURN, frames // 4 + 8), threads, quiet)
+        found.mesh.save(folder / "mesh.ply")
+        save_picture(folder / "mesh.png", four_sides(found.mesh, found.pose, threads=threads))
+        recorder.wrote("mesh.ply", "mesh.png")
+        recorder.note("reconstruction", found.section())
     errors = pose_errors(np.array([r.poses[0] for r in results]), scene.poses)
     save_picture(folder / "frames.png", strip(pictures))
     plot_sdf_slices(folder / "sdf_slices.png", sdf)
     plot_run(folder / "errors.png", errors.translation_m, errors.rotation_rad, results)
     title = f"a hand-held duck, {frames} frames of 640 x 480, by depth alone"
-    head, rows = ["", "mean", "median", "max"], _rows(errors, results)
+    head, rows = ["", "mean", "median", "max"], [*_rows(errors, results), found.row()]
     write_text(folder / "table.txt", text_table(title, head, rows) + "\n")
     if not quiet:
         show_table(title, head, rows)
-        print(f"look at {folder / 'overlay.mp4'}, frames.png, errors.png and sdf_slices.png beside it")
+        print(f"reconstruction: {found.summary}")
+        print(
+            f"look at {folder / 'overlay.mp4'}, mesh.png, frames.png, errors.png and sdf_slices.png beside it"
+        )
 
 
 def _rows(errors: Any, results: list[Any]) -> list[list[str]]:

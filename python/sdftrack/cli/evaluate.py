@@ -23,7 +23,9 @@ from sdftrack.cli.common import (
 
 
 def evaluate(
-    directory: Annotated[Path, typer.Argument(metavar="DIR", help="Folder that sdftrack track wrote.")],
+    directory: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Folder that sdftrack track or reconstruct wrote.")
+    ],
     seq: Annotated[str, typer.Argument(metavar="SEQ", help="The sequence, with its ground truth.")],
     out: OutOption = None,
     overwrite: OverwriteOption = False,

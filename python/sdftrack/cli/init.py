@@ -14,7 +14,7 @@ from sdftrack.cli.common import Usage
 from sdftrack.cli.poses_file import read_poses
 from sdftrack.cli.targets import Target
 
-__all__ = ["INIT", "Init", "begin", "parse_inits"]
+__all__ = ["INIT", "Init", "begin", "box_inside", "mask_file", "parse_init", "parse_inits"]
 
 INIT = "gt|auto|poses.json|mask.png|box:x,y,w,h|click:x,y"
 Pose = NDArray[np.float64]
@@ -36,7 +36,7 @@ class Init:
 
 def parse_inits(texts: list[str], models: int) -> list[Init]:
     """What was typed; gt, auto and a poses.json speak of all models, the others of one each, in their order."""
-    inits = [_parse(text) for text in texts]
+    inits = [parse_init(text) for text in texts]
     kinds = {i.kind for i in inits}
     if kinds & {"gt", "auto", "poses"}:
         if len(inits) > 1:
@@ -49,7 +49,8 @@ def parse_inits(texts: list[str], models: int) -> list[Init]:
     return inits
 
 
-def _parse(text: str) -> Init:
+def parse_init(text: str, known: str = INIT) -> Init:
+    """One --init; a usage error that lists the `known` ones for a text that is none of them."""
     if text in ("gt", "auto"):
         return Init(text, text)
     kind, colon, values = text.partition(":")
@@ -61,7 +62,7 @@ def _parse(text: str) -> Init:
         return Init("poses", text)
     if suffix in (".png", ".bmp", ".tif", ".tiff", ".pgm"):
         return Init("mask", text)
-    raise Usage(f"expected {INIT.replace('|', ', ')}, got {text!r}", "--init")
+    raise Usage(f"expected {known.replace('|', ', ')}, got {text!r}", "--init")
 
 
 def _numbers(text: str, values: str, name: str, wanted: str) -> tuple[float, ...]:
@@ -90,7 +91,7 @@ def begin(
     camera = seq.camera if frame.camera is None else frame.camera
     shape = getattr(camera, "depth", camera).shape
     if kind == "box":
-        return tracker.start(frame, boxes=[_box(i, shape) for i in inits])
+        return tracker.start(frame, boxes=[box_inside(i, shape) for i in inits])
     return tracker.start(
         frame, masks=[_mask(i, t, frame, camera, shape) for i, t in zip(inits, targets, strict=True)]
     )
@@ -106,31 +107,38 @@ def _known_masks(targets: list[Target], first: int, seq: Any) -> list[NDArray[np
     return known if len(known) == len(targets) else None
 
 
-def _box(init: Init, shape: tuple[int, int]) -> tuple[float, ...]:
+def box_inside(init: Init, shape: tuple[int, int]) -> tuple[float, ...]:
+    """The typed box, which meets the depth image."""
     x, y, w, h = init.numbers
     if x >= shape[1] or y >= shape[0] or x + w <= 0 or y + h <= 0:
         raise Usage(f"expected a box in the {shape[1]} x {shape[0]} depth image, got {init.text}", "--init")
     return init.numbers
 
 
-def _mask(init: Init, target: Target, frame: Any, camera: Any, shape: tuple[int, int]) -> NDArray[np.bool_]:
+def mask_file(init: Init, shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """The mask.png that was typed, of the depth image's shape and not empty."""
     from sdftrack.io.frames import read_mask
+
+    path = Path(init.text)
+    if not path.is_file():
+        raise FileNotFoundError(f"--init: no such file: {path}")
+    mask = read_mask(path)
+    if mask.shape != shape:
+        size = f"{mask.shape[1]} x {mask.shape[0]}"
+        raise ValueError(
+            f"{init.option}: expected the depth image's size {shape[1]} x {shape[0]}, got {size}; a mask has "
+            "the geometry of the depth image"
+        )
+    if not mask.any():
+        raise ValueError(f"{init.option}: expected at least one pixel that is not 0, got an empty mask")
+    return mask
+
+
+def _mask(init: Init, target: Target, frame: Any, camera: Any, shape: tuple[int, int]) -> NDArray[np.bool_]:
     from sdftrack.region import connected_region
 
     if init.kind == "mask":
-        path = Path(init.text)
-        if not path.is_file():
-            raise FileNotFoundError(f"--init: no such file: {path}")
-        mask = read_mask(path)
-        if mask.shape != shape:
-            size = f"{mask.shape[1]} x {mask.shape[0]}"
-            raise ValueError(
-                f"{init.option}: expected the depth image's size {shape[1]} x {shape[0]}, got {size}; a mask has "
-                "the geometry of the depth image"
-            )
-        if not mask.any():
-            raise ValueError(f"{init.option}: expected at least one pixel that is not 0, got an empty mask")
-        return mask
+        return mask_file(init, shape)
     x, y = init.numbers
     if not (-0.5 <= x < shape[1] - 0.5 and -0.5 <= y < shape[0] - 0.5):
         raise Usage(f"expected a pixel of the {shape[1]} x {shape[0]} depth image, got {init.text}", "--init")

@@ -118,7 +118,7 @@ def track(
     )
     folders = [Path(s) for s in seq]
     failed: list[str] = []
-    for folder, target in zip(folders, _folders(folders, out), strict=True):
+    for folder, target in zip(folders, folder_each(folders, out), strict=True):
         try:
             _track_one(folder, target, job)
         except (OSError, ValueError, TypeError, RuntimeError) as error:
@@ -156,7 +156,8 @@ def _check_usage(
         raise Usage(f"expected at most one per --model ({len(models)}), got {len(overlay)}", "--overlay-mesh")
 
 
-def _folders(sequences: list[Path], out: Path) -> list[Path]:
+def folder_each(sequences: list[Path], out: Path) -> list[Path]:
+    """Where each sequence's results go: `out` for a single one, else a folder of its name in it."""
     if len(sequences) == 1:
         return [out]
     names: list[str] = []
@@ -183,6 +184,7 @@ def _track_one(folder: Path, out: Path, job: Job) -> None:
         frame = fitting(seq[numbers[0]], seq.camera)
         # Before the folder is made: a start that cannot be leaves nothing behind.
         results = [begin(tracker, job.inits, targets, frame, folder, numbers[0], seq)]
+        truths: list[dict[int, Any]] = []
         with st.Recorder(
             out,
             seq.camera,
@@ -201,10 +203,10 @@ def _track_one(folder: Path, out: Path, job: Job) -> None:
                     frame = fitting(seq[i], seq.camera)
                     results.append(tracker.track(frame))
                 truth = seq.ground_truth.get(i, {})
-                known = {k: truth[t.instance] for k, t in enumerate(targets) if t.instance in truth}
-                recorder.add(frame, results[-1], im_id=seq.ids[i], truth=known)
+                truths.append({k: truth[t.instance] for k, t in enumerate(targets) if t.instance in truth})
+                recorder.add(frame, results[-1], im_id=seq.ids[i], truth=truths[-1])
         if not job.quiet:
-            show_summary(folder, targets, results, numbers, seq, out)
+            show_summary(folder, names, results, truths, [seq.ids[i] for i in numbers], out)
 
 
 def _settings(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What ``sdftrack track`` prints in the end: how many frames were followed, how well, and where not."""
+"""What ``track`` and ``reconstruct`` print in the end: how many frames were followed, how well, and where not."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from sdftrack.cli.common import show_table
-from sdftrack.cli.targets import Target
 
 __all__ = ["show_summary"]
 
@@ -19,28 +18,33 @@ EVENTS = 5  # lines about trouble after the table
 
 
 def show_summary(
-    folder: Path, targets: list[Target], results: list[Any], numbers: range, seq: Any, out: Path
+    folder: Path,
+    names: list[str],
+    results: list[Any],
+    truths: list[dict[int, Any]],
+    ids: list[int],
+    out: Path,
 ) -> None:
+    """Print it; `truths` and `ids` (of the images) one per result, a truth being {k: T_cam_obj} where known."""
     from sdftrack.metrics import pose_error
 
     rows = []
-    for k, t in enumerate(targets):
+    for k, name in enumerate(names):
         status = [str(r.status[k]) for r in results]
         errors = []
-        for i, r in zip(numbers, results, strict=True):
-            truth = seq.ground_truth.get(i, {})
-            if t.instance in truth and str(r.status[k]) in ("ok", "weak"):
-                errors.append(pose_error(r.poses[k], truth[t.instance]))
+        for truth, r in zip(truths, results, strict=True):
+            if k in truth and str(r.status[k]) in ("ok", "weak"):
+                errors.append(pose_error(r.poses[k], truth[k]))
         counts = [str(status.count(s)) for s in ("ok", "weak", "lost", "bad_frame")]
         mean = np.mean(errors, axis=0) if errors else (np.nan, np.nan)
         accuracy = [f"{1e3 * mean[0]:.2f}", f"{np.rad2deg(mean[1]):.2f}"] if errors else ["-", "-"]
-        rows.append([t.name, *counts, *accuracy])
+        rows.append([name, *counts, *accuracy])
     head = ["object", "ok", "weak", "lost", "bad frame", "mean mm", "mean deg"]
     milliseconds = 1e3 * float(np.median([r.seconds for r in results]))
     show_table(
         f"{folder}: {len(results)} frames, {milliseconds:.2f} ms per frame -> {out}", head, rows, COLORS
     )
-    events = list(_events([t.name for t in targets], results, [seq.ids[i] for i in numbers]))
+    events = list(_events(names, results, ids))
     for line in events[:EVENTS]:
         print(line)
     if len(events) > EVENTS:

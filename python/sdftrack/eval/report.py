@@ -110,8 +110,24 @@ def read_results(directory: Path) -> dict[str, Any]:
     return dict(report)
 
 
+def _true_frame(report: dict[str, Any], k: int, truth: Array | None) -> Array:
+    """From the truth's object frame to that of the results: one for models that are tracked, chosen for an object that
+    was reconstructed, so that the two agree in the first image."""
+    if report["settings"].get("command") != "reconstruct":
+        return np.eye(4)
+    first = report["frames"][0]
+    if truth is None:
+        raise ValueError(
+            f"ground truth: a reconstruction is compared from its first image on, and image {first['im_id']} has none"
+        )
+    return np.asarray(np.linalg.solve(np.asarray(first["objects"][k]["pose"], np.float64), truth), np.float64)
+
+
 def compare(report: dict[str, Any], seq: Any) -> list[ObjectScore]:
-    """Score every object of a report against the sequence's ground truth."""
+    """Score every object of a report against the sequence's ground truth.
+
+    A reconstruction chooses its own object frame: its poses are compared as if the first one were true.
+    """
     if not seq.ground_truth:
         raise ValueError("ground truth: this sequence has none; expected scene_gt.json, poses or the like")
     number = {im_id: i for i, im_id in enumerate(seq.ids)}
@@ -124,6 +140,9 @@ def compare(report: dict[str, Any], seq: Any) -> list[ObjectScore]:
         mesh = seq.models.get(entry["obj_id"])
         rows: list[tuple[int, float, float, float, Array, Array]] = []
         compared = lost = 0
+        T_obj_true = _true_frame(
+            report, k, seq.ground_truth.get(number.get(frames[0]["im_id"], -1), {}).get(instances[k])
+        )
         for frame in frames:
             now = frame["objects"][k]
             good = now["status"] in ("ok", "weak") and now["pose"] is not None
@@ -133,7 +152,7 @@ def compare(report: dict[str, Any], seq: Any) -> list[ObjectScore]:
                 continue
             compared += 1
             if good:
-                T = np.asarray(now["pose"], np.float64)
+                T = np.asarray(now["pose"], np.float64) @ T_obj_true
                 metres, radians = pose_error(T, truth)
                 points = None if mesh is None else mesh.vertices[:: max(1, len(mesh.vertices) // 2000)]
                 distance = float("nan") if points is None else add(T, truth, points)

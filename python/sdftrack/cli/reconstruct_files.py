@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""What ``sdftrack reconstruct`` writes beside the files of ``track``: the shape, its mesh, and pictures of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.cli.common import Tell
+
+__all__ = ["write_refined", "write_shape", "write_sides", "write_turntable"]
+
+TURN_PICTURES, TURN_FPS = 90, 30.0
+
+
+def write_shape(out: Path, mesh: Any, shape: Any, formats: list[str]) -> list[str]:
+    """shape.npz, mesh.ply and the other formats; their names. Each replaces an older one when it is whole."""
+    names = [f"mesh.{suffix}" for suffix in dict.fromkeys(["ply", *formats])]
+    for name in names:
+        mesh.save(out / name)
+    shape.save(out / "shape.npz")
+    return [*names, "shape.npz"]
+
+
+def write_sides(out: Path, mesh: Any, T: NDArray[np.float64], threads: int) -> list[str]:
+    """mesh.png; its name. `T`: T_cam_obj of the first image."""
+    from sdftrack.viz.pictures import save_picture
+    from sdftrack.viz.turntable import four_sides
+
+    save_picture(out / "mesh.png", four_sides(mesh, T, threads=threads))
+    return ["mesh.png"]
+
+
+def write_turntable(out: Path, mesh: Any, T: NDArray[np.float64], threads: int, tell: Tell) -> list[str]:
+    """turntable.mp4, which begins as mesh.png does; its name."""
+    from sdftrack.io.video import write_video
+    from sdftrack.viz.turntable import turning
+
+    def told() -> Iterator[NDArray[np.uint8]]:
+        for n, picture in enumerate(turning(mesh, T, TURN_PICTURES, threads=threads), 1):
+            yield picture
+            tell(n, TURN_PICTURES, "turntable.mp4")
+
+    write_video(out / "turntable.mp4", told(), TURN_FPS)
+    return ["turntable.mp4"]
+
+
+def write_refined(out: Path, poses: dict[int, Any], times: list[float]) -> list[str]:
+    """refined_0.txt: the poses that belong to the refined mesh, in the form of trajectory_0.txt."""
+    from sdftrack.io.files import write_text
+    from sdftrack.recorder import tum_row
+
+    rows = [tum_row(times[n], T) for n, T in sorted(poses.items())]
+    write_text(out / "refined_0.txt", "\n".join(rows) + "\n")
+    return ["refined_0.txt"]

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: MIT
+"""``--init``, ``--object`` and ``--shape`` of ``sdftrack reconstruct``: where the object is at first, and what is
+guessed of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sdftrack.cli.common import Usage
+from sdftrack.cli.init import Init, box_inside, mask_file, parse_init
+from sdftrack.cli.targets import about_file, load_mesh
+
+__all__ = ["INIT", "SHAPE", "Place", "find_place", "load_shape", "parse_place", "parse_shape"]
+
+INIT = "box:x,y,w,h|mask.png|gt"
+SHAPE = "sphere:RADIUS|FILE.ply|FILE.npz"
+MESHES = (".ply", ".obj", ".glb", ".stl")
+LARGEST_BALL_M = 5.0
+HOW = "pass --init box:x,y,w,h (pixels of the depth image) or a mask.png of that image"
+
+
+@dataclass(frozen=True)
+class Place:
+    """How `Reconstructor.start` is told, and which of the sequence's objects it is where that is known."""
+
+    arguments: dict[str, Any]
+    instance: int | None
+
+
+def parse_place(text: str | None) -> Init | None:
+    """What was typed after --init; None: nothing, so the sequence's own mask."""
+    if text is None:
+        return None
+    init = parse_init(text, INIT)
+    if init.kind not in ("box", "mask", "gt"):
+        raise Usage(f"expected {INIT.replace('|', ', ')}, got {text!r}", "--init")
+    return init
+
+
+def parse_shape(text: str | None) -> str | None:
+    """--shape as it was typed, after a look whether it can be one."""
+    if text is None:
+        return None
+    kind, colon, value = text.partition(":")
+    if colon and kind == "sphere":
+        _radius(text, value)
+    elif Path(text).suffix.lower() not in (*MESHES, ".npz"):
+        raise Usage(
+            f"expected {SHAPE.replace('|', ', ')} (meshes: {', '.join(MESHES)}), got {text!r}", "--shape"
+        )
+    return text
+
+
+def _radius(text: str, value: str) -> float:
+    try:
+        radius = float(value)
+    except ValueError:
+        radius = float("nan")
+    if not 0 < radius < LARGEST_BALL_M:
+        raise Usage(
+            f"expected sphere:RADIUS in metres, above 0 and below {LARGEST_BALL_M:g}, such as sphere:0.08, got "
+            f"{text!r}",
+            "--shape",
+        )
+    return radius
+
+
+def load_shape(text: str | None, unit: str | None, voxels: int) -> Any:
+    """The SDF that --shape speaks of, or None."""
+    if text is None:
+        return None
+    from sdftrack.sdf import SDF
+
+    if text.startswith("sphere:"):
+        return SDF.sphere(_radius(text, text.partition(":")[2]), voxels=voxels)
+    path = Path(text)
+    if path.suffix.lower() == ".npz":
+        with about_file("--shape", path):
+            return SDF.load(path)
+    mesh = load_mesh(path, "--shape", unit)
+    with about_file("--shape", path):  # a guess need not be closed
+        return SDF.from_mesh(mesh, voxels=voxels, holes="close", unit="m" if unit == "m" else None)
+
+
+def find_place(
+    init: Init | None, number: int | None, seq: Any, first: int, frame: Any, folder: Path
+) -> Place:
+    """Where the object is in the image with number `first`, whose frame is given."""
+    if number is not None and not 0 <= number < max(len(seq.objects), 1 + max(seq.masks(first), default=-1)):
+        known = ", ".join(map(str, sorted({*range(len(seq.objects)), *seq.masks(first)}))) or "none"
+        raise Usage(f"expected one of the objects of {folder} ({known}), got {number}", "--object")
+    if init is None:
+        return _own_mask(number, seq, first, folder)
+    if number is None and len(seq.objects) == 1:
+        number = 0
+    if init.kind == "gt":
+        return _true_pose(number, seq, first, folder)
+    camera = seq.camera if frame.camera is None else frame.camera
+    shape = getattr(camera, "depth", camera).shape
+    if init.kind == "box":
+        return Place({"box": box_inside(init, shape)}, number)
+    return Place({"mask": mask_file(init, shape)}, number)
+
+
+def _own_mask(number: int | None, seq: Any, first: int, folder: Path) -> Place:
+    masks = {k: m for k, m in seq.masks(first).items() if m.any()}
+    if number is None and len(masks) > 1:
+        known = ", ".join(map(str, sorted(masks)))
+        raise Usage(
+            f"{folder} has masks of {len(masks)} objects in image {seq.ids[first]}: expected which one ({known})",
+            "--object",
+        )
+    k = next(iter(masks), None) if number is None else number
+    if k not in masks:
+        which = "" if number is None else f" of object {number}"
+        raise Usage(f"{folder} has no mask{which} for image {seq.ids[first]}: {HOW}", "--init")
+    return Place({"mask": masks[k]}, k)
+
+
+def _true_pose(number: int | None, seq: Any, first: int, folder: Path) -> Place:
+    truth = seq.ground_truth.get(first, {})
+    if number is None and len(truth) == 1:
+        number = next(iter(truth))
+    if number is None or number not in truth:
+        known = ", ".join(map(str, sorted(truth)))
+        told = f"expected --object K, one of {known}" if known else HOW
+        raise Usage(f"gt: {folder} has no ground truth of it for image {seq.ids[first]}: {told}", "--init")
+    return Place({"pose": np.asarray(truth[number], np.float64)}, number)

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: MIT
+"""One sequence of ``sdftrack reconstruct`` from its second frame to the files and the closing lines."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sdftrack.cli.common import Tell, progress_counter
+from sdftrack.cli.reconstruct_files import write_refined, write_shape, write_sides, write_turntable
+from sdftrack.cli.track import fitting
+from sdftrack.cli.track_summary import show_summary
+
+__all__ = ["Run"]
+
+NAME = "object"
+REFINE_STEPS = 100
+
+
+@dataclass
+class Run:
+    """A reconstructor that has been started on the first of the frames with `numbers`."""
+
+    folder: Path
+    out: Path
+    job: Any
+    seq: Any
+    numbers: range
+    star: Any
+    instance: int | None  # of the sequence's ground truth, where known
+    results: list[Any]
+    truths: list[dict[int, Any]] = field(default_factory=list)
+    refined: Any = None
+
+    def go(self, frame: Any) -> None:
+        """Follow, refine, write, tell; what stands is written also when one of them fails."""
+        import sdftrack as st
+
+        job, seq = self.job, self.seq
+        obj_id = int(seq.objects[self.instance]) if self._known else 1
+        with (
+            st.Recorder(
+                self.out,
+                seq.camera,
+                self.star.shape if job.video else None,
+                job.video,
+                job.overwrite,
+                obj_ids=[obj_id],
+                names=[NAME],
+                scene_id=int(self.folder.resolve().name) if self.folder.resolve().name.isdigit() else 0,
+                settings=self._settings(),
+            ) as recorder,
+            progress_counter(job.quiet) as tell,
+        ):
+            try:
+                self._follow(frame, recorder, tell)
+            finally:
+                # Also before the refinement, so that nothing that comes later can take it away.
+                self._keep(recorder)
+                if len(self.results) < len(self.numbers) and not job.quiet:
+                    print(
+                        f"ended after {len(self.results)} of {len(self.numbers)} frames, kept in {self.out}"
+                    )
+            if job.refine:
+                self._refine(recorder, tell)
+            if job.video:
+                recorder.wrote(*write_turntable(self.out, self.star.mesh(), self._first, job.threads, tell))
+        if not job.quiet:
+            self._tell()
+
+    @property
+    def _known(self) -> bool:
+        return self.instance is not None and self.instance < len(self.seq.objects)
+
+    def _follow(self, frame: Any, recorder: Any, tell: Tell) -> None:
+        label = self.folder.name or str(self.folder)
+        for n, i in enumerate(self.numbers):
+            if n:
+                frame = fitting(self.seq[i], self.seq.camera)
+                self.results.append(self.star.track(frame))
+            self.truths.append(self._truth(i))
+            grown = self.star.shape if self.job.video else None
+            recorder.add(frame, self.results[n], im_id=self.seq.ids[i], truth=self.truths[n], shapes=grown)
+            tell(n + 1, len(self.numbers), label, _moved(self.results[n].shape_change))
+
+    def _truth(self, i: int) -> dict[int, Any]:
+        """The true pose, of the reconstruction's own object frame: the two agree in the first image."""
+        known = self.seq.ground_truth
+        first = known.get(self.numbers[0], {}).get(self.instance)
+        here = known.get(i, {}).get(self.instance)
+        if first is None or here is None:
+            return {}
+        return {0: np.asarray(here) @ np.linalg.solve(first, self.results[0].pose)}
+
+    def _refine(self, recorder: Any, tell: Tell) -> None:
+        def told(share: float) -> None:
+            tell(round(REFINE_STEPS * share), REFINE_STEPS, "refining")
+
+        self.refined = self.star.refine(told)
+        self._keep(recorder)
+        times = [self._time(n) for n in range(len(self.results))]
+        recorder.wrote(*write_refined(self.out, self.refined.poses, times))
+
+    def _time(self, n: int) -> float:
+        stamp = self.results[n].timestamp
+        return float(self.seq.ids[self.numbers[n]] if stamp is None else stamp)
+
+    @property
+    def _first(self) -> Any:
+        """The pose in the first image: the side that the pictures begin with."""
+        return self.results[0].pose
+
+    def _keep(self, recorder: Any) -> None:
+        """The files of the shape as it stands."""
+        mesh = self.star.mesh()
+        recorder.wrote(*write_shape(self.out, mesh, self.star.shape, self.job.formats))
+        recorder.wrote(*write_sides(self.out, mesh, self._first, self.job.threads))
+        self._note(recorder)
+
+    def _note(self, recorder: Any) -> None:
+        """The section of report.json about the shape."""
+        quality, shape = self.star.quality(), self.star.shape
+        section: dict[str, Any] = {
+            "summary": quality.summary,
+            "seen_share": quality.seen_share,
+            "frames_fused": quality.frames,
+            "complete": len(self.results) == len(self.numbers),
+            "voxels": list(shape.values.shape[::-1]),
+            "voxel_m": shape.voxel_size,
+            "size_m": np.ptp(self.star.mesh().bounds, axis=0),
+            "surface_change_m": [r.shape_change for r in self.results],
+            "refined": None,
+        }
+        if self.refined is not None:
+            section["refined"] = {
+                "rounds": self.refined.rounds,
+                "moved_m": self.refined.moved_m,
+                "turned_rad": self.refined.turned_rad,
+                "poses": {self.seq.ids[self.numbers[n]]: T for n, T in sorted(self.refined.poses.items())},
+            }
+        recorder.note("reconstruction", section)
+
+    def _settings(self) -> dict[str, Any]:
+        job, numbers = self.job, self.numbers
+        return {
+            "command": "reconstruct",
+            "sequence": str(self.folder),
+            "layout": self.seq.layout,
+            "init": "mask of the sequence" if job.init is None else job.init.text,
+            "instances": [self.instance],
+            "shape": job.shape,
+            "mode": job.mode,
+            "frames": [numbers.start, numbers.stop, numbers.step],
+            "voxels": job.voxels,
+            "extent": job.extent,
+            "refine": job.refine,
+            "threads": job.threads,
+            "reconstructor": dataclasses.asdict(self.star.options),
+            "tracker": self.star.tracker_options.to_dict(),
+        }
+
+    def _tell(self) -> None:
+        ids = [self.seq.ids[i] for i in self.numbers]
+        truths = [{}, *self.truths[1:]]  # in the first image the two agree by definition
+        show_summary(self.folder, [NAME], self.results, truths, ids, self.out)
+        size = " x ".join(f"{1e3 * s:.0f}" for s in np.ptp(self.star.mesh().bounds, axis=0))
+        print(f"{self.star.quality().summary}; it is {size} mm")
+        if self.refined is not None and self.refined.moved_m:
+            mm, degrees = 1e3 * self.refined.moved_m[0], np.rad2deg(self.refined.turned_rad[0])
+            print(
+                f"the refinement has moved the poses by {mm:.2f} mm and {degrees:.2f} deg (root mean square)"
+            )
+        print(f"look at {self.out / 'mesh.png'} and mesh.ply" + (", turntable.mp4" if self.job.video else ""))
+
+
+def _moved(change_m: float) -> str:
+    return f"surface moved {1e3 * change_m:.2f} mm" if np.isfinite(change_m) else "nothing added"

@@ -1,0 +1,372 @@
+# SPDX-License-Identifier: MIT
+"""``sdftrack reconstruct``: the files it writes, what is in them, and what becomes of bad input."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.cli.app import run
+
+# A duck that turns before a wall, at a quarter of the usual size.
+CAMERA = st.Camera(262.0, 262.0, 79.5, 59.5, 160, 120)
+FRAMES = 8
+VOXELS = ["--voxels", "64"]
+MAX_ERROR_M, MAX_ERROR_RAD = 0.006, np.deg2rad(5.0)  # the shape is learnt meanwhile, in voxels of 6 mm
+MAX_SURFACE_M = 0.003  # half a voxel, of the median: pixels along the outline say nothing, and are many here
+TRACK_FILES = {"poses.csv", "trajectory_0.txt", "ground_truth_0.txt", "report.json"}
+SHAPE_FILES = {"shape.npz", "mesh.ply", "mesh.png"}
+
+
+def told(capsys):
+    """The error as printed: exactly one line."""
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1, err
+    assert err.startswith("sdftrack: error: ")
+    return err
+
+
+def poses():
+    from sdftrack.eval.truth import motion
+
+    return motion(FRAMES, 0.004, np.deg2rad(2.0), seed=2)
+
+
+def scene(duck, color=True):
+    rng = np.random.default_rng(0)
+    frames, masks = [], []
+    for i, T in enumerate(poses()):
+        depth, _, rgb = duck.raycast(CAMERA, T)
+        masks.append({0: depth > 0})
+        depth = np.where(depth > 0, depth, 1.4).astype(np.float32)
+        depth += (0.001 * rng.standard_normal(depth.shape)).astype(np.float32)
+        frames.append(st.Frame(depth, rgb if color else None, timestamp=i / 30.0))
+    return frames, masks
+
+
+@pytest.fixture(scope="module")
+def duck():
+    from sdftrack.reproduce.duck import duck_mesh
+
+    return duck_mesh()
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory, duck):
+    """A BOP scene with masks, poses and the duck's own model."""
+    root = tmp_path_factory.mktemp("data") / "ducks" / "test" / "000003"
+    root.parent.mkdir(parents=True)
+    frames, masks = scene(duck)
+    seq = st.Sequence(frames, CAMERA, poses(), {1: duck}, masks=lambda i: masks[i])
+    st.save_sequence(root, seq, layout="bop")
+    return root
+
+
+@pytest.fixture(scope="module")
+def bare(tmp_path_factory, duck):
+    """Depth alone: no colours, no masks, no truth."""
+    root = tmp_path_factory.mktemp("data") / "bare"
+    st.save_sequence(root, st.Sequence(scene(duck, color=False)[0][:4], CAMERA), layout="bop")
+    return root
+
+
+@pytest.fixture(scope="module")
+def whole(recording, tmp_path_factory):
+    """The folder of one full run, with everything."""
+    out = tmp_path_factory.mktemp("out") / "whole"
+    assert run(["reconstruct", str(recording), "--out", str(out), "--format", "ply,obj", *VOXELS]) == 0
+    return out
+
+
+def report_of(out):
+    return json.loads((out / "report.json").read_text())
+
+
+def poses_of(out):
+    with (out / "poses.csv").open() as f:
+        rows = list(csv.DictReader(f))
+    found = np.tile(np.eye(4), (len(rows), 1, 1))
+    for T, row in zip(found, rows, strict=True):
+        T[:3, :3] = np.array(row["R"].split(), float).reshape(3, 3)
+        T[:3, 3] = 1e-3 * np.array(row["t"].split(), float)
+    return [int(r["im_id"]) for r in rows], found
+
+
+def rows_of(path):
+    return np.loadtxt(path, ndmin=2)
+
+
+def test_it_writes_the_documented_files_and_lists_them(whole):
+    files = TRACK_FILES | SHAPE_FILES | {"overlay.mp4", "turntable.mp4", "mesh.obj", "refined_0.txt"}
+    assert {p.name for p in whole.iterdir()} == files
+    assert set(report_of(whole)["settings"]["files"]) == files
+
+
+def test_the_mesh_is_closed_and_where_the_duck_is(whole, duck):
+    mesh = st.Mesh.load(whole / "mesh.ply")
+    assert mesh.to_trimesh().is_watertight
+    assert len(st.Mesh.load(whole / "mesh.obj").faces) == len(mesh.faces)
+    shape = st.SDF.load(whole / "shape.npz")
+    assert np.abs(shape(mesh.vertices)).mean() < 0.1 * shape.voxel_size
+    # What the first camera sees of it is the duck's own surface.
+    _, found = poses_of(whole)
+    seen = mesh.raycast(CAMERA, found[0])[0]
+    true = duck.raycast(CAMERA, poses()[0])[0]
+    both = (seen > 0) & (true > 0)
+    assert both.sum() > 0.9 * (true > 0).sum()
+    assert np.median(np.abs(seen - true)[both]) < MAX_SURFACE_M
+    assert mesh.colors is not None
+    assert np.ptp(mesh.colors, axis=0).max() > 100  # yellow, blue and white
+
+
+def test_the_poses_follow_the_truth_from_the_first_image_on(whole):
+    ids, found = poses_of(whole)
+    assert ids == list(range(FRAMES))
+    true = poses() @ np.linalg.solve(poses()[0], found[0])
+    metres, radians = st.metrics.pose_error(found, true)
+    assert metres.max() < MAX_ERROR_M
+    assert radians.max() < MAX_ERROR_RAD
+    truth, tracked, refined = (
+        rows_of(whole / f"{n}_0.txt") for n in ("ground_truth", "trajectory", "refined")
+    )
+    np.testing.assert_allclose(truth[:, 1:4], true[:, :3, 3], atol=1e-6)  # in the mesh's own frame
+    np.testing.assert_allclose(tracked[:, 1:4], found[:, :3, 3], atol=1e-6)
+    assert set(refined[:, 0]) <= set(tracked[:, 0])
+    assert np.linalg.norm(refined[:, 1:4] - truth[: len(refined), 1:4], axis=1).max() < MAX_ERROR_M
+
+
+def test_evaluate_compares_them_in_the_frame_of_the_mesh(recording, whole, tmp_path):
+    assert run(["evaluate", str(whole), str(recording), "--out", str(tmp_path / "e"), "-q"]) == 0
+    (scores,) = json.loads((tmp_path / "e" / "result.json").read_text())["objects"]
+    _, found = poses_of(whole)
+    metres = np.linalg.norm((found @ np.linalg.solve(found[0], poses()[0]) - poses())[:, :3, 3], axis=1)
+    assert scores["translation_mm"]["max"] == pytest.approx(1e3 * metres.max(), rel=1e-3)
+    assert (
+        scores["translation_mm"]["max"] < 2e3 * MAX_ERROR_M
+    )  # of the duck's own origin, 0.1 m from the ball's
+
+
+def test_the_report_says_how_far_the_shape_may_be_trusted(whole):
+    report = report_of(whole)
+    section = report["reconstruction"]
+    assert section["complete"] is True
+    assert section["frames_fused"] == FRAMES
+    assert 0.1 < section["seen_share"] < 0.9
+    assert "% of the surface was seen" in section["summary"]
+    assert len(section["surface_change_m"]) == FRAMES
+    assert set(section["refined"]["poses"]) == {str(i) for i in range(FRAMES)}
+    assert report["settings"]["command"] == "reconstruct"
+    assert report["settings"]["instances"] == [0]
+    assert [f["objects"][0]["status"] for f in report["frames"]] == ["ok"] * FRAMES
+
+
+def test_the_pictures_show_four_sides_and_tint_what_was_not_seen(whole):
+    from sdftrack.viz.turntable import PAPER_RGB
+
+    picture = cv2.imread(str(whole / "mesh.png"))[..., ::-1].astype(int)
+    assert picture.shape[1] == 4 * 420
+    sides = np.split(picture[:420], 4, axis=1)
+    bodies = [s[np.abs(s - PAPER_RGB).sum(axis=2) > 30] for s in sides]
+    violet = [float(((b[:, 2] > b[:, 1] + 15) & (b[:, 0] > b[:, 1])).mean()) for b in bodies]
+    assert min(len(b) for b in bodies) > 0.1 * 420**2
+    assert violet[0] < 0.3 < violet[2]  # the front was seen, the back was not
+    turn = cv2.VideoCapture(str(whole / "turntable.mp4"))
+    assert turn.get(cv2.CAP_PROP_FRAME_COUNT) == 90
+    overlay = cv2.VideoCapture(str(whole / "overlay.mp4"))
+    assert overlay.get(cv2.CAP_PROP_FRAME_COUNT) == FRAMES
+
+
+def test_it_says_how_it_goes_and_how_it_went(recording, tmp_path, capsys):
+    out = tmp_path / "out"
+    common = ["--out", str(out), "--no-video", "--no-refine", "--stop", "3", *VOXELS]
+    assert run(["reconstruct", str(recording), *common]) == 0
+    printed = capsys.readouterr()
+    assert "3/3, surface moved" in printed.err
+    assert "mean mm" in printed.out
+    assert "% of the surface was seen" in printed.out
+    assert {p.name for p in out.iterdir()} == TRACK_FILES | SHAPE_FILES
+    assert report_of(out)["reconstruction"]["refined"] is None
+
+
+def quick(seq, out, *more):
+    video = [] if "--video" in more else ["--no-video"]
+    return run(
+        [
+            "reconstruct",
+            str(seq),
+            "--out",
+            str(out),
+            "-q",
+            "--no-refine",
+            "--stop",
+            "3",
+            *video,
+            *VOXELS,
+            *more,
+        ]
+    )
+
+
+def test_a_box_and_a_mask_file_begin_at_the_object(bare, duck, tmp_path):
+    seen = duck.raycast(CAMERA, poses()[0])[0] > 0
+    ys, xs = np.nonzero(seen)
+    box = f"box:{xs.min()},{ys.min()},{np.ptp(xs) + 1},{np.ptp(ys) + 1}"
+    cv2.imwrite(str(tmp_path / "mask.png"), 255 * seen.astype(np.uint8))
+    assert quick(bare, tmp_path / "a", "--init", box) == 0
+    assert quick(bare, tmp_path / "b", "--init", str(tmp_path / "mask.png")) == 0
+    for name in "ab":
+        _, found = poses_of(tmp_path / name)
+        x, y = CAMERA.project(found[0][:3, 3][None])[0].round().astype(int)
+        assert seen[y, x]
+        assert abs(found[0][2, 3] - poses()[0][2, 3]) < 0.1
+    assert not (tmp_path / "a" / "ground_truth_0.txt").exists()
+
+
+def test_a_first_guess_is_a_ball_a_mesh_or_a_shape_of_before(recording, whole, duck, tmp_path):
+    duck.save(tmp_path / "kind.ply")
+    assert quick(recording, tmp_path / "a", "--shape", "sphere:0.08", "--extent", "0.4") == 0
+    assert report_of(tmp_path / "a")["reconstruction"]["voxel_m"] == pytest.approx(0.4 / 63, rel=1e-3)
+    assert quick(recording, tmp_path / "b", "--shape", str(tmp_path / "kind.ply"), "--init", "gt") == 0
+    _, found = poses_of(tmp_path / "b")
+    np.testing.assert_allclose(found[0], poses()[0], atol=1e-6)  # the object frame is that of the guess
+    assert quick(recording, tmp_path / "c", "--shape", str(whole / "shape.npz")) == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "--out"),
+        (["--out", "o", "--init", "click:3,4"], "box:x,y,w,h"),
+        (["--out", "o", "--init", "auto"], "box:x,y,w,h"),
+        (["--out", "o", "--init", "box:1,2,3"], "box:x,y,w,h"),
+        (["--out", "o", "--init", "box:1,2,0,4"], "width"),
+        (["--out", "o", "--init", "gt"], "--shape"),
+        (["--out", "o", "--shape", "sphere:big"], "sphere:RADIUS"),
+        (["--out", "o", "--shape", "sphere:80"], "metres"),
+        (["--out", "o", "--shape", "cube"], "sphere:RADIUS"),
+        (["--out", "o", "--voxels", "8"], "--voxels"),
+        (["--out", "o", "--extent", "-1"], "--extent"),
+        (["--out", "o", "--format", "ply,dwg"], "ply, obj"),
+        (["--out", "o", "--mode", "sonar"], "--mode"),
+        (["--out", "o", "--layout", "scroll"], "--layout"),
+        (["--out", "o", "--unit", "parsec"], "--unit"),
+    ],
+)
+def test_wrong_usage_exits_with_2_and_one_line(arguments, message, capsys):
+    assert run(["reconstruct", "/nowhere", *arguments]) == 2
+    text = told(capsys)
+    assert message in text
+    assert "--help" in text
+
+
+def test_what_only_the_sequence_can_tell_is_usage_too(bare, recording, tmp_path, capsys):
+    out = tmp_path / "o"
+    assert quick(bare, out) == 2
+    assert "no mask" in (text := told(capsys))
+    assert "box:x,y,w,h" in text
+    assert quick(recording, out, "--object", "4") == 2
+    assert "--object" in told(capsys)
+    assert quick(bare, out, "--init", "box:900,2,30,40") == 2
+    assert "160 x 120" in told(capsys)
+    assert quick(bare, out, "--init", "gt", "--shape", "sphere:0.1") == 2
+    assert "no ground truth" in told(capsys)
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--init", "/nowhere.png"], "no such file"),
+        (["--shape", "/nowhere.ply"], "--shape"),
+        (["--shape", "/nowhere.npz"], "--shape"),
+        (["--extent", "0.01"], "extent"),
+        (["--start", "99"], "--start"),
+    ],
+)
+def test_an_error_exits_with_1_before_the_folder_is_made(recording, tmp_path, capsys, arguments, message):
+    assert quick(recording, tmp_path / "o", *arguments) == 1
+    assert message in told(capsys)
+    assert not (tmp_path / "o").exists()
+
+
+def test_a_bad_frame_in_the_middle_is_reported_and_adds_nothing(recording, tmp_path):
+    import shutil
+
+    shutil.copytree(recording, tmp_path / "seq")
+    image = sorted((tmp_path / "seq" / "depth").iterdir())[2]
+    image.write_bytes(image.read_bytes()[:200])
+    out = tmp_path / "out"
+    arguments = ["--out", str(out), "-q", "--no-video", "--stop", "5", *VOXELS]
+    assert run(["reconstruct", str(tmp_path / "seq"), *arguments]) == 0
+    report = report_of(out)
+    status = [f["objects"][0]["status"] for f in report["frames"]]
+    assert status == ["ok", "ok", "bad_frame", "ok", "ok"]
+    assert poses_of(out)[0] == [0, 1, 3, 4]
+    assert report["reconstruction"]["frames_fused"] == 4
+    assert report["reconstruction"]["surface_change_m"][2] is None
+    assert set(report["reconstruction"]["refined"]["poses"]) == {"0", "1", "3", "4"}  # numbers of the images
+
+
+@pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt(), 130), (RuntimeError("no memory"), 1)])
+def test_what_stands_is_kept_when_the_end_comes_early(recording, tmp_path, monkeypatch, capsys, error, code):
+    track, seen = st.Reconstructor.track, []
+
+    def ends(self, frame):
+        seen.append(frame)
+        if len(seen) == 3:
+            raise error
+        return track(self, frame)
+
+    monkeypatch.setattr(st.Reconstructor, "track", ends)
+    out = tmp_path / "out"
+    assert run(["reconstruct", str(recording), "--out", str(out), *VOXELS]) == code
+    printed = capsys.readouterr()
+    assert "ended after 3 of 8 frames" in printed.out
+    assert "sdftrack: error: " in printed.err
+    assert {p.name for p in out.iterdir()} == TRACK_FILES | SHAPE_FILES | {"overlay.mp4"}
+    assert st.Mesh.load(out / "mesh.ply").to_trimesh().is_watertight
+    assert report_of(out)["reconstruction"]["complete"] is False
+    assert poses_of(out)[0] == [0, 1, 2]
+
+
+def test_a_refinement_that_fails_takes_nothing_away(recording, tmp_path, monkeypatch, capsys):
+    def fails(self, progress):
+        self._core = None  # a shape that is half made
+        raise RuntimeError("out of luck")
+
+    monkeypatch.setattr(st.Reconstructor, "refine", fails)
+    out = tmp_path / "out"
+    arguments = ["--out", str(out), "-q", "--no-video", "--stop", "3", *VOXELS]
+    assert run(["reconstruct", str(recording), *arguments]) == 1
+    assert "out of luck" in told(capsys)
+    assert {p.name for p in out.iterdir()} == TRACK_FILES | SHAPE_FILES
+    assert report_of(out)["reconstruction"]["refined"] is None
+
+
+def test_the_folder_is_new_or_empty_or_written_again_with_overwrite(recording, tmp_path, capsys):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "mine.txt").write_text("keep")
+    assert quick(recording, out) == 1
+    assert "--overwrite" in told(capsys)
+    assert quick(recording, out, "--overwrite", "--format", "glb") == 0
+    assert (out / "mesh.glb").is_file()
+    before = (out / "mesh.ply").read_bytes()
+    assert quick(recording, out, "--overwrite") == 0
+    # The same bits again; what is no longer asked for has gone, what is not ours has stayed.
+    assert (out / "mesh.ply").read_bytes() == before
+    assert {p.name for p in out.iterdir()} == TRACK_FILES | SHAPE_FILES | {"mine.txt"}
+
+
+def test_several_sequences_get_a_folder_each_and_failures_come_last(recording, bare, tmp_path, capsys):
+    out = ["--out", str(tmp_path), "-q", "--no-video", "--no-refine", "--stop", "2", *VOXELS]
+    assert run(["reconstruct", str(bare), str(recording), *out]) == 1
+    text = told(capsys)
+    assert "1 of 2 sequences failed" in text
+    assert "bare has no mask" in text
+    assert (tmp_path / "000003" / "mesh.ply").is_file()
