@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -55,6 +56,7 @@ class Live:
     poses: Array
     status: list[str]
     seconds: Array
+    cpu_seconds: Array  # of all threads: what a machine that does other things too would have taken
     looks: NDArray[np.int64]
     surface_m: Array  # mean distance of the part seen so far to the surface as it was
     peak_mb: float
@@ -62,17 +64,19 @@ class Live:
 
 
 def rebuild(
-    star: Any, seq: Any, truth: Truth | None, n: int, step: Callable[[int], None] | None = None
+    star: Any, seq: Any, truth: Truth | None, n: int, step: Callable[[int, Any], None] | None = None
 ) -> Live:
     """Start on the first frame's true mask, track the rest. Without `truth` the growing surface is not looked at."""
-    poses, status, seconds, looks, surface = [], [], [], [], []
+    poses, status, seconds, cpu, looks, surface = [], [], [], [], [], []
     before, peak = used_mb("VmRSS"), 0.0
     T_own_true = np.eye(4)
     for i in range(n):
         frame = seq[i]
         mask = seq.masks(0)[0] if i == 0 else None
         reset_peak()
+        begin = time.process_time()
         result = star.track(frame) if i else star.start(frame, mask=mask)
+        cpu.append(time.process_time() - begin)
         peak = max(peak, used_mb("VmHWM"))
         poses.append(np.array(result.poses[0]))
         status.append(str(result.status[0]))
@@ -84,9 +88,16 @@ def rebuild(
             looks.append(i)
             surface.append(float(np.abs(star.shape(geometry.transform_points(T_own_true, shown))).mean()))
         if step is not None:
-            step(i)
+            step(i, result)
     return Live(
-        np.array(poses), status, np.array(seconds), np.array(looks, np.int64), np.array(surface), peak, before
+        np.array(poses),
+        status,
+        np.array(seconds),
+        np.array(cpu),
+        np.array(looks, np.int64),
+        np.array(surface),
+        peak,
+        before,
     )
 
 

@@ -7,8 +7,9 @@ Rendered frames before a wall, 0.7 m away: "turntable", one full turn seen from 
 walk of 2 mm and 2 degrees a frame. Errors of the poses are relative to the first frame, at the object's middle. Of the
 shape only the part is judged that the frames have shown (sdftrack.eval.seen_part). "settled" is the frame from which on
 the mean error of the part seen so far stays within 0.1 mm of its last value; "peak_MB" the memory of the whole process
-while a frame is worked on, "own_MB" how much of it came since before the first one. Rows marked "refined" are those
-after refine(), rows "fusion" those of Open3D's fusion with the true poses.
+while a frame is worked on, "own_MB" how much of it came since before the first one, "cpu_ms" the time that all threads
+together have worked on a frame. Rows marked "refined" are those after refine(), rows "fusion" those of Open3D's fusion
+with the true poses.
 """
 
 from __future__ import annotations
@@ -49,7 +50,18 @@ HEAD = [
         "chamfer_mm",
         "to_truth",
     ),
-    *("to_rebuilt", "offset", "complete_%", "seen_%", "settled", "ms", "first_ms", "peak_MB", "own_MB"),
+    *(
+        "to_rebuilt",
+        "offset",
+        "complete_%",
+        "seen_%",
+        "settled",
+        "ms",
+        "cpu_ms",
+        "first_ms",
+        "peak_MB",
+        "own_MB",
+    ),
 ]
 
 
@@ -111,6 +123,7 @@ def pose_row(found: Any, truth: Any, middle: Any) -> dict[str, Any]:
         "mean_mm": float(mm.mean()), "max_mm": float(mm.max()), "end_mm": float(mm[-1]),
         "mean_deg": float(deg.mean()), "max_deg": float(deg.max()), "end_deg": float(deg[-1]),
         "all_mm": np.round(mm, 4).tolist(), "all_deg": np.round(deg, 4).tolist(),
+        "poses": np.round(found[:, :3], 6).tolist(),
     }  # fmt: skip
 
 
@@ -121,6 +134,7 @@ def live_row(live: Live, truth: Any, middle: Any) -> dict[str, Any]:
         "settled": settled_at(live.looks, live.surface_m),
         "surface_mm": np.round(1e3 * live.surface_m, 4).tolist(),
         "ms": 1e3 * float(np.median(live.seconds[1:])),
+        "cpu_ms": 1e3 * float(np.median(live.cpu_seconds[1:])),
         "first_ms": 1e3 * float(live.seconds[0]),
         "peak_MB": live.peak_mb,
         "own_MB": live.peak_mb - live.before_mb,
@@ -140,7 +154,7 @@ def cells(name: str, row: dict[str, Any]) -> list[str]:
     whole = ("not_ok", "settled", "first_ms", "peak_MB", "own_MB", "seen_%")
     return [name] + [
         "-" if key not in row else f"{row[key]:.0f}" if key in whole
-        else f"{row[key]:.1f}" if key in ("ms", "complete_%") else f"{row[key]:.2f}"
+        else f"{row[key]:.1f}" if key in ("ms", "cpu_ms", "complete_%") else f"{row[key]:.2f}"
         for key in HEAD[1:]
     ]  # fmt: skip
 

@@ -38,7 +38,7 @@ def sampled(mesh: Any, count: int = SAMPLES, seed: int = 0) -> tuple[Array, Arra
     return (1 - r) * a + r * ((1 - s) * b + s * c), cross[face] / area[face, None]
 
 
-def first_seen(mesh: Any, points: Array, normals: Array, camera: Any, poses: Array, every: int = 3) -> Any:
+def first_seen(mesh: Any, points: Array, normals: Array, camera: Any, poses: Array, every: int = 5) -> Any:
     """Frame that first shows each point, len(poses) where none does: (N,) int.
 
     A frame shows a point that it looks at less than 75 degrees askew and that nothing of the object hides. Only each
