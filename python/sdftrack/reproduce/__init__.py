@@ -59,7 +59,10 @@ FIGURES = {
     for f in [
         Figure("3.9", "time per frame against the number of pixels, CPU and GPU", "speed_3_9"),
         Figure("3.10", "depth-only tracking of a virtual object at four noise levels", "fig_3_10"),
+        Figure("4.6", "time of the parts of a reconstruction, and the curves of 4.6 to 4.8", "speed_4_6"),
         Figure("4.13a", "RGB-D tracking of a known, textured object", "fig_4_13a"),
+        Figure("4.13b", "an unknown object tracked and reconstructed, from a ball", "fig_4_13b"),
+        Figure("4.14", "surface error of a reconstruction for five reaches of the evidence", "fig_4_14"),
         Figure("5.4", "time per frame against the number of objects", "fig_5_4"),
         Figure("5.6", "two look-alikes that meet and part, joint and independent trackers", "fig_5_6"),
         Figure("5.8", "relative pose of two look-alikes at rest, moving camera", "fig_5_8"),

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: MIT
+"""The figures on reconstruction, in small."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack import geometry
+from sdftrack.cli.app import run
+from sdftrack.eval.seen_part import sampled
+from sdftrack.reproduce.fig_4_14 import SIGMAS_VOXELS, aligned_error
+from sdftrack.reproduce.speed_4_6 import evidence
+
+
+def made(figure, tmp_path, frames):
+    assert run(["reproduce", figure, "--frames", str(frames), "--out", str(tmp_path)]) == 0
+    out = tmp_path / figure
+    assert {p.name for p in out.iterdir()} == {"figure.png", "table.txt", "result.json"}
+    return json.loads((out / "result.json").read_text())
+
+
+@pytest.mark.slow
+def test_figure_4_13b_in_small_keeps_what_is_printed(tmp_path, capsys):
+    levels = made("4.13b", tmp_path, 3)["levels"]
+    assert [r["way"] for r in levels] == ["from a ball", "as printed", "known model"] * 2
+    assert all(r["kept"] and r["not_ok"] == 0 for r in levels)
+    assert "3 mm, 6 deg" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_figure_4_14_in_small_has_a_row_for_each_reach(tmp_path):
+    levels = made("4.14", tmp_path, 2)["levels"]
+    assert [r["sigma_d"] for r in levels] == [*(f"{s:g} voxels" for s in SIGMAS_VOXELS), "ours"]
+    for row in levels:
+        assert row["looks"] == [0, 1]
+        assert 2 < row["surface_mm"][0] < 20  # a ball in place of what has not been seen
+        assert row["max_mm"] < 3
+
+
+def test_section_4_6_in_small_times_every_part(tmp_path, capsys):
+    levels = made("4.6", tmp_path, 3)["levels"]
+    parts = {r["part"]: r for r in levels}
+    assert parts["tracking"]["first_ms"] is None  # there is no shape to track by
+    assert all(r["later_ms"] > 0 for r in levels)
+    some = sum(r["later_ms"] for r in levels[:-1])
+    assert some < 1.2 * parts["all"]["later_ms"]
+    assert "Hz" in capsys.readouterr().out
+
+
+def test_alignment_finds_the_motion_between_two_like_shapes():
+    shape = st.SDF.box((0.10, 0.07, 0.05), voxels=80)
+    points, _ = sampled(shape.to_mesh(), 4000)
+    moved = geometry.pose([0.02, -0.01, 0.03], [0.002, 0.001, -0.002])
+    error, T = aligned_error(shape, geometry.transform_points(geometry.inverse(moved), points), np.eye(4))
+    assert error < 1e-4
+    np.testing.assert_allclose(T, moved, atol=2e-4)
+    larger = st.SDF.sphere(0.052, voxels=80)
+    ball, _ = sampled(st.SDF.sphere(0.05, voxels=80).to_mesh(), 4000)
+    assert aligned_error(larger, ball, np.eye(4))[0] == pytest.approx(0.002, abs=1e-4)
+
+
+def test_both_forms_of_the_evidence_agree_far_from_the_reading():
+    d = np.array([-20.0, -5.0, 5.0, 20.0])
+    np.testing.assert_allclose(evidence(d, 8.0, 1.0), evidence(d, 8.0, None), atol=1e-6)
+    assert evidence(np.array([-1e-3]), 8.0, None)[0] < 0.001  # the printed one is sure at once
+    assert evidence(np.array([-1e-3]), 8.0, 1.0)[0] == pytest.approx(0.5, abs=1e-3)
