@@ -110,7 +110,8 @@ class Mesh:
         Returns
         -------
         Mesh
-            In metres, with vertex colours where the file has them (a texture is sampled at the vertices).
+            In metres, with vertex colours where the file has them (a texture is sampled at the vertices), and `seen`
+            where a .ply has it.
 
         Raises
         ------
@@ -134,7 +135,7 @@ class Mesh:
             raise ValueError(
                 f"mesh: {file} has no triangles ({len(vertices)} vertices); is it a point cloud?"
             )
-        return cls(vertices * scale, faces, _vertex_colors(loaded))
+        return cls(vertices * scale, faces, _vertex_colors(loaded), seen=_vertex_seen(loaded))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write .ply, .obj, .glb or .stl (metres), whole or not at all."""
@@ -151,10 +152,13 @@ class Mesh:
         """The same mesh as a `trimesh.Trimesh`, vertices in the same order."""
         import trimesh
 
-        return trimesh.Trimesh(
+        mesh = trimesh.Trimesh(
             self.vertices.copy(), self.faces.copy(), vertex_colors=None if self.colors is None else self.colors.copy(),
             process=False,
         )  # fmt: skip
+        if self.seen is not None:
+            mesh.vertex_attributes["seen"] = self.seen.copy()
+        return mesh
 
     @property
     def bounds(self) -> NDArray[np.float64]:
@@ -166,7 +170,7 @@ class Mesh:
     def transformed(self, T: ArrayLike) -> Mesh:
         """The mesh moved by a rigid 4x4: p -> T p."""
         M = _core.nearest_rigid(numbers(T, "T"), "T")
-        return Mesh(self.vertices @ M[:3, :3].T + M[:3, 3], self.faces, self.colors)
+        return Mesh(self.vertices @ M[:3, :3].T + M[:3, 3], self.faces, self.colors, seen=self.seen)
 
     def raycast(
         self, camera: Any, T_cam_obj: ArrayLike, threads: int = 0
@@ -207,18 +211,16 @@ class Mesh:
         return caster
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (Mesh, (self.vertices, self.faces, self.colors))
+        return (_rebuilt, (self.vertices, self.faces, self.colors, self.seen))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Mesh):
             return NotImplemented
-        same_colors = (self.colors is None) == (other.colors is None) and (
-            self.colors is None or np.array_equal(self.colors, other.colors)  # type: ignore[arg-type]
-        )
         return (
             np.array_equal(self.vertices, other.vertices)
             and np.array_equal(self.faces, other.faces)
-            and same_colors
+            and _same(self.colors, other.colors)
+            and _same(self.seen, other.seen)
         )
 
     def __repr__(self) -> str:
@@ -268,6 +270,25 @@ def _freeze(mesh: Mesh, name: str, a: NDArray[Any] | None) -> None:
     if a is not None:
         a.setflags(write=False)
     object.__setattr__(mesh, name, a)
+
+
+def _rebuilt(vertices: Any, faces: Any, colors: Any, seen: Any) -> Mesh:
+    return Mesh(vertices, faces, colors, seen=seen)
+
+
+def _same(a: NDArray[Any] | None, b: NDArray[Any] | None) -> bool:
+    return (a is None) == (b is None) and (a is None or b is None or np.array_equal(a, b))
+
+
+def _vertex_seen(loaded: Any) -> NDArray[np.float32] | None:
+    seen = getattr(loaded, "vertex_attributes", {}).get("seen")
+    if seen is None:
+        rows = loaded.metadata.get("_ply_raw", {}).get("vertex", {}).get("data")
+        names = getattr(getattr(rows, "dtype", None), "names", None) or ()
+        seen = rows["seen"] if "seen" in names else None
+    if seen is None or np.asarray(seen).shape != (len(loaded.vertices),):
+        return None
+    return np.asarray(seen, np.float32)
 
 
 def _vertex_colors(loaded: Any) -> NDArray[np.uint8] | None:

@@ -163,3 +163,14 @@ def test_the_closest_point_is_as_near_as_the_nearest_of_all_triangles():
     truth = igl.point_mesh_squared_distance(points, mesh.vertices, mesh.faces.astype(np.int64))[0]
     np.testing.assert_allclose(distance, np.sqrt(truth), atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(points - closest, axis=1), distance, atol=1e-12)
+
+
+def test_how_often_vertices_were_seen_stays_with_them(tmp_path):
+    mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], seen=[0, 1.5, 2])
+    mesh.save(tmp_path / "seen.ply")
+    assert Mesh.load(tmp_path / "seen.ply") == mesh
+    assert pickle.loads(pickle.dumps(mesh)) == mesh
+    np.testing.assert_array_equal(mesh.transformed(np.eye(4)).seen, mesh.seen)
+    assert Mesh(mesh.vertices, mesh.faces) != mesh
+    with pytest.raises(ValueError, match="one per vertex"):
+        Mesh(mesh.vertices, mesh.faces, seen=[1, 2])

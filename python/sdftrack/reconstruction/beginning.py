@@ -28,7 +28,8 @@ EXTENT_PER_BALL = (
 )
 LEAST_READINGS = 100
 CENTRE_BEHIND = 0.6  # radii: readings are the front of the ball, their median lies inside its outline
-JOINED_M = 0.01
+JUMPS_M = (0.05, 0.03, 0.02, 0.01)  # of depth between neighbouring readings of one object
+MOST_ON_BORDER = 0.03  # of a box's border pixels
 LEAST_NOISE_M = 5e-4
 GUESS_FADES_VOXELS = 4.0  # sigma_G of thesis Eq. 4.34
 
@@ -108,26 +109,43 @@ def ball_of(depth: NDArray[np.float32], mask: Mask, camera: Camera) -> Ball:
 
 
 def mask_of_box(depth: NDArray[np.float32], box: tuple[int, int, int, int]) -> Mask:
-    """Readings in a box that hang together with its middle, without a jump of depth."""
-    import cv2
-
+    """Readings in a box that hang together with its middle: over the widest jumps that do not lead out of it."""
     x, y, w, h = box
     part = np.ascontiguousarray(depth[y : y + h, x : x + w])
-    middle = part[h // 4 : max(h // 4 + 1, 3 * h // 4), w // 4 : max(w // 4 + 1, 3 * w // 4)]
+    seed = _middle_reading(part)
+    for jump_m in JUMPS_M:
+        inside = _joined(part, seed, jump_m)
+        border = np.concatenate([inside[0], inside[-1], inside[:, 0], inside[:, -1]])
+        if border.mean() < MOST_ON_BORDER:
+            break
+    mask = np.zeros(depth.shape, bool)
+    mask[y : y + h, x : x + w] = inside
+    return mask
+
+
+def _middle_reading(part: NDArray[np.float32]) -> tuple[int, int]:
+    """The pixel (x, y) nearest to the middle, of what is near in the middle half."""
+    h, w = part.shape
+    y0, x0 = h // 4, w // 4
+    middle = part[y0 : max(y0 + 1, 3 * h // 4), x0 : max(x0 + 1, 3 * w // 4)]
     if not (middle > 0).any():
         raise ValueError(
             "box: expected depth readings in its middle, got none; is the object black or shiny?"
         )
     near = float(np.percentile(middle[middle > 0], 25))
-    inner = np.argwhere((middle > 0) & (np.abs(middle - near) < JOINED_M))
+    inner = np.argwhere((middle > 0) & (np.abs(middle - near) < JUMPS_M[-1]))
     centre = 0.5 * (np.array(middle.shape) - 1)
-    seed_y, seed_x = inner[np.argmin(np.linalg.norm(inner - centre, axis=1))] + [h // 4, w // 4]
-    filled = np.zeros((h + 2, w + 2), np.uint8)
-    flags = 4 | cv2.FLOODFILL_MASK_ONLY | (255 << 8)
-    cv2.floodFill(part, filled, (int(seed_x), int(seed_y)), 0, JOINED_M, JOINED_M, flags)
-    mask = np.zeros(depth.shape, bool)
-    mask[y : y + h, x : x + w] = (filled[1:-1, 1:-1] > 0) & (part > 0)
-    return mask
+    row, column = inner[np.argmin(np.linalg.norm(inner - centre, axis=1))]
+    return int(column) + x0, int(row) + y0
+
+
+def _joined(part: NDArray[np.float32], seed: tuple[int, int], jump_m: float) -> Mask:
+    import cv2
+
+    filled = np.zeros((part.shape[0] + 2, part.shape[1] + 2), np.uint8)
+    cv2.floodFill(part, filled, seed, 0, jump_m, jump_m, 4 | cv2.FLOODFILL_MASK_ONLY | (255 << 8))
+    joined: Mask = (filled[1:-1, 1:-1] > 0) & (part > 0)
+    return joined
 
 
 def measured_noise(depth: NDArray[np.float32], mask: Mask) -> float:

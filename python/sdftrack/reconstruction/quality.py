@@ -83,9 +83,12 @@ def surface_mesh(core: Any) -> Mesh:
     zyx, faces, _, _ = marching_cubes(phi, 0.0, gradient_direction="ascent")
     at = tuple(np.round(zyx).astype(np.intp).T)
     seen = (amount[at] / SEEN_SCALE).astype(np.float32)
-    colors = (core.color[part][at] / 256.0 + 0.5).astype(np.uint8)
+    colors: NDArray[np.uint8] | None = (core.color[part][at] / 256.0 + 0.5).astype(np.uint8)
     known = colors[seen > 0]
-    colors[seen == 0] = np.median(known, axis=0).astype(np.uint8) if len(known) else 128
+    if known.any():
+        colors[seen == 0] = np.median(known, axis=0).astype(np.uint8)
+    else:
+        colors = None  # no frame had any
     vertices = (zyx[:, ::-1].astype(np.float64) + low) * core.voxel_m + np.array(core.origin)
     return Mesh(vertices, faces.astype(np.int32), colors, seen=seen)
 

@@ -329,10 +329,11 @@ class Reconstructor:
 
     def _fuse_all(self, progress: Callable[[float], None]) -> None:
         """The shape anew from all kept frames at the poses they have now."""
-        self._volume = self._volume.emptied()
+        volume = self._volume.emptied()
         for i, shot in enumerate(self._shots):
-            self._volume.fuse(shot, shot.full_depth(*self._size))
+            volume.fuse(shot, shot.full_depth(*self._size))
             progress((i + 1) / len(self._shots))
+        self._volume = volume  # whole, or not at all
         self._reshape()
 
     def _colors(self, frame: Frame, region: tuple[int, int, int, int]) -> NDArray[np.uint8] | None:
