@@ -83,14 +83,13 @@ def surface_mesh(core: Any) -> Mesh:
     zyx, faces, _, _ = marching_cubes(phi, 0.0, gradient_direction="ascent")
     at = tuple(np.round(zyx).astype(np.intp).T)
     seen = (amount[at] / SEEN_SCALE).astype(np.float32)
-    colors: NDArray[np.uint8] | None = (core.color[part][at] / 256.0 + 0.5).astype(np.uint8)
+    colors = (core.color[part][at] / 256.0 + 0.5).astype(np.uint8)
     known = colors[seen > 0]
-    if known.any():
+    colored = known.any()  # else no frame had any
+    if colored:
         colors[seen == 0] = np.median(known, axis=0).astype(np.uint8)
-    else:
-        colors = None  # no frame had any
     vertices = (zyx[:, ::-1].astype(np.float64) + low) * core.voxel_m + np.array(core.origin)
-    return Mesh(vertices, faces.astype(np.int32), colors, seen=seen)
+    return Mesh(vertices, faces.astype(np.int32), colors if colored else None, seen=seen)
 
 
 def expected_error(seen: NDArray[np.float32], noise_m: float, voxel_m: float) -> NDArray[np.float32]:
