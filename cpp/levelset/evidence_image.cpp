@@ -68,6 +68,7 @@ void EvidenceImage::find_borders(const EvidenceImageOptions& options) {
       if (y + 1 < h && differs(i, i + static_cast<std::size_t>(w)))
         border_[i] = border_[i + static_cast<std::size_t>(w)] = 1;
     }
+  edge_ = border_;
   if (options.border_px <= 1) return;
   const int reach = options.border_px - 1;  // those marked are at the border themselves
   spread(border_.data(), reach, w, h, 1, static_cast<std::size_t>(w), spread_.data());
@@ -84,8 +85,11 @@ void EvidenceImage::find_slopes(const Camera& camera, const EvidenceImageOptions
       const std::size_t i = at(x, y);
       EvidencePixel& pixel = pixels_[i];
       pixel.slant = role_[i] == PixelRole::kUnknown || border_[i] ? 0 : kCarves;
+      // What lies beyond an outline carves up to it, or a skin of what was only guessed would stay there.
+      if (role_[i] == PixelRole::kBeyond && border_[i] && !edge_[i]) pixel.slant = kCarvesFaintly;
       constexpr int k = 2;
-      if (pixel.slant == 0 || role_[i] != PixelRole::kObject || x < k || y < k || x >= w - k || y >= h - k)
+      if (pixel.slant != kCarves || role_[i] != PixelRole::kObject || x < k || y < k || x >= w - k ||
+          y >= h - k)
         continue;
       float du = 0, dv = 0;  // least squares over 5 x 3 and 3 x 5 pixels
       const auto z = [&](int i, int j) { return pixels_[at(x + i, y + j)].depth_m; };

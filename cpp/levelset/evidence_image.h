@@ -54,7 +54,7 @@ class EvidenceImage {
   std::vector<EvidencePixel> pixels_;
   std::vector<int> source_;
   std::vector<PixelRole> role_;
-  std::vector<unsigned char> border_, spread_;
+  std::vector<unsigned char> edge_, border_, spread_;
 };
 
 }  // namespace sdftrack

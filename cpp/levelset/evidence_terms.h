@@ -39,6 +39,8 @@ struct EvidencePixel {
   float du_m, dv_m;  // slope of the depth per pixel
 };
 constexpr float kCarves = -1.0f;
+constexpr float kCarvesFaintly = -2.0f;  // beside an outline: only where no surface is known
+constexpr float kFaint = 0.01f;          // of the usual weight
 
 struct SensorNoise {
   float noise_m, noise_per_m;  // sd of a reading at depth Z: noise_m + noise_per_m Z^2
@@ -102,8 +104,9 @@ struct EvidenceTerm {
     const auto carved = readable & (d < T(-1) * from);
     // Right before the surface a reading says more than that it looks past.
     const auto says_more = close & (said < T(kCarvedRatio));
-    const T carved_ratio = select(says_more, said, T(kCarvedRatio)),
-            carved_weight = select(says_more, weight, T(kCarvedWeight));
+    const T part = select(slant < T(0.5f * (kCarves + kCarvesFaintly)), T(kFaint), T(1));
+    const T carved_ratio = select(says_more, said, T(kCarvedRatio) * part),
+            carved_weight = select(says_more, weight, T(kCarvedWeight) * part);
     return {select(carved, carved_ratio, said), select(carved, carved_weight, weight),
             select(near, d, T(kNoSurface_m))};
   }

@@ -38,7 +38,9 @@ class ReconstructorOptions:
         round(float(_DEFAULTS.carve_from_m), 6), "nearer before a reading nothing is carved"
     )
     memory: float = _option(float(_DEFAULTS.most_weight), "frames that a voxel remembers")
-    border_px: int = _option(int(_DEFAULTS.border_px), "pixels this near to an outline or a jump say nothing")
+    border_px: int = _option(
+        int(_DEFAULTS.border_px), "the object's pixels this near to an outline or a jump say nothing"
+    )
     prior: float = _option(0.4, "log ratio of the first guess, inside +, outside -; 0: no prior")
     least_seen: float = _option(0.15, "views after which a piece of surface may guide the tracker")
     padding_m: float = _option(0.02, "how far beyond the shape so far its next frame is looked at")

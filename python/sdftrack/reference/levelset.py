@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 
+CARVES_FAINTLY, FAINT = -2.0, 0.01  # beside an outline, and its share of the usual weight
 CARVES = -1.0  # slant of a pixel that says no more than that the space before it is empty
 CARVED_RATIO = -1.0
 MOST_SMOOTH, MOST_PRINTED = 0.9, np.tanh(5.0)  # of |q|; log ratios of 2.94 and 10
@@ -62,7 +63,10 @@ def pixels(depth_m: Array, mask: Array, K: Array, o: Options) -> tuple[Array, Ar
     slant, du, dv = np.zeros((3, h, w))
     for y, x in np.ndindex(h, w):
         r = max(o.border_px - 1, 0)
-        if role[y, x] == 0 or border[max(0, y - r) : y + r + 1, max(0, x - r) : x + r + 1].any():
+        silent = border[max(0, y - r) : y + r + 1, max(0, x - r) : x + r + 1].any()
+        if role[y, x] == 2 and silent and not border[y, x]:
+            slant[y, x] = CARVES_FAINTLY
+        if role[y, x] == 0 or silent:
             continue
         slant[y, x] = CARVES
         if role[y, x] != 1 or not (2 <= x < w - 2 and 2 <= y < h - 2):
@@ -93,13 +97,14 @@ def evidence(p_cam: Array, depth_m: Array, mask: Array, K: Array, o: Options) ->
     blur = np.maximum(o.noise_m + o.noise_per_m * depth**2, o.least_noise_m)
     near = surface & (np.abs(d) < REACH * o.sigma_d_m)
     before = surface & (d < REACH * o.sigma_d_m)
-    weight = np.where(before, slant * (o.usual_noise_m / blur) ** 2, 0)
+    weight = np.where(before, slant * (max(o.usual_noise_m, o.least_noise_m) / blur) ** 2, 0)
     said = np.where(near, weight * log_ratio(d, blur, o.sigma_d_m, o.printed), 0)
     carved = (slant != 0) & (d < -np.maximum(3 * blur, o.carve_from_m))
+    part = np.where(slant == CARVES_FAINTLY, FAINT, 1)
     less = carved & ~(said < CARVED_RATIO)
     return (
-        np.where(less, CARVED_RATIO, said),
-        np.where(less, -CARVED_RATIO / (2 * np.arctanh(MOST_SMOOTH)), weight),
+        np.where(less, part * CARVED_RATIO, said),
+        np.where(less, -part * CARVED_RATIO / (2 * np.arctanh(MOST_SMOOTH)), weight),
     )
 
 
