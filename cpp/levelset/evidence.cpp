@@ -149,7 +149,7 @@ bool EvidenceVolume::fuse_block(int block, const EvidenceTerm<float>& term, cons
       const Vec3f first = (T_cam_obj * grid_.point(x0, y, z)).cast<float>();
       const RowChange change =
           ops.fuse(term, first, step, count, options.most_weight, &log_ratio_[at], &weight_[at], distance);
-      changed |= change.near || change.turned;
+      changed |= change.near || change.turned || change.inside;
       empty = empty && !change.near && surely_empty(at, count);
       if (!change.near) continue;
       for (int k = 0; k < count; ++k) {

@@ -15,7 +15,7 @@ struct VoxelLoops {
     const auto term = given.template cast<L>();
     const Vec3<L> first{L(p_cam.x), L(p_cam.y), L(p_cam.z)};
     const L sx(step_cam.x), sy(step_cam.y), sz(step_cam.z), limit(most_weight);
-    RowChange change{false, false};
+    RowChange change{false, false, false};
     each_pack<L>(0, count, [&](int i, int n) SDFTRACK_INLINE {
       const L k = real<L>(indices<L>(i, n));
       const Evidence<L> said = term.at({first.x + k * sx, first.y + k * sy, first.z + k * sz});
@@ -26,7 +26,8 @@ struct VoxelLoops {
       const L now = kept * (known + said.log_ratio), own = load<L>(log_ratio + i, n);
       store(now, log_ratio + i, n);
       const L one = select(own > L(0), L(1), L(0)), other = select(now > L(0), L(1), L(0));
-      change.turned |= any(one != other);
+      change.turned |= any(one != other) || any((before == L(0)) & (said.weight > L(0)));
+      change.inside |= any(now > L(0));
       change.near |= any(said.distance_m < L(kNoSurface_m));
       store(kept * sum, weight + i, n);
       store(said.distance_m, distance_m + i, n);

@@ -14,7 +14,8 @@ constexpr int kMostRelaxed = 64;
 // What has happened to a row of voxels.
 struct RowChange {
   bool near;    // a surface is read near some of them
-  bool turned;  // some have gone from inside to outside, or back
+  bool turned;  // some have gone from inside to outside, or back, or are known for the first time
+  bool inside;  // some lie inside
 };
 
 struct VoxelOps {

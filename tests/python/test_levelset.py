@@ -96,7 +96,11 @@ def test_evidence_and_its_sums_are_those_of_the_twin(printed, most_weight):
     assert (weight == 0).mean() > 0.05
     assert weight.max() <= most_weight * (1 + 1e-6)
     np.testing.assert_allclose(core.weight, weight, atol=WEIGHT_ATOL)
-    np.testing.assert_allclose(core.log_ratio, ratio, atol=PRINTED_RATIO_ATOL if printed else RATIO_ATOL)
+    # Printed, q comes within 1e-4 of 1, and its logarithm has that many digits less.
+    rtol = 5e-4 if printed else 1e-7
+    np.testing.assert_allclose(
+        core.log_ratio, ratio, rtol=rtol, atol=PRINTED_RATIO_ATOL if printed else RATIO_ATOL
+    )
 
 
 def test_pixels_without_a_reading_say_nothing():

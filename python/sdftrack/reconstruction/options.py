@@ -25,7 +25,7 @@ class ReconstructorOptions:
     """Options of :class:`sdftrack.Reconstructor`; any of them is also a keyword of it. Metres, unless said.
 
     >>> ReconstructorOptions(evidence="printed").sigma_d_m
-    0.005
+    0.003
     """
 
     evidence: str = _option("smooth", "likelihood of a voxel: smooth, or printed (thesis Eqs. 4.30, 4.31)")
@@ -44,7 +44,7 @@ class ReconstructorOptions:
     prior: float = _option(0.4, "log ratio of the first guess, inside +, outside -; 0: no prior")
     least_seen: float = _option(0.15, "views after which a piece of surface may guide the tracker")
     padding_m: float = _option(0.02, "how far beyond the shape so far its next frame is looked at")
-    kept_frames: int = _option(600, "frames kept for refine(), cut to the object; 0: none")
+    kept_frames: int = _option(600, "frames kept for refine() and save(), cut to the object; at least 1")
 
     def __post_init__(self) -> None:
         if self.evidence not in FORMS:
@@ -55,6 +55,8 @@ class ReconstructorOptions:
         for name in ("noise_per_m", "border_px", "prior", "least_seen", "kept_frames"):
             if not getattr(self, name) >= 0:
                 raise ValueError(f"{name}: expected a number of at least 0, got {getattr(self, name)!r}")
+        if self.kept_frames < 1:
+            raise ValueError(f"kept_frames: expected at least 1, got {self.kept_frames!r}")
         if self.noise_m is not None and not self.noise_m > 0:
             raise ValueError(f"noise_m: expected metres above 0, or None to measure it, got {self.noise_m!r}")
 

@@ -295,7 +295,9 @@ class Reconstructor:
         )
         # Its own shape follows at once (reshape); this one says where the object frame's middle is.
         shape = self.initial or SDF.sphere(self._beginning.ball.radius_m, voxels=STAND_IN_VOXELS)
-        return Tracker(shape, self.camera, mode=self.mode, threads=self.threads, options=options)
+        return Tracker(
+            shape, self.camera, mode=self.mode, device="cpu", threads=self.threads, options=options
+        )
 
     def _reshape(self, phi: Any = None, seen: Any = None) -> None:
         assert self._tracker is not None
