@@ -73,8 +73,8 @@ std::shared_ptr<const Shape> Tracker::shape_of(const SdfView& sdf) const {
 void Tracker::reshape(int k, PartialShape known) {
   Object& object = objects_.at(static_cast<std::size_t>(k));
   known.centre_obj = object.shape->centre_obj;  // what is remembered of the motion is about it
-  object.shape = std::make_shared<const Shape>(
-      make_shape(known, 3 * options_.trust_points, options_.free_space_points));
+  object.shape =
+      std::make_shared<const Shape>(make_shape(known, 3 * options_.trust_points, options_.free_space_points));
 }
 
 void Tracker::set_camera(const Camera& camera) {
