@@ -127,6 +127,6 @@ def _plot(path: Any, rows: list[dict[str, Any]]) -> None:
         ax.plot(row["looks"], row["surface_mm"], label=row["sigma_d"], color=color, linewidth=width)
     ax.axhline(6.0, color="0.6", linestyle=":", linewidth=0.9, label="printed at the start")
     ax.axvline(150, color="0.6", linestyle="--", linewidth=0.9, label="printed: settled")
-    ax.set(xlabel="frame", ylabel="mean distance to the true surface (mm)", ylim=(0, 12))
+    ax.set(xlabel="frame", ylabel="mean distance to the true surface (mm)", ylim=(0, 14))
     ax.legend(fontsize=8, ncols=2)
     save_figure(fig, path)
