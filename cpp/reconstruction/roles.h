@@ -9,7 +9,7 @@
 namespace sdftrack {
 
 struct RoleOptions {
-  float least_foreground = 0.5f;  // chance by colour
+  float least_foreground = 0.6f;  // chance by colour
   float joined_m = 0.01f;         // steps of depth between neighbouring readings of one surface
   float near_m = 0.006f;          // readings this near to the surface so far are where it goes on from
 };

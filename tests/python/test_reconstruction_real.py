@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: MIT
+"""A recorded sponge, unknown, lifted and turned by hands before a Kinect. Skipped where the recording is not there."""
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+
+FIRST, END = 46, 125
+VOXELS = 128
+
+
+@pytest.fixture(scope="module")
+def sponge(data_dir):
+    path = data_dir / "k1"
+    if not path.is_dir():
+        pytest.skip(f"recorded data absent: {path}")
+    with st.open_sequence(path) as seq:
+        star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1)
+        results = [star.start(seq[FIRST], mask=seq.masks(FIRST)[0])]
+        results += [star.track(seq[i]) for i in range(FIRST + 1, END)]
+        yield star, results, {i: seq.ground_truth[i][0] for i in seq.ground_truth}, seq.models[1]
+
+
+def test_it_is_never_lost(sponge):
+    _, results, _, _ = sponge
+    assert all(r.status[0] in ("ok", "weak") for r in results)
+    assert sum(r.ok for r in results) > 0.9 * len(results)
+
+
+def test_what_was_seen_is_the_sponge_and_no_hand(sponge):
+    star, results, reference, model = sponge
+    mesh = star.mesh()
+    to_model = np.linalg.solve(reference[FIRST], results[0].pose)
+    seen = mesh.vertices[mesh.seen >= 1] @ to_model[:3, :3].T + to_model[:3, 3]
+    off = np.abs(st.SDF.from_mesh(model, voxels=100)(seen))
+    assert len(seen) > 3000
+    assert off.mean() < 0.003  # the reference pose and mesh are themselves good to some millimetres
+    assert (off < 0.008).mean() > 0.97
+
+
+def test_poses_agree_with_the_references(sponge):
+    _, results, reference, _ = sponge
+    to_model = np.linalg.solve(results[0].pose, reference[FIRST])
+    for i in (64, 80, 90, 98):
+        metres, radians = st.metrics.pose_error(results[i - FIRST].pose @ to_model, reference[i])
+        assert metres < 0.006
+        assert radians < np.radians(4)
