@@ -41,6 +41,8 @@ struct EvidencePixel {
 constexpr float kCarves = -1.0f;
 constexpr float kCarvesFaintly = -2.0f;  // beside an outline: only where no surface is known
 constexpr float kFaint = 0.01f;          // of the usual weight
+constexpr float kFaintMean = -0.4f;      // its mean log ratio; more would draw the surface beside it inwards
+constexpr float kUnknownWeight = 0.02f;  // of a voxel that nothing but faint carving has spoken of
 
 struct SensorNoise {
   float noise_m, noise_per_m;  // sd of a reading at depth Z: noise_m + noise_per_m Z^2
@@ -104,9 +106,11 @@ struct EvidenceTerm {
     const auto carved = readable & (d < T(-1) * from);
     // Right before the surface a reading says more than that it looks past.
     const auto says_more = close & (said < T(kCarvedRatio));
-    const T part = select(slant < T(0.5f * (kCarves + kCarvesFaintly)), T(kFaint), T(1));
-    const T carved_ratio = select(says_more, said, T(kCarvedRatio) * part),
-            carved_weight = select(says_more, weight, T(kCarvedWeight) * part);
+    const auto faint = slant < T(0.5f * (kCarves + kCarvesFaintly));
+    const T past_weight = select(faint, T(kFaint * kCarvedWeight), T(kCarvedWeight)),
+            past_ratio = select(faint, T(kFaintMean * kFaint * kCarvedWeight), T(kCarvedRatio));
+    const T carved_ratio = select(says_more, said, past_ratio),
+            carved_weight = select(says_more, weight, past_weight);
     return {select(carved, carved_ratio, said), select(carved, carved_weight, weight),
             select(near, d, T(kNoSurface_m))};
   }

@@ -19,14 +19,17 @@ struct VoxelLoops {
     each_pack<L>(0, count, [&](int i, int n) SDFTRACK_INLINE {
       const L k = real<L>(indices<L>(i, n));
       const Evidence<L> said = term.at({first.x + k * sx, first.y + k * sy, first.z + k * sz});
-      const L before = load<L>(weight + i, n), sum = before + said.weight;
+      const L before = load<L>(weight + i, n);
+      // Where anything else has spoken, faint carving would gnaw at rims that are seldom seen.
+      const auto idle = (said.weight < L(2 * kFaint * kCarvedWeight)) & (before > L(kUnknownWeight));
+      const L more = select(idle, L(0), said.weight), sum = before + more;
       // What was guessed counts until something is seen.
-      const L known = select((before == L(0)) & (said.weight > L(0)), L(0), load<L>(log_ratio + i, n));
+      const L known = select((before == L(0)) & (more > L(0)), L(0), load<L>(log_ratio + i, n));
       const L kept = select(sum > limit, limit / sum, L(1));
-      const L now = kept * (known + said.log_ratio), own = load<L>(log_ratio + i, n);
+      const L now = kept * (known + select(idle, L(0), said.log_ratio)), own = load<L>(log_ratio + i, n);
       store(now, log_ratio + i, n);
       const L one = select(own > L(0), L(1), L(0)), other = select(now > L(0), L(1), L(0));
-      change.turned |= any(one != other) || any((before == L(0)) & (said.weight > L(0)));
+      change.turned |= any(one != other) || any((before == L(0)) & (more > L(0)));
       change.inside |= any(now > L(0));
       change.near |= any(said.distance_m < L(kNoSurface_m));
       store(kept * sum, weight + i, n);

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 
+UNKNOWN_WEIGHT = 0.02  # of a voxel that nothing but faint carving has spoken of
+FAINT_MEAN = -0.4  # log ratio
 CARVES_FAINTLY, FAINT = -2.0, 0.01  # beside an outline, and its share of the usual weight
 CARVES = -1.0  # slant of a pixel that says no more than that the space before it is empty
 CARVED_RATIO = -1.0
@@ -101,10 +103,11 @@ def evidence(p_cam: Array, depth_m: Array, mask: Array, K: Array, o: Options) ->
     said = np.where(near, weight * log_ratio(d, blur, o.sigma_d_m, o.printed), 0)
     carved = (slant != 0) & (d < -np.maximum(3 * blur, o.carve_from_m))
     part = np.where(slant == CARVES_FAINTLY, FAINT, 1)
+    past = -part * CARVED_RATIO / (2 * np.arctanh(MOST_SMOOTH))
     less = carved & ~(said < CARVED_RATIO)
     return (
-        np.where(less, part * CARVED_RATIO, said),
-        np.where(less, -part * CARVED_RATIO / (2 * np.arctanh(MOST_SMOOTH)), weight),
+        np.where(less, np.where(part < 1, FAINT_MEAN * past, CARVED_RATIO), said),
+        np.where(less, past, weight),
     )
 
 
@@ -113,6 +116,9 @@ def evidence(p_cam: Array, depth_m: Array, mask: Array, K: Array, o: Options) ->
 
 def fuse(ratio: Array, weight: Array, said: tuple[Array, Array], most_weight: float) -> tuple[Array, Array]:
     """Sums over the frames so far and one more; what was guessed counts until something is seen."""
+    # Faint carving speaks only where nothing else has spoken.
+    idle = (said[1] < 2 * FAINT * -CARVED_RATIO / (2 * np.arctanh(MOST_SMOOTH))) & (weight > UNKNOWN_WEIGHT)
+    said = np.where(idle, 0, said[0]), np.where(idle, 0, said[1])
     known = np.where((weight == 0) & (said[1] > 0), 0, ratio)
     total = weight + said[1]
     kept = np.minimum(1, most_weight / np.maximum(total, 1e-30))
