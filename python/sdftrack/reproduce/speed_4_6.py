@@ -46,11 +46,11 @@ def run(context: Context) -> dict[str, Any]:
     star = reconstructor(scene, seq)
     spent: dict[Any, list[float]] = defaultdict(list)
     sums: dict[Any, float] = defaultdict(float)
-    star._fuse = _timed(star._fuse, "fuse", sums)
     star._reshape = _timed(star._reshape, "reshape", sums)
 
     def told(i: int, result: Any) -> None:
-        if i == 0:  # the tracker exists from now on
+        if i == 0:  # the tracker and the volume exist from now on
+            star._volume.fuse = _timed(star._volume.fuse, "fuse", sums)
             star._tracker.track = _timed(star._tracker.track, "track", sums)
         for part in MEASURED:
             spent[part].append(sums.pop(part, math.nan))
