@@ -113,6 +113,9 @@ class PyTracker {
   void reshape(int k, const std::tuple<py::array, double, std::array<double, 3>>& shape,
                const py::array& seen, int least, const py::array& boxes) {
     check_object(k);
+    if (tracker_->object_count() != 1)
+      throw py::value_error("k: expected the only object of its tracker, got one of " +
+                            std::to_string(tracker_->object_count()));
     const auto& [values, voxel_m, origin] = shape;
     const SdfView view = volume_view(values, voxel_m, origin);
     if (!py::isinstance<py::array_t<std::uint16_t>>(seen) || seen.ndim() != 3 || seen.size() != values.size())
@@ -123,9 +126,11 @@ class PyTracker {
     const auto* first = reinterpret_cast<const VoxelBox*>(borrow<std::int32_t>(boxes, "boxes", {-1, 6}));
     PartialShape known{view, amount, {first, first + boxes.shape(0)}, {}};
     const Busy busy(&busy_, "tracker");
-    volumes_.assign({values, seen});
-    py::gil_scoped_release release;
-    tracker_->reshape(k, std::move(known));
+    {
+      py::gil_scoped_release release;
+      tracker_->reshape(k, std::move(known));
+    }
+    volumes_.assign({values, seen});  // the old ones are free now
   }
   // Where object k, padded, may be seen at a pose: x0, y0, x1, y1, half open.
   std::array<int, 4> region(int k, const py::array& T, double padding_m) {

@@ -162,7 +162,7 @@ bool EvidenceVolume::fuse_block(int block, const EvidenceTerm<float>& term, cons
         const std::size_t j = static_cast<std::size_t>(py) * static_cast<std::size_t>(image.width()) +
                               static_cast<std::size_t>(px);
         const float slant = image.pixels()[j].slant;
-        add_color(i, colors.rgb ? colors.rgb + 3 * j : nullptr, slant * slant);
+        add_color(i, colors.rgb ? colors.rgb + 3 * image.source()[j] : nullptr, slant * slant);
       }
     }
   empty_[static_cast<std::size_t>(block)] = empty;

@@ -48,7 +48,7 @@ void EvidenceImage::read(const ImageView<float>& depth_m, const Camera& camera, 
       const bool inside = sx >= rect_.x0 && sy >= rect_.y0 && sx < rect_.x1 && sy < rect_.y1;
       const float z = inside ? depth_m(sx, sy) : 0.0f;
       const bool readable = z > 0 && std::isfinite(z);
-      source_[i] = inside ? sy * depth_m.width + sx : -1;
+      source_[i] = inside ? static_cast<int>(at(sx - rect_.x0, sy - rect_.y0)) : -1;
       role_[i] = readable ? role[at(sx - rect_.x0, sy - rect_.y0)] : PixelRole::kUnknown;
       pixels_[i] = {readable ? z : 0.0f, 0, 0, 0};
     }

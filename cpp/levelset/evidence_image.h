@@ -39,7 +39,7 @@ class EvidenceImage {
   int width() const { return rect_.x1 - rect_.x0; }
   int height() const { return rect_.y1 - rect_.y0; }
   const std::vector<EvidencePixel>& pixels() const { return pixels_; }
-  // The image pixel that an ideal pixel of the rectangle was read at, as y * width + x; -1: outside.
+  // Where in the rectangle, row by row, an ideal pixel of it was read; -1: outside.
   const std::vector<int>& source() const { return source_; }
 
  private:

@@ -74,11 +74,7 @@ void Reconstruction::fuse(const FrameEvidence& frame, const Camera& camera, cons
     roles_ = &finder_.from_mask(frame.rect, frame.depth_m, frame.mask);
   } else {
     measure(frame, camera, T_cam_obj);
-    if (frame.foreground)
-      foreground_.assign(frame.foreground, frame.foreground + reading_distance_m_.size());
-    else
-      foreground_.assign(reading_distance_m_.size(), std::numeric_limits<float>::quiet_NaN());
-    roles_ = &finder_.find(frame.rect, reading_distance_m_, foreground_, frame.depth_m, options_.roles);
+    roles_ = &finder_.find(frame.rect, reading_distance_m_, frame.foreground, frame.depth_m, options_.roles);
   }
   image_.make(frame.depth_m, camera, frame.rect, roles_->data(), options_.image);
   const std::vector<int>& changed =

@@ -45,8 +45,6 @@ class Reconstruction {
   const EvidenceDistance& distance() const { return distance_; }
   const std::vector<PixelRole>& roles() const { return *roles_; }
 
-  int frames() const { return frames_; }
-
  private:
   Reconstruction(EvidenceVolume evidence, const ReconstructionOptions& options);
   void measure_all(int threads);
@@ -59,7 +57,7 @@ class Reconstruction {
   EvidenceImage image_;
   RoleFinder finder_;
   const std::vector<PixelRole>* roles_ = nullptr;
-  std::vector<float> reading_distance_m_, foreground_;
+  std::vector<float> reading_distance_m_;
   int frames_ = 0;
 };
 

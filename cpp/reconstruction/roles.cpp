@@ -14,12 +14,12 @@ std::size_t size_of(const PixelRect& rect) {
 }  // namespace
 
 const std::vector<PixelRole>& RoleFinder::find(const PixelRect& rect, const std::vector<float>& distance_m,
-                                               const std::vector<float>& foreground,
-                                               const ImageView<float>& depth_m, const RoleOptions& options) {
+                                               const float* foreground, const ImageView<float>& depth_m,
+                                               const RoleOptions& options) {
   const int w = rect.x1 - rect.x0, h = rect.y1 - rect.y0;
   roles_.assign(size_of(rect), PixelRole::kUnknown);
   const auto may_be = [&](std::size_t i) {
-    return !std::isnan(distance_m[i]) && !(foreground[i] < options.least_foreground);
+    return !std::isnan(distance_m[i]) && !(foreground && foreground[i] < options.least_foreground);
   };
   open_.clear();
   for (std::size_t i = 0; i < roles_.size(); ++i) {

@@ -17,10 +17,10 @@ struct RoleOptions {
 class RoleFinder {
  public:
   // distance_m: of each reading of the rectangle from the surface so far, NaN where there is no reading;
-  // foreground: chance by colour, NaN where not known. A reading is the object's where its colour may be and
-  // it hangs together with readings on the surface so far; any other lies beyond it or before it.
+  // foreground: chance by colour, NaN where not known, or nullptr. A reading is the object's where its colour
+  // may be and it hangs together with readings on the surface so far; any other lies beyond it or before it.
   const std::vector<PixelRole>& find(const PixelRect& rect, const std::vector<float>& distance_m,
-                                     const std::vector<float>& foreground, const ImageView<float>& depth_m,
+                                     const float* foreground, const ImageView<float>& depth_m,
                                      const RoleOptions& options);
   // The same from a mask (not 0: the object's), of the whole image.
   const std::vector<PixelRole>& from_mask(const PixelRect& rect, const ImageView<float>& depth_m,

@@ -102,7 +102,7 @@ def evidence(
     options.noise_per_m = number(noise_per_m, "noise_per_m")
     if not 0 <= options.noise_per_m < np.inf:
         raise ValueError(f"noise_per_m: expected 0 or more, got {noise_per_m}")
-    options.usual_noise_m = max(noise_m, voxel_m)  # the least that is assumed has weight 1
+    options.usual_noise_m = options.noise_m
     given = frame.mask if mask is None else np.asarray(mask)
     if given is None:
         given = np.ones(frame.depth.shape, np.uint8)

@@ -6,7 +6,6 @@ from __future__ import annotations
 import logging
 import operator
 import os
-import pickle
 import threading
 import time
 from collections.abc import Sequence
@@ -370,25 +369,16 @@ class Tracker:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write shapes, camera, options and last poses to one file (pickle), whole or not at all."""
-        from sdftrack.io.files import write_whole
+        from sdftrack.io.pickled import save_pickled
 
-        write_whole(path, lambda file: pickle.dump(self, file))
+        save_pickled(self, path)
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Tracker:
         """Read what :meth:`save` wrote. Only open files that you trust: this is a pickle."""
-        if not os.path.isfile(path):
-            raise FileNotFoundError(f"tracker: no such file: {os.fspath(path)}")
-        try:
-            with open(path, "rb") as file:
-                tracker = pickle.load(file)
-        except (pickle.UnpicklingError, EOFError, AttributeError, ImportError, IndexError) as error:
-            raise ValueError(
-                f"{os.fspath(path)}: expected a file of Tracker.save, this cannot be read ({error})"
-            ) from None
-        if not isinstance(tracker, Tracker):
-            raise ValueError(f"{os.fspath(path)}: expected a saved Tracker, got {type(tracker).__name__}")
-        return tracker
+        from sdftrack.io.pickled import load_pickled
+
+        return load_pickled(path, Tracker)
 
     def __reduce__(self) -> tuple[Any, ...]:
         kwargs = {

@@ -327,3 +327,21 @@ def test_redistance_is_the_volumes_own():
         st.levelset.redistance(np.ones((4, 4, 4)), 0.01)
     with pytest.raises(ValueError, match="voxel_size"):
         st.levelset.redistance(squeezed, -1)
+
+
+def test_colours_are_read_where_the_lens_puts_them():
+    camera = st.Camera(300, 300, 79.5, 79.5, 160, 160, distortion=(1.2, 0, 0, 0, 0))
+    depth = np.full((160, 160), 0.3, np.float32)
+    v, u = np.mgrid[:160, :160].astype(np.uint8)
+    rgb = np.ascontiguousarray(np.dstack([u, v, np.zeros_like(u)]))
+    origin = np.array([-0.06, -0.06, 0.292])
+    core = _core.Reconstruction([60, 60, 8], 0.002, origin.tolist(), None, _core.ReconstructionOptions(), 1)
+    region = [0, 0, 160, 160]
+    core.fuse(depth, camera._core, np.eye(4), region, np.ones((160, 160), np.uint8), None, rgb)
+    z, y, x = np.nonzero(core.seen)
+    points = origin + 0.002 * np.column_stack([x, y, z])
+    expected = camera.project(points)
+    found = core.color[z, y, x, :2] / 256
+    assert len(points) > 1000
+    assert np.abs(expected - (300 * points[:, :2] / points[:, 2:] + 79.5)).max() > 4  # the lens matters
+    assert np.abs(found - expected).max() < 2  # nearest pixels, before and after the lens

@@ -24,7 +24,8 @@ from sdftrack.cli.common import (
 from sdftrack.cli.init import Init
 from sdftrack.cli.reconstruct_place import INIT, SHAPE, find_place, load_shape, parse_place, parse_shape
 from sdftrack.cli.reconstruct_run import Run
-from sdftrack.cli.track import MODES, fitting, folder_each
+from sdftrack.cli.sequences import check_usage, each_sequence
+from sdftrack.cli.track import fitting
 
 FORMATS = ("ply", "obj", "glb", "stl")
 
@@ -124,7 +125,9 @@ def reconstruct(
     Ctrl-C ends a sequence early and keeps what stands. Several sequences get
     a folder each.
     """
-    _check_usage(mode, unit, extent, out)
+    check_usage(mode, unit, out)
+    if extent is not None and not 0 < extent < 10:
+        raise Usage(f"expected metres above 0 and below 10, got {extent:g}", "--extent")
     check_layout(layout)
     assert out is not None
     job = Job(
@@ -150,29 +153,8 @@ def reconstruct(
         raise Usage(
             "gt: expected --shape with it, whose true pose the sequence knows; or leave --init out", "--init"
         )
-    folders = [Path(s) for s in seq]
-    failed: list[str] = []
-    for folder, target in zip(folders, folder_each(folders, out), strict=True):
-        try:
-            _reconstruct_one(folder, target, job)
-        except (OSError, ValueError, TypeError, RuntimeError, typer.BadParameter) as error:
-            if len(folders) == 1:
-                raise
-            told = " ".join(str(error).split())
-            failed.append(told if told.startswith(str(folder)) else f"{folder}: {told}")
-    if failed:
-        raise RuntimeError(f"{len(failed)} of {len(folders)} sequences failed: " + "; ".join(failed))
-
-
-def _check_usage(mode: str, unit: str | None, extent: float | None, out: Path | None) -> None:
-    if out is None:
-        raise Usage("expected a folder for the results: --out DIR", "--out")
-    if mode not in MODES:
-        raise Usage(f"expected one of {', '.join(MODES)}, got {mode!r}", "--mode")
-    if unit not in (None, "m", "mm", "cm", "in"):
-        raise Usage(f"expected m, mm, cm or in, got {unit!r}", "--unit")
-    if extent is not None and not 0 < extent < 10:
-        raise Usage(f"expected metres above 0 and below 10, got {extent:g}", "--extent")
+    # What a sequence's own masks or truths do not have is a usage error of that sequence alone.
+    each_sequence(seq, out, lambda folder, target: _reconstruct_one(folder, target, job), typer.BadParameter)
 
 
 def _formats(text: str) -> list[str]:

@@ -119,19 +119,19 @@ class Run:
         mesh = self.star.mesh()
         recorder.wrote(*write_shape(self.out, mesh, self.star.shape, self.job.formats))
         recorder.wrote(*write_sides(self.out, mesh, self._first, self.job.threads))
-        self._note(recorder)
+        self._note(recorder, mesh)
 
-    def _note(self, recorder: Any) -> None:
+    def _note(self, recorder: Any, mesh: Any) -> None:
         """The section of report.json about the shape."""
-        quality, shape = self.star.quality(), self.star.shape
+        quality, volume = self.star.quality(mesh), self.star.shape
         section: dict[str, Any] = {
             "summary": quality.summary,
             "seen_share": quality.seen_share,
             "frames_fused": quality.frames,
             "complete": len(self.results) == len(self.numbers),
-            "voxels": list(shape.values.shape[::-1]),
-            "voxel_m": shape.voxel_size,
-            "size_m": np.ptp(self.star.mesh().bounds, axis=0),
+            "voxels": list(volume.values.shape[::-1]),
+            "voxel_m": volume.voxel_size,
+            "size_m": np.ptp(mesh.bounds, axis=0),
             "surface_change_m": [r.shape_change for r in self.results],
             "refined": None,
         }

@@ -23,10 +23,9 @@ from sdftrack.cli.common import (
     tracker_settings,
 )
 from sdftrack.cli.init import INIT, Init, begin, parse_inits
+from sdftrack.cli.sequences import check_usage, each_sequence
 from sdftrack.cli.targets import Target, load_mesh, load_targets
 from sdftrack.cli.track_summary import show_summary
-
-MODES = ("auto", "depth", "rgbd")
 
 
 @dataclass(frozen=True)
@@ -116,18 +115,7 @@ def track(
         options=options,
         quiet=quiet,
     )
-    folders = [Path(s) for s in seq]
-    failed: list[str] = []
-    for folder, target in zip(folders, folder_each(folders, out), strict=True):
-        try:
-            _track_one(folder, target, job)
-        except (OSError, ValueError, TypeError, RuntimeError) as error:
-            if len(folders) == 1:
-                raise
-            told = " ".join(str(error).split())
-            failed.append(told if told.startswith(str(folder)) else f"{folder}: {told}")
-    if failed:
-        raise RuntimeError(f"{len(failed)} of {len(folders)} sequences failed: " + "; ".join(failed))
+    each_sequence(seq, out, lambda folder, target: _track_one(folder, target, job))
 
 
 def _copies(models: list[Path], counts: list[int]) -> list[Path]:
@@ -144,30 +132,11 @@ def _check_usage(
     overlay: list[Path] | None,
     models: list[Path],
 ) -> None:
-    if out is None:
-        raise Usage("expected a folder for the results: --out DIR", "--out")
-    if mode not in MODES:
-        raise Usage(f"expected one of {', '.join(MODES)}, got {mode!r}", "--mode")
-    if unit not in (None, "m", "mm", "cm", "in"):
-        raise Usage(f"expected m, mm, cm or in, got {unit!r}", "--unit")
+    check_usage(mode, unit, out)
     if holes not in ("error", "close"):
         raise Usage(f"expected error or close, got {holes!r}", "--holes")
     if overlay and len(overlay) > len(models):
         raise Usage(f"expected at most one per --model ({len(models)}), got {len(overlay)}", "--overlay-mesh")
-
-
-def folder_each(sequences: list[Path], out: Path) -> list[Path]:
-    """Where each sequence's results go: `out` for a single one, else a folder of its name in it."""
-    if len(sequences) == 1:
-        return [out]
-    names: list[str] = []
-    for folder in sequences:
-        name = folder.resolve().name
-        taken = names.count(name)
-        names.append(name)
-        if taken:
-            names[-1] = f"{name}_{taken}"
-    return [out / name for name in names]
 
 
 def _track_one(folder: Path, out: Path, job: Job) -> None:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import os
-import pickle
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -111,13 +110,8 @@ class Reconstructor:
             raise ValueError("device: reconstruction runs on the CPU so far; use device='cpu' or 'auto'")
         if mode not in ("auto", "depth", "rgbd"):
             raise ValueError(f"mode: expected 'auto', 'depth' or 'rgbd', got {mode!r}")
-        self.initial, self.voxels, self.extent, self.mode, self.threads = (
-            initial,
-            int(voxels),
-            extent,
-            mode,
-            threads,
-        )
+        self.initial, self.voxels, self.extent = initial, int(voxels), extent
+        self.mode, self.threads = mode, threads
         self.options = (options or ReconstructorOptions()).replace(**single_options)
         self.tracker_options = tracker_options or TrackerOptions()
         self._volume: Any = None
@@ -242,9 +236,9 @@ class Reconstructor:
         self._started("mesh")
         return quality.surface_mesh(self._volume.core)
 
-    def quality(self) -> quality.Quality:
-        """How well the surface is known."""
-        mesh = self.mesh()
+    def quality(self, mesh: Mesh | None = None) -> quality.Quality:
+        """How well the surface is known; `mesh`: what :meth:`mesh` gave for the shape as it is, if it is at hand."""
+        mesh = self.mesh() if mesh is None else mesh
         assert mesh.seen is not None
         errors = quality.expected_error(mesh.seen, self._beginning.noise_m, self._volume.core.voxel_m)
         share = float((mesh.seen >= self.options.least_seen).mean())
@@ -255,8 +249,9 @@ class Reconstructor:
     def tracker(self) -> Tracker:
         """A Tracker that goes on with this shape, the last pose, and the colours learnt."""
         tracker = self._started("tracker")
-        tracker.shapes = [self.shape]
-        self._reshape(np.array(self._volume.core.phi), np.array(self._volume.core.seen))
+        shape = self.shape
+        tracker.shapes = [shape]
+        self._reshape(shape.values, np.array(self._volume.core.seen))
         self._tracker = self._new_tracker()
         self._reshape()
         self._tracker.set_pose(0, tracker._best[0])
@@ -359,26 +354,17 @@ class Reconstructor:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the kept frames, their poses and the settings to one file (pickle), whole or not at all."""
-        from sdftrack.io.files import write_whole
+        from sdftrack.io.pickled import save_pickled
 
         self._started("save")
-        write_whole(path, lambda file: pickle.dump(self, file))
+        save_pickled(self, path)
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Reconstructor:
         """Read what :meth:`save` wrote; the shape is fused again. Only open files that you trust: this is a pickle."""
-        if not os.path.isfile(path):
-            raise FileNotFoundError(f"reconstructor: no such file: {os.fspath(path)}")
-        try:
-            with open(path, "rb") as file:
-                star = pickle.load(file)
-        except (pickle.UnpicklingError, EOFError, AttributeError, ImportError, IndexError) as error:
-            raise ValueError(
-                f"{os.fspath(path)}: expected a file of Reconstructor.save, this cannot be read ({error})"
-            ) from None
-        if not isinstance(star, Reconstructor):
-            raise ValueError(f"{os.fspath(path)}: expected a saved Reconstructor, got {type(star).__name__}")
-        return star
+        from sdftrack.io.pickled import load_pickled
+
+        return load_pickled(path, Reconstructor)
 
     def __getstate__(self) -> dict[str, Any]:
         state = dict(self.__dict__)

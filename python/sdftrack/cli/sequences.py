@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: MIT
+"""What commands over recorded sequences share: common usage errors, a folder and a turn for each sequence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from sdftrack.cli.common import Usage
+
+__all__ = ["check_usage", "each_sequence", "folder_each"]
+
+MODES = ("auto", "depth", "rgbd")
+
+
+def check_usage(mode: str, unit: str | None, out: Path | None) -> None:
+    if out is None:
+        raise Usage("expected a folder for the results: --out DIR", "--out")
+    if mode not in MODES:
+        raise Usage(f"expected one of {', '.join(MODES)}, got {mode!r}", "--mode")
+    if unit not in (None, "m", "mm", "cm", "in"):
+        raise Usage(f"expected m, mm, cm or in, got {unit!r}", "--unit")
+
+
+def folder_each(sequences: list[Path], out: Path) -> list[Path]:
+    """Where each sequence's results go: `out` for a single one, else a folder of its name in it."""
+    if len(sequences) == 1:
+        return [out]
+    names: list[str] = []
+    for folder in sequences:
+        name = folder.resolve().name
+        taken = names.count(name)
+        names.append(name)
+        if taken:
+            names[-1] = f"{name}_{taken}"
+    return [out / name for name in names]
+
+
+def each_sequence(
+    sequences: list[str], out: Path, work: Callable[[Path, Path], None], *also: type[Exception]
+) -> None:
+    """Do `work(sequence, its folder for results)` for each; with several, what fails is told at the end."""
+    folders = [Path(s) for s in sequences]
+    failed: list[str] = []
+    told_at_the_end: tuple[type[Exception], ...] = (OSError, ValueError, TypeError, RuntimeError, *also)
+    for folder, target in zip(folders, folder_each(folders, out), strict=True):
+        try:
+            work(folder, target)
+        except told_at_the_end as error:
+            if len(folders) == 1:
+                raise
+            told = " ".join(str(error).split())
+            failed.append(told if told.startswith(str(folder)) else f"{folder}: {told}")
+    if failed:
+        raise RuntimeError(f"{len(failed)} of {len(folders)} sequences failed: " + "; ".join(failed))

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: MIT
+"""Objects kept in one file by pickle: written whole or not at all, read with one clear error."""
+
+from __future__ import annotations
+
+import os
+import pickle
+from typing import Any, TypeVar
+
+from sdftrack.io.files import write_whole
+
+__all__ = ["load_pickled", "save_pickled"]
+
+T = TypeVar("T")
+
+
+def save_pickled(thing: Any, path: str | os.PathLike[str]) -> None:
+    """Write `thing` whole or not at all."""
+    write_whole(path, lambda file: pickle.dump(thing, file))
+
+
+def load_pickled(path: str | os.PathLike[str], kind: type[T]) -> T:
+    """Read what `kind.save` wrote; FileNotFoundError or ValueError that names the file."""
+    if not os.path.isfile(path):
+        raise FileNotFoundError(f"{kind.__name__.lower()}: no such file: {os.fspath(path)}")
+    try:
+        with open(path, "rb") as file:
+            thing = pickle.load(file)
+    except (pickle.UnpicklingError, EOFError, AttributeError, ImportError, IndexError) as error:
+        raise ValueError(
+            f"{os.fspath(path)}: expected a file of {kind.__name__}.save, this cannot be read ({error})"
+        ) from None
+    if not isinstance(thing, kind):
+        raise ValueError(f"{os.fspath(path)}: expected a saved {kind.__name__}, got {type(thing).__name__}")
+    return thing
