@@ -31,13 +31,9 @@ class PyReconstruction {
                    const std::optional<py::array>& prior, const ReconstructionOptions& options, int threads)
       : threads_(threads) {
     const Grid grid{voxels[0], voxels[1], voxels[2], voxel_m, {origin[0], origin[1], origin[2]}};
-    std::vector<float> guess;
-    if (prior) {
-      const float* p = borrow<float>(*prior, "prior", {grid.nz, grid.ny, grid.nx});
-      guess.assign(p, p + grid.size());
-    }
+    const float* const guess = prior ? borrow<float>(*prior, "prior", {grid.nz, grid.ny, grid.nx}) : nullptr;
     py::gil_scoped_release release;
-    core_ = std::make_unique<Reconstruction>(grid, std::move(guess), options);
+    core_ = std::make_unique<Reconstruction>(grid, guess, options);
   }
 
   void fuse(const py::array& depth, const Camera& camera, const py::array& T,

@@ -14,17 +14,21 @@ namespace sdftrack {
 namespace {
 
 constexpr std::size_t kAtOnce = 8;  // blocks
+constexpr float kStays = 0.02f;     // voxels: a surface that moved less is not followed yet
+constexpr float kSettled = 0.2f;    // voxels: distances that change by more are followed on
+constexpr float kMost_m = 1e6f;     // of a distance while it is relaxed
 
 }  // namespace
 
 EvidenceDistance::EvidenceDistance(const EvidenceVolume& evidence)
     : grid_(evidence.grid()), bx_(evidence.blocks_x()), by_(evidence.blocks_y()), bz_(evidence.blocks_z()) {
   const float far = static_cast<float>(grid_.voxel_m * std::max({grid_.nx, grid_.ny, grid_.nz}));
-  phi_.resize(grid_.size());
+  phi_ = LargeArray<float>(grid_.size());
   for (std::size_t i = 0; i < phi_.size(); ++i) phi_[i] = evidence.log_ratio()[i] > 0 ? -far : far;
   const std::size_t blocks =
       static_cast<std::size_t>(bx_) * static_cast<std::size_t>(by_) * static_cast<std::size_t>(bz_);
-  marked_.resize(blocks), surface_.resize(blocks), changes_.resize(blocks);
+  marked_.resize(blocks), surface_.resize(blocks), changes_.resize(blocks), moved_m_.resize(blocks),
+      unsettled_.resize(blocks);
 }
 
 // Its voxels but those at the volume's border.
@@ -35,44 +39,42 @@ EvidenceDistance::Range EvidenceDistance::inner(int block) const {
           std::max(1, z), std::min(grid_.nz - 1, z + kBlock)};
 }
 
+BlockRows EvidenceDistance::rows_of(const Range& r, std::size_t* first) const {
+  *first = grid_.index(r.x0, r.y0, r.z0);
+  return {r.x1 - r.x0, r.y1 - r.y0, r.z1 - r.z0, grid_.nx, grid_.nx * grid_.ny};
+}
+
 // Where the mean log ratio changes its sign between two voxels, the surface lies where a line through both is
 // 0; the distance of a voxel to the plane through such points of its axes. Returns whether there are any.
 bool EvidenceDistance::cross(const EvidenceVolume& evidence, const Range& r, Change* change) {
-  const VoxelOps& ops = voxel_ops_for(used_isa());
-  const std::size_t row = static_cast<std::size_t>(grid_.nx),
-                    slice = row * static_cast<std::size_t>(grid_.ny);
+  std::size_t first;
+  const BlockRows rows = rows_of(r, &first);
   const float voxel = static_cast<float>(grid_.voxel_m);
   const float* ratio = evidence.log_ratio().data();
   const float* weight = evidence.weight().data();
   const auto mean = [&](std::size_t i) { return weight[i] > 0 ? ratio[i] / weight[i] : ratio[i]; };
-  int found[kBlock + 16];
-  bool surface = false;
-  for (int z = r.z0; z < r.z1; ++z)
-    for (int y = r.y0; y < r.y1; ++y) {
-      const std::size_t base = grid_.index(0, y, z);
-      const RowAt at{phi_.data() + base, static_cast<int>(row), static_cast<int>(slice)};
-      const int n = ops.crossed(ratio + base, at, voxel, r.x0, r.x1, found);
-      surface |= n > 0;
-      for (int k = 0; k < n; ++k) {
-        const std::size_t i = base + static_cast<std::size_t>(found[k]);
-        const float own = mean(i);
-        float sum = 0;
-        for (const std::size_t step : {std::size_t{1}, row, slice}) {
-          float nearest = 2;  // in voxels; beyond 1: no crossing along this axis
-          for (const std::size_t j : {i - step, i + step}) {
-            const float other = mean(j);
-            if ((other > 0) == (own > 0)) continue;
-            nearest = std::min(nearest, std::abs(own) / std::max(std::abs(own) + std::abs(other), 1e-20f));
-          }
-          if (nearest <= 1) sum += 1 / std::max(nearest * nearest, 1e-8f);
-        }
-        const float distance = voxel / std::sqrt(std::max(sum, 1.0f));
-        const float now = own > 0 ? -distance : distance, moved = std::abs(now - phi_[i]);
-        if (std::abs(phi_[i]) < 2 * voxel) change->sum_m += moved, change->count += 1;
-        phi_[i] = now;
+  int found[kBlock * kBlock * kBlock + 16];
+  const int n = voxel_ops_for(used_isa()).crossed(ratio + first, rows, voxel, phi_.data() + first, found);
+  for (int k = 0; k < n; ++k) {
+    const std::size_t i = first + static_cast<std::size_t>(found[k]);
+    const float own = mean(i);
+    float sum = 0;
+    for (const int step : {1, rows.row, rows.slice}) {
+      float nearest = 2;  // in voxels; beyond 1: no crossing along this axis
+      for (const std::size_t j : {i - static_cast<std::size_t>(step), i + static_cast<std::size_t>(step)}) {
+        const float other = mean(j);
+        if ((other > 0) == (own > 0)) continue;
+        nearest = std::min(nearest, std::abs(own) / std::max(std::abs(own) + std::abs(other), 1e-20f));
       }
+      if (nearest <= 1) sum += 1 / std::max(nearest * nearest, 1e-8f);
     }
-  return surface;
+    const float distance = voxel / std::sqrt(std::max(sum, 1.0f));
+    const float now = own > 0 ? -distance : distance, moved = std::abs(now - phi_[i]);
+    if (std::abs(phi_[i]) < 2 * voxel) change->sum_m += moved, change->count += 1;
+    change->most_m = std::max(change->most_m, moved);
+    phi_[i] = now;
+  }
+  return n > 0;
 }
 
 // What has changed in a block also moves the surface between it and the voxels on the other side of its
@@ -125,16 +127,13 @@ std::vector<VoxelBox> EvidenceDistance::surface_boxes() const {
   return cells;
 }
 
-void EvidenceDistance::relax(int block, float band_m, bool forward) {
-  const Range r = inner(block);
-  const VoxelOps& ops = voxel_ops_for(used_isa());
-  const EikonalTerm<float> term{static_cast<float>(grid_.voxel_m), band_m};
-  const int rows = r.y1 - r.y0, n = rows * (r.z1 - r.z0);
-  for (int k = 0; k < n; ++k) {
-    const int i = forward ? k : n - 1 - k;
-    float* const row = phi_.data() + grid_.index(0, r.y0 + i % rows, r.z0 + i / rows);
-    ops.relax(term, {row, grid_.nx, grid_.nx * grid_.ny}, r.x0, r.x1);
-  }
+void EvidenceDistance::relax(int block, bool forward, float band_m) {
+  std::size_t first;
+  const BlockRows rows = rows_of(inner(block), &first);
+  const float voxel_m = static_cast<float>(grid_.voxel_m);
+  unsettled_[static_cast<std::size_t>(block)] =
+      voxel_ops_for(used_isa())
+          .relax({voxel_m, kMost_m}, rows, forward, kSettled * voxel_m, band_m, phi_.data() + first);
 }
 
 float EvidenceDistance::least(int block) const {
@@ -159,26 +158,47 @@ bool EvidenceDistance::beside_surface(int block) const {
   return false;
 }
 
-// The changed blocks and what lies beside them, where the surface is near or was, as eight sets without
-// neighbours.
-void EvidenceDistance::find_active(const std::vector<int>& changed, float band_m) {
+// Where the surface has moved and beside it, and where distances still follow an earlier move, as eight sets
+// without neighbours.
+void EvidenceDistance::find_active(const EvidenceVolume& evidence, const std::vector<int>& changed,
+                                   float band_m) {
   std::fill(marked_.begin(), marked_.end(), static_cast<unsigned char>(0));
+  for (int b = 0; b < static_cast<int>(unsettled_.size()); ++b)
+    if (unsettled_[static_cast<std::size_t>(b)]) mark_around(b);
+  const float least_m = kStays * static_cast<float>(grid_.voxel_m);
   for (const int b : changed) {
-    const int ix = b % bx_, iy = b / bx_ % by_, iz = b / (bx_ * by_);
-    for (int z = std::max(0, iz - 1); z <= std::min(bz_ - 1, iz + 1); ++z)
-      for (int y = std::max(0, iy - 1); y <= std::min(by_ - 1, iy + 1); ++y)
-        for (int x = std::max(0, ix - 1); x <= std::min(bx_ - 1, ix + 1); ++x)
-          marked_[static_cast<std::size_t>((z * by_ + y) * bx_ + x)] = 1;
+    float& moved_m = moved_m_[static_cast<std::size_t>(b)];
+    moved_m += changes_[static_cast<std::size_t>(b)].most_m;
+    if (moved_m < least_m && !evidence.turned(b)) continue;
+    moved_m = 0;
+    mark_around(b);
   }
   for (std::vector<int>& set : active_) set.clear();
-  for (int b = 0; b < static_cast<int>(marked_.size()); ++b)
-    if (marked_[static_cast<std::size_t>(b)] && (beside_surface(b) || least(b) < band_m))
+  for (int b = 0; b < static_cast<int>(marked_.size()); ++b) {
+    if (!marked_[static_cast<std::size_t>(b)]) continue;
+    if (beside_surface(b) || least(b) < band_m)
       active_[(b % bx_ & 1) | (b / bx_ % by_ & 1) << 1 | (b / (bx_ * by_) & 1) << 2].push_back(b);
+    else
+      unsettled_[static_cast<std::size_t>(b)] = 0;
+  }
 }
 
-void EvidenceDistance::update(const EvidenceVolume& evidence, const std::vector<int>& changed, int rounds,
+void EvidenceDistance::mark_around(int block) {
+  const int ix = block % bx_, iy = block / bx_ % by_, iz = block / (bx_ * by_);
+  for (int z = std::max(0, iz - 1); z <= std::min(bz_ - 1, iz + 1); ++z)
+    for (int y = std::max(0, iy - 1); y <= std::min(by_ - 1, iy + 1); ++y)
+      for (int x = std::max(0, ix - 1); x <= std::min(bx_ - 1, ix + 1); ++x)
+        marked_[static_cast<std::size_t>((z * by_ + y) * bx_ + x)] = 1;
+}
+
+void EvidenceDistance::update(const EvidenceVolume& evidence, const std::vector<int>& fused, int rounds,
                               float band_voxels, int threads) {
   const float band_m = band_voxels * static_cast<float>(grid_.voxel_m);
+  // Where there is no surface and no voxel has turned, none has come.
+  std::vector<int>& changed = changed_;
+  changed.clear();
+  for (const int b : fused)
+    if (surface_[static_cast<std::size_t>(b)] || evidence.turned(b)) changed.push_back(b);
   parallel_for((changed.size() + kAtOnce - 1) / kAtOnce, threads, [&](std::size_t chunk) {
     for (std::size_t k = kAtOnce * chunk; k < std::min(changed.size(), kAtOnce * (chunk + 1)); ++k) {
       const auto b = static_cast<std::size_t>(changed[k]);
@@ -194,13 +214,13 @@ void EvidenceDistance::update(const EvidenceVolume& evidence, const std::vector<
     sum += static_cast<double>(change.sum_m), count += change.count;
   }
   change_m_ = count > 0 ? sum / count : 0;
-  find_active(changed, band_m);
+  find_active(evidence, changed, band_m);
   // A front that has gone leaves distances behind that are too small: they grow by a voxel in each round.
   for (int round = 0; round < rounds; ++round)
     for (const std::vector<int>& set : active_)
       parallel_for((set.size() + kAtOnce - 1) / kAtOnce, threads, [&](std::size_t chunk) {
         for (std::size_t k = kAtOnce * chunk; k < std::min(set.size(), kAtOnce * (chunk + 1)); ++k)
-          relax(set[k], 1e6f, round % 2 == 0);
+          relax(set[k], round % 2 == 0, band_m);
       });
 }
 

@@ -16,9 +16,9 @@ class EvidenceDistance {
 
   explicit EvidenceDistance(const EvidenceVolume& evidence);
 
-  // After the evidence in these blocks has changed: distances to the new surface, exact beside it and by
-  // `rounds` of relaxation up to band_voxels away, in those blocks and beside them.
-  void update(const EvidenceVolume& evidence, const std::vector<int>& changed, int rounds, float band_voxels,
+  // After these blocks have been fused: distances to the new surface, exact beside it and by `rounds` of
+  // relaxation up to band_voxels away, in those blocks and beside them.
+  void update(const EvidenceVolume& evidence, const std::vector<int>& fused, int rounds, float band_voxels,
               int threads);
   // Farther away: found on a lattice of kCoarse voxels by sweeping, and carried over to slices [z0, z1).
   void sweep_far(float band_voxels);
@@ -29,13 +29,13 @@ class EvidenceDistance {
   // How far the surface moved in the last update, on the mean where it changed.
   double change_m() const { return change_m_; }
   bool has_surface() const { return has_surface_; }
-  const std::vector<float>& phi() const { return phi_; }
+  const LargeArray<float>& phi() const { return phi_; }
   SdfView view() const { return grid_.view(phi_.data()); }
 
  private:
   static constexpr int kCoarse = 4;
   struct Change {
-    float sum_m = 0;
+    float sum_m = 0, most_m = 0;
     int count = 0;
   };
   struct Range {
@@ -44,18 +44,23 @@ class EvidenceDistance {
   Range inner(int block) const;
   bool cross(const EvidenceVolume& evidence, const Range& range, Change* change);
   void cross_beside(const EvidenceVolume& evidence, const std::vector<int>& changed, int threads);
-  void relax(int block, float band_m, bool forward);
-  void find_active(const std::vector<int>& changed, float band_m);
+  BlockRows rows_of(const Range& range, std::size_t* first) const;
+  void relax(int block, bool forward, float band_m);
+  void find_active(const EvidenceVolume& evidence, const std::vector<int>& changed, float band_m);
   float least(int block) const;
   bool beside_surface(int block) const;
+  void mark_around(int block);
 
   Grid grid_;
   int bx_, by_, bz_;
-  std::vector<float> phi_;
+  LargeArray<float> phi_;
   bool has_surface_ = false;
   std::vector<Change> changes_;  // by block
+  std::vector<float> moved_m_;   // by block, at most: the surface since the distances around it followed
   double change_m_ = 0;
+  std::vector<unsigned char> unsettled_;  // blocks of which distances changed when last relaxed
   std::vector<unsigned char> marked_;
+  std::vector<int> changed_;
   std::vector<int> beside_;             // blocks with a face on one that has changed
   std::vector<unsigned char> surface_;  // blocks that hold a voxel beside the surface
   std::vector<int> active_[8];          // by colour: no two of one colour are neighbours

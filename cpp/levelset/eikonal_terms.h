@@ -39,11 +39,11 @@ template <class T>
 struct EikonalTerm {
   float voxel_m, most_m;  // no distance grows beyond the latter
 
-  // The voxel's new value; one beside a change of sign keeps its own. `along`: the row before the change.
-  HD T relax(const RowAt& at, const float* along, int x, int n) const {
+  // The voxel's new value; one beside a change of sign keeps its own.
+  HD T relax(const RowAt& at, int x, int n) const {
     const float* p = at.phi + x;
-    const T own = load<T>(along + x, n);
-    const T x0 = load<T>(along + x - 1, n), x1 = load<T>(along + x + 1, n), y0 = load<T>(p - at.row, n),
+    const T own = load<T>(p, n);
+    const T x0 = load<T>(p - 1, n), x1 = load<T>(p + 1, n), y0 = load<T>(p - at.row, n),
             y1 = load<T>(p + at.row, n), z0 = load<T>(p - at.slice, n), z1 = load<T>(p + at.slice, n);
     const T low = least(least(least(x0, x1), least(y0, y1)), least(z0, z1)),
             high = most(most(most(x0, x1), most(y0, y1)), most(z0, z1));

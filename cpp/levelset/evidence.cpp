@@ -13,9 +13,6 @@ namespace sdftrack {
 namespace {
 
 constexpr int kBlocksAtOnce = 64;
-constexpr float kSurelyEmpty = 0.9f;  // of the mean ratio before a surface
-constexpr float kLeastWeight = 4;     // frames after which a voxel needs no more free space
-
 int blocks_along(int n) { return (n + EvidenceVolume::kBlock - 1) / EvidenceVolume::kBlock; }
 
 std::uint16_t mixed(std::uint16_t before, unsigned char now, float share) {
@@ -26,16 +23,17 @@ std::uint16_t mixed(std::uint16_t before, unsigned char now, float share) {
 
 }  // namespace
 
-EvidenceVolume::EvidenceVolume(const Grid& grid, std::vector<float> prior)
+EvidenceVolume::EvidenceVolume(const Grid& grid, const float* prior)
     : grid_(grid),
       bx_(blocks_along(grid.nx)),
       by_(blocks_along(grid.ny)),
       bz_(blocks_along(grid.nz)),
-      log_ratio_(std::move(prior)),
+      log_ratio_(grid.size()),
       weight_(grid.size()),
       colors_(grid.size()),
-      empty_(static_cast<std::size_t>(bx_) * static_cast<std::size_t>(by_) * static_cast<std::size_t>(bz_)) {
-  log_ratio_.resize(grid.size());
+      empty_(static_cast<std::size_t>(bx_) * static_cast<std::size_t>(by_) * static_cast<std::size_t>(bz_)),
+      turned_(empty_.size(), 1) {
+  if (prior) std::copy_n(prior, grid.size(), log_ratio_.begin());
 }
 
 EvidenceVolume EvidenceVolume::padded(const std::array<int, 3>& before,
@@ -45,7 +43,7 @@ EvidenceVolume EvidenceVolume::padded(const std::array<int, 3>& before,
   grid.ny += kBlock * (before[1] + after[1]);
   grid.nz += kBlock * (before[2] + after[2]);
   grid.origin_obj = grid_.point(-kBlock * before[0], -kBlock * before[1], -kBlock * before[2]);
-  EvidenceVolume larger(grid, {});
+  EvidenceVolume larger(grid, nullptr);
   for (int z = 0; z < grid_.nz; ++z)
     for (int y = 0; y < grid_.ny; ++y) {
       const auto from = static_cast<std::ptrdiff_t>(grid_.index(0, y, z)),
@@ -61,22 +59,24 @@ EvidenceVolume EvidenceVolume::padded(const std::array<int, 3>& before,
 void EvidenceVolume::find_tiles(const EvidenceImage& image, float reach_m) {
   tiles_x_ = (image.width() + kTile - 1) / kTile, tiles_y_ = (image.height() + kTile - 1) / kTile;
   const std::size_t count = static_cast<std::size_t>(tiles_x_) * static_cast<std::size_t>(tiles_y_);
-  tiles_.assign(count, {std::numeric_limits<float>::max(), 0});
+  tiles_.assign(count, {std::numeric_limits<float>::max(), 0, 0});
   const EvidencePixel* pixel = image.pixels().data();
   for (int y = 0; y < image.height(); ++y)
     for (int x = 0; x < image.width(); ++x, ++pixel) {
       if (pixel->slant == 0) continue;
       Tile& tile = tiles_[static_cast<std::size_t>(y / kTile) * static_cast<std::size_t>(tiles_x_) +
                           static_cast<std::size_t>(x / kTile)];
-      const float behind = pixel->slant > 0 ? reach_m / pixel->slant : 0.0f;
-      tile.near_m = std::min(tile.near_m, pixel->depth_m);
-      tile.last_m = std::max(tile.last_m, pixel->depth_m + behind);
+      tile.last_m = std::max(tile.last_m, pixel->depth_m);
+      if (pixel->slant < 0) continue;
+      const float reach = reach_m / pixel->slant;
+      tile.surface_from_m = std::min(tile.surface_from_m, pixel->depth_m - reach);
+      tile.surface_to_m = std::max(tile.surface_to_m, pixel->depth_m + reach);
     }
 }
 
 // Whether any reading before or around which the block lies can say something about it.
 bool EvidenceVolume::touches(int block, const Rigidd& T_cam_obj, const Camera& camera,
-                             const EvidenceImage& image, const EvidenceOptions& options) const {
+                             const EvidenceImage& image) const {
   const int ix = block % bx_, iy = block / bx_ % by_, iz = block / (bx_ * by_);
   const Vec3d middle = T_cam_obj * (grid_.point(kBlock * ix, kBlock * iy, kBlock * iz) +
                                     grid_.voxel_m * 0.5 * (kBlock - 1) * Vec3d{1, 1, 1});
@@ -93,9 +93,9 @@ bool EvidenceVolume::touches(int block, const Rigidd& T_cam_obj, const Camera& c
     for (int x = x0; x <= x1; ++x) {
       const Tile& tile = tiles_[static_cast<std::size_t>(y) * static_cast<std::size_t>(tiles_x_) +
                                 static_cast<std::size_t>(x)];
-      if (tile.last_m == 0 || middle.z - radius > tile.last_m) continue;
-      const bool only_past = middle.z + radius < tile.near_m - 2 * options.form.sigma_d_m;
-      if (!only_past || !empty_[static_cast<std::size_t>(block)]) return true;
+      const double from = middle.z - radius, to = middle.z + radius;
+      if (from < tile.surface_to_m && to > tile.surface_from_m) return true;
+      if (from < tile.last_m && !empty_[static_cast<std::size_t>(block)]) return true;
     }
   return false;
 }
@@ -116,15 +116,19 @@ const std::vector<int>& EvidenceVolume::fuse(const EvidenceImage& image, const F
                                  options.least_slant};
   const int blocks = bx_ * by_ * bz_;
   touched_.assign(static_cast<std::size_t>(blocks), 0);
+
   parallel_for(static_cast<std::size_t>((blocks + kBlocksAtOnce - 1) / kBlocksAtOnce), threads,
                [&](std::size_t chunk) {
                  const int first = static_cast<int>(chunk) * kBlocksAtOnce,
                            last = std::min(blocks, first + kBlocksAtOnce);
+                 int here[kBlocksAtOnce], n = 0;
                  for (int b = first; b < last; ++b)
-                   if (touches(b, T_cam_obj, camera, image, options)) {
-                     touched_[static_cast<std::size_t>(b)] =
-                         fuse_block(b, term, image, colors, T_cam_obj, options);
-                   }
+                   if (touches(b, T_cam_obj, camera, image)) here[n++] = b;
+                 for (int k = 0; k < n; ++k) {
+                   prefetch_block(here[std::min(k + 1, n - 1)]);
+                   touched_[static_cast<std::size_t>(here[k])] =
+                       fuse_block(here[k], term, image, colors, T_cam_obj, options);
+                 }
                });
   changed_.clear();
   for (int b = 0; b < blocks; ++b)
@@ -132,49 +136,58 @@ const std::vector<int>& EvidenceVolume::fuse(const EvidenceImage& image, const F
   return changed_;
 }
 
+BlockRows EvidenceVolume::rows_of(int block, std::size_t* first) const {
+  const int x = kBlock * (block % bx_), y = kBlock * (block / bx_ % by_), z = kBlock * (block / (bx_ * by_));
+  *first = grid_.index(x, y, z);
+  return {std::min(kBlock, grid_.nx - x), std::min(kBlock, grid_.ny - y), std::min(kBlock, grid_.nz - z),
+          grid_.nx, grid_.nx * grid_.ny};
+}
+
+void EvidenceVolume::prefetch_block(int block) const {
+  std::size_t first;
+  const BlockRows rows = rows_of(block, &first);
+  prefetch_rows(&log_ratio_[first], rows);
+  prefetch_rows(&weight_[first], rows);
+}
+
 bool EvidenceVolume::fuse_block(int block, const EvidenceTerm<float>& term, const EvidenceImage& image,
                                 const FrameColors& colors, const Rigidd& T_cam_obj,
                                 const EvidenceOptions& options) {
-  const int x0 = kBlock * (block % bx_), y0 = kBlock * (block / bx_ % by_),
-            z0 = kBlock * (block / (bx_ * by_));
-  const int count = std::min(kBlock, grid_.nx - x0);
-  const Vec3f step = (grid_.voxel_m * (T_cam_obj.R * Vec3d{1, 0, 0})).cast<float>();
+  std::size_t first;
+  const BlockRows rows = rows_of(block, &first);
+  const Vec3d corner =
+      grid_.point(kBlock * (block % bx_), kBlock * (block / bx_ % by_), kBlock * (block / (bx_ * by_)));
+  const auto step = [&](Vec3d axis) { return grid_.voxel_m * (T_cam_obj.R * axis); };
+  const BlockPlace place{T_cam_obj * corner, step({1, 0, 0}), step({0, 1, 0}), step({0, 0, 1})};
+  float distance[kBlock * kBlock * kBlock];
+  const BlockChange change =
+      voxel_ops_for(used_isa())
+          .fuse(term, place, rows, options.most_weight, &log_ratio_[first], &weight_[first], distance);
+  empty_[static_cast<std::size_t>(block)] = change.empty;
   const float reach = options.color_reach_voxels * static_cast<float>(grid_.voxel_m);
-  const VoxelOps& ops = voxel_ops_for(used_isa());
-  float distance[kBlock];
-  bool empty = true, changed = false;
-  for (int z = z0; z < std::min(z0 + kBlock, grid_.nz); ++z)
-    for (int y = y0; y < std::min(y0 + kBlock, grid_.ny); ++y) {
-      const std::size_t at = grid_.index(x0, y, z);
-      const Vec3f first = (T_cam_obj * grid_.point(x0, y, z)).cast<float>();
-      const RowChange change =
-          ops.fuse(term, first, step, count, options.most_weight, &log_ratio_[at], &weight_[at], distance);
-      changed |= change.near || change.turned || change.inside;
-      empty = empty && !change.near && surely_empty(at, count);
-      if (!change.near) continue;
-      for (int k = 0; k < count; ++k) {
-        const std::size_t i = at + static_cast<std::size_t>(k);
-        if (!(std::abs(distance[k]) < reach)) continue;
-        const Vec3f p = first + static_cast<float>(k) * step;
-        const Vec2f u = project(term.K, p);
-        const int px = static_cast<int>(u.x - static_cast<float>(term.x0) + 0.5f),
-                  py = static_cast<int>(u.y - static_cast<float>(term.y0) + 0.5f);
-        const std::size_t j = static_cast<std::size_t>(py) * static_cast<std::size_t>(image.width()) +
-                              static_cast<std::size_t>(px);
-        const float slant = image.pixels()[j].slant;
-        add_color(i, colors.rgb ? colors.rgb + 3 * image.source()[j] : nullptr, slant * slant);
-      }
-    }
-  empty_[static_cast<std::size_t>(block)] = empty;
-  return changed;
+  for (int row = 0; row < rows.ny * rows.nz; ++row)
+    if (change.near >> row & 1)
+      color_row(term, image, colors, place.at(rows, row), place.x.cast<float>(), rows.nx,
+                distance + kBlock * row, reach, first + rows.offset(row));
+  turned_[static_cast<std::size_t>(block)] = change.turned;
+  return change.near || change.turned || change.inside;
 }
 
-bool EvidenceVolume::surely_empty(std::size_t at, int count) const {
-  constexpr float kMean = kSurelyEmpty * kCarvedRatio / kCarvedWeight;
-  bool yes = true;
-  for (std::size_t i = at; i < at + static_cast<std::size_t>(count); ++i)
-    yes &= (weight_[i] >= kLeastWeight * kCarvedWeight) & (log_ratio_[i] < kMean * weight_[i]);
-  return yes;
+// The voxels of a row that lie within reach of a reading take its colour.
+void EvidenceVolume::color_row(const EvidenceTerm<float>& term, const EvidenceImage& image,
+                               const FrameColors& colors, Vec3f p_cam, Vec3f step_cam, int count,
+                               const float* distance_m, float reach_m, std::size_t at) {
+  for (int k = 0; k < count; ++k) {
+    if (!(std::abs(distance_m[k]) < reach_m)) continue;
+    const Vec2f u = project(term.K, p_cam + static_cast<float>(k) * step_cam);
+    const int px = static_cast<int>(u.x - static_cast<float>(term.x0) + 0.5f),
+              py = static_cast<int>(u.y - static_cast<float>(term.y0) + 0.5f);
+    const std::size_t j =
+        static_cast<std::size_t>(py) * static_cast<std::size_t>(image.width()) + static_cast<std::size_t>(px);
+    const float slant = image.pixels()[j].slant;
+    add_color(at + static_cast<std::size_t>(k), colors.rgb ? colors.rgb + 3 * image.source()[j] : nullptr,
+              slant * slant);
+  }
 }
 
 void EvidenceVolume::add_color(std::size_t voxel, const unsigned char* rgb, float weight) {

@@ -61,6 +61,9 @@ constexpr float kNoSurface_m = 1e6f;
 constexpr float kCarvedRatio = -1.0f;  // of one frame, where it looks past the voxel
 constexpr float kCarvedWeight =
     1.0f / 2.94443897f;  // so that the mean is that of a voxel well before a surface
+constexpr float kEmptyWeight =
+    4 * kCarvedWeight;  // after which a voxel needs no more free space, if its mean
+constexpr float kEmptyMean = 0.9f * kCarvedRatio / kCarvedWeight;  // is below this
 
 template <class T>
 struct EvidenceTerm {

@@ -2,6 +2,8 @@
 // The loops of voxel_ops.h for the lanes L of the file that includes this; see energies/term_loops.h.
 #pragma once
 
+#include <algorithm>
+
 #include "energies/block.h"
 #include "levelset/voxel_ops.h"
 
@@ -10,62 +12,86 @@ namespace {
 
 template <class L>
 struct VoxelLoops {
-  static RowChange fuse(const EvidenceTerm<float>& given, Vec3f p_cam, Vec3f step_cam, int count,
-                        float most_weight, float* log_ratio, float* weight, float* distance_m) {
+  static BlockChange fuse(const EvidenceTerm<float>& given, const BlockPlace& place, const BlockRows& rows,
+                          float most_weight, float* log_ratio, float* weight, float* distance_m) {
     const auto term = given.template cast<L>();
-    const Vec3<L> first{L(p_cam.x), L(p_cam.y), L(p_cam.z)};
-    const L sx(step_cam.x), sy(step_cam.y), sz(step_cam.z), limit(most_weight);
-    RowChange change{false, false, false};
-    each_pack<L>(0, count, [&](int i, int n) SDFTRACK_INLINE {
-      const L k = real<L>(indices<L>(i, n));
-      const Evidence<L> said = term.at({first.x + k * sx, first.y + k * sy, first.z + k * sz});
-      const L before = load<L>(weight + i, n);
-      // Where anything else has spoken, faint carving would gnaw at rims that are seldom seen.
-      const auto idle = (said.weight < L(2 * kFaint * kCarvedWeight)) & (before > L(kUnknownWeight));
-      const L more = select(idle, L(0), said.weight), sum = before + more;
-      // What was guessed counts until something is seen.
-      const L known = select((before == L(0)) & (more > L(0)), L(0), load<L>(log_ratio + i, n));
-      const L kept = select(sum > limit, limit / sum, L(1));
-      const L now = kept * (known + select(idle, L(0), said.log_ratio)), own = load<L>(log_ratio + i, n);
-      store(now, log_ratio + i, n);
-      const L one = select(own > L(0), L(1), L(0)), other = select(now > L(0), L(1), L(0));
-      change.turned |= any(one != other) || any((before == L(0)) & (more > L(0)));
-      change.inside |= any(now > L(0));
-      change.near |= any(said.distance_m < L(kNoSurface_m));
-      store(kept * sum, weight + i, n);
-      store(said.distance_m, distance_m + i, n);
-    });
+    const Vec3f step = place.x.cast<float>();
+    const L sx(step.x), sy(step.y), sz(step.z), limit(most_weight);
+    BlockChange change{0, false, false, true};
+    for (int row = 0; row < rows.ny * rows.nz; ++row) {
+      const Vec3f p = place.at(rows, row);
+      const Vec3<L> first{L(p.x), L(p.y), L(p.z)};
+      float* const ratios = log_ratio + rows.offset(row);
+      float* const weights = weight + rows.offset(row);
+      each_pack<L>(0, rows.nx, [&](int i, int n) SDFTRACK_INLINE {
+        const L k = real<L>(indices<L>(i, n));
+        const Evidence<L> said = term.at({first.x + k * sx, first.y + k * sy, first.z + k * sz});
+        const L before = load<L>(weights + i, n), own = load<L>(ratios + i, n);
+        // Where anything else has spoken, faint carving would gnaw at rims that are seldom seen.
+        const auto idle = (said.weight < L(2 * kFaint * kCarvedWeight)) & (before > L(kUnknownWeight));
+        const L more = select(idle, L(0), said.weight), sum = before + more;
+        // What was guessed counts until something is seen.
+        const L known = select((before == L(0)) & (more > L(0)), L(0), own);
+        const L kept = any(sum > limit) ? select(sum > limit, limit / sum, L(1)) : L(1);
+        const L now = kept * (known + select(idle, L(0), said.log_ratio)), weighs = kept * sum;
+        store(now, ratios + i, n);
+        store(weighs, weights + i, n);
+        const L one = select(own > L(0), L(1), L(0)), other = select(now > L(0), L(1), L(0));
+        change.turned |= any(one != other) || any((before == L(0)) & (more > L(0)));
+        change.inside |= any(now > L(0));
+        const auto unsure = (weighs < L(kEmptyWeight)) | (now >= L(kEmptyMean) * weighs);
+        change.empty &= !any(unsure & among_first<L>(n));
+        if (!any(said.distance_m < L(kNoSurface_m))) return;
+        if (!(change.near >> row & 1)) std::fill_n(distance_m + kBlockSide * row, kBlockSide, kNoSurface_m);
+        change.near |= std::uint64_t{1} << row;
+        store(said.distance_m, distance_m + kBlockSide * row + i, n);
+      });
+    }
+    change.empty &= change.near == 0;
     return change;
   }
 
-  static void relax(const EikonalTerm<float>& given, const RowAt& at, int x0, int x1) {
+  static bool relax(const EikonalTerm<float>& given, const BlockRows& rows, bool forward, float settled_m,
+                    float band_m, float* phi) {
     const EikonalTerm<L> term{given.voxel_m, given.most_m};
-    // As the row was: what a voxel becomes does not hang on how many are done at once.
-    float row[kMostRelaxed + 2];
-    for (int x = x0 - 1; x <= x1; ++x) row[x - x0 + 1] = at.phi[x];
-    each_pack<L>(x0, x1, [&](int x, int n) SDFTRACK_INLINE {
-      store(term.relax(at, row + 1 - x0, x, n), at.phi + x, n);
-    });
+    const int count = rows.ny * rows.nz;
+    bool changed = false;
+    for (int k = 0; k < count; ++k) {
+      const RowAt at{phi + rows.offset(forward ? k : count - 1 - k), rows.row, rows.slice};
+      // All of a row before any of it changes: what a voxel becomes does not hang on how many are done at
+      // once.
+      L now[kBlockSide / kWidth<L>];
+      each_pack<L>(0, rows.nx,
+                   [&](int x, int n) SDFTRACK_INLINE { now[x / kWidth<L>] = term.relax(at, x, n); });
+      each_pack<L>(0, rows.nx, [&](int x, int n) SDFTRACK_INLINE {
+        const L after = now[x / kWidth<L>], moved = abs(after - load<L>(at.phi + x, n));
+        changed |= any((moved > L(settled_m)) & (abs(after) < L(band_m)) & among_first<L>(n));
+        store(after, at.phi + x, n);
+      });
+    }
+    return changed;
   }
 
-  static int crossed(const float* log_ratio, const RowAt& at, float voxel_m, int x0, int x1, int* out) {
+  static int crossed(const float* log_ratio, const BlockRows& rows, float voxel_m, float* phi, int* out) {
     int found = 0;
-    each_pack<L>(x0, x1, [&](int x, int n) SDFTRACK_INLINE {
-      const float* p = log_ratio + x;
-      const L own = load<L>(p, n);
-      const L a = load<L>(p - 1, n), b = load<L>(p + 1, n), c = load<L>(p - at.row, n),
-              d = load<L>(p + at.row, n), e = load<L>(p - at.slice, n), f = load<L>(p + at.slice, n);
-      const L low = least(least(least(a, b), least(c, d)), least(e, f)),
-              high = most(most(most(a, b), most(c, d)), most(e, f));
-      const auto inside = own > L(0);
-      const auto yes = (select(inside, L(0) - low, high) > L(0)) | (select(inside, low, L(1)) == L(0));
-      const L phi = load<L>(at.phi + x, n), size = abs(phi);
-      const auto turned = select(inside, phi, L(-1) * phi) > L(0);
-      const L kept = select(turned, most(size, L(voxel_m)), size);
-      store(select(inside, L(-1) * kept, kept), at.phi + x, n);
-      const auto chosen = yes & among_first<L>(n);
-      if (any(chosen)) found += keep(chosen, x, out + found);
-    });
+    for (int row = 0; row < rows.ny * rows.nz; ++row)
+      each_pack<L>(0, rows.nx, [&](int x, int n) SDFTRACK_INLINE {
+        const std::size_t first = rows.offset(row) + static_cast<std::size_t>(x);
+        const float* const p = log_ratio + first;
+        const L own = load<L>(p, n);
+        const L a = load<L>(p - 1, n), b = load<L>(p + 1, n), c = load<L>(p - rows.row, n),
+                d = load<L>(p + rows.row, n), e = load<L>(p - rows.slice, n), f = load<L>(p + rows.slice, n);
+        const L low = least(least(least(a, b), least(c, d)), least(e, f)),
+                high = most(most(most(a, b), most(c, d)), most(e, f));
+        const auto inside = own > L(0);
+        const auto yes = (select(inside, L(0) - low, high) > L(0)) | (select(inside, low, L(1)) == L(0));
+        const L before = load<L>(phi + first, n), size = abs(before);
+        const auto turned = select(inside, before, L(-1) * before) > L(0);
+        const L kept = select(turned, most(size, L(voxel_m)), size);
+        store(select(inside, L(-1) * kept, kept), phi + first, n);
+        const auto chosen = yes & among_first<L>(n);
+        if (any(chosen)) found += keep(chosen, static_cast<int>(first), out + found);
+      });
     return found;
   }
 

@@ -13,9 +13,8 @@ constexpr int kFirstRounds = 8;
 
 }  // namespace
 
-Reconstruction::Reconstruction(const Grid& grid, std::vector<float> prior,
-                               const ReconstructionOptions& options)
-    : Reconstruction(EvidenceVolume(grid, std::move(prior)), options) {}
+Reconstruction::Reconstruction(const Grid& grid, const float* prior, const ReconstructionOptions& options)
+    : Reconstruction(EvidenceVolume(grid, prior), options) {}
 
 Reconstruction::Reconstruction(EvidenceVolume evidence, const ReconstructionOptions& options)
     : options_(options), evidence_(std::move(evidence)), distance_(evidence_) {

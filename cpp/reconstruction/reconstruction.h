@@ -31,8 +31,8 @@ struct FrameEvidence {
 
 class Reconstruction {
  public:
-  // prior: log ratios by voxel before anything is seen, or empty.
-  Reconstruction(const Grid& grid, std::vector<float> prior, const ReconstructionOptions& options);
+  // prior: log ratios by voxel before anything is seen, or nullptr.
+  Reconstruction(const Grid& grid, const float* prior, const ReconstructionOptions& options);
 
   // The same in a volume with whole blocks (8 voxels) more before and after it along each axis.
   std::unique_ptr<Reconstruction> grown(const std::array<int, 3>& before, const std::array<int, 3>& after,

@@ -107,38 +107,38 @@ TEST(Levelset, every_instruction_set_gives_the_same_bits) {
                                  {0.001f, 0.01f, 0.002f, 0.001f},
                                  0.003f,
                                  0.2f};
-  constexpr int kRow = kSize * kSize / 2;
-  for (const Isa isa : supported_isas()) {
-    const VoxelOps &slow = VoxelOps::baseline, &fast = voxel_ops_for(isa);
-    for (const int count : {1, 7, 8, 21}) {
+  const BlockPlace place{{-0.04, 0.01, 0.29}, {0.004, 1e-4, 1e-3}, {-1e-4, 0.004, 5e-4}, {1e-3, 5e-4, 0.002}};
+  constexpr int kFirst = kSize * kSize * (kSize / 2 - 4) + kSize * (kSize / 2 - 4);
+  for (const Isa isa : supported_isas())
+    for (const int nx : {1, 5, 7, 8}) {
+      const BlockRows rows{nx, 8, 3, kSize, kSize * kSize};
       std::vector<float> out[2];
+      std::vector<int> at[2];
       for (const int k : {0, 1}) {
-        const VoxelOps& ops = k ? fast : slow;
-        std::vector<float> ratio(ratios.begin(), ratios.begin() + count), weight = ratio, distance = ratio;
+        const VoxelOps& ops = k ? voxel_ops_for(isa) : VoxelOps::baseline;
+        std::vector<float> ratio(ratios), weight(ratios), distance(512), phi(volume.phi);
         for (float& w : weight) w = w > 0 ? w : 0;
-        const RowChange change = ops.fuse(term, {-0.04f, 0.01f, 0.29f}, {0.004f, 1e-4f, 1e-3f}, count, 3,
-                                          ratio.data(), weight.data(), distance.data());
-        std::vector<float>& all = out[k];
-        for (const auto* part : {&ratio, &weight, &distance})
-          all.insert(all.end(), part->begin(), part->end());
-        all.push_back(change.near), all.push_back(change.turned);
+        const BlockChange change =
+            ops.fuse(term, place, rows, 3, ratio.data() + kFirst, weight.data() + kFirst, distance.data());
+        EXPECT_NE(change.near, 0u);
+        for (int row = 0; row < 24; ++row)  // of the others nothing is promised
+          if (!(change.near >> row & 1)) std::fill_n(distance.begin() + 8 * row, 8, 0.0f);
+        for (int row = 0; row < 24; ++row) std::fill_n(distance.begin() + 8 * row + nx, 8 - nx, 0.0f);
+        const int first = kFirst + 1;
+        at[k].resize(512 + 16);
+        at[k].resize(static_cast<std::size_t>(
+            ops.crossed(ratio.data() + first, rows, volume.voxel_m, phi.data() + first, at[k].data())));
+        for (const bool forward : {true, false})
+          out[k].push_back(ops.relax({volume.voxel_m, 1}, rows, forward, 1e-3f, 0.01f, phi.data() + first));
+        for (const auto* part : {&ratio, &weight, &distance, &phi})
+          out[k].insert(out[k].end(), part->begin(), part->end());
+        out[k].push_back(change.turned), out[k].push_back(change.inside), out[k].push_back(change.empty);
+        for (int row = 0; row < 24; ++row) out[k].push_back(change.near >> row & 1);
       }
-      expect_same_bits(out[0], out[1], isa, "fuse");
+      expect_same_bits(out[0], out[1], isa, "fuse, crossed, relax");
+      EXPECT_EQ(at[0], at[1]);
+      EXPECT_GT(at[0].size(), 5u);
     }
-    std::vector<float> phi[2] = {volume.phi, volume.phi};
-    std::vector<int> at[2];
-    for (const int k : {0, 1}) {
-      const VoxelOps& ops = k ? fast : slow;
-      const RowAt row{phi[k].data() + kSize * kRow, kSize, kSize * kSize};
-      at[k].resize(kSize + 16);
-      at[k].resize(static_cast<std::size_t>(
-          ops.crossed(ratios.data() + kSize * kRow, row, volume.voxel_m, 1, kSize - 1, at[k].data())));
-      ops.relax({volume.voxel_m, 1}, row, 1, kSize - 1);
-    }
-    EXPECT_EQ(at[0], at[1]);
-    EXPECT_GT(at[0].size(), 5u);
-    expect_same_bits(phi[0], phi[1], isa, "relax");
-  }
 }
 
 std::vector<float> evolved(const Volume& v, float most, int steps, bool printed, int threads) {

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#include "base/large_pages.h"
+
+#include <cstdint>
+#include <cstdlib>
+#include <new>
+
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
+namespace sdftrack {
+
+namespace {
+
+constexpr std::size_t kPage = std::size_t{2} << 20, kLeast = 4 * kPage;
+
+std::size_t whole_pages(std::size_t bytes) { return (bytes + kPage - 1) / kPage * kPage; }
+
+}  // namespace
+
+void* zeroed_pages(std::size_t bytes) {
+#if defined(__linux__)
+  if (bytes >= kLeast) {
+    const std::size_t needed = whole_pages(bytes);
+    void* const all =
+        mmap(nullptr, needed + kPage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (all == MAP_FAILED) throw std::bad_alloc();
+    // Huge pages begin at multiples of their size; what is left over goes back.
+    char* const first = static_cast<char*>(all);
+    const std::size_t before = (kPage - reinterpret_cast<std::uintptr_t>(all) % kPage) % kPage;
+    if (before) munmap(first, before);
+    munmap(first + before + needed, kPage - before);
+    madvise(first + before, needed, MADV_HUGEPAGE);  // where the advice is not taken, nothing is lost
+    return first + before;
+  }
+#endif
+  void* const p = std::calloc(bytes ? bytes : 1, 1);
+  if (!p) throw std::bad_alloc();
+  return p;
+}
+
+void free_pages(void* p, [[maybe_unused]] std::size_t bytes) {
+#if defined(__linux__)
+  if (p && bytes >= kLeast) {
+    munmap(p, whole_pages(bytes));
+    return;
+  }
+#endif
+  std::free(p);
+}
+
+}  // namespace sdftrack
