@@ -17,6 +17,7 @@
 #include "sdf/redistance.h"
 #include "sdf/surface_samples.h"
 #include "sdf/sweep.h"
+#include "volume.h"
 
 namespace sdftrack {
 
@@ -46,18 +47,6 @@ struct Volume {
 };
 
 using Origin = std::array<double, 3>;
-
-MeshView mesh_view(const py::array& vertices, const py::array& faces) {
-  const double* v = borrow<double>(vertices, "vertices", {-1, 3});
-  const std::int32_t* f = borrow<std::int32_t>(faces, "faces", {-1, 3});
-  for (py::ssize_t i = 0; i < vertices.size(); ++i)
-    if (!std::isfinite(v[i])) throw py::value_error("vertices: every coordinate must be finite");
-  for (py::ssize_t i = 0; i < faces.size(); ++i)
-    if (f[i] < 0 || f[i] >= vertices.shape(0))
-      throw py::value_error("faces: a vertex index is outside 0.." + std::to_string(vertices.shape(0) - 1));
-  return {reinterpret_cast<const Vec3d*>(v), static_cast<std::size_t>(vertices.shape(0)),
-          reinterpret_cast<const Face*>(f), static_cast<std::size_t>(faces.shape(0))};
-}
 
 py::dict report_dict(const MeshReport& r) {
   py::dict d;

@@ -108,10 +108,19 @@ class PyTracker {
     const Busy busy(&busy_, "tracker");
     return tracker_->overlaps(of);
   }
+  // colors: uint16 (z, y, x, 4) beside object k's volume.
+  void paint(int k, const py::array& colors) {
+    check_object(k);
+    const ColorView view = painted_view(colors, tracker_->shape(k).sdf);
+    const Busy busy(&busy_, "tracker");
+    volumes_.push_back(colors);
+    tracker_->paint(k, view);
+  }
   // seen: uint16 [z, y, x], how much of the surface was seen near each voxel; less than `least` is unknown.
   // boxes: int32 (n, 6), voxels x0 y0 z0 x1 y1 z1 that hold the surface.
   void reshape(int k, const std::tuple<py::array, double, std::array<double, 3>>& shape,
-               const py::array& seen, int least, const py::array& boxes) {
+               const py::array& seen, int least, const py::array& boxes,
+               const std::optional<py::array>& colors) {
     check_object(k);
     if (tracker_->object_count() != 1)
       throw py::value_error("k: expected the only object of its tracker, got one of " +
@@ -124,13 +133,15 @@ class PyTracker {
                           static_cast<int>(seen.strides(2) / static_cast<py::ssize_t>(sizeof(std::uint16_t))),
                           static_cast<std::uint16_t>(least)};
     const auto* first = reinterpret_cast<const VoxelBox*>(borrow<std::int32_t>(boxes, "boxes", {-1, 6}));
-    PartialShape known{view, amount, {first, first + boxes.shape(0)}, {}};
+    PartialShape known{view, amount, {}, {first, first + boxes.shape(0)}, {}};
+    if (colors) known.colors = painted_view(*colors, view), known.colors.least = amount.least;
     const Busy busy(&busy_, "tracker");
     {
       py::gil_scoped_release release;
       tracker_->reshape(k, std::move(known));
     }
     volumes_.assign({values, seen});  // the old ones are free now
+    if (colors) volumes_.push_back(*colors);
   }
   // Where object k, padded, may be seen at a pose: x0, y0, x1, y1, half open.
   std::array<int, 4> region(int k, const py::array& T, double padding_m) {
@@ -355,6 +366,10 @@ void bind_tracking(py::module_& m) {
   SDFTRACK_OPTION(free_space_scale_m);
   SDFTRACK_OPTION(free_space_weight);
   SDFTRACK_OPTION(free_space_points);
+  SDFTRACK_OPTION(photometric);
+  SDFTRACK_OPTION(photometric_sigma);
+  SDFTRACK_OPTION(photometric_weight);
+  SDFTRACK_OPTION(photometric_pixels);
   SDFTRACK_OPTION(motion_sigma_m);
   SDFTRACK_OPTION(motion_sigma_rad);
   SDFTRACK_OPTION(drop_plane);
@@ -400,10 +415,11 @@ void bind_tracking(py::module_& m) {
       .def("is_lost", &PyTracker::is_lost, py::arg("k"))
       .def("judge", &PyTracker::judge, py::arg("depth"), py::arg("mask"), py::arg("k"), py::arg("T"))
       .def("reshape", &PyTracker::reshape, py::arg("k"), py::arg("shape"), py::arg("seen"), py::arg("least"),
-           py::arg("boxes"))
+           py::arg("boxes"), py::arg("colors") = py::none())
       .def("region", &PyTracker::region, py::arg("k"), py::arg("T"), py::arg("padding_m"))
       .def("look_at", &PyTracker::look_at, py::arg("depth"), py::arg("color"), py::arg("color_map"),
            py::arg("k"), py::arg("region"))
+      .def("paint", &PyTracker::paint, py::arg("k"), py::arg("colors"))
       .def("overlaps", &PyTracker::overlaps, py::arg("of"))
       .def("membership", &PyTracker::membership, py::arg("depth"), py::arg("color") = py::none(),
            py::arg("color_map") = py::none())

@@ -21,6 +21,30 @@ SdfView volume_view(const py::array& values, double voxel_m, const std::array<do
           Vec3d{origin[0], origin[1], origin[2]}.cast<float>()};
 }
 
+MeshView mesh_view(const py::array& vertices, const py::array& faces) {
+  const double* v = borrow<double>(vertices, "vertices", {-1, 3});
+  const std::int32_t* f = borrow<std::int32_t>(faces, "faces", {-1, 3});
+  for (py::ssize_t i = 0; i < vertices.size(); ++i)
+    if (!std::isfinite(v[i])) throw py::value_error("vertices: every coordinate must be finite");
+  for (py::ssize_t i = 0; i < faces.size(); ++i)
+    if (f[i] < 0 || f[i] >= vertices.shape(0))
+      throw py::value_error("faces: a vertex index is outside 0.." + std::to_string(vertices.shape(0) - 1));
+  return {reinterpret_cast<const Vec3d*>(v), static_cast<std::size_t>(vertices.shape(0)),
+          reinterpret_cast<const Face*>(f), static_cast<std::size_t>(faces.shape(0))};
+}
+
+ColorView painted_view(const py::array& colors, const SdfView& sdf) {
+  constexpr py::ssize_t kVoxel = 4 * sizeof(std::uint16_t);
+  const bool fits = py::isinstance<py::array_t<std::uint16_t>>(colors) && colors.ndim() == 4 &&
+                    colors.shape(0) == sdf.nz && colors.shape(1) == sdf.ny && colors.shape(2) == sdf.nx &&
+                    (colors.shape(3) == 3 || colors.shape(3) == 4) && colors.strides(3) == 2 &&
+                    colors.strides(2) == kVoxel && colors.strides(1) == kVoxel * sdf.nx &&
+                    colors.strides(0) == kVoxel * sdf.nx * sdf.ny;
+  if (!fits)
+    throw py::type_error("colors: expected uint16 (z, y, x, 4) beside the volume, got " + describe(colors));
+  return {static_cast<const std::uint16_t*>(colors.data())};
+}
+
 ImageView<float> image_view(const py::array& image, const char* name, const Camera& camera) {
   return {borrow<float>(image, name, {camera.height, camera.width}), camera.width, camera.height};
 }

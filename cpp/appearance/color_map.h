@@ -24,8 +24,9 @@ struct ColorMap {
   float distortion[8] = {};
   float reach2 = 0;  // squared normalised radius beyond which the lens polynomial may turn back
 
-  // Colour pixel and its depth: the colour camera's z times a constant of the rig. False outside the image.
-  HD bool find(Vec2f u_px, float depth_m, int* x, int* y, float* depth) const {
+  // Place in the colour image and its depth: the colour camera's z times a constant of the rig. False
+  // outside.
+  HD bool place(Vec2f u_px, float depth_m, Vec2f* where, float* depth) const {
     const Vec3f at = P * Vec3f{depth_m * u_px.x, depth_m * u_px.y, depth_m} + q;
     if (!(at.z > 0)) return false;
     Vec2f c{at.x / at.z, at.y / at.z};
@@ -38,7 +39,14 @@ struct ColorMap {
     if (!(c.x > -0.5f && c.y > -0.5f && c.x < static_cast<float>(width) - 0.5f &&
           c.y < static_cast<float>(height) - 0.5f))
       return false;
-    *x = static_cast<int>(c.x + 0.5f), *y = static_cast<int>(c.y + 0.5f), *depth = at.z;
+    *where = c, *depth = at.z;
+    return true;
+  }
+  // The nearest pixel there.
+  HD bool find(Vec2f u_px, float depth_m, int* x, int* y, float* depth) const {
+    Vec2f c;
+    if (!place(u_px, depth_m, &c, depth)) return false;
+    *x = static_cast<int>(c.x + 0.5f), *y = static_cast<int>(c.y + 0.5f);
     return true;
   }
 };

@@ -57,6 +57,31 @@ void ColorReader::open(const DepthFrame& frame, const Camera& camera, Rect regio
     }
 }
 
+float ColorReader::grey(int at, Vec2f ideal_px, float depth_m) const {
+  constexpr float kFull = 255;
+  if (color_->map.aligned) return brightness(color_->rgb + 3 * static_cast<std::size_t>(at), kFull);
+  Vec2f c;
+  float depth;
+  if (!color_->map.place(mapped_from(at, ideal_px), depth_m, &c, &depth)) return -1;
+  if (!sight_.sees(static_cast<int>(c.x + 0.5f), static_cast<int>(c.y + 0.5f), depth)) return -1;
+  const int w = color_->map.width, h = color_->map.height;
+  const AxisSample<float> x = locate(c.x, w), y = locate(c.y, h);
+  const auto at_corner = [&](int i, int j) { return brightness(color_->at(x.cell + i, y.cell + j), kFull); };
+  const float top = at_corner(0, 0) + x.fraction * (at_corner(1, 0) - at_corner(0, 0)),
+              bottom = at_corner(0, 1) + x.fraction * (at_corner(1, 1) - at_corner(0, 1));
+  return top + y.fraction * (bottom - top);
+}
+
+void fetch_grey(const ColorReader& reader, const PixelSet& pixels, int wanted, GreyPixels* out) {
+  out->clear();
+  const int n = pixels.count(), m = std::clamp(wanted, 0, n);
+  for (int k = 0; k < m; ++k) {
+    const auto i = static_cast<std::size_t>(static_cast<std::int64_t>(k) * n / m);
+    const float g = reader.grey(pixels.at[i], {pixels.u_px[i], pixels.v_px[i]}, pixels.depth_m[i]);
+    if (g >= 0) out->push(pixels.u_px[i], pixels.v_px[i], pixels.depth_m[i], g);
+  }
+}
+
 void fetch_foreground(const ColorModel& model, const ColorReader& reader, PixelSet* pixels) {
   for (std::size_t i = 0; i < pixels->at.size(); ++i) {
     const int bin = reader.bin(pixels->at[i], {pixels->u_px[i], pixels->v_px[i]}, pixels->depth_m[i]);

@@ -4,6 +4,7 @@
 
 #include "appearance/color_model.h"
 #include "appearance/color_sight.h"
+#include "energies/photometric.h"
 #include "energies/pixel_set.h"
 #include "tracking/others.h"
 #include "tracking/region.h"
@@ -24,19 +25,25 @@ class ColorReader {
     float depth;
     return find(at, ideal_px, depth_m, &x, &y, &depth) ? color_bin(color_->at(x, y)) : -1;
   }
+  // Its brightness, 0..1, between the pixels around it; -1: the colour camera does not see it.
+  float grey(int at, Vec2f ideal_px, float depth_m) const;
 
  private:
+  Vec2f mapped_from(int at, Vec2f ideal_px) const {
+    return color_->map.raw_pixel ? Vec2f{static_cast<float>(at % width_), static_cast<float>(at / width_)}
+                                 : ideal_px;
+  }
   bool find(int at, Vec2f ideal_px, float depth_m, int* x, int* y, float* depth) const {
-    const ColorMap& map = color_->map;
-    const Vec2f u =
-        map.raw_pixel ? Vec2f{static_cast<float>(at % width_), static_cast<float>(at / width_)} : ideal_px;
-    return map.find(u, depth_m, x, y, depth) && sight_.sees(*x, *y, *depth);
+    return color_->map.find(mapped_from(at, ideal_px), depth_m, x, y, depth) && sight_.sees(*x, *y, *depth);
   }
 
   const ColorImage* color_ = nullptr;
   int width_ = 1;
   ColorSight sight_;
 };
+
+// About `wanted` of the pixels, evenly, with their brightness.
+void fetch_grey(const ColorReader& reader, const PixelSet& pixels, int wanted, GreyPixels* out);
 
 // Posterior of every pixel by an open reader; the prior where there is no colour.
 void fetch_foreground(const ColorModel& model, const ColorReader& reader, PixelSet* pixels);

@@ -144,6 +144,9 @@ void PoseFitter::run_stage(PixelSet* pixels, const SdfEnergyOptions& energy_opti
   if (!view_.free_grid().empty())
     sum_.add(&free_space,
              options_.free_space_weight * pixels->count() / static_cast<double>(shape.outline.size()));
+  double brightness_weight;
+  PhotometricEnergy brightness = view_.brightness(*pixels, *x, &brightness_weight);
+  if (brightness_weight > 0) sum_.add(&brightness, brightness_weight);
   PosePrior prior({1, false, false}, 0, inverse(target_->expected), target_->prior);
   if (target_->prior.diagonal().maxCoeff() > 0) sum_.add(&prior);
 
@@ -157,6 +160,7 @@ void PoseFitter::run_stage(PixelSet* pixels, const SdfEnergyOptions& energy_opti
     fitted->steps.push_back({step, energy_options.scale_m, pixels->count()});
   *x = found.x;
   if (options_.keep_damping) fitted->memory.damping = std::clamp(found.damping, 1e-6, options_.damping_start);
+  if (brightness_weight > 0) found.cost -= brightness_weight * brightness.cost(*x);
   fitted->cost = found.count > 0 ? found.cost / found.count : 0;
 }
 

@@ -8,6 +8,7 @@ namespace sdftrack {
 
 namespace {
 
+constexpr int kLeastBright = 20;    // pixels
 constexpr double kMostSpread = 10;  // readings packed per one of the budget, to find those near the surface
 constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
 constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot be the object's
@@ -30,7 +31,7 @@ int FitView::open(const DepthFrame& frame, const Camera& camera, const FitTarget
   free_grid_.distance_px.clear();
   selection_.choose(frame, camera, target.shape, target.expected, options_, padding_m, plane);
   if (selection_.count() == 0) return 0;
-  if (target.colors)
+  if (reads_colors())
     color_reader_.open(frame, camera, projected_box(camera, target.shape, target.expected, padding_m),
                        depth_range(target.shape, target.expected, padding_m));
   pack(options_.coarse_pixels, &coarse_);
@@ -41,6 +42,30 @@ int FitView::open(const DepthFrame& frame, const Camera& camera, const FitTarget
 void FitView::pack(int wanted, PixelSet* out) {
   selection_.pack(wanted, out);
   if (target_->colors) fetch_foreground(*target_->colors, color_reader_, out);
+}
+
+PhotometricEnergy FitView::brightness(const PixelSet& pixels, const State& x, double* weight) {
+  if (uses_brightness())
+    fetch_grey(color_reader_, pixels, options_.photometric_pixels, &grey_);
+  else
+    grey_.clear();
+  PhotometricEnergy energy(target_->shape.sdf, target_->shape.colors, &grey_, {options_.photometric_sigma},
+                           &photometric_hits_);
+  const bool enough = energy.settle(x) >= kLeastBright;
+  *weight = enough ? options_.photometric_weight * pixels.count() / grey_.count() : 0;
+  return energy;
+}
+
+// What the brightness holds is no blind direction: its slope counts as one of the depth at the same noise.
+void FitView::add_brightness(const State& x, double scale_m, EnergySummary* summary) {
+  double weight;
+  PhotometricEnergy energy = brightness(pixels_, x, &weight);
+  if (!(weight > 0)) return;
+  photometric_.reset(6);
+  energy.linearize(x, &photometric_);
+  summary->A += weight * photometric_.hessian;
+  summary->B += weight * photometric_.hessian;
+  summary->geometry += scale_m * scale_m / energy.used() * photometric_.hessian;
 }
 
 // Of a shape that is known only in part: the readings of that part.
@@ -111,8 +136,9 @@ void FitView::measure_noise(const EnergySummary& summary, FitMemory* memory) con
   memory->noise_known = true;
 }
 
-void FitView::measure_pose(const SdfEnergyOptions& options, const State& x, const EnergySummary& summary,
+void FitView::measure_pose(const SdfEnergyOptions& options, const State& x, EnergySummary summary,
                            SdfEnergy* energy, Fitted* fitted) {
+  add_brightness(x, options.scale_m, &summary);
   if (options.color) fitted->cost = summary.cost, fitted->foreground = summary.foreground;
   const double area_px = correlation_area(options, x, energy, &fitted->memory);
   const Matrix6d increment = increment_covariance(summary, target_->shape, area_px);

@@ -80,12 +80,16 @@ class FitView {
   double last_scale(const FitMemory& memory) const;
   void measure_noise(const EnergySummary& summary, FitMemory* memory) const;
   // Cost by colour, covariance: of pixels() at x.
-  void measure_pose(const SdfEnergyOptions& options, const State& x, const EnergySummary& summary,
-                    SdfEnergy* energy, Fitted* fitted);
+  void measure_pose(const SdfEnergyOptions& options, const State& x, EnergySummary summary, SdfEnergy* energy,
+                    Fitted* fitted);
   // Visible surface, outline, roughness. Readings on the surface of one of `others` say nothing of where this
   // object ends.
   void examine(const Others& others, Fitted* fitted);
   void examine(Fitted* fitted);  // beside target().others
+
+  // The brightness of some of these pixels against that of the surface at x, and how much it weighs beside
+  // all of them; 0: too few show a surface whose colours are known. Valid until the next call.
+  PhotometricEnergy brightness(const PixelSet& pixels, const State& x, double* weight);
 
   const FitTarget& target() const { return *target_; }
   double stated_noise_m() const { return stated_noise_m_; }
@@ -96,6 +100,11 @@ class FitView {
   SummaryScratch& summary_scratch() { return summary_scratch_; }
 
  private:
+  bool reads_colors() const { return target_->colors || uses_brightness(); }
+  bool uses_brightness() const {
+    return options_.photometric && frame_->color && target_->shape.colors.rgb_seen;
+  }
+  void add_brightness(const State& x, double scale_m, EnergySummary* summary);
   double correlation_area(const SdfEnergyOptions& options, const State& x, SdfEnergy* energy,
                           FitMemory* memory);
 
@@ -115,6 +124,9 @@ class FitView {
   ColorReader color_reader_;
   SummaryScratch summary_scratch_;
   std::vector<float> floats_;
+  GreyPixels grey_;
+  std::vector<PhotometricHit> photometric_hits_;
+  NormalEquations photometric_;
 };
 
 }  // namespace sdftrack

@@ -124,10 +124,11 @@ void JointFitter::settle(JointPixels* pixels, const SdfEnergyOptions& energy, co
   }
 }
 
-// Free space and prior of every object, as in a fit of its own.
-void JointFitter::make_terms(const JointPixels& pixels) {
-  free_space_.clear(), priors_.clear();
+// Free space, brightness and prior of every object, as in a fit of its own.
+void JointFitter::make_terms(const JointPixels& pixels, const State& x, bool all) {
+  free_space_.clear(), priors_.clear(), brightness_.clear();
   free_space_.reserve(targets_->size()), priors_.reserve(targets_->size());
+  brightness_.reserve(targets_->size());
   for (int m = 0; m < static_cast<int>(targets_->size()); ++m) {
     const auto i = static_cast<std::size_t>(m);
     const FitTarget& target = (*targets_)[i];
@@ -135,6 +136,11 @@ void JointFitter::make_terms(const JointPixels& pixels) {
                              free_space_options(options_, views_[i]->free_grid()));
     if (!views_[i]->free_grid().empty())
       group_.add(&free_space_.back(), free_space_weight(i, pixels.counts()[i]), &m, 1);
+    const PixelSet& own = all ? views_[i]->pixels() : views_[i]->coarse();
+    one_.K = x.K, one_.T_obj_cam.assign(1, x.T_obj_cam[i]);
+    double weight = 0;
+    if (own.count() > 0) brightness_.push_back(views_[i]->brightness(own, one_, &weight));
+    if (weight > 0) group_.add(&brightness_.back(), weight * pixels.counts()[i] / own.count(), &m, 1);
     priors_.emplace_back(Unknowns{1, false, false}, 0, inverse(target.expected), target.prior);
     if (target.prior.diagonal().maxCoeff() > 0) group_.add(&priors_.back(), 1, &m, 1);
   }
@@ -148,7 +154,7 @@ void JointFitter::run_stage(JointPixels* pixels, const SdfEnergyOptions& energy,
   group_.clear(objects);
   std::size_t k = 0;
   for (const auto& part : *pixels) group_.add(&energies_[k++], 1, part->of.data(), part->objects);
-  make_terms(*pixels);
+  make_terms(*pixels, *x, stage.all);
   if (contact_reach_m_ != stage.contact_reach_m || stage.all) {
     collision_.prepare(shapes_, pixels->counts(), *x, stage.contact_reach_m, stage.contact_stride);
     contact_reach_m_ = stage.contact_reach_m;

@@ -49,7 +49,7 @@ class JointFitter {
   void measure_one(std::size_t m, const State& x, bool last);
   double cost_of(std::size_t m, SdfEnergy* data);
   void examine(const State& x);
-  void make_terms(const JointPixels& pixels);
+  void make_terms(const JointPixels& pixels, const State& x, bool all);
   double free_space_weight(std::size_t m, int pixels) const {
     return options_.free_space_weight * pixels / static_cast<double>((*targets_)[m].shape.outline.size());
   }
@@ -75,6 +75,7 @@ class JointFitter {
   std::vector<const Shape*> shapes_;
   std::vector<SdfEnergy> energies_;
   std::vector<FreeSpaceEnergy> free_space_;
+  std::vector<PhotometricEnergy> brightness_;
   std::vector<PosePrior> priors_;
   Others neighbours_;
   GroupEnergy group_;

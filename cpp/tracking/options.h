@@ -64,6 +64,11 @@ struct TrackerOptions {
   double color_background_rate = 0.3;
   bool color_free_space = false;   // a pixel without depth but of the background's colour is free space
   double color_max_overlap = 0.9;  // sum sqrt(p_f p_b) beyond which the colours are not used
+  // Brightness of surfaces whose colours are known (docs/math/photometric.md)
+  bool photometric = true;
+  double photometric_sigma = 0.03;  // sd of a brightness, of its full range
+  double photometric_weight = 0.3;  // 1: every pixel's brightness is right but for noise of its own
+  int photometric_pixels = 600;
   // Search for a lost object
   int recover_seeds = 120;  // rotations tried per frame, of 240: what bounds the time of a frame
   // Trust

@@ -124,6 +124,7 @@ Shape make_shape(const PartialShape& known, int point_count, int outline_count) 
   Shape shape{};
   shape.sdf = known.sdf;
   shape.seen = known.seen;
+  shape.colors = known.colors;
   shape.centre_obj = known.centre_obj;
   shape.sdf.origin_obj = (known.sdf.origin_obj.cast<double>() - known.centre_obj).cast<float>();
   // The box of all of the surface, seen or not, about the centre.

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "energies/color_field.h"
 #include "sdf/surface_samples.h"
 #include "tracking/seen.h"
 
@@ -13,7 +14,8 @@ namespace sdftrack {
 // rotation are hardly coupled: p_centred = p_obj - centre_obj.
 struct Shape {
   SdfView sdf;                                       // in the centred frame; the values belong to the caller
-  SeenView seen;                                     // beside it
+  SeenView seen;                                     // beside it,
+  ColorView colors;                                  // likewise
   Vec3d centre_obj;                                  // of the box of {phi <= 0}, in the caller's object frame
   Vec3d half_box_m;                                  // of that box
   double diameter_m;                                 // its diagonal
@@ -40,6 +42,7 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count);
 struct PartialShape {
   SdfView sdf;
   SeenView seen;
+  ColorView colors;
   std::vector<VoxelBox> boxes;  // that hold the surface
   Vec3d centre_obj;             // the origin of the centred frame, wherever the box's centre has gone
 };

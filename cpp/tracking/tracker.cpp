@@ -77,6 +77,15 @@ void Tracker::reshape(int k, PartialShape known) {
       std::make_shared<const Shape>(make_shape(known, 3 * options_.trust_points, options_.free_space_points));
 }
 
+void Tracker::paint(int k, const ColorView& colors) {
+  const std::shared_ptr<const Shape> plain = objects_.at(static_cast<std::size_t>(k)).shape;
+  Shape painted = *plain;
+  painted.colors = colors;
+  const auto shared = std::make_shared<const Shape>(std::move(painted));
+  for (Object& object : objects_)
+    if (object.shape == plain) object.shape = shared;
+}
+
 void Tracker::set_camera(const Camera& camera) {
   camera_ = camera;
   rays_ = camera.distorted() ? ray_table(camera) : std::vector<float>{};

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'MotionModel', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'find_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'primitive_sdf', 'redistance', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'MotionModel', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'find_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'paint', 'photometric', 'primitive_sdf', 'redistance', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
 class Camera:
     """
     Pinhole camera with Brown-Conrady distortion; see sdftrack.Camera.
@@ -585,13 +585,15 @@ class Tracker:
         ...
     def overlaps(self, of: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> list[tuple[int, int]]:
         ...
+    def paint(self, k: typing.SupportsInt | typing.SupportsIndex, colors: numpy.ndarray) -> None:
+        ...
     def recover(self, depth: numpy.ndarray, mask: typing.Any, time_s: typing.SupportsFloat | typing.SupportsIndex, objects: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], places: list, color: typing.Any = None, color_map: typing.Any = None) -> dict:
         ...
     def region(self, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray, padding_m: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[list[int], "FixedSize(4)"]:
         ...
     def remove(self, k: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
-    def reshape(self, k: typing.SupportsInt | typing.SupportsIndex, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], seen: numpy.ndarray, least: typing.SupportsInt | typing.SupportsIndex, boxes: numpy.ndarray) -> None:
+    def reshape(self, k: typing.SupportsInt | typing.SupportsIndex, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], seen: numpy.ndarray, least: typing.SupportsInt | typing.SupportsIndex, boxes: numpy.ndarray, colors: numpy.ndarray | None = None) -> None:
         ...
     def set_camera(self, camera: Camera) -> None:
         ...
@@ -612,6 +614,7 @@ class TrackerOptions:
     drop_plane: bool
     free_space: bool
     keep_damping: bool
+    photometric: bool
     residual: Residual
     def __init__(self) -> None:
         ...
@@ -784,6 +787,24 @@ class TrackerOptions:
     def padding_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
+    def photometric_pixels(self) -> int:
+        ...
+    @photometric_pixels.setter
+    def photometric_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def photometric_sigma(self) -> float:
+        ...
+    @photometric_sigma.setter
+    def photometric_sigma(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def photometric_weight(self) -> float:
+        ...
+    @photometric_weight.setter
+    def photometric_weight(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
     def recover_seeds(self) -> int:
         ...
     @recover_seeds.setter
@@ -892,6 +913,14 @@ def nearest_rigid(T: numpy.ndarray, name: str = 'T') -> numpy.typing.NDArray[num
 def open_mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
     """
     phi [z, y, x] float32 m of a mesh with holes, closed by its generalised winding number.
+    """
+def paint(vertices: numpy.ndarray, faces: numpy.ndarray, colors: numpy.ndarray, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], reach_m: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.uint8]:
+    """
+    RGBA [z, y, x, 4] of the voxels within reach of a mesh with coloured vertices.
+    """
+def photometric(shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], numpy.ndarray], K: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"], settled: numpy.ndarray, T_obj_cam: numpy.ndarray, u_px: numpy.ndarray, v_px: numpy.ndarray, depth_m: numpy.ndarray, grey: numpy.ndarray, sigma: typing.SupportsFloat | typing.SupportsIndex = 0.03) -> tuple:
+    """
+    Cost, gradient, Hessian, tone (gain, shading, offset) and pixels used, of the photometric energy.
     """
 def primitive_sdf(kind: str, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
     """

@@ -135,7 +135,7 @@ class Mesh:
             raise ValueError(
                 f"mesh: {file} has no triangles ({len(vertices)} vertices); is it a point cloud?"
             )
-        return cls(vertices * scale, faces, _vertex_colors(loaded), seen=_vertex_seen(loaded))
+        return cls(vertices * scale, faces, vertex_colors(loaded), seen=_vertex_seen(loaded))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write .ply, .obj, .glb or .stl (metres), whole or not at all."""
@@ -291,9 +291,11 @@ def _vertex_seen(loaded: Any) -> NDArray[np.float32] | None:
     return np.asarray(seen, np.float32)
 
 
-def _vertex_colors(loaded: Any) -> NDArray[np.uint8] | None:
-    visual = loaded.visual
+def vertex_colors(loaded: Any) -> NDArray[np.uint8] | None:
+    visual = getattr(loaded, "visual", None)
     try:
+        if visual is None:
+            return None
         if visual.kind == "texture":
             visual = visual.to_color()
         if visual.kind != "vertex":

@@ -101,6 +101,14 @@ class TrackerOptions:
     color_max_overlap: float = _option(
         "color_max_overlap", "auto: depth alone where sum sqrt(p_f p_b) of the histograms is above"
     )
+    photometric: bool = _option(
+        "photometric", "with a coloured shape and colour images: their brightness holds the pose too"
+    )
+    photometric_sigma: float = _option(
+        "photometric_sigma", "standard deviation of a pixel's brightness, of its full range"
+    )
+    photometric_weight: float = _option("photometric_weight", "of that term; 1: as its noise says")
+    photometric_pixels: int = _option("photometric_pixels", "pixels that it looks at")
     recover_seeds: int = _option(
         "recover_seeds", "rotations that a search for a lost object tries per frame, of 240: bounds its time"
     )

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack.checks import number, numbers
 from sdftrack.io.files import write_whole
-from sdftrack.mesh import Mesh, core_camera, unit_scale
+from sdftrack.mesh import Mesh, core_camera, unit_scale, vertex_colors
 
 if TYPE_CHECKING:
     import trimesh
@@ -28,6 +28,7 @@ MIN_PADDING = 0.025  # m; a hand at 1 m/s moves 33 mm between two frames
 LARGEST, SMALLEST = 3.0, 3e-3  # m; a side beyond these is more likely a wrong unit than an object
 THIN_FRACTION = 0.02  # of the surface: less than that is the rim of an edge, more is a wall
 MAX_VOXELS = 1200  # along one side
+COLOR_REACH_VOXELS = 3.0  # from the surface
 
 Shape3 = tuple[int, int, int]
 
@@ -76,6 +77,8 @@ class SDF:
         m.
     origin : (3,) array
         Object coordinates (x, y, z) of the centre of voxel [0, 0, 0], m.
+    colors : (nz, ny, nx, 4) uint8, optional
+        RGBA of the surface, on the voxels beside it; alpha 0: not known. See :meth:`colored`.
 
     Attributes
     ----------
@@ -89,10 +92,12 @@ class SDF:
     True
     """
 
-    __slots__ = ("_origin", "_values", "_voxel_size", "report")
+    __slots__ = ("_colors", "_origin", "_values", "_voxel_size", "report")
     __hash__ = None  # type: ignore[assignment]
 
-    def __init__(self, values: ArrayLike, voxel_size: float, origin: ArrayLike) -> None:
+    def __init__(
+        self, values: ArrayLike, voxel_size: float, origin: ArrayLike, colors: ArrayLike | None = None
+    ) -> None:
         v = np.asarray(values)
         if v.dtype != np.float32:
             raise TypeError(
@@ -112,19 +117,33 @@ class SDF:
             raise ValueError(
                 "values: expected finite distances, got NaN or infinity; fill or crop them first"
             )
-        self._set(np.array(v, order="C"), size, o)
+        rgba = None if colors is None else _checked_colors(colors, v.shape)
+        self._set(np.array(v, order="C"), size, o, rgba)
 
-    def _set(self, values: NDArray[np.float32], voxel_size: float, origin: NDArray[np.float64]) -> None:
-        values.setflags(write=False)
-        origin.setflags(write=False)
-        self._values, self._voxel_size, self._origin = values, voxel_size, origin
+    def _set(
+        self,
+        values: NDArray[np.float32],
+        voxel_size: float,
+        origin: NDArray[np.float64],
+        colors: NDArray[np.uint8] | None,
+    ) -> None:
+        for array in (values, origin, colors):
+            if array is not None:
+                array.setflags(write=False)
+        self._values, self._voxel_size, self._origin, self._colors = values, voxel_size, origin, colors
         self.report: MeshReport | None = None
 
     @classmethod
-    def _own(cls, values: NDArray[np.float32], voxel_size: float, origin: ArrayLike) -> SDF:
+    def _own(
+        cls,
+        values: NDArray[np.float32],
+        voxel_size: float,
+        origin: ArrayLike,
+        colors: NDArray[np.uint8] | None = None,
+    ) -> SDF:
         """Without copy or check: for arrays that the core has just made."""
         sdf = cls.__new__(cls)
-        sdf._set(values, float(voxel_size), np.array(origin, dtype=np.float64))
+        sdf._set(values, float(voxel_size), np.array(origin, dtype=np.float64), colors)
         return sdf
 
     # ---- sources ----
@@ -138,6 +157,7 @@ class SDF:
         *,
         unit: Literal["m", "mm", "cm", "in"] | None = None,
         holes: Literal["error", "close"] = "error",
+        color: bool = False,
         threads: int = 0,
     ) -> SDF:
         """Signed distance volume of a mesh (docs/math/mesh_to_sdf.md).
@@ -157,6 +177,8 @@ class SDF:
             Unit of the mesh. None: metres, and a longest side over 3 m or under 3 mm is an error.
         holes : "error" or "close"
             What to do with an open mesh: refuse it, or let the generalised winding number close it.
+        color : bool
+            Take the colours of the mesh's vertices too, see :meth:`colored`.
         threads : int
             0: all cores. The result does not depend on it.
 
@@ -180,8 +202,10 @@ class SDF:
         """
         if holes not in ("error", "close"):
             raise ValueError(f"holes: expected 'error' or 'close', got {holes!r}")
-        vertices, faces = _arrays_of(mesh)
-        vertices = vertices * unit_scale(unit)
+        mesh = _mesh_of(mesh)
+        if color and mesh.colors is None:
+            raise ValueError("mesh: expected colours at its vertices (color=True), got none")
+        vertices, faces = mesh.vertices * unit_scale(unit), mesh.faces
         _check_coordinates(vertices, faces)
         vertices, faces, found = _core.clean_mesh(vertices, faces, THIN_FRACTION)
         if len(faces) == 0:
@@ -226,6 +250,8 @@ class SDF:
             )
         _warn(report, voxel_size, voxels)
         sdf = cls._own(values, voxel_size, origin)
+        if color:
+            sdf = sdf.colored(mesh, unit=unit, threads=threads)
         sdf.report = report
         return sdf
 
@@ -290,6 +316,11 @@ class SDF:
         return self._origin
 
     @property
+    def colors(self) -> NDArray[np.uint8] | None:
+        """(nz, ny, nx, 4) uint8: RGBA of the surface on the voxels beside it, alpha 0 elsewhere; None without."""
+        return self._colors
+
+    @property
     def bounds(self) -> NDArray[np.float64]:
         """(2, 3) float64: lowest and highest voxel centre, m."""
         return np.stack(
@@ -324,13 +355,13 @@ class SDF:
     # ---- made from it ----
 
     def transformed(self, T: ArrayLike) -> SDF:
-        """The shape moved by a rigid 4x4 (p -> T p), resampled on the box of the moved volume.
+        """The shape moved by a rigid 4x4 (p -> T p), resampled on the box of the moved volume, without colours.
 
         A pure translation moves the origin and nothing else.
         """
         M = _core.nearest_rigid(numbers(T, "T"), "T")
         if np.array_equal(M[:3, :3], np.eye(3)):
-            return SDF._own(self._values, self._voxel_size, self._origin + M[:3, 3])
+            return SDF._own(self._values, self._voxel_size, self._origin + M[:3, 3], self._colors)
         low, high = self.bounds
         corners = np.array(
             [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
@@ -343,13 +374,38 @@ class SDF:
             _resample(self, shape, self._voxel_size, origin, _inverse(M)), self._voxel_size, origin
         )
 
+    def colored(
+        self,
+        mesh: str | os.PathLike[str] | Mesh | trimesh.Trimesh,
+        *,
+        unit: Literal["m", "mm", "cm", "in"] | None = None,
+        threads: int = 0,
+    ) -> SDF:
+        """The same shape with the colours of a mesh, with which a tracker sees turns that the shape does not show.
+
+        Each voxel within 3 voxels of the mesh takes the colour of its nearest point, mixed from the vertices of the
+        face. Detail between vertices (a texture) is lost: give the mesh vertices as close as the voxels.
+
+        Raises ValueError when the mesh has no colours at its vertices.
+        """
+        m = _mesh_of(mesh)
+        if m.colors is None:
+            raise ValueError("mesh: expected colours at its vertices, got none")
+        reach = COLOR_REACH_VOXELS * self._voxel_size
+        vertices, rgb = m.vertices * unit_scale(unit), np.ascontiguousarray(m.colors)
+        rgba = _core.paint(vertices, m.faces, rgb, *self._core_args, reach, threads)
+        return SDF._own(self._values, self._voxel_size, self._origin, rgba)
+
     def redistanced(self, threads: int = 0) -> SDF:
         """The distance field with the same zero set: |gradient| = 1 again, after blending or evolving.
 
         Raises ValueError when the field has one sign only.
         """
         return SDF._own(
-            _core.redistance(self._values, self._voxel_size, threads), self._voxel_size, self._origin
+            _core.redistance(self._values, self._voxel_size, threads),
+            self._voxel_size,
+            self._origin,
+            self._colors,
         )
 
     def to_mesh(self) -> Mesh:
@@ -396,9 +452,14 @@ class SDF:
     # ---- kept ----
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write an .npz (values, voxel_size, origin), whole or not at all."""
+        """Write an .npz (values, voxel_size, origin, and colors where there are any), whole or not at all."""
         data = io.BytesIO()
-        np.savez_compressed(data, values=self._values, voxel_size=self._voxel_size, origin=self._origin)
+        arrays: dict[str, Any] = {
+            "values": self._values, "voxel_size": self._voxel_size, "origin": self._origin
+        }  # fmt: skip
+        if self._colors is not None:
+            arrays["colors"] = self._colors
+        np.savez_compressed(data, **arrays)
         write_whole(Path(path), data.getvalue())
 
     @classmethod
@@ -409,14 +470,14 @@ class SDF:
             raise FileNotFoundError(f"sdf: no such file: {file}")
         try:
             with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as data:
-                return cls(data["values"], float(data["voxel_size"]), data["origin"])
+                return cls(data["values"], float(data["voxel_size"]), data["origin"], data.get("colors"))
         except (OSError, EOFError, KeyError, ValueError, TypeError, IndexError, zipfile.BadZipFile) as error:
             raise ValueError(
                 f"sdf: cannot read {file}: {error}; expected an .npz written by SDF.save"
             ) from error
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (SDF, (self._values, self._voxel_size, self._origin))
+        return (SDF, (self._values, self._voxel_size, self._origin, self._colors))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, SDF):
@@ -425,11 +486,14 @@ class SDF:
             self._voxel_size == other._voxel_size
             and np.array_equal(self._origin, other._origin)
             and np.array_equal(self._values, other._values)
+            and (self._colors is None) == (other._colors is None)
+            and (self._colors is None or np.array_equal(self._colors, other._colors))
         )
 
     def __repr__(self) -> str:
         nz, ny, nx = self._values.shape
-        return f"SDF({nx} x {ny} x {nz} voxels of {1e3 * self._voxel_size:.3g} mm)"
+        coloured = ", coloured" if self._colors is not None else ""
+        return f"SDF({nx} x {ny} x {nz} voxels of {1e3 * self._voxel_size:.3g} mm{coloured})"
 
     def _repr_png_(self) -> bytes:
         from sdftrack._picture import shaded_picture
@@ -532,7 +596,16 @@ def _grid(
     return voxel_size, _shape3(n), (low + high) / 2 - (n - 1) * voxel_size / 2
 
 
-def _arrays_of(mesh: Any) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+def _checked_colors(colors: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    rgba = np.array(colors, order="C")
+    if rgba.dtype != np.uint8:
+        raise TypeError(f"colors: expected uint8, got {rgba.dtype}")
+    if rgba.shape != (*shape, 4):
+        raise ValueError(f"colors: expected RGBA beside the values, {(*shape, 4)}, got {rgba.shape}")
+    return rgba
+
+
+def _mesh_of(mesh: Any) -> Mesh:
     if isinstance(mesh, (str, os.PathLike)):
         mesh = Mesh.load(mesh)
     elif isinstance(mesh, (tuple, list)) and len(mesh) == 2:
@@ -542,8 +615,8 @@ def _arrays_of(mesh: Any) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
             raise TypeError(
                 f"mesh: expected a path, Mesh, trimesh.Trimesh or (vertices, faces), got {type(mesh).__name__}"
             )
-        mesh = Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces))
-    return mesh.vertices, mesh.faces
+        mesh = Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces), vertex_colors(mesh))
+    return mesh
 
 
 def _check_coordinates(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> None:

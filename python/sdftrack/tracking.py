@@ -147,6 +147,8 @@ class Tracker:
             cuda,
             _core.Collision.__members__[COLLISIONS[collision]],
         )
+        for k, shape in enumerate(self.shapes):
+            _paint(self._core, k, shape)
         self._index = -1
         self._last: TrackResult | None = None
         self._found: dict[str, Any] = {}  # what the core said of it
@@ -339,6 +341,7 @@ class Tracker:
         place = one_place(pose, mask, box, self._frame_camera)
         with self._alone():
             k: int = self._core.add(_volume(shape), place)
+            _paint(self._core, k, shape)
             self.shapes = [*self.shapes, shape]
             self.names = [*self.names, f"object {k}" if name is None else str(name)]
             self.mode_used = [*self.mode_used, "depth"]
@@ -543,6 +546,15 @@ def _rebuild(
 
 def _volume(shape: SDF) -> tuple[NDArray[np.float32], float, list[float]]:
     return shape.values, shape.voxel_size, shape.origin.tolist()
+
+
+def _paint(core: Any, k: int, shape: SDF) -> None:
+    """Hand a shape's colours over: 256 times each, and after them how much was seen."""
+    if shape.colors is None:
+        return
+    rgb_seen = shape.colors.astype(np.uint16) * np.uint16(256)
+    rgb_seen[..., 3] = np.where(shape.colors[..., 3] > 0, 65535, 0)
+    core.paint(k, rgb_seen)
 
 
 def _unknown(count: int) -> NDArray[np.float64]:

@@ -299,7 +299,10 @@ class Reconstructor:
         core = self._volume.core
         volume = (core.phi if phi is None else phi, core.voxel_m, list(core.origin))
         least = max(1, round(quality.SEEN_SCALE * self.options.least_seen))
-        self._tracker._core.reshape(0, volume, core.seen if seen is None else seen, least, core.surface_boxes)
+        colors = core.color if seen is None else None
+        self._tracker._core.reshape(
+            0, volume, core.seen if seen is None else seen, least, core.surface_boxes, colors
+        )
 
     def _add(self, frame: Frame, T: Pose) -> None:
         assert self._tracker is not None

@@ -72,7 +72,7 @@ class Body:
 
     def palette(self, rng: np.random.Generator, count: int) -> Array:
         """(count, 3) colours of random places on the surface."""
-        known = getattr(self.shape, "colors", None)
+        known = self.shape.colors if hasattr(self.shape, "raycast") else None
         if known is not None:
             return np.asarray(known[rng.integers(0, len(known), count)], np.float64)
         places = self.points[rng.integers(0, len(self.points), count)]

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// What the brightness of the pixels says of a pose: the colours of the surface hold the turns and shifts that
+// its shape leaves free (docs/math/photometric.md).
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "energies/color_field.h"
+#include "optim/energy.h"
+
+namespace sdftrack {
+
+// Pixels with a reading and a brightness (0..1).
+struct GreyPixels {
+  std::vector<float> u_px, v_px, depth_m, grey;
+
+  int count() const { return static_cast<int>(depth_m.size()); }
+  void clear() { u_px.clear(), v_px.clear(), depth_m.clear(), grey.clear(); }
+  void push(float u, float v, float depth, float g) {
+    u_px.push_back(u), v_px.push_back(v), depth_m.push_back(depth), grey.push_back(g);
+  }
+};
+
+struct PhotometricOptions {
+  double sigma = 0.03;         // sd of a brightness, of its full range
+  double gain_sigma = 0.2;     // of the frame's gain about 1,
+  double shading_sigma = 0.2;  // of how that changes with the surface's normal,
+  double offset_sigma = 0.2;   // and of its offset about 0
+};
+
+// A pixel that shows the surface: where its ray meets it, and what is seen there.
+struct PhotometricHit {
+  Vec3d ray_cam, normal_cam;      // the normal as it was where the pixels were chosen
+  double depth_m;                 // of the hit
+  double grey_seen, grey;         // of the pixel, of the surface
+  Eigen::Matrix<double, 6, 1> J;  // d grey / d increment
+};
+
+// E = sum_i log(1 + r_i^2 / (2 sigma^2)), r_i = (gain + shading . n_i) g(hit_i) + offset - grey_i, with the
+// gain, shading and offset of the frame that make it least: light that falls from somewhere else, or another
+// exposure, moves no pose. The hits stay on the surface while the object moves.
+class PhotometricEnergy final : public Energy {
+ public:
+  // How the frame shows the surface's brightness: gain, shading (3), offset.
+  using Tone = Eigen::Matrix<double, 5, 1>;
+
+  PhotometricEnergy(const SdfView& sdf, const ColorView& colors, const GreyPixels* pixels,
+                    const PhotometricOptions& options, std::vector<PhotometricHit>* hits)
+      : sdf_(sdf), colors_(colors), pixels_(pixels), options_(options), hits_(hits) {}
+
+  // Which pixels show the surface at x: decided once, so that costs may be compared. Returns how many.
+  int settle(const State& x);
+  int used() const { return static_cast<int>(hits_->size()); }
+
+  Unknowns unknowns() const override { return {1, false, false}; }
+  void linearize(const State& x, NormalEquations* out) override;
+  double cost(const State& x) override;
+  const Tone& tone() const { return tone_; }
+
+ private:
+  bool find(const Rigidd& T_obj_cam, int steps, PhotometricHit* hit) const;
+  void follow(const Rigidd& T_obj_cam);
+  Tone prior_weight() const;
+  Tone toned(Tone tone, int rounds) const;
+  double cost_of(const Tone& tone) const;
+
+  SdfView sdf_;
+  ColorView colors_;
+  const GreyPixels* pixels_;
+  PhotometricOptions options_;
+  std::vector<PhotometricHit>* hits_;  // working memory, kept by whoever makes many energies
+  Tone tone_ = Tone::Unit(0);
+};
+
+}  // namespace sdftrack
