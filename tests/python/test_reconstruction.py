@@ -59,6 +59,25 @@ def test_refining_takes_out_what_is_left() -> None:
     assert refined.moved_m[-1] < refined.moved_m[0]
 
 
+def test_few_kept_frames_show_all_that_was_shown(tmp_path: Any) -> None:
+    seq = scene.sequence()
+    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1, kept_frames=10)
+    star.start(seq[0], mask=scene.first_mask(seq))
+    for i in range(1, len(seq)):
+        star.track(seq[i])
+    live = star.quality().seen_share
+    star.save(tmp_path / "star.pkl")
+    assert st.Reconstructor.load(tmp_path / "star.pkl").quality().seen_share > live - 0.03
+    refined = star.refine(rounds=1)
+    assert len(refined.poses) == 10
+    assert max(np.diff(sorted({*refined.poses, len(seq) - 1}))) <= 7
+    assert np.degrees(scene.pose_errors(seq, refined.poses)[:, 1]).mean() < 0.6
+    assert star.quality().seen_share > live - 0.03
+    later = star.track(seq[len(seq) - 2])  # the last frame need not be a kept one
+    assert later.ok
+    assert scene.pose_errors(seq, {0: refined.poses[0], len(seq) - 2: later.pose})[1, 0] < 0.0015
+
+
 def test_the_mesh_is_closed_coloured_and_says_what_was_seen() -> None:
     star, _, _ = reconstructed()
     mesh = star.mesh()

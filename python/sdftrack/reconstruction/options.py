@@ -44,7 +44,9 @@ class ReconstructorOptions:
     prior: float = _option(0.4, "log ratio of the first guess, inside +, outside -; 0: no prior")
     least_seen: float = _option(0.15, "views after which a piece of surface may guide the tracker")
     padding_m: float = _option(0.02, "how far beyond the shape so far its next frame is looked at")
-    kept_frames: int = _option(600, "frames kept for refine() and save(), cut to the object; at least 1")
+    kept_frames: int = _option(
+        600, "most frames kept for refine() and save(), spread over all sides; at least 1"
+    )
 
     def __post_init__(self) -> None:
         if self.evidence not in FORMS:

@@ -23,6 +23,7 @@ from sdftrack.options import TrackerOptions
 from sdftrack.places import one_place
 from sdftrack.reconstruction import quality, refining
 from sdftrack.reconstruction.beginning import find_object
+from sdftrack.reconstruction.keyframes import Keyframes
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.reconstruction.shots import Refined, Shot
 from sdftrack.reconstruction.volume import BLOCK, BYTES_PER_VOXEL, MOST_VOXELS, Volume, lattice_for
@@ -116,7 +117,7 @@ class Reconstructor:
         self.tracker_options = tracker_options or TrackerOptions()
         self._volume: Any = None
         self._tracker: Tracker | None = None
-        self._shots: list[Shot] = []
+        self._keyframes = Keyframes(self.options.kept_frames)
         self._index = -1
 
     def __repr__(self) -> str:
@@ -188,8 +189,9 @@ class Reconstructor:
             raise ValueError(
                 "start: no surface was found on the object; is it too small for the volume's voxels?"
             )
-        self._beginning, self._volume, self._shots, self._index = found, volume, [], 0
-        self._keep(shot)
+        self._beginning, self._volume, self._index = found, volume, 0
+        self._keyframes = Keyframes(self.options.kept_frames)
+        self._keyframes.add(shot)
         self._tracker = self._new_tracker()
         self._reshape()
         result = self._tracker.start(frame, poses=found.T_cam_obj)
@@ -271,9 +273,11 @@ class Reconstructor:
         rounds : int
         """
         tracker = self._started("refine")
-        last = tracker._best[0]
+        last, newest = tracker._best[0], self._shots[-1]
+        before = newest.T_cam_obj
         refined = refining.refine(self._shots, tracker, self._size, self._fuse_all, rounds, progress)
-        tracker.set_pose(0, refined.poses.get(self._index, last))
+        # The last frame need not be among the kept ones; the object frame has moved in it as in the newest of them.
+        tracker.set_pose(0, last @ np.linalg.solve(before, newest.T_cam_obj))
         return refined
 
     # -- inside
@@ -312,13 +316,13 @@ class Reconstructor:
         foreground, rgb = core.look_at(frame.depth, *self._tracker._colors_of(frame), 0, region)
         shot = Shot(self._index, region, _cut(frame.depth, region), rgb, foreground, np.array(T))
         self._volume.fuse(shot, frame.depth)
-        self._keep(shot)
+        self._keyframes.add(shot)
         self._volume.grow_if_needed()
         self._reshape()
 
-    def _keep(self, shot: Shot) -> None:
-        if len(self._shots) < self.options.kept_frames:
-            self._shots.append(shot)
+    @property
+    def _shots(self) -> list[Shot]:
+        return self._keyframes.shots
 
     @property
     def _size(self) -> tuple[int, int]:
