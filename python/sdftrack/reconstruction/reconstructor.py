@@ -23,6 +23,7 @@ from sdftrack.options import TrackerOptions
 from sdftrack.places import one_place
 from sdftrack.reconstruction import quality, refining
 from sdftrack.reconstruction.beginning import find_object
+from sdftrack.reconstruction.colors import learn_colors
 from sdftrack.reconstruction.keyframes import Keyframes
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.reconstruction.shots import Refined, Shot
@@ -245,8 +246,10 @@ class Reconstructor:
         errors = quality.expected_error(mesh.seen, self._beginning.noise_m, self._volume.core.voxel_m)
         share = float((mesh.seen >= self.options.least_seen).mean())
         rest = "" if share > 0.9 else "; turn the object further to see the rest"
-        text = f"{100 * share:.0f} % of the surface was seen in {self._volume.fused} frames{rest}"
-        return quality.Quality(share, errors, self._volume.fused, text)
+        fused = self._volume.fused
+        frames = f"{fused} frame{'s' * (fused != 1)}"
+        text = f"{100 * share:.0f} % of the surface was seen in {frames}{rest}"
+        return quality.Quality(share, errors, fused, text)
 
     def tracker(self) -> Tracker:
         """A Tracker that goes on with this shape, the last pose, and the colours learnt."""
@@ -256,8 +259,7 @@ class Reconstructor:
         self._reshape(shape.values, np.array(self._volume.core.seen))
         self._tracker = self._new_tracker()
         self._reshape()
-        self._tracker.set_pose(0, tracker._best[0])
-        self._tracker._index = tracker._index
+        self._go_on(tracker._best[0])
         return tracker
 
     def refine(self, progress: Callable[[float], None] | None = None, rounds: int = ROUNDS) -> Refined:
@@ -297,6 +299,13 @@ class Reconstructor:
         return Tracker(
             shape, self.camera, mode=self.mode, device="cpu", threads=self.threads, options=options
         )
+
+    def _go_on(self, pose: Pose) -> None:
+        """Bring a new tracker, which has the shape, to where the old one stood."""
+        assert self._tracker is not None
+        learn_colors(self._tracker, self._shots, self._frame_camera)
+        self._tracker.set_pose(0, pose)
+        self._tracker._index = self._index
 
     def _reshape(self, phi: Any = None, seen: Any = None) -> None:
         assert self._tracker is not None
@@ -391,8 +400,7 @@ class Reconstructor:
         self._tracker = self._new_tracker()
         self._fuse_all(lambda share: None)
         self._volume.fused = fused
-        self._tracker.set_pose(0, pose)
-        self._tracker._index = self._index
+        self._go_on(pose)
 
 
 def _cut(image: NDArray[Any], region: tuple[int, int, int, int]) -> NDArray[Any]:
