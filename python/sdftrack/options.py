@@ -183,26 +183,11 @@ class TrackerOptions:
     @classmethod
     def from_file(cls, path: str | os.PathLike[str]) -> TrackerOptions:
         """Read a TOML file of ``name = value`` lines, at its top level or in a table ``[tracker]``."""
-        import tomllib
+        from sdftrack.config import read_tables
 
-        if not os.path.isfile(path):
-            raise FileNotFoundError(f"options: no such file: {os.fspath(path)}")
-        with open(path, "rb") as file:
-            try:
-                values = tomllib.load(file)
-            except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-                raise ValueError(f"{os.fspath(path)}: not a TOML file: {error}") from None
-        table = values.pop("tracker", None)
-        if table is not None and not isinstance(table, dict):
-            raise ValueError(f"{os.fspath(path)}: expected a table [tracker], got tracker = {table!r}")
-        strange = [name for name, value in values.items() if table is not None or isinstance(value, dict)]
-        if strange:
-            raise ValueError(
-                f"{os.fspath(path)}: expected the options in [tracker], or all of them without a table, got "
-                f"{', '.join(strange)} beside it"
-            )
+        table = read_tables(path)["tracker"]
         try:
-            return cls.from_dict(values if table is None else table)
+            return cls.from_dict(table)
         except (TypeError, ValueError) as error:
             raise type(error)(f"{os.fspath(path)}: {error}") from None
 

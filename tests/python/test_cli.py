@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 import subprocess
 import sys
@@ -154,6 +155,9 @@ def test_config_prints_a_file_that_sets_every_option_to_its_default(capsys, tmp_
     options = st.TrackerOptions.from_file(tmp_path / "c" / "config.toml")
     assert options == st.TrackerOptions()
     assert set(tomllib.loads(text)["tracker"]) == set(options.to_dict())
+    star = st.ReconstructorOptions.from_file(tmp_path / "c" / "config.toml")
+    assert star == st.ReconstructorOptions()
+    assert set(tomllib.loads(text)["reconstruct"]) == set(dataclasses.asdict(star)) - {"noise_m"}
     lines = text.splitlines()
     for i, line in enumerate(lines):
         if " = " in line and not line.startswith("#"):
@@ -164,6 +168,10 @@ def test_config_carries_changed_options_and_refuses_unknown_ones(capsys, tmp_pat
     (tmp_path / "a.toml").write_text("[tracker]\nmax_pixels = 777\n")
     assert run(["config", "--config", str(tmp_path / "a.toml")]) == 0
     assert "max_pixels = 777" in capsys.readouterr().out
+    (tmp_path / "r.toml").write_text("max_pixels = 778\n[reconstruct]\nkept_frames = 77\nnoise_m = 0.003\n")
+    assert run(["config", "--config", str(tmp_path / "r.toml")]) == 0
+    text = capsys.readouterr().out
+    assert all(line in text for line in ("max_pixels = 778", "kept_frames = 77", "noise_m = 0.003"))
     (tmp_path / "b.toml").write_text("[tracker]\nmax_pixel = 777\n")
     assert run(["config", "--config", str(tmp_path / "b.toml")]) == 1
     assert "max_pixels" in told(capsys)  # the nearest name

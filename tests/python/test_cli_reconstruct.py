@@ -295,6 +295,37 @@ def test_an_error_exits_with_1_before_the_folder_is_made(recording, tmp_path, ca
     assert not (tmp_path / "o").exists()
 
 
+def test_options_are_taken_from_a_file(bare, tmp_path):
+    config = tmp_path / "o.toml"
+    config.write_text("[tracker]\nmax_pixels = 1500\n[reconstruct]\nkept_frames = 2\nevidence = 'printed'\n")
+    out = tmp_path / "out"
+    assert quick(bare, out, "--init", "box:40,20,80,80", "--config", str(config)) == 0
+    settings = report_of(out)["settings"]
+    assert settings["tracker"]["max_pixels"] == 1500
+    assert (settings["reconstructor"]["kept_frames"], settings["reconstructor"]["evidence"]) == (2, "printed")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[reconstruct]\nkept_frame = 3", "did you mean 'kept_frames'"),
+        ("[reconstruct]\nkept_frames = 2.5", "kept_frames: expected a whole number"),
+        ("[reconstruct]\nsigma_d_m = 'wide'", "sigma_d_m: expected a number"),
+        ("[reconstruct]\nsigma_d_m = -1", "above 0"),
+        ("[reconstrukt]\nkept_frames = 3", "did you mean [reconstruct]?"),
+        ("reconstruct = 3", "expected a table [reconstruct]"),
+        ("kept_frames = 3", "unknown option 'kept_frames'"),
+    ],
+)
+def test_a_bad_options_file_is_an_error_that_names_it(recording, tmp_path, capsys, text, message):
+    config = tmp_path / "o.toml"
+    config.write_text(text)
+    assert quick(recording, tmp_path / "o", "--config", str(config)) == 1
+    error = told(capsys)
+    assert message in error
+    assert "o.toml: " in error
+
+
 def test_a_bad_frame_in_the_middle_is_reported_and_adds_nothing(recording, tmp_path):
     import shutil
 

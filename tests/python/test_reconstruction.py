@@ -59,6 +59,26 @@ def test_refining_takes_out_what_is_left() -> None:
     assert refined.moved_m[-1] < refined.moved_m[0]
 
 
+def test_few_kept_frames_show_all_that_was_shown(tmp_path: Any) -> None:
+    seq = scene.sequence()
+    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1, kept_frames=10)
+    star.start(seq[0], mask=scene.first_mask(seq))
+    assert " in 1 frame;" in star.quality().summary
+    for i in range(1, len(seq)):
+        star.track(seq[i])
+    live = star.quality().seen_share
+    star.save(tmp_path / "star.pkl")
+    assert st.Reconstructor.load(tmp_path / "star.pkl").quality().seen_share > live - 0.03
+    refined = star.refine(rounds=1)
+    assert len(refined.poses) == 10
+    assert max(np.diff(sorted({*refined.poses, len(seq) - 1}))) <= 7
+    assert np.degrees(scene.pose_errors(seq, refined.poses)[:, 1]).mean() < 0.6
+    assert star.quality().seen_share > live - 0.03
+    later = star.track(seq[len(seq) - 2])  # the last frame need not be a kept one
+    assert later.ok
+    assert scene.pose_errors(seq, {0: refined.poses[0], len(seq) - 2: later.pose})[1, 0] < 0.0015
+
+
 def test_the_mesh_is_closed_coloured_and_says_what_was_seen() -> None:
     star, _, _ = reconstructed()
     mesh = star.mesh()
@@ -173,6 +193,24 @@ def test_saved_and_read_again(tmp_path: Any) -> None:
     (tmp_path / "cut.pkl").write_bytes((tmp_path / "star.pkl").read_bytes()[:1000])
     with pytest.raises(ValueError, match="cannot be read"):
         st.Reconstructor.load(tmp_path / "cut.pkl")
+
+
+def test_colours_learnt_are_not_lost(tmp_path: Any) -> None:
+    seq = scene.sequence()
+    star = st.Reconstructor(seq.camera, voxels=64, threads=1)
+    star.start(seq[0], mask=scene.first_mask(seq))
+    for i in range(1, 8):
+        star.track(seq[i])
+    star.save(tmp_path / "star.pkl")
+    other = st.Reconstructor.load(tmp_path / "star.pkl")
+    tracker = star.tracker()
+    before = tracker.track(seq[8])
+    assert tracker.mode_used == ["rgbd"]
+    for new in (star, other):  # each has a new tracker inside
+        result = new.track(seq[8])
+        assert new._started("track").mode_used == ["rgbd"]
+        assert result.index == 8
+        np.testing.assert_allclose(result.pose, before.pose, atol=1e-4)
 
 
 def test_bad_input_is_named() -> None:

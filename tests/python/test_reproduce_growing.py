@@ -12,8 +12,12 @@ import sdftrack as st
 from sdftrack import geometry
 from sdftrack.cli.app import run
 from sdftrack.eval.seen_part import sampled
+from sdftrack.reproduce import fig_4_16
+from sdftrack.reproduce.duck import duck_mesh
 from sdftrack.reproduce.fig_4_14 import SIGMAS_VOXELS, aligned_error
 from sdftrack.reproduce.speed_4_6 import evidence
+
+SMALL = st.Camera(262.0, 262.0, 159.5, 119.5, 320, 240)
 
 
 def made(figure, tmp_path, frames):
@@ -39,6 +43,54 @@ def test_figure_4_14_in_small_has_a_row_for_each_reach(tmp_path):
         assert row["looks"] == [0, 1]
         assert 2 < row["surface_mm"][0] < 20  # a ball in place of what has not been seen
         assert row["max_mm"] < 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("there", [False, True])
+def test_figure_4_16_in_small_says_when_the_whole_scene_is_left_out(tmp_path, capsys, monkeypatch, there):
+    from sdftrack.eval import whole_scene
+
+    def path(seq, n, step):
+        if not there:
+            raise ImportError("no Open3D")
+        return geometry.inverse(np.array([seq.ground_truth[i][0] for i in range(n)]))
+
+    monkeypatch.setattr(whole_scene, "camera_path", path)
+    levels = made("4.16", tmp_path, 4)["levels"]
+    pairs = ["object - whole scene", "object - truth", "whole scene - truth"]
+    assert [r["paths"] for r in levels] == (pairs if there else pairs[1:2])
+    assert all(r["rms_mm"] < 3 for r in levels)
+    assert levels[0]["not_ok"] == 0
+    assert ("pip install open3d" in capsys.readouterr().out) == (not there)
+    assert ("left out" in (tmp_path / "4.16" / "table.txt").read_text()) == (not there)
+
+
+def test_the_whole_scene_is_followed_where_open3d_is_there():
+    pytest.importorskip("open3d")
+    from sdftrack.eval.whole_scene import camera_path
+
+    mesh = duck_mesh()
+    poses = fig_4_16.carried(mesh, 4)
+    both = [mesh, fig_4_16.around(mesh)]
+    seq = st.synth.sequence(both, 4, np.stack([poses, poses], 1), 0.001, camera=SMALL)
+    found = geometry.inverse(poses[0]) @ camera_path(seq, 4)
+    metres, radians = st.metrics.pose_error(geometry.inverse(found), poses)
+    assert metres.max() < 0.015  # its model is young
+    assert radians.max() < np.deg2rad(1.0)
+
+
+def test_paths_are_compared_after_their_centres_are_laid_upon_each_other():
+    path = geometry.inverse(fig_4_16.carried(duck_mesh(), 40))
+    moved = geometry.pose([0.2, -0.4, 1.0], [0.3, 0.1, -0.2]) @ path
+    np.testing.assert_allclose(fig_4_16.aligned(moved, path), path, atol=1e-9)
+
+
+def test_nothing_about_the_object_touches_it():
+    mesh = duck_mesh()
+    rest = fig_4_16.around(mesh).vertices
+    beside = rest[rest[:, 2] > mesh.bounds[0, 2] + 1e-6]
+    far = np.linalg.norm(beside[:, None, :2] - mesh.vertices[None, ::20, :2], axis=2).min()
+    assert far > 0.02
 
 
 def test_section_4_6_in_small_times_every_part(tmp_path, capsys):

@@ -28,6 +28,7 @@ __all__ = [
     "check_layout",
     "progress",
     "progress_counter",
+    "reconstructor_settings",
     "show_table",
     "tracker_settings",
 ]
@@ -48,7 +49,7 @@ ThreadsOption = Annotated[
 ]
 ConfigOption = Annotated[
     Path | None,
-    typer.Option("--config", metavar="FILE.toml", help="Options of the tracker, see sdftrack config."),
+    typer.Option("--config", metavar="FILE.toml", help="Options, see sdftrack config."),
 ]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone.")]
 OutOption = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Folder for the output.")]
@@ -77,9 +78,25 @@ def tracker_settings(config: Path | None) -> dict[str, Any]:
         return {}
     from sdftrack.options import TrackerOptions
 
+    return {"options": TrackerOptions.from_file(_there(config))}
+
+
+def reconstructor_settings(config: Path | None) -> dict[str, Any]:
+    """Keyword arguments for `Reconstructor` from --config."""
+    if config is None:
+        return {}
+    from sdftrack.reconstruction.options import ReconstructorOptions
+
+    return {
+        "options": ReconstructorOptions.from_file(_there(config)),
+        "tracker_options": tracker_settings(config)["options"],
+    }
+
+
+def _there(config: Path) -> Path:
     if not config.is_file():
         raise FileNotFoundError(f"--config: no such file: {config}")
-    return {"options": TrackerOptions.from_file(config)}
+    return config
 
 
 def progress(items: Iterable[T], total: int, label: str, quiet: bool) -> Iterator[T]:

@@ -23,10 +23,11 @@ def config(
     quiet: QuietOption = False,
 ) -> None:
     """Print every option with its default, unit and meaning, as a TOML file for --config."""
-    from sdftrack.cli.common import tracker_settings
+    from sdftrack.cli.common import reconstructor_settings
     from sdftrack.config import options_as_toml
 
-    text = options_as_toml(tracker_settings(config).get("options"))
+    given = reconstructor_settings(config)
+    text = options_as_toml(given.get("tracker_options"), given.get("options"))
     if out is not None:
         from sdftrack.io.files import write_text
         from sdftrack.recorder import prepare_folder

@@ -19,7 +19,7 @@ from sdftrack.cli.common import (
     ThreadsOption,
     Usage,
     check_layout,
-    tracker_settings,
+    reconstructor_settings,
 )
 from sdftrack.cli.init import Init
 from sdftrack.cli.reconstruct_place import INIT, SHAPE, find_place, load_shape, parse_place, parse_shape
@@ -49,7 +49,7 @@ class Job:
     video: bool
     device: str
     threads: int
-    options: Any
+    options: dict[str, Any]
     quiet: bool
 
 
@@ -146,7 +146,7 @@ def reconstruct(
         video=not no_video,
         device=device.value,
         threads=threads,
-        options=tracker_settings(config).get("options"),
+        options=reconstructor_settings(config),
         quiet=quiet,
     )
     if job.init is not None and job.init.kind == "gt" and job.shape is None:
@@ -185,7 +185,7 @@ def _reconstruct_one(folder: Path, out: Path, job: Job) -> None:
             job.device,
             mode=job.mode,
             threads=job.threads,
-            tracker_options=job.options,
+            **job.options,
         )
         # Before the folder is made: a start that cannot be leaves nothing behind.
         first = star.start(frame, **place.arguments)

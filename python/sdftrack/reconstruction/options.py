@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import numbers
+import os
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -44,11 +46,14 @@ class ReconstructorOptions:
     prior: float = _option(0.4, "log ratio of the first guess, inside +, outside -; 0: no prior")
     least_seen: float = _option(0.15, "views after which a piece of surface may guide the tracker")
     padding_m: float = _option(0.02, "how far beyond the shape so far its next frame is looked at")
-    kept_frames: int = _option(600, "frames kept for refine() and save(), cut to the object; at least 1")
+    kept_frames: int = _option(
+        600, "most frames kept for refine() and save(), spread over all sides; at least 1"
+    )
 
     def __post_init__(self) -> None:
         if self.evidence not in FORMS:
             raise ValueError(f"evidence: expected 'smooth' or 'printed', got {self.evidence!r}")
+        self._check_numbers()
         for name in ("sigma_d_m", "carve_from_m", "memory", "padding_m"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name}: expected a number above 0, got {getattr(self, name)!r}")
@@ -59,6 +64,27 @@ class ReconstructorOptions:
             raise ValueError(f"kept_frames: expected at least 1, got {self.kept_frames!r}")
         if self.noise_m is not None and not self.noise_m > 0:
             raise ValueError(f"noise_m: expected metres above 0, or None to measure it, got {self.noise_m!r}")
+
+    def _check_numbers(self) -> None:
+        for f in dataclasses.fields(self):
+            value = getattr(self, f.name)
+            if f.name == "evidence" or (value is None and f.name == "noise_m"):
+                continue
+            whole = isinstance(f.default, int)
+            kind = numbers.Integral if whole else numbers.Real
+            if isinstance(value, bool) or not isinstance(value, kind):
+                raise TypeError(f"{f.name}: expected a {'whole ' * whole}number, got {value!r}")
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> ReconstructorOptions:
+        """Read the table ``[reconstruct]`` of a TOML file; one without it gives the defaults."""
+        from sdftrack.config import read_tables
+
+        table = read_tables(path)["reconstruct"]
+        try:
+            return cls().replace(**table)
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"{os.fspath(path)}: [reconstruct] {error}") from None
 
     def replace(self, **changes: Any) -> ReconstructorOptions:
         """Return a copy with some options changed; TypeError with the nearest name for an unknown one."""

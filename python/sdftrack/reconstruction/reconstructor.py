@@ -23,6 +23,8 @@ from sdftrack.options import TrackerOptions
 from sdftrack.places import one_place
 from sdftrack.reconstruction import quality, refining
 from sdftrack.reconstruction.beginning import find_object
+from sdftrack.reconstruction.colors import learn_colors
+from sdftrack.reconstruction.keyframes import Keyframes
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.reconstruction.shots import Refined, Shot
 from sdftrack.reconstruction.volume import BLOCK, BYTES_PER_VOXEL, MOST_VOXELS, Volume, lattice_for
@@ -116,7 +118,7 @@ class Reconstructor:
         self.tracker_options = tracker_options or TrackerOptions()
         self._volume: Any = None
         self._tracker: Tracker | None = None
-        self._shots: list[Shot] = []
+        self._keyframes = Keyframes(self.options.kept_frames)
         self._index = -1
 
     def __repr__(self) -> str:
@@ -188,8 +190,9 @@ class Reconstructor:
             raise ValueError(
                 "start: no surface was found on the object; is it too small for the volume's voxels?"
             )
-        self._beginning, self._volume, self._shots, self._index = found, volume, [], 0
-        self._keep(shot)
+        self._beginning, self._volume, self._index = found, volume, 0
+        self._keyframes = Keyframes(self.options.kept_frames)
+        self._keyframes.add(shot)
         self._tracker = self._new_tracker()
         self._reshape()
         result = self._tracker.start(frame, poses=found.T_cam_obj)
@@ -243,8 +246,10 @@ class Reconstructor:
         errors = quality.expected_error(mesh.seen, self._beginning.noise_m, self._volume.core.voxel_m)
         share = float((mesh.seen >= self.options.least_seen).mean())
         rest = "" if share > 0.9 else "; turn the object further to see the rest"
-        text = f"{100 * share:.0f} % of the surface was seen in {self._volume.fused} frames{rest}"
-        return quality.Quality(share, errors, self._volume.fused, text)
+        fused = self._volume.fused
+        frames = f"{fused} frame{'s' * (fused != 1)}"
+        text = f"{100 * share:.0f} % of the surface was seen in {frames}{rest}"
+        return quality.Quality(share, errors, fused, text)
 
     def tracker(self) -> Tracker:
         """A Tracker that goes on with this shape, the last pose, and the colours learnt."""
@@ -254,8 +259,7 @@ class Reconstructor:
         self._reshape(shape.values, np.array(self._volume.core.seen))
         self._tracker = self._new_tracker()
         self._reshape()
-        self._tracker.set_pose(0, tracker._best[0])
-        self._tracker._index = tracker._index
+        self._go_on(tracker._best[0])
         return tracker
 
     def refine(self, progress: Callable[[float], None] | None = None, rounds: int = ROUNDS) -> Refined:
@@ -271,9 +275,11 @@ class Reconstructor:
         rounds : int
         """
         tracker = self._started("refine")
-        last = tracker._best[0]
+        last, newest = tracker._best[0], self._shots[-1]
+        before = newest.T_cam_obj
         refined = refining.refine(self._shots, tracker, self._size, self._fuse_all, rounds, progress)
-        tracker.set_pose(0, refined.poses.get(self._index, last))
+        # The last frame need not be among the kept ones; the object frame has moved in it as in the newest of them.
+        tracker.set_pose(0, last @ np.linalg.solve(before, newest.T_cam_obj))
         return refined
 
     # -- inside
@@ -293,6 +299,13 @@ class Reconstructor:
         return Tracker(
             shape, self.camera, mode=self.mode, device="cpu", threads=self.threads, options=options
         )
+
+    def _go_on(self, pose: Pose) -> None:
+        """Bring a new tracker, which has the shape, to where the old one stood."""
+        assert self._tracker is not None
+        learn_colors(self._tracker, self._shots, self._frame_camera)
+        self._tracker.set_pose(0, pose)
+        self._tracker._index = self._index
 
     def _reshape(self, phi: Any = None, seen: Any = None) -> None:
         assert self._tracker is not None
@@ -315,13 +328,13 @@ class Reconstructor:
         foreground, rgb = core.look_at(frame.depth, *self._tracker._colors_of(frame), 0, region)
         shot = Shot(self._index, region, _cut(frame.depth, region), rgb, foreground, np.array(T))
         self._volume.fuse(shot, frame.depth)
-        self._keep(shot)
+        self._keyframes.add(shot)
         self._volume.grow_if_needed()
         self._reshape()
 
-    def _keep(self, shot: Shot) -> None:
-        if len(self._shots) < self.options.kept_frames:
-            self._shots.append(shot)
+    @property
+    def _shots(self) -> list[Shot]:
+        return self._keyframes.shots
 
     @property
     def _size(self) -> tuple[int, int]:
@@ -390,8 +403,7 @@ class Reconstructor:
         self._tracker = self._new_tracker()
         self._fuse_all(lambda share: None)
         self._volume.fused = fused
-        self._tracker.set_pose(0, pose)
-        self._tracker._index = self._index
+        self._go_on(pose)
 
 
 def _cut(image: NDArray[Any], region: tuple[int, int, int, int]) -> NDArray[Any]:

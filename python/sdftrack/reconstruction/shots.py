@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 
 __all__ = ["Refined", "Shot"]
@@ -42,8 +43,15 @@ class Shot:
         mask[y0:y1, x0:x1] = self.mask
         return mask
 
-    def frame(self, height: int, width: int) -> Frame:
-        return Frame(self.full_depth(height, width), check_units=False)
+    def frame(self, camera: Camera) -> Frame:
+        """Both images, the colours pixel by pixel those of the depth; readings without a colour (black) left out."""
+        depth = self.full_depth(camera.height, camera.width)
+        if self.rgb is None:
+            return Frame(depth, camera=camera, check_units=False)
+        x0, y0, x1, y1 = self.region
+        color = np.zeros((*depth.shape, 3), np.uint8)
+        color[y0:y1, x0:x1] = self.rgb
+        return Frame(np.where(color.any(axis=2), depth, 0), color, camera=camera, check_units=False)
 
 
 @dataclass(frozen=True)

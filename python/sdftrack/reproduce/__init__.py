@@ -63,6 +63,7 @@ FIGURES = {
         Figure("4.13a", "RGB-D tracking of a known, textured object", "fig_4_13a"),
         Figure("4.13b", "an unknown object tracked and reconstructed, from a ball", "fig_4_13b"),
         Figure("4.14", "surface error of a reconstruction for five reaches of the evidence", "fig_4_14"),
+        Figure("4.16", "a camera carried around an object, by the object and by the whole scene", "fig_4_16"),
         Figure("5.4", "time per frame against the number of objects", "fig_5_4"),
         Figure("5.6", "two look-alikes that meet and part, joint and independent trackers", "fig_5_6"),
         Figure("5.8", "relative pose of two look-alikes at rest, moving camera", "fig_5_8"),

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: MIT
+"""Which fused frames are kept: at most so many, spread over the sides they show and over time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.reconstruction.shots import Shot
+
+__all__ = ["Keyframes"]
+
+Numbers = NDArray[np.float64]
+PER_DISTANCE = 0.5  # from half as far is another view, as 20 degrees to the side are
+PER_FRAME, LATE = 1e-4, 0.02  # the same view again: 200 frames later and more it counts as 1.1 degrees away
+NEAREST_M = 1e-6
+
+
+class Keyframes:
+    """The first frame, and of all others those that leave a wide gap where they are left out.
+
+    Two frames are alike when they show the same side from the same distance; how the camera was turned about the line
+    of sight does not matter, and when it was matters little. Once there are more than `most`, with every frame that
+    comes the one goes whose two nearest are nearest, taken together. (By the nearest alone it would always be the last
+    but one of a camera that moves on, and the gap behind it would grow without end.) Each frame knows its two nearest,
+    so that one more costs O(most).
+
+    Parameters
+    ----------
+    most : int
+        At least 1.
+
+    Attributes
+    ----------
+    shots : list of Shot
+        In the order they came.
+    """
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+        self.shots: list[Shot] = []
+        self._views = np.empty((0, 5))
+        self._nearest = np.empty((0, 2), np.intp)  # of each its two nearest; -1: there are none yet
+        self._gaps = np.empty((0, 2))  # to these
+
+    def add(self, shot: Shot) -> None:
+        """Keep one more, and let one go where there are too many."""
+        n = len(self.shots)
+        self.shots.append(shot)
+        self._views = np.vstack([self._views, _view(shot)])
+        gaps = _apart(self._views[:n], self._views[n])
+        new = np.full(n, n, np.intp)
+        self._gaps, self._nearest = _least_two(
+            np.column_stack([self._gaps, gaps]), np.column_stack([self._nearest, new])
+        )
+        self._gaps = np.vstack([self._gaps, [np.inf, np.inf]])
+        self._nearest = np.vstack([self._nearest, [-1, -1]])
+        self._look_around(n)
+        if n == self.most:
+            self._drop(1 + int(self._gaps[1:].sum(axis=1).argmin()))  # never the first: all relate to it
+
+    def _drop(self, k: int) -> None:
+        del self.shots[k]
+        self._views, self._gaps = np.delete(self._views, k, 0), np.delete(self._gaps, k, 0)
+        nearest = np.delete(self._nearest, k, 0)
+        self._nearest = nearest - (nearest > k)
+        for i in np.nonzero((nearest == k).any(axis=1))[0]:  # few: nobody is among the nearest of many
+            self._look_around(int(i))
+
+    def _look_around(self, i: int) -> None:
+        """The two nearest of shot i, among all."""
+        gaps = _apart(self._views, self._views[i])
+        gaps[i] = np.inf
+        who = np.append(np.where(np.isfinite(gaps), np.arange(len(gaps)), -1), -1)
+        least, nearest = _least_two(np.append(gaps, np.inf)[None], who[None])
+        self._gaps[i], self._nearest[i] = least[0], nearest[0]
+
+
+def _view(shot: Shot) -> Numbers:
+    """Where the camera stands as seen from the object: direction, distance, and when."""
+    R, t = shot.T_cam_obj[:3, :3], shot.T_cam_obj[:3, 3]
+    away = max(float(np.linalg.norm(t)), NEAREST_M)
+    return np.array([*(-R.T @ t / away), PER_DISTANCE * np.log(away), shot.index])
+
+
+def _apart(views: Numbers, view: Numbers) -> Numbers:
+    """(n,) how unlike each of `views` is to `view`: radians, for directions that are near each other."""
+    aside = np.linalg.norm(views[:, :4] - view[:4], axis=1)
+    return np.asarray(aside + np.minimum(PER_FRAME * np.abs(views[:, 4] - view[4]), LATE))
+
+
+def _least_two(gaps: Numbers, who: NDArray[np.intp]) -> tuple[Numbers, NDArray[np.intp]]:
+    """(n, 2) of (n, k): the two least gaps of each row in order, the earlier where they are equal."""
+    order = np.argsort(gaps, axis=1, kind="stable")[:, :2]
+    return np.take_along_axis(gaps, order, 1), np.take_along_axis(who, order, 1)

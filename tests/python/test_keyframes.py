@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: MIT
+"""Which frames are kept when there are more than may be kept."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from sdftrack import geometry
+from sdftrack.reconstruction.keyframes import Keyframes
+from sdftrack.reconstruction.shots import Shot
+
+FAR_M = 0.6
+
+
+def shot(index: int, degrees: float, far_m: float = FAR_M, roll: float = 0.0) -> Shot:
+    """A frame that shows a turntable's object, turned by so much, to a camera turned about its axis by `roll`."""
+    turn = geometry.pose((0, np.radians(degrees), 0), (0, 0, far_m))
+    T = geometry.pose((0, 0, np.radians(roll)), (0, 0, 0)) @ turn
+    nothing = np.empty((0, 0), np.float32)
+    return Shot(index, (0, 0, 0, 0), nothing, None, nothing, T)
+
+
+def kept(most: int, angles: Iterable[float]) -> list[int]:
+    frames = Keyframes(most)
+    for i, degrees in enumerate(angles):
+        frames.add(shot(i, degrees))
+        assert len(frames.shots) <= most
+    return [s.index for s in frames.shots]
+
+
+def gaps(degrees: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Between neighbours all round a circle."""
+    around = np.sort(degrees % 360)
+    return np.diff(np.append(around, around[0] + 360))
+
+
+def test_all_are_kept_while_there_is_room() -> None:
+    assert kept(20, range(20)) == list(range(20))
+
+
+@pytest.mark.parametrize("turns", [1, 2])
+def test_views_from_all_round_are_kept_though_there_is_room_for_half_a_turn(turns: int) -> None:
+    angles = np.arange(120 * turns) * 3.0
+    left = kept(60, angles)
+    assert len(left) == 60
+    assert left[0] == 0
+    assert left == sorted(left)
+    assert gaps(angles[left]).max() <= 12  # 6 if they could be chosen afterwards
+
+
+def test_a_store_that_is_much_too_small_still_sees_all_sides() -> None:
+    angles = np.arange(1500) * 0.5  # twice round
+    assert gaps(angles[kept(12, angles)]).max() <= 60
+
+
+def test_a_camera_that_stood_still_first_keeps_what_came_after() -> None:
+    left = kept(30, [0.0] * 100 + [4.0 * k for k in range(1, 26)] + [100.0] * 100)
+    assert set(range(101, 125)) <= set(left)
+
+
+def test_a_camera_that_stands_still_is_kept_at_all_times() -> None:
+    left = np.array(kept(10, [0.0] * 200))
+    assert np.diff(np.append(left, 200)).max() <= 50
+
+
+def test_a_nearer_view_is_another_one_a_rolled_one_is_not() -> None:
+    frames = Keyframes(4)
+    for i, near in enumerate((1.0, 1.0, 1.0, 0.5, 0.7)):
+        frames.add(shot(i, 0.0, near * FAR_M))
+    assert {3, 4} <= {s.index for s in frames.shots}
+    frames = Keyframes(3)
+    for i, (degrees, roll) in enumerate(((0, 0), (0, 90), (20, 0), (40, 0))):
+        frames.add(shot(i, degrees, roll=roll))
+    assert [s.index for s in frames.shots] == [0, 2, 3]
+
+
+def test_one_frame_is_the_first() -> None:
+    assert kept(1, range(5)) == [0]
+    assert kept(2, range(5))[0] == 0
+
+
+def test_what_each_knows_of_its_nearest_is_true_after_many_changes() -> None:
+    rng = np.random.default_rng(3)
+    frames = Keyframes(40)
+    for i in range(300):
+        rotation, far = rng.normal(0, 1, 3), rng.uniform(0.4, 0.8)
+        s = shot(i, 0.0)
+        s.T_cam_obj = geometry.pose(rotation, (0.05, 0.0, far))
+        frames.add(s)
+    T = np.array([s.T_cam_obj for s in frames.shots])
+    center = -np.einsum("nji,nj->ni", T[:, :3, :3], T[:, :3, 3])
+    away = np.linalg.norm(center, axis=1, keepdims=True)
+    place = np.hstack([center / away, 0.5 * np.log(away)])
+    when = np.array([s.index for s in frames.shots])
+    apart = np.linalg.norm(place[:, None] - place, axis=2)
+    apart += np.minimum(1e-4 * np.abs(when[:, None] - when), 0.02)
+    np.fill_diagonal(apart, np.inf)
+    np.testing.assert_array_equal(frames._nearest, np.argsort(apart, axis=1)[:, :2])
+    np.testing.assert_allclose(frames._gaps, np.sort(apart, axis=1)[:, :2])
