@@ -156,13 +156,10 @@ void bind_reconstruction(py::module_& m) {
                                const Reconstruction& core = of(self).core();
                                return shown(&core.evidence().colors().data()->seen, core.grid(), 4, self);
                              })
-      .def_property_readonly("color", [](const py::object& self) {
+      .def_property_readonly("rgb_seen", [](const py::object& self) {
         const Reconstruction& core = of(self).core();
         const Grid& g = core.grid();
-        const py::ssize_t n = sizeof(std::uint16_t);
-        return py::array_t<std::uint16_t>({g.nz, g.ny, g.nx, 3},
-                                          {4 * n * g.nx * g.ny, 4 * n * g.nx, 4 * n, n},
-                                          &core.evidence().colors().data()->r, self);
+        return py::array_t<std::uint16_t>({g.nz, g.ny, g.nx, 4}, &core.evidence().colors().data()->r, self);
       });
 }
 

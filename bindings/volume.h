@@ -15,7 +15,7 @@ namespace sdftrack {
 // caller's.
 SdfView volume_view(const py::array& values, double voxel_m, const std::array<double, 3>& origin);
 MeshView mesh_view(const py::array& vertices, const py::array& faces);
-// uint16 (z, y, x, 4 or the first 3 of 4), red, green, blue times 256 and how much was seen, beside a volume.
+// uint16 (z, y, x, 4), red, green, blue times 256 and how much was seen, beside a volume.
 ColorView painted_view(const py::array& colors, const SdfView& sdf);
 // float32 (H, W) of the camera's size.
 ImageView<float> image_view(const py::array& image, const char* name, const Camera& camera);

@@ -409,9 +409,6 @@ class Reconstruction:
     def change_m(self) -> float:
         ...
     @property
-    def color(self) -> numpy.typing.NDArray[numpy.uint16]:
-        ...
-    @property
     def log_ratio(self) -> numpy.ndarray:
         ...
     @property
@@ -419,6 +416,9 @@ class Reconstruction:
         ...
     @property
     def phi(self) -> numpy.ndarray:
+        ...
+    @property
+    def rgb_seen(self) -> numpy.typing.NDArray[numpy.uint16]:
         ...
     @property
     def seen(self) -> numpy.ndarray:

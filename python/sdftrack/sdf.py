@@ -482,13 +482,14 @@ class SDF:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, SDF):
             return NotImplemented
-        return (
+        same = (
             self._voxel_size == other._voxel_size
             and np.array_equal(self._origin, other._origin)
             and np.array_equal(self._values, other._values)
-            and (self._colors is None) == (other._colors is None)
-            and (self._colors is None or np.array_equal(self._colors, other._colors))
         )
+        if self._colors is None or other._colors is None:
+            return same and self._colors is other._colors
+        return same and np.array_equal(self._colors, other._colors)
 
     def __repr__(self) -> str:
         nz, ny, nx = self._values.shape

@@ -343,7 +343,7 @@ def test_colours_are_read_where_the_lens_puts_them():
     z, y, x = np.nonzero(core.seen)
     points = origin + 0.002 * np.column_stack([x, y, z])
     expected = camera.project(points)
-    found = core.color[z, y, x, :2] / 256
+    found = core.rgb_seen[z, y, x, :2] / 256
     assert len(points) > 1000
     assert np.abs(expected - (300 * points[:, :2] / points[:, 2:] + 79.5)).max() > 4  # the lens matters
     assert np.abs(found - expected).max() < 2  # nearest pixels, before and after the lens

@@ -7,7 +7,7 @@ import pytest
 import sdftrack as st
 
 FIRST, END = 46, 125
-VOXELS = 128
+VOXELS = 200
 
 
 @pytest.fixture(scope="module")
@@ -36,9 +36,8 @@ def test_what_was_seen_is_the_sponge_and_no_hand(sponge):
     off = np.abs(st.SDF.from_mesh(model, voxels=100)(seen))
     assert len(seen) > 3000
     assert off.mean() < 0.003  # the reference pose and mesh are themselves good to some millimetres
-    assert (
-        off < 0.008
-    ).mean() > 0.95  # measured 0.96: a rim of the table and of a thumb stay where they touched
+    # A rim of the table and of a thumb stay where they touched; measured 0.983.
+    assert (off < 0.008).mean() > 0.97
 
 
 def test_poses_agree_with_the_references(sponge):

@@ -83,7 +83,7 @@ def surface_mesh(core: Any) -> Mesh:
     zyx, faces, _, _ = marching_cubes(phi, 0.0, gradient_direction="ascent")
     at = tuple(np.round(zyx).astype(np.intp).T)
     seen = (amount[at] / SEEN_SCALE).astype(np.float32)
-    colors = (core.color[part][at] / 256.0 + 0.5).astype(np.uint8)
+    colors = (core.rgb_seen[part][at][..., :3] / 256.0 + 0.5).astype(np.uint8)
     known = colors[seen > 0]
     colored = known.any()  # else no frame had any
     if colored:

@@ -230,9 +230,9 @@ class Reconstructor:
 
     @property
     def shape(self) -> SDF:
-        """The shape so far, a copy: distances in metres, negative inside."""
+        """The shape so far, a copy: distances in metres, negative inside, and the colours of what was seen."""
         self._started("shape")
-        return self._volume.shape()
+        return self._volume.shape(self._least)
 
     def mesh(self) -> Mesh:
         """Watertight coloured mesh, m, object frame; ``seen`` tells how often each vertex was seen (0: guessed)."""
@@ -256,7 +256,7 @@ class Reconstructor:
         tracker = self._started("tracker")
         shape = self.shape
         tracker.shapes = [shape]
-        self._reshape(shape.values, np.array(self._volume.core.seen))
+        self._reshape(shape.values, np.array(self._volume.core.rgb_seen))
         self._tracker = self._new_tracker()
         self._reshape()
         self._go_on(tracker._best[0])
@@ -307,15 +307,18 @@ class Reconstructor:
         self._tracker.set_pose(0, pose)
         self._tracker._index = self._index
 
-    def _reshape(self, phi: Any = None, seen: Any = None) -> None:
+    @property
+    def _least(self) -> int:
+        """Of what was seen of a piece of surface, in the core's unit, for it to count."""
+        return max(1, round(quality.SEEN_SCALE * self.options.least_seen))
+
+    def _reshape(self, phi: Any = None, rgb_seen: Any = None) -> None:
+        """The tracker takes the shape as it is, or copies that stay as they are."""
         assert self._tracker is not None
         core = self._volume.core
         volume = (core.phi if phi is None else phi, core.voxel_m, list(core.origin))
-        least = max(1, round(quality.SEEN_SCALE * self.options.least_seen))
-        colors = core.color if seen is None else None
-        self._tracker._core.reshape(
-            0, volume, core.seen if seen is None else seen, least, core.surface_boxes, colors
-        )
+        colors = core.rgb_seen if rgb_seen is None else rgb_seen
+        self._tracker._core.reshape(0, volume, colors[..., 3], self._least, core.surface_boxes, colors)
 
     def _add(self, frame: Frame, T: Pose) -> None:
         assert self._tracker is not None

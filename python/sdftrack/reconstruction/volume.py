@@ -107,6 +107,14 @@ class Volume:
         if before.any() or after.any():
             self.core = self.core.grown(before.tolist(), after.tolist())
 
-    def shape(self) -> SDF:
-        """The distances so far, a copy."""
-        return SDF(np.array(self.core.phi), self.core.voxel_m, self.core.origin)
+    def shape(self, least: int) -> SDF:
+        """The distances and colours so far, a copy; colours of what was seen less than `least` are left out."""
+        rgb_seen = self.core.rgb_seen.reshape(-1, 4)
+        seen = np.flatnonzero(rgb_seen[:, 3] >= least)
+        colors = None
+        if rgb_seen[seen, :3].any():
+            colors = np.zeros(rgb_seen.shape, np.uint8)
+            colors[seen, :3] = (rgb_seen[seen, :3] + 128) >> 8
+            colors[seen, 3] = 255
+            colors = colors.reshape(self.core.rgb_seen.shape)
+        return SDF(np.array(self.core.phi), self.core.voxel_m, self.core.origin, colors)
