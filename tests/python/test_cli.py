@@ -266,6 +266,20 @@ def test_track_takes_poses_from_a_file_and_a_part_of_the_frames(recording, tmp_p
     assert not (out / "overlay.mp4").exists()
 
 
+def test_the_colours_of_a_model_are_used_or_missed_by_name(recording, tmp_path, capsys):
+    root, model, _ = recording
+    mesh = st.Mesh.load(model, unit="mm")
+    vertices = mesh.vertices * [1, 1, 1.001]  # not the recording's own
+    colors = np.full((len(vertices), 3), 90, np.uint8)
+    st.Mesh(vertices, mesh.faces, colors).save(tmp_path / "painted.ply")
+    st.Mesh(vertices, mesh.faces).save(tmp_path / "grey.ply")
+    common = ["track", str(root), "--unit", "m", "--colored", "--stop", "2", "--no-video", "-q", *VOXELS]
+    for name, code in (("painted", 0), ("grey", 1)):
+        files = ["--model", str(tmp_path / f"{name}.ply"), "--out", str(tmp_path / name)]
+        assert run([*common, *files]) == code
+    assert "expected colours at its vertices" in told(capsys)
+
+
 def test_a_foreign_model_in_millimetres_is_numbered_from_1(recording, tmp_path):
     root, model, _ = recording
     mesh = st.Mesh.load(model, unit="mm")

@@ -8,6 +8,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack import _core
+from sdftrack.eval.photometric import CAN_RADIUS_M, can_mesh, follow, turning_can
 from sdftrack.reference.photometric import brightness_at, photometric_cost, ray_hit, surface_normal
 
 RADIUS_M, VOXELS = 0.04, 48
@@ -207,89 +208,34 @@ def test_bad_colours_are_refused():
 # -- a tracker
 
 
-CAN_M = (0.033, 0.11)  # radius, height
-
-
-def can_mesh(around=160, along=90):
-    """A can whose print only its colours show."""
-    angle = np.linspace(0, 2 * np.pi, around, endpoint=False)
-    a, z = np.meshgrid(angle, np.linspace(-0.5, 0.5, along) * CAN_M[1])
-    rows = np.column_stack([CAN_M[0] * np.cos(a).ravel(), CAN_M[0] * np.sin(a).ravel(), z.ravel()])
-    vertices = np.vstack([rows, [[0, 0, -CAN_M[1] / 2], [0, 0, CAN_M[1] / 2]]])
-    i = np.arange(around * (along - 1))
-    right = i - i % around + (i + 1) % around
-    faces = [np.column_stack([i, right, right + around]), np.column_stack([i, right + around, i + around])]
-    rim = np.arange(around)
-    low, high = len(rows), len(rows) + 1
-    faces.append(np.column_stack([np.full(around, low), (rim + 1) % around, rim]))
-    top = rim + around * (along - 1)
-    faces.append(np.column_stack([np.full(around, high), top, (rim + 1) % around + around * (along - 1)]))
-    rng = np.random.default_rng(0)
-    t, z = np.arctan2(vertices[:, 1], vertices[:, 0]), vertices[:, 2]
-    waves = [
-        np.sin(rng.integers(1, 10) * t + rng.uniform(-120, 120) * z + rng.uniform(0, 6)) for _ in range(12)
-    ]
-    print_ = 128 + 18 * np.array(waves).T @ rng.normal(size=(12, 3))
-    return st.Mesh(vertices, np.vstack(faces).astype(np.int32), np.clip(print_, 0, 255).astype(np.uint8))
-
-
-def turning(n):
-    """T_cam_obj of a can that turns about its own axis by 2 degrees a frame, and wanders."""
-    poses = np.tile(np.eye(4), (n, 1, 1))
-    for i in range(n):
-        a, b = np.radians(2 * i), np.radians(100 + 6 * np.sin(i / 15))
-        about = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
-        tilt = np.array([[1, 0, 0], [0, np.cos(b), -np.sin(b)], [0, np.sin(b), np.cos(b)]])
-        poses[i, :3, :3] = tilt @ about
-        poses[i, :3, 3] = [0.03 * np.sin(i / 20), 0.02 * np.cos(i / 17), 0.6 + 0.03 * np.sin(i / 25)]
-    return poses
-
-
 @pytest.fixture(scope="module")
 def can():
-    mesh = can_mesh()
-    sequence = st.synth.sequence(mesh, 30, turning(30), 0.001, clutter="wall", seed=1)
+    mesh = can_mesh(160, 90)
+    sequence = st.synth.sequence(mesh, 30, turning_can(30), 0.001, clutter="wall", seed=1)
     return st.SDF.from_mesh(mesh, 80), mesh, sequence, [sequence[i] for i in range(30)]
 
 
-def turn_error(T, truth):
-    left = T[:3, :3].T @ truth[:3, :3]
-    return np.degrees(np.arccos(np.clip((np.trace(left) - 1) / 2, -1, 1)))
-
-
-def tracked(shape, can, exposure=False, **options):
-    _, _, sequence, frames = can
-    tracker = st.Tracker(shape, sequence.camera, mode="rgbd", **options)
-    errors = []
-    for i, frame in enumerate(frames):
-        color = frame.color
-        if exposure:
-            color = np.clip(color * (1 + 0.3 * np.sin(i / 4)) + 20 * np.sin(i / 6), 0, 255).astype(np.uint8)
-        frame = st.Frame(frame.depth, color, timestamp=i / 30)
-        truth = sequence.ground_truth[i][0]
-        result = tracker.start(frame, poses=[truth]) if i == 0 else tracker.track(frame)
-        errors.append(
-            (1e3 * np.linalg.norm(result.pose[:3, 3] - truth[:3, 3]), turn_error(result.pose, truth))
-        )
-    return np.array(errors), result
+def in_mm_and_degrees(row):
+    return np.array(row.errors) * [1e3, 180 / np.pi]
 
 
 def test_the_print_of_a_can_holds_its_turn_about_its_axis(can):
-    plain, mesh, *_ = can
-    blind, unsure = tracked(plain, can)
-    assert blind[-1, 1] > 30  # the can has turned by 58 degrees
-    assert np.degrees(np.sqrt(unsure.covariances[0, 3:, 3:].trace())) > 90  # and the tracker says so
+    plain, mesh, sequence, frames = can
+    blind = follow(plain, sequence, frames)
+    assert in_mm_and_degrees(blind)[-1, 1] > 30  # the can has turned by 58 degrees
+    assert blind.turn_sd_deg[-1] > 90  # and the tracker says that it does not know
     for exposure in (False, True):
-        errors, sure = tracked(plain.colored(mesh), can, exposure)
-        assert errors.max() < 0.4  # mm, degrees; measured 0.2 and 0.1
-        assert np.degrees(np.sqrt(sure.covariances[0, 3:, 3:].trace())) < 1
-    assert tracked(plain.colored(mesh), can, photometric=False)[0][-1, 1] > 30
+        seeing = follow(plain.colored(mesh), sequence, frames, exposure)
+        assert in_mm_and_degrees(seeing).max() < 0.4  # measured 0.2 mm, 0.1 degrees
+        assert seeing.turn_sd_deg[-1] < 1
+    off = follow(plain.colored(mesh), sequence, frames, photometric=False)
+    assert in_mm_and_degrees(off)[-1, 1] > 30
 
 
 def test_two_cans_that_touch_are_held_too(can):
     plain, mesh, *_ = can
-    poses = np.stack([turning(12), turning(12)], 1)
-    poses[:, 1, :3, 3] += [2 * CAN_M[0] + 0.001, 0, 0]
+    poses = np.stack([turning_can(12), turning_can(12)], 1)
+    poses[:, 1, :3, 3] += [2 * CAN_RADIUS_M + 0.001, 0, 0]
     poses[:, 1, :3, :3] = poses[::-1, 1, :3, :3]  # turns the other way
     sequence = st.synth.sequence([mesh, mesh], 12, poses, 0.001, clutter="wall", seed=2)
     shape = plain.colored(mesh)
@@ -297,10 +243,31 @@ def test_two_cans_that_touch_are_held_too(can):
     for i in range(12):
         truth = [sequence.ground_truth[i][k] for k in (0, 1)]
         result = tracker.start(sequence[i], poses=truth) if i == 0 else tracker.track(sequence[i])
-        assert max(turn_error(result.poses[k], truth[k]) for k in (0, 1)) < 0.6
+        errors = [st.metrics.pose_error(result.poses[k], truth[k])[1] for k in (0, 1)]
+        assert np.degrees(max(errors)) < 0.6
+
+
+def test_an_unknown_can_is_seen_to_turn_by_what_it_has_shown(can):
+    _, _, sequence, frames = can
+    errors = {}
+    for photometric in (True, False):
+        options = st.TrackerOptions(photometric=photometric)
+        star = st.Reconstructor(sequence.camera, voxels=96, tracker_options=options, threads=1)
+        to_truth = np.linalg.solve(
+            star.start(frames[0], mask=sequence.masks(0)[0]).pose, sequence.ground_truth[0][0]
+        )
+        for frame in frames[1:]:
+            result = star.track(frame)
+        metres, radians = st.metrics.pose_error(result.pose @ to_truth, sequence.ground_truth[29][0])
+        errors[photometric] = np.degrees(radians)
+        assert metres < 0.003
+    assert errors[True] < 2
+    assert errors[False] > 30
+    assert star.shape.colors is not None
 
 
 def test_the_same_bits_for_any_number_of_threads(can):
-    shape = can[0].colored(can[1])
-    a, b = (tracked(shape, can, threads=threads)[1] for threads in (1, 2))
-    assert np.array_equal(a.poses, b.poses)
+    plain, mesh, sequence, frames = can
+    shape = plain.colored(mesh)
+    a, b = (follow(shape, sequence, frames[:8], threads=threads) for threads in (1, 2))
+    assert a.errors == b.errors

@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -28,7 +28,7 @@ class Target:
 
 
 def load_targets(
-    models: list[Path], seq: Any, unit: str | None, voxels: int, holes: Any = "error"
+    models: list[Path], seq: Any, unit: str | None, voxels: int, holes: Any = "error", color: bool = False
 ) -> list[Target]:
     """Meshes with their volumes (one per distinct file) and the ground truth's instances."""
     import sdftrack as st
@@ -44,7 +44,8 @@ def load_targets(
             own = own_obj_id(mesh, seq, known_unit=unit is not None)
             mesh = mesh if own is None else seq.models[own]
             with about_file("--model", path):
-                sdf = st.SDF.from_mesh(mesh, voxels=voxels, holes=holes, unit="m" if unit == "m" else None)
+                same: Literal["m"] | None = "m" if unit == "m" else None
+                sdf = st.SDF.from_mesh(mesh, voxels=voxels, holes=holes, color=color, unit=same)
             loaded[key] = (mesh, sdf, own)
         mesh, sdf, own = loaded[key]
         if own is None and key not in foreign:

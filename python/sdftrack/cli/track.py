@@ -42,6 +42,7 @@ class Job:
     unit: str | None
     voxels: int
     holes: str
+    colored: bool
     video: bool
     options: dict[str, Any]
     quiet: bool
@@ -82,6 +83,10 @@ def track(
     holes: Annotated[
         str, typer.Option(metavar="error|close", help="An open mesh: refuse it, or close it.")
     ] = "error",
+    colored: Annotated[
+        bool,
+        typer.Option("--colored", help="The models' colours hold turns that their shapes do not show."),
+    ] = False,
     no_video: Annotated[bool, typer.Option("--no-video", help="Leave out overlay.mp4.")] = False,
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,
@@ -111,6 +116,7 @@ def track(
         unit=unit,
         voxels=voxels,
         holes=holes,
+        colored=colored,
         video=not no_video,
         options=options,
         quiet=quiet,
@@ -146,7 +152,7 @@ def _track_one(folder: Path, out: Path, job: Job) -> None:
         numbers = range(len(seq))[job.part]
         if not len(numbers):
             raise ValueError(f"--start, --stop: expected some of the {len(seq)} frames of {folder}, got none")
-        targets = load_targets(job.models, seq, job.unit, job.voxels, job.holes)
+        targets = load_targets(job.models, seq, job.unit, job.voxels, job.holes, job.colored)
         meshes: list[Any] = [load_mesh(p, "--overlay-mesh", job.unit) for p in job.overlay]
         names, sdfs = [t.name for t in targets], [t.sdf for t in targets]
         tracker = st.Tracker(sdfs, seq.camera, mode=job.mode, names=names, **job.options)

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: MIT
+"""What the brightness of a coloured shape adds: a can that turns about its axis, and meshes with their own colours.
+
+``python -m sdftrack.eval.photometric [--meshes DIR --names lm_cat,lm_driller]``
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import sdftrack as st
+
+__all__ = ["Row", "can_mesh", "exposed", "follow", "turning_can"]
+
+Array = NDArray[np.float64]
+CAN_RADIUS_M, CAN_HEIGHT_M = 0.033, 0.11
+WAVES = 25  # of the print
+
+
+def can_mesh(around: int = 240, along: int = 160) -> st.Mesh:
+    """A can: nothing but its print, smooth waves of colour, shows how it is turned about its axis (z)."""
+    angle = np.linspace(0, 2 * np.pi, around, endpoint=False)
+    a, z = np.meshgrid(angle, np.linspace(-0.5, 0.5, along) * CAN_HEIGHT_M)
+    side = np.column_stack([CAN_RADIUS_M * np.cos(a).ravel(), CAN_RADIUS_M * np.sin(a).ravel(), z.ravel()])
+    vertices = np.vstack([side, [[0, 0, -CAN_HEIGHT_M / 2], [0, 0, CAN_HEIGHT_M / 2]]])
+    i, rim = np.arange(around * (along - 1)), np.arange(around)
+    right, next_ = i - i % around + (i + 1) % around, (rim + 1) % around
+    last = around * (along - 1)
+    bottom, top = np.full(around, len(side)), np.full(around, len(side) + 1)
+    corners = [
+        (i, right, right + around),
+        (i, right + around, i + around),
+        (bottom, next_, rim),
+        (top, rim + last, next_ + last),
+    ]
+    faces = np.vstack([np.column_stack(c) for c in corners]).astype(np.int32)
+    return st.Mesh(vertices, faces, _print(vertices))
+
+
+def _print(vertices: Array) -> NDArray[np.uint8]:
+    rng = np.random.default_rng(0)
+    around, along = np.arctan2(vertices[:, 1], vertices[:, 0]), vertices[:, 2]
+    shown = np.zeros(vertices.shape)
+    for _ in range(WAVES):
+        wave = rng.integers(1, 12) * around + rng.uniform(-150, 150) * along + rng.uniform(0, 2 * np.pi)
+        shown += rng.normal(size=3) * np.sin(wave)[:, None]
+    return np.clip(128 + 32 * shown / shown.std(), 0, 255).astype(np.uint8)
+
+
+def turning_can(n: int) -> Array:
+    """(n, 4, 4) T_cam_obj of a can that turns about its own axis by 2 degrees a frame, and wanders."""
+    poses = np.tile(np.eye(4), (n, 1, 1))
+    for i in range(n):
+        a, b = np.radians(2 * i), np.radians(100 + 6 * np.sin(i / 15))
+        about = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
+        tilt = np.array([[1, 0, 0], [0, np.cos(b), -np.sin(b)], [0, np.sin(b), np.cos(b)]])
+        poses[i, :3, :3] = tilt @ about
+        poses[i, :3, 3] = [0.03 * np.sin(i / 20), 0.02 * np.cos(i / 17), 0.6 + 0.03 * np.sin(i / 25)]
+    return poses
+
+
+def exposed(color: NDArray[np.uint8], i: int) -> NDArray[np.uint8]:
+    """Frame i under an exposure that wanders by 30 % and 20 grey values."""
+    brighter = color * (1 + 0.3 * np.sin(i / 4)) + 20 * np.sin(i / 6)
+    return np.clip(brighter, 0, 255).astype(np.uint8)
+
+
+class Row:
+    """Errors and times of one way through a sequence."""
+
+    def __init__(self) -> None:
+        self.errors: list[tuple[float, float]] = []
+        self.milliseconds: list[float] = []
+        self.turn_sd_deg: list[float] = []
+        self.unsure = 0
+
+    def __str__(self) -> str:
+        e = np.array(self.errors) * [1e3, 180 / np.pi]
+        return (
+            f"mean {e[:, 0].mean():.2f} mm / {e[:, 1].mean():.2f} deg, at most {e[:, 0].max():.2f} / "
+            f"{e[:, 1].max():.2f}; stated sd of the turn {np.median(self.turn_sd_deg):.2g} deg; not ok: "
+            f"{self.unsure}; {np.median(self.milliseconds):.2f} ms"
+        )
+
+
+def follow(
+    shape: st.SDF, sequence: Any, frames: list[st.Frame], exposure: bool = False, **options: Any
+) -> Row:
+    """Track one object from its true first pose."""
+    tracker, row = st.Tracker(shape, sequence.camera, mode="rgbd", **options), Row()
+    for i, given in enumerate(frames):
+        frame = given
+        if exposure and given.color is not None:
+            frame = st.Frame(given.depth, exposed(given.color, i), timestamp=given.timestamp)
+        truth = sequence.ground_truth[i][0]
+        begin = time.perf_counter()
+        result = tracker.start(frame, poses=[truth]) if i == 0 else tracker.track(frame)
+        row.milliseconds.append(1e3 * (time.perf_counter() - begin))
+        row.errors.append(st.metrics.pose_error(result.pose, truth))
+        row.turn_sd_deg.append(float(np.degrees(np.sqrt(result.covariances[0, 3:, 3:].trace()))))
+        row.unsure += not result.ok
+    return row
+
+
+def _compare(name: str, mesh: st.Mesh, trajectory: Any, n: int, noise: Any, voxels: int) -> None:
+    sequence = st.synth.sequence(mesh, n, trajectory, noise, clutter="wall", seed=1)
+    frames = [sequence[i] for i in range(n)]
+    plain = st.SDF.from_mesh(mesh, voxels)
+    painted = plain.colored(mesh)
+    print(f"{name}, noise {noise}", flush=True)
+    print("  shape alone                 ", follow(plain, sequence, frames, threads=1), flush=True)
+    print("  with its colours            ", follow(painted, sequence, frames, threads=1), flush=True)
+    print("  the same, exposure wandering", follow(painted, sequence, frames, True, threads=1), flush=True)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--meshes", type=Path, help="folder of coloured meshes, NAME.ply")
+    parser.add_argument("--names", default="lm_cat,lm_can,lm_duck,lm_driller")
+    parser.add_argument("--frames", type=int, default=120)
+    parser.add_argument("--voxels", type=int, default=100)
+    job = parser.parse_args(arguments)
+    for noise in (0.001, "kinect"):
+        _compare("can", can_mesh(), turning_can(job.frames), job.frames, noise, job.voxels)
+        for name in job.names.split(",") if job.meshes else ():
+            mesh = st.Mesh.load(job.meshes / f"{name}.ply")
+            _compare(name, mesh, "random", job.frames, noise, job.voxels)
+
+
+if __name__ == "__main__":
+    main()
