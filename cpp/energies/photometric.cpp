@@ -23,6 +23,12 @@ Tone basis(const PhotometricHit& hit) {
 
 double residual(const Tone& tone, const PhotometricHit& hit) { return tone.dot(basis(hit)) - hit.grey_seen; }
 
+bool same_vector(Vec3d a, Vec3d b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+bool same_pose(const Rigidd& a, const Rigidd& b) {
+  return same_vector(a.t, b.t) && same_vector(a.R.r0, b.R.r0) && same_vector(a.R.r1, b.R.r1) &&
+         same_vector(a.R.r2, b.R.r2);
+}
+
 // psi(r) / r of log(1 + r^2 / (2 sigma^2)).
 double weight(double r, double inv_sigma2) { return inv_sigma2 / (1 + 0.5 * r * r * inv_sigma2); }
 
@@ -66,12 +72,15 @@ int PhotometricEnergy::settle(const State& x) {
     hits_->push_back(hit);
   }
   tone_ = toned(Tone::Unit(0), kFirstRounds);
+  followed_ = T;
   return used();
 }
 
 // A pixel whose ray leaves what is known goes on with the brightness that it had, and says no more: were it
 // to cost something, the border of what is known would hold the pose.
 void PhotometricEnergy::follow(const Rigidd& T_obj_cam) {
+  if (same_pose(T_obj_cam, followed_)) return;  // an accepted trial is linearised where its cost was taken
+  followed_ = T_obj_cam;
   for (PhotometricHit& hit : *hits_)
     if (!find(T_obj_cam, kFollowSteps, &hit)) hit.J.setZero();
 }
@@ -92,10 +101,10 @@ Tone PhotometricEnergy::toned(Tone tone, int rounds) const {
     for (const PhotometricHit& hit : *hits_) {
       const Tone J = basis(hit);
       const double w = weight(residual(tone, hit), inv);
-      H.selfadjointView<Eigen::Lower>().rankUpdate(J, w);
+      H.noalias() += (w * J) * J.transpose();
       b += w * hit.grey_seen * J;
     }
-    tone = H.selfadjointView<Eigen::Lower>().ldlt().solve(b);
+    tone = H.ldlt().solve(b);
   }
   return tone;
 }
@@ -130,10 +139,9 @@ void PhotometricEnergy::linearize(const State& x, NormalEquations* out) {
     const double r = residual(tone_, hit), w = weight(r, inv);
     const double light = tone_[0] + dot(Vec3d{tone_[1], tone_[2], tone_[3]}, hit.normal_cam);
     const Row J = (Row() << light * hit.J, basis(hit)).finished();
-    H.selfadjointView<Eigen::Lower>().rankUpdate(J, w);
+    H.noalias() += (w * J) * J.transpose();
     g += w * r * J;
   }
-  H.triangularView<Eigen::StrictlyUpper>() = H.transpose();
   const Eigen::Matrix<double, 6, 5> by_tone =
       H.bottomRightCorner<5, 5>().ldlt().solve(H.bottomLeftCorner<5, 6>()).transpose();
   out->hessian += H.topLeftCorner<6, 6>() - by_tone * H.bottomLeftCorner<5, 6>();

@@ -71,6 +71,7 @@ class PhotometricEnergy final : public Energy {
   PhotometricOptions options_;
   std::vector<PhotometricHit>* hits_;  // working memory, kept by whoever makes many energies
   Tone tone_ = Tone::Unit(0);
+  Rigidd followed_{};  // where the hits are
 };
 
 }  // namespace sdftrack
