@@ -63,14 +63,21 @@ Image image_of(const Camera& camera, const Rigidd& T_cam_obj, unsigned seed) {
   return image;
 }
 
-class Allocations : public testing::TestWithParam<bool> {};
+enum class Shows { kDepth, kColors, kPaint };
+class Allocations : public testing::TestWithParam<Shows> {};
 
 TEST_P(Allocations, a_warm_tracker_allocates_nothing) {
-  const bool colors = GetParam();
+  const bool colors = GetParam() != Shows::kDepth;
   const Camera camera{{260, 260, 159.5, 119.5}, kWidth_px, kHeight_px, {}};
   Rigidd pose{rotation_exp(Vec3d{0.5, -0.6, 0.2}), {0.01, 0, 0.55}};
   TrackerSettings settings;
   Tracker tracker({kBox.view(), kBox.view()}, camera, {}, settings);
+  std::vector<std::uint16_t> paint;  // darker to one side
+  for (int i = 0; i < kBox.n * kBox.n * kBox.n; ++i) {
+    const auto part = static_cast<std::uint16_t>(40000 + 200 * (i % kBox.n));
+    paint.insert(paint.end(), {part, 15000, 15000, 65535});
+  }
+  if (GetParam() == Shows::kPaint) tracker.paint(0, {paint.data(), 1});  // and the other of the same shape
   std::vector<Image> images;
   for (unsigned i = 0; i < 8; ++i) {
     images.push_back(image_of(camera, pose, i));
@@ -96,8 +103,12 @@ TEST_P(Allocations, a_warm_tracker_allocates_nothing) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(, Allocations, testing::Values(false, true),
-                         [](const auto& info) { return info.param ? "with_colors" : "depth_alone"; });
+const char* name_of(const testing::TestParamInfo<Shows>& info) {
+  if (info.param == Shows::kDepth) return "depth_alone";
+  return info.param == Shows::kColors ? "with_colors" : "with_painted_shapes";
+}
+INSTANTIATE_TEST_SUITE_P(, Allocations, testing::Values(Shows::kDepth, Shows::kColors, Shows::kPaint),
+                         name_of);
 
 }  // namespace
 }  // namespace sdftrack
