@@ -41,7 +41,7 @@ struct EvidencePixel {
 constexpr float kCarves = -1.0f;
 constexpr float kCarvesFaintly = -2.0f;  // beside an outline: only where no surface is known
 constexpr float kFaint = 0.01f;          // of the usual weight
-constexpr float kFaintMean = -0.4f;      // its mean log ratio; more would draw the surface beside it inwards
+constexpr float kFaintMean = -0.02f;     // its mean log ratio; more would draw the surface beside it inwards
 constexpr float kUnknownWeight = 0.02f;  // of a voxel that nothing but faint carving has spoken of
 
 struct SensorNoise {

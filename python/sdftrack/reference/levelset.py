@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 
 UNKNOWN_WEIGHT = 0.02  # of a voxel that nothing but faint carving has spoken of
-FAINT_MEAN = -0.4  # log ratio
+FAINT_MEAN = -0.02  # log ratio
 CARVES_FAINTLY, FAINT = -2.0, 0.01  # beside an outline, and its share of the usual weight
 CARVES = -1.0  # slant of a pixel that says no more than that the space before it is empty
 CARVED_RATIO = -1.0
