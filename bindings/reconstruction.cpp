@@ -159,7 +159,9 @@ void bind_reconstruction(py::module_& m) {
       .def_property_readonly("rgb_seen", [](const py::object& self) {
         const Reconstruction& core = of(self).core();
         const Grid& g = core.grid();
-        return py::array_t<std::uint16_t>({g.nz, g.ny, g.nx, 4}, &core.evidence().colors().data()->r, self);
+        py::array_t<std::uint16_t> out({g.nz, g.ny, g.nx, 4}, &core.evidence().colors().data()->r, self);
+        out.attr("setflags")(py::arg("write") = false);
+        return out;
       });
 }
 

@@ -37,9 +37,8 @@ ColorView painted_view(const py::array& colors, const SdfView& sdf) {
   constexpr py::ssize_t kVoxel = 4 * sizeof(std::uint16_t);
   const bool fits = py::isinstance<py::array_t<std::uint16_t>>(colors) && colors.ndim() == 4 &&
                     colors.shape(0) == sdf.nz && colors.shape(1) == sdf.ny && colors.shape(2) == sdf.nx &&
-                    colors.shape(3) == 4 && colors.strides(3) == 2 &&
-                    colors.strides(2) == kVoxel && colors.strides(1) == kVoxel * sdf.nx &&
-                    colors.strides(0) == kVoxel * sdf.nx * sdf.ny;
+                    colors.shape(3) == 4 && colors.strides(3) == 2 && colors.strides(2) == kVoxel &&
+                    colors.strides(1) == kVoxel * sdf.nx && colors.strides(0) == kVoxel * sdf.nx * sdf.ny;
   if (!fits)
     throw py::type_error("colors: expected uint16 (z, y, x, 4) beside the volume, got " + describe(colors));
   return {static_cast<const std::uint16_t*>(colors.data())};

@@ -11,7 +11,8 @@
 
 namespace sdftrack {
 
-// Colours (0..255 times 256) at the voxels of a distance volume, and how much was seen there; 4 numbers each.
+// Colours (0..255 times 256; 0, 0, 0: not known) at the voxels of a distance volume, and how much was seen
+// there; 4 numbers each.
 struct ColorView {
   const std::uint16_t* rgb_seen = nullptr;  // nullptr: no colours
   std::uint16_t least = 1;                  // seen less: the colour is not known
@@ -46,7 +47,7 @@ bool sample_brightness(const SdfView& sdf, const ColorView& colors, Vec3<T> p_ob
                                static_cast<std::size_t>(sdf.nx) +
                            static_cast<std::size_t>(x.cell + i);
     const std::uint16_t* const c = colors.rgb_seen + 4 * at;
-    if (c[3] < colors.least) continue;
+    if (c[3] < colors.least || !(c[0] | c[1] | c[2])) continue;
     const T wx = i ? x.fraction : T(1) - x.fraction, wy = j ? y.fraction : T(1) - y.fraction,
             wz = l ? z.fraction : T(1) - z.fraction;
     const T g = T(brightness(c, 255.0f * 256.0f)), w = wx * wy * wz;

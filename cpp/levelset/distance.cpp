@@ -192,13 +192,13 @@ void EvidenceDistance::mark_around(int block) {
 }
 
 void EvidenceDistance::update(const EvidenceVolume& evidence, const std::vector<int>& fused, int rounds,
-                              float band_voxels, int threads) {
+                              float band_voxels, int threads, bool all) {
   const float band_m = band_voxels * static_cast<float>(grid_.voxel_m);
   // Where there is no surface and no voxel has turned, none has come.
   std::vector<int>& changed = changed_;
   changed.clear();
   for (const int b : fused)
-    if (surface_[static_cast<std::size_t>(b)] || evidence.turned(b)) changed.push_back(b);
+    if (all || surface_[static_cast<std::size_t>(b)] || evidence.turned(b)) changed.push_back(b);
   parallel_for((changed.size() + kAtOnce - 1) / kAtOnce, threads, [&](std::size_t chunk) {
     for (std::size_t k = kAtOnce * chunk; k < std::min(changed.size(), kAtOnce * (chunk + 1)); ++k) {
       const auto b = static_cast<std::size_t>(changed[k]);

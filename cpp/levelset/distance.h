@@ -16,10 +16,10 @@ class EvidenceDistance {
 
   explicit EvidenceDistance(const EvidenceVolume& evidence);
 
-  // After these blocks have been fused: distances to the new surface, exact beside it and by `rounds` of
-  // relaxation up to band_voxels away, in those blocks and beside them.
+  // After these blocks have been fused (`all`: for the first time, all blocks): distances to the new surface,
+  // exact beside it and by `rounds` of relaxation up to band_voxels away, in those blocks and beside them.
   void update(const EvidenceVolume& evidence, const std::vector<int>& fused, int rounds, float band_voxels,
-              int threads);
+              int threads, bool all = false);
   // Farther away: found on a lattice of kCoarse voxels by sweeping, and carried over to slices [z0, z1).
   void sweep_far(float band_voxels);
   void fill_far(float band_voxels, int z0, int z1, int threads);

@@ -195,7 +195,10 @@ void EvidenceVolume::add_color(std::size_t voxel, const unsigned char* rgb, floa
   Color& color = colors_[voxel];
   const float sum = seen(voxel) + weight, share = weight / sum;
   color.seen = static_cast<std::uint16_t>(std::max(1.0f, std::min(kMost, sum) * kSeenScale + 0.5f));
-  if (rgb)
+  if (!rgb || !(rgb[0] | rgb[1] | rgb[2])) return;  // seen, but not by the colour camera
+  if (!(color.r | color.g | color.b))
+    color.r = mixed(0, rgb[0], 1), color.g = mixed(0, rgb[1], 1), color.b = mixed(0, rgb[2], 1);
+  else
     color.r = mixed(color.r, rgb[0], share), color.g = mixed(color.g, rgb[1], share),
     color.b = mixed(color.b, rgb[2], share);
 }

@@ -37,10 +37,11 @@ struct VoxelLoops {
         store(now, ratios + i, n);
         store(weighs, weights + i, n);
         const L one = select(own > L(0), L(1), L(0)), other = select(now > L(0), L(1), L(0));
-        change.turned |= any(one != other) || any((before == L(0)) & (more > L(0)));
-        change.inside |= any(now > L(0));
+        const auto here = among_first<L>(n);
+        change.turned |= any((one != other) & here) || any((before == L(0)) & (more > L(0)) & here);
+        change.inside |= any((now > L(0)) & here);
         const auto unsure = (weighs < L(kEmptyWeight)) | (now >= L(kEmptyMean) * weighs);
-        change.empty &= !any(unsure & among_first<L>(n));
+        change.empty &= !any(unsure & here);
         if (!any(said.distance_m < L(kNoSurface_m))) return;
         if (!(change.near >> row & 1)) std::fill_n(distance_m + kBlockSide * row, kBlockSide, kNoSurface_m);
         change.near |= std::uint64_t{1} << row;

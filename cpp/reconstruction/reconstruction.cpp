@@ -36,7 +36,7 @@ void Reconstruction::measure_all(int threads) {
   std::vector<int> all(
       static_cast<std::size_t>(evidence_.blocks_x() * evidence_.blocks_y() * evidence_.blocks_z()));
   std::iota(all.begin(), all.end(), 0);
-  distance_.update(evidence_, all, kFirstRounds, options_.band_voxels, threads);
+  distance_.update(evidence_, all, kFirstRounds, options_.band_voxels, threads, true);
   distance_.sweep_far(options_.band_voxels);
   distance_.fill_far(options_.band_voxels, 0, grid().nz, threads);
 }

@@ -30,6 +30,7 @@ int FitView::open(const DepthFrame& frame, const Camera& camera, const FitTarget
   stated_noise_m_ = sensor_noise_m(options_, target.expected.t.z);
   free_grid_.distance_px.clear();
   selection_.choose(frame, camera, target.shape, target.expected, options_, padding_m, plane);
+  coarse_.clear(), pixels_.clear();  // of another frame, whose colours may be gone
   if (selection_.count() == 0) return 0;
   if (reads_colors())
     color_reader_.open(frame, camera, projected_box(camera, target.shape, target.expected, padding_m),
@@ -64,7 +65,7 @@ void FitView::add_brightness(const State& x, double scale_m, EnergySummary* summ
   photometric_.reset(6);
   energy.linearize(x, &photometric_);
   summary->A += weight * photometric_.hessian;
-  summary->B += weight * photometric_.hessian;
+  summary->B += weight * weight * photometric_.hessian;  // of one reading that stands for `weight`
   summary->geometry += scale_m * scale_m / energy.used() * photometric_.hessian;
 }
 

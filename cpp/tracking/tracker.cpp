@@ -65,7 +65,7 @@ TrackedObject Tracker::new_object(const SdfView& sdf) const {
 
 std::shared_ptr<const Shape> Tracker::shape_of(const SdfView& sdf) const {
   for (const Object& object : objects_)
-    if (object.shape->sdf.phi == sdf.phi) return object.shape;
+    if (object.shape->sdf.phi == sdf.phi && !object.shape->colors.rgb_seen) return object.shape;
   return std::make_shared<const Shape>(
       make_shape(sdf, 3 * options_.trust_points, options_.free_space_points));
 }
@@ -78,12 +78,15 @@ void Tracker::reshape(int k, PartialShape known) {
 }
 
 void Tracker::paint(int k, const ColorView& colors) {
-  const std::shared_ptr<const Shape> plain = objects_.at(static_cast<std::size_t>(k)).shape;
-  Shape painted = *plain;
-  painted.colors = colors;
-  const auto shared = std::make_shared<const Shape>(std::move(painted));
-  for (Object& object : objects_)
-    if (object.shape == plain) object.shape = shared;
+  Object& painted = objects_.at(static_cast<std::size_t>(k));
+  for (const Object& other : objects_)
+    if (other.shape->sdf.phi == painted.shape->sdf.phi && other.shape->colors.rgb_seen == colors.rgb_seen) {
+      painted.shape = other.shape;
+      return;
+    }
+  Shape shape = *painted.shape;
+  shape.colors = colors;
+  painted.shape = std::make_shared<const Shape>(std::move(shape));
 }
 
 void Tracker::set_camera(const Camera& camera) {

@@ -62,7 +62,7 @@ class Tracker {
   void set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matrix6d>& covariance_cam);
   // Object k has another shape from now on, in the object frame as it was; its centre is kept.
   void reshape(int k, PartialShape known);
-  // The surface of object k, and of all that share its volume, has these colours.
+  // The surface of object k has these colours.
   void paint(int k, const ColorView& colors);
   // The chance by colour that a pixel of the box is object k's: of the box alone, row by row, NaN where not
   // known.

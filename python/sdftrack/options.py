@@ -151,6 +151,7 @@ class TrackerOptions:
             damping_start=100.0,
             fine_steps=30,
             free_space=False,
+            photometric=False,
             drop_plane=False,
             motion_sigma_m=0.0,
             padding_m=0.04,

@@ -386,7 +386,7 @@ class SDF:
         Each voxel within 3 voxels of the mesh takes the colour of its nearest point, mixed from the vertices of the
         face. Detail between vertices (a texture) is lost: give the mesh vertices as close as the voxels.
 
-        Raises ValueError when the mesh has no colours at its vertices.
+        Raises ValueError when the mesh has no colours at its vertices, or lies elsewhere.
         """
         m = _mesh_of(mesh)
         if m.colors is None:
@@ -394,6 +394,10 @@ class SDF:
         reach = COLOR_REACH_VOXELS * self._voxel_size
         vertices, rgb = m.vertices * unit_scale(unit), np.ascontiguousarray(m.colors)
         rgba = _core.paint(vertices, m.faces, rgb, *self._core_args, reach, threads)
+        if not rgba[..., 3].any():
+            raise ValueError(
+                "mesh: no part of it lies at the surface of this shape; is it in another unit or frame? pass unit='mm'"
+            )
         return SDF._own(self._values, self._voxel_size, self._origin, rgba)
 
     def redistanced(self, threads: int = 0) -> SDF:

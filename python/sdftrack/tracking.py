@@ -147,8 +147,9 @@ class Tracker:
             cuda,
             _core.Collision.__members__[COLLISIONS[collision]],
         )
+        self._painted: list[tuple[NDArray[np.uint8], NDArray[np.uint16]]] = []
         for k, shape in enumerate(self.shapes):
-            _paint(self._core, k, shape)
+            self._paint(k, shape)
         self._index = -1
         self._last: TrackResult | None = None
         self._found: dict[str, Any] = {}  # what the core said of it
@@ -341,7 +342,7 @@ class Tracker:
         place = one_place(pose, mask, box, self._frame_camera)
         with self._alone():
             k: int = self._core.add(_volume(shape), place)
-            _paint(self._core, k, shape)
+            self._paint(k, shape)
             self.shapes = [*self.shapes, shape]
             self.names = [*self.names, f"object {k}" if name is None else str(name)]
             self.mode_used = [*self.mode_used, "depth"]
@@ -424,6 +425,18 @@ class Tracker:
         if self._color_map[0] != (camera, frame.color.shape):
             self._color_map = (camera, frame.color.shape), color_map(camera, frame.color)
         return frame.color, self._color_map[1]
+
+    def _paint(self, k: int, shape: SDF) -> None:
+        """Hand a shape's colours over; copies of one shape share them."""
+        if shape.colors is None:
+            return
+        for rgba, rgb_seen in self._painted:
+            if rgba is shape.colors:
+                self._core.paint(k, rgb_seen)
+                return
+        self._painted = [p for p in self._painted if any(p[0] is s.colors for s in self.shapes)]
+        self._painted.append((shape.colors, _rgb_seen(shape.colors)))
+        self._core.paint(k, self._painted[-1][1])
 
     def _run(self, frame: Frame, camera: Camera, work: Any, *arguments: Any) -> dict[str, Any]:
         if camera is not self._frame_camera and camera != self._frame_camera:
@@ -548,13 +561,14 @@ def _volume(shape: SDF) -> tuple[NDArray[np.float32], float, list[float]]:
     return shape.values, shape.voxel_size, shape.origin.tolist()
 
 
-def _paint(core: Any, k: int, shape: SDF) -> None:
-    """Hand a shape's colours over: 256 times each, and after them how much was seen."""
-    if shape.colors is None:
-        return
-    rgb_seen = shape.colors.astype(np.uint16) * np.uint16(256)
-    rgb_seen[..., 3] = np.where(shape.colors[..., 3] > 0, 65535, 0)
-    core.paint(k, rgb_seen)
+def _rgb_seen(rgba: NDArray[np.uint8]) -> NDArray[np.uint16]:
+    """A shape's colours as the core has them: 256 times each, and after them how much was seen."""
+    out = rgba.astype(np.uint16) * np.uint16(256)
+    known = rgba[..., 3] > 0
+    out[..., 3] = np.where(known, 65535, 0)
+    black = known & ~rgba[..., :3].any(axis=-1)
+    out[black, 2] = 1  # 0, 0, 0 stands for an unknown colour
+    return out
 
 
 def _unknown(count: int) -> NDArray[np.float64]:

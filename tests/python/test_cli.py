@@ -278,6 +278,9 @@ def test_the_colours_of_a_model_are_used_or_missed_by_name(recording, tmp_path, 
         files = ["--model", str(tmp_path / f"{name}.ply"), "--out", str(tmp_path / name)]
         assert run([*common, *files]) == code
     assert "expected colours at its vertices" in told(capsys)
+    assert json.loads((tmp_path / "painted" / "report.json").read_text())["settings"]["colored"]
+    blind = ["--mode", "depth", "--model", str(tmp_path / "painted.ply"), "--out", str(tmp_path / "none")]
+    assert run([*common, *blind]) == 2
 
 
 def test_a_foreign_model_in_millimetres_is_numbered_from_1(recording, tmp_path):

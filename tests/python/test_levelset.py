@@ -347,3 +347,35 @@ def test_colours_are_read_where_the_lens_puts_them():
     assert len(points) > 1000
     assert np.abs(expected - (300 * points[:, :2] / points[:, 2:] + 79.5)).max() > 4  # the lens matters
     assert np.abs(found - expected).max() < 2  # nearest pixels, before and after the lens
+
+
+def test_the_far_side_of_a_first_guess_is_there_from_the_first_frame_on():
+    n, voxel_m = 48, 0.001
+    origin = np.array([-0.024, -0.024, 0.3])
+    z = np.arange(n)[:, None, None]
+    prior = np.where((z >= 16) & (z <= 27), np.float32(0.4), np.float32(-0.4)) * np.ones(
+        (n, n, n), np.float32
+    )
+    core = reconstruction((n, n, n), voxel_m, origin, prior)
+    camera = st.Camera(400, 400, 79.5, 79.5, 160, 160)
+    depth = np.full((160, 160), 0.3155, np.float32)  # the near side
+    fuse(core, camera, np.eye(4), depth, np.ones((160, 160), np.uint8))
+    through = np.array(core.phi)[:, n // 2, n // 2] / voxel_m
+    np.testing.assert_allclose(through[26:30], [-1.5, -0.5, 0.5, 1.5], atol=0.1)
+    assert (core.surface_boxes[:, 2] >= 24).any()
+
+
+def test_what_the_colour_camera_does_not_see_has_no_colour():
+    camera = st.Camera(300, 300, 31.5, 31.5, 64, 64)
+    depth = np.full((64, 64), 0.3, np.float32)
+    grey, none = np.full((64, 64, 3), 200, np.uint8), np.zeros((64, 64, 3), np.uint8)
+    origin = [-0.02, -0.02, 0.292]
+    for shown in ((grey, none, none), (none, None, grey), (grey, grey)):
+        core = _core.Reconstruction([20, 20, 8], 0.002, origin, None, _core.ReconstructionOptions(), 1)
+        for rgb in shown:
+            core.fuse(depth, camera._core, np.eye(4), [0, 0, 64, 64], np.ones((64, 64), np.uint8), None, rgb)
+        colors = core.rgb_seen[np.array(core.seen) > 0]
+        assert len(colors) > 500
+        assert (colors[:, :3] == 200 * 256).all()
+        with pytest.raises(ValueError, match="read-only"):
+            core.rgb_seen[:] = 0

@@ -190,6 +190,9 @@ def test_bad_colours_are_refused():
         grey.colored(grey.to_mesh())
     with pytest.raises(ValueError, match="colours at its vertices"):
         st.SDF.from_mesh(grey.to_mesh(), 24, color=True)
+    mesh = can_mesh(60, 30)
+    with pytest.raises(ValueError, match="another unit"):
+        grey.colored(st.Mesh(1e3 * mesh.vertices, mesh.faces, mesh.colors))
     with pytest.raises(ValueError, match="RGBA"):
         st.SDF(grey.values, grey.voxel_size, grey.origin, np.zeros((2, 2, 2, 4), np.uint8))
     with pytest.raises(TypeError, match="uint8"):
@@ -230,6 +233,38 @@ def test_the_print_of_a_can_holds_its_turn_about_its_axis(can):
         assert seeing.turn_sd_deg[-1] < 1
     off = follow(plain.colored(mesh), sequence, frames, photometric=False)
     assert in_mm_and_degrees(off)[-1, 1] > 30
+
+
+def test_copies_of_one_shape_keep_colours_of_their_own(can):
+    plain, mesh, sequence, frames = can
+    other = st.Mesh(mesh.vertices, mesh.faces, mesh.colors[::-1].copy())
+    truth = sequence.ground_truth[0][0]
+    shapes = [plain, plain.colored(mesh), plain.colored(other), plain.colored(mesh)]
+    alone = [st.Tracker(s, sequence.camera, mode="rgbd") for s in shapes]
+    for tracker in alone:
+        tracker.start(frames[0], poses=[truth])
+    expected = [t.track(frames[1]).pose for t in alone]
+    for k, shape in enumerate(shapes):
+        before = shapes[:k] + shapes[k + 1 :]
+        tracker = st.Tracker([shape, *before], sequence.camera, mode="rgbd", collision=None)
+        for _ in before:
+            tracker.remove(1)
+        tracker.start(frames[0], poses=[truth])
+        assert np.array_equal(tracker.track(frames[1]).pose, expected[k])
+    assert np.array_equal(expected[1], expected[3])
+    assert not np.array_equal(expected[1], expected[2])
+
+
+def test_refining_keeps_what_the_print_holds(can):
+    _, _, sequence, frames = can
+    star = st.Reconstructor(sequence.camera, voxels=96)
+    start = star.start(frames[0], mask=sequence.masks(0)[0]).pose
+    to_truth = np.linalg.solve(start, sequence.ground_truth[0][0])
+    for frame in frames[1:]:
+        star.track(frame)
+    refined = star.refine(rounds=2).poses
+    errors = [st.metrics.pose_error(T @ to_truth, sequence.ground_truth[i][0])[1] for i, T in refined.items()]
+    assert np.degrees(max(errors)) < 2
 
 
 def test_two_cans_that_touch_are_held_too(can):

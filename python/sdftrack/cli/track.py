@@ -100,6 +100,8 @@ def track(
     """
     model = _copies(model, count or [1] * len(model))
     _check_usage(mode, unit, holes, out, overlay_mesh, model)
+    if colored and mode == "depth":
+        raise Usage("expected --mode rgbd or auto: depth alone shows no colours", "--colored")
     inits = parse_inits(init or ["gt"], len(model))
     check_layout(layout)
     assert out is not None
@@ -198,6 +200,7 @@ def _settings(
         "mode": tracker.mode,
         "frames": [numbers.start, numbers.stop, numbers.step],
         "voxels": job.voxels,
+        "colored": job.colored,
         "threads": job.options["threads"],
         "tracker": tracker.options.to_dict(),
     }

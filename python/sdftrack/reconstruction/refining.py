@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack import metrics
+from sdftrack import _core, metrics
 from sdftrack.reconstruction.shots import Refined, Shot
 from sdftrack.tracking import Tracker
 
@@ -53,7 +53,9 @@ def refine(
 def _track_again(shot: Shot, tracker: Tracker, size: tuple[int, int]) -> tuple[float, float]:
     """A kept frame against the shape as it is now; how far its pose has moved (m, rad)."""
     tracker.set_pose(0, shot.T_cam_obj)
-    found = tracker._core.track(shot.full_depth(*size), None, float("nan"), None, None)
+    color = None if tracker.mode == "depth" else shot.full_color(*size)
+    places = None if color is None else _core.ColorMap.aligned(size[1], size[0])
+    found = tracker._core.track(shot.full_depth(*size), None, float("nan"), color, places)
     if found["status"][0] != "ok":
         return 0.0, 0.0
     before, shot.T_cam_obj = shot.T_cam_obj, np.array(found["poses"][0])

@@ -35,6 +35,15 @@ class Shot:
         depth[y0:y1, x0:x1] = self.depth
         return depth
 
+    def full_color(self, height: int, width: int) -> NDArray[np.uint8] | None:
+        """The colours, pixel by pixel those of the depth image, black outside the region."""
+        if self.rgb is None:
+            return None
+        color = np.zeros((height, width, 3), np.uint8)
+        x0, y0, x1, y1 = self.region
+        color[y0:y1, x0:x1] = self.rgb
+        return color
+
     def full_mask(self, height: int, width: int) -> NDArray[np.uint8] | None:
         if self.mask is None:
             return None
@@ -46,11 +55,9 @@ class Shot:
     def frame(self, camera: Camera) -> Frame:
         """Both images, the colours pixel by pixel those of the depth; readings without a colour (black) left out."""
         depth = self.full_depth(camera.height, camera.width)
-        if self.rgb is None:
+        color = self.full_color(camera.height, camera.width)
+        if color is None:
             return Frame(depth, camera=camera, check_units=False)
-        x0, y0, x1, y1 = self.region
-        color = np.zeros((*depth.shape, 3), np.uint8)
-        color[y0:y1, x0:x1] = self.rgb
         return Frame(np.where(color.any(axis=2), depth, 0), color, camera=camera, check_units=False)
 
 
