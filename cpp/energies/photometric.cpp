@@ -71,8 +71,9 @@ int PhotometricEnergy::settle(const State& x) {
     hit.normal_cam = (1 / norm(normal)) * transpose_times(T.R, normal);
     hits_->push_back(hit);
   }
-  tone_ = toned(Tone::Unit(0), kFirstRounds);
   followed_ = T;
+  // A shape without colours pays nothing.
+  tone_ = hits_->empty() ? Tone::Unit(0) : toned(Tone::Unit(0), kFirstRounds);
   return used();
 }
 
