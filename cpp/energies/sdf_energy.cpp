@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/robust.h"
 #include "energies/add_sums.h"
 #include "energies/cuda_work.h"
 #include "energies/reduce_cpu.h"
@@ -76,15 +77,6 @@ void make(const SdfEnergyOptions& o, ColorOdds<float>* penalty) {
   *penalty = {o.scale_m, o.outlier_floor, o.color_prior, o.curvature, o.floor_behind};
 }
 void make(const SdfEnergyOptions& o, ColorPrinted<float>* penalty) { *penalty = {o.scale_m}; }
-
-// sd of a Gaussian whose absolute values these are, from their 30 % quantile: parts of the object that fit
-// badly (a shape that is off, a touching hand) are among the largest values.
-double robust_sd(std::vector<float>* values) {
-  if (values->size() < 20) return 0;
-  const auto low = values->begin() + static_cast<std::ptrdiff_t>(3 * values->size() / 10);
-  std::nth_element(values->begin(), low, values->end());
-  return static_cast<double>(*low) / 0.38532;
-}
 
 // How well the depths fit where the colour is the object's, and whose colours lie on the surface.
 struct ColorSums {

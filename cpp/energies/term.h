@@ -194,7 +194,11 @@ struct Term {
 
   // Residual, gain and Jacobian row at the current state.
   HD Reading read(int i, int n, FieldRow<T, P>* row) const {
-    const Vec3<T> r = ray_of(i, n);
+    return read_along(ray_of(i, n), i, n, row);
+  }
+
+  // The same along a ray that somebody else knows.
+  HD Reading read_along(Vec3<T> r, int i, int n, FieldRow<T, P>* row) const {
     const T depth = load<T>(pixels.depth_m + i, n);
     T gain = load<T>(pixels.gain + i, n);
     if (residual != Residual::kRayHit) {

@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "optim/lm_loop.h"
+
 namespace sdftrack {
 
 namespace {
@@ -101,64 +103,61 @@ const char* stop_name(Stop stop) {
   return "unknown";
 }
 
-void minimize(Energy& energy, const LmOptions& options, LmWork* work, LmResult* out) {
-  const Unknowns unknowns = energy.unknowns();
-  find_free_unknowns(options, unknowns.size(), &work->free);
-  out->damping = options.damping, out->stop = Stop::kMaxSteps, out->steps.clear();
+namespace {
 
-  // A trial is linearised at once: most are kept, and then the next step needs no other look.
-  NormalEquations &eq = work->here, &next = work->next;
-  const auto look = [&](const State& x, NormalEquations* to) {
-    to->reset(unknowns.size());
-    energy.linearize(x, to);
-  };
-  look(out->x, &eq);
-  out->cost = eq.cost, out->count = eq.count;
-  if (!(eq.hessian.diagonal().maxCoeff() > 0) || work->free.empty()) {
-    out->stop = Stop::kNoData;
-    return;
+// An energy with a dense Hessian. A trial is linearised at once: most are kept, and then the next step needs
+// no other look.
+class DenseSystem {
+ public:
+  DenseSystem(Energy& energy, const LmOptions& options, State* x, LmWork* work)
+      : energy_(energy), options_(options), unknowns_(energy.unknowns()), x_(x), work_(work) {
+    find_free_unknowns(options, unknowns_.size(), &work->free);
+    look_at(*x, &work->here);
   }
-  const Eigen::VectorXd& delta = work->delta;
-  for (int step = 0; step < options.max_steps; ++step) {
-    find_damped_step(eq, out->damping, work);
-    if (!delta.allFinite()) {
-      out->stop = Stop::kNotFinite;
-      return;
-    }
-    work->curved.noalias() = eq.hessian * delta;
-    const double promised = -(eq.gradient.dot(delta) + 0.5 * delta.dot(work->curved));
-    const double most = options.block > 0 ? most_promised(eq, *work, options.block) : promised;
-    if (most < options.cost_gain) {
-      out->stop = Stop::kSmallGain;
-      return;
-    }
-    retract(unknowns, out->x, delta, &work->trial);
-    const bool sure = most < options.sure_gain;
-    if (!sure) look(work->trial, &next);
-    const double trial_cost = sure ? eq.cost - promised : next.cost;
-    const bool accepted = trial_cost < eq.cost;
-    const bool small = is_small(delta, unknowns, out->x, options);
-    const double used = out->damping;
-    bool little_gain = sure;
-    if (accepted) {
-      std::swap(out->x, work->trial);
-      little_gain |= eq.cost - trial_cost < options.cost_relative * std::abs(eq.cost);
-      out->cost = trial_cost;
-      out->damping = std::max(options.damping_min, out->damping * options.damping_down);
-      if (!sure) std::swap(eq, next);
-    } else {
-      out->damping *= options.damping_up;
-    }
-    out->steps.push_back({out->cost, used, accepted});
-    if (small || little_gain) {
-      out->stop = small ? Stop::kSmallStep : Stop::kSmallGain;
-      return;
-    }
-    if (out->damping > options.damping_max) {
-      out->stop = Stop::kDampingMax;
-      return;
-    }
+  double cost() const { return work_->here.cost; }
+  double count() const { return work_->here.count; }
+  bool has_data() const { return work_->here.hessian.diagonal().maxCoeff() > 0 && !work_->free.empty(); }
+  bool find_step(double damping) {
+    find_damped_step(work_->here, damping, work_);
+    return work_->delta.allFinite();
   }
+  Promise promised() {
+    const NormalEquations& eq = work_->here;
+    work_->curved.noalias() = eq.hessian * work_->delta;
+    const double all = -(eq.gradient.dot(work_->delta) + 0.5 * work_->delta.dot(work_->curved));
+    return {all, options_.block > 0 ? most_promised(eq, *work_, options_.block) : all};
+  }
+  double look() {
+    move();
+    look_at(work_->trial, &work_->next);
+    return work_->next.cost;
+  }
+  void accept(bool looked) {
+    if (!looked) move();
+    std::swap(*x_, work_->trial);
+    if (looked) std::swap(work_->here, work_->next);
+  }
+  bool step_is_small() const { return is_small(work_->delta, unknowns_, *x_, options_); }
+
+ private:
+  void move() { retract(unknowns_, *x_, work_->delta, &work_->trial); }
+  void look_at(const State& x, NormalEquations* to) {
+    to->reset(unknowns_.size());
+    energy_.linearize(x, to);
+  }
+
+  Energy& energy_;
+  const LmOptions& options_;
+  const Unknowns unknowns_;
+  State* x_;
+  LmWork* work_;
+};
+
+}  // namespace
+
+void minimize(Energy& energy, const LmOptions& options, LmWork* work, LmResult* out) {
+  DenseSystem system(energy, options, &out->x, work);
+  run_lm(system, options, out);
 }
 
 LmResult minimize(Energy& energy, const State& start, const LmOptions& options) {

@@ -35,13 +35,17 @@ struct LmStep {
   bool accepted;
 };
 
-struct LmResult {
-  State x;
+// How a search went.
+struct LmRecord {
   double cost = 0;
   double count = 0;
   double damping = 0;  // to go on with
   Stop stop = Stop::kMaxSteps;
   std::vector<LmStep> steps;
+};
+
+struct LmResult : LmRecord {
+  State x;
 };
 
 // Working memory: whoever minimises in every frame keeps it, and nothing is allocated from the second on.

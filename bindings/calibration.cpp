@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+#include <pybind11/eigen.h>
+#include <pybind11/stl.h>
+
+#include <atomic>
+
+#include "array.h"
+#include "busy.h"
+#include "calibration/intrinsics.h"
+#include "volume.h"
+
+namespace sdftrack {
+
+namespace {
+
+Lens lens_from(const Camera& camera, double skew, double depth_scale, double depth_offset_m) {
+  return {camera, skew, depth_scale, depth_offset_m};
+}
+
+std::vector<double> lens_values(const Lens& lens) {
+  std::vector<double> out;
+  for (int j = 0; j < kLensUnknowns; ++j) out.push_back(lens.get(static_cast<LensUnknown>(j)));
+  return out;
+}
+
+// The problem with the volume it refers to; one call at a time.
+class Calibration {
+ public:
+  Calibration(const std::tuple<py::array, double, std::array<double, 3>>& volume, const Lens& lens,
+              const std::vector<int>& free, const IntrinsicsOptions& options)
+      : values_(std::get<0>(volume)), problem_(shape_of(volume), lens, unknowns(free), options) {}
+
+  Busy turn() { return Busy(&busy_, "Calibration"); }
+  IntrinsicsProblem& problem() { return problem_; }
+
+ private:
+  static Shape shape_of(const std::tuple<py::array, double, std::array<double, 3>>& volume) {
+    const auto& [values, voxel_m, origin] = volume;
+    return make_shape(volume_view(values, voxel_m, origin), 1, 1);
+  }
+  static std::vector<LensUnknown> unknowns(const std::vector<int>& free) {
+    std::vector<LensUnknown> out;
+    for (const int which : free) {
+      if (which < 0 || which >= kLensUnknowns) throw py::value_error("free: expected 0 to 8");
+      out.push_back(static_cast<LensUnknown>(which));
+    }
+    return out;
+  }
+
+  py::array values_;
+  IntrinsicsProblem problem_;
+  std::atomic<bool> busy_{false};
+};
+
+int add(Calibration& self, const py::array& depth_m, const py::object& mask, const py::array& T_cam_obj) {
+  const Busy busy = self.turn();
+  const Camera& camera = self.problem().lens().camera;
+  const std::vector<float> rays = camera.distorted() ? ray_table(camera) : std::vector<float>{};
+  const DepthFrame frame{image_view(depth_m, "depth", camera), mask_view(mask, camera),
+                         rays.empty() ? nullptr : rays.data()};
+  return self.problem().add(frame, rigid_from(T_cam_obj, "T_cam_obj"));
+}
+
+py::dict as_dict(const std::vector<FrameEstimate>& frames, int n) {
+  const auto m = static_cast<py::ssize_t>(frames.size());
+  std::vector<double> value, information, gradient, scatter, noise, cost;
+  std::vector<int> hits;
+  for (const FrameEstimate& f : frames) {
+    value.insert(value.end(), f.value.data(), f.value.data() + n);
+    information.insert(information.end(), f.information.data(), f.information.data() + n * n);
+    gradient.insert(gradient.end(), f.gradient.data(), f.gradient.data() + n);
+    scatter.insert(scatter.end(), f.scatter.data(), f.scatter.data() + n * n);
+    noise.push_back(f.noise_m), cost.push_back(f.cost), hits.push_back(f.hits);
+  }
+  py::dict out;
+  out["value"] = to_numpy(std::move(value), {m, n});
+  out["information"] = to_numpy(std::move(information), {m, n, n});
+  out["gradient"] = to_numpy(std::move(gradient), {m, n});
+  out["scatter"] = to_numpy(std::move(scatter), {m, n, n});
+  out["noise_m"] = to_numpy(std::move(noise), {m});
+  out["cost"] = to_numpy(std::move(cost), {m});
+  out["hits"] = to_numpy(std::move(hits), {m});
+  return out;
+}
+
+template <class Work>
+py::dict estimates(Calibration& self, const Work& work) {
+  const Busy busy = self.turn();
+  std::vector<FrameEstimate> frames;
+  {
+    py::gil_scoped_release release;
+    frames = work(self.problem());
+  }
+  return as_dict(frames, self.problem().free().count());
+}
+
+py::tuple solve(Calibration& self, double scale_m, const std::vector<double>& prior_value,
+                const std::vector<double>& prior_sd) {
+  const Busy busy = self.turn();
+  const auto n = static_cast<std::size_t>(self.problem().free().count());
+  const LensPrior prior{prior_value, prior_sd};
+  if (prior_sd.size() != prior_value.size() || (!prior_sd.empty() && prior_sd.size() != n))
+    throw py::value_error("prior: expected one value and one sd for each free unknown");
+  LmRecord record;
+  {
+    py::gil_scoped_release release;
+    record = self.problem().solve(scale_m, prior_sd.empty() ? nullptr : &prior);
+  }
+  py::list steps;
+  for (const LmStep& s : record.steps) steps.append(py::make_tuple(s.cost, s.damping, s.accepted));
+  return py::make_tuple(steps, stop_name(record.stop), record.cost, record.count);
+}
+
+}  // namespace
+
+void bind_calibration(py::module_& m) {
+  py::class_<Lens>(m, "Lens", "A depth camera with skew and the law of its depth.")
+      .def(py::init(&lens_from), py::arg("camera"), py::arg("skew") = 0.0, py::arg("depth_scale") = 1.0,
+           py::arg("depth_offset_m") = 0.0)
+      .def_property_readonly("values", &lens_values,
+                             "fx, fy, cx, cy, skew, k1, k2, depth scale, depth offset (m).")
+      .def(
+          "look_through",
+          [](const Lens& lens, double u_px, double v_px) {
+            const LensRay r = look_through(lens, true, u_px, v_px);
+            return py::make_tuple(py::make_tuple(r.ray.x, r.ray.y), r.dx, r.dy);
+          },
+          py::arg("u_px"), py::arg("v_px"), "(x, y) of a pixel's ray, and their derivatives by the values.");
+  py::class_<IntrinsicsOptions>(m, "IntrinsicsOptions", "Options of a calibration.")
+      .def(py::init<>())
+      .def_readwrite("max_pixels", &IntrinsicsOptions::max_pixels)
+      .def_readwrite("padding_m", &IntrinsicsOptions::padding_m)
+      .def_readwrite("scale_start_m", &IntrinsicsOptions::scale_start_m)
+      .def_readwrite("least_scale_m", &IntrinsicsOptions::least_scale_m)
+      .def_readwrite("outlier_floor", &IntrinsicsOptions::outlier_floor)
+      .def_readwrite("coarse_steps", &IntrinsicsOptions::coarse_steps)
+      .def_readwrite("fine_steps", &IntrinsicsOptions::fine_steps)
+      .def_readwrite("coarse_stride", &IntrinsicsOptions::coarse_stride)
+      .def_readwrite("threads", &IntrinsicsOptions::threads);
+  py::class_<Calibration>(m, "Calibration", "Frames of a known object, and the lens that explains them.")
+      .def(py::init<const std::tuple<py::array, double, std::array<double, 3>>&, const Lens&,
+                    const std::vector<int>&, const IntrinsicsOptions&>(),
+           py::arg("volume"), py::arg("lens"), py::arg("free"), py::arg("options"))
+      .def("add", &add, py::arg("depth"), py::arg("mask"), py::arg("T_cam_obj"))
+      .def("drop", [](Calibration& self, const std::vector<int>& frames) { self.problem().drop(frames); })
+      .def("solve", &solve, py::arg("scale_m"), py::arg("prior_value") = std::vector<double>{},
+           py::arg("prior_sd") = std::vector<double>{})
+      .def(
+          "examine",
+          [](Calibration& self) { return estimates(self, [](IntrinsicsProblem& p) { return p.examine(); }); })
+      .def("solve_each",
+           [](Calibration& self) {
+             return estimates(self, [](IntrinsicsProblem& p) { return p.solve_each(); });
+           })
+      .def(
+          "bias",
+          [](Calibration& self, std::uint64_t seed, int pairs) {
+            const Busy busy = self.turn();
+            py::gil_scoped_release release;
+            return Eigen::VectorXd(self.problem().bias(seed, pairs));
+          },
+          py::arg("seed"), py::arg("pairs"))
+      .def_property(
+          "lens", [](Calibration& self) { return self.problem().lens(); },
+          [](Calibration& self, const Lens& lens) { self.problem().set_lens(lens); })
+      .def_property_readonly("poses", [](Calibration& self) {
+        py::list out;
+        for (int k = 0; k < self.problem().frame_count(); ++k)
+          out.append(matrix_from(self.problem().T_cam_obj(k)));
+        return out;
+      });
+}
+
+}  // namespace sdftrack

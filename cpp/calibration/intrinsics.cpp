@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+#include "calibration/intrinsics.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <stdexcept>
+
+#include "base/parallel.h"
+#include "base/robust.h"
+#include "tracking/selection.h"
+
+namespace sdftrack {
+
+namespace {
+
+// A step that promises a smaller gain in log-likelihood moves nothing by more than 5 % of its sd.
+constexpr double kLeastGain = 1e-3;
+constexpr double kCoarseGain =
+    0.01;  // a coarse step that gains less than this share of the cost is its stage's last
+constexpr double kNarrowing = 0.4;  // of s, from stage to stage
+constexpr int kLastRounds = 2;      // at the noise's own scale: which pixels count is decided anew
+constexpr int kMostTwinDraws = 1000;
+
+std::vector<LensFrame*> all_of(std::vector<LensFrame>* frames) {
+  std::vector<LensFrame*> out;
+  for (LensFrame& frame : *frames) out.push_back(&frame);
+  return out;
+}
+
+double noise_of(const LensView& view, LensFrame* frame) {
+  std::vector<double> sizes;
+  for (const LensFrame::Reading& r : frame->readings(view))
+    if (r.hit) sizes.push_back(std::abs(r.residual_m));
+  return robust_sd(&sizes);
+}
+
+// Information of one observation of a pose with the sd of "somewhere in the object's box, turned anyhow".
+Vector6d weak_information(const Shape& shape) {
+  constexpr double kPi = 3.14159265358979323846;
+  Vector6d weak;
+  weak.head<3>().setConstant(1 / (shape.diameter_m * shape.diameter_m));
+  weak.tail<3>().setConstant(1 / (kPi * kPi));
+  return weak;
+}
+
+}  // namespace
+
+IntrinsicsProblem::IntrinsicsProblem(Shape shape, const Lens& lens, const std::vector<LensUnknown>& free,
+                                     const IntrinsicsOptions& options)
+    : shape_(std::move(shape)), lens_(lens), options_(options) {
+  free_.unknowns = free;
+  free_.distorted = lens.camera.distorted();
+  for (const LensUnknown which : free)
+    free_.distorted |= which == LensUnknown::kK1 || which == LensUnknown::kK2;
+}
+
+int IntrinsicsProblem::add(const DepthFrame& depth, const Rigidd& T_cam_obj) {
+  const Rigidd centred{T_cam_obj.R, T_cam_obj * shape_.centre_obj};
+  PixelSelection selection;
+  selection.choose(depth, lens_.camera, shape_, centred, TrackerOptions{}, options_.padding_m, nullptr);
+  PixelSet pixels;
+  selection.pack(options_.max_pixels, &pixels);
+  LensFrame frame;
+  frame.T_obj_cam = inverse(centred);
+  const int width = lens_.camera.width;
+  for (std::size_t i = 0; i < pixels.at.size(); ++i) {
+    // The frame's depth may have been corrected by the lens as it is now.
+    const double reading =
+        (static_cast<double>(pixels.depth_m[i]) - lens_.depth_offset_m) / lens_.depth_scale;
+    frame.pixels.push(pixels.at[i] % width, pixels.at[i] / width, reading);
+  }
+  frames_.push_back(std::move(frame));
+  return pixels.count();
+}
+
+void IntrinsicsProblem::drop(const std::vector<int>& dropped) {
+  std::vector<LensFrame> kept;
+  for (int m = 0; m < frame_count(); ++m)
+    if (std::find(dropped.begin(), dropped.end(), m) == dropped.end())
+      kept.push_back(std::move(frames_[static_cast<std::size_t>(m)]));
+  frames_ = std::move(kept);
+}
+
+Rigidd IntrinsicsProblem::T_cam_obj(int frame) const {
+  const Rigidd centred = inverse(frames_.at(static_cast<std::size_t>(frame)).T_obj_cam);
+  return {centred.R, centred * (-shape_.centre_obj)};
+}
+
+LensEnergy IntrinsicsProblem::energy_over(const std::vector<LensFrame*>& frames, Lens* lens,
+                                          const LensPrior* prior,
+                                          const LensEnergy::Settings& settings) const {
+  return {shape_.sdf, free_, frames, lens, prior, settings};
+}
+
+LensEnergy::Settings IntrinsicsProblem::fine(int threads) const {
+  return {options_.least_scale_m, options_.outlier_floor, Outline::kWithin, 1, threads};
+}
+
+// Coarse to fine. The noise of each frame is measured where the stage before has led to.
+void IntrinsicsProblem::run_stages(const std::vector<LensFrame*>& frames, Lens* lens, const LensPrior* prior,
+                                   double scale_m, LmRecord* record) const {
+  std::vector<LmStep> steps;
+  LmOptions lm;
+  const auto run = [&](const LensEnergy::Settings& settings) {
+    LensEnergy energy = energy_over(frames, lens, prior, settings);
+    energy.classify();
+    minimize(energy, lm, record);
+    steps.insert(steps.end(), record->steps.begin(), record->steps.end());
+    parallel_for(frames.size(), options_.threads,
+                 [&](std::size_t m) { frames[m]->noise_m = noise_of(energy.view(), frames[m]); });
+  };
+  lm.max_steps = options_.coarse_steps, lm.cost_relative = kCoarseGain;
+  for (double s = scale_m; s > options_.least_scale_m; s *= kNarrowing) {
+    if (std::all_of(frames.begin(), frames.end(), [&](const LensFrame* f) { return s < f->noise_m; })) break;
+    run({s, options_.outlier_floor, Outline::kAll, options_.coarse_stride, options_.threads});
+  }
+  lm.max_steps = options_.fine_steps, lm.cost_relative = 0, lm.cost_gain = kLeastGain;
+  for (int round = 0; round < kLastRounds; ++round) run(fine(options_.threads));
+  record->steps = std::move(steps);
+}
+
+LmRecord IntrinsicsProblem::solve(double scale_m, const LensPrior* prior) {
+  LmRecord record;
+  for (LensFrame& frame : frames_) frame.noise_m = 0;
+  run_stages(all_of(&frames_), &lens_, prior, scale_m, &record);
+  return record;
+}
+
+FrameEstimate IntrinsicsProblem::estimate_of(LensFrame* frame, Lens lens) const {
+  const std::vector<LensFrame*> one{frame};
+  const LensEnergy energy = energy_over(one, &lens, nullptr, fine(1));
+  const DepthLogistic<double> penalty = energy.penalty_of(*frame);
+  Eigen::MatrixXd meat, bread;
+  frame->scatter(energy.view(), penalty, &meat, &bread);
+  const int n = free_.count();
+  Eigen::Matrix<double, 6, 6> pose = bread.topLeftCorner<6, 6>();
+  pose.diagonal() += weak_information(shape_);
+  const Eigen::MatrixXd follow = pose.ldlt().solve(bread.topRightCorner(6, n));  // how the pose follows
+  ArrowBlock block;
+  frame->linearize(energy.view(), penalty, false, &block);
+  Eigen::MatrixXd along(6 + n, n);
+  along << -follow, Eigen::MatrixXd::Identity(n, n);
+  FrameEstimate out;
+  out.value.resize(n);
+  for (int j = 0; j < n; ++j) out.value[j] = lens.get(free_.unknowns[static_cast<std::size_t>(j)]);
+  out.information = bread.bottomRightCorner(n, n) - bread.bottomLeftCorner(n, 6) * follow;
+  out.gradient = block.shared_gradient - follow.transpose() * block.pose_gradient;
+  out.scatter = along.transpose() * meat * along;
+  out.noise_m = frame->noise_m;
+  out.cost = block.count > 0 ? block.cost / block.count : 0;
+  out.hits = static_cast<int>(block.count);
+  return out;
+}
+
+std::vector<FrameEstimate> IntrinsicsProblem::examine() {
+  std::vector<FrameEstimate> out(frames_.size());
+  parallel_for(frames_.size(), options_.threads,
+               [&](std::size_t m) { out[m] = estimate_of(&frames_[m], lens_); });
+  return out;
+}
+
+std::vector<FrameEstimate> IntrinsicsProblem::solve_each() {
+  std::vector<FrameEstimate> out(frames_.size());
+  parallel_for(frames_.size(), options_.threads, [&](std::size_t m) {
+    LensFrame frame = frames_[m];
+    Lens lens = lens_;
+    std::vector<LensFrame*> one{&frame};
+    LensEnergy energy(shape_.sdf, free_, one, &lens, nullptr, options_.least_scale_m, options_.outlier_floor,
+                      1);
+    LmOptions lm;
+    lm.max_steps = options_.steps;
+    lm.cost_gain = kLeastGain;
+    lm.cost_relative = 0;
+    LmRecord record;
+    minimize(energy, lm, &record);
+    out[m] = estimate_of(&frame, lens);
+  });
+  return out;
+}
+
+SharedVector IntrinsicsProblem::bias(std::uint64_t seed, int pairs) {
+  if (pairs < 1 || pairs > kMostTwinDraws)
+    throw std::invalid_argument("pairs: expected 1 to 1000, got " + std::to_string(pairs));
+  const int n = free_.count();
+  SharedVector sum = SharedVector::Zero(n);
+  for (int pair = 0; pair < pairs; ++pair)
+    for (const double sign : {1.0, -1.0}) {
+      std::mt19937_64 random(seed + static_cast<std::uint64_t>(pair));
+      std::normal_distribution<double> normal;
+      std::vector<LensFrame> twins = frames_;
+      for (LensFrame& twin : twins)
+        for (std::size_t i = 0; i < twin.pixels.reading_m.size(); ++i) {
+          const double depth = twin.pixels.hit_m[i] + sign * twin.noise_m * normal(random);
+          if (twin.pixels.used[i])
+            twin.pixels.reading_m[i] = (depth - lens_.depth_offset_m) / lens_.depth_scale;
+        }
+      Lens lens = lens_;
+      LmRecord record;
+      run_stages(all_of(&twins), &lens, nullptr, options_.least_scale_m, &record);
+      for (int j = 0; j < n; ++j) {
+        const LensUnknown which = free_.unknowns[static_cast<std::size_t>(j)];
+        sum[j] += lens.get(which) - lens_.get(which);
+      }
+    }
+  return sum / (2.0 * pairs);
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+// Intrinsics from an object of known shape moved before the camera (thesis, section 3.6): one energy over all
+// frames, or one per frame and their information-weighted mean. docs/math/intrinsics.md derives it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "calibration/lens_energy.h"
+#include "tracking/region.h"
+
+namespace sdftrack {
+
+struct IntrinsicsOptions {
+  int max_pixels = 3000;        // of a frame
+  double padding_m = 0.03;      // a pixel counts when its point is this near the object's box
+  double scale_start_m = 0.01;  // s of the first stage; halved from stage to stage, down to the noise
+  double least_scale_m = 2e-4;
+  double outlier_floor = 0.1;
+  int coarse_steps = 6, fine_steps = 12;  // trials of a stage
+  int coarse_stride = 6;                  // of the pixels
+  int threads = 1;
+};
+
+// What one frame says of the free unknowns.
+struct FrameEstimate {
+  SharedVector value;
+  SharedMatrix information;  // inverse of the marginal covariance; the pose has followed
+  SharedVector gradient;     // of the cost reduced to the lens, at the state in hand
+  SharedMatrix scatter;      // variance of that gradient by the readings' own noise
+  double noise_m = 0, cost = 0;
+  int hits = 0;
+};
+
+class IntrinsicsProblem {
+ public:
+  // The volume behind the shape's view belongs to the caller.
+  IntrinsicsProblem(Shape shape, const Lens& lens, const std::vector<LensUnknown>& free,
+                    const IntrinsicsOptions& options);
+
+  // Keeps the readings near the object at T_cam_obj (of the caller's object frame); returns how many they
+  // are.
+  int add(const DepthFrame& frame, const Rigidd& T_cam_obj);
+  int frame_count() const { return static_cast<int>(frames_.size()); }
+  void drop(const std::vector<int>& frames);
+
+  const Lens& lens() const { return lens_; }
+  void set_lens(const Lens& lens) { lens_ = lens; }
+  Rigidd T_cam_obj(int frame) const;
+  const FreeLens& free() const { return free_; }
+
+  // All frames together, from scale_m on down to the noise. prior: nullptr for none.
+  LmRecord solve(double scale_m, const LensPrior* prior);
+  // What each frame says at the state in hand.
+  std::vector<FrameEstimate> examine();
+  // The same, with each frame moved to its own optimum first (thesis Eq. 3.23); the state stays as it is.
+  std::vector<FrameEstimate> solve_each();
+  // By how much the estimate is off, on average, when the truth is the state in hand: solved anew for
+  // readings made up from it with the noise of each frame, and with that noise negated, so that what is of
+  // first order cancels.
+  SharedVector bias(std::uint64_t seed, int pairs);
+
+ private:
+  LensEnergy energy_over(const std::vector<LensFrame*>& frames, Lens* lens, const LensPrior* prior,
+                         const LensEnergy::Settings& settings) const;
+  LensEnergy::Settings fine(int threads) const;
+  void run_stages(const std::vector<LensFrame*>& frames, Lens* lens, const LensPrior* prior, double scale_m,
+                  LmRecord* record) const;
+  FrameEstimate estimate_of(LensFrame* frame, Lens lens) const;
+
+  Shape shape_;
+  Lens lens_;
+  FreeLens free_;
+  IntrinsicsOptions options_;
+  std::vector<LensFrame> frames_;
+};
+
+}  // namespace sdftrack

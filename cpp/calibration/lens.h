@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// A depth camera as a calibration sees it: from a pixel and its reading to a point, with the derivatives by
+// everything that may be unknown. docs/math/intrinsics.md, section 1.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "base/camera.h"
+#include "optim/arrow.h"
+
+namespace sdftrack {
+
+// The order in which unknowns are named, and in which a subset of them stands in a vector.
+enum class LensUnknown { kFx, kFy, kCx, kCy, kSkew, kK1, kK2, kDepthScale, kDepthOffset };
+constexpr int kLensUnknowns = 9;
+static_assert(kLensUnknowns == kMostShared);
+
+struct Lens {
+  Camera camera;
+  double skew = 0;         // u = fx x + skew y + cx, x and y distorted
+  double depth_scale = 1;  // depth = depth_scale * reading + depth_offset_m
+  double depth_offset_m = 0;
+
+  double get(LensUnknown which) const;
+  void set(LensUnknown which, double value);
+  double depth_m(double reading_m) const { return depth_scale * reading_m + depth_offset_m; }
+};
+
+struct LensRay {
+  Vec3d ray;                                     // z = 1, distortion removed
+  std::array<double, kLensUnknowns> dx{}, dy{};  // of ray.x and ray.y by the unknowns; 0 for the depth's
+};
+
+// `distorted`: whether distortion is among the camera's numbers or the unknowns.
+LensRay look_through(const Lens& lens, bool distorted, double u_px, double v_px);
+
+}  // namespace sdftrack

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// All frames of a calibration as one energy: a pose each, and the lens that they share.
+#pragma once
+
+#include <vector>
+
+#include "calibration/lens_frame.h"
+#include "optim/arrow.h"
+
+namespace sdftrack {
+
+// What is known of the free unknowns before any frame: a value and an sd each (infinite: nothing).
+struct LensPrior {
+  std::vector<double> value, sd;
+};
+
+class LensEnergy final : public ArrowEnergy {
+ public:
+  struct Settings {
+    double least_scale_m;  // s of the penalty, or the frame's noise where that is more
+    double outlier_floor;
+    Outline outline;
+    int stride, threads;
+  };
+  // The frames, the lens and the prior (nullptr: none) belong to the caller.
+  LensEnergy(const SdfView& sdf, const FreeLens& free, const std::vector<LensFrame*>& frames, Lens* lens,
+             const LensPrior* prior, const Settings& settings)
+      : sdf_(sdf), free_(free), frames_(frames), lens_(lens), prior_(prior), settings_(settings) {}
+
+  DepthLogistic<double> penalty_of(const LensFrame& frame) const;
+  void classify();
+  LensView view(bool trial = false) const {
+    return {sdf_, trial ? trial_lens_ : *lens_, free_, settings_.stride};
+  }
+
+  int shared_unknowns() const override { return free_.count(); }
+  void linearize(bool trial, std::vector<ArrowBlock>* blocks, ArrowBlock* prior) override;
+  void retract(const std::vector<Vector6d>& poses, const SharedVector& shared) override;
+  void accept() override;
+  bool is_small(const std::vector<Vector6d>& poses, const SharedVector& shared) const override;
+
+ private:
+  SdfView sdf_;
+  const FreeLens& free_;
+  const std::vector<LensFrame*>& frames_;
+  Lens *lens_, trial_lens_;
+  const LensPrior* prior_;
+  Settings settings_;
+};
+
+}  // namespace sdftrack

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// One frame of a calibration: readings near the object, and what they say of its pose and of the lens.
+#pragma once
+
+#include <vector>
+
+#include "calibration/lens.h"
+#include "energies/penalty.h"
+#include "energies/term.h"
+
+namespace sdftrack {
+
+// The unknowns of a lens that are free, and what the rays need to know.
+struct FreeLens {
+  std::vector<LensUnknown> unknowns;  // in the order of the enumeration
+  bool distorted = false;             // of the camera, or among the unknowns
+
+  int count() const { return static_cast<int>(unknowns.size()); }
+};
+
+// Structure of arrays, as PixelsView has it; u and v are those of the image, distortion and all.
+struct LensPixels {
+  std::vector<double> u_px, v_px, reading_m, hit_m, gain;
+  std::vector<unsigned char> used;
+
+  int count() const { return static_cast<int>(reading_m.size()); }
+  void push(double u, double v, double reading);
+};
+
+// What all frames have in common while a state is looked at.
+struct LensView {
+  SdfView sdf;
+  const Lens& lens;
+  const FreeLens& free;
+  int stride = 1;  // of the pixels: coarse stages look at some of them
+};
+
+enum class Outline {
+  kAll,     // pixels whose rays miss the model count too, by phi at the measured point
+  kWithin,  // only those that meet it, and whose neighbours do: no ray comes or goes while the state moves a
+            // little
+};
+
+class LensFrame {
+ public:
+  LensPixels pixels;
+  Rigidd T_obj_cam, trial_T_obj_cam;  // centred
+  double noise_m = 0;                 // sd of the readings of this frame; 0: not known yet
+
+  // Decides anew which pixels count and which rays meet the model; costs may be compared until the next call.
+  void classify(const LensView& view, Outline outline);
+  // At T_obj_cam, or at trial_T_obj_cam.
+  void linearize(const LensView& view, const DepthLogistic<double>& penalty, bool trial, ArrowBlock* out);
+
+  struct Reading {
+    double residual_m;
+    bool hit;
+  };
+  // Of every pixel that counts: residual (model minus measured), and whether its ray meets the model.
+  std::vector<Reading> readings(const LensView& view);
+
+  // How the sum over pixels scatters: sum of psi^2 J J^T of all unknowns (pose, then lens), and the sum of
+  // psi' J J^T; the two halves of the sandwich covariance.
+  void scatter(const LensView& view, const DepthLogistic<double>& penalty, Eigen::MatrixXd* meat,
+               Eigen::MatrixXd* bread);
+
+ private:
+  template <class Visit>
+  void each_row(const LensView& view, const Rigidd& T, bool reclassify, const Visit& visit);
+  bool neighbours_meet(const LensView& view, std::size_t at) const;
+};
+
+}  // namespace sdftrack

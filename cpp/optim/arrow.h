@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// Normal equations of many poses that share a few unknowns, and only those: an arrow of blocks. The poses are
+// eliminated one by one, so that a step costs what the poses cost, not the cube of their number.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "optim/lm_loop.h"
+
+namespace sdftrack {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+constexpr int kMostShared = 9;
+using SharedVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostShared, 1>;
+using SharedMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostShared, kMostShared>;
+using CrossMatrix = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMostShared>;
+
+// The share of one pose in the normal equations.
+struct ArrowBlock {
+  Eigen::Matrix<double, 6, 6> pose;  // second derivatives by the pose,
+  CrossMatrix cross;                 // by the pose and the shared unknowns,
+  SharedMatrix shared;               // by the shared unknowns
+  Vector6d pose_gradient;
+  SharedVector shared_gradient;
+  double cost = 0, count = 0;
+
+  void reset(int shared_unknowns);
+};
+
+// A block with its pose eliminated: what it says of the shared unknowns once the pose has followed them.
+// `weak` is the information of one weak observation of the pose, for directions that the data leave open.
+struct Reduced {
+  SharedMatrix information;
+  SharedVector gradient;
+};
+Reduced eliminate_pose(const ArrowBlock& block, const Vector6d& weak);
+
+// What is minimised: a sum over poses, and what is known of the shared unknowns beforehand.
+class ArrowEnergy {
+ public:
+  virtual ~ArrowEnergy() = default;
+  virtual int shared_unknowns() const = 0;
+  // One block for each pose, at the state in hand or (trial) at the one a step has led to.
+  virtual void linearize(bool trial, std::vector<ArrowBlock>* blocks, ArrowBlock* prior) = 0;
+  virtual void retract(const std::vector<Vector6d>& poses,
+                       const SharedVector& shared) = 0;  // makes the trial
+  virtual void accept() = 0;                             // the trial becomes the state
+  virtual bool is_small(const std::vector<Vector6d>& poses, const SharedVector& shared) const = 0;
+};
+
+void minimize(ArrowEnergy& energy, const LmOptions& options, LmRecord* out);
+
+}  // namespace sdftrack
