@@ -130,7 +130,6 @@ void bind_calibration(py::module_& m) {
       .def(py::init<>())
       .def_readwrite("max_pixels", &IntrinsicsOptions::max_pixels)
       .def_readwrite("padding_m", &IntrinsicsOptions::padding_m)
-      .def_readwrite("scale_start_m", &IntrinsicsOptions::scale_start_m)
       .def_readwrite("least_scale_m", &IntrinsicsOptions::least_scale_m)
       .def_readwrite("outlier_floor", &IntrinsicsOptions::outlier_floor)
       .def_readwrite("coarse_steps", &IntrinsicsOptions::coarse_steps)

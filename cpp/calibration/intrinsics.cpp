@@ -8,32 +8,18 @@
 #include <stdexcept>
 
 #include "base/parallel.h"
-#include "base/robust.h"
 #include "tracking/selection.h"
 
 namespace sdftrack {
 
 namespace {
 
-// A step that promises a smaller gain in log-likelihood moves nothing by more than 5 % of its sd.
-constexpr double kLeastGain = 1e-3;
-constexpr double kCoarseGain =
-    0.01;  // a coarse step that gains less than this share of the cost is its stage's last
-constexpr double kNarrowing = 0.4;  // of s, from stage to stage
-constexpr int kLastRounds = 2;      // at the noise's own scale: which pixels count is decided anew
 constexpr int kMostTwinDraws = 1000;
 
 std::vector<LensFrame*> all_of(std::vector<LensFrame>* frames) {
   std::vector<LensFrame*> out;
   for (LensFrame& frame : *frames) out.push_back(&frame);
   return out;
-}
-
-double noise_of(const LensView& view, LensFrame* frame) {
-  std::vector<double> sizes;
-  for (const LensFrame::Reading& r : frame->readings(view))
-    if (r.hit) sizes.push_back(std::abs(r.residual_m));
-  return robust_sd(&sizes);
 }
 
 // Information of one observation of a pose with the sd of "somewhere in the object's box, turned anyhow".
@@ -88,49 +74,16 @@ Rigidd IntrinsicsProblem::T_cam_obj(int frame) const {
   return {centred.R, centred * (-shape_.centre_obj)};
 }
 
-LensEnergy IntrinsicsProblem::energy_over(const std::vector<LensFrame*>& frames, Lens* lens,
-                                          const LensPrior* prior,
-                                          const LensEnergy::Settings& settings) const {
-  return {shape_.sdf, free_, frames, lens, prior, settings};
-}
-
-LensEnergy::Settings IntrinsicsProblem::fine(int threads) const {
-  return {options_.least_scale_m, options_.outlier_floor, Outline::kWithin, 1, threads};
-}
-
-// Coarse to fine. The noise of each frame is measured where the stage before has led to.
-void IntrinsicsProblem::run_stages(const std::vector<LensFrame*>& frames, Lens* lens, const LensPrior* prior,
-                                   double scale_m, LmRecord* record) const {
-  std::vector<LmStep> steps;
-  LmOptions lm;
-  const auto run = [&](const LensEnergy::Settings& settings) {
-    LensEnergy energy = energy_over(frames, lens, prior, settings);
-    energy.classify();
-    minimize(energy, lm, record);
-    steps.insert(steps.end(), record->steps.begin(), record->steps.end());
-    parallel_for(frames.size(), options_.threads,
-                 [&](std::size_t m) { frames[m]->noise_m = noise_of(energy.view(), frames[m]); });
-  };
-  lm.max_steps = options_.coarse_steps, lm.cost_relative = kCoarseGain;
-  for (double s = scale_m; s > options_.least_scale_m; s *= kNarrowing) {
-    if (std::all_of(frames.begin(), frames.end(), [&](const LensFrame* f) { return s < f->noise_m; })) break;
-    run({s, options_.outlier_floor, Outline::kAll, options_.coarse_stride, options_.threads});
-  }
-  lm.max_steps = options_.fine_steps, lm.cost_relative = 0, lm.cost_gain = kLeastGain;
-  for (int round = 0; round < kLastRounds; ++round) run(fine(options_.threads));
-  record->steps = std::move(steps);
-}
-
 LmRecord IntrinsicsProblem::solve(double scale_m, const LensPrior* prior) {
-  LmRecord record;
   for (LensFrame& frame : frames_) frame.noise_m = 0;
-  run_stages(all_of(&frames_), &lens_, prior, scale_m, &record);
-  return record;
+  LensSolver solver(shape_.sdf, free_, options_, all_of(&frames_), &lens_, prior);
+  solver.solve(scale_m);
+  return solver.record();
 }
 
 FrameEstimate IntrinsicsProblem::estimate_of(LensFrame* frame, Lens lens) const {
-  const std::vector<LensFrame*> one{frame};
-  const LensEnergy energy = energy_over(one, &lens, nullptr, fine(1));
+  const LensSolver solver(shape_.sdf, free_, options_, {frame}, &lens, nullptr);
+  const LensEnergy energy = solver.fine_energy();
   const DepthLogistic<double> penalty = energy.penalty_of(*frame);
   Eigen::MatrixXd meat, bread;
   frame->scatter(energy.view(), penalty, &meat, &bread);
@@ -163,18 +116,13 @@ std::vector<FrameEstimate> IntrinsicsProblem::examine() {
 
 std::vector<FrameEstimate> IntrinsicsProblem::solve_each() {
   std::vector<FrameEstimate> out(frames_.size());
+  IntrinsicsOptions alone = options_;
+  alone.threads = 1;  // of a frame; the frames are shared out
   parallel_for(frames_.size(), options_.threads, [&](std::size_t m) {
     LensFrame frame = frames_[m];
     Lens lens = lens_;
-    std::vector<LensFrame*> one{&frame};
-    LensEnergy energy(shape_.sdf, free_, one, &lens, nullptr, options_.least_scale_m, options_.outlier_floor,
-                      1);
-    LmOptions lm;
-    lm.max_steps = options_.steps;
-    lm.cost_gain = kLeastGain;
-    lm.cost_relative = 0;
-    LmRecord record;
-    minimize(energy, lm, &record);
+    LensSolver solver(shape_.sdf, free_, alone, {&frame}, &lens, nullptr);
+    solver.fine();
     out[m] = estimate_of(&frame, lens);
   });
   return out;
@@ -197,8 +145,7 @@ SharedVector IntrinsicsProblem::bias(std::uint64_t seed, int pairs) {
             twin.pixels.reading_m[i] = (depth - lens_.depth_offset_m) / lens_.depth_scale;
         }
       Lens lens = lens_;
-      LmRecord record;
-      run_stages(all_of(&twins), &lens, nullptr, options_.least_scale_m, &record);
+      LensSolver(shape_.sdf, free_, options_, all_of(&twins), &lens, nullptr).fine();
       for (int j = 0; j < n; ++j) {
         const LensUnknown which = free_.unknowns[static_cast<std::size_t>(j)];
         sum[j] += lens.get(which) - lens_.get(which);

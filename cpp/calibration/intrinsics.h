@@ -6,21 +6,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "calibration/lens_energy.h"
+#include "calibration/lens_solver.h"
 #include "tracking/region.h"
 
 namespace sdftrack {
-
-struct IntrinsicsOptions {
-  int max_pixels = 3000;        // of a frame
-  double padding_m = 0.03;      // a pixel counts when its point is this near the object's box
-  double scale_start_m = 0.01;  // s of the first stage; halved from stage to stage, down to the noise
-  double least_scale_m = 2e-4;
-  double outlier_floor = 0.1;
-  int coarse_steps = 6, fine_steps = 12;  // trials of a stage
-  int coarse_stride = 6;                  // of the pixels
-  int threads = 1;
-};
 
 // What one frame says of the free unknowns.
 struct FrameEstimate {
@@ -61,11 +50,6 @@ class IntrinsicsProblem {
   SharedVector bias(std::uint64_t seed, int pairs);
 
  private:
-  LensEnergy energy_over(const std::vector<LensFrame*>& frames, Lens* lens, const LensPrior* prior,
-                         const LensEnergy::Settings& settings) const;
-  LensEnergy::Settings fine(int threads) const;
-  void run_stages(const std::vector<LensFrame*>& frames, Lens* lens, const LensPrior* prior, double scale_m,
-                  LmRecord* record) const;
   FrameEstimate estimate_of(LensFrame* frame, Lens lens) const;
 
   Shape shape_;

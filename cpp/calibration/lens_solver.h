@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// The stages of a calibration, coarse to fine.
+#pragma once
+
+#include <vector>
+
+#include "calibration/lens_energy.h"
+
+namespace sdftrack {
+
+struct IntrinsicsOptions {
+  int max_pixels = 3000;        // of a frame
+  double padding_m = 0.03;      // a pixel counts when its point is this near the object's box
+  double least_scale_m = 2e-4;  // s of the last stage, or the noise where that is more
+  double outlier_floor = 0.1;
+  int coarse_steps = 6, fine_steps = 12;  // trials of a stage
+  int coarse_stride = 6;                  // of the pixels
+  int threads = 1;
+};
+
+class LensSolver {
+ public:
+  // Everything belongs to the caller and is moved in place; prior: nullptr for none.
+  LensSolver(const SdfView& sdf, const FreeLens& free, const IntrinsicsOptions& options,
+             std::vector<LensFrame*> frames, Lens* lens, const LensPrior* prior)
+      : sdf_(sdf), free_(free), options_(options), frames_(std::move(frames)), lens_(lens), prior_(prior) {}
+
+  // Stages from scale_m down to the noise, on some of the pixels, outlines and all.
+  void coarse(double scale_m, bool poses_only);
+  // At the noise's own scale, all pixels within the outlines.
+  void fine();
+  // All of it.
+  void solve(double scale_m);
+
+  LensEnergy fine_energy() const;
+  const LmRecord& record() const { return record_; }  // of the last stage, with the steps of all
+
+ private:
+  void run(LensEnergy energy, const LmOptions& lm);
+
+  SdfView sdf_;
+  const FreeLens& free_;
+  const IntrinsicsOptions& options_;
+  std::vector<LensFrame*> frames_;
+  Lens* lens_;
+  const LensPrior* prior_;
+  LmRecord record_;
+};
+
+}  // namespace sdftrack

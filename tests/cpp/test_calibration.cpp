@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <random>
+
+#include "calibration/lens_energy.h"
+#include "volume_fixture.h"
+
+namespace sdftrack {
+namespace {
+
+const Volume kBody =
+    make_volume(60, 0.12, [](Vec3d p) { return (norm(Vec3d{p.x, 1.5 * p.y, 1.8 * p.z}) - 0.09) * 0.7; });
+
+Lens some_lens() {
+  Lens lens{{{525, 515, 321, 238}, 640, 480, {0.08, -0.05, 0.002, -0.001, 0.02}}, 1.5, 1.02, 0.004};
+  return lens;
+}
+FreeLens everything() {
+  FreeLens free;
+  for (int j = 0; j < kLensUnknowns; ++j) free.unknowns.push_back(static_cast<LensUnknown>(j));
+  free.distorted = true;
+  return free;
+}
+const Rigidd kPose = inverse(Rigidd{rotation_exp(Vec3d{0.5, -0.4, 0.3}), {0.05, -0.03, 0.6}});
+
+// Readings of the body through the lens, each with an error, and some that are not the body's.
+LensFrame some_frame(const Lens& lens) {
+  LensFrame frame;
+  frame.T_obj_cam = kPose;
+  std::mt19937 random(5);
+  std::normal_distribution<double> error(0, 0.002);
+  for (int v = 140; v < 290; v += 7)
+    for (int u = 270; u < 460; u += 7) {
+      const Vec3d ray = look_through(lens, true, u, v).ray;
+      double z = 0.5;
+      for (int k = 0; k < 50; ++k) {
+        double phi;
+        Vec3d unused;
+        SingleObject<double>{kBody.view(), kPose}.value(z * ray, &phi, &unused);
+        z += 0.7 * phi;
+      }
+      if (z < 0.8) frame.pixels.push(u, v, (z + error(random) - lens.depth_offset_m) / lens.depth_scale);
+    }
+  for (int i = 0; i < 20; ++i) frame.pixels.push(200 + 10 * i, 130, 0.55);
+  return frame;
+}
+
+TEST(Lens, a_ray_projects_back_to_its_pixel) {
+  const Lens lens = some_lens();
+  const Vec3d ray = look_through(lens, true, 100, 400).ray;
+  const Vec2d xy = distort(lens.camera.distortion, {ray.x, ray.y});
+  EXPECT_NEAR(lens.camera.K.fx * xy.x + lens.skew * xy.y + lens.camera.K.cx, 100, 1e-8);
+  EXPECT_NEAR(lens.camera.K.fy * xy.y + lens.camera.K.cy, 400, 1e-8);
+}
+
+TEST(Lens, derivatives_of_a_ray_are_those_of_finite_differences) {
+  const Lens lens = some_lens();
+  const LensRay at = look_through(lens, true, 150, 380);
+  for (std::size_t j = 0; j < kLensUnknowns; ++j) {
+    const auto which = static_cast<LensUnknown>(j);
+    const double h = j < 5 ? 1e-4 : 1e-7;  // pixels, or plain numbers
+    Lens up = lens, down = lens;
+    up.set(which, lens.get(which) + h), down.set(which, lens.get(which) - h);
+    const Vec3d a = look_through(up, true, 150, 380).ray, b = look_through(down, true, 150, 380).ray;
+    EXPECT_NEAR(at.dx[j], (a.x - b.x) / (2 * h), 1e-7) << "unknown " << j;
+    EXPECT_NEAR(at.dy[j], (a.y - b.y) / (2 * h), 1e-7) << "unknown " << j;
+  }
+}
+
+double cost_at(LensFrame frame, const Lens& lens, const FreeLens& free, const DepthLogistic<double>& penalty,
+               const Rigidd& T) {
+  ArrowBlock block;
+  frame.T_obj_cam = T;
+  frame.linearize({kBody.view(), lens, free}, penalty, false, &block);
+  return block.cost;
+}
+
+// Which pixels count and which rays meet the model is fixed before.
+void expect_the_gradient_of_finite_differences(Outline outline) {
+  const Lens lens = some_lens();
+  const FreeLens free = everything();
+  const DepthLogistic<double> penalty{0.002, 0.1};
+  LensFrame frame = some_frame(lens);
+  frame.classify({kBody.view(), lens, free}, outline);
+  ArrowBlock block;
+  frame.linearize({kBody.view(), lens, free}, penalty, false, &block);
+  ASSERT_GT(block.count, 100);
+  for (int j = 0; j < 6 + kLensUnknowns; ++j) {
+    const bool pose = j < 6;
+    const double h = pose ? 1e-7 : (j < 11 ? 1e-4 : 1e-7);
+    double side[2];
+    for (int s = 0; s < 2; ++s) {
+      const double step = s == 0 ? h : -h;
+      Lens moved = lens;
+      Rigidd T = frame.T_obj_cam;
+      double d[6] = {};
+      if (pose)
+        d[j] = step;
+      else
+        moved.set(static_cast<LensUnknown>(j - 6), lens.get(static_cast<LensUnknown>(j - 6)) + step);
+      T = increment(Vec3d{d[0], d[1], d[2]}, Vec3d{d[3], d[4], d[5]}) * T;
+      side[s] = cost_at(frame, moved, free, penalty, T);
+    }
+    const double numeric = (side[0] - side[1]) / (2 * h);
+    const double analytic = pose ? block.pose_gradient[j] : block.shared_gradient[j - 6];
+    const double curvature = pose ? block.pose(j, j) : block.shared(j - 6, j - 6);
+    // Per standard deviation of the unknown; the field has kinks between its cells.
+    EXPECT_NEAR(analytic / std::sqrt(curvature), numeric / std::sqrt(curvature), 2e-3) << "unknown " << j;
+  }
+}
+
+TEST(LensFrame, its_gradient_is_that_of_finite_differences) {
+  expect_the_gradient_of_finite_differences(Outline::kAll);
+}
+TEST(LensFrame, its_gradient_is_that_of_finite_differences_within_the_outline) {
+  expect_the_gradient_of_finite_differences(Outline::kWithin);
+}
+
+}  // namespace
+}  // namespace sdftrack
