@@ -32,6 +32,7 @@ class Calibration {
 
   Busy turn() { return Busy(&busy_, "Calibration"); }
   IntrinsicsProblem& problem() { return problem_; }
+  const IntrinsicsProblem& problem() const { return problem_; }
 
  private:
   static Shape shape_of(const std::tuple<py::array, double, std::array<double, 3>>& volume) {
@@ -64,13 +65,14 @@ int add(Calibration& self, const py::array& depth_m, const py::object& mask, con
 py::dict as_dict(const std::vector<FrameEstimate>& frames, int n) {
   const auto m = static_cast<py::ssize_t>(frames.size());
   std::vector<double> value, information, gradient, scatter, noise, cost;
-  std::vector<int> hits;
+  std::vector<int> hits, open_turns;
   for (const FrameEstimate& f : frames) {
     value.insert(value.end(), f.value.data(), f.value.data() + n);
     information.insert(information.end(), f.information.data(), f.information.data() + n * n);
     gradient.insert(gradient.end(), f.gradient.data(), f.gradient.data() + n);
     scatter.insert(scatter.end(), f.scatter.data(), f.scatter.data() + n * n);
-    noise.push_back(f.noise_m), cost.push_back(f.cost), hits.push_back(f.hits);
+    noise.push_back(f.noise_m), cost.push_back(f.cost), hits.push_back(f.hits),
+        open_turns.push_back(f.open_turns);
   }
   py::dict out;
   out["value"] = to_numpy(std::move(value), {m, n});
@@ -80,6 +82,7 @@ py::dict as_dict(const std::vector<FrameEstimate>& frames, int n) {
   out["noise_m"] = to_numpy(std::move(noise), {m});
   out["cost"] = to_numpy(std::move(cost), {m});
   out["hits"] = to_numpy(std::move(hits), {m});
+  out["open_turns"] = to_numpy(std::move(open_turns), {m});
   return out;
 }
 
@@ -94,21 +97,47 @@ py::dict estimates(Calibration& self, const Work& work) {
   return as_dict(frames, self.problem().free().count());
 }
 
-py::tuple solve(Calibration& self, double scale_m, const std::vector<double>& prior_value,
-                const std::vector<double>& prior_sd) {
-  const Busy busy = self.turn();
+LensPrior prior_from(const Calibration& self, const std::vector<double>& value,
+                     const std::vector<double>& sd) {
   const auto n = static_cast<std::size_t>(self.problem().free().count());
-  const LensPrior prior{prior_value, prior_sd};
-  if (prior_sd.size() != prior_value.size() || (!prior_sd.empty() && prior_sd.size() != n))
+  if (sd.size() != value.size() || (!sd.empty() && sd.size() != n))
     throw py::value_error("prior: expected one value and one sd for each free unknown");
+  return {value, sd};
+}
+
+py::tuple as_tuple(const LmRecord& record) {
+  py::list steps;
+  for (const LmStep& s : record.steps) steps.append(py::make_tuple(s.cost, s.damping, s.accepted));
+  return py::make_tuple(steps, stop_name(record.stop), record.cost, static_cast<long>(record.count));
+}
+
+py::tuple solve(Calibration& self, double scale_m, const std::vector<double>& prior_value,
+                const std::vector<double>& prior_sd, bool quick) {
+  const Busy busy = self.turn();
+  const LensPrior prior = prior_from(self, prior_value, prior_sd);
   LmRecord record;
   {
     py::gil_scoped_release release;
-    record = self.problem().solve(scale_m, prior_sd.empty() ? nullptr : &prior);
+    record = self.problem().solve(scale_m, prior_sd.empty() ? nullptr : &prior, quick);
   }
-  py::list steps;
-  for (const LmStep& s : record.steps) steps.append(py::make_tuple(s.cost, s.damping, s.accepted));
-  return py::make_tuple(steps, stop_name(record.stop), record.cost, record.count);
+  return as_tuple(record);
+}
+
+py::tuple polish(Calibration& self) {
+  const Busy busy = self.turn();
+  LmRecord record;
+  {
+    py::gil_scoped_release release;
+    record = self.problem().polish();
+  }
+  return as_tuple(record);
+}
+
+py::dict solve_each(Calibration& self, double scale_m, const std::vector<double>& prior_value,
+                    const std::vector<double>& prior_sd) {
+  const LensPrior prior = prior_from(self, prior_value, prior_sd);
+  return estimates(
+      self, [&](IntrinsicsProblem& p) { return p.solve_each(scale_m, prior_sd.empty() ? nullptr : &prior); });
 }
 
 }  // namespace
@@ -143,14 +172,20 @@ void bind_calibration(py::module_& m) {
       .def("add", &add, py::arg("depth"), py::arg("mask"), py::arg("T_cam_obj"))
       .def("drop", [](Calibration& self, const std::vector<int>& frames) { self.problem().drop(frames); })
       .def("solve", &solve, py::arg("scale_m"), py::arg("prior_value") = std::vector<double>{},
-           py::arg("prior_sd") = std::vector<double>{})
+           py::arg("prior_sd") = std::vector<double>{}, py::arg("quick") = false)
+      .def("polish", &polish)
       .def(
           "examine",
           [](Calibration& self) { return estimates(self, [](IntrinsicsProblem& p) { return p.examine(); }); })
-      .def("solve_each",
-           [](Calibration& self) {
-             return estimates(self, [](IntrinsicsProblem& p) { return p.solve_each(); });
-           })
+      .def("solve_each", &solve_each, py::arg("scale_m"), py::arg("prior_value") = std::vector<double>{},
+           py::arg("prior_sd") = std::vector<double>{})
+      .def(
+          "coverage",
+          [](Calibration& self, int columns, int rows) {
+            if (columns < 1 || rows < 1) throw py::value_error("columns, rows: expected at least 1");
+            return to_numpy(self.problem().coverage(columns, rows), {rows, columns});
+          },
+          py::arg("columns"), py::arg("rows"))
       .def(
           "bias",
           [](Calibration& self, std::uint64_t seed, int pairs) {

@@ -2,6 +2,7 @@
 #include "calibration/intrinsics.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -15,6 +16,8 @@ namespace sdftrack {
 namespace {
 
 constexpr int kMostTwinDraws = 1000;
+constexpr int kTwinStride = 3;  // of the pixels: a bias does not depend on their number
+constexpr double kOpenTurn = 1e-3;
 
 std::vector<LensFrame*> all_of(std::vector<LensFrame>* frames) {
   std::vector<LensFrame*> out;
@@ -29,6 +32,16 @@ Vector6d weak_information(const Shape& shape) {
   weak.head<3>().setConstant(1 / (shape.diameter_m * shape.diameter_m));
   weak.tail<3>().setConstant(1 / (kPi * kPi));
   return weak;
+}
+
+// Axes about which a turn changes next to nothing: information of the turns, the shift having followed, below
+// a thousandth of what a shift of half the diameter would give.
+int open_turns(const Eigen::Matrix<double, 6, 6>& pose, const Shape& shape) {
+  const Eigen::Matrix3d shift = pose.topLeftCorner<3, 3>(), cross = pose.topRightCorner<3, 3>();
+  const Eigen::Matrix3d turn = pose.bottomRightCorner<3, 3>() - cross.transpose() * shift.ldlt().solve(cross);
+  const double usual = shift.trace() / 3 * shape.diameter_m * shape.diameter_m / 4;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(turn, Eigen::EigenvaluesOnly);
+  return static_cast<int>((solver.eigenvalues().array() < kOpenTurn * usual).count());
 }
 
 }  // namespace
@@ -74,10 +87,16 @@ Rigidd IntrinsicsProblem::T_cam_obj(int frame) const {
   return {centred.R, centred * (-shape_.centre_obj)};
 }
 
-LmRecord IntrinsicsProblem::solve(double scale_m, const LensPrior* prior) {
+LmRecord IntrinsicsProblem::solve(double scale_m, const LensPrior* prior, bool quick) {
   for (LensFrame& frame : frames_) frame.noise_m = 0;
   LensSolver solver(shape_.sdf, free_, options_, all_of(&frames_), &lens_, prior);
-  solver.solve(scale_m);
+  solver.solve(scale_m, quick ? options_.coarse_stride : 1);
+  return solver.record();
+}
+
+LmRecord IntrinsicsProblem::polish() {
+  LensSolver solver(shape_.sdf, free_, options_, all_of(&frames_), &lens_, nullptr);
+  solver.fine();
   return solver.record();
 }
 
@@ -104,6 +123,7 @@ FrameEstimate IntrinsicsProblem::estimate_of(LensFrame* frame, Lens lens) const 
   out.noise_m = frame->noise_m;
   out.cost = block.count > 0 ? block.cost / block.count : 0;
   out.hits = static_cast<int>(block.count);
+  out.open_turns = open_turns(pose, shape_);
   return out;
 }
 
@@ -114,18 +134,31 @@ std::vector<FrameEstimate> IntrinsicsProblem::examine() {
   return out;
 }
 
-std::vector<FrameEstimate> IntrinsicsProblem::solve_each() {
+std::vector<FrameEstimate> IntrinsicsProblem::solve_each(double scale_m, const LensPrior* prior) {
   std::vector<FrameEstimate> out(frames_.size());
   IntrinsicsOptions alone = options_;
   alone.threads = 1;  // of a frame; the frames are shared out
   parallel_for(frames_.size(), options_.threads, [&](std::size_t m) {
     LensFrame frame = frames_[m];
     Lens lens = lens_;
-    LensSolver solver(shape_.sdf, free_, alone, {&frame}, &lens, nullptr);
+    LensSolver solver(shape_.sdf, free_, alone, {&frame}, &lens, prior);
+    if (scale_m > 0) solver.coarse(scale_m);
     solver.fine();
     out[m] = estimate_of(&frame, lens);
   });
   return out;
+}
+
+std::vector<int> IntrinsicsProblem::coverage(int columns, int rows) const {
+  std::vector<int> cells(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+  for (const LensFrame& frame : frames_)
+    for (std::size_t i = 0; i < frame.pixels.used.size(); ++i) {
+      if (!frame.pixels.used[i]) continue;
+      const auto x = static_cast<std::size_t>(frame.pixels.u_px[i] * columns / lens_.camera.width);
+      const auto y = static_cast<std::size_t>(frame.pixels.v_px[i] * rows / lens_.camera.height);
+      ++cells[y * static_cast<std::size_t>(columns) + x];
+    }
+  return cells;
 }
 
 SharedVector IntrinsicsProblem::bias(std::uint64_t seed, int pairs) {
@@ -145,7 +178,7 @@ SharedVector IntrinsicsProblem::bias(std::uint64_t seed, int pairs) {
             twin.pixels.reading_m[i] = (depth - lens_.depth_offset_m) / lens_.depth_scale;
         }
       Lens lens = lens_;
-      LensSolver(shape_.sdf, free_, options_, all_of(&twins), &lens, nullptr).fine();
+      LensSolver(shape_.sdf, free_, options_, all_of(&twins), &lens, nullptr).fine(kTwinStride);
       for (int j = 0; j < n; ++j) {
         const LensUnknown which = free_.unknowns[static_cast<std::size_t>(j)];
         sum[j] += lens.get(which) - lens_.get(which);

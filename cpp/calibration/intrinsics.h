@@ -19,6 +19,7 @@ struct FrameEstimate {
   SharedMatrix scatter;      // variance of that gradient by the readings' own noise
   double noise_m = 0, cost = 0;
   int hits = 0;
+  int open_turns = 0;  // axes about which nothing in the readings holds the pose: those of a symmetric shape
 };
 
 class IntrinsicsProblem {
@@ -38,12 +39,18 @@ class IntrinsicsProblem {
   Rigidd T_cam_obj(int frame) const;
   const FreeLens& free() const { return free_; }
 
-  // All frames together, from scale_m on down to the noise. prior: nullptr for none.
-  LmRecord solve(double scale_m, const LensPrior* prior);
+  // All frames together, from scale_m on down to the noise. prior: nullptr for none. quick: on some of the
+  // pixels.
+  LmRecord solve(double scale_m, const LensPrior* prior, bool quick);
+  // The last stage alone, from the state in hand on.
+  LmRecord polish();
   // What each frame says at the state in hand.
   std::vector<FrameEstimate> examine();
-  // The same, with each frame moved to its own optimum first (thesis Eq. 3.23); the state stays as it is.
-  std::vector<FrameEstimate> solve_each();
+  // The same, with each frame moved to its own optimum first (thesis Eq. 3.23), through stages from scale_m
+  // on; the state stays as it is.
+  std::vector<FrameEstimate> solve_each(double scale_m, const LensPrior* prior);
+  // How many of the readings that count fall into each cell of the image, row by row.
+  std::vector<int> coverage(int columns, int rows) const;
   // By how much the estimate is off, on average, when the truth is the state in hand: solved anew for
   // readings made up from it with the noise of each frame, and with that noise negated, so that what is of
   // first order cancels.

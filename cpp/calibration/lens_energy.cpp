@@ -54,7 +54,7 @@ void LensEnergy::retract(const std::vector<Vector6d>& poses, const SharedVector&
 
 void LensEnergy::accept() {
   *lens_ = trial_lens_;
-  for (LensFrame* frame : frames_) frame->T_obj_cam = frame->trial_T_obj_cam;
+  for (LensFrame* frame : frames_) frame->accept();
 }
 
 bool LensEnergy::is_small(const std::vector<Vector6d>& poses, const SharedVector& shared) const {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "energies/field.h"
 
@@ -10,10 +11,9 @@ namespace sdftrack {
 
 namespace {
 
-using Loop = Term<SingleObject<double>, DepthLogistic<double>>;
-
 constexpr int kUnknowns = 6 + kLensUnknowns;
-constexpr int kNewtonSteps = 8;  // until a ray's hit is exact: the cost is then a function of the state alone
+constexpr int kNewtonSteps =
+    8;  // at most, until a hit is exact: the cost is then a function of the state alone
 constexpr double kMargin_px = 2;  // to the outline
 constexpr double kStep_m = 0.02;  // between neighbours: an outline within the object
 
@@ -39,30 +39,38 @@ void unpack(const double* gradient, const double* hessian, int size, ArrowBlock*
 
 void LensPixels::push(double u, double v, double reading) {
   u_px.push_back(u), v_px.push_back(v), reading_m.push_back(reading);
-  hit_m.push_back(reading), gain.push_back(1), used.push_back(1);
+  hit_m.push_back(reading), trial_hit_m.push_back(reading), gain.push_back(1), used.push_back(1);
+}
+
+LensFrame::Loop LensFrame::loop_over(const LensView& view, const Rigidd& T) {
+  return {{view.sdf, T}, {1, 0}, view.lens.camera.K, {}, Residual::kRayHit, false, kNewtonSteps};
 }
 
 // visit(reading, hit, J): of a pixel that counts, the residual, whether its ray meets the model, and
 // d residual / d unknowns over reading.gain.
 template <class Visit>
-void LensFrame::each_row(const LensView& view, const Rigidd& T, bool reclassify, const Visit& visit) {
-  const double per_noise = 1;
-  double depth_m = 0, hit_m = 0, gain = 0;
-  const Loop term{{view.sdf, T},      {1, 0},
-                  view.lens.camera.K, {1, nullptr, nullptr, &depth_m, &per_noise, &hit_m, &gain},
-                  Residual::kRayHit,  reclassify,
-                  kNewtonSteps};
+void LensFrame::each_row(const LensView& view, bool trial, const Visit& visit) {
+  const Loop loop = loop_over(view, trial ? trial_T_obj_cam : T_obj_cam);
+  std::vector<double>& hits =
+      trial ? pixels.trial_hit_m : pixels.hit_m;  // those of a trial may come to nothing
   const std::vector<LensUnknown>& unknowns = view.free.unknowns;
   for (std::size_t at = 0; at < pixels.used.size(); at += static_cast<std::size_t>(view.stride)) {
     if (!pixels.used[at]) continue;
     const LensRay look = look_through(view.lens, view.free.distorted, pixels.u_px[at], pixels.v_px[at]);
-    depth_m = view.lens.depth_m(pixels.reading_m[at]);
-    gain = pixels.gain[at];
+    const double depth_m = view.lens.depth_m(pixels.reading_m[at]);
+    const bool hit = pixels.gain[at] == 0;
+    double z = hit ? pixels.hit_m[at] : depth_m;
     FieldRow<double, 6> row;
-    const Loop::Reading reading = term.read_along(look.ray, 0, 1, &row);
-    pixels.gain[at] = gain, pixels.hit_m[at] = hit_m;
-    const bool hit = gain == 0;
-    const double z = hit ? hit_m : depth_m;
+    double per_slope = loop.find_hit<true>(look.ray, depth_m, hit, &z, &row);
+    const auto lost = [&] { return !(std::abs(row.phi_m) < kHitTolerance_m) || z == depth_m - kHitLead_m; };
+    if (hit && lost()) {  // once more, from the reading
+      z = depth_m - kHitLead_m;
+      per_slope = loop.find_hit<true>(look.ray, depth_m, true, &z, &row);
+      if (lost()) z = depth_m - kHitReach_m;  // an outlier, until it meets again
+    }
+    const Loop::Reading reading = hit ? Loop::Reading{z - depth_m, -per_slope}
+                                      : Loop::Reading{pixels.gain[at] * row.phi_m, pixels.gain[at]};
+    if (hit) hits[at] = z;
     double J[kUnknowns];
     std::copy_n(row.J, 6, J);
     for (std::size_t j = 0; j < unknowns.size(); ++j) {
@@ -79,29 +87,37 @@ void LensFrame::each_row(const LensView& view, const Rigidd& T, bool reclassify,
 
 // Whether the rays beside a pixel's meet the model near its hit: else it lies on the outline, where
 // a sensor mixes depths and a small move of the state makes rays miss.
-bool LensFrame::neighbours_meet(const LensView& view, std::size_t at) const {
-  const SingleObject<double> field{view.sdf, T_obj_cam};
+bool LensFrame::neighbours_meet(const LensView& view, const Loop& loop, std::size_t at) const {
   for (const Vec2d step : {Vec2d{-kMargin_px, 0}, {kMargin_px, 0}, {0, -kMargin_px}, {0, kMargin_px}}) {
     const Vec3d ray =
         look_through(view.lens, view.free.distorted, pixels.u_px[at] + step.x, pixels.v_px[at] + step.y).ray;
-    double z = pixels.hit_m[at], phi = 0;
-    for (int k = 0; k < kNewtonSteps; ++k) {
-      Vec3d gradient;
-      field.value(z * ray, &phi, &gradient);
-      if (std::abs(phi) < kHitTolerance_m) break;
-      z -= phi / std::min(dot(gradient, ray), -kGrazingSlope);
-    }
-    if (!(std::abs(phi) < kHitTolerance_m) || std::abs(z - pixels.hit_m[at]) > kStep_m) return false;
+    double z = pixels.hit_m[at];
+    FieldRow<double, 6> row;
+    loop.find_hit<false>(ray, z, true, &z, &row);
+    if (!(std::abs(row.phi_m) < kHitTolerance_m) || std::abs(z - pixels.hit_m[at]) > kStep_m) return false;
   }
   return true;
 }
 
 void LensFrame::classify(const LensView& view, Outline outline) {
-  std::fill(pixels.used.begin(), pixels.used.end(), 1);
-  each_row(view, T_obj_cam, true, [](const Loop::Reading&, bool, const double*) {});
-  if (outline == Outline::kAll) return;
-  for (std::size_t at = 0; at < pixels.used.size(); at += static_cast<std::size_t>(view.stride))
-    pixels.used[at] = pixels.gain[at] == 0 && neighbours_meet(view, at);
+  double depth_m = 0, gain = 0, hit_m = 0;
+  const double per_noise = 1;
+  Loop loop = loop_over(view, T_obj_cam);
+  loop.pixels = {1, nullptr, nullptr, &depth_m, &per_noise, &hit_m, &gain};
+  loop.reclassify = true;
+  for (std::size_t at = 0; at < pixels.used.size(); at += static_cast<std::size_t>(view.stride)) {
+    depth_m = view.lens.depth_m(pixels.reading_m[at]);
+    FieldRow<double, 6> row;
+    loop.read_along(look_through(view.lens, view.free.distorted, pixels.u_px[at], pixels.v_px[at]).ray, 0, 1,
+                    &row);
+    pixels.gain[at] = gain, pixels.hit_m[at] = hit_m;
+    pixels.used[at] = outline == Outline::kAll || (gain == 0 && neighbours_meet(view, loop, at));
+  }
+}
+
+void LensFrame::accept() {
+  T_obj_cam = trial_T_obj_cam;
+  std::swap(pixels.hit_m, pixels.trial_hit_m);
 }
 
 void LensFrame::linearize(const LensView& view, const DepthLogistic<double>& penalty, bool trial,
@@ -109,25 +125,23 @@ void LensFrame::linearize(const LensView& view, const DepthLogistic<double>& pen
   const int size = 6 + view.free.count();
   double gradient[kUnknowns] = {}, hessian[kUnknowns * (kUnknowns + 1) / 2] = {};
   out->reset(view.free.count());
-  each_row(view, trial ? trial_T_obj_cam : T_obj_cam, false,
-           [&](const Loop::Reading& reading, bool, const double* J) {
-             const Curve<double> c = penalty(reading.residual_m, 1.0);
-             out->cost += c.cost, out->count += 1;
-             const double slope = c.slope * reading.gain,
-                          curvature = c.curvature * reading.gain * reading.gain;
-             for (int a = 0, k = 0; a < size; ++a) {
-               gradient[a] += slope * J[a];
-               const double weighted = curvature * J[a];
-               for (int b = 0; b <= a; ++b) hessian[k++] += weighted * J[b];
-             }
-           });
+  each_row(view, trial, [&](const Loop::Reading& reading, bool, const double* J) {
+    const Curve<double> c = penalty(reading.residual_m, 1.0);
+    out->cost += c.cost, out->count += 1;
+    const double slope = c.slope * reading.gain, curvature = c.curvature * reading.gain * reading.gain;
+    for (int a = 0, k = 0; a < size; ++a) {
+      gradient[a] += slope * J[a];
+      const double weighted = curvature * J[a];
+      for (int b = 0; b <= a; ++b) hessian[k++] += weighted * J[b];
+    }
+  });
   unpack(gradient, hessian, size, out);
 }
 
 std::vector<LensFrame::Reading> LensFrame::readings(const LensView& view) {
   std::vector<Reading> out;
   out.reserve(pixels.used.size());
-  each_row(view, T_obj_cam, false, [&](const Loop::Reading& reading, bool hit, const double*) {
+  each_row(view, false, [&](const Loop::Reading& reading, bool hit, const double*) {
     out.push_back({reading.residual_m, hit});
   });
   return out;
@@ -137,7 +151,7 @@ void LensFrame::scatter(const LensView& view, const DepthLogistic<double>& penal
                         Eigen::MatrixXd* bread) {
   const int size = 6 + view.free.count();
   meat->setZero(size, size), bread->setZero(size, size);
-  each_row(view, T_obj_cam, false, [&](const Loop::Reading& reading, bool, const double* J) {
+  each_row(view, false, [&](const Loop::Reading& reading, bool, const double* J) {
     const double psi = penalty(reading.residual_m, 1.0).slope * reading.gain;
     const double bend = penalty.second_derivative(reading.residual_m, 1.0) * reading.gain * reading.gain;
     for (int a = 0; a < size; ++a)

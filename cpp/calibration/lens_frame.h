@@ -20,7 +20,8 @@ struct FreeLens {
 
 // Structure of arrays, as PixelsView has it; u and v are those of the image, distortion and all.
 struct LensPixels {
-  std::vector<double> u_px, v_px, reading_m, hit_m, gain;
+  std::vector<double> u_px, v_px, reading_m, gain;
+  std::vector<double> hit_m, trial_hit_m;  // where the ray meets the model at the state, and at the trial
   std::vector<unsigned char> used;
 
   int count() const { return static_cast<int>(reading_m.size()); }
@@ -51,6 +52,7 @@ class LensFrame {
   void classify(const LensView& view, Outline outline);
   // At T_obj_cam, or at trial_T_obj_cam.
   void linearize(const LensView& view, const DepthLogistic<double>& penalty, bool trial, ArrowBlock* out);
+  void accept();  // the trial becomes the state
 
   struct Reading {
     double residual_m;
@@ -65,9 +67,11 @@ class LensFrame {
                Eigen::MatrixXd* bread);
 
  private:
+  using Loop = Term<SingleObject<double>, DepthLogistic<double>>;
+  static Loop loop_over(const LensView& view, const Rigidd& T);
   template <class Visit>
-  void each_row(const LensView& view, const Rigidd& T, bool reclassify, const Visit& visit);
-  bool neighbours_meet(const LensView& view, std::size_t at) const;
+  void each_row(const LensView& view, bool trial, const Visit& visit);
+  bool neighbours_meet(const LensView& view, const Loop& loop, std::size_t at) const;
 };
 
 }  // namespace sdftrack

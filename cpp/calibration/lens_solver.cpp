@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kLeastGain =
     0.01;  // a step that promises less (log-likelihood) moves nothing by over 0.15 sd
-constexpr double kCoarseGain = 0.01;  // a coarse step that gains less than this share of the cost is the last
+constexpr double kCoarseGain = 1e-3;  // a coarse step that gains less than this share of the cost is the last
+constexpr int kFineRounds = 2;        // at the noise as it is then, and with the pixels that then count
 constexpr double kNarrowing = 0.4;    // of s, from stage to stage
 
 double noise_of(const LensView& view, LensFrame* frame) {
@@ -26,54 +27,88 @@ double noise_of(const LensView& view, LensFrame* frame) {
 
 }  // namespace
 
-void LensSolver::run(LensEnergy energy, const LmOptions& lm) {
+void LensSolver::measure_noise(const LensView& view) {
+  parallel_for(frames_.size(), options_.threads,
+               [&](std::size_t m) { frames_[m]->noise_m = noise_of(view, frames_[m]); });
+}
+
+void LensSolver::run_joint(const LensEnergy::Settings& settings, const LmOptions& lm) {
   std::vector<LmStep> steps = std::move(record_.steps);
+  LensEnergy energy(sdf_, free_, frames_, lens_, prior_, settings);
   energy.classify();
   minimize(energy, lm, &record_);
   steps.insert(steps.end(), record_.steps.begin(), record_.steps.end());
   record_.steps = std::move(steps);
-  // The noise is that of where the stage has led to.
-  parallel_for(frames_.size(), options_.threads,
-               [&](std::size_t m) { frames_[m]->noise_m = noise_of(energy.view(), frames_[m]); });
 }
 
-void LensSolver::coarse(double scale_m, bool poses_only) {
+// The lens stands still. Each frame has its own damping: one that fails does not hold up the others.
+void LensSolver::run_poses(const LensEnergy::Settings& settings, const LmOptions& lm) {
+  const FreeLens none{{}, free_.distorted};
+  LensEnergy::Settings alone = settings;
+  alone.threads = 1;
+  parallel_for(frames_.size(), options_.threads, [&](std::size_t m) {
+    const std::vector<LensFrame*> one{frames_[m]};
+    Lens lens = *lens_;
+    LensEnergy energy(sdf_, none, one, &lens, nullptr, alone);
+    energy.classify();
+    LmRecord record;
+    minimize(energy, lm, &record);
+  });
+}
+
+bool LensSolver::coarser_than_noise(double scale_m) const {
+  return std::any_of(frames_.begin(), frames_.end(),
+                     [&](const LensFrame* f) { return scale_m >= f->noise_m; });
+}
+
+void LensSolver::coarse(double scale_m) {
   LmOptions lm;
   lm.max_steps = options_.coarse_steps, lm.cost_relative = kCoarseGain;
-  const FreeLens none{{}, free_.distorted};
-  const FreeLens& free = poses_only ? none : free_;
-  for (double s = scale_m; s > options_.least_scale_m; s *= kNarrowing) {
-    run({sdf_,
-         free,
-         frames_,
-         lens_,
-         poses_only ? nullptr : prior_,
-         {s, options_.outlier_floor, Outline::kAll, options_.coarse_stride, options_.threads}},
-        lm);
-    if (std::all_of(frames_.begin(), frames_.end(), [&](const LensFrame* f) { return s < f->noise_m; }))
-      break;
+  for (double s = scale_m; s > options_.least_scale_m && coarser_than_noise(s); s *= kNarrowing) {
+    const LensEnergy::Settings settings = coarse_settings(s);
+    run_poses(settings, lm);
+    run_joint(settings, lm);
+    measure_noise({sdf_, *lens_, free_, options_.coarse_stride});
   }
 }
 
-LensEnergy LensSolver::fine_energy() const {
-  return {sdf_,    free_,
-          frames_, lens_,
-          prior_,  {options_.least_scale_m, options_.outlier_floor, Outline::kWithin, 1, options_.threads}};
+// What only the outline holds, a box along an edge for instance, comes to its place while the lens stands
+// still: then nothing that the outline says enters the lens.
+void LensSolver::align(double scale_m) {
+  LmOptions lm;
+  lm.max_steps = options_.coarse_steps, lm.cost_relative = kCoarseGain;
+  for (double s = scale_m; s > options_.least_scale_m; s *= kNarrowing) {
+    run_poses(coarse_settings(s), lm);
+    measure_noise({sdf_, *lens_, free_, options_.coarse_stride});
+    if (!coarser_than_noise(s)) break;
+  }
 }
 
-void LensSolver::fine() {
+LensEnergy::Settings LensSolver::coarse_settings(double scale_m) const {
+  return {scale_m, options_.outlier_floor, Outline::kAll, options_.coarse_stride, options_.threads};
+}
+
+LensEnergy::Settings LensSolver::fine_settings(int stride) const {
+  return {options_.least_scale_m, options_.outlier_floor, Outline::kWithin, stride, options_.threads};
+}
+
+LensEnergy LensSolver::fine_energy() const { return {sdf_, free_, frames_, lens_, prior_, fine_settings(1)}; }
+
+void LensSolver::fine(int stride) {
   LmOptions lm;
   lm.max_steps = options_.fine_steps, lm.cost_relative = 0, lm.cost_gain = kLeastGain;
-  run(fine_energy(), lm);
+  const LensEnergy::Settings settings = fine_settings(stride);
+  for (int round = 0; round < kFineRounds; ++round) {
+    run_poses(settings, lm);
+    run_joint(settings, lm);
+    measure_noise({sdf_, *lens_, free_, stride});
+  }
 }
 
-void LensSolver::solve(double scale_m) {
-  coarse(scale_m, false);
-  fine();
-  // What only the outline holds, a box along an edge for instance, comes to its place while the lens stands
-  // still: then nothing that the outline says enters the lens.
-  coarse(scale_m, true);
-  fine();
+void LensSolver::solve(double scale_m, int fine_stride) {
+  coarse(scale_m);
+  align(scale_m);
+  fine(fine_stride);
 }
 
 }  // namespace sdftrack

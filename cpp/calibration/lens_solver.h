@@ -13,8 +13,8 @@ struct IntrinsicsOptions {
   double padding_m = 0.03;      // a pixel counts when its point is this near the object's box
   double least_scale_m = 2e-4;  // s of the last stage, or the noise where that is more
   double outlier_floor = 0.1;
-  int coarse_steps = 6, fine_steps = 12;  // trials of a stage
-  int coarse_stride = 6;                  // of the pixels
+  int coarse_steps = 12, fine_steps = 12;  // trials of a stage
+  int coarse_stride = 6;                   // of the pixels
   int threads = 1;
 };
 
@@ -26,17 +26,24 @@ class LensSolver {
       : sdf_(sdf), free_(free), options_(options), frames_(std::move(frames)), lens_(lens), prior_(prior) {}
 
   // Stages from scale_m down to the noise, on some of the pixels, outlines and all.
-  void coarse(double scale_m, bool poses_only);
-  // At the noise's own scale, all pixels within the outlines.
-  void fine();
+  void coarse(double scale_m);
+  // The same with the lens as it is: the poses alone.
+  void align(double scale_m);
+  // At the noise's own scale, pixels within the outlines.
+  void fine(int stride = 1);
   // All of it.
-  void solve(double scale_m);
+  void solve(double scale_m, int fine_stride = 1);
 
   LensEnergy fine_energy() const;
   const LmRecord& record() const { return record_; }  // of the last stage, with the steps of all
 
  private:
-  void run(LensEnergy energy, const LmOptions& lm);
+  LensEnergy::Settings coarse_settings(double scale_m) const;
+  LensEnergy::Settings fine_settings(int stride) const;
+  void run_joint(const LensEnergy::Settings& settings, const LmOptions& lm);
+  void run_poses(const LensEnergy::Settings& settings, const LmOptions& lm);
+  void measure_noise(const LensView& view);
+  bool coarser_than_noise(double scale_m) const;
 
   SdfView sdf_;
   const FreeLens& free_;

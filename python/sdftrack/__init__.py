@@ -4,6 +4,7 @@
 from sdftrack import geometry, levelset, metrics, synth, testing
 from sdftrack._core import __version__
 from sdftrack.build_info import info
+from sdftrack.calibration import IntrinsicsResult, calibrate_intrinsics
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.device import cuda_available
 from sdftrack.energy import Energy, State, back_project, minimize
@@ -25,6 +26,7 @@ __all__ = [
     "Camera",
     "Energy",
     "Frame",
+    "IntrinsicsResult",
     "Mesh",
     "MeshReport",
     "RGBDCamera",
@@ -40,6 +42,7 @@ __all__ = [
     "TrackerOptions",
     "__version__",
     "back_project",
+    "calibrate_intrinsics",
     "cuda_available",
     "draw",
     "geometry",

@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: MIT
+"""Intrinsics of a depth camera from a known object that is moved in front of it (thesis, section 3.6)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sdftrack import _core
+from sdftrack.calibration.following import LEAST_READINGS, Follower
+from sdftrack.calibration.intrinsics_result import IntrinsicsResult, PerFrame, per_frame_of
+from sdftrack.calibration.lens import EXTRA, UNKNOWNS, camera_of, check_free, core_lens, prior_sd
+from sdftrack.calibration.observability import COLUMNS, ROWS, observe, refuse_still_object, refuse_unobservable
+from sdftrack.calibration.statistics import covariance_of, frame_test, half_width95
+from sdftrack.camera import Camera, RGBDCamera, depth_camera
+from sdftrack.checks import of_kind
+from sdftrack.frame import Frame
+from sdftrack.places import one_place
+from sdftrack.results import Step
+from sdftrack.sdf import SDF
+
+__all__ = ["calibrate_intrinsics"]
+
+LEAST_FRAMES = 5
+FIRST_SCALE_M, SCALE_M = 0.01, 0.004  # s of the first stage: before anything is known of the lens, and later
+TEST_ROUNDS = 3  # of leaving frames out
+MOST_LEFT_OUT = 0.3  # of the frames, by the tests
+
+
+def calibrate_intrinsics(
+    frames: Iterable[Frame],
+    sdf: SDF,
+    initial_camera: Camera | RGBDCamera,
+    initial_pose: ArrayLike | None = None,
+    joint: bool = True,
+    *,
+    mask: ArrayLike | None = None,
+    box: Sequence[float] | None = None,
+    free: Sequence[str] = ("fx", "fy", "cx", "cy"),
+    progress: Callable[[int], None] | None = None,
+    max_pixels: int = 3000,
+    threads: int = 0,
+) -> IntrinsicsResult:
+    """Find the intrinsics of a depth camera from frames of a known object: no pattern, no correspondences.
+
+    The object is tracked with the camera as it is known by then; the camera is found anew each time the number of
+    frames has doubled, and once more from all of them.
+
+    Parameters
+    ----------
+    frames : iterable of Frame
+        The object moved through the whole image, nearer and farther, and turned; some tens of frames do.
+    sdf : SDF
+        Its shape, in metres.
+    initial_camera : Camera or RGBDCamera
+        A first guess: 10 % off in fx and fy and 20 px in cx and cy is good enough. What is not free stays as it is.
+    initial_pose : (4, 4) float64, optional
+        ``T_cam_obj`` in the first frame; or else `mask` ((H, W), not 0 on the object) or `box` ((x, y, w, h), depth
+        pixels) to search in; none of them: the whole image is searched.
+    joint : bool
+        True: one solution over all frames, which share the camera. False: the source's information-weighted mean of every
+        frame's own estimate (thesis Eq. 3.23). Both are in the result.
+    free : sequence of str
+        What is unknown, out of "fx", "fy", "cx", "cy", "skew", "k1", "k2" (of the lens distortion), "depth_scale" and
+        "depth_offset" (``depth = scale * reading + offset``).
+    progress : callable, optional
+        Called with the number of frames read so far.
+    max_pixels : int
+        Readings of a frame that are used, evenly spread.
+    threads : int
+        0: all cores. The result has the same bits for any number.
+
+    Returns
+    -------
+    IntrinsicsResult
+        ``.camera``, ``.covariance``, ``.interval95``, ``.per_frame``, ``.poses``, ``.status``, ``.observability``, ...
+
+    Raises
+    ------
+    TypeError
+        An argument of the wrong kind.
+    ValueError
+        A name that is not known, depth of another size than the camera's, fewer than five frames in which the object was
+        found, an object that never moves, or one that does not show an unknown (a symmetric one, say: the error names it).
+
+    >>> found = calibrate_intrinsics(seq, sdf, st.Camera(600, 600, 300, 200, 640, 480))  # doctest: +SKIP
+    >>> found.camera, found.interval95                                                    # doctest: +SKIP
+    """
+    begin = time.perf_counter()
+    of_kind(sdf, SDF, "sdf", "make one with SDF.from_mesh")
+    if isinstance(frames, Frame) or not hasattr(frames, "__iter__"):
+        raise TypeError(f"frames: expected an iterable of st.Frame, got {type(frames).__name__}")
+    if not isinstance(joint, bool):
+        raise TypeError(f"joint: expected True or False, got {joint!r}")
+    first = depth_camera(initial_camera)
+    problem = _Problem(sdf, first, check_free(free), joint, max_pixels, threads)
+    follower = Follower(problem.core, sdf, first, problem.improve, threads)
+    follower.follow(frames, _places(initial_pose, mask, box, first), progress)
+    _expect_enough(follower)
+    refuse_still_object(np.array(problem.core.poses))
+    problem.finish(follower)
+    return problem.result(follower, time.perf_counter() - begin)
+
+
+def _places(pose: Any, mask: Any, box: Any, camera: Camera) -> dict[str, Any]:
+    """How `Tracker.start` is told; checked before a frame is read."""
+    one_place(pose, mask, box, camera)
+    given = {"poses": pose, "masks": mask, "boxes": box}
+    return {kind: value for kind, value in given.items() if value is not None}
+
+
+def _expect_enough(follower: Follower) -> None:
+    if len(follower.used) >= LEAST_FRAMES:
+        return
+    total = len(follower.used) + len(follower.left_out)
+    reasons = [f"frame {i}: {reason}" for i, reason in list(follower.left_out.items())[:3]]
+    detail = f" ({'; '.join(reasons)})" if reasons else ""
+    raise ValueError(
+        f"frames: expected the object in at least {LEAST_FRAMES}, found it in {len(follower.used)} of {total}{detail}; "
+        "record more, or say where it is with initial_pose=, mask= or box="
+    )
+
+
+class _Problem:
+    """The core's problem and how it is asked."""
+
+    def __init__(
+        self, sdf: SDF, camera: Camera, free: tuple[str, ...], joint: bool, max_pixels: int, threads: int
+    ) -> None:
+        self.first, self.free, self.joint = camera, free, joint
+        self.sorted = tuple(name for name in UNKNOWNS if name in free)  # the core's order
+        self.order = [self.sorted.index(name) for name in free]
+        options = _core.IntrinsicsOptions()
+        options.max_pixels, options.threads = max_pixels, threads
+        volume = sdf._core_args
+        self.core = _core.Calibration(
+            volume, core_lens(camera), [UNKNOWNS.index(name) for name in self.sorted], options
+        )
+        self.steps: list[Any] = []
+        self.per_frame: PerFrame | None = None
+
+    def improve(self, frames: int) -> None:
+        """The lens by the frames so far; what anybody knows of lenses keeps it sane while they are few."""
+        now = self._values(self._start())
+        sd = prior_sd(self.sorted, self.first)
+        self.core.solve(FIRST_SCALE_M if frames < 20 else SCALE_M, now, sd, quick=True)
+
+    def _start(self) -> list[float]:
+        return list(core_lens(self.first).values)
+
+    def _values(self, lens: Sequence[float]) -> list[float]:
+        return [lens[UNKNOWNS.index(name)] for name in self.sorted]
+
+    def finish(self, follower: Follower) -> None:
+        """All frames together, then once more without those that do not fit."""
+        most = int(MOST_LEFT_OUT * len(follower.used))
+        for k in range(TEST_ROUNDS):
+            steps, self.stop, _, count = self.core.polish() if k else self.core.solve(SCALE_M)
+            self.steps += [Step(cost, damping, accepted, float("nan"), count) for cost, damping, accepted in steps]
+            self.estimates = self.core.examine()
+            unfit = frame_test(self.estimates, LEAST_READINGS)
+            unfit = dict(list(unfit.items())[:most])
+            if not unfit or len(follower.used) - len(unfit) < LEAST_FRAMES:
+                break
+            most -= len(unfit)
+            self.core.drop(list(unfit))
+            for m, reason in unfit.items():
+                follower.left_out[follower.used[m]] = reason
+            follower.used = [i for m, i in enumerate(follower.used) if m not in unfit]
+        self.per_frame = per_frame_of(self.core.solve_each(0.0), self.order)
+
+    def result(self, follower: Follower, seconds: float) -> IntrinsicsResult:
+        assert self.per_frame is not None
+        lens = np.array(self.core.lens.values)
+        covariance = covariance_of(self.estimates)[np.ix_(self.order, self.order)]
+        at = [UNKNOWNS.index(name) for name in self.free]
+        if not self.joint:
+            lens[at] = self.per_frame.fused
+            covariance = self.per_frame.fused_covariance
+        sd = np.sqrt(np.diag(covariance))
+        refuse_unobservable(self.free, sd, self.first, int(np.median(self.estimates["open_turns"])))
+        half = half_width95(sd, len(follower.used))
+        poses = np.array(self.core.poses)
+        observed = observe(self.core.coverage(COLUMNS, ROWS), poses, self.free, covariance)
+        return IntrinsicsResult(
+            camera=camera_of(lens.tolist(), self.first),
+            free=self.free,
+            values=lens[at],
+            covariance=covariance,
+            interval95=np.column_stack([lens[at] - half, lens[at] + half]),
+            extra={name: float(lens[UNKNOWNS.index(name)]) for name in self.free if name in EXTRA},
+            bias=self.core.bias(0, 1)[self.order],
+            per_frame=self.per_frame,
+            poses=poses,
+            frames=list(follower.used),
+            left_out=dict(sorted(follower.left_out.items())),
+            noise_m=self.estimates["noise_m"],
+            observability=observed,
+            status="weak" if observed.advice else "ok",
+            reason="; ".join(observed.advice),
+            joint=self.joint,
+            steps=self.steps,
+            seconds=seconds,
+        )

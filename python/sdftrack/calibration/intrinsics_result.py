@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: MIT
+"""What a calibration of the intrinsics returns."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.calibration.observability import Observability
+from sdftrack.calibration.statistics import fuse
+from sdftrack.camera import Camera
+from sdftrack.results import Step
+
+__all__ = ["IntrinsicsResult", "PerFrame"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class PerFrame:
+    """Each frame's own optimum, and their information-weighted mean (thesis Eq. 3.23).
+
+    Attributes
+    ----------
+    values : (M, n) float64
+        In the order of ``free``.
+    covariances : (M, n, n) float64
+        Marginal: the pose is unknown too (docs/math/intrinsics.md, section 2).
+    fused : (n,) float64
+    fused_covariance : (n, n) float64
+    """
+
+    values: Array
+    covariances: Array
+    fused: Array
+    fused_covariance: Array
+
+    def running(self) -> Array:
+        """(M, n): the mean of the first 1, 2, ... M frames, as in thesis Fig. 3.12."""
+        information = np.linalg.inv(self.covariances)
+        weighted = np.cumsum(np.einsum("mij,mj->mi", information, self.values), axis=0)
+        return np.linalg.solve(np.cumsum(information, axis=0), weighted[:, :, None])[:, :, 0]
+
+
+@dataclass(frozen=True, eq=False)
+class IntrinsicsResult:
+    """Intrinsics of a depth camera from a known object, with what they are worth.
+
+    Attributes
+    ----------
+    camera : Camera
+    free : tuple of str
+        The unknowns, in the order that the arrays have.
+    values : (n,) float64
+        Pixels, plain numbers, or metres (depth_offset).
+    covariance : (n, n) float64
+    interval95 : (n, 2) float64
+        Low and high end of the 95 % intervals.
+    extra : dict
+        skew (px), depth_scale and depth_offset (m) where they were free: ``depth = scale * reading + offset``.
+    bias : (n,) float64
+        What noise does to the estimate on average: measured on a simulated twin (readings made up from the solution, with
+        the noise of each frame), not subtracted.
+    per_frame : PerFrame
+        Of the frames that were used.
+    poses : (M, 4, 4) float64
+        ``T_cam_obj`` of the frames that were used, m.
+    frames : list of int
+        Which those are.
+    left_out : dict of int to str
+        Why the other frames were not used.
+    noise_m : (M,) float64
+        sd of the readings, by frame.
+    observability : Observability
+    status : "ok" or "weak"
+        "weak": the object's motion left something to be wished for; see ``reason``.
+    reason : str
+    joint : bool
+        True: one solution over all frames; False: the mean of each frame's own.
+    steps : list of Step
+    seconds : float
+    """
+
+    camera: Camera
+    free: tuple[str, ...]
+    values: Array
+    covariance: Array
+    interval95: Array
+    extra: dict[str, float]
+    bias: Array
+    per_frame: PerFrame
+    poses: Array
+    frames: list[int]
+    left_out: dict[int, str]
+    noise_m: Array
+    observability: Observability
+    status: str
+    reason: str
+    joint: bool
+    steps: list[Step]
+    seconds: float
+
+    @property
+    def sd(self) -> Array:
+        """(n,) standard deviations of ``values``."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def __repr__(self) -> str:
+        parts = [
+            f"{name} = {value:.6g} +- {(high - low) / 2:.2g}"
+            for name, value, (low, high) in zip(self.free, self.values, self.interval95, strict=True)
+        ]
+        return f"IntrinsicsResult({', '.join(parts)}; {len(self.frames)} frames, {self.status})"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as numbers, lists and texts, for JSON."""
+        camera = {name: getattr(self.camera, name) for name in ("fx", "fy", "cx", "cy", "width", "height")}
+        observed = dataclasses.asdict(self.observability)
+        return {
+            "camera": {**camera, "distortion": list(self.camera.distortion)},
+            "free": list(self.free),
+            "values": self.values.tolist(),
+            "covariance": self.covariance.tolist(),
+            "interval95": self.interval95.tolist(),
+            "extra": self.extra,
+            "bias": self.bias.tolist(),
+            "fused": {"values": self.per_frame.fused.tolist(), "covariance": self.per_frame.fused_covariance.tolist()},
+            "status": self.status,
+            "reason": self.reason,
+            "joint": self.joint,
+            "frames": self.frames,
+            "left_out": {str(i): reason for i, reason in self.left_out.items()},
+            "noise_m": self.noise_m.tolist(),
+            "poses": self.poses.tolist(),
+            "observability": {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in observed.items()},
+            "seconds": self.seconds,
+        }
+
+
+def per_frame_of(estimates: dict[str, Any], order: list[int]) -> PerFrame:
+    """From what the core found, its unknowns put into the caller's `order`."""
+    information = estimates["information"]
+    sane = np.linalg.eigvalsh(information)[:, 0] > 0
+    information = information[sane][:, order][:, :, order]
+    values = estimates["value"][sane][:, order]
+    fused, covariance = fuse(values, information)
+    return PerFrame(values, np.linalg.inv(information), fused, covariance)

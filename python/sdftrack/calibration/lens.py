@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: MIT
+"""The unknowns of a depth camera by name, and the way between them and :class:`sdftrack.Camera`."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack import _core
+from sdftrack.camera import Camera
+
+__all__ = ["EXTRA", "UNKNOWNS", "camera_of", "check_free", "core_lens", "extra_of", "prior_sd"]
+
+Array = NDArray[np.float64]
+
+# In the core's order. Those that a Camera does not hold, with the value of a camera without them:
+UNKNOWNS = ("fx", "fy", "cx", "cy", "skew", "k1", "k2", "depth_scale", "depth_offset")
+EXTRA = {"skew": 0.0, "depth_scale": 1.0, "depth_offset": 0.0}
+
+
+def check_free(free: Any) -> tuple[str, ...]:
+    """`free` as a tuple of known names, each once."""
+    if isinstance(free, str):
+        raise TypeError(f"free: expected a sequence of names, got the text {free!r}; a single one is ({free!r},)")
+    names = tuple(free)
+    for name in names:
+        if name not in UNKNOWNS:
+            raise ValueError(f"free: expected names out of {', '.join(UNKNOWNS)}, got {name!r}")
+    if not names or len(set(names)) < len(names):
+        raise ValueError(f"free: expected at least one name, each once, got {names}")
+    return names
+
+
+def core_lens(camera: Camera, extra: dict[str, float] | None = None) -> Any:
+    """The core's lens of a camera and what a Camera does not hold."""
+    values = {**EXTRA, **(extra or {})}
+    return _core.Lens(camera._core, values["skew"], values["depth_scale"], values["depth_offset"])
+
+
+def camera_of(values: Sequence[float], like: Camera) -> Camera:
+    """The camera that `values` (in the order of UNKNOWNS) describe; all else as in `like`."""
+    named = dict(zip(UNKNOWNS, values, strict=True))
+    lens = list(like.distortion)
+    if named["k1"] or named["k2"]:
+        lens = lens or [0.0] * 4
+    if lens:
+        lens[0], lens[1] = named["k1"], named["k2"]
+    pinhole = {name: float(named[name]) for name in ("fx", "fy", "cx", "cy")}
+    return dataclasses.replace(like, **pinhole, distortion=tuple(lens))
+
+
+def extra_of(values: Sequence[float]) -> dict[str, float]:
+    """Skew (px), depth scale and depth offset (m) of `values`."""
+    named = dict(zip(UNKNOWNS, values, strict=True))
+    return {name: float(named[name]) for name in EXTRA}
+
+
+def prior_sd(names: Sequence[str], camera: Camera) -> list[float]:
+    """What anybody knows of a depth camera before any frame (sd), while only few frames speak."""
+    known = {
+        "fx": 0.15 * camera.fx,
+        "fy": 0.15 * camera.fy,
+        "cx": 0.06 * camera.width,
+        "cy": 0.06 * camera.width,
+        "skew": 0.01 * camera.fx,
+        "k1": 0.2,
+        "k2": 0.2,
+        "depth_scale": 0.05,
+        "depth_offset": 0.02,
+    }
+    return [known[name] for name in names]

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: MIT
+"""What the frames of a calibration could and could not say: which motion is missing, and which unknown it leaves open."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack import metrics
+from sdftrack.camera import Camera
+
+__all__ = ["Observability", "observe", "refuse_still_object", "refuse_unobservable"]
+
+Array = NDArray[np.float64]
+
+COLUMNS, ROWS = 8, 6  # cells of the image
+LEAST_IN_CELL = 50  # readings for a cell to count as visited
+ALIKE = 0.95  # correlation beyond which two unknowns are not told apart
+STILL_M, STILL_RAD = 0.01, np.radians(2.0)
+DEPTH_SPAN, TURN_RAD = 0.2, np.radians(30.0)  # less is too little
+# sd beyond which an unknown is not known: of fx and fy by themselves, of the others as stated.
+HOPELESS = {"fx": 0.2, "fy": 0.2, "cx": 0.2, "cy": 0.2, "skew": 0.1, "k1": 1.0, "k2": 5.0}
+HOPELESS |= {"depth_scale": 0.2, "depth_offset": 0.2}
+SIDES = {"left": np.s_[:, 0], "right": np.s_[:, -1], "top": np.s_[0, :], "bottom": np.s_[-1, :]}
+
+
+@dataclass(frozen=True)
+class Observability:
+    """What the object showed of the camera.
+
+    Attributes
+    ----------
+    coverage : (6, 8) int
+        Readings in each cell of the image, rows from the top.
+    depth_m : (float, float)
+        Nearest and farthest place of the object.
+    turn_rad : float
+        Largest turn between two frames.
+    correlation : (n, n) float64
+        Of the unknowns, in the order of ``free``.
+    advice : list of str
+        What to do for a better calibration, a sentence each; empty: nothing is missing.
+    """
+
+    coverage: NDArray[np.int64]
+    depth_m: tuple[float, float]
+    turn_rad: float
+    correlation: Array
+    advice: list[str]
+
+
+def observe(coverage: NDArray[Any], poses: Array, names: Sequence[str], covariance: Array) -> Observability:
+    """The report from the poses (M, 4, 4), the readings per cell, and the covariance of the unknowns."""
+    distance = np.linalg.norm(poses[:, :3, 3], axis=1)
+    sd = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(sd, sd)
+    turn = _largest_turn(poses)
+    advice = _missing_places(coverage)
+    if np.ptp(distance) < DEPTH_SPAN * distance.mean():
+        advice.append(
+            f"the object stayed {distance.min():.2f} to {distance.max():.2f} m away: move it towards the camera and back"
+        )
+    if turn < TURN_RAD:
+        advice.append(f"the object turned by {np.degrees(turn):.0f} deg only: show it from more sides")
+    for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
+        if abs(correlation[i, j]) > ALIKE:
+            advice.append(
+                f"{names[i]} and {names[j]} are hardly told apart (correlation {correlation[i, j]:.3f}): "
+                "move the object nearer and farther, or free only one of them"
+            )
+    return Observability(coverage.astype(np.int64), (distance.min(), distance.max()), turn, correlation, advice)
+
+
+def refuse_still_object(poses: Array) -> None:
+    """ValueError when the object is in one place all the time: one view says too little of a lens."""
+    moved = np.linalg.norm(np.ptp(poses[:, :3, 3], axis=0))
+    turned = _largest_turn(poses)
+    if moved < STILL_M and turned < STILL_RAD:
+        raise ValueError(
+            f"frames: the object never moves ({1e3 * moved:.1f} mm and {np.degrees(turned):.1f} deg in all); move it "
+            "through the whole image, nearer and farther, and turn it"
+        )
+
+
+def refuse_unobservable(
+    names: Sequence[str], sd: Array, camera: Camera, open_turns: int
+) -> None:
+    """ValueError that names the unknowns on which the frames say next to nothing, and the cause."""
+    unit = {"fx": camera.fx, "fy": camera.fy, "cx": camera.width, "cy": camera.width, "skew": camera.fx}
+    bad = [
+        f"{name} (sd {s:.3g})"
+        for name, s in zip(names, sd, strict=True)
+        if not s < HOPELESS[name] * unit.get(name, 1.0)
+    ]
+    if not bad:
+        return
+    cause = "move it through the whole image, nearer and farther, and turn it"
+    if open_turns:
+        axes = "about every axis" if open_turns > 1 else "about an axis"
+        cause = f"the shape looks the same when turned {axes}; take one without that symmetry, with edges or corners"
+    raise ValueError(f"frames: the object does not show {', '.join(bad)}: {cause}")
+
+
+def _missing_places(coverage: NDArray[Any]) -> list[str]:
+    missing = [side for side, cells in SIDES.items() if (coverage[cells] >= LEAST_IN_CELL).mean() < 0.5]
+    if not missing:
+        return []
+    share = (coverage >= LEAST_IN_CELL).mean()
+    return [
+        f"the object came to {100 * share:.0f} % of the image and hardly to its {', '.join(missing)} "
+        f"{'edge' if len(missing) == 1 else 'edges'}: move it into the corners"
+    ]
+
+
+def _largest_turn(poses: Array) -> float:
+    """Largest angle from the first frame, or from the one that is farthest from that."""
+    if len(poses) < 2:
+        return 0.0
+    from_first = metrics.pose_error(poses, poses[0])[1]
+    return float(np.max(metrics.pose_error(poses, poses[int(np.argmax(from_first))])[1]))

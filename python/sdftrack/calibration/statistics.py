@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: MIT
+"""From what each frame says of the unknowns to one answer: fusion, covariance, intervals, and who does not fit."""
+
+from __future__ import annotations
+
+import math
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["covariance_of", "frame_test", "fuse", "half_width95", "robust_chi2", "student_t975", "chi2_quantile"]
+
+Array = NDArray[np.float64]
+Estimates = dict[str, Any]  # what `_core.Calibration.examine` returns
+
+LIKELY = 0.999  # a frame that fits is called an outlier once in a thousand
+MOST_NOISE = 2.5  # of a frame, over the median of all
+CLUSTERED_FROM = 30  # frames beyond the unknowns from which their own scatter is a steady measure
+
+
+def fuse(values: Array, information: Array) -> tuple[Array, Array]:
+    """Information-weighted mean of the frames' estimates (thesis Eq. 3.23).
+
+    Parameters
+    ----------
+    values : (M, n)
+    information : (M, n, n)
+        Inverse of each estimate's marginal covariance.
+
+    Returns
+    -------
+    mean : (n,), covariance : (n, n)
+        The latter by the scatter of the estimates about their mean.
+    """
+    total = np.linalg.inv(information.sum(axis=0))
+    mean: Array = total @ np.einsum("mij,mj->i", information, values)
+    pulls = np.einsum("mij,mj->mi", information, values - mean)
+    frames, n = values.shape
+    return mean, total @ (pulls.T @ pulls) @ total * frames / max(1, frames - n)
+
+
+def covariance_of(estimates: Estimates) -> Array:
+    """Covariance of the joint solution: the sandwich over whole frames, or over pixels where they are few.
+
+    Errors of the pixels of one frame go together (grain of the voxels, correlated noise); those of different frames do
+    not. With enough frames their own scatter says how much; docs/math/intrinsics.md, section 4.
+    """
+    total = np.linalg.inv(estimates["information"].sum(axis=0))
+    pulls = estimates["gradient"]
+    frames, n = pulls.shape
+    if frames - n >= CLUSTERED_FROM:
+        return total @ (pulls.T @ pulls) @ total * frames / (frames - n)
+    excess = max(1.0, float(np.mean(robust_chi2(estimates))) / n)
+    return total @ estimates["scatter"].sum(axis=0) @ total * excess
+
+
+def robust_chi2(estimates: Estimates) -> Array:
+    """(M,) squared length of each frame's pull on the unknowns, by what its noise explains: chi-square of n."""
+    solved = np.linalg.solve(estimates["scatter"], estimates["gradient"][:, :, None])[:, :, 0]
+    return np.einsum("mi,mi->m", estimates["gradient"], solved)
+
+
+def frame_test(estimates: Estimates, least_hits: int) -> dict[int, str]:
+    """Frames to leave out, by their number: little seen, badly fitting, or pulling where no other does.
+
+    The last is a chi-square test at 99.9 % of the frame's pull on the unknowns, its scatter measured by the median of all
+    frames; docs/math/intrinsics.md, section 5.
+    """
+    n = estimates["gradient"].shape[1]
+    out = {
+        int(m): f"only {estimates['hits'][m]} readings within the outline (expected at least {least_hits})"
+        for m in np.flatnonzero(estimates["hits"] < least_hits)
+    }
+    usual = float(np.median(estimates["noise_m"]))
+    for m in np.flatnonzero(estimates["noise_m"] > MOST_NOISE * usual):
+        noise_mm = 1e3 * estimates["noise_m"][m]
+        out.setdefault(int(m), f"fits badly: residuals of {noise_mm:.1f} mm, {1e3 * usual:.1f} mm in the median frame")
+    chi2 = robust_chi2(estimates)
+    limit = chi2_quantile(LIKELY, n) * max(1.0, float(np.median(chi2)) / chi2_quantile(0.5, n))
+    for m in np.flatnonzero(chi2 > limit):
+        out.setdefault(int(m), f"disagrees with the other frames: chi-square {chi2[m]:.0f}, expected below {limit:.0f}")
+    return out
+
+
+def half_width95(sd: Array, frames: int) -> Array:
+    """Half of the 95 % interval of estimates with this sd, which has been measured from so many frames."""
+    freedom = max(1, frames - len(sd))
+    return sd * student_t975(freedom)
+
+
+def student_t975(freedom: int) -> float:
+    """97.5 % quantile of Student's t, by the expansion about the normal's (Abramowitz and Stegun 26.7.5)."""
+    if freedom < 3:
+        return {1: 12.706, 2: 4.303}[freedom]
+    z = 1.959963984540054
+    terms = (
+        (z**3 + z) / 4,
+        (5 * z**5 + 16 * z**3 + 3 * z) / 96,
+        (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / 384,
+        (79 * z**9 + 776 * z**7 + 1482 * z**5 - 1920 * z**3 - 945 * z) / 92160,
+    )
+    return z + sum(term / freedom ** (k + 1) for k, term in enumerate(terms))
+
+
+def chi2_quantile(probability: float, freedom: int) -> float:
+    """Quantile of chi-square by Wilson and Hilferty's cube of a normal."""
+    z = NormalDist().inv_cdf(probability)
+    return freedom * (1 - 2 / (9 * freedom) + z * math.sqrt(2 / (9 * freedom))) ** 3
+
