@@ -32,10 +32,11 @@ void LensSolver::measure_noise(const LensView& view) {
                [&](std::size_t m) { frames_[m]->noise_m = noise_of(view, frames_[m]); });
 }
 
-void LensSolver::run_joint(const LensEnergy::Settings& settings, const LmOptions& lm) {
+// classify: choose anew which pixels count; else those of run_poses.
+void LensSolver::run_joint(const LensEnergy::Settings& settings, const LmOptions& lm, bool classify) {
   std::vector<LmStep> steps = std::move(record_.steps);
   LensEnergy energy(sdf_, free_, frames_, lens_, prior_, settings);
-  energy.classify();
+  if (classify) energy.classify();
   minimize(energy, lm, &record_);
   steps.insert(steps.end(), record_.steps.begin(), record_.steps.end());
   record_.steps = std::move(steps);
@@ -67,7 +68,7 @@ void LensSolver::coarse(double scale_m) {
   for (double s = scale_m; s > options_.least_scale_m && coarser_than_noise(s); s *= kNarrowing) {
     const LensEnergy::Settings settings = coarse_settings(s);
     run_poses(settings, lm);
-    run_joint(settings, lm);
+    run_joint(settings, lm, true);
     measure_noise({sdf_, *lens_, free_, options_.coarse_stride});
   }
 }
@@ -100,7 +101,7 @@ void LensSolver::fine(int stride) {
   const LensEnergy::Settings settings = fine_settings(stride);
   for (int round = 0; round < kFineRounds; ++round) {
     run_poses(settings, lm);
-    run_joint(settings, lm);
+    run_joint(settings, lm, false);
     measure_noise({sdf_, *lens_, free_, stride});
   }
 }

@@ -9,7 +9,7 @@
 namespace sdftrack {
 
 struct IntrinsicsOptions {
-  int max_pixels = 3000;        // of a frame
+  int max_pixels = 2000;        // of a frame
   double padding_m = 0.03;      // a pixel counts when its point is this near the object's box
   double least_scale_m = 2e-4;  // s of the last stage, or the noise where that is more
   double outlier_floor = 0.1;
@@ -40,7 +40,7 @@ class LensSolver {
  private:
   LensEnergy::Settings coarse_settings(double scale_m) const;
   LensEnergy::Settings fine_settings(int stride) const;
-  void run_joint(const LensEnergy::Settings& settings, const LmOptions& lm);
+  void run_joint(const LensEnergy::Settings& settings, const LmOptions& lm, bool classify);
   void run_poses(const LensEnergy::Settings& settings, const LmOptions& lm);
   void measure_noise(const LensView& view);
   bool coarser_than_noise(double scale_m) const;

@@ -42,7 +42,7 @@ def calibrate_intrinsics(
     box: Sequence[float] | None = None,
     free: Sequence[str] = ("fx", "fy", "cx", "cy"),
     progress: Callable[[int], None] | None = None,
-    max_pixels: int = 3000,
+    max_pixels: int = 2000,
     threads: int = 0,
 ) -> IntrinsicsResult:
     """Find the intrinsics of a depth camera from frames of a known object: no pattern, no correspondences.
