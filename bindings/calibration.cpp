@@ -140,6 +140,26 @@ py::dict solve_each(Calibration& self, double scale_m, const std::vector<double>
       self, [&](IntrinsicsProblem& p) { return p.solve_each(scale_m, prior_sd.empty() ? nullptr : &prior); });
 }
 
+// Of the readings of a frame that count: pixel, reading, and residual at the state in hand.
+py::dict readings(Calibration& self, int frame) {
+  const Busy busy = self.turn();
+  const std::vector<LensFrame::Reading> found = self.problem().readings(frame);
+  const LensPixels& pixels = self.problem().pixels(frame);
+  std::vector<double> u, v, reading, residual;
+  std::vector<unsigned char> hit;
+  for (std::size_t i = 0; i < pixels.used.size(); ++i)
+    if (pixels.used[i])
+      u.push_back(pixels.u_px[i]), v.push_back(pixels.v_px[i]), reading.push_back(pixels.reading_m[i]);
+  for (const LensFrame::Reading& r : found) residual.push_back(r.residual_m), hit.push_back(r.hit);
+  const auto n = static_cast<py::ssize_t>(found.size());
+  py::dict out;
+  out["u_px"] = to_numpy(std::move(u), {n}), out["v_px"] = to_numpy(std::move(v), {n});
+  out["reading_m"] = to_numpy(std::move(reading), {n});
+  out["residual_m"] = to_numpy(std::move(residual), {n});
+  out["hit"] = to_numpy(std::move(hit), {n});
+  return out;
+}
+
 }  // namespace
 
 void bind_calibration(py::module_& m) {
@@ -174,6 +194,7 @@ void bind_calibration(py::module_& m) {
       .def("solve", &solve, py::arg("scale_m"), py::arg("prior_value") = std::vector<double>{},
            py::arg("prior_sd") = std::vector<double>{}, py::arg("quick") = false)
       .def("polish", &polish)
+      .def("readings", &readings, py::arg("frame"))
       .def(
           "examine",
           [](Calibration& self) { return estimates(self, [](IntrinsicsProblem& p) { return p.examine(); }); })

@@ -149,6 +149,10 @@ std::vector<FrameEstimate> IntrinsicsProblem::solve_each(double scale_m, const L
   return out;
 }
 
+std::vector<LensFrame::Reading> IntrinsicsProblem::readings(int frame) {
+  return frames_.at(static_cast<std::size_t>(frame)).readings({shape_.sdf, lens_, free_});
+}
+
 std::vector<int> IntrinsicsProblem::coverage(int columns, int rows) const {
   std::vector<int> cells(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
   for (const LensFrame& frame : frames_)

@@ -49,6 +49,9 @@ class IntrinsicsProblem {
   // The same, with each frame moved to its own optimum first (thesis Eq. 3.23), through stages from scale_m
   // on; the state stays as it is.
   std::vector<FrameEstimate> solve_each(double scale_m, const LensPrior* prior);
+  // Residuals of the readings of a frame that count, and the readings, at the state in hand.
+  std::vector<LensFrame::Reading> readings(int frame);
+  const LensPixels& pixels(int frame) const { return frames_.at(static_cast<std::size_t>(frame)).pixels; }
   // How many of the readings that count fall into each cell of the image, row by row.
   std::vector<int> coverage(int columns, int rows) const;
   // By how much the estimate is off, on average, when the truth is the state in hand: solved anew for

@@ -109,16 +109,6 @@ void ArrowBlock::reset(int n) {
   cost = count = 0;
 }
 
-Reduced eliminate_pose(const ArrowBlock& block, const Vector6d& weak) {
-  Matrix6d pose = block.pose;
-  pose.diagonal() += weak;
-  const Eigen::LDLT<Matrix6d> factor(pose);
-  Reduced out;
-  out.information = block.shared - block.cross.transpose() * factor.solve(block.cross);
-  out.gradient = block.shared_gradient - block.cross.transpose() * factor.solve(block.pose_gradient);
-  return out;
-}
-
 void minimize(ArrowEnergy& energy, const LmOptions& options, LmRecord* out) {
   ArrowSystem system(energy);
   run_lm(system, options, out);

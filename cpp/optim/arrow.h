@@ -29,14 +29,6 @@ struct ArrowBlock {
   void reset(int shared_unknowns);
 };
 
-// A block with its pose eliminated: what it says of the shared unknowns once the pose has followed them.
-// `weak` is the information of one weak observation of the pose, for directions that the data leave open.
-struct Reduced {
-  SharedMatrix information;
-  SharedVector gradient;
-};
-Reduced eliminate_pose(const ArrowBlock& block, const Vector6d& weak);
-
 // What is minimised: a sum over poses, and what is known of the shared unknowns beforehand.
 class ArrowEnergy {
  public:

@@ -11,8 +11,9 @@
 namespace sdftrack {
 namespace {
 
-const Volume kBody =
-    make_volume(60, 0.12, [](Vec3d p) { return (norm(Vec3d{p.x, 1.5 * p.y, 1.8 * p.z}) - 0.09) * 0.7; });
+const Volume kBody = make_volume(60, 0.12, [](Vec3d p) {
+  return (norm(Vec3d{p.x, 1.5 * p.y, 1.8 * p.z}) - 0.09) * 0.7;
+});
 
 Lens some_lens() {
   Lens lens{{{525, 515, 321, 238}, 640, 480, {0.08, -0.05, 0.002, -0.001, 0.02}}, 1.5, 1.02, 0.004};
@@ -117,6 +118,81 @@ TEST(LensFrame, its_gradient_is_that_of_finite_differences) {
 }
 TEST(LensFrame, its_gradient_is_that_of_finite_differences_within_the_outline) {
   expect_the_gradient_of_finite_differences(Outline::kWithin);
+}
+
+// Blocks of made-up numbers whose sum is positive definite.
+std::vector<ArrowBlock> some_blocks(int shared) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  std::vector<ArrowBlock> blocks(4);
+  for (ArrowBlock& block : blocks) {
+    const int n = 6 + shared;
+    const Eigen::MatrixXd J = Eigen::MatrixXd::NullaryExpr(2 * n, n, [&] { return normal(random); });
+    const Eigen::MatrixXd H = J.transpose() * J;
+    block.reset(shared);
+    block.pose = H.topLeftCorner<6, 6>(), block.cross = H.topRightCorner(6, shared);
+    block.shared = H.bottomRightCorner(shared, shared);
+    for (int j = 0; j < 6; ++j) block.pose_gradient[j] = normal(random);
+    for (int j = 0; j < shared; ++j) block.shared_gradient[j] = normal(random);
+  }
+  return blocks;
+}
+
+// A quadratic whose minimum one undamped step reaches: what the step is can be read off the state.
+class Quadratic final : public ArrowEnergy {
+ public:
+  explicit Quadratic(std::vector<ArrowBlock> blocks) : blocks_(std::move(blocks)) {
+    state_.setZero(24 + shared_unknowns());
+  }
+  int shared_unknowns() const override { return static_cast<int>(blocks_[0].shared.rows()); }
+  void linearize(bool trial, std::vector<ArrowBlock>* blocks, ArrowBlock*) override {
+    *blocks = blocks_;
+    const Eigen::VectorXd& at = trial ? trial_ : state_;
+    for (std::size_t m = 0; m < blocks->size(); ++m) {
+      ArrowBlock& b = (*blocks)[m];
+      const Vector6d pose = at.segment<6>(6 * static_cast<Eigen::Index>(m));
+      const SharedVector shared = at.tail(shared_unknowns());
+      b.cost = b.pose_gradient.dot(pose) + b.shared_gradient.dot(shared) + 0.5 * pose.dot(b.pose * pose) +
+               pose.dot(b.cross * shared) + 0.5 * shared.dot(b.shared * shared);
+      b.pose_gradient += b.pose * pose + b.cross * shared;
+      b.shared_gradient += b.cross.transpose() * pose + b.shared * shared;
+      b.count = 1;
+    }
+  }
+  void retract(const std::vector<Vector6d>& poses, const SharedVector& shared) override {
+    trial_ = state_;
+    for (std::size_t m = 0; m < poses.size(); ++m)
+      trial_.segment<6>(6 * static_cast<Eigen::Index>(m)) += poses[m];
+    trial_.tail(shared_unknowns()) += shared;
+  }
+  void accept() override { state_ = trial_; }
+  bool is_small(const std::vector<Vector6d>&, const SharedVector&) const override { return false; }
+
+  Eigen::VectorXd state_, trial_;
+
+ private:
+  std::vector<ArrowBlock> blocks_;
+};
+
+TEST(Arrow, its_step_is_that_of_the_dense_equations) {
+  constexpr int kShared = 4;
+  const std::vector<ArrowBlock> blocks = some_blocks(kShared);
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(24 + kShared, 24 + kShared);
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(24 + kShared);
+  for (int m = 0; m < 4; ++m) {
+    const ArrowBlock& b = blocks[static_cast<std::size_t>(m)];
+    H.block<6, 6>(6 * m, 6 * m) = b.pose;
+    H.block(6 * m, 24, 6, kShared) = b.cross, H.block(24, 6 * m, kShared, 6) = b.cross.transpose();
+    H.bottomRightCorner(kShared, kShared) += b.shared;
+    g.segment<6>(6 * m) = b.pose_gradient, g.tail(kShared) += b.shared_gradient;
+  }
+  Quadratic energy(blocks);
+  LmOptions options;
+  options.damping = options.damping_min = 1e-12, options.max_steps = 2;
+  LmRecord record;
+  minimize(energy, options, &record);
+  const Eigen::VectorXd dense = -H.ldlt().solve(g);
+  EXPECT_LT((energy.state_ - dense).norm(), 1e-8 * dense.norm());
 }
 
 }  // namespace

@@ -96,6 +96,8 @@ def calibrate_intrinsics(
         raise TypeError(f"frames: expected an iterable of st.Frame, got {type(frames).__name__}")
     if not isinstance(joint, bool):
         raise TypeError(f"joint: expected True or False, got {joint!r}")
+    if isinstance(max_pixels, bool) or not isinstance(max_pixels, int) or max_pixels < LEAST_READINGS:
+        raise ValueError(f"max_pixels: expected a number of at least {LEAST_READINGS}, got {max_pixels!r}")
     first = depth_camera(initial_camera)
     problem = _Problem(sdf, first, check_free(free), joint, max_pixels, threads)
     follower = Follower(problem.core, sdf, first, problem.improve, threads)

@@ -5,7 +5,7 @@ from sdftrack.synth.grip import Grip
 from sdftrack.synth.noise import Gaussian, Kinect
 from sdftrack.synth.occluders import Cover, Hand
 from sdftrack.synth.scene import sequence
-from sdftrack.synth.trajectories import leave_and_return, orbit, random_walk, static
+from sdftrack.synth.trajectories import leave_and_return, orbit, random_walk, static, sweep
 
 __all__ = [
     "Cover",
@@ -18,4 +18,5 @@ __all__ = [
     "random_walk",
     "sequence",
     "static",
+    "sweep",
 ]

@@ -49,8 +49,9 @@ def sequence(
         Meshes are cast exactly, triangle by triangle. One object given twice is one model with two instances.
     n : int
         Frames.
-    trajectory : "random" (default), "orbit", "static", a function, or (n, 4, 4) poses T_cam_obj
-        `random_walk(step_m=, step_rad=)`, `orbit(...)`, `static(...)` and `leave_and_return(...)` make functions;
+    trajectory : "random" (default), "orbit", "static", "sweep", a function, or (n, 4, 4) poses T_cam_obj
+        `random_walk(step_m=, step_rad=)`, `orbit(...)`, `static(...)`, `sweep(...)` and `leave_and_return(...)`
+        make functions;
         (n, M, 4, 4) or a list gives each of M objects its own. Without, several objects keep side by side.
     noise : None, sigma in metres, "kinect", `Gaussian(...)`, `Kinect(...)`, or a function
     occluder : None, True or "hand" (0.3), the fraction (0..0.8) of the first object that a hand hides, or

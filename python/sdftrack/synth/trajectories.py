@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from sdftrack import geometry
 
-__all__ = ["Trajectory", "leave_and_return", "orbit", "poses_of", "random_walk", "static"]
+__all__ = ["Trajectory", "leave_and_return", "orbit", "poses_of", "random_walk", "static", "sweep"]
 
 Array = NDArray[np.float64]
 Trajectory = Callable[[int, np.random.Generator, Array], Array]
@@ -55,6 +55,28 @@ class orbit:
         c, s = np.cos(self.elevation_rad), np.sin(self.elevation_rad)
         eyes = self.distance_m * np.column_stack([c * np.cos(angles), c * np.sin(angles), np.full(n, s)])
         return np.array([geometry.look_at(centre + eye, centre) for eye in eyes])
+
+
+@dataclass(frozen=True)
+class sweep:
+    """Once through the whole image, near and far, turning: the motion that a calibration of the camera wants.
+
+    The centre goes left and right as far as `reach_x` (x / z) and twice up and down as far as `reach_y`, from `near_m`
+    to `far_m` away and back; the object turns by `step_rad` a frame.
+    """
+
+    near_m: float = 0.5
+    far_m: float = 1.2
+    reach_x: float = 0.40
+    reach_y: float = 0.28
+    step_rad: float = float(np.radians(2.5))
+
+    def __call__(self, n: int, rng: np.random.Generator, centre: Array) -> Array:
+        phase = rng.uniform(0, 2 * np.pi, 3)
+        x, y, z = np.sin(np.outer(2 * np.pi * np.arange(n) / n, [1, 2, 1]) + phase).T
+        z = self.near_m + (self.far_m - self.near_m) * (1 + z) / 2
+        path = np.column_stack([self.reach_x * x * z, self.reach_y * y * z, z])
+        return _about(path, _turns(n, self.step_rad, rng), centre)
 
 
 @dataclass(frozen=True)
@@ -121,7 +143,7 @@ class leave_and_return:
         return poses
 
 
-NAMED: dict[str, Trajectory] = {"random": random_walk(), "orbit": orbit(), "static": static()}
+NAMED: dict[str, Trajectory] = {"random": random_walk(), "orbit": orbit(), "static": static(), "sweep": sweep()}
 
 
 def poses_of(trajectory: Any, n: int, rng: np.random.Generator, centre: Array) -> Array:

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: MIT
+"""A lens and what an object says of it, in plain numpy: the twin of cpp/calibration.
+
+Lens values stand in the order fx, fy, cx, cy, skew, k1, k2, depth scale, depth offset (m). A reading d at pixel (u, v) is
+the point ``(scale d + offset) ray(u, v)``. Derivation: docs/math/intrinsics.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.reference.energies import GRAZING_SLOPE, HIT_LEAD_M
+from sdftrack.reference.sdf import sample
+
+__all__ = ["depth_of", "marginal_information", "numeric_rows", "ray_of", "residual"]
+
+Array = NDArray[Any]
+
+CONVERGED_M = 1e-10
+
+
+def ray_of(lens: Array, u_px: float, v_px: float) -> Array:
+    """(3,) ray of a pixel, z = 1; the distortion undone by repetition until nothing changes."""
+    fx, fy, cx, cy, skew, k1, k2 = lens[:7]
+    y = (v_px - cy) / fy
+    x = (u_px - cx - skew * y) / fx
+    ideal = np.array([x, y])
+    for _ in range(200):
+        r2 = ideal @ ideal
+        ideal = np.array([x, y]) / (1 + k1 * r2 + k2 * r2 * r2)
+    return np.array([ideal[0], ideal[1], 1.0])
+
+
+def depth_of(lens: Array, reading_m: float) -> float:
+    """Depth (m) of a reading."""
+    return float(lens[7] * reading_m + lens[8])
+
+
+def residual(
+    volume: tuple[Array, float, Array], lens: Array, T_obj_cam: Array, u_px: float, v_px: float, reading_m: float
+) -> float:
+    """Depth at which the ray meets the surface, minus the depth measured (m), by Newton's method from the reading."""
+    values, voxel_m, origin = volume
+    ray, depth = ray_of(lens, u_px, v_px), depth_of(lens, reading_m)
+    R, t = T_obj_cam[:3, :3], T_obj_cam[:3, 3]
+    z = depth - HIT_LEAD_M
+    for _ in range(60):
+        phi, gradient = sample(values, voxel_m, origin, R @ (z * ray) + t)
+        z -= phi / min(float(gradient @ (R @ ray)), -GRAZING_SLOPE)
+        if abs(phi) < CONVERGED_M:
+            break
+    return float(z - depth)
+
+
+def numeric_rows(function: Callable[[Array], float], at: Array, steps: Array) -> Array:
+    """Derivatives of `function` by each number of `at`, by central differences."""
+    rows = []
+    for j, step in enumerate(steps):
+        d = np.zeros(len(at))
+        d[j] = step
+        rows.append((function(at + d) - function(at - d)) / (2 * step))
+    return np.array(rows)
+
+
+def marginal_information(hessian: Array, unknowns_of_pose: int = 6) -> Array:
+    """Inverse of the covariance of what comes after the pose, the pose being unknown: (Hkk - Hkp Hpp^-1 Hpk)."""
+    n = unknowns_of_pose
+    covariance = np.linalg.inv(hessian)
+    return np.linalg.inv(covariance[n:, n:])

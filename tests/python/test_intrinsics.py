@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: MIT
+"""Intrinsics from a known object: the energy against its twin, truth recovered, honest intervals, clear errors."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import sdftrack as st
+from sdftrack import _core
+from sdftrack.calibration.lens import UNKNOWNS, core_lens
+from sdftrack.calibration.statistics import chi2_quantile, fuse, student_t975
+from sdftrack.reference.calibration import marginal_information, numeric_rows, ray_of, residual
+
+TRUTH = st.Camera(290.0, 286.0, 158.0, 121.5, 320, 240)
+GUESS = st.Camera(319.0, 315.0, 168.0, 131.5, 320, 240)  # 10 % and 10 px (of 320) off
+SIZE = (0.20, 0.16, 0.12)
+FRAMES = 40
+SIGMA_M = 0.001
+
+
+@pytest.fixture(scope="module")
+def box():
+    return st.SDF.box(SIZE, voxels=100)
+
+
+@pytest.fixture(scope="module")
+def swept(box):
+    return st.synth.sequence(box.to_mesh(), FRAMES, "sweep", SIGMA_M, seed=3, camera=TRUTH, color=False)
+
+
+@pytest.fixture(scope="module")
+def frames(swept):
+    return [swept[i] for i in range(FRAMES)]
+
+
+@pytest.fixture(scope="module")
+def found(frames, swept, box):
+    return st.calibrate_intrinsics(frames, box, GUESS, swept.ground_truth[0][0])
+
+
+def values_of(camera):
+    return np.array([camera.fx, camera.fy, camera.cx, camera.cy])
+
+
+# --- the energy against its twin
+
+
+def test_a_ray_is_that_of_the_twin():
+    camera = dataclasses.replace(TRUTH, distortion=(0.1, -0.06, 0.0, 0.0))
+    lens = _core.Lens(camera._core, 1.5, 1.02, 0.003)
+    for u, v in ((10.0, 20.0), (160.0, 120.0), (300.0, 35.0)):
+        (x, y), _, _ = lens.look_through(u, v)
+        assert np.allclose(ray_of(lens.values, u, v)[:2], (x, y), atol=1e-12)
+
+
+def one_frame(box, frame, T, free=(0, 1, 2, 3), max_pixels=300):
+    options = _core.IntrinsicsOptions()
+    options.max_pixels, options.threads = max_pixels, 1
+    core = _core.Calibration(box._core_args, core_lens(TRUTH), list(free), options)
+    core.add(frame.depth, None, T)
+    core.polish()
+    return core
+
+
+def test_residuals_are_those_of_the_twin(box, frames, swept):
+    core = one_frame(box, frames[5], swept.ground_truth[5][0])
+    seen = core.readings(0)
+    volume = (box.values, box.voxel_size, np.array(box.origin))
+    T_obj_cam = np.linalg.inv(core.poses[0])
+    assert len(seen["u_px"]) > 150
+    for i in range(0, len(seen["u_px"]), 10):
+        u, v, d = (float(seen[k][i]) for k in ("u_px", "v_px", "reading_m"))
+        twin = residual(volume, np.array(core.lens.values), T_obj_cam, u, v, d)
+        assert twin == pytest.approx(seen["residual_m"][i], abs=2e-6)  # the core stops at 1e-5 m of phi, then steps
+
+
+def test_what_a_frame_says_of_the_lens_is_its_marginal_information():
+    body = st.SDF.ellipsoid((0.12, 0.09, 0.07), voxels=100)
+    seq = st.synth.sequence(body.to_mesh(), 1, "static", SIGMA_M, seed=3, camera=TRUTH, color=False)
+    core = one_frame(body, seq[0], seq.ground_truth[0][0], max_pixels=80)
+    seen, lens, T_obj_cam = core.readings(0), np.array(core.lens.values), np.linalg.inv(core.poses[0])
+    volume = (body.values, body.voxel_size, np.array(body.origin))
+    estimate = core.examine()
+    s = float(estimate["noise_m"][0])
+    hessian = np.zeros((10, 10))
+    for i in range(len(seen["u_px"])):
+        u, v, d = (float(seen[k][i]) for k in ("u_px", "v_px", "reading_m"))
+
+        def moved(x, u=u, v=v, d=d):
+            T = st.geometry.pose(x[3:6], x[:3]) @ T_obj_cam
+            values = lens.copy()
+            values[:4] += x[6:]
+            return residual(volume, values, T, u, v, d)
+
+        row = numeric_rows(moved, np.zeros(10), np.array([1e-5] * 6 + [1e-2] * 4))
+        t2 = np.tanh(0.5 * seen["residual_m"][i] / s) ** 2  # -log((1 - e) sech^2(r / 2s) + e), e = 0.1
+        likelihood = 0.9 * (1 - t2) + 0.1
+        inlier = 0.9 * (1 - t2) / likelihood
+        hessian += inlier * ((1 - t2) / 2 - 0.1 / likelihood * t2) / s**2 * np.outer(row, row)
+    twin = marginal_information(hessian)
+    assert estimate["information"][0] == pytest.approx(twin, rel=0.02, abs=0.02 * np.abs(twin).max())
+
+
+# --- what is found
+
+
+def test_the_intrinsics_are_found_from_a_poor_guess(found):
+    error = found.values - values_of(TRUTH)
+    assert found.status == "ok", found.reason
+    assert np.abs(error[:2] / 290).max() < 1e-3
+    assert np.abs(error[2:]).max() < 0.3
+    assert (np.abs(error) < 4 * found.sd).all()
+    assert (found.interval95[:, 0] < found.values).all() and (found.values < found.interval95[:, 1]).all()
+
+
+def test_the_poses_come_with_them(found, swept):
+    for i, T in zip(found.frames, found.poses, strict=True):
+        metres, radians = st.metrics.pose_error(T, swept.ground_truth[i][0])
+        assert metres < 0.004 and radians < np.radians(0.5)  # as a frame of 240 lines at 1 mm allows
+
+
+def test_the_mean_of_the_frames_own_estimates_is_there_too(found, frames, swept, box):
+    assert found.joint
+    assert np.abs(found.per_frame.fused - values_of(TRUTH)).max() < 1.5  # 0.5 %: each frame alone is noisy
+    assert found.per_frame.running().shape == found.per_frame.values.shape
+    assert np.allclose(found.per_frame.running()[-1], found.per_frame.fused)
+    alone = st.calibrate_intrinsics(frames, box, GUESS, swept.ground_truth[0][0], False)
+    assert not alone.joint
+    assert np.array_equal(values_of(alone.camera), alone.per_frame.fused)
+
+
+def test_the_result_has_the_same_bits_on_any_number_of_threads(frames, swept, box):
+    some, T = frames[:12], swept.ground_truth[0][0]
+    one = st.calibrate_intrinsics(some, box, GUESS, T, threads=1)
+    three = st.calibrate_intrinsics(some, box, GUESS, T, threads=3)
+    assert np.array_equal(one.values, three.values) and np.array_equal(one.covariance, three.covariance)
+
+
+def test_the_unknowns_come_in_the_order_asked_for(found, frames, swept, box):
+    turned = st.calibrate_intrinsics(frames, box, GUESS, swept.ground_truth[0][0], free=("cy", "fx", "cx", "fy"))
+    assert np.allclose(turned.values, found.values[[3, 0, 2, 1]])
+    assert np.allclose(turned.covariance, found.covariance[np.ix_([3, 0, 2, 1], [3, 0, 2, 1])])
+
+
+def test_a_depth_that_reads_too_short_is_found(swept, box):
+    short = [st.Frame(frame.depth / np.float32(1.02)) for frame in swept]
+    free = ("fx", "fy", "cx", "cy", "depth_scale")
+    found = st.calibrate_intrinsics(short, box, TRUTH, swept.ground_truth[0][0], free=free)
+    assert found.extra["depth_scale"] == pytest.approx(1.02, abs=4 * found.sd[4])
+    assert found.sd[4] < 0.004
+    assert np.abs((found.values[:4] - values_of(TRUTH)) / found.sd[:4]).max() < 4
+
+
+def test_distortion_is_found(box):
+    camera = dataclasses.replace(TRUTH, distortion=(0.12, 0.0, 0.0, 0.0))
+    seq = st.synth.sequence(box.to_mesh(), FRAMES, "sweep", SIGMA_M, seed=5, camera=camera, color=False)
+    free = ("fx", "fy", "cx", "cy", "k1")
+    found = st.calibrate_intrinsics(seq, box, TRUTH, seq.ground_truth[0][0], free=free)
+    assert found.camera.distortion[0] == pytest.approx(0.12, abs=4 * found.sd[4])
+    assert found.sd[4] < 0.02
+
+
+# --- frames that do not fit, motion that is missing
+
+
+def test_a_frame_of_another_camera_is_left_out_and_named(frames, swept, box):
+    wrong = [np.roll(frame.depth, 6, axis=1) for frame in frames]
+    wrong = np.where(np.arange(FRAMES)[:, None, None] == 20, wrong, [frame.depth for frame in frames])
+    wrong[20] *= np.float32(1.01)
+    found = st.calibrate_intrinsics(
+        [st.Frame(depth) for depth in wrong], box, GUESS, swept.ground_truth[0][0]
+    )
+    assert 20 in found.left_out and "chi-square" in found.left_out[20]
+    assert np.abs(found.values - values_of(TRUTH)).max() < 0.4
+
+
+def test_a_user_who_never_came_to_the_edges_is_told_so(box):
+    path = st.synth.sweep(reach_x=0.1, reach_y=0.08)
+    seq = st.synth.sequence(box.to_mesh(), 20, path, SIGMA_M, seed=1, camera=TRUTH, color=False)
+    found = st.calibrate_intrinsics(seq, box, TRUTH, seq.ground_truth[0][0])
+    assert found.status == "weak"
+    assert "left" in found.reason and "corners" in found.reason
+    assert (found.observability.coverage[0] == 0).any()
+
+
+def test_an_object_that_never_moves_is_refused(frames, swept, box):
+    with pytest.raises(ValueError, match="never moves"):
+        st.calibrate_intrinsics([frames[0]] * 8, box, TRUTH, swept.ground_truth[0][0])
+
+
+def test_a_shape_without_edges_is_refused_by_its_symmetry():
+    ball = st.SDF.sphere(0.06, voxels=60)
+    seq = st.synth.sequence(ball.to_mesh(), 12, "sweep", 0.003, seed=2, camera=TRUTH, color=False)
+    result = st.calibrate_intrinsics(seq, ball, TRUTH, seq.ground_truth[0][0])
+    assert (result.sd > 0).all()
+
+
+# --- bad input
+
+
+def test_too_few_frames_say_why(frames, swept, box):
+    with pytest.raises(ValueError, match="at least 5, found it in 3 of 3"):
+        st.calibrate_intrinsics(frames[:3], box, TRUTH, swept.ground_truth[0][0])
+    empty = [st.Frame(np.zeros((240, 320), np.float32))] * 6
+    with pytest.raises(ValueError, match=r"found it in 0 of 6 \(frame 0: "):
+        st.calibrate_intrinsics(empty, box, TRUTH, swept.ground_truth[0][0])
+
+
+@pytest.mark.parametrize(
+    ("changed", "error", "message"),
+    [
+        ({"free": ("fx", "k3")}, ValueError, "k3"),
+        ({"free": "fx"}, TypeError, "sequence of names"),
+        ({"free": ()}, ValueError, "at least one"),
+        ({"free": ("fx", "fx")}, ValueError, "each once"),
+        ({"sdf": "box"}, TypeError, "sdf: expected st.SDF"),
+        ({"frames": 3}, TypeError, "frames: expected an iterable"),
+        ({"frames": ["a"]}, TypeError, r"frames\[0\]"),
+        ({"initial_camera": 3}, TypeError, "camera"),
+        ({"joint": 1}, TypeError, "joint"),
+        ({"initial_pose": np.eye(3)}, ValueError, "pose"),
+        ({"box": (1, 2, 3, 4)}, ValueError, "one of pose, mask and box"),
+        ({"max_pixels": 10}, ValueError, "max_pixels"),
+    ],
+)
+def test_bad_input_is_named(frames, swept, box, changed, error, message):
+    arguments = {"frames": frames[:6], "sdf": box, "initial_camera": TRUTH}
+    arguments |= {"initial_pose": swept.ground_truth[0][0], **changed}
+    with pytest.raises(error, match=message):
+        st.calibrate_intrinsics(**arguments)
+
+
+def test_frames_of_another_size_are_refused(swept, box):
+    with pytest.raises(ValueError, match=r"expected depth of the camera's size \(240, 320\)"):
+        st.calibrate_intrinsics([st.Frame(np.ones((10, 10), np.float32))] * 6, box, TRUTH, swept.ground_truth[0][0])
+
+
+# --- statistics
+
+
+def test_quantiles_are_those_of_the_tables():
+    for freedom in (1, 2, 3, 5, 30, 200):
+        assert student_t975(freedom) == pytest.approx(stats.t.ppf(0.975, freedom), rel=3e-3)
+    for n in (1, 4, 9):
+        assert chi2_quantile(0.999, n) == pytest.approx(stats.chi2.ppf(0.999, n), rel=0.04)
+
+
+def test_estimates_are_weighed_by_their_information_and_the_stated_covariance_is_their_scatter():
+    rng = np.random.default_rng(0)
+    off = []
+    for _ in range(300):
+        A = np.linalg.qr(rng.normal(size=(60, 3, 3)))[0] * rng.uniform(0.3, 3, size=(60, 1, 3))
+        covariances = A @ np.swapaxes(A, 1, 2)
+        values = np.einsum("mij,mj->mi", A, rng.normal(size=(60, 3)))
+        mean, covariance = fuse(values, np.linalg.inv(covariances))
+        off.append(mean @ np.linalg.solve(covariance, mean))
+    assert np.mean(off) == pytest.approx(3, abs=0.6)  # chi-square of 3 unknowns, 300 draws
+
+
+def test_a_result_is_plain_numbers_for_json(found):
+    import json
+
+    told = json.loads(json.dumps(found.to_dict()))
+    assert told["camera"]["fx"] == pytest.approx(found.camera.fx)
+    assert len(told["observability"]["coverage"]) == 6
+    assert UNKNOWNS[0] in repr(found)
