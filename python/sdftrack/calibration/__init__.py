@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Calibration of cameras from what they track."""
