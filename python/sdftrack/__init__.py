@@ -4,6 +4,8 @@
 from sdftrack import geometry, levelset, metrics, synth, testing
 from sdftrack._core import __version__
 from sdftrack.build_info import info
+from sdftrack.calibration.color_result import ColorCalibration
+from sdftrack.calibration.color_to_depth import calibrate_color_to_depth
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.device import cuda_available
 from sdftrack.energy import Energy, State, back_project, minimize
@@ -23,6 +25,7 @@ from sdftrack.viz import draw
 __all__ = [
     "SDF",
     "Camera",
+    "ColorCalibration",
     "Energy",
     "Frame",
     "Mesh",
@@ -40,6 +43,7 @@ __all__ = [
     "TrackerOptions",
     "__version__",
     "back_project",
+    "calibrate_color_to_depth",
     "cuda_available",
     "draw",
     "geometry",

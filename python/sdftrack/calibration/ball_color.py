@@ -19,7 +19,6 @@ DARKEST = 45  # r + g + b below this says nothing about chromaticity
 LEAST_SATURATION = 0.25
 CHROMA_SD = 0.05  # of a surface in real light, with JPEG and white balance
 MOVED = 25  # grey values from the median of the frames
-SAMPLES = 25  # frames that are looked at for what moves
 
 
 class BallColor:
@@ -64,7 +63,9 @@ def checked_color(ball_color: Any) -> Array:
     """(3,) float64 of a saturated colour, or an error that says what is wrong with it."""
     c = numbers(ball_color, "ball_color")
     if c.shape != (3,) or not (np.isfinite(c).all() and (c >= 0).all() and (c <= 255).all()):
-        raise ValueError(f"ball_color: expected (r, g, b) from 0 to 255, got {np.asarray(ball_color).tolist()}")
+        raise ValueError(
+            f"ball_color: expected (r, g, b) from 0 to 255, got {np.asarray(ball_color).tolist()}"
+        )
     saturation = 1 - c.min() / c.max() if c.max() > 0 else 0.0
     if saturation < LEAST_SATURATION:
         raise ValueError(
@@ -82,8 +83,7 @@ def moving_color(images: Sequence[NDArray[np.uint8]]) -> Array:
     ValueError
         Nothing saturated moves.
     """
-    step = max(1, len(images) // SAMPLES)
-    picked = np.stack([images[i] for i in range(0, len(images), step)])[:, ::2, ::2].astype(np.int16)
+    picked = np.stack(images)[:, ::2, ::2].astype(np.int16)
     middle = np.median(picked, axis=0)
     moved = np.abs(picked - middle).max(axis=-1) > MOVED
     pixels = picked[moved].astype(np.float64)

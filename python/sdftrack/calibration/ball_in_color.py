@@ -67,8 +67,8 @@ def find_outlines(
     import cv2
 
     mask = (likeness > 0.5).astype(np.uint8)
-    mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
+    opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(opened)
     areas = stats[1:, cv2.CC_STAT_AREA]
     smooth = color.astype(np.float32)
     found = []
@@ -78,7 +78,7 @@ def find_outlines(
         x, y, w, h = stats[k, :4]
         part = (labels[y : y + h, x : x + w] == k).astype(np.uint8)
         contours, _ = cv2.findContours(part, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-        border = max(contours, key=len)[:, 0].astype(np.float64) + (x, y)
+        border = max(contours, key=len)[:, 0].astype(np.float64) + np.array([x, y])
         start = _circle(border, np.random.default_rng([seed, int(k)]))
         outline = None if start is None else _refined(smooth, *start, camera)
         if outline is not None:
@@ -121,7 +121,9 @@ def _refined(image: NDArray[np.float32], centre: Array, radius: float, camera: C
         if len(edges) < LEAST_EDGES:
             return None
         # No farther from the edge than its blur asks for: the surroundings vary.
-        reach = np.clip(0.5 * _along(width, sure) + SPARE_PX, SPARE_PX, min(MOST_REACH_PX, 0.4 * radius + 0.5))
+        reach = np.clip(
+            0.5 * _along(width, sure) + SPARE_PX, SPARE_PX, min(MOST_REACH_PX, 0.4 * radius + 0.5)
+        )
         cone = fit_cone(edges, camera)
         for _ in range(3):  # edges of the wand and the hand lie off the outline
             if cone is None:
@@ -160,7 +162,12 @@ def _edges(
     k = np.arange(-int(n.max()) - SIDE, int(n.max()) + SIDE + 1)[None, :]
     points = (at[:, None] + STEP_PX * k[..., None] * normal[:, None]).astype(np.float32)
     profile = cv2.remap(
-        image, points[..., 0], points[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=(-1e4,) * 3
+        image,
+        points[..., 0],
+        points[..., 1],
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=(-1e4,) * 3,
     ).astype(np.float64)
     inner = _mean(profile, (k <= -n) & (k >= -n - SIDE))
     outer = _mean(profile, (k >= n) & (k <= n + SIDE))

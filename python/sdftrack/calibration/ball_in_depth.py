@@ -7,6 +7,7 @@ Thesis section 3.7 (the 3-DoF version of section 3.5's tracker); docs/math/color
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,9 @@ from sdftrack.camera import Camera
 __all__ = ["DepthBall", "fit_ball", "ray_hits", "search_balls"]
 
 Array = NDArray[np.float64]
-LEAST_COSINE = 0.5  # readings at more than 60 degrees of incidence are at the mercy of lateral noise and edge loss
+LEAST_COSINE = (
+    0.5  # readings at more than 60 degrees of incidence are at the mercy of lateral noise and edge loss
+)
 LEAST_PIXELS = 40
 LEAST_RADIUS_PX = 4.0
 LEAST_SHARE = 0.4  # of the ball's pixels that agree: a hand may hide half of it
@@ -209,7 +212,7 @@ def _window(camera: Camera, center: Array, radius_m: float, radii: float) -> tup
     return slice(int(y0), int(y1)), slice(int(x0), int(x1))
 
 
-def _sample(depth: NDArray[np.float32], u: Array, v: Array) -> Array:
+def _sample(depth: NDArray[Any], u: Array, v: Array) -> Array:
     """Nearest reading; -1 outside the image."""
     h, w = depth.shape
     x, y = np.rint(u).astype(np.intp), np.rint(v).astype(np.intp)

@@ -8,6 +8,7 @@ Unit rays d of the outline obey ``d . n = cos(a)`` with the axis n and the half 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ __all__ = ["Cone", "fit_cone", "outline_of_sphere", "rays_of"]
 Array = NDArray[np.float64]
 TUKEY = 4.685
 FLOOR_PX = 0.02
+LENS_STEPS = 20  # each leaves a tenth or less of the error under a usual lens
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,15 +50,11 @@ class Cone:
 
 def rays_of(px: Array, camera: Camera) -> Array:
     """(N, 3) unit rays of pixels (N, 2), lens removed."""
+    f = np.array([camera.fx, camera.fy])
+    xy = (px - np.array([camera.cx, camera.cy])) / f
     if camera.distortion:
-        import cv2
-
-        lens = np.array(camera.distortion)
-        stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-10)
-        given = np.ascontiguousarray(px, dtype=np.float64)[:, None]
-        xy = cv2.undistortPointsIter(given, camera.K, lens, np.eye(3), np.eye(3), stop)[:, 0]
-    else:
-        xy = (px - (camera.cx, camera.cy)) / (camera.fx, camera.fy)
+        for _ in range(LENS_STEPS):
+            xy = xy + (px - camera.project(np.column_stack([xy, np.ones(len(xy))]))) / f
     d = np.column_stack([xy, np.ones(len(xy))])
     return d / np.linalg.norm(d, axis=1, keepdims=True)
 
@@ -67,8 +65,8 @@ def fit_cone(edges_px: Array, camera: Camera) -> Cone | None:
     >>> fit_cone(outline_of_sphere(camera, [0.1, 0, 1], 0.04), camera).center_px  # doctest: +SKIP
     """
     d = rays_of(edges_px, camera)
-    weight = np.ones(len(d))
-    m = np.zeros(3)
+    weight: Array = np.ones(len(d))
+    m: NDArray[Any] = np.zeros(3)
     f = _focal(camera)
     for _ in range(6):
         A = d.T @ (weight[:, None] * d)

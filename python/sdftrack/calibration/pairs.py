@@ -72,7 +72,11 @@ class Path:
         step = np.diff(center_cam, axis=0) / h[:, None]
         # Slope at a point: of the parabola through it and its neighbours; at the ends, of the piece.
         self.slope = np.vstack(
-            [step[:1], (h[1:, None] * step[:-1] + h[:-1, None] * step[1:]) / (h[1:] + h[:-1])[:, None], step[-1:]]
+            [
+                step[:1],
+                (h[1:, None] * step[:-1] + h[:-1, None] * step[1:]) / (h[1:] + h[:-1])[:, None],
+                step[-1:],
+            ]
         )
         # A slope across a gap says little of the motion on either side of it.
         wide = h > LONGEST_GAP * self.period
@@ -90,7 +94,12 @@ class Path:
         s = (time_s - self.t[k]) / h
         a, b, m, n = self.c[k], self.c[k + 1], self.slope[k] * h[:, None], self.slope[k + 1] * h[:, None]
         u = s[:, None]
-        p = (1 + 2 * u) * (1 - u) ** 2 * a + u * (1 - u) ** 2 * m + u**2 * (3 - 2 * u) * b - u**2 * (1 - u) * n
+        p = (
+            (1 + 2 * u) * (1 - u) ** 2 * a
+            + u * (1 - u) ** 2 * m
+            + u**2 * (3 - 2 * u) * b
+            - u**2 * (1 - u) * n
+        )
         v = 6 * u * (u - 1) * (a - b) + (1 - u) * (1 - 3 * u) * m + u * (3 * u - 2) * n
         # At a measured point itself no gap matters.
         bad = (s < -1e-9) | (s > 1 + 1e-9) | (self.wide[k] & (s > 1e-9) & (s < 1 - 1e-9))

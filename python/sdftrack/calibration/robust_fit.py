@@ -19,8 +19,10 @@ HUBER = 2.0  # standard deviations of a pair's residual (two coordinates) where 
 DROPPED = 13.82  # squared: chi-square with two degrees of freedom, 0.1 % of true pairs are dropped
 FLOOR_PX = 0.02  # of a colour centre's sd: what sampling of the image leaves even without noise
 STEPS = 60
-# Variance of Huber-weighted Gaussian residuals is close to that of the plain ones; the MAD of a pair's length is not:
 MEDIAN_CHI2 = 1.3863  # median of chi-square with two degrees of freedom
+# Variance of an estimate under Huber's loss over that of plain squares, for Gaussian pairs: with the length r of a
+# pair, E[min(r, k)^2] / 2 over (E[1; r < k] + E[k / (2 r); r > k])^2 at k = 2 (docs/math/color_to_depth.md, eq. 15).
+HUBER_COST = 1.018
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,35 +37,59 @@ class Fit:
     scale: float
 
 
-def fit_map(start: Any, pairs: BallPairs, offset_s: float = 0.0, free_offset: bool = False) -> Fit:
-    """Refine a map (and the time offset) on pairs.
+def fit_map(
+    start: Any,
+    pairs: BallPairs,
+    kept: NDArray[np.bool_] | None = None,
+    path: Path | None = None,
+    offset_s: float = 0.0,
+) -> Fit:
+    """Refine a map on pairs, and with a `path` of the ball the time offset too.
 
     Each residual is whitened by the covariances of both centres. After each minimum the residuals' own scale is taken
     from their median, pairs beyond 0.1 % of a chi-square are dropped, and the minimum is looked for again until the
-    set stays.
+    set stays. Pairs that are not `kept` at the start may come back.
     """
-    path = Path(pairs.time_s, pairs.center_cam) if free_offset else None
-    x, dt = start, offset_s
-    kept = np.ones(len(pairs), bool)
-    scale = 1.0
+    x, dt, scale = start, offset_s, 1.0
+    kept = np.ones(len(pairs), bool) if kept is None else kept
+    unknowns = x.unknowns + (path is not None) - (x.unknowns == 12)
     for _ in range(12):
         x, dt, H = _minimum(x, dt, pairs, path, kept, scale)
         r, white, _ = _residuals(x, dt, pairs, path)
         usable = np.isfinite(white).all(axis=1)
-        length2 = np.where(usable, (white**2).sum(axis=1), np.inf)
-        unknowns = x.unknowns + (path is not None) - (x.unknowns == 12)
-        count = max(1, int(np.count_nonzero(usable & kept)))
+        length2 = np.where(usable, (np.nan_to_num(white) ** 2).sum(axis=1), np.inf)
+        inside = usable & kept
+        count = int(np.count_nonzero(inside))
+        if 2 * count <= unknowns:
+            break
         # Fitted residuals are shorter than true ones by the unknowns' share.
-        spare = max(2 * count - unknowns, 1) / (2 * count)
-        middle = float(np.median(length2[usable & kept])) if (usable & kept).any() else 1.0
-        scale = max(np.sqrt(middle / MEDIAN_CHI2 / spare), 1e-9)
+        middle = float(np.median(length2[inside])) / (1 - unknowns / (2 * count))
+        scale = max(float(np.sqrt(middle / MEDIAN_CHI2)), 1e-6)
         now = usable & (length2 < DROPPED * scale**2)
         if np.array_equal(now, kept):
             break
         kept = now
-    variance = float(length2[kept].sum()) / max(2 * int(np.count_nonzero(kept)) - unknowns, 1)
-    covariance = variance * np.linalg.pinv(H, rcond=1e-13, hermitian=True)
-    return Fit(x, dt, _unscaled(covariance, x, path), r, kept, float(np.sqrt(variance)))
+    count = int(np.count_nonzero(kept & usable))
+    variance = float(length2[kept & usable].sum()) / max(2 * count - unknowns, 1)
+    covariance = HUBER_COST * variance * _inverse(H, x)
+    s = np.append(x.scales, 1.0) if path is not None else x.scales
+    return Fit(x, dt, covariance * np.outer(s, s), r, kept & usable, float(np.sqrt(variance)))
+
+
+def _inverse(H: Array, x: Any) -> Array:
+    """Of the Hessian in scaled unknowns; the scale of a projective map, of which nothing is known, is held."""
+    if x.unknowns != 12:
+        inverse: Array = np.linalg.pinv(H, hermitian=True)
+        return inverse
+    free = np.zeros(len(H))
+    free[:12] = x.M.ravel() / x.scales
+    free /= np.linalg.norm(free)
+    # Both sides in units of the Hessian's diagonal, or rounding would eat the least known direction.
+    d = 1 / np.sqrt(np.diag(H) + 1e-300)
+    held = np.outer(free, free) * np.mean(np.diag(H))
+    scaled = np.linalg.pinv((H + held) * np.outer(d, d), rcond=1e-15, hermitian=True)
+    full: Array = d[:, None] * scaled * d
+    return full
 
 
 def consensus(
@@ -87,7 +113,7 @@ def consensus(
                 break
             off = np.linalg.norm(x.predict(pairs.center_cam)[0] - pairs.color_px, axis=1)
             off = np.where(np.isfinite(off), off, np.inf)
-            inside = off < band_px
+            inside = np.less(off, band_px)
             # Among maps with as many pairs the tighter one.
             value = float(np.maximum(0, 1 - (off / band_px) ** 2).sum())
             if value > score:
@@ -160,8 +186,3 @@ def _weighted(
     # A pair that leaves the path or the camera costs as much as one that would be dropped.
     total = float(cost.sum()) + float(np.count_nonzero(lost)) * HUBER * np.sqrt(DROPPED)
     return root[:, None] * white[use], root[:, None, None] * J[use], total
-
-
-def _unscaled(covariance: Array, x: Any, path: Path | None) -> Array:
-    s = np.append(x.scales, 1.0) if path is not None else x.scales
-    return covariance * np.outer(s, s)

@@ -127,7 +127,13 @@ class BallView:
         return Capsules(a, b, r), colors
 
     def _put(
-        self, depth: Image, cosine: Image, color: NDArray, things: Capsules, colors: Array, eye: Camera | None = None
+        self,
+        depth: Image,
+        cosine: Image,
+        color: NDArray,
+        things: Capsules,
+        colors: Array,
+        eye: Camera | None = None,
     ) -> None:
         hits = cast(things, self.camera if eye is None else eye)
         if not len(hits.pixel):
