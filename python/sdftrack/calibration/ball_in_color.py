@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.calibration.cone import Cone, fit_cone
+from sdftrack.calibration.edges import edges_along
 from sdftrack.camera import Camera
 
 __all__ = ["Outline", "find_outlines"]
@@ -22,10 +23,7 @@ LEAST_RADIUS_PX = 5.0
 LEAST_EDGES = 16
 LEAST_ARC = 0.35  # of the circumference; half a circle still fixes its centre
 MOST_RMS_PX = 1.0
-LEAST_CONTRAST = 18.0  # grey values between the two sides of an edge
-STEP_PX = 0.5  # between the samples of a profile
 MOST_REACH_PX, SPARE_PX = 8.0, 1.5  # of a profile to each side; beyond half the width of the edge
-SIDE = 4  # samples beyond the reach on each side, whose mean is the side's colour
 GATES_PX = (3.0, 1.5, 1.0)  # of edges around the fitted outline, round by round
 
 
@@ -116,13 +114,15 @@ def _refined(image: NDArray[np.float32], centre: Array, radius: float, camera: C
     rms = np.inf
     reach = np.full(len(angle), float(np.clip(0.35 * radius, 2.5, MOST_REACH_PX)))
     for gate in GATES_PX:
-        edges, sure, width = _edges(image, at, normal, reach)
-        edges = edges[sure]
+        found = edges_along(image, at, normal, reach)
+        edges = found.at[found.sure]
         if len(edges) < LEAST_EDGES:
             return None
         # No farther from the edge than its blur asks for: the surroundings vary.
         reach = np.clip(
-            0.5 * _along(width, sure) + SPARE_PX, SPARE_PX, min(MOST_REACH_PX, 0.4 * radius + 0.5)
+            0.5 * _along(found.width_px, found.sure) + SPARE_PX,
+            SPARE_PX,
+            min(MOST_REACH_PX, 0.4 * radius + 0.5),
         )
         cone = fit_cone(edges, camera)
         for _ in range(3):  # edges of the wand and the hand lie off the outline
@@ -146,55 +146,6 @@ def _refined(image: NDArray[np.float32], centre: Array, radius: float, camera: C
     if arc < LEAST_ARC or rms > MOST_RMS_PX:
         return None
     return Outline(kept, rms, radius, arc)
-
-
-def _edges(
-    image: NDArray[np.float32], at: Array, normal: Array, reach_px: Array
-) -> tuple[Array, NDArray[np.bool_], Array]:
-    """Where coverage by the ball ends along each normal; whether the profile is an edge's; how wide it is (px).
-
-    Coverage is measured along the colour direction in which the two sides differ and the ball's own colour, however
-    bright, does not: the shade of the ball then moves no edge (eq. 9). The length covered is the sum of coverage.
-    """
-    import cv2
-
-    n = np.rint(reach_px / STEP_PX)[:, None]
-    k = np.arange(-int(n.max()) - SIDE, int(n.max()) + SIDE + 1)[None, :]
-    points = (at[:, None] + STEP_PX * k[..., None] * normal[:, None]).astype(np.float32)
-    profile = cv2.remap(
-        image,
-        points[..., 0],
-        points[..., 1],
-        cv2.INTER_LINEAR,
-        borderMode=cv2.BORDER_CONSTANT,
-        borderValue=(-1e4,) * 3,
-    ).astype(np.float64)
-    inner = _mean(profile, (k <= -n) & (k >= -n - SIDE))
-    outer = _mean(profile, (k >= n) & (k <= n + SIDE))
-    unit = inner / np.maximum(np.linalg.norm(inner, axis=1), 1e-9)[:, None]
-    w = (inner - outer) - np.einsum("nk,nk->n", inner - outer, unit)[:, None] * unit
-    plain = np.linalg.norm(w, axis=1) < LEAST_CONTRAST  # a dark or alike background: brightness itself
-    w[plain] = (inner - outer)[plain]
-    strength = np.linalg.norm(w, axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        cover = np.einsum("nsk,nk->ns", profile - outer[:, None], w)
-        cover /= np.einsum("nk,nk->n", inner - outer, w)[:, None]
-    # The whole samples between the sides, and half a step of the last covered one.
-    covered = STEP_PX * (np.where(np.abs(k) < n, cover, 0).sum(axis=1) + 0.5)
-    edges = at + (covered - STEP_PX * n[:, 0])[:, None] * normal
-    width = STEP_PX * ((np.abs(k) < n) & (np.abs(cover - 0.5) < 0.4)).sum(axis=1)
-    # In the image, two sides that differ, full inside and empty outside, falling in between.
-    level = 0.3 + 12.0 / np.maximum(strength, 1.0)
-    sure = (profile.min(axis=(1, 2)) > -1) & (strength > LEAST_CONTRAST)
-    sure &= np.where((k <= 1 - n) & (k >= -n - SIDE), np.abs(cover - 1), 0).max(axis=1) < level
-    sure &= np.where((k >= n - 1) & (k <= n + SIDE), np.abs(cover), 0).max(axis=1) < level
-    sure &= (covered > 0) & (covered < 2 * STEP_PX * n[:, 0])
-    return edges, sure, width
-
-
-def _mean(profile: Array, chosen: NDArray[np.bool_]) -> Array:
-    m: Array = (profile * chosen[..., None]).sum(axis=1) / chosen.sum(axis=1)[:, None]
-    return m
 
 
 def _along(width: Array, sure: NDArray[np.bool_]) -> Array:

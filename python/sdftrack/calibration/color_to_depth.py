@@ -19,7 +19,7 @@ from sdftrack.calibration.robust_fit import Fit, consensus, fit_map
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
 
-__all__ = ["calibrate_color_to_depth"]
+__all__ = ["calibrate_color_to_depth", "registered", "result_of"]
 
 Array = NDArray[np.float64]
 BAND_PX = 8.0  # of the first consensus: pairs are right or wrong by much more
@@ -97,13 +97,13 @@ def calibrate_color_to_depth(
     )
     check_found(looked, depth_camera, float(ball_radius), mask_fn is not None)
     moving_first(looked.seen, float(ball_radius))
-    fit, pairs = _registered(looked.seen, looked.color_size, depth_camera, color_camera, time_offset, seed)
+    fit, pairs = registered(looked.seen, looked.color_size, depth_camera, color_camera, time_offset, seed)
     if progress is not None:
         progress(1.0)
-    return _result(fit, pairs, looked.color_size, time_offset)
+    return result_of(fit, pairs, looked.color_size, time_offset)
 
 
-def _registered(
+def registered(
     seen: list[Seen],
     color_size: tuple[int, int],
     depth_camera: Camera,
@@ -253,7 +253,7 @@ def _color_camera(x: ProjectiveMap | RigidMap, size: tuple[int, int], before: Ca
     return camera if usual else before
 
 
-def _result(fit: Fit, pairs: BallPairs, size: tuple[int, int], time_offset: bool) -> ColorCalibration:
+def result_of(fit: Fit, pairs: BallPairs, size: tuple[int, int], time_offset: bool) -> ColorCalibration:
     x = fit.map
     P, q = x.Pq()
     n = x.unknowns

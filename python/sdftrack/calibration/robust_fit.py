@@ -51,7 +51,7 @@ def fit_map(
     set stays. Pairs that are not `kept` at the start may come back.
     """
     x, dt, scale = start, offset_s, 1.0
-    kept = np.ones(len(pairs), bool) if kept is None else kept
+    kept = np.ones(len(pairs), dtype=np.bool_) if kept is None else kept
     unknowns = x.unknowns + (path is not None) - (x.unknowns == 12)
     for _ in range(12):
         x, dt, H = _minimum(x, dt, pairs, path, kept, scale)
@@ -79,17 +79,16 @@ def fit_map(
 def _inverse(H: Array, x: Any) -> Array:
     """Of the Hessian in scaled unknowns; the scale of a projective map, of which nothing is known, is held."""
     if x.unknowns != 12:
-        inverse: Array = np.linalg.pinv(H, hermitian=True)
+        inverse: Array = np.asarray(np.linalg.pinv(H, hermitian=True), dtype=np.float64)
         return inverse
     free = np.zeros(len(H))
     free[:12] = x.M.ravel() / x.scales
     free /= np.linalg.norm(free)
     # Both sides in units of the Hessian's diagonal, or rounding would eat the least known direction.
-    d = 1 / np.sqrt(np.diag(H) + 1e-300)
+    d: Array = 1 / np.sqrt(np.diag(H) + 1e-300)
     held = np.outer(free, free) * np.mean(np.diag(H))
-    scaled = np.linalg.pinv((H + held) * np.outer(d, d), rcond=1e-15, hermitian=True)
-    full: Array = d[:, None] * scaled * d
-    return full
+    scaled = np.asarray(np.linalg.pinv((H + held) * np.outer(d, d), rcond=1e-15, hermitian=True))
+    return np.asarray(d[:, None] * scaled * d, dtype=np.float64)
 
 
 def consensus(
@@ -103,7 +102,8 @@ def consensus(
     """The map from few pairs that most pairs agree with to `band_px` (RANSAC), solved again from all of these."""
     rng = np.random.default_rng([seed, 21])
     n = len(pairs)
-    best, agree = None, np.zeros(n, bool)
+    best: Any = None
+    agree: NDArray[np.bool_] = np.zeros(n, np.bool_)
     score = -1.0
     for k in range(tries):
         chosen = np.arange(n) if k == 0 else rng.choice(n, smallest, replace=False)
@@ -113,7 +113,7 @@ def consensus(
                 break
             off = np.linalg.norm(x.predict(pairs.center_cam)[0] - pairs.color_px, axis=1)
             off = np.where(np.isfinite(off), off, np.inf)
-            inside = np.less(off, band_px)
+            inside: NDArray[np.bool_] = np.asarray(off < band_px, dtype=np.bool_)
             # Among maps with as many pairs the tighter one.
             value = float(np.maximum(0, 1 - (off / band_px) ** 2).sum())
             if value > score:
