@@ -131,7 +131,7 @@ def _residuals(x: Any, dt: float, pairs: BallPairs, path: Path | None) -> tuple[
     if path is not None:
         p, velocity, share = path.at(pairs.time_s + dt)
         C = C * (share**2).sum(axis=1)[:, None, None]
-    seen = np.isfinite(p).all(axis=1)
+    seen: NDArray[np.bool_] = np.asarray(np.isfinite(p).all(axis=1), dtype=np.bool_)
     px, J, by_point = x.predict(np.where(seen[:, None], p, 1.0))
     r = np.where(seen[:, None], pairs.color_px - px, np.nan)
     J = J * x.scales

@@ -135,8 +135,8 @@ def main(arguments: list[str] | None = None) -> None:
         "ellipse's", "time ms, worst", "stated", "kept",
     ]  # fmt: skip
     title = (
-        f"{job.frames} frames, {job.seeds} seeds, {POINTS} random points of the volume; wanted: rms <= 0.3 px, bias < 0.1 px, "
-        "time within 3 ms"
+        f"{job.frames} frames, {job.seeds} seeds, {POINTS} random points of the volume; wanted: rms <= 0.3 px, "
+        "bias < 0.1 px, time within 3 ms"
     )
     print(text_table(title, head, cells))
     parameters, points = coverage_of_pairs(job.runs)

@@ -124,13 +124,13 @@ def depth_step_shift(
 
 def robust(A: Array, d: Array) -> Array:
     """Least squares under Tukey's loss."""
-    x = np.linalg.lstsq(A, d, rcond=None)[0]
+    x: Array = np.asarray(np.linalg.lstsq(A, d, rcond=None)[0], dtype=np.float64)
     for _ in range(30):
         r = d - A @ x
         sd = max(1.4826 * float(np.median(np.abs(r))), 0.1)
         u = r / (4.685 * sd)
         root = np.where(np.abs(u) < 1, 1 - u * u, 0)
-        x = np.linalg.lstsq(A * root[:, None], d * root, rcond=None)[0]
+        x = np.asarray(np.linalg.lstsq(A * root[:, None], d * root, rcond=None)[0], dtype=np.float64)
     return x
 
 
