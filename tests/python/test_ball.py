@@ -98,7 +98,7 @@ def test_a_ray_that_passes_by_has_no_hit():
 def test_the_fit_in_exact_depth_finds_the_centre():
     scene, frames = recorded(8, noise=None, seed=3)
     for frame, center in zip(frames, scene.centers_cam, strict=True):
-        ball = fit_ball(frame.depth, DEPTH, RADIUS_M, center + [0.015, -0.01, 0.02])
+        ball = fit_ball(frame.depth, DEPTH, RADIUS_M, center + np.array([0.015, -0.01, 0.02]))
         assert np.abs(ball.center_cam - center).max() < EXACT_FIT_M
 
 
@@ -134,13 +134,13 @@ def test_a_hand_over_half_of_the_ball_moves_it_no_further_than_stated():
     u, v = DEPTH.project(center)
     depth = frames[4].depth.copy()
     depth[:, : int(u)] = np.where(depth[:, : int(u)] > 0, center[2] - 0.15, 0)
-    ball = fit_ball(depth, DEPTH, RADIUS_M, center + [0.0, 0.005, 0.005])
+    ball = fit_ball(depth, DEPTH, RADIUS_M, center + np.array([0.0, 0.005, 0.005]))
     assert ball is None or np.all(
         np.abs(ball.center_cam - center) < SPREADS * np.sqrt(np.diag(ball.covariance))
     )
     depth = frames[4].depth.copy()
     depth[: int(v)] = 0
-    ball = fit_ball(depth, DEPTH, RADIUS_M, center + [0.0, 0.005, 0.005])
+    ball = fit_ball(depth, DEPTH, RADIUS_M, center + np.array([0.0, 0.005, 0.005]))
     assert np.all(np.abs(ball.center_cam - center) < SPREADS * np.sqrt(np.diag(ball.covariance)))
 
 
@@ -205,9 +205,9 @@ def test_the_colour_that_moves_is_the_balls():
 
 @pytest.mark.parametrize("color", [(120, 120, 125), (0, 0, 0), (10, 20), (300, 0, 0), (float("nan"), 0, 0)])
 def test_a_colour_that_cannot_be_a_balls_is_refused(color):
-    with pytest.raises(ValueError, match="^ball_color: expected"):
+    with pytest.raises(ValueError, match=r"^ball_color: expected"):
         checked_color(color)
-    with pytest.raises(TypeError, match="^ball_color"):
+    with pytest.raises(TypeError, match=r"^ball_color"):
         checked_color("red")
 
 

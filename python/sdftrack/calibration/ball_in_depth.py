@@ -25,7 +25,9 @@ LEAST_RADIUS_PX = 4.0
 LEAST_SHARE = 0.4  # of the ball's pixels that agree: a hand may hide half of it
 LEAST_FREE = 0.5  # of the pixels around it that lie behind it
 NOISE_FLOOR_M = 0.0003
-MOST_NOISE = 0.002  # m at a distance, plus as much for each m^2: twice a Kinect's, steps of disparity included
+MOST_NOISE = (
+    0.002  # m at a distance, plus as much for each m^2: twice a Kinect's, steps of disparity included
+)
 FARTHEST_M = 5.0
 STAGES = ((0.5, 3), (0.2, 4), (0.0, 6))  # gate in radii (0: by the noise alone), steps
 TUKEY = 4.685  # in standard deviations: 95 % efficient where there are no outliers
@@ -122,7 +124,11 @@ def fit_ball(
                 break
     agree = int(np.count_nonzero(w > 0))
     share = agree / max(1, int(np.count_nonzero(facing)))
-    if agree < LEAST_PIXELS or share < LEAST_SHARE or noise > min(0.15 * radius_m, MOST_NOISE * (1 + center[2] ** 2)):
+    if (
+        agree < LEAST_PIXELS
+        or share < LEAST_SHARE
+        or noise > min(0.15 * radius_m, MOST_NOISE * (1 + center[2] ** 2))
+    ):
         return None
     if _free_around(depth, camera, center, radius_m) < LEAST_FREE:
         return None

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -27,6 +28,7 @@ LATE_BAND_PX = 40.0  # the same while colour may be late, at 1 m/s
 LARGEST_OFFSET_S = 0.15
 ROUNDS = 6  # of centres under the last colour camera, and maps from them
 SETTLED_PX = 0.003
+UNUSUAL_PX = 1.5
 
 
 def calibrate_color_to_depth(
@@ -76,6 +78,11 @@ def calibrate_color_to_depth(
     Minimises Eq. 3.26 with Huber's loss, each pair weighted by the covariances of its two centres. A pair is dropped
     where its squared whitened residual is above 13.8 times the others' (chi-square, two degrees of freedom, 0.1 %).
 
+    Warns
+    -----
+    UserWarning
+        Pairs that scatter by more than 1.5 px.
+
     Raises
     ------
     TypeError, ValueError
@@ -100,7 +107,15 @@ def calibrate_color_to_depth(
     fit, pairs = registered(looked.seen, looked.color_size, depth_camera, color_camera, time_offset, seed)
     if progress is not None:
         progress(1.0)
-    return result_of(fit, pairs, looked.color_size, time_offset)
+    result = result_of(fit, pairs, looked.color_size, time_offset)
+    if result.rms_px > UNUSUAL_PX:
+        late = "" if time_offset else "is colour late (time_offset=True)? "
+        warnings.warn(
+            f"pairs scatter by {result.rms_px:.1f} px, 0.05 to 0.3 px are usual; {late}is ball_radius right, and the "
+            "depth camera?",
+            stacklevel=2,
+        )
+    return result
 
 
 def registered(

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,35 +58,30 @@ class BallPairs:
 
 
 class Path:
-    """The ball's centre between frames: cubic Hermite pieces with Catmull-Rom slopes for uneven times.
+    """The ball's centre between frames: cubic Hermite pieces, slopes of polynomials through up to five points.
+
+    With slopes of fourth order a piece of length h errs by h^4 / 384 of the fourth derivative; Catmull-Rom's slopes of
+    second order would err by h^3 / 60 of the third, ten times as much at 7.5 frames per second.
 
     Parameters
     ----------
-    time_s : (N,) increasing
+    time_s : (N,) increasing, N >= 2
     center_cam : (N, 3) m
     """
 
     def __init__(self, time_s: Array, center_cam: Array) -> None:
         self.t, self.c = time_s, center_cam
-        self.period = float(np.median(np.diff(time_s)))
         h = np.diff(time_s)
-        step = np.diff(center_cam, axis=0) / h[:, None]
-        # Slope at a point: of the parabola through it and its neighbours; at the ends, of the piece.
-        self.slope = np.vstack(
-            [
-                step[:1],
-                (h[1:, None] * step[:-1] + h[:-1, None] * step[1:]) / (h[1:] + h[:-1])[:, None],
-                step[-1:],
-            ]
-        )
-        # A slope across a gap says little of the motion on either side of it.
-        wide = h > LONGEST_GAP * self.period
-        for k in np.flatnonzero(wide):
-            if k > 0:
-                self.slope[k] = step[k - 1]
-            if k + 1 < len(step):
-                self.slope[k + 1] = step[k + 1]
-        self.wide = wide
+        self.period = float(np.median(h))
+        # A slope across a gap says little of the motion on either side of it: runs are kept apart.
+        self.wide = h > LONGEST_GAP * self.period
+        ends = [0, *(1 + np.flatnonzero(self.wide)), len(time_s)]
+        self.slope = np.zeros_like(center_cam)
+        for first, last in pairwise(ends):
+            for k in range(first, last):
+                low = min(max(first, k - 2), max(first, last - 5))
+                near = slice(low, min(last, low + 5))
+                self.slope[k] = _slope(time_s[near] - time_s[k], center_cam[near])
 
     def at(self, time_s: Array) -> tuple[Array, Array, Array]:
         """Centres (N, 3), velocities (N, 3) and shares (N, 2) of the piece's two ends; NaN outside the path."""
@@ -105,3 +101,13 @@ class Path:
         bad = (s < -1e-9) | (s > 1 + 1e-9) | (self.wide[k] & (s > 1e-9) & (s < 1 - 1e-9))
         p[bad] = np.nan
         return p, v / h[:, None], np.stack([1 - s, s], axis=1)
+
+
+def _slope(t: Array, c: Array) -> Array:
+    """Derivative at t = 0 of the polynomial through all points."""
+    if len(t) < 2:
+        return np.zeros(3)
+    scale = float(np.abs(t).max())
+    powers = np.vander(t / scale, increasing=True)
+    slope: Array = np.linalg.solve(powers, c)[1] / scale
+    return slope

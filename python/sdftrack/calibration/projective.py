@@ -140,7 +140,7 @@ def dlt(p_cam: Array, color_px: Array, depth: Camera) -> ProjectiveMap:
     A = np.zeros((2 * len(p), 12))
     A[0::2, :4], A[0::2, 8:] = p, -u[:, :1] * p
     A[1::2, 4:8], A[1::2, 8:] = p, -u[:, 1:2] * p
-    M = np.linalg.inv(T2) @ np.linalg.svd(A)[2][-1].reshape(3, 4) @ T3
+    M = np.linalg.inv(T2) @ np.linalg.svd(A, full_matrices=False)[2][-1].reshape(3, 4) @ T3
     front = np.sign(np.median(M[2, :3] @ p_cam.T + M[2, 3]))
     return ProjectiveMap(_scaled(M * (front or 1.0)), depth)
 
