@@ -11,7 +11,7 @@ RADIUS_M = 0.05
 
 
 @cache
-def recorded(n=30, **setting):
+def recorded(n=24, **setting):
     """(scene, frames) of a small ball scene; frames are rendered and kept."""
     scene = st.synth.ball_scene(n, RADIUS_M, depth_camera=DEPTH, color_camera=COLOR, fps=7.5, **setting)
     return scene, [scene.sequence[i] for i in range(n)]

