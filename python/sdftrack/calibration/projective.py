@@ -3,7 +3,7 @@
 
 Projective: ``lambda x' = P (Z x) + q`` (thesis Eq. 3.25), held as ``M = [P K | q]`` on points in metres, 12 numbers
 up to scale. Rigid: ``x' = pi(T_color_depth p)`` with a known colour camera, 6 numbers. docs/math/color_to_depth.md,
-eq. 1 and 10 to 13.
+eq. 1, 11 and 12.
 """
 
 from __future__ import annotations
