@@ -47,7 +47,10 @@ def test_the_centre_of_the_ellipse_is_not_the_image_of_the_centre():
     center = [0.3, -0.2, 0.6]
     outline = outline_of_sphere(OFF_CENTRE, center, 0.04)
     (x, y), _, _ = cv2.fitEllipseDirect(outline.astype(np.float32))
-    assert np.linalg.norm(np.array([x, y]) - OFF_CENTRE.project(center)) > 1.0
+    off = np.linalg.norm(np.array([x, y]) - OFF_CENTRE.project(center))
+    assert off == pytest.approx(
+        527 * np.hypot(0.5, 1 / 3) * (0.04 / 0.6) ** 2, rel=0.02
+    )  # eq. 8, to first order
 
 
 def test_the_axis_needs_the_focal_length_only_roughly():

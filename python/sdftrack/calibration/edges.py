@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Edges between a thing of one colour and what is around it, to a fraction of a pixel.
 
-docs/math/color_to_depth.md, eq. 8 and 9.
+docs/math/color_to_depth.md, eq. 9.
 """
 
 from __future__ import annotations

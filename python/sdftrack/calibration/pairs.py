@@ -60,8 +60,8 @@ class BallPairs:
 class Path:
     """The ball's centre between frames: cubic Hermite pieces, slopes of polynomials through up to five points.
 
-    With slopes of fourth order a piece of length h errs by h^4 / 384 of the fourth derivative; Catmull-Rom's slopes of
-    second order would err by h^3 / 60 of the third, ten times as much at 7.5 frames per second.
+    With slopes of fourth order a piece of length h errs by h^4 / 384 of the fourth derivative (eq. 10 of
+    docs/math/color_to_depth.md); Catmull-Rom's, of second order, would err by h^3 / 60 of the third.
 
     Parameters
     ----------
