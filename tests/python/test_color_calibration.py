@@ -6,6 +6,7 @@ import pytest
 from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
 
 import sdftrack as st
+from sdftrack.calibration.color_to_depth import _first
 from sdftrack.calibration.pairs import BallPairs, Path
 from sdftrack.calibration.projective import ProjectiveMap, RigidMap, decompose, dlt, resection
 from sdftrack.calibration.robust_fit import consensus, fit_map
@@ -123,11 +124,18 @@ def test_the_path_ends_at_its_ends_and_is_not_carried_over_gaps():
     assert np.isfinite(p).all(axis=1).tolist() == [False, True, False, True, False]
 
 
+def test_a_point_that_jumps_aside_is_no_part_of_the_path():
+    at, t = ball_path(4), np.arange(40) / 15
+    c = at(t)
+    c[[7, 20]] += [[0.0, 0.3, 0.1], [0.5, 0.0, 0.0]]
+    assert np.abs(Path.through(t, c).at(t[3:-3])[0] - at(t[3:-3])).max() < 0.002  # two periods are bridged
+
+
 def test_wrong_pairs_are_dropped_and_right_ones_kept():
     pairs = simulated(60, NOISE_PX, seed=1)
     wrong = np.arange(0, 60, 4)
     pairs.color_px[wrong] += np.random.default_rng(0).uniform(20, 60, (len(wrong), 2))
-    x, agree = consensus(
+    x, agree, _ = consensus(
         lambda chosen: dlt(pairs.center_cam[chosen], pairs.color_px[chosen], DEPTH), pairs, 6, 8.0, 0
     )
     fit = fit_map(x, pairs, agree)
@@ -146,6 +154,15 @@ def test_a_late_colour_camera_is_found_with_its_spread():
         assert abs(fit.offset_s - late) < TIME_S
         assert abs(fit.offset_s - late) < 4 * sd
         assert sd < TIME_S
+
+
+def test_a_delay_of_several_frames_is_found_from_a_start_at_none():
+    for late in (0.13, -0.13):
+        pairs = simulated(40, NOISE_PX, seed=2, late_s=late)
+        pairs.color_px[5] += 60
+        fit = _first(pairs, DEPTH, None, True, 6, 0)
+        assert abs(fit.offset_s - late) < TIME_S
+        assert not fit.kept[5]
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say():

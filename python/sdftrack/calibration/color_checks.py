@@ -93,7 +93,9 @@ def check_spread(pairs: BallPairs, smallest: int, depth: Camera, name: str) -> N
     if smallest >= 6 and size[2] < least:
         flat = abs(axes[2][2, 2]) > 0.9
         where = "at one depth" if flat else "in one plane"
-        fix = "move the ball along the view, nearer and farther" if flat else "wave the ball out of that plane"
+        fix = (
+            "move the ball along the view, nearer and farther" if flat else "wave the ball out of that plane"
+        )
         raise ValueError(f"{name}: all {n} centres lie {where}, {extent}; {fix}, or pass color_camera=")
 
 

@@ -43,6 +43,12 @@ class ColorCalibration:
         Ready for :class:`sdftrack.Tracker`.
     time_offset_s, time_offset_sd_s : float
         How much later than its timestamp (that of depth) colour was taken; 0 and 0 when it was not asked for.
+    map : ProjectiveMap or RigidMap
+        The fitted map itself, with derivatives.
+    map_covariance : (n, n) float64
+        Of the map's unknowns, then of the time offset if it was asked for.
+    color_size : (width, height)
+        Of the colour images.
     """
 
     P: Array

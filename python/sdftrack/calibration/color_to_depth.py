@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ __all__ = ["calibrate_color_to_depth", "registered", "result_of"]
 
 Array = NDArray[np.float64]
 BAND_PX = 8.0  # of the first consensus: pairs are right or wrong by much more
-LATE_BAND_PX = 40.0  # the same while colour may be late, at 1 m/s
+LATE_BAND_PX = 40.0  # of the choice between candidates while colour may be late, at 1 m/s
 LARGEST_OFFSET_S = 0.15
 ROUNDS = 6  # of centres under the last colour camera, and maps from them
 SETTLED_PX = 0.003
@@ -141,7 +142,7 @@ def registered(
             eye = _color_camera(fit.map, color_size, eye)
         picks, changed = _picked(both, picks, fit, eye, time_offset)
         before, pairs = pairs, _pairs(both, picks, eye)
-        path = _path(seen, both, picks, fit.kept) if time_offset else None
+        path = _path(seen, both, picks, fit) if time_offset else None
         fit = fit_map(fit.map, pairs, None if changed else fit.kept, path, fit.offset_s)
         check_kept(fit, len(pairs), time_offset)
         moved = np.abs(pairs.color_px - before.color_px).max()
@@ -154,30 +155,46 @@ def registered(
 def _first(
     pairs: BallPairs, depth: Camera, color: Camera | None, time_offset: bool, smallest: int, seed: int
 ) -> Fit:
-    """The map that most pairs agree with, refined on these."""
+    """The map (and the delay) that most pairs agree with, refined on these."""
+    path = Path.through(pairs.time_s, pairs.center_cam) if time_offset else None
+    delays = [0.0]
+    if path is not None:
+        delays = list(np.arange(-LARGEST_OFFSET_S, LARGEST_OFFSET_S + 1e-9, max(0.01, 0.25 * path.period)))
+    best: tuple[float, Any, NDArray[np.bool_], NDArray[np.bool_], float] | None = None
+    for dt in delays:
+        shifted = pairs
+        if path is not None:
+            shifted = replace(pairs, center_cam=path.at(pairs.time_s + dt)[0])
+        known: NDArray[np.bool_] = np.asarray(np.isfinite(shifted.center_cam).all(axis=1), dtype=np.bool_)
+        if np.count_nonzero(known) < smallest:
+            continue
+        x, inside, score = _agreed(shifted.part(known), depth, color, smallest, seed)
+        if x is not None and (best is None or score > best[0]):
+            agree = np.zeros(len(pairs), np.bool_)
+            agree[np.flatnonzero(known)[inside]] = True
+            right = agree | ~known  # what the delayed path does not reach is not wrong for that
+            best = score, x, agree, right, float(dt)
+    if best is None or np.count_nonzero(best[2]) < smallest:
+        raise ValueError(
+            f"frames: no map agrees with {smallest} of the {len(pairs)} pairs to {BAND_PX:g} px; is the ball that is "
+            "found in depth the one that is found in colour? Look at the size (ball_radius) and the colour (ball_color)"
+        )
+    _, x, agree, right, dt = best
+    if path is not None:
+        path = Path.through(pairs.time_s[right], pairs.center_cam[right])
+    return fit_map(x, pairs, agree, path, dt)
+
+
+def _agreed(
+    pairs: BallPairs, depth: Camera, color: Camera | None, smallest: int, seed: int
+) -> tuple[Any, NDArray[np.bool_], float]:
+    """The map that most pairs agree with to BAND_PX, which, and how well they do."""
 
     def solve(chosen: NDArray[np.intp]) -> Any:
         p, px = pairs.center_cam[chosen], pairs.color_px[chosen]
         return dlt(p, px, depth) if color is None else resection(p, px, color, depth)
 
-    band = LATE_BAND_PX if time_offset else BAND_PX
-    x, agree = consensus(solve, pairs, smallest, band, seed)
-    if x is None or np.count_nonzero(agree) < smallest:
-        raise ValueError(
-            f"frames: no map agrees with {smallest} of the {len(pairs)} pairs to {band:g} px; is the ball that is "
-            "found in depth the one that is found in colour? Look at the size (ball_radius) and the colour (ball_color)"
-        )
-    if not time_offset:
-        return fit_map(x, pairs, agree)
-    path = Path(pairs.time_s[agree], pairs.center_cam[agree])
-    starts = np.arange(-LARGEST_OFFSET_S, LARGEST_OFFSET_S + 1e-9, max(0.02, 0.25 * path.period))
-    fits = [fit_map(x, pairs, agree, path, float(dt)) for dt in starts]
-    # Most pairs first, then the tightest: a path that is left by half the pairs can be matched well by the rest.
-    enough = max(np.count_nonzero(f.kept) for f in fits) * 0.9
-    return min(
-        (f for f in fits if np.count_nonzero(f.kept) >= enough),
-        key=lambda f: float(np.sqrt((f.residual_px[f.kept] ** 2).sum(axis=1).mean())),
-    )
+    return consensus(solve, pairs, smallest, BAND_PX, seed)
 
 
 def _pairs(both: list[Seen], picks: list[tuple[int, int]], eye: Camera) -> BallPairs:
@@ -240,16 +257,18 @@ def check_times(seen: list[Seen]) -> None:
         )
 
 
-def _path(seen: list[Seen], both: list[Seen], picks: list[tuple[int, int]], kept: NDArray[np.bool_]) -> Path:
+def _path(seen: list[Seen], both: list[Seen], picks: list[tuple[int, int]], fit: Fit) -> Path:
     """Of the chosen balls; frames without colour help, dropped pairs do not."""
-    chosen = {s.index: s.balls[a] for s, (a, _), k in zip(both, picks, kept, strict=True) if k}
+    # A pair that the path did not reach has no residual; it is not wrong for that.
+    right = fit.kept | ~np.isfinite(fit.residual_px).all(axis=1)
+    chosen = {s.index: s.balls[a] for s, (a, _), k in zip(both, picks, right, strict=True) if k}
     paired = {s.index for s in both}
     rows = [
         (s.time_s, (chosen[s.index] if s.index in chosen else s.balls[0]).center_cam)
         for s in seen
         if s.index in chosen or (s.index not in paired and len(s.balls) == 1)
     ]
-    return Path(np.array([t for t, _ in rows]), np.array([c for _, c in rows]))
+    return Path.through(np.array([t for t, _ in rows]), np.array([c for _, c in rows]))
 
 
 def _color_camera(x: ProjectiveMap | RigidMap, size: tuple[int, int], before: Camera) -> Camera:

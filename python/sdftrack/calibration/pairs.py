@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 __all__ = ["BallPairs", "Path"]
 
 Array = NDArray[np.float64]
+JUMP, JUMP_M = 6.0, 0.03  # of a path's points, in usual deviations and in metres beyond
 LONGEST_GAP = 2.5  # usual frame periods that the path is carried over
 
 
@@ -82,6 +83,24 @@ class Path:
                 low = min(max(first, k - 2), max(first, last - 5))
                 near = slice(low, min(last, low + 5))
                 self.slope[k] = _slope(time_s[near] - time_s[k], center_cam[near])
+
+    @classmethod
+    def through(cls, time_s: Array, center_cam: Array) -> Path:
+        """A path without the points that jump aside: something else was taken for the ball there.
+
+        A jump is farther from the line between its neighbours than JUMP times what is usual, and 3 cm; the farthest
+        goes first, for it moves its neighbours' lines too.
+        """
+        kept = np.arange(len(time_s))
+        while len(kept) > 5:
+            t, c = time_s[kept], center_cam[kept]
+            s = ((t[1:-1] - t[:-2]) / (t[2:] - t[:-2]))[:, None]
+            off = np.linalg.norm(c[1:-1] - (1 - s) * c[:-2] - s * c[2:], axis=1)
+            worst = int(np.argmax(off))
+            if off[worst] < JUMP * float(np.median(off)) + JUMP_M:
+                break
+            kept = np.delete(kept, 1 + worst)
+        return cls(time_s[kept], center_cam[kept])
 
     def at(self, time_s: Array) -> tuple[Array, Array, Array]:
         """Centres (N, 3), velocities (N, 3) and shares (N, 2) of the piece's two ends; NaN outside the path."""

@@ -100,8 +100,8 @@ def consensus(
     band_px: float,
     seed: int,
     tries: int = 200,
-) -> tuple[Any, NDArray[np.bool_]]:
-    """The map from few pairs that most pairs agree with to `band_px` (RANSAC), solved again from all of these."""
+) -> tuple[Any, NDArray[np.bool_], float]:
+    """The map from few pairs that most pairs agree with to `band_px` (RANSAC), which pairs, and how well they do."""
     rng = np.random.default_rng([seed, 21])
     n = len(pairs)
     best: Any = None
@@ -123,7 +123,7 @@ def consensus(
             x = solve(np.flatnonzero(inside)) if np.count_nonzero(inside) > smallest else None
         if score > 0.9 * n and k >= 20:
             break
-    return best, agree
+    return best, agree, score
 
 
 def _residuals(x: Any, dt: float, pairs: BallPairs, path: Path | None) -> tuple[Array, Array, Array]:

@@ -118,11 +118,14 @@ def main(arguments: list[str] | None = None) -> None:
     )
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--frames", type=int, default=60)
+    parser.add_argument("--only", default="", help="settings with this in their name")
     parser.add_argument("--runs", type=int, default=300, help="of simulated pairs")
     job = parser.parse_args(arguments)
     began = time.perf_counter()
     cells = []
     for name, setting in SETTINGS.items():
+        if job.only not in name:
+            continue
         found: dict[str, list[Row]] = {}
         for seed in range(job.seeds):
             lens = "lens" in name
