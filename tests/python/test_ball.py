@@ -176,7 +176,7 @@ def test_an_edge_is_found_to_a_few_hundredths_whatever_the_balls_shade(shade):
     "setting", [{}, {"exposure_s": 0.01}, {"hand": False, "clutter": False, "gloss": 0.6}]
 )
 def test_the_centre_in_colour_is_right_to_a_tenth_of_a_pixel(setting):
-    scene, frames = recorded(12, noise=0.001, seed=0, **setting)
+    scene, frames = recorded(8, noise=0.001, seed=0, **setting)
     model = BallColor(np.array(scene.color, float))
     off = []
     for frame, px in zip(frames, scene.color_px, strict=True):
@@ -187,7 +187,7 @@ def test_the_centre_in_colour_is_right_to_a_tenth_of_a_pixel(setting):
 
 
 def test_fingers_over_a_third_of_the_outline_are_left_out():
-    scene, frames = recorded(12, noise=0.001, seed=0)
+    scene, frames = recorded(8, noise=0.001, seed=0)
     i = int(np.argmin(scene.centers_cam[:, 2]))
     image = frames[i].color.copy()
     u, v = scene.color_px[i]

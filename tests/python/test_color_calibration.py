@@ -239,7 +239,7 @@ def test_bad_frames_in_the_middle_are_passed_over():
     assert len(result.pairs) >= 12
 
 
-def only(wanted, path, n=14):
+def only(wanted, path, n=9):
     """A recording along a path that cannot do."""
     return recorded(n, noise=None, seed=0, path=path, hand=False, clutter=False)[1]
 

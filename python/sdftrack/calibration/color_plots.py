@@ -31,7 +31,7 @@ def plot_residuals(result: ColorCalibration, before: RGBDCamera) -> Any:
                     width=0.003, label="kept" if kept else "dropped",
                 )  # fmt: skip
         rms = float(np.sqrt((r[known & p.kept] ** 2).sum(axis=1).mean()))
-        axis.set_title(f"{name}: rms {rms:.2f} px, arrows x {enlarged:.3g}", fontsize=10)
+        axis.set_title(f"{name}: rms {rms:.2f} px, arrows x {enlarged:.0f}", fontsize=10)
         _image_axes(axis, result)
         axis.legend(fontsize=8)
     return fig

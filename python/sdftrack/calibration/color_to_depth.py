@@ -27,6 +27,10 @@ Array = NDArray[np.float64]
 BAND_PX = 8.0  # of the first consensus: pairs are right or wrong by much more
 LATE_BAND_PX = 40.0  # of the choice between candidates while colour may be late, at 1 m/s
 LARGEST_OFFSET_S = 0.15
+TRIES, LATE_TRIES = (
+    200,
+    40,
+)  # of samples of pairs; with a delay for each of its starts, on a path freed of jumps
 ROUNDS = 6  # of centres under the last colour camera, and maps from them
 SETTLED_PX = 0.003
 UNUSUAL_PX = 1.5
@@ -168,7 +172,8 @@ def _first(
         known: NDArray[np.bool_] = np.asarray(np.isfinite(shifted.center_cam).all(axis=1), dtype=np.bool_)
         if np.count_nonzero(known) < smallest:
             continue
-        x, inside, score = _agreed(shifted.part(known), depth, color, smallest, seed)
+        tries = TRIES if path is None else LATE_TRIES
+        x, inside, score = _agreed(shifted.part(known), depth, color, smallest, seed, tries)
         if x is not None and (best is None or score > best[0]):
             agree = np.zeros(len(pairs), np.bool_)
             agree[np.flatnonzero(known)[inside]] = True
@@ -186,7 +191,7 @@ def _first(
 
 
 def _agreed(
-    pairs: BallPairs, depth: Camera, color: Camera | None, smallest: int, seed: int
+    pairs: BallPairs, depth: Camera, color: Camera | None, smallest: int, seed: int, tries: int
 ) -> tuple[Any, NDArray[np.bool_], float]:
     """The map that most pairs agree with to BAND_PX, which, and how well they do."""
 
@@ -194,7 +199,7 @@ def _agreed(
         p, px = pairs.center_cam[chosen], pairs.color_px[chosen]
         return dlt(p, px, depth) if color is None else resection(p, px, color, depth)
 
-    return consensus(solve, pairs, smallest, BAND_PX, seed)
+    return consensus(solve, pairs, smallest, BAND_PX, seed, tries)
 
 
 def _pairs(both: list[Seen], picks: list[tuple[int, int]], eye: Camera) -> BallPairs:
