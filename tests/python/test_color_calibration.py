@@ -165,6 +165,14 @@ def test_a_delay_of_several_frames_is_found_from_a_start_at_none():
         assert not fit.kept[5]
 
 
+def test_an_outline_that_makes_no_cone_is_left_out():
+    pairs = simulated(30, NOISE_PX, seed=2)
+    pairs.color_px[4] = np.nan
+    fit = _first(pairs, DEPTH, None, False, 6, 0)
+    assert not fit.kept[4]
+    assert np.count_nonzero(fit.kept) >= 28
+
+
 def test_intervals_hold_the_truth_as_often_as_they_say():
     parameters, points = coverage_of_pairs(50)
     assert COVERED[0] < parameters < COVERED[1]

@@ -149,7 +149,7 @@ def registered(
         path = _path(seen, both, picks, fit) if time_offset else None
         fit = fit_map(fit.map, pairs, None if changed else fit.kept, path, fit.offset_s)
         check_kept(fit, len(pairs), time_offset)
-        moved = np.abs(pairs.color_px - before.color_px).max()
+        moved = np.nanmax(np.abs(pairs.color_px - before.color_px))
         if k > 0 and not changed and (moved < SETTLED_PX):
             break
     check_spread(pairs.part(fit.kept), smallest, depth_camera, "frames")
@@ -196,6 +196,9 @@ def _agreed(
     """The map that most pairs agree with to BAND_PX, which, and how well they do."""
 
     def solve(chosen: NDArray[np.intp]) -> Any:
+        chosen = chosen[np.isfinite(pairs.color_px[chosen]).all(axis=1)]  # an outline may make no cone
+        if len(chosen) < smallest:
+            return None
         p, px = pairs.center_cam[chosen], pairs.color_px[chosen]
         return dlt(p, px, depth) if color is None else resection(p, px, color, depth)
 

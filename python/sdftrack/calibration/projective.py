@@ -184,7 +184,7 @@ def decompose(M: Array) -> tuple[Array, Array]:
 
 
 def _scaled(M: Array) -> Array:
-    scaled: Array = M / np.linalg.norm(M[2, :3])
+    scaled: Array = M / max(float(np.linalg.norm(M[2, :3])), 1e-300)
     return scaled
 
 
