@@ -4,7 +4,10 @@
 from sdftrack import geometry, levelset, metrics, synth, testing
 from sdftrack._core import __version__
 from sdftrack.build_info import info
-from sdftrack.calibration import IntrinsicsResult, calibrate_intrinsics
+from sdftrack.calibration.color_result import ColorCalibration
+from sdftrack.calibration.color_to_depth import calibrate_color_to_depth
+from sdftrack.calibration.intrinsics import calibrate_intrinsics
+from sdftrack.calibration.intrinsics_result import IntrinsicsResult
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.device import cuda_available
 from sdftrack.energy import Energy, State, back_project, minimize
@@ -24,6 +27,7 @@ from sdftrack.viz import draw
 __all__ = [
     "SDF",
     "Camera",
+    "ColorCalibration",
     "Energy",
     "Frame",
     "IntrinsicsResult",
@@ -42,6 +46,7 @@ __all__ = [
     "TrackerOptions",
     "__version__",
     "back_project",
+    "calibrate_color_to_depth",
     "calibrate_intrinsics",
     "cuda_available",
     "draw",

@@ -10,7 +10,7 @@ from typing import Any
 
 import typer
 
-from sdftrack.cli import config, demo, evaluate, info, reconstruct, reproduce, track
+from sdftrack.cli import calibrate, config, demo, evaluate, info, reconstruct, reproduce, track
 
 __all__ = ["app", "run"]
 
@@ -32,6 +32,7 @@ for command in (
     config.config,
 ):
     app.command()(command)
+app.add_typer(calibrate.calibrate)
 
 
 def _version(wanted: bool) -> None:

@@ -51,7 +51,8 @@ def _from_json(path: Path, width: int | None, height: int | None) -> Camera:
             return Camera.from_K(K, d["width"], d["height"])
         if "K_depth" in d:
             k = d["K_depth"]
-            return Camera(k["fx"], k["fy"], k["cx"], k["cy"], *d["image_size"])
+            w, h = d["image_size"]
+            return Camera(k["fx"], k["fy"], k["cx"], k["cy"], w, h, tuple(k.get("distortion") or ()))
         w, h = d.get("width", width), d.get("height", height)
         if w is None or h is None:
             raise KeyError("width" if w is None else "height")

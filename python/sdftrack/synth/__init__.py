@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Synthetic sequences with exact truth: shapes, paths, sensor noise, clutter, hands in front, colour."""
 
+from sdftrack.synth.ball import BallScene, ball_scene
 from sdftrack.synth.grip import Grip
 from sdftrack.synth.noise import Gaussian, Kinect
 from sdftrack.synth.occluders import Cover, Hand
@@ -8,11 +9,13 @@ from sdftrack.synth.scene import sequence
 from sdftrack.synth.trajectories import leave_and_return, orbit, random_walk, static, sweep
 
 __all__ = [
+    "BallScene",
     "Cover",
     "Gaussian",
     "Grip",
     "Hand",
     "Kinect",
+    "ball_scene",
     "leave_and_return",
     "orbit",
     "random_walk",

@@ -120,6 +120,17 @@ class ImageFrames:
                 raise ValueError(f"{_name(entry.depth, self._root)}: {error}") from None
             return
 
+    def take_color_of_any_size(self) -> None:
+        """Read colour images that no mapping registers to depth, too: to find that mapping."""
+        for entry in self._entries[:10]:
+            if entry.color is not None and entry.color.is_file():
+                try:
+                    h, w = read_color(entry.color).shape[:2]
+                except ValueError:
+                    continue
+                self._color_size = (h, w)
+                return
+
     def _usable_color_size(self) -> tuple[int, int] | None:
         """The size of the colour images, or None when they cannot be used."""
         for entry in self._entries[:10]:

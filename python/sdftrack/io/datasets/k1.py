@@ -71,8 +71,9 @@ def components(mask: NDArray[np.bool_]) -> dict[int, NDArray[np.bool_]]:
 
 
 def _camera(values: dict[str, Any]) -> RGBDCamera:
-    def pinhole(K: dict[str, float], size: list[int]) -> Camera:
-        return Camera(K["fx"], K["fy"], K["cx"], K["cy"], int(size[0]), int(size[1]))
+    def pinhole(K: dict[str, Any], size: list[int]) -> Camera:
+        lens = tuple(K.get("distortion") or ())
+        return Camera(K["fx"], K["fy"], K["cx"], K["cy"], int(size[0]), int(size[1]), lens)
 
     size = values["image_size"]
     depth = pinhole(values["K_depth"], size)

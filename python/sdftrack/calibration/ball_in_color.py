@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: MIT
+"""The outline of a coloured ball in a colour image, to a fraction of a pixel, and the image of its centre.
+
+The rays that touch a sphere form a circular cone, so the centre comes from a cone fitted to the outline's rays and not
+from the outline's own centre (docs/math/color_to_depth.md, eq. 6 to 9).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.calibration.cone import Cone, fit_cone
+from sdftrack.calibration.edges import edges_along
+from sdftrack.camera import Camera
+
+__all__ = ["Outline", "find_outlines"]
+
+Array = NDArray[np.float64]
+LEAST_RADIUS_PX = 5.0
+LEAST_EDGES = 16
+LEAST_ARC = 0.35  # of the circumference; half a circle still fixes its centre
+MOST_RMS_PX = 1.0
+MOST_REACH_PX, SPARE_PX = 8.0, 1.5  # of a profile to each side; beyond half the width of the edge
+GATES_PX = (3.0, 1.5, 1.0)  # of edges around the fitted outline, round by round
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """Edges (N, 2) px of a ball's outline that agree with a cone, their rms (px), mean radius (px), share seen."""
+
+    edges_px: Array
+    rms_px: float
+    radius_px: float
+    arc: float
+
+    def cone(self, camera: Camera) -> Cone | None:
+        """Axis and opening of the cone of tangent rays under `camera`."""
+        return fit_cone(self.edges_px, camera)
+
+
+def find_outlines(
+    color: NDArray[np.uint8], likeness: NDArray[np.float32], camera: Camera, seed: int = 0, most: int = 3
+) -> list[Outline]:
+    """Round things of the ball's colour, the best first.
+
+    Parameters
+    ----------
+    color : (h, w, 3) uint8 RGB
+    likeness : (h, w) float32
+        0 to 1: how likely the pixel shows the ball (:mod:`sdftrack.calibration.ball_color`), or a mask.
+    camera : Camera
+        The colour camera, or a guess of it: it only shapes the outline that edges are looked for around.
+    seed : int
+        Of the random samples of the first circle.
+    most : int
+        Blobs that are looked at.
+
+    Returns
+    -------
+    list of Outline
+    """
+    import cv2
+
+    mask = (likeness > 0.5).astype(np.uint8)
+    opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(opened)
+    areas = stats[1:, cv2.CC_STAT_AREA]
+    smooth = color.astype(np.float32)
+    found = []
+    for k in 1 + np.argsort(-areas, kind="stable")[:most]:
+        if stats[k, cv2.CC_STAT_AREA] < 0.4 * np.pi * LEAST_RADIUS_PX**2:
+            break
+        x, y, w, h = stats[k, :4]
+        part = (labels[y : y + h, x : x + w] == k).astype(np.uint8)
+        contours, _ = cv2.findContours(part, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        border = max(contours, key=len)[:, 0].astype(np.float64) + np.array([x, y])
+        start = _circle(border, np.random.default_rng([seed, int(k)]))
+        outline = None if start is None else _refined(smooth, *start, camera)
+        if outline is not None:
+            found.append(outline)
+    return sorted(found, key=lambda o: -o.arc * o.radius_px)
+
+
+def _circle(border: Array, rng: np.random.Generator, tries: int = 60) -> tuple[Array, float] | None:
+    """The circle that most of a blob's border lies on: a hand before the ball cuts a piece off."""
+    n = len(border)
+    if n < 12:
+        return None
+    best, support = None, 0.0
+    for _ in range(tries):
+        a, b, c = border[rng.choice(n, 3, replace=False)]
+        M = 2 * np.array([b - a, c - a])
+        if abs(np.linalg.det(M)) < 1.0:
+            continue
+        centre = np.linalg.solve(M, [b @ b - a @ a, c @ c - a @ a])
+        radius = float(np.linalg.norm(a - centre))
+        if not LEAST_RADIUS_PX - 1 <= radius <= 0.6 * n:
+            continue
+        # Near sides of a blurred outline are flatter than a circle: a generous band.
+        agree = np.mean(np.abs(np.linalg.norm(border - centre, axis=1) - radius) < max(1.2, 0.06 * radius))
+        if agree > support:
+            best, support = (centre, radius), float(agree)
+    return best if support > 0.4 else None
+
+
+def _refined(image: NDArray[np.float32], centre: Array, radius: float, camera: Camera) -> Outline | None:
+    angle = np.linspace(0, 2 * np.pi, int(np.clip(6 * radius, 48, 400)), endpoint=False)
+    normal = np.column_stack([np.cos(angle), np.sin(angle)])
+    at = centre + (radius + 0.5) * normal
+    kept = at[:0]
+    rms = np.inf
+    reach = np.full(len(angle), float(np.clip(0.35 * radius, 2.5, MOST_REACH_PX)))
+    for gate in GATES_PX:
+        found = edges_along(image, at, normal, reach)
+        edges = found.at[found.sure]
+        if len(edges) < LEAST_EDGES:
+            return None
+        # No farther from the edge than its blur asks for: the surroundings vary.
+        reach = np.clip(
+            0.5 * _along(found.width_px, found.sure) + SPARE_PX,
+            SPARE_PX,
+            min(MOST_REACH_PX, 0.4 * radius + 0.5),
+        )
+        cone = fit_cone(edges, camera)
+        for _ in range(3):  # edges of the wand and the hand lie off the outline
+            if cone is None:
+                return None
+            off = np.abs(cone.residuals_px(edges, camera))
+            limit = max(gate * 0.5, min(gate, 3 * 1.4826 * float(np.median(off))))
+            kept = edges[off < limit]
+            if len(kept) < LEAST_EDGES:
+                return None
+            cone = fit_cone(kept, camera)
+        if cone is None:
+            return None
+        at, normal, radius = cone.outline(camera, len(angle))
+        if not np.isfinite(at).all() or radius < LEAST_RADIUS_PX:
+            return None
+        rms = float(np.sqrt(np.mean(cone.residuals_px(kept, camera) ** 2)))
+    centre_px = at.mean(axis=0)
+    sector = np.floor((np.arctan2(*(kept - centre_px).T[::-1]) + np.pi) / (2 * np.pi) * 36).astype(int)
+    arc = len(np.unique(np.clip(sector, 0, 35))) / 36
+    if arc < LEAST_ARC or rms > MOST_RMS_PX:
+        return None
+    return Outline(kept, rms, radius, arc)
+
+
+def _along(width: Array, sure: NDArray[np.bool_]) -> Array:
+    """Median of the widths of the sure edges in a sector around each; blur differs with the direction."""
+    n = len(width)
+    half = max(2, n // 24)
+    around = (np.arange(n)[:, None] + np.arange(-half, half + 1)) % n
+    values = np.where(sure, width, np.nan)[around]
+    known = np.isfinite(values).any(axis=1)
+    out = np.full(n, float(np.median(width[sure])))
+    out[known] = np.nanmedian(values[known], axis=1)
+    return out

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: MIT
+"""What :func:`sdftrack.calibrate_color_to_depth` returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack.calibration.pairs import BallPairs
+from sdftrack.calibration.projective import ProjectiveMap, RigidMap
+from sdftrack.camera import Camera, RGBDCamera
+
+__all__ = ["ColorCalibration"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ColorCalibration:
+    """A depth-to-colour registration and how well it is known.
+
+    Attributes
+    ----------
+    P, q : (3, 3) and (3,) float64
+        ``lambda x' = P (Z x) + q`` (thesis Eq. 3.25), Z in metres; lambda is the depth (m) in the colour camera. With
+        `color_camera`: those of its ideal pixels, lens removed.
+    covariance : (12, 12) float64
+        Of (P row by row, q). The scale is held by ``|row 3 of P K| = 1``, so the rank is 11 (6 with `color_camera`).
+    rms_px : float
+        Root mean square of the kept pairs' residuals, as 2-vectors (Eq. 3.26).
+    pairs : BallPairs
+        Every pair of centres, its residual, and whether it was kept.
+    T_color_depth : (4, 4) float64
+        Depth camera to colour camera, m. Without `color_camera`: from P and q taken apart, beside `K_color`.
+    T_covariance : (6, 6) float64 or None
+        Of (v, w): T <- exp(v, w) T, m and rad; with `color_camera`.
+    K_color : (3, 3) float64
+        The colour camera's matrix: the given one, or P and q taken apart (with a skew, which nothing forbids).
+    camera : RGBDCamera
+        Ready for :class:`sdftrack.Tracker`.
+    time_offset_s, time_offset_sd_s : float
+        How much later than its timestamp (that of depth) colour was taken; 0 and 0 when it was not asked for.
+    map : ProjectiveMap or RigidMap
+        The fitted map itself, with derivatives.
+    map_covariance : (n, n) float64
+        Of the map's unknowns, then of the time offset if it was asked for.
+    color_size : (width, height)
+        Of the colour images.
+    """
+
+    P: Array
+    q: Array
+    covariance: Array
+    rms_px: float
+    pairs: BallPairs
+    T_color_depth: Array
+    T_covariance: Array | None
+    K_color: Array
+    camera: RGBDCamera
+    time_offset_s: float
+    time_offset_sd_s: float
+    map: ProjectiveMap | RigidMap
+    map_covariance: Array
+    color_size: tuple[int, int]
+
+    def project(self, points: ArrayLike) -> Array:
+        """Colour pixels (N, 2) of points (N, 3) in the depth camera's frame, m."""
+        return self.camera.project_to_color(points)
+
+    def sd_px(self, points: ArrayLike) -> Array:
+        """(N, 2) standard deviation (px) of :meth:`project` at points (N, 3), from the covariance.
+
+        >>> result.sd_px([[0.0, 0.0, 1.0]])  # doctest: +SKIP
+        """
+        p = np.asarray(points, dtype=np.float64).reshape(-1, 3)
+        J = self.map.predict(p)[1]
+        n = self.map.unknowns
+        variance = np.einsum("nka,ab,nkb->nk", J, self.map_covariance[:n, :n], J)
+        return np.sqrt(np.maximum(variance, 0))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers for JSON."""
+        p = self.pairs
+        return {
+            "P": self.P.tolist(),
+            "q": self.q.tolist(),
+            "covariance": self.covariance.tolist(),
+            "covariance_of": "P row by row, then q; scale held by |row 3 of P K| = 1",
+            "rms_px": self.rms_px,
+            "T_color_depth": self.T_color_depth.tolist(),
+            "T_covariance": None if self.T_covariance is None else self.T_covariance.tolist(),
+            "K_color": self.K_color.tolist(),
+            "time_offset_s": self.time_offset_s,
+            "time_offset_sd_s": self.time_offset_sd_s,
+            "pairs_found": len(p),
+            "pairs_kept": int(np.count_nonzero(p.kept)),
+            "pairs": [
+                {
+                    "frame": int(p.index[i]),
+                    "center_cam_m": p.center_cam[i].tolist(),
+                    "color_px": p.color_px[i].tolist(),
+                    "residual_px": p.residual_px[i].tolist() if np.isfinite(p.residual_px[i]).all() else None,
+                    "kept": bool(p.kept[i]),
+                }
+                for i in range(len(p))
+            ],
+        }
+
+    def camera_dict(self, depth_scale_m: float = 0.001) -> dict[str, Any]:
+        """A camera.json of the k1 layout (docs/data.md) with the mapping in it."""
+
+        def pinhole(c: Camera) -> dict[str, Any]:
+            lens = {"distortion": list(c.distortion)} if c.distortion else {}
+            return {"fx": c.fx, "fy": c.fy, "cx": c.cx, "cy": c.cy, **lens}
+
+        d = self.camera.depth
+        out: dict[str, Any] = {
+            "image_size": [d.width, d.height],
+            "depth_scale_m": depth_scale_m,
+            "K_depth": pinhole(d),
+            "color_size": list(self.color_size),
+        }
+        if self.camera.color is not None:
+            out["K_color"] = pinhole(self.camera.color)
+            out["T_color_depth"] = self.T_color_depth.tolist()
+        else:
+            out["depth_to_color_Pq"] = {"P": self.P.tolist(), "q": self.q.tolist()}
+        return out
+
+    def __repr__(self) -> str:
+        how = "T_color_depth" if self.camera.color is not None else "P, q"
+        late = f", colour {1e3 * self.time_offset_s:+.1f} ms" if self.time_offset_sd_s else ""
+        kept = int(np.count_nonzero(self.pairs.kept))
+        return f"ColorCalibration({how}, {kept} of {len(self.pairs)} pairs, rms {self.rms_px:.2f} px{late})"

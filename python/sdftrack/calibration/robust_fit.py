@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: MIT
+"""Levenberg-Marquardt on the reprojection error (thesis Eq. 3.26) with Huber's loss, outliers and the covariance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.calibration.pairs import BallPairs, Path
+
+__all__ = ["Fit", "consensus", "fit_map"]
+
+Array = NDArray[np.float64]
+HUBER = 2.0  # standard deviations of a pair's residual (two coordinates) where the loss becomes linear
+DROPPED = 13.82  # squared: chi-square with two degrees of freedom, 0.1 % of true pairs are dropped
+MOST_OFF_PX = 25.0  # of a right pair: a colour image 40 ms late, at 1 m/s
+FLOOR_PX = 0.02  # of a colour centre's sd: what sampling of the image leaves even without noise
+STEPS = 60
+MEDIAN_CHI2 = 1.3863  # median of chi-square with two degrees of freedom
+# Variance of an estimate under Huber's loss over that of plain squares, for Gaussian pairs: with the length r of a
+# pair, E[min(r, k)^2] / 2 over (E[1; r < k] + E[k / (2 r); r > k])^2 at k = 2 (docs/math/color_to_depth.md, eq. 15).
+HUBER_COST = 1.018
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A map, the time offset (s), covariance of (unknowns of the map, offset), residuals (N, 2) px, pairs kept (N,)."""
+
+    map: Any
+    offset_s: float
+    covariance: Array
+    residual_px: Array
+    kept: NDArray[np.bool_]
+    scale: float
+
+
+def fit_map(
+    start: Any,
+    pairs: BallPairs,
+    kept: NDArray[np.bool_] | None = None,
+    path: Path | None = None,
+    offset_s: float = 0.0,
+) -> Fit:
+    """Refine a map on pairs, and with a `path` of the ball the time offset too.
+
+    Each residual is whitened by the covariances of both centres. After each minimum the residuals' own scale is taken
+    from their median, pairs beyond 0.1 % of a chi-square are dropped, and the minimum is looked for again until the
+    set stays. Pairs that are not `kept` at the start may come back.
+    """
+    x, dt, scale = start, offset_s, 1.0
+    kept = np.ones(len(pairs), dtype=np.bool_) if kept is None else kept
+    unknowns = x.unknowns + (path is not None) - (x.unknowns == 12)
+    for _ in range(12):
+        x, dt, H = _minimum(x, dt, pairs, path, kept, scale)
+        r, white, _ = _residuals(x, dt, pairs, path)
+        usable = np.isfinite(white).all(axis=1)
+        usable &= np.linalg.norm(np.nan_to_num(r), axis=1) < MOST_OFF_PX
+        length2 = np.where(usable, (np.nan_to_num(white) ** 2).sum(axis=1), np.inf)
+        count = int(np.count_nonzero(usable & kept))
+        if 2 * count <= unknowns:
+            break
+        # Fitted residuals are shorter than true ones by the unknowns' share. The median of all pairs, dropped ones too:
+        # of the kept ones alone it would shrink with every pair dropped, and drop more.
+        middle = float(np.median(length2[usable])) / (1 - unknowns / (2 * count))
+        scale = max(float(np.sqrt(middle / MEDIAN_CHI2)), 1e-6)
+        now = usable & (length2 < DROPPED * scale**2)
+        if np.array_equal(now, kept):
+            break
+        kept = now
+    count = int(np.count_nonzero(kept & usable))
+    variance = float(length2[kept & usable].sum()) / max(2 * count - unknowns, 1)
+    covariance = HUBER_COST * variance * _inverse(H, x)
+    s = np.append(x.scales, 1.0) if path is not None else x.scales
+    return Fit(x, dt, covariance * np.outer(s, s), r, kept & usable, float(np.sqrt(variance)))
+
+
+def _inverse(H: Array, x: Any) -> Array:
+    """Of the Hessian in scaled unknowns; the scale of a projective map, of which nothing is known, is held."""
+    if x.unknowns != 12:
+        inverse: Array = np.asarray(np.linalg.pinv(H, hermitian=True), dtype=np.float64)
+        return inverse
+    free = np.zeros(len(H))
+    free[:12] = x.M.ravel() / x.scales
+    free /= np.linalg.norm(free)
+    # Both sides in units of the Hessian's diagonal, or rounding would eat the least known direction.
+    d: Array = 1 / np.sqrt(np.diag(H) + 1e-300)
+    held = np.outer(free, free) * np.mean(np.diag(H))
+    scaled = np.asarray(np.linalg.pinv((H + held) * np.outer(d, d), rcond=1e-15, hermitian=True))
+    return np.asarray(d[:, None] * scaled * d, dtype=np.float64)
+
+
+def consensus(
+    solve: Callable[[NDArray[np.intp]], Any],
+    pairs: BallPairs,
+    smallest: int,
+    band_px: float,
+    seed: int,
+    tries: int = 200,
+) -> tuple[Any, NDArray[np.bool_], float]:
+    """The map from few pairs that most pairs agree with to `band_px` (RANSAC), which pairs, and how well they do."""
+    rng = np.random.default_rng([seed, 21])
+    n = len(pairs)
+    best: Any = None
+    agree: NDArray[np.bool_] = np.zeros(n, np.bool_)
+    score = -1.0
+    for k in range(tries):
+        chosen = np.arange(n) if k == 0 else rng.choice(n, smallest, replace=False)
+        x = solve(chosen)
+        for _ in range(2):
+            if x is None:
+                break
+            off = np.linalg.norm(x.predict(pairs.center_cam)[0] - pairs.color_px, axis=1)
+            off = np.where(np.isfinite(off), off, np.inf)
+            inside: NDArray[np.bool_] = np.asarray(off < band_px, dtype=np.bool_)
+            # Among maps with as many pairs the tighter one.
+            value = float(np.maximum(0, 1 - (off / band_px) ** 2).sum())
+            if value > score:
+                best, agree, score = x, inside, value
+            x = solve(np.flatnonzero(inside)) if np.count_nonzero(inside) > smallest else None
+        if score > 0.9 * n and k >= 20:
+            break
+    return best, agree, score
+
+
+def _residuals(x: Any, dt: float, pairs: BallPairs, path: Path | None) -> tuple[Array, Array, Array]:
+    """Residuals (N, 2) px, whitened ones, and whitened derivatives (N, 2, unknowns [+ 1])."""
+    p, C = pairs.center_cam, pairs.center_covariance
+    velocity = None
+    if path is not None:
+        p, velocity, share = path.at(pairs.time_s + dt)
+        C = C * (share**2).sum(axis=1)[:, None, None]
+    seen: NDArray[np.bool_] = np.asarray(np.isfinite(p).all(axis=1), dtype=np.bool_)
+    px, J, by_point = x.predict(np.where(seen[:, None], p, 1.0))
+    r = np.where(seen[:, None], pairs.color_px - px, np.nan)
+    J = J * x.scales
+    if velocity is not None:
+        J = np.concatenate([J, by_point @ np.nan_to_num(velocity)[..., None]], axis=2)
+    S = pairs.color_covariance + FLOOR_PX**2 * np.eye(2) + by_point @ C @ np.swapaxes(by_point, 1, 2)
+    with np.errstate(invalid="ignore"):
+        fine = seen & np.isfinite(S).all(axis=(1, 2)) & np.isfinite(px).all(axis=1)
+    S[~fine] = np.eye(2)
+    L = np.linalg.cholesky(S)
+    white = np.linalg.solve(L, np.where(fine[:, None], r, np.nan)[..., None])[..., 0]
+    return r, white, np.linalg.solve(L, J)
+
+
+def _minimum(
+    x: Any, dt: float, pairs: BallPairs, path: Path | None, kept: NDArray[np.bool_], scale: float
+) -> tuple[Any, float, Array]:
+    """Levenberg-Marquardt; also the Hessian of the weighted squares at the end, in scaled unknowns."""
+    damping = 1e-3
+    r, J, cost = _weighted(x, dt, pairs, path, kept, scale)
+    for _ in range(STEPS):
+        H, g = np.einsum("nka,nkb->ab", J, J), np.einsum("nka,nk->a", J, r)
+        step = np.linalg.lstsq(H + damping * np.diag(np.diag(H) + 1e-12), g, rcond=None)[0]
+        trial = x.moved(step[: x.unknowns] * x.scales)
+        later = dt + (float(step[-1]) if path is not None else 0.0)
+        r_new, J_new, cost_new = _weighted(trial, later, pairs, path, kept, scale)
+        if cost_new <= cost:
+            gain = cost - cost_new
+            x, dt, r, J, cost = trial, later, r_new, J_new, cost_new
+            damping = max(damping / 10, 1e-12)
+            if gain < 1e-9 * cost + 1e-15:
+                break
+        else:
+            damping *= 10
+            if damping > 1e8:
+                break
+    _, white, J = _residuals(x, dt, pairs, path)
+    use = kept & np.isfinite(white).all(axis=1)
+    return x, dt, np.einsum("nka,nkb->ab", J[use], J[use])
+
+
+def _weighted(
+    x: Any, dt: float, pairs: BallPairs, path: Path | None, kept: NDArray[np.bool_], scale: float
+) -> tuple[Array, Array, float]:
+    """Huber's cost, and residuals and derivatives times the root of its weight."""
+    _, white, J = _residuals(x, dt, pairs, path)
+    lost = kept & ~np.isfinite(white).all(axis=1)
+    use = kept & ~lost
+    length = np.linalg.norm(white[use], axis=1) / scale
+    cost = np.where(length < HUBER, 0.5 * length**2, HUBER * (length - 0.5 * HUBER))
+    root = np.sqrt(np.minimum(1, HUBER / np.maximum(length, 1e-12))) / scale
+    # A pair that leaves the path or the camera costs as much as one that would be dropped.
+    total = float(cost.sum()) + float(np.count_nonzero(lost)) * HUBER * np.sqrt(DROPPED)
+    return root[:, None] * white[use], root[:, None, None] * J[use], total

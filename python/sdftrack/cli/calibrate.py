@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: MIT
+"""``sdftrack calibrate``: cameras from what they have seen."""
+
+from __future__ import annotations
+
+import typer
+
+from sdftrack.cli.calibrate_color import color
+
+__all__ = ["calibrate"]
+
+calibrate = typer.Typer(
+    name="calibrate", help="Calibrate cameras from recorded sequences.", no_args_is_help=True
+)
+calibrate.command("color")(color)

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: MIT
+"""``sdftrack calibrate color``: a recording of a coloured ball on a wand in, the depth-to-colour registration out."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from sdftrack.cli.common import (
+    ConfigOption,
+    Device,
+    DeviceOption,
+    OutOption,
+    OverwriteOption,
+    QuietOption,
+    ThreadsOption,
+    Usage,
+    check_layout,
+    progress_counter,
+    show_table,
+    tracker_settings,
+)
+
+FILES = ("camera.json", "result.json", "residuals.png", "coverage.png", "path.png")
+STEPS = 100  # of the progress
+
+
+def color(
+    seq: Annotated[Path, typer.Argument(metavar="SEQ", help="Folder of a recorded sequence.")],
+    ball_radius: Annotated[float, typer.Option(metavar="R", help="Radius of the ball, metres.")],
+    ball_color: Annotated[
+        str | None, typer.Option(metavar="r,g,b", help="0 to 255; without: the most saturated moving thing.")
+    ] = None,
+    color_camera: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Known colour camera: its pose is estimated, its lens honoured."),
+    ] = None,
+    time_offset: Annotated[
+        bool, typer.Option("--time-offset", help="Estimate by how much colour is later than depth, too.")
+    ] = False,
+    fps: Annotated[
+        float | None, typer.Option(metavar="N", help="Frames per second, where the sequence has no times.")
+    ] = None,
+    out: OutOption = None,
+    overwrite: OverwriteOption = False,
+    start: Annotated[int, typer.Option(min=0, help="First frame.")] = 0,
+    stop: Annotated[int | None, typer.Option(help="Frame to end before.")] = None,
+    step: Annotated[int, typer.Option(min=1, help="Every n-th frame.")] = 1,
+    layout: Annotated[str, typer.Option(help="auto, bop, tum, open3d, k1 or folders.")] = "auto",
+    seed: Annotated[int, typer.Option(min=0, help="Of the search for consistent pairs.")] = 0,
+    config: ConfigOption = None,
+    device: DeviceOption = Device.auto,
+    threads: ThreadsOption = 0,
+    quiet: QuietOption = False,
+) -> None:
+    """Find where depth pixels lie in the colour image, from a coloured ball waved before both cameras.
+
+    Writes camera.json (with the mapping, as a sequence's folder has it), result.json and plots into DIR.
+    """
+    if out is None:
+        raise Usage("expected a folder for the result", "--out")
+    wanted = _color(ball_color)
+    if not math.isfinite(ball_radius) or ball_radius <= 0:
+        raise Usage(f"expected metres above 0, got {ball_radius:g}", "--ball-radius")
+    if fps is not None and not (math.isfinite(fps) and fps > 0):
+        raise Usage(f"expected frames per second above 0, got {fps:g}", "--fps")
+    check_layout(layout)
+    tracker_settings(config)  # a file that cannot be read is an error here too
+    import sdftrack as st
+    from sdftrack.device import resolve_device
+    from sdftrack.recorder import prepare_folder
+
+    resolve_device(device.value)
+    if out.exists() and not (out.is_dir() and not any(out.iterdir())):
+        prepare_folder(out, overwrite)  # refused now, not after the work
+    lens = None if color_camera is None else st.Camera.load(color_camera)
+    with _opened(seq, layout) as whole:
+        numbers = range(len(whole))[start:stop:step]
+        if not len(numbers):
+            raise ValueError(f"--start, --stop: expected some of the {len(whole)} frames of {seq}, got none")
+        frames = _Frames(whole, numbers, fps)
+        with progress_counter(quiet) as tell:
+            result = st.calibrate_color_to_depth(
+                frames,
+                whole.camera.depth,
+                ball_radius,
+                wanted,
+                color_camera=lens,
+                time_offset=time_offset,
+                progress=lambda share: tell(round(STEPS * share), STEPS, "ball"),
+                threads=threads,
+                seed=seed,
+            )
+        prepare_folder(out, overwrite)
+        settings = {
+            "command": "calibrate color",
+            "sequence": str(seq),
+            "ball_radius_m": ball_radius,
+            "ball_color": None if wanted is None else list(wanted),
+            "color_camera": None if color_camera is None else str(color_camera),
+            "frames": [numbers.start, numbers.stop, numbers.step],
+            "seed": seed,
+        }
+        _write(result, whole.camera, out, settings, _depth_scale(seq))
+    if not quiet:
+        _show(result, out)
+
+
+class _Frames:
+    """Frames of a sequence, with times by `fps` where they have none."""
+
+    def __init__(self, seq: Any, numbers: range, fps: float | None) -> None:
+        self._seq, self._numbers, self._fps = seq, numbers, fps
+
+    def __len__(self) -> int:
+        return len(self._numbers)
+
+    def __getitem__(self, i: int) -> Any:
+        frame = self._seq[self._numbers[i]]
+        if self._fps is None or frame.timestamp is not None:
+            return frame
+        return frame.replace(timestamp=self._numbers[i] / self._fps)
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[i] for i in range(len(self)))
+
+
+def _color(text: str | None) -> tuple[float, ...] | None:
+    if text is None:
+        return None
+    try:
+        values = tuple(float(v) for v in text.split(","))
+    except ValueError:
+        values = ()
+    if len(values) != 3 or not all(0 <= v <= 255 for v in values):
+        raise Usage(f"expected r,g,b from 0 to 255, got {text!r}", "--ball-color")
+    return values
+
+
+def _opened(path: Path, layout: str) -> Any:
+    """The sequence with its colour images, whatever their size: that they are not registered is the point."""
+    import sdftrack as st
+    from sdftrack.io.datasets.images import ImageFrames
+
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=".*colour images of .* are left out")
+        seq = st.open_sequence(path, layout=layout)
+    if isinstance(seq._frames, ImageFrames):
+        seq._frames.take_color_of_any_size()
+    return seq
+
+
+def _depth_scale(path: Path) -> float:
+    """That of a camera.json of the k1 layout, so that the new one may take its place; else millimetres."""
+    from sdftrack.io.files import read_json
+
+    file = path / "camera.json"
+    values = read_json(file) if file.is_file() else {}
+    scale = values.get("depth_scale_m") if isinstance(values, dict) else None
+    return float(scale) if isinstance(scale, (int, float)) else 0.001
+
+
+def _write(result: Any, before: Any, out: Path, settings: dict[str, Any], depth_scale_m: float) -> None:
+    from sdftrack.calibration.color_plots import plot_coverage, plot_path, plot_residuals
+    from sdftrack.io.files import write_json
+    from sdftrack.viz.plots import save_figure
+
+    write_json(out / "camera.json", result.camera_dict(depth_scale_m))
+    write_json(out / "result.json", {"settings": settings, **result.to_dict()})
+    save_figure(plot_residuals(result, before), out / "residuals.png")
+    save_figure(plot_coverage(result), out / "coverage.png")
+    save_figure(plot_path(result), out / "path.png")
+
+
+def _show(result: Any, out: Path) -> None:
+    import numpy as np
+
+    K, t = result.K_color, result.T_color_depth[:3, 3]
+    rows = [
+        ["pairs kept", f"{int(np.count_nonzero(result.pairs.kept))} of {len(result.pairs)}"],
+        ["rms px", f"{result.rms_px:.3f}"],
+        ["colour camera fx fy cx cy", f"{K[0, 0]:.1f} {K[1, 1]:.1f} {K[0, 2]:.1f} {K[1, 2]:.1f}"],
+        ["depth camera in its frame, mm", " ".join(f"{1e3 * v:+.1f}" for v in t)],
+    ]
+    if result.time_offset_sd_s:
+        late = f"{1e3 * result.time_offset_s:+.2f} +- {1e3 * result.time_offset_sd_s:.2f}"
+        rows.append(["colour later than depth, ms", late])
+    show_table(f"{out}: {', '.join(FILES)}", ["", "value"], rows)

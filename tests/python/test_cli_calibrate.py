@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: MIT
+"""``sdftrack calibrate color``: a recording on disk in, files out, one-line errors."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
+
+import sdftrack as st
+from sdftrack.cli.app import run
+from sdftrack.io.files import write_json
+from sdftrack.io.frames import write_color, write_depth_units
+
+FRAMES = 16
+HELD_OUT_PX = 0.3
+FILES = ["camera.json", "coverage.png", "path.png", "residuals.png", "result.json"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A recording in the k1 layout; the colour images are larger than the depth images and nothing registers them."""
+    root = tmp_path_factory.mktemp("wand")
+    _, frames = recorded(noise=0.001, seed=0)
+    for name in ("depth", "rgb"):
+        (root / name).mkdir()
+    pinhole = {name: getattr(DEPTH, name) for name in ("fx", "fy", "cx", "cy")}
+    write_json(root / "camera.json", {"image_size": [320, 240], "depth_scale_m": 0.0001, "K_depth": pinhole})
+    for i, frame in enumerate(frames[:FRAMES]):
+        write_depth_units(root / "depth" / f"{i:06d}.png", np.rint(1e4 * frame.depth).astype(np.uint16))
+        padded = np.full((250, 330, 3), 128, np.uint8)
+        padded[:240, :320] = frame.color
+        write_color(root / "rgb" / f"{i:06d}.png", padded)
+    return root
+
+
+def told(capsys):
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1, err
+    assert err.startswith("sdftrack: error: ")
+    return err
+
+
+def test_a_recording_gives_a_camera_that_opens_it_registered(folder, tmp_path, capsys):
+    out = tmp_path / "out"
+    arguments = [
+        "calibrate",
+        "color",
+        str(folder),
+        "--ball-radius",
+        str(RADIUS_M),
+        "--ball-color",
+        "225,60,30",
+    ]
+    assert run([*arguments, "--out", str(out)]) == 0
+    assert "rms px" in capsys.readouterr().out
+    assert sorted(p.name for p in out.iterdir()) == FILES
+    values = json.loads((out / "camera.json").read_text())
+    assert values["depth_scale_m"] == 0.0001
+    assert values["color_size"] == [330, 250]
+    result = json.loads((out / "result.json").read_text())
+    assert result["pairs_kept"] >= FRAMES - 3
+    assert result["settings"]["ball_radius_m"] == RADIUS_M
+
+    for part in ("depth", "rgb"):
+        (out / part).symlink_to(folder / part)
+    seq = st.open_sequence(out)
+    assert seq[0].color.shape == (250, 330, 3)
+    scene, _ = recorded(noise=0.001, seed=0)
+    p = scene.centers_cam[:FRAMES]
+    off = seq.camera.project_to_color(p) - scene.camera.project_to_color(p)
+    assert np.sqrt(np.mean(np.sum(off**2, axis=1))) < HELD_OUT_PX
+
+
+def test_a_known_colour_camera_and_its_lens_stay_in_the_file(folder, tmp_path, capsys):
+    out, known = tmp_path / "out", tmp_path / "color.json"
+    lens = st.Camera(COLOR.fx, COLOR.fy, COLOR.cx, COLOR.cy, 330, 250, (1e-5, 0.0, 0.0, 0.0))
+    lens.save(known)
+    arguments = [
+        "calibrate",
+        "color",
+        str(folder),
+        "--ball-radius",
+        str(RADIUS_M),
+        "--color-camera",
+        str(known),
+    ]
+    arguments += ["--ball-color", "225,60,30", "--time-offset", "--fps", "7.5", "--quiet", "--out", str(out)]
+    assert run(arguments) == 0
+    assert capsys.readouterr().out == ""
+    result = json.loads((out / "result.json").read_text())
+    assert abs(result["time_offset_s"]) < 0.003
+    (out / "depth").symlink_to(folder / "depth")
+    seq = st.open_sequence(out)
+    assert seq.camera.color == lens
+    assert np.allclose(seq.camera.T_color_depth, result["T_color_depth"])
+
+
+@pytest.mark.parametrize(
+    "extra",
+    [
+        [],
+        ["--out", "o", "--ball-color", "red"],
+        ["--out", "o", "--ball-color", "1,2"],
+        ["--out", "o", "--ball-color", "1,2,400"],
+        ["--out", "o", "--fps", "0"],
+        ["--out", "o", "--layout", "tape"],
+        ["--out", "o", "--ball-radius", "-1"],
+    ],
+)
+def test_wrong_usage_exits_with_two(folder, extra, capsys):
+    assert run(["calibrate", "color", str(folder), "--ball-radius", "0.05", *extra]) == 2
+    told(capsys)
+
+
+@pytest.mark.parametrize(
+    ("extra", "message"),
+    [
+        (["--ball-color", "0,0,250"], "ball_color"),
+        (["--color-camera", "nowhere.json"], "nowhere.json"),
+        (["--start", "90"], "--start"),
+        (["--stop", "4", "--ball-color", "225,60,30"], "at least 6 frames"),
+        (["--time-offset", "--ball-color", "225,60,30", "--stop", "8"], "time_offset"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line_and_leaves_nothing(folder, tmp_path, extra, message, capsys):
+    out = tmp_path / "out"
+    code = run(
+        ["calibrate", "color", str(folder), "--ball-radius", str(RADIUS_M), "--out", str(out), "-q", *extra]
+    )
+    assert code == 1
+    assert message in told(capsys)
+    assert not out.exists()
+
+
+def test_a_folder_with_files_is_refused_before_the_work(folder, tmp_path, capsys):
+    (tmp_path / "mine.txt").write_text("keep")
+    code = run(["calibrate", "color", str(folder), "--ball-radius", str(RADIUS_M), "--out", str(tmp_path)])
+    assert code == 1
+    assert "--overwrite" in told(capsys)
+    assert [p.name for p in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_the_command_explains_itself(capsys):
+    assert run(["calibrate", "--help"]) == 0
+    assert "color" in capsys.readouterr().out
+    assert run(["calibrate", "color", "--help"]) == 0
+    text = capsys.readouterr().out
+    for option in ("--device", "--threads", "--config", "--quiet", "--out", "--ball-radius"):
+        assert option in text, option

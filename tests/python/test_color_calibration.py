@@ -1,0 +1,368 @@
+# SPDX-License-Identifier: MIT
+"""Depth-to-colour registration: exact pairs, derivatives, intervals, whole recordings, what cannot be registered."""
+
+import numpy as np
+import pytest
+from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
+
+import sdftrack as st
+from sdftrack.calibration.color_to_depth import _first
+from sdftrack.calibration.pairs import BallPairs, Path
+from sdftrack.calibration.projective import ProjectiveMap, RigidMap, decompose, dlt, resection
+from sdftrack.calibration.robust_fit import consensus, fit_map
+from sdftrack.eval.color_calibration import coverage_of_pairs
+from sdftrack.synth.ball import ball_path
+
+T_TRUE = st.geometry.pose((0.02, -0.03, 0.01), (-0.025, 0.002, -0.004))
+LENS = st.Camera(305.0, 306.0, 161.0, 118.0, 320, 240, (0.1, -0.2, 0.001, -0.001, 0.05))
+EXACT_PX = 1e-6  # double arithmetic through two linear solves
+STEP = 1e-6  # of numerical derivatives, in units of the unknowns' own size
+DERIVATIVE = 2e-4  # px per unit, relative to the largest: central differences, twice through a lens
+HELD_OUT_PX = 0.3  # the target, on images four times as large
+TIME_S = 0.003  # the target
+NOISE_PX = 0.1
+COVERED = (0.90, 0.985)  # 50 runs of 12 and 20 correlated numbers: 95 % to within 3 sd of about 1.5 %
+
+
+def true_map():
+    return ProjectiveMap(COLOR.K @ T_TRUE[:3], DEPTH)
+
+
+def simulated(n=40, noise_px=0.0, seed=0, truth=None, late_s=0.0, path=None):
+    """Pairs on the ball's usual path."""
+    rng = np.random.default_rng(seed)
+    at = ball_path(seed) if path is None else path
+    t = np.arange(n) / 15
+    truth = true_map() if truth is None else truth
+    px = truth.predict(at(t + late_s))[0] + noise_px * rng.normal(size=(n, 2))
+    spread = np.tile(max(noise_px, 0.01) ** 2 * np.eye(2), (n, 1, 1))
+    C = np.tile(1e-12 * np.eye(3), (n, 1, 1))
+    nan = np.full((n, 2), np.nan)
+    return BallPairs(np.arange(n), at(t), C, px, spread, np.full(n, 20.0), t, nan, np.ones(n, bool))
+
+
+def test_exact_pairs_give_the_exact_p_and_q():
+    pairs = simulated()
+    fit = fit_map(dlt(pairs.center_cam, pairs.color_px, DEPTH), pairs)
+    P, q = fit.map.Pq()
+    wanted = COLOR.K @ T_TRUE[:3, :3] @ np.linalg.inv(DEPTH.K), COLOR.K @ T_TRUE[:3, 3]
+    assert np.abs(fit.residual_px).max() < EXACT_PX
+    assert np.allclose(P, wanted[0], rtol=1e-7, atol=1e-8)
+    assert np.allclose(q, wanted[1], rtol=1e-6, atol=1e-6)
+
+
+def test_the_mapping_is_the_one_that_the_library_uses():
+    x = true_map()
+    camera = st.RGBDCamera(DEPTH, projective=x.Pq())
+    p = simulated().center_cam
+    assert np.abs(camera.project_to_color(p) - x.predict(p)[0]).max() < EXACT_PX
+
+
+def test_taking_p_and_q_apart_gives_the_camera_and_its_place():
+    K, T = decompose(-3.7 * -true_map().M)
+    assert np.allclose(K, COLOR.K, atol=1e-9)
+    assert np.allclose(T, T_TRUE, atol=1e-12)
+    with pytest.raises(ValueError, match="mirrors"):
+        decompose(-true_map().M)
+
+
+@pytest.mark.parametrize("camera", [COLOR, LENS])
+def test_the_pose_of_a_known_colour_camera_is_found_exactly(camera):
+    truth = RigidMap(T_TRUE, camera, DEPTH)
+    pairs = simulated(truth=truth)
+    start = resection(pairs.center_cam[:5], pairs.color_px[:5], camera, DEPTH)
+    fit = fit_map(start, pairs)
+    assert np.allclose(fit.map.T_color_depth, T_TRUE, atol=1e-8)
+
+
+@pytest.mark.parametrize("x", [true_map(), RigidMap(T_TRUE, LENS, DEPTH)], ids=["projective", "rigid"])
+def test_the_derivatives_of_both_maps_are_those_of_differences(x):
+    p = simulated(12).center_cam
+    _, J, by_point = x.predict(p)
+    for k in range(x.unknowns):
+        step = STEP * x.scales[k] * np.eye(x.unknowns)[k]
+        if isinstance(x, ProjectiveMap):  # without the rescaling, which `moved` adds
+            ends = [ProjectiveMap(x.M + s * step.reshape(3, 4), DEPTH) for s in (1, -1)]
+        else:
+            ends = [x.moved(s * step) for s in (1, -1)]
+        numeric = (ends[0].predict(p)[0] - ends[1].predict(p)[0]) / (2 * STEP)
+        assert np.abs(J[:, :, k] * x.scales[k] - numeric).max() < DERIVATIVE * np.abs(J * x.scales).max()
+    for k, e in enumerate(np.eye(3)):
+        numeric = (x.predict(p + STEP * e)[0] - x.predict(p - STEP * e)[0]) / (2 * STEP)
+        assert np.abs(by_point[:, :, k] - numeric).max() < DERIVATIVE * np.abs(by_point).max()
+
+
+@pytest.mark.parametrize("x", [true_map(), RigidMap(T_TRUE, COLOR, DEPTH)], ids=["projective", "rigid"])
+def test_the_derivatives_of_p_and_q_are_those_of_differences(x):
+    G = x.Pq_jacobian()
+    flat = lambda m: np.append(m.Pq()[0].ravel(), m.Pq()[1])  # noqa: E731
+    for k in range(x.unknowns):
+        step = 1e-6 * np.eye(x.unknowns)[k]
+        numeric = (flat(x.moved(step)) - flat(x.moved(-step))) / 2e-6
+        assert np.abs(G[:, k] - numeric).max() < 1e-5 * max(1.0, np.abs(numeric).max())
+
+
+def test_the_path_passes_its_points_and_is_smooth_between_them():
+    at = ball_path(4)
+    t = np.cumsum(np.random.default_rng(0).uniform(0.03, 0.07, 60))
+    path = Path(t, at(t))
+    assert np.abs(path.at(t)[0] - at(t)).max() < 1e-12
+    between = t[2:-3] + 0.4 * np.diff(t)[2:-2]
+    p, v, share = path.at(between)
+    assert (
+        np.abs(p - at(between)).max() < 1e-5
+    )  # 50 ms of slow waves: h^4 / 384 of the fourth derivative, 30 m/s^4
+    numeric = (path.at(between + 1e-6)[0] - path.at(between - 1e-6)[0]) / 2e-6
+    assert np.abs(v - numeric).max() < 1e-5
+    assert np.allclose(share.sum(axis=1), 1)
+
+
+def test_the_path_ends_at_its_ends_and_is_not_carried_over_gaps():
+    t = np.array([0.0, 0.1, 0.2, 0.3, 0.9, 1.0, 1.1])
+    path = Path(t, np.column_stack([t, t, 1 + t]))
+    p = path.at(np.array([-0.01, 0.15, 0.5, 0.95, 1.2]))[0]
+    assert np.isfinite(p).all(axis=1).tolist() == [False, True, False, True, False]
+
+
+def test_a_point_that_jumps_aside_is_no_part_of_the_path():
+    at, t = ball_path(4), np.arange(40) / 15
+    c = at(t)
+    c[[7, 20]] += [[0.0, 0.3, 0.1], [0.5, 0.0, 0.0]]
+    assert np.abs(Path.through(t, c).at(t[3:-3])[0] - at(t[3:-3])).max() < 0.002  # two periods are bridged
+
+
+def test_wrong_pairs_are_dropped_and_right_ones_kept():
+    pairs = simulated(60, NOISE_PX, seed=1)
+    wrong = np.arange(0, 60, 4)
+    pairs.color_px[wrong] += np.random.default_rng(0).uniform(20, 60, (len(wrong), 2))
+    x, agree, _ = consensus(
+        lambda chosen: dlt(pairs.center_cam[chosen], pairs.color_px[chosen], DEPTH), pairs, 6, 8.0, 0
+    )
+    fit = fit_map(x, pairs, agree)
+    assert not fit.kept[wrong].any()
+    assert np.count_nonzero(fit.kept) >= 43  # of 45; the test drops one true pair in a thousand
+    clean = true_map().predict(pairs.center_cam)[0]
+    assert np.abs(fit.map.predict(pairs.center_cam)[0] - clean).max() < 3 * NOISE_PX
+
+
+def test_a_late_colour_camera_is_found_with_its_spread():
+    for late in (0.021, -0.05):
+        pairs = simulated(60, NOISE_PX, seed=2, late_s=late)
+        start = dlt(pairs.center_cam, pairs.color_px, DEPTH)
+        fit = fit_map(start, pairs, None, Path(pairs.time_s, pairs.center_cam), late + 0.02)
+        sd = np.sqrt(fit.covariance[12, 12])
+        assert abs(fit.offset_s - late) < TIME_S
+        assert abs(fit.offset_s - late) < 4 * sd
+        assert sd < TIME_S
+
+
+def test_a_delay_of_several_frames_is_found_from_a_start_at_none():
+    for late in (0.13, -0.13):
+        pairs = simulated(40, NOISE_PX, seed=2, late_s=late)
+        pairs.color_px[5] += 60
+        fit = _first(pairs, DEPTH, None, True, 6, 0)
+        assert abs(fit.offset_s - late) < TIME_S
+        assert not fit.kept[5]
+
+
+def test_an_outline_that_makes_no_cone_is_left_out():
+    pairs = simulated(30, NOISE_PX, seed=2)
+    pairs.color_px[4] = np.nan
+    fit = _first(pairs, DEPTH, None, False, 6, 0)
+    assert not fit.kept[4]
+    assert np.count_nonzero(fit.kept) >= 28
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say():
+    parameters, points = coverage_of_pairs(50)
+    assert COVERED[0] < parameters < COVERED[1]
+    assert COVERED[0] < points < COVERED[1]
+
+
+@pytest.mark.parametrize(("noise", "known"), [(0.001, False), ("kinect", True)])
+def test_a_recording_registers_the_cameras(noise, known):
+    scene, frames = recorded(noise=noise, seed=0)
+    shares = []
+    result = st.calibrate_color_to_depth(
+        frames, DEPTH, RADIUS_M, None if known else scene.color,
+        color_camera=COLOR if known else None, progress=shares.append, threads=1 + known,
+    )  # fmt: skip
+    p = scene.random_points(1000)
+    off = np.linalg.norm(result.project(p) - scene.camera.project_to_color(p), axis=1)
+    assert np.sqrt(np.mean(off**2)) < HELD_OUT_PX
+    assert np.mean(off < 3 * np.linalg.norm(result.sd_px(p), axis=1)) > 0.9
+    assert result.rms_px < HELD_OUT_PX
+    assert np.count_nonzero(result.pairs.kept) >= 21
+    assert result.camera.aligned is False
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    assert (result.T_covariance is not None) == known
+    assert result.covariance.shape == (12, 12)
+    assert np.all(np.linalg.eigvalsh(result.covariance) > -1e-9 * np.trace(result.covariance))
+    if known:
+        sd = np.sqrt(np.diag(result.T_covariance))
+        wanted = scene.camera.T_color_depth
+        assert np.all(np.abs(st.geometry.log(result.T_color_depth @ st.geometry.inverse(wanted))) < 5 * sd)
+
+
+def test_a_recording_with_late_colour_says_by_how_much():
+    scene, frames = recorded(noise=0.001, seed=1, time_offset_s=0.03)
+    result = st.calibrate_color_to_depth(
+        frames, DEPTH, RADIUS_M, scene.color, color_camera=COLOR, time_offset=True
+    )
+    assert abs(result.time_offset_s - 0.03) < TIME_S
+    assert result.time_offset_sd_s < TIME_S
+    p = scene.random_points(1000)
+    off = np.linalg.norm(result.project(p) - scene.camera.project_to_color(p), axis=1)
+    assert np.sqrt(np.mean(off**2)) < HELD_OUT_PX
+    assert "ms" in repr(result)
+
+
+def test_masks_in_place_of_a_colour_and_any_number_of_threads_give_the_same_kind_of_result():
+    scene, frames = recorded(noise=0.001, seed=0)
+
+    def mask(frame):
+        c = frame.color.astype(int)
+        return (c[..., 0] > 70) & (c[..., 0] > 2 * c[..., 1]) & (c[..., 0] > 2 * c[..., 2])
+
+    one, many = (
+        st.calibrate_color_to_depth(
+            iter(frames[:12]), DEPTH, RADIUS_M, mask_fn=mask, color_camera=COLOR, threads=n
+        )
+        for n in (1, 3)
+    )
+    assert np.array_equal(one.T_color_depth, many.T_color_depth)
+    p = scene.random_points(500)
+    assert np.abs(one.project(p) - scene.camera.project_to_color(p)).max() < HELD_OUT_PX
+
+
+def test_bad_frames_in_the_middle_are_passed_over():
+    scene, frames = recorded(noise=0.001, seed=0)
+    damaged = list(frames[:16])
+    damaged[3] = st.Frame.unreadable("cut", 0.4, 3)
+    damaged[7] = st.Frame(None, frames[7].color)
+    damaged[9] = st.Frame(np.zeros(DEPTH.shape, np.float32), frames[9].color, 1.2)
+    result = st.calibrate_color_to_depth(damaged, DEPTH, RADIUS_M, scene.color, color_camera=COLOR)
+    assert not {3, 7, 9} & set(result.pairs.index.tolist())
+    assert len(result.pairs) >= 12
+
+
+def only(wanted, path, n=9):
+    """A recording along a path that cannot do."""
+    return recorded(n, noise=None, seed=0, path=path, hand=False, clutter=False)[1]
+
+
+class _Path:
+    """A hashable path."""
+
+    def __init__(self, spread):
+        self.spread = spread
+
+    def __eq__(self, other):
+        return isinstance(other, _Path) and self.spread == other.spread
+
+    def __hash__(self):
+        return hash(self.spread)
+
+    def __call__(self, t):
+        s = np.stack([np.sin(5 * t), np.sin(8 * t), np.cos(3 * t)], axis=-1)
+        return np.array([0.0, 0.0, 0.8]) + s * self.spread
+
+
+@pytest.mark.parametrize(
+    ("spread", "message"),
+    [
+        ((0.25, 0.15, 0.0), "at one depth"),
+        ((0.25, 0.0, 0.15), "in one plane"),
+        ((0.25, 0.0, 0.0), "on a line"),
+        ((0.0, 0.0, 0.0), "hardly moves"),
+    ],
+)
+def test_a_path_that_fixes_nothing_is_named(spread, message):
+    with pytest.raises(ValueError, match=message):
+        st.calibrate_color_to_depth(only("path", _Path(spread)), DEPTH, RADIUS_M, (225, 60, 30))
+
+
+def test_a_plane_is_enough_when_the_colour_camera_is_known():
+    frames = only("plane", _Path((0.25, 0.15, 0.0)))
+    result = st.calibrate_color_to_depth(frames, DEPTH, RADIUS_M, (225, 60, 30), color_camera=COLOR)
+    assert result.rms_px < HELD_OUT_PX
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"ball_radius": 40}, ValueError, "ball_radius: expected metres.*40 mm is 0.04"),
+        ({"ball_radius": "big"}, TypeError, "^ball_radius"),
+        ({"ball_radius": 0.15}, ValueError, "found no ball of ball_radius=0.15"),
+        ({"ball_color": (0, 40, 230)}, ValueError, "^ball_color: found no round thing"),
+        ({"ball_color": (128, 128, 128)}, ValueError, "^ball_color: expected a saturated"),
+        ({"mask_fn": lambda f: np.zeros((240, 320), bool)}, ValueError, "ball_color, mask_fn: expected one"),
+        (
+            {"ball_color": None, "mask_fn": lambda f: np.zeros((240, 320), bool)},
+            ValueError,
+            "^mask_fn: found no",
+        ),
+        (
+            {"ball_color": None, "mask_fn": lambda f: np.zeros((2, 3), bool)},
+            ValueError,
+            "^mask_fn: expected a bool",
+        ),
+        ({"ball_color": None, "mask_fn": 3}, TypeError, "^mask_fn: expected a function"),
+        ({"depth_camera": st.RGBDCamera(DEPTH)}, TypeError, "^depth_camera: expected st.Camera"),
+        ({"depth_camera": DEPTH.scaled(2)}, ValueError, "^depth_camera: frame"),
+        ({"color_camera": DEPTH.scaled(2)}, ValueError, "^color_camera: expected the colour images"),
+        ({"color_camera": 3}, TypeError, "^color_camera"),
+        ({"frames": []}, ValueError, "^frames: expected at least one"),
+        ({"frames": 3}, TypeError, "^frames: expected frames"),
+        ({"frames": [1, 2]}, TypeError, "^frames: expected st.Frame"),
+        ({"frames": [st.Frame(np.ones((240, 320), np.float32))]}, ValueError, "none that has both"),
+        ({"few": 4}, ValueError, "at least 6 frames"),
+        ({"few": 2, "ball_color": None}, ValueError, "^ball_color: expected .* with so few frames"),
+        (
+            {"few": 8, "times": False, "time_offset": True},
+            ValueError,
+            "^time_offset: expected frames with growing",
+        ),
+    ],
+)
+def test_what_cannot_be_registered_is_said_by_its_cause(change, error, message):
+    scene, frames = recorded(noise=0.001, seed=0)
+    change = dict(change)
+    frames = frames[: change.pop("few", 8)]
+    if not change.pop("times", True):
+        frames = [f.replace(timestamp=None) for f in frames]
+    given = {
+        "frames": frames,
+        "depth_camera": DEPTH,
+        "ball_radius": RADIUS_M,
+        "ball_color": scene.color,
+        **change,
+    }
+    with pytest.raises(error, match=message):
+        st.calibrate_color_to_depth(**given)
+
+
+def test_a_ball_that_is_too_small_in_the_image_is_called_that():
+    small = st.Camera(60.0, 60.0, 31.5, 23.5, 64, 48)
+    scene = st.synth.ball_scene(
+        6, RADIUS_M, depth_camera=DEPTH, color_camera=small, fps=7.5, clutter=False, hand=False, color_noise=0
+    )
+    with pytest.raises(ValueError, match="too small"):
+        st.calibrate_color_to_depth(scene.sequence, DEPTH, RADIUS_M, scene.color)
+
+
+def test_colour_that_is_late_without_a_word_is_warned_of():
+    scene, frames = recorded(noise=0.001, seed=1, time_offset_s=0.03)
+    with pytest.warns(UserWarning, match="time_offset=True"):
+        result = st.calibrate_color_to_depth(frames, DEPTH, RADIUS_M, scene.color, color_camera=COLOR)
+    assert result.rms_px > 1  # colour 30 ms late at up to 0.9 m/s
+
+
+def test_two_recordings_that_do_not_belong_together_are_refused():
+    scene, frames = recorded(noise=0.001, seed=0)
+    mixed = [
+        st.Frame(frames[i].depth, frames[(5 * i + 3) % 12].color, frames[i].timestamp) for i in range(12)
+    ]
+    with pytest.raises(ValueError, match=r"no map agrees|agree with one map"):
+        st.calibrate_color_to_depth(mixed, DEPTH, RADIUS_M, scene.color, color_camera=COLOR)
