@@ -4,6 +4,7 @@
 from sdftrack.synth.grip import Grip
 from sdftrack.synth.noise import Gaussian, Kinect
 from sdftrack.synth.occluders import Cover, Hand
+from sdftrack.synth.room import corner
 from sdftrack.synth.scene import sequence
 from sdftrack.synth.trajectories import leave_and_return, orbit, random_walk, static
 
@@ -13,6 +14,7 @@ __all__ = [
     "Grip",
     "Hand",
     "Kinect",
+    "corner",
     "leave_and_return",
     "orbit",
     "random_walk",
