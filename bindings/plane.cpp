@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/plane.h"
+
+#include <pybind11/stl.h>
+
+#include "array.h"
+#include "tracking/plane_mask.h"
+#include "volume.h"
+
+namespace sdftrack {
+
+namespace {
+
+constexpr const char* kMiss[] = {"", "few readings", "no start", "start not flat", "small"};
+
+PlaneMethod method_of(const std::string& name) {
+  if (name == "printed") return PlaneMethod::kPrinted;
+  if (name == "rigid") return PlaneMethod::kRigid;
+  if (name == "bent") return PlaneMethod::kBent;
+  throw std::invalid_argument("method: expected \"rigid\", \"bent\" or \"printed\", got \"" + name + "\"");
+}
+
+// (mask, normal, offset, bend, noise scale, share), or a word that says why there is no plane.
+py::object remove_plane(const py::array& depth, const Camera& camera, const py::object& rays, int start_x,
+                        int start_y, double tolerance_m, const std::string& method,
+                        const std::array<double, 3>& noise, bool measure_noise, bool feet, int threads) {
+  DepthFrame frame{image_view(depth, "depth", camera), nullptr, nullptr};
+  if (!rays.is_none())
+    frame.rays = borrow<float>(py::cast<py::array>(rays), "rays", {camera.height, camera.width, 2});
+  PlaneOptions options{tolerance_m, start_x, start_y, {}, method_of(method), {noise[0], noise[1], noise[2]}};
+  py::array_t<bool> mask({camera.height, camera.width});
+  auto* out = reinterpret_cast<unsigned char*>(mask.mutable_data());
+  FoundPlane found;
+  {
+    py::gil_scoped_release release;
+    found = search_plane(frame, camera, options);
+    if (found.miss == PlaneMiss::kNone) {
+      const bool printed = options.method == PlaneMethod::kPrinted;
+      const double scale = printed ? 0.0 : measure_noise ? found.noise_scale : 1.0;
+      mask_plane(frame, camera, found.plane, {tolerance_m, options.noise, scale, feet && !printed}, threads,
+                 out);
+    }
+  }
+  if (found.miss != PlaneMiss::kNone) return py::str(kMiss[static_cast<int>(found.miss)]);
+  const Plane plane = normal_form(found.plane);
+  return py::make_tuple(mask,
+                        std::array<double, 3>{plane.normal_cam.x, plane.normal_cam.y, plane.normal_cam.z},
+                        plane.offset_m, found.plane.bend, found.noise_scale, found.share);
+}
+
+}  // namespace
+
+void bind_plane(py::module_& m) {
+  m.def("remove_plane", &remove_plane, py::arg("depth"), py::arg("camera"), py::arg("rays"),
+        py::arg("start_x"), py::arg("start_y"), py::arg("tolerance_m"), py::arg("method"), py::arg("noise"),
+        py::arg("measure_noise"), py::arg("feet"), py::arg("threads"),
+        "Mask of what is not on the dominant plane, normal, offset, bend, noise over the law's and share of "
+        "the "
+        "readings; or one of \"few readings\", \"no start\", \"start not flat\", \"small\".");
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/plane_fit.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace sdftrack {
+
+namespace {
+
+constexpr double kTukey = 4.685;   // 95 % efficiency for Gaussian noise
+constexpr double kMad = 1.4826;    // of the median of |e| to one sd
+constexpr double kFirstReach = 3;  // slabs, that a first plane may be off
+constexpr double kBendSd = 0.01;   // of the depth: what a term of the bend is expected to have
+constexpr double kLeastRound =
+    1e-6;  // of the readings' longer extent in the image, squared: 1 : 1000 is a line
+constexpr std::size_t kFewest = 6;
+
+// Whether readings with these normal equations span an area of the image: their spread along the shorter
+// axis.
+bool spans_area(const Eigen::Matrix3d& A) {
+  if (!(A(2, 2) > 0)) return false;
+  const Eigen::Vector2d mean = A.block<2, 1>(0, 2) / A(2, 2);
+  const Eigen::Matrix2d spread = A.topLeftCorner<2, 2>() / A(2, 2) - mean * mean.transpose();
+  const double half = 0.5 * spread.trace();
+  const double root = std::sqrt(std::max(0.0, half * half - spread.determinant()));
+  return half - root > kLeastRound * (half + root) && half > 0;
+}
+
+template <int P>
+void row_of(const PlaneReading& p, double* row) {
+  row[0] = p.x, row[1] = p.y, row[2] = 1;
+  if constexpr (P > 3) {
+    const std::array<double, kBendTerms> t = bend_terms(p.u, p.v);
+    for (int j = 0; j < kBendTerms; ++j) row[3 + j] = t[static_cast<std::size_t>(j)] / p.depth_m;
+  }
+}
+
+// Normal equations of weight * (1 / Z - row . unknowns)^2, lower triangle.
+template <int P>
+struct PlaneSums {
+  double A[P][P] = {}, b[P] = {};
+
+  void add(const PlaneReading& p, double weight) {
+    double row[P];
+    row_of<P>(p, row);
+    for (int i = 0; i < P; ++i) {
+      const double w = weight * row[i];
+      b[i] += w / p.depth_m;
+      for (int j = 0; j <= i; ++j) A[i][j] += w * row[j];
+    }
+  }
+  bool solve(double bend_information, InversePlane* plane) const {
+    Eigen::Matrix<double, P, P> M;
+    Eigen::Matrix<double, P, 1> rhs;
+    for (int i = 0; i < P; ++i) {
+      rhs(i) = b[i];
+      for (int j = 0; j <= i; ++j) M(i, j) = M(j, i) = A[i][j];
+    }
+    if (!spans_area(M.template topLeftCorner<3, 3>())) return false;
+    for (int i = 3; i < P; ++i) M(i, i) += bend_information;
+    const Eigen::Matrix<double, P, 1> found = M.ldlt().solve(rhs);
+    if (!found.allFinite() || !(found.template head<3>().norm() > 0)) return false;
+    plane->g = {found(0), found(1), found(2)};
+    for (int i = 3; i < P; ++i) plane->bend[static_cast<std::size_t>(i - 3)] = found(i);
+    return true;
+  }
+};
+
+double median(std::vector<double>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+template <int P>
+bool robust(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler, int rounds,
+            InversePlane* plane, double* noise_scale) {
+  std::vector<double> ratios;
+  ratios.reserve(readings.size());
+  for (int k = 0; k < rounds; ++k) {
+    const double length = norm(plane->g);
+    const auto slab = [&](double sd) { return std::max(length * ruler.tolerance_m, kPlaneSigmas * sd); };
+    ratios.clear();
+    for (const PlaneReading& p : readings) {
+      const double e = std::abs(plane_residual(*plane, p)), sd = plane_residual_sd(*plane, p, ruler);
+      if (e < slab(sd)) ratios.push_back(e / sd);
+    }
+    if (ratios.size() < kFewest) return false;
+    *noise_scale = kMad * median(&ratios);
+    PlaneSums<P> sums;
+    for (const PlaneReading& p : readings) {
+      const double sd = plane_residual_sd(*plane, p, ruler);
+      const double reach =
+          k == 0 ? kFirstReach * slab(sd) : kTukey * std::max(*noise_scale * sd, length * kPlaneNoiseFloor_m);
+      const double t = plane_residual(*plane, p) / reach;
+      if (!(std::abs(t) < 1)) continue;
+      const double tukey = (1 - t * t) * (1 - t * t);
+      sums.add(p, tukey * p.depth_m * p.depth_m / (sd * sd));  // sd of 1 / Z: that of the residual over Z
+    }
+    const double sd = std::max(*noise_scale, 0.1) / kBendSd;
+    if (!sums.solve(sd * sd, plane)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Plane normal_form(const InversePlane& plane) {
+  const double length = norm(plane.g);
+  return {(-1 / length) * plane.g, 1 / length};
+}
+
+std::array<double, kBendTerms> bend_terms(double u, double v) {
+  return {u * u, u * v, v * v, u * u * u, u * u * v, u * v * v, v * v * v};
+}
+
+PlaneReading plane_reading(const DepthFrame& frame, const Camera& camera, const DepthNoise& noise, int x,
+                           int y) {
+  PlaneReading p{};
+  const double z = frame.depth_m(x, y);
+  if (!(z > 0 && std::isfinite(z))) return p;
+  if (frame.rays) {
+    const float* r = frame.rays + 2 * (static_cast<std::ptrdiff_t>(y) * camera.width + x);
+    p.x = r[0], p.y = r[1];
+  } else {
+    p.x = (x - camera.K.cx) / camera.K.fx, p.y = (y - camera.K.cy) / camera.K.fy;
+  }
+  const double half = 0.5 * std::max(camera.width, camera.height);
+  p.depth_m = z, p.sigma_m = noise.sigma_m(z);
+  p.u = (x - 0.5 * (camera.width - 1)) / half, p.v = (y - 0.5 * (camera.height - 1)) / half;
+  return p;
+}
+
+namespace {
+
+// A node without a reading takes that of a pixel beside it: sensors leave out whole rows and columns.
+PlaneReading reading_near(const DepthFrame& frame, const Camera& camera, const DepthNoise& noise, int x,
+                          int y, int step) {
+  constexpr int kBeside[5][2] = {{0, 0}, {1, 1}, {1, 0}, {0, 1}, {2, 1}};
+  PlaneReading p{};
+  for (int k = 0; k < (step > 2 ? 5 : 1) && !(p.depth_m > 0); ++k) {
+    const int u = x + kBeside[k][0], v = y + kBeside[k][1];
+    if (u < camera.width && v < camera.height) p = plane_reading(frame, camera, noise, u, v);
+  }
+  return p;
+}
+
+}  // namespace
+
+void fill_grid(const DepthFrame& frame, const Camera& camera, const DepthNoise& noise,
+               const std::vector<Rect>& leave_out, int wanted, PlaneGrid* grid) {
+  const double pixels = static_cast<double>(camera.width) * camera.height;
+  const int step = std::max(1, static_cast<int>(std::sqrt(pixels / wanted)));
+  grid->step = step, grid->nodes.clear(), grid->read.clear();
+  grid->columns = (camera.width - step / 2 + step - 1) / step;
+  grid->rows = (camera.height - step / 2 + step - 1) / step;
+  const auto left_out = [&](int x, int y) {
+    return std::any_of(leave_out.begin(), leave_out.end(),
+                       [&](const Rect& r) { return x >= r.x0 && x < r.x1 && y >= r.y0 && y < r.y1; });
+  };
+  for (int y = step / 2; y < camera.height; y += step)
+    for (int x = step / 2; x < camera.width; x += step) {
+      const PlaneReading p = left_out(x, y) ? PlaneReading{} : reading_near(frame, camera, noise, x, y, step);
+      grid->nodes.push_back(p);
+      if (p.depth_m > 0) grid->read.push_back(p);
+    }
+}
+
+double plane_residual(const InversePlane& plane, const PlaneReading& p) {
+  double bend = 0;
+  const std::array<double, kBendTerms> t = bend_terms(p.u, p.v);
+  for (std::size_t j = 0; j < kBendTerms; ++j) bend += plane.bend[j] * t[j];
+  return 1 - p.depth_m * (plane.g.x * p.x + plane.g.y * p.y + plane.g.z) - bend;
+}
+
+double plane_residual_sd(const InversePlane& plane, const PlaneReading& p, const PlaneRuler& ruler) {
+  const double along = p.sigma_m * (plane.g.x * p.x + plane.g.y * p.y + plane.g.z);
+  const double sideways2 = (plane.g.x * plane.g.x + plane.g.y * plane.g.y) * ruler.lateral_px *
+                           ruler.lateral_px * p.depth_m * p.depth_m / (ruler.focal_px * ruler.focal_px);
+  return std::sqrt(along * along + sideways2);
+}
+
+bool fit_patch(const std::vector<PlaneReading>& patch, InversePlane* plane) {
+  if (patch.size() < kFewest) return false;
+  PlaneSums<3> sums;
+  for (const PlaneReading& p : patch) {
+    const double z2 = p.depth_m * p.depth_m;
+    sums.add(p, z2 * z2 / (p.sigma_m * p.sigma_m));
+  }
+  return sums.solve(0, plane);
+}
+
+bool fit_plane(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler, int rounds, bool bent,
+               InversePlane* plane, double* noise_scale) {
+  return bent ? robust<3 + kBendTerms>(readings, ruler, rounds, plane, noise_scale)
+              : robust<3>(readings, ruler, rounds, plane, noise_scale);
+}
+
+int plane_votes(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler,
+                const InversePlane& plane) {
+  const double tolerance = norm(plane.g) * ruler.tolerance_m;
+  int count = 0;
+  for (const PlaneReading& p : readings) {
+    const double e = std::abs(plane_residual(plane, p));
+    count += e < tolerance || e < kPlaneSigmas * plane_residual_sd(plane, p, ruler);
+  }
+  return count;
+}
+
+}  // namespace sdftrack

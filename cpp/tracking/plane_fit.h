@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+// Fitting a plane to readings of a depth sensor: docs/math/planes.md, whose equation numbers stand here.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "base/camera.h"
+#include "tracking/region.h"
+
+namespace sdftrack {
+
+// Sd of a reading: near_m + per_m (Z - 0.4 m)^2 in depth (Nguyen, Izadi and Lovell 2012, for structured
+// light), lateral_px sideways.
+struct DepthNoise {
+  double near_m = 0.0012, per_m = 0.0019, lateral_px = 0.5;
+
+  double sigma_m(double depth_m) const {
+    return near_m + per_m * (depth_m - kNoiseNearest_m) * (depth_m - kNoiseNearest_m);
+  }
+  static constexpr double kNoiseNearest_m = 0.4;
+};
+
+constexpr double kPlaneSigmas = 3;             // of the noise, that a reading of the plane may be off
+constexpr double kPlaneNoiseFloor_m = 0.0005;  // a sensor that rounds has readings without any scatter
+constexpr int kBendTerms = 7;                  // u^2, uv, v^2, u^3, u^2 v, u v^2, v^3
+
+// 1 / Z = g . (x, y, 1) on a pixel's ray (eq. 1). A bent one (eq. 8) adds bend . terms / Z, where u, v are
+// pixels from the image's middle over half its longer side.
+struct InversePlane {
+  Vec3d g{0, 0, 0};
+  std::array<double, kBendTerms> bend{};
+};
+Plane normal_form(const InversePlane& plane);  // n towards the camera (eq. 2)
+std::array<double, kBendTerms> bend_terms(double u, double v);
+
+struct PlaneReading {
+  double x, y, depth_m;  // the ray and Z; 0: none
+  double u, v;           // place in the image, as for the bend
+  double sigma_m;        // of Z, by the law
+};
+
+// Readings on an even grid, about `wanted` of them at most.
+struct PlaneGrid {
+  std::vector<PlaneReading> nodes;  // all, row by row
+  std::vector<PlaneReading> read;   // those with a reading
+  int columns = 0, rows = 0, step = 1;
+};
+PlaneReading plane_reading(const DepthFrame& frame, const Camera& camera, const DepthNoise& noise, int x,
+                           int y);
+void fill_grid(const DepthFrame& frame, const Camera& camera, const DepthNoise& noise,
+               const std::vector<Rect>& leave_out, int wanted, PlaneGrid* grid);
+
+// What a residual is measured with.
+struct PlaneRuler {
+  double tolerance_m, focal_px, lateral_px;
+};
+// Residual 1 - Z g . r and its sd by the law, both |g| times those of the height over the plane (eq. 3, 4).
+double plane_residual(const InversePlane& plane, const PlaneReading& p);
+double plane_residual_sd(const InversePlane& plane, const PlaneReading& p, const PlaneRuler& ruler);
+
+// Least squares of inverse depth without any robustness: a patch. False where the readings lie on a line.
+bool fit_patch(const std::vector<PlaneReading>& patch, InversePlane* plane);
+
+// Tukey's weights, from a first plane (eq. 5, 6). The first round believes what is within three slabs. With
+// `bent` the surface may bend by about a hundredth of the depth (eq. 8). Writes the noise as a multiple of
+// the law. False where too few are left, or on one line.
+bool fit_plane(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler, int rounds, bool bent,
+               InversePlane* plane, double* noise_scale);
+
+// Readings within the slab that the law gives.
+int plane_votes(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler,
+                const InversePlane& plane);
+
+}  // namespace sdftrack
