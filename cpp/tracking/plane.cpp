@@ -17,17 +17,16 @@ constexpr int kSeeds = 150;             // patches tried
 constexpr int kPatchNodes[2] = {2, 4};  // half widths of patches, in turn
 constexpr double kPatchFilled = 0.6;    // of a patch's nodes have a reading
 constexpr double kPatchRough = 4;       // times the law: a patch is no plane
-constexpr int kBest = 5;                // patches that are extended and refitted
-constexpr double kLoose = 3;            // slabs, that the readings of a patch's plane may be off
+constexpr int kRounds = 3, kLastRounds = 4,
+              kBentRounds = 6;    // of refitting to few readings, to all, and bent
+constexpr int kSteps = 3;         // of a stack of boxes
+constexpr std::size_t kBest = 5;  // patches that are extended and refitted
+constexpr double kLoose = 3;      // slabs, that the readings of a patch's plane may be off
 constexpr std::size_t kLeastPoints = 20;
 constexpr double kLeastShare = 0.1;    // of the readings
 constexpr double kBehind_m = 0.3;      // a box's top is not farther than this from what it stands on
 constexpr double kBehindShare = 0.25;  // of the readings of the plane before it
 const double kParallel = std::cos(8 * 3.14159265358979 / 180);
-
-PlaneRuler ruler_of(const Camera& camera, const PlaneOptions& options) {
-  return {options.tolerance_m, std::sqrt(camera.K.fx * camera.K.fy), options.noise.lateral_px};
-}
 
 // Every so-manieth reading.
 std::vector<PlaneReading> thinned(const std::vector<PlaneReading>& readings, std::size_t wanted) {
@@ -39,10 +38,11 @@ std::vector<PlaneReading> thinned(const std::vector<PlaneReading>& readings, std
 
 // Whether a plane explains a patch up to a few sd of the noise.
 bool flat(const std::vector<PlaneReading>& patch, const PlaneRuler& ruler, const InversePlane& plane) {
+  const PlaneGauge gauge(plane, ruler);
   double squares = 0;
   for (const PlaneReading& p : patch) {
-    const double u = plane_residual(plane, p) / plane_residual_sd(plane, p, ruler);
-    squares += u * u;
+    const double e = gauge.residual(p);
+    squares += e * e / gauge.variance(p);
   }
   return squares < kPatchRough * kPatchRough * static_cast<double>(patch.size());
 }
@@ -87,31 +87,28 @@ std::vector<Candidate> best_patches(const PlaneGrid& grid, const std::vector<Pla
   return found;
 }
 
-// The plane about the start pixel: of all readings of a square about it.
-PlaneMiss start_patch(const DepthFrame& frame, const Camera& camera, const PlaneOptions& options,
-                      const PlaneRuler& ruler, InversePlane* plane) {
-  if (!(plane_reading(frame, camera, options.noise, options.start_x, options.start_y).depth_m > 0))
-    return PlaneMiss::kNoStart;
+// Readings of the square about the start pixel.
+std::vector<PlaneReading> start_patch(const DepthFrame& frame, const Camera& camera,
+                                      const PlaneOptions& options) {
   const int half = std::max(2, camera.width / 40);
+  const int top = std::max(0, options.start_y - half), left = std::max(0, options.start_x - half);
   std::vector<PlaneReading> patch;
-  for (int y = std::max(0, options.start_y - half); y <= std::min(camera.height - 1, options.start_y + half);
-       ++y)
-    for (int x = std::max(0, options.start_x - half); x <= std::min(camera.width - 1, options.start_x + half);
-         ++x) {
+  for (int y = top; y <= std::min(camera.height - 1, options.start_y + half); ++y)
+    for (int x = left; x <= std::min(camera.width - 1, options.start_x + half); ++x) {
       const PlaneReading p = plane_reading(frame, camera, options.noise, x, y);
       if (p.depth_m > 0) patch.push_back(p);
     }
-  if (!fit_patch(patch, plane) || !flat(patch, ruler, *plane)) return PlaneMiss::kStartNotFlat;
-  return PlaneMiss::kNone;
+  return patch;
 }
 
 // A plane parallel to this one and a little behind it, with enough readings: what the box stands on whose top
 // this is.
 bool step_behind(const std::vector<PlaneReading>& few, const PlaneRuler& ruler, Candidate* best) {
-  const double length = norm(best->plane.g), bin_m = std::max(0.005, ruler.tolerance_m);
+  const PlaneGauge gauge(best->plane, ruler);
+  const double length = gauge.length, bin_m = std::max(0.005, ruler.tolerance_m);
   std::vector<int> counts(static_cast<std::size_t>(kBehind_m / bin_m) + 2, 0);
   for (const PlaneReading& p : few) {
-    const double below_m = -plane_residual(best->plane, p) / length;
+    const double below_m = -gauge.residual(p) / length;
     if (below_m > 2 * bin_m && below_m < kBehind_m) ++counts[static_cast<std::size_t>(below_m / bin_m)];
   }
   const auto fullest = std::max_element(counts.begin(), counts.end()) - counts.begin();
@@ -120,7 +117,7 @@ bool step_behind(const std::vector<PlaneReading>& few, const PlaneRuler& ruler, 
   const double offset_m = 1 / length + (static_cast<double>(fullest) + 0.5) * bin_m;
   behind.plane.g = (1 / (length * offset_m)) * best->plane.g;
   double scale = 1;
-  if (!fit_plane(few, ruler, 3, false, &behind.plane, &scale)) return false;
+  if (!fit_plane(few, ruler, kRounds, false, &behind.plane, &scale)) return false;
   behind.votes = plane_votes(few, ruler, behind.plane);
   const double cosine = dot(behind.plane.g, best->plane.g) / (norm(behind.plane.g) * length);
   if (cosine < kParallel || behind.votes < kBehindShare * best->votes ||
@@ -130,62 +127,77 @@ bool step_behind(const std::vector<PlaneReading>& few, const PlaneRuler& ruler, 
   return true;
 }
 
-// The best patch's plane, refitted among a few readings.
-bool extended(const PlaneGrid& grid, const std::vector<PlaneReading>& few, const PlaneRuler& ruler,
-              Candidate* best) {
+// The best patch's plane, refitted among a few readings; no votes: none.
+Candidate extended(const PlaneGrid& grid, const std::vector<PlaneReading>& few, const PlaneRuler& ruler) {
   std::vector<Candidate> found = best_patches(grid, few, ruler);
-  best->votes = 0;
-  for (std::size_t k = 0; k < found.size() && k < kBest; ++k) {
+  if (found.size() > kBest) found.resize(kBest);
+  Candidate best{{}, 0};
+  for (Candidate& c : found) {
     double scale = 1;
-    Candidate& c = found[k];
-    if (!fit_plane(few, ruler, 3, false, &c.plane, &scale)) continue;
+    if (!fit_plane(few, ruler, kRounds, false, &c.plane, &scale)) continue;
     c.votes = plane_votes(few, ruler, c.plane);
-    if (c.votes > best->votes) *best = c;
+    if (c.votes > best.votes) best = c;
   }
-  if (best->votes == 0) return false;
-  for (int k = 0; k < 3 && step_behind(few, ruler, best); ++k) {
+  for (int k = 0; best.votes > 0 && k < kSteps && step_behind(few, ruler, &best); ++k) {
   }
-  return true;
+  return best;
+}
+
+// The patch about the start pixel, extended and refitted to all readings; it must still hold the patch.
+PlaneMiss started(const DepthFrame& frame, const Camera& camera, const PlaneOptions& options,
+                  const std::vector<PlaneReading>& few, const PlaneRuler& ruler, InversePlane* plane) {
+  if (!(plane_reading(frame, camera, options.noise, options.start_x, options.start_y).depth_m > 0))
+    return PlaneMiss::kNoStart;
+  const std::vector<PlaneReading> patch = start_patch(frame, camera, options);
+  if (!fit_patch(patch, plane) || !flat(patch, ruler, *plane)) return PlaneMiss::kStartNotFlat;
+  if (options.method == PlaneMethod::kPrinted) return PlaneMiss::kNone;
+  double scale = 1;
+  const bool holds = fit_plane(few, ruler, kRounds, false, plane, &scale) &&
+                     2 * static_cast<std::size_t>(plane_votes(patch, ruler, *plane)) > patch.size();
+  return holds ? PlaneMiss::kNone : PlaneMiss::kSmall;
+}
+
+// The first plane, good to a few times its final error.
+PlaneMiss first_plane(const DepthFrame& frame, const Camera& camera, const PlaneOptions& options,
+                      const PlaneGrid& grid, const PlaneRuler& ruler, InversePlane* plane) {
+  const std::vector<PlaneReading> few = thinned(grid.read, kFewPoints);
+  if (options.start_x >= 0) return started(frame, camera, options, few, ruler, plane);
+  Candidate best{{}, 0};
+  if (options.method == PlaneMethod::kPrinted) {
+    const std::vector<Candidate> patches = best_patches(grid, few, ruler);
+    if (!patches.empty()) best = patches[0];
+  } else {
+    best = extended(grid, few, ruler);
+  }
+  *plane = best.plane;
+  return best.votes > 0 ? PlaneMiss::kNone : PlaneMiss::kSmall;
+}
+
+// Refitted to all readings of the grid, as the method says.
+bool refitted(const PlaneGrid& grid, const PlaneRuler& ruler, PlaneMethod method, FoundPlane* found) {
+  if (method == PlaneMethod::kPrinted) return true;
+  return fit_plane(grid.read, ruler, kLastRounds, false, &found->plane, &found->noise_scale) &&
+         (method != PlaneMethod::kBent ||
+          fit_plane(grid.read, ruler, kBentRounds, true, &found->plane, &found->noise_scale));
 }
 
 }  // namespace
 
 FoundPlane search_plane(const DepthFrame& frame, const Camera& camera, const PlaneOptions& options) {
-  const PlaneRuler ruler = ruler_of(camera, options);
+  const PlaneRuler ruler = plane_ruler(camera, options.tolerance_m, options.noise);
   PlaneGrid grid;
   fill_grid(frame, camera, options.noise, options.leave_out, kPoints, &grid);
   FoundPlane found;
-  const auto missed = [&found](PlaneMiss why) {
-    found.miss = why;
+  if (grid.read.size() < kLeastPoints) {
+    found.miss = PlaneMiss::kFewReadings;
     return found;
-  };
-  if (grid.read.size() < kLeastPoints) return missed(PlaneMiss::kFewReadings);
-  const std::vector<PlaneReading> few = thinned(grid.read, kFewPoints);
-  Candidate best{{}, 0};
-  if (options.start_x >= 0) {
-    const PlaneMiss miss = start_patch(frame, camera, options, ruler, &best.plane);
-    if (miss != PlaneMiss::kNone) return missed(miss);
-    double scale = 1;
-    if (options.method != PlaneMethod::kPrinted && !fit_plane(few, ruler, 3, false, &best.plane, &scale))
-      return missed(PlaneMiss::kSmall);
-  } else if (options.method == PlaneMethod::kPrinted) {
-    const std::vector<Candidate> patches = best_patches(grid, few, ruler);
-    if (patches.empty()) return missed(PlaneMiss::kSmall);
-    best = patches[0];
-  } else if (!extended(grid, few, ruler, &best)) {
-    return missed(PlaneMiss::kSmall);
   }
-  found.plane = best.plane;
-  if (options.method != PlaneMethod::kPrinted &&
-      !fit_plane(grid.read, ruler, 4, false, &found.plane, &found.noise_scale))
-    return missed(PlaneMiss::kSmall);
-  if (options.method == PlaneMethod::kBent &&
-      !fit_plane(grid.read, ruler, 6, true, &found.plane, &found.noise_scale))
-    return missed(PlaneMiss::kSmall);
-  const int votes = plane_votes(grid.read, ruler, found.plane);
+  found.miss = first_plane(frame, camera, options, grid, ruler, &found.plane);
+  if (found.miss != PlaneMiss::kNone) return found;
+  const int votes =
+      refitted(grid, ruler, options.method, &found) ? plane_votes(grid.read, ruler, found.plane) : 0;
   found.share = static_cast<double>(votes) / static_cast<double>(grid.read.size());
-  if (found.share < kLeastShare || static_cast<std::size_t>(votes) < kLeastPoints)
-    return missed(PlaneMiss::kSmall);
+  if (found.share < kLeastShare || votes < static_cast<int>(kLeastPoints)) found.miss = PlaneMiss::kSmall;
   return found;
 }
 
@@ -200,11 +212,11 @@ void PlaneFollower::update(const DepthFrame& frame, const Camera& camera, const 
   options.leave_out = objects;
   if (plane_) {
     fill_grid(frame, camera, options.noise, objects, kFollowPoints, &grid_);
-    const PlaneRuler ruler = ruler_of(camera, options);
+    const PlaneRuler ruler = plane_ruler(camera, options.tolerance_m, options.noise);
     InversePlane moved;
     moved.g = (-1 / plane_->offset_m) * plane_->normal_cam;
     double scale = 1;
-    if (fit_plane(grid_.read, ruler, 3, false, &moved, &scale) &&
+    if (fit_plane(grid_.read, ruler, kRounds, false, &moved, &scale) &&
         plane_votes(grid_.read, ruler, moved) > kLeastShare * static_cast<double>(grid_.read.size())) {
       plane_ = normal_form(moved);
       return;

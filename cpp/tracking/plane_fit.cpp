@@ -9,12 +9,14 @@ namespace sdftrack {
 
 namespace {
 
-constexpr double kTukey = 4.685;   // 95 % efficiency for Gaussian noise
-constexpr double kMad = 1.4826;    // of the median of |e| to one sd
-constexpr double kFirstReach = 3;  // slabs, that a first plane may be off
-constexpr double kBendSd = 0.01;   // of the depth: what a term of the bend is expected to have
+constexpr double kTukey = 4.685;  // 95 % efficiency for Gaussian noise
+constexpr double kMad = 1.4826;   // of the median of |e| to one sd
+constexpr double kFirstReach =
+    3;  // slabs, that a first plane may be off; a bend grows from what lies in one slab
+constexpr double kBendSd = 0.01;  // of the depth: what a term of the bend is expected to have
 constexpr double kLeastRound =
     1e-6;  // of the readings' longer extent in the image, squared: 1 : 1000 is a line
+constexpr double kLeastScale = 0.1;  // of the noise, against which a bend is held small
 constexpr std::size_t kFewest = 6;
 
 // Whether readings with these normal equations span an area of the image: their spread along the shorter
@@ -77,29 +79,29 @@ double median(std::vector<double>* values) {
 template <int P>
 bool robust(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler, int rounds,
             InversePlane* plane, double* noise_scale) {
-  std::vector<double> ratios;
-  ratios.reserve(readings.size());
+  constexpr double first = P > 3 ? 1 : kFirstReach;
+  std::vector<double> ratios2;
+  ratios2.reserve(readings.size());
   for (int k = 0; k < rounds; ++k) {
-    const double length = norm(plane->g);
-    const auto slab = [&](double sd) { return std::max(length * ruler.tolerance_m, kPlaneSigmas * sd); };
-    ratios.clear();
+    const PlaneGauge gauge(*plane, ruler);
+    ratios2.clear();
     for (const PlaneReading& p : readings) {
-      const double e = std::abs(plane_residual(*plane, p)), sd = plane_residual_sd(*plane, p, ruler);
-      if (e < slab(sd)) ratios.push_back(e / sd);
+      const double e = gauge.residual(p), variance = gauge.variance(p);
+      if (e * e < gauge.slab2(variance)) ratios2.push_back(e * e / variance);
     }
-    if (ratios.size() < kFewest) return false;
-    *noise_scale = kMad * median(&ratios);
+    if (ratios2.size() < kFewest) return false;
+    *noise_scale = kMad * std::sqrt(median(&ratios2));
+    const double floor = gauge.length * kPlaneNoiseFloor_m, scale2 = *noise_scale * *noise_scale;
     PlaneSums<P> sums;
     for (const PlaneReading& p : readings) {
-      const double sd = plane_residual_sd(*plane, p, ruler);
-      const double reach =
-          k == 0 ? kFirstReach * slab(sd) : kTukey * std::max(*noise_scale * sd, length * kPlaneNoiseFloor_m);
-      const double t = plane_residual(*plane, p) / reach;
-      if (!(std::abs(t) < 1)) continue;
-      const double tukey = (1 - t * t) * (1 - t * t);
-      sums.add(p, tukey * p.depth_m * p.depth_m / (sd * sd));  // sd of 1 / Z: that of the residual over Z
+      const double e = gauge.residual(p), variance = gauge.variance(p);
+      const double reach2 = k == 0 ? first * first * gauge.slab2(variance)
+                                   : kTukey * kTukey * std::max(scale2 * variance, floor * floor);
+      const double t2 = e * e / reach2;
+      // The sd of 1 / Z is that of the residual over Z.
+      if (t2 < 1) sums.add(p, (1 - t2) * (1 - t2) * p.depth_m * p.depth_m / variance);
     }
-    const double sd = std::max(*noise_scale, 0.1) / kBendSd;
+    const double sd = std::max(*noise_scale, kLeastScale) / kBendSd;
     if (!sums.solve(sd * sd, plane)) return false;
   }
   return true;
@@ -110,6 +112,10 @@ bool robust(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler, 
 Plane normal_form(const InversePlane& plane) {
   const double length = norm(plane.g);
   return {(-1 / length) * plane.g, 1 / length};
+}
+
+PlaneRuler plane_ruler(const Camera& camera, double tolerance_m, const DepthNoise& noise) {
+  return {tolerance_m, std::sqrt(camera.K.fx * camera.K.fy), noise.lateral_px};
 }
 
 std::array<double, kBendTerms> bend_terms(double u, double v) {
@@ -168,18 +174,15 @@ void fill_grid(const DepthFrame& frame, const Camera& camera, const DepthNoise& 
     }
 }
 
-double plane_residual(const InversePlane& plane, const PlaneReading& p) {
-  double bend = 0;
-  const std::array<double, kBendTerms> t = bend_terms(p.u, p.v);
-  for (std::size_t j = 0; j < kBendTerms; ++j) bend += plane.bend[j] * t[j];
-  return 1 - p.depth_m * (plane.g.x * p.x + plane.g.y * p.y + plane.g.z) - bend;
+bool InversePlane::bent() const {
+  return std::any_of(bend.begin(), bend.end(), [](double b) { return b != 0; });
 }
 
-double plane_residual_sd(const InversePlane& plane, const PlaneReading& p, const PlaneRuler& ruler) {
-  const double along = p.sigma_m * (plane.g.x * p.x + plane.g.y * p.y + plane.g.z);
-  const double sideways2 = (plane.g.x * plane.g.x + plane.g.y * plane.g.y) * ruler.lateral_px *
-                           ruler.lateral_px * p.depth_m * p.depth_m / (ruler.focal_px * ruler.focal_px);
-  return std::sqrt(along * along + sideways2);
+double PlaneGauge::bend(const PlaneReading& p) const {
+  const std::array<double, kBendTerms> t = bend_terms(p.u, p.v);
+  double sum = 0;
+  for (std::size_t j = 0; j < kBendTerms; ++j) sum += plane.bend[j] * t[j];
+  return sum;
 }
 
 bool fit_patch(const std::vector<PlaneReading>& patch, InversePlane* plane) {
@@ -200,11 +203,11 @@ bool fit_plane(const std::vector<PlaneReading>& readings, const PlaneRuler& rule
 
 int plane_votes(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler,
                 const InversePlane& plane) {
-  const double tolerance = norm(plane.g) * ruler.tolerance_m;
+  const PlaneGauge gauge(plane, ruler);
   int count = 0;
   for (const PlaneReading& p : readings) {
-    const double e = std::abs(plane_residual(plane, p));
-    count += e < tolerance || e < kPlaneSigmas * plane_residual_sd(plane, p, ruler);
+    const double e = gauge.residual(p);
+    count += e * e < gauge.slab2(gauge.variance(p));
   }
   return count;
 }

@@ -2,6 +2,7 @@
 // Fitting a plane to readings of a depth sensor: docs/math/planes.md, whose equation numbers stand here.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -30,6 +31,8 @@ constexpr int kBendTerms = 7;                  // u^2, uv, v^2, u^3, u^2 v, u v^
 struct InversePlane {
   Vec3d g{0, 0, 0};
   std::array<double, kBendTerms> bend{};
+
+  bool bent() const;
 };
 Plane normal_form(const InversePlane& plane);  // n towards the camera (eq. 2)
 std::array<double, kBendTerms> bend_terms(double u, double v);
@@ -55,9 +58,37 @@ void fill_grid(const DepthFrame& frame, const Camera& camera, const DepthNoise& 
 struct PlaneRuler {
   double tolerance_m, focal_px, lateral_px;
 };
-// Residual 1 - Z g . r and its sd by the law, both |g| times those of the height over the plane (eq. 3, 4).
-double plane_residual(const InversePlane& plane, const PlaneReading& p);
-double plane_residual_sd(const InversePlane& plane, const PlaneReading& p, const PlaneRuler& ruler);
+PlaneRuler plane_ruler(const Camera& camera, double tolerance_m, const DepthNoise& noise);
+// Residuals 1 - Z g . r of readings and their variance by the law: |g| times the height over the plane (eq.
+// 3, 4).
+struct PlaneGauge {
+  PlaneGauge(const InversePlane& plane_, const PlaneRuler& ruler)
+      : plane(plane_),
+        length(norm(plane_.g)),
+        tolerance(length * ruler.tolerance_m),
+        sideways2((plane_.g.x * plane_.g.x + plane_.g.y * plane_.g.y) * ruler.lateral_px * ruler.lateral_px /
+                  (ruler.focal_px * ruler.focal_px)),
+        bent(plane_.bent()) {}
+
+  double inverse_depth(const PlaneReading& p) const { return plane.g.x * p.x + plane.g.y * p.y + plane.g.z; }
+  double residual(const PlaneReading& p) const {
+    return 1 - p.depth_m * inverse_depth(p) - (bent ? bend(p) : 0.0);
+  }
+  double variance(const PlaneReading& p) const {
+    const double along = p.sigma_m * inverse_depth(p);
+    return along * along + sideways2 * p.depth_m * p.depth_m;
+  }
+  double slab2(double variance) const {
+    return std::max(tolerance * tolerance, kPlaneSigmas * kPlaneSigmas * variance);
+  }
+
+  InversePlane plane;
+  double length, tolerance, sideways2;
+  bool bent;
+
+ private:
+  double bend(const PlaneReading& p) const;
+};
 
 // Least squares of inverse depth without any robustness: a patch. False where the readings lie on a line.
 bool fit_patch(const std::vector<PlaneReading>& patch, InversePlane* plane);

@@ -60,7 +60,7 @@ MaskRow mask_row(const Camera& camera, const InversePlane& plane, const PlaneSla
   m.floor2 = s2 > 0 ? f(length * length * kPlaneNoiseFloor_m * kPlaneNoiseFloor_m / s2) : 0.0f;
   m.slab2 = f(kPlaneSigmas * kPlaneSigmas * s2), m.foot2 = f(kFootSigmas * kFootSigmas * s2);
   m.feet = slab.feet && s2 > 0;
-  for (const double b : plane.bend) m.bent = m.bent || b != 0;
+  m.bent = plane.bent();
   const double half = 0.5 * std::max(camera.width, camera.height);
   m.u0 = f(-0.5 * (camera.width - 1) / half), m.du = f(1 / half);
   return m;

@@ -47,8 +47,8 @@ def remove_plane(
     start_px : (x, y), optional
         A pixel on the plane, whose neighbourhood starts the fit; None: local patches all over the image are tried.
     tolerance : float
-        Half thickness of the slab that counts as the plane, m. Where three sd of the sensor's noise along the normal are
-        more, the slab is that thick.
+        Half thickness of the slab that counts as the plane, m. Where three sd of the sensor's noise, seen along the
+        normal, are more, the slab is that thick.
     method : "rigid", "bent" or "printed"
         "bent" lets the plane bend by a cubic in image coordinates, for sensors whose depth is bent towards the borders.
         "printed" is the thesis's: the patch is extended as it is, and the slab is `tolerance` everywhere.
@@ -144,11 +144,13 @@ def _miss(why: str, start_px: tuple[float, float] | None, tolerance: float) -> s
     if why == "few readings":
         return "frame: expected depth readings of a plane, got next to none (no plane can be fitted)"
     if why == "no start":
-        return f"start_px: expected a pixel with a depth reading, got a hole at {start_px}; choose one beside it"
+        return (
+            f"start_px: expected a pixel with a depth reading, got a hole at {start_px}; choose one beside it"
+        )
     if why == "start not flat":
         return (
-            f"start_px: expected a pixel on a plane, got one at {start_px} about which the readings are not flat or too "
-            "few; choose one farther from edges"
+            f"start_px: expected a pixel on a plane, got one at {start_px} about which the readings are not flat or "
+            "too few; choose one farther from edges"
         )
     if start_px is not None:
         return (
