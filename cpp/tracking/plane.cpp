@@ -9,8 +9,9 @@ namespace sdftrack {
 
 namespace {
 
-constexpr int kPoints = 4800;    // readings of the last fit, on an even grid
-constexpr int kFewPoints = 600;  // of those before it
+constexpr int kPoints = 4800;      // readings of the last fit, on an even grid
+constexpr int kFewPoints = 600;    // of those before it
+constexpr int kBentPoints = 2000;  // ten unknowns take as long as three with all
 constexpr int kFollowPoints = 1500;
 constexpr int kFramesBetweenSearches = 30;
 constexpr int kSeeds = 150;             // patches tried
@@ -18,7 +19,7 @@ constexpr int kPatchNodes[2] = {2, 4};  // half widths of patches, in turn
 constexpr double kPatchFilled = 0.6;    // of a patch's nodes have a reading
 constexpr double kPatchRough = 4;       // times the law: a patch is no plane
 constexpr int kRounds = 3, kLastRounds = 4,
-              kBentRounds = 6;    // of refitting to few readings, to all, and bent
+              kBentRounds = 5;    // of refitting to few readings, to all, and bent
 constexpr int kSteps = 3;         // of a stack of boxes
 constexpr std::size_t kBest = 5;  // patches that are extended and refitted
 constexpr double kLoose = 3;      // slabs, that the readings of a patch's plane may be off
@@ -62,7 +63,8 @@ void patch_about(const PlaneGrid& grid, int column, int row, int half, std::vect
 
 struct Candidate {
   InversePlane plane;
-  int votes;
+  int votes = 0;
+  int column = 0, row = 0;  // the patch's middle on the grid
 };
 
 // The planes of flat patches all over the image that most readings lie near, best first.
@@ -76,26 +78,26 @@ std::vector<Candidate> best_patches(const PlaneGrid& grid, const std::vector<Pla
     // Additive recurrence: seeds that fill the image evenly, the same ones every time.
     const double a = std::fmod(0.5 + 0.7548776662 * k, 1.0), b = std::fmod(0.5 + 0.5698402910 * k, 1.0);
     const int widest = std::max(1, (std::min(grid.columns, grid.rows) - 1) / 2);
-    patch_about(grid, static_cast<int>(a * grid.columns), static_cast<int>(b * grid.rows),
-                std::min(widest, kPatchNodes[k % 2]), &patch);
+    const int column = static_cast<int>(a * grid.columns), row = static_cast<int>(b * grid.rows);
+    patch_about(grid, column, row, std::min(widest, kPatchNodes[k % 2]), &patch);
     InversePlane plane;
     if (!fit_patch(patch, &plane) || !flat(patch, ruler, plane)) continue;
-    found.push_back({plane, plane_votes(few, loose, plane)});
+    found.push_back({plane, plane_votes(few, loose, plane), column, row});
   }
   std::stable_sort(found.begin(), found.end(),
                    [](const Candidate& a, const Candidate& b) { return a.votes > b.votes; });
   return found;
 }
 
-// Readings of the square about the start pixel.
-std::vector<PlaneReading> start_patch(const DepthFrame& frame, const Camera& camera,
-                                      const PlaneOptions& options) {
+// All readings of the square about a pixel.
+std::vector<PlaneReading> whole_patch(const DepthFrame& frame, const Camera& camera, const DepthNoise& noise,
+                                      int at_x, int at_y) {
   const int half = std::max(2, camera.width / 40);
-  const int top = std::max(0, options.start_y - half), left = std::max(0, options.start_x - half);
+  const int top = std::max(0, at_y - half), left = std::max(0, at_x - half);
   std::vector<PlaneReading> patch;
-  for (int y = top; y <= std::min(camera.height - 1, options.start_y + half); ++y)
-    for (int x = left; x <= std::min(camera.width - 1, options.start_x + half); ++x) {
-      const PlaneReading p = plane_reading(frame, camera, options.noise, x, y);
+  for (int y = top; y <= std::min(camera.height - 1, at_y + half); ++y)
+    for (int x = left; x <= std::min(camera.width - 1, at_x + half); ++x) {
+      const PlaneReading p = plane_reading(frame, camera, noise, x, y);
       if (p.depth_m > 0) patch.push_back(p);
     }
   return patch;
@@ -131,7 +133,7 @@ bool step_behind(const std::vector<PlaneReading>& few, const PlaneRuler& ruler, 
 Candidate extended(const PlaneGrid& grid, const std::vector<PlaneReading>& few, const PlaneRuler& ruler) {
   std::vector<Candidate> found = best_patches(grid, few, ruler);
   if (found.size() > kBest) found.resize(kBest);
-  Candidate best{{}, 0};
+  Candidate best;
   for (Candidate& c : found) {
     double scale = 1;
     if (!fit_plane(few, ruler, kRounds, false, &c.plane, &scale)) continue;
@@ -148,7 +150,8 @@ PlaneMiss started(const DepthFrame& frame, const Camera& camera, const PlaneOpti
                   const std::vector<PlaneReading>& few, const PlaneRuler& ruler, InversePlane* plane) {
   if (!(plane_reading(frame, camera, options.noise, options.start_x, options.start_y).depth_m > 0))
     return PlaneMiss::kNoStart;
-  const std::vector<PlaneReading> patch = start_patch(frame, camera, options);
+  const std::vector<PlaneReading> patch =
+      whole_patch(frame, camera, options.noise, options.start_x, options.start_y);
   if (!fit_patch(patch, plane) || !flat(patch, ruler, *plane)) return PlaneMiss::kStartNotFlat;
   if (options.method == PlaneMethod::kPrinted) return PlaneMiss::kNone;
   double scale = 1;
@@ -162,10 +165,13 @@ PlaneMiss first_plane(const DepthFrame& frame, const Camera& camera, const Plane
                       const PlaneGrid& grid, const PlaneRuler& ruler, InversePlane* plane) {
   const std::vector<PlaneReading> few = thinned(grid.read, kFewPoints);
   if (options.start_x >= 0) return started(frame, camera, options, few, ruler, plane);
-  Candidate best{{}, 0};
+  Candidate best;
   if (options.method == PlaneMethod::kPrinted) {
     const std::vector<Candidate> patches = best_patches(grid, few, ruler);
-    if (!patches.empty()) best = patches[0];
+    if (patches.empty()) return PlaneMiss::kSmall;
+    best = patches[0];
+    fit_patch(whole_patch(frame, camera, options.noise, grid.x_of(best.column), grid.y_of(best.row)),
+              &best.plane);
   } else {
     best = extended(grid, few, ruler);
   }
@@ -177,8 +183,8 @@ PlaneMiss first_plane(const DepthFrame& frame, const Camera& camera, const Plane
 bool refitted(const PlaneGrid& grid, const PlaneRuler& ruler, PlaneMethod method, FoundPlane* found) {
   if (method == PlaneMethod::kPrinted) return true;
   return fit_plane(grid.read, ruler, kLastRounds, false, &found->plane, &found->noise_scale) &&
-         (method != PlaneMethod::kBent ||
-          fit_plane(grid.read, ruler, kBentRounds, true, &found->plane, &found->noise_scale));
+         (method != PlaneMethod::kBent || fit_plane(thinned(grid.read, kBentPoints), ruler, kBentRounds, true,
+                                                    &found->plane, &found->noise_scale));
 }
 
 }  // namespace

@@ -118,10 +118,6 @@ PlaneRuler plane_ruler(const Camera& camera, double tolerance_m, const DepthNois
   return {tolerance_m, std::sqrt(camera.K.fx * camera.K.fy), noise.lateral_px};
 }
 
-std::array<double, kBendTerms> bend_terms(double u, double v) {
-  return {u * u, u * v, v * v, u * u * u, u * u * v, u * v * v, v * v * v};
-}
-
 PlaneReading plane_reading(const DepthFrame& frame, const Camera& camera, const DepthNoise& noise, int x,
                            int y) {
   PlaneReading p{};
@@ -176,13 +172,6 @@ void fill_grid(const DepthFrame& frame, const Camera& camera, const DepthNoise& 
 
 bool InversePlane::bent() const {
   return std::any_of(bend.begin(), bend.end(), [](double b) { return b != 0; });
-}
-
-double PlaneGauge::bend(const PlaneReading& p) const {
-  const std::array<double, kBendTerms> t = bend_terms(p.u, p.v);
-  double sum = 0;
-  for (std::size_t j = 0; j < kBendTerms; ++j) sum += plane.bend[j] * t[j];
-  return sum;
 }
 
 bool fit_patch(const std::vector<PlaneReading>& patch, InversePlane* plane) {

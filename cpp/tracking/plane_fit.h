@@ -35,7 +35,9 @@ struct InversePlane {
   bool bent() const;
 };
 Plane normal_form(const InversePlane& plane);  // n towards the camera (eq. 2)
-std::array<double, kBendTerms> bend_terms(double u, double v);
+inline std::array<double, kBendTerms> bend_terms(double u, double v) {
+  return {u * u, u * v, v * v, u * u * u, u * u * v, u * v * v, v * v * v};
+}
 
 struct PlaneReading {
   double x, y, depth_m;  // the ray and Z; 0: none
@@ -48,6 +50,9 @@ struct PlaneGrid {
   std::vector<PlaneReading> nodes;  // all, row by row
   std::vector<PlaneReading> read;   // those with a reading
   int columns = 0, rows = 0, step = 1;
+
+  int x_of(int column) const { return step / 2 + column * step; }
+  int y_of(int row) const { return step / 2 + row * step; }
 };
 PlaneReading plane_reading(const DepthFrame& frame, const Camera& camera, const DepthNoise& noise, int x,
                            int y);
@@ -87,7 +92,12 @@ struct PlaneGauge {
   bool bent;
 
  private:
-  double bend(const PlaneReading& p) const;
+  double bend(const PlaneReading& p) const {
+    const std::array<double, kBendTerms> t = bend_terms(p.u, p.v);
+    double sum = 0;
+    for (std::size_t j = 0; j < kBendTerms; ++j) sum += plane.bend[j] * t[j];
+    return sum;
+  }
 };
 
 // Least squares of inverse depth without any robustness: a patch. False where the readings lie on a line.

@@ -427,3 +427,34 @@ def test_the_tracker_can_leave_the_table_out():
         pixels[drop] = result.steps[0][-1].pixels
     assert pixels[True] < 0.95 * pixels[False]  # those of the table beside the box
     assert np.linalg.norm(result.pose[:3, 3] - T[:3, 3]) < 5e-4  # m; a strip along the foot is gone with it
+
+
+def test_the_evaluation_prints_both_tables(data_dir, capsys, tmp_path):
+    import json
+
+    from sdftrack.eval import planes
+
+    folder = tmp_path / "osd"
+    folder.mkdir()
+    if not (data_dir / "osd").is_dir():
+        pytest.skip(f"recorded scenes absent: {data_dir / 'osd'}")
+    for name in ("camera.json", "learn00_depth.png", "learn00_label.png"):
+        (folder / name).symlink_to(data_dir / "osd" / name)
+    assert planes.main(["--data", str(tmp_path), "--corners", "1", "--json", str(tmp_path / "out.json")]) == 0
+    printed = capsys.readouterr().out
+    assert "learn00" in printed
+    assert "600 600 300 200" in printed
+    rows = json.loads((tmp_path / "out.json").read_text())
+    assert rows["scenes"]["rigid"]["learn00"]["table"] > rows["scenes"]["printed"]["learn00"]["table"]
+    assert rows["corners"]["kinect, true intrinsics"]["sum_most_deg"] < 0.1
+
+
+def test_the_figure_is_made_without_recordings(tmp_path, monkeypatch):
+    from sdftrack.cli.app import run
+
+    monkeypatch.delenv("SDFTRACK_DATA", raising=False)
+    assert run(["reproduce", "3.15", "--out", str(tmp_path), "-q"]) == 0
+    assert (tmp_path / "3.15" / "figure.png").stat().st_size > 10_000
+    table = (tmp_path / "3.15" / "table.txt").read_text()
+    assert "scene boxes" in table
+    assert "pictures only" in table
