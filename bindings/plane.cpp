@@ -73,7 +73,7 @@ py::object fit_masked_plane(const py::array& depth, const Camera& camera, const 
     for (int y = 0; y < camera.height; ++y)
       for (int x = 0; x < camera.width; ++x)
         if (!wanted || wanted[static_cast<std::ptrdiff_t>(y) * camera.width + x]) {
-          const PlaneReading p = plane_reading(frame, camera, law, x, y);
+          const PlaneReading p = plane_reading(frame, camera, x, y);
           if (p.depth_m > 0) readings.push_back(p);
         }
     fitted = fit_plane(readings, plane_ruler(camera, tolerance_m, law), kMaskedRounds, bent, &plane, &scale);

@@ -43,7 +43,7 @@ bool flat(const std::vector<PlaneReading>& patch, const PlaneRuler& ruler, const
   double squares = 0;
   for (const PlaneReading& p : patch) {
     const double e = gauge.residual(p);
-    squares += e * e / gauge.variance(p);
+    squares += e * e / gauge.variance(gauge.depth(p));
   }
   return squares < kPatchRough * kPatchRough * static_cast<double>(patch.size());
 }
@@ -90,14 +90,13 @@ std::vector<Candidate> best_patches(const PlaneGrid& grid, const std::vector<Pla
 }
 
 // All readings of the square about a pixel.
-std::vector<PlaneReading> whole_patch(const DepthFrame& frame, const Camera& camera, const DepthNoise& noise,
-                                      int at_x, int at_y) {
+std::vector<PlaneReading> whole_patch(const DepthFrame& frame, const Camera& camera, int at_x, int at_y) {
   const int half = std::max(2, camera.width / 40);
   const int top = std::max(0, at_y - half), left = std::max(0, at_x - half);
   std::vector<PlaneReading> patch;
   for (int y = top; y <= std::min(camera.height - 1, at_y + half); ++y)
     for (int x = left; x <= std::min(camera.width - 1, at_x + half); ++x) {
-      const PlaneReading p = plane_reading(frame, camera, noise, x, y);
+      const PlaneReading p = plane_reading(frame, camera, x, y);
       if (p.depth_m > 0) patch.push_back(p);
     }
   return patch;
@@ -148,10 +147,9 @@ Candidate extended(const PlaneGrid& grid, const std::vector<PlaneReading>& few, 
 // The patch about the start pixel, extended and refitted to all readings; it must still hold the patch.
 PlaneMiss started(const DepthFrame& frame, const Camera& camera, const PlaneOptions& options,
                   const std::vector<PlaneReading>& few, const PlaneRuler& ruler, InversePlane* plane) {
-  if (!(plane_reading(frame, camera, options.noise, options.start_x, options.start_y).depth_m > 0))
+  if (!(plane_reading(frame, camera, options.start_x, options.start_y).depth_m > 0))
     return PlaneMiss::kNoStart;
-  const std::vector<PlaneReading> patch =
-      whole_patch(frame, camera, options.noise, options.start_x, options.start_y);
+  const std::vector<PlaneReading> patch = whole_patch(frame, camera, options.start_x, options.start_y);
   if (!fit_patch(patch, plane) || !flat(patch, ruler, *plane)) return PlaneMiss::kStartNotFlat;
   if (options.method == PlaneMethod::kPrinted) return PlaneMiss::kNone;
   double scale = 1;
@@ -170,8 +168,7 @@ PlaneMiss first_plane(const DepthFrame& frame, const Camera& camera, const Plane
     const std::vector<Candidate> patches = best_patches(grid, few, ruler);
     if (patches.empty()) return PlaneMiss::kSmall;
     best = patches[0];
-    fit_patch(whole_patch(frame, camera, options.noise, grid.x_of(best.column), grid.y_of(best.row)),
-              &best.plane);
+    fit_patch(whole_patch(frame, camera, grid.x_of(best.column), grid.y_of(best.row)), &best.plane);
   } else {
     best = extended(grid, few, ruler);
   }
@@ -192,7 +189,7 @@ bool refitted(const PlaneGrid& grid, const PlaneRuler& ruler, PlaneMethod method
 FoundPlane search_plane(const DepthFrame& frame, const Camera& camera, const PlaneOptions& options) {
   const PlaneRuler ruler = plane_ruler(camera, options.tolerance_m, options.noise);
   PlaneGrid grid;
-  fill_grid(frame, camera, options.noise, options.leave_out, kPoints, &grid);
+  fill_grid(frame, camera, options.leave_out, kPoints, &grid);
   FoundPlane found;
   if (grid.read.size() < kLeastPoints) {
     found.miss = PlaneMiss::kFewReadings;
@@ -217,7 +214,7 @@ void PlaneFollower::update(const DepthFrame& frame, const Camera& camera, const 
   PlaneOptions options;
   options.leave_out = objects;
   if (plane_) {
-    fill_grid(frame, camera, options.noise, objects, kFollowPoints, &grid_);
+    fill_grid(frame, camera, objects, kFollowPoints, &grid_);
     const PlaneRuler ruler = plane_ruler(camera, options.tolerance_m, options.noise);
     InversePlane moved;
     moved.g = (-1 / plane_->offset_m) * plane_->normal_cam;

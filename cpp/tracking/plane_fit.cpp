@@ -86,7 +86,7 @@ bool robust(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler, 
     const PlaneGauge gauge(*plane, ruler);
     ratios2.clear();
     for (const PlaneReading& p : readings) {
-      const double e = gauge.residual(p), variance = gauge.variance(p);
+      const double e = gauge.residual(p), variance = gauge.variance(gauge.depth(p));
       if (e * e < gauge.slab2(variance)) ratios2.push_back(e * e / variance);
     }
     if (ratios2.size() < kFewest) return false;
@@ -94,12 +94,12 @@ bool robust(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler, 
     const double floor = gauge.length * kPlaneNoiseFloor_m, scale2 = *noise_scale * *noise_scale;
     PlaneSums<P> sums;
     for (const PlaneReading& p : readings) {
-      const double e = gauge.residual(p), variance = gauge.variance(p);
+      const double e = gauge.residual(p), z = gauge.depth(p), variance = gauge.variance(z);
       const double reach2 = k == 0 ? first * first * gauge.slab2(variance)
                                    : kTukey * kTukey * std::max(scale2 * variance, floor * floor);
       const double t2 = e * e / reach2;
       // The sd of 1 / Z is that of the residual over Z.
-      if (t2 < 1) sums.add(p, (1 - t2) * (1 - t2) * p.depth_m * p.depth_m / variance);
+      if (t2 < 1) sums.add(p, (1 - t2) * (1 - t2) * z * z / variance);
     }
     const double sd = std::max(*noise_scale, kLeastScale) / kBendSd;
     if (!sums.solve(sd * sd, plane)) return false;
@@ -115,11 +115,10 @@ Plane normal_form(const InversePlane& plane) {
 }
 
 PlaneRuler plane_ruler(const Camera& camera, double tolerance_m, const DepthNoise& noise) {
-  return {tolerance_m, std::sqrt(camera.K.fx * camera.K.fy), noise.lateral_px};
+  return {tolerance_m, std::sqrt(camera.K.fx * camera.K.fy), noise};
 }
 
-PlaneReading plane_reading(const DepthFrame& frame, const Camera& camera, const DepthNoise& noise, int x,
-                           int y) {
+PlaneReading plane_reading(const DepthFrame& frame, const Camera& camera, int x, int y) {
   PlaneReading p{};
   const double z = frame.depth_m(x, y);
   if (!(z > 0 && std::isfinite(z))) return p;
@@ -130,7 +129,7 @@ PlaneReading plane_reading(const DepthFrame& frame, const Camera& camera, const 
     p.x = (x - camera.K.cx) / camera.K.fx, p.y = (y - camera.K.cy) / camera.K.fy;
   }
   const double half = 0.5 * std::max(camera.width, camera.height);
-  p.depth_m = z, p.sigma_m = noise.sigma_m(z);
+  p.depth_m = z;
   p.u = (x - 0.5 * (camera.width - 1)) / half, p.v = (y - 0.5 * (camera.height - 1)) / half;
   return p;
 }
@@ -138,21 +137,20 @@ PlaneReading plane_reading(const DepthFrame& frame, const Camera& camera, const 
 namespace {
 
 // A node without a reading takes that of a pixel beside it: sensors leave out whole rows and columns.
-PlaneReading reading_near(const DepthFrame& frame, const Camera& camera, const DepthNoise& noise, int x,
-                          int y, int step) {
+PlaneReading reading_near(const DepthFrame& frame, const Camera& camera, int x, int y, int step) {
   constexpr int kBeside[5][2] = {{0, 0}, {1, 1}, {1, 0}, {0, 1}, {2, 1}};
   PlaneReading p{};
   for (int k = 0; k < (step > 2 ? 5 : 1) && !(p.depth_m > 0); ++k) {
     const int u = x + kBeside[k][0], v = y + kBeside[k][1];
-    if (u < camera.width && v < camera.height) p = plane_reading(frame, camera, noise, u, v);
+    if (u < camera.width && v < camera.height) p = plane_reading(frame, camera, u, v);
   }
   return p;
 }
 
 }  // namespace
 
-void fill_grid(const DepthFrame& frame, const Camera& camera, const DepthNoise& noise,
-               const std::vector<Rect>& leave_out, int wanted, PlaneGrid* grid) {
+void fill_grid(const DepthFrame& frame, const Camera& camera, const std::vector<Rect>& leave_out, int wanted,
+               PlaneGrid* grid) {
   const double pixels = static_cast<double>(camera.width) * camera.height;
   const int step = std::max(1, static_cast<int>(std::sqrt(pixels / wanted)));
   grid->step = step, grid->nodes.clear(), grid->read.clear();
@@ -164,7 +162,7 @@ void fill_grid(const DepthFrame& frame, const Camera& camera, const DepthNoise& 
   };
   for (int y = step / 2; y < camera.height; y += step)
     for (int x = step / 2; x < camera.width; x += step) {
-      const PlaneReading p = left_out(x, y) ? PlaneReading{} : reading_near(frame, camera, noise, x, y, step);
+      const PlaneReading p = left_out(x, y) ? PlaneReading{} : reading_near(frame, camera, x, y, step);
       grid->nodes.push_back(p);
       if (p.depth_m > 0) grid->read.push_back(p);
     }
@@ -177,10 +175,8 @@ bool InversePlane::bent() const {
 bool fit_patch(const std::vector<PlaneReading>& patch, InversePlane* plane) {
   if (patch.size() < kFewest) return false;
   PlaneSums<3> sums;
-  for (const PlaneReading& p : patch) {
-    const double z2 = p.depth_m * p.depth_m;
-    sums.add(p, z2 * z2 / (p.sigma_m * p.sigma_m));
-  }
+  for (const PlaneReading& p : patch)
+    sums.add(p, 1);  // inverse depth of structured light is about equally sure
   return sums.solve(0, plane);
 }
 
@@ -196,7 +192,7 @@ int plane_votes(const std::vector<PlaneReading>& readings, const PlaneRuler& rul
   int count = 0;
   for (const PlaneReading& p : readings) {
     const double e = gauge.residual(p);
-    count += e * e < gauge.slab2(gauge.variance(p));
+    count += e * e < gauge.slab2(gauge.variance(gauge.depth(p)));
   }
   return count;
 }

@@ -42,7 +42,6 @@ inline std::array<double, kBendTerms> bend_terms(double u, double v) {
 struct PlaneReading {
   double x, y, depth_m;  // the ray and Z; 0: none
   double u, v;           // place in the image, as for the bend
-  double sigma_m;        // of Z, by the law
 };
 
 // Readings on an even grid, about `wanted` of them at most.
@@ -54,14 +53,14 @@ struct PlaneGrid {
   int x_of(int column) const { return step / 2 + column * step; }
   int y_of(int row) const { return step / 2 + row * step; }
 };
-PlaneReading plane_reading(const DepthFrame& frame, const Camera& camera, const DepthNoise& noise, int x,
-                           int y);
-void fill_grid(const DepthFrame& frame, const Camera& camera, const DepthNoise& noise,
-               const std::vector<Rect>& leave_out, int wanted, PlaneGrid* grid);
+PlaneReading plane_reading(const DepthFrame& frame, const Camera& camera, int x, int y);
+void fill_grid(const DepthFrame& frame, const Camera& camera, const std::vector<Rect>& leave_out, int wanted,
+               PlaneGrid* grid);
 
 // What a residual is measured with.
 struct PlaneRuler {
-  double tolerance_m, focal_px, lateral_px;
+  double tolerance_m, focal_px;
+  DepthNoise noise;
 };
 PlaneRuler plane_ruler(const Camera& camera, double tolerance_m, const DepthNoise& noise);
 // Residuals 1 - Z g . r of readings and their variance by the law: |g| times the height over the plane (eq.
@@ -71,7 +70,8 @@ struct PlaneGauge {
       : plane(plane_),
         length(norm(plane_.g)),
         tolerance(length * ruler.tolerance_m),
-        sideways2((plane_.g.x * plane_.g.x + plane_.g.y * plane_.g.y) * ruler.lateral_px * ruler.lateral_px /
+        noise(ruler.noise),
+        sideways2((plane_.g.x * plane_.g.x + plane_.g.y * plane_.g.y) * noise.lateral_px * noise.lateral_px /
                   (ruler.focal_px * ruler.focal_px)),
         bent(plane_.bent()) {}
 
@@ -79,16 +79,24 @@ struct PlaneGauge {
   double residual(const PlaneReading& p) const {
     return 1 - p.depth_m * inverse_depth(p) - (bent ? bend(p) : 0.0);
   }
-  double variance(const PlaneReading& p) const {
-    const double along = p.sigma_m * inverse_depth(p);
-    return along * along + sideways2 * p.depth_m * p.depth_m;
+  // The plane's depth at a reading. What is noisy must not weigh itself: a far reading would count for more
+  // because it erred. Readings that are nowhere near the plane keep their own.
+  double depth(const PlaneReading& p) const {
+    const double share = p.depth_m * inverse_depth(p);
+    return share > 0.5 && share < 2 ? p.depth_m / share : p.depth_m;
+  }
+  double variance(double depth_m) const {
+    const double along = noise.sigma_m(depth_m) / depth_m;
+    return along * along + sideways2 * depth_m * depth_m;
   }
   double slab2(double variance) const {
     return std::max(tolerance * tolerance, kPlaneSigmas * kPlaneSigmas * variance);
   }
 
   InversePlane plane;
-  double length, tolerance, sideways2;
+  double length, tolerance;
+  DepthNoise noise;
+  double sideways2;
   bool bent;
 
  private:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 __all__ = [
     "KINECT", "Fit", "Noise", "bend_terms", "feet", "fit", "height_m", "height_sigma_m", "inverse_plane", "normal_form",
-    "off_plane",
+    "off_plane", "plane_depth_m",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -70,6 +70,14 @@ def height_sigma_m(g: Array, rays: Array, z: Array, focal_px: float, noise: Nois
     return out
 
 
+def plane_depth_m(g: Array, rays: Array, z: Array) -> Array:
+    """Depth of the plane on these rays; what is nowhere near it keeps its own."""
+    share = z * (rays @ g)
+    near = (share > 0.5) & (share < 2)
+    out: Array = np.where(near, z / np.where(near, share, 1), z)
+    return out
+
+
 @dataclass(frozen=True)
 class Fit:
     """`g`, the noise as a multiple of the law, the covariance of g, and the bend's seven numbers."""
@@ -102,7 +110,9 @@ def fit(
     for k in range(rounds):
         bend = 0.0 if terms is None else terms @ x[3:]
         length = np.linalg.norm(x[:3])
-        sigma = height_sigma_m(x[:3], rays, z, focal_px, noise)
+        # Not at the reading's own depth: what is noisy must not weigh itself.
+        on_plane = plane_depth_m(x[:3], rays, z)
+        sigma = height_sigma_m(x[:3], rays, on_plane, focal_px, noise)
         e = height_m(x[:3], rays, z, bend)
         slab = np.maximum(tolerance_m, SIGMAS * sigma)
         ratios = np.sort((e / sigma)[np.abs(e) < slab] ** 2)
@@ -112,7 +122,7 @@ def fit(
         u2 = (e / reach) ** 2
         tukey = np.where(u2 < 1, (1 - u2) ** 2, 0)
         # Sd of 1 / Z is that of the height, times |g| / Z.
-        w = tukey / (sigma * length / z) ** 2
+        w = tukey / (sigma * length / on_plane) ** 2
         prior[3:] = (max(scale, LEAST_SCALE) / BEND_SD) ** 2
         information = rows.T @ (w[:, None] * rows) + np.diag(prior)
         x = np.linalg.solve(information, rows.T @ (w / z))
