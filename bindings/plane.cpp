@@ -76,7 +76,8 @@ py::object fit_masked_plane(const py::array& depth, const Camera& camera, const 
           const PlaneReading p = plane_reading(frame, camera, x, y);
           if (p.depth_m > 0) readings.push_back(p);
         }
-    fitted = fit_plane(readings, plane_ruler(camera, tolerance_m, law), kMaskedRounds, bent, &plane, &scale);
+    fitted = fit_plane(readings, plane_ruler(camera, tolerance_m, law), kMaskedRounds,
+                       bent ? PlaneStart::kBend : PlaneStart::kRough, &plane, &scale);
   }
   if (!fitted) return py::none();
   const Plane found = normal_form(plane);

@@ -18,7 +18,7 @@ constexpr int kSeeds = 150;             // patches tried
 constexpr int kPatchNodes[2] = {2, 4};  // half widths of patches, in turn
 constexpr double kPatchFilled = 0.6;    // of a patch's nodes have a reading
 constexpr double kPatchRough = 4;       // times the law: a patch is no plane
-constexpr int kRounds = 3, kLastRounds = 4,
+constexpr int kRounds = 3, kLastRounds = 2,
               kBentRounds = 5;    // of refitting to few readings, to all, and bent
 constexpr int kSteps = 3;         // of a stack of boxes
 constexpr std::size_t kBest = 5;  // patches that are extended and refitted
@@ -118,7 +118,7 @@ bool step_behind(const std::vector<PlaneReading>& few, const PlaneRuler& ruler, 
   const double offset_m = 1 / length + (static_cast<double>(fullest) + 0.5) * bin_m;
   behind.plane.g = (1 / (length * offset_m)) * best->plane.g;
   double scale = 1;
-  if (!fit_plane(few, ruler, kRounds, false, &behind.plane, &scale)) return false;
+  if (!fit_plane(few, ruler, kRounds, PlaneStart::kRough, &behind.plane, &scale)) return false;
   behind.votes = plane_votes(few, ruler, behind.plane);
   const double cosine = dot(behind.plane.g, best->plane.g) / (norm(behind.plane.g) * length);
   if (cosine < kParallel || behind.votes < kBehindShare * best->votes ||
@@ -135,7 +135,7 @@ Candidate extended(const PlaneGrid& grid, const std::vector<PlaneReading>& few, 
   Candidate best;
   for (Candidate& c : found) {
     double scale = 1;
-    if (!fit_plane(few, ruler, kRounds, false, &c.plane, &scale)) continue;
+    if (!fit_plane(few, ruler, kRounds, PlaneStart::kRough, &c.plane, &scale)) continue;
     c.votes = plane_votes(few, ruler, c.plane);
     if (c.votes > best.votes) best = c;
   }
@@ -153,7 +153,7 @@ PlaneMiss started(const DepthFrame& frame, const Camera& camera, const PlaneOpti
   if (!fit_patch(patch, plane) || !flat(patch, ruler, *plane)) return PlaneMiss::kStartNotFlat;
   if (options.method == PlaneMethod::kPrinted) return PlaneMiss::kNone;
   double scale = 1;
-  const bool holds = fit_plane(few, ruler, kRounds, false, plane, &scale) &&
+  const bool holds = fit_plane(few, ruler, kRounds, PlaneStart::kRough, plane, &scale) &&
                      2 * static_cast<std::size_t>(plane_votes(patch, ruler, *plane)) > patch.size();
   return holds ? PlaneMiss::kNone : PlaneMiss::kSmall;
 }
@@ -179,9 +179,9 @@ PlaneMiss first_plane(const DepthFrame& frame, const Camera& camera, const Plane
 // Refitted to all readings of the grid, as the method says.
 bool refitted(const PlaneGrid& grid, const PlaneRuler& ruler, PlaneMethod method, FoundPlane* found) {
   if (method == PlaneMethod::kPrinted) return true;
-  return fit_plane(grid.read, ruler, kLastRounds, false, &found->plane, &found->noise_scale) &&
-         (method != PlaneMethod::kBent || fit_plane(thinned(grid.read, kBentPoints), ruler, kBentRounds, true,
-                                                    &found->plane, &found->noise_scale));
+  return fit_plane(grid.read, ruler, kLastRounds, PlaneStart::kNear, &found->plane, &found->noise_scale) &&
+         (method != PlaneMethod::kBent || fit_plane(thinned(grid.read, kBentPoints), ruler, kBentRounds,
+                                                    PlaneStart::kBend, &found->plane, &found->noise_scale));
 }
 
 }  // namespace
@@ -219,7 +219,7 @@ void PlaneFollower::update(const DepthFrame& frame, const Camera& camera, const 
     InversePlane moved;
     moved.g = (-1 / plane_->offset_m) * plane_->normal_cam;
     double scale = 1;
-    if (fit_plane(grid_.read, ruler, kRounds, false, &moved, &scale) &&
+    if (fit_plane(grid_.read, ruler, kRounds, PlaneStart::kRough, &moved, &scale) &&
         plane_votes(grid_.read, ruler, moved) > kLeastShare * static_cast<double>(grid_.read.size())) {
       plane_ = normal_form(moved);
       return;

@@ -9,11 +9,10 @@ namespace sdftrack {
 
 namespace {
 
-constexpr double kTukey = 4.685;  // 95 % efficiency for Gaussian noise
-constexpr double kMad = 1.4826;   // of the median of |e| to one sd
-constexpr double kFirstReach =
-    3;  // slabs, that a first plane may be off; a bend grows from what lies in one slab
-constexpr double kBendSd = 0.01;  // of the depth: what a term of the bend is expected to have
+constexpr double kTukey = 4.685;   // 95 % efficiency for Gaussian noise
+constexpr double kMad = 1.4826;    // of the median of |e| to one sd
+constexpr double kFirstReach = 3;  // slabs, that a rough plane may be off
+constexpr double kBendSd = 0.01;   // of the depth: what a term of the bend is expected to have
 constexpr double kLeastRound =
     1e-6;  // of the readings' longer extent in the image, squared: 1 : 1000 is a line
 constexpr double kLeastScale = 0.1;  // of the noise, against which a bend is held small
@@ -76,30 +75,43 @@ double median(std::vector<double>* values) {
   return *middle;
 }
 
+// A reading against the plane of a round.
+struct Misfit {
+  double e2, variance, depth_m;
+};
+
+void measure(const std::vector<PlaneReading>& readings, const PlaneGauge& gauge, std::vector<Misfit>* misfits,
+             std::vector<double>* ratios2) {
+  ratios2->clear(), misfits->clear();
+  for (const PlaneReading& p : readings) {
+    const double e = gauge.residual(p), z = gauge.depth(p), variance = gauge.variance(z);
+    misfits->push_back({e * e, variance, z});
+    if (e * e < gauge.slab2(variance)) ratios2->push_back(e * e / variance);
+  }
+}
+
 template <int P>
 bool robust(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler, int rounds,
-            InversePlane* plane, double* noise_scale) {
-  constexpr double first = P > 3 ? 1 : kFirstReach;
+            double first_slabs, InversePlane* plane, double* noise_scale) {
   std::vector<double> ratios2;
-  ratios2.reserve(readings.size());
+  std::vector<Misfit> misfits;
+  ratios2.reserve(readings.size()), misfits.reserve(readings.size());
   for (int k = 0; k < rounds; ++k) {
     const PlaneGauge gauge(*plane, ruler);
-    ratios2.clear();
-    for (const PlaneReading& p : readings) {
-      const double e = gauge.residual(p), variance = gauge.variance(gauge.depth(p));
-      if (e * e < gauge.slab2(variance)) ratios2.push_back(e * e / variance);
-    }
+    measure(readings, gauge, &misfits, &ratios2);
     if (ratios2.size() < kFewest) return false;
     *noise_scale = kMad * std::sqrt(median(&ratios2));
     const double floor = gauge.length * kPlaneNoiseFloor_m, scale2 = *noise_scale * *noise_scale;
+    const bool wide = k == 0 && first_slabs > 0;
     PlaneSums<P> sums;
-    for (const PlaneReading& p : readings) {
-      const double e = gauge.residual(p), z = gauge.depth(p), variance = gauge.variance(z);
-      const double reach2 = k == 0 ? first * first * gauge.slab2(variance)
-                                   : kTukey * kTukey * std::max(scale2 * variance, floor * floor);
-      const double t2 = e * e / reach2;
+    for (std::size_t i = 0; i < readings.size(); ++i) {
+      const Misfit& m = misfits[i];
+      const double reach2 = wide ? first_slabs * first_slabs * gauge.slab2(m.variance)
+                                 : kTukey * kTukey * std::max(scale2 * m.variance, floor * floor);
+      if (!(m.e2 < reach2)) continue;
+      const double t = 1 - m.e2 / reach2;
       // The sd of 1 / Z is that of the residual over Z.
-      if (t2 < 1) sums.add(p, (1 - t2) * (1 - t2) * z * z / variance);
+      sums.add(readings[i], t * t * m.depth_m * m.depth_m / m.variance);
     }
     const double sd = std::max(*noise_scale, kLeastScale) / kBendSd;
     if (!sums.solve(sd * sd, plane)) return false;
@@ -180,10 +192,17 @@ bool fit_patch(const std::vector<PlaneReading>& patch, InversePlane* plane) {
   return sums.solve(0, plane);
 }
 
-bool fit_plane(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler, int rounds, bool bent,
-               InversePlane* plane, double* noise_scale) {
-  return bent ? robust<3 + kBendTerms>(readings, ruler, rounds, plane, noise_scale)
-              : robust<3>(readings, ruler, rounds, plane, noise_scale);
+bool fit_plane(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler, int rounds,
+               PlaneStart start, InversePlane* plane, double* noise_scale) {
+  switch (start) {
+    case PlaneStart::kRough:
+      return robust<3>(readings, ruler, rounds, kFirstReach, plane, noise_scale);
+    case PlaneStart::kNear:
+      return robust<3>(readings, ruler, rounds, 0, plane, noise_scale);
+    case PlaneStart::kBend:
+      break;
+  }
+  return robust<3 + kBendTerms>(readings, ruler, rounds, 1, plane, noise_scale);
 }
 
 int plane_votes(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler,
@@ -191,8 +210,8 @@ int plane_votes(const std::vector<PlaneReading>& readings, const PlaneRuler& rul
   const PlaneGauge gauge(plane, ruler);
   int count = 0;
   for (const PlaneReading& p : readings) {
-    const double e = gauge.residual(p);
-    count += e * e < gauge.slab2(gauge.variance(gauge.depth(p)));
+    const double e = gauge.residual(p), e2 = e * e;
+    count += e2 < gauge.tolerance * gauge.tolerance || e2 < gauge.slab2(gauge.variance(gauge.depth(p)));
   }
   return count;
 }

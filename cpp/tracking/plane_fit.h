@@ -111,11 +111,18 @@ struct PlaneGauge {
 // Least squares of inverse depth without any robustness: a patch. False where the readings lie on a line.
 bool fit_patch(const std::vector<PlaneReading>& patch, InversePlane* plane);
 
-// Tukey's weights, from a first plane (eq. 5, 6). The first round believes what is within three slabs. With
-// `bent` the surface may bend by about a hundredth of the depth (eq. 8). Writes the noise as a multiple of
-// the law. False where too few are left, or on one line.
-bool fit_plane(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler, int rounds, bool bent,
-               InversePlane* plane, double* noise_scale);
+// What a fit starts from, which says what its first round believes.
+enum class PlaneStart {
+  kRough,  // a plane that may be off by three slabs
+  kNear,   // one that is good to its noise
+  kBend,   // the same; the surface may bend by about a hundredth of the depth (eq. 8), from what lies in one
+           // slab
+};
+
+// Tukey's weights (eq. 5, 6). Writes the noise as a multiple of the law. False where too few readings are
+// left, or on one line.
+bool fit_plane(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler, int rounds,
+               PlaneStart start, InversePlane* plane, double* noise_scale);
 
 // Readings within the slab that the law gives.
 int plane_votes(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler,
