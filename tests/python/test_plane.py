@@ -445,7 +445,9 @@ def test_the_evaluation_prints_both_tables(data_dir, capsys, tmp_path):
     assert "learn00" in printed
     assert "600 600 300 200" in printed
     rows = json.loads((tmp_path / "out.json").read_text())
-    assert rows["scenes"]["rigid"]["learn00"]["objects"] < 0.5 * rows["scenes"]["ransac"]["learn00"]["objects"]
+    assert (
+        rows["scenes"]["rigid"]["learn00"]["objects"] < 0.5 * rows["scenes"]["ransac"]["learn00"]["objects"]
+    )
     assert rows["corners"]["kinect, true intrinsics"]["sum_most_deg"] < 0.1
 
 
