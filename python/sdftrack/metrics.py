@@ -147,7 +147,7 @@ def plane_angles(frame: Any, camera: Any = None, tolerance: float = 0.01) -> Arr
 
     For three planes that are orthogonal in truth the distance from 90 tells how good the intrinsics are (thesis,
     Table 3.1 and Fig. 3.13). Each plane is fitted to all its readings but those near an edge, weighted by the noise
-    along the ray; with the true intrinsics what is left is below a hundredth of a degree per angle (docs/planes.md).
+    along the ray; with the true intrinsics about a hundredth of a degree per angle is left (docs/planes.md).
 
     Parameters
     ----------

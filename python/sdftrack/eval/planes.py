@@ -16,16 +16,16 @@ import os
 import time
 from collections.abc import Callable
 from collections.abc import Sequence as Seq
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.eval.table_scenes import Scene, open_scenes, through
 from sdftrack.eval.tables import text_table
 
-__all__ = ["NOISES", "Scene", "angle_errors", "made_scene", "main", "open_scenes", "ransac", "removed"]
+__all__ = ["NOISES", "angle_errors", "main", "ransac", "removed"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -34,96 +34,7 @@ TOLERANCE_M = 0.01
 LEAST_TABLE, MOST_HIGH = 98.0, 1.0  # wanted, %
 TIMED = 9  # calls, the median of which is printed
 NOISES: dict[str, Any] = {"none": None, "1 mm": 0.001, "3 mm": 0.003, "kinect": "kinect"}
-# Of `made_scene`; changing these numbers breaks comparisons with tests/bench/bench_planes.py.
-ABOVE_M, PITCH_RAD = 0.6, np.radians(45)
-BOXES = (
-    ((0.12, 0.1, 0.08), -0.15),
-    ((0.1, 0.2, 0.1), 0.05),
-    ((0.2, 0.05, 0.1), 0.25),
-)  # size, place across, m
 METHODS = ("rigid", "bent", "printed", "ransac")
-
-
-@dataclass(frozen=True)
-class Scene:
-    """A frame, its camera, and which readings are the table's and the objects'; `height_m` over the labelled table."""
-
-    name: str
-    frame: Any
-    camera: Any
-    table: Mask
-    objects: Mask
-    height_m: Array
-
-
-def open_scenes(folder: Path) -> list[Scene]:
-    """The scenes of the Object Segmentation Database in a folder (or in its part `osd`)."""
-    import sdftrack as st
-    from sdftrack.io.frames import read_depth_units
-
-    folder = folder / "osd" if (folder / "osd").is_dir() else folder
-    files = sorted(folder.glob("*_depth.png"))
-    if not files:
-        raise FileNotFoundError(
-            f"data: expected scenes NAME_depth.png and NAME_label.png in {folder}, found none"
-        )
-    camera: Any = st.Camera.load(folder / "camera.json")
-    scenes = []
-    for path in files:
-        name = path.name.removesuffix("_depth.png")
-        frame = st.Frame(read_depth_units(path), depth_scale=0.001)
-        labels = _labels(path.with_name(f"{name}_label.png"))
-        points = camera.back_project(frame.depth)
-        table = (labels >= 1) & (labels <= 9)
-        n, d = _through(points[table])
-        scenes.append(Scene(name, frame, camera, table, labels >= 20, points @ n + d))
-    return scenes
-
-
-def made_scene(seed: int = 0) -> Scene:
-    """Three boxes on a table 0.6 m below a camera that looks down by 45 degrees, noise of structured light."""
-    import sdftrack as st
-    from sdftrack import geometry
-    from sdftrack.synth.noise import Kinect
-    from sdftrack.synth.surroundings import box_mesh
-
-    camera = st.Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
-    n = np.array([0, -np.cos(PITCH_RAD), -np.sin(PITCH_RAD)])
-    forward = np.array([0, n[2], -n[1]])
-    rays = np.concatenate([camera.rays, np.ones((*camera.shape, 1))], axis=-1)
-    along = rays @ n
-    depth = np.where(along < 0, -ABOVE_M / np.minimum(along, -1e-6), 0)
-    depth[depth > 3] = 0
-    cosine, objects = np.clip(-along / np.linalg.norm(rays, axis=-1), 0, 1), np.zeros(depth.shape, bool)
-    for size, across in BOXES:
-        middle = -ABOVE_M * n + 0.4 * forward + [across, 0, 0] + 0.5 * size[1] * n
-        mesh, T = box_mesh(np.array(size)), geometry.pose((PITCH_RAD, 0, 0), middle)
-        seen, normals, _ = mesh.raycast(camera, T)
-        near = (seen > 0) & ((seen < depth) | (depth == 0))
-        depth[near], objects[near] = seen[near], True
-        cosine[near] = np.abs((normals * rays).sum(-1) / np.linalg.norm(rays, axis=-1))[near]
-    noisy = Kinect()(depth.astype(np.float32), cosine.astype(np.float32), np.random.default_rng(seed))
-    height = (depth[..., None] * rays) @ n + ABOVE_M
-    read = noisy > 0
-    frame = st.Frame(noisy, check_units=False)
-    return Scene("boxes", frame, camera, read & ~objects, read & objects, height)
-
-
-def _labels(path: Path) -> NDArray[np.uint8]:
-    import cv2
-
-    labels = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
-    if labels is None:
-        raise FileNotFoundError(f"data: expected the labels of a scene in {path}, found none")
-    return labels.astype(np.uint8)
-
-
-def _through(points: Array) -> tuple[Array, float]:
-    """Total least squares plane through all points, normal towards the camera."""
-    mean = points.mean(axis=0)
-    n = np.linalg.eigh((points - mean).T @ (points - mean))[1][:, 0]
-    n = -n if n @ mean > 0 else n
-    return n, -float(n @ mean)
 
 
 def ransac(
@@ -143,7 +54,7 @@ def ransac(
         near = np.abs((points - a) @ (n / np.linalg.norm(n))) < tolerance_m
         if near.sum() > most:
             best, most = near, int(near.sum())
-    n, d = _through(points[best])
+    n, d = through(points[best])
     return (depth > 0) & (np.abs(all_points @ n + d) > tolerance_m), (n, d)
 
 
@@ -167,7 +78,7 @@ def _way(method: str) -> Callable[[Scene], tuple[Mask, tuple[Array, float]]]:
 def scene_row(scene: Scene, method: str) -> dict[str, float]:
     """Shares, the normal's angle to the labelled table's (deg), and the median time of a call (ms)."""
     way, seconds = _way(method), []
-    n_true = _through(scene.camera.back_project(scene.frame.depth)[scene.table])[0]
+    n_true = through(scene.camera.back_project(scene.frame.depth)[scene.table])[0]
     for _ in range(3 if method == "ransac" else TIMED):
         start = time.perf_counter()
         try:

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.eval.planes import Scene, made_scene, open_scenes, removed
+from sdftrack.eval.planes import removed
+from sdftrack.eval.table_scenes import Scene, made_scene, open_scenes
 from sdftrack.eval.tables import text_table
 from sdftrack.reproduce import Context
 
