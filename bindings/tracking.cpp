@@ -7,7 +7,6 @@
 #include "appearance.h"
 #include "array.h"
 #include "busy.h"
-#include "tracking/plane.h"
 #include "tracking/tracker.h"
 #include "volume.h"
 
@@ -306,20 +305,6 @@ class PyTracker {
   std::atomic<bool> busy_{false};
 };
 
-py::object remove_plane(const py::array& depth, const Camera& camera, int start_x, int start_y,
-                        double tolerance_m) {
-  const std::vector<float> rays = camera.distorted() ? ray_table(camera) : std::vector<float>{};
-  const DepthFrame frame{image_view(depth, "depth", camera), nullptr, rays.empty() ? nullptr : rays.data()};
-  std::optional<Plane> plane;
-  {
-    py::gil_scoped_release release;
-    plane = find_plane(frame, camera, {tolerance_m, start_x, start_y, {}});
-  }
-  if (!plane) return py::none();
-  return py::make_tuple(std::array<double, 3>{plane->normal_cam.x, plane->normal_cam.y, plane->normal_cam.z},
-                        plane->offset_m);
-}
-
 double correlation_area(const py::array& u_px, const py::array& v_px, const py::array& residual_m,
                         double scale_m, double outlier_floor) {
   const py::ssize_t n = u_px.size();
@@ -446,8 +431,6 @@ void bind_tracking(py::module_& m) {
       "(v, w) from poses to poses, (M, 4, 4) each, camera axes.");
   m.def("correlation_area", &correlation_area, py::arg("u_px"), py::arg("v_px"), py::arg("residual_m"),
         py::arg("scale_m"), py::arg("outlier_floor"), "Pixels that share one error; 0: too few to tell.");
-  m.def("find_plane", &remove_plane, py::arg("depth"), py::arg("camera"), py::arg("start_x"),
-        py::arg("start_y"), py::arg("tolerance_m"), "Dominant plane as (normal, offset), or None.");
 
   m.def(
       "colors_at",

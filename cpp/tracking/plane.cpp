@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tracking/plane.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -10,197 +9,221 @@ namespace sdftrack {
 
 namespace {
 
-constexpr int kPoints = 6000;  // readings that vote, on an even grid
+constexpr int kPoints = 4800;      // readings of the last fit, on an even grid
+constexpr int kFewPoints = 600;    // of those before it
+constexpr int kBentPoints = 2000;  // ten unknowns take as long as three with all
 constexpr int kFollowPoints = 1500;
 constexpr int kFramesBetweenSearches = 30;
-constexpr int kSeeds = 150;  // patches tried
-constexpr int kLeastPoints = 100;
-constexpr double kLeastShare = 0.1;  // of the readings
+constexpr int kSeeds = 150;             // patches tried
+constexpr int kPatchNodes[2] = {2, 4};  // half widths of patches, in turn
+constexpr double kPatchFilled = 0.6;    // of a patch's nodes have a reading
+constexpr double kPatchRough = 4;       // times the law: a patch is no plane
+constexpr int kRounds = 3, kLastRounds = 2,
+              kBentRounds = 5;    // of refitting to few readings, to all, and bent
+constexpr int kSteps = 3;         // of a stack of boxes
+constexpr std::size_t kBest = 5;  // patches that are extended and refitted
+constexpr double kLoose = 3;      // slabs, that the readings of a patch's plane may be off
+constexpr std::size_t kLeastPoints = 20;
+constexpr double kLeastShare = 0.1;    // of the readings
+constexpr double kBehind_m = 0.3;      // a box's top is not farther than this from what it stands on
+constexpr double kBehindShare = 0.25;  // of the readings of the plane before it
+const double kParallel = std::cos(8 * 3.14159265358979 / 180);
 
-Vec3d point_at(const DepthFrame& frame, const Camera& camera, int x, int y) {
-  const double z = frame.depth_m(x, y);
-  if (!frame.rays) return z * ray(camera.K, static_cast<double>(x), static_cast<double>(y));
-  const float* r = frame.rays + 2 * (static_cast<std::ptrdiff_t>(y) * camera.width + x);
-  return {z * r[0], z * r[1], z};
+// Every so-manieth reading.
+std::vector<PlaneReading> thinned(const std::vector<PlaneReading>& readings, std::size_t wanted) {
+  const std::size_t stride = std::max<std::size_t>(1, readings.size() / wanted);
+  std::vector<PlaneReading> few;
+  for (std::size_t i = stride / 2; i < readings.size(); i += stride) few.push_back(readings[i]);
+  return few;
 }
 
-bool left_out(const PlaneOptions& options, int x, int y) {
-  for (const Rect& r : options.leave_out)
-    if (x >= r.x0 && x < r.x1 && y >= r.y0 && y < r.y1) return true;
-  return false;
-}
-
-std::vector<Vec3d> grid_points(const DepthFrame& frame, const Camera& camera, const PlaneOptions& options,
-                               int wanted) {
-  const double pixels = static_cast<double>(camera.width) * camera.height;
-  const int step = std::max(1, static_cast<int>(std::sqrt(pixels / wanted)));
-  std::vector<Vec3d> points;
-  for (int y = step / 2; y < camera.height; y += step)
-    for (int x = step / 2; x < camera.width; x += step)
-      if (frame.depth_m(x, y) > 0 && !left_out(options, x, y))
-        points.push_back(point_at(frame, camera, x, y));
-  return points;
-}
-
-double distance(const Plane& plane, Vec3d p) { return dot(plane.normal_cam, p) + plane.offset_m; }
-
-// Total least squares over the points within `reach` of the plane, Tukey's weights.
-bool refit(const std::vector<Vec3d>& points, double reach, Plane* plane) {
-  double total = 0;
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-  for (const Vec3d& p : points) {
-    const double u = distance(*plane, p) / reach;
-    if (std::abs(u) >= 1) continue;
-    const double w = (1 - u * u) * (1 - u * u);
-    const Eigen::Vector3d e(p.x, p.y, p.z);
-    total += w, mean += w * e, second += w * e * e.transpose();
+// Whether a plane explains a patch up to a few sd of the noise.
+bool flat(const std::vector<PlaneReading>& patch, const PlaneRuler& ruler, const InversePlane& plane) {
+  const PlaneGauge gauge(plane, ruler);
+  double squares = 0;
+  for (const PlaneReading& p : patch) {
+    const double e = gauge.residual(p);
+    squares += e * e / gauge.variance(gauge.depth(p));
   }
-  if (total < 3) return false;
-  mean /= total;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(second / total - mean * mean.transpose());
-  Eigen::Vector3d n = solver.eigenvectors().col(0);
-  if (n.dot(mean) > 0) n = -n;  // towards the camera
-  *plane = {{n.x(), n.y(), n.z()}, -n.dot(mean)};
+  return squares < kPatchRough * kPatchRough * static_cast<double>(patch.size());
+}
+
+// Readings of the square of nodes about one of them; none where too few were measured.
+void patch_about(const PlaneGrid& grid, int column, int row, int half, std::vector<PlaneReading>* patch) {
+  patch->clear();
+  if (column < half || row < half || column + half >= grid.columns || row + half >= grid.rows) return;
+  for (int j = row - half; j <= row + half; ++j)
+    for (int i = column - half; i <= column + half; ++i) {
+      const PlaneReading& p = grid.nodes[static_cast<std::size_t>(j * grid.columns + i)];
+      if (p.depth_m > 0) patch->push_back(p);
+    }
+  const int side = 2 * half + 1;
+  if (static_cast<double>(patch->size()) < kPatchFilled * side * side) patch->clear();
+}
+
+struct Candidate {
+  InversePlane plane;
+  int votes = 0;
+  int column = 0, row = 0;  // the patch's middle on the grid
+};
+
+// The planes of flat patches all over the image that most readings lie near, best first.
+std::vector<Candidate> best_patches(const PlaneGrid& grid, const std::vector<PlaneReading>& few,
+                                    const PlaneRuler& ruler) {
+  PlaneRuler loose = ruler;
+  loose.tolerance_m *= kLoose;
+  std::vector<Candidate> found;
+  std::vector<PlaneReading> patch;
+  for (int k = 0; k < kSeeds; ++k) {
+    // Additive recurrence: seeds that fill the image evenly, the same ones every time.
+    const double a = std::fmod(0.5 + 0.7548776662 * k, 1.0), b = std::fmod(0.5 + 0.5698402910 * k, 1.0);
+    const int widest = std::max(1, (std::min(grid.columns, grid.rows) - 1) / 2);
+    const int column = static_cast<int>(a * grid.columns), row = static_cast<int>(b * grid.rows);
+    patch_about(grid, column, row, std::min(widest, kPatchNodes[k % 2]), &patch);
+    InversePlane plane;
+    if (!fit_patch(patch, &plane) || !flat(patch, ruler, plane)) continue;
+    found.push_back({plane, plane_votes(few, loose, plane), column, row});
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.votes > b.votes; });
+  return found;
+}
+
+// All readings of the square about a pixel.
+std::vector<PlaneReading> whole_patch(const DepthFrame& frame, const Camera& camera, int at_x, int at_y) {
+  const int half = std::max(2, camera.width / 40);
+  const int top = std::max(0, at_y - half), left = std::max(0, at_x - half);
+  std::vector<PlaneReading> patch;
+  for (int y = top; y <= std::min(camera.height - 1, at_y + half); ++y)
+    for (int x = left; x <= std::min(camera.width - 1, at_x + half); ++x) {
+      const PlaneReading p = plane_reading(frame, camera, x, y);
+      if (p.depth_m > 0) patch.push_back(p);
+    }
+  return patch;
+}
+
+// A plane parallel to this one and a little behind it, with enough readings: what the box stands on whose top
+// this is.
+bool step_behind(const std::vector<PlaneReading>& few, const PlaneRuler& ruler, Candidate* best) {
+  const PlaneGauge gauge(best->plane, ruler);
+  const double length = gauge.length, bin_m = std::max(0.005, ruler.tolerance_m);
+  std::vector<int> counts(static_cast<std::size_t>(kBehind_m / bin_m) + 2, 0);
+  for (const PlaneReading& p : few) {
+    const double below_m = -gauge.residual(p) / length;
+    if (below_m > 2 * bin_m && below_m < kBehind_m) ++counts[static_cast<std::size_t>(below_m / bin_m)];
+  }
+  const auto fullest = std::max_element(counts.begin(), counts.end()) - counts.begin();
+  if (2 * counts[static_cast<std::size_t>(fullest)] < kBehindShare * best->votes) return false;
+  Candidate behind = *best;
+  const double offset_m = 1 / length + (static_cast<double>(fullest) + 0.5) * bin_m;
+  behind.plane.g = (1 / (length * offset_m)) * best->plane.g;
+  double scale = 1;
+  if (!fit_plane(few, ruler, kRounds, PlaneStart::kRough, &behind.plane, &scale)) return false;
+  behind.votes = plane_votes(few, ruler, behind.plane);
+  const double cosine = dot(behind.plane.g, best->plane.g) / (norm(behind.plane.g) * length);
+  if (cosine < kParallel || behind.votes < kBehindShare * best->votes ||
+      1 / norm(behind.plane.g) < 1 / length + bin_m)
+    return false;
+  *best = behind;
   return true;
 }
 
-// A plane through a 3-point patch about pixel (x, y), if its readings are there and not in one line.
-bool patch_plane(const DepthFrame& frame, const Camera& camera, int x, int y, int r, Plane* plane) {
-  if (x < r || y < r || x + r >= camera.width || y + r >= camera.height) return false;
-  const int at[4][2] = {{x - r, y - r}, {x + r, y - r}, {x - r, y + r}, {x + r, y + r}};
-  Vec3d p[4];
-  for (int i = 0; i < 4; ++i) {
-    if (!(frame.depth_m(at[i][0], at[i][1]) > 0)) return false;
-    p[i] = point_at(frame, camera, at[i][0], at[i][1]);
+// The best patch's plane, refitted among a few readings; no votes: none.
+Candidate extended(const PlaneGrid& grid, const std::vector<PlaneReading>& few, const PlaneRuler& ruler) {
+  std::vector<Candidate> found = best_patches(grid, few, ruler);
+  if (found.size() > kBest) found.resize(kBest);
+  Candidate best;
+  for (Candidate& c : found) {
+    double scale = 1;
+    if (!fit_plane(few, ruler, kRounds, PlaneStart::kRough, &c.plane, &scale)) continue;
+    c.votes = plane_votes(few, ruler, c.plane);
+    if (c.votes > best.votes) best = c;
   }
-  Vec3d n = cross(p[3] - p[0], p[2] - p[1]);
-  if (!(norm(n) > 1e-12)) return false;
-  n = (1 / norm(n)) * n;
-  const Vec3d mean = 0.25 * (p[0] + p[1] + p[2] + p[3]);
-  *plane = {n, -dot(n, mean)};
-  return true;
+  for (int k = 0; best.votes > 0 && k < kSteps && step_behind(few, ruler, &best); ++k) {
+  }
+  return best;
 }
 
-int votes(const std::vector<Vec3d>& points, const Plane& plane, double tolerance) {
-  int count = 0;
-  for (const Vec3d& p : points) count += std::abs(distance(plane, p)) < tolerance;
-  return count;
+// The patch about the start pixel, extended and refitted to all readings; it must still hold the patch.
+PlaneMiss started(const DepthFrame& frame, const Camera& camera, const PlaneOptions& options,
+                  const std::vector<PlaneReading>& few, const PlaneRuler& ruler, InversePlane* plane) {
+  if (!(plane_reading(frame, camera, options.start_x, options.start_y).depth_m > 0))
+    return PlaneMiss::kNoStart;
+  const std::vector<PlaneReading> patch = whole_patch(frame, camera, options.start_x, options.start_y);
+  if (!fit_patch(patch, plane) || !flat(patch, ruler, *plane)) return PlaneMiss::kStartNotFlat;
+  if (options.method == PlaneMethod::kPrinted) return PlaneMiss::kNone;
+  double scale = 1;
+  const bool holds = fit_plane(few, ruler, kRounds, PlaneStart::kRough, plane, &scale) &&
+                     2 * static_cast<std::size_t>(plane_votes(patch, ruler, *plane)) > patch.size();
+  return holds ? PlaneMiss::kNone : PlaneMiss::kSmall;
+}
+
+// The first plane, good to a few times its final error.
+PlaneMiss first_plane(const DepthFrame& frame, const Camera& camera, const PlaneOptions& options,
+                      const PlaneGrid& grid, const PlaneRuler& ruler, InversePlane* plane) {
+  const std::vector<PlaneReading> few = thinned(grid.read, kFewPoints);
+  if (options.start_x >= 0) return started(frame, camera, options, few, ruler, plane);
+  Candidate best;
+  if (options.method == PlaneMethod::kPrinted) {
+    const std::vector<Candidate> patches = best_patches(grid, few, ruler);
+    if (patches.empty()) return PlaneMiss::kSmall;
+    best = patches[0];
+    fit_patch(whole_patch(frame, camera, grid.x_of(best.column), grid.y_of(best.row)), &best.plane);
+  } else {
+    best = extended(grid, few, ruler);
+  }
+  *plane = best.plane;
+  return best.votes > 0 ? PlaneMiss::kNone : PlaneMiss::kSmall;
+}
+
+// Refitted to all readings of the grid, as the method says.
+bool refitted(const PlaneGrid& grid, const PlaneRuler& ruler, PlaneMethod method, FoundPlane* found) {
+  if (method == PlaneMethod::kPrinted) return true;
+  return fit_plane(grid.read, ruler, kLastRounds, PlaneStart::kNear, &found->plane, &found->noise_scale) &&
+         (method != PlaneMethod::kBent || fit_plane(thinned(grid.read, kBentPoints), ruler, kBentRounds,
+                                                    PlaneStart::kBend, &found->plane, &found->noise_scale));
 }
 
 }  // namespace
+
+FoundPlane search_plane(const DepthFrame& frame, const Camera& camera, const PlaneOptions& options) {
+  const PlaneRuler ruler = plane_ruler(camera, options.tolerance_m, options.noise);
+  PlaneGrid grid;
+  fill_grid(frame, camera, options.leave_out, kPoints, &grid);
+  FoundPlane found;
+  if (grid.read.size() < kLeastPoints) {
+    found.miss = PlaneMiss::kFewReadings;
+    return found;
+  }
+  found.miss = first_plane(frame, camera, options, grid, ruler, &found.plane);
+  if (found.miss != PlaneMiss::kNone) return found;
+  const int votes =
+      refitted(grid, ruler, options.method, &found) ? plane_votes(grid.read, ruler, found.plane) : 0;
+  found.share = static_cast<double>(votes) / static_cast<double>(grid.read.size());
+  if (found.share < kLeastShare || votes < static_cast<int>(kLeastPoints)) found.miss = PlaneMiss::kSmall;
+  return found;
+}
 
 std::optional<Plane> find_plane(const DepthFrame& frame, const Camera& camera, const PlaneOptions& options) {
-  const std::vector<Vec3d> points = grid_points(frame, camera, options, kPoints);
-  const int r = std::max(3, camera.width / 40);
-  Plane best{{0, 0, 0}, 0};
-  int most = 0;
-  const bool seeded = options.start_x >= 0;
-  for (int i = 0; i < (seeded ? 1 : kSeeds); ++i) {
-    // Additive recurrence: seeds that fill the image evenly, the same ones every time.
-    const double a = std::fmod(0.5 + 0.7548776662 * i, 1.0), b = std::fmod(0.5 + 0.5698402910 * i, 1.0);
-    const int x = seeded ? options.start_x : static_cast<int>(a * camera.width);
-    const int y = seeded ? options.start_y : static_cast<int>(b * camera.height);
-    Plane plane;
-    if (left_out(options, x, y) || !patch_plane(frame, camera, x, y, r, &plane)) continue;
-    for (int k = 0; k < 2; ++k)
-      if (!refit(points, 3 * options.tolerance_m, &plane)) break;
-    const int count = votes(points, plane, options.tolerance_m);
-    if (count > most) most = count, best = plane;
-  }
-  if (most < std::max(static_cast<double>(kLeastPoints), kLeastShare * static_cast<double>(points.size())))
-    return std::nullopt;
-  for (int k = 0; k < 5; ++k) refit(points, options.tolerance_m, &best);
-  return best;
-}
-
-namespace {
-
-bool on_plane(const Plane& plane, Vec3d p, double tolerance_m) {
-  return std::abs(distance(plane, p)) < plane_tolerance_m(tolerance_m, p.z);
-}
-
-// Variance along the second longest axis of some points.
-double middle_variance(const std::vector<Vec3d>& points) {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-  for (const Vec3d& p : points) {
-    const Eigen::Vector3d e(p.x, p.y, p.z);
-    mean += e, second += e * e.transpose();
-  }
-  const auto n = static_cast<double>(std::max<std::size_t>(1, points.size()));
-  mean /= n;
-  const Eigen::Matrix3d covariance = second / n - mean * mean.transpose();
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues()(1);
-}
-
-// Three points that lie apart by about `apart_m`, found from a place in the list.
-bool triple_plane(const std::vector<Vec3d>& points, int seed, double apart_m, Plane* plane) {
-  const auto n = static_cast<double>(points.size());
-  const auto pick = [&](int k) {
-    return points[static_cast<std::size_t>(std::fmod(0.5 + 0.7548776662 * k, 1.0) * n)];
-  };
-  const Vec3d a = pick(seed);
-  Vec3d b = a, normal{0, 0, 0};
-  for (int k = 1; k <= 24; ++k) {
-    const Vec3d p = pick(31 * seed + k);
-    const double d = norm(p - a);
-    if (d < 0.3 * apart_m || d > 1.2 * apart_m) continue;
-    if (norm(b - a) == 0) {
-      b = p;
-      continue;
-    }
-    normal = cross(b - a, p - a);
-    if (norm(normal) > 0.5 * norm(b - a) * d) break;
-    normal = {0, 0, 0};
-  }
-  const double length = norm(normal);
-  if (!(length > 0)) return false;
-  normal = ((dot(normal, a) > 0 ? -1 : 1) / length) * normal;
-  *plane = {normal, -dot(normal, a)};
-  return true;
-}
-
-}  // namespace
-
-std::optional<Plane> plane_among(const std::vector<Vec3d>& points, double tolerance_m, int seeds,
-                                 double least_share, double extent_m) {
-  if (points.size() < 3) return std::nullopt;
-  const auto count = [&](const Plane& plane) {
-    return std::count_if(points.begin(), points.end(),
-                         [&](const Vec3d& p) { return on_plane(plane, p, tolerance_m); });
-  };
-  Plane best{{0, 0, 0}, 0};
-  std::ptrdiff_t most = 0;
-  for (int k = 0; k < seeds; ++k) {
-    Plane plane;
-    if (!triple_plane(points, k, extent_m, &plane)) continue;
-    const std::ptrdiff_t votes = count(plane);
-    if (votes > most) most = votes, best = plane;
-  }
-  if (most < 3) return std::nullopt;
-  for (const double reach : {4.0, 3.0, 2.0})
-    if (!refit(points, reach * tolerance_m, &best)) return std::nullopt;
-  if (static_cast<double>(count(best)) < least_share * static_cast<double>(points.size()))
-    return std::nullopt;
-  // The width of a uniform strip is the square root of 12 times its standard deviation.
-  std::vector<Vec3d> held;
-  for (const Vec3d& p : points)
-    if (on_plane(best, p, tolerance_m)) held.push_back(p);
-  if (std::sqrt(12 * middle_variance(held)) < extent_m) return std::nullopt;
-  return best;
+  const FoundPlane found = search_plane(frame, camera, options);
+  if (found.miss != PlaneMiss::kNone) return std::nullopt;
+  return normal_form(found.plane);
 }
 
 void PlaneFollower::update(const DepthFrame& frame, const Camera& camera, const std::vector<Rect>& objects) {
   PlaneOptions options;
   options.leave_out = objects;
   if (plane_) {
-    const std::vector<Vec3d> points = grid_points(frame, camera, options, kFollowPoints);
-    bool holds = true;
-    for (int k = 0; holds && k < 2; ++k) holds = refit(points, (2 - k) * options.tolerance_m, &*plane_);
-    if (holds &&
-        votes(points, *plane_, options.tolerance_m) > kLeastShare * static_cast<double>(points.size()))
+    fill_grid(frame, camera, objects, kFollowPoints, &grid_);
+    const PlaneRuler ruler = plane_ruler(camera, options.tolerance_m, options.noise);
+    InversePlane moved;
+    moved.g = (-1 / plane_->offset_m) * plane_->normal_cam;
+    double scale = 1;
+    if (fit_plane(grid_.read, ruler, kRounds, PlaneStart::kRough, &moved, &scale) &&
+        plane_votes(grid_.read, ruler, moved) > kLeastShare * static_cast<double>(grid_.read.size())) {
+      plane_ = normal_form(moved);
       return;
+    }
     plane_.reset();
   }
   if (frames_to_search_-- > 0) return;

@@ -1,23 +1,46 @@
 // SPDX-License-Identifier: MIT
-// The dominant plane of a depth image: a table or a floor (thesis, section 3.8.3).
+// The dominant plane of a depth image: a table or a floor (thesis, section 3.8 and Fig. 3.15;
+// docs/math/planes.md).
 #pragma once
 
 #include <algorithm>
 #include <optional>
 #include <vector>
 
-#include "tracking/region.h"
+#include "tracking/plane_fit.h"
 
 namespace sdftrack {
+
+// What is done with the patch that starts a plane.
+enum class PlaneMethod {
+  kPrinted,  // extended as it is (thesis)
+  kRigid,    // refitted to all readings near it
+  kBent,     // and bent by a little (a lens's depth distortion)
+};
 
 struct PlaneOptions {
   double tolerance_m = 0.01;
   int start_x = -1, start_y = -1;  // a pixel on the plane; -1: search
   std::vector<Rect> leave_out;     // regions whose readings do not vote (tracked objects)
+  PlaneMethod method = PlaneMethod::kRigid;
+  DepthNoise noise;
 };
 
-// Robust: the best of many local patches, then a reweighted total least squares fit to all readings within
-// the tolerance. The normal points to the camera. Nothing when no plane holds a tenth of the readings.
+// Why there is no plane.
+enum class PlaneMiss { kNone, kFewReadings, kNoStart, kStartNotFlat, kSmall };
+
+struct FoundPlane {
+  InversePlane plane;
+  double noise_scale = 1;  // the measured noise over the law's
+  double share = 0;        // of the readings that lie on it
+  PlaneMiss miss = PlaneMiss::kNone;
+};
+
+// From a patch at the start pixel, or the best of many all over the image; of parallel ones close together
+// the one behind (not the top of a box on a table). A miss when no plane holds a tenth of the readings.
+FoundPlane search_plane(const DepthFrame& frame, const Camera& camera, const PlaneOptions& options);
+
+// The same without the reasons. The normal points to the camera.
 std::optional<Plane> find_plane(const DepthFrame& frame, const Camera& camera, const PlaneOptions& options);
 
 // Half the thickness of a plane in readings at a depth: noise of a depth sensor grows with the square.
@@ -38,6 +61,7 @@ class PlaneFollower {
 
  private:
   std::optional<Plane> plane_;
+  PlaneGrid grid_;
   int frames_to_search_ = 0;
 };
 

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'MotionModel', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'find_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'paint', 'photometric', 'primitive_sdf', 'redistance', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'MotionModel', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'paint', 'photometric', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
 class Camera:
     """
     Pinhole camera with Brown-Conrady distortion; see sdftrack.Camera.
@@ -890,9 +890,9 @@ def fast_sweep(known: numpy.ndarray, values: numpy.ndarray, voxel_size: typing.S
     """
     |grad u| = 1 from values (m, >= 0) where known (uint8) is not 0; float32 [z, y, x].
     """
-def find_plane(depth: numpy.ndarray, camera: Camera, start_x: typing.SupportsInt | typing.SupportsIndex, start_y: typing.SupportsInt | typing.SupportsIndex, tolerance_m: typing.SupportsFloat | typing.SupportsIndex) -> typing.Any:
+def fit_plane(depth: numpy.ndarray, camera: Camera, rays: typing.Any, mask: typing.Any, normal: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], offset: typing.SupportsFloat | typing.SupportsIndex, tolerance_m: typing.SupportsFloat | typing.SupportsIndex, noise: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], bent: bool = False) -> typing.Any:
     """
-    Dominant plane as (normal, offset), or None.
+    Normal, offset, bend and noise over the law's of a plane refitted to the readings in a mask; None on a line.
     """
 def isa() -> str:
     """
@@ -929,6 +929,10 @@ def primitive_sdf(kind: str, size: collections.abc.Sequence[typing.SupportsFloat
 def redistance(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
     """
     Distance field with the same zero set, float32 [z, y, x].
+    """
+def remove_plane(depth: numpy.ndarray, camera: Camera, rays: typing.Any, start_x: typing.SupportsInt | typing.SupportsIndex, start_y: typing.SupportsInt | typing.SupportsIndex, tolerance_m: typing.SupportsFloat | typing.SupportsIndex, method: str, noise: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], measure_noise: bool, feet: bool, threads: typing.SupportsInt | typing.SupportsIndex) -> typing.Any:
+    """
+    Mask of what is not on the dominant plane, normal, offset, bend, noise over the law's and share of the readings; or one of "few readings", "no start", "start not flat", "small".
     """
 def render_sdf(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, T_cam_obj: numpy.ndarray, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
     """

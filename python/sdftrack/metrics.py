@@ -146,16 +146,37 @@ def plane_angles(frame: Any, camera: Any = None, tolerance: float = 0.01) -> Arr
     """Angles between the three largest planes of a depth image, degrees, ascending.
 
     For three planes that are orthogonal in truth the distance from 90 tells how good the intrinsics are (thesis,
-    Table 3.1). `camera` None: the frame's own. `tolerance` m: half thickness of a plane. ValueError when there
-    are not three planes, each with a tenth of the readings that are left.
-    """
-    from sdftrack.plane import remove_plane
+    Table 3.1 and Fig. 3.13). Each plane is fitted to all its readings but those near an edge, weighted by the noise
+    along the ray; with the true intrinsics about a hundredth of a degree per angle is left (docs/planes.md).
 
-    normals, rest = [], frame
-    for _ in range(3):
-        off_plane, (normal, _) = remove_plane(rest, camera, tolerance=tolerance)
-        normals.append(normal)
-        rest = rest.replace(depth=np.where(off_plane, rest.depth, np.float32(0)))
+    Parameters
+    ----------
+    frame : Frame
+        With a depth image of a corner.
+    camera : Camera or RGBDCamera, optional
+        The intrinsics that are judged; None: the frame's own.
+    tolerance : float
+        Half thickness of a plane, m; where the sensor's noise is larger, that.
+
+    Returns
+    -------
+    (3,) float64
+
+    Raises
+    ------
+    ValueError
+        No depth, no camera, or not three planes, each with a tenth of the readings that the ones before it leave.
+
+    Examples
+    --------
+    >>> from sdftrack.synth import corner
+    >>> seq = corner(1, noise=0.001)
+    >>> plane_angles(seq[0], seq.camera).round(0)
+    array([90., 90., 90.])
+    """
+    from sdftrack.three_planes import three_planes
+
+    normals = three_planes(frame, camera, tolerance)[0]
     pairs = ((0, 1), (0, 2), (1, 2))
     sines = [np.linalg.norm(np.cross(normals[i], normals[j])) for i, j in pairs]
     cosines = [normals[i] @ normals[j] for i, j in pairs]

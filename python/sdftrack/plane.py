@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +16,27 @@ from sdftrack.frame import Frame
 
 __all__ = ["remove_plane"]
 
+METHODS = ("rigid", "bent", "printed")
+KINECT = (0.0012, 0.0019, 0.5)  # near_m, per_m, lateral_px of the law; Nguyen, Izadi and Lovell 2012
+WIDEST_M = 0.5  # a tolerance beyond this is one in millimetres
+
 
 def remove_plane(
     frame: Frame,
     camera: Camera | RGBDCamera | None = None,
     start_px: tuple[float, float] | None = None,
     tolerance: float = 0.01,
+    *,
+    method: str = "rigid",
+    noise: str | float | None = None,
+    feet: bool = True,
+    threads: int = 1,
 ) -> tuple[NDArray[np.bool_], tuple[NDArray[np.float64], float]]:
-    """Find the plane that most readings lie on, and mark what is not on it (thesis, section 3.8.3).
+    """Find the plane that most readings lie on, and mark what is not on it (thesis, section 3.8 and Fig. 3.15).
+
+    A patch is fitted, extended over the image, refitted to all readings near it, and a slab about it is taken out. Of
+    parallel planes close together (a table, the top of a box on it) the one behind is taken. docs/math/planes.md
+    derives the tests.
 
     Parameters
     ----------
@@ -33,7 +47,19 @@ def remove_plane(
     start_px : (x, y), optional
         A pixel on the plane, whose neighbourhood starts the fit; None: local patches all over the image are tried.
     tolerance : float
-        Half thickness of the slab that counts as the plane, m.
+        Half thickness of the slab that counts as the plane, m. Where three sd of the sensor's noise, seen along the
+        normal, are more, the slab is that thick.
+    method : "rigid", "bent" or "printed"
+        "bent" lets the plane bend by a cubic in image coordinates, for sensors whose depth is bent towards the borders.
+        "printed" is the thesis's: the patch is extended as it is, and the slab is `tolerance` everywhere.
+    noise : None, "kinect" or float
+        Noise of a depth. None: grows as a structured-light sensor's does, and is as large as measured on the plane;
+        "kinect": that law as it stands; a number: this sd (m) at all depths.
+    feet : bool
+        Keep readings in the slab that are higher than two sd and hang together with something that stands out: the
+        lower edges of objects.
+    threads : int
+        0: all cores. The result is the same, bit by bit.
 
     Returns
     -------
@@ -45,7 +71,8 @@ def remove_plane(
     Raises
     ------
     ValueError
-        No depth, no camera, ``start_px`` outside the image, or no plane that holds a tenth of the readings.
+        No depth, no camera, too few readings, ``start_px`` outside the image, without a reading or not on a plane,
+        ``tolerance`` not within 0..0.5 m, or no plane that holds a tenth of the readings.
 
     >>> mask, (n, d) = remove_plane(frame, camera)  # doctest: +SKIP
     """
@@ -54,19 +81,83 @@ def remove_plane(
         raise ValueError("frame: expected a depth image, got none")
     if camera is None and frame.camera is None:
         raise ValueError("camera: expected the depth camera, got None, and the frame has none of its own")
-    if not (math.isfinite(number(tolerance, "tolerance")) and tolerance > 0):
-        raise ValueError(f"tolerance: expected a length in metres > 0, got {tolerance!r}")
     pinhole = depth_camera(camera if camera is not None else frame.camera)  # type: ignore[arg-type]
-    height, width = frame.depth.shape
-    x, y = (-1, -1) if start_px is None else (round(start_px[0]), round(start_px[1]))
-    if start_px is not None and not (0 <= x < width and 0 <= y < height):
+    x, y = _start(start_px, frame.depth.shape)
+    tolerance = _tolerance(tolerance)
+    if method not in METHODS:
+        raise ValueError(f"method: expected one of {', '.join(METHODS)}, got {method!r}")
+    found = _core.remove_plane(
+        frame.depth,
+        pinhole._core,
+        pinhole.rays if pinhole.distortion is not None else None,
+        x,
+        y,
+        tolerance,
+        method,
+        _law(noise),
+        noise is None,
+        bool(feet),
+        int(number(threads, "threads")),
+    )
+    if isinstance(found, str):
+        raise ValueError(_miss(found, start_px, tolerance))
+    return found[0], (np.array(found[1]), float(found[2]))
+
+
+def _start(start_px: tuple[float, float] | None, shape: tuple[int, ...]) -> tuple[int, int]:
+    """Column and row; -1, -1 for None."""
+    if start_px is None:
+        return -1, -1
+    height, width = shape
+    try:
+        u, v = (number(c, "start_px") for c in start_px)
+    except (TypeError, ValueError):
+        raise TypeError(f"start_px: expected a pixel (x, y), got {start_px!r}") from None
+    if not (-0.5 <= u < width - 0.5 and -0.5 <= v < height - 0.5):
         raise ValueError(f"start_px: expected a pixel of the {width} x {height} image, got {start_px}")
-    found = _core.find_plane(frame.depth, pinhole._core, x, y, float(tolerance))
-    if found is None:
+    return min(max(round(u), 0), width - 1), min(max(round(v), 0), height - 1)
+
+
+def _tolerance(tolerance: Any) -> float:
+    value = number(tolerance, "tolerance")
+    if not (math.isfinite(value) and value > 0):
+        raise ValueError(f"tolerance: expected a length in metres > 0, got {tolerance!r}")
+    if value > WIDEST_M:
         raise ValueError(
-            "frame: no plane holds a tenth of its depth readings; pass start_px or a larger tolerance"
+            f"tolerance: expected at most {WIDEST_M:g} m, got {tolerance!r}; in millimetres? pass {value / 1e3:g}"
         )
-    normal, offset = np.array(found[0]), float(found[1])
-    points = pinhole.back_project(frame.depth)
-    off_plane = np.abs(points @ normal + offset) > tolerance
-    return (frame.depth > 0) & off_plane, (normal, offset)
+    return value
+
+
+def _law(noise: str | float | None) -> tuple[float, float, float]:
+    if noise is None or (isinstance(noise, str) and noise == "kinect"):
+        return KINECT
+    if isinstance(noise, str):
+        raise ValueError(f'noise: expected None, "kinect" or a standard deviation in metres, got {noise!r}')
+    sigma_m = number(noise, "noise")
+    if not 0 < sigma_m <= WIDEST_M:
+        raise ValueError(f"noise: expected a standard deviation of 0 to {WIDEST_M:g} m, got {noise!r}")
+    return sigma_m, 0.0, 0.0
+
+
+def _miss(why: str, start_px: tuple[float, float] | None, tolerance: float) -> str:
+    if why == "few readings":
+        return "frame: expected depth readings of a plane, got next to none (no plane can be fitted)"
+    if why == "no start":
+        return (
+            f"start_px: expected a pixel with a depth reading, got a hole at {start_px}; choose one beside it"
+        )
+    if why == "start not flat":
+        return (
+            f"start_px: expected a pixel on a plane, got one at {start_px} about which the readings are not flat or "
+            "too few; choose one farther from edges"
+        )
+    if start_px is not None:
+        return (
+            f"start_px: the plane at {start_px} holds less than a tenth of the depth readings; choose a pixel on the "
+            "table or floor, or leave start_px out"
+        )
+    return (
+        f"frame: no plane holds a tenth of its depth readings within {tolerance:g} m; pass start_px or a larger "
+        "tolerance"
+    )

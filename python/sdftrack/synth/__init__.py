@@ -5,6 +5,7 @@ from sdftrack.synth.ball import BallScene, ball_scene
 from sdftrack.synth.grip import Grip
 from sdftrack.synth.noise import Gaussian, Kinect
 from sdftrack.synth.occluders import Cover, Hand
+from sdftrack.synth.room import corner
 from sdftrack.synth.scene import sequence
 from sdftrack.synth.trajectories import leave_and_return, orbit, random_walk, static, sweep
 
@@ -16,6 +17,7 @@ __all__ = [
     "Hand",
     "Kinect",
     "ball_scene",
+    "corner",
     "leave_and_return",
     "orbit",
     "random_walk",

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+// The plane of a depth image: exact without noise, the same bytes for any number of threads, and no image is
+// too small or too broken to be looked at.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "tracking/plane.h"
+#include "tracking/plane_mask.h"
+
+namespace sdftrack {
+namespace {
+
+// Depths are float32: half a unit in the last place at 2 m is 1.2e-7; a fit to thousands of them is better.
+constexpr double kFloat_m = 1e-6;
+const Vec3d kNormal{0.1 / std::sqrt(1.01), -0.8 / std::sqrt(1.01), -0.6 / std::sqrt(1.01)};
+constexpr double kOffset_m = 0.55;
+
+Camera camera_of(int width, int height) {
+  Camera camera;
+  camera.width = width, camera.height = height;
+  camera.K = {0.8 * width, 0.8 * width, 0.5 * (width - 1), 0.5 * (height - 1)};
+  return camera;
+}
+
+std::vector<float> table(const Camera& camera, double sigma_m) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0, 1);
+  std::vector<float> depth;
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      const double along = dot(kNormal, ray(camera.K, static_cast<double>(x), static_cast<double>(y)));
+      const double z = along < 0 ? -kOffset_m / along : 0;
+      depth.push_back(z > 0 && z < 3 ? static_cast<float>(z + sigma_m * noise(random)) : 0.0f);
+    }
+  return depth;
+}
+
+DepthFrame frame_of(const std::vector<float>& depth, const Camera& camera) {
+  return {{depth.data(), camera.width, camera.height}, nullptr, nullptr};
+}
+
+TEST(Plane, is_exact_without_noise) {
+  const Camera camera = camera_of(160, 120);
+  const std::vector<float> depth = table(camera, 0);
+  for (const PlaneMethod method : {PlaneMethod::kPrinted, PlaneMethod::kRigid, PlaneMethod::kBent}) {
+    PlaneOptions options;
+    options.method = method;
+    const FoundPlane found = search_plane(frame_of(depth, camera), camera, options);
+    ASSERT_EQ(found.miss, PlaneMiss::kNone);
+    const Plane plane = normal_form(found.plane);
+    const double tolerance =
+        method == PlaneMethod::kRigid ? kFloat_m : 100 * kFloat_m;  // few readings; ten unknowns
+    EXPECT_NEAR(norm(plane.normal_cam - kNormal), 0, tolerance);
+    EXPECT_NEAR(plane.offset_m, kOffset_m, tolerance);
+  }
+}
+
+TEST(Plane, has_a_mask_of_the_same_bytes_for_any_number_of_threads) {
+  const Camera camera = camera_of(161, 123);
+  std::vector<float> depth = table(camera, 0.003);
+  for (int y = 40; y < 80; ++y)
+    for (int x = 50; x < 100; ++x) depth[static_cast<std::size_t>(y * 161 + x)] = 0.5f;
+  const DepthFrame frame = frame_of(depth, camera);
+  const FoundPlane found = search_plane(frame, camera, {});
+  ASSERT_EQ(found.miss, PlaneMiss::kNone);
+  std::vector<unsigned char> one(depth.size(), 7), many(depth.size(), 9);
+  mask_plane(frame, camera, found.plane, {0.01, {}, found.noise_scale, true}, 1, one.data());
+  mask_plane(frame, camera, found.plane, {0.01, {}, found.noise_scale, true}, 4, many.data());
+  EXPECT_EQ(one, many);
+  for (const unsigned char m : one) EXPECT_LE(m, 1);
+}
+
+TEST(Plane, is_looked_for_in_images_of_all_sizes_and_all_kinds_of_readings) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<float> anywhere(0.3f, 3.0f), chance(0, 1);
+  const float odd[] = {
+      0.0f,   -1.0f, std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+      1e-30f, 1e30f};
+  for (int width = 1; width <= 40; width += 3)
+    for (int height = 1; height <= 31; height += 2)
+      for (int kind = 0; kind < 3; ++kind) {
+        const Camera camera = camera_of(width, height);
+        std::vector<float> depth =
+            kind == 0 ? table(camera, 0.001) : std::vector<float>(table(camera, 0).size());
+        for (float& z : depth) {
+          if (kind == 1) z = anywhere(random);
+          if (kind == 2 || chance(random) < 0.2f) z = odd[random() % 6];
+        }
+        PlaneOptions options;
+        options.method = static_cast<PlaneMethod>(random() % 3);
+        if (chance(random) < 0.5f) {
+          options.start_x = static_cast<int>(random() % static_cast<unsigned>(width));
+          options.start_y = static_cast<int>(random() % static_cast<unsigned>(height));
+        }
+        const DepthFrame frame = frame_of(depth, camera);
+        const FoundPlane found = search_plane(frame, camera, options);
+        if (found.miss != PlaneMiss::kNone) continue;
+        const Plane plane = normal_form(found.plane);
+        EXPECT_NEAR(norm(plane.normal_cam), 1, 1e-12);
+        std::vector<unsigned char> mask(depth.size());
+        mask_plane(frame, camera, found.plane, {0.01, {}, found.noise_scale, true}, 2, mask.data());
+        for (std::size_t i = 0; i < depth.size(); ++i)
+          if (!(depth[i] > 0)) EXPECT_EQ(mask[i], 0);
+      }
+}
+
+}  // namespace
+}  // namespace sdftrack
