@@ -6,7 +6,35 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'LmOptions', 'MeshCaster', 'MotionModel', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'paint', 'photometric', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'MeshCaster', 'MotionModel', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'paint', 'photometric', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
+class Calibration:
+    """
+    Frames of a known object, and the lens that explains them.
+    """
+    lens: Lens
+    def __init__(self, volume: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], lens: Lens, free: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], options: IntrinsicsOptions) -> None:
+        ...
+    def add(self, depth: numpy.ndarray, mask: typing.Any, T_cam_obj: numpy.ndarray) -> int:
+        ...
+    def bias(self, seed: typing.SupportsInt | typing.SupportsIndex, pairs: typing.SupportsInt | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+    def coverage(self, columns: typing.SupportsInt | typing.SupportsIndex, rows: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.int32]:
+        ...
+    def drop(self, arg0: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> None:
+        ...
+    def examine(self) -> dict:
+        ...
+    def polish(self) -> tuple:
+        ...
+    def readings(self, frame: typing.SupportsInt | typing.SupportsIndex) -> dict:
+        ...
+    def solve(self, scale_m: typing.SupportsFloat | typing.SupportsIndex, prior_value: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], prior_sd: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], quick: bool = False) -> tuple:
+        ...
+    def solve_each(self, scale_m: typing.SupportsFloat | typing.SupportsIndex, prior_value: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], prior_sd: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = []) -> dict:
+        ...
+    @property
+    def poses(self) -> list:
+        ...
 class Camera:
     """
     Pinhole camera with Brown-Conrady distortion; see sdftrack.Camera.
@@ -253,6 +281,75 @@ class FrameEnergy:
         ...
     def state(self, T_cam_obj: list, K: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"], scales: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> State:
         ...
+class IntrinsicsOptions:
+    """
+    Options of a calibration.
+    """
+    def __init__(self) -> None:
+        ...
+    @property
+    def coarse_steps(self) -> int:
+        ...
+    @coarse_steps.setter
+    def coarse_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def coarse_stride(self) -> int:
+        ...
+    @coarse_stride.setter
+    def coarse_stride(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def fine_steps(self) -> int:
+        ...
+    @fine_steps.setter
+    def fine_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def least_scale_m(self) -> float:
+        ...
+    @least_scale_m.setter
+    def least_scale_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def max_pixels(self) -> int:
+        ...
+    @max_pixels.setter
+    def max_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def outlier_floor(self) -> float:
+        ...
+    @outlier_floor.setter
+    def outlier_floor(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def padding_m(self) -> float:
+        ...
+    @padding_m.setter
+    def padding_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def threads(self) -> int:
+        ...
+    @threads.setter
+    def threads(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+class Lens:
+    """
+    A depth camera with skew and the law of its depth.
+    """
+    def __init__(self, camera: Camera, skew: typing.SupportsFloat | typing.SupportsIndex = 0.0, depth_scale: typing.SupportsFloat | typing.SupportsIndex = 1.0, depth_offset_m: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def look_through(self, u_px: typing.SupportsFloat | typing.SupportsIndex, v_px: typing.SupportsFloat | typing.SupportsIndex) -> tuple[tuple[float, float], typing.Annotated[list[float], "FixedSize(9)"], typing.Annotated[list[float], "FixedSize(9)"]]:
+        """
+        (x, y) of a pixel's ray, and their derivatives by the values.
+        """
+    @property
+    def values(self) -> list[float]:
+        """
+        fx, fy, cx, cy, skew, k1, k2, depth scale, depth offset (m).
+        """
 class LmOptions:
     """
     Options of the optimiser.
