@@ -14,7 +14,7 @@ from sdftrack.cli.common import Usage
 from sdftrack.cli.poses_file import read_poses
 from sdftrack.cli.targets import Target
 
-__all__ = ["INIT", "Init", "begin", "box_inside", "mask_file", "parse_init", "parse_inits"]
+__all__ = ["INIT", "Init", "begin", "box_inside", "mask_file", "parse_init", "parse_inits", "places"]
 
 INIT = "gt|auto|poses.json|mask.png|box:x,y,w,h|click:x,y"
 Pose = NDArray[np.float64]
@@ -81,20 +81,25 @@ def begin(
     tracker: Any, inits: list[Init], targets: list[Target], frame: Any, folder: Path, first: int, seq: Any
 ) -> Any:
     """Start the tracker on `frame`, the one with number `first`; its result."""
+    return tracker.start(frame, **places(inits, targets, frame, folder, first, seq))
+
+
+def places(
+    inits: list[Init], targets: list[Target], frame: Any, folder: Path, first: int, seq: Any
+) -> dict[str, Any]:
+    """What `Tracker.start` is told of `frame`, the one with number `first`: poses, masks or boxes, one per target."""
     kind = inits[0].kind
     if kind == "gt":
-        return tracker.start(frame, poses=_truth(targets, folder, first, seq))
+        return {"poses": _truth(targets, folder, first, seq)}
     if kind == "poses":
-        return tracker.start(frame, poses=read_poses(Path(inits[0].text), len(targets)))
+        return {"poses": read_poses(Path(inits[0].text), len(targets))}
     if kind == "auto":
-        return tracker.start(frame, masks=_known_masks(targets, first, seq))
+        return {"masks": _known_masks(targets, first, seq)}
     camera = seq.camera if frame.camera is None else frame.camera
     shape = getattr(camera, "depth", camera).shape
     if kind == "box":
-        return tracker.start(frame, boxes=[box_inside(i, shape) for i in inits])
-    return tracker.start(
-        frame, masks=[_mask(i, t, frame, camera, shape) for i, t in zip(inits, targets, strict=True)]
-    )
+        return {"boxes": [box_inside(i, shape) for i in inits]}
+    return {"masks": [_mask(i, t, frame, camera, shape) for i, t in zip(inits, targets, strict=True)]}
 
 
 def _known_masks(targets: list[Target], first: int, seq: Any) -> list[NDArray[np.bool_]] | None:

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: MIT
+"""Plots of a calibration of the intrinsics: where the object was, the unknowns over frames, residuals before and after."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.calibration.intrinsics_residuals import Misfit
+from sdftrack.calibration.intrinsics_result import IntrinsicsResult
+from sdftrack.calibration.observability import LEAST_IN_CELL
+from sdftrack.viz.plots import COLORS, figure
+
+__all__ = ["plot_coverage", "plot_estimates", "plot_residuals", "show_cells"]
+
+Array = NDArray[np.float64]
+
+UNITS = {"fx": "px", "fy": "px", "cx": "px", "cy": "px", "skew": "px", "depth_offset": "m"}
+FIRST_SHOWN = 0.2  # of the frames are left out of the range of the axis: their means still jump about
+BAND_IN_VIEW = 3.0  # the axis holds so many half-widths of the interval about the value at least
+
+
+def plot_coverage(result: IntrinsicsResult) -> Any:
+    """Readings of the object in each cell of the image; cells with too few to count are crossed."""
+    fig, axis = figure(1, 1, (6.6, 5.0))
+    coverage = result.observability.coverage
+    few = coverage < LEAST_IN_CELL
+    shown = np.where(coverage > 0, coverage, np.nan).astype(float)
+    picture = show_cells(axis, shown, result, few, cmap="viridis", vmin=0)
+    fig.colorbar(picture, ax=axis, label="readings of the object")
+    axis.set_title(
+        f"the object came to {100 * np.mean(~few):.0f} % of the image (x: fewer than {LEAST_IN_CELL} readings)",
+        fontsize=10,
+    )
+    return fig
+
+
+def plot_estimates(result: IntrinsicsResult) -> Any:
+    """Each unknown over the number of frames: single frames, their running mean, and the answer with its interval."""
+    n = len(result.free)
+    columns = 2 if n > 1 else 1
+    rows = -(-n // columns)
+    fig, axes = figure(rows, columns, (5.6 * columns, 2.6 * rows + 0.4), squeeze=False)
+    for k, axis in enumerate(axes.flat):
+        if k < n:
+            _one_estimate(axis, result, k)
+        else:
+            axis.set_axis_off()
+    axes.flat[0].legend(fontsize=8, loc="best")
+    return fig
+
+
+def _one_estimate(axis: Any, result: IntrinsicsResult, k: int) -> None:
+    name, value, (low, high) = result.free[k], result.values[k], result.interval95[k]
+    single, running = result.per_frame.values[:, k], result.per_frame.running()[:, k]
+    count = np.arange(1, len(single) + 1)
+    axis.plot(count, single, ".", color="0.7", markersize=3, label="a frame by itself")
+    axis.plot(count, running, color=COLORS[1], linewidth=1.4, label="mean so far")
+    axis.axhspan(low, high, color=COLORS[0], alpha=0.2, label="95 %")
+    axis.axhline(
+        value, color=COLORS[0], linewidth=1.2, label="all together" if result.joint else "the answer"
+    )
+    settled = running[int(FIRST_SHOWN * len(running)) :]
+    reach = max(float(np.abs(settled - value).max()), 0.5 * BAND_IN_VIEW * (high - low))
+    axis.set(xlim=(0, len(single) + 1), ylim=(value - 1.2 * reach, value + 1.2 * reach), xlabel="frames")
+    axis.ticklabel_format(axis="y", useOffset=False)
+    unit = UNITS.get(name, "")
+    axis.set_ylabel(f"{name}, {unit}" if unit else name)
+
+
+def plot_residuals(before: Misfit, after: Misfit, result: IntrinsicsResult) -> Any:
+    """Median distance of the readings from the surface, by cells, under the first guess and the calibrated camera."""
+    fig, axes = figure(1, 2, (11.0, 4.4))
+    known = np.concatenate([before.cells_m.ravel(), after.cells_m.ravel()])
+    known = known[np.isfinite(known)]
+    most_mm = 1e3 * float(known.max()) if len(known) else 1.0
+    picture = None
+    for axis, seen, name in ((axes[0], before, "first guess"), (axes[1], after, "calibrated")):
+        picture = show_cells(
+            axis, 1e3 * seen.cells_m, result, cmap="magma", vmin=0, vmax=most_mm, text="{:.1f}"
+        )
+        told = f"median {1e3 * seen.median_m:.2f} mm" if seen.frames else "the object was not found"
+        axis.set_title(f"{name}: {told}, {seen.frames} frames", fontsize=10)
+    fig.colorbar(picture, ax=axes, label="distance from the surface, mm")
+    return fig
+
+
+def show_cells(
+    axis: Any,
+    cells: Array,
+    result: IntrinsicsResult,
+    crossed: NDArray[np.bool_] | None = None,
+    text: str = "",
+    **options: Any,
+) -> Any:
+    """Cells drawn over the frame of the image, NaN as blank; `text` formats each one's number."""
+    w, h = result.camera.width, result.camera.height
+    picture = axis.imshow(cells, extent=(-0.5, w - 0.5, h - 0.5, -0.5), interpolation="nearest", **options)
+    rows, columns = cells.shape
+    limit = picture.norm.vmax
+    for i in range(rows):
+        for j in range(columns):
+            at = ((j + 0.5) * w / columns - 0.5, (i + 0.5) * h / rows - 0.5)
+            if crossed is not None and crossed[i, j]:
+                axis.text(*at, "x", ha="center", va="center", color=COLORS[1], fontsize=9)
+            elif text and np.isfinite(cells[i, j]):
+                ink = "black" if cells[i, j] > 0.6 * limit else "white"
+                axis.text(*at, text.format(cells[i, j]), ha="center", va="center", color=ink, fontsize=7)
+    axis.plot(result.camera.cx, result.camera.cy, "+", color=COLORS[1], markersize=10)
+    axis.grid(False)
+    axis.set(xlim=(-0.5, w - 0.5), ylim=(h - 0.5, -0.5), xlabel="column, px", ylabel="row, px")
+    return picture

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: MIT
+"""How well a camera lets a known shape fit its readings, by places of the image: before and after a calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack import _core
+from sdftrack.calibration.intrinsics_result import IntrinsicsResult
+from sdftrack.calibration.lens import EXTRA, core_lens
+from sdftrack.calibration.observability import COLUMNS, LEAST_IN_CELL, ROWS
+from sdftrack.camera import Camera, RGBDCamera, depth_camera
+from sdftrack.frame import Frame
+from sdftrack.results import Status
+from sdftrack.sdf import SDF
+from sdftrack.tracking import Tracker
+
+__all__ = ["Misfit", "compare", "misfit", "points_of"]
+
+Array = NDArray[np.float64]
+
+SHOWN_FRAMES = 12  # of those that the calibration used, evenly chosen
+NEAR_M = 0.03  # readings farther from the surface are of other things
+POOR_LENS_NOISE_M = 0.006  # a tracker that forgives a lens which is 10 % off
+
+
+@dataclass(frozen=True, eq=False)
+class Misfit:
+    """Distances of readings from the shape's surface under one camera.
+
+    Attributes
+    ----------
+    median_m : float
+        Median of their sizes, all readings together.
+    cells_m : (6, 8) float64
+        Median of their sizes in each cell of the image, rows from the top; NaN with fewer than 50 readings.
+    frames : int
+        In which the object was found under this camera.
+    """
+
+    median_m: float
+    cells_m: Array
+    frames: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, None where nothing is known."""
+        cells = [[float(v) if np.isfinite(v) else None for v in row] for row in self.cells_m]
+        median = float(self.median_m) if np.isfinite(self.median_m) else None
+        return {"median_m": median, "cells_m": cells, "frames": self.frames}
+
+
+class Frames(Protocol):
+    """A list of frames, or anything that is asked like one."""
+
+    def __getitem__(self, i: int, /) -> Frame: ...
+
+
+def compare(
+    frames: Frames, sdf: SDF, first: Camera | RGBDCamera, result: IntrinsicsResult, threads: int = 0
+) -> tuple[Misfit, Misfit]:
+    """The misfit under the first guess and under the calibrated camera, of the same frames.
+
+    Each camera is given the best it can do: poses fitted with it. Those of the calibrated one are the result's; with the
+    first guess the object is fitted anew, beginning where the calibrated camera saw it.
+
+    Parameters
+    ----------
+    frames : sequence of Frame, or what is indexed like one
+        Those that the calibration was given; a dozen of the ones it used are read.
+    sdf : SDF
+    first : Camera or RGBDCamera
+        The first guess.
+    result : IntrinsicsResult
+    threads : int
+
+    Returns
+    -------
+    before, after : Misfit
+
+    >>> before, after = compare(frames, sdf, guess, result)  # doctest: +SKIP
+    """
+    guess = depth_camera(first, "first")
+    tracker = Tracker(sdf, guess, mode="depth", threads=threads, noise_m=POOR_LENS_NOISE_M)
+    before, after = [], []
+    chosen = np.unique(np.linspace(0, len(result.frames) - 1, SHOWN_FRAMES).round().astype(int))
+    middle_obj = sdf.bounds.mean(axis=0)
+    for m in chosen:
+        depth = frames[result.frames[m]].depth
+        if depth is None:
+            continue
+        T = result.poses[m]
+        after.append(_readings(depth, sdf, result.camera, T, result.extra))
+        start = _as_seen_by(guess, result.camera, T, middle_obj)
+        fitted = tracker.start(Frame(depth, check_units=False), start)
+        if fitted.status[0] in (Status.OK, Status.WEAK):
+            before.append(_readings(depth, sdf, guess, fitted.poses[0]))
+    return misfit(before, guess), misfit(after, guess)
+
+
+def misfit(readings: Sequence[tuple[NDArray[Any], Array]], camera: Camera) -> Misfit:
+    """One map from the readings of several frames: pixels (N, 2) and distances (N,), m, of each."""
+    if not readings:
+        return Misfit(float("nan"), np.full((ROWS, COLUMNS), np.nan), 0)
+    pixels = np.concatenate([px for px, _ in readings])
+    sizes = np.abs(np.concatenate([r for _, r in readings]))
+    column = pixels[:, 0] * COLUMNS // camera.width
+    row = pixels[:, 1] * ROWS // camera.height
+    cells = np.full((ROWS, COLUMNS), np.nan)
+    for v in range(ROWS):
+        for u in range(COLUMNS):
+            inside = sizes[(column == u) & (row == v)]
+            if len(inside) >= LEAST_IN_CELL:
+                cells[v, u] = np.median(inside)
+    return Misfit(float(np.median(sizes)) if len(sizes) else float("nan"), cells, len(readings))
+
+
+def points_of(depth: NDArray[np.float32], camera: Camera, extra: dict[str, float] | None = None) -> Array:
+    """(H, W, 3) points, m, with what a Camera does not hold; (0, 0, 0) where there is no reading.
+
+    `extra`: skew (px), depth_scale, depth_offset (m), see `IntrinsicsResult.extra`.
+    """
+    values = {**EXTRA, **(extra or {})}
+    depth_m = np.where(depth > 0, values["depth_scale"] * depth + values["depth_offset"], 0.0)
+    if values["skew"] == 0:
+        return camera.back_project(depth_m)
+    return _rays(camera, values["skew"]) * depth_m[..., None]
+
+
+def _rays(camera: Camera, skew: float) -> Array:
+    """(H, W, 3) rays, z = 1, of a camera with skew, pixel by pixel as the core has it."""
+    lens: Any = core_lens(camera, {"skew": skew})
+    assert isinstance(lens, _core.Lens)
+    xy = [[lens.look_through(u, v)[0] for u in range(camera.width)] for v in range(camera.height)]
+    return np.concatenate([np.array(xy), np.ones((*camera.shape, 1))], axis=2)
+
+
+def _readings(
+    depth: NDArray[np.float32],
+    sdf: SDF,
+    camera: Camera,
+    T_cam_obj: Array,
+    extra: dict[str, float] | None = None,
+) -> tuple[NDArray[Any], Array]:
+    """Pixels (N, 2) within the object's outline, and how far outside its surface (m) what they read is."""
+    v, u = np.nonzero(sdf.silhouette(camera, T_cam_obj) & (depth > 0))
+    p_cam = points_of(depth, camera, extra)[v, u]
+    outside_m = sdf((p_cam - T_cam_obj[:3, 3]) @ T_cam_obj[:3, :3])
+    near = np.abs(outside_m) < NEAR_M
+    return np.column_stack([u, v])[near], outside_m[near]
+
+
+def _as_seen_by(camera: Camera, other: Camera, T_other_obj: Array, middle_obj: Array) -> Array:
+    """The pose moved sideways, so that `camera` has the object's middle at the pixel where `other` has it."""
+    middle = T_other_obj[:3, :3] @ middle_obj + T_other_obj[:3, 3]
+    u, v = other.project(middle)
+    z = middle[2]
+    T = T_other_obj.copy()
+    # The lens bends by far less than the two cameras differ: the pinhole will do for a start.
+    seen_m = np.array([(u - camera.cx) / camera.fx * z, (v - camera.cy) / camera.fy * z, z])
+    T[:3, 3] += seen_m - middle
+    return T

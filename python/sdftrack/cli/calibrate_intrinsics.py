@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: MIT
+"""``sdftrack calibrate intrinsics``: a recording of a known object in, the depth camera's intrinsics out."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from sdftrack.cli.common import (
+    ConfigOption,
+    Device,
+    DeviceOption,
+    OutOption,
+    OverwriteOption,
+    QuietOption,
+    ThreadsOption,
+    Usage,
+    check_layout,
+    progress_counter,
+    show_table,
+    tracker_settings,
+)
+from sdftrack.cli.init import INIT, Init, parse_inits, places
+from sdftrack.cli.targets import Target, about_file, load_targets
+from sdftrack.cli.track import fitting
+
+FILES = ("camera.json", "result.json", "coverage.png", "estimates.png", "residuals.png")
+UNITS = ("m", "mm", "cm", "in")
+PINHOLE = ("fx", "fy", "cx", "cy")
+SIZED = (".json", ".yaml", ".yml")  # camera files that hold the size of the image
+LEAST_PIXELS = 200  # of a frame, as `calibrate_intrinsics` wants them
+PYTHONS_ADVICE = "initial_pose=, mask= or box="  # in errors
+
+
+def intrinsics(
+    seq: Annotated[Path, typer.Argument(metavar="SEQ", help="Folder of a recorded sequence.")],
+    model: Annotated[Path, typer.Option(metavar="M.ply", help="Mesh of the object.")],
+    init: Annotated[
+        str, typer.Option(metavar=INIT, help="Where it is in the first image; auto: by its mask or a search.")
+    ] = "auto",
+    free: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME,...",
+            help="What is unknown, out of fx, fy, cx, cy, skew, k1, k2, depth_scale, depth_offset.",
+        ),
+    ] = ",".join(PINHOLE),
+    per_frame: Annotated[
+        bool, typer.Option("--per-frame", help="The weighted mean of single frames, not one solution of all.")
+    ] = False,
+    camera: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="First guess, in place of the sequence's own camera.")
+    ] = None,
+    guess: Annotated[
+        str | None, typer.Option(metavar="fx,fy,cx,cy", help="First guess, pixels; within 10 % will do.")
+    ] = None,
+    out: OutOption = None,
+    overwrite: OverwriteOption = False,
+    start: Annotated[int, typer.Option(min=0, help="First frame.")] = 0,
+    stop: Annotated[int | None, typer.Option(help="Frame to end before.")] = None,
+    step: Annotated[int, typer.Option(min=1, help="Every n-th frame.")] = 1,
+    layout: Annotated[str, typer.Option(help="auto, bop, tum, open3d, k1 or folders.")] = "auto",
+    unit: Annotated[str | None, typer.Option(help="Unit of the mesh: m, mm, cm or in.")] = None,
+    voxels: Annotated[int, typer.Option(min=8, help="Voxels along its longest side.")] = 200,
+    holes: Annotated[
+        str, typer.Option(metavar="error|close", help="An open mesh: refuse it, or close it.")
+    ] = "error",
+    max_pixels: Annotated[
+        int, typer.Option("--max-pixels", min=LEAST_PIXELS, help="Readings of a frame that are used.")
+    ] = 2000,
+    config: ConfigOption = None,
+    device: DeviceOption = Device.auto,
+    threads: ThreadsOption = 0,
+    quiet: QuietOption = False,
+) -> None:
+    """Find a depth camera's intrinsics from a known object moved before it: no pattern, no correspondences.
+
+    Writes camera.json, result.json and plots into DIR.
+    """
+    if out is None:
+        raise Usage("expected a folder for the result: --out DIR", "--out")
+    unknowns, numbers_guessed = _free(free), _guess(guess, camera)
+    inits = parse_inits([init], 1)
+    if unit not in (None, *UNITS):
+        raise Usage(f"expected {', '.join(UNITS)}, got {unit!r}", "--unit")
+    if holes not in ("error", "close"):
+        raise Usage(f"expected error or close, got {holes!r}", "--holes")
+    check_layout(layout)
+    tracker_settings(config)  # a file that cannot be read is an error here too
+    import sdftrack as st
+    from sdftrack.calibration.intrinsics_residuals import compare
+    from sdftrack.device import resolve_device
+    from sdftrack.recorder import prepare_folder
+
+    resolve_device(device.value)
+    if out.exists() and not (out.is_dir() and not any(out.iterdir())):
+        prepare_folder(out, overwrite)  # refused now, not after the work
+    with st.open_sequence(seq, layout=layout) as whole:
+        numbers = range(len(whole))[start:stop:step]
+        if not len(numbers):
+            raise ValueError(f"--start, --stop: expected some of the {len(whole)} frames of {seq}, got none")
+        first = _first_guess(whole.camera, camera, numbers_guessed)
+        (target,) = load_targets([model], whole, unit, voxels, holes)
+        frames = _Frames(whole, numbers, first)
+        place = _place(inits, target, frames, seq)
+        with progress_counter(quiet) as tell:
+            try:
+                result = st.calibrate_intrinsics(
+                    frames,
+                    target.sdf,
+                    first,
+                    joint=not per_frame,
+                    free=unknowns,
+                    progress=lambda done: tell(done, len(frames), "frames"),
+                    max_pixels=max_pixels,
+                    threads=threads,
+                    **place,
+                )
+            except ValueError as error:
+                raise ValueError(str(error).replace(PYTHONS_ADVICE, "--init")) from error
+        misfits = compare(frames, target.sdf, first, result, threads)
+        settings = {
+            "command": "calibrate intrinsics",
+            "sequence": str(seq),
+            "model": str(model),
+            "init": init,
+            "first_guess": {name: getattr(first, name) for name in PINHOLE},
+            "frames": [numbers.start, numbers.stop, numbers.step],
+            "voxels": voxels,
+            "max_pixels": max_pixels,
+        }
+        prepare_folder(out, overwrite)
+        _write(result, misfits, out, settings, [whole.ids[i] for i in numbers])
+    if not quiet:
+        _show(result, misfits, first, len(numbers), out)
+
+
+class _Frames:
+    """Depth of some frames of a sequence, seen by one camera."""
+
+    def __init__(self, seq: Any, numbers: range, camera: Any) -> None:
+        self.seq, self.numbers, self.camera = seq, numbers, camera
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def __getitem__(self, i: int) -> Any:
+        frame = self.seq[self.numbers[i]]
+        if frame.depth is None:
+            return frame
+        return fitting(frame.replace(camera=self.camera, color=None), self.camera)
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[i] for i in range(len(self)))
+
+
+def _free(text: str) -> tuple[str, ...]:
+    from sdftrack.calibration.lens import check_free
+
+    try:
+        return check_free([name.strip() for name in text.split(",")])
+    except ValueError as error:
+        raise Usage(str(error).removeprefix("free: "), "--free") from None
+
+
+def _guess(text: str | None, camera: Path | None) -> tuple[float, ...] | None:
+    if text is None:
+        return None
+    if camera is not None:
+        raise Usage("expected one of --guess and --camera, got both", "--guess")
+    try:
+        values = tuple(float(v) for v in text.split(","))
+    except ValueError:
+        values = ()
+    if len(values) != 4 or not all(map(math.isfinite, values)) or min(values[:2]) <= 0:
+        raise Usage(f"expected fx,fy,cx,cy in pixels, fx and fy above 0, got {text!r}", "--guess")
+    return values
+
+
+def _first_guess(own: Any, file: Path | None, values: tuple[float, ...] | None) -> Any:
+    """The sequence's depth camera, or another one in its place that has its size."""
+    from sdftrack.camera import Camera, depth_camera
+
+    depth = depth_camera(own)
+    if values is not None:
+        fx, fy, cx, cy = values
+        return dataclasses.replace(depth, fx=fx, fy=fy, cx=cx, cy=cy)
+    if file is None:
+        return depth
+    size = () if file.suffix.lower() in SIZED else (depth.width, depth.height)
+    with about_file("--camera", file):
+        camera = Camera.load(file, *size)
+    if camera.shape != depth.shape:
+        raise ValueError(
+            f"--camera {file}: expected the size of the sequence's depth images {depth.width} x {depth.height}, "
+            f"got {camera.width} x {camera.height}"
+        )
+    return camera
+
+
+def _place(inits: list[Init], target: Target, frames: _Frames, folder: Path) -> dict[str, Any]:
+    """--init as arguments of `calibrate_intrinsics`."""
+    kinds = {"poses": "initial_pose", "masks": "mask", "boxes": "box"}
+    told = places(inits, [target], frames[0], folder, frames.numbers[0], frames.seq)
+    return {kinds[kind]: values[0] for kind, values in told.items() if values is not None}
+
+
+def _write(result: Any, misfits: Any, out: Path, settings: dict[str, Any], im_ids: list[int]) -> None:
+    from sdftrack.calibration.intrinsics_plots import plot_coverage, plot_estimates, plot_residuals
+    from sdftrack.io.files import write_json
+    from sdftrack.viz.plots import save_figure
+
+    before, after = misfits
+    residuals = {"first_guess": before.to_dict(), "calibrated": after.to_dict()}
+    result.camera.save(out / "camera.json")
+    values = {"settings": settings, **result.to_dict(), "residuals": residuals}
+    write_json(out / "result.json", {**values, "im_ids": [im_ids[i] for i in result.frames]})
+    save_figure(plot_coverage(result), out / "coverage.png")
+    save_figure(plot_estimates(result), out / "estimates.png")
+    save_figure(plot_residuals(before, after, result), out / "residuals.png")
+
+
+def _show(result: Any, misfits: Any, first: Any, given: int, out: Path) -> None:
+    from sdftrack.calibration.lens import UNKNOWNS, core_lens
+
+    guessed = dict(zip(UNKNOWNS, core_lens(first).values, strict=True))
+    rows = [
+        [name, f"{guessed[name]:.5g}", f"{value:.6g}", f"{low:.6g} to {high:.6g}"]
+        for name, value, (low, high) in zip(result.free, result.values, result.interval95, strict=True)
+    ]
+    residual = [f"{1e3 * m.median_m:.2f}" if m.frames else "not found" for m in misfits]
+    rows.append(["residual mm", *residual, ""])
+    rows.append(["frames used", "", str(len(result.frames)), f"of {given}"])
+    show_table(f"{out}: {', '.join(FILES)}", ["", "first guess", result.status, "95 %"], rows)
+    reasons: dict[str, int] = {}
+    for reason in result.left_out.values():
+        kind = reason.split(":")[0]
+        reasons[kind] = reasons.get(kind, 0) + 1
+    if reasons:
+        print("left out: " + ", ".join(f"{n} {kind}" for kind, n in reasons.items()))
+    for sentence in result.observability.advice:
+        print(f"advice: {sentence}")
