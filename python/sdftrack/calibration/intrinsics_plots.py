@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Plots of a calibration of the intrinsics: where the object was, the unknowns over frames, residuals before and after."""
+"""Plots of a calibration of intrinsics: where the object was, the unknowns over frames, residuals before and after."""
 
 from __future__ import annotations
 

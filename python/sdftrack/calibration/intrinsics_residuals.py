@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack.calibration.intrinsics_result import IntrinsicsResult
-from sdftrack.calibration.lens import EXTRA, core_lens
+from sdftrack.calibration.lens import EXTRA
 from sdftrack.calibration.observability import COLUMNS, LEAST_IN_CELL, ROWS
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
@@ -65,8 +65,8 @@ def compare(
 ) -> tuple[Misfit, Misfit]:
     """The misfit under the first guess and under the calibrated camera, of the same frames.
 
-    Each camera is given the best it can do: poses fitted with it. Those of the calibrated one are the result's; with the
-    first guess the object is fitted anew, beginning where the calibrated camera saw it.
+    Each camera is given the best it can do: poses fitted with it. Those of the calibrated one are the result's;
+    with the first guess the object is fitted anew, beginning where the calibrated camera saw it.
 
     Parameters
     ----------
@@ -132,11 +132,13 @@ def points_of(depth: NDArray[np.float32], camera: Camera, extra: dict[str, float
 
 
 def _rays(camera: Camera, skew: float) -> Array:
-    """(H, W, 3) rays, z = 1, of a camera with skew, pixel by pixel as the core has it."""
-    lens: Any = core_lens(camera, {"skew": skew})
-    assert isinstance(lens, _core.Lens)
-    xy = [[lens.look_through(u, v)[0] for u in range(camera.width)] for v in range(camera.height)]
-    return np.concatenate([np.array(xy), np.ones((*camera.shape, 1))], axis=2)
+    """(H, W, 3) rays, z = 1, of a camera with skew: each row is one of a camera without, its centre shifted."""
+    rays = np.ones((*camera.shape, 3))
+    for v in range(camera.height):
+        cx = camera.cx + skew * (v - camera.cy) / camera.fy
+        row = _core.Camera(camera.fx, camera.fy, cx, camera.cy - v, camera.width, 1, list(camera.distortion))
+        rays[v, :, :2] = row.rays()[0]
+    return rays
 
 
 def _readings(

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
+from sdftrack.cli.calibrate_intrinsics_files import show, write
 from sdftrack.cli.common import (
     ConfigOption,
     Device,
@@ -22,14 +23,12 @@ from sdftrack.cli.common import (
     Usage,
     check_layout,
     progress_counter,
-    show_table,
     tracker_settings,
 )
 from sdftrack.cli.init import INIT, Init, parse_inits, places
 from sdftrack.cli.targets import Target, about_file, load_targets
 from sdftrack.cli.track import fitting
 
-FILES = ("camera.json", "result.json", "coverage.png", "estimates.png", "residuals.png")
 UNITS = ("m", "mm", "cm", "in")
 PINHOLE = ("fx", "fy", "cx", "cy")
 SIZED = (".json", ".yaml", ".yml")  # camera files that hold the size of the image
@@ -135,9 +134,9 @@ def intrinsics(
             "max_pixels": max_pixels,
         }
         prepare_folder(out, overwrite)
-        _write(result, misfits, out, settings, [whole.ids[i] for i in numbers])
+        write(result, misfits, out, settings, [whole.ids[i] for i in numbers])
     if not quiet:
-        _show(result, misfits, first, len(numbers), out)
+        show(result, misfits, first, len(numbers), out)
 
 
 class _Frames:
@@ -208,40 +207,3 @@ def _place(inits: list[Init], target: Target, frames: _Frames, folder: Path) -> 
     kinds = {"poses": "initial_pose", "masks": "mask", "boxes": "box"}
     told = places(inits, [target], frames[0], folder, frames.numbers[0], frames.seq)
     return {kinds[kind]: values[0] for kind, values in told.items() if values is not None}
-
-
-def _write(result: Any, misfits: Any, out: Path, settings: dict[str, Any], im_ids: list[int]) -> None:
-    from sdftrack.calibration.intrinsics_plots import plot_coverage, plot_estimates, plot_residuals
-    from sdftrack.io.files import write_json
-    from sdftrack.viz.plots import save_figure
-
-    before, after = misfits
-    residuals = {"first_guess": before.to_dict(), "calibrated": after.to_dict()}
-    result.camera.save(out / "camera.json")
-    values = {"settings": settings, **result.to_dict(), "residuals": residuals}
-    write_json(out / "result.json", {**values, "im_ids": [im_ids[i] for i in result.frames]})
-    save_figure(plot_coverage(result), out / "coverage.png")
-    save_figure(plot_estimates(result), out / "estimates.png")
-    save_figure(plot_residuals(before, after, result), out / "residuals.png")
-
-
-def _show(result: Any, misfits: Any, first: Any, given: int, out: Path) -> None:
-    from sdftrack.calibration.lens import UNKNOWNS, core_lens
-
-    guessed = dict(zip(UNKNOWNS, core_lens(first).values, strict=True))
-    rows = [
-        [name, f"{guessed[name]:.5g}", f"{value:.6g}", f"{low:.6g} to {high:.6g}"]
-        for name, value, (low, high) in zip(result.free, result.values, result.interval95, strict=True)
-    ]
-    residual = [f"{1e3 * m.median_m:.2f}" if m.frames else "not found" for m in misfits]
-    rows.append(["residual mm", *residual, ""])
-    rows.append(["frames used", "", str(len(result.frames)), f"of {given}"])
-    show_table(f"{out}: {', '.join(FILES)}", ["", "first guess", result.status, "95 %"], rows)
-    reasons: dict[str, int] = {}
-    for reason in result.left_out.values():
-        kind = reason.split(":")[0]
-        reasons[kind] = reasons.get(kind, 0) + 1
-    if reasons:
-        print("left out: " + ", ".join(f"{n} {kind}" for kind, n in reasons.items()))
-    for sentence in result.observability.advice:
-        print(f"advice: {sentence}")

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: MIT
+"""What ``sdftrack calibrate intrinsics`` writes and prints."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from sdftrack.cli.common import show_table
+
+__all__ = ["FILES", "show", "write"]
+
+FILES = ("camera.json", "result.json", "coverage.png", "estimates.png", "residuals.png")
+
+
+def write(result: Any, misfits: Any, out: Path, settings: dict[str, Any], im_ids: list[int]) -> None:
+    from sdftrack.calibration.intrinsics_plots import plot_coverage, plot_estimates, plot_residuals
+    from sdftrack.io.files import write_json
+    from sdftrack.viz.plots import save_figure
+
+    before, after = misfits
+    residuals = {"first_guess": before.to_dict(), "calibrated": after.to_dict()}
+    result.camera.save(out / "camera.json")
+    values = {"settings": settings, **result.to_dict(), "residuals": residuals}
+    write_json(out / "result.json", {**values, "im_ids": [im_ids[i] for i in result.frames]})
+    save_figure(plot_coverage(result), out / "coverage.png")
+    save_figure(plot_estimates(result), out / "estimates.png")
+    save_figure(plot_residuals(before, after, result), out / "residuals.png")
+
+
+def show(result: Any, misfits: Any, first: Any, given: int, out: Path) -> None:
+    from sdftrack.calibration.lens import UNKNOWNS, core_lens
+
+    guessed = dict(zip(UNKNOWNS, core_lens(first).values, strict=True))
+    rows = [
+        [name, f"{guessed[name]:.5g}", f"{value:.6g}", f"{low:.6g} to {high:.6g}"]
+        for name, value, (low, high) in zip(result.free, result.values, result.interval95, strict=True)
+    ]
+    residual = [f"{1e3 * m.median_m:.2f}" if m.frames else "not found" for m in misfits]
+    rows.append(["residual mm", *residual, ""])
+    rows.append(["frames used", "", str(len(result.frames)), f"of {given}"])
+    show_table(f"{out}: {', '.join(FILES)}", ["", "first guess", result.status, "95 %"], rows)
+    if result.left_out:
+        print(f"left out: {_counted(result.left_out)}")
+    if result.extra:
+        print(f"camera.json does not hold {', '.join(result.extra)}: see result.json")
+    for sentence in result.observability.advice:
+        print(f"advice: {sentence}")
+
+
+def _counted(left_out: dict[int, str]) -> str:
+    """Reasons with how often each is the one, without the figures of the single frame."""
+    kinds = Counter(reason.split(":")[0] for reason in left_out.values())
+    return ", ".join(f"{n} {kind}" for kind, n in kinds.items())

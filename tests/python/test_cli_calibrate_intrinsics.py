@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: MIT
+"""``sdftrack calibrate intrinsics``: a recording and a mesh in, a camera and what it is worth out, one-line errors."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.calibration.intrinsics_plots import plot_residuals
+from sdftrack.calibration.intrinsics_residuals import Misfit, misfit, points_of
+from sdftrack.cli.app import run
+from sdftrack.io.files import write_json
+from sdftrack.io.frames import write_mask
+from sdftrack.reference.calibration import ray_of
+
+FRAMES = 60
+TRUTH = st.Camera(290.0, 286.0, 158.0, 121.5, 320, 240)
+GUESS = "305,301,164,127"  # 5 % and 6 px off
+FILES = ["camera.json", "coverage.png", "estimates.png", "residuals.png", "result.json"]
+# The mesh is of a volume of 100 voxels and becomes one of 60: edges are cut by about 1 mm, and the lens takes it up.
+FOCAL_SHARE, CENTER_PX = 0.005, 1.5
+EVERY_THIRD = [
+    "--step",
+    "3",
+    "--voxels",
+    "60",
+    "--max-pixels",
+    "400",
+    "-q",
+]  # where the figures do not matter
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A box of three different edges, swept through the image gently enough to be tracked with a lens that is off."""
+    root = tmp_path_factory.mktemp("box") / "scene"
+    mesh = st.SDF.box((0.20, 0.16, 0.12), voxels=100).to_mesh()
+    path = st.synth.sweep(near_m=0.5, far_m=0.9, reach_x=0.3, reach_y=0.22)
+    seq = st.synth.sequence(mesh, FRAMES, path, 0.001, seed=3, camera=TRUTH, color=False)
+    st.save_sequence(root, seq)
+    return root
+
+
+@pytest.fixture(scope="module")
+def model(folder):
+    (path,) = folder.rglob("*.ply")
+    return path
+
+
+@pytest.fixture(scope="module")
+def command(folder, model):
+    return ["calibrate", "intrinsics", str(folder), "--model", str(model)]
+
+
+def told(capsys):
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1, err
+    assert err.startswith("sdftrack: error: ")
+    return err
+
+
+def test_a_recording_gives_a_camera_with_intervals_and_plots(command, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert run([*command, "--init", "gt", "--guess", GUESS, "--voxels", "60", "--out", str(out)]) == 0
+    printed = capsys.readouterr()
+    assert sorted(p.name for p in out.iterdir()) == FILES
+    found = st.Camera.load(out / "camera.json")
+    assert found.shape == TRUTH.shape
+    assert abs(found.fx / TRUTH.fx - 1) < FOCAL_SHARE
+    assert abs(found.fy / TRUTH.fy - 1) < FOCAL_SHARE
+    assert abs(found.cx - TRUTH.cx) < CENTER_PX
+    assert abs(found.cy - TRUTH.cy) < CENTER_PX
+
+    result = json.loads((out / "result.json").read_text())
+    assert result["values"] == [found.fx, found.fy, found.cx, found.cy]
+    assert len(result["im_ids"]) == len(result["frames"]) > 0.8 * FRAMES
+    assert result["settings"]["first_guess"] == {"fx": 305.0, "fy": 301.0, "cx": 164.0, "cy": 127.0}
+    before, after = (result["residuals"][name] for name in ("first_guess", "calibrated"))
+    assert after["median_m"] < 0.9 * before["median_m"]
+    for name in FILES:
+        assert (out / name).stat().st_size > 100
+        if name.endswith(".png"):
+            assert (out / name).read_bytes().startswith(b"\x89PNG")
+
+    for text in ("fx", "fy", "cx", "cy", "95 %", "frames used", "residual mm", f"{found.fx:.6g}"):
+        assert text in printed.out, text
+    for sentence in result["observability"]["advice"]:
+        assert sentence in printed.out
+    assert f"frames: {FRAMES}/{FRAMES}" in printed.err
+
+
+def test_another_camera_file_a_mask_and_other_unknowns_are_taken(command, folder, tmp_path, capsys):
+    known, mask, out = tmp_path / "known.json", tmp_path / "mask.png", tmp_path / "out"
+    st.Camera(300.0, 286.0, 158.0, 121.5, 320, 240).save(known)
+    write_mask(mask, st.open_sequence(folder)[5].depth > 0)
+    arguments = ["--camera", str(known), "--init", str(mask), "--free", "fx,depth_offset", "--per-frame"]
+    part = ["--start", "5", "--stop", "30", "--voxels", "60", "--max-pixels", "400", "--quiet"]
+    assert run([*command, *part, *arguments, "--out", str(out)]) == 0
+    assert capsys.readouterr().out == ""
+    result = json.loads((out / "result.json").read_text())
+    assert result["free"] == ["fx", "depth_offset"]
+    assert result["joint"] is False
+    assert set(result["extra"]) == {"depth_offset"}
+    assert result["camera"]["cx"] == 158.0
+    assert result["im_ids"] == [5 + i for i in result["frames"]]
+    assert result["settings"]["frames"] == [5, 30, 1]
+
+
+def test_an_output_folder_with_files_is_refused_before_the_work_unless_it_may_be_used(
+    command, tmp_path, capsys
+):
+    (tmp_path / "mine.txt").write_text("keep")
+    arguments = [*command, *EVERY_THIRD, "--init", "gt", "--out", str(tmp_path)]
+    assert run(arguments) == 1
+    assert "--overwrite" in told(capsys)
+    assert run([*arguments, "--overwrite"]) == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted([*FILES, "mine.txt"])
+    assert (tmp_path / "mine.txt").read_text() == "keep"
+
+
+@pytest.mark.parametrize(
+    ("extra", "message"),
+    [
+        ([], "--out"),
+        (["--out", "o", "--free", "fx,fz"], "'fz'"),
+        (["--out", "o", "--free", "fx,fx"], "each once"),
+        (["--out", "o", "--free", ""], "--free"),
+        (["--out", "o", "--guess", "300,300,160"], "fx,fy,cx,cy"),
+        (["--out", "o", "--guess", "-300,300,160,120"], "above 0"),
+        (["--out", "o", "--guess", "nan,300,160,120"], "--guess"),
+        (["--out", "o", "--guess", GUESS, "--camera", "c.json"], "got both"),
+        (["--out", "o", "--init", "somewhere"], "--init"),
+        (["--out", "o", "--init", "box:900,0,10,10"], "--init"),
+        (["--out", "o", "--max-pixels", "10"], "--max-pixels"),
+        (["--out", "o", "--unit", "mile"], "--unit"),
+        (["--out", "o", "--holes", "ignore"], "--holes"),
+        (["--out", "o", "--layout", "tape"], "--layout"),
+    ],
+)
+def test_wrong_usage_exits_with_two(command, extra, message, capsys):
+    assert run([*command, *extra]) == 2
+    assert message in told(capsys)
+
+
+@pytest.mark.parametrize(
+    ("extra", "message"),
+    [
+        (["--camera", "nowhere.json"], "nowhere.json"),
+        (["--start", "90"], "--start"),
+        (["--stop", "4", "--init", "gt"], "at least 5"),
+        (["--config", "nowhere.toml"], "nowhere.toml"),
+        (["--init", "nowhere.json"], "nowhere.json"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line_and_leaves_nothing(command, tmp_path, extra, message, capsys):
+    out = tmp_path / "out"
+    assert run([*command, *EVERY_THIRD, "--out", str(out), *extra]) == 1
+    assert message in told(capsys)
+    assert not out.exists()
+
+
+def test_a_missing_model_or_sequence_is_named(folder, model, tmp_path, capsys):
+    for seq, mesh, missing in ((folder, "none.ply", "none.ply"), (tmp_path / "none", str(model), "none")):
+        code = run(["calibrate", "intrinsics", str(seq), "--model", mesh, "--out", str(tmp_path / "out")])
+        assert code == 1
+        assert missing in told(capsys)
+
+
+def test_a_camera_of_another_size_is_refused_with_both_sizes(command, tmp_path, capsys):
+    st.Camera(600.0, 600.0, 300.0, 200.0, 640, 480).save(tmp_path / "large.json")
+    code = run([*command, "--camera", str(tmp_path / "large.json"), "--out", str(tmp_path / "out")])
+    assert code == 1
+    message = told(capsys)
+    assert "320 x 240" in message
+    assert "640 x 480" in message
+
+
+def test_an_object_that_is_nowhere_near_is_an_error_that_speaks_of_init(command, tmp_path, capsys):
+    pose = np.eye(4)
+    pose[:3, 3] = (0.0, 0.0, 3.0)
+    write_json(tmp_path / "far.json", {"T_cam_obj": [pose.tolist()]})
+    code = run([*command, *EVERY_THIRD, "--init", str(tmp_path / "far.json"), "--out", str(tmp_path / "out")])
+    assert code == 1
+    message = told(capsys)
+    assert "found it in 0 of 20" in message
+    assert "with --init" in message
+    assert "initial_pose" not in message
+
+
+def test_the_command_explains_itself(capsys):
+    assert run(["calibrate", "--help"]) == 0
+    assert "intrinsics" in capsys.readouterr().out
+    assert run(["calibrate", "intrinsics", "--help"]) == 0
+    text = capsys.readouterr().out
+    for option in (
+        "--device",
+        "--threads",
+        "--config",
+        "--quiet",
+        "--out",
+        "--model",
+        "--free",
+        "--per-frame",
+    ):
+        assert option in text, option
+
+
+# --- the residuals behind the third picture
+
+
+def test_points_of_a_skewed_lens_are_those_of_the_twin():
+    camera = dataclasses.replace(TRUTH, distortion=(0.1, -0.06, 0.0, 0.0))
+    depth = np.full(camera.shape, 0.8, np.float32)
+    points = points_of(depth, camera, {"skew": 4.0, "depth_scale": 1.02, "depth_offset": 0.003})
+    values = np.array([camera.fx, camera.fy, camera.cx, camera.cy, 4.0, 0.1, -0.06])
+    for u, v in ((10, 20), (160, 120), (300, 35)):
+        expected = (1.02 * depth[v, u] + 0.003) * ray_of(values, u, v)
+        assert points[v, u] == pytest.approx(expected, abs=1e-6)  # depth is float32
+    assert not points_of(np.zeros(camera.shape, np.float32), camera, {"depth_offset": 0.01}).any()
+
+
+def test_a_cell_has_the_median_size_of_its_readings_and_is_blank_with_few():
+    pixels = np.concatenate([np.tile([5, 5], (99, 1)), np.tile([319, 239], (10, 1))])
+    outside_m = np.concatenate([np.linspace(-0.002, 0.002, 99), np.full(10, 0.01)])
+    seen = misfit([(pixels[:60], outside_m[:60]), (pixels[60:], outside_m[60:])], TRUTH)
+    assert seen.frames == 2
+    assert seen.cells_m[0, 0] == pytest.approx(0.001, rel=0.05)  # the median of |x|, x even in -2..2 mm
+    assert np.isnan(seen.cells_m[5, 7])  # ten readings
+    assert np.isfinite(seen.cells_m).sum() == 1
+    assert seen.to_dict()["cells_m"][5][7] is None
+
+
+def test_nothing_seen_with_the_first_guess_is_a_picture_all_the_same():
+    nothing = misfit([], TRUTH)
+    assert nothing.frames == 0
+    assert nothing.to_dict()["median_m"] is None
+    some = Misfit(0.001, np.full((6, 8), 0.001), 3)
+    fig = plot_residuals(nothing, some, SimpleNamespace(camera=TRUTH))
+    assert "not found" in fig.axes[0].get_title()
+    assert "median 1.00 mm" in fig.axes[1].get_title()
