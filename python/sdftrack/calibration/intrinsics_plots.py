@@ -13,7 +13,7 @@ from sdftrack.calibration.intrinsics_result import IntrinsicsResult
 from sdftrack.calibration.observability import LEAST_IN_CELL
 from sdftrack.viz.plots import COLORS, figure
 
-__all__ = ["plot_coverage", "plot_estimates", "plot_residuals", "show_cells"]
+__all__ = ["plot_coverage", "plot_estimates", "plot_residuals", "show_cells", "show_estimate"]
 
 Array = NDArray[np.float64]
 
@@ -45,14 +45,15 @@ def plot_estimates(result: IntrinsicsResult) -> Any:
     fig, axes = figure(rows, columns, (5.6 * columns, 2.6 * rows + 0.4), squeeze=False)
     for k, axis in enumerate(axes.flat):
         if k < n:
-            _one_estimate(axis, result, k)
+            show_estimate(axis, result, k)
         else:
             axis.set_axis_off()
     axes.flat[0].legend(fontsize=8, loc="best")
     return fig
 
 
-def _one_estimate(axis: Any, result: IntrinsicsResult, k: int) -> None:
+def show_estimate(axis: Any, result: IntrinsicsResult, k: int) -> None:
+    """The k-th unknown over the number of frames, drawn into `axis`."""
     name, value, (low, high) = result.free[k], result.values[k], result.interval95[k]
     single, running = result.per_frame.values[:, k], result.per_frame.running()[:, k]
     count = np.arange(1, len(single) + 1)
