@@ -24,6 +24,7 @@ frames = [sequence[i] for i in range(len(sequence))]
 result = st.calibrate_intrinsics(frames, shape, guess, sequence.ground_truth[0][0])
 before, after = compare(frames, shape, guess, result)
 print(result, result.reason)
+print(f"median distance from the surface: {1e3 * before.median_m:.2f} mm, then {1e3 * after.median_m:.2f} mm")
 
 fig, axes = plt.subplots(2, 3, figsize=(13, 6.2), layout="constrained")
 coverage = result.observability.coverage

@@ -45,6 +45,9 @@ def show(result: Any, misfits: Any, first: Any, given: int, out: Path) -> None:
         print(f"left out: {_counted(result.left_out)}")
     if result.extra:
         print(f"camera.json does not hold {', '.join(result.extra)}: see result.json")
+    for name, bias, (low, high) in zip(result.free, result.bias, result.interval95, strict=True):
+        if abs(bias) > 0.5 * (high - low):
+            print(f"noise moves {name} by about {bias:+.3g}, beyond its interval: see bias in result.json")
     for sentence in result.observability.advice:
         print(f"advice: {sentence}")
 
