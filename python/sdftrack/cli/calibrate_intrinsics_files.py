@@ -48,6 +48,8 @@ def show(result: Any, misfits: Any, first: Any, given: int, out: Path) -> None:
     for name, bias, (low, high) in zip(result.free, result.bias, result.interval95, strict=True):
         if abs(bias) > 0.5 * (high - low):
             print(f"noise moves {name} by about {bias:+.3g}, beyond its interval: see bias in result.json")
+    if result.status == "weak":
+        print("weak: do not rely on it, nor on its intervals, before this is mended")
     for sentence in result.observability.advice:
         print(f"advice: {sentence}")
 
