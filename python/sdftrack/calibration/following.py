@@ -20,7 +20,8 @@ from sdftrack.tracking import Tracker
 __all__ = ["Follower"]
 
 LEAST_READINGS = 200  # of the object in a frame that is used
-FIRST_LOOK = 4  # frames after which the lens is found for the first time; then each time they have doubled
+FIRST_LOOK, GROWTH = 4, 1.5  # frames after which the lens is found for the first time; and by how much more then
+LENS_KNOWN = 10**9
 LENS_UNKNOWN_NOISE_M = 0.006  # what a lens that is 10 % off does to a shape of some 10 cm, as if it were noise
 
 
@@ -40,7 +41,7 @@ class Follower:
     def follow(
         self, frames: Iterable[Frame], places: dict[str, Any], tell: Callable[[int], None] | None
     ) -> None:
-        """Track through all frames; find the lens anew whenever their number has doubled."""
+        """Track through all frames; find the lens anew whenever their number has grown by half."""
         next_look = FIRST_LOOK
         for i, frame in enumerate(frames):
             of_kind(frame, Frame, f"frames[{i}]", "make one with st.Frame(depth)")
@@ -53,7 +54,7 @@ class Follower:
                     self.improve(next_look)
                     assert self._tracker is not None
                     self._tracker.set_pose(0, self.core.poses[-1])  # the poses have moved with the lens
-                    next_look *= 2
+                    next_look = int(GROWTH * next_look)
             if tell is not None:
                 tell(i + 1)
 
@@ -71,7 +72,8 @@ class Follower:
             result = self._tracker.start(seen, **places)
         else:
             result = self._tracker.track(seen)
-        if result.status[0] not in (Status.OK, Status.WEAK):
+        known = len(self.used) >= LENS_KNOWN
+        if result.status[0] not in ((Status.OK,) if known else (Status.OK, Status.WEAK)):
             if not self.used:
                 self._tracker = None  # the next frame is a start again
             return f"{result.status[0]}: {result.reason[0]}"

@@ -48,7 +48,7 @@ def calibrate_intrinsics(
     """Find the intrinsics of a depth camera from frames of a known object: no pattern, no correspondences.
 
     The object is tracked with the camera as it is known by then; the camera is found anew each time the number of
-    frames has doubled, and once more from all of them.
+    frames has grown by half, and once more from all of them.
 
     Parameters
     ----------
