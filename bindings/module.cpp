@@ -14,6 +14,7 @@ void bind_frame_energy(py::module_& m);
 void bind_tracking(py::module_& m);
 void bind_levelset(py::module_& m);
 void bind_photometric(py::module_& m);
+void bind_primitives(py::module_& m);
 void bind_reconstruction(py::module_& m);
 void bind_search(py::module_& m);
 void bind_render(py::module_& m);
@@ -32,6 +33,7 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bind_tracking(m);
   sdftrack::bind_levelset(m);
   sdftrack::bind_photometric(m);
+  sdftrack::bind_primitives(m);
   sdftrack::bind_reconstruction(m);
   sdftrack::bind_search(m);
   sdftrack::bind_frame_energy(m);
