@@ -91,6 +91,7 @@ void PrimitiveEnergy::visit(const State& x, const Add& add) const {
   for (std::size_t i = 0; i < rays; ++i) {
     const OutlineRay& ray = view_->outline[i];
     clearance(field, ray, &r);
+    if (!ray.on) r.m += ray.slack_m;
     const double s = o.outline_scale_px * ray.pixel_m;
     add(
         outline_curve(r.m, s, o.outline_floor, ray.on),
@@ -160,6 +161,7 @@ double PrimitiveEnergy::outline_cost(const State& x) const {
   for (std::size_t i = 0; i < rays; ++i) {
     const OutlineRay& ray = view_->outline[i];
     clearance(field, ray, &r);
+    if (!ray.on) r.m += ray.slack_m;
     cost += outline_curve(r.m, options_.outline_scale_px * ray.pixel_m, options_.outline_floor, ray.on).cost;
   }
   return cost;

@@ -13,6 +13,8 @@ namespace sdftrack {
 namespace {
 
 constexpr double kNearer_m = 0.01;  // at 1 m: a reading so much nearer than the object hides it
+constexpr double kStep_m = 0.02;    // at 1 m: one less far behind it touches it
+constexpr double kSlack_m = 0.005;  // at 1 m
 constexpr double kStretch_m = 0.6;  // before and behind the object's readings
 
 Vec3d ray_at(const DepthFrame& frame, const Camera& camera, int x, int y) {
@@ -20,11 +22,6 @@ Vec3d ray_at(const DepthFrame& frame, const Camera& camera, int x, int y) {
   const float* r = frame.rays + 2 * (static_cast<std::ptrdiff_t>(y) * camera.width + x);
   return {r[0], r[1], 1};
 }
-
-struct Neighbours {
-  float nearest_on_m = std::numeric_limits<float>::infinity(), farthest_on_m = 0;
-  bool off = false;
-};
 
 }  // namespace
 
@@ -75,21 +72,25 @@ std::vector<OutlineRay> outline_rays(const DepthFrame& frame, const Camera& came
       for (int u = std::max(0, x - reach_px); u <= std::min(w - 1, x + reach_px); ++u) look(u, v);
   };
   const double focal = 0.5 * (camera.K.fx + camera.K.fy);
-  const auto add = [&](int x, int y, double near_m, double far_m, double z, bool on) {
-    found.push_back({ray_at(frame, camera, x, y), std::max(0.02, near_m), far_m, z / focal, on});
+  const auto add = [&](int x, int y, double near_m, double far_m, double z, bool on, double slack_m = 0) {
+    found.push_back({ray_at(frame, camera, x, y), std::max(0.02, near_m), far_m, z / focal, on, slack_m});
   };
   for (int y = y0; y <= y1; ++y)
     for (int x = x0; x <= x1; ++x) {
       if (label(x, y) != Label::kOff) continue;
       const float z = frame.depth_m(x, y);
       if (!(z > 0)) continue;
-      float nearest = std::numeric_limits<float>::infinity();
+      float nearest = std::numeric_limits<float>::infinity(), farthest = 0;
       around(x, y, [&](int u, int v) {
-        if (is_on(u, v)) nearest = std::min(nearest, frame.depth_m(u, v));
+        if (!is_on(u, v)) return;
+        nearest = std::min(nearest, frame.depth_m(u, v)), farthest = std::max(farthest, frame.depth_m(u, v));
       });
       if (!std::isfinite(nearest) || z < nearest - plane_tolerance_m(kNearer_m, nearest)) continue;
-      off[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] = 1;
-      add(x, y, nearest - kStretch_m, std::min<double>(z, nearest + kStretch_m), nearest, false);
+      const bool touches = z < farthest + plane_tolerance_m(kStep_m, farthest);
+      if (!touches)
+        off[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] = 1;
+      add(x, y, nearest - kStretch_m, std::min<double>(z, nearest + kStretch_m), nearest, false,
+          touches ? plane_tolerance_m(kSlack_m, nearest) : 0.0);
     }
   for (int y = y0; y <= y1; ++y)
     for (int x = x0; x <= x1; ++x) {

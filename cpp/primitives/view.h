@@ -15,6 +15,7 @@ struct OutlineRay {
   double near_m, far_m;  // the stretch of it (depths) where the object would have been seen
   double pixel_m;        // what a pixel spans at the object
   bool on;
+  double slack_m = 0;  // what is seen beside it touches the object: where it ends is known no better
 };
 
 struct PrimitiveView {

@@ -13,6 +13,7 @@ from sdftrack.io.save import save_sequence
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
 from sdftrack.plane import remove_plane
+from sdftrack.primitives import Primitive, PrimitiveFit, fit_primitive, fit_primitives
 from sdftrack.reconstruction import Reconstructor, ReconstructorOptions
 from sdftrack.recorder import Recorder
 from sdftrack.results import Status, Step, TrackResult
@@ -27,6 +28,8 @@ __all__ = [
     "Frame",
     "Mesh",
     "MeshReport",
+    "Primitive",
+    "PrimitiveFit",
     "RGBDCamera",
     "Reconstructor",
     "ReconstructorOptions",
@@ -42,6 +45,8 @@ __all__ = [
     "back_project",
     "cuda_available",
     "draw",
+    "fit_primitive",
+    "fit_primitives",
     "geometry",
     "info",
     "levelset",
