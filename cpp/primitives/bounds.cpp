@@ -61,7 +61,7 @@ void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy
   PrimitiveEnergy cost(fit->kind, &view, part);
   const double here = cost.cost(fit->x);
   LmOptions lm;
-  lm.max_steps = kSteps;
+  lm.max_steps = kSteps, lm.cost_gain = 0.5;
   for (int i = 0; i < size_count(fit->kind); ++i) {
     State best;
     double least = std::numeric_limits<double>::infinity();

@@ -47,10 +47,10 @@ void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, c
 
 }  // namespace
 
-void PrimitiveSums::add(double value, double slope, double curvature, const double (&J)[P]) {
+void PrimitiveSums::add(double value, double slope, double curvature, const double (&J)[P], int n) {
   cost += value;
   int k = 0;
-  for (int a = 0; a < P; ++a) {
+  for (int a = 0; a < n; ++a) {
     gradient[a] += slope * J[a];
     const double weighted = curvature * J[a];
     for (int b = 0; b <= a; ++b, ++k) hessian[k] += weighted * J[b];
@@ -116,11 +116,12 @@ void PrimitiveEnergy::visit(const State& x, const Add& add) const {
 
 void PrimitiveEnergy::linearize(const State& x, NormalEquations* out) {
   PrimitiveSums sums;
+  const int n = unknowns().size();
   visit(x, [&](const Curve<double>& c, const auto&, const double(&J)[P], double) {
-    sums.add(c.cost, c.slope, c.curvature, J);
+    sums.add(c.cost, c.slope, c.curvature, J, n);
     out->count += 1;
   });
-  sums.add_to(unknowns().size(), out);
+  sums.add_to(n, out);
 }
 
 double PrimitiveEnergy::cost(const State& x) {
@@ -131,11 +132,11 @@ double PrimitiveEnergy::cost(const State& x) {
 
 PrimitiveEnergy::Sandwich PrimitiveEnergy::sandwich(const State& x) const {
   PrimitiveSums A, B;
-  visit(x, [&](const Curve<double>& c, const auto& second, const double(&J)[P], double spread) {
-    A.add(0, 0, second(), J);
-    B.add(0, 0, spread < 0 ? c.slope * c.slope : spread, J);
-  });
   const int n = unknowns().size();
+  visit(x, [&](const Curve<double>& c, const auto& second, const double(&J)[P], double spread) {
+    A.add(0, 0, second(), J, n);
+    B.add(0, 0, spread < 0 ? c.slope * c.slope : spread, J, n);
+  });
   NormalEquations a, b;
   a.reset(n), b.reset(n);
   A.add_to(n, &a), B.add_to(n, &b);

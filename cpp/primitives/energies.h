@@ -14,7 +14,7 @@ struct PrimitiveEnergyOptions {
   double outlier_floor = 0.1;     // share of readings that are not the solid's
   double outline_scale_px = 0.5;  // the same of the edge of the picture
   double outline_floor = 0.0;
-  double standing_sigma_m = 0.0015;  // of the gap between the solid and the plane that it stands on
+  double standing_sigma_m = 0.0005;  // of the gap between the solid and the plane that it stands on
   double shrink = 1e-3;  // cost of a length that grows e-fold: ends that nothing bounds stay at the data
   int points = 1 << 30;  // at most; the first part of the view's
   int rays = 1 << 30;
@@ -27,7 +27,8 @@ struct PrimitiveSums {
   double gradient[P] = {};
   double hessian[P * (P + 1) / 2] = {};
 
-  void add(double value, double slope, double curvature, const double (&J)[P]);
+  // n: how many of the columns count.
+  void add(double value, double slope, double curvature, const double (&J)[P], int n);
   void add_to(int n, NormalEquations* out) const;
 };
 

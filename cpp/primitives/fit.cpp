@@ -19,8 +19,9 @@ constexpr double kLogisticOfSd = 0.5513;  // sqrt(3) / pi: s of a density with s
 constexpr double kMadToSd = 1.4826;
 constexpr double kLeastScale_m = 2e-4, kMostScale_m = 0.004;
 constexpr double kFirstScale_m = 0.01;
-constexpr double kFirstScale = 0.04;  // of the diameter, where that is more
-constexpr double kEffective = 500;    // readings that count as independent witnesses of a kind
+constexpr double kFirstScale = 0.04;            // of the diameter, where that is more
+constexpr double kLittle = 0.003, kSure = 0.1;  // nats: a step that gains less moves nothing by 0.1 sd
+constexpr double kEffective = 500;              // readings that count as independent witnesses of a kind
 
 struct Candidate {
   State x;
@@ -44,7 +45,7 @@ class Fitter {
     PrimitiveEnergyOptions e;
     e.scaling = options_.scaling, e.scale_m = scale_m, e.outline_scale_px = outline_px;
     e.points = std::min(points, options_.most_points), e.rays = std::min(rays, options_.most_rays);
-    e.standing_sigma_m = std::max(0.0015, 0.5 * scale_m);
+    e.standing_sigma_m = std::max(0.0005, 0.5 * scale_m);
     return e;
   }
 
@@ -55,7 +56,7 @@ class Fitter {
   void improve(const PrimitiveEnergyOptions& e, int trials, bool rigid, Candidate* c) {
     PrimitiveEnergy energy(kind_, &view_, e);
     LmOptions lm;
-    lm.max_steps = trials, lm.cost_relative = 1e-5;
+    lm.max_steps = trials, lm.cost_gain = kLittle, lm.sure_gain = kSure;
     lm.fixed.assign(static_cast<std::size_t>(energy.unknowns().size()), false);
     for (std::size_t i = 0; i < c->x.log_size.size(); ++i) lm.fixed[6 + i] = rigid || options_.fixed[i];
     LmResult& result = result_;

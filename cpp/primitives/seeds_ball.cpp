@@ -10,12 +10,14 @@ namespace sdftrack {
 
 namespace {
 
+constexpr std::size_t kFitted = 300;  // points of an algebraic fit: a guess needs no more
+
 // The ball through most points in the least squares of |p|^2 - 2 c . p - k: one linear system.
 bool algebraic_ball(const std::vector<Vec3d>& points, Vec3d mean, Vec3d* centre, double* radius) {
   Eigen::Matrix4d A = Eigen::Matrix4d::Zero();
   Eigen::Vector4d b = Eigen::Vector4d::Zero();
-  for (const Vec3d& p : points) {
-    const Vec3d q = p - mean;
+  for (std::size_t i = 0; i < std::min(points.size(), kFitted); ++i) {
+    const Vec3d q = points[i] - mean;
     const Eigen::Vector4d row(2 * q.x, 2 * q.y, 2 * q.z, 1);
     A += row * row.transpose(), b += dot(q, q) * row;
   }
@@ -29,7 +31,7 @@ bool algebraic_ball(const std::vector<Vec3d>& points, Vec3d mean, Vec3d* centre,
 
 double median_distance(const std::vector<Vec3d>& points, Vec3d centre) {
   std::vector<double> d;
-  for (const Vec3d& p : points) d.push_back(norm(p - centre));
+  for (std::size_t i = 0; i < std::min(points.size(), kFitted); ++i) d.push_back(norm(points[i] - centre));
   std::nth_element(d.begin(), d.begin() + static_cast<std::ptrdiff_t>(d.size() / 2), d.end());
   return d[d.size() / 2];
 }
@@ -54,8 +56,9 @@ bool algebraic_ellipsoid(const SeedCloud& cloud, Vec3d about, double normals_wei
   Vector9 rhs = Vector9::Zero();
   const double unit = std::max(1e-6, 0.5 * cloud.diameter_m);
   const auto local = [&](Vec3d p) { return (1 / unit) * (p - about); };
-  for (const Vec3d& p : cloud.points) {
-    const Vec3d q = local(p);
+  const std::size_t n = std::min(cloud.points.size(), kFitted);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec3d q = local(cloud.points[i]);
     Vector9 row;
     row << q.x * q.x, q.y * q.y, q.z * q.z, 2 * q.x * q.y, 2 * q.x * q.z, 2 * q.y * q.z, q.x, q.y, q.z;
     M += row * row.transpose(), rhs += row;
