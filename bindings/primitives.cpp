@@ -143,11 +143,11 @@ py::list fit_kinds(const View& self, const std::vector<PrimitiveKind>& kinds,
     parallel_for(kinds.size(), threads, [&](std::size_t k) {
       fits[k] = fit_primitive(kinds[k], self.view, cloud, options, initial ? &*initial : nullptr);
     });
-    double scale = 1;
+    double scale = 1;  // that all kinds share
     for (const PrimitiveFit& fit : fits)
       if (fit.found) scale = std::min(scale, fit.scale_m);
     parallel_for(kinds.size(), threads, [&](std::size_t k) {
-      if (fits[k].found) against[k] = evidence_against(fits[k], self.view, options, scale);
+      if (fits[k].found && fits.size() > 1) against[k] = evidence_against(fits[k], self.view, options, scale);
     });
   }
   py::list out;

@@ -15,7 +15,7 @@ constexpr double kGrowth = 1.0 / 3;
 constexpr double kLeastGrowth_m = 0.01;
 constexpr double kRise = 8;  // nats: a solid that grew costs at least this much more where its size is known
 constexpr int kSteps = 6;
-constexpr int kPoints = 700, kRays = 250;  // a part is enough to see a rise
+constexpr int kPoints = 500, kRays = 200;  // a part is enough to see a rise
 
 State moved(const State& x, Vec3d shift_obj) {
   State out = x;

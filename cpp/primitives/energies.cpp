@@ -13,6 +13,9 @@ namespace sdftrack {
 namespace {
 
 constexpr int P = PrimitiveField::P;
+constexpr double kSlanted = 0.5;  // cosine of 60 degrees
+constexpr double kLeastSay = 0.1;
+constexpr double kThin = 8;  // nats, twice: what a length e times thinner than that costs
 
 // A pixel's ray hits the solid or not, with the chance 1 / (1 + e^(d / s)) at the clearance d:
 //   -log((1 - e) chance + e / 2), as a majorised quadratic like that of DepthLogistic.
@@ -83,9 +86,10 @@ void PrimitiveEnergy::visit(const State& x, const Add& add) const {
       ray_residual(field, view_->points[i], &r);
     else
       point_residual(field, view_->points[i], &r);
+    const double per_noise = o.per_noise ? per_s * static_cast<double>(o.per_noise[i]) : per_s;
     add(
-        logistic_mixture(r.m, per_s, 1 - e, e, Curvature::kIrls),
-        [&] { return logistic_mixture_second(r.m, per_s, 1 - e, e); }, r.J, -1.0);
+        logistic_mixture(r.m, per_noise, 1 - e, e, Curvature::kIrls),
+        [&] { return logistic_mixture_second(r.m, per_noise, 1 - e, e); }, r.J, -1.0);
   }
   const std::size_t rays = std::min(view_->outline.size(), static_cast<std::size_t>(o.rays));
   for (std::size_t i = 0; i < rays; ++i) {
@@ -108,9 +112,12 @@ void PrimitiveEnergy::visit(const State& x, const Add& add) const {
   for (int i = 0; i < size_count(kind_); ++i) {
     double J[P] = {};
     J[6 + i] = 1;
+    const double log_size = x.log_size[static_cast<std::size_t>(i)];
+    const double thin = o.thin_m > 0 ? std::min(0.0, log_size - std::log(o.thin_m)) : 0.0;
     add(
-        Curve<double>{o.shrink * x.log_size[static_cast<std::size_t>(i)], o.shrink, 0}, [] { return 0.0; }, J,
-        0.0);
+        Curve<double>{o.shrink * log_size + 0.5 * kThin * thin * thin, o.shrink + kThin * thin,
+                      thin < 0 ? kThin : 0},
+        [] { return 0.0; }, J, 0.0);
   }
 }
 
@@ -143,17 +150,6 @@ PrimitiveEnergy::Sandwich PrimitiveEnergy::sandwich(const State& x) const {
   return {a.hessian, b.hessian};
 }
 
-double PrimitiveEnergy::points_cost(const State& x) const {
-  std::vector<double> r;
-  residuals(x, &r);
-  double cost = 0;
-  for (const double m : r)
-    cost += logistic_mixture(m, 1 / options_.scale_m, 1 - options_.outlier_floor, options_.outlier_floor,
-                             Curvature::kIrls)
-                .cost;
-  return cost;
-}
-
 double PrimitiveEnergy::outline_cost(const State& x) const {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   const std::size_t rays = std::min(view_->outline.size(), static_cast<std::size_t>(options_.rays));
@@ -166,6 +162,20 @@ double PrimitiveEnergy::outline_cost(const State& x) const {
     cost += outline_curve(r.m, options_.outline_scale_px * ray.pixel_m, options_.outline_floor, ray.on).cost;
   }
   return cost;
+}
+
+void PrimitiveEnergy::slants(const State& x, std::vector<float>* per_noise) const {
+  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
+  per_noise->assign(std::min(view_->points.size(), static_cast<std::size_t>(options_.points)), 1.0f);
+  if (!view_->along_rays) return;
+  for (std::size_t i = 0; i < per_noise->size(); ++i) {
+    const Vec3d& p = view_->points[i];
+    double phi;
+    Vec3d grad;
+    field.value(p, &phi, &grad);
+    const double cosine = std::abs(dot(grad, p)) / norm(p);
+    (*per_noise)[i] = static_cast<float>(std::clamp(cosine / kSlanted, kLeastSay, 1.0));
+  }
 }
 
 void PrimitiveEnergy::residuals(const State& x, std::vector<double>* out) const {

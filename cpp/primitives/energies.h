@@ -16,7 +16,9 @@ struct PrimitiveEnergyOptions {
   double outline_floor = 0.0;
   double standing_sigma_m = 0.0005;  // of the gap between the solid and the plane that it stands on
   double shrink = 1e-3;  // cost of a length that grows e-fold: ends that nothing bounds stay at the data
-  int points = 1 << 30;  // at most; the first part of the view's
+  double thin_m = 0;     // a length below this costs: nothing is a sheet, if it need not be
+  const float* per_noise = nullptr;  // of every point: 1 over how much noisier it is; nullptr: all are alike
+  int points = 1 << 30;              // at most; the first part of the view's
   int rays = 1 << 30;
 };
 
@@ -46,9 +48,11 @@ class PrimitiveEnergy : public Energy {
     Eigen::MatrixXd A, B;
   };
   Sandwich sandwich(const State& x) const;
-  // Costs of the parts alone.
-  double points_cost(const State& x) const;
+  // Of the edge of the picture alone.
   double outline_cost(const State& x) const;
+  // Of each reading that is used how much less it says than one that is met squarely: a reading at a slant
+  // takes over what its neighbours see, so its depth is in doubt by a multiple of the slope.
+  void slants(const State& x, std::vector<float>* per_noise) const;
   // Residual (m) of each reading that is used.
   void residuals(const State& x, std::vector<double>* out) const;
 

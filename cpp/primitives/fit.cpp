@@ -19,9 +19,14 @@ constexpr double kLogisticOfSd = 0.5513;  // sqrt(3) / pi: s of a density with s
 constexpr double kMadToSd = 1.4826;
 constexpr double kLeastScale_m = 2e-4, kMostScale_m = 0.004;
 constexpr double kFirstScale_m = 0.01;
-constexpr double kFirstScale = 0.04;            // of the diameter, where that is more
+constexpr double kFirstScale = 0.04;  // of the diameter, where that is more
+constexpr double kWrongLabels =
+    0.05;                       // share of pixels beside the edge that are said to be what they are not
+constexpr double kThin = 0.08;  // of the diameter
+constexpr double kRough = 0.3;  // nats: what a step of an early stage must promise
 constexpr double kLittle = 0.003, kSure = 0.1;  // nats: a step that gains less moves nothing by 0.1 sd
-constexpr double kEffective = 500;              // readings that count as independent witnesses of a kind
+constexpr int kWitnesses = 2000;    // readings, and pixels of the outline, that are asked about the kind
+constexpr double kEffective = 500;  // readings that count as independent witnesses of a kind
 
 struct Candidate {
   State x;
@@ -38,13 +43,20 @@ State state_of(PrimitiveKind kind, const PrimitiveGuess& guess) {
 
 class Fitter {
  public:
-  Fitter(PrimitiveKind kind, const PrimitiveView& view, const PrimitiveFitOptions& options, double first_m)
-      : kind_(kind), view_(view), options_(options), first_m_(first_m) {}
+  Fitter(PrimitiveKind kind, const PrimitiveView& view, const PrimitiveFitOptions& options, double diameter_m)
+      : kind_(kind),
+        view_(view),
+        options_(options),
+        diameter_m_(diameter_m),
+        first_m_(std::max(kFirstScale_m, kFirstScale * diameter_m)) {}
 
   PrimitiveEnergyOptions energy(double scale_m, double outline_px, int points, int rays) const {
     PrimitiveEnergyOptions e;
     e.scaling = options_.scaling, e.scale_m = scale_m, e.outline_scale_px = outline_px;
     e.points = std::min(points, options_.most_points), e.rays = std::min(rays, options_.most_rays);
+    e.outline_floor = outline_px > 1 ? 0.0 : kWrongLabels;
+    e.thin_m = kThin * diameter_m_;
+    if (!per_noise_.empty()) e.per_noise = per_noise_.data();
     e.standing_sigma_m = std::max(0.0005, 0.5 * scale_m);
     return e;
   }
@@ -53,10 +65,11 @@ class Fitter {
     return PrimitiveEnergy(kind_, &view_, e).cost(x);
   }
 
-  void improve(const PrimitiveEnergyOptions& e, int trials, bool rigid, Candidate* c) {
+  void improve(const PrimitiveEnergyOptions& e, int trials, bool rigid, Candidate* c, bool rough = true) {
     PrimitiveEnergy energy(kind_, &view_, e);
     LmOptions lm;
-    lm.max_steps = trials, lm.cost_gain = kLittle, lm.sure_gain = kSure;
+    lm.max_steps = trials, lm.cost_gain = rough ? kRough : kLittle;
+    if (!rough) lm.sure_gain = kSure;
     lm.fixed.assign(static_cast<std::size_t>(energy.unknowns().size()), false);
     for (std::size_t i = 0; i < c->x.log_size.size(); ++i) lm.fixed[6 + i] = rigid || options_.fixed[i];
     LmResult& result = result_;
@@ -108,9 +121,10 @@ class Fitter {
 
   double fine(Candidate* best) {
     double s = own_scale(best->x, 700);
-    improve(energy(s, 0.7, 1500, 600), 10, false, best);
+    PrimitiveEnergy(kind_, &view_, energy(1, 1, options_.most_points, 0)).slants(best->x, &per_noise_);
+    improve(energy(s, 0.7, 1500, 600), 10, false, best, false);
     s = own_scale(best->x, 1500);
-    improve(energy(s, 0.5, options_.most_points, options_.most_rays), 10, false, best);
+    improve(energy(s, 0.5, options_.most_points, options_.most_rays), 10, false, best, false);
     return s;
   }
 
@@ -121,7 +135,8 @@ class Fitter {
   PrimitiveKind kind_;
   const PrimitiveView& view_;
   const PrimitiveFitOptions& options_;
-  double first_m_;
+  double diameter_m_, first_m_;
+  std::vector<float> per_noise_;
   LmWork work_;
   LmResult result_;
   int steps_ = 0;
@@ -155,8 +170,7 @@ PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const 
                            const PrimitiveFitOptions& options, const PrimitiveGuess* initial) {
   PrimitiveFit fit;
   fit.kind = kind;
-  const double first_m = std::max(kFirstScale_m, kFirstScale * cloud.diameter_m);
-  Fitter fitter(kind, view, options, first_m);
+  Fitter fitter(kind, view, options, cloud.diameter_m);
   std::vector<Candidate> all;
   if (initial)
     all.push_back({state_of(kind, *initial), 0});
@@ -181,13 +195,11 @@ double evidence_against(const PrimitiveFit& fit, const PrimitiveView& view,
                         const PrimitiveFitOptions& options, double scale_m) {
   PrimitiveEnergyOptions e;
   e.scaling = options.scaling, e.scale_m = scale_m;
-  e.points = options.most_points, e.rays = options.most_rays;
+  e.points = std::min(options.most_points, kWitnesses), e.rays = std::min(options.most_rays, kWitnesses);
   e.outline_floor = 0.1;
   const double cost = PrimitiveEnergy(fit.kind, &view, e).cost(fit.x);
-  const double count = static_cast<double>(std::min<std::size_t>(
-                           view.points.size(), static_cast<std::size_t>(options.most_points))) +
-                       static_cast<double>(std::min<std::size_t>(
-                           view.outline.size(), static_cast<std::size_t>(options.most_rays)));
+  const double count = static_cast<double>(std::min(view.points.size(), static_cast<std::size_t>(e.points)) +
+                                           std::min(view.outline.size(), static_cast<std::size_t>(e.rays)));
   const double effective = std::min(kEffective, count);
   return cost * effective / count + 0.5 * free_count(fit.kind) * std::log(effective);
 }

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kNearer_m = 0.01;  // at 1 m: a reading so much nearer than the object hides it
 constexpr double kStep_m = 0.02;    // at 1 m: one less far behind it touches it
+constexpr double kBehind_m = 0.05;  // at 1 m
 constexpr double kSlack_m = 0.005;  // at 1 m
 constexpr double kStretch_m = 0.6;  // before and behind the object's readings
 
@@ -71,6 +72,13 @@ std::vector<OutlineRay> outline_rays(const DepthFrame& frame, const Camera& came
     for (int v = std::max(0, y - reach_px); v <= std::min(h - 1, y + reach_px); ++v)
       for (int u = std::max(0, x - reach_px); u <= std::min(w - 1, x + reach_px); ++u) look(u, v);
   };
+  const auto nearest_on = [&](int x, int y) {
+    float nearest = std::numeric_limits<float>::infinity();
+    around(x, y, [&](int u, int v) {
+      if (is_on(u, v)) nearest = std::min(nearest, frame.depth_m(u, v));
+    });
+    return nearest;
+  };
   const double focal = 0.5 * (camera.K.fx + camera.K.fy);
   const auto add = [&](int x, int y, double near_m, double far_m, double z, bool on, double slack_m = 0) {
     found.push_back({ray_at(frame, camera, x, y), std::max(0.02, near_m), far_m, z / focal, on, slack_m});
@@ -80,13 +88,9 @@ std::vector<OutlineRay> outline_rays(const DepthFrame& frame, const Camera& came
       if (label(x, y) != Label::kOff) continue;
       const float z = frame.depth_m(x, y);
       if (!(z > 0)) continue;
-      float nearest = std::numeric_limits<float>::infinity(), farthest = 0;
-      around(x, y, [&](int u, int v) {
-        if (!is_on(u, v)) return;
-        nearest = std::min(nearest, frame.depth_m(u, v)), farthest = std::max(farthest, frame.depth_m(u, v));
-      });
+      const float nearest = nearest_on(x, y);
       if (!std::isfinite(nearest) || z < nearest - plane_tolerance_m(kNearer_m, nearest)) continue;
-      const bool touches = z < farthest + plane_tolerance_m(kStep_m, farthest);
+      const bool touches = z < nearest + plane_tolerance_m(kStep_m, nearest);
       if (!touches)
         off[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] = 1;
       add(x, y, nearest - kStretch_m, std::min<double>(z, nearest + kStretch_m), nearest, false,
@@ -100,8 +104,10 @@ std::vector<OutlineRay> outline_rays(const DepthFrame& frame, const Camera& came
         beside |=
             off[static_cast<std::size_t>(v) * static_cast<std::size_t>(w) + static_cast<std::size_t>(u)] != 0;
       });
-      const double z = frame.depth_m(x, y);
-      if (beside) add(x, y, z - kStretch_m, z + kStretch_m, z, true);
+      // A mask may hold readings of what is behind the object: the pixel is not the object's then.
+      const double z = nearest_on(x, y);
+      if (beside && frame.depth_m(x, y) < z + plane_tolerance_m(kBehind_m, z))
+        add(x, y, z - kStretch_m, z + kStretch_m, z, true);
     }
   for (const std::size_t i : spread_order(found.size())) out.push_back(found[i]);
   return out;

@@ -152,10 +152,13 @@ void guess_round(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed,
     for (const Oriented& o : sides)
       rings.push_back({dot(o.p, axis), std::hypot(dot(o.p, u) - middle.x, dot(o.p, v) - middle.y)});
     if (!round || rings.empty()) {
-      // No side to be seen: a disc as wide as the points.
+      // No side to be seen: a disc as wide as the points, and something behind it.
       const double r = 0.25 * (x.high - x.low + y.high - y.low);
-      rings = {{z.low, r}, {z.high, kind == PrimitiveKind::kCone ? 0.0 : r}};
       middle = {0.5 * (x.low + x.high), 0.5 * (y.low + y.high)};
+      if (z.high - z.low < r) (dot(axis, cloud.mean) > 0 ? z.high = z.low + r : z.low = z.high - r);
+      const bool base_near = dot(axis, cloud.mean) > 0;  // of a cone: its apex is out of sight
+      rings = {{z.low, r}, {z.high, r}};
+      if (kind == PrimitiveKind::kCone) rings[base_near ? 1 : 0].r = 0;
     }
     if (kind == PrimitiveKind::kCylinder)
       add_cylinder(axis, u, v, middle, rings, z, out);

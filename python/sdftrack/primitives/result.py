@@ -43,7 +43,7 @@ class PrimitiveFit:
         the n lengths in the order of `size`, m. A length that nothing bounds has an infinite variance, and the value
         is then the least that holds what was seen; turns that do not show have (pi rad)^2.
     rms : float
-        m, of the readings that lie on the surface to 5 mm (more beyond 1 m: depth noise grows with the square).
+        m, of the readings that lie on the surface to 3 mm (more beyond 1 m: depth noise grows with the square).
     inliers : float
         Their share.
     status : Status
