@@ -15,7 +15,7 @@ constexpr double kGrowth = 1.0 / 3;
 constexpr double kLeastGrowth_m = 0.01;
 constexpr double kRise = 8;  // nats: a solid that grew costs at least this much more where its size is known
 constexpr int kSteps = 6;
-constexpr int kPoints = 500, kRays = 200;  // a part is enough to see a rise
+constexpr int kPoints = 500, kRays = 400;  // a part is enough to see a rise
 
 State moved(const State& x, Vec3d shift_obj) {
   State out = x;
@@ -60,6 +60,9 @@ void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy
   part.points = std::min(energy.points, kPoints), part.rays = std::min(energy.rays, kRays);
   PrimitiveEnergy cost(fit->kind, &view, part);
   const double here = cost.cost(fit->x);
+  const auto rays = static_cast<int>(view.outline.size());
+  const double rise =
+      kRise * std::min(1.0, static_cast<double>(part.rays) / std::max(1, std::min(rays, energy.rays)));
   LmOptions lm;
   lm.max_steps = kSteps, lm.cost_gain = 0.5;
   for (int i = 0; i < size_count(fit->kind); ++i) {
@@ -69,7 +72,7 @@ void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy
       const double c = cost.cost(x);
       if (c < least) least = c, best = x;
     }
-    if (least - here > kRise) {
+    if (least - here > rise) {
       lm.fixed.assign(static_cast<std::size_t>(cost.unknowns().size()), false);
       lm.fixed[static_cast<std::size_t>(6 + i)] = true;
       LmResult result;
@@ -77,7 +80,7 @@ void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy
       minimize(cost, lm, work, &result);
       least = result.cost;
     }
-    fit->bounded[static_cast<std::size_t>(i)] = least - here > kRise;
+    fit->bounded[static_cast<std::size_t>(i)] = least - here > rise;
   }
 }
 

@@ -166,7 +166,19 @@ def pieces(seen: Seen, mask: NDArray[np.bool_] | None = None) -> list[NDArray[np
         step |= edge
     count, labels, stats, _ = cv2.connectedComponentsWithStats((above & ~step).astype(np.uint8), connectivity=4)
     order = sorted(range(1, count), key=lambda k: -int(stats[k, cv2.CC_STAT_AREA]))
-    return [labels == k for k in order if stats[k, cv2.CC_STAT_AREA] >= LEAST_PIECE]
+    large = [labels == k for k in order if stats[k, cv2.CC_STAT_AREA] >= LEAST_PIECE]
+    return [_with_rim(piece, depth, above & step, STEP_M * growth) for piece in large]
+
+
+def _with_rim(
+    piece: NDArray[np.bool_], depth: NDArray[np.float32], rim: NDArray[np.bool_], step_m: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """With the pixels at its steps that lie no farther than itself: a step belongs to the nearer side."""
+    import cv2
+
+    near = cv2.dilate(np.where(piece, depth, np.float32(0)), np.ones((3, 3), np.uint8))
+    out: NDArray[np.bool_] = piece | (rim & (near > 0) & (np.abs(depth - near) < step_m))
+    return out
 
 
 def _pairs(a: NDArray[Any], axis: int) -> tuple[NDArray[Any], NDArray[Any]]:
