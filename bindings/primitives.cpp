@@ -219,7 +219,8 @@ void bind_primitives(py::module_& m) {
       .def("fit", &fit_kinds, "kinds"_a, "options"_a, "T_cam_obj"_a = py::none(), "size"_a = py::none(),
            "threads"_a = 0)
       .def("energy", &energy_at, "kind"_a, "T_obj_cam"_a, "size"_a, "options"_a);
-  m.def("primitive_distances", &distances, "kind"_a, "size"_a, "points"_a, "scaling"_a = Scaling::kExact,
+  m.def("primitive_distances", &distances, "kind"_a, "size"_a, "points"_a,
+        py::arg_v("scaling", Scaling::kExact, "Scaling.exact"),
         "-> phi (N,), gradient (N, 3), derivative by every length (N, sizes).");
   m.def(
       "primitive_reach",

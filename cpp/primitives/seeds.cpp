@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::size_t kPoints = 1500;  // that normals are found among
 constexpr std::size_t kNormals = 160;
+constexpr std::size_t kLeastHeld = 60;
 constexpr std::size_t kSpanPoints = 400;
 constexpr double kReach = 0.07;  // of the diameter: radius of a patch
 constexpr double kLeastReach_m = 0.006;
@@ -93,7 +94,7 @@ bool meeting_point(const std::vector<Oriented>& normals, Vec3d* centre) {
 }
 
 SeedCloud seed_cloud(const PrimitiveView& view) {
-  SeedCloud cloud{{}, {}, {0, 0, 0}, 0, &view};
+  SeedCloud cloud{{}, {}, {}, {0, 0, 0}, 0, &view};
   const std::size_t n = std::min(view.points.size(), kPoints);
   cloud.points.assign(view.points.begin(), view.points.begin() + static_cast<std::ptrdiff_t>(n));
   for (const Vec3d& p : cloud.points) cloud.mean = cloud.mean + (1.0 / static_cast<double>(n)) * p;
@@ -109,6 +110,8 @@ SeedCloud seed_cloud(const PrimitiveView& view) {
     if (out < 0) o.n = -o.n;
     cloud.normals.push_back(o);
   }
+  for (const Oriented& o : cloud.normals) cloud.held.push_back(o.p);
+  if (cloud.held.size() < kLeastHeld) cloud.held = cloud.points;
   return cloud;
 }
 

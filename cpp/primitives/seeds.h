@@ -23,6 +23,7 @@ struct Oriented {
 struct SeedCloud {
   std::vector<Vec3d> points;  // spread over all
   std::vector<Oriented> normals;
+  std::vector<Vec3d> held;  // those with neighbours: what extents are taken from, for outliers have none
   Vec3d mean;
   double diameter_m;
   const PrimitiveView* view;

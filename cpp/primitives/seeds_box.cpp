@@ -59,7 +59,7 @@ PrimitiveGuess box_guess(const SeedCloud& cloud, const Frame3& f) {
   PrimitiveGuess g;
   double middle[3];
   for (int k = 0; k < 3; ++k) {
-    Span s = span_along(cloud.points, axes[k]);
+    Span s = span_along(cloud.held, axes[k]);
     if (cloud.view->stands) {
       const double up = dot(axes[k], cloud.view->plane.normal_cam), table = -cloud.view->plane.offset_m;
       if (up > 0.95) s.low = std::min(s.low, table);
@@ -117,7 +117,7 @@ void guess_boxes(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGue
     for (int k = 0; k < 12; ++k) {  // the least rectangle around them
       const double angle = k * 3.14159265358979 / 24;
       const Vec3d x = std::cos(angle) * a + std::sin(angle) * b, y = cross(top, x);
-      const Span sx = span_along(cloud.points, x), sy = span_along(cloud.points, y);
+      const Span sx = span_along(cloud.held, x), sy = span_along(cloud.held, y);
       const double area = (sx.high - sx.low) * (sy.high - sy.low);
       if (area < best.score) best = {x, y, top, area};
     }

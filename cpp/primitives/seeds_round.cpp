@@ -136,8 +136,8 @@ void guess_round(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed,
     std::vector<Oriented> sides;
     for (const Oriented& o : cloud.normals)
       if (std::abs(dot(o.n, axis)) < most) sides.push_back(o);
-    const Span x = span_along(cloud.points, u), y = span_along(cloud.points, v);
-    Span z = span_along(cloud.points, axis);
+    const Span x = span_along(cloud.held, u), y = span_along(cloud.held, v);
+    Span z = span_along(cloud.held, axis);
     if (cloud.view->stands && std::abs(dot(axis, cloud.view->plane.normal_cam)) > 0.95) {
       const bool up = dot(axis, cloud.view->plane.normal_cam) > 0;
       const double table = -cloud.view->plane.offset_m;  // p . normal there

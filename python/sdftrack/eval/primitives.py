@@ -66,7 +66,11 @@ def measure(fit: PrimitiveFit, scene: SolidScene) -> Error:
         angles = [_angle(abs(R[order[j], j])) for j in range(3) if own[j]]
         axis = max(angles, default=float("nan"))
     else:
-        axis = float("nan") if scene.kind == "sphere" else _angle(R[2, 2] if scene.kind == "cone" else abs(R[2, 2]))
+        axis = (
+            float("nan")
+            if scene.kind == "sphere"
+            else _angle(R[2, 2] if scene.kind == "cone" else abs(R[2, 2]))
+        )
     return Error(float(np.abs(found / true - 1).max()), axis)
 
 
@@ -85,13 +89,15 @@ def synthetic(count: int, scaling: str = "exact") -> str:
         "held lost", "sd ratio", "ms",
     ]  # fmt: skip
     title = (
-        f"Random solids, 4-25 cm, on a table at 0.6-1.2 m, kind='auto', no mask, scaling={scaling!r}. Errors: median and "
-        "95th percentile (%, deg); limits: 1 %, 0.3 deg at 1 mm, 2 %, 1 deg with Kinect noise"
+        f"Random solids, 4-25 cm, on a table at 0.6-1.2 m, kind='auto', no mask, scaling={scaling!r}. Errors: median "
+        "and 95th percentile (%, deg); limits: 1 %, 0.3 deg at 1 mm, 2 %, 1 deg with Kinect noise"
     )
     return text_table(title, head, rows)
 
 
-def _row(kind: str, count: int, noise: Noise, size_limit: float, axis_limit: float, scaling: str) -> list[str]:
+def _row(
+    kind: str, count: int, noise: Noise, size_limit: float, axis_limit: float, scaling: str
+) -> list[str]:
     errors, right, unheld, seconds, ratios = [], 0, 0, [], []
     for scene, rng in scenes(kind, count):
         frame = Frame(noise(scene.depth, scene.cosine, rng))
@@ -145,7 +151,15 @@ def unbounded(count: int) -> str:
                 open_name = names[int(along.argmax())] if kind == "box" else hidden
                 said += not fit.bounded[open_name]
                 kept += all(v for n, v in fit.bounded.items() if n != open_name)
-            rows.append([name, f"{kind}, {what}", str(count), f"{100 * said / count:.0f} %", f"{100 * kept / count:.0f} %"])
+            rows.append(
+                [
+                    name,
+                    f"{kind}, {what}",
+                    str(count),
+                    f"{100 * said / count:.0f} %",
+                    f"{100 * kept / count:.0f} %",
+                ]
+            )
     head = ["noise", "view", "n", "open length infinite", "others bounded"]
     return text_table("No table, a wall 1 m behind: lengths that nothing bounds", head, rows)
 

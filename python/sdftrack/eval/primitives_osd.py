@@ -52,7 +52,7 @@ def objects_of(folder: Path, scene: str) -> tuple[Frame, dict[int, NDArray[np.bo
     label = cv2.imread(str(folder / f"learn{scene}_label.png"), cv2.IMREAD_UNCHANGED)
     assert depth is not None
     assert label is not None
-    numbers = sorted(set((label // 10).ravel().tolist()) - {0, 1})
+    numbers = [int(k) for k in np.unique(label // 10) if k > 1]
     return Frame(depth, depth_scale=0.001, camera=_camera(folder)), {k: label // 10 == k for k in numbers}
 
 
@@ -101,7 +101,9 @@ def osd(given: str | None = None) -> str:
                 ]
             )
     head = ["object", "is a", "readings", "size (cm)", "median mm", "< 4 mm", "auto says", "score"]
-    lines = [text_table("Objects of 16 Kinect scenes, mask given; ? : a length that nothing bounds", head, rows)]
+    lines = [
+        text_table("Objects of 16 Kinect scenes, mask given; ? : a length that nothing bounds", head, rows)
+    ]
     for name, found in tally.items():
         within = sum(off < LIMIT_M for off, _, _ in found)
         right = sum(good for _, good, _ in found)

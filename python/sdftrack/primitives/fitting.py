@@ -93,7 +93,9 @@ def fit_primitive(
         return fused(frames, wish, mask, lambda f, m, w: _of_frame(f, camera, m, given, w))
     for name, value in (("camera", camera), ("mask", mask)):
         if value is not None:
-            raise ValueError(f"{name}: expected None with points, got {type(value).__name__}; pass a Frame instead")
+            raise ValueError(
+                f"{name}: expected None with points, got {type(value).__name__}; pass a Frame instead"
+            )
     view = points_view(points_or_frame, wish.least_points())
     if not isinstance(given, str) and given is not None:
         view.set_plane(given[0].tolist(), given[1], False)
@@ -125,7 +127,7 @@ def _of_frame(frame: Frame, camera: Any, mask: Any, plane: Any, wish: Wish) -> P
 
 
 def _are_frames(value: Any) -> bool:
-    if isinstance(value, np.ndarray):
+    if isinstance(value, (np.ndarray, str, bytes, dict)):
         return False
     if isinstance(value, (list, tuple)):
         return len(value) > 0 and all(isinstance(f, Frame) for f in value)
@@ -150,7 +152,9 @@ def points_view(points: Any, least: int) -> Any:
         raise ValueError("points: expected points of a surface, got one place")
     for thin, name in ((1, "line"), (2, "plane")):
         if spread[thin] < FLAT * spread[0]:
-            raise ValueError(f"points: expected points around a solid, got {len(p)} that all lie in one {name}")
+            raise ValueError(
+                f"points: expected points around a solid, got {len(p)} that all lie in one {name}"
+            )
     return _core.PrimitiveView.of_points(p)
 
 

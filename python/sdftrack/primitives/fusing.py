@@ -19,7 +19,7 @@ from sdftrack.results import Status
 __all__ = ["fuse_sizes", "fused"]
 
 GATE = 4.0  # standard deviations: a frame whose size is farther from the others' has seen something else
-FLOOR_M = 2e-4  # of a frame's sd: what all frames share (the table, the sensor's scale) does not average out
+FLOOR_M = 2e-4  # of the spread between frames: a length that is seen as well as that is no outlier
 
 
 def fuse_sizes(
@@ -40,7 +40,7 @@ def fuse_sizes(
         if not len(held):
             continue
         at = np.ix_(held, held)
-        own = np.linalg.inv(covariance[at] + FLOOR_M**2 * np.eye(len(held)))
+        own = np.linalg.inv(covariance[at])
         information[at] += own
         weighted[held] += own @ size[held]
     known = np.flatnonzero(np.diag(information) > 0)

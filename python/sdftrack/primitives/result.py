@@ -36,8 +36,8 @@ class PrimitiveFit:
         Object to camera (of points: to the frame that they are in), m. Origin at the middle, axis along z, a cone's
         apex at +z.
     size : dict of str to float
-        Lengths, m: ``radius`` of a sphere; ``radius`` and ``height`` of a cylinder or cone; the full edges ``x``, ``y``,
-        ``z`` of a box; the radii ``rx``, ``ry``, ``rz`` of an ellipsoid.
+        Lengths, m: ``radius`` of a sphere; ``radius`` and ``height`` of a cylinder or cone; the full edges ``x``,
+        ``y``, ``z`` of a box; the radii ``rx``, ``ry``, ``rz`` of an ellipsoid.
     covariance : (6 + n, 6 + n) float64
         First the pose, (x, y, z, rx, ry, rz) in m and rad about the origin in camera axes as in `TrackResult`, then
         the n lengths in the order of `size`, m. A length that nothing bounds has an infinite variance, and the value

@@ -58,7 +58,9 @@ def fit_primitives(
     if isinstance(most, bool) or not isinstance(most, int) or most < 1:
         raise ValueError(f"most: expected a number of objects from 1 on, got {most!r}")
     if not isinstance(frame, Frame):
-        raise TypeError(f"frame: expected st.Frame, got {type(frame).__name__}; make one with st.Frame(depth)")
+        raise TypeError(
+            f"frame: expected st.Frame, got {type(frame).__name__}; make one with st.Frame(depth)"
+        )
     pinhole = camera_of(frame, camera)
     given = checked_mask(mask, frame) if mask is not None else None
     seen = Seen.of(frame, pinhole, checked_plane(plane), None)

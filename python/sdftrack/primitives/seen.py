@@ -14,10 +14,22 @@ from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.checks import numbers
 from sdftrack.frame import Frame
 
-__all__ = ["OFF", "ON", "UNKNOWN", "Seen", "camera_of", "checked_mask", "checked_plane", "pieces", "table_under"]
+__all__ = [
+    "OFF",
+    "ON",
+    "UNKNOWN",
+    "Seen",
+    "camera_of",
+    "checked_mask",
+    "checked_plane",
+    "pieces",
+    "table_under",
+]
 
 OFF, ON, UNKNOWN = 0, 1, 2  # the core's labels
-TABLE_M = 0.008  # half the thickness of a table in readings at up to 1 m; it grows with the square of the depth
+TABLE_M = (
+    0.008  # half the thickness of a table in readings at up to 1 m; it grows with the square of the depth
+)
 SURE_TABLE_M = 0.003  # a reading above this may be the object's foot
 FOOT_M = 0.03  # an object seen as far down as this stands on the table
 STEP_M = 0.02  # a step in depth, at up to 1 m, that parts two things
@@ -164,7 +176,9 @@ def pieces(seen: Seen, mask: NDArray[np.bool_] | None = None) -> list[NDArray[np
         edge = np.zeros(depth.shape, bool)
         edge[(slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))] = jump & both
         step |= edge
-    count, labels, stats, _ = cv2.connectedComponentsWithStats((above & ~step).astype(np.uint8), connectivity=4)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+        (above & ~step).astype(np.uint8), connectivity=4
+    )
     order = sorted(range(1, count), key=lambda k: -int(stats[k, cv2.CC_STAT_AREA]))
     large = [labels == k for k in order if stats[k, cv2.CC_STAT_AREA] >= LEAST_PIECE]
     return [_with_rim(piece, depth, above & step, STEP_M * growth) for piece in large]

@@ -103,7 +103,7 @@ class FreeSize:
             return None
         mask = _mask_of(place, frame.depth.shape)
         seen = Seen.of(frame, camera, "auto", mask)
-        found = pieces(seen, mask)
+        found = _at(pieces(seen, mask), place, camera)
         if not found:
             return None
         wish = Wish(self.primitive.kind, None, self.primitive.seed, "exact", threads)
@@ -167,12 +167,14 @@ class FreeSize:
         points = np.ascontiguousarray(seen.points.reshape(-1, 3) @ T[:3, :3].T + T[:3, 3])
         kind = _core.PrimitiveKind.__members__[self.fit.kind]
         phi, _, _ = _core.primitive_distances(kind, list(self.fit.size.values()), points)
-        near: NDArray[np.bool_] = (np.abs(phi).reshape(seen.depth.shape) < NEAR_M * seen.growth) & (seen.depth > 0)
+        near: NDArray[np.bool_] = (np.abs(phi).reshape(seen.depth.shape) < NEAR_M * seen.growth) & (
+            seen.depth > 0
+        )
         return near
 
 
 def _mask_of(place: Any, shape: tuple[int, int]) -> NDArray[np.bool_] | None:
-    if place is None:
+    if place is None or np.shape(place) == (4, 4):
         return None
     given = np.asarray(place)
     if given.shape == shape:
@@ -182,3 +184,12 @@ def _mask_of(place: Any, shape: tuple[int, int]) -> NDArray[np.bool_] | None:
     inside = np.zeros(shape, bool)
     inside[max(0, y) : max(0, y + h), max(0, x) : max(0, x + w)] = True
     return inside
+
+
+def _at(found: list[NDArray[np.bool_]], place: Any, camera: Camera) -> list[NDArray[np.bool_]]:
+    """Of a pose, the pieces that its origin is seen in."""
+    if np.shape(place) != (4, 4):
+        return found
+    x, y = (round(float(v)) for v in camera.project(np.asarray(place)[None, :3, 3])[0])
+    inside = 0 <= x < camera.width and 0 <= y < camera.height
+    return [p for p in found if inside and p[y, x]]

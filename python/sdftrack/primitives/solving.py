@@ -46,14 +46,18 @@ class Wish:
                 raise ValueError(f"initial: expected a fit of a {kind}, got one of a {initial.kind}")
             kind, initial = initial.kind, (initial.T_cam_obj, initial.size)
         if kind == "auto":
-            raise ValueError("initial: expected a kind with it, got kind='auto'; name the kind, or pass a PrimitiveFit")
+            raise ValueError(
+                "initial: expected a kind with it, got kind='auto'; name the kind, or pass a PrimitiveFit"
+            )
         if not (isinstance(initial, tuple) and len(initial) == 2 and isinstance(initial[1], dict)):
             raise TypeError(
                 "initial: expected a PrimitiveFit or (T_cam_obj, {name: m}), got " + type(initial).__name__
             )
         names = SIZES[kind]
         if set(initial[1]) != set(names):
-            raise ValueError(f"initial: expected the lengths {', '.join(names)} of a {kind}, got {list(initial[1])}")
+            raise ValueError(
+                f"initial: expected the lengths {', '.join(names)} of a {kind}, got {list(initial[1])}"
+            )
         lengths = [float(initial[1][name]) for name in names]
         if not all(np.isfinite(v) and v > 0 for v in lengths):
             raise ValueError(f"initial: expected lengths above 0 m, got {lengths}")

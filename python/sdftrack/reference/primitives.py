@@ -84,7 +84,9 @@ def printed_distance(kind: str, size: dict[str, float], points: Array, step: flo
         "ellipsoid": lambda s: [s["rx"], s["ry"], s["rz"]],
     }.get(kind, lambda s: [s["radius"], s["radius"], s["height"]])(size)
     unit_kind = "sphere" if kind == "ellipsoid" else kind
-    unit = dict.fromkeys({"sphere": ["radius"], "box": ["x", "y", "z"]}.get(unit_kind, ["radius", "height"]), 1.0)
+    unit = dict.fromkeys(
+        {"sphere": ["radius"], "box": ["x", "y", "z"]}.get(unit_kind, ["radius", "height"]), 1.0
+    )
     S = np.array(scale)
     y = points / S
     axes = np.eye(3) * step
@@ -111,7 +113,9 @@ def surface_reach(kind: str, size: dict[str, float], direction: Array, count: in
     return float((ball.reshape(-1, 3) * radii @ direction).max())
 
 
-def clearance(kind: str, size: dict[str, float], T_obj_cam: Array, ray: Array, near_m: float, far_m: float) -> float:
+def clearance(
+    kind: str, size: dict[str, float], T_obj_cam: Array, ray: Array, near_m: float, far_m: float
+) -> float:
     """Least distance (m) between a solid and the stretch of a ray (z = 1) between two depths, by small steps."""
     low, high = near_m, far_m
     for _ in range(6):

@@ -126,7 +126,9 @@ def random_solid(kind: str, rng: np.random.Generator) -> dict[str, float]:
     """Sizes (m) of a solid that is 4 to 25 cm long in every direction."""
     lengths = rng.uniform(0.04, 0.25, 3)
     halved = {"radius", "rx", "ry", "rz"}
-    return {name: float(v / 2 if name in halved else v) for name, v in zip(SIZES[kind], lengths, strict=False)}
+    return {
+        name: float(v / 2 if name in halved else v) for name, v in zip(SIZES[kind], lengths, strict=False)
+    }
 
 
 def standing_scene(
@@ -139,7 +141,11 @@ def standing_scene(
     """The solid upright on a table, near the middle of the image, turned at random about the vertical."""
     down = rng.uniform(*LOOK_DOWN_RAD)
     up = np.array([0, -np.cos(down), -np.sin(down)])
-    heights = {"sphere": 2 * size.get("radius", 0), "box": size.get("z", 0), "ellipsoid": 2 * size.get("rz", 0)}
+    heights = {
+        "sphere": 2 * size.get("radius", 0),
+        "box": size.get("z", 0),
+        "ellipsoid": 2 * size.get("rz", 0),
+    }
     height = heights.get(kind, size.get("height", 0.0))
     middle = rng.uniform(*distance_m) * np.array([rng.uniform(-0.1, 0.1), rng.uniform(-0.1, 0.1), 1])
     turn = rng.uniform(0, 2 * np.pi)
