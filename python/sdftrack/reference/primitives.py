@@ -65,7 +65,7 @@ def _ellipsoid(p: Array, a: Array) -> float:
     """Bisection for the root of sum (a p / (t + a^2))^2 = 1, t above minus the least a^2."""
     p = np.where(np.abs(p) < 1e-12, 1e-12, np.abs(p))
     low, high = -(a.min() ** 2), float(np.linalg.norm(a * p)) + 1e-9
-    for _ in range(200):
+    for _ in range(100):
         t = (low + high) / 2
         if ((a * p / (t + a**2)) ** 2).sum() > 1:
             low = t
@@ -130,7 +130,7 @@ def clearance(
 def ray_residual(kind: str, size: dict[str, float], T_obj_cam: Array, p_cam: Array) -> float:
     """The way (m of depth) from a reading along its ray to where the ray first meets the solid; nan: it does not."""
     ray = p_cam / p_cam[2]
-    z = np.linspace(p_cam[2] - 0.05, p_cam[2] + 0.05, 4001)
+    z = np.linspace(p_cam[2] - 0.05, p_cam[2] + 0.05, 801)
     phi = distance(kind, size, (z[:, None] * ray) @ T_obj_cam[:3, :3].T + T_obj_cam[:3, 3])
     inside = np.flatnonzero(phi < 0)
     if not len(inside) or inside[0] == 0:
