@@ -43,4 +43,5 @@ frame = st.Frame(Kinect()(depth, cosine, rng), camera=CAMERA)
 fits = st.fit_primitives(frame)
 for fit in fits:
     print(fit)
-Image.fromarray(draw_primitives(frame, fits, CAMERA)).quantize(96).save(sys.argv[1], optimize=True)
+picture = Image.fromarray(draw_primitives(frame, fits, CAMERA)).crop((190, 110, 510, 290)).resize((960, 540))
+picture.quantize(96).save(sys.argv[1], optimize=True)

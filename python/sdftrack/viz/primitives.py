@@ -17,8 +17,7 @@ __all__ = ["draw_primitives", "plot_cloud", "wires"]
 
 Array = NDArray[np.float64]
 RING = 72  # corners of a circle
-WIRE_RGB = {"ok": (80, 230, 120), "weak": (255, 190, 60), "lost": (235, 80, 90)}
-SHADOW_RGB = (10, 20, 15)
+WIRE_RGB = {"ok": (20, 150, 60), "weak": (255, 190, 60), "lost": (235, 80, 90)}
 CLOUD_POINTS = 3000
 
 
@@ -77,8 +76,7 @@ def draw_primitives(frame: Any, fits: Sequence[PrimitiveFit], camera: Any) -> ND
             away = line - inner
             normal = line / np.maximum(np.linalg.norm(line, axis=1, keepdims=True), 1e-9)
             front = (np.einsum("ni,ni->n", away, normal) < 0).mean() > 0.5
-            for width, rgb in ((3, SHADOW_RGB), (1, colour)) if front else ((1, colour),):
-                cv2.polylines(picture, [px], False, rgb, width, cv2.LINE_AA, shift=3)
+            cv2.polylines(picture, [px], False, colour, 2 if front else 1, cv2.LINE_AA, shift=3)
     return picture
 
 
