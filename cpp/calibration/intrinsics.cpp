@@ -94,7 +94,7 @@ LmRecord IntrinsicsProblem::solve(double scale_m, const LensPrior* prior, bool q
   for (LensFrame& frame : frames_) frame.noise_m = 0;
   LensSolver solver(shape_.sdf, free_, options_, all_of(&frames_), &lens_, prior);
   solver.solve(scale_m, quick ? options_.coarse_stride : 1);
-  if (!quick) balance(&solver);
+  if (!quick && !prior) balance(&solver);
   return solver.record();
 }
 
@@ -210,9 +210,9 @@ SharedVector IntrinsicsProblem::bias(std::uint64_t seed, int pairs) {
       std::vector<LensFrame> twins = frames_;
       for (LensFrame& twin : twins)
         for (std::size_t i = 0; i < twin.pixels.reading_m.size(); ++i) {
-          const double depth = twin.pixels.hit_m[i] + sign * twin.noise_m * normal(random);
-          if (twin.pixels.used[i])
-            twin.pixels.reading_m[i] = (depth - lens_.depth_offset_m) / lens_.depth_scale;
+          const double reading = (twin.pixels.hit_m[i] - lens_.depth_offset_m) / lens_.depth_scale;
+          const double error = sign * twin.noise_m * normal(random);
+          if (twin.pixels.used[i]) twin.pixels.reading_m[i] = reading + error;
         }
       Lens lens = lens_;
       LensSolver(shape_.sdf, free_, options_, all_of(&twins), &lens, nullptr).fine(kTwinStride);

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.calibration.lens import EXTRA, camera_of, core_lens, extra_of
-from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.calibration.lens import camera_of, extra_of
+from sdftrack.camera import Camera
 from sdftrack.checks import of_kind
 from sdftrack.frame import Frame
 from sdftrack.results import Status
@@ -20,15 +20,22 @@ from sdftrack.tracking import Tracker
 __all__ = ["Follower"]
 
 LEAST_READINGS = 200  # of the object in a frame that is used
-FIRST_LOOK, GROWTH = 4, 1.5  # frames after which the lens is found for the first time; and by how much more then
+FIRST_LOOK, GROWTH = (
+    4,
+    1.5,
+)  # frames after which the lens is found for the first time; and by how much more then
 LENS_KNOWN = 10**9
-LENS_UNKNOWN_NOISE_M = 0.006  # what a lens that is 10 % off does to a shape of some 10 cm, as if it were noise
+LENS_UNKNOWN_NOISE_M = (
+    0.006  # what a lens that is 10 % off does to a shape of some 10 cm, as if it were noise
+)
 
 
 class Follower:
     """Frames in, readings near the object out, to a `_core.Calibration`."""
 
-    def __init__(self, core: Any, sdf: SDF, camera: Camera, improve: Callable[[int], None], threads: int) -> None:
+    def __init__(
+        self, core: Any, sdf: SDF, camera: Camera, improve: Callable[[int], None], threads: int
+    ) -> None:
         self.core = core
         self.sdf = sdf
         self.first_camera = camera
