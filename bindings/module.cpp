@@ -16,6 +16,7 @@ void bind_tracking(py::module_& m);
 void bind_levelset(py::module_& m);
 void bind_photometric(py::module_& m);
 void bind_plane(py::module_& m);
+void bind_primitives(py::module_& m);
 void bind_reconstruction(py::module_& m);
 void bind_search(py::module_& m);
 void bind_render(py::module_& m);
@@ -35,6 +36,7 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bind_levelset(m);
   sdftrack::bind_photometric(m);
   sdftrack::bind_plane(m);
+  sdftrack::bind_primitives(m);
   sdftrack::bind_reconstruction(m);
   sdftrack::bind_search(m);
   sdftrack::bind_frame_energy(m);

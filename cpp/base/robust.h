@@ -8,8 +8,8 @@
 
 namespace sdftrack {
 
-// sd of a Gaussian whose absolute values these are, from their 30 % quantile: what fits badly (a shape that is
-// off, a touching hand) is among the largest values. 0 for too few. Reorders them.
+// sd of a Gaussian whose absolute values these are, from their 30 % quantile: what fits badly (a shape that
+// is off, a touching hand) is among the largest values. 0 for too few. Reorders them.
 template <class T>
 double robust_sd(std::vector<T>* values) {
   if (values->size() < 20) return 0;

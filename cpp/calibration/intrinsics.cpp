@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 #include <stdexcept>
 
@@ -16,7 +17,9 @@ namespace sdftrack {
 namespace {
 
 constexpr int kMostTwinDraws = 1000;
-constexpr int kTwinStride = 3;  // of the pixels: a bias does not depend on their number
+constexpr int kBalanceRounds = 8;
+constexpr double kBalanced = 0.005;  // log-likelihood that the last step could still gain: 0.1 sd
+constexpr int kTwinStride = 3;       // of the pixels: a bias does not depend on their number
 constexpr double kOpenTurn = 1e-3;
 
 std::vector<LensFrame*> all_of(std::vector<LensFrame>* frames) {
@@ -91,13 +94,43 @@ LmRecord IntrinsicsProblem::solve(double scale_m, const LensPrior* prior, bool q
   for (LensFrame& frame : frames_) frame.noise_m = 0;
   LensSolver solver(shape_.sdf, free_, options_, all_of(&frames_), &lens_, prior);
   solver.solve(scale_m, quick ? options_.coarse_stride : 1);
+  if (!quick && !prior) balance(&solver);
   return solver.record();
 }
 
 LmRecord IntrinsicsProblem::polish() {
   LensSolver solver(shape_.sdf, free_, options_, all_of(&frames_), &lens_, nullptr);
   solver.fine();
+  balance(&solver);
   return solver.record();
+}
+
+// Newton's method on the pulls of all frames, each at its own optimum. Where rays come to meet the model, or
+// cease to, the cost jumps and would hold up a search that wants to see it fall; the pulls stay what they
+// are.
+void IntrinsicsProblem::balance(LensSolver* solver) {
+  const int n = free_.count();
+  Lens best = lens_;
+  double least = std::numeric_limits<double>::infinity();
+  for (int round = 0; round < kBalanceRounds; ++round) {
+    solver->poses();
+    SharedMatrix information = SharedMatrix::Zero(n, n);
+    SharedVector pull = SharedVector::Zero(n);
+    for (const FrameEstimate& frame : examine()) information += frame.information, pull += frame.gradient;
+    const SharedVector step = -information.ldlt().solve(pull);
+    const double gain = -0.5 * step.dot(pull);
+    if (!(gain >= 0 && gain < least)) {
+      lens_ = best;
+      solver->poses();
+      return;
+    }
+    best = lens_, least = gain;
+    if (gain < kBalanced) return;
+    for (int j = 0; j < n; ++j) {
+      const LensUnknown which = free_.unknowns[static_cast<std::size_t>(j)];
+      lens_.set(which, lens_.get(which) + step[j]);
+    }
+  }
 }
 
 FrameEstimate IntrinsicsProblem::estimate_of(LensFrame* frame, Lens lens) const {
@@ -177,9 +210,9 @@ SharedVector IntrinsicsProblem::bias(std::uint64_t seed, int pairs) {
       std::vector<LensFrame> twins = frames_;
       for (LensFrame& twin : twins)
         for (std::size_t i = 0; i < twin.pixels.reading_m.size(); ++i) {
-          const double depth = twin.pixels.hit_m[i] + sign * twin.noise_m * normal(random);
-          if (twin.pixels.used[i])
-            twin.pixels.reading_m[i] = (depth - lens_.depth_offset_m) / lens_.depth_scale;
+          const double reading = (twin.pixels.hit_m[i] - lens_.depth_offset_m) / lens_.depth_scale;
+          const double error = sign * twin.noise_m * normal(random);
+          if (twin.pixels.used[i]) twin.pixels.reading_m[i] = reading + error;
         }
       Lens lens = lens_;
       LensSolver(shape_.sdf, free_, options_, all_of(&twins), &lens, nullptr).fine(kTwinStride);

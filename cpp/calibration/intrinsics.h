@@ -61,6 +61,7 @@ class IntrinsicsProblem {
 
  private:
   FrameEstimate estimate_of(LensFrame* frame, Lens lens) const;
+  void balance(LensSolver* solver);
 
   Shape shape_;
   Lens lens_;

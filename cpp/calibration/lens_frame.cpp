@@ -68,17 +68,19 @@ void LensFrame::each_row(const LensView& view, bool trial, const Visit& visit) {
       per_slope = loop.find_hit<true>(look.ray, depth_m, true, &z, &row);
       if (lost()) z = depth_m - kHitReach_m;  // an outlier, until it meets again
     }
-    const Loop::Reading reading = hit ? Loop::Reading{z - depth_m, -per_slope}
-                                      : Loop::Reading{pixels.gain[at] * row.phi_m, pixels.gain[at]};
     if (hit) hits[at] = z;
+    // In units of the reading, which is what is noisy: a lens that shrinks all depths gains nothing by it.
+    const double gain = hit ? -per_slope : pixels.gain[at], per_scale = 1 / view.lens.depth_scale;
+    const Loop::Reading reading{per_scale * (hit ? z - depth_m : gain * row.phi_m), per_scale * gain};
     double J[kUnknowns];
     std::copy_n(row.J, 6, J);
     for (std::size_t j = 0; j < unknowns.size(); ++j) {
       const auto k = static_cast<std::size_t>(unknowns[j]);
       J[6 + j] = z * (row.grad_cam.x * look.dx[k] + row.grad_cam.y * look.dy[k]);
       // The reading itself moves: residual = hit - depth, or phi at the depth.
-      const double slope = hit ? -1 / reading.gain : dot(row.grad_cam, look.ray);
-      if (unknowns[j] == LensUnknown::kDepthScale) J[6 + j] = slope * pixels.reading_m[at];
+      const double slope = hit ? -1 / gain : dot(row.grad_cam, look.ray);
+      if (unknowns[j] == LensUnknown::kDepthScale)
+        J[6 + j] = slope * pixels.reading_m[at] - reading.residual_m / gain;
       if (unknowns[j] == LensUnknown::kDepthOffset) J[6 + j] = slope;
     }
     visit(reading, hit, J);

@@ -58,7 +58,8 @@ class LensFrame {
     double residual_m;
     bool hit;
   };
-  // Of every pixel that counts: residual (model minus measured), and whether its ray meets the model.
+  // Of every pixel that counts: residual (model minus measured, in metres of the reading), and whether its
+  // ray meets the model.
   std::vector<Reading> readings(const LensView& view);
 
   // How the sum over pixels scatters: sum of psi^2 J J^T of all unknowns (pose, then lens), and the sum of

@@ -95,9 +95,16 @@ LensEnergy::Settings LensSolver::fine_settings(int stride) const {
 
 LensEnergy LensSolver::fine_energy() const { return {sdf_, free_, frames_, lens_, prior_, fine_settings(1)}; }
 
-void LensSolver::fine(int stride) {
+LmOptions LensSolver::fine_steps() const {
   LmOptions lm;
   lm.max_steps = options_.fine_steps, lm.cost_relative = 0, lm.cost_gain = kLeastGain;
+  return lm;
+}
+
+void LensSolver::poses() { run_poses(fine_settings(1), fine_steps()); }
+
+void LensSolver::fine(int stride) {
+  const LmOptions lm = fine_steps();
   const LensEnergy::Settings settings = fine_settings(stride);
   for (int round = 0; round < kFineRounds; ++round) {
     run_poses(settings, lm);

@@ -31,6 +31,8 @@ class LensSolver {
   void align(double scale_m);
   // At the noise's own scale, pixels within the outlines.
   void fine(int stride = 1);
+  // Each frame to its own optimum at that scale, the lens as it is.
+  void poses();
   // All of it.
   void solve(double scale_m, int fine_stride = 1);
 
@@ -40,6 +42,7 @@ class LensSolver {
  private:
   LensEnergy::Settings coarse_settings(double scale_m) const;
   LensEnergy::Settings fine_settings(int stride) const;
+  LmOptions fine_steps() const;
   void run_joint(const LensEnergy::Settings& settings, const LmOptions& lm, bool classify);
   void run_poses(const LensEnergy::Settings& settings, const LmOptions& lm);
   void measure_noise(const LensView& view);

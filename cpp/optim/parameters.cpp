@@ -5,6 +5,7 @@ namespace sdftrack {
 
 Unit unit_of(const Unknowns& unknowns, int i) {
   if (i >= unknowns.intrinsics_offset()) return Unit::kPixel;
+  if (i >= unknowns.size_offset()) return Unit::kLogScale;
   const int j = i % unknowns.per_object();
   return j < 3 ? Unit::kMetre : (j < 6 ? Unit::kRadian : Unit::kLogScale);
 }
@@ -17,6 +18,8 @@ void retract(const Unknowns& unknowns, const State& x, const Eigen::VectorXd& de
     moved->T_obj_cam[i] = increment(Vec3d{d[0], d[1], d[2]}, Vec3d{d[3], d[4], d[5]}) * x.T_obj_cam[i];
     if (unknowns.scale) moved->log_scale[i] += d[6];
   }
+  for (int i = 0; i < unknowns.sizes; ++i)
+    moved->log_size[static_cast<std::size_t>(i)] += delta[unknowns.size_offset() + i];
   if (unknowns.intrinsics) {
     const double* d = delta.data() + unknowns.intrinsics_offset();
     moved->K = {x.K.fx + d[0], x.K.fy + d[1], x.K.cx + d[2], x.K.cy + d[3]};

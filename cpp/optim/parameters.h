@@ -10,29 +10,34 @@
 
 namespace sdftrack {
 
-// A point in the space of unknowns. `log_scale` has one entry per object, or none.
+// A point in the space of unknowns. `log_scale` has one entry per object, or none; `log_size` the lengths (m)
+// of a shape that is a formula, as logarithms.
 struct State {
   std::vector<Rigidd> T_obj_cam;
   Intrinsics<double> K{};
   std::vector<double> log_scale;
+  std::vector<double> log_size{};
 };
 
-// Which blocks a problem has: per object (v, w) [, log scale]; then fx, fy, cx, cy if wanted.
+// Which blocks a problem has: per object (v, w) [, log scale]; then the log sizes; then fx, fy, cx, cy if
+// wanted.
 struct Unknowns {
   int objects = 1;
   bool scale = false;
   bool intrinsics = false;
+  int sizes = 0;
 
   int per_object() const { return scale ? 7 : 6; }
-  int size() const { return objects * per_object() + (intrinsics ? 4 : 0); }
+  int size() const { return intrinsics_offset() + (intrinsics ? 4 : 0); }
   int object_offset(int k) const { return k * per_object(); }
-  int intrinsics_offset() const { return objects * per_object(); }
+  int size_offset() const { return objects * per_object(); }
+  int intrinsics_offset() const { return size_offset() + sizes; }
 };
 
 enum class Unit { kMetre, kRadian, kLogScale, kPixel };
 Unit unit_of(const Unknowns& unknowns, int i);
 
-// x moved by delta: T_obj_cam <- increment(v, w) T_obj_cam, log scale and intrinsics by addition.
+// x moved by delta: T_obj_cam <- increment(v, w) T_obj_cam, log scale, log sizes and intrinsics by addition.
 State retract(const Unknowns& unknowns, const State& x, const Eigen::VectorXd& delta);
 void retract(const Unknowns& unknowns, const State& x, const Eigen::VectorXd& delta, State* moved);
 

@@ -17,6 +17,7 @@ from sdftrack.io.save import save_sequence
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
 from sdftrack.plane import remove_plane
+from sdftrack.primitives import Primitive, PrimitiveFit, fit_primitive, fit_primitives
 from sdftrack.reconstruction import Reconstructor, ReconstructorOptions
 from sdftrack.recorder import Recorder
 from sdftrack.results import Status, Step, TrackResult
@@ -33,6 +34,8 @@ __all__ = [
     "IntrinsicsResult",
     "Mesh",
     "MeshReport",
+    "Primitive",
+    "PrimitiveFit",
     "RGBDCamera",
     "Reconstructor",
     "ReconstructorOptions",
@@ -50,6 +53,8 @@ __all__ = [
     "calibrate_intrinsics",
     "cuda_available",
     "draw",
+    "fit_primitive",
+    "fit_primitives",
     "geometry",
     "info",
     "levelset",

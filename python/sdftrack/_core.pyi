@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'MeshCaster', 'MotionModel', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'paint', 'photometric', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Scaling', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'paint', 'photometric', 'primitive_distances', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
 class Calibration:
     """
     Frames of a known object, and the lens that explains them.
@@ -495,6 +495,150 @@ class MotionModel:
     @property
     def value(self) -> int:
         ...
+class PrimitiveEnergyOptions:
+    scaling: Scaling
+    def __init__(self) -> None:
+        ...
+    @property
+    def outlier_floor(self) -> float:
+        ...
+    @outlier_floor.setter
+    def outlier_floor(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def outline_floor(self) -> float:
+        ...
+    @outline_floor.setter
+    def outline_floor(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def outline_scale_px(self) -> float:
+        ...
+    @outline_scale_px.setter
+    def outline_scale_px(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def scale_m(self) -> float:
+        ...
+    @scale_m.setter
+    def scale_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def shrink(self) -> float:
+        ...
+    @shrink.setter
+    def shrink(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def standing_sigma_m(self) -> float:
+        ...
+    @standing_sigma_m.setter
+    def standing_sigma_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+class PrimitiveFitOptions:
+    scaling: Scaling
+    def __init__(self) -> None:
+        ...
+    @property
+    def fixed(self) -> typing.Annotated[list[bool], "FixedSize(3)"]:
+        ...
+    @fixed.setter
+    def fixed(self, arg0: typing.Annotated[collections.abc.Sequence[bool], "FixedSize(3)"]) -> None:
+        ...
+    @property
+    def most_points(self) -> int:
+        ...
+    @most_points.setter
+    def most_points(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def seed(self) -> int:
+        ...
+    @seed.setter
+    def seed(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def tolerance_m(self) -> float:
+        ...
+    @tolerance_m.setter
+    def tolerance_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+class PrimitiveKind:
+    """
+    Members:
+    
+      sphere
+    
+      cylinder
+    
+      cone
+    
+      box
+    
+      ellipsoid
+    """
+    __members__: typing.ClassVar[dict[str, PrimitiveKind]]  # value = {'sphere': <PrimitiveKind.sphere: 0>, 'cylinder': <PrimitiveKind.cylinder: 1>, 'cone': <PrimitiveKind.cone: 2>, 'box': <PrimitiveKind.box: 3>, 'ellipsoid': <PrimitiveKind.ellipsoid: 4>}
+    box: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.box: 3>
+    cone: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.cone: 2>
+    cylinder: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.cylinder: 1>
+    ellipsoid: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.ellipsoid: 4>
+    sphere: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.sphere: 0>
+    @typing.overload
+    def __eq__(self, other: PrimitiveKind) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: PrimitiveKind) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
+        ...
+class PrimitiveView:
+    """
+    Readings and edge pixels of an object, for solids of unknown size.
+    """
+    @staticmethod
+    def of_image(depth: numpy.ndarray, labels: numpy.ndarray, camera: Camera, reach_px: typing.SupportsInt | typing.SupportsIndex = 2) -> PrimitiveView:
+        ...
+    @staticmethod
+    def of_points(points: numpy.ndarray) -> PrimitiveView:
+        ...
+    def energy(self, kind: PrimitiveKind, T_obj_cam: numpy.ndarray, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], options: PrimitiveEnergyOptions) -> dict:
+        ...
+    def fit(self, kinds: collections.abc.Sequence[PrimitiveKind], options: PrimitiveFitOptions, T_cam_obj: typing.Any = None, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] | None = None, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> list:
+        ...
+    def set_plane(self, normal: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], offset: typing.SupportsFloat | typing.SupportsIndex, stands: bool) -> None:
+        ...
+    @property
+    def points(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def rays(self) -> int:
+        ...
 class Reconstruction:
     def __init__(self, voxels: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_m: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], prior: numpy.ndarray | None, options: ReconstructionOptions, threads: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
@@ -636,6 +780,51 @@ class Residual:
         ...
     @typing.overload
     def __ne__(self, other: Residual) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
+        ...
+class Scaling:
+    """
+    Members:
+    
+      exact
+    
+      printed
+    """
+    __members__: typing.ClassVar[dict[str, Scaling]]  # value = {'exact': <Scaling.exact: 0>, 'printed': <Scaling.printed: 1>}
+    exact: typing.ClassVar[Scaling]  # value = <Scaling.exact: 0>
+    printed: typing.ClassVar[Scaling]  # value = <Scaling.printed: 1>
+    @typing.overload
+    def __eq__(self, other: Scaling) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: Scaling) -> bool:
         ...
     @typing.overload
     def __ne__(self, other: typing.Any) -> bool:
@@ -1018,6 +1207,14 @@ def paint(vertices: numpy.ndarray, faces: numpy.ndarray, colors: numpy.ndarray, 
 def photometric(shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], numpy.ndarray], K: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"], settled: numpy.ndarray, T_obj_cam: numpy.ndarray, u_px: numpy.ndarray, v_px: numpy.ndarray, depth_m: numpy.ndarray, grey: numpy.ndarray, sigma: typing.SupportsFloat | typing.SupportsIndex = 0.03) -> tuple:
     """
     Cost, gradient, Hessian, tone (gain, shading, offset) and pixels used, of the photometric energy.
+    """
+def primitive_distances(kind: PrimitiveKind, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], points: numpy.ndarray, scaling: Scaling = ...) -> tuple:
+    """
+    -> phi (N,), gradient (N, 3), derivative by every length (N, sizes).
+    """
+def primitive_reach(kind: PrimitiveKind, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], direction: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]) -> tuple[float, typing.Annotated[list[float], "FixedSize(3)"], list[float]]:
+    """
+    -> reach (m), point, derivative by every length.
     """
 def primitive_sdf(kind: str, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
     """

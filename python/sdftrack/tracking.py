@@ -22,6 +22,9 @@ from sdftrack.device import resolve_device
 from sdftrack.frame import Frame
 from sdftrack.options import TrackerOptions
 from sdftrack.places import Place, one_place, place_list
+from sdftrack.primitives.result import PrimitiveFit
+from sdftrack.primitives.shape import Primitive
+from sdftrack.primitives.tracked import FreeSizes
 from sdftrack.results import Status, Steps, TrackResult
 from sdftrack.sdf import SDF
 
@@ -41,8 +44,9 @@ class Tracker:
 
     Parameters
     ----------
-    shapes : SDF or sequence of SDF
-        The objects; the same SDF twice is stored once.
+    shapes : SDF or Primitive, or a sequence of them
+        The objects; the same SDF twice is stored once. A `Primitive` is a simple solid whose size is found at the start
+        and made better while it is followed; :attr:`sizes` tells it.
     camera : Camera or RGBDCamera
         Of the depth images; a Camera means that colour is aligned to depth. A frame's own ``camera`` goes before it.
     mode : {"auto", "depth", "rgbd"}
@@ -99,7 +103,7 @@ class Tracker:
 
     def __init__(
         self,
-        shapes: SDF | Sequence[SDF],
+        shapes: SDF | Primitive | Sequence[SDF | Primitive],
         camera: Camera | RGBDCamera,
         mode: str = "auto",
         device: str = "auto",
@@ -113,7 +117,8 @@ class Tracker:
         options: TrackerOptions | None = None,
         **single_options: Any,
     ) -> None:
-        self.shapes = _shape_list(shapes)
+        self._free_sizes = FreeSizes(shapes)
+        self.shapes = _shape_list(self._free_sizes.shapes)
         self.camera = camera
         self._frame_camera = depth_camera(camera)
         self.options = _option_set(options).replace(**single_options)
@@ -137,27 +142,45 @@ class Tracker:
         self.recover_lost = bool(recover)
         self.membership = membership
         self.motion = motion
-        self._core = _core.Tracker(
-            [_volume(s) for s in self.shapes],
-            self._frame_camera._core,
-            self.options.replace(**always)._to_core(),
-            threads,
-            self.recover_lost,
-            _core.MotionModel.__members__[motion],
-            cuda,
-            _core.Collision.__members__[COLLISIONS[collision]],
-        )
-        self._painted: list[tuple[NDArray[np.uint8], NDArray[np.uint16]]] = []
-        for k, shape in enumerate(self.shapes):
-            self._paint(k, shape)
+        self._cuda, self._collision, self._always = cuda, collision, always
+        self._make_core()
         self._index = -1
         self._last: TrackResult | None = None
         self._found: dict[str, Any] = {}  # what the core said of it
         self._best = _unknown(len(self.shapes))  # last good poses
         self._lock = threading.Lock()
 
+    def _make_core(self) -> None:
+        """The core's tracker of the shapes as they are, with their colours."""
+        self._core = _core.Tracker(
+            [_volume(s) for s in self.shapes],
+            self._frame_camera._core,
+            self.options.replace(**self._always)._to_core(),
+            self.threads,
+            self.recover_lost,
+            _core.MotionModel.__members__[self.motion],
+            self._cuda,
+            _core.Collision.__members__[COLLISIONS[self._collision]],
+        )
+        self._painted: list[tuple[NDArray[np.uint8], NDArray[np.uint16]]] = []
+        for k, shape in enumerate(self.shapes):
+            self._paint(k, shape)
+
+    def _replace_shapes(self, shapes: list[SDF], poses: NDArray[np.float64] | None) -> None:
+        """Other volumes for the same objects; `poses`: where to go on from."""
+        self.shapes = shapes
+        self._make_core()
+        for k, T in enumerate([] if poses is None else poses):
+            if np.isfinite(T).all():
+                self._core.set_pose(k, np.ascontiguousarray(T), None)
+
     def __repr__(self) -> str:
         return f"Tracker({len(self.shapes)} shape{'s' * (len(self.shapes) != 1)}, {self._frame_camera!r})"
+
+    @property
+    def sizes(self) -> list[PrimitiveFit | None]:
+        """What is known of the size of each `Primitive` among the shapes; None: another shape, or not found yet."""
+        return self._free_sizes.fits(len(self.shapes))
 
     def start(
         self,
@@ -210,6 +233,7 @@ class Tracker:
         if given:
             places = place_list(*given[0], count, camera)
         with self._alone():
+            self._free_sizes.start(self, frame, camera, places)
             self._index, self._last = 0, None
             self._best = np.stack([_pose_or_nan(place) for place in places])
             begin = time.perf_counter()
@@ -246,7 +270,9 @@ class Tracker:
             camera = self._camera_of(frame)
             self._index += 1
             begin = time.perf_counter()
-            return self._finish(frame, self._run(frame, camera, self._core.track), begin)
+            result = self._finish(frame, self._run(frame, camera, self._core.track), begin)
+            self._free_sizes.look(self, frame, camera, result)
+            return result
 
     def recover(
         self, frame: Frame, k: int | None = None, mask: ArrayLike | None = None, box: Any = None
@@ -357,6 +383,7 @@ class Tracker:
             raise ValueError("k: expected at least one object to be left, got the only one")
         with self._alone():
             self._core.remove(index)
+            self._free_sizes.remove(index)
             for values in (self.shapes, self.names, self.mode_used):
                 del values[index]
             self._best = np.delete(self._best, index, axis=0)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.calibration.lens import EXTRA, camera_of, core_lens, extra_of
-from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.calibration.lens import camera_of, extra_of
+from sdftrack.camera import Camera
 from sdftrack.checks import of_kind
 from sdftrack.frame import Frame
 from sdftrack.results import Status
@@ -20,14 +20,22 @@ from sdftrack.tracking import Tracker
 __all__ = ["Follower"]
 
 LEAST_READINGS = 200  # of the object in a frame that is used
-FIRST_LOOK = 4  # frames after which the lens is found for the first time; then each time they have doubled
-LENS_UNKNOWN_NOISE_M = 0.006  # what a lens that is 10 % off does to a shape of some 10 cm, as if it were noise
+FIRST_LOOK, GROWTH = (
+    4,
+    1.5,
+)  # frames after which the lens is found for the first time; and by how much more then
+LENS_KNOWN = 10**9
+LENS_UNKNOWN_NOISE_M = (
+    0.006  # what a lens that is 10 % off does to a shape of some 10 cm, as if it were noise
+)
 
 
 class Follower:
     """Frames in, readings near the object out, to a `_core.Calibration`."""
 
-    def __init__(self, core: Any, sdf: SDF, camera: Camera, improve: Callable[[int], None], threads: int) -> None:
+    def __init__(
+        self, core: Any, sdf: SDF, camera: Camera, improve: Callable[[int], None], threads: int
+    ) -> None:
         self.core = core
         self.sdf = sdf
         self.first_camera = camera
@@ -40,7 +48,7 @@ class Follower:
     def follow(
         self, frames: Iterable[Frame], places: dict[str, Any], tell: Callable[[int], None] | None
     ) -> None:
-        """Track through all frames; find the lens anew whenever their number has doubled."""
+        """Track through all frames; find the lens anew whenever their number has grown by half."""
         next_look = FIRST_LOOK
         for i, frame in enumerate(frames):
             of_kind(frame, Frame, f"frames[{i}]", "make one with st.Frame(depth)")
@@ -53,7 +61,7 @@ class Follower:
                     self.improve(next_look)
                     assert self._tracker is not None
                     self._tracker.set_pose(0, self.core.poses[-1])  # the poses have moved with the lens
-                    next_look *= 2
+                    next_look = int(GROWTH * next_look)
             if tell is not None:
                 tell(i + 1)
 
@@ -71,7 +79,8 @@ class Follower:
             result = self._tracker.start(seen, **places)
         else:
             result = self._tracker.track(seen)
-        if result.status[0] not in (Status.OK, Status.WEAK):
+        known = len(self.used) >= LENS_KNOWN
+        if result.status[0] not in ((Status.OK,) if known else (Status.OK, Status.WEAK)):
             if not self.used:
                 self._tracker = None  # the next frame is a start again
             return f"{result.status[0]}: {result.reason[0]}"

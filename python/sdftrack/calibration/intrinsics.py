@@ -14,7 +14,14 @@ from sdftrack import _core
 from sdftrack.calibration.following import LEAST_READINGS, Follower
 from sdftrack.calibration.intrinsics_result import IntrinsicsResult, PerFrame, per_frame_of
 from sdftrack.calibration.lens import EXTRA, UNKNOWNS, camera_of, check_free, core_lens, prior_sd
-from sdftrack.calibration.observability import COLUMNS, ROWS, observe, refuse_still_object, refuse_unobservable
+from sdftrack.calibration.observability import (
+    COLUMNS,
+    ROWS,
+    observe,
+    refuse_flat_shape,
+    refuse_still_object,
+    refuse_unobservable,
+)
 from sdftrack.calibration.statistics import covariance_of, frame_test, half_width95
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.checks import of_kind
@@ -48,7 +55,7 @@ def calibrate_intrinsics(
     """Find the intrinsics of a depth camera from frames of a known object: no pattern, no correspondences.
 
     The object is tracked with the camera as it is known by then; the camera is found anew each time the number of
-    frames has doubled, and once more from all of them.
+    frames has grown by half, and once more from all of them.
 
     Parameters
     ----------
@@ -62,11 +69,11 @@ def calibrate_intrinsics(
         ``T_cam_obj`` in the first frame; or else `mask` ((H, W), not 0 on the object) or `box` ((x, y, w, h), depth
         pixels) to search in; none of them: the whole image is searched.
     joint : bool
-        True: one solution over all frames, which share the camera. False: the source's information-weighted mean of every
-        frame's own estimate (thesis Eq. 3.23). Both are in the result.
+        True: one solution over all frames, which share the camera. False: the source's information-weighted mean of
+        every frame's own estimate (thesis Eq. 3.23). Both are in the result.
     free : sequence of str
         What is unknown, out of "fx", "fy", "cx", "cy", "skew", "k1", "k2" (of the lens distortion), "depth_scale" and
-        "depth_offset" (``depth = scale * reading + offset``).
+        "depth_offset" (``depth = scale * reading + offset``); the last two ask for a curved shape.
     progress : callable, optional
         Called with the number of frames read so far.
     max_pixels : int
@@ -84,8 +91,8 @@ def calibrate_intrinsics(
     TypeError
         An argument of the wrong kind.
     ValueError
-        A name that is not known, depth of another size than the camera's, fewer than five frames in which the object was
-        found, an object that never moves, or one that does not show an unknown (a symmetric one, say: the error names it).
+        A name that is not known, depth of another size than the camera's, fewer than five frames in which the object
+        was found, an object that never moves, or one that does not show an unknown (the error names it, and says why).
 
     >>> found = calibrate_intrinsics(seq, sdf, st.Camera(600, 600, 300, 200, 640, 480))  # doctest: +SKIP
     >>> found.camera, found.interval95                                                    # doctest: +SKIP
@@ -99,7 +106,9 @@ def calibrate_intrinsics(
     if isinstance(max_pixels, bool) or not isinstance(max_pixels, int) or max_pixels < LEAST_READINGS:
         raise ValueError(f"max_pixels: expected a number of at least {LEAST_READINGS}, got {max_pixels!r}")
     first = depth_camera(initial_camera)
-    problem = _Problem(sdf, first, check_free(free), joint, max_pixels, threads)
+    names = check_free(free)
+    refuse_flat_shape(sdf, names)
+    problem = _Problem(sdf, first, names, joint, max_pixels, threads)
     follower = Follower(problem.core, sdf, first, problem.improve, threads)
     follower.follow(frames, _places(initial_pose, mask, box, first), progress)
     _expect_enough(follower)
@@ -162,7 +171,9 @@ class _Problem:
         most = int(MOST_LEFT_OUT * len(follower.used))
         for k in range(TEST_ROUNDS):
             steps, self.stop, _, count = self.core.polish() if k else self.core.solve(SCALE_M)
-            self.steps += [Step(cost, damping, accepted, float("nan"), count) for cost, damping, accepted in steps]
+            self.steps += [
+                Step(cost, damping, accepted, float("nan"), count) for cost, damping, accepted in steps
+            ]
             self.estimates = self.core.examine()
             unfit = frame_test(self.estimates, LEAST_READINGS)
             unfit = dict(list(unfit.items())[:most])

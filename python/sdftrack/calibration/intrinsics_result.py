@@ -63,8 +63,8 @@ class IntrinsicsResult:
     extra : dict
         skew (px), depth_scale and depth_offset (m) where they were free: ``depth = scale * reading + offset``.
     bias : (n,) float64
-        What noise does to the estimate on average: measured on a simulated twin (readings made up from the solution, with
-        the noise of each frame), not subtracted.
+        What noise does to the estimate on average: measured on a simulated twin (readings made up from the
+        solution, with the noise of each frame), not subtracted.
     per_frame : PerFrame
         Of the frames that were used.
     poses : (M, 4, 4) float64
@@ -128,7 +128,10 @@ class IntrinsicsResult:
             "interval95": self.interval95.tolist(),
             "extra": self.extra,
             "bias": self.bias.tolist(),
-            "fused": {"values": self.per_frame.fused.tolist(), "covariance": self.per_frame.fused_covariance.tolist()},
+            "fused": {
+                "values": self.per_frame.fused.tolist(),
+                "covariance": self.per_frame.fused_covariance.tolist(),
+            },
             "status": self.status,
             "reason": self.reason,
             "joint": self.joint,

@@ -25,7 +25,9 @@ EXTRA = {"skew": 0.0, "depth_scale": 1.0, "depth_offset": 0.0}
 def check_free(free: Any) -> tuple[str, ...]:
     """`free` as a tuple of known names, each once."""
     if isinstance(free, str):
-        raise TypeError(f"free: expected a sequence of names, got the text {free!r}; a single one is ({free!r},)")
+        raise TypeError(
+            f"free: expected a sequence of names, got the text {free!r}; a single one is ({free!r},)"
+        )
     names = tuple(free)
     for name in names:
         if name not in UNKNOWNS:
@@ -49,8 +51,8 @@ def camera_of(values: Sequence[float], like: Camera) -> Camera:
         lens = lens or [0.0] * 4
     if lens:
         lens[0], lens[1] = named["k1"], named["k2"]
-    pinhole = {name: float(named[name]) for name in ("fx", "fy", "cx", "cy")}
-    return dataclasses.replace(like, **pinhole, distortion=tuple(lens))
+    fx, fy, cx, cy = (float(named[name]) for name in ("fx", "fy", "cx", "cy"))
+    return dataclasses.replace(like, fx=fx, fy=fy, cx=cx, cy=cy, distortion=tuple(lens))
 
 
 def extra_of(values: Sequence[float]) -> dict[str, float]:

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""What the frames of a calibration could and could not say: which motion is missing, and which unknown it leaves open."""
+"""What the frames of a calibration could and could not say: which motion is missing, which unknown is left open."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,8 +13,9 @@ from numpy.typing import NDArray
 
 from sdftrack import metrics
 from sdftrack.camera import Camera
+from sdftrack.sdf import SDF
 
-__all__ = ["Observability", "observe", "refuse_still_object", "refuse_unobservable"]
+__all__ = ["Observability", "observe", "refuse_flat_shape", "refuse_still_object", "refuse_unobservable"]
 
 Array = NDArray[np.float64]
 
@@ -21,11 +23,17 @@ COLUMNS, ROWS = 8, 6  # cells of the image
 LEAST_IN_CELL = 50  # readings for a cell to count as visited
 ALIKE = 0.95  # correlation beyond which two unknowns are not told apart
 STILL_M, STILL_RAD = 0.01, np.radians(2.0)
+FLAT, FLAT_RAD = 0.6, np.radians(1.0)
 DEPTH_SPAN, TURN_RAD = 0.2, np.radians(30.0)  # less is too little
 # sd beyond which an unknown is not known: of fx and fy by themselves, of the others as stated.
 HOPELESS = {"fx": 0.2, "fy": 0.2, "cx": 0.2, "cy": 0.2, "skew": 0.1, "k1": 1.0, "k2": 5.0}
 HOPELESS |= {"depth_scale": 0.2, "depth_offset": 0.2}
-SIDES = {"left": np.s_[:, 0], "right": np.s_[:, -1], "top": np.s_[0, :], "bottom": np.s_[-1, :]}
+SIDES: dict[str, Any] = {
+    "left": np.s_[:, 0],
+    "right": np.s_[:, -1],
+    "top": np.s_[0, :],
+    "bottom": np.s_[-1, :],
+}
 
 
 @dataclass(frozen=True)
@@ -62,17 +70,19 @@ def observe(coverage: NDArray[Any], poses: Array, names: Sequence[str], covarian
     advice = _missing_places(coverage)
     if np.ptp(distance) < DEPTH_SPAN * distance.mean():
         advice.append(
-            f"the object stayed {distance.min():.2f} to {distance.max():.2f} m away: move it towards the camera and back"
+            f"the object stayed {distance.min():.2f} to {distance.max():.2f} m away: move it nearer and farther"
         )
     if turn < TURN_RAD:
         advice.append(f"the object turned by {np.degrees(turn):.0f} deg only: show it from more sides")
-    for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
+    for i, j in itertools.combinations(range(len(names)), 2):
         if abs(correlation[i, j]) > ALIKE:
             advice.append(
                 f"{names[i]} and {names[j]} are hardly told apart (correlation {correlation[i, j]:.3f}): "
                 "move the object nearer and farther, or free only one of them"
             )
-    return Observability(coverage.astype(np.int64), (distance.min(), distance.max()), turn, correlation, advice)
+    return Observability(
+        coverage.astype(np.int64), (distance.min(), distance.max()), turn, correlation, advice
+    )
 
 
 def refuse_still_object(poses: Array) -> None:
@@ -86,9 +96,36 @@ def refuse_still_object(poses: Array) -> None:
         )
 
 
-def refuse_unobservable(
-    names: Sequence[str], sd: Array, camera: Camera, open_turns: int
-) -> None:
+def refuse_flat_shape(sdf: SDF, names: Sequence[str]) -> None:
+    """ValueError when the depth's own law is asked of a shape of flat faces.
+
+    Faces and the angles between them look the same on a smaller body nearer by; only curved surfaces, or the
+    outline, which the readings within it do not show, have a size (docs/math/intrinsics.md, section 3).
+    """
+    asked = [name for name in ("depth_scale", "depth_offset") if name in names]
+    if asked and (flat := _flat_share(sdf)) > FLAT:
+        raise ValueError(
+            f"free: {' and '.join(asked)} cannot be found with this shape, whose surface is flat "
+            f"to {100 * flat:.0f} %: take a curved one, or leave it out"
+        )
+
+
+def _flat_share(sdf: SDF) -> float:
+    """Share of the surface whose normal does not turn over a twentieth of the object's size."""
+    vertices = sdf.to_mesh().vertices
+    points = vertices[:: max(1, len(vertices) // 1000)]
+    step = 0.05 * float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    normals = _unit(sdf.gradient(points))
+    along = _unit(np.cross(normals, np.roll(normals, 1, axis=1) + np.array([0.3, 0.5, 0.7])))
+    cosine = np.einsum("ij,ij->i", normals, _unit(sdf.gradient(points + step * along)))
+    return float(np.mean(cosine > np.cos(FLAT_RAD)))
+
+
+def _unit(v: Array) -> Array:
+    return v / np.maximum(np.linalg.norm(v, axis=1, keepdims=True), 1e-12)
+
+
+def refuse_unobservable(names: Sequence[str], sd: Array, camera: Camera, open_turns: int) -> None:
     """ValueError that names the unknowns on which the frames say next to nothing, and the cause."""
     unit = {"fx": camera.fx, "fy": camera.fy, "cx": camera.width, "cy": camera.width, "skew": camera.fx}
     bad = [

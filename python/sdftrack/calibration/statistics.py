@@ -10,7 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["covariance_of", "frame_test", "fuse", "half_width95", "robust_chi2", "student_t975", "chi2_quantile"]
+__all__ = [
+    "chi2_quantile",
+    "covariance_of",
+    "frame_test",
+    "fuse",
+    "half_width95",
+    "robust_chi2",
+    "student_t975",
+]
 
 Array = NDArray[np.float64]
 Estimates = dict[str, Any]  # what `_core.Calibration.examine` returns
@@ -58,15 +66,19 @@ def covariance_of(estimates: Estimates) -> Array:
 
 def robust_chi2(estimates: Estimates) -> Array:
     """(M,) squared length of each frame's pull on the unknowns, by what its noise explains: chi-square of n."""
-    solved = np.linalg.solve(estimates["scatter"], estimates["gradient"][:, :, None])[:, :, 0]
+    scatter = estimates["scatter"]
+    size = np.trace(scatter, axis1=1, axis2=2)
+    # A frame without readings pulls nowhere: any scatter will do.
+    least = np.where(size > 0, 1e-12 * size, 1.0)[:, None, None] * np.eye(scatter.shape[1])
+    solved = np.linalg.solve(scatter + least, estimates["gradient"][:, :, None])[:, :, 0]
     return np.einsum("mi,mi->m", estimates["gradient"], solved)
 
 
 def frame_test(estimates: Estimates, least_hits: int) -> dict[int, str]:
     """Frames to leave out, by their number: little seen, badly fitting, or pulling where no other does.
 
-    The last is a chi-square test at 99.9 % of the frame's pull on the unknowns, its scatter measured by the median of all
-    frames; docs/math/intrinsics.md, section 5.
+    The last is a chi-square test at 99.9 % of the frame's pull on the unknowns, its scatter measured by the median of
+    all frames; docs/math/intrinsics.md, section 5.
     """
     n = estimates["gradient"].shape[1]
     out = {
@@ -76,11 +88,15 @@ def frame_test(estimates: Estimates, least_hits: int) -> dict[int, str]:
     usual = float(np.median(estimates["noise_m"]))
     for m in np.flatnonzero(estimates["noise_m"] > MOST_NOISE * usual):
         noise_mm = 1e3 * estimates["noise_m"][m]
-        out.setdefault(int(m), f"fits badly: residuals of {noise_mm:.1f} mm, {1e3 * usual:.1f} mm in the median frame")
+        out.setdefault(
+            int(m), f"fits badly: residuals of {noise_mm:.1f} mm, {1e3 * usual:.1f} mm in the median frame"
+        )
     chi2 = robust_chi2(estimates)
     limit = chi2_quantile(LIKELY, n) * max(1.0, float(np.median(chi2)) / chi2_quantile(0.5, n))
     for m in np.flatnonzero(chi2 > limit):
-        out.setdefault(int(m), f"disagrees with the other frames: chi-square {chi2[m]:.0f}, expected below {limit:.0f}")
+        out.setdefault(
+            int(m), f"disagrees with the other frames: chi-square {chi2[m]:.0f}, expected below {limit:.0f}"
+        )
     return out
 
 
@@ -108,4 +124,3 @@ def chi2_quantile(probability: float, freedom: int) -> float:
     """Quantile of chi-square by Wilson and Hilferty's cube of a normal."""
     z = NormalDist().inv_cdf(probability)
     return freedom * (1 - 2 / (9 * freedom) + z * math.sqrt(2 / (9 * freedom))) ** 3
-

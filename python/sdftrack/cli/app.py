@@ -10,7 +10,7 @@ from typing import Any
 
 import typer
 
-from sdftrack.cli import calibrate, config, demo, evaluate, info, reconstruct, reproduce, track
+from sdftrack.cli import calibrate, config, demo, evaluate, fit, info, reconstruct, reproduce, track
 
 __all__ = ["app", "run"]
 
@@ -26,6 +26,7 @@ for command in (
     demo.demo,
     track.track,
     reconstruct.reconstruct,
+    fit.fit,
     evaluate.evaluate,
     reproduce.reproduce,
     info.info,

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A lens and what an object says of it, in plain numpy: the twin of cpp/calibration.
 
-Lens values stand in the order fx, fy, cx, cy, skew, k1, k2, depth scale, depth offset (m). A reading d at pixel (u, v) is
-the point ``(scale d + offset) ray(u, v)``. Derivation: docs/math/intrinsics.md.
+Lens values stand in the order fx, fy, cx, cy, skew, k1, k2, depth scale, depth offset (m). A reading d at pixel (u, v)
+is the point ``(scale d + offset) ray(u, v)``. Derivation: docs/math/intrinsics.md.
 """
 
 from __future__ import annotations
@@ -41,7 +41,12 @@ def depth_of(lens: Array, reading_m: float) -> float:
 
 
 def residual(
-    volume: tuple[Array, float, Array], lens: Array, T_obj_cam: Array, u_px: float, v_px: float, reading_m: float
+    volume: tuple[Array, float, Array],
+    lens: Array,
+    T_obj_cam: Array,
+    u_px: float,
+    v_px: float,
+    reading_m: float,
 ) -> float:
     """Depth at which the ray meets the surface, minus the depth measured (m), by Newton's method from the reading."""
     values, voxel_m, origin = volume

@@ -143,7 +143,12 @@ class leave_and_return:
         return poses
 
 
-NAMED: dict[str, Trajectory] = {"random": random_walk(), "orbit": orbit(), "static": static(), "sweep": sweep()}
+NAMED: dict[str, Trajectory] = {
+    "random": random_walk(),
+    "orbit": orbit(),
+    "static": static(),
+    "sweep": sweep(),
+}
 
 
 def poses_of(trajectory: Any, n: int, rng: np.random.Generator, centre: Array) -> Array:

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#include "primitives/bounds.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace sdftrack {
+
+namespace {
+
+constexpr double kGrowth = 1.0 / 3;
+constexpr double kLeastGrowth_m = 0.01;
+constexpr double kRise = 8;  // nats: a solid that grew costs at least this much more where its size is known
+constexpr int kSteps = 6;
+constexpr int kPoints = 500, kRays = 400;  // a part is enough to see a rise
+
+State moved(const State& x, Vec3d shift_obj) {
+  State out = x;
+  out.T_obj_cam[0].t = out.T_obj_cam[0].t - shift_obj;
+  return out;
+}
+
+// Grown along length i; one of them keeps each end, and one the middle.
+std::vector<State> grown(PrimitiveKind kind, const State& x, int i) {
+  const auto at = static_cast<std::size_t>(i);
+  State bigger = x;
+  const double length = std::exp(x.log_size[at]);
+  const double more = std::max(kGrowth * length, kLeastGrowth_m);
+  bigger.log_size[at] = std::log(length + more);
+  std::vector<State> out = {bigger};
+  if (has_ends(kind, i)) {
+    const int k = axis_of_size(kind, i);
+    const Vec3d half{k == 0 ? more / 2 : 0, k == 1 ? more / 2 : 0, k == 2 ? more / 2 : 0};
+    out.push_back(moved(bigger, half));
+    out.push_back(moved(bigger, -half));
+  } else {
+    // Away from the camera, so that the side that is seen stays where it is.
+    Vec3d away = -x.T_obj_cam[0].t;
+    if (is_round(kind)) away.z = 0;
+    if (norm(away) > 1e-9) out.push_back(moved(bigger, (more / norm(away)) * away));
+  }
+  if (kind == PrimitiveKind::kCone) {
+    // The same side, longer: the apex stays.
+    State longer = x;
+    const double factor = 1 + more / length, height = std::exp(x.log_size[1]);
+    for (double& s : longer.log_size) s += std::log(factor);
+    out.push_back(moved(longer, {0, 0, -0.5 * (factor - 1) * height}));
+  }
+  return out;
+}
+
+}  // namespace
+
+void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy, LmWork* work,
+                 PrimitiveFit* fit) {
+  PrimitiveEnergyOptions part = energy;
+  part.points = std::min(energy.points, kPoints), part.rays = std::min(energy.rays, kRays);
+  PrimitiveEnergy cost(fit->kind, &view, part);
+  const double here = cost.cost(fit->x);
+  const auto rays = static_cast<int>(view.outline.size());
+  const double rise =
+      kRise * std::min(1.0, static_cast<double>(part.rays) / std::max(1, std::min(rays, energy.rays)));
+  LmOptions lm;
+  lm.max_steps = kSteps, lm.cost_gain = 0.5;
+  for (int i = 0; i < size_count(fit->kind); ++i) {
+    State best;
+    double least = std::numeric_limits<double>::infinity();
+    for (const State& x : grown(fit->kind, fit->x, i)) {
+      const double c = cost.cost(x);
+      if (c < least) least = c, best = x;
+    }
+    if (least - here > rise) {
+      lm.fixed.assign(static_cast<std::size_t>(cost.unknowns().size()), false);
+      lm.fixed[static_cast<std::size_t>(6 + i)] = true;
+      LmResult result;
+      result.x = best;
+      minimize(cost, lm, work, &result);
+      least = result.cost;
+    }
+    fit->bounded[static_cast<std::size_t>(i)] = least - here > rise;
+  }
+}
+
+Eigen::MatrixXd fit_covariance(const PrimitiveView& view, const PrimitiveEnergyOptions& energy,
+                               const PrimitiveFit& fit, double diameter_m) {
+  const PrimitiveEnergy cost(fit.kind, &view, energy);
+  PrimitiveEnergy::Sandwich at = cost.sandwich(fit.x);
+  const Eigen::Index n = at.A.rows();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double sd = i < 3 ? diameter_m : (i < 6 ? 3.14159265358979 : 2.0);
+    at.A(i, i) += 1 / (sd * sd), at.B(i, i) += 1 / (sd * sd);
+  }
+  const Eigen::MatrixXd inverse = at.A.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  return inverse * at.B * inverse.transpose();
+}
+
+}  // namespace sdftrack

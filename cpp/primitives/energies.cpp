@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#include "primitives/energies.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "energies/penalty.h"
+#include "primitives/residuals.h"
+#include "primitives/support.h"
+
+namespace sdftrack {
+
+namespace {
+
+constexpr int P = PrimitiveField::P;
+constexpr double kSlanted = 0.5;  // cosine of 60 degrees
+constexpr double kLeastSay = 0.1;
+constexpr double kThin = 8;  // nats, twice: what a length e times thinner than that costs
+
+// A pixel's ray hits the solid or not, with the chance 1 / (1 + e^(d / s)) at the clearance d:
+//   -log((1 - e) chance + e / 2), as a majorised quadratic like that of DepthLogistic.
+Curve<double> outline_curve(double d, double s, double floor, bool on) {
+  const double x = (on ? d : -d) / s;
+  const double chance = 1 / (1 + std::exp(std::clamp(x, -50.0, 50.0)));
+  const double likelihood = (1 - floor) * chance + 0.5 * floor;
+  const double mine = (1 - floor) * chance / likelihood;
+  const double slope = mine * (1 - chance) / s;
+  const double u = 0.5 * std::abs(x);
+  const double touching = mine * (u > 1e-4 ? std::tanh(u) / u : 1.0) / (4 * s * s);
+  return {-std::log(likelihood), on ? slope : -slope, touching};
+}
+
+double outline_second(double d, double s, double floor, bool on) {
+  const double h = 1e-3 * s;
+  return (outline_curve(d + h, s, floor, on).slope - outline_curve(d - h, s, floor, on).slope) / (2 * h);
+}
+
+// The gap between the solid and the plane, and its derivative: the plane's distance at the lowest point.
+void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, const Plane& plane,
+                       SolidResidual* out) {
+  const Vec3d m = field.T_obj_cam.R * plane.normal_cam;
+  const Reach reach = reach_of(field.kind, -m, size);
+  out->m = plane.offset_m - dot(m, field.T_obj_cam.t) - reach.reach_m;
+  const Vec3d turn = cross(m, reach.at);
+  const double J[6] = {-m.x, -m.y, -m.z, turn.x, turn.y, turn.z};
+  for (int j = 0; j < 6; ++j) out->J[j] = J[j];
+  for (int i = 0; i < kMostSizes; ++i)
+    out->J[6 + i] = i < size_count(field.kind) ? -size[static_cast<std::size_t>(i)] * reach.size[i] : 0.0;
+}
+
+}  // namespace
+
+void PrimitiveSums::add(double value, double slope, double curvature, const double (&J)[P], int n) {
+  cost += value;
+  int k = 0;
+  for (int a = 0; a < n; ++a) {
+    gradient[a] += slope * J[a];
+    const double weighted = curvature * J[a];
+    for (int b = 0; b <= a; ++b, ++k) hessian[k] += weighted * J[b];
+  }
+}
+
+void PrimitiveSums::add_to(int n, NormalEquations* out) const {
+  int k = 0;
+  for (int a = 0; a < P; ++a)
+    for (int b = 0; b <= a; ++b, ++k) {
+      if (a >= n) continue;
+      out->hessian(a, b) += hessian[k];
+      if (a != b) out->hessian(b, a) += hessian[k];
+    }
+  for (int a = 0; a < n; ++a) out->gradient[a] += gradient[a];
+  out->cost += cost;
+}
+
+// add(curve, second derivative, J, mean squared slope) for every contribution; the last is known of what is
+// no reading, and negative of one.
+template <class Add>
+void PrimitiveEnergy::visit(const State& x, const Add& add) const {
+  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
+  const PrimitiveEnergyOptions& o = options_;
+  const double per_s = 1 / o.scale_m, e = o.outlier_floor;
+  SolidResidual r;
+  const std::size_t points = std::min(view_->points.size(), static_cast<std::size_t>(o.points));
+  for (std::size_t i = 0; i < points; ++i) {
+    if (view_->along_rays)
+      ray_residual(field, view_->points[i], &r);
+    else
+      point_residual(field, view_->points[i], &r);
+    const double per_noise = o.per_noise ? per_s * static_cast<double>(o.per_noise[i]) : per_s;
+    add(
+        logistic_mixture(r.m, per_noise, 1 - e, e, Curvature::kIrls),
+        [&] { return logistic_mixture_second(r.m, per_noise, 1 - e, e); }, r.J, -1.0);
+  }
+  const std::size_t rays = std::min(view_->outline.size(), static_cast<std::size_t>(o.rays));
+  for (std::size_t i = 0; i < rays; ++i) {
+    const OutlineRay& ray = view_->outline[i];
+    clearance(field, ray, &r);
+    if (!ray.on) r.m += ray.slack_m;
+    const double s = o.outline_scale_px * ray.pixel_m;
+    add(
+        outline_curve(r.m, s, o.outline_floor, ray.on),
+        [&] { return outline_second(r.m, s, o.outline_floor, ray.on); }, r.J, -1.0);
+  }
+  if (view_->has_plane) {
+    const PrimitiveSize size{field.size_m[0], field.size_m[1], field.size_m[2]};
+    standing_residual(field, size, view_->plane, &r);
+    const double w = 1 / (o.standing_sigma_m * o.standing_sigma_m);
+    if (view_->stands || r.m < 0)
+      add(
+          Curve<double>{0.5 * w * r.m * r.m, w * r.m, w}, [&] { return w; }, r.J, w);
+  }
+  for (int i = 0; i < size_count(kind_); ++i) {
+    double J[P] = {};
+    J[6 + i] = 1;
+    const double log_size = x.log_size[static_cast<std::size_t>(i)];
+    const double thin = o.thin_m > 0 ? std::min(0.0, log_size - std::log(o.thin_m)) : 0.0;
+    add(
+        Curve<double>{o.shrink * log_size + 0.5 * kThin * thin * thin, o.shrink + kThin * thin,
+                      thin < 0 ? kThin : 0},
+        [] { return 0.0; }, J, 0.0);
+  }
+}
+
+void PrimitiveEnergy::linearize(const State& x, NormalEquations* out) {
+  PrimitiveSums sums;
+  const int n = unknowns().size();
+  visit(x, [&](const Curve<double>& c, const auto&, const double(&J)[P], double) {
+    sums.add(c.cost, c.slope, c.curvature, J, n);
+    out->count += 1;
+  });
+  sums.add_to(n, out);
+}
+
+double PrimitiveEnergy::cost(const State& x) {
+  double cost = 0;
+  visit(x, [&](const Curve<double>& c, const auto&, const double(&)[P], double) { cost += c.cost; });
+  return cost;
+}
+
+PrimitiveEnergy::Sandwich PrimitiveEnergy::sandwich(const State& x) const {
+  PrimitiveSums A, B;
+  const int n = unknowns().size();
+  visit(x, [&](const Curve<double>& c, const auto& second, const double(&J)[P], double spread) {
+    A.add(0, 0, second(), J, n);
+    B.add(0, 0, spread < 0 ? c.slope * c.slope : spread, J, n);
+  });
+  NormalEquations a, b;
+  a.reset(n), b.reset(n);
+  A.add_to(n, &a), B.add_to(n, &b);
+  return {a.hessian, b.hessian};
+}
+
+double PrimitiveEnergy::outline_cost(const State& x) const {
+  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
+  const std::size_t rays = std::min(view_->outline.size(), static_cast<std::size_t>(options_.rays));
+  SolidResidual r;
+  double cost = 0;
+  for (std::size_t i = 0; i < rays; ++i) {
+    const OutlineRay& ray = view_->outline[i];
+    clearance(field, ray, &r);
+    if (!ray.on) r.m += ray.slack_m;
+    cost += outline_curve(r.m, options_.outline_scale_px * ray.pixel_m, options_.outline_floor, ray.on).cost;
+  }
+  return cost;
+}
+
+void PrimitiveEnergy::slants(const State& x, std::vector<float>* per_noise) const {
+  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
+  per_noise->assign(std::min(view_->points.size(), static_cast<std::size_t>(options_.points)), 1.0f);
+  if (!view_->along_rays) return;
+  for (std::size_t i = 0; i < per_noise->size(); ++i) {
+    const Vec3d& p = view_->points[i];
+    double phi;
+    Vec3d grad;
+    field.value(p, &phi, &grad);
+    const double cosine = std::abs(dot(grad, p)) / norm(p);
+    (*per_noise)[i] = static_cast<float>(std::clamp(cosine / kSlanted, kLeastSay, 1.0));
+  }
+}
+
+void PrimitiveEnergy::residuals(const State& x, std::vector<double>* out) const {
+  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
+  const std::size_t points = std::min(view_->points.size(), static_cast<std::size_t>(options_.points));
+  out->clear();
+  SolidResidual r;
+  for (std::size_t i = 0; i < points; ++i) {
+    if (view_->along_rays)
+      ray_residual(field, view_->points[i], &r);
+    else
+      point_residual(field, view_->points[i], &r);
+    out->push_back(r.m);
+  }
+}
+
+}  // namespace sdftrack

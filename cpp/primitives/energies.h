@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+// What a pose and lengths of a solid cost. Unknowns of all of them: those of PrimitiveField.
+#pragma once
+
+#include "optim/energy.h"
+#include "primitives/field.h"
+#include "primitives/view.h"
+
+namespace sdftrack {
+
+struct PrimitiveEnergyOptions {
+  Scaling scaling = Scaling::kExact;
+  double scale_m = 0.005;         // s of the logistic density of a reading's residual
+  double outlier_floor = 0.1;     // share of readings that are not the solid's
+  double outline_scale_px = 0.5;  // the same of the edge of the picture
+  double outline_floor = 0.0;
+  double standing_sigma_m = 0.0005;  // of the gap between the solid and the plane that it stands on
+  double shrink = 1e-3;  // cost of a length that grows e-fold: ends that nothing bounds stay at the data
+  double thin_m = 0;     // a length below this costs: nothing is a sheet, if it need not be
+  const float* per_noise = nullptr;  // of every point: 1 over how much noisier it is; nullptr: all are alike
+  int points = 1 << 30;              // at most; the first part of the view's
+  int rays = 1 << 30;
+};
+
+// Sums of a term, and of the outer products of single contributions, for the sandwich covariance.
+struct PrimitiveSums {
+  static constexpr int P = PrimitiveField::P;
+  double cost = 0;
+  double gradient[P] = {};
+  double hessian[P * (P + 1) / 2] = {};
+
+  // n: how many of the columns count.
+  void add(double value, double slope, double curvature, const double (&J)[P], int n);
+  void add_to(int n, NormalEquations* out) const;
+};
+
+class PrimitiveEnergy : public Energy {
+ public:
+  PrimitiveEnergy(PrimitiveKind kind, const PrimitiveView* view, const PrimitiveEnergyOptions& options)
+      : kind_(kind), view_(view), options_(options) {}
+  Unknowns unknowns() const override { return {1, false, false, size_count(kind_)}; }
+  void linearize(const State& x, NormalEquations* out) override;
+  double cost(const State& x) override;
+
+  // A: the true second derivative's Gauss-Newton part; B: sum of the squared slopes
+  // (docs/math/depth_tracker.md).
+  struct Sandwich {
+    Eigen::MatrixXd A, B;
+  };
+  Sandwich sandwich(const State& x) const;
+  // Of the edge of the picture alone.
+  double outline_cost(const State& x) const;
+  // Of each reading that is used how much less it says than one that is met squarely: a reading at a slant
+  // takes over what its neighbours see, so its depth is in doubt by a multiple of the slope.
+  void slants(const State& x, std::vector<float>* per_noise) const;
+  // Residual (m) of each reading that is used.
+  void residuals(const State& x, std::vector<double>* out) const;
+
+ private:
+  template <class Add>
+  void visit(const State& x, const Add& add) const;
+
+  PrimitiveKind kind_;
+  const PrimitiveView* view_;
+  PrimitiveEnergyOptions options_;
+};
+
+}  // namespace sdftrack

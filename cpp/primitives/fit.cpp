@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: MIT
+#include "primitives/fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "primitives/bounds.h"
+#include "tracking/plane.h"
+
+namespace sdftrack {
+
+namespace {
+
+constexpr double kVague = 0.25;           // a length with a larger relative sd is not known
+constexpr std::size_t kTried = 4;         // guesses that are fitted
+constexpr std::size_t kRefined = 2;       // of them, those that are looked at closely
+constexpr double kLogisticOfSd = 0.5513;  // sqrt(3) / pi: s of a density with sd 1
+constexpr double kMadToSd = 1.4826;
+constexpr double kLeastScale_m = 2e-4, kMostScale_m = 0.004;
+constexpr double kFirstScale_m = 0.01;
+constexpr double kFirstScale = 0.04;  // of the diameter, where that is more
+constexpr double kWrongLabels =
+    0.05;                       // share of pixels beside the edge that are said to be what they are not
+constexpr double kThin = 0.08;  // of the diameter
+constexpr double kRough = 0.3;  // nats: what a step of an early stage must promise
+constexpr double kLittle = 0.003, kSure = 0.1;  // nats: a step that gains less moves nothing by 0.1 sd
+constexpr int kWitnesses = 2000;    // readings, and pixels of the outline, that are asked about the kind
+constexpr double kEffective = 500;  // readings that count as independent witnesses of a kind
+
+struct Candidate {
+  State x;
+  double cost;
+};
+
+State state_of(PrimitiveKind kind, const PrimitiveGuess& guess) {
+  State x;
+  x.T_obj_cam = {guess.T_obj_cam};
+  for (int i = 0; i < size_count(kind); ++i)
+    x.log_size.push_back(std::log(guess.size[static_cast<std::size_t>(i)]));
+  return x;
+}
+
+class Fitter {
+ public:
+  Fitter(PrimitiveKind kind, const PrimitiveView& view, const PrimitiveFitOptions& options, double diameter_m)
+      : kind_(kind),
+        view_(view),
+        options_(options),
+        diameter_m_(diameter_m),
+        first_m_(std::max(kFirstScale_m, kFirstScale * diameter_m)) {}
+
+  PrimitiveEnergyOptions energy(double scale_m, double outline_px, int points, int rays) const {
+    PrimitiveEnergyOptions e;
+    e.scaling = options_.scaling, e.scale_m = scale_m, e.outline_scale_px = outline_px;
+    e.points = std::min(points, options_.most_points), e.rays = std::min(rays, options_.most_rays);
+    e.outline_floor = outline_px > 1 ? 0.0 : kWrongLabels;
+    e.thin_m = kThin * diameter_m_;
+    if (!per_noise_.empty()) e.per_noise = per_noise_.data();
+    e.standing_sigma_m = std::max(0.0005, 0.5 * scale_m);
+    return e;
+  }
+
+  double cost(const State& x, const PrimitiveEnergyOptions& e) const {
+    return PrimitiveEnergy(kind_, &view_, e).cost(x);
+  }
+
+  void improve(const PrimitiveEnergyOptions& e, int trials, bool rigid, Candidate* c, bool rough = true) {
+    PrimitiveEnergy energy(kind_, &view_, e);
+    LmOptions lm;
+    lm.max_steps = trials, lm.cost_gain = rough ? kRough : kLittle;
+    if (!rough) lm.sure_gain = kSure;
+    lm.fixed.assign(static_cast<std::size_t>(energy.unknowns().size()), false);
+    for (std::size_t i = 0; i < c->x.log_size.size(); ++i) lm.fixed[6 + i] = rigid || options_.fixed[i];
+    LmResult& result = result_;
+    result.x = c->x;
+    minimize(energy, lm, &work_, &result);
+    steps_ += static_cast<int>(result.steps.size());
+    c->x = result.x, c->cost = result.cost;
+  }
+
+  // The best few by `e`.
+  void sieve(const PrimitiveEnergyOptions& e, std::size_t kept, std::vector<Candidate>* all) const {
+    for (Candidate& c : *all) {
+      c.cost = cost(c.x, e);
+      if (!std::isfinite(c.cost)) c.cost = std::numeric_limits<double>::max();
+    }
+    std::stable_sort(all->begin(), all->end(),
+                     [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+    if (all->size() > kept) all->resize(kept);
+  }
+
+  // s of the residuals' own spread: their median, which outliers do not move.
+  double own_scale(const State& x, int points) const {
+    std::vector<double> r;
+    PrimitiveEnergy(kind_, &view_, energy(1, 1, points, 0)).residuals(x, &r);
+    for (double& m : r) m = std::abs(m);
+    const auto middle = r.begin() + static_cast<std::ptrdiff_t>(r.size() / 2);
+    std::nth_element(r.begin(), middle, r.end());
+    return std::clamp(kLogisticOfSd * kMadToSd * *middle, kLeastScale_m, kMostScale_m);
+  }
+
+  Candidate coarse(std::vector<Candidate> all, bool is_given) {
+    const double s = first_m_;
+    if (!is_given) {
+      sieve(energy(s, 4, 120, 60), 3 * kTried, &all);
+      sieve(energy(0.6 * s, 3, 300, 100), kTried, &all);
+    }
+    for (Candidate& c : all) {
+      if (!is_given) improve(energy(s, 4, 300, 120), 3, true, &c);  // rigid, at an arbitrary size
+      improve(energy(0.7 * s, 4, 300, 120), 6, false, &c);
+    }
+    sieve(energy(0.4 * s, 2, 500, 200), kRefined, &all);
+    for (Candidate& c : all) {
+      improve(energy(0.4 * s, 2, 500, 200), 8, false, &c);
+      improve(energy(0.2 * s, 1, 700, 300), 8, false, &c);
+    }
+    sieve(energy(0.2 * s, 1, 700, 300), 1, &all);
+    return all.front();
+  }
+
+  double fine(Candidate* best) {
+    double s = own_scale(best->x, 700);
+    PrimitiveEnergy(kind_, &view_, energy(1, 1, options_.most_points, 0)).slants(best->x, &per_noise_);
+    improve(energy(s, 0.7, 1500, 600), 10, false, best, false);
+    s = own_scale(best->x, 1500);
+    improve(energy(s, 0.5, options_.most_points, options_.most_rays), 10, false, best, false);
+    return s;
+  }
+
+  LmWork* work() { return &work_; }
+  int steps() const { return steps_; }
+
+ private:
+  PrimitiveKind kind_;
+  const PrimitiveView& view_;
+  const PrimitiveFitOptions& options_;
+  double diameter_m_, first_m_;
+  std::vector<float> per_noise_;
+  LmWork work_;
+  LmResult result_;
+  int steps_ = 0;
+};
+
+void count_inliers(const PrimitiveView& view, const PrimitiveFitOptions& options, PrimitiveFit* fit) {
+  PrimitiveEnergyOptions e;
+  e.scaling = options.scaling, e.points = options.most_points;
+  std::vector<double> r;
+  PrimitiveEnergy(fit->kind, &view, e).residuals(fit->x, &r);
+  double squares = 0, inside = 0;
+  for (std::size_t i = 0; i < r.size(); ++i) {
+    const double tolerance =
+        view.along_rays ? plane_tolerance_m(options.tolerance_m, view.points[i].z) : options.tolerance_m;
+    if (!(std::abs(r[i]) < tolerance)) continue;
+    squares += r[i] * r[i], inside += 1;
+  }
+  fit->inliers = inside / static_cast<double>(std::max<std::size_t>(1, r.size()));
+  fit->rms_m = inside > 0 ? std::sqrt(squares / inside) : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace
+
+PrimitiveSize PrimitiveFit::size() const {
+  PrimitiveSize out{1, 1, 1};
+  for (std::size_t i = 0; i < x.log_size.size(); ++i) out[i] = std::exp(x.log_size[i]);
+  return out;
+}
+
+PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const SeedCloud& cloud,
+                           const PrimitiveFitOptions& options, const PrimitiveGuess* initial) {
+  PrimitiveFit fit;
+  fit.kind = kind;
+  Fitter fitter(kind, view, options, cloud.diameter_m);
+  std::vector<Candidate> all;
+  if (initial)
+    all.push_back({state_of(kind, *initial), 0});
+  else
+    for (const PrimitiveGuess& guess : guesses(kind, cloud, options.seed))
+      all.push_back({state_of(kind, guess), 0});
+  if (all.empty()) return fit;
+  Candidate best = fitter.coarse(std::move(all), initial != nullptr);
+  fit.scale_m = fitter.fine(&best);
+  fit.x = best.x, fit.steps = fitter.steps();
+  const PrimitiveEnergyOptions last = fitter.energy(fit.scale_m, 0.5, options.most_points, options.most_rays);
+  fit.covariance = fit_covariance(view, last, fit, cloud.diameter_m);
+  find_bounds(view, last, fitter.work(), &fit);
+  for (int i = 0; i < size_count(kind); ++i)
+    if (!(fit.covariance(6 + i, 6 + i) < kVague * kVague)) fit.bounded[static_cast<std::size_t>(i)] = false;
+  count_inliers(view, options, &fit);
+  fit.found = std::isfinite(best.cost);
+  return fit;
+}
+
+double evidence_against(const PrimitiveFit& fit, const PrimitiveView& view,
+                        const PrimitiveFitOptions& options, double scale_m) {
+  PrimitiveEnergyOptions e;
+  e.scaling = options.scaling, e.scale_m = scale_m;
+  e.points = std::min(options.most_points, kWitnesses), e.rays = std::min(options.most_rays, kWitnesses);
+  e.outline_floor = 0.1;
+  const double cost = PrimitiveEnergy(fit.kind, &view, e).cost(fit.x);
+  const double count = static_cast<double>(std::min(view.points.size(), static_cast<std::size_t>(e.points)) +
+                                           std::min(view.outline.size(), static_cast<std::size_t>(e.rays)));
+  const double effective = std::min(kEffective, count);
+  return cost * effective / count + 0.5 * free_count(fit.kind) * std::log(effective);
+}
+
+}  // namespace sdftrack

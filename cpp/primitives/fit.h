@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// A solid fitted to a view: guesses, rigid at an arbitrary size, then pose and lengths together (thesis,
+// section 3.8).
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "optim/lm.h"
+#include "primitives/energies.h"
+#include "primitives/seeds.h"
+
+namespace sdftrack {
+
+struct PrimitiveFitOptions {
+  Scaling scaling = Scaling::kExact;
+  unsigned seed = 0;
+  int most_points = 5000;  // that the last steps look at
+  int most_rays = 1500;
+  double tolerance_m = 0.003;  // at up to 1 m, growing with the square of the depth: a reading of the solid
+  std::array<bool, kMostSizes> fixed{false, false, false};  // lengths of `initial` to leave alone
+};
+
+struct PrimitiveFit {
+  PrimitiveKind kind = PrimitiveKind::kSphere;
+  State x;
+  std::array<bool, kMostSizes> bounded{false, false, false};
+  Eigen::MatrixXd covariance;  // of v, w (T_obj_cam's increment) and the logarithms of the lengths
+  double scale_m = 0;          // s of the readings' residuals
+  double rms_m = 0;            // of the readings within the tolerance
+  double inliers = 0;          // their share
+  int steps = 0;               // trials of the optimiser
+  bool found = false;
+
+  PrimitiveSize size() const;
+};
+
+// From guesses, or from one pose and size.
+PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const SeedCloud& cloud,
+                           const PrimitiveFitOptions& options, const PrimitiveGuess* initial);
+
+// What a kind's fit costs at a scale that all kinds share, in nats; half of it is a Bayesian information
+// criterion's -2 log likelihood. docs/math/primitives.md, section 6.
+double evidence_against(const PrimitiveFit& fit, const PrimitiveView& view,
+                        const PrimitiveFitOptions& options, double scale_m);
+
+}  // namespace sdftrack

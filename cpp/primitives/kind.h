@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// Solids that are a formula: which there are, and what lengths each of them has. Centred at mid-height, axis
+// along z, a cone's apex at +z.
+#pragma once
+
+#include <array>
+#include <string>
+
+namespace sdftrack {
+
+enum class PrimitiveKind { kSphere, kCylinder, kCone, kBox, kEllipsoid };
+constexpr int kPrimitiveKinds = 5;
+constexpr int kMostSizes = 3;
+
+// How the lengths enter phi.
+enum class Scaling {
+  kExact,    // the exact distance to the solid of these lengths
+  kPrinted,  // a unit solid under S = diag(s) (thesis Eq. 3.27), its field divided by |S^-1 grad| to first
+             // order
+};
+
+using PrimitiveSize =
+    std::array<double, kMostSizes>;  // m; sphere: radius; cylinder, cone: radius, height; box:
+                                     // edges; ellipsoid: radii. What a kind lacks is 1.
+
+constexpr int size_count(PrimitiveKind kind) {
+  switch (kind) {
+    case PrimitiveKind::kSphere:
+      return 1;
+    case PrimitiveKind::kCylinder:
+    case PrimitiveKind::kCone:
+      return 2;
+    case PrimitiveKind::kBox:
+    case PrimitiveKind::kEllipsoid:
+      return 3;
+  }
+  return 0;
+}
+
+// Unknowns that a view can tell: a ball has no direction, a round body no turn about its axis.
+constexpr int free_count(PrimitiveKind kind) {
+  switch (kind) {
+    case PrimitiveKind::kSphere:
+      return 4;
+    case PrimitiveKind::kCylinder:
+    case PrimitiveKind::kCone:
+      return 7;
+    case PrimitiveKind::kBox:
+    case PrimitiveKind::kEllipsoid:
+      return 9;
+  }
+  return 0;
+}
+
+constexpr bool is_round(PrimitiveKind kind) {
+  return kind == PrimitiveKind::kCylinder || kind == PrimitiveKind::kCone;
+}
+
+// Lengths whose end may be out of sight while all that is seen fits: edges and heights, not radii.
+constexpr bool has_ends(PrimitiveKind kind, int i) {
+  return kind == PrimitiveKind::kBox || (is_round(kind) && i == 1);
+}
+// The axis of the object's frame that such a length runs along.
+constexpr int axis_of_size(PrimitiveKind kind, int i) { return is_round(kind) ? (i == 1 ? 2 : 0) : i; }
+
+}  // namespace sdftrack

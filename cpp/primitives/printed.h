@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// The source's form of a size: a unit solid scaled along its axes (thesis Eq. 3.27).
+#pragma once
+
+#include "primitives/distance.h"
+#include "primitives/dual.h"
+
+namespace sdftrack {
+
+// S = diag(s): radii and edges of 1, so that s are the lengths themselves; a round body's x and y share one.
+template <class T>
+HD Vec3<T> diagonal_of(PrimitiveKind kind, const T (&size)[kMostSizes]) {
+  switch (kind) {
+    case PrimitiveKind::kSphere:
+      return {size[0], size[0], size[0]};
+    case PrimitiveKind::kCylinder:
+    case PrimitiveKind::kCone:
+      return {size[0], size[0], size[1]};
+    case PrimitiveKind::kBox:
+    case PrimitiveKind::kEllipsoid:
+      break;
+  }
+  return {size[0], size[1], size[2]};
+}
+
+// phi_u(S^-1 p) is no distance: its slope is |S^-1 grad phi_u|, by which it is divided. Exact on the surface
+// and to first order beside it. An ellipsoid is a scaled ball.
+template <class T>
+HD T printed_phi(PrimitiveKind kind, Vec3<T> p, const T (&size)[kMostSizes]) {
+  const Vec3<T> s = diagonal_of(kind, size);
+  const T one[kMostSizes] = {T(1), T(1), T(1)};
+  const Vec3<T> unit{p.x / s.x, p.y / s.y, p.z / s.z};
+  const SolidSample<T> u =
+      kind == PrimitiveKind::kEllipsoid ? sphere_sample(unit, T(1)) : exact_sample(kind, unit, one);
+  return u.phi_m / norm(Vec3<T>{u.grad.x / s.x, u.grad.y / s.y, u.grad.z / s.z});
+}
+
+HD SolidSample<double> printed_sample(PrimitiveKind kind, Vec3d p, const double (&size)[kMostSizes]) {
+  using D = Dual<3 + kMostSizes>;
+  const Vec3<D> at{D::variable(p.x, 0), D::variable(p.y, 1), D::variable(p.z, 2)};
+  const D lengths[kMostSizes] = {D::variable(size[0], 3), D::variable(size[1], 4), D::variable(size[2], 5)};
+  const D phi = printed_phi(kind, at, lengths);
+  return {phi.value, {phi.d[0], phi.d[1], phi.d[2]}, {phi.d[3], phi.d[4], phi.d[5]}};
+}
+
+}  // namespace sdftrack

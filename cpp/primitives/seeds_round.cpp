@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+// Cylinders and cones: an axis, where it runs, and the radius along it.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "primitives/seeds.h"
+
+namespace sdftrack {
+
+namespace {
+
+constexpr int kPairs = 24;
+constexpr int kTriples = 24;
+
+struct Ring {  // a reading of the side: height along the axis, distance from it
+  double z, r;
+};
+
+// Directions that the axis may have.
+std::vector<Vec3d> axes_of(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed) {
+  std::vector<Vec3d> axes;
+  if (cloud.view->has_plane) axes.push_back(cloud.view->plane.normal_cam);
+  const auto& normals = cloud.normals;
+  if (normals.size() < 3) return axes;
+  Picker pick(seed);
+  const auto add = [&](Vec3d a, double least) {
+    const double length = norm(a);
+    if (length > least) axes.push_back((1 / length) * a);
+  };
+  // The normals of a cylinder's side lie across its axis: two of them show it.
+  for (int k = 0; k < kPairs; ++k)
+    add(cross(normals[pick(normals.size())].n, normals[pick(normals.size())].n), 0.3);
+  // Those of a cone have one angle with it: the differences of three lie across it.
+  if (kind == PrimitiveKind::kCone)
+    for (int k = 0; k < kTriples; ++k) {
+      const Vec3d a = normals[pick(normals.size())].n, b = normals[pick(normals.size())].n,
+                  c = normals[pick(normals.size())].n;
+      add(cross(a - b, a - c), 0.05);
+    }
+  // The cap's own normal; and what is least among all normals.
+  for (int k = 0; k < 6; ++k) axes.push_back(normals[pick(normals.size())].n);
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  for (const Oriented& o : normals) {
+    const Eigen::Vector3d n(o.n.x, o.n.y, o.n.z);
+    second += n * n.transpose();
+  }
+  const Eigen::Matrix3d v = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(second).eigenvectors();
+  for (int k = 0; k < 3; k += 2) axes.push_back({v(0, k), v(1, k), v(2, k)});
+  return axes;
+}
+
+// Where the axis runs: the normals' lines of a round body meet in it, seen along it. Caps have no say. 2D,
+// robust.
+bool middle_of(const std::vector<Oriented>& sides, Vec3d u, Vec3d v, Vec2d* middle) {
+  std::vector<double> weight(sides.size(), 1.0);
+  for (int round = 0; round < 3; ++round) {
+    double axx = 0, axy = 0, ayy = 0, bx = 0, by = 0;
+    for (std::size_t i = 0; i < sides.size(); ++i) {
+      double nx = dot(sides[i].n, u), ny = dot(sides[i].n, v);
+      const double length = std::hypot(nx, ny);
+      nx /= length, ny /= length;
+      const double off = -ny * dot(sides[i].p, u) + nx * dot(sides[i].p, v), w = weight[i];
+      axx += w * ny * ny, axy -= w * nx * ny, ayy += w * nx * nx;
+      bx -= w * ny * off, by += w * nx * off;
+    }
+    const double det = axx * ayy - axy * axy, trace = axx + ayy;
+    if (!(det > 1e-3 * trace * trace)) return false;
+    *middle = {(ayy * bx - axy * by) / det, (axx * by - axy * bx) / det};
+    for (std::size_t i = 0; i < sides.size(); ++i) {
+      const double dx = middle->x - dot(sides[i].p, u), dy = middle->y - dot(sides[i].p, v);
+      const double nx = dot(sides[i].n, u), ny = dot(sides[i].n, v);
+      const double miss =
+          std::abs(nx * dy - ny * dx) / (0.2 * std::hypot(nx, ny) * std::hypot(dx, dy) + 1e-9);
+      weight[i] = 1 / (1 + miss * miss);
+    }
+  }
+  return true;
+}
+
+double quantile(std::vector<double> x, double share) {
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(x.size() - 1));
+  std::nth_element(x.begin(), x.begin() + at, x.end());
+  return x[static_cast<std::size_t>(at)];
+}
+
+// r = r0 - k z through the side's readings, robustly; k: how fast it tapers.
+void taper(const std::vector<Ring>& rings, double* r0, double* k) {
+  std::vector<double> weight(rings.size(), 1.0);
+  for (int round = 0; round < 4; ++round) {
+    double w = 0, sz = 0, sr = 0, szz = 0, szr = 0;
+    for (std::size_t i = 0; i < rings.size(); ++i) {
+      const Ring& g = rings[i];
+      w += weight[i], sz += weight[i] * g.z, sr += weight[i] * g.r;
+      szz += weight[i] * g.z * g.z, szr += weight[i] * g.z * g.r;
+    }
+    const double spread = szz / w - sz * sz / (w * w);
+    *k = spread > 1e-12 ? -(szr / w - sz * sr / (w * w)) / spread : 0.0;
+    *r0 = sr / w + *k * sz / w;
+    for (std::size_t i = 0; i < rings.size(); ++i) {
+      const double miss = (rings[i].r - *r0 + *k * rings[i].z) / 0.004;
+      weight[i] = 1 / (1 + miss * miss);
+    }
+  }
+}
+
+void add_cylinder(Vec3d axis, Vec3d u, Vec3d v, Vec2d middle, const std::vector<Ring>& rings, Span span,
+                  std::vector<PrimitiveGuess>* out) {
+  std::vector<double> r;
+  for (const Ring& g : rings) r.push_back(g.r);
+  const double z = 0.5 * (span.low + span.high);
+  const Vec3d centre = middle.x * u + middle.y * v + z * axis;
+  out->push_back({frame_at(u, v, axis, centre), {quantile(r, 0.5), span.high - span.low, 1}});
+}
+
+void add_cone(Vec3d axis, Vec3d u, Vec3d v, Vec2d middle, const std::vector<Ring>& rings, Span span,
+              std::vector<PrimitiveGuess>* out) {
+  double r0, k;
+  taper(rings, &r0, &k);
+  if (k < 0) k = -k, axis = -axis, v = -v, middle.y = -middle.y, span = {-span.high, -span.low};
+  k = std::clamp(k, 0.02, 20.0);
+  const double apex = std::clamp(r0 / k, span.high, span.high + 3 * (span.high - span.low));
+  const double height = apex - span.low;
+  const Vec3d centre = middle.x * u + middle.y * v + (span.low + 0.5 * height) * axis;
+  out->push_back({frame_at(u, v, axis, centre), {k * height, height, 1}});
+}
+
+}  // namespace
+
+void guess_round(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed,
+                 std::vector<PrimitiveGuess>* out) {
+  for (const Vec3d& axis : axes_of(kind, cloud, seed)) {
+    Vec3d u, v;
+    across(axis, &u, &v);
+    const double most = kind == PrimitiveKind::kCylinder ? 0.35 : 0.9;
+    std::vector<Oriented> sides;
+    for (const Oriented& o : cloud.normals)
+      if (std::abs(dot(o.n, axis)) < most) sides.push_back(o);
+    const Span x = span_along(cloud.held, u), y = span_along(cloud.held, v);
+    Span z = span_along(cloud.held, axis);
+    if (cloud.view->stands && std::abs(dot(axis, cloud.view->plane.normal_cam)) > 0.95) {
+      const bool up = dot(axis, cloud.view->plane.normal_cam) > 0;
+      const double table = -cloud.view->plane.offset_m;  // p . normal there
+      if (up)
+        z.low = std::min(z.low, table);
+      else
+        z.high = std::max(z.high, -table);
+    }
+    Vec2d middle{0.5 * (x.low + x.high), 0.5 * (y.low + y.high)};
+    const bool round = sides.size() >= 8 && middle_of(sides, u, v, &middle);
+    std::vector<Ring> rings;
+    for (const Oriented& o : sides)
+      rings.push_back({dot(o.p, axis), std::hypot(dot(o.p, u) - middle.x, dot(o.p, v) - middle.y)});
+    if (!round || rings.empty()) {
+      // No side to be seen: a disc as wide as the points, and something behind it.
+      const double r = 0.25 * (x.high - x.low + y.high - y.low);
+      middle = {0.5 * (x.low + x.high), 0.5 * (y.low + y.high)};
+      if (z.high - z.low < r) (dot(axis, cloud.mean) > 0 ? z.high = z.low + r : z.low = z.high - r);
+      const bool base_near = dot(axis, cloud.mean) > 0;  // of a cone: its apex is out of sight
+      rings = {{z.low, r}, {z.high, r}};
+      if (kind == PrimitiveKind::kCone) rings[base_near ? 1 : 0].r = 0;
+    }
+    if (kind == PrimitiveKind::kCylinder)
+      add_cylinder(axis, u, v, middle, rings, z, out);
+    else
+      add_cone(axis, u, v, middle, rings, z, out);
+  }
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// What a solid says about a point.
+#pragma once
+
+#include "base/vec.h"
+#include "primitives/kind.h"
+
+namespace sdftrack {
+
+template <class T>
+struct SolidSample {
+  T phi_m;
+  Vec3<T> grad;        // d phi / d p, object frame
+  T size[kMostSizes];  // d phi / d lengths
+};
+
+}  // namespace sdftrack

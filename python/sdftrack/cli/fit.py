@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: MIT
+"""``sdftrack fit``: a recorded sequence or a point cloud in, a primitive's pose and size out."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from sdftrack.cli.common import (
+    OutOption,
+    OverwriteOption,
+    QuietOption,
+    ThreadsOption,
+    Usage,
+    check_layout,
+    progress,
+)
+
+CLOUDS = (".ply", ".obj", ".stl", ".xyz", ".npy")
+
+
+class Kind(str, Enum):
+    auto = "auto"
+    sphere = "sphere"
+    cylinder = "cylinder"
+    cone = "cone"
+    box = "box"
+    ellipsoid = "ellipsoid"
+
+
+def fit(
+    source: Annotated[
+        Path, typer.Argument(metavar="SEQ|CLOUD.ply", help="Recorded sequence, or points in metres.")
+    ],
+    kind: Annotated[
+        Kind, typer.Option(help="What it is; auto: the best of all.", case_sensitive=False)
+    ] = Kind.auto,
+    out: OutOption = None,
+    overwrite: OverwriteOption = False,
+    mask: Annotated[
+        Path | None, typer.Option(metavar="mask.png", help="Where the object is in the first depth image.")
+    ] = None,
+    box: Annotated[
+        str | None,
+        typer.Option(metavar="x,y,w,h", help="The same as a box in pixels; it may hold other things."),
+    ] = None,
+    frame: Annotated[int | None, typer.Option(min=0, help="This frame alone.")] = None,
+    start: Annotated[int, typer.Option(min=0, help="First frame.")] = 0,
+    stop: Annotated[int | None, typer.Option(help="Frame to end before.")] = None,
+    step: Annotated[int, typer.Option(min=1, help="Every n-th frame.")] = 1,
+    no_plane: Annotated[
+        bool, typer.Option("--no-plane", help="It stands on no table, or none that counts.")
+    ] = False,
+    seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Of the first guesses.")] = 0,
+    layout: Annotated[str, typer.Option(help="auto, bop, tum, open3d, k1 or folders.")] = "auto",
+    threads: ThreadsOption = 0,
+    quiet: QuietOption = False,
+) -> None:
+    """Fit a sphere, cylinder, cone, box or ellipsoid of unknown size.
+
+    Without --mask or --box it is the sequence's own mask, or the largest
+    thing on the table. Several frames are fitted one after another and their
+    sizes averaged by information.
+
+    Writes into DIR result.json (pose, size, covariance, scores; null: a
+    variance without bound), fit.png, and primitive.ply in the pose of the
+    last frame (metres, camera frame).
+    """
+    if out is None:
+        raise Usage("expected a folder for the results: --out DIR", "--out")
+    check_layout(layout)
+    if mask is not None and box is not None:
+        raise Usage("expected --mask or --box, got both", "--mask")
+    if frame is not None and (start, stop) != (0, None):
+        raise Usage("expected --frame or --start and --stop, got both", "--frame")
+    if not source.exists():
+        raise FileNotFoundError(f"SEQ: no such file or folder: {source}")
+    options: dict[str, Any] = {"seed": seed, "threads": threads}
+    if no_plane:
+        options["plane"] = None
+    part = slice(frame, frame + 1) if frame is not None else slice(start, stop, step)
+    if source.is_file() and source.suffix.lower() in CLOUDS:
+        if mask is not None or box is not None or part != slice(0, None, 1):
+            raise Usage(
+                "expected a sequence with --mask, --box, --frame, --start, --stop and --step, got a cloud"
+            )
+        options.pop("plane", None)
+        _fit_cloud(source, kind.value, out, overwrite, options, quiet)
+    else:
+        _fit_sequence(source, kind.value, out, overwrite, (mask, _box(box)), part, layout, options, quiet)
+
+
+def _box(text: str | None) -> tuple[float, ...] | None:
+    if text is None:
+        return None
+    from sdftrack.cli.init import parse_init
+
+    return parse_init(f"box:{text}", "box:x,y,w,h").numbers
+
+
+def _fit_cloud(source: Path, kind: str, out: Path, overwrite: bool, options: Any, quiet: bool) -> None:
+    import sdftrack as st
+    from sdftrack.viz.primitives import plot_cloud
+
+    points = _points(source)
+    found = st.fit_primitive(points, kind, **options)
+    folder = _written(
+        out, overwrite, found, {"cloud": str(source), "kind": kind, "points": len(points), **options}
+    )
+    plot_cloud(folder / "fit.png", points, found)
+    _tell(source, found, out, quiet)
+
+
+def _points(source: Path) -> Any:
+    if source.suffix.lower() == ".npy":
+        return np.load(source, allow_pickle=False)
+    if source.suffix.lower() == ".xyz":
+        return np.loadtxt(source, ndmin=2)[:, :3]
+    import trimesh
+
+    try:
+        loaded: Any = trimesh.load(source, process=False)
+    except Exception as error:
+        raise ValueError(f"{source}: not a readable point cloud ({' '.join(str(error).split())})") from None
+    if isinstance(loaded, trimesh.Scene):
+        loaded = loaded.to_geometry() if loaded.geometry else None
+    if loaded is None or not len(getattr(loaded, "vertices", [])):
+        raise ValueError(f"{source}: expected points, got none")
+    return np.asarray(loaded.vertices, np.float64)
+
+
+def _fit_sequence(
+    source: Path,
+    kind: str,
+    out: Path,
+    overwrite: bool,
+    place: tuple[Path | None, tuple[float, ...] | None],
+    part: slice,
+    layout: str,
+    options: dict[str, Any],
+    quiet: bool,
+) -> None:
+    import sdftrack as st
+    from sdftrack.cli.track import fitting
+    from sdftrack.viz.pictures import save_picture
+    from sdftrack.viz.primitives import draw_primitives
+
+    with st.open_sequence(source, layout=layout) as seq:
+        numbers = range(len(seq))[part]
+        if not len(numbers):
+            raise ValueError(
+                f"--frame, --start, --stop: expected some of the {len(seq)} frames of {source}, got none"
+            )
+        first = fitting(seq[numbers[0]], seq.camera)
+        mask = _mask(place, first, seq, numbers[0])
+
+        def frames() -> Any:
+            for i in progress(numbers, len(numbers), source.name or str(source), quiet):
+                yield first if i == numbers[0] else fitting(seq[i], seq.camera)
+
+        if len(numbers) == 1:
+            found = st.fit_primitive(first, kind, camera=seq.camera, mask=mask, **options)
+            last = first
+        else:
+            found = st.fit_primitive(frames(), kind, camera=seq.camera, mask=mask, **options)
+            last = fitting(seq[numbers[-1]], seq.camera)
+        about = {"sequence": str(source), "kind": kind, "frames": list(numbers), **options}
+        folder = _written(out, overwrite, found, about)
+        save_picture(folder / "fit.png", draw_primitives(last, [found], seq.camera))
+    _tell(source, found, out, quiet)
+
+
+def _mask(place: tuple[Path | None, tuple[float, ...] | None], frame: Any, seq: Any, first: int) -> Any:
+    from sdftrack.io.frames import read_mask
+
+    path, box = place
+    if path is not None:
+        if not path.is_file():
+            raise FileNotFoundError(f"--mask: no such file: {path}")
+        return read_mask(path)
+    if box is None:
+        known = [m for m in seq.masks(first).values() if m.any()]
+        return known[0] if len(known) == 1 else None
+    x, y, w, h = (round(v) for v in box)
+    mask = np.zeros(frame.shape, bool)
+    mask[max(0, y) : max(0, y + h), max(0, x) : max(0, x + w)] = True
+    if not mask.any():
+        raise Usage(f"expected a box in the {frame.shape[1]} x {frame.shape[0]} depth image", "--box")
+    return mask
+
+
+def _written(out: Path, overwrite: bool, found: Any, about: dict[str, Any]) -> Path:
+    """The folder, with result.json and primitive.ply in it."""
+    import sdftrack as st
+    from sdftrack.io.files import write_json
+    from sdftrack.recorder import prepare_folder
+
+    prepare_folder(out, overwrite)
+    mesh = found.sdf.to_mesh()
+    T = found.T_cam_obj
+    st.Mesh(mesh.vertices @ T[:3, :3].T + T[:3, 3], mesh.faces).save(out / "primitive.ply")
+    per_frame = [f.to_dict() for f in found.per_frame]
+    settings = {k: v for k, v in about.items() if k != "threads"}
+    write_json(
+        out / "result.json",
+        {"version": st.__version__, "settings": settings, **found.to_dict(), "per_frame": per_frame},
+    )
+    return out
+
+
+def _tell(source: Path, found: Any, out: Path, quiet: bool) -> None:
+    if quiet:
+        return
+    print(f"{source}: {found!r}")
+    if found.reason:
+        print(f"  {found.reason}")
+    if len(found.scores) > 1:
+        print("  scores: " + ", ".join(f"{kind} {score:.2f}" for kind, score in found.scores.items()))
+    print(f"  written to {out}")

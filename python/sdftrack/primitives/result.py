@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: MIT
+"""What a fit of a primitive found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.results import Status
+from sdftrack.sdf import SDF
+
+__all__ = ["KINDS", "SIZES", "PrimitiveFit", "volume_of"]
+
+# The lengths of each kind, m; the order of the columns of a covariance.
+SIZES = {
+    "sphere": ("radius",),
+    "cylinder": ("radius", "height"),
+    "cone": ("radius", "height"),
+    "box": ("x", "y", "z"),
+    "ellipsoid": ("rx", "ry", "rz"),
+}
+KINDS = tuple(SIZES)
+
+
+@dataclass(frozen=True)
+class PrimitiveFit:
+    """A primitive's pose and size, and how well they are known.
+
+    Attributes
+    ----------
+    kind : {"sphere", "cylinder", "cone", "box", "ellipsoid"}
+    T_cam_obj : (4, 4) float64
+        Object to camera (of points: to the frame that they are in), m. Origin at the middle, axis along z, a cone's
+        apex at +z.
+    size : dict of str to float
+        Lengths, m: ``radius`` of a sphere; ``radius`` and ``height`` of a cylinder or cone; the full edges ``x``,
+        ``y``, ``z`` of a box; the radii ``rx``, ``ry``, ``rz`` of an ellipsoid.
+    covariance : (6 + n, 6 + n) float64
+        First the pose, (x, y, z, rx, ry, rz) in m and rad about the origin in camera axes as in `TrackResult`, then
+        the n lengths in the order of `size`, m. A length that nothing bounds has an infinite variance, and the value
+        is then the least that holds what was seen; turns that do not show have (pi rad)^2.
+    rms : float
+        m, of the readings that lie on the surface to 3 mm (more beyond 1 m: depth noise grows with the square).
+    inliers : float
+        Their share.
+    status : Status
+        ``"ok"``; ``"weak"``: a length is not bounded, or less than 60 % of the readings are on the surface;
+        ``"lost"``: less than 20 %.
+    reason : str
+        Of a status other than ``"ok"``.
+    scores : dict of str to float
+        Of each kind that was tried, 0..1, the best one first: how likely it is among them (by a Bayesian information
+        criterion) times the share of readings on its surface. Two kinds that a view does not tell apart have scores
+        that are alike. Of a single kind the share alone.
+    per_frame : tuple of PrimitiveFit
+        Of several frames, what each one gave; else empty.
+    """
+
+    kind: str
+    T_cam_obj: NDArray[np.float64]
+    size: dict[str, float]
+    covariance: NDArray[np.float64]
+    rms: float
+    inliers: float
+    status: Status
+    reason: str = ""
+    scores: dict[str, float] = field(default_factory=dict)
+    per_frame: tuple[PrimitiveFit, ...] = ()
+
+    @cached_property
+    def sdf(self) -> SDF:
+        """Its distance volume (100 voxels along the longest side), to track it with."""
+        return volume_of(self.kind, self.size)
+
+    @property
+    def bounded(self) -> dict[str, bool]:
+        """Which lengths the readings bound."""
+        return dict(zip(self.size, np.isfinite(np.diag(self.covariance)[6:]).tolist(), strict=True))
+
+    @property
+    def ok(self) -> bool:
+        """Whether the status is ``"ok"``."""
+        return self.status is Status.OK
+
+    def __repr__(self) -> str:
+        sd = np.sqrt(np.diag(self.covariance)[6:]) * 1e3
+        lengths = ", ".join(
+            f"{name} {1e3 * value:.1f} +- {s:.1f} mm"
+            for (name, value), s in zip(self.size.items(), sd, strict=True)
+        )
+        return f"PrimitiveFit({self.kind}: {lengths}; rms {1e3 * self.rms:.1f} mm, {self.status.value})"
+
+    def to_dict(self) -> dict[str, object]:
+        """For JSON: lists and numbers, None in place of what is not finite."""
+        finite = [[float(v) if np.isfinite(v) else None for v in row] for row in self.covariance]
+        return {
+            "kind": self.kind,
+            "T_cam_obj": self.T_cam_obj.tolist(),
+            "size": dict(self.size),
+            "bounded": self.bounded,
+            "covariance": finite,
+            "rms": self.rms if np.isfinite(self.rms) else None,
+            "inliers": self.inliers,
+            "status": self.status.value,
+            "reason": self.reason,
+            "scores": dict(self.scores),
+        }
+
+
+def volume_of(kind: str, size: dict[str, float], voxels: int = 100) -> SDF:
+    """The distance volume of a primitive of these lengths (m)."""
+    lengths = [size[name] for name in SIZES[kind]]
+    if kind == "sphere":
+        return SDF.sphere(lengths[0], voxels=voxels)
+    if kind == "cylinder":
+        return SDF.cylinder(lengths[0], lengths[1], voxels=voxels)
+    if kind == "cone":
+        return SDF.cone(lengths[0], lengths[1], voxels=voxels)
+    if kind == "box":
+        return SDF.box(lengths, voxels=voxels)
+    return SDF.ellipsoid(lengths, voxels=voxels)

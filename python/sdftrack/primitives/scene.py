@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: MIT
+"""Every primitive on a table, one after another."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sdftrack import _core
+from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.frame import Frame
+from sdftrack.primitives.result import PrimitiveFit
+from sdftrack.primitives.seen import ON, Seen, camera_of, checked_mask, checked_plane, pieces
+from sdftrack.primitives.solving import Wish, solve
+from sdftrack.results import Status
+
+__all__ = ["fit_primitives"]
+
+CLAIM_M = 0.008  # readings so near a fitted surface, at up to 1 m, are that object's
+LEAST_READINGS = 150
+
+
+def fit_primitives(
+    frame: Frame,
+    kind: str = "auto",
+    *,
+    camera: Camera | RGBDCamera | None = None,
+    mask: ArrayLike | None = None,
+    most: int = 20,
+    seed: int = 0,
+    scaling: str = "exact",
+    plane: Any = "auto",
+    threads: int = 0,
+) -> list[PrimitiveFit]:
+    """Fit one primitive after another: each takes the readings on its surface, the next ones are fitted to the rest.
+
+    Parameters
+    ----------
+    frame : Frame
+        With a depth image.
+    kind, camera, seed, scaling, plane, threads
+        As in `fit_primitive`.
+    mask : (H, W) bool or uint8, optional
+        Where to look; None: everywhere off the table.
+    most : int
+        Objects at most.
+
+    Returns
+    -------
+    list of PrimitiveFit
+        The largest piece's first. What no primitive explains (status ``"lost"``) is left out.
+
+    >>> for fit in st.fit_primitives(frame, camera=camera): print(fit)  # doctest: +SKIP
+    """
+    wish = Wish(kind, None, seed, scaling, threads)
+    if isinstance(most, bool) or not isinstance(most, int) or most < 1:
+        raise ValueError(f"most: expected a number of objects from 1 on, got {most!r}")
+    if not isinstance(frame, Frame):
+        raise TypeError(
+            f"frame: expected st.Frame, got {type(frame).__name__}; make one with st.Frame(depth)"
+        )
+    pinhole = camera_of(frame, camera)
+    given = checked_mask(mask, frame) if mask is not None else None
+    seen = Seen.of(frame, pinhole, checked_plane(plane), None)
+    rest = np.ones(seen.depth.shape, bool) if given is None else given.copy()
+    out: list[PrimitiveFit] = []
+    while len(out) < most:
+        found = [p for p in pieces(seen, rest) if np.count_nonzero(p) >= LEAST_READINGS]
+        if not found:
+            return out
+        piece = found[0]
+        labels = seen.labels(piece, True)
+        if np.count_nonzero(labels == ON) < wish.least_points():
+            rest &= ~piece
+            continue
+        fit = solve(seen.view(labels), wish)
+        claimed = piece & _near(fit, seen)
+        if fit.status is Status.LOST or np.count_nonzero(claimed) < LEAST_READINGS:
+            rest &= ~piece
+            continue
+        out.append(fit)
+        # What is left of a piece that the primitive explains is its rim; else there is another object.
+        rest &= ~(piece if fit.inliers > 0.8 else claimed)
+    return out
+
+
+def _near(fit: PrimitiveFit, seen: Seen) -> Any:
+    T = np.linalg.inv(fit.T_cam_obj)
+    points = np.ascontiguousarray(seen.points.reshape(-1, 3) @ T[:3, :3].T + T[:3, 3])
+    kind = _core.PrimitiveKind.__members__[fit.kind]
+    phi, _, _ = _core.primitive_distances(kind, list(fit.size.values()), points)
+    return np.abs(phi).reshape(seen.depth.shape) < CLAIM_M * seen.growth

@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: MIT
+"""Which readings of a depth image are the object's, and which table it stands on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack import _core
+from sdftrack.camera import Camera, RGBDCamera, depth_camera
+from sdftrack.checks import numbers
+from sdftrack.frame import Frame
+from sdftrack.plane import remove_plane
+
+__all__ = [
+    "OFF",
+    "ON",
+    "UNKNOWN",
+    "Seen",
+    "camera_of",
+    "checked_mask",
+    "checked_plane",
+    "pieces",
+    "table_under",
+]
+
+OFF, ON, UNKNOWN = 0, 1, 2  # the core's labels
+TABLE_M = (
+    0.008  # half the thickness of a table in readings at up to 1 m; it grows with the square of the depth
+)
+SURE_TABLE_M = 0.003  # a reading above this may be the object's foot
+FOOT_M = 0.03  # an object seen as far down as this stands on the table
+STEP_M = 0.02  # a step in depth, at up to 1 m, that parts two things
+LEAST_PIECE = 60  # readings
+OWN_FACE = 0.5  # a plane that holds so much of the masked object is its own face
+
+Plane = tuple[NDArray[np.float64], float]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A frame, its camera, the points of its pixels, and the table if there is one."""
+
+    frame: Frame
+    camera: Camera
+    depth: NDArray[np.float32]
+    points: NDArray[np.float64]
+    plane: Plane | None
+
+    @classmethod
+    def of(cls, frame: Frame, camera: Camera, plane: Any, mask: NDArray[np.bool_] | None) -> Seen:
+        """`plane`: "auto" searches it, None: none, or (n, d)."""
+        assert frame.depth is not None
+        points = camera.back_project(frame.depth).astype(np.float64)
+        found = table_under(frame.depth, camera, points, mask) if isinstance(plane, str) else plane
+        return cls(frame, camera, frame.depth, points, found)
+
+    @property
+    def growth(self) -> NDArray[np.float64]:
+        """How much more than at 1 m a reading is in doubt."""
+        return np.maximum(1.0, self.depth.astype(np.float64) ** 2)
+
+    def heights(self) -> NDArray[np.float64]:
+        """Of every reading above the table, m; inf without a table."""
+        if self.plane is None:
+            return np.full(self.depth.shape, np.inf)
+        return self.points @ self.plane[0] + self.plane[1]
+
+    def labels(self, mask: NDArray[np.bool_], own_foot: bool) -> NDArray[np.uint8]:
+        """What each pixel says of the object in `mask`. `own_foot`: low readings beside it may be its own."""
+        height, growth = self.heights(), self.growth
+        valid = self.depth > 0
+        low = height <= TABLE_M * growth
+        labels = np.full(self.depth.shape, OFF, np.uint8)
+        labels[valid & mask & ~low] = ON
+        doubtful = mask & low
+        if own_foot:
+            doubtful |= low & (height > SURE_TABLE_M * growth)
+        labels[doubtful] = UNKNOWN
+        return labels
+
+    def view(self, labels: NDArray[np.uint8]) -> Any:
+        """The core's view of what is labelled as on the object."""
+        view = _core.PrimitiveView.of_image(self.depth, labels, self.camera._core)
+        if self.plane is not None:
+            on = labels == ON
+            above = self.heights()[on] / self.growth[on]
+            stands = len(above) > 0 and float(np.quantile(above, 0.01)) < FOOT_M
+            view.set_plane(self.plane[0].tolist(), self.plane[1], stands)
+        return view
+
+
+def camera_of(frame: Frame, camera: Camera | RGBDCamera | None) -> Camera:
+    """The depth camera of a frame; ValueError without one."""
+    if camera is None and frame.camera is None:
+        raise ValueError(
+            "camera: expected the depth camera of the frame, got None, and the frame has none of its own; pass "
+            "camera=, or give points"
+        )
+    pinhole = depth_camera(camera if camera is not None else frame.camera)  # type: ignore[arg-type]
+    if frame.depth is None:
+        why = frame.error or "it has colour alone"
+        raise ValueError(f"frame: expected a depth image, got none ({why})")
+    if frame.depth.shape != pinhole.shape:
+        raise ValueError(
+            f"camera: expected the depth image's size {frame.depth.shape[1]} x {frame.depth.shape[0]}, got "
+            f"{pinhole.width} x {pinhole.height}; scale it with Camera.scaled"
+        )
+    return pinhole
+
+
+def checked_mask(mask: ArrayLike | None, frame: Frame) -> NDArray[np.bool_] | None:
+    """`mask`, or the frame's own, as bool in the depth image's geometry."""
+    given = frame.mask if mask is None else np.asarray(mask)
+    if given is None:
+        return None
+    if given.dtype not in (np.bool_, np.uint8):
+        raise TypeError(f"mask: expected bool or uint8, got {given.dtype}")
+    if given.shape != frame.shape:
+        raise ValueError(f"mask: expected shape {frame.shape} as the depth image, got {given.shape}")
+    assert frame.depth is not None
+    out: NDArray[np.bool_] = given != 0
+    if not (out & (frame.depth > 0)).any():
+        raise ValueError(
+            f"mask: expected some depth readings within it, got none ({np.count_nonzero(out)} pixels are set)"
+        )
+    return out
+
+
+def checked_plane(plane: Any) -> Any:
+    """``"auto"``, None, or (n, d) with n of unit length."""
+    if plane is None or (isinstance(plane, str) and plane == "auto"):
+        return plane
+    if not (isinstance(plane, tuple) and len(plane) == 2):
+        raise TypeError(f"plane: expected 'auto', None or (n, d), got {plane!r}")
+    normal, offset = numbers(plane[0], "plane"), float(plane[1])
+    length = float(np.linalg.norm(normal)) if normal.shape == (3,) else 0.0
+    if not (np.isfinite(length) and length > 0 and np.isfinite(offset)):
+        raise ValueError(f"plane: expected a normal of three numbers and an offset in m, got {plane!r}")
+    return normal / length, offset / length
+
+
+def table_under(
+    depth: NDArray[np.float32],
+    camera: Camera,
+    points: NDArray[np.float64],
+    mask: NDArray[np.bool_] | None,
+) -> Plane | None:
+    """The dominant plane, unless it is a face of the object itself."""
+    try:
+        _, (normal, offset) = remove_plane(Frame(depth, check_units=False), camera, tolerance=TABLE_M)
+    except ValueError:  # there is none
+        return None
+    if mask is not None:
+        on = mask & (depth > 0)
+        near = np.abs(points[on] @ normal + offset) < TABLE_M
+        if near.mean() > OWN_FACE:
+            return None
+    return normal, offset
+
+
+def pieces(seen: Seen, mask: NDArray[np.bool_] | None = None) -> list[NDArray[np.bool_]]:
+    """What hangs together above the table, parted at steps in depth; the largest first."""
+    import cv2
+
+    depth, growth = seen.depth, seen.growth
+    above = (depth > 0) & (seen.heights() > TABLE_M * growth)
+    if mask is not None:
+        above &= mask
+    step = np.zeros(depth.shape, bool)
+    for axis in (0, 1):
+        jump = np.abs(np.diff(depth, axis=axis)) > STEP_M * np.maximum(1, np.minimum(*_pairs(growth, axis)))
+        both = np.minimum(*_pairs(above.astype(np.uint8), axis)) > 0
+        edge = np.zeros(depth.shape, bool)
+        edge[(slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))] = jump & both
+        step |= edge
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+        (above & ~step).astype(np.uint8), connectivity=4
+    )
+    order = sorted(range(1, count), key=lambda k: -int(stats[k, cv2.CC_STAT_AREA]))
+    large = [labels == k for k in order if stats[k, cv2.CC_STAT_AREA] >= LEAST_PIECE]
+    return [_with_rim(piece, depth, above & step, STEP_M * growth) for piece in large]
+
+
+def _with_rim(
+    piece: NDArray[np.bool_], depth: NDArray[np.float32], rim: NDArray[np.bool_], step_m: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """With the pixels at its steps that lie no farther than itself: a step belongs to the nearer side."""
+    import cv2
+
+    near = cv2.dilate(np.where(piece, depth, np.float32(0)), np.ones((3, 3), np.uint8))
+    out: NDArray[np.bool_] = piece | (rim & (near > 0) & (np.abs(depth - near) < step_m))
+    return out
+
+
+def _pairs(a: NDArray[Any], axis: int) -> tuple[NDArray[Any], NDArray[Any]]:
+    return (a[:-1], a[1:]) if axis == 0 else (a[:, :-1], a[:, 1:])

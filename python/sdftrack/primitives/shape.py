@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: MIT
+"""A shape for the tracker whose size is not known yet: found at the start, made better while it is followed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack import _core
+from sdftrack.camera import Camera
+from sdftrack.frame import Frame
+from sdftrack.primitives.fusing import fuse_sizes
+from sdftrack.primitives.result import PrimitiveFit, volume_of
+from sdftrack.primitives.seen import ON, Seen, pieces
+from sdftrack.primitives.solving import Wish, solve
+from sdftrack.results import Status
+from sdftrack.sdf import SDF
+
+__all__ = ["FreeSize", "Primitive"]
+
+PLACEHOLDER_M = 0.05  # radius of the ball that stands in until the start
+NEAR_M = 0.03  # readings so near the tracked surface, at up to 1 m, are looked at for its size
+LEAST_READINGS = 200
+EVERY = 5  # frames between two looks at the size
+
+
+class Primitive:
+    """A primitive of unknown size among the shapes of a `Tracker`.
+
+    At ``start`` it is fitted in the object's mask or box, or to the largest piece off the table; then its distance
+    volume is tracked. Its size is estimated anew every few frames, averaged by information (thesis Eq. 3.23), and the
+    volume replaced when it has changed by more than a voxel.
+
+    Parameters
+    ----------
+    kind : {"auto", "sphere", "cylinder", "cone", "box", "ellipsoid"}
+    voxels : int
+        Along the longest side of the volume.
+    seed : int
+        As in `fit_primitive`.
+
+    >>> tracker = st.Tracker(st.Primitive("cylinder"), camera)  # doctest: +SKIP
+    >>> result = tracker.start(frame, masks=mask)               # doctest: +SKIP
+    >>> tracker.sizes[0]                                        # doctest: +SKIP
+    PrimitiveFit(cylinder: radius 33.1 +- 0.1 mm, height 101.7 +- 0.3 mm; rms 1.2 mm, ok)
+    """
+
+    __slots__ = ("kind", "seed", "voxels")
+
+    def __init__(self, kind: str = "auto", *, voxels: int = 100, seed: int = 0) -> None:
+        Wish(kind, None, seed, "exact", 0)
+        if isinstance(voxels, bool) or not isinstance(voxels, int) or voxels < 16:
+            raise ValueError(f"voxels: expected a whole number from 16 on, got {voxels!r}")
+        self.kind, self.voxels, self.seed = kind, voxels, seed
+
+    def __repr__(self) -> str:
+        return f"Primitive({self.kind!r}, voxels={self.voxels}, seed={self.seed})"
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Primitive):
+            return NotImplemented
+        return (self.kind, self.voxels, self.seed) == (other.kind, other.voxels, other.seed)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _primitive, (self.kind, self.voxels, self.seed)
+
+    def placeholder(self) -> SDF:
+        """What the tracker holds until the start."""
+        return SDF.sphere(PLACEHOLDER_M, voxels=24)
+
+
+def _primitive(kind: str, voxels: int, seed: int) -> Primitive:
+    return Primitive(kind, voxels=voxels, seed=seed)
+
+
+class FreeSize:
+    """What is known so far of one tracked primitive.
+
+    Attributes
+    ----------
+    fit : PrimitiveFit or None
+        The first fit with the sizes as they are now; None before a start that found something.
+    """
+
+    def __init__(self, primitive: Primitive) -> None:
+        self.primitive = primitive
+        self.fit: PrimitiveFit | None = None
+        self._sizes: list[NDArray[np.float64]] = []
+        self._covariances: list[NDArray[np.float64]] = []
+        self._shown: NDArray[np.float64] | None = None  # the lengths of the volume that is tracked
+        self._voxel_m = 0.0
+        self._frames = 0
+
+    def start(self, frame: Frame, camera: Camera, place: Any, threads: int) -> PrimitiveFit | None:
+        """Fit in a mask (bool), a box (x, y, w, h) or, with None, the largest piece; None: nothing was found."""
+        self.fit, self._sizes, self._covariances, self._frames = None, [], [], 0
+        if frame.depth is None:
+            return None
+        mask = _mask_of(place, frame.depth.shape)
+        seen = Seen.of(frame, camera, "auto", mask)
+        found = _at(pieces(seen, mask), place, camera)
+        if not found:
+            return None
+        wish = Wish(self.primitive.kind, None, self.primitive.seed, "exact", threads)
+        labels = seen.labels(found[0], True)
+        if np.count_nonzero(labels == ON) < max(LEAST_READINGS, wish.least_points()):
+            return None
+        fit = solve(seen.view(labels), wish)
+        if fit.status is Status.LOST:
+            return None
+        self.fit = fit
+        self._note(fit)
+        return fit
+
+    def look(self, frame: Frame, camera: Camera, T_cam_obj: NDArray[np.float64], threads: int) -> SDF | None:
+        """Estimate the size again at a tracked pose; a new volume where it has changed by more than a voxel."""
+        self._frames += 1
+        if self.fit is None or frame.depth is None or self._frames % EVERY:
+            return None
+        seen = Seen.of(frame, camera, "auto", None)
+        labels = seen.labels(self._near(seen, T_cam_obj), True)
+        if np.count_nonzero(labels == ON) < LEAST_READINGS:
+            return None
+        wish = Wish(self.fit.kind, (T_cam_obj, self.fit.size), self.primitive.seed, "exact", threads)
+        fit = solve(seen.view(labels), wish)
+        if fit.status is Status.LOST or not self._plausible(fit):
+            return None
+        self._note(fit)
+        size = np.array(list(self.fit.size.values()))
+        if self._shown is not None and np.abs(size - self._shown).max() <= self._voxel_m:
+            return None
+        return self.volume()
+
+    def volume(self) -> SDF:
+        """Of the size as it is now."""
+        assert self.fit is not None
+        out = volume_of(self.fit.kind, self.fit.size, self.primitive.voxels)
+        self._shown, self._voxel_m = np.array(list(self.fit.size.values())), out.voxel_size
+        return out
+
+    def _plausible(self, fit: PrimitiveFit) -> bool:
+        """Somebody's hand over the object makes it smaller or larger: half as large again is no measurement."""
+        assert self.fit is not None
+        bounded = np.array(list(self.fit.bounded.values()))
+        ratio = np.array(list(fit.size.values())) / np.array(list(self.fit.size.values()))
+        return bool((np.abs(np.log(ratio[bounded])) < np.log(1.5)).all()) and fit.inliers > 0.6
+
+    def _note(self, fit: PrimitiveFit) -> None:
+        self._sizes.append(np.array(list(fit.size.values())))
+        self._covariances.append(fit.covariance[6:, 6:])
+        size, covariance = fuse_sizes(np.array(self._sizes), np.stack(self._covariances))
+        whole = fit.covariance.copy()
+        whole[6:, :] = whole[:, 6:] = 0
+        whole[6:, 6:] = covariance
+        lengths = dict(zip(fit.size, size.tolist(), strict=True))
+        scores = fit.scores if self.fit is None else self.fit.scores
+        self.fit = replace(fit, size=lengths, covariance=whole, scores=scores)
+
+    def _near(self, seen: Seen, T_cam_obj: NDArray[np.float64]) -> NDArray[np.bool_]:
+        assert self.fit is not None
+        T = np.linalg.inv(T_cam_obj)
+        points = np.ascontiguousarray(seen.points.reshape(-1, 3) @ T[:3, :3].T + T[:3, 3])
+        kind = _core.PrimitiveKind.__members__[self.fit.kind]
+        phi, _, _ = _core.primitive_distances(kind, list(self.fit.size.values()), points)
+        near: NDArray[np.bool_] = (np.abs(phi).reshape(seen.depth.shape) < NEAR_M * seen.growth) & (
+            seen.depth > 0
+        )
+        return near
+
+
+def _mask_of(place: Any, shape: tuple[int, int]) -> NDArray[np.bool_] | None:
+    if place is None or np.shape(place) == (4, 4):
+        return None
+    given = np.asarray(place)
+    if given.shape == shape:
+        out: NDArray[np.bool_] = given != 0
+        return out
+    x, y, w, h = (round(float(v)) for v in given)
+    inside = np.zeros(shape, bool)
+    inside[max(0, y) : max(0, y + h), max(0, x) : max(0, x + w)] = True
+    return inside
+
+
+def _at(found: list[NDArray[np.bool_]], place: Any, camera: Camera) -> list[NDArray[np.bool_]]:
+    """Of a pose, the pieces that its origin is seen in."""
+    if np.shape(place) != (4, 4):
+        return found
+    x, y = (round(float(v)) for v in camera.project(np.asarray(place)[None, :3, 3])[0])
+    inside = 0 <= x < camera.width and 0 <= y < camera.height
+    return [p for p in found if inside and p[y, x]]

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: MIT
+"""From what is seen to a fit: the core called, its answer told in lengths, variances and scores."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack import _core
+from sdftrack.checks import numbers, of_kind
+from sdftrack.primitives.result import KINDS, SIZES, PrimitiveFit
+from sdftrack.results import Status
+
+__all__ = ["Wish", "solve"]
+
+WEAK_INLIERS, LOST_INLIERS = 0.6, 0.2
+FREE = {"sphere": 4, "cylinder": 7, "cone": 7, "box": 9, "ellipsoid": 9}  # unknowns that readings can tell
+
+
+class Wish:
+    """What is to be fitted and how, checked once."""
+
+    def __init__(self, kind: str, initial: Any, seed: int, scaling: str, threads: int) -> None:
+        if kind != "auto" and kind not in KINDS:
+            raise ValueError(f"kind: expected {', '.join(KINDS)} or 'auto', got {kind!r}")
+        if scaling not in _core.Scaling.__members__:
+            raise ValueError(f"scaling: expected 'exact' or 'printed', got {scaling!r}")
+        if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**32:
+            raise ValueError(f"seed: expected a whole number 0..2^32 - 1, got {seed!r}")
+        if isinstance(threads, bool) or not isinstance(threads, int) or threads < 0:
+            raise ValueError(f"threads: expected 0 (all cores) or a number of threads, got {threads!r}")
+        self.pose: NDArray[np.float64] | None = None
+        self.size: list[float] | None = None
+        self.options = _core.PrimitiveFitOptions()
+        self.options.seed, self.options.scaling = seed, _core.Scaling.__members__[scaling]
+        self.threads = threads
+        self.kinds = KINDS if kind == "auto" else (kind,)
+        if initial is not None:
+            self._begin_at(kind, initial)
+
+    def _begin_at(self, kind: str, initial: Any) -> None:
+        if isinstance(initial, PrimitiveFit):
+            if kind not in ("auto", initial.kind):
+                raise ValueError(f"initial: expected a fit of a {kind}, got one of a {initial.kind}")
+            kind, initial = initial.kind, (initial.T_cam_obj, initial.size)
+        if kind == "auto":
+            raise ValueError(
+                "initial: expected a kind with it, got kind='auto'; name the kind, or pass a PrimitiveFit"
+            )
+        if not (isinstance(initial, tuple) and len(initial) == 2 and isinstance(initial[1], dict)):
+            raise TypeError(
+                "initial: expected a PrimitiveFit or (T_cam_obj, {name: m}), got " + type(initial).__name__
+            )
+        names = SIZES[kind]
+        if set(initial[1]) != set(names):
+            raise ValueError(
+                f"initial: expected the lengths {', '.join(names)} of a {kind}, got {list(initial[1])}"
+            )
+        lengths = [float(initial[1][name]) for name in names]
+        if not all(np.isfinite(v) and v > 0 for v in lengths):
+            raise ValueError(f"initial: expected lengths above 0 m, got {lengths}")
+        self.pose = _core.nearest_rigid(numbers(initial[0], "initial"), "initial")
+        self.size, self.kinds = lengths, (kind,)
+
+    def least_points(self) -> int:
+        """As many as there are unknowns."""
+        return min(FREE[kind] for kind in self.kinds)
+
+
+def solve(view: Any, wish: Wish, hold: tuple[bool, ...] = ()) -> PrimitiveFit:
+    """The best of the kinds wished for. `hold`: lengths of the start that stay."""
+    of_kind(wish, Wish, "wish")
+    wish.options.fixed = tuple([*hold, False, False, False][:3])
+    points = len(view.points)
+    kinds = [k for k in wish.kinds if points >= FREE[k]]
+    if not kinds:
+        raise ValueError(
+            f"points: expected at least {wish.least_points()} readings of a {' or '.join(wish.kinds)}, got {points}"
+        )
+    members = _core.PrimitiveKind.__members__
+    answers = view.fit([members[k] for k in kinds], wish.options, wish.pose, wish.size, wish.threads)
+    found = {k: a for k, a in zip(kinds, answers, strict=True) if a is not None}
+    if not found:
+        raise ValueError("points: no start found for any kind; they may lie in one line")
+    scores = _scores(found)
+    best = next(iter(scores))
+    return _result(best, found[best], scores)
+
+
+def _scores(found: dict[str, dict[str, Any]]) -> dict[str, float]:
+    against = np.array([a["against"] for a in found.values()])
+    weight = np.exp(-(against - against.min()))
+    weight /= weight.sum()
+    scores = {k: float(w * a["inliers"]) for (k, a), w in zip(found.items(), weight, strict=True)}
+    order = np.argsort(against, kind="stable")
+    names = list(found)
+    return {names[i]: scores[names[i]] for i in order}
+
+
+def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> PrimitiveFit:
+    names, T = SIZES[kind], answer["T_cam_obj"]
+    covariance = answer["covariance"].copy()
+    loose = [name for name, held in zip(names, answer["bounded"], strict=True) if not held]
+    for i, held in enumerate(answer["bounded"]):
+        if held:
+            continue
+        covariance[6 + i, :] = covariance[:, 6 + i] = 0
+        covariance[6 + i, 6 + i] = np.inf
+        # Where its ends are not known, nor is the middle between them.
+        axis = T[:3, i] if kind in ("box", "ellipsoid") else T[:3, 2]
+        covariance[:3, :3] += answer["size"][i] ** 2 * np.outer(axis, axis)
+    status, reason = Status.OK, ""
+    inliers = float(answer["inliers"])
+    if inliers < LOST_INLIERS:
+        status, reason = Status.LOST, f"only {100 * inliers:.0f} % of the readings are on its surface"
+    elif inliers < WEAK_INLIERS:
+        status, reason = Status.WEAK, f"only {100 * inliers:.0f} % of the readings are on its surface"
+    elif loose:
+        status = Status.WEAK
+        reason = f"nothing that is seen bounds {' and '.join(loose)}: the value is the least that holds it"
+    return PrimitiveFit(
+        kind=kind,
+        T_cam_obj=T,
+        size=dict(zip(names, answer["size"], strict=True)),
+        covariance=covariance,
+        rms=float(answer["rms"]),
+        inliers=inliers,
+        status=status,
+        reason=reason,
+        scores=scores,
+    )

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: MIT
+"""Solids of unknown size in plain numpy: distances by looking for the nearest point, rays by small steps.
+
+Slow and obvious; nothing here uses the formulas of the core.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def distance(kind: str, size: dict[str, float], points: Array) -> Array:
+    """Signed distance (m, negative inside) of points (N, 3) to a solid, its own frame.
+
+    size : as in `sdftrack.fit_primitive`.
+    """
+    if kind == "sphere":
+        return np.asarray(np.linalg.norm(points, axis=1) - size["radius"])
+    if kind == "box":
+        return _convex(points, lambda p: _nearest_in_box(p, size), lambda p: _depth_in_box(p, size))
+    if kind in ("cylinder", "cone"):
+        return _round(kind, size, points)
+    return np.array([_ellipsoid(p, np.array([size["rx"], size["ry"], size["rz"]])) for p in points])
+
+
+def _convex(points: Array, nearest: Any, depth: Any) -> Array:
+    """The way to the nearest point of the solid outside, the depth below the nearest face inside."""
+    out = np.linalg.norm(points - nearest(points), axis=1)
+    return np.where(out > 0, out, -depth(points))
+
+
+def _edges(size: dict[str, float]) -> Array:
+    return np.array([size["x"], size["y"], size["z"]])
+
+
+def _nearest_in_box(points: Array, size: dict[str, float]) -> Array:
+    return np.clip(points, -_edges(size) / 2, _edges(size) / 2)
+
+
+def _depth_in_box(points: Array, size: dict[str, float]) -> Array:
+    return np.asarray((_edges(size) / 2 - np.abs(points)).min(axis=1))
+
+
+def _round(kind: str, size: dict[str, float], points: Array) -> Array:
+    """A polygon in the half plane (r, z), turned: distances to its sides as line segments."""
+    R, h = size["radius"], size["height"] / 2
+    corners = [(0, -h), (R, -h), (R, h), (0, h)] if kind == "cylinder" else [(0, -h), (R, -h), (0, h)]
+    at = np.column_stack([np.hypot(points[:, 0], points[:, 1]), points[:, 2]])
+    least = np.full(len(points), np.inf)
+    inside = np.ones(len(points), bool)
+    for a, b in zip(np.array(corners[:-1], float), np.array(corners[1:], float), strict=True):
+        along = b - a
+        t = np.clip((at - a) @ along / (along @ along), 0, 1)
+        least = np.minimum(least, np.linalg.norm(at - a - t[:, None] * along, axis=1))
+        inside &= along[0] * (at[:, 1] - a[1]) - along[1] * (at[:, 0] - a[0]) > 0  # left of each side
+    return np.where(inside, -least, least)
+
+
+def _ellipsoid(p: Array, a: Array) -> float:
+    """Bisection for the root of sum (a p / (t + a^2))^2 = 1, t above minus the least a^2."""
+    p = np.where(np.abs(p) < 1e-12, 1e-12, np.abs(p))
+    low, high = -(a.min() ** 2), float(np.linalg.norm(a * p)) + 1e-9
+    for _ in range(100):
+        t = (low + high) / 2
+        if ((a * p / (t + a**2)) ** 2).sum() > 1:
+            low = t
+        else:
+            high = t
+    nearest = a**2 * p / (high + a**2)
+    sign = 1 if ((p / a) ** 2).sum() > 1 else -1
+    return float(sign * np.linalg.norm(p - nearest))
+
+
+def printed_distance(kind: str, size: dict[str, float], points: Array, step: float = 1e-6) -> Array:
+    """The source's form (thesis Eq. 3.27): a unit solid under S = diag(s), over |S^-1 grad phi_u|, by differences."""
+    scale = {
+        "sphere": lambda s: [s["radius"]] * 3,
+        "box": lambda s: [s["x"], s["y"], s["z"]],
+        "ellipsoid": lambda s: [s["rx"], s["ry"], s["rz"]],
+    }.get(kind, lambda s: [s["radius"], s["radius"], s["height"]])(size)
+    unit_kind = "sphere" if kind == "ellipsoid" else kind
+    unit = dict.fromkeys(
+        {"sphere": ["radius"], "box": ["x", "y", "z"]}.get(unit_kind, ["radius", "height"]), 1.0
+    )
+    S = np.array(scale)
+    y = points / S
+    axes = np.eye(3) * step
+    slopes = [distance(unit_kind, unit, y + a) - distance(unit_kind, unit, y - a) for a in axes]
+    gradient = np.column_stack(slopes) / (2 * step)
+    return np.asarray(distance(unit_kind, unit, y) / np.linalg.norm(gradient / S, axis=1))
+
+
+def surface_reach(kind: str, size: dict[str, float], direction: Array, count: int = 400) -> float:
+    """How far (m) a solid reaches along a unit vector: the farthest of many points of its surface."""
+    a = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    ring = np.column_stack([np.cos(a), np.sin(a), np.zeros(count)])
+    if kind == "box":
+        corners = np.array(np.meshgrid(*[[-0.5, 0.5]] * 3)).reshape(3, -1).T
+        return float((corners * _edges(size) @ direction).max())
+    if kind in ("cylinder", "cone"):
+        up = np.array([0, 0, size["height"] / 2])
+        rim = size["radius"] * ring
+        points = np.concatenate([rim - up, rim + up if kind == "cylinder" else up[None]])
+        return float((points @ direction).max())
+    radii = np.array([size["radius"]] * 3 if kind == "sphere" else [size["rx"], size["ry"], size["rz"]])
+    z = np.linspace(-1, 1, count)[:, None, None]
+    ball = np.sqrt(1 - z**2) * ring[None] + np.concatenate([0 * z, 0 * z, z], axis=2)
+    return float((ball.reshape(-1, 3) * radii @ direction).max())
+
+
+def clearance(
+    kind: str, size: dict[str, float], T_obj_cam: Array, ray: Array, near_m: float, far_m: float
+) -> float:
+    """Least distance (m) between a solid and the stretch of a ray (z = 1) between two depths, by small steps."""
+    low, high = near_m, far_m
+    for _ in range(6):
+        z = np.linspace(low, high, 201)
+        p = (z[:, None] * ray) @ T_obj_cam[:3, :3].T + T_obj_cam[:3, 3]
+        phi = distance(kind, size, p)
+        k = int(phi.argmin())
+        low, high = z[max(0, k - 1)], z[min(200, k + 1)]
+    return float(phi.min())
+
+
+def ray_residual(kind: str, size: dict[str, float], T_obj_cam: Array, p_cam: Array) -> float:
+    """The way (m of depth) from a reading along its ray to where the ray first meets the solid; nan: it does not."""
+    ray = p_cam / p_cam[2]
+    z = np.linspace(p_cam[2] - 0.05, p_cam[2] + 0.05, 801)
+    phi = distance(kind, size, (z[:, None] * ray) @ T_obj_cam[:3, :3].T + T_obj_cam[:3, 3])
+    inside = np.flatnonzero(phi < 0)
+    if not len(inside) or inside[0] == 0:
+        return float("nan")
+    k = inside[0]
+    hit = z[k - 1] + (z[k] - z[k - 1]) * phi[k - 1] / (phi[k - 1] - phi[k])
+    return float(hit - p_cam[2])

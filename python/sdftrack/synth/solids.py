@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: MIT
+"""Solids that stand on a table, seen by a depth camera: exact ray intersections, no mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.camera import Camera
+
+__all__ = ["KINDS", "SolidScene", "random_solid", "ray_depth", "standing_scene"]
+
+Array = NDArray[np.float64]
+KINDS = ("sphere", "cylinder", "cone", "box", "ellipsoid")
+SIZES = {
+    "sphere": ("radius",),
+    "cylinder": ("radius", "height"),
+    "cone": ("radius", "height"),
+    "box": ("x", "y", "z"),
+    "ellipsoid": ("rx", "ry", "rz"),
+}
+FAR_M = 3.0  # no reading beyond
+LOOK_DOWN_RAD = (np.radians(25), np.radians(55))  # so that the top is seen, and a side
+
+
+@dataclass(frozen=True)
+class SolidScene:
+    """A depth image with its truth.
+
+    Attributes
+    ----------
+    depth : (H, W) float32 m, without noise; 0: nothing there
+    cosine : (H, W) float32
+        Of the angle between the ray and the surface's normal: what grazing readings are lost by.
+    mask : (H, W) bool
+        Where the solid is seen.
+    """
+
+    kind: str
+    size: dict[str, float]
+    T_cam_obj: Array
+    plane: tuple[Array, float]
+    depth: NDArray[np.float32]
+    cosine: NDArray[np.float32]
+    mask: NDArray[np.bool_]
+
+
+def ray_depth(kind: str, size: dict[str, float], origin: Array, rays: Array) -> tuple[Array, Array]:
+    """Where rays ``origin + t rays`` meet a solid, all in its own frame.
+
+    Parameters
+    ----------
+    kind, size : see `sdftrack.fit_primitive`
+    origin : (3,) float64 m
+    rays : (N, 3) float64
+
+    Returns
+    -------
+    t : (N,) float64
+        Of the first hit, inf: none.
+    normals : (N, 3) float64
+    """
+    solids: dict[str, Callable[[dict[str, float], Array, Array], tuple[Array, Array]]] = {
+        "sphere": lambda s, o, r: _ellipsoid(np.full(3, s["radius"]), o, r),
+        "ellipsoid": lambda s, o, r: _ellipsoid(np.array([s["rx"], s["ry"], s["rz"]]), o, r),
+        "box": lambda s, o, r: _box(np.array([s["x"], s["y"], s["z"]]), o, r),
+        "cylinder": lambda s, o, r: _tapered(s["radius"], s["radius"], s["height"], o, r),
+        "cone": lambda s, o, r: _tapered(s["radius"], 0.0, s["height"], o, r),
+    }
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return solids[kind](size, origin, rays)
+
+
+def _ellipsoid(radii: Array, origin: Array, rays: Array) -> tuple[Array, Array]:
+    o, d = origin / radii, rays / radii
+    a, b, c = (d * d).sum(1), d @ o, o @ o - 1
+    root = b * b - a * c
+    t = np.where(root > 0, (-b - np.sqrt(np.maximum(root, 0))) / a, np.inf)
+    n = (origin + np.where(np.isfinite(t), t, 0)[:, None] * rays) / radii**2
+    return t, n / np.linalg.norm(n, axis=1, keepdims=True)
+
+
+def _box(edges: Array, origin: Array, rays: Array) -> tuple[Array, Array]:
+    one, two = (-edges / 2 - origin) / rays, (edges / 2 - origin) / rays
+    near, far = np.minimum(one, two), np.maximum(one, two)
+    axis = near.argmax(axis=1)
+    t = near.max(axis=1)
+    n = np.zeros_like(rays)
+    at = np.arange(len(rays))
+    n[at, axis] = -np.sign(rays[at, axis])
+    return np.where((t < far.min(axis=1)) & (t > 0), t, np.inf), n
+
+
+def _tapered(base: float, top: float, height: float, origin: Array, rays: Array) -> tuple[Array, Array]:
+    """Radius `base` at -height / 2, `top` at +height / 2: x^2 + y^2 = (m - k z)^2 between its ends."""
+    k, m = (base - top) / height, (base + top) / 2
+    reach, fall = m - k * origin[2], -k * rays[:, 2]
+    a = rays[:, 0] ** 2 + rays[:, 1] ** 2 - fall**2
+    b = rays[:, :2] @ origin[:2] - reach * fall
+    c = origin[:2] @ origin[:2] - reach**2
+    root = np.sqrt(b * b - a * c)
+    best = np.full(len(rays), np.inf)
+    normals = np.zeros_like(rays)
+
+    def offer(t: Array, fits: NDArray[np.bool_], n: Array) -> None:
+        nearer = fits & (t > 0) & (t < best)
+        best[nearer] = t[nearer]
+        normals[nearer] = n[nearer]
+
+    for t in ((-b - root) / a, (-b + root) / a):
+        p = origin + t[:, None] * rays
+        side = np.column_stack([p[:, 0], p[:, 1], k * (m - k * p[:, 2])])
+        fits = (np.abs(p[:, 2]) <= height / 2) & (m - k * p[:, 2] >= 0)
+        offer(t, fits, side / np.linalg.norm(side, axis=1, keepdims=True))
+    for z, radius in ((-height / 2, base), (height / 2, top)):
+        t = (z - origin[2]) / rays[:, 2]
+        p = origin + t[:, None] * rays
+        offer(t, (p[:, :2] ** 2).sum(1) <= radius**2, np.broadcast_to([0.0, 0.0, np.sign(z)], rays.shape))
+    return best, normals
+
+
+def random_solid(kind: str, rng: np.random.Generator) -> dict[str, float]:
+    """Sizes (m) of a solid that is 4 to 25 cm long in every direction."""
+    lengths = rng.uniform(0.04, 0.25, 3)
+    halved = {"radius", "rx", "ry", "rz"}
+    return {
+        name: float(v / 2 if name in halved else v) for name, v in zip(SIZES[kind], lengths, strict=False)
+    }
+
+
+def standing_scene(
+    kind: str,
+    size: dict[str, float],
+    camera: Camera,
+    rng: np.random.Generator,
+    distance_m: tuple[float, float] = (0.6, 1.2),
+) -> SolidScene:
+    """The solid upright on a table, near the middle of the image, turned at random about the vertical."""
+    down = rng.uniform(*LOOK_DOWN_RAD)
+    up = np.array([0, -np.cos(down), -np.sin(down)])
+    heights = {
+        "sphere": 2 * size.get("radius", 0),
+        "box": size.get("z", 0),
+        "ellipsoid": 2 * size.get("rz", 0),
+    }
+    height = heights.get(kind, size.get("height", 0.0))
+    middle = rng.uniform(*distance_m) * np.array([rng.uniform(-0.1, 0.1), rng.uniform(-0.1, 0.1), 1])
+    turn = rng.uniform(0, 2 * np.pi)
+    u = np.cross(up, [0, 0, 1.0])
+    u /= np.linalg.norm(u)
+    x = np.cos(turn) * u + np.sin(turn) * np.cross(up, u)
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = np.column_stack([x, np.cross(up, x), up]), middle
+    offset = float(-(up @ middle) + height / 2)  # of the table under it
+    return _rendered(kind, size, T, (up, offset), camera)
+
+
+def _rendered(
+    kind: str, size: dict[str, float], T: Array, plane: tuple[Array, float], camera: Camera
+) -> SolidScene:
+    rays = camera.back_project(np.ones(camera.shape, np.float32)).astype(np.float64).reshape(-1, 3)
+    R, t = T[:3, :3], T[:3, 3]
+    z, normals = ray_depth(kind, size, -R.T @ t, rays @ R)
+    n, d = plane
+    with np.errstate(divide="ignore"):
+        table = np.where(rays @ n < 0, -d / (rays @ n), np.inf)
+    mask = z < table
+    depth = np.where(mask, z, table)
+    cosine = np.abs(np.where(mask, np.einsum("ni,ni->n", normals @ R.T, rays), rays @ n))
+    cosine /= np.linalg.norm(rays, axis=1)
+    depth = np.where(depth < FAR_M, depth, 0)
+    shape = camera.shape
+    return SolidScene(
+        kind,
+        size,
+        T,
+        plane,
+        depth.reshape(shape).astype(np.float32),
+        cosine.reshape(shape).astype(np.float32),
+        mask.reshape(shape),
+    )

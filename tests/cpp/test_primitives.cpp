@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "primitives/energies.h"
+#include "primitives/outline.h"
+#include "sdf/primitives.h"
+
+namespace sdftrack {
+namespace {
+
+constexpr double kStep = 1e-6;      // m, of central differences
+constexpr double kSlopeTol = 1e-6;  // their error for curvatures of a few mm
+
+const double kSize[kPrimitiveKinds][kMostSizes] = {
+    {0.05, 1, 1}, {0.04, 0.11, 1}, {0.06, 0.13, 1}, {0.10, 0.06, 0.08}, {0.05, 0.08, 0.035}};
+
+Vec3d point(int i) {
+  const auto part = [&](double a) { return 0.24 * (std::fmod(0.5 + a * i, 1.0) - 0.5); };
+  return {part(0.8191725134), part(0.6710436067), part(0.5497004779)};
+}
+
+double phi(PrimitiveKind kind, Vec3d p, const double (&size)[kMostSizes]) {
+  return exact_sample(kind, p, size).phi_m;
+}
+
+TEST(Primitives, derivatives_are_those_of_the_distance) {
+  for (int k = 0; k < kPrimitiveKinds; ++k) {
+    const auto kind = static_cast<PrimitiveKind>(k);
+    for (int i = 1; i < 100; ++i) {
+      const Vec3d p = point(i);
+      const SolidSample<double> at = exact_sample(kind, p, kSize[k]);
+      const Vec3d dx{kStep, 0, 0};
+      EXPECT_NEAR(at.grad.x, (phi(kind, p + dx, kSize[k]) - phi(kind, p - dx, kSize[k])) / (2 * kStep),
+                  kSlopeTol);
+      for (int j = 0; j < size_count(kind); ++j) {
+        double more[kMostSizes] = {kSize[k][0], kSize[k][1], kSize[k][2]},
+               less[kMostSizes] = {more[0], more[1], more[2]};
+        more[j] += kStep, less[j] -= kStep;
+        EXPECT_NEAR(at.size[j], (phi(kind, p, more) - phi(kind, p, less)) / (2 * kStep), kSlopeTol);
+      }
+    }
+  }
+}
+
+TEST(Primitives, distances_are_those_that_volumes_are_made_of) {
+  constexpr double kTol = 1e-9;  // m; both solve the same equation
+  for (int i = 1; i < 100; ++i) {
+    const Vec3d p = point(i);
+    EXPECT_NEAR(phi(PrimitiveKind::kCylinder, p, kSize[1]), cylinder_distance(p, 0.04, 0.11), kTol);
+    EXPECT_NEAR(phi(PrimitiveKind::kCone, p, kSize[2]), cone_distance(p, 0.06, 0.13), kTol);
+    EXPECT_NEAR(phi(PrimitiveKind::kBox, p, kSize[3]), box_distance(p, {0.10, 0.06, 0.08}), kTol);
+    EXPECT_NEAR(phi(PrimitiveKind::kEllipsoid, p, kSize[4]), ellipsoid_distance(p, {0.05, 0.08, 0.035}),
+                kTol);
+  }
+}
+
+TEST(Primitives, an_order_that_is_spread_names_each_number_once) {
+  for (const std::size_t n : {0u, 1u, 2u, 10u, 97u, 1000u}) {
+    std::vector<int> seen(n, 0);
+    for (const std::size_t i : spread_order(n)) ++seen[i];
+    for (const int count : seen) EXPECT_EQ(count, 1);
+  }
+}
+
+TEST(Primitives, sizes_have_their_place_behind_the_pose) {
+  const Unknowns unknowns{1, false, false, 2};
+  EXPECT_EQ(unknowns.size(), 8);
+  EXPECT_EQ(unit_of(unknowns, 7), Unit::kLogScale);
+  State x;
+  x.T_obj_cam = {Rigidd{}}, x.log_size = {0.0, 1.0};
+  Eigen::VectorXd delta = Eigen::VectorXd::Zero(8);
+  delta[7] = 0.25;
+  EXPECT_EQ(retract(unknowns, x, delta).log_size[1], 1.25);
+}
+
+}  // namespace
+}  // namespace sdftrack

@@ -1,0 +1,482 @@
+# SPDX-License-Identifier: MIT
+"""Primitives of unknown size: fields and energies against finite differences and the twin, fits against the truth."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack import _core
+from sdftrack.primitives.fusing import fuse_sizes
+from sdftrack.reference import primitives as twin
+from sdftrack.synth.noise import Gaussian, Kinect
+from sdftrack.synth.solids import KINDS, ray_depth, standing_scene
+
+CAMERA = st.Camera(525, 525, 319.5, 239.5, 640, 480)
+SIZES = {
+    "sphere": {"radius": 0.05},
+    "cylinder": {"radius": 0.04, "height": 0.11},
+    "cone": {"radius": 0.06, "height": 0.13},
+    "box": {"x": 0.10, "y": 0.06, "z": 0.08},
+    "ellipsoid": {"rx": 0.05, "ry": 0.08, "rz": 0.035},
+}
+KIND = _core.PrimitiveKind.__members__
+SCALING = _core.Scaling.__members__
+STEP = 1e-6  # m; phi is smooth but for edges, where a difference straddles two faces
+SLOPE_ATOL = 1e-6  # of central differences in double; the second derivative is at most 1 / (a few mm)
+TWIN_ATOL_M = 1e-9  # the twin's bisection and segments are exact to rounding
+NOISE_M = 0.001
+
+
+def lengths(kind, size=None):
+    return list((size or SIZES[kind]).values())
+
+
+def cloud(kind, count=3000, noise=0.0, seed=0):
+    """Points all over a solid, its own frame, m: where rays from all around it first hit."""
+    rng = np.random.default_rng(seed)
+    out = []
+    while len(out) < count:
+        origin = rng.normal(size=3)
+        origin *= 0.5 / np.linalg.norm(origin)
+        rays = rng.uniform(-0.06, 0.06, (200, 3)) - origin
+        t, _ = ray_depth(kind, SIZES[kind], origin, rays)
+        hit = np.isfinite(t)
+        out.extend(origin + t[hit, None] * rays[hit])
+    points = np.array(out[:count])
+    return points + rng.normal(0, noise, points.shape) if noise else points
+
+
+def moved(points, T):
+    return points @ T[:3, :3].T + T[:3, 3]
+
+
+POSE = st.geometry.pose([0.4, -0.7, 0.3], [0.03, -0.02, 0.8])
+
+
+def scene(kind, noise=None, seed=1):
+    """(frame, truth): the solid on a table."""
+    rng = np.random.default_rng(seed)
+    truth = standing_scene(kind, SIZES[kind], CAMERA, rng, (0.7, 0.8))
+    depth = truth.depth if noise is None else noise(truth.depth, truth.cosine, rng)
+    return st.Frame(depth, mask=None), truth
+
+
+# ---- fields ----
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("scaling", ["exact", "printed"])
+def test_the_gradient_and_the_derivative_by_each_length_are_those_of_the_distance(kind, scaling):
+    points = np.random.default_rng(0).uniform(-0.12, 0.12, (400, 3))
+
+    def phi(p, size):
+        return _core.primitive_distances(KIND[kind], size, p, SCALING[scaling])[0]
+
+    size = lengths(kind)
+    _, grad, by_size = _core.primitive_distances(KIND[kind], size, points, SCALING[scaling])
+    for i, axis in enumerate(STEP * np.eye(3)):
+        slope = (phi(points + axis, size) - phi(points - axis, size)) / (2 * STEP)
+        np.testing.assert_allclose(grad[:, i], slope, atol=SLOPE_ATOL)
+    for i in range(len(size)):
+        more, less = list(size), list(size)
+        more[i], less[i] = size[i] + STEP, size[i] - STEP
+        slope = (phi(points, more) - phi(points, less)) / (2 * STEP)
+        np.testing.assert_allclose(by_size[:, i], slope, atol=SLOPE_ATOL)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_distances_are_those_of_the_twin(kind):
+    points = np.random.default_rng(1).uniform(-0.12, 0.12, (300, 3))
+    exact = _core.primitive_distances(KIND[kind], lengths(kind), points)[0]
+    np.testing.assert_allclose(exact, twin.distance(kind, SIZES[kind], points), atol=TWIN_ATOL_M)
+    printed = _core.primitive_distances(KIND[kind], lengths(kind), points, SCALING["printed"])[0]
+    # The twin differentiates by differences of 1e-6 of a length.
+    np.testing.assert_allclose(
+        printed, twin.printed_distance(kind, SIZES[kind], points), rtol=1e-4, atol=1e-7
+    )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_both_forms_of_a_size_agree_on_the_surface_and_only_there(kind):
+    on = cloud(kind, 300)
+    for scaling in ("exact", "printed"):
+        phi = _core.primitive_distances(KIND[kind], lengths(kind), on, SCALING[scaling])[0]
+        np.testing.assert_allclose(phi, 0, atol=1e-9)
+    off = 1.4 * on
+    exact, printed = (
+        _core.primitive_distances(KIND[kind], lengths(kind), off, SCALING[s])[0] for s in SCALING
+    )
+    assert np.abs(exact - printed).max() > (1e-3 if kind not in ("sphere",) else -1)
+
+
+def test_distances_with_known_answers():
+    cases = [
+        ("sphere", [0.05], [0, 0, 0.08], 0.03),
+        ("box", [0.1, 0.06, 0.08], [0.05 + 0.03, 0.03 + 0.04, 0], 0.05),  # 3-4-5 off an edge
+        ("box", [0.1, 0.06, 0.08], [0, 0.02, 0], -0.01),
+        ("cylinder", [0.04, 0.1], [0.04 + 0.03, 0, 0.05 + 0.04], 0.05),
+        ("cone", [0.06, 0.08], [0, 0, 0.04 + 0.02], 0.02),  # above the apex
+        ("cone", [0.06, 0.08], [0, 0, -0.04 - 0.01], 0.01),
+        ("ellipsoid", [0.05, 0.08, 0.03], [0, 0.1, 0], 0.02),
+        ("ellipsoid", [0.05, 0.08, 0.03], [0, 0, 0], -0.03),
+    ]
+    for kind, size, p, wanted in cases:
+        phi = _core.primitive_distances(KIND[kind], size, np.array([p], float))[0]
+        assert phi[0] == pytest.approx(wanted, abs=1e-9), (kind, p)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_reach_is_that_of_the_farthest_of_many_points_and_so_is_its_derivative(kind):
+    rng = np.random.default_rng(2)
+    for v in rng.normal(size=(6, 3)):
+        v /= np.linalg.norm(v)
+        reach, at, by_size = _core.primitive_reach(KIND[kind], lengths(kind), v.tolist())
+        # Points on a grid of 1 degree miss the farthest one by up to 1 - cos(0.5 deg) of a radius.
+        assert reach == pytest.approx(twin.surface_reach(kind, SIZES[kind], v), abs=2e-5)
+        assert np.dot(at, v) == pytest.approx(reach, abs=1e-12)
+        for i in range(len(by_size)):
+            more = list(lengths(kind))
+            more[i] += STEP
+            slope = (_core.primitive_reach(KIND[kind], more, v.tolist())[0] - reach) / STEP
+            assert by_size[i] == pytest.approx(slope, abs=1e-4)
+
+
+# ---- energies ----
+
+
+def view_of(kind, noise=None):
+    frame, truth = scene(kind, noise)
+    labels = truth.mask.astype(np.uint8)
+    # Few pixels: a window of the picture. The others say nothing.
+    labels[::2] = 2
+    view = _core.PrimitiveView.of_image(frame.depth, labels, CAMERA._core, 2)
+    view.set_plane(truth.plane[0].tolist(), truth.plane[1], True)
+    return view, truth
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_gradient_of_the_energy_is_the_slope_of_its_cost(kind):
+    """Beside the truth, by points, outline and table together, over pose and log sizes."""
+    view, truth = view_of(kind, Gaussian(NOISE_M))
+    options = _core.PrimitiveEnergyOptions()
+    options.scale_m, options.outline_scale_px = 0.004, 2.0
+    T0 = np.linalg.inv(truth.T_cam_obj)
+    T0 = (
+        st.geometry.pose([0.03, 0.02, 0.01], [0.002, -0.001, 0.0015]) @ T0
+    )  # flat on the table its cost has a kink
+    size0 = np.array(lengths(kind)) * 1.03
+
+    def cost(delta):
+        T = _increment(delta[:6]) @ T0
+        return view.energy(KIND[kind], T, (size0 * np.exp(delta[6:])).tolist(), options)["cost"]
+
+    n = 6 + len(size0)
+    gradient = view.energy(KIND[kind], T0, size0.tolist(), options)["gradient"]
+    h = 1e-6  # a longer step changes which rays meet the solid
+    slopes = np.array([(cost(h * e) - cost(-h * e)) / (2 * h) for e in np.eye(n)])
+    np.testing.assert_allclose(gradient, slopes, rtol=0.02, atol=0.02 * np.abs(slopes).max())
+
+
+def _increment(d):
+    r = np.array(d[3:6]) / 4
+    s = r @ r
+    K = np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])
+    T = np.eye(4)
+    T[:3, :3] += (8 * K @ K + 4 * (1 - s) * K) / (1 + s) ** 2
+    T[:3, 3] = d[:3]
+    return T
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_way_along_a_ray_is_that_of_the_twin(kind):
+    view, truth = view_of(kind, Gaussian(NOISE_M))
+    T = np.linalg.inv(truth.T_cam_obj)
+    found = view.energy(KIND[kind], T, lengths(kind), _core.PrimitiveEnergyOptions())["residuals"]
+    compared = 0
+    for p, r in zip(view.points[: 3 if kind == "ellipsoid" else 60], found, strict=False):
+        way = twin.ray_residual(kind, SIZES[kind], T, p)
+        q = moved(p[None], T)
+        grad = _core.primitive_distances(KIND[kind], lengths(kind), q)[1][0]
+        if np.isnan(way) or abs(grad @ T[:3, :3] @ (p / np.linalg.norm(p))) < 0.4:
+            continue  # at a slant the residual is phi
+        assert r == pytest.approx(
+            way, abs=3e-5
+        )  # the twin's steps of 25 micrometres; the core's 20 off the surface
+        compared += 1
+    assert compared > (0 if kind == "ellipsoid" else 20)
+
+
+# ---- points ----
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_points_of_a_whole_surface_give_size_and_pose(kind):
+    points = moved(cloud(kind), POSE)
+    fit = st.fit_primitive(points, kind)
+    assert fit.kind == kind
+    assert fit.ok, fit
+    # Exact points: what is left is the optimiser's last step.
+    np.testing.assert_allclose(sorted(fit.size.values()), sorted(SIZES[kind].values()), rtol=2e-3)
+    assert np.linalg.norm(fit.T_cam_obj[:3, 3] - POSE[:3, 3]) < 3e-4
+    if kind in ("cylinder", "cone"):
+        cosine = fit.T_cam_obj[:3, 2] @ POSE[:3, 2]
+        assert (cosine if kind == "cone" else abs(cosine)) > 1 - 1e-5
+    assert fit.inliers > 0.99
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_auto_names_the_kind_of_noisy_points_with_outliers(kind):
+    rng = np.random.default_rng(3)
+    points = np.concatenate(
+        [moved(cloud(kind, noise=NOISE_M), POSE), POSE[:3, 3] + rng.uniform(-0.15, 0.15, (300, 3))]
+    )
+    fit = st.fit_primitive(points)
+    assert fit.kind == kind, fit.scores
+    assert next(iter(fit.scores)) == kind
+    assert set(fit.scores) == set(KINDS)
+    # 3,000 readings of 1 mm leave some 0.1 mm; outliers near the surface pull a little.
+    np.testing.assert_allclose(sorted(fit.size.values()), sorted(SIZES[kind].values()), rtol=0.01)
+
+
+def test_a_ball_is_a_ball_and_not_an_ellipsoid_that_fits_as_well():
+    fit = st.fit_primitive(moved(cloud("sphere", noise=NOISE_M), POSE))
+    assert fit.scores["sphere"] > 10 * fit.scores["ellipsoid"]
+
+
+def test_the_end_of_a_can_that_is_out_of_sight_has_no_variance_to_trust():
+    points = cloud("cylinder", noise=NOISE_M)
+    seen = points[(points[:, 0] < -0.01) & (np.abs(points[:, 2]) < 0.04)]  # of its side alone, without an end
+    fit = st.fit_primitive(moved(seen, POSE), "cylinder")
+    assert fit.bounded == {"radius": True, "height": False}
+    assert np.isinf(fit.covariance[7, 7])
+    assert fit.status == "weak"
+    assert "height" in fit.reason
+    assert (
+        fit.size["height"] >= 0.078
+    )  # the least that holds what was seen: 80 mm, but for its outermost readings
+    assert fit.size["radius"] == pytest.approx(0.04, rel=0.03)
+    assert fit.to_dict()["covariance"][7][7] is None
+
+
+def test_a_start_and_a_fit_as_the_start_lead_to_the_same():
+    points = moved(cloud("cylinder", noise=NOISE_M), POSE)
+    one = st.fit_primitive(points, "cylinder")
+    two = st.fit_primitive(points, "cylinder", initial=(POSE, {"radius": 0.05, "height": 0.09}))
+    three = st.fit_primitive(points, initial=one)
+    for other in (two, three):
+        assert other.kind == "cylinder"
+        np.testing.assert_allclose(list(other.size.values()), list(one.size.values()), rtol=2e-3)
+
+
+def test_the_same_seed_gives_the_same_bits_for_any_number_of_threads():
+    points = moved(cloud("box", noise=NOISE_M), POSE)
+    one, two = (st.fit_primitive(points, "auto", seed=5, threads=t) for t in (1, 2))
+    assert one.size == two.size
+    np.testing.assert_array_equal(one.T_cam_obj, two.T_cam_obj)
+    assert one.scores == two.scores
+
+
+def test_the_printed_form_finds_the_same_solid():
+    points = moved(cloud("cylinder", noise=NOISE_M), POSE)
+    fit = st.fit_primitive(points, "cylinder", scaling="printed")
+    np.testing.assert_allclose(list(fit.size.values()), lengths("cylinder"), rtol=0.01)
+
+
+# ---- frames ----
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    ("noise", "share"), [(Gaussian(NOISE_M), 0.01), (Kinect(), 0.03)], ids=["1 mm", "kinect"]
+)
+def test_a_frame_without_a_mask_gives_kind_and_size_of_what_stands_on_the_table(kind, noise, share):
+    """Targets: 1 % at 1 mm, 2 % with Kinect noise; of an ellipsoid with the latter 3.5 % (docs/results.md)."""
+    frame, truth = scene(kind, noise)
+    fit = st.fit_primitive(frame, camera=CAMERA)
+    assert fit.kind == kind, fit.scores
+    found = (
+        np.sort(list(fit.size.values()))
+        if kind in ("box", "ellipsoid")
+        else np.array(list(fit.size.values()))
+    )
+    true = (
+        np.sort(list(truth.size.values()))
+        if kind in ("box", "ellipsoid")
+        else np.array(list(truth.size.values()))
+    )
+    limit = share if kind == "ellipsoid" or share == 0.01 else 0.02
+    np.testing.assert_allclose(
+        found, true, rtol=limit + (0.005 if kind == "ellipsoid" and share > 0.01 else 0)
+    )
+    assert np.linalg.norm(fit.T_cam_obj[:3, 3] - truth.T_cam_obj[:3, 3]) < (0.001 if share == 0.01 else 0.003)
+
+
+def test_a_box_seen_from_the_front_alone_has_an_open_depth_and_the_table_bounds_a_height():
+    from sdftrack.eval.primitives_open import open_view
+
+    depth, _, mask, _ = open_view("box", np.random.default_rng([3, 0, 7]), CAMERA)
+    fit = st.fit_primitive(st.Frame(depth), "box", camera=CAMERA, mask=mask, plane=None)
+    along = int(np.abs(fit.T_cam_obj[2, :3]).argmax())
+    assert [not b for b in fit.bounded.values()] == [i == along for i in range(3)]
+
+    frame, truth = scene("cylinder", Gaussian(NOISE_M))
+    rows = np.flatnonzero(truth.mask.any(axis=1))
+    upper = truth.mask & (np.arange(480)[:, None] < rows[0] + 0.8 * len(rows))
+    low = frame.depth.copy()
+    low[truth.mask & ~upper] = 0  # its lower part gives no reading
+    without = st.fit_primitive(st.Frame(low), "cylinder", camera=CAMERA, mask=upper, plane=None)
+    assert not without.bounded["height"]
+
+
+def test_frames_of_one_object_give_one_size_that_is_better_known():
+    _, truth = scene("cylinder")
+    frames = [st.Frame(Kinect()(truth.depth, truth.cosine, np.random.default_rng(s))) for s in range(4)]
+    fit = st.fit_primitive(frames, "cylinder", camera=CAMERA, mask=truth.mask)
+    assert len(fit.per_frame) == 4
+    np.testing.assert_allclose(list(fit.size.values()), lengths("cylinder"), rtol=0.01)
+    sd = np.sqrt(np.diag(fit.covariance)[6:])
+    single = np.sqrt(np.diag(fit.per_frame[0].covariance)[6:])
+    assert (sd < single).all()
+
+
+def test_sizes_are_fused_by_their_information_and_what_no_frame_bounds_stays_open():
+    sizes = np.array([[0.10, 0.20], [0.12, 0.30]])
+    one, two = np.diag([1e-6, np.inf]), np.diag([4e-6, np.inf])
+    size, covariance = fuse_sizes(sizes, np.stack([one, two]))
+    assert size[0] == pytest.approx((0.10 / 1 + 0.12 / 4) / (1 + 1 / 4), rel=1e-12)  # Eq. 3.23
+    assert size[1] == 0.30
+    assert np.isinf(covariance[1, 1])
+
+
+def test_several_solids_are_found_one_after_another():
+    rng = np.random.default_rng(4)
+    kinds = ["box", "cylinder", "sphere"]
+    first = standing_scene("box", SIZES["box"], CAMERA, rng, (0.8, 0.81))
+    depth, up, d = first.depth.copy(), *first.plane
+    rays = CAMERA.back_project(np.ones(CAMERA.shape, np.float32)).astype(float).reshape(-1, 3)
+    for kind, side in (("cylinder", 0.16), ("sphere", -0.16)):
+        T = first.T_cam_obj.copy()
+        height = SIZES[kind].get("height", 2 * SIZES[kind]["radius"])
+        at = first.T_cam_obj[:3, 3] + np.array([side, 0, 0])
+        T[:3, 3] = at - up * (at @ up + d) + up * height / 2
+        z, _ = ray_depth(kind, SIZES[kind], -T[:3, :3].T @ T[:3, 3], rays @ T[:3, :3])
+        z = z.reshape(CAMERA.shape)
+        depth = np.where(z < depth, z, depth).astype(np.float32)
+    frame = st.Frame(Gaussian(NOISE_M)(depth, np.ones_like(depth), rng))
+    fits = st.fit_primitives(frame, camera=CAMERA)
+    assert sorted(f.kind for f in fits) == sorted(kinds)
+    for fit in fits:
+        found, true = sorted(fit.size.values()), sorted(SIZES[fit.kind].values())
+        np.testing.assert_allclose(found, true, rtol=0.02)
+
+
+# ---- results ----
+
+
+def test_a_fit_gives_a_volume_to_track_with_and_can_be_kept():
+    fit = st.fit_primitive(moved(cloud("cone"), POSE), "cone")
+    local = moved(moved(cloud("cone", 200), POSE), np.linalg.inv(fit.T_cam_obj))
+    assert np.abs(fit.sdf(local)).max() < 2 * fit.sdf.voxel_size
+    copy = pickle.loads(pickle.dumps(fit))
+    assert copy.size == fit.size
+    assert "cone" in repr(fit)
+    assert "mm" in repr(fit)
+
+
+# ---- bad input ----
+
+
+def bad_points():
+    good = moved(cloud("sphere", 50), POSE)
+    line = np.linspace(0, 1, 50)[:, None] * [1.0, 2, 3]
+    flat = good.copy()
+    flat[:, 2] = 1
+    nan = good.copy()
+    nan[[3, 7]] = np.nan
+    return [
+        (np.zeros((0, 3)), ValueError, "at least 4, as many as there are unknowns, got 0"),
+        (good[:3], ValueError, "at least"),
+        (nan, ValueError, "2 of 50 points with NaN"),
+        (line, ValueError, "all lie in one line"),
+        (flat, ValueError, "all lie in one plane"),
+        (np.ones((50, 3)), ValueError, "one place"),
+        (good[:, :2], ValueError, r"shape \(N, 3\)"),
+        (np.array([["a"] * 3] * 9), TypeError, "array of numbers"),
+        ("cloud.ply", TypeError, "array of numbers"),
+    ]
+
+
+@pytest.mark.parametrize("case", range(9))
+def test_bad_points_give_one_clear_error(case):
+    points, error, match = bad_points()[case]
+    with pytest.raises(error, match=match):
+        st.fit_primitive(points)
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "match"),
+    [
+        ({"kind": "torus"}, ValueError, "kind: expected sphere"),
+        ({"scaling": "metric"}, ValueError, "scaling"),
+        ({"seed": -1}, ValueError, "seed"),
+        ({"seed": 1.5}, ValueError, "seed"),
+        ({"threads": -1}, ValueError, "threads"),
+        ({"camera": CAMERA}, ValueError, "camera: expected None with points"),
+        ({"mask": np.ones((480, 640), bool)}, ValueError, "mask: expected None with points"),
+        ({"initial": (np.eye(4), {"radius": 1})}, ValueError, "initial: expected a kind"),
+        ({"kind": "box", "initial": (np.eye(4), {"radius": 1})}, ValueError, "x, y, z"),
+        ({"kind": "sphere", "initial": (np.eye(4), {"radius": -1})}, ValueError, "above 0"),
+        ({"kind": "sphere", "initial": 3}, TypeError, "initial"),
+        ({"plane": 3}, TypeError, "plane"),
+        ({"plane": ([0, 0, 0], 1)}, ValueError, "plane"),
+    ],
+)
+def test_bad_options_give_one_clear_error(options, error, match):
+    with pytest.raises(error, match=match):
+        st.fit_primitive(moved(cloud("sphere", 50), POSE), **options)
+
+
+def test_bad_frames_give_one_clear_error():
+    frame, truth = scene("sphere")
+    nothing = np.zeros(CAMERA.shape, bool)
+    one = nothing.copy()
+    one[np.argwhere(truth.mask)[0][0], np.argwhere(truth.mask)[0][1]] = True
+    table = st.Frame(np.where(truth.mask, 0, truth.depth))
+    for arguments, error, match in [
+        ({}, ValueError, "camera: expected the depth camera of the frame, got None"),
+        ({"camera": CAMERA.scaled(0.5)}, ValueError, "camera: expected the depth image's size"),
+        ({"camera": CAMERA, "mask": nothing}, ValueError, "mask: expected some depth readings"),
+        ({"camera": CAMERA, "mask": one}, ValueError, "mask: expected at least"),
+        ({"camera": CAMERA, "mask": nothing.astype(float)}, TypeError, "mask: expected bool or uint8"),
+        ({"camera": CAMERA, "mask": nothing[:10]}, ValueError, "mask: expected shape"),
+    ]:
+        with pytest.raises(error, match=match):
+            st.fit_primitive(frame, **arguments)
+    with pytest.raises(ValueError, match="stands off the dominant plane"):
+        st.fit_primitive(table, camera=CAMERA)
+    with pytest.raises(ValueError, match="depth image"):
+        st.fit_primitive(st.Frame(None, np.zeros((*CAMERA.shape, 3), np.uint8)), camera=CAMERA)
+    with pytest.raises(ValueError, match="frames: expected at least one"):
+        st.fit_primitive([st.Frame.unreadable("torn")], camera=CAMERA)
+    with pytest.raises(ValueError, match="most"):
+        st.fit_primitives(frame, camera=CAMERA, most=0)
+    with pytest.raises(TypeError, match="frame: expected"):
+        st.fit_primitives(3, camera=CAMERA)
+
+
+# ---- real scenes ----
+
+
+def test_a_box_and_a_can_of_a_real_scene_are_found(data_dir):
+    from sdftrack.eval.primitives_osd import LIMIT_M, objects_of, surface_distance
+
+    folder = data_dir / "osd"
+    if not (folder / "camera.json").is_file():
+        pytest.skip(f"recorded data absent: {folder}")
+    for scene_name, number, kind in (("00", 2, "box"), ("33", 2, "cylinder")):
+        frame, masks = objects_of(folder, scene_name)
+        fit = st.fit_primitive(frame, mask=masks[number])
+        assert fit.kind == kind
+        assert np.median(surface_distance(fit, frame, masks[number])) < LIMIT_M

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: MIT
+"""Primitives in the tracker and on the command line."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.cli.app import run
+from sdftrack.synth.noise import Gaussian
+from sdftrack.synth.solids import standing_scene
+
+CAMERA = st.Camera(262, 262, 159.5, 119.5, 320, 240)
+SIZE = {"radius": 0.04, "height": 0.11}
+RTOL = 0.02  # of a size by a quarter of the usual readings, of 1 mm noise
+POSE_ATOL_M = 0.002
+
+
+def frames(count=3, kind="cylinder", size=None):
+    """A still solid on a table, new noise in each frame: frames, truth."""
+    truth = standing_scene(kind, size or SIZE, CAMERA, np.random.default_rng(1), (0.6, 0.65))
+    noise = Gaussian(0.001)
+    depths = [noise(truth.depth, truth.cosine, np.random.default_rng(i)) for i in range(count)]
+    return [st.Frame(d, timestamp=i / 30, index=i) for i, d in enumerate(depths)], truth
+
+
+def cloud_file(folder):
+    rng = np.random.default_rng(0)
+    v = rng.normal(size=(2000, 3))
+    points = 0.05 * v / np.linalg.norm(v, axis=1, keepdims=True) + [0.1, 0.2, 0.7]
+    path = folder / "cloud.ply"
+    head = "ply\nformat ascii 1.0\nelement vertex 2000\n" + "".join(f"property float {c}\n" for c in "xyz")
+    head += "end_header\n"
+    path.write_text(head + "\n".join(" ".join(f"{c:.6f}" for c in p) for p in points) + "\n")
+    return path
+
+
+def sequence_folder(folder, count=2):
+    many, truth = frames(count)
+    st.save_sequence(folder / "000001", st.Sequence(many, CAMERA), layout="bop")
+    return folder / "000001", truth
+
+
+def test_a_tracker_takes_a_primitive_and_finds_its_size():
+    many, truth = frames(7)
+    tracker = st.Tracker(st.Primitive("cylinder", voxels=64), CAMERA, threads=1)
+    assert tracker.sizes == [None]
+    result = tracker.start(many[0], masks=truth.mask)
+    assert result.ok, result.reason
+    for frame in many[1:]:
+        result = tracker.track(frame)
+    assert result.ok, result.reason
+    fit = tracker.sizes[0]
+    assert fit.kind == "cylinder"
+    np.testing.assert_allclose(list(fit.size.values()), list(SIZE.values()), rtol=RTOL)
+    assert np.linalg.norm(result.pose[:3, 3] - truth.T_cam_obj[:3, 3]) < POSE_ATOL_M
+
+
+def test_beside_a_known_shape_its_size_is_its_own_and_it_can_be_removed():
+    many, truth = frames(1)
+    tracker = st.Tracker([st.SDF.sphere(0.03, voxels=24), st.Primitive(voxels=64)], CAMERA, threads=1)
+    pose = truth.T_cam_obj.copy()
+    pose[0, 3] += 0.3
+    tracker.start(many[0], masks=[truth.mask, truth.mask])
+    assert tracker.sizes[0] is None
+    assert tracker.sizes[1].kind == "cylinder"
+    tracker.remove(0)
+    assert tracker.sizes[0].kind == "cylinder"
+
+
+def test_where_nothing_stands_a_primitive_is_refused_with_a_reason():
+    many, truth = frames(1)
+    empty = st.Frame(np.where(truth.mask, 0, many[0].depth))
+    tracker = st.Tracker(st.Primitive("box"), CAMERA, threads=1)
+    with pytest.raises(ValueError, match=r"shapes\[0\]: no box found there"):
+        tracker.start(empty)
+    with pytest.raises(ValueError, match="kind"):
+        st.Primitive("torus")
+    with pytest.raises(ValueError, match="voxels"):
+        st.Primitive("box", voxels=3)
+
+
+def test_a_cloud_gives_its_three_files(tmp_path, capsys):
+    out = tmp_path / "out"
+    assert run(["fit", str(cloud_file(tmp_path)), "--kind", "auto", "--out", str(out)]) == 0
+    assert {p.name for p in out.iterdir()} == {"result.json", "fit.png", "primitive.ply"}
+    result = json.loads((out / "result.json").read_text())
+    assert result["kind"] == "sphere"
+    assert result["size"]["radius"] == pytest.approx(0.05, rel=1e-3)
+    mesh = st.Mesh.load(out / "primitive.ply")
+    np.testing.assert_allclose(mesh.vertices.mean(axis=0), [0.1, 0.2, 0.7], atol=2e-3)
+    assert cv2.imread(str(out / "fit.png")) is not None
+    assert "sphere" in capsys.readouterr().out
+
+
+def test_a_sequence_gives_the_size_of_what_is_in_the_box(tmp_path):
+    folder, truth = sequence_folder(tmp_path / "seq")
+    out = tmp_path / "out"
+    y, x = np.nonzero(truth.mask)
+    box = f"{x.min() - 5},{y.min() - 5},{np.ptp(x) + 10},{np.ptp(y) + 10}"
+    assert run(["fit", str(folder), "--kind", "cylinder", "--box", box, "--out", str(out), "-q"]) == 0
+    result = json.loads((out / "result.json").read_text())
+    assert len(result["per_frame"]) == 2
+    np.testing.assert_allclose(list(result["size"].values()), list(SIZE.values()), rtol=RTOL)
+    assert run(["fit", str(folder), "--frame", "1", "--out", str(out), "-q"]) == 1  # not empty
+    assert run(["fit", str(folder), "--frame", "1", "--out", str(out), "-q", "--overwrite"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "told"),
+    [
+        (["CLOUD"], 2, "--out DIR"),
+        (["nowhere.ply", "--out", "OUT"], 1, "no such file"),
+        (["CLOUD", "--out", "OUT", "--kind", "torus"], 2, "torus"),
+        (["CLOUD", "--out", "OUT", "--mask", "m.png"], 2, "got a cloud"),
+        (["CLOUD", "--out", "OUT", "--box", "1,2,3,4"], 2, "got a cloud"),
+        (["CLOUD", "--out", "OUT", "--frame", "1", "--start", "1"], 2, "--frame"),
+        (["BROKEN", "--out", "OUT"], 1, "not a readable point cloud"),
+    ],
+)
+def test_bad_calls_give_one_line_and_leave_nothing(tmp_path, capsys, arguments, code, told):
+    broken = tmp_path / "broken.ply"
+    broken.write_bytes(b"ply\nnothing")
+    names = {"CLOUD": str(cloud_file(tmp_path)), "BROKEN": str(broken), "OUT": str(tmp_path / "out")}
+    assert run(["fit", *(names.get(a, a) for a in arguments)]) == code
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1, err
+    assert told in err
+    assert not (tmp_path / "out").exists()
