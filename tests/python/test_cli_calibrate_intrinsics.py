@@ -98,14 +98,14 @@ def test_another_camera_file_a_mask_and_other_unknowns_are_taken(command, folder
     known, mask, out = tmp_path / "known.json", tmp_path / "mask.png", tmp_path / "out"
     st.Camera(300.0, 286.0, 158.0, 121.5, 320, 240).save(known)
     write_mask(mask, st.open_sequence(folder)[5].depth > 0)
-    arguments = ["--camera", str(known), "--init", str(mask), "--free", "fx,depth_offset", "--per-frame"]
+    arguments = ["--camera", str(known), "--init", str(mask), "--free", "fx,skew", "--per-frame"]
     part = ["--start", "5", "--stop", "30", "--voxels", "60", "--max-pixels", "400", "--quiet"]
     assert run([*command, *part, *arguments, "--out", str(out)]) == 0
     assert capsys.readouterr().out == ""
     result = json.loads((out / "result.json").read_text())
-    assert result["free"] == ["fx", "depth_offset"]
+    assert result["free"] == ["fx", "skew"]
     assert result["joint"] is False
-    assert set(result["extra"]) == {"depth_offset"}
+    assert set(result["extra"]) == {"skew"}
     assert result["camera"]["cx"] == 158.0
     assert result["im_ids"] == [5 + i for i in result["frames"]]
     assert result["settings"]["frames"] == [5, 30, 1]
