@@ -32,7 +32,7 @@ WITHIN = np.array([0.01 * TRUTH.fx, 0.01 * TRUTH.fy, 2.0, 2.0])  # printed, px
 BEFORE = 200  # frames
 PRINTED = {0.001: "1 %, 2 px before frame 200", 0.0: "-"}
 HIGHER = "fx/fy right, cx cy worse, fx fy low"
-HEAD = ["sigma mm, way", "fx", "fy", "cx", "cy", "fx/fy", "within from", "status", "printed", "kept"]
+HEAD = ["sigma mm, way", "fx", "fy", "cx", "cy", "fx/fy", "within from, at most", "status", "printed", "kept"]
 NAMES = ("fx", "fy", "cx", "cy")
 Array = NDArray[np.float64]
 
@@ -90,18 +90,21 @@ def _level(mesh: Any, sdf: Any, sigma: float, n: int, context: Context) -> dict[
         "joint": dict(sorted(joint.items())),
         "fused": running[-1].tolist(),
         "sd": found.sd.tolist(),
-        "within_from": _within_from(running),
+        "within_from": _within_from(running, n),
         "left_out": len(found.left_out),
         "status": found.status,
         "seconds": found.seconds,
     }
 
 
-def _within_from(running: Array) -> int | None:
-    """Frames from which on the mean stays within 1 % and 2 px; None: it is not even at the end."""
+def _within_from(running: Array, frames: int) -> int | None:
+    """Frames from which on the mean stays within 1 % and 2 px, at most; None: it is not even at the end.
+
+    Frames without an optimum of their own are not in the mean; all of them are counted as if they had come before.
+    """
     off = np.flatnonzero((np.abs(running - values_of(TRUTH)) > WITHIN).any(axis=1))
     first = int(off[-1]) + 2 if len(off) else 1
-    return first if first <= len(running) else None
+    return first + frames - len(running) if first <= len(running) else None
 
 
 def _cells(level: dict[str, Any]) -> list[list[str]]:
@@ -134,10 +137,13 @@ def _plot(path: Path, levels: Sequence[dict[str, Any]]) -> None:
             at = np.array(list(level["joint"]))
             ax.plot(at, [level["joint"][i][k] for i in at], "o", color=color, markersize=4)
         ax.axhline(true, color="#222222", linestyle="--", linewidth=1)
-        half = 3 * WITHIN[k] if k > 1 else 2 * WITHIN[k]
-        ax.set_ylim(true - half, true + half)
+        for sign in (-1, 1):
+            ax.axhline(true + sign * WITHIN[k], color="#888888", linestyle=":", linewidth=1)
+        ax.set_ylim(true - 1.5 * WITHIN[k], true + 1.5 * WITHIN[k])
         ax.set_title(f"{name} (px)", fontsize=10, loc="left")
-    axes[0, 0].legend(fontsize=8, ncols=2, title="lines: fused; dots: joint; dashed: truth", title_fontsize=8)
+    axes[0, 0].legend(
+        fontsize=8, ncols=2, title="lines: fused; dots: joint; dotted: 1 %, 2 px", title_fontsize=8
+    )
     for ax in axes[1]:
-        ax.set_xlabel("frames")
+        ax.set_xlabel("frames (lines: those that have an optimum of their own)")
     save_figure(fig, path)

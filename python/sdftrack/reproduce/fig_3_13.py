@@ -3,9 +3,9 @@
 
 Set-up: a cube of 200 mm is moved before a camera with a Kinect's noise (true intrinsics 575 575 319.5 239.5), start
 600 600 300 200 as printed, 500 frames. Then corners of a room, ten poses with the same noise, are back-projected with
-what was found. The source used a real Kinect and one corner; truth, object and corners are ours. Overall error: the sum of
-the three angles' distances from 90 degrees. Printed: 2.10 by the source, 5.10 by a checkerboard, 2.75 by the toolbox of
-Herrera et al., 7.81 with the start values.
+what was found. The source used a real Kinect and one corner; truth, object and corners are ours. Overall error: the
+sum of the three angles' distances from 90 degrees. Printed: 2.10 by the source, 5.10 by a checkerboard, 2.75 by the
+toolbox of Herrera et al., 7.81 with the start values.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def run(context: Context) -> dict[str, Any]:
         "start values": FIRST_GUESS,
         "true intrinsics": TRUTH,
     }
-    corners = st.synth.corner(CORNERS, "kinect", SEED, camera=TRUTH)
+    corners = list(st.synth.corner(CORNERS, "kinect", SEED, camera=TRUTH))
     levels = [_judged(name, camera, corners) for name, camera in cameras.items()]
     cells = [_cells(level) for level in levels]
     cells += [
