@@ -11,12 +11,16 @@ import pytest
 import sdftrack as st
 from sdftrack.cli.app import run
 from sdftrack.demo_scene import SWEEP, make_scene
-from sdftrack.eval import real, synthetic
+from sdftrack.eval import intrinsics, real, synthetic
+from sdftrack.eval.sweeps import TRUTH, box_mesh, swept, values_of
 from sdftrack.eval.truth import default_camera, motion, noisy, render_truth
-from sdftrack.reproduce import FIGURES, fig_4_13a, find, speed_3_9
+from sdftrack.reproduce import FIGURES, fig_3_12, fig_4_13a, find, speed_3_9
 from sdftrack.reproduce.duck import duck_mesh, field
 
 FIELD_ATOL_M = 5e-4  # linear interpolation of a curved field over 2 mm; measured 3.5e-4
+
+CALIBRATED_PX = 2.0  # the middle of the image and a focal length by 20 frames at 3.16 mm; measured 0.5
+NOISE_FREE_PX = 0.05  # what the voxels of the volume leave; measured 0.02
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +58,7 @@ def test_the_same_seed_gives_the_same_colours(duck):
 
 def test_unknown_figures_are_named():
     assert find("3.10") is FIGURES["3.10"]
-    with pytest.raises(ValueError, match=r"expected one of 3\.9, 3\.10, 3\.15, 4\.6, 4\.13a"):
+    with pytest.raises(ValueError, match=r"expected one of 3\.9, 3\.10, 3\.12, 3\.13, 3\.15, 4\.6, 4\.13a"):
         find("3.11")
 
 
@@ -83,6 +87,75 @@ def test_figure_3_10_in_small_keeps_what_is_printed(tmp_path, capsys):
     assert levels[3]["kept"] is True
     assert "all below 1 mm and 2 deg" in capsys.readouterr().out
     assert run(["reproduce", "3.10", "--frames", "10", "--out", str(tmp_path), "-q"]) == 1
+
+
+def test_figure_3_12_in_small_finds_the_intrinsics_at_every_noise(tmp_path, capsys):
+    assert run(["reproduce", "3.12", "--frames", "20", "--out", str(tmp_path)]) == 0
+    out = tmp_path / "3.12"
+    assert {p.name for p in out.iterdir()} == {"figure.png", "table.txt", "result.json"}
+    levels = json.loads((out / "result.json").read_text())["levels"]
+    assert [round(1e3 * r["sigma_m"], 2) for r in levels] == [0.0, 1.0, 2.0, 3.16]
+    truth = values_of(TRUTH)
+    for row in levels:
+        assert np.abs(np.array(row["fused"]) - truth).max() < CALIBRATED_PX
+        assert np.abs(np.array(row["joint"]["20"]) - truth).max() < CALIBRATED_PX
+    assert np.abs(np.array(levels[0]["fused"]) - truth).max() < NOISE_FREE_PX
+    assert "1 %, 2 px before frame 200" in capsys.readouterr().out
+
+
+def test_what_comes_late_into_the_band_or_leaves_it_again_is_not_called_within():
+    truth = values_of(TRUTH)
+    running = np.tile(truth, (10, 1))
+    assert fig_3_12._within_from(running, 10) == 1
+    running[3, 2] += 2.1  # cx: 2 px are allowed
+    assert fig_3_12._within_from(running, 10) == 5
+    assert fig_3_12._within_from(running, 13) == 8  # three frames are not in the mean
+    running[9, 0] += 5.8  # fx: 1 % is 5.75 px
+    assert fig_3_12._within_from(running, 10) is None
+
+
+def test_table_3_1_in_small_judges_the_found_camera_by_three_planes(tmp_path, capsys):
+    assert run(["reproduce", "3.13", "--frames", "20", "--out", str(tmp_path)]) == 0
+    out = tmp_path / "3.13"
+    assert {p.name for p in out.iterdir()} == {"figure.png", "table.txt", "result.json"}
+    levels = json.loads((out / "result.json").read_text())["levels"]
+    found = {r["method"]: r["worst_deg"] for r in levels}
+    assert found["true intrinsics"] < 0.05 < found["joint solution"] < 2.10 < found["start values"]
+    assert "Herrera" in capsys.readouterr().out
+
+
+def test_another_draw_of_the_noise_lies_on_the_same_path():
+    small = st.Camera(120, 120, 79.5, 59.5, 160, 120)
+    first, same, other = (swept(box_mesh(), 3, 0.001, 2, draw, small) for draw in (0, 0, 1))
+    np.testing.assert_array_equal(first[1].depth, same[1].depth)
+    np.testing.assert_array_equal(first.ground_truth[1][0], other.ground_truth[1][0])
+    seen = first[1].depth > 0
+    difference = (first[1].depth - other[1].depth)[seen]
+    assert difference.std() == pytest.approx(np.sqrt(2) * 0.001, rel=0.1)  # of some 1,000 readings: 2 %
+
+
+def test_the_intrinsics_protocol_counts_refused_runs_as_missed():
+    good = intrinsics.Run(
+        np.full(4, 0.05), np.full(4, 0.05), np.ones(4, bool), np.zeros(4), np.full(4, 0.1), np.full(4, 0.1),
+        np.ones(4, bool), 1.0, 1.0, 0, "ok",
+    )  # fmt: skip
+    row = intrinsics.row_of([good, good, "too few frames"], "1 mm")
+    assert (row["runs"], row["refused"], row["within"]) == (3, 1, pytest.approx(2 / 3))
+    assert row["rms"] == pytest.approx([0.05] * 4)
+    assert row["accurate"] is False
+    assert intrinsics.row_of([good], "1 mm")["accurate"] is True
+    assert intrinsics.row_of(["no"], "1 mm") == {"runs": 1, "refused": 1, "reasons": ["no"]}
+
+
+def test_the_intrinsics_protocol_runs_as_a_command(tmp_path, capsys):
+    common = ["--only", "box, 1 mm", "--runs", "1", "--frames", "15", "--voxels", "80"]
+    assert intrinsics.main([*common, "--json", str(tmp_path / "out.json")]) == 0
+    row = json.loads((tmp_path / "out.json").read_text())["rows"]["box, 1 mm"]
+    assert row["runs"] == 1
+    assert "wanted" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        intrinsics.main(["--only", "no such setting"])
+    assert "--only: expected a part of box, 1 mm" in capsys.readouterr().err
 
 
 def test_figure_4_13a_in_small_keeps_what_is_printed(tmp_path, capsys):

@@ -59,6 +59,10 @@ FIGURES = {
     for f in [
         Figure("3.9", "time per frame against the number of pixels, CPU and GPU", "speed_3_9"),
         Figure("3.10", "depth-only tracking of a virtual object at four noise levels", "fig_3_10"),
+        Figure(
+            "3.12", "intrinsics over the number of frames of a known object, four noise levels", "fig_3_12"
+        ),
+        Figure("3.13", "Table 3.1: intrinsics judged by the angles of three planes", "fig_3_13"),
         Figure("3.15", "a ground plane: patch fitted, extended, taken out", "fig_3_15"),
         Figure("4.6", "time of the parts of a reconstruction, and the curves of 4.6 to 4.8", "speed_4_6"),
         Figure("4.13a", "RGB-D tracking of a known, textured object", "fig_4_13a"),
