@@ -193,9 +193,7 @@ struct Term {
   }
 
   // Residual, gain and Jacobian row at the current state.
-  HD Reading read(int i, int n, FieldRow<T, P>* row) const {
-    return read_along(ray_of(i, n), i, n, row);
-  }
+  HD Reading read(int i, int n, FieldRow<T, P>* row) const { return read_along(ray_of(i, n), i, n, row); }
 
   // The same along a ray that somebody else knows.
   HD Reading read_along(Vec3<T> r, int i, int n, FieldRow<T, P>* row) const {

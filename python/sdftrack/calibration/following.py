@@ -13,21 +13,23 @@ from sdftrack.calibration.lens import camera_of, extra_of
 from sdftrack.camera import Camera
 from sdftrack.checks import of_kind
 from sdftrack.frame import Frame
-from sdftrack.results import Status
+from sdftrack.results import Status, TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
 
-__all__ = ["Follower"]
+__all__ = ["LEAST_READINGS", "Follower"]
 
 LEAST_READINGS = 200  # of the object in a frame that is used
 FIRST_LOOK, GROWTH = (
     4,
     1.5,
-)  # frames after which the lens is found for the first time; and by how much more then
-LENS_KNOWN = 10**9
-LENS_UNKNOWN_NOISE_M = (
-    0.006  # what a lens that is 10 % off does to a shape of some 10 cm, as if it were noise
-)
+)  # frames when the lens is first found, and by how many times more it is found again
+LENS_KNOWN = 20  # frames from which a tracker may judge by the shape
+# A lens that is 10 % off bends a shape of some 10 cm by millimetres and ends it in the wrong place: as if by noise,
+# and nothing to call the object lost for.
+FORGIVING: dict[str, Any] = {"noise_m": 0.006, "lost_inliers": 0.05, "lost_evidence": 1e-6}
+LOST_FOR_LONG = 3  # frames after which the object is looked for as if it had never been seen
+FOLLOWED = (Status.OK, Status.WEAK)
 
 
 class Follower:
@@ -44,6 +46,8 @@ class Follower:
         self.used: list[int] = []  # numbers of the frames that the core has
         self.left_out: dict[int, str] = {}
         self._tracker: Tracker | None = None
+        self._forgives = True
+        self._lost_frames = 0
 
     def follow(
         self, frames: Iterable[Frame], places: dict[str, Any], tell: Callable[[int], None] | None
@@ -53,14 +57,14 @@ class Follower:
         for i, frame in enumerate(frames):
             of_kind(frame, Frame, f"frames[{i}]", "make one with st.Frame(depth)")
             reason = self._take(frame, places)
+            if frame.depth is not None:
+                places = {}  # what was said of the first frame does not hold for another
             if reason:
                 self.left_out[i] = reason
             else:
                 self.used.append(i)
                 if len(self.used) == next_look:
-                    self.improve(next_look)
-                    assert self._tracker is not None
-                    self._tracker.set_pose(0, self.core.poses[-1])  # the poses have moved with the lens
+                    self._look(next_look)
                     next_look = int(GROWTH * next_look)
             if tell is not None:
                 tell(i + 1)
@@ -69,20 +73,9 @@ class Follower:
         """One frame to the core; why not, else."""
         if frame.depth is None:
             return frame.error or "no depth image"
-        values = self.core.lens.values
-        seen = self._as_seen(frame, values)
-        if self._tracker is None:
-            # One that forgives what a lens that is 10 % off does to a shape.
-            self._tracker = Tracker(
-                self.sdf, self.first_camera, mode="depth", threads=self.threads, noise_m=LENS_UNKNOWN_NOISE_M
-            )
-            result = self._tracker.start(seen, **places)
-        else:
-            result = self._tracker.track(seen)
-        known = len(self.used) >= LENS_KNOWN
-        if result.status[0] not in ((Status.OK,) if known else (Status.OK, Status.WEAK)):
-            if not self.used:
-                self._tracker = None  # the next frame is a start again
+        seen = self._as_seen(frame.depth, frame.mask)
+        result = self._tracked(seen, places)
+        if result.status[0] not in FOLLOWED:
             return f"{result.status[0]}: {result.reason[0]}"
         mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
         count = self.core.add(seen.depth, mask, result.poses[0])
@@ -91,11 +84,35 @@ class Follower:
             return f"only {count} readings of the object (expected at least {LEAST_READINGS})"
         return ""
 
-    def _as_seen(self, frame: Frame, values: list[float]) -> Frame:
+    def _tracked(self, seen: Frame, places: dict[str, Any]) -> TrackResult:
+        if self._tracker is not None:
+            lost_for_long = self._lost_frames >= LOST_FOR_LONG
+            result = self._tracker.start(seen) if lost_for_long else self._tracker.track(seen)
+            self._lost_frames = 0 if result.status[0] in FOLLOWED else self._lost_frames + 1
+            return result
+        options = FORGIVING if self._forgives else {}
+        self._tracker = Tracker(self.sdf, self.first_camera, mode="depth", threads=self.threads, **options)
+        result = self._tracker.start(seen, **places)
+        if result.status[0] not in FOLLOWED and not self.used:
+            self._tracker = None  # the next frame is a start again
+        return result
+
+    def _look(self, frames: int) -> None:
+        """Find the lens; the poses move with it, and the tracker goes on from there."""
+        self.improve(frames)
+        if self._forgives and frames >= LENS_KNOWN:
+            self._forgives, self._tracker = False, None
+            self._tracked(self._blank(), {"poses": self.core.poses[-1]})
+        assert self._tracker is not None
+        self._tracker.set_pose(0, self.core.poses[-1])
+
+    def _blank(self) -> Frame:
+        return Frame(np.zeros(self.first_camera.shape, np.float32), check_units=False)
+
+    def _as_seen(self, depth: NDArray[np.float32], mask: NDArray[np.bool_] | None) -> Frame:
         """The frame through the lens as it is known by now."""
-        assert frame.depth is not None
+        values = self.core.lens.values
         extra = extra_of(values)
-        depth: NDArray[np.float32] = frame.depth
         if extra["depth_scale"] != 1 or extra["depth_offset"] != 0:
             scaled = extra["depth_scale"] * depth + np.float32(extra["depth_offset"])
             depth = np.where(depth > 0, scaled, 0).astype(np.float32)
@@ -104,4 +121,4 @@ class Follower:
             raise ValueError(
                 f"frames: expected depth of the camera's size {camera.shape}, got {depth.shape} in one of them"
             )
-        return Frame(depth, mask=frame.mask, camera=camera, check_units=False)
+        return Frame(depth, mask=mask, camera=camera, check_units=False)

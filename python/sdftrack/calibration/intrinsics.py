@@ -114,7 +114,7 @@ def calibrate_intrinsics(
     _expect_enough(follower)
     refuse_still_object(np.array(problem.core.poses))
     problem.finish(follower)
-    return problem.result(follower, time.perf_counter() - begin)
+    return problem.result(follower, begin)
 
 
 def _places(pose: Any, mask: Any, box: Any, camera: Camera) -> dict[str, Any]:
@@ -186,7 +186,7 @@ class _Problem:
             follower.used = [i for m, i in enumerate(follower.used) if m not in unfit]
         self.per_frame = per_frame_of(self.core.solve_each(0.0), self.order)
 
-    def result(self, follower: Follower, seconds: float) -> IntrinsicsResult:
+    def result(self, follower: Follower, begin: float) -> IntrinsicsResult:
         assert self.per_frame is not None
         lens = np.array(self.core.lens.values)
         covariance = covariance_of(self.estimates)[np.ix_(self.order, self.order)]
@@ -199,6 +199,7 @@ class _Problem:
         half = half_width95(sd, len(follower.used))
         poses = np.array(self.core.poses)
         observed = observe(self.core.coverage(COLUMNS, ROWS), poses, self.free, covariance)
+        bias = self.core.bias(0, 1)[self.order]
         return IntrinsicsResult(
             camera=camera_of(lens.tolist(), self.first),
             free=self.free,
@@ -206,7 +207,7 @@ class _Problem:
             covariance=covariance,
             interval95=np.column_stack([lens[at] - half, lens[at] + half]),
             extra={name: float(lens[UNKNOWNS.index(name)]) for name in self.free if name in EXTRA},
-            bias=self.core.bias(0, 1)[self.order],
+            bias=bias,
             per_frame=self.per_frame,
             poses=poses,
             frames=list(follower.used),
@@ -217,5 +218,5 @@ class _Problem:
             reason="; ".join(observed.advice),
             joint=self.joint,
             steps=self.steps,
-            seconds=seconds,
+            seconds=time.perf_counter() - begin,
         )
