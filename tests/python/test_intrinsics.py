@@ -142,6 +142,8 @@ def test_the_mean_of_the_frames_own_estimates_is_there_too(found, frames, swept,
     assert found.joint
     assert np.abs(found.per_frame.fused - values_of(TRUTH)).max() < 1.5  # 0.5 %: each frame alone is noisy
     assert found.per_frame.running().shape == found.per_frame.values.shape
+    assert set(found.per_frame.frames) <= set(found.frames)
+    assert len(found.per_frame.frames) == len(found.per_frame.values)
     assert np.allclose(found.per_frame.running()[-1], found.per_frame.fused)
     alone = st.calibrate_intrinsics(frames, box, GUESS, swept.ground_truth[0][0], False)
     assert not alone.joint

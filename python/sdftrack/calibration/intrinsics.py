@@ -184,7 +184,7 @@ class _Problem:
             for m, reason in unfit.items():
                 follower.left_out[follower.used[m]] = reason
             follower.used = [i for m, i in enumerate(follower.used) if m not in unfit]
-        self.per_frame = per_frame_of(self.core.solve_each(0.0), self.order)
+        self.per_frame = per_frame_of(self.core.solve_each(0.0), self.order, follower.used)
 
     def result(self, follower: Follower, begin: float) -> IntrinsicsResult:
         assert self.per_frame is not None

@@ -24,8 +24,12 @@ Array = NDArray[np.float64]
 class PerFrame:
     """Each frame's own optimum, and their information-weighted mean (thesis Eq. 3.23).
 
+    Frames that have none, since their view leaves an unknown open, are not among them.
+
     Attributes
     ----------
+    frames : list of int
+        Which frames they are.
     values : (M, n) float64
         In the order of ``free``.
     covariances : (M, n, n) float64
@@ -34,6 +38,7 @@ class PerFrame:
     fused_covariance : (n, n) float64
     """
 
+    frames: list[int]
     values: Array
     covariances: Array
     fused: Array
@@ -144,11 +149,17 @@ class IntrinsicsResult:
         }
 
 
-def per_frame_of(estimates: dict[str, Any], order: list[int]) -> PerFrame:
-    """From what the core found, its unknowns put into the caller's `order`."""
+def per_frame_of(estimates: dict[str, Any], order: list[int], frames: list[int]) -> PerFrame:
+    """From what the core found of `frames`, its unknowns put into the caller's `order`."""
     information = estimates["information"]
     sane = np.linalg.eigvalsh(information)[:, 0] > 0
+    if not sane.any():
+        n = len(order)
+        return PerFrame(
+            [], np.empty((0, n)), np.empty((0, n, n)), np.full(n, np.nan), np.full((n, n), np.nan)
+        )
     information = information[sane][:, order][:, :, order]
     values = estimates["value"][sane][:, order]
     fused, covariance = fuse(values, information)
-    return PerFrame(values, np.linalg.inv(information), fused, covariance)
+    own = [i for i, good in zip(frames, sane, strict=True) if good]
+    return PerFrame(own, values, np.linalg.inv(information), fused, covariance)

@@ -55,9 +55,12 @@ def covariance_of(estimates: Estimates) -> Array:
     Errors of the pixels of one frame go together (grain of the voxels, correlated noise); those of different frames do
     not. With enough frames their own scatter says how much; docs/math/intrinsics.md, section 4.
     """
-    total = np.linalg.inv(estimates["information"].sum(axis=0))
     pulls = estimates["gradient"]
     frames, n = pulls.shape
+    information = estimates["information"].sum(axis=0)
+    if not np.linalg.eigvalsh(information)[0] > 0:
+        return np.diag(np.full(n, np.inf))  # some direction is open
+    total = np.linalg.inv(information)
     if frames - n >= CLUSTERED_FROM:
         return total @ (pulls.T @ pulls) @ total * frames / (frames - n)
     excess = max(1.0, float(np.mean(robust_chi2(estimates))) / n)
