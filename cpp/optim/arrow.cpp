@@ -10,12 +10,6 @@ namespace {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-template <class Matrix>
-void damp(double damping, Matrix* A) {
-  const double floor = 1e-12 * std::max(1e-300, A->diagonal().maxCoeff());
-  for (Eigen::Index i = 0; i < A->rows(); ++i) (*A)(i, i) += damping * std::max((*A)(i, i), floor) + floor;
-}
-
 class ArrowSystem {
  public:
   explicit ArrowSystem(ArrowEnergy& energy) : energy_(energy) { look_at(false, &here_); }

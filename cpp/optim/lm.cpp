@@ -24,8 +24,7 @@ void find_free_unknowns(const LmOptions& options, int n, std::vector<int>* free)
     if (options.fixed.empty() || !options.fixed[static_cast<std::size_t>(i)]) free->push_back(i);
 }
 
-// work->delta: the damped step over the free unknowns, 0 elsewhere. Damping scales with each unknown's own
-// curvature, so metres, radians and pixels need no common unit.
+// work->delta: the damped step over the free unknowns, 0 elsewhere.
 void find_damped_step(const NormalEquations& eq, double damping, LmWork* work) {
   const std::vector<int>& free = work->free;
   const auto n = static_cast<Eigen::Index>(free.size());
@@ -36,8 +35,7 @@ void find_damped_step(const NormalEquations& eq, double damping, LmWork* work) {
     work->rhs[i] = -eq.gradient[row];
     for (Eigen::Index j = 0; j < n; ++j) A(i, j) = eq.hessian(row, free[static_cast<std::size_t>(j)]);
   }
-  const double floor = 1e-12 * std::max(1e-300, A.diagonal().maxCoeff());
-  for (Eigen::Index i = 0; i < n; ++i) A(i, i) += damping * std::max(A(i, i), floor) + floor;
+  damp(damping, &A);
   if (n <= kDense) {
     work->factor.compute(A);
     work->rhs = work->factor.solve(work->rhs);

@@ -9,6 +9,13 @@
 
 namespace sdftrack {
 
+// Damping scales with each unknown's own curvature, so metres, radians and pixels need no common unit.
+template <class Matrix>
+void damp(double damping, Matrix* A) {
+  const double floor = 1e-12 * std::max(1e-300, A->diagonal().maxCoeff());
+  for (auto i = A->rows(); i-- > 0;) (*A)(i, i) += damping * std::max((*A)(i, i), floor) + floor;
+}
+
 // What a step promises by the quadratic model: in all, and for the one object that gains most.
 struct Promise {
   double all, most;

@@ -272,6 +272,12 @@ class Recorder:
         }
 
 
+def refuse_folder(directory: Path, overwrite: bool) -> None:
+    """The errors of `prepare_folder` before the work, and nothing made where there would be none."""
+    if directory.exists() and not (directory.is_dir() and not any(directory.iterdir())):
+        prepare_folder(directory, overwrite)
+
+
 def prepare_folder(directory: Path, overwrite: bool) -> set[str]:
     """Make the folder; refuse one that holds files unless `overwrite`. Returns the names an earlier run wrote
     there."""

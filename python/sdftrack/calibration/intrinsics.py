@@ -170,7 +170,7 @@ class _Problem:
         """All frames together, then once more without those that do not fit."""
         most = int(MOST_LEFT_OUT * len(follower.used))
         for k in range(TEST_ROUNDS):
-            steps, self.stop, _, count = self.core.polish() if k else self.core.solve(SCALE_M)
+            steps, _, _, count = self.core.polish() if k else self.core.solve(SCALE_M)
             self.steps += [
                 Step(cost, damping, accepted, float("nan"), count) for cost, damping, accepted in steps
             ]

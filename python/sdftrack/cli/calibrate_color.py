@@ -15,9 +15,13 @@ from sdftrack.cli.common import (
     ConfigOption,
     Device,
     DeviceOption,
+    LayoutOption,
     OutOption,
     OverwriteOption,
     QuietOption,
+    StartOption,
+    StepOption,
+    StopOption,
     ThreadsOption,
     Usage,
     check_layout,
@@ -48,10 +52,10 @@ def color(
     ] = None,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
-    start: Annotated[int, typer.Option(min=0, help="First frame.")] = 0,
-    stop: Annotated[int | None, typer.Option(help="Frame to end before.")] = None,
-    step: Annotated[int, typer.Option(min=1, help="Every n-th frame.")] = 1,
-    layout: Annotated[str, typer.Option(help="auto, bop, tum, open3d, k1 or folders.")] = "auto",
+    start: StartOption = 0,
+    stop: StopOption = None,
+    step: StepOption = 1,
+    layout: LayoutOption = "auto",
     seed: Annotated[int, typer.Option(min=0, help="Of the search for consistent pairs.")] = 0,
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,
@@ -73,11 +77,10 @@ def color(
     tracker_settings(config)  # a file that cannot be read is an error here too
     import sdftrack as st
     from sdftrack.device import resolve_device
-    from sdftrack.recorder import prepare_folder
+    from sdftrack.recorder import prepare_folder, refuse_folder
 
     resolve_device(device.value)
-    if out.exists() and not (out.is_dir() and not any(out.iterdir())):
-        prepare_folder(out, overwrite)  # refused now, not after the work
+    refuse_folder(out, overwrite)  # now, not after the work
     lens = None if color_camera is None else st.Camera.load(color_camera)
     with _opened(seq, layout) as whole:
         numbers = range(len(whole))[start:stop:step]

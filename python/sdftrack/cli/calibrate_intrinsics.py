@@ -16,9 +16,13 @@ from sdftrack.cli.common import (
     ConfigOption,
     Device,
     DeviceOption,
+    LayoutOption,
     OutOption,
     OverwriteOption,
     QuietOption,
+    StartOption,
+    StepOption,
+    StopOption,
     ThreadsOption,
     Usage,
     check_layout,
@@ -60,10 +64,10 @@ def intrinsics(
     ] = None,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
-    start: Annotated[int, typer.Option(min=0, help="First frame.")] = 0,
-    stop: Annotated[int | None, typer.Option(help="Frame to end before.")] = None,
-    step: Annotated[int, typer.Option(min=1, help="Every n-th frame.")] = 1,
-    layout: Annotated[str, typer.Option(help="auto, bop, tum, open3d, k1 or folders.")] = "auto",
+    start: StartOption = 0,
+    stop: StopOption = None,
+    step: StepOption = 1,
+    layout: LayoutOption = "auto",
     unit: Annotated[str | None, typer.Option(help="Unit of the mesh: m, mm, cm or in.")] = None,
     voxels: Annotated[int, typer.Option(min=8, help="Voxels along its longest side.")] = 200,
     holes: Annotated[
@@ -94,11 +98,10 @@ def intrinsics(
     import sdftrack as st
     from sdftrack.calibration.intrinsics_residuals import compare
     from sdftrack.device import resolve_device
-    from sdftrack.recorder import prepare_folder
+    from sdftrack.recorder import prepare_folder, refuse_folder
 
     resolve_device(device.value)
-    if out.exists() and not (out.is_dir() and not any(out.iterdir())):
-        prepare_folder(out, overwrite)  # refused now, not after the work
+    refuse_folder(out, overwrite)  # now, not after the work
     with st.open_sequence(seq, layout=layout) as whole:
         numbers = range(len(whole))[start:stop:step]
         if not len(numbers):

@@ -19,9 +19,13 @@ __all__ = [
     "ConfigOption",
     "Device",
     "DeviceOption",
+    "LayoutOption",
     "OutOption",
     "OverwriteOption",
     "QuietOption",
+    "StartOption",
+    "StepOption",
+    "StopOption",
     "Tell",
     "ThreadsOption",
     "Usage",
@@ -56,6 +60,10 @@ OutOption = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", he
 OverwriteOption = Annotated[
     bool, typer.Option("--overwrite", help="DIR may hold files; those of this command are replaced.")
 ]
+StartOption = Annotated[int, typer.Option(min=0, help="First frame.")]
+StopOption = Annotated[int | None, typer.Option(help="Frame to end before.")]
+StepOption = Annotated[int, typer.Option(min=1, help="Every n-th frame.")]
+LayoutOption = Annotated[str, typer.Option(help="auto, bop, tum, open3d, k1 or folders.")]
 
 
 def Usage(message: str, option: str | None = None) -> typer.BadParameter:

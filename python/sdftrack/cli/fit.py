@@ -11,9 +11,13 @@ import numpy as np
 import typer
 
 from sdftrack.cli.common import (
+    LayoutOption,
     OutOption,
     OverwriteOption,
     QuietOption,
+    StartOption,
+    StepOption,
+    StopOption,
     ThreadsOption,
     Usage,
     check_layout,
@@ -49,14 +53,14 @@ def fit(
         typer.Option(metavar="x,y,w,h", help="The same as a box in pixels; it may hold other things."),
     ] = None,
     frame: Annotated[int | None, typer.Option(min=0, help="This frame alone.")] = None,
-    start: Annotated[int, typer.Option(min=0, help="First frame.")] = 0,
-    stop: Annotated[int | None, typer.Option(help="Frame to end before.")] = None,
-    step: Annotated[int, typer.Option(min=1, help="Every n-th frame.")] = 1,
+    start: StartOption = 0,
+    stop: StopOption = None,
+    step: StepOption = 1,
     no_plane: Annotated[
         bool, typer.Option("--no-plane", help="It stands on no table, or none that counts.")
     ] = False,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Of the first guesses.")] = 0,
-    layout: Annotated[str, typer.Option(help="auto, bop, tum, open3d, k1 or folders.")] = "auto",
+    layout: LayoutOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
