@@ -64,15 +64,14 @@ int add(Calibration& self, const py::array& depth_m, const py::object& mask, con
 
 py::dict as_dict(const std::vector<FrameEstimate>& frames, int n) {
   const auto m = static_cast<py::ssize_t>(frames.size());
-  std::vector<double> value, information, gradient, scatter, noise, cost;
+  std::vector<double> value, information, gradient, scatter, noise;
   std::vector<int> hits, open_turns;
   for (const FrameEstimate& f : frames) {
     value.insert(value.end(), f.value.data(), f.value.data() + n);
     information.insert(information.end(), f.information.data(), f.information.data() + n * n);
     gradient.insert(gradient.end(), f.gradient.data(), f.gradient.data() + n);
     scatter.insert(scatter.end(), f.scatter.data(), f.scatter.data() + n * n);
-    noise.push_back(f.noise_m), cost.push_back(f.cost), hits.push_back(f.hits),
-        open_turns.push_back(f.open_turns);
+    noise.push_back(f.noise_m), hits.push_back(f.hits), open_turns.push_back(f.open_turns);
   }
   py::dict out;
   out["value"] = to_numpy(std::move(value), {m, n});
@@ -80,7 +79,6 @@ py::dict as_dict(const std::vector<FrameEstimate>& frames, int n) {
   out["gradient"] = to_numpy(std::move(gradient), {m, n});
   out["scatter"] = to_numpy(std::move(scatter), {m, n, n});
   out["noise_m"] = to_numpy(std::move(noise), {m});
-  out["cost"] = to_numpy(std::move(cost), {m});
   out["hits"] = to_numpy(std::move(hits), {m});
   out["open_turns"] = to_numpy(std::move(open_turns), {m});
   return out;
@@ -133,13 +131,6 @@ py::tuple polish(Calibration& self) {
   return as_tuple(record);
 }
 
-py::dict solve_each(Calibration& self, double scale_m, const std::vector<double>& prior_value,
-                    const std::vector<double>& prior_sd) {
-  const LensPrior prior = prior_from(self, prior_value, prior_sd);
-  return estimates(
-      self, [&](IntrinsicsProblem& p) { return p.solve_each(scale_m, prior_sd.empty() ? nullptr : &prior); });
-}
-
 // Of the readings of a frame that count: pixel, reading, and residual at the state in hand.
 py::dict readings(Calibration& self, int frame) {
   const Busy busy = self.turn();
@@ -177,13 +168,16 @@ void bind_calibration(py::module_& m) {
           py::arg("u_px"), py::arg("v_px"), "(x, y) of a pixel's ray, and their derivatives by the values.");
   py::class_<IntrinsicsOptions>(m, "IntrinsicsOptions", "Options of a calibration.")
       .def(py::init<>())
+      .def_readwrite("residual", &IntrinsicsOptions::residual)
       .def_readwrite("max_pixels", &IntrinsicsOptions::max_pixels)
       .def_readwrite("padding_m", &IntrinsicsOptions::padding_m)
       .def_readwrite("least_scale_m", &IntrinsicsOptions::least_scale_m)
       .def_readwrite("outlier_floor", &IntrinsicsOptions::outlier_floor)
       .def_readwrite("coarse_steps", &IntrinsicsOptions::coarse_steps)
       .def_readwrite("fine_steps", &IntrinsicsOptions::fine_steps)
-      .def_readwrite("coarse_stride", &IntrinsicsOptions::coarse_stride)
+      .def_readwrite("coarse_pixels", &IntrinsicsOptions::coarse_pixels)
+      .def_readwrite("fine_pixels", &IntrinsicsOptions::fine_pixels)
+      .def_readwrite("twin_pixels", &IntrinsicsOptions::twin_pixels)
       .def_readwrite("threads", &IntrinsicsOptions::threads);
   py::class_<Calibration>(m, "Calibration", "Frames of a known object, and the lens that explains them.")
       .def(py::init<const std::tuple<py::array, double, std::array<double, 3>>&, const Lens&,
@@ -198,8 +192,10 @@ void bind_calibration(py::module_& m) {
       .def(
           "examine",
           [](Calibration& self) { return estimates(self, [](IntrinsicsProblem& p) { return p.examine(); }); })
-      .def("solve_each", &solve_each, py::arg("scale_m"), py::arg("prior_value") = std::vector<double>{},
-           py::arg("prior_sd") = std::vector<double>{})
+      .def("solve_each",
+           [](Calibration& self) {
+             return estimates(self, [](IntrinsicsProblem& p) { return p.solve_each(); });
+           })
       .def(
           "coverage",
           [](Calibration& self, int columns, int rows) {

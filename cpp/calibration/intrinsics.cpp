@@ -19,7 +19,6 @@ namespace {
 constexpr int kMostTwinDraws = 1000;
 constexpr int kBalanceRounds = 8;
 constexpr double kBalanced = 0.005;  // log-likelihood that the last step could still gain: 0.1 sd
-constexpr int kTwinStride = 3;       // of the pixels: a bias does not depend on their number
 constexpr double kOpenTurn = 1e-3;
 
 std::vector<LensFrame*> all_of(std::vector<LensFrame>* frames) {
@@ -93,14 +92,14 @@ Rigidd IntrinsicsProblem::T_cam_obj(int frame) const {
 LmRecord IntrinsicsProblem::solve(double scale_m, const LensPrior* prior, bool quick) {
   for (LensFrame& frame : frames_) frame.noise_m = 0;
   LensSolver solver(shape_.sdf, free_, options_, all_of(&frames_), &lens_, prior);
-  solver.solve(scale_m, quick ? options_.coarse_stride : 1);
+  solver.solve(scale_m, options_.stride(quick ? options_.coarse_pixels : options_.fine_pixels));
   if (!quick && !prior) balance(&solver);
   return solver.record();
 }
 
 LmRecord IntrinsicsProblem::polish() {
   LensSolver solver(shape_.sdf, free_, options_, all_of(&frames_), &lens_, nullptr);
-  solver.fine();
+  solver.fine(options_.stride(options_.fine_pixels));
   balance(&solver);
   return solver.record();
 }
@@ -154,7 +153,6 @@ FrameEstimate IntrinsicsProblem::estimate_of(LensFrame* frame, Lens lens) const 
   out.gradient = block.shared_gradient - follow.transpose() * block.pose_gradient;
   out.scatter = along.transpose() * meat * along;
   out.noise_m = frame->noise_m;
-  out.cost = block.count > 0 ? block.cost / block.count : 0;
   out.hits = static_cast<int>(block.count);
   out.open_turns = open_turns(pose, shape_);
   return out;
@@ -167,16 +165,14 @@ std::vector<FrameEstimate> IntrinsicsProblem::examine() {
   return out;
 }
 
-std::vector<FrameEstimate> IntrinsicsProblem::solve_each(double scale_m, const LensPrior* prior) {
+std::vector<FrameEstimate> IntrinsicsProblem::solve_each() {
   std::vector<FrameEstimate> out(frames_.size());
   IntrinsicsOptions alone = options_;
   alone.threads = 1;  // of a frame; the frames are shared out
   parallel_for(frames_.size(), options_.threads, [&](std::size_t m) {
     LensFrame frame = frames_[m];
     Lens lens = lens_;
-    LensSolver solver(shape_.sdf, free_, alone, {&frame}, &lens, prior);
-    if (scale_m > 0) solver.coarse(scale_m);
-    solver.fine();
+    LensSolver(shape_.sdf, free_, alone, {&frame}, &lens, nullptr).fine();
     out[m] = estimate_of(&frame, lens);
   });
   return out;
@@ -208,14 +204,18 @@ SharedVector IntrinsicsProblem::bias(std::uint64_t seed, int pairs) {
       std::mt19937_64 random(seed + static_cast<std::uint64_t>(pair));
       std::normal_distribution<double> normal;
       std::vector<LensFrame> twins = frames_;
-      for (LensFrame& twin : twins)
+      for (LensFrame& twin : twins) {
+        if (options_.residual == Residual::kPoint)
+          twin.classify({shape_.sdf, lens_, free_}, Outline::kWithin);
         for (std::size_t i = 0; i < twin.pixels.reading_m.size(); ++i) {
           const double reading = (twin.pixels.hit_m[i] - lens_.depth_offset_m) / lens_.depth_scale;
           const double error = sign * twin.noise_m * normal(random);
           if (twin.pixels.used[i]) twin.pixels.reading_m[i] = reading + error;
         }
+      }
       Lens lens = lens_;
-      LensSolver(shape_.sdf, free_, options_, all_of(&twins), &lens, nullptr).fine(kTwinStride);
+      LensSolver(shape_.sdf, free_, options_, all_of(&twins), &lens, nullptr)
+          .fine(options_.stride(options_.twin_pixels));
       for (int j = 0; j < n; ++j) {
         const LensUnknown which = free_.unknowns[static_cast<std::size_t>(j)];
         sum[j] += lens.get(which) - lens_.get(which);

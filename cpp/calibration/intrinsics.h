@@ -17,7 +17,7 @@ struct FrameEstimate {
   SharedMatrix information;  // inverse of the marginal covariance; the pose has followed
   SharedVector gradient;     // of the cost reduced to the lens, at the state in hand
   SharedMatrix scatter;      // variance of that gradient by the readings' own noise
-  double noise_m = 0, cost = 0;
+  double noise_m = 0;
   int hits = 0;
   int open_turns = 0;  // axes about which nothing in the readings holds the pose: those of a symmetric shape
 };
@@ -46,9 +46,8 @@ class IntrinsicsProblem {
   LmRecord polish();
   // What each frame says at the state in hand.
   std::vector<FrameEstimate> examine();
-  // The same, with each frame moved to its own optimum first (thesis Eq. 3.23), through stages from scale_m
-  // on; the state stays as it is.
-  std::vector<FrameEstimate> solve_each(double scale_m, const LensPrior* prior);
+  // The same, with each frame moved to its own optimum first (thesis Eq. 3.23); the state stays as it is.
+  std::vector<FrameEstimate> solve_each();
   // Residuals of the readings of a frame that count, and the readings, at the state in hand.
   std::vector<LensFrame::Reading> readings(int frame);
   const LensPixels& pixels(int frame) const { return frames_.at(static_cast<std::size_t>(frame)).pixels; }

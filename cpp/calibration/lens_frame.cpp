@@ -109,6 +109,10 @@ void LensFrame::classify(const LensView& view, Outline outline) {
   loop.reclassify = true;
   for (std::size_t at = 0; at < pixels.used.size(); at += static_cast<std::size_t>(view.stride)) {
     depth_m = view.lens.depth_m(pixels.reading_m[at]);
+    if (outline == Outline::kPoints) {
+      pixels.gain[at] = 1, pixels.used[at] = 1;
+      continue;
+    }
     FieldRow<double, 6> row;
     loop.read_along(look_through(view.lens, view.free.distorted, pixels.u_px[at], pixels.v_px[at]).ray, 0, 1,
                     &row);

@@ -40,6 +40,7 @@ enum class Outline {
   kAll,     // pixels whose rays miss the model count too, by phi at the measured point
   kWithin,  // only those that meet it, and whose neighbours do: no ray comes or goes while the state moves a
             // little
+  kPoints,  // all pixels, each by phi at the measured point: the source's residual (thesis Eq. 3.11)
 };
 
 class LensFrame {

@@ -18,18 +18,19 @@ constexpr double kCoarseGain = 1e-3;  // a coarse step that gains less than this
 constexpr int kFineRounds = 2;        // at the noise as it is then, and with the pixels that then count
 constexpr double kNarrowing = 0.4;    // of s, from stage to stage
 
-double noise_of(const LensView& view, LensFrame* frame) {
+// points: none of the readings has a hit, and those of other things have the largest residuals.
+double noise_of(const LensView& view, bool points, LensFrame* frame) {
   std::vector<double> sizes;
   for (const LensFrame::Reading& r : frame->readings(view))
-    if (r.hit) sizes.push_back(std::abs(r.residual_m));
+    if (r.hit || points) sizes.push_back(std::abs(r.residual_m));
   return robust_sd(&sizes);
 }
 
 }  // namespace
 
-void LensSolver::measure_noise(const LensView& view) {
+void LensSolver::measure_noise(const LensView& view, bool points) {
   parallel_for(frames_.size(), options_.threads,
-               [&](std::size_t m) { frames_[m]->noise_m = noise_of(view, frames_[m]); });
+               [&](std::size_t m) { frames_[m]->noise_m = noise_of(view, points, frames_[m]); });
 }
 
 // classify: choose anew which pixels count; else those of run_poses.
@@ -69,7 +70,7 @@ void LensSolver::coarse(double scale_m) {
     const LensEnergy::Settings settings = coarse_settings(s);
     run_poses(settings, lm);
     run_joint(settings, lm, true);
-    measure_noise({sdf_, *lens_, free_, options_.coarse_stride});
+    measure_noise({sdf_, *lens_, free_, options_.stride(options_.coarse_pixels)});
   }
 }
 
@@ -80,17 +81,19 @@ void LensSolver::align(double scale_m) {
   lm.max_steps = options_.coarse_steps, lm.cost_relative = kCoarseGain;
   for (double s = scale_m; s > options_.least_scale_m; s *= kNarrowing) {
     run_poses(coarse_settings(s), lm);
-    measure_noise({sdf_, *lens_, free_, options_.coarse_stride});
+    measure_noise({sdf_, *lens_, free_, options_.stride(options_.coarse_pixels)});
     if (!coarser_than_noise(s)) break;
   }
 }
 
 LensEnergy::Settings LensSolver::coarse_settings(double scale_m) const {
-  return {scale_m, options_.outlier_floor, Outline::kAll, options_.coarse_stride, options_.threads};
+  return {scale_m, options_.outlier_floor, Outline::kAll, options_.stride(options_.coarse_pixels),
+          options_.threads};
 }
 
 LensEnergy::Settings LensSolver::fine_settings(int stride) const {
-  return {options_.least_scale_m, options_.outlier_floor, Outline::kWithin, stride, options_.threads};
+  const Outline outline = options_.residual == Residual::kPoint ? Outline::kPoints : Outline::kWithin;
+  return {options_.least_scale_m, options_.outlier_floor, outline, stride, options_.threads};
 }
 
 LensEnergy LensSolver::fine_energy() const { return {sdf_, free_, frames_, lens_, prior_, fine_settings(1)}; }
@@ -109,7 +112,7 @@ void LensSolver::fine(int stride) {
   for (int round = 0; round < kFineRounds; ++round) {
     run_poses(settings, lm);
     run_joint(settings, lm, false);
-    measure_noise({sdf_, *lens_, free_, stride});
+    measure_noise({sdf_, *lens_, free_, stride}, settings.outline == Outline::kPoints);
   }
 }
 

@@ -2,6 +2,7 @@
 // The stages of a calibration, coarse to fine.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "calibration/lens_energy.h"
@@ -9,13 +10,17 @@
 namespace sdftrack {
 
 struct IntrinsicsOptions {
-  int max_pixels = 2000;        // of a frame
-  double padding_m = 0.03;      // a pixel counts when its point is this near the object's box
-  double least_scale_m = 2e-4;  // s of the last stage, or the noise where that is more
+  Residual residual = Residual::kRayHit;  // or kPoint, the source's, in the last stage
+  int max_pixels = 3500;                  // of a frame
+  double padding_m = 0.03;                // a pixel counts when its point is this near the object's box
+  double least_scale_m = 2e-4;            // s of the last stage, or the noise where that is more
   double outlier_floor = 0.1;
   int coarse_steps = 12, fine_steps = 12;  // trials of a stage
-  int coarse_stride = 6;                   // of the pixels
+  // Of a frame, what suffices: for the early stages, for the joint steps at the noise, for the bias.
+  int coarse_pixels = 350, fine_pixels = 1750, twin_pixels = 700;
   int threads = 1;
+
+  int stride(int pixels) const { return std::max(1, max_pixels / pixels); }
 };
 
 class LensSolver {
@@ -45,7 +50,7 @@ class LensSolver {
   LmOptions fine_steps() const;
   void run_joint(const LensEnergy::Settings& settings, const LmOptions& lm, bool classify);
   void run_poses(const LensEnergy::Settings& settings, const LmOptions& lm);
-  void measure_noise(const LensView& view);
+  void measure_noise(const LensView& view, bool points = false);
   bool coarser_than_noise(double scale_m) const;
 
   SdfView sdf_;

@@ -30,7 +30,7 @@ class Calibration:
         ...
     def solve(self, scale_m: typing.SupportsFloat | typing.SupportsIndex, prior_value: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], prior_sd: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], quick: bool = False) -> tuple:
         ...
-    def solve_each(self, scale_m: typing.SupportsFloat | typing.SupportsIndex, prior_value: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], prior_sd: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = []) -> dict:
+    def solve_each(self) -> dict:
         ...
     @property
     def poses(self) -> list:
@@ -285,7 +285,14 @@ class IntrinsicsOptions:
     """
     Options of a calibration.
     """
+    residual: Residual
     def __init__(self) -> None:
+        ...
+    @property
+    def coarse_pixels(self) -> int:
+        ...
+    @coarse_pixels.setter
+    def coarse_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def coarse_steps(self) -> int:
@@ -294,10 +301,10 @@ class IntrinsicsOptions:
     def coarse_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
-    def coarse_stride(self) -> int:
+    def fine_pixels(self) -> int:
         ...
-    @coarse_stride.setter
-    def coarse_stride(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    @fine_pixels.setter
+    def fine_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def fine_steps(self) -> int:
@@ -334,6 +341,12 @@ class IntrinsicsOptions:
         ...
     @threads.setter
     def threads(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def twin_pixels(self) -> int:
+        ...
+    @twin_pixels.setter
+    def twin_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
 class Lens:
     """

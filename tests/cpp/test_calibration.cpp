@@ -119,6 +119,9 @@ TEST(LensFrame, its_gradient_is_that_of_finite_differences) {
 TEST(LensFrame, its_gradient_is_that_of_finite_differences_within_the_outline) {
   expect_the_gradient_of_finite_differences(Outline::kWithin);
 }
+TEST(LensFrame, its_gradient_is_that_of_finite_differences_at_the_measured_points) {
+  expect_the_gradient_of_finite_differences(Outline::kPoints);
+}
 
 // Blocks of made-up numbers whose sum is positive definite.
 std::vector<ArrowBlock> some_blocks(int shared) {

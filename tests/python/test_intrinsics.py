@@ -14,7 +14,13 @@ import sdftrack as st
 from sdftrack import _core
 from sdftrack.calibration.lens import UNKNOWNS, core_lens
 from sdftrack.calibration.statistics import chi2_quantile, fuse, student_t975
-from sdftrack.reference.calibration import marginal_information, numeric_rows, ray_of, residual
+from sdftrack.reference.calibration import (
+    marginal_information,
+    numeric_rows,
+    point_residual,
+    ray_of,
+    residual,
+)
 
 TRUTH = st.Camera(290.0, 286.0, 158.0, 121.5, 320, 240)
 GUESS = st.Camera(319.0, 315.0, 168.0, 131.5, 320, 240)  # 10 % and 10 px (of 320) off
@@ -59,8 +65,9 @@ def test_a_ray_is_that_of_the_twin():
         assert np.allclose(ray_of(lens.values, u, v)[:2], (x, y), atol=1e-12)
 
 
-def one_frame(box, frame, T, free=(0, 1, 2, 3), max_pixels=300):
+def one_frame(box, frame, T, free=(0, 1, 2, 3), max_pixels=300, residual=_core.Residual.ray_hit):
     options = _core.IntrinsicsOptions()
+    options.residual = residual
     options.max_pixels, options.threads = max_pixels, 1
     core = _core.Calibration(box._core_args, core_lens(TRUTH), list(free), options)
     core.add(frame.depth, None, T)
@@ -81,6 +88,18 @@ def test_residuals_are_those_of_the_twin(box, frames, swept):
         assert twin == pytest.approx(
             seen["residual_m"][i], abs=2e-6
         )  # the core stops at 1e-5 m of phi, then steps
+
+
+def test_residuals_at_the_measured_points_are_those_of_the_twin(box, frames, swept):
+    core = one_frame(box, frames[5], swept.ground_truth[5][0], residual=_core.Residual.point)
+    seen = core.readings(0)
+    volume = (box.values, box.voxel_size, np.array(box.origin))
+    T_obj_cam = np.linalg.inv(core.poses[0])
+    assert len(seen["u_px"]) > 150
+    for i in range(0, len(seen["u_px"]), 10):
+        u, v, d = (float(seen[k][i]) for k in ("u_px", "v_px", "reading_m"))
+        twin = point_residual(volume, np.array(core.lens.values), T_obj_cam, u, v, d)
+        assert twin == pytest.approx(seen["residual_m"][i], abs=2e-8)  # the core samples in float
 
 
 def test_what_a_frame_says_of_the_lens_is_its_marginal_information():
@@ -148,6 +167,14 @@ def test_the_mean_of_the_frames_own_estimates_is_there_too(found, frames, swept,
     alone = st.calibrate_intrinsics(frames, box, GUESS, swept.ground_truth[0][0], False)
     assert not alone.joint
     assert np.array_equal(values_of(alone.camera), alone.per_frame.fused)
+
+
+def test_the_sources_residual_is_there_by_name(found, frames, swept, box):
+    printed = st.calibrate_intrinsics(frames, box, GUESS, swept.ground_truth[0][0], False, residual="point")
+    error = printed.values - values_of(TRUTH)
+    assert not np.array_equal(printed.values, found.per_frame.fused)
+    assert np.abs(error[:2] / 290).max() < 1e-2  # what the source prints at 1 mm: 1 %, 2 px
+    assert np.abs(error[2:]).max() < 2.0
 
 
 def test_the_result_has_the_same_bits_on_any_number_of_threads(frames, swept, box):
@@ -252,6 +279,7 @@ def test_too_few_frames_say_why(frames, swept, box):
         ({"initial_pose": np.eye(3)}, ValueError, "pose"),
         ({"box": (1, 2, 3, 4)}, ValueError, "one of pose, mask and box"),
         ({"max_pixels": 10}, ValueError, "max_pixels"),
+        ({"residual": "slope"}, ValueError, "residual: expected one of ray_hit, point"),
     ],
 )
 def test_bad_input_is_named(frames, swept, box, changed, error, message):

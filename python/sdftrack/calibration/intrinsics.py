@@ -35,6 +35,7 @@ __all__ = ["calibrate_intrinsics"]
 LEAST_FRAMES = 5
 FIRST_SCALE_M, SCALE_M = 0.01, 0.004  # s of the first stage: before anything is known of the lens, and later
 TEST_ROUNDS = 3  # of leaving frames out
+RESIDUALS = {"ray_hit": _core.Residual.ray_hit, "point": _core.Residual.point}
 MOST_LEFT_OUT = 0.3  # of the frames, by the tests
 
 
@@ -49,7 +50,8 @@ def calibrate_intrinsics(
     box: Sequence[float] | None = None,
     free: Sequence[str] = ("fx", "fy", "cx", "cy"),
     progress: Callable[[int], None] | None = None,
-    max_pixels: int = 2000,
+    residual: str = "ray_hit",
+    max_pixels: int = 3500,
     threads: int = 0,
 ) -> IntrinsicsResult:
     """Find the intrinsics of a depth camera from frames of a known object: no pattern, no correspondences.
@@ -76,6 +78,9 @@ def calibrate_intrinsics(
         "depth_offset" (``depth = scale * reading + offset``); the last two ask for a curved shape.
     progress : callable, optional
         Called with the number of frames read so far.
+    residual : "ray_hit" or "point"
+        What a reading says in the last stage: the depth at which its ray meets the model, minus the measured one; or
+        the source's, phi at the measured point (thesis Eq. 3.11), whose fx and fy fall as the noise grows.
     max_pixels : int
         Readings of a frame that are used, evenly spread.
     threads : int
@@ -103,12 +108,17 @@ def calibrate_intrinsics(
         raise TypeError(f"frames: expected an iterable of st.Frame, got {type(frames).__name__}")
     if not isinstance(joint, bool):
         raise TypeError(f"joint: expected True or False, got {joint!r}")
+    if residual not in RESIDUALS:
+        raise ValueError(f"residual: expected one of {', '.join(RESIDUALS)}, got {residual!r}")
     if isinstance(max_pixels, bool) or not isinstance(max_pixels, int) or max_pixels < LEAST_READINGS:
         raise ValueError(f"max_pixels: expected a number of at least {LEAST_READINGS}, got {max_pixels!r}")
     first = depth_camera(initial_camera)
     names = check_free(free)
     refuse_flat_shape(sdf, names)
-    problem = _Problem(sdf, first, names, joint, max_pixels, threads)
+    options = _core.IntrinsicsOptions()
+    options.residual = RESIDUALS[residual]
+    options.max_pixels, options.threads = max_pixels, threads
+    problem = _Problem(sdf, first, names, joint, options)
     follower = Follower(problem.core, sdf, first, problem.improve, threads)
     follower.follow(frames, _places(initial_pose, mask, box, first), progress)
     _expect_enough(follower)
@@ -140,13 +150,11 @@ class _Problem:
     """The core's problem and how it is asked."""
 
     def __init__(
-        self, sdf: SDF, camera: Camera, free: tuple[str, ...], joint: bool, max_pixels: int, threads: int
+        self, sdf: SDF, camera: Camera, free: tuple[str, ...], joint: bool, options: _core.IntrinsicsOptions
     ) -> None:
         self.first, self.free, self.joint = camera, free, joint
         self.sorted = tuple(name for name in UNKNOWNS if name in free)  # the core's order
         self.order = [self.sorted.index(name) for name in free]
-        options = _core.IntrinsicsOptions()
-        options.max_pixels, options.threads = max_pixels, threads
         volume = sdf._core_args
         self.core = _core.Calibration(
             volume, core_lens(camera), [UNKNOWNS.index(name) for name in self.sorted], options
@@ -184,7 +192,7 @@ class _Problem:
             for m, reason in unfit.items():
                 follower.left_out[follower.used[m]] = reason
             follower.used = [i for m, i in enumerate(follower.used) if m not in unfit]
-        self.per_frame = per_frame_of(self.core.solve_each(0.0), self.order, follower.used)
+        self.per_frame = per_frame_of(self.core.solve_each(), self.order, follower.used)
 
     def result(self, follower: Follower, begin: float) -> IntrinsicsResult:
         assert self.per_frame is not None

@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator
+from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -40,6 +41,13 @@ LEAST_PIXELS = 200  # of a frame, as `calibrate_intrinsics` wants them
 PYTHONS_ADVICE = "initial_pose=, mask= or box="  # in errors
 
 
+class Residual(str, Enum):
+    """`residual` of `calibrate_intrinsics`."""
+
+    ray_hit = "ray_hit"
+    point = "point"
+
+
 def intrinsics(
     seq: Annotated[Path, typer.Argument(metavar="SEQ", help="Folder of a recorded sequence.")],
     model: Annotated[Path, typer.Option(metavar="M.ply", help="Mesh of the object.")],
@@ -56,6 +64,9 @@ def intrinsics(
     per_frame: Annotated[
         bool, typer.Option("--per-frame", help="The weighted mean of single frames, not one solution of all.")
     ] = False,
+    residual: Annotated[
+        Residual, typer.Option(help="ray_hit: where the ray meets the model; point: the source's.")
+    ] = Residual.ray_hit,
     camera: Annotated[
         Path | None, typer.Option(metavar="FILE", help="First guess, in place of the sequence's own camera.")
     ] = None,
@@ -75,7 +86,7 @@ def intrinsics(
     ] = "error",
     max_pixels: Annotated[
         int, typer.Option("--max-pixels", min=LEAST_PIXELS, help="Readings of a frame that are used.")
-    ] = 2000,
+    ] = 3500,
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,
     threads: ThreadsOption = 0,
@@ -119,6 +130,7 @@ def intrinsics(
                     joint=not per_frame,
                     free=unknowns,
                     progress=lambda done: tell(done, len(frames), "frames"),
+                    residual=residual.value,
                     max_pixels=max_pixels,
                     threads=threads,
                     **place,
@@ -134,6 +146,7 @@ def intrinsics(
             "first_guess": {name: getattr(first, name) for name in PINHOLE},
             "frames": [numbers.start, numbers.stop, numbers.step],
             "voxels": voxels,
+            "residual": residual.value,
             "max_pixels": max_pixels,
         }
         prepare_folder(out, overwrite)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sdftrack.reference.energies import GRAZING_SLOPE, HIT_LEAD_M
 from sdftrack.reference.sdf import sample
 
-__all__ = ["depth_of", "marginal_information", "numeric_rows", "ray_of", "residual"]
+__all__ = ["depth_of", "marginal_information", "numeric_rows", "point_residual", "ray_of", "residual"]
 
 Array = NDArray[Any]
 
@@ -59,6 +59,21 @@ def residual(
         if abs(phi) < CONVERGED_M:
             break
     return float(z - depth)
+
+
+def point_residual(
+    volume: tuple[Array, float, Array],
+    lens: Array,
+    T_obj_cam: Array,
+    u_px: float,
+    v_px: float,
+    reading_m: float,
+) -> float:
+    """phi at the measured point, in metres of the reading: the source's residual (thesis Eq. 3.11)."""
+    values, voxel_m, origin = volume
+    point = depth_of(lens, reading_m) * ray_of(lens, u_px, v_px)
+    phi, _ = sample(values, voxel_m, origin, T_obj_cam[:3, :3] @ point + T_obj_cam[:3, 3])
+    return float(phi / lens[7])
 
 
 def numeric_rows(function: Callable[[Array], float], at: Array, steps: Array) -> Array:
