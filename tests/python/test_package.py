@@ -40,6 +40,12 @@ def test_importing_the_package_takes_a_moment():
     assert fastest < IMPORT_SECONDS
 
 
+def test_the_help_of_the_commands_needs_no_numpy():
+    loaded = run_python("import sys, sdftrack.cli.app; print(*sys.modules)").split()
+    assert "sdftrack.cli.track" in loaded
+    assert "numpy" not in loaded
+
+
 def test_every_public_name_exists_and_is_listed():
     assert [name for name in st.__all__ if not hasattr(st, name)] == []
     assert set(st.__all__) <= set(dir(st))

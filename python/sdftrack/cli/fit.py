@@ -7,7 +7,6 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 from sdftrack.cli.common import (
@@ -120,6 +119,8 @@ def _fit_cloud(source: Path, kind: str, out: Path, overwrite: bool, options: Any
 
 
 def _points(source: Path) -> Any:
+    import numpy as np
+
     if source.suffix.lower() == ".npy":
         return np.load(source, allow_pickle=False)
     if source.suffix.lower() == ".xyz":
@@ -179,6 +180,8 @@ def _fit_sequence(
 
 
 def _mask(place: tuple[Path | None, tuple[float, ...] | None], frame: Any, seq: Any, first: int) -> Any:
+    import numpy as np
+
     from sdftrack.io.frames import read_mask
 
     path, box = place
