@@ -10,6 +10,9 @@ from typing import Annotated, Any
 import typer
 
 from sdftrack.cli.common import (
+    ConfigOption,
+    Device,
+    DeviceOption,
     LayoutOption,
     OutOption,
     OverwriteOption,
@@ -19,6 +22,7 @@ from sdftrack.cli.common import (
     StopOption,
     ThreadsOption,
     Usage,
+    check_common,
     check_layout,
     progress,
 )
@@ -60,6 +64,8 @@ def fit(
     ] = False,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Of the first guesses.")] = 0,
     layout: LayoutOption = "auto",
+    config: ConfigOption = None,
+    device: DeviceOption = Device.auto,
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
@@ -76,6 +82,7 @@ def fit(
     if out is None:
         raise Usage("expected a folder for the results: --out DIR", "--out")
     check_layout(layout)
+    check_common(config, device)
     if mask is not None and box is not None:
         raise Usage("expected --mask or --box, got both", "--mask")
     if frame is not None and (start, stop) != (0, None):
