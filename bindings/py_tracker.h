@@ -50,7 +50,6 @@ class PyTracker {
   void set_camera(const Camera& camera);
   void set_pose(int k, const py::array& T, const std::optional<Matrix6d>& covariance);
   std::vector<std::pair<int, int>> overlaps(const std::vector<int>& of);
-  bool is_lost(int k) const;
 
  private:
   void check_object(int k) const;

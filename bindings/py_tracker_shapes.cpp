@@ -75,9 +75,4 @@ std::vector<std::pair<int, int>> PyTracker::overlaps(const std::vector<int>& of)
   return tracker_->overlaps(of);
 }
 
-bool PyTracker::is_lost(int k) const {
-  check_object(k);
-  return tracker_->is_lost(k);
-}
-
 }  // namespace sdftrack

@@ -53,7 +53,6 @@ void bind_tracking(py::module_& m) {
            py::arg("color_map") = py::none())
       .def("add", &PyTracker::add, py::arg("shape"), py::arg("place"))
       .def("remove", &PyTracker::remove, py::arg("k"))
-      .def("is_lost", &PyTracker::is_lost, py::arg("k"))
       .def("judge", &PyTracker::judge, py::arg("depth"), py::arg("mask"), py::arg("k"), py::arg("T"))
       .def("reshape", &PyTracker::reshape, py::arg("k"), py::arg("shape"), py::arg("seen"), py::arg("least"),
            py::arg("boxes"), py::arg("colors") = py::none())
