@@ -28,7 +28,6 @@ class EvidenceDistance {
   std::vector<VoxelBox> surface_boxes() const;
   // How far the surface moved in the last update, on the mean where it changed.
   double change_m() const { return change_m_; }
-  bool has_surface() const { return has_surface_; }
   const LargeArray<float>& phi() const { return phi_; }
   SdfView view() const { return grid_.view(phi_.data()); }
 

@@ -13,8 +13,6 @@ namespace sdftrack {
 namespace {
 
 constexpr int kColorBudget = 1500, kFirstColorBudget = 20000;  // pixels visited for the histograms
-constexpr double kProof = 0.9;  // evidence by which what a search has found proves to be the object
-constexpr double kSlow = 0.02, kFast = 0.3;  // how fast the usual values follow
 
 // `first`: where a reading is likely.
 bool has_depth(const ImageView<float>& depth_m, int first) {
@@ -53,45 +51,6 @@ Tracker::Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const
     objects_.push_back(new_object(sdf));
   }
   set_camera(camera);
-}
-
-TrackedObject Tracker::new_object(const SdfView& sdf) const {
-  Object object;
-  object.shape = shape_of(sdf);
-  object.colors = ColorModel(static_cast<float>(options_.color_prior));
-  object.forget(options_.damping_start);
-  return object;
-}
-
-std::shared_ptr<const Shape> Tracker::shape_of(const SdfView& sdf) const {
-  for (const Object& object : objects_)
-    if (object.shape->sdf.phi == sdf.phi && !object.shape->colors.rgb_seen) return object.shape;
-  return std::make_shared<const Shape>(
-      make_shape(sdf, 3 * options_.trust_points, options_.free_space_points));
-}
-
-void Tracker::reshape(int k, PartialShape known) {
-  Object& object = objects_.at(static_cast<std::size_t>(k));
-  known.centre_obj = object.shape->centre_obj;  // what is remembered of the motion is about it
-  object.shape =
-      std::make_shared<const Shape>(make_shape(known, 3 * options_.trust_points, options_.free_space_points));
-}
-
-void Tracker::paint(int k, const ColorView& colors) {
-  Object& painted = objects_.at(static_cast<std::size_t>(k));
-  for (const Object& other : objects_)
-    if (other.shape->sdf.phi == painted.shape->sdf.phi && other.shape->colors.rgb_seen == colors.rgb_seen) {
-      painted.shape = other.shape;
-      return;
-    }
-  Shape shape = *painted.shape;
-  shape.colors = colors;
-  painted.shape = std::make_shared<const Shape>(std::move(shape));
-}
-
-void Tracker::set_camera(const Camera& camera) {
-  camera_ = camera;
-  rays_ = camera.distorted() ? ray_table(camera) : std::vector<float>{};
 }
 
 DepthFrame Tracker::make_frame(const ImageView<float>& depth_m, const unsigned char* mask, double time_s,
@@ -134,29 +93,6 @@ const std::vector<ObjectResult>& Tracker::recover(const DepthFrame& frame, const
 std::optional<Fitted> Tracker::look(const DepthFrame& frame, int k, const Rigidd& T_cam_obj) {
   const Shape& shape = *objects_.at(static_cast<std::size_t>(k)).shape;
   return fitter_.look(frame, camera_, {shape, centred(T_cam_obj, shape), Matrix6d::Zero(), {}});
-}
-
-void Tracker::set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matrix6d>& covariance_cam) {
-  Object& object = objects_.at(static_cast<std::size_t>(k));
-  object.T_cam_obj = centred(T_cam_obj, *object.shape);
-  object.motion.reset();
-  object.lost_frames = 0;
-  object.wanted.reset(), object.before_found.reset(), object.prior.reset();
-  if (covariance_cam)
-    object.prior = increment_information(*covariance_cam, object.T_cam_obj, -object.shape->centre_obj);
-}
-
-int Tracker::add(const SdfView& shape, const Whereabouts& place) {
-  Object object = new_object(shape);
-  if (place.T_cam_obj) object.T_cam_obj = centred(*place.T_cam_obj, *object.shape);
-  object.wanted = place;
-  objects_.push_back(std::move(object));
-  return object_count() - 1;
-}
-
-void Tracker::remove(int k) {
-  objects_.at(static_cast<std::size_t>(k));
-  objects_.erase(objects_.begin() + k);
 }
 
 template <class Work>
@@ -271,72 +207,6 @@ ObjectResult Tracker::begin_at(const DepthFrame& frame, Object* object, const Wh
   ObjectResult result = judged(found->fitted, found->trust, frame.time_s, object);
   result.runner_up = found->runner_up;
   object->lost_frames = result.trust.status == Status::kLost;
-  return result;
-}
-
-Rigidd Tracker::expected_pose(const Object& object, double time_s) const {
-  const bool moves = settings_.motion == MotionModel::kConstantVelocity || object.weak;
-  return moves ? object.motion.predict(object.T_cam_obj, time_s) : object.T_cam_obj;
-}
-
-ObjectResult Tracker::follow(const DepthFrame& frame, Object* object) {
-  const auto k = static_cast<std::size_t>(object - objects_.data());
-  if (k < together_.size() && together_[k]) return followed_together(frame, &*together_[k], object);
-  const bool crowd = object->lost_frames > 0 && objects_.size() > 1;
-  const DepthFrame left = crowd ? not_taken(frame, taken_by_others(frame, *object)) : frame;
-  if (crowd) beside_ = others_than(*object);
-  std::optional<Fitted> best = best_fit(left, *object, expected_pose(*object, frame.time_s));
-  if (best && crowd && stands_in(*beside_, *object->shape, best->T_cam_obj)) best.reset();
-  beside_ = nullptr;
-  object->prior.reset();
-  if (!best) return without_pose(*object, "too few depth readings near the last pose", Status::kLost);
-  const Trust trust = judge(*best, options_, object->prior_log_odds);
-  return judged(std::move(*best), trust, frame.time_s, object);
-}
-
-ObjectResult Tracker::judged(Fitted fitted, const Trust& trust, double time_s, Object* object) const {
-  ObjectResult result;
-  if (trust.status == Status::kLost) {
-    result = without_pose(*object, trust.reason, Status::kLost);
-    result.trust.inliers = trust.inliers;
-  } else {
-    keep(fitted, trust, time_s, object);
-    result.T_cam_obj = uncentred(fitted.T_cam_obj, *object->shape);
-    result.covariance = fitted.covariance;
-    result.trust = trust;
-    result.runner_up = std::numeric_limits<double>::quiet_NaN();
-  }
-  result.cost = fitted.cost;
-  result.foreground = fitted.foreground;
-  result.steps = std::move(fitted.steps);
-  return result;
-}
-
-void Tracker::keep(const Fitted& fitted, const Trust& trust, double time_s, Object* object) const {
-  object->T_cam_obj = fitted.T_cam_obj;
-  object->memory = fitted.memory;
-  object->hidden_frames = 0;
-  object->weak = trust.status != Status::kOk;
-  if (!object->weak && trust.evidence >= kProof) object->prior_log_odds = 0;
-  if (object->weak)
-    object->motion.pass();
-  else
-    object->motion.observe(fitted.T_cam_obj, time_s);
-  // What further attempts could not better is the state of things: an object that a hand covers is not
-  // searched for in every frame.
-  const double share = agreeing_share(fitted.seen);
-  const bool first = !(object->usual_share > 0);
-  const double rate = first ? 1 : convincing(fitted, *object, options_) ? kSlow : kFast;
-  object->usual_share += rate * (share - object->usual_share);
-  object->usual_cost += rate * (fitted.cost - object->usual_cost);
-}
-
-ObjectResult Tracker::without_pose(const Object& object, std::string reason, Status status) {
-  ObjectResult result;
-  result.T_cam_obj = uncentred(object.T_cam_obj, *object.shape);
-  result.covariance.setConstant(std::numeric_limits<double>::quiet_NaN());
-  result.runner_up = std::numeric_limits<double>::quiet_NaN();
-  result.trust = {status, std::move(reason), 0, 0};
   return result;
 }
 

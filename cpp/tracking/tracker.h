@@ -76,8 +76,6 @@ class Tracker {
   // H * W * M soft weights of the last poses in this frame, and H * W the chance by colour that a pixel is an
   // object's (NaN: not known).
   void find_membership(const DepthFrame& frame, float* membership, float* foreground);
-  // What track() goes on from, and whether it takes the object for lost.
-  bool is_lost(int k) const { return objects_.at(static_cast<std::size_t>(k)).lost_frames > 0; }
 
  private:
   using Object = TrackedObject;

@@ -1,29 +1,65 @@
 # SPDX-License-Identifier: MIT
-"""Track and reconstruct rigid objects with an RGB-D camera, by signed distance functions."""
+"""Track and reconstruct rigid objects with an RGB-D camera, by signed distance functions.
 
-from sdftrack import geometry, levelset, metrics, synth, testing
-from sdftrack._core import __version__
-from sdftrack.build_info import info
-from sdftrack.calibration.color_result import ColorCalibration
-from sdftrack.calibration.color_to_depth import calibrate_color_to_depth
-from sdftrack.calibration.intrinsics import calibrate_intrinsics
-from sdftrack.calibration.intrinsics_result import IntrinsicsResult
-from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.device import cuda_available
-from sdftrack.energy import Energy, State, back_project, minimize
-from sdftrack.frame import Frame
-from sdftrack.io.datasets import Sequence, open_sequence
-from sdftrack.io.save import save_sequence
-from sdftrack.mesh import Mesh
-from sdftrack.options import TrackerOptions
-from sdftrack.plane import remove_plane
-from sdftrack.primitives import Primitive, PrimitiveFit, fit_primitive, fit_primitives
-from sdftrack.reconstruction import Reconstructor, ReconstructorOptions
-from sdftrack.recorder import Recorder
-from sdftrack.results import Status, Step, TrackResult
-from sdftrack.sdf import SDF, MeshReport, smooth_union, union
-from sdftrack.tracking import Tracker
-from sdftrack.viz import draw
+Public names are imported when they are first asked for (PEP 562): ``import sdftrack`` takes some
+milliseconds, and a program pays for the parts that it uses.
+"""
+
+from importlib import import_module
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from sdftrack._core import __version__  # at once: a broken build is an error of the import
+
+if TYPE_CHECKING:  # what type checkers and editors read; a test compares it with _HOMES
+    from sdftrack import geometry, levelset, metrics, synth, testing
+    from sdftrack.build_info import info
+    from sdftrack.calibration.color_result import ColorCalibration
+    from sdftrack.calibration.color_to_depth import calibrate_color_to_depth
+    from sdftrack.calibration.intrinsics import calibrate_intrinsics
+    from sdftrack.calibration.intrinsics_result import IntrinsicsResult
+    from sdftrack.camera import Camera, RGBDCamera
+    from sdftrack.device import cuda_available
+    from sdftrack.energy import Energy, State, back_project, minimize
+    from sdftrack.frame import Frame
+    from sdftrack.io.datasets import Sequence, open_sequence
+    from sdftrack.io.save import save_sequence
+    from sdftrack.mesh import Mesh
+    from sdftrack.options import TrackerOptions
+    from sdftrack.plane import remove_plane
+    from sdftrack.primitives import Primitive, PrimitiveFit, fit_primitive, fit_primitives
+    from sdftrack.reconstruction import Reconstructor, ReconstructorOptions
+    from sdftrack.recorder import Recorder
+    from sdftrack.results import Status, Step, TrackResult
+    from sdftrack.sdf import SDF, MeshReport, smooth_union, union
+    from sdftrack.tracking import Tracker
+    from sdftrack.viz import draw
+
+# The module that each public name comes from.
+_HOMES = {
+    "build_info": ("info",),
+    "calibration.color_result": ("ColorCalibration",),
+    "calibration.color_to_depth": ("calibrate_color_to_depth",),
+    "calibration.intrinsics": ("calibrate_intrinsics",),
+    "calibration.intrinsics_result": ("IntrinsicsResult",),
+    "camera": ("Camera", "RGBDCamera"),
+    "device": ("cuda_available",),
+    "energy": ("Energy", "State", "back_project", "minimize"),
+    "frame": ("Frame",),
+    "io.datasets": ("Sequence", "open_sequence"),
+    "io.save": ("save_sequence",),
+    "mesh": ("Mesh",),
+    "options": ("TrackerOptions",),
+    "plane": ("remove_plane",),
+    "primitives": ("Primitive", "PrimitiveFit", "fit_primitive", "fit_primitives"),
+    "reconstruction": ("Reconstructor", "ReconstructorOptions"),
+    "recorder": ("Recorder",),
+    "results": ("Status", "Step", "TrackResult"),
+    "sdf": ("SDF", "MeshReport", "smooth_union", "union"),
+    "tracking": ("Tracker",),
+    "viz": ("draw",),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "SDF",
@@ -68,3 +104,17 @@ __all__ = [
     "testing",
     "union",
 ]
+
+if not TYPE_CHECKING:  # hidden from type checkers: they would take any misspelt name for good
+
+    def __getattr__(name: str) -> Any:
+        if name in _HOME_OF:
+            found = getattr(import_module(f"{__name__}.{_HOME_OF[name]}"), name)
+            globals()[name] = found  # asked for once only
+            return found
+        if not name.startswith("_") and find_spec(f"{__name__}.{name}") is not None:
+            return import_module(f"{__name__}.{name}")  # which is an attribute from now on
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *__all__})

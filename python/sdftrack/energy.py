@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""The kernels themselves, for experiments and teaching: back-projection, the energy of a frame, the optimiser."""
+"""The kernels themselves, for experiments and teaching: the energy of a frame, and the optimiser."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,9 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack.appearance import color_map
+from sdftrack.back_projection import back_project
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.checks import number, numbers, of_kind
+from sdftrack.checks import number, of_kind
 from sdftrack.device import resolve_device
+from sdftrack.energy_state import Linearization, Minimum, State, state_poses
 from sdftrack.frame import Frame
 from sdftrack.options import TrackerOptions
 from sdftrack.results import Step
@@ -24,86 +25,6 @@ __all__ = ["Energy", "Linearization", "Minimum", "State", "back_project", "minim
 
 Array = NDArray[np.float64]
 MOST_JOINED = 4  # objects in a union
-
-
-def back_project(
-    depth: ArrayLike, camera: Camera | RGBDCamera, mask: ArrayLike | None = None
-) -> tuple[Array, NDArray[np.int64]]:
-    """Lift the valid pixels of a depth image to points.
-
-    Parameters
-    ----------
-    depth : (H, W) float, m, 0 or NaN = no measurement
-    camera : Camera or RGBDCamera
-    mask : (H, W) bool, optional
-        False: leave the pixel out.
-
-    Returns
-    -------
-    points : (N, 3) float64
-        Camera frame, m: ``depth * K^-1 (x, y, 1)``, distortion removed.
-    pixels : (N, 2) int64
-        (x, y) of each point.
-
-    Raises
-    ------
-    ValueError
-        `depth` or `mask` is not of the camera's size.
-    """
-    pinhole = depth_camera(camera)
-    z = np.asarray(depth)
-    points = pinhole.back_project(z)
-    valid = np.isfinite(z) & (z > 0)
-    if mask is not None:
-        chosen = np.asarray(mask)
-        if chosen.shape != z.shape:
-            raise ValueError(f"mask: expected shape {z.shape} as depth, got {chosen.shape}")
-        valid &= chosen != 0
-    y, x = np.nonzero(valid)
-    return np.ascontiguousarray(points[y, x], dtype=np.float64), np.stack([x, y], axis=1)
-
-
-@dataclass(frozen=True, eq=False)
-class State:
-    """A point in the space of unknowns.
-
-    Attributes
-    ----------
-    poses : (M, 4, 4) float64
-        ``T_cam_obj``, m.
-    camera : Camera, optional
-        Whose fx, fy, cx, cy are unknowns with ``"intrinsics"``; None: the energy's own.
-    scales : (M,) float64, optional
-        Size over the shape's own, with ``"scale"``; None: 1.
-    """
-
-    poses: Array
-    camera: Camera | None = None
-    scales: Array | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Linearization:
-    """The quadratic model of an energy: order of unknowns (vx, vy, vz, wx, wy, wz [, log scale | fx, fy, cx, cy]).
-
-    Unknowns are increments of ``T_obj_cam`` about the centre of the object's box, v in m and w in rad.
-    """
-
-    cost: float
-    gradient: Array
-    hessian: Array
-    count: int
-
-
-@dataclass(frozen=True, eq=False)
-class Minimum:
-    """Where :func:`minimize` stopped, every step on the way, and why."""
-
-    x: State
-    steps: list[Step]
-    stop: str
-    cost: float
-    count: int
 
 
 class Energy:
@@ -191,7 +112,7 @@ class Energy:
         self.camera = depth_camera(camera)
         self.unknowns = tuple(unknowns)
         self.options = TrackerOptions().replace(**options)
-        T = _poses(poses, len(many))
+        T = state_poses(poses, len(many))
         mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
         self._core = _core.FrameEnergy(
             [shape._core_args for shape in many], self.camera._core,
@@ -214,7 +135,7 @@ class Energy:
             raise ValueError(f"x: expected scales of one number > 0, got {scales}")
         if "scale" not in self.unknowns:
             scales = []
-        T = _poses(x.poses, len(self.shapes))
+        T = state_poses(x.poses, len(self.shapes))
         return self._core.state(list(T), [camera.fx, camera.fy, camera.cx, camera.cy], scales)
 
     def cost(self, x: State) -> float:
@@ -280,13 +201,3 @@ def minimize(energy: Energy, start: State | None = None, **lm_options: Any) -> M
     x, steps, stop, cost, count = energy._core.minimize(begin, options)
     record = [Step(value, damping, accepted, float("nan"), count) for value, damping, accepted in steps]
     return Minimum(energy._to_state(*x), record, stop, cost, count)
-
-
-def _poses(poses: ArrayLike, count: int) -> Array:
-    T = numbers(poses, "poses")
-    T = T[None] if T.ndim == 2 else T
-    if T.ndim != 3 or len(T) != count:
-        raise ValueError(
-            f"poses: expected one 4x4 matrix per shape ({count}), got an array of shape {T.shape}"
-        )
-    return np.stack([_core.nearest_rigid(np.ascontiguousarray(each), "poses") for each in T])

@@ -13,14 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack.checks import numbers
 from sdftrack.io.files import write_whole
+from sdftrack.io.meshes import FORMATS, UNITS, read_mesh, unit_scale, vertex_colors
 
 if TYPE_CHECKING:
     import trimesh
 
-__all__ = ["Mesh"]
-
-UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254}
-FORMATS = (".ply", ".obj", ".glb", ".stl")
+__all__ = ["UNITS", "Mesh", "core_camera", "unit_scale", "vertex_colors"]
 
 
 class Mesh:
@@ -118,24 +116,9 @@ class Mesh:
         FileNotFoundError, ValueError
             No such file; a file that is not a mesh, is cut short, or has no triangle.
         """
-        import trimesh
-
         scale = unit_scale(unit)
-        file = Path(path)
-        if not file.is_file():
-            raise FileNotFoundError(f"mesh: no such file: {file}")
-        try:
-            loaded: Any = trimesh.load(str(file), force="mesh", process=False)
-            vertices, faces = np.asarray(loaded.vertices, np.float64), np.asarray(loaded.faces)
-        except Exception as error:
-            raise ValueError(
-                f"mesh: cannot read {file}: {error}; expected one of {', '.join(FORMATS)}"
-            ) from error
-        if len(faces) == 0:
-            raise ValueError(
-                f"mesh: {file} has no triangles ({len(vertices)} vertices); is it a point cloud?"
-            )
-        return cls(vertices * scale, faces, vertex_colors(loaded), seen=_vertex_seen(loaded))
+        vertices, faces, colors, seen = read_mesh(Path(path))
+        return cls(vertices * scale, faces, colors, seen=seen)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write .ply, .obj, .glb or .stl (metres), whole or not at all."""
@@ -239,15 +222,6 @@ class Mesh:
         return shaded_picture(lambda camera, T: self.raycast(camera, T)[:2], low, high)
 
 
-def unit_scale(unit: str | None) -> float:
-    """Metres per unit; None means metres."""
-    if unit is None:
-        return 1.0
-    if unit not in UNITS:
-        raise ValueError(f"unit: expected None or one of {', '.join(map(repr, UNITS))}, got {unit!r}")
-    return UNITS[unit]
-
-
 def core_camera(camera: Any) -> _core.Camera:
     """The core's camera of a Camera, or of an RGBDCamera's depth image."""
     if isinstance(camera, _core.Camera):
@@ -278,31 +252,3 @@ def _rebuilt(vertices: Any, faces: Any, colors: Any, seen: Any) -> Mesh:
 
 def _same(a: NDArray[Any] | None, b: NDArray[Any] | None) -> bool:
     return (a is None) == (b is None) and (a is None or b is None or np.array_equal(a, b))
-
-
-def _vertex_seen(loaded: Any) -> NDArray[np.float32] | None:
-    seen = getattr(loaded, "vertex_attributes", {}).get("seen")
-    if seen is None:
-        rows = loaded.metadata.get("_ply_raw", {}).get("vertex", {}).get("data")
-        names = getattr(getattr(rows, "dtype", None), "names", None) or ()
-        seen = rows["seen"] if "seen" in names else None
-    if seen is None or np.asarray(seen).shape != (len(loaded.vertices),):
-        return None
-    return np.asarray(seen, np.float32)
-
-
-def vertex_colors(loaded: Any) -> NDArray[np.uint8] | None:
-    visual = getattr(loaded, "visual", None)
-    try:
-        if visual is None:
-            return None
-        if visual.kind == "texture":
-            visual = visual.to_color()
-        if visual.kind != "vertex":
-            return None
-        colors = np.asarray(visual.vertex_colors)
-    except Exception:  # a texture image that is missing or broken: the shape is still good
-        return None
-    if colors.ndim != 2 or len(colors) != len(loaded.vertices):
-        return None
-    return np.ascontiguousarray(colors[:, :3], dtype=np.uint8)

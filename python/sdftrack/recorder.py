@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import errno
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -15,13 +13,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack.io.out_folder import cannot_write, prepare_folder, refuse_folder
+from sdftrack.io.result_rows import (
+    BOP_HEADER,
+    bop_row,
+    number_or_none,
+    object_entry,
+    plain,
+    quaternion,
+    tum_row,
+)
 from sdftrack.io.video import PART, VideoFile
 from sdftrack.results import TrackResult
 
-__all__ = ["Recorder"]
-
-BOP_HEADER = "scene_id,im_id,obj_id,score,R,t,time"
-Array = NDArray[np.float64]
+__all__ = ["Recorder", "plain", "prepare_folder", "quaternion", "refuse_folder", "tum_row"]
 
 
 class Recorder:
@@ -148,9 +153,10 @@ class Recorder:
         time = float(stamp) if stamp is not None else float(im_id)
         objects = []
         for k in range(len(result.poses)):
-            objects.append(self._object(result, k))
+            name = self._names[k] if self._names is not None else f"object_{k}"
+            objects.append(object_entry(result, k, self._obj_id(k), name))
             if str(result.status[k]) in ("ok", "weak"):
-                self._rows.append(self._bop_row(result, k, im_id))
+                self._rows.append(bop_row(result, k, self._scene_id, im_id, self._obj_id(k)))
                 self._trajectories.setdefault(k, []).append(tum_row(time, result.poses[k]))
             else:
                 self._trajectories.setdefault(k, [])
@@ -159,8 +165,8 @@ class Recorder:
         self._frames.append(
             {
                 "im_id": im_id,
-                "timestamp": _number(stamp),
-                "seconds": _number(result.seconds),
+                "timestamp": number_or_none(stamp),
+                "seconds": number_or_none(result.seconds),
                 "objects": objects,
             }
         )
@@ -174,7 +180,7 @@ class Recorder:
             self._video.add(picture, stamp)
         except OSError as error:
             self._abandon()
-            raise _clear(error, self.directory) from error
+            raise cannot_write(error, self.directory) from error
         return picture
 
     def note(self, section: str, values: Mapping[str, Any]) -> None:
@@ -195,7 +201,7 @@ class Recorder:
             written = self._write_parts()
         except OSError as error:
             self._abandon()
-            raise _clear(error, self.directory) from error
+            raise cannot_write(error, self.directory) from error
         except BaseException:
             self._abandon()
             raise
@@ -247,103 +253,3 @@ class Recorder:
 
     def _obj_id(self, k: int) -> int:
         return int(self._obj_ids[k]) if self._obj_ids is not None else k + 1
-
-    def _bop_row(self, result: TrackResult, k: int, im_id: int) -> str:
-        T = result.poses[k]
-        R = " ".join(f"{v:.9f}" for v in T[:3, :3].ravel())
-        t = " ".join(f"{1e3 * v:.6f}" for v in T[:3, 3])
-        score = _number(result.confidence[k]) or 0.0
-        seconds = _number(result.seconds)
-        time = "-1" if seconds is None else f"{seconds:.6f}"
-        return f"{self._scene_id},{im_id},{self._obj_id(k)},{score:.6f},{R},{t},{time}"
-
-    def _object(self, result: TrackResult, k: int) -> dict[str, Any]:
-        return {
-            "obj_id": self._obj_id(k),
-            "k": k,
-            "name": self._names[k] if self._names is not None else f"object_{k}",
-            "status": str(result.status[k]),
-            "reason": str(result.reason[k]),
-            "confidence": _number(result.confidence[k]),
-            "energy": _number(result.energy),
-            "inliers": _number(result.inliers[k]),
-            "pose": plain(result.poses[k]) if np.isfinite(result.poses[k]).all() else None,
-            "covariance": plain(result.covariances[k]) if np.isfinite(result.covariances[k]).all() else None,
-        }
-
-
-def refuse_folder(directory: Path, overwrite: bool) -> None:
-    """The errors of `prepare_folder` before the work, and nothing made where there would be none."""
-    if directory.exists() and not (directory.is_dir() and not any(directory.iterdir())):
-        prepare_folder(directory, overwrite)
-
-
-def prepare_folder(directory: Path, overwrite: bool) -> set[str]:
-    """Make the folder; refuse one that holds files unless `overwrite`. Returns the names an earlier run wrote
-    there."""
-    if directory.exists() and not directory.is_dir():
-        raise FileExistsError(f"out: expected a folder, got the file {directory}")
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OSError(error.errno, f"out: cannot make the folder {directory}: {error.strerror}") from None
-    for part in directory.glob(f".*{PART}"):  # left by a run that was killed
-        part.unlink(missing_ok=True)
-    if not any(directory.iterdir()):
-        return set()
-    if not overwrite:
-        raise FileExistsError(
-            f"out: expected a new or empty folder, got {directory} with files in it; "
-            "choose another, or overwrite=True"
-        )
-    with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
-        old = json.loads((directory / "report.json").read_text(encoding="utf-8"))["settings"]["files"]
-        return {str(name) for name in old if Path(str(name)).name == str(name)}
-    return set()
-
-
-def tum_row(time: float, T: Array) -> str:
-    """``timestamp tx ty tz qx qy qz qw``, metres."""
-    q = quaternion(T[:3, :3])
-    return f"{time:.6f} " + " ".join(f"{v:.9f}" for v in (*T[:3, 3], *q))
-
-
-def quaternion(R: Array) -> Array:
-    """(qx, qy, qz, qw) of a rotation, qw >= 0 (Bar-Itzhack: the dominant eigenvector, good for any angle)."""
-    K = np.array(
-        [
-            [R[0, 0] - R[1, 1] - R[2, 2], 0, 0, 0],
-            [R[0, 1] + R[1, 0], R[1, 1] - R[0, 0] - R[2, 2], 0, 0],
-            [R[0, 2] + R[2, 0], R[1, 2] + R[2, 1], R[2, 2] - R[0, 0] - R[1, 1], 0],
-            [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], R[0, 0] + R[1, 1] + R[2, 2]],
-        ]
-    )
-    q: Array = np.linalg.eigh(K)[1][:, -1]  # reads the lower triangle
-    return q if q[3] >= 0 else -q
-
-
-def plain(value: Any) -> Any:
-    """Numpy, paths and NaN as JSON can hold them."""
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, Mapping):
-        return {str(k): plain(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple, set)):
-        return [plain(v) for v in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float):
-        return value if np.isfinite(value) else None
-    return value if value is None or isinstance(value, (bool, int, str)) else str(value)
-
-
-def _number(value: Any) -> float | None:
-    return float(value) if value is not None and np.isfinite(value) else None
-
-
-def _clear(error: OSError, directory: Path) -> OSError:
-    if error.errno == errno.ENOSPC or "no space left" in str(error).lower():
-        return OSError(
-            errno.ENOSPC, f"out: no space left on the disk of {directory}; free some or choose another folder"
-        )
-    return OSError(error.errno or errno.EIO, f"out: cannot write into {directory}: {error.strerror or error}")

@@ -12,12 +12,25 @@ import tomllib
 
 import numpy as np
 import pytest
+import typer
 
 import sdftrack as st
-from sdftrack.cli.app import run
+from sdftrack.cli.app import app, run
 from sdftrack.cli.demo import _ours
 
-COMMANDS = ["demo", "track", "reconstruct", "evaluate", "reproduce", "info", "config"]
+COMMON = ("--device", "--threads", "--config", "--quiet", "--out", "--overwrite")
+
+
+def commands(command=None, name=()):
+    """Every command with its parser, those of groups too: ("calibrate", "color"), ..."""
+    command = typer.main.get_command(app) if command is None else command
+    if not hasattr(command, "commands"):
+        yield name, command
+    for word, part in getattr(command, "commands", {}).items():
+        yield from commands(part, (*name, word))
+
+
+COMMANDS = {" ".join(name): command for name, command in commands()}
 
 
 def told(capsys):
@@ -28,12 +41,48 @@ def told(capsys):
     return err
 
 
+def test_the_commands_of_groups_are_among_them():
+    assert {"track", "fit", "calibrate intrinsics", "calibrate color"} <= set(COMMANDS)
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_explains_itself_and_takes_the_common_options(command, capsys):
-    assert run([command, "--help"]) == 0
+    assert run([*command.split(), "--help"]) == 0
     text = capsys.readouterr().out
-    for option in ("--device", "--threads", "--config", "--quiet", "--out"):
+    taken = {option for parameter in COMMANDS[command].params for option in parameter.opts}
+    for option in COMMON:
+        assert option in taken, option
         assert option in text, option
+
+
+# Enough to reach the check of the common options; none of the paths exists.
+REACH = {
+    "track": ["seq", "--model", "m.ply"],
+    "reconstruct": ["seq"],
+    "fit": ["seq"],
+    "evaluate": ["dir", "seq"],
+    "calibrate intrinsics": ["seq", "--model", "m.ply"],
+    "calibrate color": ["seq", "--ball-radius", "0.03"],
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_reads_its_config_before_it_works(command, tmp_path, capsys):
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text("max_pixel = 3\n")
+    arguments = [*command.split(), *REACH.get(command, []), "--out", str(tmp_path / "out")]
+    assert run([*arguments, "--config", str(wrong)]) == 1
+    assert "max_pixel" in told(capsys)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_refuses_an_unknown_device_and_a_negative_number_of_threads(command, tmp_path, capsys):
+    arguments = [*command.split(), *REACH.get(command, []), "--out", str(tmp_path / "out")]
+    assert run([*arguments, "--device", "tpu"]) == 2
+    assert "--device" in told(capsys)
+    assert run([*arguments, "--threads", "-1"]) == 2
+    assert "--threads" in told(capsys)
 
 
 def test_the_command_runs_as_a_program_with_its_exit_code():

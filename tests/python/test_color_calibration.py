@@ -6,7 +6,7 @@ import pytest
 from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
 
 import sdftrack as st
-from sdftrack.calibration.color_to_depth import _first
+from sdftrack.calibration.first_map import first_map
 from sdftrack.calibration.pairs import BallPairs, Path
 from sdftrack.calibration.projective import ProjectiveMap, RigidMap, decompose, dlt, resection
 from sdftrack.calibration.robust_fit import consensus, fit_map
@@ -160,7 +160,7 @@ def test_a_delay_of_several_frames_is_found_from_a_start_at_none():
     for late in (0.13, -0.13):
         pairs = simulated(40, NOISE_PX, seed=2, late_s=late)
         pairs.color_px[5] += 60
-        fit = _first(pairs, DEPTH, None, True, 6, 0)
+        fit = first_map(pairs, DEPTH, None, True, 6, 0)
         assert abs(fit.offset_s - late) < TIME_S
         assert not fit.kept[5]
 
@@ -168,7 +168,7 @@ def test_a_delay_of_several_frames_is_found_from_a_start_at_none():
 def test_an_outline_that_makes_no_cone_is_left_out():
     pairs = simulated(30, NOISE_PX, seed=2)
     pairs.color_px[4] = np.nan
-    fit = _first(pairs, DEPTH, None, False, 6, 0)
+    fit = first_map(pairs, DEPTH, None, False, 6, 0)
     assert not fit.kept[4]
     assert np.count_nonzero(fit.kept) >= 28
 

@@ -10,7 +10,7 @@ import sdftrack as st
 from sdftrack import _core
 from sdftrack.eval.photometric import CAN_RADIUS_M, can_mesh, follow, turning_can
 from sdftrack.reference.photometric import brightness_at, photometric_cost, ray_hit, surface_normal
-from sdftrack.tracking import _rgb_seen
+from sdftrack.tracking.to_core import rgb_seen
 
 RADIUS_M, VOXELS = 0.04, 48
 K = (500.0, 495.0, 159.5, 119.5)
@@ -76,7 +76,7 @@ def pixels(T_obj_cam, count=400, gain=1.0, offset=0.0, noise=0.0, light=(0, 0, 0
 
 
 def core_args(sdf):
-    return sdf.values, sdf.voxel_size, sdf.origin.tolist(), _rgb_seen(sdf.colors)
+    return sdf.values, sdf.voxel_size, sdf.origin.tolist(), rgb_seen(sdf.colors)
 
 
 def energy(T, seen, settled=None, sdf=BALL):

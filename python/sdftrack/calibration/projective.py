@@ -19,7 +19,6 @@ from sdftrack.camera import Camera
 __all__ = ["ProjectiveMap", "RigidMap", "decompose", "dlt", "resection"]
 
 Array = NDArray[np.float64]
-LEAST_PAIRS = 6
 STEP_M = 1e-6  # of the numerical derivative through a lens
 
 

@@ -24,10 +24,10 @@ from sdftrack.cli.common import (
     StopOption,
     ThreadsOption,
     Usage,
+    check_common,
     check_layout,
     progress_counter,
     show_table,
-    tracker_settings,
 )
 
 FILES = ("camera.json", "result.json", "residuals.png", "coverage.png", "path.png")
@@ -74,12 +74,10 @@ def color(
     if fps is not None and not (math.isfinite(fps) and fps > 0):
         raise Usage(f"expected frames per second above 0, got {fps:g}", "--fps")
     check_layout(layout)
-    tracker_settings(config)  # a file that cannot be read is an error here too
+    check_common(config, device)
     import sdftrack as st
-    from sdftrack.device import resolve_device
     from sdftrack.recorder import prepare_folder, refuse_folder
 
-    resolve_device(device.value)
     refuse_folder(out, overwrite)  # now, not after the work
     lens = None if color_camera is None else st.Camera.load(color_camera)
     with _opened(seq, layout) as whole:

@@ -26,9 +26,9 @@ from sdftrack.cli.common import (
     StopOption,
     ThreadsOption,
     Usage,
+    check_common,
     check_layout,
     progress_counter,
-    tracker_settings,
 )
 from sdftrack.cli.init import INIT, Init, parse_inits, places
 from sdftrack.cli.targets import Target, about_file, load_targets
@@ -105,13 +105,11 @@ def intrinsics(
     if holes not in ("error", "close"):
         raise Usage(f"expected error or close, got {holes!r}", "--holes")
     check_layout(layout)
-    tracker_settings(config)  # a file that cannot be read is an error here too
+    check_common(config, device)
     import sdftrack as st
     from sdftrack.calibration.intrinsics_residuals import compare
-    from sdftrack.device import resolve_device
     from sdftrack.recorder import prepare_folder, refuse_folder
 
-    resolve_device(device.value)
     refuse_folder(out, overwrite)  # now, not after the work
     with st.open_sequence(seq, layout=layout) as whole:
         numbers = range(len(whole))[start:stop:step]

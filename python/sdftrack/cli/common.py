@@ -29,6 +29,7 @@ __all__ = [
     "Tell",
     "ThreadsOption",
     "Usage",
+    "check_common",
     "check_layout",
     "progress",
     "progress_counter",
@@ -78,6 +79,17 @@ def check_layout(layout: str) -> None:
     known = ["auto", *LAYOUTS]
     if layout not in known:
         raise Usage(f"expected one of {', '.join(known)}, got {layout!r}", "--layout")
+
+
+def check_common(config: Path | None, device: Device) -> str:
+    """For commands whose work has no use for --config and --device: both are taken, and wrong ones are errors.
+
+    Returns the device, "cpu" or "cuda".
+    """
+    from sdftrack.device import resolve_device
+
+    tracker_settings(config)
+    return resolve_device(device.value)
 
 
 def tracker_settings(config: Path | None) -> dict[str, Any]:

@@ -23,9 +23,10 @@ def config(
     quiet: QuietOption = False,
 ) -> None:
     """Print every option with its default, unit and meaning, as a TOML file for --config."""
-    from sdftrack.cli.common import reconstructor_settings
+    from sdftrack.cli.common import check_common, reconstructor_settings
     from sdftrack.config import options_as_toml
 
+    check_common(None, device)
     given = reconstructor_settings(config)
     text = options_as_toml(given.get("tracker_options"), given.get("options"))
     if out is not None:

@@ -7,7 +7,6 @@ import json
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 from sdftrack.cli.common import (
@@ -50,6 +49,8 @@ def demo(
     Then the duck turns once before the camera, and its shape is found from that alone: mesh.ply, mesh.png.
     Without --out the folder is ./sdftrack-demo; what an earlier demo wrote there is replaced.
     """
+    import numpy as np
+
     import sdftrack as st
     from sdftrack.cli.demo_turn import WHOLE_TURN, reconstruct_duck
     from sdftrack.demo_scene import make_scene
@@ -103,6 +104,8 @@ def demo(
 
 
 def _rows(errors: Any, results: list[Any]) -> list[list[str]]:
+    import numpy as np
+
     def three(name: str, a: Any, digits: int) -> list[str]:
         return [name, *(f"{v:.{digits}f}" for v in (np.mean(a), np.median(a), np.max(a)))]
 

@@ -16,9 +16,9 @@ from sdftrack.cli.common import (
     OverwriteOption,
     QuietOption,
     ThreadsOption,
+    check_common,
     check_layout,
     show_table,
-    tracker_settings,
 )
 
 
@@ -43,7 +43,7 @@ def evaluate(
     from sdftrack.recorder import prepare_folder
 
     check_layout(layout)
-    tracker_settings(config)
+    check_common(config, device)
     report = read_results(directory)
     with st.open_sequence(seq, layout=layout) as sequence:
         scores = compare(report, sequence)

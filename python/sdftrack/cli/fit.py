@@ -7,10 +7,12 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 from sdftrack.cli.common import (
+    ConfigOption,
+    Device,
+    DeviceOption,
     LayoutOption,
     OutOption,
     OverwriteOption,
@@ -20,6 +22,7 @@ from sdftrack.cli.common import (
     StopOption,
     ThreadsOption,
     Usage,
+    check_common,
     check_layout,
     progress,
 )
@@ -61,6 +64,8 @@ def fit(
     ] = False,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Of the first guesses.")] = 0,
     layout: LayoutOption = "auto",
+    config: ConfigOption = None,
+    device: DeviceOption = Device.auto,
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
@@ -77,6 +82,7 @@ def fit(
     if out is None:
         raise Usage("expected a folder for the results: --out DIR", "--out")
     check_layout(layout)
+    check_common(config, device)
     if mask is not None and box is not None:
         raise Usage("expected --mask or --box, got both", "--mask")
     if frame is not None and (start, stop) != (0, None):
@@ -120,6 +126,8 @@ def _fit_cloud(source: Path, kind: str, out: Path, overwrite: bool, options: Any
 
 
 def _points(source: Path) -> Any:
+    import numpy as np
+
     if source.suffix.lower() == ".npy":
         return np.load(source, allow_pickle=False)
     if source.suffix.lower() == ".xyz":
@@ -179,6 +187,8 @@ def _fit_sequence(
 
 
 def _mask(place: tuple[Path | None, tuple[float, ...] | None], frame: Any, seq: Any, first: int) -> Any:
+    import numpy as np
+
     from sdftrack.io.frames import read_mask
 
     path, box = place

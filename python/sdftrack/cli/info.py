@@ -25,11 +25,9 @@ def info(
     """Print version, build options, CPU features in use, GPU and threads; DIR gets them as info.json."""
     from sdftrack import _core
     from sdftrack.build_info import info as collect
-    from sdftrack.cli.common import tracker_settings
-    from sdftrack.device import resolve_device
+    from sdftrack.cli.common import check_common
 
-    tracker_settings(config)  # a file that cannot be read is an error here too
-    facts = {**collect(), "device": resolve_device(device.value), "threads": int(_core.thread_count(threads))}
+    facts = {**collect(), "device": check_common(config, device), "threads": int(_core.thread_count(threads))}
     if out is not None:
         from sdftrack.io.files import write_json
         from sdftrack.recorder import prepare_folder

@@ -3,12 +3,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any
 
 from sdftrack.cli.common import Usage
 from sdftrack.cli.poses_file import read_poses
@@ -16,8 +14,11 @@ from sdftrack.cli.targets import Target
 
 __all__ = ["INIT", "Init", "begin", "box_inside", "mask_file", "parse_init", "parse_inits", "places"]
 
+if TYPE_CHECKING:  # `--help` needs no numpy
+    import numpy as np
+    from numpy.typing import NDArray
+
 INIT = "gt|auto|poses.json|mask.png|box:x,y,w,h|click:x,y"
-Pose = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ def _numbers(text: str, values: str, name: str, wanted: str) -> tuple[float, ...
         numbers = tuple(float(v) for v in values.split(","))
     except ValueError:
         numbers = ()
-    if len(numbers) != len(wanted.split(",")) or not np.isfinite(numbers).all():
+    if len(numbers) != len(wanted.split(",")) or not all(map(math.isfinite, numbers)):
         raise Usage(f"expected {name}:{wanted} in pixels of the depth image, got {text!r}", "--init")
     if name == "box" and (numbers[2] <= 0 or numbers[3] <= 0):
         raise Usage(f"expected a width and a height above 0, got {text!r}", "--init")
@@ -149,12 +150,14 @@ def _mask(init: Init, target: Target, frame: Any, camera: Any, shape: tuple[int,
         raise Usage(f"expected a pixel of the {shape[1]} x {shape[0]} depth image, got {init.text}", "--init")
     low, high = target.mesh.bounds
     try:
-        return connected_region(frame, camera, (x, y), float(np.linalg.norm(high - low)))
+        return connected_region(frame, camera, (x, y), math.dist(low, high))
     except ValueError as error:
         raise ValueError(f"{init.option}: {error}") from None
 
 
-def _truth(targets: list[Target], folder: Path, first: int, seq: Any) -> list[Pose]:
+def _truth(targets: list[Target], folder: Path, first: int, seq: Any) -> list[NDArray[np.float64]]:
+    import numpy as np
+
     truth = seq.ground_truth.get(first, {})
     poses = []
     for t in targets:

@@ -3,19 +3,23 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:  # `--help` needs no numpy
+    import numpy as np
+    from numpy.typing import NDArray
 
 __all__ = ["read_poses"]
 
 FARTHEST_M = 50.0  # beyond the depth cameras there are
-Pose = NDArray[np.float64]
 
 
-def read_poses(path: Path, count: int) -> list[Pose]:
+def read_poses(path: Path, count: int) -> list[NDArray[np.float64]]:
     """First poses from ``{"T_cam_obj": [4x4, ...]}``, in the order of the models."""
+    import numpy as np
+
     from sdftrack.geometry import rigid
     from sdftrack.io.files import read_json
 
@@ -44,8 +48,8 @@ def read_poses(path: Path, count: int) -> list[Pose]:
     return read
 
 
-def _check_place(T: Pose, name: str) -> None:
-    distance, z = float(np.linalg.norm(T[:3, 3])), float(T[2, 3])
+def _check_place(T: NDArray[np.float64], name: str) -> None:
+    distance, z = math.hypot(*T[:3, 3]), float(T[2, 3])
     if distance > FARTHEST_M:
         raise ValueError(
             f"{name}: the object is {distance:.4g} m away; translations are metres, are these mm?"

@@ -27,7 +27,6 @@ from sdftrack.cli.common import (
 )
 from sdftrack.cli.init import Init
 from sdftrack.cli.reconstruct_place import INIT, SHAPE, find_place, load_shape, parse_place, parse_shape
-from sdftrack.cli.reconstruct_run import Run
 from sdftrack.cli.sequences import check_usage, each_sequence
 from sdftrack.cli.track import fitting
 
@@ -173,6 +172,7 @@ def _formats(text: str) -> list[str]:
 
 def _reconstruct_one(folder: Path, out: Path, job: Job) -> None:
     import sdftrack as st
+    from sdftrack.cli.reconstruct_run import Run
 
     with st.open_sequence(folder, layout=job.layout) as seq:
         numbers = range(len(seq))[job.part]

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from sdftrack.cli.common import Usage
 from sdftrack.cli.init import Init, box_inside, mask_file, parse_init
 from sdftrack.cli.targets import about_file, load_mesh
@@ -122,6 +120,8 @@ def _own_mask(number: int | None, seq: Any, first: int, folder: Path) -> Place:
 
 
 def _true_pose(number: int | None, seq: Any, first: int, folder: Path) -> Place:
+    import numpy as np
+
     truth = seq.ground_truth.get(first, {})
     if number is None and len(truth) == 1:
         number = next(iter(truth))

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
 __all__ = ["Target", "about_file", "load_mesh", "load_targets", "own_obj_id"]
 
 
@@ -84,6 +82,8 @@ def load_mesh(path: Path, option: str, unit: str | None) -> Any:
 
 def own_obj_id(mesh: Any, seq: Any, known_unit: bool = False) -> int | None:
     """obj_id under which the sequence has this mesh; where its unit is not known, also when read in another."""
+    import numpy as np
+
     from sdftrack.mesh import UNITS
 
     ratios = [1.0] if known_unit else list(UNITS.values())

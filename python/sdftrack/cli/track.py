@@ -29,7 +29,6 @@ from sdftrack.cli.common import (
 from sdftrack.cli.init import INIT, Init, begin, parse_inits
 from sdftrack.cli.sequences import check_usage, each_sequence
 from sdftrack.cli.targets import Target, load_mesh, load_targets
-from sdftrack.cli.track_summary import show_summary
 
 
 @dataclass(frozen=True)
@@ -153,6 +152,7 @@ def _check_usage(
 
 def _track_one(folder: Path, out: Path, job: Job) -> None:
     import sdftrack as st
+    from sdftrack.cli.track_summary import show_summary
 
     with st.open_sequence(folder, layout=job.layout) as seq:
         numbers = range(len(seq))[job.part]

@@ -19,7 +19,6 @@ __all__ = ["Scene", "crease_shift", "depth_step_shift", "outline_shift"]
 Array = NDArray[np.float64]
 FINER = 3  # of the picture that outlines are taken from
 REACH_PX = 5.0
-UPRIGHT = 0.8  # |normal_x| of edges that speak of a shift along x
 LEAST_EDGES = 80
 
 

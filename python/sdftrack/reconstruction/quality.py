@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sdftrack.mesh import Mesh
 
-__all__ = ["Quality", "expected_error", "largest_body", "surface_mesh"]
+__all__ = ["Quality", "expected_error", "largest_body", "quality_of", "surface_mesh"]
 
 SEEN_SCALE = 256.0
 BAND_VOXELS = 8.0
@@ -97,3 +97,14 @@ def expected_error(seen: NDArray[np.float32], noise_m: float, voxel_m: float) ->
         error = noise_m / np.sqrt(seen)
     out: NDArray[np.float32] = np.where(seen > 0, np.maximum(error, 0.2 * voxel_m), np.inf).astype(np.float32)
     return out
+
+
+def quality_of(mesh: Mesh, fused: int, voxel_m: float, noise_m: float, least_seen: float) -> Quality:
+    """Of what `surface_mesh` gave, made of `fused` frames with the sensor's noise (m)."""
+    assert mesh.seen is not None
+    errors = expected_error(mesh.seen, noise_m, voxel_m)
+    share = float((mesh.seen >= least_seen).mean())
+    rest = "" if share > 0.9 else "; turn the object further to see the rest"
+    frames = f"{fused} frame{'s' * (fused != 1)}"
+    text = f"{100 * share:.0f} % of the surface was seen in {frames}{rest}"
+    return Quality(share, errors, fused, text)

@@ -15,19 +15,18 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack.appearance import color_map
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.checks import of_kind
-from sdftrack.device import resolve_device
 from sdftrack.frame import Frame
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
 from sdftrack.places import one_place
 from sdftrack.reconstruction import quality, refining
+from sdftrack.reconstruction.arguments import check_beginning, check_extent, check_settings
 from sdftrack.reconstruction.beginning import find_object
 from sdftrack.reconstruction.colors import learn_colors
 from sdftrack.reconstruction.keyframes import Keyframes
 from sdftrack.reconstruction.options import ReconstructorOptions
-from sdftrack.reconstruction.shots import Refined, Shot
-from sdftrack.reconstruction.volume import BLOCK, BYTES_PER_VOXEL, MOST_VOXELS, Volume, lattice_for
+from sdftrack.reconstruction.shots import Refined, Shot, cut, region_of
+from sdftrack.reconstruction.volume import BLOCK, Volume, lattice_for
 from sdftrack.results import Status, TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
@@ -35,7 +34,6 @@ from sdftrack.tracking import Tracker
 __all__ = ["Reconstructor"]
 
 Pose = NDArray[np.float64]
-MARGIN_PX = 25
 STAND_IN_VOXELS = 24
 ROUNDS = 3
 
@@ -97,21 +95,7 @@ class Reconstructor:
     ) -> None:
         self.camera = camera
         self._frame_camera = depth_camera(camera)
-        if initial is not None:
-            of_kind(initial, SDF, "initial", "make one with SDF.from_mesh or SDF.sphere")
-        if isinstance(voxels, bool) or not isinstance(voxels, (int, np.integer)):
-            raise TypeError(f"voxels: expected a whole number, got {voxels!r}")
-        if not 16 <= voxels <= MOST_VOXELS:
-            needed = BYTES_PER_VOXEL * voxels**3 / 2**30
-            raise ValueError(
-                f"voxels: expected 16 to {MOST_VOXELS}, got {voxels} (which would need {needed:.3g} GiB)"
-            )
-        if extent is not None and not 0 < extent < 10:
-            raise ValueError(f"extent: expected metres between 0 and 10, got {extent!r}")
-        if device != "auto" and resolve_device(device) == "cuda":
-            raise ValueError("device: reconstruction runs on the CPU so far; use device='cpu' or 'auto'")
-        if mode not in ("auto", "depth", "rgbd"):
-            raise ValueError(f"mode: expected 'auto', 'depth' or 'rgbd', got {mode!r}")
+        check_settings(initial, voxels, extent, device, mode)
         self.initial, self.voxels, self.extent = initial, int(voxels), extent
         self.mode, self.threads = mode, threads
         self.options = (options or ReconstructorOptions()).replace(**single_options)
@@ -153,38 +137,17 @@ class Reconstructor:
             None or several of mask, box and pose; no depth on the object; a mask of everything; an object larger
             than `extent`.
         """
-        of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
-        if frame.depth is None:
-            raise ValueError(
-                f"frame: expected a depth image to begin with, got none ({frame.error or 'colour only'})"
-            )
-        depth = frame.depth
-        if depth.shape != (self._frame_camera.height, self._frame_camera.width):
-            raise ValueError(
-                f"depth: expected the camera's size {self._frame_camera.width} x {self._frame_camera.height}, got "
-                f"{depth.shape[1]} x {depth.shape[0]}; scale the camera with Camera.scaled"
-            )
-        given = [name for name, v in (("mask", mask), ("box", box), ("pose", pose)) if v is not None]
-        if len(given) != 1:
-            raise ValueError(f"expected one of mask, box and pose, got {' and '.join(given) or 'none'}")
-        if pose is not None and self.initial is None:
-            raise ValueError(
-                "pose: needs Reconstructor(camera, initial=sdf), whose pose it is; give mask or box"
-            )
+        depth = check_beginning(frame, self._frame_camera, mask, box, pose, self.initial)
         begin = time.perf_counter()
         place = one_place(pose, mask, box, self._frame_camera)
         found = find_object(depth, place, self._frame_camera, self.initial, self.options.noise_m)
-        if self.extent is not None and 2 * found.ball.radius_m > self.extent:
-            raise ValueError(
-                f"extent: the object is about {2 * found.ball.radius_m:.3g} m wide, the volume {self.extent:.3g} m; "
-                "give a larger extent, or none"
-            )
+        check_extent(self.extent, found.ball.radius_m)
         lattice = lattice_for(found, self.initial, self.voxels, self.extent)
         volume = Volume(self._frame_camera, lattice, found, self.initial, self.options, self.threads)
-        region = _region_of(found.on_object, self._frame_camera)
-        rgb, mask_there = self._colors(frame, region), _cut(found.on_object.astype(np.uint8), region)
+        region = region_of(found.on_object, self._frame_camera)
+        rgb, mask_there = self._colors(frame, region), cut(found.on_object.astype(np.uint8), region)
         nothing = np.empty(0, np.float32)
-        shot = Shot(0, region, _cut(depth, region), rgb, nothing, found.T_cam_obj, mask_there)
+        shot = Shot(0, region, cut(depth, region), rgb, nothing, found.T_cam_obj, mask_there)
         volume.fuse(shot, depth)
         if not len(volume.core.surface_boxes):
             raise ValueError(
@@ -241,15 +204,13 @@ class Reconstructor:
 
     def quality(self, mesh: Mesh | None = None) -> quality.Quality:
         """How well the surface is known; `mesh`: what :meth:`mesh` gave for the shape as it is, if it is at hand."""
-        mesh = self.mesh() if mesh is None else mesh
-        assert mesh.seen is not None
-        errors = quality.expected_error(mesh.seen, self._beginning.noise_m, self._volume.core.voxel_m)
-        share = float((mesh.seen >= self.options.least_seen).mean())
-        rest = "" if share > 0.9 else "; turn the object further to see the rest"
-        fused = self._volume.fused
-        frames = f"{fused} frame{'s' * (fused != 1)}"
-        text = f"{100 * share:.0f} % of the surface was seen in {frames}{rest}"
-        return quality.Quality(share, errors, fused, text)
+        return quality.quality_of(
+            self.mesh() if mesh is None else mesh,
+            self._volume.fused,
+            self._volume.core.voxel_m,
+            self._beginning.noise_m,
+            self.options.least_seen,
+        )
 
     def tracker(self) -> Tracker:
         """A Tracker that goes on with this shape, the last pose, and the colours learnt."""
@@ -329,7 +290,7 @@ class Reconstructor:
         if x1 - x0 < BLOCK or y1 - y0 < BLOCK:
             return
         foreground, rgb = core.look_at(frame.depth, *self._tracker._colors_of(frame), 0, region)
-        shot = Shot(self._index, region, _cut(frame.depth, region), rgb, foreground, np.array(T))
+        shot = Shot(self._index, region, cut(frame.depth, region), rgb, foreground, np.array(T))
         self._volume.fuse(shot, frame.depth)
         self._keyframes.add(shot)
         self._volume.grow_if_needed()
@@ -407,19 +368,3 @@ class Reconstructor:
         self._fuse_all(lambda share: None)
         self._volume.fused = fused
         self._go_on(pose)
-
-
-def _cut(image: NDArray[Any], region: tuple[int, int, int, int]) -> NDArray[Any]:
-    x0, y0, x1, y1 = region
-    return np.ascontiguousarray(image[y0:y1, x0:x1])
-
-
-def _region_of(mask: NDArray[np.bool_], camera: Camera) -> tuple[int, int, int, int]:
-    ys, xs = np.nonzero(mask)
-    x0, y0 = max(0, int(xs.min()) - MARGIN_PX), max(0, int(ys.min()) - MARGIN_PX)
-    return (
-        x0,
-        y0,
-        min(camera.width, int(xs.max()) + MARGIN_PX + 1),
-        min(camera.height, int(ys.max()) + MARGIN_PX + 1),
-    )

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,9 @@ from numpy.typing import NDArray
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 
-__all__ = ["Refined", "Shot"]
+__all__ = ["Refined", "Shot", "cut", "region_of"]
 
+MARGIN_PX = 25  # of what is kept around the object
 Region = tuple[int, int, int, int]
 
 
@@ -79,3 +81,21 @@ class Refined:
     rounds: int
     moved_m: list[float]
     turned_rad: list[float]
+
+
+def cut(image: NDArray[Any], region: Region) -> NDArray[Any]:
+    """A region of an image, contiguous."""
+    x0, y0, x1, y1 = region
+    return np.ascontiguousarray(image[y0:y1, x0:x1])
+
+
+def region_of(mask: NDArray[np.bool_], camera: Camera) -> Region:
+    """Around a mask (H, W), with a margin."""
+    ys, xs = np.nonzero(mask)
+    x0, y0 = max(0, int(xs.min()) - MARGIN_PX), max(0, int(ys.min()) - MARGIN_PX)
+    return (
+        x0,
+        y0,
+        min(camera.width, int(xs.max()) + MARGIN_PX + 1),
+        min(camera.height, int(ys.max()) + MARGIN_PX + 1),
+    )

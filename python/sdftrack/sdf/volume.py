@@ -1,14 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Signed distance volumes: from meshes and formulas, sampled, moved, joined, rendered, saved."""
+"""A signed distance volume: what it is, what it says of points, and what is made from it."""
 
 from __future__ import annotations
 
-import io
 import os
-import warnings
-import zipfile
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -16,54 +11,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack.checks import number, numbers
-from sdftrack.io.files import write_whole
-from sdftrack.mesh import Mesh, core_camera, unit_scale, vertex_colors
+from sdftrack.geometry import inverse
+from sdftrack.mesh import Mesh, core_camera, unit_scale
+from sdftrack.sdf.files import checked_colors, read_volume, write_volume
+from sdftrack.sdf.from_mesh import distances_of_mesh, mesh_of
+from sdftrack.sdf.grid import resample, shape_zyx
+from sdftrack.sdf.mesh_report import MeshReport
+from sdftrack.sdf.solids import distances_of_solid, three_lengths
 
 if TYPE_CHECKING:
     import trimesh
 
-__all__ = ["SDF", "MeshReport", "smooth_union", "union"]
+__all__ = ["SDF"]
 
-MIN_PADDING = 0.025  # m; a hand at 1 m/s moves 33 mm between two frames
-LARGEST, SMALLEST = 3.0, 3e-3  # m; a side beyond these is more likely a wrong unit than an object
-THIN_FRACTION = 0.02  # of the surface: less than that is the rim of an edge, more is a wall
-MAX_VOXELS = 1200  # along one side
 COLOR_REACH_VOXELS = 3.0  # from the surface
-
-Shape3 = tuple[int, int, int]
-
-
-@dataclass(frozen=True)
-class MeshReport:
-    """What a mesh was like before it became a distance field; all of it after merging equal vertices.
-
-    Attributes
-    ----------
-    watertight : bool
-        Every edge is used as often one way as the other, so there is an inside.
-    merged_vertices, degenerate_faces, duplicate_faces, flipped_faces : int
-        Repaired: equal vertices merged, faces without area or given twice dropped, faces turned against their
-        neighbours turned back.
-    open_edges, non_manifold_edges : int
-        Edges in one face only, in more than two.
-    parts : int
-        Connected pieces.
-    volume : float
-        m^3; of an open mesh, meaningless.
-    thinnest : float
-        m; all but the thinnest 2 % of the surface have at least this much material behind them.
-    """
-
-    watertight: bool
-    merged_vertices: int
-    degenerate_faces: int
-    duplicate_faces: int
-    flipped_faces: int
-    open_edges: int
-    non_manifold_edges: int
-    parts: int
-    volume: float
-    thinnest: float
 
 
 class SDF:
@@ -117,7 +78,7 @@ class SDF:
             raise ValueError(
                 "values: expected finite distances, got NaN or infinity; fill or crop them first"
             )
-        rgba = None if colors is None else _checked_colors(colors, v.shape)
+        rgba = None if colors is None else checked_colors(colors, v.shape)
         self._set(np.array(v, order="C"), size, o, rgba)
 
     def _set(
@@ -202,53 +163,10 @@ class SDF:
         """
         if holes not in ("error", "close"):
             raise ValueError(f"holes: expected 'error' or 'close', got {holes!r}")
-        mesh = _mesh_of(mesh)
-        if color and mesh.colors is None:
-            raise ValueError("mesh: expected colours at its vertices (color=True), got none")
-        vertices, faces = mesh.vertices * unit_scale(unit), mesh.faces
-        _check_coordinates(vertices, faces)
-        vertices, faces, found = _core.clean_mesh(vertices, faces, THIN_FRACTION)
-        if len(faces) == 0:
-            raise ValueError("mesh: expected at least one triangle with an area, got none")
-        watertight = found.pop("unbalanced_edges") == 0
-        report = MeshReport(watertight=watertight, **found)
-        used = vertices[np.unique(faces)]
-        low, high = used.min(axis=0), used.max(axis=0)
-        _check_size(high - low, unit)
-        voxel_size, shape, origin = _grid(low, high, voxels, padding)
-        _check_voxels(high - low, voxel_size, voxels)
-        if not watertight and holes == "error":
-            raise ValueError(
-                f"mesh: expected a closed surface, got {_openness(report)}; close it in a mesh editor, or pass "
-                "holes='close' to let the winding number close it"
-            )
-        if watertight and report.volume < 0:
-            raise ValueError(
-                "mesh: it is inside out (its faces point inwards, its volume is negative); turn them: "
-                "faces[:, ::-1]"
-            )
-        if watertight:
-            values, inside_out = _core.mesh_to_sdf(
-                vertices, faces, shape, voxel_size, list(origin), threads=threads
-            )
-            if inside_out:
-                raise ValueError(
-                    f"mesh: one of its {report.parts} parts is inside out ({inside_out} voxels lie inside faces "
-                    "that point inwards); turn the faces of that part"
-                )
-        else:
-            values = _core.open_mesh_to_sdf(vertices, faces, shape, voxel_size, list(origin), threads=threads)
-        if not (values < 0).any():
-            thin = (
-                f"{_use(_needed(report, voxel_size, voxels)).rstrip(',')}, or "
-                if report.thinnest < 2 * voxel_size
-                else ""
-            )
-            raise ValueError(
-                f"mesh: no voxel lies inside it, it encloses nothing at {1e3 * voxel_size:.2g} mm a voxel; {thin}"
-                "check that it encloses a volume and that its faces point outwards"
-            )
-        _warn(report, voxel_size, voxels)
+        mesh = mesh_of(mesh)
+        values, voxel_size, origin, report = distances_of_mesh(
+            mesh, voxels, padding, unit, holes, color, threads
+        )
         sdf = cls._own(values, voxel_size, origin)
         if color:
             sdf = sdf.colored(mesh, unit=unit, threads=threads)
@@ -263,7 +181,7 @@ class SDF:
     @classmethod
     def box(cls, size: ArrayLike, *, voxels: int = 200, padding: float | None = None) -> SDF:
         """Box with full edges `size` = (x, y, z), m, centre at the origin."""
-        edges = _three(size, "size")
+        edges = three_lengths(size, "size")
         return cls._primitive("box", list(edges), edges / 2, voxels, padding)
 
     @classmethod
@@ -283,20 +201,14 @@ class SDF:
     @classmethod
     def ellipsoid(cls, radii: ArrayLike, *, voxels: int = 200, padding: float | None = None) -> SDF:
         """Ellipsoid with semi-axes `radii` = (x, y, z), m; the exact distance, not a scaled sphere's."""
-        r = _three(radii, "radii")
+        r = three_lengths(radii, "radii")
         return cls._primitive("ellipsoid", list(r), r, voxels, padding)
 
     @classmethod
     def _primitive(
         cls, kind: str, size: list[float], half: NDArray[np.float64], voxels: int, padding: float | None
     ) -> SDF:
-        lengths = [number(s, kind) for s in size]
-        if not all(np.isfinite(s) and s > 0 for s in lengths):
-            raise ValueError(f"{kind}: expected positive lengths in metres, got {lengths}")
-        voxel_size, shape, origin = _grid(-half, half, voxels, padding)
-        return cls._own(
-            _core.primitive_sdf(kind, lengths, shape, voxel_size, list(origin)), voxel_size, origin
-        )
+        return cls._own(*distances_of_solid(kind, size, half, voxels, padding))
 
     # ---- what it is ----
 
@@ -369,10 +281,8 @@ class SDF:
         moved = corners @ M[:3, :3].T + M[:3, 3]
         low, high = moved.min(axis=0), moved.max(axis=0)
         n = np.ceil((high - low) / self._voxel_size - 1e-6).astype(int) + 1
-        shape, origin = _shape3(n), (low + high) / 2 - (n - 1) * self._voxel_size / 2
-        return SDF._own(
-            _resample(self, shape, self._voxel_size, origin, _inverse(M)), self._voxel_size, origin
-        )
+        shape, origin = shape_zyx(n), (low + high) / 2 - (n - 1) * self._voxel_size / 2
+        return SDF._own(resample(self, shape, self._voxel_size, origin, inverse(M)), self._voxel_size, origin)
 
     def colored(
         self,
@@ -388,7 +298,7 @@ class SDF:
 
         Raises ValueError when the mesh has no colours at its vertices, or lies elsewhere.
         """
-        m = _mesh_of(mesh)
+        m = mesh_of(mesh)
         if m.colors is None:
             raise ValueError("mesh: expected colours at its vertices, got none")
         reach = COLOR_REACH_VOXELS * self._voxel_size
@@ -457,28 +367,12 @@ class SDF:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write an .npz (values, voxel_size, origin, and colors where there are any), whole or not at all."""
-        data = io.BytesIO()
-        arrays: dict[str, Any] = {
-            "values": self._values, "voxel_size": self._voxel_size, "origin": self._origin
-        }  # fmt: skip
-        if self._colors is not None:
-            arrays["colors"] = self._colors
-        np.savez_compressed(data, **arrays)
-        write_whole(Path(path), data.getvalue())
+        write_volume(path, self._values, self._voxel_size, self._origin, self._colors)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> SDF:
         """Read what `save` wrote. FileNotFoundError; ValueError for another or a broken file."""
-        file = Path(path)
-        if not file.is_file():
-            raise FileNotFoundError(f"sdf: no such file: {file}")
-        try:
-            with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as data:
-                return cls(data["values"], float(data["voxel_size"]), data["origin"], data.get("colors"))
-        except (OSError, EOFError, KeyError, ValueError, TypeError, IndexError, zipfile.BadZipFile) as error:
-            raise ValueError(
-                f"sdf: cannot read {file}: {error}; expected an .npz written by SDF.save"
-            ) from error
+        return read_volume(path, cls)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (SDF, (self._values, self._voxel_size, self._origin, self._colors))
@@ -505,199 +399,3 @@ class SDF:
 
         low, high = self.bounds
         return shaded_picture(self.render, low, high)
-
-
-def union(*shapes: SDF) -> SDF:
-    """Union of shapes in one object frame, on a common grid of the finest voxel, as a distance field.
-
-    Outside, the smaller of two distances is the distance; inside an overlap it is not, so the result is
-    re-distanced.
-    """
-    grid = _common_grid(shapes)
-    return SDF._own(np.minimum.reduce([_resample(s, *grid) for s in shapes]), grid[1], grid[2]).redistanced()
-
-
-def smooth_union(*shapes: SDF, radius: float = 0.01) -> SDF:
-    """Union whose concave creases are rounded over about `radius` (m): soft minimum, then re-distanced.
-
-    -log(sum exp(-a phi_k)) / a with a = 4 log(2) / radius, so that where two surfaces meet the new one lies
-    radius / 4 outside.
-    """
-    if not (np.isfinite(radius) and radius > 0):
-        raise ValueError(f"radius: expected a positive number of metres, got {radius}")
-    grid = _common_grid(shapes)
-    a = np.float32(4 * np.log(2) / radius)
-    joined = -a * _resample(shapes[0], *grid)
-    for shape in shapes[1:]:
-        joined = np.logaddexp(joined, -a * _resample(shape, *grid))
-    return SDF._own(np.asarray(-joined / a, np.float32), grid[1], grid[2]).redistanced()
-
-
-def _common_grid(shapes: tuple[SDF, ...]) -> tuple[Shape3, float, NDArray[np.float64]]:
-    if not shapes or not all(isinstance(s, SDF) for s in shapes):
-        raise TypeError("shapes: expected one or more SDF")
-    voxel_size = min(s.voxel_size for s in shapes)
-    bounds = np.array([s.bounds for s in shapes])
-    low, high = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
-    n = np.ceil((high - low) / voxel_size - 1e-6).astype(int) + 1
-    if n.max() > MAX_VOXELS:
-        raise ValueError(f"shapes: their common box needs {n.max()} voxels a side, at most {MAX_VOXELS}")
-    return _shape3(n), voxel_size, low
-
-
-def _resample(
-    sdf: SDF,
-    shape: Shape3,
-    voxel_size: float,
-    origin: NDArray[np.float64],
-    T: NDArray[np.float64] | None = None,
-) -> NDArray[np.float32]:
-    """Values of `sdf` at T (grid point), slice by slice."""
-    nz, ny, nx = shape
-    out = np.empty(shape, np.float32)
-    xy = np.zeros((ny, nx, 3))
-    xy[..., 0] = origin[0] + voxel_size * np.arange(nx)
-    xy[..., 1] = origin[1] + voxel_size * np.arange(ny)[:, None]
-    for iz in range(nz):
-        xy[..., 2] = origin[2] + voxel_size * iz
-        points = xy if T is None else xy @ T[:3, :3].T + T[:3, 3]
-        out[iz] = sdf(points)
-    return out
-
-
-def _inverse(T: NDArray[np.float64]) -> NDArray[np.float64]:
-    out = np.eye(4)
-    out[:3, :3] = T[:3, :3].T
-    out[:3, 3] = -T[:3, :3].T @ T[:3, 3]
-    return out
-
-
-def _shape3(n_xyz: NDArray[Any]) -> Shape3:
-    return int(n_xyz[2]), int(n_xyz[1]), int(n_xyz[0])
-
-
-def _three(a: ArrayLike, name: str) -> NDArray[np.float64]:
-    v = numbers(a, name)
-    if v.shape != (3,):
-        raise ValueError(f"{name}: expected three numbers (x, y, z) in metres, got {a!r}")
-    return v
-
-
-def _grid(
-    low: NDArray[np.float64], high: NDArray[np.float64], voxels: int, padding: float | None
-) -> tuple[float, Shape3, NDArray[np.float64]]:
-    """Voxel size, shape [z, y, x] and origin of the grid round a box."""
-    if number(voxels, "voxels") != int(voxels) or not 8 <= voxels <= MAX_VOXELS:
-        raise ValueError(
-            f"voxels: expected a whole number from 8 to {MAX_VOXELS} along the longest side, got {voxels}"
-        )
-    if padding is not None and not (np.isfinite(number(padding, "padding")) and padding >= 0):
-        raise ValueError(f"padding: expected a fraction of the longest side, 0 or more, got {padding}")
-    longest = float((high - low).max())
-    pad = max(0.1 * longest, MIN_PADDING) if padding is None else padding * longest
-    pad = max(pad, 2 * longest / (voxels - 5))  # at least 2 voxels: (voxels - 1) h = longest + 4 h
-    voxel_size = (longest + 2 * pad) / (voxels - 1)
-    n = np.minimum(np.ceil((high - low + 2 * pad) / voxel_size - 1e-6).astype(int) + 1, voxels)
-    return voxel_size, _shape3(n), (low + high) / 2 - (n - 1) * voxel_size / 2
-
-
-def _checked_colors(colors: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.uint8]:
-    rgba = np.array(colors, order="C")
-    if rgba.dtype != np.uint8:
-        raise TypeError(f"colors: expected uint8, got {rgba.dtype}")
-    if rgba.shape != (*shape, 4):
-        raise ValueError(f"colors: expected RGBA beside the values, {(*shape, 4)}, got {rgba.shape}")
-    return rgba
-
-
-def _mesh_of(mesh: Any) -> Mesh:
-    if isinstance(mesh, (str, os.PathLike)):
-        mesh = Mesh.load(mesh)
-    elif isinstance(mesh, (tuple, list)) and len(mesh) == 2:
-        mesh = Mesh(mesh[0], mesh[1])
-    elif not isinstance(mesh, Mesh):
-        if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
-            raise TypeError(
-                f"mesh: expected a path, Mesh, trimesh.Trimesh or (vertices, faces), got {type(mesh).__name__}"
-            )
-        mesh = Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces), vertex_colors(mesh))
-    return mesh
-
-
-def _check_coordinates(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> None:
-    if len(vertices) == 0 or len(faces) == 0:
-        raise ValueError(
-            f"mesh: it is empty ({len(vertices)} vertices, {len(faces)} faces); expected triangles"
-        )
-    bad = np.count_nonzero(~np.isfinite(vertices).all(axis=1))
-    if bad:
-        raise ValueError(
-            f"mesh: {bad} of {len(vertices)} vertices are NaN or infinite; repair or remove them"
-        )
-
-
-def _check_size(extent: NDArray[np.float64], unit: str | None) -> None:
-    side = float(extent.max())
-    if SMALLEST <= side <= LARGEST:
-        return
-    if unit is None:
-        hint = (
-            "is it in mm? pass unit='mm'"
-            if side > LARGEST
-            else "in which unit is it? pass unit='m' if this is meant"
-        )
-        raise ValueError(
-            f"mesh: its longest side is {side:.4g} m, expected 3 mm to 3 m; {hint} (or 'cm', 'in')"
-        )
-
-
-def _check_voxels(extent: NDArray[np.float64], voxel_size: float, voxels: int) -> None:
-    shortest = float(extent.min())
-    if shortest < 4 * voxel_size:
-        if shortest <= 0:
-            raise ValueError("mesh: it is flat (no extent along one axis); expected a solid")
-        need = _use(_enough(voxels, 4 * voxel_size / shortest))
-        raise ValueError(
-            f"voxels: the shortest side of the object, {1e3 * shortest:.3g} mm, is under 4 voxels of "
-            f"{1e3 * voxel_size:.3g} mm; {need} or less padding"
-        )
-
-
-def _enough(voxels: int, factor: float) -> int:
-    """`voxels` times a factor, rounded up to a ten."""
-    return int(np.ceil(((voxels - 1) * factor + 1) / 10) * 10)
-
-
-def _use(voxels: int) -> str:
-    if voxels > MAX_VOXELS:
-        return (
-            f"it would take {voxels} voxels, at most {MAX_VOXELS} are possible: thicken it in a mesh editor,"
-        )
-    return f"use voxels={voxels}"
-
-
-def _needed(report: MeshReport, voxel_size: float, voxels: int) -> int:
-    return _enough(voxels, 2 * voxel_size / max(report.thinnest, 1e-6))
-
-
-def _openness(report: MeshReport) -> str:
-    kinds = [f"{report.open_edges} open edges"] if report.open_edges else []
-    kinds += (
-        [f"{report.non_manifold_edges} edges in more than two faces"] if report.non_manifold_edges else []
-    )
-    return " and ".join(kinds) or "faces of opposite orientation"
-
-
-def _warn(report: MeshReport, voxel_size: float, voxels: int) -> None:
-    if report.flipped_faces:
-        warnings.warn(
-            f"mesh: {report.flipped_faces} faces pointed against their neighbours and were turned",
-            stacklevel=3,
-        )
-    if report.thinnest < 2 * voxel_size:
-        need = _use(_needed(report, voxel_size, voxels)).rstrip(",")
-        warnings.warn(
-            f"mesh: parts of it, {1e3 * report.thinnest:.2g} mm and less, are thinner than 2 voxels of "
-            f"{1e3 * voxel_size:.2g} mm, and their surfaces will be off; {need}",
-            stacklevel=3,
-        )

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import logging
-import operator
 import os
 import threading
 import time
@@ -27,13 +26,31 @@ from sdftrack.primitives.shape import Primitive
 from sdftrack.primitives.tracked import FreeSizes
 from sdftrack.results import Status, Steps, TrackResult
 from sdftrack.sdf import SDF
+from sdftrack.tracking.arguments import (
+    COLLISIONS,
+    check_switches,
+    expect,
+    name_list,
+    object_number,
+    option_set,
+    pose_covariance,
+    shape_list,
+)
+from sdftrack.tracking.outcome import (
+    FOLLOWED,
+    doubt_overlaps,
+    merged,
+    pose_or_nan,
+    twists_between,
+    unknown_poses,
+)
+from sdftrack.tracking.saving import rebuild
+from sdftrack.tracking.to_core import Alone, rgb_seen, volume_of
 
 __all__ = ["Tracker"]
 
 LOG = logging.getLogger("sdftrack")
-FOLLOWED = (Status.OK, Status.WEAK)
 STATUS = {s.value: s for s in Status}
-COLLISIONS = {"contact": "contact", "printed": "printed", None: "none"}  # the core's names
 
 
 class Tracker:
@@ -118,19 +135,14 @@ class Tracker:
         **single_options: Any,
     ) -> None:
         self._free_sizes = FreeSizes(shapes)
-        self.shapes = _shape_list(self._free_sizes.shapes)
+        self.shapes = shape_list(self._free_sizes.shapes)
         self.camera = camera
         self._frame_camera = depth_camera(camera)
-        self.options = _option_set(options).replace(**single_options)
-        self.names = _name_list(names, len(self.shapes))
-        _expect("mode", mode, ("auto", "depth", "rgbd"))
-        _expect("motion", motion, tuple(_core.MotionModel.__members__))
-        if collision not in COLLISIONS:
-            raise ValueError(f"collision: expected 'contact', 'printed' or None, got {collision!r}")
-        if not isinstance(membership, bool):
-            raise TypeError(f"membership: expected True or False, got {membership!r}")
-        if isinstance(threads, bool) or not isinstance(threads, int) or threads < 0:
-            raise ValueError(f"threads: expected 0 (all cores) or a number of threads, got {threads!r}")
+        self.options = option_set(options).replace(**single_options)
+        self.names = name_list(names, len(self.shapes))
+        expect("mode", mode, ("auto", "depth", "rgbd"))
+        expect("motion", motion, tuple(_core.MotionModel.__members__))
+        check_switches(collision, membership, threads)
         # A frame of some thousand readings is done here before a GPU has been told of it.
         cuda = device != "auto" and resolve_device(device) == "cuda"
         self.mode = mode
@@ -147,13 +159,13 @@ class Tracker:
         self._index = -1
         self._last: TrackResult | None = None
         self._found: dict[str, Any] = {}  # what the core said of it
-        self._best = _unknown(len(self.shapes))  # last good poses
+        self._best = unknown_poses(len(self.shapes))  # last good poses
         self._lock = threading.Lock()
 
     def _make_core(self) -> None:
         """The core's tracker of the shapes as they are, with their colours."""
         self._core = _core.Tracker(
-            [_volume(s) for s in self.shapes],
+            [volume_of(s) for s in self.shapes],
             self._frame_camera._core,
             self.options.replace(**self._always)._to_core(),
             self.threads,
@@ -235,7 +247,7 @@ class Tracker:
         with self._alone():
             self._free_sizes.start(self, frame, camera, places)
             self._index, self._last = 0, None
-            self._best = np.stack([_pose_or_nan(place) for place in places])
+            self._best = np.stack([pose_or_nan(place) for place in places])
             begin = time.perf_counter()
             return self._finish(frame, self._run(frame, camera, self._core.start, places), begin)
 
@@ -313,9 +325,10 @@ class Tracker:
         place = one_place(None, mask, box, camera)
         with self._alone():
             last = self._last
-            wanted = (
-                [j for j, s in enumerate(last.status) if s is Status.LOST] if k is None else [self._number(k)]
-            )
+            if k is None:
+                wanted = [j for j, s in enumerate(last.status) if s is Status.LOST]
+            else:
+                wanted = [object_number(k, len(self.shapes))]
             if place is not None and len(wanted) > 1:
                 raise ValueError(
                     f"k: expected the number of the object to look for, got None and {len(wanted)} lost"
@@ -325,7 +338,7 @@ class Tracker:
             begin = time.perf_counter()
             places = [place] * len(wanted)
             now = self._run(frame, camera, self._core.recover, wanted, places)
-            return self._finish(frame, _merged(self._found, now, wanted), begin)
+            return self._finish(frame, merged(self._found, now, wanted), begin)
 
     def set_pose(self, k: int, T: ArrayLike, covariance: ArrayLike | None = None) -> None:
         """Replace object k's last pose; it counts as followed again.
@@ -339,9 +352,9 @@ class Tracker:
             Of T, as in :class:`TrackResult`: makes T a prior that the next frame is weighed against, in place of the
             weak one about the expected pose.
         """
-        index = self._number(k)
+        index = object_number(k, len(self.shapes))
         pose = _core.nearest_rigid(numbers(T, "T"), "T")
-        prior = None if covariance is None else _covariance(covariance)
+        prior = None if covariance is None else pose_covariance(covariance)
         with self._alone():
             self._core.set_pose(index, pose, prior)
             self._best = self._best.copy()  # results that were handed out keep theirs
@@ -367,18 +380,18 @@ class Tracker:
         of_kind(shape, SDF, "shape", "make one with SDF.from_mesh")
         place = one_place(pose, mask, box, self._frame_camera)
         with self._alone():
-            k: int = self._core.add(_volume(shape), place)
+            k: int = self._core.add(volume_of(shape), place)
             self._paint(k, shape)
             self.shapes = [*self.shapes, shape]
             self.names = [*self.names, f"object {k}" if name is None else str(name)]
             self.mode_used = [*self.mode_used, "depth"]
-            self._best = np.concatenate([self._best, _pose_or_nan(place)[None]])
+            self._best = np.concatenate([self._best, pose_or_nan(place)[None]])
             self._last = None
             return k
 
     def remove(self, k: int) -> None:
         """Track object k no longer; those behind it move up by one."""
-        index = self._number(k)
+        index = object_number(k, len(self.shapes))
         if len(self.shapes) == 1:
             raise ValueError("k: expected at least one object to be left, got the only one")
         with self._alone():
@@ -388,15 +401,6 @@ class Tracker:
                 del values[index]
             self._best = np.delete(self._best, index, axis=0)
             self._last = None
-
-    def _number(self, k: Any) -> int:
-        try:
-            index = operator.index(k)
-        except TypeError:
-            raise TypeError(f"k: expected 0..{len(self.shapes) - 1}, an object's number, got {k!r}") from None
-        if not 0 <= index < len(self.shapes):
-            raise ValueError(f"k: expected 0..{len(self.shapes) - 1}, got {k}")
-        return index
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write shapes, camera, options and last poses to one file (pickle), whole or not at all."""
@@ -422,10 +426,10 @@ class Tracker:
             "motion": self.motion,
         }
         with self._alone():
-            return _rebuild, (self.shapes, self.camera, kwargs, self._index, self._last, self._best)
+            return rebuild, (self.shapes, self.camera, kwargs, self._index, self._last, self._best)
 
-    def _alone(self) -> _Alone:
-        return _Alone(self._lock)
+    def _alone(self) -> Alone:
+        return Alone(self._lock)
 
     def _camera_of(self, frame: Frame) -> Camera:
         camera = depth_camera(self.camera if frame.camera is None else frame.camera)
@@ -457,12 +461,12 @@ class Tracker:
         """Hand a shape's colours over; copies of one shape share them."""
         if shape.colors is None:
             return
-        for rgba, rgb_seen in self._painted:
+        for rgba, seen in self._painted:
             if rgba is shape.colors:
-                self._core.paint(k, rgb_seen)
+                self._core.paint(k, seen)
                 return
         self._painted = [p for p in self._painted if any(p[0] is s.colors for s in self.shapes)]
-        self._painted.append((shape.colors, _rgb_seen(shape.colors)))
+        self._painted.append((shape.colors, rgb_seen(shape.colors)))
         self._core.paint(k, self._painted[-1][1])
 
     def _run(self, frame: Frame, camera: Camera, work: Any, *arguments: Any) -> dict[str, Any]:
@@ -488,16 +492,6 @@ class Tracker:
         weights, foreground = self._core.membership(frame.depth, *self._colors_of(frame))
         return weights, None if np.isnan(foreground).all() else foreground
 
-    def _doubt_overlaps(self, found: dict[str, Any]) -> None:
-        """Two solids are not in one place: at most one of the two poses is right, so neither is sure."""
-        sure = [k for k, s in enumerate(found["status"]) if s in FOLLOWED]
-        for pair in self._core.overlaps(sure):
-            for one, other in (pair, pair[::-1]):
-                if "where another" not in found["reason"][one]:
-                    found["status"][one] = "weak"
-                    found["reason"][one] = f"it stands where another is tracked: {self.names[other]}"
-                    found["confidence"][one] *= 0.5
-
     def _note_modes(self, found: dict[str, Any]) -> None:
         now = ["rgbd" if used else "depth" for used in found["color_used"]]
         if now == self.mode_used:
@@ -508,7 +502,7 @@ class Tracker:
         self.mode_used = now
 
     def _finish(self, frame: Frame, found: dict[str, Any], begin: float) -> TrackResult:
-        self._doubt_overlaps(found)
+        doubt_overlaps(found, self._core, self.names)
         self._note_modes(found)
         status = [STATUS[s] for s in found["status"]]
         poses = found["poses"]
@@ -523,7 +517,7 @@ class Tracker:
             reason=found["reason"],
             confidence=found["confidence"],
             covariances=found["covariances"],
-            twists=_twists(self._last, self._best, poses, status, frame.timestamp),
+            twists=twists_between(self._last, self._best, poses, status, frame.timestamp),
             inliers=found["inliers"],
             runner_up=found["runner_up"],
             energy=float(found["energy"].mean()),
@@ -538,138 +532,3 @@ class Tracker:
         self._best = poses
         self._last, self._found = result, found
         return result
-
-
-def _merged(all_objects: dict[str, Any], some: dict[str, Any], wanted: list[int]) -> dict[str, Any]:
-    """What was found of all objects, with those at `wanted` replaced by `some`."""
-    out = {
-        key: np.array(value) if isinstance(value, np.ndarray) else list(value)
-        for key, value in all_objects.items()
-    }
-    for i, k in enumerate(wanted):
-        for key, value in out.items():
-            value[k] = some[key][i]
-    return out
-
-
-class _Alone:
-    """The lock for one call, or an error at once where another thread holds it."""
-
-    __slots__ = ("_lock",)
-
-    def __init__(self, lock: threading.Lock) -> None:
-        self._lock = lock
-
-    def __enter__(self) -> None:
-        if not self._lock.acquire(blocking=False):
-            raise RuntimeError("this tracker is in use by another thread; make one tracker per thread")
-
-    def __exit__(self, *_: object) -> None:
-        self._lock.release()
-
-
-def _rebuild(
-    shapes: list[SDF],
-    camera: Camera | RGBDCamera,
-    kwargs: dict[str, Any],
-    index: int,
-    last: TrackResult | None,
-    best: NDArray[np.float64],
-) -> Tracker:
-    tracker = Tracker(shapes, camera, **kwargs)
-    tracker._index, tracker._last, tracker._best = index, last, best
-    for k, T in enumerate(best):
-        if np.isfinite(T).all():
-            tracker._core.set_pose(k, np.ascontiguousarray(T), None)
-    return tracker
-
-
-def _volume(shape: SDF) -> tuple[NDArray[np.float32], float, list[float]]:
-    return shape.values, shape.voxel_size, shape.origin.tolist()
-
-
-def _rgb_seen(rgba: NDArray[np.uint8]) -> NDArray[np.uint16]:
-    """A shape's colours as the core has them: 256 times each, and after them how much was seen."""
-    out = rgba.astype(np.uint16) * np.uint16(256)
-    known = rgba[..., 3] > 0
-    out[..., 3] = np.where(known, 65535, 0)
-    black = known & ~rgba[..., :3].any(axis=-1)
-    out[black, 2] = 1  # 0, 0, 0 stands for an unknown colour
-    return out
-
-
-def _unknown(count: int) -> NDArray[np.float64]:
-    return np.full((count, 4, 4), np.nan)
-
-
-def _pose_or_nan(place: Place) -> NDArray[np.float64]:
-    is_pose = isinstance(place, np.ndarray) and place.dtype == np.float64
-    return np.asarray(place) if is_pose else _unknown(1)[0]
-
-
-def _covariance(given: ArrayLike) -> NDArray[np.float64]:
-    covariance = numbers(given, "covariance")
-    if covariance.shape != (6, 6) or not np.isfinite(covariance).all():
-        raise ValueError(f"covariance: expected (6, 6) finite, got {covariance.shape}")
-    if not np.allclose(covariance, covariance.T) or np.linalg.eigvalsh(covariance)[0] <= 0:
-        raise ValueError("covariance: expected a symmetric matrix with eigenvalues above 0; a direction without "
-                         "knowledge has a large variance")  # fmt: skip
-    return covariance
-
-
-def _shape_list(shapes: SDF | Sequence[SDF]) -> list[SDF]:
-    several = isinstance(shapes, (list, tuple))
-    many: list[Any] = list(shapes) if isinstance(shapes, (list, tuple)) else [shapes]
-    if not many:
-        raise ValueError("shapes: expected at least one SDF, got none")
-    for k, shape in enumerate(many):
-        if not isinstance(shape, SDF):
-            name = f"shapes[{k}]" if several else "shapes"
-            raise TypeError(
-                f"{name}: expected an SDF, got {type(shape).__name__}; make one with SDF.from_mesh"
-            )
-    return many
-
-
-def _option_set(options: Any) -> TrackerOptions:
-    if options is None:
-        return TrackerOptions()
-    if not isinstance(options, TrackerOptions):
-        raise TypeError(
-            f"options: expected TrackerOptions, got {type(options).__name__}; pass single options as keywords, "
-            "or a dict through TrackerOptions.from_dict"
-        )
-    return options
-
-
-def _name_list(names: Any, count: int) -> list[str]:
-    if names is None:
-        return [f"object {k}" for k in range(count)]
-    if isinstance(names, (str, bytes)) or not hasattr(names, "__iter__"):
-        raise TypeError(f"names: expected a list with one name per shape ({count}), got {names!r}")
-    many = [str(name) for name in names]
-    if len(many) != count:
-        raise ValueError(f"names: expected one per shape ({count}), got {len(many)}")
-    return many
-
-
-def _expect(name: str, value: str, known: tuple[str, ...]) -> None:
-    if value not in known:
-        raise ValueError(f"{name}: expected one of {known} in this version, got {value!r}")
-
-
-def _twists(
-    last: TrackResult | None,
-    before: NDArray[np.float64],
-    poses: NDArray[np.float64],
-    status: list[Status],
-    timestamp: float | None,
-) -> NDArray[np.float64]:
-    """(v, w) from the last poses, `before`, to these, camera axes about the object's origin."""
-    if last is None or last.timestamp is None or timestamp is None or not timestamp > last.timestamp:
-        return np.full((len(poses), 6), np.nan)
-    twists: NDArray[np.float64] = _core.twists(before, poses, timestamp - last.timestamp)
-    for k, s in enumerate(status):
-        if s not in FOLLOWED or last.status[k] not in FOLLOWED:
-            twists[k] = np.nan
-    return twists

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "tracking/fit.h"
+
+namespace sdftrack {
+
+// The colour of each reading of a region, 0 where there is none; rows of `rect`, 3 bytes each.
+void fetch_colors(const DepthFrame& frame, const Rect& rect, std::vector<std::uint8_t>* rgb);
+
+}  // namespace sdftrack

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#include "track_results.h"
+
+#include <pybind11/eigen.h>
+
+namespace sdftrack {
+
+namespace {
+
+constexpr const char* kStatus[] = {"ok", "weak", "lost", "bad_frame"};
+
+}  // namespace
+
+py::dict results_to_dict(const std::vector<ObjectResult>& results) {
+  const auto n = static_cast<py::ssize_t>(results.size());
+  py::array_t<double> poses({n, py::ssize_t{4}, py::ssize_t{4}}),
+      covariances({n, py::ssize_t{6}, py::ssize_t{6}}), inliers(n), confidence(n), runner_up(n), energy(n);
+  py::list status, reason, steps, color_used;
+  for (py::ssize_t k = 0; k < n; ++k) {
+    const ObjectResult& r = results[static_cast<std::size_t>(k)];
+    write_matrix(r.T_cam_obj, poses.mutable_data(k, 0, 0));
+    Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(covariances.mutable_data(k, 0, 0)) =
+        r.covariance;
+    inliers.mutable_at(k) = r.trust.inliers, confidence.mutable_at(k) = r.trust.confidence;
+    runner_up.mutable_at(k) = r.runner_up;
+    status.append(kStatus[static_cast<int>(r.trust.status)]);
+    reason.append(r.trust.reason);
+    color_used.append(r.color_used);
+    energy.mutable_at(k) = r.cost;
+    py::array_t<double> trials({static_cast<py::ssize_t>(r.steps.size()), py::ssize_t{5}});
+    double* row = trials.mutable_data();
+    for (const TrackStep& s : r.steps)
+      for (const double x : {s.step.cost, s.step.damping, s.step.accepted ? 1.0 : 0.0, s.scale_m,
+                             static_cast<double>(s.pixels)})
+        *row++ = x;
+    steps.append(trials);
+  }
+  py::dict out;
+  out["poses"] = poses, out["covariances"] = covariances, out["inliers"] = inliers;
+  out["confidence"] = confidence, out["runner_up"] = runner_up, out["status"] = status;
+  out["reason"] = reason, out["steps"] = steps, out["color_used"] = color_used, out["energy"] = energy;
+  return out;
+}
+
+py::dict judgement_to_dict(const Fitted& f, const Trust& trust, const TrackerOptions& options) {
+  py::dict out;
+  out["status"] = kStatus[static_cast<int>(trust.status)], out["reason"] = trust.reason;
+  out["inliers"] = trust.inliers, out["confidence"] = trust.confidence;
+  out["covariance"] = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>(f.covariance);
+  out["expected"] = f.seen.expected, out["agree"] = f.seen.agree, out["farther"] = f.seen.farther;
+  out["nearer"] = f.seen.nearer, out["missing"] = f.seen.missing, out["gap_m"] = f.seen.gap_m;
+  out["ends"] = f.outline.ends, out["runs_on"] = f.outline.runs_on;
+  out["roughness"] = f.roughness, out["evidence"] = evidence_share(evidence_of(f, options), 0);
+  return out;
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// What the tracker found, as dictionaries of arrays.
+#pragma once
+
+#include <vector>
+
+#include "array.h"
+#include "tracking/tracker.h"
+
+namespace sdftrack {
+
+// Numbers of all objects in arrays, the rest in lists.
+py::dict results_to_dict(const std::vector<ObjectResult>& results);
+// A fit as it is, what is said of it, and what it is said by.
+py::dict judgement_to_dict(const Fitted& f, const Trust& trust, const TrackerOptions& options);
+
+}  // namespace sdftrack

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""What an energy is a function of, and what is said of it at a point: plain records."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack import _core
+from sdftrack.camera import Camera
+from sdftrack.checks import numbers
+from sdftrack.results import Step
+
+__all__ = ["Linearization", "Minimum", "State", "state_poses"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A point in the space of unknowns.
+
+    Attributes
+    ----------
+    poses : (M, 4, 4) float64
+        ``T_cam_obj``, m.
+    camera : Camera, optional
+        Whose fx, fy, cx, cy are unknowns with ``"intrinsics"``; None: the energy's own.
+    scales : (M,) float64, optional
+        Size over the shape's own, with ``"scale"``; None: 1.
+    """
+
+    poses: Array
+    camera: Camera | None = None
+    scales: Array | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Linearization:
+    """The quadratic model of an energy: order of unknowns (vx, vy, vz, wx, wy, wz [, log scale | fx, fy, cx, cy]).
+
+    Unknowns are increments of ``T_obj_cam`` about the centre of the object's box, v in m and w in rad.
+    """
+
+    cost: float
+    gradient: Array
+    hessian: Array
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class Minimum:
+    """Where :func:`minimize` stopped, every step on the way, and why."""
+
+    x: State
+    steps: list[Step]
+    stop: str
+    cost: float
+    count: int
+
+
+def state_poses(poses: ArrayLike, count: int) -> Array:
+    """(count, 4, 4) rigid poses, or an error that says how many are wanted."""
+    T = numbers(poses, "poses")
+    T = T[None] if T.ndim == 2 else T
+    if T.ndim != 3 or len(T) != count:
+        raise ValueError(
+            f"poses: expected one 4x4 matrix per shape ({count}), got an array of shape {T.shape}"
+        )
+    return np.stack([_core.nearest_rigid(np.ascontiguousarray(each), "poses") for each in T])

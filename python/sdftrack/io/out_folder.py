@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: MIT
+"""The folder that results go to: new or empty, unless it may be overwritten."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import json
+from pathlib import Path
+
+from sdftrack.io.video import PART
+
+__all__ = ["cannot_write", "prepare_folder", "refuse_folder"]
+
+
+def refuse_folder(directory: Path, overwrite: bool) -> None:
+    """The errors of `prepare_folder` before the work, and nothing made where there would be none."""
+    if directory.exists() and not (directory.is_dir() and not any(directory.iterdir())):
+        prepare_folder(directory, overwrite)
+
+
+def prepare_folder(directory: Path, overwrite: bool) -> set[str]:
+    """Make the folder; refuse one that holds files unless `overwrite`. Returns the names an earlier run wrote
+    there."""
+    if directory.exists() and not directory.is_dir():
+        raise FileExistsError(f"out: expected a folder, got the file {directory}")
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OSError(error.errno, f"out: cannot make the folder {directory}: {error.strerror}") from None
+    for part in directory.glob(f".*{PART}"):  # left by a run that was killed
+        part.unlink(missing_ok=True)
+    if not any(directory.iterdir()):
+        return set()
+    if not overwrite:
+        raise FileExistsError(
+            f"out: expected a new or empty folder, got {directory} with files in it; "
+            "choose another, or overwrite=True"
+        )
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
+        old = json.loads((directory / "report.json").read_text(encoding="utf-8"))["settings"]["files"]
+        return {str(name) for name in old if Path(str(name)).name == str(name)}
+    return set()
+
+
+def cannot_write(error: OSError, directory: Path) -> OSError:
+    """The error of a write as one that names the folder and says what to do."""
+    if error.errno == errno.ENOSPC or "no space left" in str(error).lower():
+        return OSError(
+            errno.ENOSPC, f"out: no space left on the disk of {directory}; free some or choose another folder"
+        )
+    return OSError(error.errno or errno.EIO, f"out: cannot write into {directory}: {error.strerror or error}")

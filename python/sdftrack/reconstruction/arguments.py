@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: MIT
+"""The arguments of a reconstructor, checked: each error names the argument, what was expected and what came."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.camera import Camera
+from sdftrack.checks import of_kind
+from sdftrack.device import resolve_device
+from sdftrack.frame import Frame
+from sdftrack.reconstruction.volume import BYTES_PER_VOXEL, MOST_VOXELS
+from sdftrack.sdf import SDF
+
+__all__ = ["check_beginning", "check_extent", "check_settings"]
+
+
+def check_settings(initial: Any, voxels: Any, extent: float | None, device: str, mode: str) -> None:
+    """Of the right kinds and in range."""
+    if initial is not None:
+        of_kind(initial, SDF, "initial", "make one with SDF.from_mesh or SDF.sphere")
+    if isinstance(voxels, bool) or not isinstance(voxels, (int, np.integer)):
+        raise TypeError(f"voxels: expected a whole number, got {voxels!r}")
+    if not 16 <= voxels <= MOST_VOXELS:
+        needed = BYTES_PER_VOXEL * voxels**3 / 2**30
+        raise ValueError(
+            f"voxels: expected 16 to {MOST_VOXELS}, got {voxels} (which would need {needed:.3g} GiB)"
+        )
+    if extent is not None and not 0 < extent < 10:
+        raise ValueError(f"extent: expected metres between 0 and 10, got {extent!r}")
+    if device != "auto" and resolve_device(device) == "cuda":
+        raise ValueError("device: reconstruction runs on the CPU so far; use device='cpu' or 'auto'")
+    if mode not in ("auto", "depth", "rgbd"):
+        raise ValueError(f"mode: expected 'auto', 'depth' or 'rgbd', got {mode!r}")
+
+
+def check_beginning(
+    frame: Frame, camera: Camera, mask: Any, box: Any, pose: Any, initial: SDF | None
+) -> NDArray[np.float32]:
+    """The depth image (m) of a frame to begin with, and one way to know where the object is in it."""
+    of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
+    if frame.depth is None:
+        raise ValueError(
+            f"frame: expected a depth image to begin with, got none ({frame.error or 'colour only'})"
+        )
+    depth = frame.depth
+    if depth.shape != (camera.height, camera.width):
+        raise ValueError(
+            f"depth: expected the camera's size {camera.width} x {camera.height}, got "
+            f"{depth.shape[1]} x {depth.shape[0]}; scale the camera with Camera.scaled"
+        )
+    given = [name for name, v in (("mask", mask), ("box", box), ("pose", pose)) if v is not None]
+    if len(given) != 1:
+        raise ValueError(f"expected one of mask, box and pose, got {' and '.join(given) or 'none'}")
+    if pose is not None and initial is None:
+        raise ValueError("pose: needs Reconstructor(camera, initial=sdf), whose pose it is; give mask or box")
+    return depth
+
+
+def check_extent(extent: float | None, radius_m: float) -> None:
+    """Whether a volume of this side holds an object of this radius, m."""
+    if extent is not None and 2 * radius_m > extent:
+        raise ValueError(
+            f"extent: the object is about {2 * radius_m:.3g} m wide, the volume {extent:.3g} m; "
+            "give a larger extent, or none"
+        )

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT
+"""What a mesh was like before it became a volume, and what is told about its thin and open places."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+
+from sdftrack.sdf.grid import MAX_VOXELS
+
+__all__ = ["MeshReport", "enough_voxels", "openness", "use_voxels", "voxels_for_thinnest", "warn_of"]
+
+
+@dataclass(frozen=True)
+class MeshReport:
+    """What a mesh was like before it became a distance field; all of it after merging equal vertices.
+
+    Attributes
+    ----------
+    watertight : bool
+        Every edge is used as often one way as the other, so there is an inside.
+    merged_vertices, degenerate_faces, duplicate_faces, flipped_faces : int
+        Repaired: equal vertices merged, faces without area or given twice dropped, faces turned against their
+        neighbours turned back.
+    open_edges, non_manifold_edges : int
+        Edges in one face only, in more than two.
+    parts : int
+        Connected pieces.
+    volume : float
+        m^3; of an open mesh, meaningless.
+    thinnest : float
+        m; all but the thinnest 2 % of the surface have at least this much material behind them.
+    """
+
+    watertight: bool
+    merged_vertices: int
+    degenerate_faces: int
+    duplicate_faces: int
+    flipped_faces: int
+    open_edges: int
+    non_manifold_edges: int
+    parts: int
+    volume: float
+    thinnest: float
+
+
+def openness(report: MeshReport) -> str:
+    """Why it is not watertight, in words."""
+    kinds = [f"{report.open_edges} open edges"] if report.open_edges else []
+    kinds += (
+        [f"{report.non_manifold_edges} edges in more than two faces"] if report.non_manifold_edges else []
+    )
+    return " and ".join(kinds) or "faces of opposite orientation"
+
+
+def enough_voxels(voxels: int, factor: float) -> int:
+    """`voxels` times a factor, rounded up to a ten."""
+    return int(np.ceil(((voxels - 1) * factor + 1) / 10) * 10)
+
+
+def use_voxels(voxels: int) -> str:
+    """Advice to use so many, or that no number will do."""
+    if voxels > MAX_VOXELS:
+        return (
+            f"it would take {voxels} voxels, at most {MAX_VOXELS} are possible: thicken it in a mesh editor,"
+        )
+    return f"use voxels={voxels}"
+
+
+def voxels_for_thinnest(report: MeshReport, voxel_size: float, voxels: int) -> int:
+    """How many would put 2 through its thinnest parts."""
+    return enough_voxels(voxels, 2 * voxel_size / max(report.thinnest, 1e-6))
+
+
+def warn_of(report: MeshReport, voxel_size: float, voxels: int) -> None:
+    """Warn the caller of `SDF.from_mesh`."""
+    if report.flipped_faces:
+        warnings.warn(
+            f"mesh: {report.flipped_faces} faces pointed against their neighbours and were turned",
+            stacklevel=4,
+        )
+    if report.thinnest < 2 * voxel_size:
+        need = use_voxels(voxels_for_thinnest(report, voxel_size, voxels)).rstrip(",")
+        warnings.warn(
+            f"mesh: parts of it, {1e3 * report.thinnest:.2g} mm and less, are thinner than 2 voxels of "
+            f"{1e3 * voxel_size:.2g} mm, and their surfaces will be off; {need}",
+            stacklevel=4,
+        )

@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: MIT
+"""Track known shapes in depth and colour images, from a pose, a mask, a box or nothing but the shape."""
+
+from sdftrack.tracking.saving import rebuild as _rebuild  # noqa: F401  the name in files of earlier versions
+from sdftrack.tracking.tracker import Tracker
+
+__all__ = ["Tracker"]

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: MIT
+"""What the core wants to have: volumes, colours, one call at a time."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.sdf import SDF
+
+__all__ = ["Alone", "rgb_seen", "volume_of"]
+
+
+def volume_of(shape: SDF) -> tuple[NDArray[np.float32], float, list[float]]:
+    """Values, voxel size and origin (m)."""
+    return shape.values, shape.voxel_size, shape.origin.tolist()
+
+
+def rgb_seen(rgba: NDArray[np.uint8]) -> NDArray[np.uint16]:
+    """A shape's colours as the core has them: 256 times each, and after them how much was seen."""
+    out = rgba.astype(np.uint16) * np.uint16(256)
+    known = rgba[..., 3] > 0
+    out[..., 3] = np.where(known, 65535, 0)
+    black = known & ~rgba[..., :3].any(axis=-1)
+    out[black, 2] = 1  # 0, 0, 0 stands for an unknown colour
+    return out
+
+
+class Alone:
+    """The lock for one call, or an error at once where another thread holds it."""
+
+    __slots__ = ("_lock",)
+
+    def __init__(self, lock: threading.Lock) -> None:
+        self._lock = lock
+
+    def __enter__(self) -> None:
+        if not self._lock.acquire(blocking=False):
+            raise RuntimeError("this tracker is in use by another thread; make one tracker per thread")
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.release()
