@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Track and reconstruct rigid objects with an RGB-D camera, by signed distance functions."""
 
-from sdftrack import geometry, levelset, metrics, synth, testing
+from sdftrack import contour, geometry, levelset, metrics, synth, testing
 from sdftrack._core import __version__
 from sdftrack.build_info import info
 from sdftrack.calibration.color_result import ColorCalibration
@@ -9,6 +9,7 @@ from sdftrack.calibration.color_to_depth import calibrate_color_to_depth
 from sdftrack.calibration.intrinsics import calibrate_intrinsics
 from sdftrack.calibration.intrinsics_result import IntrinsicsResult
 from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.contour.lwpr import LWPR
 from sdftrack.device import cuda_available
 from sdftrack.energy import Energy, State, back_project, minimize
 from sdftrack.frame import Frame
@@ -26,6 +27,7 @@ from sdftrack.tracking import Tracker
 from sdftrack.viz import draw
 
 __all__ = [
+    "LWPR",
     "SDF",
     "Camera",
     "ColorCalibration",
@@ -51,6 +53,7 @@ __all__ = [
     "back_project",
     "calibrate_color_to_depth",
     "calibrate_intrinsics",
+    "contour",
     "cuda_available",
     "draw",
     "fit_primitive",
