@@ -69,7 +69,9 @@ class FieldUpdate {
     head_[FieldLayout::kLambda] =
         o_.tau_lambda * head_[FieldLayout::kLambda] + (1 - o_.tau_lambda) * o_.final_lambda;
     if (N == 1 || N == 2) return false;
-    return wants_projection(R);
+    if (!wants_projection(R)) return false;
+    head_[FieldLayout::kWanted] = 1;
+    return true;
   }
 
  private:
@@ -152,7 +154,7 @@ class FieldUpdate {
       R[r] = lambda * R[r] + for_R * s_[r] * s_[r];
       ps_R_ps += ps_[r] * (2 * beside + R[r] * ps_[r]);
     }
-    if (!o_.update_D) return;
+    if (!o_.update_D || head_[FieldLayout::kCount] < kMetricAfter * n_) return;
     const double inv_W = 1 / W;
     const double slope = (e_cv2 * (1 + h) * inv - 2 * e * ps_H - 2 * ps_R_ps) * inv_W - E * inv_W * inv_W;
     const double curve = (2 * e * e_cv * s_P_s - 2 * slope) * inv_W;
@@ -213,12 +215,7 @@ class FieldUpdate {
       alpha = adapted(k, gradient, curve * dw * dw + slope * ddw + shrink * second);
     }
     const double by = -alpha * gradient;
-    if (std::fabs(by) > limit) {
-      alpha *= 0.5;
-      if (o_.meta) head_[at_.log_alpha() + k] = std::log(alpha);
-    } else {
-      m += by;
-    }
+    m += by > limit ? limit : (by < -limit ? -limit : by);
   }
 
   HD double adapted(int k, double gradient, double second) {

@@ -46,8 +46,8 @@ def inputs(x: ArrayLike, n_in: int | None, name: str = "x") -> tuple[Array, bool
 def samples(x: ArrayLike, y: ArrayLike, n_in: int | None, n_out: int | None) -> Samples:
     """Inputs with their outputs; see `sdftrack.LWPR.update` for the shapes."""
     rows, single = inputs(x, n_in)
-    values = numbers(y, "y")
-    shape = values.shape
+    shape = np.shape(y)
+    values = numbers(y, "y").reshape(shape)  # a number stays without an axis
     flat = values.ndim == (0 if single else 1)
     if flat:
         values = values.reshape(-1, 1)
