@@ -44,6 +44,8 @@ class LwprUnit {
   // Number `row` of field k's lane.
   double lane(int k, int row) const { return *(lane_of(k) + row * kFieldLanes); }
   const FieldLayout& layout() const { return at_; }
+  const std::vector<double>& blocks() const { return blocks_; }  // what predictions look at
+  double q_max() const { return q_max_; }                        // -2 log of the cutoff
 
   // Everything that a unit is, as numbers, and back; read_from leaves the unit as it was where they do not
   // fit.

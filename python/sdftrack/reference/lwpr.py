@@ -30,14 +30,14 @@ class Options:
 
     w_gen: float = 0.2
     w_prune: float = 0.95
-    w_cutoff: float = 0.001
+    w_cutoff: float = 0.01
     init_D: Array = field(default_factory=lambda: 25.0 * np.eye(1))
     diagonal: bool = False
     update_D: bool = True
-    init_alpha: float = 50.0
+    init_alpha: float = 200.0
     meta: bool = False
     meta_rate: float = 1.0
-    penalty: float = 1e-6
+    penalty: float = 1e-8
     add_threshold: float = 0.5
     init_lambda: float = 0.999
     final_lambda: float = 0.99999
