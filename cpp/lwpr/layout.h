@@ -77,6 +77,6 @@ constexpr double kMostMetricStep = 0.1;  // of M_ii, that an entry of row i of M
 constexpr double kMostLogRate = 50;      // of a learnt rate: its exponential must stay finite
 constexpr int kTrustAfter = 2;           // samples per input, after which a slope is used
 constexpr int kJudgeAfter = 10;          // samples per input, after which the newest projection is judged
-constexpr int kMetricAfter = 20;
+constexpr int kMetricAfter = 20;  // samples per input, after which the metric is learnt: steps go with 1 / W
 
 }  // namespace sdftrack
