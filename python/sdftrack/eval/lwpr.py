@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Regression by local models: how well two known functions are learnt from noisy samples, and how fast.
 
-``python -m sdftrack.eval.lwpr`` prints, for the cross (2 inputs, 1 output) and for a curved surface of two dimensions in
-ten (10 inputs, 5 outputs): the mean squared error on places without noise as a share of the variance of the
-function (nMSE), the fields, the share of places within 1.96 of the stated standard deviations, and the time of a
-sample on one core.
+``python -m sdftrack.eval.lwpr`` prints, for the cross (2 inputs, 1 output) and for a curved surface of two dimensions
+in ten (10 inputs, 5 outputs): the mean squared error on places without noise as a share of the variance of the
+function (nMSE), the fields, the share of places whose truth lies within 1.96 of the stated standard deviations, and
+the processor's time of a sample on one core.
 """
 
 from __future__ import annotations
@@ -102,7 +102,12 @@ def measure(
 
 
 def _table(
-    title: str, cases: dict[str, dict[str, Any]], make: Any, places: Array, truth: Array, a: argparse.Namespace
+    title: str,
+    cases: dict[str, dict[str, Any]],
+    make: Any,
+    places: Array,
+    truth: Array,
+    a: argparse.Namespace,
 ) -> dict[str, Any]:
     rows: dict[str, Any] = {}
     cells = []
@@ -123,7 +128,16 @@ def _table(
             f"{row['fields']:.0f}", f"{row['within_percent']:.0f} %", f"{row['update_us']:.2f}",
             f"{row['predict_us']:.2f}",
         ])  # fmt: skip
-    head = ["settings", "nMSE", "worst run", "worst output", "fields", "in 1.96 sd", "update us", "predict us"]
+    head = [
+        "settings",
+        "nMSE",
+        "worst run",
+        "worst output",
+        "fields",
+        "in 1.96 sd",
+        "update us",
+        "predict us",
+    ]
     print(text_table(title, head, cells))
     for name, options in cases.items():
         print(f"  {name}: {', '.join(f'{k}={v}' for k, v in options.items())}")
