@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any
 from sdftrack._core import __version__  # at once: a broken build is an error of the import
 
 if TYPE_CHECKING:  # what type checkers and editors read; a test compares it with _HOMES
-    from sdftrack import geometry, levelset, metrics, synth, testing
+    from sdftrack import contour, geometry, levelset, metrics, synth, testing
     from sdftrack.build_info import info
     from sdftrack.calibration.color_result import ColorCalibration
     from sdftrack.calibration.color_to_depth import calibrate_color_to_depth
     from sdftrack.calibration.intrinsics import calibrate_intrinsics
     from sdftrack.calibration.intrinsics_result import IntrinsicsResult
     from sdftrack.camera import Camera, RGBDCamera
+    from sdftrack.contour import LWPR
     from sdftrack.device import cuda_available
     from sdftrack.energy import Energy, State, back_project, minimize
     from sdftrack.frame import Frame
@@ -43,6 +44,7 @@ _HOMES = {
     "calibration.intrinsics": ("calibrate_intrinsics",),
     "calibration.intrinsics_result": ("IntrinsicsResult",),
     "camera": ("Camera", "RGBDCamera"),
+    "contour": ("LWPR",),
     "device": ("cuda_available",),
     "energy": ("Energy", "State", "back_project", "minimize"),
     "frame": ("Frame",),
@@ -62,6 +64,7 @@ _HOMES = {
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "LWPR",
     "SDF",
     "Camera",
     "ColorCalibration",
@@ -87,6 +90,7 @@ __all__ = [
     "back_project",
     "calibrate_color_to_depth",
     "calibrate_intrinsics",
+    "contour",
     "cuda_available",
     "draw",
     "fit_primitive",

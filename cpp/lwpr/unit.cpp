@@ -1,0 +1,386 @@
+// SPDX-License-Identifier: MIT
+#include "lwpr/unit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sdftrack {
+
+namespace {
+
+constexpr int kSearchFrom = 48;        // fields, from which on a grid is faster than looking at all
+constexpr double kReachMargin = 1.15;  // on a field's reach in the search, so that it may grow a little
+const int kNoField = 0;
+
+}  // namespace
+
+LwprUnit::LwprUnit(const FieldLayout& at, const LwprOptions& o)
+    : at_(at),
+      settings_{o.update_D, o.meta, o.meta_rate, o.penalty, o.add_threshold, o.final_lambda, o.tau_lambda},
+      w_gen_(o.w_gen),
+      w_prune_(o.w_prune),
+      q_max_(-2 * std::log(o.w_cutoff)),
+      init_lambda_(o.init_lambda),
+      init_alpha_(o.init_alpha),
+      init_M_(initial_metric(o, at.n)),
+      ops_(&for_isa<UnitOps>(used_isa())),
+      record_stride_(at.record_size(std::min(2, at.n))),
+      learn_scratch_(static_cast<std::size_t>(scratch_size(at))) {}
+
+FieldList LwprUnit::fields_near(const double* x) const {
+  if (!search_.ready()) return {blocks_.data(), nullptr, size()};
+  const LwprSearch::Fields fields = search_.near(x);
+  return {blocks_.data(), fields.list ? fields.list : &kNoField, fields.count};
+}
+
+ActiveFields LwprUnit::room_in(LwprScratch* scratch) const {
+  const auto room = static_cast<std::size_t>(size() + kFieldLanes);
+  if (scratch->index.size() < room) scratch->index.resize(2 * room), scratch->w.resize(2 * room);
+  return {scratch->index.data(), scratch->w.data()};
+}
+
+int LwprUnit::active(const double* x, LwprScratch* scratch) const {
+  return ops_->active(at_, fields_near(x), x, q_max_, room_in(scratch));
+}
+
+void LwprUnit::update(const double* x, double y) {
+  seen_ += 1;
+  mean_y_ += (y - mean_y_) / seen_;
+  const int count = active(x, &own_);
+  learn(x, y, count);
+  double largest = 0;
+  for (int i = 0; i < count; ++i) largest = std::max(largest, own_.w[static_cast<std::size_t>(i)]);
+  if (largest < w_gen_) {
+    add_field(x);
+    own_.index[0] = size() - 1, own_.w[0] = 1;
+    learn(x, y, 1);
+  } else if (count > 1 && largest > w_prune_) {
+    prune(count);
+  }
+  ++since_build_;
+  if (!search_.ready() && size() >= kSearchFrom && since_build_ >= size()) build_search();
+}
+
+// The first `active` fields of own_ learn a sample.
+void LwprUnit::learn(const double* x, double y, int active) {
+  const bool wanted = ops_->learn(at_, settings_, blocks_.data(), records_.data(), record_stride_,
+                                  learn_scratch_.data(), x, y, {own_.index.data(), own_.w.data()}, active);
+  for (int i = 0; i < active; ++i) {
+    const int k = own_.index[static_cast<std::size_t>(i)];
+    changed_[static_cast<std::size_t>(k)] = 1;
+    if (search_.ready() && settings_.update_D) follow(k);
+    if (wanted && record(k)[FieldLayout::kWanted] > 0) add_projection(k);
+  }
+}
+
+void LwprUnit::add_field(const double* x) {
+  const int k = size();
+  reserve_fields(k + 1);
+  double* const lane = lane_of(k);
+  for (int row = 0; row < at_.block_rows(); ++row) lane[row * kFieldLanes] = 0;
+  for (int j = 0; j < at_.n; ++j) lane[j * kFieldLanes] = x[j];
+  for (int j = 0; j < at_.metric_size(); ++j)
+    lane[(at_.n + j) * kFieldLanes] = init_M_[static_cast<std::size_t>(j)];
+  double* const head = record_of(k);
+  head[FieldLayout::kLambda] = init_lambda_;
+  for (int j = 0; j < at_.metric_size(); ++j) {
+    head[at_.alpha() + j] = init_alpha_;
+    if (at_.meta) head[at_.log_alpha() + j] = std::log(init_alpha_);
+  }
+  for (int r = 0; r < std::min(2, at_.n); ++r) add_projection(k);
+  if (!search_.ready()) return;
+  if (k >= 2 * search_size_) {
+    search_.forget();
+    return;
+  }
+  known_M_.resize(static_cast<std::size_t>((k + 1) * at_.metric_size()));
+  known_drift2_.resize(static_cast<std::size_t>(k + 1));
+  known_drift2_.back() = -1;  // not in the search yet
+  follow(k);
+}
+
+// It starts along an axis: u_r = e_r (u = 0 would give 0 / 0).
+void LwprUnit::add_projection(int k) {
+  const int r = static_cast<int>(record(k)[FieldLayout::kProjections]);
+  reserve_projections(r + 1);
+  double *const head = record_of(k), *const projection = head + at_.record_size(r);
+  head[FieldLayout::kProjections] = r + 1;
+  head[FieldLayout::kWanted] = 0;
+  std::fill(projection, projection + at_.projection_size(), 0.0);
+  projection[FieldLayout::kSS] = kSsFloor;
+  projection[at_.u() + r] = 1;
+}
+
+// The last field takes its place.
+void LwprUnit::remove_field(int k) {
+  const int last = size() - 1;
+  double *const to = lane_of(k), *const from = lane_of(last);
+  for (int row = 0; row < at_.block_rows(); ++row) to[row * kFieldLanes] = from[row * kFieldLanes];
+  for (int j = 0; j < at_.n; ++j) from[j * kFieldLanes] = std::numeric_limits<double>::quiet_NaN();
+  if (k < last) std::copy(record(last), record(last) + record_stride_, record_of(k));
+  changed_[static_cast<std::size_t>(k)] = changed_.back();
+  records_.resize(static_cast<std::size_t>(last * record_stride_));
+  changed_.pop_back();
+  search_.forget();
+}
+
+// Of two fields that both cover the sample the one with the larger error goes; else the younger one.
+void LwprUnit::prune(int count) {
+  int first = 0, second = -1;
+  for (int i = 1; i < count; ++i) {
+    const auto w = [&](int a) { return own_.w[static_cast<std::size_t>(a)]; };
+    if (w(i) > w(first))
+      second = first, first = i;
+    else if (second < 0 || w(i) > w(second))
+      second = i;
+  }
+  if (own_.w[static_cast<std::size_t>(second)] <= w_prune_) return;
+  const int one = own_.index[static_cast<std::size_t>(first)],
+            two = own_.index[static_cast<std::size_t>(second)];
+  const int a = std::min(one, two), b = std::max(one, two);
+  const double *const A = record(a), *const B = record(b);
+  const int ta = static_cast<int>(A[FieldLayout::kTrusted]), tb = static_cast<int>(B[FieldLayout::kTrusted]);
+  bool older_goes = tb > 0;
+  if (ta > 0 && tb > 0)
+    older_goes = A[at_.record_size(ta - 1) + FieldLayout::kMSE] * B[FieldLayout::kW] >
+                 B[at_.record_size(tb - 1) + FieldLayout::kMSE] * A[FieldLayout::kW];
+  remove_field(older_goes ? a : b);
+}
+
+// Room for so many fields, the last of them empty.
+void LwprUnit::reserve_fields(int fields) {
+  const int blocks = (fields + kFieldLanes - 1) / kFieldLanes;
+  const auto want = static_cast<std::size_t>(blocks) * static_cast<std::size_t>(at_.block_size());
+  if (blocks_.size() < want) blocks_.resize(want, std::numeric_limits<double>::quiet_NaN());
+  records_.resize(static_cast<std::size_t>(fields * record_stride_), 0.0);
+  changed_.resize(static_cast<std::size_t>(fields), 1);
+  room_in(&own_);
+}
+
+// Room for so many projections in each field.
+void LwprUnit::reserve_projections(int count) {
+  const std::ptrdiff_t wanted = at_.record_size(count);
+  if (wanted <= record_stride_) return;
+  std::vector<double> wider(static_cast<std::size_t>(size() * wanted), 0.0);
+  for (int k = 0; k < size(); ++k)
+    std::copy(record(k), record(k) + record_stride_, wider.data() + k * wanted);
+  records_ = std::move(wider);
+  record_stride_ = wanted;
+}
+
+void LwprUnit::settle() {
+  for (int k = 0; k < size(); ++k)
+    if (changed_[static_cast<std::size_t>(k)]) settle_field(k), changed_[static_cast<std::size_t>(k)] = 0;
+  if (!search_.ready() && size() >= kSearchFrom) build_search();
+}
+
+// How far a field reaches at the cutoff along each input: the extent of |M d|^2 = q_max is sqrt(q_max) times
+// the length of a row of the inverse of M.
+void LwprUnit::reach_of(int k, double* half) {
+  const int n = at_.n;
+  const double* const lane = lane_of(k);
+  const auto M = [&](int i, int j) { return lane[(n + at_.entry(i, j)) * kFieldLanes]; };
+  double whole2 = 0;
+  inverse_.resize(static_cast<std::size_t>(n));
+  for (int i = 0; i < n; ++i) {  // row i of the inverse, from its diagonal on
+    double length2 = 0;
+    for (int j = i; j < (at_.diagonal ? i + 1 : n); ++j) {
+      double sum = j == i ? 1 : 0;
+      for (int l = i; l < j; ++l) sum -= inverse_[static_cast<std::size_t>(l)] * M(l, j);
+      const double entry = sum / M(j, j);
+      inverse_[static_cast<std::size_t>(j)] = entry;
+      length2 += entry * entry;
+    }
+    half[i] = std::sqrt(length2 * q_max_) * kReachMargin;
+    whole2 += length2;
+  }
+  // M + E has an inverse whose rows are at most 1 / (1 - |E| |M^-1|) times as long (Frobenius norms).
+  const double drift = (1 - 1 / kReachMargin) / std::sqrt(whole2);
+  const auto i = static_cast<std::size_t>(k), size = static_cast<std::size_t>(at_.metric_size());
+  for (std::size_t e = 0; e < size; ++e)
+    known_M_[i * size + e] = lane[(static_cast<std::size_t>(n) + e) * kFieldLanes];
+  known_drift2_[i] = drift * drift;
+}
+
+// Keeps the search right after a field's metric has changed.
+void LwprUnit::follow(int k) {
+  const auto i = static_cast<std::size_t>(k), size = static_cast<std::size_t>(at_.metric_size());
+  const double* const lane = lane_of(k) + static_cast<std::ptrdiff_t>(at_.n) * kFieldLanes;
+  const double* const known = known_M_.data() + i * size;
+  double moved2 = 0;
+  for (std::size_t e = 0; e < size; ++e) {
+    const double by = lane[e * kFieldLanes] - known[e];
+    moved2 += by * by;
+  }
+  if (moved2 <= known_drift2_[i]) return;
+  half_.resize(static_cast<std::size_t>(2 * at_.n));
+  reach_of(k, half_.data());
+  double* const center = half_.data() + at_.n;
+  for (int j = 0; j < at_.n; ++j) center[j] = this->lane(k, j);
+  if (!search_.add(k, {center, half_.data()})) search_.forget();
+}
+
+void LwprUnit::build_search() {
+  const auto fields = static_cast<std::size_t>(size()), n = static_cast<std::size_t>(at_.n);
+  known_M_.resize(fields * static_cast<std::size_t>(at_.metric_size()));
+  known_drift2_.resize(fields);
+  std::vector<double> numbers(2 * fields * n);
+  std::vector<FieldReach> reaches;
+  for (std::size_t k = 0; k < fields; ++k) {
+    double* const half = numbers.data() + 2 * k * n;
+    reach_of(static_cast<int>(k), half);
+    for (std::size_t j = 0; j < n; ++j) half[n + j] = lane(static_cast<int>(k), static_cast<int>(j));
+    reaches.push_back({half + n, half});
+  }
+  search_.build(at_.n, reaches);
+  search_size_ = size();
+  since_build_ = 0;
+}
+
+// The projections in a row are one linear function of x: from the last to the first, with f_r(z) = g_r . z,
+// g_r = g_{r+1} + u_r (beta_r - p_r . g_{r+1}) (docs/math/lwpr.md, eq. 5).
+void LwprUnit::settle_field(int k) {
+  const double* const head = record(k);
+  double* const lane = lane_of(k);
+  double* const g = learn_scratch_.data();
+  std::fill(g, g + at_.row, 0.0);
+  const int T = static_cast<int>(head[FieldLayout::kTrusted]);
+  for (int r = T - 1; r >= 0; --r) {
+    const double* const pr = head + at_.record_size(r);
+    const double *const u = pr + at_.u(), *const p = pr + at_.p();
+    double length2 = 0, pg = 0;
+    for (int j = 0; j < at_.n; ++j) length2 += u[j] * u[j], pg += p[j] * g[j];
+    const double by = length2 > 0 ? (pr[FieldLayout::kBeta] - pg) / std::sqrt(length2) : 0.0;
+    for (int j = 0; j < at_.n; ++j) g[j] += by * u[j];
+  }
+  double value = head[FieldLayout::kBeta0];
+  for (int j = 0; j < at_.n; ++j) {
+    lane[(at_.slope() + j) * kFieldLanes] = g[j];
+    value += g[j] * (lane[j * kFieldLanes] - head[at_.mean() + j]);
+  }
+  lane[at_.value() * kFieldLanes] = value;
+  lane[at_.ready() * kFieldLanes] = T > 0 ? 1 : 0;
+}
+
+double LwprUnit::predict(const double* x, LwprScratch* scratch) const {
+  const FieldSums sums = ops_->predict(at_, fields_near(x), x, q_max_, room_in(scratch));
+  return sums.w > 0 ? sums.wy / sums.w : predict_with_sd(x, scratch).mean;
+}
+
+namespace {
+
+// s^T P s of x in a field's projections.
+double leverage(const FieldLayout& at, const double* head, const double* x, std::vector<double>* z) {
+  z->resize(static_cast<std::size_t>(at.n));
+  for (int j = 0; j < at.n; ++j) (*z)[static_cast<std::size_t>(j)] = x[j] - head[at.mean() + j];
+  double sum = 0;
+  for (int r = 0; r < static_cast<int>(head[FieldLayout::kTrusted]); ++r) {
+    const double* const pr = head + at.record_size(r);
+    double length2 = 0, s = 0;
+    for (int j = 0; j < at.n; ++j) {
+      const double u = pr[at.u() + j];
+      length2 += u * u, s += (*z)[static_cast<std::size_t>(j)] * u;
+    }
+    s = length2 > 0 ? s / std::sqrt(length2) : 0.0;
+    sum += s * s / pr[FieldLayout::kSS];
+    for (int j = 0; j < at.n; ++j) (*z)[static_cast<std::size_t>(j)] -= s * pr[at.p() + j];
+  }
+  return sum;
+}
+
+// Of the noise of a field that is ready.
+double noise_variance(const FieldLayout& at, const double* head) {
+  const double* const pr = head + at.record_size(static_cast<int>(head[FieldLayout::kTrusted]) - 1);
+  const double W = pr[FieldLayout::kSumW];
+  return pr[FieldLayout::kMSE] / std::max(W - head[FieldLayout::kLeverage], (1 - kMostLeverage) * W);
+}
+
+}  // namespace
+
+LwprPrediction LwprUnit::predict_with_sd(const double* x, LwprScratch* scratch) const {
+  const int count = active(x, scratch);
+  double w_sum = 0, wy = 0, young_w = 0, young_wy = 0;
+  const auto field_says = [&](int k) {
+    double y = lane(k, at_.value());
+    for (int j = 0; j < at_.n; ++j) y += (x[j] - lane(k, j)) * lane(k, at_.slope() + j);
+    return y;
+  };
+  for (int i = 0; i < count; ++i) {
+    const int k = scratch->index[static_cast<std::size_t>(i)];
+    const double w = scratch->w[static_cast<std::size_t>(i)];
+    if (lane(k, at_.ready()) > 0)
+      w_sum += w, wy += w * field_says(k);
+    else
+      young_w += w, young_wy += w * record(k)[FieldLayout::kBeta0];
+  }
+  const double unknown = std::numeric_limits<double>::infinity();
+  if (!(w_sum > 0)) return {young_w > 0 ? young_wy / young_w : mean_y_, unknown};
+  const double mean = wy / w_sum;
+  double variance = 0;
+  for (int i = 0; i < count; ++i) {
+    const int k = scratch->index[static_cast<std::size_t>(i)];
+    const double w = scratch->w[static_cast<std::size_t>(i)];
+    if (!(lane(k, at_.ready()) > 0)) continue;
+    const double off = field_says(k) - mean;
+    variance += w * off * off +
+                w * noise_variance(at_, record(k)) * (1 + w * leverage(at_, record(k), x, &scratch->row));
+  }
+  return {mean, std::sqrt(variance) / w_sum};
+}
+
+double LwprUnit::largest_activation(const double* x, LwprScratch* scratch) const {
+  const int count = active(x, scratch);
+  double largest = 0;
+  for (int i = 0; i < count; ++i) largest = std::max(largest, scratch->w[static_cast<std::size_t>(i)]);
+  return largest;
+}
+
+double LwprUnit::training_error() const {
+  double squares = 0, weights = 0;
+  for (int k = 0; k < size(); ++k) {
+    const double* const head = record(k);
+    const double* const last = head + at_.record_size(static_cast<int>(head[FieldLayout::kProjections]) - 1);
+    squares += last[FieldLayout::kMSE], weights += last[FieldLayout::kSumW];
+  }
+  return weights > 0 ? std::sqrt(squares / weights) : 0.0;
+}
+
+void LwprUnit::append_to(std::vector<double>* out) const {
+  out->insert(out->end(), {static_cast<double>(size()), seen_, mean_y_});
+  for (int k = 0; k < size(); ++k) {
+    for (int row = 0; row < at_.n + at_.metric_size(); ++row) out->push_back(lane(k, row));
+    const double* const head = record(k);
+    out->insert(out->end(), head, head + at_.record_size(static_cast<int>(head[FieldLayout::kProjections])));
+  }
+}
+
+bool LwprUnit::read_from(const double** from, const double* end) {
+  const double* at = *from;
+  if (end - at < 3 || !(at[0] >= 0 && at[0] <= static_cast<double>(end - at))) return false;
+  const int fields = static_cast<int>(at[0]), seen_rows = at_.n + at_.metric_size();
+  LwprUnit fresh = *this;
+  fresh.blocks_.clear(), fresh.records_.clear(), fresh.changed_.clear();
+  fresh.search_.forget();
+  fresh.seen_ = at[1], fresh.mean_y_ = at[2];
+  at += 3;
+  for (int k = 0; k < fields; ++k) {
+    if (end - at < seen_rows + FieldLayout::kHeadSize) return false;
+    const double* const head = at + seen_rows;
+    const double R = head[FieldLayout::kProjections], T = head[FieldLayout::kTrusted];
+    if (!(R >= 1 && R <= at_.n && T >= 0 && T <= R)) return false;
+    const int numbers = at_.record_size(static_cast<int>(R));
+    if (end - head < numbers) return false;
+    fresh.reserve_projections(static_cast<int>(R));
+    fresh.reserve_fields(k + 1);
+    for (int row = 0; row < seen_rows; ++row) fresh.lane_of(k)[row * kFieldLanes] = at[row];
+    std::copy(head, head + numbers, fresh.record_of(k));
+    at = head + numbers;
+  }
+  fresh.settle();
+  *this = std::move(fresh);
+  *from = at;
+  return true;
+}
+
+}  // namespace sdftrack
