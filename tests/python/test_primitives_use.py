@@ -2,6 +2,7 @@
 """Primitives in the tracker and on the command line."""
 
 import json
+import pickle
 
 import cv2
 import numpy as np
@@ -56,6 +57,9 @@ def test_a_tracker_takes_a_primitive_and_finds_its_size():
     assert fit.kind == "cylinder"
     np.testing.assert_allclose(list(fit.size.values()), list(SIZE.values()), rtol=RTOL)
     assert np.linalg.norm(result.pose[:3, 3] - truth.T_cam_obj[:3, 3]) < POSE_ATOL_M
+    again = pickle.loads(pickle.dumps(tracker))  # a copy knows the size, and goes on with it
+    assert again.sizes[0].size == fit.size
+    assert again.track(many[-1]).ok
 
 
 def test_beside_a_known_shape_its_size_is_its_own_and_it_can_be_removed():

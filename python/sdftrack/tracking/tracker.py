@@ -154,7 +154,7 @@ class Tracker:
         self.recover_lost = bool(recover)
         self.membership = membership
         self.motion = motion
-        self._cuda, self._collision, self._always = cuda, collision, always
+        self._cuda, self.collision, self._always = cuda, collision, always
         self._make_core()
         self._index = -1
         self._last: TrackResult | None = None
@@ -172,7 +172,7 @@ class Tracker:
             self.recover_lost,
             _core.MotionModel.__members__[self.motion],
             self._cuda,
-            _core.Collision.__members__[COLLISIONS[self._collision]],
+            _core.Collision.__members__[COLLISIONS[self.collision]],
         )
         self._painted: list[tuple[NDArray[np.uint8], NDArray[np.uint16]]] = []
         for k, shape in enumerate(self.shapes):
@@ -424,9 +424,12 @@ class Tracker:
             "device": self.device,
             "recover": self.recover_lost,
             "motion": self.motion,
+            "membership": self.membership,
+            "collision": self.collision,
         }
         with self._alone():
-            return rebuild, (self.shapes, self.camera, kwargs, self._index, self._last, self._best)
+            state = (self._index, self._last, self._best, self._free_sizes)
+            return rebuild, (self.shapes, self.camera, kwargs, *state)
 
     def _alone(self) -> Alone:
         return Alone(self._lock)
