@@ -15,6 +15,9 @@ namespace {
 constexpr int P = PrimitiveField::P;
 constexpr double kSlanted = 0.5;  // cosine of 60 degrees
 constexpr double kLeastSay = 0.1;
+// Of the pixels without a reading at a receding rim the object hides the most; but beside a step of depth
+// half of what is behind it is lost too.
+constexpr double kLostBeside = 0.65;
 constexpr double kThin = 8;  // nats, twice: what a length e times thinner than that costs
 
 // A pixel's ray hits the solid or not, with the chance 1 / (1 + e^(d / s)) at the clearance d:
@@ -92,14 +95,17 @@ void PrimitiveEnergy::visit(const State& x, const Add& add) const {
         [&] { return logistic_mixture_second(r.m, per_noise, 1 - e, e); }, r.J, -1.0);
   }
   const std::size_t rays = std::min(view_->outline.size(), static_cast<std::size_t>(o.rays));
+  const bool lost = !has_edges(kind_);
   for (std::size_t i = 0; i < rays; ++i) {
     const OutlineRay& ray = view_->outline[i];
+    if (ray.sight == Sight::kLost && !(lost && o.lost_rays)) continue;
     clearance(field, ray, &r);
-    if (!ray.on) r.m += ray.slack_m;
+    const bool on = ray.sight != Sight::kBeside;
+    if (!on) r.m += ray.slack_m;
     const double s = o.outline_scale_px * ray.pixel_m;
+    const double floor = ray.sight == Sight::kLost ? kLostBeside : o.outline_floor;
     add(
-        outline_curve(r.m, s, o.outline_floor, ray.on),
-        [&] { return outline_second(r.m, s, o.outline_floor, ray.on); }, r.J, -1.0);
+        outline_curve(r.m, s, floor, on), [&] { return outline_second(r.m, s, floor, on); }, r.J, -1.0);
   }
   if (view_->has_plane) {
     const PrimitiveSize size{field.size_m[0], field.size_m[1], field.size_m[2]};
@@ -157,9 +163,11 @@ double PrimitiveEnergy::outline_cost(const State& x) const {
   double cost = 0;
   for (std::size_t i = 0; i < rays; ++i) {
     const OutlineRay& ray = view_->outline[i];
+    if (ray.sight == Sight::kLost) continue;
+    const bool on = ray.sight == Sight::kOn;
     clearance(field, ray, &r);
-    if (!ray.on) r.m += ray.slack_m;
-    cost += outline_curve(r.m, options_.outline_scale_px * ray.pixel_m, options_.outline_floor, ray.on).cost;
+    if (!on) r.m += ray.slack_m;
+    cost += outline_curve(r.m, options_.outline_scale_px * ray.pixel_m, options_.outline_floor, on).cost;
   }
   return cost;
 }

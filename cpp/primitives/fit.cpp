@@ -23,8 +23,11 @@ constexpr double kFirstScale = 0.04;  // of the diameter, where that is more
 constexpr double kWrongLabels =
     0.05;                       // share of pixels beside the edge that are said to be what they are not
 constexpr double kThin = 0.08;  // of the diameter
-constexpr double kRough = 0.3;  // nats: what a step of an early stage must promise
-constexpr double kLittle = 0.003, kSure = 0.1;  // nats: a step that gains less moves nothing by 0.1 sd
+// sd of the gap between a thing and its table: the plane of thousands of readings is known to 0.01 to 0.03
+// mm.
+constexpr double kStanding_m = 1e-4, kStanding = 0.2;  // m, of the readings' scale
+constexpr double kRough = 0.3;                         // nats: what a step of an early stage must promise
+constexpr double kLittle = 0.003, kSure = 0.1;         // nats: a step that gains less moves nothing by 0.1 sd
 constexpr int kWitnesses = 2000;    // readings, and pixels of the outline, that are asked about the kind
 constexpr double kEffective = 500;  // readings that count as independent witnesses of a kind
 
@@ -57,7 +60,7 @@ class Fitter {
     e.outline_floor = outline_px > 1 ? 0.0 : kWrongLabels;
     e.thin_m = kThin * diameter_m_;
     if (!per_noise_.empty()) e.per_noise = per_noise_.data();
-    e.standing_sigma_m = std::max(0.0005, 0.5 * scale_m);
+    e.standing_sigma_m = std::max(kStanding_m, kStanding * scale_m);
     return e;
   }
 
@@ -196,7 +199,7 @@ double evidence_against(const PrimitiveFit& fit, const PrimitiveView& view,
   PrimitiveEnergyOptions e;
   e.scaling = options.scaling, e.scale_m = scale_m;
   e.points = std::min(options.most_points, kWitnesses), e.rays = std::min(options.most_rays, kWitnesses);
-  e.outline_floor = 0.1;
+  e.outline_floor = 0.1, e.lost_rays = false;
   const double cost = PrimitiveEnergy(fit.kind, &view, e).cost(fit.x);
   const double count = static_cast<double>(std::min(view.points.size(), static_cast<std::size_t>(e.points)) +
                                            std::min(view.outline.size(), static_cast<std::size_t>(e.rays)));

@@ -56,6 +56,12 @@ constexpr bool is_round(PrimitiveKind kind) {
   return kind == PrimitiveKind::kCylinder || kind == PrimitiveKind::kCone;
 }
 
+// Whether the picture ends at edges. A surface that bends away from the camera ends in readings that are met
+// at a grazing angle, and which a sensor loses.
+constexpr bool has_edges(PrimitiveKind kind) {
+  return kind != PrimitiveKind::kSphere && kind != PrimitiveKind::kEllipsoid;
+}
+
 // Lengths whose end may be out of sight while all that is seen fits: edges and heights, not radii.
 constexpr bool has_ends(PrimitiveKind kind, int i) {
   return kind == PrimitiveKind::kBox || (is_round(kind) && i == 1);

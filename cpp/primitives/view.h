@@ -9,12 +9,14 @@
 
 namespace sdftrack {
 
-// A pixel beside the edge of the object's picture, and whether the object was seen there.
+// What a pixel beside the edge of the object's picture showed: the object, something else, or nothing.
+enum class Sight : unsigned char { kOn, kBeside, kLost };
+
 struct OutlineRay {
   Vec3d ray;             // z = 1
   double near_m, far_m;  // the stretch of it (depths) where the object would have been seen
   double pixel_m;        // what a pixel spans at the object
-  bool on;
+  Sight sight;
   double slack_m = 0;  // what is seen beside it touches the object: where it ends is known no better
 };
 
