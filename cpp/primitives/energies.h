@@ -4,6 +4,7 @@
 
 #include "optim/energy.h"
 #include "primitives/field.h"
+#include "primitives/reading_ops.h"
 #include "primitives/view.h"
 
 namespace sdftrack {
@@ -19,6 +20,7 @@ struct PrimitiveEnergyOptions {
   double thin_m = 0;      // a length below this costs: nothing is a sheet, if it need not be
   bool lost_rays = true;  // rims without readings count where the kind has such rims (has_edges)
   const float* per_noise = nullptr;  // of every point: 1 over how much noisier it is; nullptr: all are alike
+  bool in_double = false;            // bare points too, one by one: what tests compare with
   int points = 1 << 30;              // at most; the first part of the view's
   int rays = 1 << 30;
 };
@@ -58,8 +60,17 @@ class PrimitiveEnergy : public Energy {
   void residuals(const State& x, std::vector<double>* out) const;
 
  private:
+  // Every contribution; or those that no loop over packs of points sums up.
   template <class Add>
-  void visit(const State& x, const Add& add) const;
+  void visit(const PrimitiveField& field, const State& x, const Add& add) const;
+  template <class Add>
+  void visit_points(const PrimitiveField& field, const Add& add) const;
+  std::size_t points() const;
+  bool in_packs() const {
+    return !view_->bare.x_m.empty() && options_.scaling == Scaling::kExact && !options_.in_double;
+  }
+  ReadingTerm term(const PrimitiveField& field) const;
+  void add_packs(const PrimitiveField& field, Weighing weighing, PrimitiveSums* sums) const;
 
   PrimitiveKind kind_;
   const PrimitiveView* view_;

@@ -6,11 +6,12 @@
 #include <array>
 #include <string>
 
+#include "sdf/solid_sample.h"
+
 namespace sdftrack {
 
 enum class PrimitiveKind { kSphere, kCylinder, kCone, kBox, kEllipsoid };
 constexpr int kPrimitiveKinds = 5;
-constexpr int kMostSizes = 3;
 
 // How the lengths enter phi.
 enum class Scaling {

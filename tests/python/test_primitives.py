@@ -119,6 +119,7 @@ def test_distances_with_known_answers():
         ("cylinder", [0.04, 0.1], [0.04 + 0.03, 0, 0.05 + 0.04], 0.05),
         ("cone", [0.06, 0.08], [0, 0, 0.04 + 0.02], 0.02),  # above the apex
         ("cone", [0.06, 0.08], [0, 0, -0.04 - 0.01], 0.01),
+        ("cone", [0.0625, 0.125], [0.02, 0, -0.0625], 0),  # on the base to the last bit
         ("ellipsoid", [0.05, 0.08, 0.03], [0, 0.1, 0], 0.02),
         ("ellipsoid", [0.05, 0.08, 0.03], [0, 0, 0], -0.03),
     ]
@@ -206,6 +207,28 @@ def test_the_way_along_a_ray_is_that_of_the_twin(kind):
         )  # the twin's steps of 25 micrometres; the core's 20 off the surface
         compared += 1
     assert compared > (0 if kind == "ellipsoid" else 20)
+
+
+PACK_RTOL = 2e-5  # float contributions, 6e-8 each of values near their greatest; sums in double
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_points_many_at_a_time_cost_and_pull_as_they_do_one_by_one(kind):
+    points = moved(cloud(kind, 1003, NOISE_M), POSE) + [40.0, -30, 5]  # far from the frame's origin
+    view, options = _core.PrimitiveView.of_points(points), _core.PrimitiveEnergyOptions()
+    T = np.linalg.inv(POSE)
+    T[:3, 3] += [0.002, -0.001, 0.0015] - T[:3, :3] @ [40.0, -30, 5]
+    packs = view.energy(KIND[kind], T, lengths(kind), options)
+    options.in_double = True
+    single = view.energy(KIND[kind], T, lengths(kind), options)
+    assert packs["cost"] == pytest.approx(single["cost"], rel=PACK_RTOL)
+    np.testing.assert_allclose(packs["residuals"], single["residuals"], atol=1e-7)  # m
+    for name in ("gradient", "hessian"):
+        scale = np.sqrt(np.diag(single["hessian"]) + 1)
+        scale = scale if name == "gradient" else np.outer(scale, scale)
+        np.testing.assert_allclose(
+            packs[name] / scale, single[name] / scale, atol=1e-3 if name == "gradient" else PACK_RTOL * 10
+        )
 
 
 # ---- points ----
