@@ -13,7 +13,7 @@ namespace sdftrack {
 namespace {
 
 constexpr int P = PrimitiveField::P;
-constexpr double kSlanted = 0.5;  // cosine of 60 degrees
+constexpr double kSlanted = 0.35;  // cosine of 70 degrees
 constexpr double kLeastSay = 0.1;
 // Of the pixels without a reading at a receding rim the object hides the most; but beside a step of depth
 // half of what is behind it is lost too.

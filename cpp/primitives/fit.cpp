@@ -21,8 +21,9 @@ constexpr double kLeastScale_m = 2e-4, kMostScale_m = 0.004;
 constexpr double kFirstScale_m = 0.01;
 constexpr double kFirstScale = 0.04;  // of the diameter, where that is more
 constexpr double kWrongLabels =
-    0.05;                       // share of pixels beside the edge that are said to be what they are not
-constexpr double kThin = 0.08;  // of the diameter
+    0.05;  // share of pixels beside the edge that are said to be what they are not
+constexpr double kOutlines_px[] = {0.5, 0.35, 0.25, 0.15};  // scales of a lost and a clean edge
+constexpr double kThin = 0.08;                              // of the diameter
 // sd of the gap between a thing and its table: the plane of thousands of readings is known to 0.01 to 0.03
 // mm.
 constexpr double kStanding_m = 1e-4, kStanding = 0.2;  // m, of the readings' scale
@@ -122,13 +123,27 @@ class Fitter {
     return all.front();
   }
 
-  double fine(Candidate* best) {
+  // How sharp the edge of the picture is: as its pixels say. A width that is too large pulls the tip of a
+  // cone in, around which there are more pixels beside it than on it.
+  double own_outline_px(const State& x) const {
+    double best_px = kOutlines_px[0], least = std::numeric_limits<double>::infinity();
+    for (const double px : kOutlines_px) {
+      const double cost = PrimitiveEnergy(kind_, &view_, energy(1, px, 0, 600)).outline_cost(x);
+      if (cost < least) least = cost, best_px = px;
+    }
+    return best_px;
+  }
+
+  // Energy of the last steps.
+  PrimitiveEnergyOptions fine(Candidate* best) {
     double s = own_scale(best->x, 700);
     PrimitiveEnergy(kind_, &view_, energy(1, 1, options_.most_points, 0)).slants(best->x, &per_noise_);
     improve(energy(s, 0.7, 1500, 600), 10, false, best, false);
     s = own_scale(best->x, 1500);
-    improve(energy(s, 0.5, options_.most_points, options_.most_rays), 10, false, best, false);
-    return s;
+    const PrimitiveEnergyOptions last =
+        energy(s, own_outline_px(best->x), options_.most_points, options_.most_rays);
+    improve(last, 10, false, best, false);
+    return last;
   }
 
   LmWork* work() { return &work_; }
@@ -182,9 +197,8 @@ PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const 
       all.push_back({state_of(kind, guess), 0});
   if (all.empty()) return fit;
   Candidate best = fitter.coarse(std::move(all), initial != nullptr);
-  fit.scale_m = fitter.fine(&best);
-  fit.x = best.x, fit.steps = fitter.steps();
-  const PrimitiveEnergyOptions last = fitter.energy(fit.scale_m, 0.5, options.most_points, options.most_rays);
+  const PrimitiveEnergyOptions last = fitter.fine(&best);
+  fit.x = best.x, fit.steps = fitter.steps(), fit.scale_m = last.scale_m;
   fit.covariance = fit_covariance(view, last, fit, cloud.diameter_m);
   find_bounds(view, last, fitter.work(), &fit);
   for (int i = 0; i < size_count(kind); ++i)

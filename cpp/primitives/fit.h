@@ -16,7 +16,7 @@ namespace sdftrack {
 struct PrimitiveFitOptions {
   Scaling scaling = Scaling::kExact;
   unsigned seed = 0;
-  int most_points = 5000;  // that the last steps look at
+  int most_points = 20000;  // that the last steps look at
   int most_rays = 1500;
   double tolerance_m = 0.003;  // at up to 1 m, growing with the square of the depth: a reading of the solid
   std::array<bool, kMostSizes> fixed{false, false, false};  // lengths of `initial` to leave alone
