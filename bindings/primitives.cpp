@@ -120,6 +120,7 @@ py::dict fit_dict(const PrimitiveFit& fit, const SeedCloud& cloud) {
   d["scale"] = fit.scale_m;
   d["rms"] = fit.rms_m;
   d["inliers"] = fit.inliers;
+  d["outline"] = fit.outline;
   d["steps"] = fit.steps;
   d["diameter"] = cloud.diameter_m;
   return d;

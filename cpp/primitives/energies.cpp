@@ -193,20 +193,34 @@ PrimitiveEnergy::Sandwich PrimitiveEnergy::sandwich(const State& x) const {
   return {a.hessian, b.hessian};
 }
 
-double PrimitiveEnergy::outline_cost(const State& x) const {
+template <class Look>
+void PrimitiveEnergy::visit_edge(const State& x, const Look& look) const {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   const std::size_t rays = std::min(view_->outline.size(), static_cast<std::size_t>(options_.rays));
   SolidResidual r;
-  double cost = 0;
   for (std::size_t i = 0; i < rays; ++i) {
     const OutlineRay& ray = view_->outline[i];
     if (ray.sight == Sight::kLost) continue;
     const bool on = ray.sight == Sight::kOn;
     clearance(field, ray, &r);
-    if (!on) r.m += ray.slack_m;
-    cost += outline_curve(r.m, options_.outline_scale_px * ray.pixel_m, options_.outline_floor, on).cost;
+    look(ray, on ? r.m : r.m + ray.slack_m, on);
   }
+}
+
+double PrimitiveEnergy::outline_cost(const State& x) const {
+  double cost = 0;
+  visit_edge(x, [&](const OutlineRay& ray, double d, bool on) {
+    cost += outline_curve(d, options_.outline_scale_px * ray.pixel_m, options_.outline_floor, on).cost;
+  });
   return cost;
+}
+
+double PrimitiveEnergy::outline_agreement(const State& x) const {
+  double agree = 0, all = 0;
+  visit_edge(x, [&](const OutlineRay& ray, double d, bool on) {
+    all += 1, agree += on ? d < ray.pixel_m : d > -ray.pixel_m;
+  });
+  return all > 0 ? agree / all : 1.0;
 }
 
 void PrimitiveEnergy::slants(const State& x, std::vector<float>* per_noise) const {

@@ -53,6 +53,8 @@ class PrimitiveEnergy : public Energy {
   Sandwich sandwich(const State& x) const;
   // Of the edge of the picture alone.
   double outline_cost(const State& x) const;
+  // Share of its rays that hit or miss the solid as they should, to a pixel; 1 without any.
+  double outline_agreement(const State& x) const;
   // Of each reading that is used how much less it says than one that is met squarely: a reading at a slant
   // takes over what its neighbours see, so its depth is in doubt by a multiple of the slope.
   void slants(const State& x, std::vector<float>* per_noise) const;
@@ -65,6 +67,8 @@ class PrimitiveEnergy : public Energy {
   void visit(const PrimitiveField& field, const State& x, const Add& add) const;
   template <class Add>
   void visit_points(const PrimitiveField& field, const Add& add) const;
+  template <class Look>  // look(ray, clearance in m, whether the ray hits)
+  void visit_edge(const State& x, const Look& look) const;
   std::size_t points() const;
   bool in_packs() const {
     return !view_->bare.x_m.empty() && options_.scaling == Scaling::kExact && !options_.in_double;

@@ -162,9 +162,11 @@ class Fitter {
 
 void count_inliers(const PrimitiveView& view, const PrimitiveFitOptions& options, PrimitiveFit* fit) {
   PrimitiveEnergyOptions e;
-  e.scaling = options.scaling, e.points = options.most_points;
+  e.scaling = options.scaling, e.points = options.most_points, e.rays = options.most_rays;
   std::vector<double> r;
-  PrimitiveEnergy(fit->kind, &view, e).residuals(fit->x, &r);
+  const PrimitiveEnergy energy(fit->kind, &view, e);
+  energy.residuals(fit->x, &r);
+  fit->outline = energy.outline_agreement(fit->x);
   double squares = 0, inside = 0;
   for (std::size_t i = 0; i < r.size(); ++i) {
     const double tolerance =

@@ -30,6 +30,7 @@ struct PrimitiveFit {
   double scale_m = 0;          // s of the readings' residuals
   double rms_m = 0;            // of the readings within the tolerance
   double inliers = 0;          // their share
+  double outline = 1;          // share of the picture's edge that is where the solid has its own
   int steps = 0;               // trials of the optimiser
   bool found = false;
 
