@@ -64,6 +64,7 @@ class View {
     std::size_t n;
     const Vec3d* p = borrow_points(points, &n);
     for (const std::size_t i : spread_order(n)) out.view.points.push_back(p[i]);
+    out.view.bare = FloatPoints(out.view.points);
     return out;
   }
   static View of_image(const py::array& depth_m, const py::array& labels, const Camera& camera,
@@ -119,6 +120,7 @@ py::dict fit_dict(const PrimitiveFit& fit, const SeedCloud& cloud) {
   d["scale"] = fit.scale_m;
   d["rms"] = fit.rms_m;
   d["inliers"] = fit.inliers;
+  d["outline"] = fit.outline;
   d["steps"] = fit.steps;
   d["diameter"] = cloud.diameter_m;
   return d;
@@ -209,7 +211,8 @@ void bind_primitives(py::module_& m) {
       .def_readwrite("outline_scale_px", &PrimitiveEnergyOptions::outline_scale_px)
       .def_readwrite("outline_floor", &PrimitiveEnergyOptions::outline_floor)
       .def_readwrite("standing_sigma_m", &PrimitiveEnergyOptions::standing_sigma_m)
-      .def_readwrite("shrink", &PrimitiveEnergyOptions::shrink);
+      .def_readwrite("shrink", &PrimitiveEnergyOptions::shrink)
+      .def_readwrite("in_double", &PrimitiveEnergyOptions::in_double);
   py::class_<View>(m, "PrimitiveView", "Readings and edge pixels of an object, for solids of unknown size.")
       .def_static("of_points", &View::of_points, "points"_a)
       .def_static("of_image", &View::of_image, "depth"_a, "labels"_a, "camera"_a, "reach_px"_a = 2)

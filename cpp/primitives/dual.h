@@ -55,6 +55,10 @@ HD bool operator<(const Dual<N>& a, const Dual<N>& b) {
   return a.value < b.value;
 }
 template <int N>
+HD bool operator<=(const Dual<N>& a, const Dual<N>& b) {
+  return a.value <= b.value;
+}
+template <int N>
 HD bool operator>(const Dual<N>& a, const Dual<N>& b) {
   return a.value > b.value;
 }

@@ -13,8 +13,11 @@ namespace sdftrack {
 namespace {
 
 constexpr int P = PrimitiveField::P;
-constexpr double kSlanted = 0.5;  // cosine of 60 degrees
+constexpr double kSlanted = 0.35;  // cosine of 70 degrees
 constexpr double kLeastSay = 0.1;
+// Of the pixels without a reading at a receding rim the object hides the most; but beside a step of depth
+// half of what is behind it is lost too.
+constexpr double kLostBeside = 0.65;
 constexpr double kThin = 8;  // nats, twice: what a length e times thinner than that costs
 
 // A pixel's ray hits the solid or not, with the chance 1 / (1 + e^(d / s)) at the clearance d:
@@ -72,34 +75,68 @@ void PrimitiveSums::add_to(int n, NormalEquations* out) const {
   out->cost += cost;
 }
 
+std::size_t PrimitiveEnergy::points() const {
+  return std::min(view_->points.size(), static_cast<std::size_t>(options_.points));
+}
+
+ReadingTerm PrimitiveEnergy::term(const PrimitiveField& field) const {
+  const FloatPoints& p = view_->bare;
+  const Rigidd& T = field.T_obj_cam;
+  const auto f = [](double v) { return static_cast<float>(v); };
+  return {p.x_m.data(),
+          p.y_m.data(),
+          p.z_m.data(),
+          static_cast<int>(points()),
+          {T.R.r0.cast<float>(), T.R.r1.cast<float>(), T.R.r2.cast<float>()},
+          (T * p.origin).cast<float>(),
+          {f(field.size_m[0]), f(field.size_m[1]), f(field.size_m[2])},
+          f(1 / options_.scale_m),
+          f(options_.outlier_floor)};
+}
+
+void PrimitiveEnergy::add_packs(const PrimitiveField& field, Weighing weighing, PrimitiveSums* sums) const {
+  ReadingSums packs;
+  for_isa<ReadingOps>(used_isa()).linearize[static_cast<int>(kind_)](term(field), weighing, &packs);
+  sums->cost += packs.cost;
+  for (int a = 0; a < P; ++a) sums->gradient[a] += packs.gradient[a];
+  for (int k = 0; k < P * (P + 1) / 2; ++k) sums->hessian[k] += packs.hessian[k];
+}
+
 // add(curve, second derivative, J, mean squared slope) for every contribution; the last is known of what is
 // no reading, and negative of one.
 template <class Add>
-void PrimitiveEnergy::visit(const State& x, const Add& add) const {
-  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
-  const PrimitiveEnergyOptions& o = options_;
-  const double per_s = 1 / o.scale_m, e = o.outlier_floor;
+void PrimitiveEnergy::visit_points(const PrimitiveField& field, const Add& add) const {
+  const double per_s = 1 / options_.scale_m, e = options_.outlier_floor;
   SolidResidual r;
-  const std::size_t points = std::min(view_->points.size(), static_cast<std::size_t>(o.points));
-  for (std::size_t i = 0; i < points; ++i) {
+  for (std::size_t i = 0; i < points(); ++i) {
     if (view_->along_rays)
       ray_residual(field, view_->points[i], &r);
     else
       point_residual(field, view_->points[i], &r);
-    const double per_noise = o.per_noise ? per_s * static_cast<double>(o.per_noise[i]) : per_s;
+    const double per_noise = options_.per_noise ? per_s * static_cast<double>(options_.per_noise[i]) : per_s;
     add(
         logistic_mixture(r.m, per_noise, 1 - e, e, Curvature::kIrls),
         [&] { return logistic_mixture_second(r.m, per_noise, 1 - e, e); }, r.J, -1.0);
   }
+}
+
+template <class Add>
+void PrimitiveEnergy::visit(const PrimitiveField& field, const State& x, const Add& add) const {
+  const PrimitiveEnergyOptions& o = options_;
+  SolidResidual r;
+  if (!in_packs()) visit_points(field, add);
   const std::size_t rays = std::min(view_->outline.size(), static_cast<std::size_t>(o.rays));
+  const bool lost = !has_edges(kind_);
   for (std::size_t i = 0; i < rays; ++i) {
     const OutlineRay& ray = view_->outline[i];
+    if (ray.sight == Sight::kLost && !(lost && o.lost_rays)) continue;
     clearance(field, ray, &r);
-    if (!ray.on) r.m += ray.slack_m;
+    const bool on = ray.sight != Sight::kBeside;
+    if (!on) r.m += ray.slack_m;
     const double s = o.outline_scale_px * ray.pixel_m;
+    const double floor = ray.sight == Sight::kLost ? kLostBeside : o.outline_floor;
     add(
-        outline_curve(r.m, s, o.outline_floor, ray.on),
-        [&] { return outline_second(r.m, s, o.outline_floor, ray.on); }, r.J, -1.0);
+        outline_curve(r.m, s, floor, on), [&] { return outline_second(r.m, s, floor, on); }, r.J, -1.0);
   }
   if (view_->has_plane) {
     const PrimitiveSize size{field.size_m[0], field.size_m[1], field.size_m[2]};
@@ -122,9 +159,11 @@ void PrimitiveEnergy::visit(const State& x, const Add& add) const {
 }
 
 void PrimitiveEnergy::linearize(const State& x, NormalEquations* out) {
+  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   PrimitiveSums sums;
   const int n = unknowns().size();
-  visit(x, [&](const Curve<double>& c, const auto&, const double(&J)[P], double) {
+  if (in_packs()) add_packs(field, Weighing::kSolve, &sums), out->count += static_cast<double>(points());
+  visit(field, x, [&](const Curve<double>& c, const auto&, const double(&J)[P], double) {
     sums.add(c.cost, c.slope, c.curvature, J, n);
     out->count += 1;
   });
@@ -132,15 +171,19 @@ void PrimitiveEnergy::linearize(const State& x, NormalEquations* out) {
 }
 
 double PrimitiveEnergy::cost(const State& x) {
+  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   double cost = 0;
-  visit(x, [&](const Curve<double>& c, const auto&, const double(&)[P], double) { cost += c.cost; });
+  if (in_packs()) cost += for_isa<ReadingOps>(used_isa()).cost[static_cast<int>(kind_)](term(field));
+  visit(field, x, [&](const Curve<double>& c, const auto&, const double(&)[P], double) { cost += c.cost; });
   return cost;
 }
 
 PrimitiveEnergy::Sandwich PrimitiveEnergy::sandwich(const State& x) const {
+  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   PrimitiveSums A, B;
   const int n = unknowns().size();
-  visit(x, [&](const Curve<double>& c, const auto& second, const double(&J)[P], double spread) {
+  if (in_packs()) add_packs(field, Weighing::kSecond, &A), add_packs(field, Weighing::kSquare, &B);
+  visit(field, x, [&](const Curve<double>& c, const auto& second, const double(&J)[P], double spread) {
     A.add(0, 0, second(), J, n);
     B.add(0, 0, spread < 0 ? c.slope * c.slope : spread, J, n);
   });
@@ -150,18 +193,34 @@ PrimitiveEnergy::Sandwich PrimitiveEnergy::sandwich(const State& x) const {
   return {a.hessian, b.hessian};
 }
 
-double PrimitiveEnergy::outline_cost(const State& x) const {
+template <class Look>
+void PrimitiveEnergy::visit_edge(const State& x, const Look& look) const {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   const std::size_t rays = std::min(view_->outline.size(), static_cast<std::size_t>(options_.rays));
   SolidResidual r;
-  double cost = 0;
   for (std::size_t i = 0; i < rays; ++i) {
     const OutlineRay& ray = view_->outline[i];
+    if (ray.sight == Sight::kLost) continue;
+    const bool on = ray.sight == Sight::kOn;
     clearance(field, ray, &r);
-    if (!ray.on) r.m += ray.slack_m;
-    cost += outline_curve(r.m, options_.outline_scale_px * ray.pixel_m, options_.outline_floor, ray.on).cost;
+    look(ray, on ? r.m : r.m + ray.slack_m, on);
   }
+}
+
+double PrimitiveEnergy::outline_cost(const State& x) const {
+  double cost = 0;
+  visit_edge(x, [&](const OutlineRay& ray, double d, bool on) {
+    cost += outline_curve(d, options_.outline_scale_px * ray.pixel_m, options_.outline_floor, on).cost;
+  });
   return cost;
+}
+
+double PrimitiveEnergy::outline_agreement(const State& x) const {
+  double agree = 0, all = 0;
+  visit_edge(x, [&](const OutlineRay& ray, double d, bool on) {
+    all += 1, agree += on ? d < ray.pixel_m : d > -ray.pixel_m;
+  });
+  return all > 0 ? agree / all : 1.0;
 }
 
 void PrimitiveEnergy::slants(const State& x, std::vector<float>* per_noise) const {
@@ -180,10 +239,15 @@ void PrimitiveEnergy::slants(const State& x, std::vector<float>* per_noise) cons
 
 void PrimitiveEnergy::residuals(const State& x, std::vector<double>* out) const {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
-  const std::size_t points = std::min(view_->points.size(), static_cast<std::size_t>(options_.points));
   out->clear();
+  if (in_packs()) {
+    std::vector<float> phi(points());
+    for_isa<ReadingOps>(used_isa()).residuals[static_cast<int>(kind_)](term(field), phi.data());
+    out->assign(phi.begin(), phi.end());
+    return;
+  }
   SolidResidual r;
-  for (std::size_t i = 0; i < points; ++i) {
+  for (std::size_t i = 0; i < points(); ++i) {
     if (view_->along_rays)
       ray_residual(field, view_->points[i], &r);
     else

@@ -4,6 +4,7 @@
 
 #include "optim/energy.h"
 #include "primitives/field.h"
+#include "primitives/reading_ops.h"
 #include "primitives/view.h"
 
 namespace sdftrack {
@@ -15,9 +16,11 @@ struct PrimitiveEnergyOptions {
   double outline_scale_px = 0.5;  // the same of the edge of the picture
   double outline_floor = 0.0;
   double standing_sigma_m = 0.0005;  // of the gap between the solid and the plane that it stands on
-  double shrink = 1e-3;  // cost of a length that grows e-fold: ends that nothing bounds stay at the data
-  double thin_m = 0;     // a length below this costs: nothing is a sheet, if it need not be
+  double shrink = 1e-3;   // cost of a length that grows e-fold: ends that nothing bounds stay at the data
+  double thin_m = 0;      // a length below this costs: nothing is a sheet, if it need not be
+  bool lost_rays = true;  // rims without readings count where the kind has such rims (has_edges)
   const float* per_noise = nullptr;  // of every point: 1 over how much noisier it is; nullptr: all are alike
+  bool in_double = false;            // bare points too, one by one: what tests compare with
   int points = 1 << 30;              // at most; the first part of the view's
   int rays = 1 << 30;
 };
@@ -50,6 +53,8 @@ class PrimitiveEnergy : public Energy {
   Sandwich sandwich(const State& x) const;
   // Of the edge of the picture alone.
   double outline_cost(const State& x) const;
+  // Share of its rays that hit or miss the solid as they should, to a pixel; 1 without any.
+  double outline_agreement(const State& x) const;
   // Of each reading that is used how much less it says than one that is met squarely: a reading at a slant
   // takes over what its neighbours see, so its depth is in doubt by a multiple of the slope.
   void slants(const State& x, std::vector<float>* per_noise) const;
@@ -57,8 +62,19 @@ class PrimitiveEnergy : public Energy {
   void residuals(const State& x, std::vector<double>* out) const;
 
  private:
+  // Every contribution; or those that no loop over packs of points sums up.
   template <class Add>
-  void visit(const State& x, const Add& add) const;
+  void visit(const PrimitiveField& field, const State& x, const Add& add) const;
+  template <class Add>
+  void visit_points(const PrimitiveField& field, const Add& add) const;
+  template <class Look>  // look(ray, clearance in m, whether the ray hits)
+  void visit_edge(const State& x, const Look& look) const;
+  std::size_t points() const;
+  bool in_packs() const {
+    return !view_->bare.x_m.empty() && options_.scaling == Scaling::kExact && !options_.in_double;
+  }
+  ReadingTerm term(const PrimitiveField& field) const;
+  void add_packs(const PrimitiveField& field, Weighing weighing, PrimitiveSums* sums) const;
 
   PrimitiveKind kind_;
   const PrimitiveView* view_;

@@ -21,10 +21,14 @@ constexpr double kLeastScale_m = 2e-4, kMostScale_m = 0.004;
 constexpr double kFirstScale_m = 0.01;
 constexpr double kFirstScale = 0.04;  // of the diameter, where that is more
 constexpr double kWrongLabels =
-    0.05;                       // share of pixels beside the edge that are said to be what they are not
-constexpr double kThin = 0.08;  // of the diameter
-constexpr double kRough = 0.3;  // nats: what a step of an early stage must promise
-constexpr double kLittle = 0.003, kSure = 0.1;  // nats: a step that gains less moves nothing by 0.1 sd
+    0.05;  // share of pixels beside the edge that are said to be what they are not
+constexpr double kOutlines_px[] = {0.5, 0.35, 0.25, 0.15};  // scales of a lost and a clean edge
+constexpr double kThin = 0.08;                              // of the diameter
+// sd of the gap between a thing and its table: the plane of thousands of readings is known to 0.01 to 0.03
+// mm.
+constexpr double kStanding_m = 1e-4, kStanding = 0.2;  // m, of the readings' scale
+constexpr double kRough = 0.3;                         // nats: what a step of an early stage must promise
+constexpr double kLittle = 0.003, kSure = 0.1;         // nats: a step that gains less moves nothing by 0.1 sd
 constexpr int kWitnesses = 2000;    // readings, and pixels of the outline, that are asked about the kind
 constexpr double kEffective = 500;  // readings that count as independent witnesses of a kind
 
@@ -57,7 +61,7 @@ class Fitter {
     e.outline_floor = outline_px > 1 ? 0.0 : kWrongLabels;
     e.thin_m = kThin * diameter_m_;
     if (!per_noise_.empty()) e.per_noise = per_noise_.data();
-    e.standing_sigma_m = std::max(0.0005, 0.5 * scale_m);
+    e.standing_sigma_m = std::max(kStanding_m, kStanding * scale_m);
     return e;
   }
 
@@ -119,13 +123,27 @@ class Fitter {
     return all.front();
   }
 
-  double fine(Candidate* best) {
+  // How sharp the edge of the picture is: as its pixels say. A width that is too large pulls the tip of a
+  // cone in, around which there are more pixels beside it than on it.
+  double own_outline_px(const State& x) const {
+    double best_px = kOutlines_px[0], least = std::numeric_limits<double>::infinity();
+    for (const double px : kOutlines_px) {
+      const double cost = PrimitiveEnergy(kind_, &view_, energy(1, px, 0, 600)).outline_cost(x);
+      if (cost < least) least = cost, best_px = px;
+    }
+    return best_px;
+  }
+
+  // Energy of the last steps.
+  PrimitiveEnergyOptions fine(Candidate* best) {
     double s = own_scale(best->x, 700);
     PrimitiveEnergy(kind_, &view_, energy(1, 1, options_.most_points, 0)).slants(best->x, &per_noise_);
     improve(energy(s, 0.7, 1500, 600), 10, false, best, false);
     s = own_scale(best->x, 1500);
-    improve(energy(s, 0.5, options_.most_points, options_.most_rays), 10, false, best, false);
-    return s;
+    const PrimitiveEnergyOptions last =
+        energy(s, own_outline_px(best->x), options_.most_points, options_.most_rays);
+    improve(last, 10, false, best, false);
+    return last;
   }
 
   LmWork* work() { return &work_; }
@@ -144,9 +162,11 @@ class Fitter {
 
 void count_inliers(const PrimitiveView& view, const PrimitiveFitOptions& options, PrimitiveFit* fit) {
   PrimitiveEnergyOptions e;
-  e.scaling = options.scaling, e.points = options.most_points;
+  e.scaling = options.scaling, e.points = options.most_points, e.rays = options.most_rays;
   std::vector<double> r;
-  PrimitiveEnergy(fit->kind, &view, e).residuals(fit->x, &r);
+  const PrimitiveEnergy energy(fit->kind, &view, e);
+  energy.residuals(fit->x, &r);
+  fit->outline = energy.outline_agreement(fit->x);
   double squares = 0, inside = 0;
   for (std::size_t i = 0; i < r.size(); ++i) {
     const double tolerance =
@@ -179,9 +199,8 @@ PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const 
       all.push_back({state_of(kind, guess), 0});
   if (all.empty()) return fit;
   Candidate best = fitter.coarse(std::move(all), initial != nullptr);
-  fit.scale_m = fitter.fine(&best);
-  fit.x = best.x, fit.steps = fitter.steps();
-  const PrimitiveEnergyOptions last = fitter.energy(fit.scale_m, 0.5, options.most_points, options.most_rays);
+  const PrimitiveEnergyOptions last = fitter.fine(&best);
+  fit.x = best.x, fit.steps = fitter.steps(), fit.scale_m = last.scale_m;
   fit.covariance = fit_covariance(view, last, fit, cloud.diameter_m);
   find_bounds(view, last, fitter.work(), &fit);
   for (int i = 0; i < size_count(kind); ++i)
@@ -196,7 +215,7 @@ double evidence_against(const PrimitiveFit& fit, const PrimitiveView& view,
   PrimitiveEnergyOptions e;
   e.scaling = options.scaling, e.scale_m = scale_m;
   e.points = std::min(options.most_points, kWitnesses), e.rays = std::min(options.most_rays, kWitnesses);
-  e.outline_floor = 0.1;
+  e.outline_floor = 0.1, e.lost_rays = false;
   const double cost = PrimitiveEnergy(fit.kind, &view, e).cost(fit.x);
   const double count = static_cast<double>(std::min(view.points.size(), static_cast<std::size_t>(e.points)) +
                                            std::min(view.outline.size(), static_cast<std::size_t>(e.rays)));

@@ -6,11 +6,12 @@
 #include <array>
 #include <string>
 
+#include "sdf/solid_sample.h"
+
 namespace sdftrack {
 
 enum class PrimitiveKind { kSphere, kCylinder, kCone, kBox, kEllipsoid };
 constexpr int kPrimitiveKinds = 5;
-constexpr int kMostSizes = 3;
 
 // How the lengths enter phi.
 enum class Scaling {
@@ -54,6 +55,12 @@ constexpr int free_count(PrimitiveKind kind) {
 
 constexpr bool is_round(PrimitiveKind kind) {
   return kind == PrimitiveKind::kCylinder || kind == PrimitiveKind::kCone;
+}
+
+// Whether the picture ends at edges. A surface that bends away from the camera ends in readings that are met
+// at a grazing angle, and which a sensor loses.
+constexpr bool has_edges(PrimitiveKind kind) {
+  return kind != PrimitiveKind::kSphere && kind != PrimitiveKind::kEllipsoid;
 }
 
 // Lengths whose end may be out of sight while all that is seen fits: edges and heights, not radii.

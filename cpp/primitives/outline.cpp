@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "tracking/plane.h"
 
@@ -17,12 +18,129 @@ constexpr double kStep_m = 0.02;    // at 1 m: one less far behind it touches it
 constexpr double kBehind_m = 0.05;  // at 1 m
 constexpr double kSlack_m = 0.005;  // at 1 m
 constexpr double kStretch_m = 0.6;  // before and behind the object's readings
+constexpr double kRamps = 2;        // steps of depth from pixel to pixel before a reading that say nothing
+constexpr int kLost_px = 3;         // a rim without readings may be so wide
 
 Vec3d ray_at(const DepthFrame& frame, const Camera& camera, int x, int y) {
   if (!frame.rays) return ray(camera.K, static_cast<double>(x), static_cast<double>(y));
   const float* r = frame.rays + 2 * (static_cast<std::ptrdiff_t>(y) * camera.width + x);
   return {r[0], r[1], 1};
 }
+
+// By how much depth changes from pixel to pixel on the surface that is seen at (x, y): on a face that is met
+// at a grazing angle by centimetres. The smaller of both sides, for the other one may be the edge itself.
+double ramp_m(const DepthFrame& frame, int x, int y, int width, int height) {
+  const float z = frame.depth_m(x, y);
+  const auto step = [&](int u, int v) {
+    const bool has = u >= 0 && v >= 0 && u < width && v < height && frame.depth_m(u, v) > 0;
+    return has ? std::abs(frame.depth_m(u, v) - z) : std::numeric_limits<float>::infinity();
+  };
+  const float along_x = std::min(step(x - 1, y), step(x + 1, y));
+  const float along_y = std::min(step(x, y - 1), step(x, y + 1));
+  return std::max(std::isfinite(along_x) ? along_x : 0.0f, std::isfinite(along_y) ? along_y : 0.0f);
+}
+
+// What lies about a pixel of an image.
+struct Window {
+  int width, height;
+
+  template <class Look>
+  void around(int x, int y, int reach_px, const Look& look) const {
+    for (int v = std::max(0, y - reach_px); v <= std::min(height - 1, y + reach_px); ++v)
+      for (int u = std::max(0, x - reach_px); u <= std::min(width - 1, x + reach_px); ++u) look(u, v);
+  }
+};
+
+// Looks for the three kinds of rays, in this order.
+class OutlineFinder {
+ public:
+  OutlineFinder(const DepthFrame& frame, const Camera& camera, const std::uint8_t* labels, int reach_px)
+      : frame_(frame),
+        camera_(camera),
+        labels_(labels),
+        reach_px_(reach_px),
+        window_{camera.width, camera.height},
+        off_(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height), 0) {}
+
+  std::vector<OutlineRay> rays() {
+    int x0 = window_.width, y0 = window_.height, x1 = 0, y1 = 0;
+    for (int y = 0; y < window_.height; ++y)
+      for (int x = 0; x < window_.width; ++x)
+        if (label(x, y) == Label::kOn)
+          x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
+    const int rim = std::max(reach_px_, kLost_px);
+    x0 = std::max(0, x0 - rim), y0 = std::max(0, y0 - rim);
+    x1 = std::min(window_.width - 1, x1 + rim), y1 = std::min(window_.height - 1, y1 + rim);
+    const auto each = [&](void (OutlineFinder::*look)(int, int)) {
+      for (int y = y0; y <= y1; ++y)
+        for (int x = x0; x <= x1; ++x) (this->*look)(x, y);
+    };
+    each(&OutlineFinder::look_beside), each(&OutlineFinder::look_on), each(&OutlineFinder::look_lost);
+    return std::move(found_);
+  }
+
+ private:
+  std::size_t at(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(window_.width) +
+           static_cast<std::size_t>(x);
+  }
+  Label label(int x, int y) const { return static_cast<Label>(labels_[at(x, y)]); }
+  bool is_on(int x, int y) const { return label(x, y) == Label::kOn && frame_.depth_m(x, y) > 0; }
+  float nearest_on(int x, int y, int reach_px) const {
+    float nearest = std::numeric_limits<float>::infinity();
+    window_.around(x, y, reach_px, [&](int u, int v) {
+      if (is_on(u, v)) nearest = std::min(nearest, frame_.depth_m(u, v));
+    });
+    return nearest;
+  }
+  bool is_beside(int x, int y, int reach_px) const {
+    bool beside = false;
+    window_.around(x, y, reach_px, [&](int u, int v) { beside |= off_[at(u, v)] != 0; });
+    return beside;
+  }
+  void add(int x, int y, double near_m, double far_m, double z, Sight sight, double slack_m = 0) {
+    const double focal = 0.5 * (camera_.K.fx + camera_.K.fy);
+    found_.push_back(
+        {ray_at(frame_, camera_, x, y), std::max(0.02, near_m), far_m, z / focal, sight, slack_m});
+  }
+
+  // What is seen behind the object, or touches it.
+  void look_beside(int x, int y) {
+    if (label(x, y) != Label::kOff) return;
+    const float z = frame_.depth_m(x, y);
+    if (!(z > 0)) return;
+    const float nearest = nearest_on(x, y, std::max(reach_px_, kLost_px));
+    if (!std::isfinite(nearest) || z < nearest - plane_tolerance_m(kNearer_m, nearest)) return;
+    const bool touches = z < nearest + plane_tolerance_m(kStep_m, nearest);
+    if (!touches) off_[at(x, y)] = 1;
+    // It may be a face of the object that no mask holds: the ray is free up to a little before it.
+    const double free_m = z - kRamps * ramp_m(frame_, x, y, window_.width, window_.height);
+    add(x, y, nearest - kStretch_m, std::min<double>(free_m, nearest + kStretch_m), nearest, Sight::kBeside,
+        touches ? plane_tolerance_m(kSlack_m, nearest) : 0.0);
+  }
+
+  void look_on(int x, int y) {
+    if (!is_on(x, y) || !is_beside(x, y, reach_px_)) return;
+    // A mask may hold readings of what is behind the object: the pixel is not the object's then.
+    const double z = nearest_on(x, y, reach_px_);
+    if (frame_.depth_m(x, y) < z + plane_tolerance_m(kBehind_m, z))
+      add(x, y, z - kStretch_m, z + kStretch_m, z, Sight::kOn);
+  }
+
+  void look_lost(int x, int y) {
+    if (frame_.depth_m(x, y) > 0 || !is_beside(x, y, kLost_px)) return;
+    const double z = nearest_on(x, y, kLost_px);
+    if (std::isfinite(z)) add(x, y, z - kStretch_m, z + kStretch_m, z, Sight::kLost);
+  }
+
+  const DepthFrame& frame_;
+  const Camera& camera_;
+  const std::uint8_t* labels_;
+  int reach_px_;
+  Window window_;
+  std::vector<unsigned char> off_;  // pixels that show what is behind the object
+  std::vector<OutlineRay> found_;
+};
 
 }  // namespace
 
@@ -53,62 +171,9 @@ std::vector<Vec3d> labelled_points(const DepthFrame& frame, const Camera& camera
 
 std::vector<OutlineRay> outline_rays(const DepthFrame& frame, const Camera& camera,
                                      const std::uint8_t* labels, int reach_px) {
-  const int w = camera.width, h = camera.height;
-  const auto label = [&](int x, int y) {
-    return static_cast<Label>(labels[static_cast<std::ptrdiff_t>(y) * w + x]);
-  };
-  const auto is_on = [&](int x, int y) { return label(x, y) == Label::kOn && frame.depth_m(x, y) > 0; };
-  int x0 = w, y0 = h, x1 = 0, y1 = 0;
-  for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x)
-      if (label(x, y) == Label::kOn)
-        x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
-  x0 = std::max(0, x0 - reach_px), y0 = std::max(0, y0 - reach_px);
-  x1 = std::min(w - 1, x1 + reach_px), y1 = std::min(h - 1, y1 + reach_px);
-
-  std::vector<OutlineRay> found, out;
-  std::vector<unsigned char> off(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), 0);
-  const auto around = [&](int x, int y, const auto& look) {
-    for (int v = std::max(0, y - reach_px); v <= std::min(h - 1, y + reach_px); ++v)
-      for (int u = std::max(0, x - reach_px); u <= std::min(w - 1, x + reach_px); ++u) look(u, v);
-  };
-  const auto nearest_on = [&](int x, int y) {
-    float nearest = std::numeric_limits<float>::infinity();
-    around(x, y, [&](int u, int v) {
-      if (is_on(u, v)) nearest = std::min(nearest, frame.depth_m(u, v));
-    });
-    return nearest;
-  };
-  const double focal = 0.5 * (camera.K.fx + camera.K.fy);
-  const auto add = [&](int x, int y, double near_m, double far_m, double z, bool on, double slack_m = 0) {
-    found.push_back({ray_at(frame, camera, x, y), std::max(0.02, near_m), far_m, z / focal, on, slack_m});
-  };
-  for (int y = y0; y <= y1; ++y)
-    for (int x = x0; x <= x1; ++x) {
-      if (label(x, y) != Label::kOff) continue;
-      const float z = frame.depth_m(x, y);
-      if (!(z > 0)) continue;
-      const float nearest = nearest_on(x, y);
-      if (!std::isfinite(nearest) || z < nearest - plane_tolerance_m(kNearer_m, nearest)) continue;
-      const bool touches = z < nearest + plane_tolerance_m(kStep_m, nearest);
-      if (!touches)
-        off[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] = 1;
-      add(x, y, nearest - kStretch_m, std::min<double>(z, nearest + kStretch_m), nearest, false,
-          touches ? plane_tolerance_m(kSlack_m, nearest) : 0.0);
-    }
-  for (int y = y0; y <= y1; ++y)
-    for (int x = x0; x <= x1; ++x) {
-      if (!is_on(x, y)) continue;
-      bool beside = false;
-      around(x, y, [&](int u, int v) {
-        beside |=
-            off[static_cast<std::size_t>(v) * static_cast<std::size_t>(w) + static_cast<std::size_t>(u)] != 0;
-      });
-      // A mask may hold readings of what is behind the object: the pixel is not the object's then.
-      const double z = nearest_on(x, y);
-      if (beside && frame.depth_m(x, y) < z + plane_tolerance_m(kBehind_m, z))
-        add(x, y, z - kStretch_m, z + kStretch_m, z, true);
-    }
+  const std::vector<OutlineRay> found = OutlineFinder(frame, camera, labels, reach_px).rays();
+  std::vector<OutlineRay> out;
+  out.reserve(found.size());
   for (const std::size_t i : spread_order(found.size())) out.push_back(found[i]);
   return out;
 }

@@ -12,9 +12,11 @@ namespace sdftrack {
 enum class Label : std::uint8_t { kOff = 0, kOn = 1, kUnknown = 2 };  // is the object seen in a pixel
 
 // Pixels on the object and beside it, within `reach_px` of one another. A reading nearer than the object
-// beside it hides it, and says nothing; nor does a pixel without a reading. Where the depth goes on without a
+// beside it hides it, and says nothing. Where the depth goes on without a
 // step (the table at its foot, a neighbour that it touches) the solid may not reach far into what is seen,
-// and that is all. In an order of which any first part is spread over all.
+// and that is all; in front of a reading on a steep ramp of depth the ray is free up to a little before it,
+// for it may be a face of the object itself. Pixels without a reading between the object and what is behind
+// it are told apart (Sight::kLost). In an order of which any first part is spread over all.
 std::vector<OutlineRay> outline_rays(const DepthFrame& frame, const Camera& camera,
                                      const std::uint8_t* labels, int reach_px);
 

@@ -15,6 +15,7 @@ from sdftrack.synth.solids import ray_depth, standing_scene
 from sdftrack.viz.primitives import draw_primitives
 
 CAMERA = st.Camera(525, 525, 319.5, 239.5, 640, 480)
+LARGER, WINDOW = 3, (190, 110, 510, 290)  # x0, y0, x1, y1
 SOLIDS = [  # kind, size (m), place on the table from the first one (m)
     ("box", {"x": 0.12, "y": 0.07, "z": 0.16}, (0, 0)),
     ("cylinder", {"radius": 0.033, "height": 0.12}, (0.17, -0.02)),
@@ -43,5 +44,8 @@ frame = st.Frame(Kinect()(depth, cosine, rng), camera=CAMERA)
 fits = st.fit_primitives(frame)
 for fit in fits:
     print(fit)
-picture = Image.fromarray(draw_primitives(frame, fits, CAMERA)).crop((190, 110, 510, 290)).resize((960, 540))
-picture.quantize(96).save(sys.argv[1], optimize=True)
+# Readings three times as large, lines drawn at that size: a picture that is enlarged afterwards is blurred.
+large = st.Frame(np.repeat(np.repeat(frame.depth, LARGER, 0), LARGER, 1))
+drawn = draw_primitives(large, fits, CAMERA.scaled(LARGER))
+x0, y0, x1, y1 = (LARGER * v for v in WINDOW)
+Image.fromarray(drawn[y0:y1, x0:x1]).quantize(128).save(sys.argv[1], optimize=True)

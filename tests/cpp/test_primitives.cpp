@@ -5,7 +5,6 @@
 
 #include "primitives/energies.h"
 #include "primitives/outline.h"
-#include "sdf/primitives.h"
 
 namespace sdftrack {
 namespace {
@@ -44,15 +43,32 @@ TEST(Primitives, derivatives_are_those_of_the_distance) {
   }
 }
 
-TEST(Primitives, distances_are_those_that_volumes_are_made_of) {
-  constexpr double kTol = 1e-9;  // m; both solve the same equation
-  for (int i = 1; i < 100; ++i) {
-    const Vec3d p = point(i);
-    EXPECT_NEAR(phi(PrimitiveKind::kCylinder, p, kSize[1]), cylinder_distance(p, 0.04, 0.11), kTol);
-    EXPECT_NEAR(phi(PrimitiveKind::kCone, p, kSize[2]), cone_distance(p, 0.06, 0.13), kTol);
-    EXPECT_NEAR(phi(PrimitiveKind::kBox, p, kSize[3]), box_distance(p, {0.10, 0.06, 0.08}), kTol);
-    EXPECT_NEAR(phi(PrimitiveKind::kEllipsoid, p, kSize[4]), ellipsoid_distance(p, {0.05, 0.08, 0.035}),
-                kTol);
+TEST(Primitives, points_in_packs_give_the_same_bits_on_every_instruction_set) {
+  constexpr int kCount = 1003;  // no multiple of a pack, and more than a block
+  std::vector<Vec3d> points;
+  for (int i = 0; i < kCount; ++i) points.push_back(point(i));
+  const FloatPoints bare(points);
+  for (int k = 0; k < kPrimitiveKinds; ++k) {
+    const auto size = [&](int i) { return static_cast<float>(kSize[k][i]); };
+    const ReadingTerm term{bare.x_m.data(),
+                           bare.y_m.data(),
+                           bare.z_m.data(),
+                           kCount,
+                           {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                           bare.origin.cast<float>(),
+                           {size(0), size(1), size(2)},
+                           500.0f,
+                           0.1f};
+    ReadingSums first;
+    ReadingOps::baseline.linearize[k](term, Weighing::kSolve, &first);
+    EXPECT_GT(first.cost, 0);
+    for (const Isa isa : supported_isas()) {
+      ReadingSums sums;
+      for_isa<ReadingOps>(isa).linearize[k](term, Weighing::kSolve, &sums);
+      EXPECT_EQ(sums.cost, first.cost) << isa_name(isa) << " kind " << k;
+      EXPECT_EQ(for_isa<ReadingOps>(isa).cost[k](term), first.cost);
+      for (int i = 0; i < 45; ++i) EXPECT_EQ(sums.hessian[i], first.hessian[i]);
+    }
   }
 }
 

@@ -11,7 +11,7 @@ from sdftrack import _core
 from sdftrack.primitives.fusing import fuse_sizes
 from sdftrack.reference import primitives as twin
 from sdftrack.synth.noise import Gaussian, Kinect
-from sdftrack.synth.solids import KINDS, ray_depth, standing_scene
+from sdftrack.synth.solids import KINDS, random_solid, ray_depth, standing_scene
 
 CAMERA = st.Camera(525, 525, 319.5, 239.5, 640, 480)
 SIZES = {
@@ -119,6 +119,7 @@ def test_distances_with_known_answers():
         ("cylinder", [0.04, 0.1], [0.04 + 0.03, 0, 0.05 + 0.04], 0.05),
         ("cone", [0.06, 0.08], [0, 0, 0.04 + 0.02], 0.02),  # above the apex
         ("cone", [0.06, 0.08], [0, 0, -0.04 - 0.01], 0.01),
+        ("cone", [0.0625, 0.125], [0.02, 0, -0.0625], 0),  # on the base to the last bit
         ("ellipsoid", [0.05, 0.08, 0.03], [0, 0.1, 0], 0.02),
         ("ellipsoid", [0.05, 0.08, 0.03], [0, 0, 0], -0.03),
     ]
@@ -208,6 +209,28 @@ def test_the_way_along_a_ray_is_that_of_the_twin(kind):
     assert compared > (0 if kind == "ellipsoid" else 20)
 
 
+PACK_RTOL = 2e-5  # float contributions, 6e-8 each of values near their greatest; sums in double
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_points_many_at_a_time_cost_and_pull_as_they_do_one_by_one(kind):
+    points = moved(cloud(kind, 1003, NOISE_M), POSE) + [40.0, -30, 5]  # far from the frame's origin
+    view, options = _core.PrimitiveView.of_points(points), _core.PrimitiveEnergyOptions()
+    T = np.linalg.inv(POSE)
+    T[:3, 3] += [0.002, -0.001, 0.0015] - T[:3, :3] @ [40.0, -30, 5]
+    packs = view.energy(KIND[kind], T, lengths(kind), options)
+    options.in_double = True
+    single = view.energy(KIND[kind], T, lengths(kind), options)
+    assert packs["cost"] == pytest.approx(single["cost"], rel=PACK_RTOL)
+    np.testing.assert_allclose(packs["residuals"], single["residuals"], atol=1e-7)  # m
+    for name in ("gradient", "hessian"):
+        scale = np.sqrt(np.diag(single["hessian"]) + 1)
+        scale = scale if name == "gradient" else np.outer(scale, scale)
+        np.testing.assert_allclose(
+            packs[name] / scale, single[name] / scale, atol=1e-3 if name == "gradient" else PACK_RTOL * 10
+        )
+
+
 # ---- points ----
 
 
@@ -289,10 +312,10 @@ def test_the_printed_form_finds_the_same_solid():
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(
-    ("noise", "share"), [(Gaussian(NOISE_M), 0.01), (Kinect(), 0.03)], ids=["1 mm", "kinect"]
+    ("noise", "share"), [(Gaussian(NOISE_M), 0.01), (Kinect(), 0.02)], ids=["1 mm", "kinect"]
 )
 def test_a_frame_without_a_mask_gives_kind_and_size_of_what_stands_on_the_table(kind, noise, share):
-    """Targets: 1 % at 1 mm, 2 % with Kinect noise; of an ellipsoid with the latter 3.5 % (docs/results.md)."""
+    """Targets: 1 % at 1 mm, 2 % with Kinect noise."""
     frame, truth = scene(kind, noise)
     fit = st.fit_primitive(frame, camera=CAMERA)
     assert fit.kind == kind, fit.scores
@@ -306,11 +329,56 @@ def test_a_frame_without_a_mask_gives_kind_and_size_of_what_stands_on_the_table(
         if kind in ("box", "ellipsoid")
         else np.array(list(truth.size.values()))
     )
-    limit = share if kind == "ellipsoid" or share == 0.01 else 0.02
-    np.testing.assert_allclose(
-        found, true, rtol=limit + (0.005 if kind == "ellipsoid" and share > 0.01 else 0)
-    )
+    np.testing.assert_allclose(found, true, rtol=share)
     assert np.linalg.norm(fit.T_cam_obj[:3, 3] - truth.T_cam_obj[:3, 3]) < (0.001 if share == 0.01 else 0.003)
+
+
+def test_what_is_no_solid_has_a_lower_score_than_what_is():
+    """A bowl: the lower half of a ball, its inside seen. It is not a solid that the picture's edge shows."""
+    frame, truth = scene("sphere", Gaussian(NOISE_M))
+    whole = next(iter(st.fit_primitive(frame, camera=CAMERA, mask=truth.mask, plane=None).scores.values()))
+    depth = frame.depth.copy()
+    points = CAMERA.back_project(depth).astype(float)
+    upper = truth.mask & (points @ truth.plane[0] + truth.plane[1] > SIZES["sphere"]["radius"])
+    # Where the upper half is seen, the ray goes on to the inner side behind the middle, or over the edge.
+    centre = truth.T_cam_obj[:3, 3]
+    rays = CAMERA.back_project(np.ones(CAMERA.shape, np.float32)).astype(float)
+    a, b = (rays**2).sum(-1), rays @ centre
+    far = (b + np.sqrt(np.maximum(b * b - a * (centre @ centre - SIZES["sphere"]["radius"] ** 2), 0))) / a
+    inner = (far[..., None] * rays) @ truth.plane[0] + truth.plane[1] < SIZES["sphere"]["radius"]
+    depth[upper] = np.where(inner, far, 1.6)[upper].astype(np.float32)
+    mask = truth.mask & ~(upper & ~inner)
+    bowl = next(iter(st.fit_primitive(st.Frame(depth), camera=CAMERA, mask=mask, plane=None).scores.values()))
+    assert whole > 0.95
+    assert bowl < 0.85 * whole
+
+
+def test_the_rim_that_a_sensor_loses_does_not_make_an_ellipsoid_small():
+    """Kinect noise loses readings beyond 70 to 80 degrees: without them it was 2 % too small."""
+    frame, truth = scene("ellipsoid", Kinect(), seed=3)
+    fit = st.fit_primitive(frame, "ellipsoid", camera=CAMERA)
+    ratio = np.sort(list(fit.size.values())) / np.sort(list(truth.size.values()))
+    assert abs(ratio.mean() - 1) < 0.01
+
+
+def test_a_face_that_is_seen_at_a_grazing_angle_is_not_taken_for_free_space():
+    """Its readings are centimetres apart, so that no piece holds them: the box was 1.5 % too thin."""
+    rng = np.random.default_rng([KINDS.index("box"), 25])  # of the measuring command
+    truth = standing_scene("box", random_solid("box", rng), CAMERA, rng)
+    fit = st.fit_primitive(st.Frame(Gaussian(NOISE_M)(truth.depth, truth.cosine, rng)), "box", camera=CAMERA)
+    np.testing.assert_allclose(
+        np.sort(list(fit.size.values())), np.sort(list(truth.size.values())), rtol=0.005
+    )
+
+
+def test_the_measuring_command_prints_a_row_per_noise_and_kind(capsys):
+    from sdftrack.eval.primitives import main
+
+    main(["synthetic", "-n", "1", "--kinds", "cylinder"])
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    rows = [line for line in lines if "cylinder" in line]
+    assert [row[0] for row in rows] == ["1", "Kinect"]  # "1 mm"
+    assert all("100.0" in row for row in rows)
 
 
 def test_a_box_seen_from_the_front_alone_has_an_open_depth_and_the_table_bounds_a_height():
@@ -419,6 +487,7 @@ def test_bad_points_give_one_clear_error(case):
     ("options", "error", "match"),
     [
         ({"kind": "torus"}, ValueError, "kind: expected sphere"),
+        ({"kind": "plane"}, ValueError, "no inside.*remove_plane"),
         ({"scaling": "metric"}, ValueError, "scaling"),
         ({"seed": -1}, ValueError, "seed"),
         ({"seed": 1.5}, ValueError, "seed"),

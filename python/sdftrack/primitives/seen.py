@@ -35,6 +35,7 @@ SURE_TABLE_M = 0.003  # a reading above this may be the object's foot
 FOOT_M = 0.03  # an object seen as far down as this stands on the table
 STEP_M = 0.02  # a step in depth, at up to 1 m, that parts two things
 LEAST_PIECE = 60  # readings
+CRUMB_PX = 7  # width of the window about a piece in which a smaller one is part of it
 OWN_FACE = 0.5  # a plane that holds so much of the masked object is its own face
 
 Plane = tuple[NDArray[np.float64], float]
@@ -182,17 +183,28 @@ def pieces(seen: Seen, mask: NDArray[np.bool_] | None = None) -> list[NDArray[np
     )
     order = sorted(range(1, count), key=lambda k: -int(stats[k, cv2.CC_STAT_AREA]))
     large = [labels == k for k in order if stats[k, cv2.CC_STAT_AREA] >= LEAST_PIECE]
-    return [_with_rim(piece, depth, above & step, STEP_M * growth) for piece in large]
+    crumbs = above & ~step & (stats[labels, cv2.CC_STAT_AREA] < LEAST_PIECE)
+    return [_with_rim(piece, depth, above & step, crumbs, STEP_M * growth) for piece in large]
 
 
 def _with_rim(
-    piece: NDArray[np.bool_], depth: NDArray[np.float32], rim: NDArray[np.bool_], step_m: NDArray[np.float64]
+    piece: NDArray[np.bool_],
+    depth: NDArray[np.float32],
+    rim: NDArray[np.bool_],
+    crumbs: NDArray[np.bool_],
+    step_m: NDArray[np.float64],
 ) -> NDArray[np.bool_]:
-    """With the pixels at its steps that lie no farther than itself: a step belongs to the nearer side."""
+    """With the pixels at its steps that lie no farther than itself, for a step belongs to the nearer side.
+
+    And with `crumbs` beside it at its depth: the tip of a cone is thinner than a pixel and hangs together with nothing.
+    """
     import cv2
 
-    near = cv2.dilate(np.where(piece, depth, np.float32(0)), np.ones((3, 3), np.uint8))
-    out: NDArray[np.bool_] = piece | (rim & (near > 0) & (np.abs(depth - near) < step_m))
+    own = np.where(piece, depth, np.float32(0))
+    out: NDArray[np.bool_] = piece.copy()
+    for some, width in ((rim, 3), (crumbs, CRUMB_PX)):
+        near = cv2.dilate(own, np.ones((width, width), np.uint8))
+        out |= some & (near > 0) & (np.abs(depth - near) < step_m)
     return out
 
 

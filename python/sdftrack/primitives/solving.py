@@ -23,6 +23,11 @@ class Wish:
     """What is to be fitted and how, checked once."""
 
     def __init__(self, kind: str, initial: Any, seed: int, scaling: str, threads: int) -> None:
+        if kind == "plane":
+            raise ValueError(
+                "kind: expected a solid, got 'plane', which has no inside and so no signed distance; find planes with "
+                "remove_plane, or fit a 'box', whose unseen edge comes back with an infinite variance"
+            )
         if kind != "auto" and kind not in KINDS:
             raise ValueError(f"kind: expected {', '.join(KINDS)} or 'auto', got {kind!r}")
         if scaling not in _core.Scaling.__members__:
@@ -93,7 +98,9 @@ def _scores(found: dict[str, dict[str, Any]]) -> dict[str, float]:
     against = np.array([a["against"] for a in found.values()])
     weight = np.exp(-(against - against.min()))
     weight /= weight.sum()
-    scores = {k: float(w * a["inliers"]) for (k, a), w in zip(found.items(), weight, strict=True)}
+    scores = {
+        k: float(w * a["inliers"] * a["outline"]) for (k, a), w in zip(found.items(), weight, strict=True)
+    }
     order = np.argsort(against, kind="stable")
     names = list(found)
     return {names[i]: scores[names[i]] for i in order}

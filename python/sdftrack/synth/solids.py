@@ -158,12 +158,28 @@ def standing_scene(
     return _rendered(kind, size, T, (up, offset), camera)
 
 
+def _half_diagonal(kind: str, size: dict[str, float]) -> float:
+    """Radius (m) of a ball about the middle that holds a solid."""
+    half = {"radius": 1.0, "rx": 1.0, "ry": 1.0, "rz": 1.0}
+    return float(np.linalg.norm([half.get(name, 0.5) * v for name, v in size.items()]))
+
+
+def _near_rays(rays: Array, centre: Array, radius: float) -> NDArray[np.bool_]:
+    """Rays (N, 3) from the camera that pass within `radius` of a point: the others need no look."""
+    along = rays @ centre
+    squares: Array = np.einsum("ni,ni->n", rays, rays)
+    out: NDArray[np.bool_] = centre @ centre - along**2 / squares <= (1.001 * radius) ** 2
+    return out
+
+
 def _rendered(
     kind: str, size: dict[str, float], T: Array, plane: tuple[Array, float], camera: Camera
 ) -> SolidScene:
     rays = camera.back_project(np.ones(camera.shape, np.float32)).astype(np.float64).reshape(-1, 3)
     R, t = T[:3, :3], T[:3, 3]
-    z, normals = ray_depth(kind, size, -R.T @ t, rays @ R)
+    near = _near_rays(rays, t, _half_diagonal(kind, size))
+    z, normals = np.full(len(rays), np.inf), np.zeros_like(rays)
+    z[near], normals[near] = ray_depth(kind, size, -R.T @ t, rays[near] @ R)
     n, d = plane
     with np.errstate(divide="ignore"):
         table = np.where(rays @ n < 0, -d / (rays @ n), np.inf)

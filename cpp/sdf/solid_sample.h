@@ -3,9 +3,10 @@
 #pragma once
 
 #include "base/vec.h"
-#include "primitives/kind.h"
 
 namespace sdftrack {
+
+constexpr int kMostSizes = 3;  // lengths of a solid
 
 template <class T>
 struct SolidSample {
