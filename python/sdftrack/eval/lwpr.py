@@ -39,7 +39,7 @@ CROSS: dict[str, dict[str, Any]] = {
 }
 SURFACE: dict[str, dict[str, Any]] = {
     "diagonal metric learnt": {"init_D": 20, "diagonal": True, "w_cutoff": 0.02, "init_alpha": 200},
-    "full metric learnt": {"init_D": 10, "w_cutoff": 0.02, "init_alpha": 200},
+    "full metric learnt": {"init_D": 20, "w_cutoff": 0.02, "init_alpha": 200, "penalty": 0},
     "metric fixed": {"init_D": 20, "w_cutoff": 0.02, "diagonal": True, "update_D": False},
 }
 
