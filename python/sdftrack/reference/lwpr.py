@@ -17,6 +17,7 @@ __all__ = ["Field", "Options", "Unit", "loo_slope", "metric_gradient"]
 
 Array = NDArray[np.float64]
 SS_FLOOR = 1e-10  # of the sum of squared projections: nothing is divided by 0
+FIRST_U = 1e-10  # length of a projection at first: the first sample turns it
 MOST_LEVERAGE = 0.9  # beyond it a sample alone decides the regression, and leaving it out means nothing
 MOST_STEP = 0.1  # of M_ii, that an entry of row i of M may move in a step
 METRIC_AFTER = 20  # samples per input, after which the metric is learnt: steps go with 1 / sum of weights
@@ -56,7 +57,7 @@ class Field:
         self.lam = options.init_lambda
         self.n_data, self.W = 0, 0.0
         self.a0, self.beta0 = np.zeros(n), 0.0
-        self.u = np.eye(n)
+        self.u = FIRST_U * np.eye(n)
         self.SS = np.full(n, SS_FLOOR)
         self.SR, self.beta, self.MSE, self.Wr = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
         self.SZ, self.p = np.zeros((n, n)), np.zeros((n, n))
@@ -148,7 +149,7 @@ class Field:
         ddw = w * (Md[:, None] ** 2 - 1) * d[None, :] ** 2
         ddJ2 = 4 * o.penalty / len(d) * (np.diag(D)[None, :] + M**2 + np.diag(M @ M.T)[:, None])
         dd = curve * dw**2 + slope * ddw + w / self.WJ * ddJ2
-        self.h_meta = self.h_meta * np.maximum(1 - self.alpha * dd, 0) - self.alpha * gradient
+        self.h_meta = self.h_meta * np.clip(1 - self.alpha * dd, 0, 1) - self.alpha * gradient
 
     def _add_projection(self) -> None:
         """One more where the last one has paid (6.11 and what follows it)."""
