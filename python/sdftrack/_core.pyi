@@ -496,6 +496,7 @@ class MotionModel:
     def value(self) -> int:
         ...
 class PrimitiveEnergyOptions:
+    in_double: bool
     scaling: Scaling
     def __init__(self) -> None:
         ...
