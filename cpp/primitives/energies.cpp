@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "energies/penalty.h"
+#include "primitives/outline_curve.h"
 #include "primitives/residuals.h"
 #include "primitives/support.h"
 
@@ -20,24 +21,6 @@ constexpr double kLeastSay = 0.1;
 constexpr double kLostBeside = 0.65;
 constexpr double kThin = 8;  // nats, twice: what a length e times thinner than that costs
 
-// A pixel's ray hits the solid or not, with the chance 1 / (1 + e^(d / s)) at the clearance d:
-//   -log((1 - e) chance + e / 2), as a majorised quadratic like that of DepthLogistic.
-Curve<double> outline_curve(double d, double s, double floor, bool on) {
-  const double x = (on ? d : -d) / s;
-  const double chance = 1 / (1 + std::exp(std::clamp(x, -50.0, 50.0)));
-  const double likelihood = (1 - floor) * chance + 0.5 * floor;
-  const double mine = (1 - floor) * chance / likelihood;
-  const double slope = mine * (1 - chance) / s;
-  const double u = 0.5 * std::abs(x);
-  const double touching = mine * (u > 1e-4 ? std::tanh(u) / u : 1.0) / (4 * s * s);
-  return {-std::log(likelihood), on ? slope : -slope, touching};
-}
-
-double outline_second(double d, double s, double floor, bool on) {
-  const double h = 1e-3 * s;
-  return (outline_curve(d + h, s, floor, on).slope - outline_curve(d - h, s, floor, on).slope) / (2 * h);
-}
-
 // The gap between the solid and the plane, and its derivative: the plane's distance at the lowest point.
 void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, const Plane& plane,
                        SolidResidual* out) {
@@ -52,28 +35,6 @@ void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, c
 }
 
 }  // namespace
-
-void PrimitiveSums::add(double value, double slope, double curvature, const double (&J)[P], int n) {
-  cost += value;
-  int k = 0;
-  for (int a = 0; a < n; ++a) {
-    gradient[a] += slope * J[a];
-    const double weighted = curvature * J[a];
-    for (int b = 0; b <= a; ++b, ++k) hessian[k] += weighted * J[b];
-  }
-}
-
-void PrimitiveSums::add_to(int n, NormalEquations* out) const {
-  int k = 0;
-  for (int a = 0; a < P; ++a)
-    for (int b = 0; b <= a; ++b, ++k) {
-      if (a >= n) continue;
-      out->hessian(a, b) += hessian[k];
-      if (a != b) out->hessian(b, a) += hessian[k];
-    }
-  for (int a = 0; a < n; ++a) out->gradient[a] += gradient[a];
-  out->cost += cost;
-}
 
 std::size_t PrimitiveEnergy::points() const {
   return std::min(view_->points.size(), static_cast<std::size_t>(options_.points));

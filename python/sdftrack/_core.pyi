@@ -623,6 +623,7 @@ class MotionModel:
     def value(self) -> int:
         ...
 class PrimitiveEnergyOptions:
+    in_double: bool
     scaling: Scaling
     def __init__(self) -> None:
         ...

@@ -53,9 +53,9 @@ class PrimitiveFit:
         Of a status other than ``"ok"``.
     scores : dict of str to float
         Of each kind that was tried, 0..1, the best one first: how likely it is among them (by a Bayesian information
-        criterion) times the share of readings on its surface and, of a frame, the share of the pixels beside the edge of
-        its picture that it explains to a pixel. Two kinds that a view does not tell apart have scores that are alike.
-        Of a single kind the shares alone.
+        criterion) times the share of readings on its surface and, of a frame, the share of the pixels beside the edge
+        of its picture that it explains to a pixel. Two kinds that a view does not tell apart have scores that are
+        alike. Of a single kind the shares alone.
     per_frame : tuple of PrimitiveFit
         Of several frames, what each one gave; else empty.
     """
