@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// The signed distance to a contour on a flat grid.
+#pragma once
+
+#include <vector>
+
+namespace sdftrack {
+
+struct FlatDistanceWork {
+  std::vector<float> to_outside, to_inside, least, kept;
+};
+
+// Replaces phi (negative inside, ny rows of nx) by the signed distance to its zero set, no farther than
+// `radius`: beside the zero set phi over its slope, elsewhere the distance to the nearest cell of the other sign
+// less half a cell.
+void redistance(int nx, int ny, int radius, FlatDistanceWork* work, float* phi);
+
+}  // namespace sdftrack
