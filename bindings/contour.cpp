@@ -63,6 +63,8 @@ ContourOptions options_from(const py::dict& given) {
       real(&o.dt);
     } else if (name == "mu") {
       real(&o.mu);
+    } else if (name == "tension") {
+      real(&o.tension);
     } else if (name == "least_part") {
       real(&o.least_part);
     } else if (name == "box_rounds") {
@@ -83,7 +85,7 @@ py::dict options_of(const ContourOptions& o) {
   out["object_rate"] = o.object_rate, out["background_rate"] = o.background_rate;
   out["least_posterior"] = o.least_posterior, out["ring"] = o.ring, out["most_cells"] = o.most_cells;
   out["softness"] = o.softness, out["band"] = o.band, out["registration_steps"] = o.registration_steps;
-  out["reach"] = o.reach, out["shape_steps"] = o.shape_steps, out["dt"] = o.dt, out["mu"] = o.mu;
+  out["reach"] = o.reach, out["shape_steps"] = o.shape_steps, out["dt"] = o.dt, out["mu"] = o.mu, out["tension"] = o.tension;
   out["least_part"] = o.least_part, out["box_rounds"] = o.box_rounds;
   return out;
 }
@@ -128,6 +130,7 @@ ContourGrid grid_from(const py::array& phi, const std::array<double, 6>& warp) {
   grid.ny = static_cast<int>(phi.shape(0)), grid.nx = static_cast<int>(phi.shape(1));
   if (grid.nx < 3 || grid.ny < 3) throw std::invalid_argument("phi: expected at least 3 x 3 cells");
   grid.phi.assign(values, values + phi.size());
+  grid.inside = grid.all();
   grid.warp = {{warp[0], warp[1], warp[2], warp[3]}, {warp[4], warp[5]}};
   return grid;
 }
@@ -168,7 +171,7 @@ py::array_t<float> contour_steps(const py::array& phi, const py::array& foregrou
 py::array_t<float> contour_distance(const py::array& phi, int radius) {
   ContourGrid grid = grid_from(phi, {1, 0, 0, 1, 0, 0});
   FlatDistanceWork work;
-  redistance(grid.nx, grid.ny, radius, &work, grid.phi.data());
+  redistance(radius, &work, &grid);
   return phi_of(grid);
 }
 
@@ -182,7 +185,7 @@ py::array_t<float> contour_posterior(const py::array& learned, const py::array& 
     throw std::invalid_argument("phi: expected pixels inside and outside on the image, got none of a kind");
   const RgbView view = color_view(image);
   PosteriorImage posterior;
-  model.posterior(view, grid, &posterior);
+  model.posterior(view, grid, grid.all(), &posterior);
   std::vector<float> all(static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height), 0.5f);
   for (int y = posterior.rect.y0; y < posterior.rect.y1; ++y)
     std::copy_n(posterior.row(y), posterior.rect.width(),
@@ -225,13 +228,11 @@ void bind_contour(py::module_& m) {
           py::arg("image"), "Where the object is in the next image; nothing is learned yet.")
       .def(
           "finish",
-          [](ContourCore& self, const py::array& image, bool learn) {
+          [](ContourCore& self, bool learn) {
             const Busy turn(&self.busy, "tracker");
-            const RgbView view = color_view(image);
-            py::gil_scoped_release release;
-            self.tracker.finish(view, learn);
+            self.tracker.finish(learn);
           },
-          py::arg("image"), py::arg("learn"))
+          py::arg("learn"))
       .def(
           "replace_shape",
           [](ContourCore& self, const py::array& phi) {

@@ -38,7 +38,7 @@ struct ContourLoops {
 
   static void step(const ContourStep<float>& given, const float* phi, const float* foreground, int row, int count,
                    float* out) {
-    const ContourStep<L> term{given.inv_s, given.dt, given.mu};
+    const ContourStep<L> term{given.inv_s, given.dt, given.mu, given.tension};
     each_pack<L>(0, count, [&](int i, int n) SDFTRACK_INLINE {
       store(term.step(phi + i, row, load<L>(foreground + i, n), n), out + i, n);
     });

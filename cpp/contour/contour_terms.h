@@ -79,7 +79,7 @@ struct RegistrationTerm {
 // sum -log f + mu / 2 sum (|grad phi| - 1)^2. `p` points at the cell; row: to the cell below.
 template <class T>
 struct ContourStep {
-  float inv_s, dt, mu;
+  float inv_s, dt, mu, tension;
 
   HD T step(const float* p, int row, T foreground, int n) const {
     const T own = load<T>(p, n), west = load<T>(p - 1, n), east = load<T>(p + 1, n), north = load<T>(p - row, n),
@@ -93,7 +93,7 @@ struct ContourStep {
     const T along = (xx * gy * gy - T(2) * xy * gx * gy + yy * gx * gx) / kept;
     const T curvature = along / sqrt(kept);
     const Curve<T> c = posterior_cost(own, foreground, T(inv_s));
-    return own + T(dt) * (T(mu) * (xx + yy - curvature) - c.slope);
+    return own + T(dt) * (T(mu) * (xx + yy - T(1.0f - tension) * curvature) - c.slope);
   }
 };
 

@@ -36,32 +36,49 @@ float beside(const float* phi, int nx, int ny, int x, int y) {
   return std::clamp(*p / slope, -kBeside, kBeside);
 }
 
+CellBox inside_of(const ContourGrid& grid) {
+  CellBox box{grid.nx, grid.ny, -1, -1};
+  for (int y = 0; y < grid.ny; ++y) {
+    const float* const row = grid.phi.data() + static_cast<std::ptrdiff_t>(y) * grid.nx;
+    int first = 0, last = grid.nx - 1;
+    while (first < grid.nx && row[first] >= 0) ++first;
+    if (first == grid.nx) continue;
+    while (row[last] >= 0) --last;
+    box = {std::min(box.x0, first), std::min(box.y0, y), std::max(box.x1, last), y};
+  }
+  return box.x1 < 0 ? CellBox{0, 0, 0, 0} : box;
+}
+
 }  // namespace
 
-void redistance(int nx, int ny, int radius, FlatDistanceWork* work, float* phi) {
-  const auto cells = static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny);
+void redistance(int radius, FlatDistanceWork* work, ContourGrid* grid) {
+  const int nx = grid->nx, ny = grid->ny;
   const auto width = static_cast<std::size_t>(nx);
-  work->to_outside.resize(cells), work->to_inside.resize(cells), work->kept.resize(cells);
+  work->to_outside.resize(grid->phi.size()), work->to_inside.resize(grid->phi.size());
   work->least.resize(2 * width);
-  std::copy_n(phi, cells, work->kept.data());
+  work->kept.resize(grid->phi.size());
+  grid->inside = inside_of(*grid);
+  std::swap(grid->phi, work->kept);
   const auto far = static_cast<float>(radius) + 0.5f;
-  for (int y = 0; y < ny; ++y) {
-    const std::size_t at = static_cast<std::size_t>(y) * width;
-    along_row(phi + at, nx, false, far, work->to_outside.data() + at);
-    along_row(phi + at, nx, true, far, work->to_inside.data() + at);
+  std::fill(grid->phi.begin(), grid->phi.end(), far);
+  const CellBox box = grid->inside.grown(radius + 1, nx, ny);
+  const int count = box.x1 - box.x0 + 1;
+  const auto first = [&](int y) { return static_cast<std::size_t>(y) * width + static_cast<std::size_t>(box.x0); };
+  for (int y = box.y0; y <= box.y1; ++y) {
+    along_row(work->kept.data() + first(y), count, false, far, work->to_outside.data() + first(y));
+    along_row(work->kept.data() + first(y), count, true, far, work->to_inside.data() + first(y));
   }
   const ContourOps& ops = contour_ops_for(used_isa());
-  for (int y = 0; y < ny; ++y) {
-    const std::size_t at = static_cast<std::size_t>(y) * width;
-    const int above = std::min(radius, y), below = std::min(radius, ny - 1 - y);
+  for (int y = box.y0; y <= box.y1; ++y) {
+    const int above = std::min(radius, y - box.y0), below = std::min(radius, box.y1 - y);
     float *const out = work->least.data(), *const in = out + width;
-    ops.least_square(work->to_outside.data() + at, nx, above, below, nx, out);
-    ops.least_square(work->to_inside.data() + at, nx, above, below, nx, in);
-    for (int x = 0; x < nx; ++x) {
-      const auto i = at + static_cast<std::size_t>(x);
+    ops.least_square(work->to_outside.data() + first(y), nx, above, below, count, out);
+    ops.least_square(work->to_inside.data() + first(y), nx, above, below, count, in);
+    for (int k = 0; k < count; ++k) {
+      const auto i = first(y) + static_cast<std::size_t>(k);
       const bool inside = work->kept[i] < 0;
-      const float d = std::min(std::sqrt(inside ? out[x] : in[x]) - 0.5f, far);
-      phi[i] = d < kBeside ? beside(work->kept.data(), nx, ny, x, y) : inside ? -d : d;
+      const float d = std::min(std::sqrt(inside ? out[k] : in[k]) - 0.5f, far);
+      grid->phi[i] = d < kBeside ? beside(work->kept.data(), nx, ny, box.x0 + k, y) : inside ? -d : d;
     }
   }
 }

@@ -4,15 +4,17 @@
 
 #include <vector>
 
+#include "contour/region.h"
+
 namespace sdftrack {
 
 struct FlatDistanceWork {
   std::vector<float> to_outside, to_inside, least, kept;
 };
 
-// Replaces phi (negative inside, ny rows of nx) by the signed distance to its zero set, no farther than
+// Replaces phi by the signed distance to its zero set, no farther than
 // `radius`: beside the zero set phi over its slope, elsewhere the distance to the nearest cell of the other sign
-// less half a cell.
-void redistance(int nx, int ny, int radius, FlatDistanceWork* work, float* phi);
+// less half a cell. Sets grid->inside.
+void redistance(int radius, FlatDistanceWork* work, ContourGrid* grid);
 
 }  // namespace sdftrack

@@ -38,9 +38,11 @@ int root_of(std::vector<int>* parent, int i) {
 
 void find_band(const ContourGrid& grid, float band, std::vector<CellRun>* runs) {
   runs->clear();
-  for (int y = 1; y + 1 < grid.ny; ++y) {
+  const int grow = static_cast<int>(std::min(band + 1, static_cast<float>(std::max(grid.nx, grid.ny))));
+  const CellBox box = grid.inside.grown(grow, grid.nx, grid.ny);
+  for (int y = std::max(1, box.y0); y <= std::min(grid.ny - 2, box.y1); ++y) {
     const float* const row = grid.phi.data() + static_cast<std::ptrdiff_t>(y) * grid.nx;
-    for (int x = 1; x + 1 < grid.nx; ++x) {
+    for (int x = std::max(1, box.x0); x <= std::min(grid.nx - 2, box.x1); ++x) {
       if (std::abs(row[x]) > band) continue;
       if (!runs->empty() && runs->back().row == y && x - runs->back().last < kBridged)
         runs->back().last = x + 1;
@@ -63,7 +65,7 @@ void sample_posterior(const ContourGrid& grid, const PosteriorImage& posterior, 
 
 void evolve_contour(const ContourOptions& options, int steps, EvolutionWork* work, ContourGrid* grid) {
   const ContourOps& ops = contour_ops_for(used_isa());
-  const ContourStep<float> step{1 / options.softness, options.dt, options.mu};
+  const ContourStep<float> step{1 / options.softness, options.dt, options.mu, options.tension};
   work->next.resize(cells_of(*grid));
   std::copy(grid->phi.begin(), grid->phi.end(), work->next.begin());
   for (int k = 0; k < steps; ++k) {
@@ -76,20 +78,21 @@ void evolve_contour(const ContourOptions& options, int steps, EvolutionWork* wor
   }
 }
 
-int drop_small_pieces(float least_part, EvolutionWork* work, ContourGrid* grid) {
+int drop_small_pieces(float least_part, int reach, EvolutionWork* work, ContourGrid* grid) {
   auto& runs = work->pieces;
   auto& parent = work->parent;
   auto& area = work->area;
   runs.clear(), parent.clear();
   std::size_t above = 0, here = 0;  // the first run of the row above, and of this one
-  for (int y = 0; y < grid->ny; ++y) {
+  const CellBox box = grid->inside.grown(reach, grid->nx, grid->ny);
+  for (int y = box.y0; y <= box.y1; ++y) {
     const float* const row = grid->phi.data() + static_cast<std::ptrdiff_t>(y) * grid->nx;
     above = here, here = runs.size();
     std::size_t other = above;
-    for (int x = 0; x < grid->nx; ++x) {
+    for (int x = box.x0; x <= box.x1; ++x) {
       if (row[x] >= 0) continue;
       const int first = x;
-      while (x < grid->nx && row[x] < 0) ++x;
+      while (x <= box.x1 && row[x] < 0) ++x;
       const int own = static_cast<int>(runs.size());
       runs.push_back({y, first, x}), parent.push_back(own);
       while (other < here && runs[other].last <= first) ++other;

@@ -36,6 +36,7 @@ void ContourOptions::check() const {
   between("dt", static_cast<double>(dt), 1e-3, 10);
   between("mu", static_cast<double>(mu), 0, 10);
   between("mu dt (the product of both)", static_cast<double>(mu * dt), 0, 0.2001);
+  between("tension", static_cast<double>(tension), 0, 4);
   between("least_part", static_cast<double>(least_part), 0, 1);
   between("box_rounds", box_rounds, 1, 100);
 }

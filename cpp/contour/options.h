@@ -20,7 +20,7 @@ struct ContourOptions {
 
   // Grid.
   float ring = 0.3f;     // width of the background around the object, over the longer side of its box
-  int most_cells = 256;  // along the longer side of the object's box
+  int most_cells = 160;  // along the longer side of the object's box
 
   // Registration and evolution.
   float softness = 1.5f;  // s of the Heaviside
@@ -28,8 +28,9 @@ struct ContourOptions {
   int registration_steps = 12;
   float reach = 24;  // how far the object may jump between two frames, beyond what Gauss-Newton bridges
   int shape_steps = 5;
-  float dt = 2;   // of a shape step
-  float mu = 0.1f;  // of the distance regulariser; mu dt <= 0.2
+  float dt = 4;   // of a shape step
+  float mu = 0.05f;  // of the distance regulariser; mu dt <= 0.2
+  float tension = 1;  // of the contour: 0, none, as printed; 1, the regulariser is a Laplacian
   float least_part = 0.1f;  // pieces smaller than this share of the largest are dropped
 
   // Start from a box.

@@ -55,7 +55,7 @@ bool RegionModel::count(const RgbView& image, const ContourGrid& grid) {
   const double per_x = (windows_ - 1) / static_cast<double>(grid.nx - 1),
                per_y = (windows_ - 1) / static_cast<double>(grid.ny - 1);
   int objects = 0, others = 0;
-  each_row_on(grid, rect_of(grid, image), [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
+  each_row_on(grid, grid.all(), rect_of(grid, grid.all(), image), [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
     const unsigned char* rgb = image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + xa);
     for (int x = xa; x < xb; ++x, gx += dx, gy += dy, rgb += 3) {
       const int ix = static_cast<int>(gx + 0.5), iy = static_cast<int>(gy + 0.5);
@@ -85,6 +85,11 @@ bool RegionModel::count(const RgbView& image, const ContourGrid& grid) {
 bool RegionModel::learn(const RgbView& image, const ContourGrid& grid, double object_rate,
                         double background_rate) {
   if (!count(image, grid)) return false;
+  pool(object_rate, background_rate);
+  return true;
+}
+
+void RegionModel::pool(double object_rate, double background_rate) {
   const float rate[2] = {known_ ? static_cast<float>(object_rate) : 1.0f,
                          known_ ? static_cast<float>(background_rate) : 1.0f};
   const std::size_t n = counts_.size();
@@ -104,7 +109,6 @@ bool RegionModel::learn(const RgbView& image, const ContourGrid& grid, double ob
   }
   known_ = true;
   make_shares();
-  return true;
 }
 
 double RegionModel::floor_share() const { return kUniform / static_cast<double>(slots_.size()); }
@@ -128,28 +132,32 @@ void RegionModel::make_shares() {
     for (std::size_t k = 0; k < 2; ++k)
       whole_[2 * slot + k] = static_cast<float>(
           (1 - kUniform) * static_cast<double>(whole_[2 * slot + k]) / std::max(all[k], 1e-9) + floor_share());
-  const bool windows = use_windows_ && !shared_only_;
-  const auto borrowed = static_cast<float>(windows ? shrink_ : 1.0);
+  // A window's share: (own n + borrowed p) / (own N + borrowed).
+  const bool windows[2] = {object_windows_ && !shared_only_, !shared_only_};
+  const float own[2] = {windows[0] ? 1.0f : 0.0f, windows[1] ? 1.0f : 0.0f};
+  const float borrowed[2] = {windows[0] ? static_cast<float>(shrink_) : 1.0f,
+                             windows[1] ? static_cast<float>(shrink_) : 1.0f};
   std::vector<double>& per = totals_;
-  for (double& n : per) n = 1 / ((windows ? n : 0.0) + static_cast<double>(borrowed));
-  const float own = windows ? 1.0f : 0.0f;
+  for (std::size_t i = 0; i < stride; ++i)
+    per[i] = 1 / (static_cast<double>(own[i % 2]) * per[i] + static_cast<double>(borrowed[i % 2]));
   for (std::size_t slot = 0; slot < static_cast<std::size_t>(used_); ++slot) {
     const float* const n = counts_.data() + slot * stride;
     float* const p = shares_.data() + slot * stride;
-    const float whole[2] = {borrowed * whole_[2 * slot], borrowed * whole_[2 * slot + 1]};
+    const float whole[2] = {borrowed[0] * whole_[2 * slot], borrowed[1] * whole_[2 * slot + 1]};
     for (std::size_t i = 0; i < stride; i += 2)
       for (std::size_t k = 0; k < 2; ++k)
-        p[i + k] = (own * n[i + k] + whole[k]) * static_cast<float>(per[i + k]);
+        p[i + k] = (own[k] * n[i + k] + whole[k]) * static_cast<float>(per[i + k]);
   }
 }
 
-void RegionModel::posterior(const RgbView& image, const ContourGrid& grid, PosteriorImage* out) const {
-  out->rect = rect_of(grid, image);
+void RegionModel::posterior(const RgbView& image, const ContourGrid& grid, const CellBox& cells,
+                            PosteriorImage* out) const {
+  out->rect = rect_of(grid, cells, image);
   out->foreground.assign(static_cast<std::size_t>(out->rect.width()) * static_cast<std::size_t>(out->rect.height()),
                          0.5f);
   const double per_x = (windows_ - 1) / static_cast<double>(grid.nx - 1),
                per_y = (windows_ - 1) / static_cast<double>(grid.ny - 1);
-  each_row_on(grid, out->rect, [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
+  each_row_on(grid, cells, out->rect, [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
     const unsigned char* rgb = image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + xa);
     float* to = out->foreground.data() + static_cast<std::ptrdiff_t>(y - out->rect.y0) * out->rect.width() - out->rect.x0;
     for (int x = xa; x < xb; ++x, gx += dx, gy += dy, rgb += 3) {

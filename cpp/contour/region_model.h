@@ -30,17 +30,20 @@ class RegionModel {
   // Pools the histograms of this image in; a rate of 1 replaces. False, and nothing done, where the contour holds
   // next to no pixels of the image, or leaves none.
   bool learn(const RgbView& image, const ContourGrid& grid, double object_rate, double background_rate);
-  // Same as learn with rates 1, of pixels chosen by a mask of the whole image in place of the grid's phi.
-  void posterior(const RgbView& image, const ContourGrid& grid, PosteriorImage* out) const;
+  // Over the pixels of these cells.
+  void posterior(const RgbView& image, const ContourGrid& grid, const CellBox& cells, PosteriorImage* out) const;
   // Shared histograms alone, for finding the object anywhere.
   void posterior_anywhere(const RgbView& image, const ImagePart& rect, PosteriorImage* out) const;
   // The colours as they were after `remember`, against those of the object in the last frame that was counted:
   // sum of sqrt(p q), 1 for the same.
   void remember();
   double likeness() const { return likeness_; }
-  void use_windows(bool yes) { use_windows_ = yes, make_shares(); }
+  // Without them the object's colours are the same everywhere.
+  void object_windows(bool yes) { object_windows_ = yes, make_shares(); }
   // Counts an image's colours without learning them; what likeness() then speaks of.
   bool count(const RgbView& image, const ContourGrid& grid);
+  // Pools what was counted last into the histograms.
+  void pool(double object_rate, double background_rate);
 
  private:
   int bin_of(const unsigned char* rgb) const {
@@ -52,7 +55,7 @@ class RegionModel {
 
   int bins_, shift_, windows_;
   bool shared_only_;
-  bool use_windows_ = true, known_ = false;
+  bool object_windows_ = true, known_ = false;
   double shrink_;
   OpinionPool pool_;
   float least_;

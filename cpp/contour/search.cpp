@@ -32,12 +32,17 @@ double mean_at(const std::vector<float>& x, const std::vector<float>& y, const G
 void choose_samples(const ContourGrid& grid, float band, ShapeSamples* samples) {
   auto& s = *samples;
   int in = 0, out = 0;
-  for (const float phi : grid.phi) in += phi < 0, out += phi > 1 && phi < band;
+  const CellBox box = grid.inside.grown(static_cast<int>(band) + 1, grid.nx, grid.ny);
+  for (int y = box.y0; y <= box.y1; ++y)
+    for (int x = box.x0; x <= box.x1; ++x) {
+      const float phi = grid.phi[static_cast<std::size_t>(y * grid.nx + x)];
+      in += phi < 0, out += phi > 1 && phi < band;
+    }
   s.in_x.clear(), s.in_y.clear(), s.out_x.clear(), s.out_y.clear();
   const int every_in = std::max(1, in / kSamples), every_out = std::max(1, out / kSamples);
   in = out = 0;
-  for (int y = 0; y < grid.ny; ++y)
-    for (int x = 0; x < grid.nx; ++x) {
+  for (int y = box.y0; y <= box.y1; ++y)
+    for (int x = box.x0; x <= box.x1; ++x) {
       const float phi = grid.phi[static_cast<std::size_t>(y * grid.nx + x)];
       const auto gx = static_cast<float>(x - grid.mid_x()), gy = static_cast<float>(y - grid.mid_y());
       if (phi < 0) {

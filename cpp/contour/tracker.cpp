@@ -16,6 +16,8 @@ constexpr int kLeastRing_px = 12;  // of background around it
 constexpr float kBeyondBand = 4;   // cells of distance beside the band, for what moves while registering
 constexpr double kJumpGain = 0.1;  // contrast that a jump must gain over staying
 constexpr int kJumpStep_px = 6;
+constexpr double kSuspicious = 0.8;  // of the usual contrast
+constexpr int kPosteriorMargin = 4;  // cells that registration may move the band by
 
 }  // namespace
 
@@ -57,7 +59,7 @@ void ContourTracker::start(const RgbView& image, const unsigned char* mask) {
                           mask[static_cast<std::ptrdiff_t>(y) * image.width + x];
       grid_.phi[static_cast<std::size_t>(iy * grid_.nx + ix)] = inside ? -0.5f : 0.5f;
     }
-  redistance(grid_.nx, grid_.ny, reach_cells(), &evolution_.distance, grid_.phi.data());
+  redistance(reach_cells(), &evolution_.distance, &grid_);
   model_ = RegionModel(options_);
   if (!model_.learn(image, grid_, 1, 1))
     throw std::invalid_argument(
@@ -89,12 +91,13 @@ void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
     g.warp.to_image(ix - g.mid_x(), iy - g.mid_y(), &u, &v);
     return u > box.x0 - 0.5 && v > box.y0 - 0.5 && u < box.x1 - 0.5 && v < box.y1 - 0.5;
   };
+  g.inside = g.all();
   for (int y = 0; y < g.ny; ++y)
     for (int x = 0; x < g.nx; ++x) g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? -0.5f : 0.5f;
-  model_.use_windows(false);
+  model_.object_windows(false);
   for (int round = 0; round < options_.box_rounds; ++round) {
     if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
-    model_.posterior(image, g, &posterior_);
+    model_.posterior(image, g, g.all(), &posterior_);
     find_band(g, std::numeric_limits<float>::max(), &evolution_.band);
     evolution_.foreground.assign(g.phi.size(), 0.5f);
     sample_posterior(g, posterior_, &evolution_);
@@ -108,14 +111,14 @@ void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
         const float mean = sum / static_cast<float>((2 * kBlur + 1) * (2 * kBlur + 1));
         g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? 0.5f - mean : 0.5f;
       }
-    if (drop_small_pieces(options_.least_part, &evolution_, &g) < kLeastPixels)
+    if (drop_small_pieces(options_.least_part, std::max(g.nx, g.ny), &evolution_, &g) < kLeastPixels)
       throw std::invalid_argument(kOneColor);
   }
-  redistance(g.nx, g.ny, reach_cells(), &evolution_.distance, g.phi.data());
-  model_.use_windows(true);
+  redistance(reach_cells(), &evolution_.distance, &g);
+  model_.object_windows(true);
   for (int round = 0; round < 2; ++round) {
     if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
-    model_.posterior(image, g, &posterior_);
+    model_.posterior(image, g, g.all(), &posterior_);
     shape(kSteps);
     if (inside_ < kLeastPixels) throw std::invalid_argument(kOneColor);
   }
@@ -128,11 +131,13 @@ void ContourTracker::begin(const RgbView& image) {
   for (const float phi : grid_.phi) inside_ += phi < 0;
   first_area_ = inside_;
   model_.remember();
-  model_.posterior(image, grid_, &posterior_);
   good_phi_ = grid_.phi, good_warp_ = grid_.warp;
   resampled_.resize(grid_.phi.size());
   report_ = {};
   doubtful_ = 0;
+  model_.posterior(image, grid_, grid_.all(), &posterior_);
+  choose_samples(grid_, options_.band, &samples_);
+  usual_contrast_ = contrast_at(samples_, grid_.warp, posterior_);
   started_ = true;
 }
 
@@ -141,28 +146,43 @@ void ContourTracker::shape(int steps) {
   find_band(grid_, options_.band, &evolution_.band);
   sample_posterior(grid_, posterior_, &evolution_);
   evolve_contour(options_, steps, &evolution_, &grid_);
-  inside_ = drop_small_pieces(options_.least_part, &evolution_, &grid_);
-  redistance(grid_.nx, grid_.ny, reach_cells(), &evolution_.distance, grid_.phi.data());
+  inside_ = drop_small_pieces(options_.least_part, reach_cells(), &evolution_, &grid_);
+  redistance(reach_cells(), &evolution_.distance, &grid_);
 }
 
 void ContourTracker::observe(const RgbView& image) {
   if (report_.status == ContourStatus::kLost) look_around(image);
-  model_.posterior(image, grid_, &posterior_);
-  if (options_.reach > 0) {
-    choose_samples(grid_, options_.band, &samples_);
-    GridWarp jumped = grid_.warp;
-    const double stay = contrast_at(samples_, grid_.warp, posterior_);
-    const double jump = search_place(samples_, posterior_, static_cast<int>(options_.reach), kJumpStep_px, &jumped);
-    if (jump > stay + kJumpGain) {
-      grid_.warp = jumped;
-      model_.posterior(image, grid_, &posterior_);
+  before_ = grid_.phi;
+  const GridWarp last = grid_.warp;
+  place(image);
+  // Less convincing than before: it may have jumped.
+  if (options_.reach > 0 && report_.contrast < kSuspicious * usual_contrast_) {
+    const GridWarp settled = grid_.warp;
+    const double contrast = report_.contrast;
+    grid_.warp = last;
+    model_.posterior(image, grid_, grid_.all(), &posterior_);
+    search_place(samples_, posterior_, static_cast<int>(options_.reach), kJumpStep_px, &grid_.warp);
+    place(image);
+    if (report_.contrast < contrast + kJumpGain) {
+      grid_.warp = settled;
+      model_.posterior(image, grid_, near_cells(), &posterior_);
     }
   }
-  choose_pixels(grid_, posterior_, options_.band + kBeyondBand, &registration_);
-  register_grid(options_, &registration_, &grid_);
-  before_ = grid_.phi;
   shape(options_.shape_steps);
   judge(image);
+}
+
+CellBox ContourTracker::near_cells() const {
+  return grid_.inside.grown(reach_cells() + kPosteriorMargin, grid_.nx, grid_.ny);
+}
+
+// Posterior, registration, and the contrast there.
+void ContourTracker::place(const RgbView& image) {
+  model_.posterior(image, grid_, near_cells(), &posterior_);
+  choose_pixels(grid_, posterior_, options_.band + kBeyondBand, &registration_);
+  register_grid(options_, &registration_, &grid_);
+  choose_samples(grid_, options_.band, &samples_);
+  report_.contrast = contrast_at(samples_, grid_.warp, posterior_);
 }
 
 void ContourTracker::judge(const RgbView& image) {
@@ -175,17 +195,19 @@ void ContourTracker::judge(const RgbView& image) {
   choose_samples(grid_, options_.band, &samples_);
   report_.contrast = inside_ > 0 ? contrast_at(samples_, grid_.warp, posterior_) : 0;
   report_.mean_log = registration_.u.empty() ? -1 : -registration_.record.cost / registration_.record.count;
-  if (!model_.count(image, grid_)) report_.contrast = 0;
+  counted_ = model_.count(image, grid_);
+  if (!counted_) report_.contrast = 0;
+  usual_contrast_ += 0.05 * (report_.contrast - usual_contrast_);
   report_.likeness = model_.likeness();
   report_.confidence = report_.contrast * report_.likeness;
   report_.status = ContourStatus::kOk;
 }
 
-void ContourTracker::finish(const RgbView& image, bool learn) {
+void ContourTracker::finish(bool learn) {
   if (report_.status == ContourStatus::kLost) return;
   recentre();
-  if (learn && report_.status == ContourStatus::kOk)
-    model_.learn(image, grid_, static_cast<double>(options_.object_rate),
+  if (learn && report_.status == ContourStatus::kOk && counted_)
+    model_.pool(static_cast<double>(options_.object_rate),
                  static_cast<double>(options_.background_rate));
 }
 
@@ -218,14 +240,14 @@ void ContourTracker::recentre() {
   std::swap(g.phi, resampled_);
   g.warp.t[0] += g.warp.a[0] * cx + g.warp.a[1] * cy, g.warp.t[1] += g.warp.a[2] * cx + g.warp.a[3] * cy;
   for (double& a : g.warp.a) a *= k;
-  redistance(g.nx, g.ny, reach_cells(), &evolution_.distance, g.phi.data());
+  redistance(reach_cells(), &evolution_.distance, &g);
 }
 
 void ContourTracker::look_around(const RgbView&) {}
 
 void ContourTracker::replace_shape(const float* phi) {
   std::copy_n(phi, grid_.phi.size(), grid_.phi.data());
-  redistance(grid_.nx, grid_.ny, reach_cells(), &evolution_.distance, grid_.phi.data());
+  redistance(reach_cells(), &evolution_.distance, &grid_);
   inside_ = 0;
   for (const float p : grid_.phi) inside_ += p < 0;
 }
@@ -234,7 +256,7 @@ void ContourTracker::write_mask(const RgbView& image, unsigned char* mask) const
   std::fill_n(mask, static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
               static_cast<unsigned char>(0));
   const FlatView view{grid_.phi.data(), grid_.nx, grid_.ny};
-  each_row_on(grid_, rect_of(grid_, image), [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
+  each_row_on(grid_, grid_.inside.grown(1, grid_.nx, grid_.ny), rect_of(grid_, grid_.inside.grown(1, grid_.nx, grid_.ny), image), [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
     unsigned char* const to = mask + static_cast<std::ptrdiff_t>(y) * image.width;
     for (int x = xa; x < xb; ++x, gx += dx, gy += dy) {
       float phi, unused_x, unused_y;

@@ -34,7 +34,7 @@ class ContourTracker {
   // Where the object is in the next image, and its shape; nothing is learned yet.
   void observe(const RgbView& image);
   // Drift correction, and the histograms if the frame is to be learned from.
-  void finish(const RgbView& image, bool learn);
+  void finish(bool learn);
 
   // Another shape in place of the one found: negative inside, made a distance here.
   void replace_shape(const float* phi);
@@ -56,6 +56,8 @@ class ContourTracker {
   void recentre();
   void look_around(const RgbView& image);
   int reach_cells() const;
+  CellBox near_cells() const;
+  void place(const RgbView& image);
 
   ContourOptions options_;
   RegionModel model_;
@@ -70,6 +72,8 @@ class ContourTracker {
   GridWarp good_warp_;
   double first_area_ = 0;  // cells
   int inside_ = 0;         // cells
+  double usual_contrast_ = 0;
+  bool counted_ = false;
   int doubtful_ = 0;       // frames in a row
   bool started_ = false;
 };
