@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "contour/tracker.h"
-
 #include <pybind11/stl.h>
 
 #include <atomic>
 
 #include "array.h"
 #include "busy.h"
+#include "contour/steps_cuda.h"
+#include "contour/tracker.h"
 
 namespace sdftrack {
 
@@ -85,7 +85,8 @@ py::dict options_of(const ContourOptions& o) {
   out["object_rate"] = o.object_rate, out["background_rate"] = o.background_rate;
   out["least_posterior"] = o.least_posterior, out["ring"] = o.ring, out["most_cells"] = o.most_cells;
   out["softness"] = o.softness, out["band"] = o.band, out["registration_steps"] = o.registration_steps;
-  out["reach"] = o.reach, out["shape_steps"] = o.shape_steps, out["dt"] = o.dt, out["mu"] = o.mu, out["tension"] = o.tension;
+  out["reach"] = o.reach, out["shape_steps"] = o.shape_steps, out["dt"] = o.dt, out["mu"] = o.mu,
+  out["tension"] = o.tension;
   out["least_part"] = o.least_part, out["box_rounds"] = o.box_rounds;
   return out;
 }
@@ -141,12 +142,14 @@ py::tuple sums_of(const ContourGrid& grid, const RegistrationWork& work, double 
   std::vector<double> gradient(sums.gradient, sums.gradient + P), hessian(P * P);
   for (int a = 0, k = 0; a < P; ++a)
     for (int b = 0; b <= a; ++b, ++k)
-      hessian[static_cast<std::size_t>(a * P + b)] = hessian[static_cast<std::size_t>(b * P + a)] = sums.hessian[k];
+      hessian[static_cast<std::size_t>(a * P + b)] = hessian[static_cast<std::size_t>(b * P + a)] =
+          sums.hessian[k];
   return py::make_tuple(sums.cost, to_numpy(std::move(gradient), {P}), to_numpy(std::move(hessian), {P, P}));
 }
 
-py::tuple contour_registration(const py::array& phi, const std::array<double, 6>& warp, const py::array& pixels,
-                               const py::array& foreground, double softness, bool affine) {
+py::tuple contour_registration(const py::array& phi, const std::array<double, 6>& warp,
+                               const py::array& pixels, const py::array& foreground, double softness,
+                               bool affine) {
   const ContourGrid grid = grid_from(phi, warp);
   const float* uv = borrow<float>(pixels, "pixels", {2, -1});
   const py::ssize_t n = pixels.shape(1);
@@ -157,10 +160,15 @@ py::tuple contour_registration(const py::array& phi, const std::array<double, 6>
 }
 
 py::array_t<float> contour_steps(const py::array& phi, const py::array& foreground, int steps,
-                                 const py::dict& given) {
+                                 const py::dict& given, const std::string& device) {
   const ContourOptions options = options_from(given);
   ContourGrid grid = grid_from(phi, {1, 0, 0, 1, 0, 0});
   const float* p = borrow<float>(foreground, "foreground", {phi.shape(0), phi.shape(1)});
+  if (device != "cpu" && device != "cuda")
+    throw std::invalid_argument("device: expected \"cpu\" or \"cuda\", got \"" + device + "\"");
+  if (device == "cuda")
+    return to_numpy(contour_steps_cuda(options, steps, grid.nx, grid.ny, grid.phi.data(), p),
+                    {grid.ny, grid.nx});
   EvolutionWork work;
   work.foreground.assign(p, p + grid.phi.size());
   find_band(grid, options.band, &work.band);
@@ -243,18 +251,21 @@ void bind_contour(py::module_& m) {
           py::arg("phi"))
       .def(
           "mask",
-          [](const ContourCore& self, const py::array& image) { return mask_of(self.tracker, color_view(image)); },
+          [](const ContourCore& self, const py::array& image) {
+            return mask_of(self.tracker, color_view(image));
+          },
           py::arg("image"))
       .def("phi", [](const ContourCore& self) { return phi_of(self.tracker.grid()); })
       .def("warp", [](const ContourCore& self) { return matrix_of(self.tracker.grid()); })
       .def("report", [](const ContourCore& self) { return report_of(self.tracker); })
       .def("options", [](const ContourCore& self) { return options_of(self.tracker.options()); });
-  m.def("contour_options", [] { return options_of(ContourOptions{}); }, "The defaults of ContourTracker.");
+  m.def(
+      "contour_options", [] { return options_of(ContourOptions{}); }, "The defaults of ContourTracker.");
   m.def("contour_registration", &contour_registration, py::arg("phi"), py::arg("warp"), py::arg("pixels"),
         py::arg("foreground"), py::arg("softness"), py::arg("affine"),
         "Cost, gradient and Gauss-Newton Hessian of a registration.");
   m.def("contour_steps", &contour_steps, py::arg("phi"), py::arg("foreground"), py::arg("steps"),
-        py::arg("options"), "phi after steps of the evolution.");
+        py::arg("options"), py::arg("device") = "cpu", "phi after steps of the evolution.");
   m.def("contour_distance", &contour_distance, py::arg("phi"), py::arg("radius"));
   m.def("contour_posterior", &contour_posterior, py::arg("learned"), py::arg("image"), py::arg("phi"),
         py::arg("warp"), py::arg("options"));

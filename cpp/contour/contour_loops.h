@@ -12,12 +12,9 @@ template <class L>
 struct ContourLoops {
   template <int P>
   static Sums<double, P> linearize(const RegistrationTerm<float, P>& given) {
-    RegistrationTerm<L, P> term{given.grid,
-                                given.pixels,
-                                {given.b[0], given.b[1], given.b[2], given.b[3], given.b[4], given.b[5]},
-                                given.mid_x,
-                                given.mid_y,
-                                given.inv_s};
+    RegistrationTerm<L, P> term{
+        given.grid,  given.pixels, {given.b[0], given.b[1], given.b[2], given.b[3], given.b[4], given.b[5]},
+        given.mid_x, given.mid_y,  given.inv_s};
     Sums<double, P> sums;
     Block<P> block;
     Row<> costs;
@@ -36,8 +33,8 @@ struct ContourLoops {
     return sums;
   }
 
-  static void step(const ContourStep<float>& given, const float* phi, const float* foreground, int row, int count,
-                   float* out) {
+  static void step(const ContourStep<float>& given, const float* phi, const float* foreground, int row,
+                   int count, float* out) {
     const ContourStep<L> term{given.inv_s, given.dt, given.mu, given.tension};
     each_pack<L>(0, count, [&](int i, int n) SDFTRACK_INLINE {
       store(term.step(phi + i, row, load<L>(foreground + i, n), n), out + i, n);

@@ -13,8 +13,8 @@ struct ContourOps {
   // `count` cells of a row, from `phi` to `out`.
   void (*step)(const ContourStep<float>&, const float* phi, const float* foreground, int row, int count,
                float* out);
-  // least[x] = min over k = -radius .. radius of row_square[x + k * row] + k^2, for `count` cells of a row, with
-  // rows up to `above` before it and `below` behind it.
+  // least[x] = min over k = -radius .. radius of row_square[x + k * row] + k^2, for `count` cells of a row,
+  // with rows up to `above` before it and `below` behind it.
   void (*least_square)(const float* row_square, int row, int above, int below, int count, float* least);
 
   // Defined in contour_*.cpp.

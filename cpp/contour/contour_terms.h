@@ -9,8 +9,8 @@ namespace sdftrack {
 
 constexpr float kLeastMixture = 1e-6f;  // below it a pixel of posterior 0 or 1 would cost without end
 
-// What a pixel says about phi: cost -log f with f = H P + (1 - H) (1 - P), H = 1 / (1 + e^(phi / s)); its slope
-// in phi is (gamma - H) / s with gamma = H P / f, and H (1 - H) / s^2 is what Gauss-Newton takes as its
+// What a pixel says about phi: cost -log f with f = H P + (1 - H) (1 - P), H = 1 / (1 + e^(phi / s)); its
+// slope in phi is (gamma - H) / s with gamma = H P / f, and H (1 - H) / s^2 is what Gauss-Newton takes as its
 // curvature (section 2).
 template <class T>
 HD Curve<T> posterior_cost(T phi, T foreground, T inv_s) {
@@ -35,7 +35,8 @@ HD void sample_flat(const FlatView& grid, T x, T y, T* phi, T* gx, T* gy) {
           cy = select(y < T(0), T(0), select(y > most_y, most_y, y));
   // The last cell's far corner belongs to it, so that all four corners exist.
   const T last_x = most_x - T(1), last_y = most_y - T(1);
-  const IntOf<T> ix = truncate(select(cx > last_x, last_x, cx)), iy = truncate(select(cy > last_y, last_y, cy));
+  const IntOf<T> ix = truncate(select(cx > last_x, last_x, cx)),
+                 iy = truncate(select(cy > last_y, last_y, cy));
   const IntOf<T> at = iy * grid.nx + ix;
   const T fx = cx - real<T>(ix), fy = cy - real<T>(iy);
   T a, b, c, d;
@@ -58,8 +59,8 @@ template <class T, int P>
 struct RegistrationTerm {
   FlatView grid;
   ContourPixels pixels;
-  float b[6];           // X = (b0 u + b1 v + b2, b3 u + b4 v + b5), cells from the middle
-  float mid_x, mid_y;   // of the grid, in cells from its corner
+  float b[6];          // X = (b0 u + b1 v + b2, b3 u + b4 v + b5), cells from the middle
+  float mid_x, mid_y;  // of the grid, in cells from its corner
   float inv_s;
 
   HD Contribution<T, P> at(int i, int n) const {
@@ -82,8 +83,8 @@ struct ContourStep {
   float inv_s, dt, mu, tension;
 
   HD T step(const float* p, int row, T foreground, int n) const {
-    const T own = load<T>(p, n), west = load<T>(p - 1, n), east = load<T>(p + 1, n), north = load<T>(p - row, n),
-            south = load<T>(p + row, n);
+    const T own = load<T>(p, n), west = load<T>(p - 1, n), east = load<T>(p + 1, n),
+            north = load<T>(p - row, n), south = load<T>(p + row, n);
     const T gx = T(0.5f) * (east - west), gy = T(0.5f) * (south - north);
     const T xx = east - own - own + west, yy = south - own - own + north;
     const T xy = T(0.25f) * (load<T>(p + row + 1, n) - load<T>(p + row - 1, n) - load<T>(p - row + 1, n) +

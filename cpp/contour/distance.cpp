@@ -63,7 +63,9 @@ void redistance(int radius, FlatDistanceWork* work, ContourGrid* grid) {
   std::fill(grid->phi.begin(), grid->phi.end(), far);
   const CellBox box = grid->inside.grown(radius + 1, nx, ny);
   const int count = box.x1 - box.x0 + 1;
-  const auto first = [&](int y) { return static_cast<std::size_t>(y) * width + static_cast<std::size_t>(box.x0); };
+  const auto first = [&](int y) {
+    return static_cast<std::size_t>(y) * width + static_cast<std::size_t>(box.x0);
+  };
   for (int y = box.y0; y <= box.y1; ++y) {
     along_row(work->kept.data() + first(y), count, false, far, work->to_outside.data() + first(y));
     along_row(work->kept.data() + first(y), count, true, far, work->to_inside.data() + first(y));

@@ -13,8 +13,8 @@ struct FlatDistanceWork {
 };
 
 // Replaces phi by the signed distance to its zero set, no farther than
-// `radius`: beside the zero set phi over its slope, elsewhere the distance to the nearest cell of the other sign
-// less half a cell. Sets grid->inside.
+// `radius`: beside the zero set phi over its slope, elsewhere the distance to the nearest cell of the other
+// sign less half a cell. Sets grid->inside.
 void redistance(int radius, FlatDistanceWork* work, ContourGrid* grid);
 
 }  // namespace sdftrack

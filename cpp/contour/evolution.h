@@ -28,7 +28,8 @@ void find_band(const ContourGrid& grid, float band, std::vector<CellRun>* runs);
 void sample_posterior(const ContourGrid& grid, const PosteriorImage& posterior, EvolutionWork* work);
 // `steps` steps in the band of `work`.
 void evolve_contour(const ContourOptions& options, int steps, EvolutionWork* work, ContourGrid* grid);
-// Among cells no farther than `reach` from the box of those that were inside, takes out pieces smaller than `least_part` of the largest. Returns the cells that are inside.
+// Among cells no farther than `reach` from the box of those that were inside, takes out pieces smaller than
+// `least_part` of the largest. Returns the cells that are inside.
 int drop_small_pieces(float least_part, int reach, EvolutionWork* work, ContourGrid* grid);
 
 }  // namespace sdftrack

@@ -10,9 +10,9 @@ struct ContourOptions {
   bool affine = false;
 
   // Colours.
-  int bins = 16;              // per channel, 16 or 32
-  int windows = 6;            // along each side of the grid, each with its own histograms; 1: one for all
-  float shrink = 50;          // pixels that a window's histograms borrow from those of the whole
+  int bins = 16;      // per channel, 16 or 32
+  int windows = 6;    // along each side of the grid, each with its own histograms; 1: one for all
+  float shrink = 50;  // pixels that a window's histograms borrow from those of the whole
   OpinionPool pool = OpinionPool::kLinear;
   float object_rate = 0.02f;  // of a frame in the opinion pools
   float background_rate = 0.2f;
@@ -28,9 +28,9 @@ struct ContourOptions {
   int registration_steps = 12;
   float reach = 24;  // how far the object may jump between two frames, beyond what Gauss-Newton bridges
   int shape_steps = 5;
-  float dt = 4;   // of a shape step
-  float mu = 0.05f;  // of the distance regulariser; mu dt <= 0.2
-  float tension = 1;  // of the contour: 0, none, as printed; 1, the regulariser is a Laplacian
+  float dt = 4;             // of a shape step
+  float mu = 0.05f;         // of the distance regulariser; mu dt <= 0.2
+  float tension = 1;        // of the contour: 0, none, as printed; 1, the regulariser is a Laplacian
   float least_part = 0.1f;  // pieces smaller than this share of the largest are dropped
 
   // Start from a box.

@@ -47,16 +47,19 @@ struct ContourGrid {
 inline ImagePart rect_of(const ContourGrid& grid, const CellBox& cells, const RgbView& image) {
   const double mx = 0.5 * (cells.x1 - cells.x0), my = 0.5 * (cells.y1 - cells.y0);
   double u, v;
-  grid.warp.to_image(0.5 * (cells.x0 + cells.x1) - grid.mid_x(), 0.5 * (cells.y0 + cells.y1) - grid.mid_y(), &u, &v);
+  grid.warp.to_image(0.5 * (cells.x0 + cells.x1) - grid.mid_x(), 0.5 * (cells.y0 + cells.y1) - grid.mid_y(),
+                     &u, &v);
   const double* const a = grid.warp.a;
   const double dx = std::abs(a[0]) * mx + std::abs(a[1]) * my, dy = std::abs(a[2]) * mx + std::abs(a[3]) * my;
-  const auto pixel = [](double x, int most) { return static_cast<int>(std::clamp(x, 0.0, static_cast<double>(most))); };
+  const auto pixel = [](double x, int most) {
+    return static_cast<int>(std::clamp(x, 0.0, static_cast<double>(most)));
+  };
   return {pixel(std::floor(u - dx), image.width), pixel(std::floor(v - dy), image.height),
           pixel(std::ceil(u + dx) + 1, image.width), pixel(std::ceil(v + dy) + 1, image.height)};
 }
 
-// body(y, xa, xb, gx, gy, step_x, step_y) for each row of the rectangle: pixels xa <= x < xb of it lie on the cells,
-// the first of them at cell (gx, gy), and each next one a step farther.
+// body(y, xa, xb, gx, gy, step_x, step_y) for each row of the rectangle: pixels xa <= x < xb of it lie on the
+// cells, the first of them at cell (gx, gy), and each next one a step farther.
 template <class Body>
 void each_row_on(const ContourGrid& grid, const CellBox& cells, const ImagePart& rect, const Body& body) {
   const GridWarp to_grid = grid.warp.inverse();

@@ -10,7 +10,8 @@ namespace {
 
 constexpr double kUniform = 1e-2;    // share of a uniform distribution in the shared histograms
 constexpr double kLeastPixels = 30;  // of either kind, to learn from
-constexpr float kPseudoCount = 0.05f;  // of the logarithmic pool: a colour not seen once is not ruled out for good
+constexpr float kPseudoCount =
+    0.05f;  // of the logarithmic pool: a colour not seen once is not ruled out for good
 
 // The windows around a pixel: the first of two in a row of windows, and the weights of the four.
 struct Corners {
@@ -19,10 +20,12 @@ struct Corners {
 
   Corners(double x, double y, int windows) {
     const auto fx = static_cast<float>(x), fy = static_cast<float>(y);
-    const int ix = std::min(static_cast<int>(fx), windows - 2), iy = std::min(static_cast<int>(fy), windows - 2);
+    const int ix = std::min(static_cast<int>(fx), windows - 2),
+              iy = std::min(static_cast<int>(fy), windows - 2);
     const float ax = fx - static_cast<float>(ix), ay = fy - static_cast<float>(iy);
     first = 2 * (iy * windows + ix);
-    weight[0] = (1 - ax) * (1 - ay), weight[1] = ax * (1 - ay), weight[2] = (1 - ax) * ay, weight[3] = ax * ay;
+    weight[0] = (1 - ax) * (1 - ay), weight[1] = ax * (1 - ay), weight[2] = (1 - ax) * ay,
+    weight[3] = ax * ay;
   }
 };
 
@@ -45,8 +48,9 @@ int RegionModel::slot_of(int bin) {
   if (slot >= 0) return slot;
   slot = used_++;
   const auto n = static_cast<std::size_t>(used_) * static_cast<std::size_t>(stride_);
-  counts_.resize(n), fresh_.resize(n), shares_.resize(n);
-  whole_.resize(2 * static_cast<std::size_t>(used_));
+  counts_.resize(n), fresh_.resize(n);
+  shares_.resize(n, 1.0f);  // until it is pooled in, the same of both: it says nothing
+  whole_.resize(2 * static_cast<std::size_t>(used_), 1.0f);
   return slot;
 }
 
@@ -55,19 +59,22 @@ bool RegionModel::count(const RgbView& image, const ContourGrid& grid) {
   const double per_x = (windows_ - 1) / static_cast<double>(grid.nx - 1),
                per_y = (windows_ - 1) / static_cast<double>(grid.ny - 1);
   int objects = 0, others = 0;
-  each_row_on(grid, grid.all(), rect_of(grid, grid.all(), image), [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
-    const unsigned char* rgb = image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + xa);
-    for (int x = xa; x < xb; ++x, gx += dx, gy += dy, rgb += 3) {
-      const int ix = static_cast<int>(gx + 0.5), iy = static_cast<int>(gy + 0.5);
-      const bool object = grid.phi[static_cast<std::size_t>(iy * grid.nx + ix)] < 0;
-      object ? ++objects : ++others;
-      const Corners at(std::max(gx, 0.0) * per_x, std::max(gy, 0.0) * per_y, windows_);
-      const int slot = slot_of(bin_of(rgb));
-      float* const to = fresh_.data() + static_cast<std::ptrdiff_t>(slot) * stride_ + at.first + (object ? 0 : 1);
-      to[0] += at.weight[0], to[2] += at.weight[1];
-      to[2 * windows_] += at.weight[2], to[2 * windows_ + 2] += at.weight[3];
-    }
-  });
+  each_row_on(grid, grid.all(), rect_of(grid, grid.all(), image),
+              [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
+                const unsigned char* rgb =
+                    image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + xa);
+                for (int x = xa; x < xb; ++x, gx += dx, gy += dy, rgb += 3) {
+                  const int ix = static_cast<int>(gx + 0.5), iy = static_cast<int>(gy + 0.5);
+                  const bool object = grid.phi[static_cast<std::size_t>(iy * grid.nx + ix)] < 0;
+                  object ? ++objects : ++others;
+                  const Corners at(std::max(gx, 0.0) * per_x, std::max(gy, 0.0) * per_y, windows_);
+                  const int slot = slot_of(bin_of(rgb));
+                  float* const to = fresh_.data() + static_cast<std::ptrdiff_t>(slot) * stride_ + at.first +
+                                    (object ? 0 : 1);
+                  to[0] += at.weight[0], to[2] += at.weight[1];
+                  to[2 * windows_] += at.weight[2], to[2 * windows_ + 2] += at.weight[3];
+                }
+              });
   if (objects < kLeastPixels || others < kLeastPixels) return false;
   if (!remembered_.empty()) {
     double sum = 0;
@@ -95,8 +102,7 @@ void RegionModel::pool(double object_rate, double background_rate) {
   const std::size_t n = counts_.size();
   if (pool_ == OpinionPool::kLinear || !known_) {
     for (std::size_t i = 0; i < n; i += 2)
-      for (std::size_t k = 0; k < 2; ++k)
-        counts_[i + k] += rate[k] * (fresh_[i + k] - counts_[i + k]);
+      for (std::size_t k = 0; k < 2; ++k) counts_[i + k] += rate[k] * (fresh_[i + k] - counts_[i + k]);
   } else {
     for (std::size_t i = 0; i < n; i += 2)
       for (std::size_t k = 0; k < 2; ++k) {
@@ -130,8 +136,9 @@ void RegionModel::make_shares() {
   }
   for (std::size_t slot = 0; slot < static_cast<std::size_t>(used_); ++slot)
     for (std::size_t k = 0; k < 2; ++k)
-      whole_[2 * slot + k] = static_cast<float>(
-          (1 - kUniform) * static_cast<double>(whole_[2 * slot + k]) / std::max(all[k], 1e-9) + floor_share());
+      whole_[2 * slot + k] = static_cast<float>((1 - kUniform) * static_cast<double>(whole_[2 * slot + k]) /
+                                                    std::max(all[k], 1e-9) +
+                                                floor_share());
   // A window's share: (own n + borrowed p) / (own N + borrowed).
   const bool windows[2] = {object_windows_ && !shared_only_, !shared_only_};
   const float own[2] = {windows[0] ? 1.0f : 0.0f, windows[1] ? 1.0f : 0.0f};
@@ -153,13 +160,14 @@ void RegionModel::make_shares() {
 void RegionModel::posterior(const RgbView& image, const ContourGrid& grid, const CellBox& cells,
                             PosteriorImage* out) const {
   out->rect = rect_of(grid, cells, image);
-  out->foreground.assign(static_cast<std::size_t>(out->rect.width()) * static_cast<std::size_t>(out->rect.height()),
-                         0.5f);
+  out->foreground.assign(
+      static_cast<std::size_t>(out->rect.width()) * static_cast<std::size_t>(out->rect.height()), 0.5f);
   const double per_x = (windows_ - 1) / static_cast<double>(grid.nx - 1),
                per_y = (windows_ - 1) / static_cast<double>(grid.ny - 1);
   each_row_on(grid, cells, out->rect, [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
     const unsigned char* rgb = image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + xa);
-    float* to = out->foreground.data() + static_cast<std::ptrdiff_t>(y - out->rect.y0) * out->rect.width() - out->rect.x0;
+    float* to = out->foreground.data() + static_cast<std::ptrdiff_t>(y - out->rect.y0) * out->rect.width() -
+                out->rect.x0;
     for (int x = xa; x < xb; ++x, gx += dx, gy += dy, rgb += 3) {
       const int slot = slots_[static_cast<std::size_t>(bin_of(rgb))];
       if (slot < 0) continue;
@@ -175,13 +183,15 @@ void RegionModel::posterior(const RgbView& image, const ContourGrid& grid, const
 
 void RegionModel::posterior_anywhere(const RgbView& image, const ImagePart& rect, PosteriorImage* out) const {
   out->rect = rect;
-  out->foreground.assign(static_cast<std::size_t>(rect.width()) * static_cast<std::size_t>(rect.height()), 0.5f);
+  out->foreground.assign(static_cast<std::size_t>(rect.width()) * static_cast<std::size_t>(rect.height()),
+                         0.5f);
   for (int y = rect.y0; y < rect.y1; ++y)
     for (int x = rect.x0; x < rect.x1; ++x) {
       const int slot = slots_[static_cast<std::size_t>(
           bin_of(image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + x)))];
       if (slot < 0) continue;
-      const float f = whole_[2 * static_cast<std::size_t>(slot)], b = whole_[2 * static_cast<std::size_t>(slot) + 1];
+      const float f = whole_[2 * static_cast<std::size_t>(slot)],
+                  b = whole_[2 * static_cast<std::size_t>(slot) + 1];
       out->foreground[static_cast<std::size_t>(y - rect.y0) * static_cast<std::size_t>(rect.width()) +
                       static_cast<std::size_t>(x - rect.x0)] = std::clamp(f / (f + b), least_, 1 - least_);
     }

@@ -17,7 +17,8 @@ struct RegistrationWork {
 };
 
 // Lists the pixels within `band` cells of the contour as it lies now.
-void choose_pixels(const ContourGrid& grid, const PosteriorImage& posterior, float band, RegistrationWork* work);
+void choose_pixels(const ContourGrid& grid, const PosteriorImage& posterior, float band,
+                   RegistrationWork* work);
 
 // -sum log f over the listed pixels with its gradient and Gauss-Newton Hessian; P: 4 or 6.
 template <int P>

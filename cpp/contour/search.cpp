@@ -13,9 +13,10 @@ constexpr int kSamples = 400;  // of each kind
 double mean_at(const std::vector<float>& x, const std::vector<float>& y, const GridWarp& warp,
                const PosteriorImage& posterior) {
   const ImagePart& r = posterior.rect;
-  const float a[4] = {static_cast<float>(warp.a[0]), static_cast<float>(warp.a[1]), static_cast<float>(warp.a[2]),
-                      static_cast<float>(warp.a[3])};
-  const float u0 = static_cast<float>(warp.t[0] - r.x0) + 1.5f, v0 = static_cast<float>(warp.t[1] - r.y0) + 1.5f;
+  const float a[4] = {static_cast<float>(warp.a[0]), static_cast<float>(warp.a[1]),
+                      static_cast<float>(warp.a[2]), static_cast<float>(warp.a[3])};
+  const float u0 = static_cast<float>(warp.t[0] - r.x0) + 1.5f,
+              v0 = static_cast<float>(warp.t[1] - r.y0) + 1.5f;
   float sum = 0;
   for (std::size_t i = 0; i < x.size(); ++i) {
     // One more than the nearest pixel, so that truncation rounds down on both sides of 0.
@@ -36,7 +37,7 @@ void choose_samples(const ContourGrid& grid, float band, ShapeSamples* samples) 
   for (int y = box.y0; y <= box.y1; ++y)
     for (int x = box.x0; x <= box.x1; ++x) {
       const float phi = grid.phi[static_cast<std::size_t>(y * grid.nx + x)];
-      in += phi < 0, out += phi > 1 && phi < band;
+      in += phi<0, out += phi> 1 && phi < band;
     }
   s.in_x.clear(), s.in_y.clear(), s.out_x.clear(), s.out_y.clear();
   const int every_in = std::max(1, in / kSamples), every_out = std::max(1, out / kSamples);

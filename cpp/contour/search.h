@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The shape tried at places on a lattice: for motion that Gauss-Newton does not bridge, and for what was lost.
+// The shape tried at places on a lattice: for motion that Gauss-Newton does not bridge, and for what was
+// lost.
 #pragma once
 
 #include <vector>
@@ -17,8 +18,9 @@ void choose_samples(const ContourGrid& grid, float band, ShapeSamples* samples);
 // Mean posterior inside less that beside the contour, -1 .. 1.
 double contrast_at(const ShapeSamples& samples, const GridWarp& warp, const PosteriorImage& posterior);
 
-// The best of the places within `reach` pixels along both axes, `step` pixels apart and then refined to one pixel.
-// Returns its contrast.
-double search_place(const ShapeSamples& samples, const PosteriorImage& posterior, int reach, int step, GridWarp* warp);
+// The best of the places within `reach` pixels along both axes, `step` pixels apart and then refined to one
+// pixel. Returns its contrast.
+double search_place(const ShapeSamples& samples, const PosteriorImage& posterior, int reach, int step,
+                    GridWarp* warp);
 
 }  // namespace sdftrack

@@ -11,10 +11,14 @@ namespace sdftrack {
 
 namespace {
 
-constexpr int kLeastPixels = 30;   // an object of fewer has no colours to speak of
+constexpr int kLeastPixels = 30;  // an object of fewer has no colours to speak of
+constexpr double kLeastContrast = 0.02;
 constexpr int kLeastRing_px = 12;  // of background around it
 constexpr float kBeyondBand = 4;   // cells of distance beside the band, for what moves while registering
 constexpr double kJumpGain = 0.1;  // contrast that a jump must gain over staying
+constexpr double kSure = 0.55, kDoubtful = 0.3;  // confidence
+constexpr double kFound = 0.4;                   // of the first contrast, to try a place
+constexpr double kMostGrowth = 1.5;              // of the scale in a frame
 constexpr int kJumpStep_px = 6;
 constexpr double kSuspicious = 0.8;  // of the usual contrast
 constexpr int kPosteriorMargin = 4;  // cells that registration may move the band by
@@ -30,7 +34,8 @@ int ContourTracker::reach_cells() const { return static_cast<int>(std::ceil(opti
 void ContourTracker::make_grid(const ImagePart& box) {
   const int longest = std::max(box.width(), box.height());
   const double cell = std::max(1.0, longest / static_cast<double>(options_.most_cells));
-  const int ring = std::max(kLeastRing_px, static_cast<int>(static_cast<double>(options_.ring) * longest / cell));
+  const int ring =
+      std::max(kLeastRing_px, static_cast<int>(static_cast<double>(options_.ring) * longest / cell));
   grid_.nx = static_cast<int>(std::ceil(box.width() / cell)) + 2 * ring;
   grid_.ny = static_cast<int>(std::ceil(box.height() / cell)) + 2 * ring;
   grid_.warp = {{cell, 0, 0, cell}, {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)}};
@@ -63,7 +68,8 @@ void ContourTracker::start(const RgbView& image, const unsigned char* mask) {
   model_ = RegionModel(options_);
   if (!model_.learn(image, grid_, 1, 1))
     throw std::invalid_argument(
-        "mask: expected pixels of the object and of the background around it, got a mask that leaves no background; "
+        "mask: expected pixels of the object and of the background around it, got a mask that leaves no "
+        "background; "
         "mark the object alone");
   begin(image);
 }
@@ -83,7 +89,8 @@ void ContourTracker::start(const RgbView& image, const ImagePart& box) {
 void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
   constexpr int kBlur = 2, kSteps = 12;
   constexpr const char* kOneColor =
-      "box: expected an object whose colours are not those around the box, got next to nothing that differs; draw it "
+      "box: expected an object whose colours are not those around the box, got next to nothing that differs; "
+      "draw it "
       "closer, or start from a mask";
   ContourGrid& g = grid_;
   const auto within = [&](int ix, int iy) {
@@ -93,7 +100,8 @@ void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
   };
   g.inside = g.all();
   for (int y = 0; y < g.ny; ++y)
-    for (int x = 0; x < g.nx; ++x) g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? -0.5f : 0.5f;
+    for (int x = 0; x < g.nx; ++x)
+      g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? -0.5f : 0.5f;
   model_.object_windows(false);
   for (int round = 0; round < options_.box_rounds; ++round) {
     if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
@@ -131,13 +139,13 @@ void ContourTracker::begin(const RgbView& image) {
   for (const float phi : grid_.phi) inside_ += phi < 0;
   first_area_ = inside_;
   model_.remember();
-  good_phi_ = grid_.phi, good_warp_ = grid_.warp;
+  good_phi_ = grid_.phi, good_warp_ = grid_.warp, good_inside_ = grid_.inside;
   resampled_.resize(grid_.phi.size());
   report_ = {};
-  doubtful_ = 0;
+  lost_frames_ = 0;
   model_.posterior(image, grid_, grid_.all(), &posterior_);
   choose_samples(grid_, options_.band, &samples_);
-  usual_contrast_ = contrast_at(samples_, grid_.warp, posterior_);
+  usual_contrast_ = first_contrast_ = std::max(contrast_at(samples_, grid_.warp, posterior_), kLeastContrast);
   started_ = true;
 }
 
@@ -151,7 +159,7 @@ void ContourTracker::shape(int steps) {
 }
 
 void ContourTracker::observe(const RgbView& image) {
-  if (report_.status == ContourStatus::kLost) look_around(image);
+  if (report_.status == ContourStatus::kLost && !look_around(image)) return;
   before_ = grid_.phi;
   const GridWarp last = grid_.warp;
   place(image);
@@ -180,7 +188,11 @@ CellBox ContourTracker::near_cells() const {
 void ContourTracker::place(const RgbView& image) {
   model_.posterior(image, grid_, near_cells(), &posterior_);
   choose_pixels(grid_, posterior_, options_.band + kBeyondBand, &registration_);
+  const GridWarp before = grid_.warp;
   register_grid(options_, &registration_, &grid_);
+  // Where nothing holds it, a contour may shrink to nothing or blow up: then it stays.
+  const double grown = grid_.warp.scale() / before.scale();
+  if (!(grown > 1 / kMostGrowth && grown < kMostGrowth)) grid_.warp = before;
   choose_samples(grid_, options_.band, &samples_);
   report_.contrast = contrast_at(samples_, grid_.warp, posterior_);
 }
@@ -199,16 +211,31 @@ void ContourTracker::judge(const RgbView& image) {
   if (!counted_) report_.contrast = 0;
   usual_contrast_ += 0.05 * (report_.contrast - usual_contrast_);
   report_.likeness = model_.likeness();
-  report_.confidence = report_.contrast * report_.likeness;
-  report_.status = ContourStatus::kOk;
+  const double contrast = std::clamp(report_.contrast / first_contrast_, 0.0, 1.0);
+  report_.confidence = contrast * report_.likeness;
+  const bool was_lost = report_.status == ContourStatus::kLost;
+  if (report_.confidence >= kSure && inside_ >= kLeastPixels) {
+    report_.status = ContourStatus::kOk, report_.reason = "";
+    good_phi_ = grid_.phi, good_warp_ = grid_.warp, good_inside_ = grid_.inside;
+    lost_frames_ = 0;
+  } else if (report_.confidence >= (was_lost ? kSure : kDoubtful) && inside_ >= kLeastPixels) {
+    report_.status = ContourStatus::kWeak;
+    report_.reason = contrast < report_.likeness
+                         ? "colours inside and beside the outline differ less than at the start"
+                         : "colours inside the outline are no longer those at the start";
+  } else {
+    report_.status = ContourStatus::kLost;
+    report_.reason =
+        "neither the colours inside nor those beside the outline are the object's and its surroundings'";
+    ++lost_frames_;
+  }
 }
 
 void ContourTracker::finish(bool learn) {
   if (report_.status == ContourStatus::kLost) return;
   recentre();
   if (learn && report_.status == ContourStatus::kOk && counted_)
-    model_.pool(static_cast<double>(options_.object_rate),
-                 static_cast<double>(options_.background_rate));
+    model_.pool(static_cast<double>(options_.object_rate), static_cast<double>(options_.background_rate));
 }
 
 // Moves the grid so that the shape's box lies in its middle, and has as many cells inside as at the start.
@@ -243,7 +270,34 @@ void ContourTracker::recentre() {
   redistance(reach_cells(), &evolution_.distance, &g);
 }
 
-void ContourTracker::look_around(const RgbView&) {}
+// What was lost is looked for with its last sure shape, around where that was, farther each frame.
+bool ContourTracker::look_around(const RgbView& image) {
+  constexpr double kScales[] = {1, 0.8, 1.25};
+  constexpr int kLeastStep_px = 8, kMostReach_px = 240, kPlaces = 12;  // the latter to each side
+  grid_.phi = good_phi_, grid_.inside = good_inside_, grid_.warp = good_warp_;
+  const double half = 0.5 * good_warp_.scale() * std::max(grid_.nx, grid_.ny);
+  const int reach = std::min(kMostReach_px, static_cast<int>(half * (0.5 + 0.1 * lost_frames_)));
+  const int step = std::max(kLeastStep_px, reach / kPlaces);
+  ImagePart part = rect_of(grid_, grid_.all(), image);
+  part = {std::max(0, part.x0 - reach), std::max(0, part.y0 - reach), std::min(image.width, part.x1 + reach),
+          std::min(image.height, part.y1 + reach)};
+  ++lost_frames_;
+  if (part.empty()) return false;
+  model_.posterior_anywhere(image, part, &posterior_);
+  choose_samples(grid_, options_.band, &samples_);
+  double most = 0;
+  GridWarp best = good_warp_;
+  for (const double scale : kScales) {
+    GridWarp trial = good_warp_;
+    for (double& a : trial.a) a *= scale;
+    const double contrast = search_place(samples_, posterior_, reach, step, &trial);
+    if (contrast > most) most = contrast, best = trial;
+  }
+  report_.contrast = most, report_.confidence = 0;
+  if (most < kFound * first_contrast_) return false;
+  grid_.warp = best;
+  return true;
+}
 
 void ContourTracker::replace_shape(const float* phi) {
   std::copy_n(phi, grid_.phi.size(), grid_.phi.data());
@@ -253,17 +307,22 @@ void ContourTracker::replace_shape(const float* phi) {
 }
 
 void ContourTracker::write_mask(const RgbView& image, unsigned char* mask) const {
+  // What is lost is nowhere.
   std::fill_n(mask, static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
               static_cast<unsigned char>(0));
+  if (report_.status == ContourStatus::kLost) return;
   const FlatView view{grid_.phi.data(), grid_.nx, grid_.ny};
-  each_row_on(grid_, grid_.inside.grown(1, grid_.nx, grid_.ny), rect_of(grid_, grid_.inside.grown(1, grid_.nx, grid_.ny), image), [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
-    unsigned char* const to = mask + static_cast<std::ptrdiff_t>(y) * image.width;
-    for (int x = xa; x < xb; ++x, gx += dx, gy += dy) {
-      float phi, unused_x, unused_y;
-      sample_flat(view, static_cast<float>(gx), static_cast<float>(gy), &phi, &unused_x, &unused_y);
-      to[x] = phi < 0;
-    }
-  });
+  each_row_on(grid_, grid_.inside.grown(1, grid_.nx, grid_.ny),
+              rect_of(grid_, grid_.inside.grown(1, grid_.nx, grid_.ny), image),
+              [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
+                unsigned char* const to = mask + static_cast<std::ptrdiff_t>(y) * image.width;
+                for (int x = xa; x < xb; ++x, gx += dx, gy += dy) {
+                  float phi, unused_x, unused_y;
+                  sample_flat(view, static_cast<float>(gx), static_cast<float>(gy), &phi, &unused_x,
+                              &unused_y);
+                  to[x] = phi < 0;
+                }
+              });
 }
 
 }  // namespace sdftrack

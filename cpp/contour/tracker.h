@@ -18,8 +18,9 @@ struct ContourReport {
   ContourStatus status = ContourStatus::kOk;
   double confidence = 1;  // 0 .. 1
   const char* reason = "";
-  // Of which it is made: mean posterior inside less that beside the contour; how far the colours inside are those at
-  // the start; how much of the outline before and after this frame is the same; mean log f in the band.
+  // Of which it is made: mean posterior inside less that beside the contour; how far the colours inside are
+  // those at the start; how much of the outline before and after this frame is the same; mean log f in the
+  // band.
   double contrast = 1, likeness = 1, overlap = 1, mean_log = 0;
 };
 
@@ -54,7 +55,7 @@ class ContourTracker {
   void shape(int steps);
   void judge(const RgbView& image);
   void recentre();
-  void look_around(const RgbView& image);
+  bool look_around(const RgbView& image);
   int reach_cells() const;
   CellBox near_cells() const;
   void place(const RgbView& image);
@@ -70,11 +71,12 @@ class ContourTracker {
   std::vector<float> before_, resampled_;  // phi before this frame's steps
   std::vector<float> good_phi_;            // the shape when it was last sure, and its warp
   GridWarp good_warp_;
+  CellBox good_inside_{0, 0, 0, 0};
   double first_area_ = 0;  // cells
   int inside_ = 0;         // cells
-  double usual_contrast_ = 0;
+  double usual_contrast_ = 0, first_contrast_ = 1;
   bool counted_ = false;
-  int doubtful_ = 0;       // frames in a row
+  int lost_frames_ = 0;  // in a row
   bool started_ = false;
 };
 
