@@ -59,7 +59,7 @@ void redistance(int radius, FlatDistanceWork* work, ContourGrid* grid) {
   work->kept.resize(grid->phi.size());
   grid->inside = inside_of(*grid);
   std::swap(grid->phi, work->kept);
-  const auto far = static_cast<float>(radius) + 0.5f;
+  const auto far = static_cast<float>(radius);
   std::fill(grid->phi.begin(), grid->phi.end(), far);
   const CellBox box = grid->inside.grown(radius + 1, nx, ny);
   const int count = box.x1 - box.x0 + 1;
@@ -67,8 +67,8 @@ void redistance(int radius, FlatDistanceWork* work, ContourGrid* grid) {
     return static_cast<std::size_t>(y) * width + static_cast<std::size_t>(box.x0);
   };
   for (int y = box.y0; y <= box.y1; ++y) {
-    along_row(work->kept.data() + first(y), count, false, far, work->to_outside.data() + first(y));
-    along_row(work->kept.data() + first(y), count, true, far, work->to_inside.data() + first(y));
+    along_row(work->kept.data() + first(y), count, false, far + 1, work->to_outside.data() + first(y));
+    along_row(work->kept.data() + first(y), count, true, far + 1, work->to_inside.data() + first(y));
   }
   const ContourOps& ops = contour_ops_for(used_isa());
   for (int y = box.y0; y <= box.y1; ++y) {

@@ -7,16 +7,15 @@ import pytest
 from sdftrack import _core
 from sdftrack.reference import contour as twin
 
-# Costs are sums over pixels in float, then double; the polynomials of exp and log are good to some 1e-6.
-TWIN_RTOL = 2e-5
+# A place on the grid is good to some 1e-6 of 60 cells in float; where it falls beside a cell's border, the slope is the
+# neighbour's.
+TWIN_RTOL = 1e-4
 # One step of finite differences in double, of a field that is bilinear: the kinks at cell borders are what is left.
 DIFFERENCE_RTOL = 2e-3
 # Posteriors are ratios of float sums over a few thousand pixels.
 POSTERIOR_ATOL = 2e-5
 # Five steps in float against double.
 STEPS_ATOL = 2e-4
-FOUND_PX = 0.1  # the disc's place, and its radius
-TURN_RAD = 0.004  # 0.1 px at the tip of a bar of 24 px half length
 IDENTITY = [1.0, 0.0, 0.0, 1.0, 40.0, 30.0]
 
 
@@ -48,7 +47,7 @@ def test_the_registration_sums_are_those_of_the_twin(affine):
     cost, gradient, hessian = _core.contour_registration(phi, WARP, pixels, foreground, 1.5, affine)
     want = twin.registration(phi.astype(float), *parts(WARP), pixels.astype(float), foreground, 1.5, affine)
     assert cost == pytest.approx(want[0], rel=TWIN_RTOL)
-    np.testing.assert_allclose(gradient, want[1], rtol=0, atol=TWIN_RTOL * np.abs(want[1]).max() * 10)
+    np.testing.assert_allclose(gradient, want[1], rtol=0, atol=TWIN_RTOL * np.abs(want[1]).max())
     np.testing.assert_allclose(hessian, want[2], rtol=0, atol=TWIN_RTOL * np.abs(want[2]).max())
 
 
@@ -105,8 +104,7 @@ def test_five_shape_steps_are_those_of_the_twin(tension):
     phi = disc_phi()
     got = _core.contour_steps(phi, foreground, 5, {"tension": tension})
     want = twin.shape_step(phi.astype(float), foreground, tension=tension, steps=5)
-    inner = np.abs(phi) < 7  # runs bridge small gaps beyond the band
-    np.testing.assert_allclose(got[inner], want[inner], atol=STEPS_ATOL)
+    np.testing.assert_allclose(got, want, atol=STEPS_ATOL)
 
 
 def test_the_distance_is_that_of_the_twin_away_from_the_outline():

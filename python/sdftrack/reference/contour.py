@@ -15,6 +15,7 @@ __all__ = ["distance", "inside_at", "moved", "posterior", "registration", "sampl
 Array = NDArray[np.float64]
 UNIFORM = 1e-2  # share of a uniform distribution in the shared histograms
 LEAST_MIXTURE = 1e-6
+BRIDGED = 8
 
 
 def sample(phi: Array, x: Array, y: Array) -> tuple[Array, Array, Array]:
@@ -92,8 +93,7 @@ def shape_step(
     steps: int = 1,
 ) -> Array:
     """phi after steps of the level set on the cells within `band` of the outline, but for the border."""
-    near = np.abs(phi) <= band
-    near[[0, -1]] = near[:, [0, -1]] = False
+    near = _band(phi, band)
     out = np.array(phi, np.float64)
     for _ in range(steps):
         p = np.pad(out, 1, mode="edge")
@@ -108,8 +108,20 @@ def shape_step(
     return out
 
 
+def _band(phi: Array, band: float) -> NDArray[np.bool_]:
+    """Cells within the band but for the border, and gaps of fewer than BRIDGED cells between two of a row."""
+    near = np.abs(phi) <= band
+    near[[0, -1]] = near[:, [0, -1]] = False
+    for row in near:
+        at = np.flatnonzero(row)
+        for a, b in zip(at[:-1], at[1:], strict=True):
+            if b - a - 1 < BRIDGED:
+                row[a:b] = True
+    return near
+
+
 def distance(inside: NDArray[np.bool_], radius: int) -> Array:
-    """Distance to the nearest cell of the other kind less half a cell, negative inside, at most radius + 0.5."""
+    """Distance to the nearest cell of the other kind less half a cell, negative inside, at most `radius`."""
     ny, nx = inside.shape
     y, x = np.mgrid[:ny, :nx]
     out = np.empty((ny, nx))
@@ -117,7 +129,7 @@ def distance(inside: NDArray[np.bool_], radius: int) -> Array:
         for i in range(nx):
             other = inside != inside[j, i]
             d = np.sqrt(((x - i)[other] ** 2 + (y - j)[other] ** 2).min()) if other.any() else np.inf
-            out[j, i] = min(d - 0.5, radius + 0.5) * (-1 if inside[j, i] else 1)
+            out[j, i] = min(d - 0.5, radius) * (-1 if inside[j, i] else 1)
     return out
 
 

@@ -75,7 +75,7 @@ def blob_video(
         skin = _texture(u, v, np.array([[190, 80, 60], [220, 170, 90], [150, 60, 90]]), None)
         picture = np.where(mask[..., None], skin, ground)
         if post:
-            standing = np.abs(x - 0.52 * width) < 0.02 * width
+            standing = np.abs(x - 0.52 * width) < 0.01 * width
             picture = np.where(standing[..., None], 128.0, picture)
             mask = mask & ~standing
         picture = picture + rng.normal(0, noise, picture.shape)
