@@ -28,10 +28,10 @@ struct ContourOptions {
   int registration_steps = 12;
   float reach = 24;  // how far the object may jump between two frames, beyond what Gauss-Newton bridges
   int shape_steps = 5;
-  float dt = 4;             // of a shape step
-  float mu = 0.05f;         // of the distance regulariser; mu dt <= 0.2
-  float tension = 1;        // of the contour: 0, none, as printed; 1, the regulariser is a Laplacian
-  float least_part = 0.1f;  // pieces smaller than this share of the largest are dropped
+  float dt = 4;              // of a shape step
+  float mu = 0.05f;          // of the distance regulariser; mu dt <= 0.2
+  float tension = 1;         // of the contour: 0, none, as printed; 1, the regulariser is a Laplacian
+  float least_part = 0.01f;  // pieces smaller than this share of the largest are dropped
 
   // Start from a box.
   int box_rounds = 8;

@@ -272,12 +272,11 @@ void ContourTracker::recentre() {
 
 // What was lost is looked for with its last sure shape, around where that was, farther each frame.
 bool ContourTracker::look_around(const RgbView& image) {
-  constexpr double kScales[] = {1, 0.8, 1.25};
-  constexpr int kLeastStep_px = 8, kMostReach_px = 240, kPlaces = 12;  // the latter to each side
+  constexpr double kScales[] = {0.8, 1.25};
+  constexpr int kStep_px = 8, kMostReach_px = 240;
   grid_.phi = good_phi_, grid_.inside = good_inside_, grid_.warp = good_warp_;
   const double half = 0.5 * good_warp_.scale() * std::max(grid_.nx, grid_.ny);
   const int reach = std::min(kMostReach_px, static_cast<int>(half * (0.5 + 0.1 * lost_frames_)));
-  const int step = std::max(kLeastStep_px, reach / kPlaces);
   ImagePart part = rect_of(grid_, grid_.all(), image);
   part = {std::max(0, part.x0 - reach), std::max(0, part.y0 - reach), std::min(image.width, part.x1 + reach),
           std::min(image.height, part.y1 + reach)};
@@ -285,12 +284,12 @@ bool ContourTracker::look_around(const RgbView& image) {
   if (part.empty()) return false;
   model_.posterior_anywhere(image, part, &posterior_);
   choose_samples(grid_, options_.band, &samples_);
-  double most = 0;
   GridWarp best = good_warp_;
+  double most = search_place(samples_, posterior_, reach, kStep_px, &best);
   for (const double scale : kScales) {
-    GridWarp trial = good_warp_;
+    GridWarp trial = best;
     for (double& a : trial.a) a *= scale;
-    const double contrast = search_place(samples_, posterior_, reach, step, &trial);
+    const double contrast = search_place(samples_, posterior_, 2 * kStep_px, kStep_px, &trial);
     if (contrast > most) most = contrast, best = trial;
   }
   report_.contrast = most, report_.confidence = 0;

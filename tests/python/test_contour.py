@@ -14,8 +14,9 @@ TWIN_RTOL = 1e-4
 DIFFERENCE_RTOL = 2e-3
 # Posteriors are ratios of float sums over a few thousand pixels.
 POSTERIOR_ATOL = 2e-5
-# Five steps in float against double.
-STEPS_ATOL = 2e-4
+# Five steps in float against double; without tension nothing smooths along the outline, and roundings grow threefold
+# with each step.
+STEPS_ATOL = 1e-3
 IDENTITY = [1.0, 0.0, 0.0, 1.0, 40.0, 30.0]
 
 
