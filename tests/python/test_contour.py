@@ -27,9 +27,7 @@ def disc_phi(nx=61, ny=51, radius=14.0, middle=(30.0, 25.0)):
 
 def random_scene(seed=0, pixels=3000):
     rng = np.random.default_rng(seed)
-    pixels_px = (
-        rng.uniform([12, 8], [68, 52], (pixels, 2)).T.astype(np.float32).round().copy()
-    )
+    pixels_px = rng.uniform([12, 8], [68, 52], (pixels, 2)).T.astype(np.float32).round().copy()
     foreground = rng.uniform(0.02, 0.98, pixels).astype(np.float32)
     return pixels_px, foreground
 

@@ -23,7 +23,9 @@ def picture(shape, size=(120, 90), soft=1.0):
     """A shape's signed distance drawn with a smooth rim, red on grey."""
     y, x = np.mgrid[: size[1], : size[0]].astype(float)
     cover = np.clip(0.5 - shape(x, y) / soft, 0, 1)[..., None]
-    return np.round(cover * [200, 60, 40] + (1 - cover) * [90, 100, 110]).astype(np.uint8), cover[..., 0] > 0.5
+    return np.round(cover * [200, 60, 40] + (1 - cover) * [90, 100, 110]).astype(np.uint8), cover[
+        ..., 0
+    ] > 0.5
 
 
 def disc(cx, cy, radius):
@@ -56,7 +58,9 @@ def middle_and_radius(result):
 
 @pytest.mark.parametrize("warp", ["similarity", "affine"])
 @pytest.mark.parametrize(("options", "radius_px"), [({}, SOFT_RADIUS_PX), (SHARP, FOUND_PX)])
-@pytest.mark.parametrize("to", [(60.0, 45.0, 20.0), (63.4, 41.7, 20.0), (60.0, 45.0, 23.0), (66.2, 47.5, 18.0)])
+@pytest.mark.parametrize(
+    "to", [(60.0, 45.0, 20.0), (63.4, 41.7, 20.0), (60.0, 45.0, 23.0), (66.2, 47.5, 18.0)]
+)
 def test_a_disc_that_moves_and_grows_is_found(warp, to, options, radius_px):
     first, mask = picture(disc(60, 45, 20))
     tracker = st.contour.ContourTracker(warp, **options)
@@ -126,10 +130,13 @@ def test_what_vanishes_is_reported_lost_and_found_again():
     for image in video.images[1:10]:
         assert tracker.track(image).ok
     rng = np.random.default_rng(0)
-    empty = np.clip(np.array([90, 105, 80]) + rng.normal(0, 8, video.images[0].shape), 0, 255).astype(np.uint8)
+    empty = np.clip(np.array([90, 105, 80]) + rng.normal(0, 8, video.images[0].shape), 0, 255).astype(
+        np.uint8
+    )
     gone = [tracker.track(empty) for _ in range(5)]
     assert gone[-1].status == st.Status.LOST
-    assert gone[-1].reason and not gone[-1].mask.any()
+    assert gone[-1].reason
+    assert not gone[-1].mask.any()
     back = [tracker.track(video.images[9]) for _ in range(4)][-1]
     assert back.ok
     assert iou(back.mask, video.masks[9]) > 0.8
@@ -190,7 +197,8 @@ def test_an_occluded_shape_is_replaced_by_the_recovered_one():
     video, memory = head(5), FakeMemory("occluded")
     tracker = st.contour.ContourTracker(memory=memory, burn_in=2)
     results = follow(video, tracker, mask=video.masks[0])
-    assert memory.recovered == 2 and results[-1].judgement == "occluded"
+    assert memory.recovered == 2
+    assert results[-1].judgement == "occluded"
     assert iou(results[-1].phi < 0, memory.learned[0]) > 0.95  # but for the drift correction
 
 
@@ -204,7 +212,7 @@ def test_a_memory_that_says_something_else_is_refused():
     video = head(2)
     tracker = st.contour.ContourTracker(memory=FakeMemory("perhaps"), burn_in=0)
     tracker.start(video.images[0], mask=video.masks[0])
-    with pytest.raises(ValueError, match="memory: expected a judgement of .*got 'perhaps'"):
+    with pytest.raises(ValueError, match=r"memory: expected a judgement of .*got 'perhaps'"):
         tracker.track(video.images[1])
 
 

@@ -120,11 +120,12 @@ def _truth(masks: Path | None) -> list[Path] | None:
 
 
 def _memory() -> Any:
-    try:
-        from sdftrack.contour import ShapeMemory
-    except ImportError:
-        raise RuntimeError("--memory: this version has no shape memory yet; leave --memory out") from None
-    return ShapeMemory()
+    import sdftrack.contour
+
+    made = getattr(sdftrack.contour, "ShapeMemory", None)
+    if made is None:
+        raise RuntimeError("--memory: this version has no shape memory yet; leave --memory out")
+    return made()
 
 
 class _Run:

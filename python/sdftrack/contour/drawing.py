@@ -11,9 +11,7 @@ __all__ = ["draw_outline"]
 COLORS = {"ok": (60, 220, 90), "weak": (250, 180, 40), "lost": (230, 60, 60)}
 
 
-def draw_outline(
-    image: NDArray[np.uint8], mask: NDArray[np.bool_], status: str = "ok"
-) -> NDArray[np.uint8]:
+def draw_outline(image: NDArray[np.uint8], mask: NDArray[np.bool_], status: str = "ok") -> NDArray[np.uint8]:
     """The image with everything but the object darkened and the outline in the colour of the status.
 
     Parameters

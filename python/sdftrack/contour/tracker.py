@@ -234,7 +234,7 @@ class ContourTracker:
 def _checked(options: dict[str, Any]) -> dict[str, Any]:
     """Options of the types that the core's are of."""
     known = _core.contour_options()
-    checked = {}
+    checked: dict[str, Any] = {}
     for name, value in options.items():
         if name not in known:
             raise ValueError(f"options: expected some of {', '.join(sorted(known))}, got {name!r}")
@@ -265,9 +265,7 @@ def _image(image: ArrayLike) -> NDArray[np.uint8]:
             f"image: expected uint8, got {given.dtype}; scale 0..1 by (255 * image).astype(np.uint8)"
         )
     if min(given.shape[:2]) < 8:
-        raise ValueError(
-            f"image: expected at least 8 x 8 pixels, got {given.shape[1]} x {given.shape[0]}"
-        )
+        raise ValueError(f"image: expected at least 8 x 8 pixels, got {given.shape[1]} x {given.shape[0]}")
     return np.ascontiguousarray(given)
 
 
@@ -278,7 +276,9 @@ def _mask(mask: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
     if given.shape != shape:
         raise ValueError(f"mask: expected the image's size {shape}, got {given.shape}")
     if given.all():
-        raise ValueError("mask: expected background around the object, got a full mask; mark the object alone")
+        raise ValueError(
+            "mask: expected background around the object, got a full mask; mark the object alone"
+        )
     return np.ascontiguousarray(given)
 
 

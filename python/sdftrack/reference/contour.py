@@ -7,6 +7,8 @@ middle of the grid. phi is in cells, negative inside.
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,7 +47,13 @@ def _cost(phi: Array, foreground: Array, softness: float) -> tuple[Array, Array,
 
 
 def registration(
-    phi: Array, A: Array, t: Array, pixels: Array, foreground: Array, softness: float = 1.5, affine: bool = False
+    phi: Array,
+    A: Array,
+    t: Array,
+    pixels: Array,
+    foreground: Array,
+    softness: float = 1.5,
+    affine: bool = False,
 ) -> tuple[float, Array, Array]:
     """Cost, gradient and Gauss-Newton Hessian of the warp.
 
@@ -114,7 +122,7 @@ def _band(phi: Array, band: float) -> NDArray[np.bool_]:
     near[[0, -1]] = near[:, [0, -1]] = False
     for row in near:
         at = np.flatnonzero(row)
-        for a, b in zip(at[:-1], at[1:], strict=True):
+        for a, b in itertools.pairwise(at):
             if b - a - 1 < BRIDGED:
                 row[a:b] = True
     return near
