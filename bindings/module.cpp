@@ -8,6 +8,7 @@ namespace sdftrack {
 
 void bind_base(py::module_& m);
 void bind_calibration(py::module_& m);
+void bind_contour(py::module_& m);
 void bind_device(py::module_& m);
 void bind_appearance(py::module_& m);
 void bind_energies(py::module_& m);
@@ -45,5 +46,6 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bind_render(m);
   sdftrack::bind_sdf(m);
   sdftrack::bind_calibration(m);
+  sdftrack::bind_contour(m);
   sdftrack::bind_build(m);
 }

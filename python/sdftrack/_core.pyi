@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Scaling', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'paint', 'photometric', 'primitive_distances', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Scaling', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'paint', 'photometric', 'primitive_distances', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
 class Calibration:
     """
     Frames of a known object, and the lens that explains them.
@@ -190,6 +190,34 @@ class ColorModel:
         ...
     @property
     def posterior(self) -> numpy.typing.NDArray[numpy.float32]:
+        ...
+class ContourCore:
+    """
+    A contour tracker; use contour.ContourTracker.
+    """
+    def __init__(self, options: dict) -> None:
+        ...
+    def finish(self, learn: bool) -> None:
+        ...
+    def mask(self, image: numpy.ndarray) -> numpy.typing.NDArray[numpy.bool]:
+        ...
+    def observe(self, image: numpy.ndarray) -> None:
+        """
+        Where the object is in the next image; nothing is learned yet.
+        """
+    def options(self) -> dict:
+        ...
+    def phi(self) -> numpy.typing.NDArray[numpy.float32]:
+        ...
+    def replace_shape(self, phi: numpy.ndarray) -> None:
+        ...
+    def report(self) -> dict:
+        ...
+    def start_box(self, image: numpy.ndarray, x0: typing.SupportsInt | typing.SupportsIndex, y0: typing.SupportsInt | typing.SupportsIndex, x1: typing.SupportsInt | typing.SupportsIndex, y1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def start_mask(self, image: numpy.ndarray, mask: numpy.ndarray) -> None:
+        ...
+    def warp(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
 class Curvature:
     """
@@ -1280,6 +1308,22 @@ def color_counts(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typin
     """
 def colors_at(depth: numpy.ndarray, color: typing.Any, color_map: typing.Any, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"]) -> numpy.typing.NDArray[numpy.uint8]:
     ...
+def contour_distance(phi: numpy.ndarray, radius: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float32]:
+    ...
+def contour_options() -> dict:
+    """
+    The defaults of ContourTracker.
+    """
+def contour_posterior(learned: numpy.ndarray, image: numpy.ndarray, phi: numpy.ndarray, warp: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"], options: dict) -> numpy.typing.NDArray[numpy.float32]:
+    ...
+def contour_registration(phi: numpy.ndarray, warp: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"], pixels: numpy.ndarray, foreground: numpy.ndarray, softness: typing.SupportsFloat | typing.SupportsIndex, affine: bool) -> tuple:
+    """
+    Cost, gradient and Gauss-Newton Hessian of a registration.
+    """
+def contour_steps(phi: numpy.ndarray, foreground: numpy.ndarray, steps: typing.SupportsInt | typing.SupportsIndex, options: dict, device: str = 'cpu') -> numpy.typing.NDArray[numpy.float32]:
+    """
+    phi after steps of the evolution.
+    """
 def copy_from_cuda(address: typing.SupportsInt | typing.SupportsIndex, out: numpy.ndarray) -> None:
     """
     Fills an array from an address on the current CUDA device.

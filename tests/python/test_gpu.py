@@ -117,3 +117,26 @@ def test_a_cpu_build_says_how_to_get_cuda(vectors):
     x, y = vectors
     with pytest.raises(RuntimeError, match="SDFTRACK_CUDA=ON"):
         _core.scale_and_add(1.5, x, y, cuda=True)
+
+
+# Five steps, each of which rounds once less on the GPU.
+CONTOUR_ATOL = 1e-4
+
+
+@pytest.mark.gpu
+@needs_gpu
+def test_the_gpu_evolves_a_contour_as_the_cpu_does():
+    y, x = np.mgrid[:90, :120]
+    phi = (np.hypot(x - 60, y - 45) - 25).astype(np.float32)
+    foreground = np.random.default_rng(0).uniform(0.02, 0.98, phi.shape).astype(np.float32)
+    cpu = _core.contour_steps(phi, foreground, 5, {})
+    gpu = _core.contour_steps(phi, foreground, 5, {}, device="cuda")
+    near = np.abs(phi) < 5  # the CPU bridges gaps of the band
+    np.testing.assert_allclose(gpu[near], cpu[near], rtol=0, atol=CONTOUR_ATOL)
+
+
+@pytest.mark.skipif(_core.cuda_build, reason="a build with CUDA")
+def test_a_build_without_cuda_refuses_a_contour_on_the_gpu():
+    phi = np.ones((9, 9), np.float32)
+    with pytest.raises(RuntimeError, match="no CUDA path"):
+        _core.contour_steps(phi, phi, 1, {}, device="cuda")

@@ -10,7 +10,7 @@ from typing import Any
 
 import typer
 
-from sdftrack.cli import calibrate, config, demo, evaluate, fit, info, reconstruct, reproduce, track
+from sdftrack.cli import calibrate, config, contour, demo, evaluate, fit, info, reconstruct, reproduce, track
 
 __all__ = ["app", "run"]
 
@@ -27,6 +27,7 @@ for command in (
     track.track,
     reconstruct.reconstruct,
     fit.fit,
+    contour.contour,
     evaluate.evaluate,
     reproduce.reproduce,
     info.info,

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Shapes in two dimensions, and what they learn with."""
+"""Deforming objects in colour video, by their outline; and the regression that remembers shapes."""
 
 from sdftrack.contour.lwpr import LWPR
+from sdftrack.contour.tracker import ContourResult, ContourTracker
 
-__all__ = ["LWPR"]
+__all__ = ["LWPR", "ContourResult", "ContourTracker"]

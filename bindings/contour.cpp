@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: MIT
+#include <pybind11/stl.h>
+
+#include <atomic>
+
+#include "array.h"
+#include "busy.h"
+#include "contour/steps_cuda.h"
+#include "contour/tracker.h"
+
+namespace sdftrack {
+
+namespace {
+
+RgbView color_view(const py::array& image) {
+  const unsigned char* rgb = borrow<unsigned char>(image, "image", {-1, -1, 3});
+  return {rgb, static_cast<int>(image.shape(1)), static_cast<int>(image.shape(0))};
+}
+
+ContourOptions options_from(const py::dict& given) {
+  ContourOptions o;
+  for (const auto& [key, value] : given) {
+    const auto name = py::cast<std::string>(key);
+    const auto real = [&](float* to) { *to = py::cast<float>(value); };
+    const auto whole = [&](int* to) { *to = py::cast<int>(value); };
+    if (name == "warp") {
+      const auto warp = py::cast<std::string>(value);
+      if (warp != "similarity" && warp != "affine")
+        throw std::invalid_argument("warp: expected \"similarity\" or \"affine\", got \"" + warp + "\"");
+      o.affine = warp == "affine";
+    } else if (name == "pool") {
+      const auto pool = py::cast<std::string>(value);
+      if (pool != "linear" && pool != "log")
+        throw std::invalid_argument("pool: expected \"linear\" or \"log\", got \"" + pool + "\"");
+      o.pool = pool == "log" ? OpinionPool::kLogarithmic : OpinionPool::kLinear;
+    } else if (name == "bins") {
+      whole(&o.bins);
+    } else if (name == "windows") {
+      whole(&o.windows);
+    } else if (name == "shrink") {
+      real(&o.shrink);
+    } else if (name == "object_rate") {
+      real(&o.object_rate);
+    } else if (name == "background_rate") {
+      real(&o.background_rate);
+    } else if (name == "least_posterior") {
+      real(&o.least_posterior);
+    } else if (name == "ring") {
+      real(&o.ring);
+    } else if (name == "most_cells") {
+      whole(&o.most_cells);
+    } else if (name == "softness") {
+      real(&o.softness);
+    } else if (name == "band") {
+      real(&o.band);
+    } else if (name == "registration_steps") {
+      whole(&o.registration_steps);
+    } else if (name == "reach") {
+      real(&o.reach);
+    } else if (name == "shape_steps") {
+      whole(&o.shape_steps);
+    } else if (name == "dt") {
+      real(&o.dt);
+    } else if (name == "mu") {
+      real(&o.mu);
+    } else if (name == "tension") {
+      real(&o.tension);
+    } else if (name == "least_part") {
+      real(&o.least_part);
+    } else if (name == "box_rounds") {
+      whole(&o.box_rounds);
+    } else {
+      throw std::invalid_argument("options: expected options of ContourTracker, got \"" + name + "\"");
+    }
+  }
+  o.check();
+  return o;
+}
+
+py::dict options_of(const ContourOptions& o) {
+  py::dict out;
+  out["warp"] = o.affine ? "affine" : "similarity";
+  out["pool"] = o.pool == OpinionPool::kLogarithmic ? "log" : "linear";
+  out["bins"] = o.bins, out["windows"] = o.windows, out["shrink"] = o.shrink;
+  out["object_rate"] = o.object_rate, out["background_rate"] = o.background_rate;
+  out["least_posterior"] = o.least_posterior, out["ring"] = o.ring, out["most_cells"] = o.most_cells;
+  out["softness"] = o.softness, out["band"] = o.band, out["registration_steps"] = o.registration_steps;
+  out["reach"] = o.reach, out["shape_steps"] = o.shape_steps, out["dt"] = o.dt, out["mu"] = o.mu,
+  out["tension"] = o.tension;
+  out["least_part"] = o.least_part, out["box_rounds"] = o.box_rounds;
+  return out;
+}
+
+struct ContourCore {
+  ContourTracker tracker;
+  std::atomic<bool> busy{false};
+  explicit ContourCore(const py::dict& options) : tracker(options_from(options)) {}
+};
+
+py::array_t<float> phi_of(const ContourGrid& grid) { return to_numpy(grid.phi, {grid.ny, grid.nx}); }
+
+// From cells, counted from the corner of the grid, to pixels.
+py::array_t<double> matrix_of(const ContourGrid& grid) {
+  const GridWarp& w = grid.warp;
+  std::vector<double> m = {w.a[0], w.a[1], w.t[0] - w.a[0] * grid.mid_x() - w.a[1] * grid.mid_y(),
+                           w.a[2], w.a[3], w.t[1] - w.a[2] * grid.mid_x() - w.a[3] * grid.mid_y(),
+                           0,      0,      1};
+  return to_numpy(std::move(m), {3, 3});
+}
+
+constexpr const char* kStatus[] = {"ok", "weak", "lost"};
+
+py::dict report_of(const ContourTracker& tracker) {
+  const ContourReport& r = tracker.report();
+  py::dict out;
+  out["status"] = kStatus[static_cast<int>(r.status)], out["reason"] = r.reason;
+  out["confidence"] = r.confidence, out["contrast"] = r.contrast, out["likeness"] = r.likeness;
+  out["overlap"] = r.overlap, out["mean_log"] = r.mean_log;
+  return out;
+}
+
+py::array_t<bool> mask_of(const ContourTracker& tracker, const RgbView& image) {
+  py::array_t<bool> mask({image.height, image.width});
+  tracker.write_mask(image, reinterpret_cast<unsigned char*>(mask.mutable_data()));
+  return mask;
+}
+
+ContourGrid grid_from(const py::array& phi, const std::array<double, 6>& warp) {
+  const float* values = borrow<float>(phi, "phi", {-1, -1});
+  ContourGrid grid;
+  grid.ny = static_cast<int>(phi.shape(0)), grid.nx = static_cast<int>(phi.shape(1));
+  if (grid.nx < 3 || grid.ny < 3) throw std::invalid_argument("phi: expected at least 3 x 3 cells");
+  grid.phi.assign(values, values + phi.size());
+  grid.inside = grid.all();
+  grid.warp = {{warp[0], warp[1], warp[2], warp[3]}, {warp[4], warp[5]}};
+  return grid;
+}
+
+template <int P>
+py::tuple sums_of(const ContourGrid& grid, const RegistrationWork& work, double softness) {
+  const Sums<double, P> sums = registration_sums<P>(grid, work, softness);
+  std::vector<double> gradient(sums.gradient, sums.gradient + P), hessian(P * P);
+  for (int a = 0, k = 0; a < P; ++a)
+    for (int b = 0; b <= a; ++b, ++k)
+      hessian[static_cast<std::size_t>(a * P + b)] = hessian[static_cast<std::size_t>(b * P + a)] =
+          sums.hessian[k];
+  return py::make_tuple(sums.cost, to_numpy(std::move(gradient), {P}), to_numpy(std::move(hessian), {P, P}));
+}
+
+py::tuple contour_registration(const py::array& phi, const std::array<double, 6>& warp,
+                               const py::array& pixels, const py::array& foreground, double softness,
+                               bool affine) {
+  const ContourGrid grid = grid_from(phi, warp);
+  const float* uv = borrow<float>(pixels, "pixels", {2, -1});
+  const py::ssize_t n = pixels.shape(1);
+  const float* p = borrow<float>(foreground, "foreground", {n});
+  RegistrationWork work;
+  work.u.assign(uv, uv + n), work.v.assign(uv + n, uv + 2 * n), work.foreground.assign(p, p + n);
+  return affine ? sums_of<6>(grid, work, softness) : sums_of<4>(grid, work, softness);
+}
+
+py::array_t<float> contour_steps(const py::array& phi, const py::array& foreground, int steps,
+                                 const py::dict& given, const std::string& device) {
+  const ContourOptions options = options_from(given);
+  ContourGrid grid = grid_from(phi, {1, 0, 0, 1, 0, 0});
+  const float* p = borrow<float>(foreground, "foreground", {phi.shape(0), phi.shape(1)});
+  if (device != "cpu" && device != "cuda")
+    throw std::invalid_argument("device: expected \"cpu\" or \"cuda\", got \"" + device + "\"");
+  if (device == "cuda")
+    return to_numpy(contour_steps_cuda(options, steps, grid.nx, grid.ny, grid.phi.data(), p),
+                    {grid.ny, grid.nx});
+  EvolutionWork work;
+  work.foreground.assign(p, p + grid.phi.size());
+  find_band(grid, options.band, &work.band);
+  evolve_contour(options, steps, &work, &grid);
+  return phi_of(grid);
+}
+
+py::array_t<float> contour_distance(const py::array& phi, int radius) {
+  ContourGrid grid = grid_from(phi, {1, 0, 0, 1, 0, 0});
+  FlatDistanceWork work;
+  redistance(radius, &work, &grid);
+  return phi_of(grid);
+}
+
+// The posterior at the pixels of `image` of a model learned from `learned` with phi where warp puts it.
+py::array_t<float> contour_posterior(const py::array& learned, const py::array& image, const py::array& phi,
+                                     const std::array<double, 6>& warp, const py::dict& given) {
+  const ContourOptions options = options_from(given);
+  const ContourGrid grid = grid_from(phi, warp);
+  RegionModel model(options);
+  if (!model.learn(color_view(learned), grid, 1, 1))
+    throw std::invalid_argument("phi: expected pixels inside and outside on the image, got none of a kind");
+  const RgbView view = color_view(image);
+  PosteriorImage posterior;
+  model.posterior(view, grid, grid.all(), &posterior);
+  std::vector<float> all(static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height), 0.5f);
+  for (int y = posterior.rect.y0; y < posterior.rect.y1; ++y)
+    std::copy_n(posterior.row(y), posterior.rect.width(),
+                all.data() + static_cast<std::ptrdiff_t>(y) * view.width + posterior.rect.x0);
+  return to_numpy(std::move(all), {view.height, view.width});
+}
+
+}  // namespace
+
+void bind_contour(py::module_& m) {
+  py::class_<ContourCore>(m, "ContourCore", "A contour tracker; use contour.ContourTracker.")
+      .def(py::init<const py::dict&>(), py::arg("options"))
+      .def(
+          "start_mask",
+          [](ContourCore& self, const py::array& image, const py::array& mask) {
+            const Busy turn(&self.busy, "tracker");
+            const RgbView view = color_view(image);
+            const bool* values = borrow<bool>(mask, "mask", {view.height, view.width});
+            py::gil_scoped_release release;
+            self.tracker.start(view, reinterpret_cast<const unsigned char*>(values));
+          },
+          py::arg("image"), py::arg("mask"))
+      .def(
+          "start_box",
+          [](ContourCore& self, const py::array& image, int x0, int y0, int x1, int y1) {
+            const Busy turn(&self.busy, "tracker");
+            const RgbView view = color_view(image);
+            py::gil_scoped_release release;
+            self.tracker.start(view, ImagePart{x0, y0, x1, y1});
+          },
+          py::arg("image"), py::arg("x0"), py::arg("y0"), py::arg("x1"), py::arg("y1"))
+      .def(
+          "observe",
+          [](ContourCore& self, const py::array& image) {
+            const Busy turn(&self.busy, "tracker");
+            const RgbView view = color_view(image);
+            py::gil_scoped_release release;
+            self.tracker.observe(view);
+          },
+          py::arg("image"), "Where the object is in the next image; nothing is learned yet.")
+      .def(
+          "finish",
+          [](ContourCore& self, bool learn) {
+            const Busy turn(&self.busy, "tracker");
+            self.tracker.finish(learn);
+          },
+          py::arg("learn"))
+      .def(
+          "replace_shape",
+          [](ContourCore& self, const py::array& phi) {
+            const Busy turn(&self.busy, "tracker");
+            const ContourGrid& grid = self.tracker.grid();
+            self.tracker.replace_shape(borrow<float>(phi, "phi", {grid.ny, grid.nx}));
+          },
+          py::arg("phi"))
+      .def(
+          "mask",
+          [](const ContourCore& self, const py::array& image) {
+            return mask_of(self.tracker, color_view(image));
+          },
+          py::arg("image"))
+      .def("phi", [](const ContourCore& self) { return phi_of(self.tracker.grid()); })
+      .def("warp", [](const ContourCore& self) { return matrix_of(self.tracker.grid()); })
+      .def("report", [](const ContourCore& self) { return report_of(self.tracker); })
+      .def("options", [](const ContourCore& self) { return options_of(self.tracker.options()); });
+  m.def(
+      "contour_options", [] { return options_of(ContourOptions{}); }, "The defaults of ContourTracker.");
+  m.def("contour_registration", &contour_registration, py::arg("phi"), py::arg("warp"), py::arg("pixels"),
+        py::arg("foreground"), py::arg("softness"), py::arg("affine"),
+        "Cost, gradient and Gauss-Newton Hessian of a registration.");
+  m.def("contour_steps", &contour_steps, py::arg("phi"), py::arg("foreground"), py::arg("steps"),
+        py::arg("options"), py::arg("device") = "cpu", "phi after steps of the evolution.");
+  m.def("contour_distance", &contour_distance, py::arg("phi"), py::arg("radius"));
+  m.def("contour_posterior", &contour_posterior, py::arg("learned"), py::arg("image"), py::arg("phi"),
+        py::arg("warp"), py::arg("options"));
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// The loops of contour_ops.h for the lanes L of the file that includes this; see energies/term_loops.h.
+#pragma once
+
+#include "contour/contour_ops.h"
+#include "energies/block.h"
+
+namespace sdftrack {
+namespace {
+
+template <class L>
+struct ContourLoops {
+  template <int P>
+  static Sums<double, P> linearize(const RegistrationTerm<float, P>& given) {
+    RegistrationTerm<L, P> term{
+        given.grid,  given.pixels, {given.b[0], given.b[1], given.b[2], given.b[3], given.b[4], given.b[5]},
+        given.mid_x, given.mid_y,  given.inv_s};
+    Sums<double, P> sums;
+    Block<P> block;
+    Row<> costs;
+    const auto finish = [&]() SDFTRACK_INLINE {
+      sums.cost += costs.template sum<L>();
+      block.template add_to<L>(&sums);
+    };
+    each_pack<L>(0, given.pixels.count, [&](int i, int n) SDFTRACK_INLINE {
+      const Contribution<L, P> c = term.at(i, n);
+      costs.put(c.cost, n);
+      block.put(c, n);
+      if (block.full()) finish();
+    });
+    finish();
+    sums.count = given.pixels.count;
+    return sums;
+  }
+
+  static void step(const ContourStep<float>& given, const float* phi, const float* foreground, int row,
+                   int count, float* out) {
+    const ContourStep<L> term{given.inv_s, given.dt, given.mu, given.tension};
+    each_pack<L>(0, count, [&](int i, int n) SDFTRACK_INLINE {
+      store(term.step(phi + i, row, load<L>(foreground + i, n), n), out + i, n);
+    });
+  }
+
+  static void least_square(const float* row_square, int row, int above, int below, int count, float* least) {
+    each_pack<L>(0, count, [&](int i, int n) SDFTRACK_INLINE {
+      L best = load<L>(row_square + i, n);
+      for (int k = 1; k <= above; ++k) {
+        const L other = load<L>(row_square + i - k * row, n) + L(static_cast<float>(k * k));
+        best = select(other < best, other, best);
+      }
+      for (int k = 1; k <= below; ++k) {
+        const L other = load<L>(row_square + i + k * row, n) + L(static_cast<float>(k * k));
+        best = select(other < best, other, best);
+      }
+      store(best, least + i, n);
+    });
+  }
+};
+
+}  // namespace
+
+// SDFTRACK_LANES and SDFTRACK_SET: the lane type and the member of ContourOps that it serves.
+const ContourOps ContourOps::SDFTRACK_SET = {
+    ContourLoops<SDFTRACK_LANES>::linearize<4>, ContourLoops<SDFTRACK_LANES>::linearize<6>,
+    ContourLoops<SDFTRACK_LANES>::step, ContourLoops<SDFTRACK_LANES>::least_square};
+
+}  // namespace sdftrack

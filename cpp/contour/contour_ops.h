@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// Loops over pixels and cells, compiled once per instruction set like energies/term_ops.h.
+#pragma once
+
+#include "base/isa.h"
+#include "contour/contour_terms.h"
+
+namespace sdftrack {
+
+struct ContourOps {
+  Sums<double, 4> (*similarity)(const RegistrationTerm<float, 4>&);
+  Sums<double, 6> (*affinity)(const RegistrationTerm<float, 6>&);
+  // `count` cells of a row, from `phi` to `out`.
+  void (*step)(const ContourStep<float>&, const float* phi, const float* foreground, int row, int count,
+               float* out);
+  // least[x] = min over k = -radius .. radius of row_square[x + k * row] + k^2, for `count` cells of a row,
+  // with rows up to `above` before it and `below` behind it.
+  void (*least_square)(const float* row_square, int row, int above, int below, int count, float* least);
+
+  // Defined in contour_*.cpp.
+  static const ContourOps baseline, avx2;
+};
+
+inline const ContourOps& contour_ops_for([[maybe_unused]] Isa isa) {
+#ifdef SDFTRACK_X86_SETS
+  if (isa != Isa::kBaseline) return ContourOps::avx2;
+#endif
+  return ContourOps::baseline;
+}
+
+}  // namespace sdftrack

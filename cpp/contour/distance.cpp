@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#include "contour/distance.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contour/contour_ops.h"
+
+namespace sdftrack {
+
+namespace {
+
+constexpr float kLeastSlope = 0.3f;  // a flatter phi says nothing about where its zero is
+constexpr float kBeside = 1.2f;      // cells whose distance phi itself gives
+
+// Squared distance along a row to the nearest cell that is inside, or outside; `far` where none is nearer.
+void along_row(const float* phi, int nx, bool inside, float far, float* square) {
+  float run = far;
+  for (int x = 0; x < nx; ++x) {
+    run = (phi[x] < 0) == inside ? 0.0f : std::min(run + 1, far);
+    square[x] = run;
+  }
+  run = far;
+  for (int x = nx - 1; x >= 0; --x) {
+    run = std::min(square[x], std::min(run + 1, far));
+    square[x] = run * run;
+  }
+}
+
+// phi over its slope at a cell beside the zero set.
+float beside(const float* phi, int nx, int ny, int x, int y) {
+  const float* p = phi + static_cast<std::ptrdiff_t>(y) * nx + x;
+  const float gx = 0.5f * (p[x + 1 < nx ? 1 : 0] - p[x > 0 ? -1 : 0]);
+  const float gy = 0.5f * (p[y + 1 < ny ? nx : 0] - p[y > 0 ? -nx : 0]);
+  const float slope = std::max(std::sqrt(gx * gx + gy * gy), kLeastSlope);
+  return std::clamp(*p / slope, -kBeside, kBeside);
+}
+
+CellBox inside_of(const ContourGrid& grid) {
+  CellBox box{grid.nx, grid.ny, -1, -1};
+  for (int y = 0; y < grid.ny; ++y) {
+    const float* const row = grid.phi.data() + static_cast<std::ptrdiff_t>(y) * grid.nx;
+    int first = 0, last = grid.nx - 1;
+    while (first < grid.nx && row[first] >= 0) ++first;
+    if (first == grid.nx) continue;
+    while (row[last] >= 0) --last;
+    box = {std::min(box.x0, first), std::min(box.y0, y), std::max(box.x1, last), y};
+  }
+  return box.x1 < 0 ? CellBox{0, 0, 0, 0} : box;
+}
+
+}  // namespace
+
+void redistance(int radius, FlatDistanceWork* work, ContourGrid* grid) {
+  const int nx = grid->nx, ny = grid->ny;
+  const auto width = static_cast<std::size_t>(nx);
+  work->to_outside.resize(grid->phi.size()), work->to_inside.resize(grid->phi.size());
+  work->least.resize(2 * width);
+  work->kept.resize(grid->phi.size());
+  grid->inside = inside_of(*grid);
+  std::swap(grid->phi, work->kept);
+  const auto far = static_cast<float>(radius);
+  std::fill(grid->phi.begin(), grid->phi.end(), far);
+  const CellBox box = grid->inside.grown(radius + 1, nx, ny);
+  const int count = box.x1 - box.x0 + 1;
+  const auto first = [&](int y) {
+    return static_cast<std::size_t>(y) * width + static_cast<std::size_t>(box.x0);
+  };
+  for (int y = box.y0; y <= box.y1; ++y) {
+    along_row(work->kept.data() + first(y), count, false, far + 1, work->to_outside.data() + first(y));
+    along_row(work->kept.data() + first(y), count, true, far + 1, work->to_inside.data() + first(y));
+  }
+  const ContourOps& ops = contour_ops_for(used_isa());
+  for (int y = box.y0; y <= box.y1; ++y) {
+    const int above = std::min(radius, y - box.y0), below = std::min(radius, box.y1 - y);
+    float *const out = work->least.data(), *const in = out + width;
+    ops.least_square(work->to_outside.data() + first(y), nx, above, below, count, out);
+    ops.least_square(work->to_inside.data() + first(y), nx, above, below, count, in);
+    for (int k = 0; k < count; ++k) {
+      const auto i = first(y) + static_cast<std::size_t>(k);
+      const bool inside = work->kept[i] < 0;
+      const float d = std::min(std::sqrt(inside ? out[k] : in[k]) - 0.5f, far);
+      grid->phi[i] = d < kBeside ? beside(work->kept.data(), nx, ny, box.x0 + k, y) : inside ? -d : d;
+    }
+  }
+}
+
+}  // namespace sdftrack

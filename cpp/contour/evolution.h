@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// The shape: steps of the level set on the object's grid, and its pieces.
+#pragma once
+
+#include <vector>
+
+#include "contour/distance.h"
+#include "contour/options.h"
+#include "contour/region_model.h"
+
+namespace sdftrack {
+
+// Cells first .. last - 1 of a row.
+struct CellRun {
+  int row, first, last;
+};
+
+struct EvolutionWork {
+  std::vector<CellRun> band, pieces;
+  std::vector<float> foreground, next;  // by cell
+  std::vector<int> parent, area;        // of the runs in `pieces`
+  FlatDistanceWork distance;
+};
+
+// Cells within `band` of the contour, but for the border of the grid.
+void find_band(const ContourGrid& grid, float band, std::vector<CellRun>* runs);
+// The posterior at the cells of the band, one half where the image ends.
+void sample_posterior(const ContourGrid& grid, const PosteriorImage& posterior, EvolutionWork* work);
+// `steps` steps in the band of `work`.
+void evolve_contour(const ContourOptions& options, int steps, EvolutionWork* work, ContourGrid* grid);
+// Among cells no farther than `reach` from the box of those that were inside, takes out pieces smaller than
+// `least_part` of the largest. Returns the cells that are inside.
+int drop_small_pieces(float least_part, int reach, EvolutionWork* work, ContourGrid* grid);
+
+}  // namespace sdftrack

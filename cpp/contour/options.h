@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+namespace sdftrack {
+
+enum class OpinionPool { kLinear, kLogarithmic };
+
+// Lengths in cells of the object's grid, which is a pixel wide at the start unless the object is large.
+struct ContourOptions {
+  bool affine = false;
+
+  // Colours.
+  int bins = 16;      // per channel, 16 or 32
+  int windows = 6;    // along each side of the grid, each with its own histograms; 1: one for all
+  float shrink = 50;  // pixels that a window's histograms borrow from those of the whole
+  OpinionPool pool = OpinionPool::kLinear;
+  float object_rate = 0.02f;  // of a frame in the opinion pools
+  float background_rate = 0.2f;
+  float least_posterior = 0.018f;  // no colour proves anything
+
+  // Grid.
+  float ring = 0.3f;     // width of the background around the object, over the longer side of its box
+  int most_cells = 160;  // along the longer side of the object's box
+
+  // Registration and evolution.
+  float softness = 1.5f;  // s of the Heaviside
+  float band = 8;
+  int registration_steps = 12;
+  float reach = 24;  // how far the object may jump between two frames, beyond what Gauss-Newton bridges
+  int shape_steps = 5;
+  float dt = 4;              // of a shape step
+  float mu = 0.05f;          // of the distance regulariser; mu dt <= 0.2
+  float tension = 1;         // of the contour: 0, none, as printed; 1, the regulariser is a Laplacian
+  float least_part = 0.01f;  // pieces smaller than this share of the largest are dropped
+
+  // Start from a box.
+  int box_rounds = 8;
+
+  // Drift correction, when the shape is so far from the middle or so much larger.
+  float drift_cells = 3, drift_log_scale = 0.05f;
+
+  // std::invalid_argument names the first that cannot be.
+  void check() const;
+};
+
+}  // namespace sdftrack

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// The part of an image that an object's grid covers.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "contour/grid_warp.h"
+
+namespace sdftrack {
+
+struct RgbView {
+  const unsigned char* rgb;
+  int width, height;
+};
+
+// Pixels x0 <= x < x1, y0 <= y < y1.
+struct ImagePart {
+  int x0, y0, x1, y1;
+  int width() const { return std::max(0, x1 - x0); }
+  int height() const { return std::max(0, y1 - y0); }
+  bool empty() const { return width() == 0 || height() == 0; }
+};
+
+// Cells x0 <= x <= x1, y0 <= y <= y1.
+struct CellBox {
+  int x0, y0, x1, y1;
+  CellBox grown(int by, int nx, int ny) const {
+    return {std::max(0, x0 - by), std::max(0, y0 - by), std::min(nx - 1, x1 + by), std::min(ny - 1, y1 + by)};
+  }
+};
+
+// Cells, with phi in cells, negative inside; and where they lie.
+struct ContourGrid {
+  int nx = 0, ny = 0;
+  GridWarp warp;
+  std::vector<float> phi;
+  CellBox inside{0, 0, 0, 0};  // holds all cells with phi < 0
+
+  CellBox all() const { return {0, 0, nx - 1, ny - 1}; }
+  double mid_x() const { return 0.5 * (nx - 1); }
+  double mid_y() const { return 0.5 * (ny - 1); }
+};
+
+// The pixels of the image that may lie on these cells.
+inline ImagePart rect_of(const ContourGrid& grid, const CellBox& cells, const RgbView& image) {
+  const double mx = 0.5 * (cells.x1 - cells.x0), my = 0.5 * (cells.y1 - cells.y0);
+  double u, v;
+  grid.warp.to_image(0.5 * (cells.x0 + cells.x1) - grid.mid_x(), 0.5 * (cells.y0 + cells.y1) - grid.mid_y(),
+                     &u, &v);
+  const double* const a = grid.warp.a;
+  const double dx = std::abs(a[0]) * mx + std::abs(a[1]) * my, dy = std::abs(a[2]) * mx + std::abs(a[3]) * my;
+  const auto pixel = [](double x, int most) {
+    return static_cast<int>(std::clamp(x, 0.0, static_cast<double>(most)));
+  };
+  return {pixel(std::floor(u - dx), image.width), pixel(std::floor(v - dy), image.height),
+          pixel(std::ceil(u + dx) + 1, image.width), pixel(std::ceil(v + dy) + 1, image.height)};
+}
+
+// body(y, xa, xb, gx, gy, step_x, step_y) for each row of the rectangle: pixels xa <= x < xb of it lie on the
+// cells, the first of them at cell (gx, gy), and each next one a step farther.
+template <class Body>
+void each_row_on(const ContourGrid& grid, const CellBox& cells, const ImagePart& rect, const Body& body) {
+  const GridWarp to_grid = grid.warp.inverse();
+  const double least[2] = {static_cast<double>(cells.x0), static_cast<double>(cells.y0)};
+  const double most[2] = {cells.x1 - 0.001, cells.y1 - 0.001};
+  for (int y = rect.y0; y < rect.y1; ++y) {
+    double low = rect.x0, high = rect.x1 - 1;
+    double first[2];
+    for (int k = 0; k < 2; ++k) {
+      const double step = to_grid.a[2 * k];
+      first[k] = to_grid.a[2 * k + 1] * y + to_grid.t[k] + (k == 0 ? grid.mid_x() : grid.mid_y());
+      if (std::abs(step) < 1e-9) {
+        if (first[k] < least[k] || first[k] > most[k]) high = low - 1;
+        continue;
+      }
+      const double p = (least[k] - first[k]) / step, q = (most[k] - first[k]) / step;
+      low = std::max(low, std::min(p, q)), high = std::min(high, std::max(p, q));
+    }
+    const int xa = static_cast<int>(std::ceil(low)), xb = static_cast<int>(std::floor(high)) + 1;
+    if (xa >= xb) continue;
+    body(y, xa, xb, first[0] + to_grid.a[0] * xa, first[1] + to_grid.a[2] * xa, to_grid.a[0], to_grid.a[2]);
+  }
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+#include "contour/region_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sdftrack {
+
+namespace {
+
+constexpr double kUniform = 1e-2;    // share of a uniform distribution in the shared histograms
+constexpr double kLeastPixels = 30;  // of either kind, to learn from
+constexpr float kPseudoCount =
+    0.05f;  // of the logarithmic pool: a colour not seen once is not ruled out for good
+
+// The windows around a pixel: the first of two in a row of windows, and the weights of the four.
+struct Corners {
+  int first;
+  float weight[4];
+
+  Corners(double x, double y, int windows) {
+    const auto fx = static_cast<float>(x), fy = static_cast<float>(y);
+    const int ix = std::min(static_cast<int>(fx), windows - 2),
+              iy = std::min(static_cast<int>(fy), windows - 2);
+    const float ax = fx - static_cast<float>(ix), ay = fy - static_cast<float>(iy);
+    first = 2 * (iy * windows + ix);
+    weight[0] = (1 - ax) * (1 - ay), weight[1] = ax * (1 - ay), weight[2] = (1 - ax) * ay,
+    weight[3] = ax * ay;
+  }
+};
+
+}  // namespace
+
+RegionModel::RegionModel(const ContourOptions& options)
+    : bins_(options.bins),
+      shift_(options.bins == 32 ? 3 : 4),
+      windows_(std::max(2, options.windows)),
+      shared_only_(options.windows < 2),
+      shrink_(static_cast<double>(options.shrink)),
+      pool_(options.pool),
+      least_(options.least_posterior),
+      stride_(2 * windows_ * windows_),
+      slots_(static_cast<std::size_t>(bins_ * bins_ * bins_), -1),
+      totals_(static_cast<std::size_t>(stride_)) {}
+
+int RegionModel::slot_of(int bin) {
+  int& slot = slots_[static_cast<std::size_t>(bin)];
+  if (slot >= 0) return slot;
+  slot = used_++;
+  const auto n = static_cast<std::size_t>(used_) * static_cast<std::size_t>(stride_);
+  counts_.resize(n), fresh_.resize(n);
+  shares_.resize(n, 1.0f);  // until it is pooled in, the same of both: it says nothing
+  whole_.resize(2 * static_cast<std::size_t>(used_), 1.0f);
+  return slot;
+}
+
+bool RegionModel::count(const RgbView& image, const ContourGrid& grid) {
+  std::fill(fresh_.begin(), fresh_.end(), 0.0f);
+  const double per_x = (windows_ - 1) / static_cast<double>(grid.nx - 1),
+               per_y = (windows_ - 1) / static_cast<double>(grid.ny - 1);
+  int objects = 0, others = 0;
+  each_row_on(grid, grid.all(), rect_of(grid, grid.all(), image),
+              [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
+                const unsigned char* rgb =
+                    image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + xa);
+                for (int x = xa; x < xb; ++x, gx += dx, gy += dy, rgb += 3) {
+                  const int ix = static_cast<int>(gx + 0.5), iy = static_cast<int>(gy + 0.5);
+                  const bool object = grid.phi[static_cast<std::size_t>(iy * grid.nx + ix)] < 0;
+                  object ? ++objects : ++others;
+                  const Corners at(std::max(gx, 0.0) * per_x, std::max(gy, 0.0) * per_y, windows_);
+                  const int slot = slot_of(bin_of(rgb));
+                  float* const to = fresh_.data() + static_cast<std::ptrdiff_t>(slot) * stride_ + at.first +
+                                    (object ? 0 : 1);
+                  to[0] += at.weight[0], to[2] += at.weight[1];
+                  to[2 * windows_] += at.weight[2], to[2 * windows_ + 2] += at.weight[3];
+                }
+              });
+  if (objects < kLeastPixels || others < kLeastPixels) return false;
+  if (!remembered_.empty()) {
+    double sum = 0;
+    for (std::size_t slot = 0; slot < remembered_.size(); ++slot) {
+      const float* const n = fresh_.data() + slot * static_cast<std::size_t>(stride_);
+      double own = 0;
+      for (int k = 0; k < stride_; k += 2) own += static_cast<double>(n[k]);
+      sum += std::sqrt(own / objects * static_cast<double>(remembered_[slot]));
+    }
+    likeness_ = sum;
+  }
+  return true;
+}
+
+bool RegionModel::learn(const RgbView& image, const ContourGrid& grid, double object_rate,
+                        double background_rate) {
+  if (!count(image, grid)) return false;
+  pool(object_rate, background_rate);
+  return true;
+}
+
+void RegionModel::pool(double object_rate, double background_rate) {
+  const float rate[2] = {known_ ? static_cast<float>(object_rate) : 1.0f,
+                         known_ ? static_cast<float>(background_rate) : 1.0f};
+  const std::size_t n = counts_.size();
+  if (pool_ == OpinionPool::kLinear || !known_) {
+    for (std::size_t i = 0; i < n; i += 2)
+      for (std::size_t k = 0; k < 2; ++k) counts_[i + k] += rate[k] * (fresh_[i + k] - counts_[i + k]);
+  } else {
+    for (std::size_t i = 0; i < n; i += 2)
+      for (std::size_t k = 0; k < 2; ++k) {
+        float& c = counts_[i + k];
+        if (c > 0 || fresh_[i + k] > 0)
+          c = (c + kPseudoCount) * std::pow((fresh_[i + k] + kPseudoCount) / (c + kPseudoCount), rate[k]) -
+              kPseudoCount;
+        c = std::max(c, 0.0f);
+      }
+  }
+  known_ = true;
+  make_shares();
+}
+
+double RegionModel::floor_share() const { return kUniform / static_cast<double>(slots_.size()); }
+
+void RegionModel::make_shares() {
+  if (!known_) return;
+  const auto stride = static_cast<std::size_t>(stride_);
+  std::fill(totals_.begin(), totals_.end(), 0.0);
+  double all[2] = {0, 0};
+  for (std::size_t slot = 0; slot < static_cast<std::size_t>(used_); ++slot) {
+    const float* const n = counts_.data() + slot * stride;
+    double sum[2] = {0, 0};
+    for (std::size_t i = 0; i < stride; i += 2)
+      for (std::size_t k = 0; k < 2; ++k) {
+        totals_[i + k] += static_cast<double>(n[i + k]);
+        sum[k] += static_cast<double>(n[i + k]);
+      }
+    for (std::size_t k = 0; k < 2; ++k) whole_[2 * slot + k] = static_cast<float>(sum[k]), all[k] += sum[k];
+  }
+  for (std::size_t slot = 0; slot < static_cast<std::size_t>(used_); ++slot)
+    for (std::size_t k = 0; k < 2; ++k)
+      whole_[2 * slot + k] = static_cast<float>((1 - kUniform) * static_cast<double>(whole_[2 * slot + k]) /
+                                                    std::max(all[k], 1e-9) +
+                                                floor_share());
+  // A window's share: (own n + borrowed p) / (own N + borrowed).
+  const bool windows[2] = {object_windows_ && !shared_only_, !shared_only_};
+  const float own[2] = {windows[0] ? 1.0f : 0.0f, windows[1] ? 1.0f : 0.0f};
+  const float borrowed[2] = {windows[0] ? static_cast<float>(shrink_) : 1.0f,
+                             windows[1] ? static_cast<float>(shrink_) : 1.0f};
+  std::vector<double>& per = totals_;
+  for (std::size_t i = 0; i < stride; ++i)
+    per[i] = 1 / (static_cast<double>(own[i % 2]) * per[i] + static_cast<double>(borrowed[i % 2]));
+  for (std::size_t slot = 0; slot < static_cast<std::size_t>(used_); ++slot) {
+    const float* const n = counts_.data() + slot * stride;
+    float* const p = shares_.data() + slot * stride;
+    const float whole[2] = {borrowed[0] * whole_[2 * slot], borrowed[1] * whole_[2 * slot + 1]};
+    for (std::size_t i = 0; i < stride; i += 2)
+      for (std::size_t k = 0; k < 2; ++k)
+        p[i + k] = (own[k] * n[i + k] + whole[k]) * static_cast<float>(per[i + k]);
+  }
+}
+
+void RegionModel::posterior(const RgbView& image, const ContourGrid& grid, const CellBox& cells,
+                            PosteriorImage* out) const {
+  out->rect = rect_of(grid, cells, image);
+  out->foreground.assign(
+      static_cast<std::size_t>(out->rect.width()) * static_cast<std::size_t>(out->rect.height()), 0.5f);
+  const double per_x = (windows_ - 1) / static_cast<double>(grid.nx - 1),
+               per_y = (windows_ - 1) / static_cast<double>(grid.ny - 1);
+  each_row_on(grid, cells, out->rect, [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
+    const unsigned char* rgb = image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + xa);
+    float* to = out->foreground.data() + static_cast<std::ptrdiff_t>(y - out->rect.y0) * out->rect.width() -
+                out->rect.x0;
+    for (int x = xa; x < xb; ++x, gx += dx, gy += dy, rgb += 3) {
+      const int slot = slots_[static_cast<std::size_t>(bin_of(rgb))];
+      if (slot < 0) continue;
+      const Corners at(std::max(gx, 0.0) * per_x, std::max(gy, 0.0) * per_y, windows_);
+      const float* const p = shares_.data() + static_cast<std::ptrdiff_t>(slot) * stride_ + at.first;
+      const float* const q = p + 2 * windows_;
+      const float f = at.weight[0] * p[0] + at.weight[1] * p[2] + at.weight[2] * q[0] + at.weight[3] * q[2];
+      const float b = at.weight[0] * p[1] + at.weight[1] * p[3] + at.weight[2] * q[1] + at.weight[3] * q[3];
+      to[x] = std::clamp(f / (f + b), least_, 1 - least_);
+    }
+  });
+}
+
+void RegionModel::posterior_anywhere(const RgbView& image, const ImagePart& rect, PosteriorImage* out) const {
+  out->rect = rect;
+  out->foreground.assign(static_cast<std::size_t>(rect.width()) * static_cast<std::size_t>(rect.height()),
+                         0.5f);
+  for (int y = rect.y0; y < rect.y1; ++y)
+    for (int x = rect.x0; x < rect.x1; ++x) {
+      const int slot = slots_[static_cast<std::size_t>(
+          bin_of(image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + x)))];
+      if (slot < 0) continue;
+      const float f = whole_[2 * static_cast<std::size_t>(slot)],
+                  b = whole_[2 * static_cast<std::size_t>(slot) + 1];
+      out->foreground[static_cast<std::size_t>(y - rect.y0) * static_cast<std::size_t>(rect.width()) +
+                      static_cast<std::size_t>(x - rect.x0)] = std::clamp(f / (f + b), least_, 1 - least_);
+    }
+}
+
+void RegionModel::remember() {
+  remembered_.resize(static_cast<std::size_t>(used_));
+  for (std::size_t slot = 0; slot < remembered_.size(); ++slot) remembered_[slot] = whole_[2 * slot];
+  likeness_ = 1;
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// What colours the object and its surroundings have, and where on the grid.
+#pragma once
+
+#include <vector>
+
+#include "contour/options.h"
+#include "contour/region.h"
+
+namespace sdftrack {
+
+// The posterior that a pixel is the object's, over a rectangle of the image; one half where nothing is known.
+struct PosteriorImage {
+  ImagePart rect{0, 0, 0, 0};
+  std::vector<float> foreground;
+
+  const float* row(int y) const {
+    return foreground.data() + static_cast<std::ptrdiff_t>(y - rect.y0) * rect.width();
+  }
+  float at(int x, int y) const { return row(y)[x - rect.x0]; }
+};
+
+// Two histograms, object and background, for each of K x K windows spread over the grid: a pixel counts in
+// the four nearest by bilinear weights, and its posterior is that of their mixture. Each window's shares are
+// shrunk towards those of all windows together: (n_kc + m p_c) / (N_k + m).
+class RegionModel {
+ public:
+  explicit RegionModel(const ContourOptions& options);
+
+  // Pools the histograms of this image in; a rate of 1 replaces. False, and nothing done, where the contour
+  // holds next to no pixels of the image, or leaves none.
+  bool learn(const RgbView& image, const ContourGrid& grid, double object_rate, double background_rate);
+  // Over the pixels of these cells.
+  void posterior(const RgbView& image, const ContourGrid& grid, const CellBox& cells,
+                 PosteriorImage* out) const;
+  // Shared histograms alone, for finding the object anywhere.
+  void posterior_anywhere(const RgbView& image, const ImagePart& rect, PosteriorImage* out) const;
+  // The colours as they were after `remember`, against those of the object in the last frame that was
+  // counted: sum of sqrt(p q), 1 for the same.
+  void remember();
+  double likeness() const { return likeness_; }
+  // Without them the object's colours are the same everywhere.
+  void object_windows(bool yes) { object_windows_ = yes, make_shares(); }
+  // Counts an image's colours without learning them; what likeness() then speaks of.
+  bool count(const RgbView& image, const ContourGrid& grid);
+  // Pools what was counted last into the histograms.
+  void pool(double object_rate, double background_rate);
+
+ private:
+  int bin_of(const unsigned char* rgb) const {
+    return ((rgb[0] >> shift_) * bins_ + (rgb[1] >> shift_)) * bins_ + (rgb[2] >> shift_);
+  }
+  int slot_of(int bin);
+  void make_shares();
+  double floor_share() const;
+
+  int bins_, shift_, windows_;
+  bool shared_only_;
+  bool object_windows_ = true, known_ = false;
+  double shrink_;
+  OpinionPool pool_;
+  float least_;
+  int stride_;              // numbers of a colour: windows_^2 pairs of object and background
+  std::vector<int> slots_;  // by bin; -1: never seen
+  int used_ = 0;            // slots
+  std::vector<float> counts_, fresh_, shares_;  // [slot][window][object, background]
+  std::vector<float> whole_;                    // [slot][object, background]: shares of all windows together
+  std::vector<double> totals_;                  // [window][object, background]
+  std::vector<float> remembered_;               // [slot]: object's share
+  double likeness_ = 1;
+};
+
+}  // namespace sdftrack

@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: MIT
+#include "contour/tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace sdftrack {
+
+namespace {
+
+constexpr int kLeastPixels = 30;  // an object of fewer has no colours to speak of
+constexpr double kLeastContrast = 0.02;
+constexpr int kLeastRing_px = 12;  // of background around it
+constexpr float kBeyondBand = 4;   // cells of distance beside the band, for what moves while registering
+constexpr double kJumpGain = 0.1;  // contrast that a jump must gain over staying
+constexpr double kSure = 0.55, kDoubtful = 0.3;  // confidence
+constexpr double kFound = 0.4;                   // of the first contrast, to try a place
+constexpr double kMostGrowth = 1.5;              // of the scale in a frame
+constexpr int kJumpStep_px = 6;
+constexpr double kSuspicious = 0.8;  // of the usual contrast
+constexpr int kPosteriorMargin = 4;  // cells that registration may move the band by
+
+}  // namespace
+
+ContourTracker::ContourTracker(const ContourOptions& options) : options_(options), model_(options) {
+  options.check();
+}
+
+int ContourTracker::reach_cells() const { return static_cast<int>(std::ceil(options_.band + kBeyondBand)); }
+
+void ContourTracker::make_grid(const ImagePart& box) {
+  const int longest = std::max(box.width(), box.height());
+  const double cell = std::max(1.0, longest / static_cast<double>(options_.most_cells));
+  const int ring =
+      std::max(kLeastRing_px, static_cast<int>(static_cast<double>(options_.ring) * longest / cell));
+  grid_.nx = static_cast<int>(std::ceil(box.width() / cell)) + 2 * ring;
+  grid_.ny = static_cast<int>(std::ceil(box.height() / cell)) + 2 * ring;
+  grid_.warp = {{cell, 0, 0, cell}, {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)}};
+  grid_.phi.assign(static_cast<std::size_t>(grid_.nx) * static_cast<std::size_t>(grid_.ny), 1.0f);
+}
+
+void ContourTracker::start(const RgbView& image, const unsigned char* mask) {
+  ImagePart box{image.width, image.height, 0, 0};
+  int pixels = 0;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      if (mask[static_cast<std::ptrdiff_t>(y) * image.width + x]) {
+        box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x + 1), std::max(box.y1, y + 1)};
+        ++pixels;
+      }
+  if (pixels < kLeastPixels)
+    throw std::invalid_argument("mask: expected at least " + std::to_string(kLeastPixels) +
+                                " pixels of the object, got " + std::to_string(pixels));
+  make_grid(box);
+  for (int iy = 0; iy < grid_.ny; ++iy)
+    for (int ix = 0; ix < grid_.nx; ++ix) {
+      double u, v;
+      grid_.warp.to_image(ix - grid_.mid_x(), iy - grid_.mid_y(), &u, &v);
+      const int x = static_cast<int>(std::lround(u)), y = static_cast<int>(std::lround(v));
+      const bool inside = x >= 0 && y >= 0 && x < image.width && y < image.height &&
+                          mask[static_cast<std::ptrdiff_t>(y) * image.width + x];
+      grid_.phi[static_cast<std::size_t>(iy * grid_.nx + ix)] = inside ? -0.5f : 0.5f;
+    }
+  redistance(reach_cells(), &evolution_.distance, &grid_);
+  model_ = RegionModel(options_);
+  if (!model_.learn(image, grid_, 1, 1))
+    throw std::invalid_argument(
+        "mask: expected pixels of the object and of the background around it, got a mask that leaves no "
+        "background; "
+        "mark the object alone");
+  begin(image);
+}
+
+void ContourTracker::start(const RgbView& image, const ImagePart& box) {
+  if (box.width() * box.height() < kLeastPixels)
+    throw std::invalid_argument("box: expected a box of at least " + std::to_string(kLeastPixels) +
+                                " pixels inside the image, got " + std::to_string(box.width()) + " x " +
+                                std::to_string(box.height()));
+  make_grid(box);
+  model_ = RegionModel(options_);
+  segment_box(image, box);
+  begin(image);
+}
+
+// The box is the first guess; then what has the colours of the inside rather than those around, a few times.
+void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
+  constexpr int kBlur = 2, kSteps = 12;
+  constexpr const char* kOneColor =
+      "box: expected an object whose colours are not those around the box, got next to nothing that differs; "
+      "draw it "
+      "closer, or start from a mask";
+  ContourGrid& g = grid_;
+  const auto within = [&](int ix, int iy) {
+    double u, v;
+    g.warp.to_image(ix - g.mid_x(), iy - g.mid_y(), &u, &v);
+    return u > box.x0 - 0.5 && v > box.y0 - 0.5 && u < box.x1 - 0.5 && v < box.y1 - 0.5;
+  };
+  g.inside = g.all();
+  for (int y = 0; y < g.ny; ++y)
+    for (int x = 0; x < g.nx; ++x)
+      g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? -0.5f : 0.5f;
+  model_.object_windows(false);
+  for (int round = 0; round < options_.box_rounds; ++round) {
+    if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
+    model_.posterior(image, g, g.all(), &posterior_);
+    find_band(g, std::numeric_limits<float>::max(), &evolution_.band);
+    evolution_.foreground.assign(g.phi.size(), 0.5f);
+    sample_posterior(g, posterior_, &evolution_);
+    // A mean over 5 x 5 cells, no cell of which lies outside the box.
+    for (int y = kBlur; y + kBlur < g.ny; ++y)
+      for (int x = kBlur; x + kBlur < g.nx; ++x) {
+        float sum = 0;
+        for (int j = -kBlur; j <= kBlur; ++j)
+          for (int i = -kBlur; i <= kBlur; ++i)
+            sum += evolution_.foreground[static_cast<std::size_t>((y + j) * g.nx + x + i)];
+        const float mean = sum / static_cast<float>((2 * kBlur + 1) * (2 * kBlur + 1));
+        g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? 0.5f - mean : 0.5f;
+      }
+    if (drop_small_pieces(options_.least_part, std::max(g.nx, g.ny), &evolution_, &g) < kLeastPixels)
+      throw std::invalid_argument(kOneColor);
+  }
+  redistance(reach_cells(), &evolution_.distance, &g);
+  model_.object_windows(true);
+  for (int round = 0; round < 2; ++round) {
+    if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
+    model_.posterior(image, g, g.all(), &posterior_);
+    shape(kSteps);
+    if (inside_ < kLeastPixels) throw std::invalid_argument(kOneColor);
+  }
+  recentre();
+  if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
+}
+
+void ContourTracker::begin(const RgbView& image) {
+  inside_ = 0;
+  for (const float phi : grid_.phi) inside_ += phi < 0;
+  first_area_ = inside_;
+  model_.remember();
+  good_phi_ = grid_.phi, good_warp_ = grid_.warp, good_inside_ = grid_.inside;
+  resampled_.resize(grid_.phi.size());
+  report_ = {};
+  lost_frames_ = 0;
+  model_.posterior(image, grid_, grid_.all(), &posterior_);
+  choose_samples(grid_, options_.band, &samples_);
+  usual_contrast_ = first_contrast_ = std::max(contrast_at(samples_, grid_.warp, posterior_), kLeastContrast);
+  started_ = true;
+}
+
+// Steps of the level set, its pieces, and its distance again.
+void ContourTracker::shape(int steps) {
+  find_band(grid_, options_.band, &evolution_.band);
+  sample_posterior(grid_, posterior_, &evolution_);
+  evolve_contour(options_, steps, &evolution_, &grid_);
+  inside_ = drop_small_pieces(options_.least_part, reach_cells(), &evolution_, &grid_);
+  redistance(reach_cells(), &evolution_.distance, &grid_);
+}
+
+void ContourTracker::observe(const RgbView& image) {
+  if (report_.status == ContourStatus::kLost && !look_around(image)) return;
+  before_ = grid_.phi;
+  const GridWarp last = grid_.warp;
+  place(image);
+  // Less convincing than before: it may have jumped.
+  if (options_.reach > 0 && report_.contrast < kSuspicious * usual_contrast_) {
+    const GridWarp settled = grid_.warp;
+    const double contrast = report_.contrast;
+    grid_.warp = last;
+    model_.posterior(image, grid_, grid_.all(), &posterior_);
+    search_place(samples_, posterior_, static_cast<int>(options_.reach), kJumpStep_px, &grid_.warp);
+    place(image);
+    if (report_.contrast < contrast + kJumpGain) {
+      grid_.warp = settled;
+      model_.posterior(image, grid_, near_cells(), &posterior_);
+    }
+  }
+  shape(options_.shape_steps);
+  judge(image);
+}
+
+CellBox ContourTracker::near_cells() const {
+  return grid_.inside.grown(reach_cells() + kPosteriorMargin, grid_.nx, grid_.ny);
+}
+
+// Posterior, registration, and the contrast there.
+void ContourTracker::place(const RgbView& image) {
+  model_.posterior(image, grid_, near_cells(), &posterior_);
+  choose_pixels(grid_, posterior_, options_.band + kBeyondBand, &registration_);
+  const GridWarp before = grid_.warp;
+  register_grid(options_, &registration_, &grid_);
+  // Where nothing holds it, a contour may shrink to nothing or blow up: then it stays.
+  const double grown = grid_.warp.scale() / before.scale();
+  if (!(grown > 1 / kMostGrowth && grown < kMostGrowth)) grid_.warp = before;
+  choose_samples(grid_, options_.band, &samples_);
+  report_.contrast = contrast_at(samples_, grid_.warp, posterior_);
+}
+
+void ContourTracker::judge(const RgbView& image) {
+  std::size_t both = 0, either = 0;
+  for (std::size_t i = 0; i < before_.size(); ++i) {
+    const bool a = before_[i] < 0, b = grid_.phi[i] < 0;
+    both += a && b, either += a || b;
+  }
+  report_.overlap = either > 0 ? static_cast<double>(both) / static_cast<double>(either) : 0;
+  choose_samples(grid_, options_.band, &samples_);
+  report_.contrast = inside_ > 0 ? contrast_at(samples_, grid_.warp, posterior_) : 0;
+  report_.mean_log = registration_.u.empty() ? -1 : -registration_.record.cost / registration_.record.count;
+  counted_ = model_.count(image, grid_);
+  if (!counted_) report_.contrast = 0;
+  usual_contrast_ += 0.05 * (report_.contrast - usual_contrast_);
+  report_.likeness = model_.likeness();
+  const double contrast = std::clamp(report_.contrast / first_contrast_, 0.0, 1.0);
+  report_.confidence = contrast * report_.likeness;
+  const bool was_lost = report_.status == ContourStatus::kLost;
+  if (report_.confidence >= kSure && inside_ >= kLeastPixels) {
+    report_.status = ContourStatus::kOk, report_.reason = "";
+    good_phi_ = grid_.phi, good_warp_ = grid_.warp, good_inside_ = grid_.inside;
+    lost_frames_ = 0;
+  } else if (report_.confidence >= (was_lost ? kSure : kDoubtful) && inside_ >= kLeastPixels) {
+    report_.status = ContourStatus::kWeak;
+    report_.reason = contrast < report_.likeness
+                         ? "colours inside and beside the outline differ less than at the start"
+                         : "colours inside the outline are no longer those at the start";
+  } else {
+    report_.status = ContourStatus::kLost;
+    report_.reason =
+        "neither the colours inside nor those beside the outline are the object's and its surroundings'";
+    ++lost_frames_;
+  }
+}
+
+void ContourTracker::finish(bool learn) {
+  if (report_.status == ContourStatus::kLost) return;
+  recentre();
+  if (learn && report_.status == ContourStatus::kOk && counted_)
+    model_.pool(static_cast<double>(options_.object_rate), static_cast<double>(options_.background_rate));
+}
+
+// Moves the grid so that the shape's box lies in its middle, and has as many cells inside as at the start.
+void ContourTracker::recentre() {
+  ContourGrid& g = grid_;
+  int x0 = g.nx, y0 = g.ny, x1 = 0, y1 = 0, inside = 0;
+  for (int y = 0; y < g.ny; ++y)
+    for (int x = 0; x < g.nx; ++x)
+      if (g.phi[static_cast<std::size_t>(y * g.nx + x)] < 0)
+        x0 = std::min(x0, x), y0 = std::min(y0, y), x1 = std::max(x1, x), y1 = std::max(y1, y), ++inside;
+  if (inside < kLeastPixels) return;
+  const double cx = 0.5 * (x0 + x1) - g.mid_x(), cy = 0.5 * (y0 + y1) - g.mid_y();
+  double k = first_area_ > 0 ? std::sqrt(inside / first_area_) : 1;
+  // Never so large that the background around it would leave the grid.
+  k = std::max(k, std::max((x1 - x0 + 2 * kLeastRing_px) / static_cast<double>(g.nx),
+                           (y1 - y0 + 2 * kLeastRing_px) / static_cast<double>(g.ny)));
+  if (std::max(std::abs(cx), std::abs(cy)) < static_cast<double>(options_.drift_cells) &&
+      std::abs(std::log(k)) < static_cast<double>(options_.drift_log_scale))
+    return;
+  const FlatView from{g.phi.data(), g.nx, g.ny};
+  resampled_.resize(g.phi.size());
+  for (int y = 0; y < g.ny; ++y)
+    for (int x = 0; x < g.nx; ++x) {
+      float phi, unused_x, unused_y;
+      sample_flat(from, static_cast<float>(k * (x - g.mid_x()) + cx + g.mid_x()),
+                  static_cast<float>(k * (y - g.mid_y()) + cy + g.mid_y()), &phi, &unused_x, &unused_y);
+      resampled_[static_cast<std::size_t>(y * g.nx + x)] = phi / static_cast<float>(k);
+    }
+  std::swap(g.phi, resampled_);
+  g.warp.t[0] += g.warp.a[0] * cx + g.warp.a[1] * cy, g.warp.t[1] += g.warp.a[2] * cx + g.warp.a[3] * cy;
+  for (double& a : g.warp.a) a *= k;
+  redistance(reach_cells(), &evolution_.distance, &g);
+}
+
+// What was lost is looked for with its last sure shape, around where that was, farther each frame.
+bool ContourTracker::look_around(const RgbView& image) {
+  constexpr double kScales[] = {0.8, 1.25};
+  constexpr int kStep_px = 8, kMostReach_px = 240;
+  grid_.phi = good_phi_, grid_.inside = good_inside_, grid_.warp = good_warp_;
+  const double half = 0.5 * good_warp_.scale() * std::max(grid_.nx, grid_.ny);
+  const int reach = std::min(kMostReach_px, static_cast<int>(half * (0.5 + 0.1 * lost_frames_)));
+  ImagePart part = rect_of(grid_, grid_.all(), image);
+  part = {std::max(0, part.x0 - reach), std::max(0, part.y0 - reach), std::min(image.width, part.x1 + reach),
+          std::min(image.height, part.y1 + reach)};
+  ++lost_frames_;
+  if (part.empty()) return false;
+  model_.posterior_anywhere(image, part, &posterior_);
+  choose_samples(grid_, options_.band, &samples_);
+  GridWarp best = good_warp_;
+  double most = search_place(samples_, posterior_, reach, kStep_px, &best);
+  for (const double scale : kScales) {
+    GridWarp trial = best;
+    for (double& a : trial.a) a *= scale;
+    const double contrast = search_place(samples_, posterior_, 2 * kStep_px, kStep_px, &trial);
+    if (contrast > most) most = contrast, best = trial;
+  }
+  report_.contrast = most, report_.confidence = 0;
+  if (most < kFound * first_contrast_) return false;
+  grid_.warp = best;
+  return true;
+}
+
+void ContourTracker::replace_shape(const float* phi) {
+  std::copy_n(phi, grid_.phi.size(), grid_.phi.data());
+  redistance(reach_cells(), &evolution_.distance, &grid_);
+  inside_ = 0;
+  for (const float p : grid_.phi) inside_ += p < 0;
+}
+
+void ContourTracker::write_mask(const RgbView& image, unsigned char* mask) const {
+  // What is lost is nowhere.
+  std::fill_n(mask, static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
+              static_cast<unsigned char>(0));
+  if (report_.status == ContourStatus::kLost) return;
+  const FlatView view{grid_.phi.data(), grid_.nx, grid_.ny};
+  each_row_on(grid_, grid_.inside.grown(1, grid_.nx, grid_.ny),
+              rect_of(grid_, grid_.inside.grown(1, grid_.nx, grid_.ny), image),
+              [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
+                unsigned char* const to = mask + static_cast<std::ptrdiff_t>(y) * image.width;
+                for (int x = xa; x < xb; ++x, gx += dx, gy += dy) {
+                  float phi, unused_x, unused_y;
+                  sample_flat(view, static_cast<float>(gx), static_cast<float>(gy), &phi, &unused_x,
+                              &unused_y);
+                  to[x] = phi < 0;
+                }
+              });
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: MIT
+"""An outline in a picture."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["draw_outline"]
+
+COLORS = {"ok": (60, 220, 90), "weak": (250, 180, 40), "lost": (230, 60, 60)}
+
+
+def draw_outline(image: NDArray[np.uint8], mask: NDArray[np.bool_], status: str = "ok") -> NDArray[np.uint8]:
+    """The image with everything but the object darkened and the outline in the colour of the status.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8
+        RGB.
+    mask : (H, W) bool
+    status : "ok", "weak" or "lost"
+
+    Returns
+    -------
+    (H, W, 3) uint8
+
+    >>> picture = draw_outline(np.zeros((8, 8, 3), np.uint8), np.eye(8, dtype=bool))
+    """
+    import cv2
+
+    picture = np.where(mask[..., None], image, (0.55 * image).astype(np.uint8))
+    color = COLORS.get(status, COLORS["lost"])
+    if mask.any():
+        outlines, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
+        cv2.drawContours(picture, outlines, -1, color, 1)
+    else:
+        cv2.rectangle(picture, (0, 0), (picture.shape[1] - 1, picture.shape[0] - 1), color, 2)
+    return np.asarray(picture, np.uint8)

@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: MIT
+"""The mask of something that deforms, frame by frame, from a box or a mask in the first one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack import _core
+from sdftrack.checks import number
+from sdftrack.results import Status
+
+__all__ = ["ContourResult", "ContourTracker", "Memory"]
+
+JUDGEMENTS = ("unoccluded", "occluded", "novel")
+
+
+class Memory(Protocol):
+    """What a shape memory offers. Masks are bool, in the tracker's own grid: (ny, nx), always of one size."""
+
+    def learn(self, mask: NDArray[np.bool_]) -> Any: ...
+    def judge(self, mask: NDArray[np.bool_]) -> str: ...
+    def recover(self, mask: NDArray[np.bool_]) -> NDArray[Any]: ...
+
+
+@dataclass(frozen=True)
+class ContourResult:
+    """One frame.
+
+    Attributes
+    ----------
+    mask : (H, W) bool
+        Pixels of the object; none when it is lost.
+    warp : (3, 3) float64
+        From the object's grid, (column, row) counted from its first cell, to pixels (x, y) of the image.
+    phi : (ny, nx) float32
+        Signed distance to the outline on the object's grid, in cells, negative inside, cut off beyond the band.
+    status : Status
+        "ok", "weak" (something covers it or its colours have changed; nothing is learned) or "lost" (it is looked
+        for in the next frames).
+    reason : str
+        Why it is not "ok"; else empty.
+    confidence : float
+        0 to 1: how much of the start's contrast between inside and beside the outline is left, times how much the
+        colours inside are those at the start (sum of sqrt(p q)).
+    judgement : str or None
+        What the shape memory says: "unoccluded", "occluded" or "novel"; None without a memory or while it learns.
+    """
+
+    mask: NDArray[np.bool_]
+    warp: NDArray[np.float64]
+    phi: NDArray[np.float32]
+    status: Status
+    reason: str
+    confidence: float
+    judgement: str | None = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether the status is "ok"."""
+        return self.status == Status.OK
+
+
+class ContourTracker:
+    """Track a deforming object in colour video by pixel-wise posteriors (thesis 6.3; Bibby and Reid, ECCV 2008).
+
+    Each frame finds where the object's grid lies (a similarity or an affinity, Gauss-Newton), moves its outline by a
+    few steps of a level set, corrects the drift of the grid, and pools the frame's colours into the histograms of
+    object and surroundings. docs/math/contour.md derives it. A frame runs on one thread.
+
+    Parameters
+    ----------
+    warp : "similarity" or "affine"
+        What moves the grid: 4 or 6 unknowns.
+    memory : object, optional
+        A shape memory with ``learn(mask)``, ``judge(mask)`` and ``recover(mask)``: the first `burn_in` frames are
+        learned; afterwards an occluded shape is replaced by the recovered one and changes no histogram, an unoccluded
+        one is learned, a novel one neither.
+    burn_in : int
+        Frames that the memory learns from before it judges.
+    **options
+        By name: ``bins`` (16 or 32 per channel), ``pool`` ("linear" or "log"), ``object_rate``, ``background_rate``,
+        ``windows`` (histograms along each side of the grid; 1: one pair for all), ``shrink``, ``ring``,
+        ``most_cells``, ``softness``, ``band``, ``registration_steps``, ``reach``, ``shape_steps``, ``dt``, ``mu``,
+        ``tension``, ``least_part``, ``least_posterior``, ``box_rounds``. Defaults: ``ContourTracker().options``.
+
+    Raises
+    ------
+    ValueError
+        An option that is unknown or out of range.
+
+    >>> tracker = ContourTracker()
+    >>> tracker.start(image, box=(40, 30, 120, 90))  # doctest: +SKIP
+    >>> mask = tracker.track(next_image).mask  # doctest: +SKIP
+    """
+
+    def __init__(
+        self, warp: str = "similarity", memory: Memory | None = None, burn_in: int = 60, **options: Any
+    ) -> None:
+        if not isinstance(warp, str) or warp not in ("similarity", "affine"):
+            raise ValueError(f'warp: expected "similarity" or "affine", got {warp!r}')
+        for name in ("learn", "judge", "recover"):
+            if memory is not None and not callable(getattr(memory, name, None)):
+                raise TypeError(
+                    f"memory: expected an object with learn, judge and recover, got {type(memory).__name__} without "
+                    f"{name}"
+                )
+        if number(burn_in, "burn_in") < 0 or int(burn_in) != burn_in:
+            raise ValueError(f"burn_in: expected a count of frames, got {burn_in!r}")
+        self._core = _core.ContourCore({"warp": warp, **_checked(options)})
+        self._memory, self._burn_in = memory, int(burn_in)
+        self._shape: tuple[int, ...] | None = None
+        self._frames = 0
+
+    def __repr__(self) -> str:
+        return f"ContourTracker({self.options['warp']!r}, {self._frames} frames)"
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """All options with their values."""
+        return dict(self._core.options())
+
+    def start(
+        self, image: ArrayLike, box: ArrayLike | None = None, mask: ArrayLike | None = None
+    ) -> ContourResult:
+        """Begin, or begin again, with the object in this image.
+
+        Parameters
+        ----------
+        image : (H, W, 3) uint8
+            RGB.
+        box : (x, y, w, h), optional
+            In pixels, around the object, as tight as may be: what is outside counts as background.
+        mask : (H, W) bool, optional
+            The object's pixels. One of the two.
+
+        Returns
+        -------
+        ContourResult
+            Of this image.
+
+        Raises
+        ------
+        TypeError
+            The image is not uint8, or the mask not bool.
+        ValueError
+            Neither or both of box and mask; a box or mask without object or without background; an image without
+            colour channels.
+        """
+        rgb = _image(image)
+        if (box is None) == (mask is None):
+            raise ValueError(f"box, mask: expected one of them, got {'none' if box is None else 'both'}")
+        if mask is not None:
+            self._core.start_mask(rgb, _mask(mask, rgb.shape[:2]))
+        else:
+            self._core.start_box(rgb, *_box(box, rgb.shape[1], rgb.shape[0]))
+        self._shape, self._frames = rgb.shape, 0
+        return self._result(rgb, None)
+
+    def track(self, image: ArrayLike) -> ContourResult:
+        """Find the object in the next image.
+
+        Parameters
+        ----------
+        image : (H, W, 3) uint8
+            RGB, of the size of the first.
+
+        Returns
+        -------
+        ContourResult
+
+        Raises
+        ------
+        RuntimeError
+            Before `start`.
+        TypeError, ValueError
+            An image of another type or size.
+        """
+        if self._shape is None:
+            raise RuntimeError("track: expected start(image, box=...) first, got no start yet")
+        rgb = _image(image)
+        if rgb.shape != self._shape:
+            raise ValueError(
+                f"image: expected the size at the start, {self._shape[1]} x {self._shape[0]}, got "
+                f"{rgb.shape[1]} x {rgb.shape[0]}; start again for another video"
+            )
+        self._core.observe(rgb)
+        judgement = self._remember()
+        self._core.finish(judgement in (None, "unoccluded"))
+        self._frames += 1
+        return self._result(rgb, judgement)
+
+    def _remember(self) -> str | None:
+        """The memory's say about this frame's shape, which it may replace."""
+        if self._memory is None or self._core.report()["status"] == "lost":
+            return None
+        mask = self._core.phi() < 0
+        if self._frames < self._burn_in:
+            self._memory.learn(mask)
+            return None
+        judgement = str(self._memory.judge(mask))
+        if judgement not in JUDGEMENTS:
+            raise ValueError(
+                f"memory: expected a judgement of {', '.join(JUDGEMENTS)}, got {judgement!r} from judge()"
+            )
+        if judgement == "unoccluded":
+            self._memory.learn(mask)
+        elif judgement == "occluded":
+            whole = np.asarray(self._memory.recover(mask))
+            if whole.shape != mask.shape:
+                raise ValueError(
+                    f"memory: expected a recovered mask of {mask.shape}, got {whole.shape} from recover()"
+                )
+            if (whole > 0).any():  # nothing recovered is nothing to go by
+                self._core.replace_shape(np.where(whole > 0, -0.5, 0.5).astype(np.float32))
+        return judgement
+
+    def _result(self, rgb: NDArray[np.uint8], judgement: str | None) -> ContourResult:
+        report = self._core.report()
+        return ContourResult(
+            self._core.mask(rgb),
+            self._core.warp(),
+            self._core.phi(),
+            Status(report["status"]),
+            report["reason"],
+            float(report["confidence"]),
+            judgement,
+        )
+
+
+def _checked(options: dict[str, Any]) -> dict[str, Any]:
+    """Options of the types that the core's are of."""
+    known = _core.contour_options()
+    checked: dict[str, Any] = {}
+    for name, value in options.items():
+        if name not in known:
+            raise ValueError(f"options: expected some of {', '.join(sorted(known))}, got {name!r}")
+        if isinstance(known[name], str):
+            checked[name] = str(value)
+        elif isinstance(known[name], int):
+            if number(value, name) != int(number(value, name)):
+                raise ValueError(f"{name}: expected a whole number, got {value!r}")
+            checked[name] = int(value)
+        else:
+            checked[name] = number(value, name)
+    return checked
+
+
+def _image(image: ArrayLike) -> NDArray[np.uint8]:
+    given = np.asarray(image)
+    if given.ndim == 2 or (given.ndim == 3 and given.shape[2] == 1):
+        raise ValueError(
+            f"image: expected colours, (H, W, 3), got a grey image {given.shape}; histograms of colour are what this "
+            "tracker lives on, grey repeated three times works where brightness alone tells the object apart"
+        )
+    if given.ndim != 3 or given.shape[2] != 3:
+        raise ValueError(
+            f"image: expected (H, W, 3), got {given.shape}; drop an alpha channel with image[..., :3]"
+        )
+    if given.dtype != np.uint8:
+        raise TypeError(
+            f"image: expected uint8, got {given.dtype}; scale 0..1 by (255 * image).astype(np.uint8)"
+        )
+    if min(given.shape[:2]) < 8:
+        raise ValueError(f"image: expected at least 8 x 8 pixels, got {given.shape[1]} x {given.shape[0]}")
+    return np.ascontiguousarray(given)
+
+
+def _mask(mask: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    given = np.asarray(mask)
+    if given.dtype != np.bool_:
+        raise TypeError(f"mask: expected bool, got {given.dtype}; use mask > 0")
+    if given.shape != shape:
+        raise ValueError(f"mask: expected the image's size {shape}, got {given.shape}")
+    if given.all():
+        raise ValueError(
+            "mask: expected background around the object, got a full mask; mark the object alone"
+        )
+    return np.ascontiguousarray(given)
+
+
+def _box(box: Any, width: int, height: int) -> tuple[int, int, int, int]:
+    """(x0, y0, x1, y1) of the part inside the image."""
+    try:
+        x, y, w, h = (float(v) for v in box)
+    except (TypeError, ValueError):
+        raise TypeError(f"box: expected four numbers (x, y, w, h), got {box!r}") from None
+    if not np.isfinite([x, y, w, h]).all() or w <= 0 or h <= 0:
+        raise ValueError(f"box: expected (x, y, w, h) with w and h > 0, got {box!r}")
+    x0, y0, x1, y1 = max(0, round(x)), max(0, round(y)), min(width, round(x + w)), min(height, round(y + h))
+    if x0 >= x1 or y0 >= y1:
+        raise ValueError(f"box: expected a box in the {width} x {height} image, got {box!r}")
+    return x0, y0, x1, y1

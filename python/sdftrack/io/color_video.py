@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: MIT
+"""Colour frames of a video file or of a folder of images, one after another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.io.datasets.images import image_files
+from sdftrack.io.frames import read_color
+
+__all__ = ["ColorVideo"]
+
+
+class ColorVideo:
+    """Frames of `source`: ``for image in ColorVideo(path)`` gives (H, W, 3) uint8 RGB.
+
+    Parameters
+    ----------
+    source : path
+        A video (anything that PyAV reads), or a folder of images in the order of their names or numbers.
+
+    Raises
+    ------
+    FileNotFoundError
+        There is nothing.
+    ValueError
+        No images in the folder; a file that is no video, or that breaks off while it is read.
+    """
+
+    def __init__(self, source: str | Path) -> None:
+        self.source = Path(source)
+        if not self.source.exists():
+            raise FileNotFoundError(f"VIDEO: no such file or folder: {source}")
+        self.files = image_files(self.source) if self.source.is_dir() else []
+        if self.source.is_dir() and not self.files:
+            raise ValueError(f"{source}: expected a folder of images, got one without any")
+        self.fps: float | None = None
+        self.count = len(self.files)  # 0: unknown
+        if not self.files:
+            self._look()
+
+    def __iter__(self) -> Iterator[NDArray[np.uint8]]:
+        if self.files:
+            for file in self.files:
+                yield read_color(file)
+            return
+        import av
+
+        try:
+            with av.open(str(self.source)) as container:
+                for frame in container.decode(video=0):
+                    yield np.ascontiguousarray(frame.to_ndarray(format="rgb24"))
+        except av.FFmpegError as error:
+            raise ValueError(f"{self.source}: the video cannot be read on ({error.strerror})") from None
+
+    def _look(self) -> None:
+        import av
+
+        try:
+            with av.open(str(self.source)) as container:
+                if not container.streams.video:
+                    raise ValueError(f"{self.source}: expected a video, got a file without pictures")
+                stream = container.streams.video[0]
+                self.count = int(stream.frames)
+                self.fps = float(stream.average_rate) if stream.average_rate else None
+        except av.FFmpegError as error:
+            raise ValueError(f"{self.source}: not a readable video ({error.strerror})") from None

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+// The contour's formulas in double, its loops on all instruction sets, pieces and distances.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <stdexcept>
+
+#include "contour/steps_cuda.h"
+#include "contour/tracker.h"
+
+namespace sdftrack {
+namespace {
+
+ContourGrid disc(int nx, int ny, double x0, double y0, double radius) {
+  ContourGrid grid;
+  grid.nx = nx, grid.ny = ny;
+  grid.warp = {{1, 0, 0, 1}, {grid.mid_x(), grid.mid_y()}};
+  for (int y = 0; y < ny; ++y)
+    for (int x = 0; x < nx; ++x) grid.phi.push_back(static_cast<float>(std::hypot(x - x0, y - y0) - radius));
+  grid.inside = grid.all();
+  return grid;
+}
+
+// Numbers of [0.02, 0.98], the same on every run.
+std::vector<float> posteriors(std::size_t n) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> share(0.02f, 0.98f);
+  std::vector<float> out(n);
+  for (float& p : out) p = share(random);
+  return out;
+}
+
+TEST(PosteriorCost, its_slope_is_the_derivative_of_its_cost) {
+  const double h = 1e-6;
+  for (const double phi : {-7.0, -1.5, -0.1, 0.0, 0.8, 5.0})
+    for (const double p : {0.02, 0.4, 0.5, 0.98}) {
+      const double slope =
+          (posterior_cost(phi + h, p, 1 / 1.5).cost - posterior_cost(phi - h, p, 1 / 1.5).cost) / (2 * h);
+      EXPECT_NEAR(posterior_cost(phi, p, 1 / 1.5).slope, slope, 1e-8) << phi << " " << p;
+      EXPECT_GE(posterior_cost(phi, p, 1 / 1.5).curvature, 0);
+    }
+}
+
+TEST(ContourLoops, all_instruction_sets_give_the_same_bits) {
+  const ContourGrid grid = disc(61, 47, 30, 23, 13);
+  const std::vector<float> foreground = posteriors(grid.phi.size());
+  std::vector<float> u, v;
+  for (int y = 0; y < grid.ny; ++y)
+    for (int x = 0; x < grid.nx; ++x) u.push_back(static_cast<float>(x)), v.push_back(static_cast<float>(y));
+  const RegistrationTerm<float, 6> term{{grid.phi.data(), grid.nx, grid.ny},
+                                        {static_cast<int>(u.size()), u.data(), v.data(), foreground.data()},
+                                        {0.97f, 0.1f, -28, -0.12f, 1.02f, -21},
+                                        30,
+                                        23,
+                                        1 / 1.5f};
+  const ContourStep<float> step{1 / 1.5f, 4, 0.05f, 1};
+  Sums<double, 6> first;
+  std::vector<float> stepped;
+  for (const Isa isa : supported_isas()) {
+    const ContourOps& ops = contour_ops_for(isa);
+    const Sums<double, 6> sums = ops.affinity(term);
+    std::vector<float> out(grid.phi.size());
+    ops.step(step, grid.phi.data() + 62, foreground.data() + 62, 61, 59 + 61 * 40, out.data());
+    if (isa == supported_isas().front()) first = sums, stepped = out;
+    EXPECT_EQ(sums.cost, first.cost) << isa_name(isa);
+    for (int k = 0; k < 6; ++k) EXPECT_EQ(sums.gradient[k], first.gradient[k]) << isa_name(isa);
+    for (int k = 0; k < 21; ++k) EXPECT_EQ(sums.hessian[k], first.hessian[k]) << isa_name(isa);
+    EXPECT_EQ(out, stepped) << isa_name(isa);
+  }
+}
+
+TEST(GridWarp, an_increment_and_its_opposite_cancel) {
+  const GridWarp warp{{1.1, -0.2, 0.3, 0.9}, {40, 30}};
+  const double delta[4] = {0.1, 0.2, 3, -2};
+  const GridWarp there = moved<4>(warp, delta);
+  // The point X of the old grid is M X + m of the new one: both lie at the same place in the image.
+  const double c = std::exp(0.1) * std::cos(0.2), s = std::exp(0.1) * std::sin(0.2), x = 7, y = -4;
+  double u0, v0, u1, v1;
+  warp.to_image(x, y, &u0, &v0);
+  there.to_image(c * x - s * y + 3, s * x + c * y - 2, &u1, &v1);
+  EXPECT_NEAR(u0, u1, 1e-12);
+  EXPECT_NEAR(v0, v1, 1e-12);
+  const GridWarp back = warp.inverse();
+  back.to_image(u0, v0, &u1, &v1);
+  EXPECT_NEAR(u1, x, 1e-12);
+  EXPECT_NEAR(v1, y, 1e-12);
+}
+
+TEST(Pieces, a_speck_goes_and_a_ring_stays_one) {
+  ContourGrid grid = disc(60, 40, 20, 20, 12);
+  for (int y = 0; y < grid.ny; ++y)
+    for (int x = 0; x < grid.nx; ++x) {
+      float& phi = grid.phi[static_cast<std::size_t>(y * grid.nx + x)];
+      if (std::hypot(x - 20, y - 20) < 9) phi = 1;                // a hole: the ring is one piece
+      if (std::abs(x - 50) < 2 && std::abs(y - 6) < 2) phi = -1;  // a speck
+    }
+  int ring = 0;
+  for (const float phi : grid.phi) ring += phi < 0;
+  EvolutionWork work;
+  EXPECT_EQ(drop_small_pieces(0.1f, 100, &work, &grid), ring - 9);
+  EXPECT_GT(grid.phi[6 * 60 + 50], 0);
+  EXPECT_LT(grid.phi[20 * 60 + 9], 0);
+}
+
+TEST(FlatDistance, of_an_empty_grid_is_as_far_as_it_goes) {
+  ContourGrid grid = disc(20, 16, -90, -90, 1);
+  FlatDistanceWork work;
+  redistance(12, &work, &grid);
+  for (const float phi : grid.phi) EXPECT_EQ(phi, 12);
+}
+
+TEST(ContourOptions, steps_beyond_the_stable_ones_are_refused) {
+  ContourOptions options;
+  options.mu = 0.1f;
+  EXPECT_THROW(options.check(), std::invalid_argument);
+}
+
+#ifndef SDFTRACK_WITH_CUDA
+TEST(ContourCuda, a_build_without_it_says_so) {
+  const ContourGrid grid = disc(9, 9, 4, 4, 2);
+  const std::vector<float> p = posteriors(81);
+  EXPECT_THROW(contour_steps_cuda({}, 1, 9, 9, grid.phi.data(), p.data()), std::runtime_error);
+}
+#endif
+
+}  // namespace
+}  // namespace sdftrack

@@ -1,0 +1,324 @@
+# SPDX-License-Identifier: MIT
+"""ContourTracker: discs and bars whose motion is known, a blob on texture, the hook of a memory, bad input."""
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.metrics import iou
+from sdftrack.synth.blob import BlobVideo, blob_video
+
+FOUND_PX = 0.1  # place and size of a disc on two colours, which the data allow to some hundredths
+# A soft rim has more pixels outside a round outline than inside and draws it inwards, by some 0.15 px at a softness of
+# 1.5 cells (docs/math/contour.md, section 3); a sharper one does not.
+SOFT_RADIUS_PX = 0.2
+SHARP = {"softness": 0.8, "tension": 0.5}
+TURN_RAD = 0.005  # 0.1 px at the end of a bar of 20 px half length
+# A blob with soft texture and noise: what is left are its rim's pixels, of which there are 150 to 4,000 inside.
+BLOB_IOU = 0.9
+BEHIND_POST_IOU = 0.75
+
+
+def picture(shape, size=(120, 90), soft=1.0):
+    """A shape's signed distance drawn with a smooth rim, red on grey."""
+    y, x = np.mgrid[: size[1], : size[0]].astype(float)
+    cover = np.clip(0.5 - shape(x, y) / soft, 0, 1)[..., None]
+    return np.round(cover * [200, 60, 40] + (1 - cover) * [90, 100, 110]).astype(np.uint8), cover[
+        ..., 0
+    ] > 0.5
+
+
+def disc(cx, cy, radius):
+    return lambda x, y: np.hypot(x - cx, y - cy) - radius
+
+
+def bar(cx, cy, angle, half=(20, 8)):
+    def phi(x, y):
+        u = (x - cx) * np.cos(angle) + (y - cy) * np.sin(angle)
+        v = (y - cy) * np.cos(angle) - (x - cx) * np.sin(angle)
+        return np.maximum(np.abs(u) - half[0], np.abs(v) - half[1])
+
+    return phi
+
+
+def settled(result, image, tracker, frames=6):
+    for _ in range(frames):
+        result = tracker.track(image)
+    return result
+
+
+def middle_and_radius(result):
+    """Of the zero level on the grid, in pixels."""
+    inside = 1 / (1 + np.exp(np.clip(result.phi / 0.25, -50, 50)))
+    y, x = np.mgrid[: inside.shape[0], : inside.shape[1]]
+    cells = np.array([(x * inside).sum(), (y * inside).sum(), inside.sum()]) / inside.sum()
+    area = inside.sum() * abs(np.linalg.det(result.warp[:2, :2]))
+    return (result.warp @ cells)[:2], np.sqrt(area / np.pi)
+
+
+@pytest.mark.parametrize("warp", ["similarity", "affine"])
+@pytest.mark.parametrize(("options", "radius_px"), [({}, SOFT_RADIUS_PX), (SHARP, FOUND_PX)])
+@pytest.mark.parametrize(
+    "to", [(60.0, 45.0, 20.0), (63.4, 41.7, 20.0), (60.0, 45.0, 23.0), (66.2, 47.5, 18.0)]
+)
+def test_a_disc_that_moves_and_grows_is_found(warp, to, options, radius_px):
+    first, mask = picture(disc(60, 45, 20))
+    tracker = st.contour.ContourTracker(warp, **options)
+    start = tracker.start(first, mask=mask)
+    image, there = picture(disc(*to))
+    result = settled(start, image, tracker)
+    place, radius = middle_and_radius(result)
+    np.testing.assert_allclose(place, to[:2], atol=FOUND_PX)
+    drawn = np.sqrt(there.sum() / np.pi)  # whole pixels: up to 0.1 px from the number given
+    assert radius == pytest.approx(drawn, abs=radius_px)
+    assert result.ok
+
+
+@pytest.mark.parametrize("angle", [-0.15, 0.1, 0.25])
+def test_a_bar_that_turns_is_found(angle):
+    tracker = st.contour.ContourTracker(shape_steps=0)  # the shape may not do what the warp must
+    image, mask = picture(bar(60, 45, 0))
+    tracker.start(image, mask=mask)
+    result = settled(None, picture(bar(60, 45, angle))[0], tracker)
+    assert np.arctan2(result.warp[1, 0], result.warp[0, 0]) == pytest.approx(angle, abs=TURN_RAD)
+
+
+def test_a_jump_farther_than_the_band_is_found():
+    tracker = st.contour.ContourTracker()
+    image, mask = picture(disc(45, 45, 14))
+    tracker.start(image, mask=mask)
+    result = settled(None, picture(disc(66, 38, 14))[0], tracker, frames=4)
+    np.testing.assert_allclose(middle_and_radius(result)[0], [66, 38], atol=FOUND_PX)
+
+
+def follow(video, tracker, **place):
+    tracker.start(video.images[0], **place)
+    return [tracker.track(image) for image in video.images[1:]]
+
+
+@pytest.mark.parametrize("warp", ["similarity", "affine"])
+@pytest.mark.parametrize("options", [{}, {"bins": 32}, {"pool": "log"}, {"windows": 1}])
+def test_a_textured_blob_is_followed(warp, options):
+    video = blob_video(frames=30)
+    results = follow(video, st.contour.ContourTracker(warp, **options), mask=video.masks[0])
+    assert np.mean([iou(r.mask, m) for r, m in zip(results, video.masks[1:], strict=True)]) > BLOB_IOU
+    assert all(r.ok for r in results)
+
+
+def test_a_box_is_enough_to_start():
+    video = blob_video(frames=15)
+    y, x = np.nonzero(video.masks[0])
+    tracker = st.contour.ContourTracker()
+    box = (x.min(), y.min(), np.ptp(x) + 1, np.ptp(y) + 1)
+    start = tracker.start(video.images[0], box=box)
+    assert iou(start.mask, video.masks[0]) > BLOB_IOU
+    assert iou(tracker.track(video.images[1]).mask, video.masks[1]) > BLOB_IOU
+
+
+def test_a_blob_behind_a_post_is_not_lost():
+    video = blob_video(frames=40, post=True)
+    results = follow(video, st.contour.ContourTracker(), mask=video.masks[0])
+    found = [iou(r.mask, m) for r, m in zip(results, video.masks[1:], strict=True)]
+    assert np.mean(found) > BEHIND_POST_IOU
+    assert found[-1] > BEHIND_POST_IOU
+
+
+def test_what_vanishes_is_reported_lost_and_found_again():
+    video = blob_video(frames=20)
+    tracker = st.contour.ContourTracker()
+    tracker.start(video.images[0], mask=video.masks[0])
+    for image in video.images[1:10]:
+        assert tracker.track(image).ok
+    rng = np.random.default_rng(0)
+    empty = np.clip(np.array([90, 105, 80]) + rng.normal(0, 8, video.images[0].shape), 0, 255).astype(
+        np.uint8
+    )
+    gone = [tracker.track(empty) for _ in range(5)]
+    assert gone[-1].status == st.Status.LOST
+    assert gone[-1].reason
+    assert not gone[-1].mask.any()
+    back = [tracker.track(video.images[9]) for _ in range(4)][-1]
+    assert back.ok
+    assert iou(back.mask, video.masks[9]) > 0.8
+
+
+def test_the_same_frames_give_the_same_bits():
+    video = blob_video(frames=6)
+    runs = [follow(video, st.contour.ContourTracker(), mask=video.masks[0])[-1] for _ in range(2)]
+    np.testing.assert_array_equal(runs[0].phi, runs[1].phi)
+    np.testing.assert_array_equal(runs[0].warp, runs[1].warp)
+
+
+def test_the_mask_is_where_the_warp_puts_phi():
+    video = blob_video(frames=3)
+    result = follow(video, st.contour.ContourTracker(), mask=video.masks[0])[-1]
+    y, x = np.mgrid[: result.phi.shape[0], : result.phi.shape[1]]
+    u, v, _ = result.warp @ np.stack([x.ravel(), y.ravel(), np.ones(x.size)])
+    deep = np.abs(result.phi.ravel()) > 1.5
+    u, v = np.round(u[deep]).astype(int), np.round(v[deep]).astype(int)
+    there = (u >= 0) & (v >= 0) & (u < result.mask.shape[1]) & (v < result.mask.shape[0])
+    np.testing.assert_array_equal(result.mask[v[there], u[there]], result.phi.ravel()[deep][there] < 0)
+
+
+def head(frames):
+    """The first frames of a slow video."""
+    video = blob_video(frames=40)
+    return BlobVideo(video.images[:frames], video.masks[:frames])
+
+
+class FakeMemory:
+    """Says what it is told to; remembers what it was asked."""
+
+    def __init__(self, say="unoccluded"):
+        self.say, self.learned, self.judged, self.recovered = say, [], 0, 0
+
+    def learn(self, mask):
+        self.learned.append(mask)
+
+    def judge(self, mask):
+        self.judged += 1
+        return self.say
+
+    def recover(self, mask):
+        self.recovered += 1
+        return self.learned[0]
+
+
+def test_a_memory_learns_first_and_then_judges():
+    video, memory = head(8), FakeMemory()
+    results = follow(video, st.contour.ContourTracker(memory=memory, burn_in=4), mask=video.masks[0])
+    assert [r.judgement for r in results] == [None] * 4 + ["unoccluded"] * 3
+    assert (len(memory.learned), memory.judged, memory.recovered) == (7, 3, 0)
+    assert len({m.shape for m in memory.learned}) == 1
+    assert all(m.dtype == bool for m in memory.learned)
+
+
+def test_an_occluded_shape_is_replaced_by_the_recovered_one():
+    video, memory = head(5), FakeMemory("occluded")
+    tracker = st.contour.ContourTracker(memory=memory, burn_in=2)
+    results = follow(video, tracker, mask=video.masks[0])
+    assert memory.recovered == 2
+    assert results[-1].judgement == "occluded"
+    assert iou(results[-1].phi < 0, memory.learned[0]) > 0.95  # but for the drift correction
+
+
+def test_a_novel_shape_is_neither_learned_nor_replaced():
+    video, memory = head(5), FakeMemory("novel")
+    follow(video, st.contour.ContourTracker(memory=memory, burn_in=1), mask=video.masks[0])
+    assert (len(memory.learned), memory.recovered) == (1, 0)
+
+
+def test_a_memory_that_says_something_else_is_refused():
+    video = head(2)
+    tracker = st.contour.ContourTracker(memory=FakeMemory("perhaps"), burn_in=0)
+    tracker.start(video.images[0], mask=video.masks[0])
+    with pytest.raises(ValueError, match=r"memory: expected a judgement of .*got 'perhaps'"):
+        tracker.track(video.images[1])
+
+
+IMAGE, MASK = picture(disc(60, 45, 20))
+
+
+def started():
+    tracker = st.contour.ContourTracker()
+    tracker.start(IMAGE, mask=MASK)
+    return tracker
+
+
+@pytest.mark.parametrize(
+    ("image", "error", "told"),
+    [
+        (IMAGE[..., 0], ValueError, r"image: expected colours, \(H, W, 3\), got a grey image"),
+        (IMAGE[..., :1], ValueError, "image: expected colours"),
+        (np.dstack([IMAGE, IMAGE[..., 0]]), ValueError, "drop an alpha channel"),
+        (IMAGE / 255.0, TypeError, "image: expected uint8, got float64; scale"),
+        (np.full(IMAGE.shape, np.nan), TypeError, "image: expected uint8, got float64"),
+        (IMAGE.astype(np.uint16), TypeError, "image: expected uint8, got uint16"),
+        (IMAGE[:80], ValueError, "image: expected the size at the start, 120 x 90, got 120 x 80"),
+        (IMAGE[:4, :4], ValueError, "image: expected at least 8 x 8"),
+        (None, ValueError, "image: expected"),
+    ],
+)
+def test_an_image_that_cannot_be_used_is_refused(image, error, told):
+    with pytest.raises(error, match=told):
+        started().track(image)
+
+
+@pytest.mark.parametrize(
+    ("place", "error", "told"),
+    [
+        ({}, ValueError, "box, mask: expected one of them, got none"),
+        ({"box": (1, 2, 30, 30), "mask": MASK}, ValueError, "expected one of them, got both"),
+        ({"box": (200, 10, 30, 30)}, ValueError, "box: expected a box in the 120 x 90 image"),
+        ({"box": (10, 10, 0, 30)}, ValueError, "with w and h > 0"),
+        ({"box": (10, np.nan, 5, 30)}, ValueError, "with w and h > 0"),
+        ({"box": "here"}, TypeError, "box: expected four numbers"),
+        ({"box": (10, 10, 3, 3)}, ValueError, "box: expected a box of at least 30"),
+        ({"box": (0, 0, 120, 90)}, ValueError, "box: expected an object whose colours"),
+        ({"box": (2, 2, 20, 20)}, ValueError, "box: expected an object whose colours"),
+        ({"mask": MASK.astype(np.uint8)}, TypeError, "mask: expected bool, got uint8; use mask > 0"),
+        ({"mask": MASK[:50]}, ValueError, r"mask: expected the image's size \(90, 120\)"),
+        ({"mask": np.zeros_like(MASK)}, ValueError, "mask: expected at least 30 pixels"),
+        ({"mask": np.ones_like(MASK)}, ValueError, "got a full mask"),
+    ],
+)
+def test_a_start_from_nothing_is_refused(place, error, told):
+    with pytest.raises(error, match=told):
+        st.contour.ContourTracker().start(IMAGE, **place)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "told"),
+    [
+        ({"warp": "rigid"}, ValueError, 'warp: expected "similarity" or "affine", got .rigid.'),
+        ({"memory": object()}, TypeError, "memory: expected an object with learn, judge and recover"),
+        ({"burn_in": -1}, ValueError, "burn_in: expected a count"),
+        ({"bins": 8}, ValueError, "bins: expected 16 or 32 per channel, got 8"),
+        ({"bins": 16.5}, ValueError, "bins: expected a whole number"),
+        ({"pool": "median"}, ValueError, 'pool: expected "linear" or "log"'),
+        ({"dt": 9.0}, ValueError, "mu dt .*expected 0 to 0.2"),
+        ({"softness": "soft"}, TypeError, "softness: expected a number"),
+        ({"softness": np.nan}, ValueError, "softness: expected 0.3 to 10"),
+        ({"speed": 3}, ValueError, "options: expected some of .*got 'speed'"),
+    ],
+)
+def test_options_that_cannot_be_are_refused(given, error, told):
+    with pytest.raises(error, match=told):
+        st.contour.ContourTracker(**given)
+
+
+def test_a_frame_before_the_start_is_refused():
+    with pytest.raises(RuntimeError, match="track: expected start"):
+        st.contour.ContourTracker().track(IMAGE)
+
+
+def test_views_that_are_not_contiguous_work():
+    wide = np.repeat(IMAGE[:, ::-1], 2, axis=1)
+    tracker = st.contour.ContourTracker()
+    mirrored = tracker.start(wide[:, ::-2], mask=np.asfortranarray(MASK))
+    np.testing.assert_array_equal(mirrored.phi, st.contour.ContourTracker().start(IMAGE, mask=MASK).phi)
+    assert tracker.track(wide[:, ::-2]).ok
+
+
+def test_an_image_of_one_colour_is_lost_and_said_so():
+    tracker = started()
+    result = [tracker.track(np.full_like(IMAGE, 100)) for _ in range(3)][-1]
+    assert result.status == st.Status.LOST
+
+
+def test_an_object_that_leaves_the_image_does_no_harm():
+    tracker = started()
+    for x in range(60, 150, 6):
+        result = tracker.track(picture(disc(x, 45, 20))[0])
+    assert result.status in ("weak", "lost")
+    assert result.mask.shape == MASK.shape
+
+
+@pytest.mark.parametrize(("sequence", "by", "least"), [("cows", "mask", 0.82), ("camel", "mask", 0.75)])
+def test_recorded_animals_are_followed(data_dir, sequence, by, least):
+    from sdftrack.eval.contour import follow_davis, open_davis
+
+    if not (data_dir / "davis" / sequence).is_dir():
+        pytest.skip(f"recorded data absent: {data_dir / 'davis' / sequence}")
+    video = open_davis(data_dir / "davis", sequence, most=40)
+    assert follow_davis(video, by).ious.mean() > least
