@@ -202,7 +202,8 @@ PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const 
   const PrimitiveEnergyOptions last = fitter.fine(&best);
   fit.x = best.x, fit.steps = fitter.steps(), fit.scale_m = last.scale_m;
   fit.covariance = fit_covariance(view, last, fit, cloud.diameter_m);
-  PrimitiveEnergyOptions doubtful = last;  // a sharp edge turns misfits of a wrong kind of noise into evidence
+  PrimitiveEnergyOptions doubtful =
+      last;  // a sharp edge turns misfits of a wrong kind of noise into evidence
   doubtful.outline_scale_px = kOutlines_px[0];
   find_bounds(view, doubtful, fitter.work(), &fit);
   for (int i = 0; i < size_count(kind); ++i)
