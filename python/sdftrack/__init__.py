@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Track and reconstruct rigid objects with an RGB-D camera, by signed distance functions."""
 
-from sdftrack import geometry, levelset, metrics, synth, testing
+from sdftrack import contour, geometry, levelset, metrics, synth, testing
 from sdftrack._core import __version__
 from sdftrack.build_info import info
 from sdftrack.calibration.color_result import ColorCalibration
@@ -51,6 +51,7 @@ __all__ = [
     "back_project",
     "calibrate_color_to_depth",
     "calibrate_intrinsics",
+    "contour",
     "cuda_available",
     "draw",
     "fit_primitive",
