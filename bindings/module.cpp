@@ -14,6 +14,7 @@ void bind_energies(py::module_& m);
 void bind_frame_energy(py::module_& m);
 void bind_tracking(py::module_& m);
 void bind_levelset(py::module_& m);
+void bind_lwpr(py::module_& m);
 void bind_photometric(py::module_& m);
 void bind_plane(py::module_& m);
 void bind_primitives(py::module_& m);
@@ -34,6 +35,7 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bind_energies(m);
   sdftrack::bind_tracking(m);
   sdftrack::bind_levelset(m);
+  sdftrack::bind_lwpr(m);
   sdftrack::bind_photometric(m);
   sdftrack::bind_plane(m);
   sdftrack::bind_primitives(m);

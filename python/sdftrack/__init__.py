@@ -9,6 +9,7 @@ from sdftrack.calibration.color_to_depth import calibrate_color_to_depth
 from sdftrack.calibration.intrinsics import calibrate_intrinsics
 from sdftrack.calibration.intrinsics_result import IntrinsicsResult
 from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.contour.lwpr import LWPR
 from sdftrack.device import cuda_available
 from sdftrack.energy import Energy, State, back_project, minimize
 from sdftrack.frame import Frame
@@ -26,6 +27,7 @@ from sdftrack.tracking import Tracker
 from sdftrack.viz import draw
 
 __all__ = [
+    "LWPR",
     "SDF",
     "Camera",
     "ColorCalibration",

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Outlines in plain colour video: cosine series of silhouettes, and a memory that recovers hidden parts."""
+"""Shapes in two dimensions: cosine series of silhouettes, a memory that recovers hidden parts, and its regression."""
 
 from sdftrack.contour.assessment import Assessment
 from sdftrack.contour.dct import harmonics, silhouette
+from sdftrack.contour.lwpr import LWPR
 from sdftrack.contour.masks import align
 from sdftrack.contour.memory import ShapeMemory
 
-__all__ = ["Assessment", "ShapeMemory", "align", "harmonics", "silhouette"]
+__all__ = ["LWPR", "Assessment", "ShapeMemory", "align", "harmonics", "silhouette"]

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT
+#include <pybind11/stl.h>
+
+#include <memory>
+
+#include "array.h"
+#include "busy.h"
+#include "lwpr/model.h"
+
+namespace sdftrack {
+
+namespace {
+
+using namespace py::literals;
+
+// A model and who is at work in it: any number that read, or one that writes.
+class SharedLwpr {
+ public:
+  explicit SharedLwpr(LwprModel model) : model(std::move(model)) {}
+  SharedLwpr(const SharedLwpr& other) : model(other.read_only()) {}
+
+  class Reading {
+   public:
+    explicit Reading(const SharedLwpr& of) : of_(of) {
+      int readers = of.users_.load();
+      do {
+        if (readers < 0) refuse();
+      } while (!of.users_.compare_exchange_weak(readers, readers + 1));
+    }
+    ~Reading() { of_.users_.fetch_sub(1); }
+    Reading(const Reading&) = delete;
+    Reading& operator=(const Reading&) = delete;
+
+   private:
+    const SharedLwpr& of_;
+  };
+
+  class Writing {
+   public:
+    explicit Writing(SharedLwpr& of) : of_(of) {
+      int none = 0;
+      if (!of.users_.compare_exchange_strong(none, -1)) refuse();
+    }
+    ~Writing() { of_.users_.store(0); }
+    Writing(const Writing&) = delete;
+    Writing& operator=(const Writing&) = delete;
+
+   private:
+    SharedLwpr& of_;
+  };
+
+  LwprModel model;
+
+ private:
+  [[noreturn]] static void refuse() {
+    throw std::runtime_error(
+        "this LWPR is in use by another thread: predictions may run at once, an update only alone; take "
+        "turns, or make one LWPR per thread");
+  }
+  LwprModel read_only() const {
+    const Reading turn(*this);
+    return model;
+  }
+  mutable std::atomic<int> users_{0};
+};
+
+std::size_t rows_of(const py::array& a) { return static_cast<std::size_t>(a.shape(0)); }
+
+void update(SharedLwpr& self, const py::array& x, const py::array& y, int threads) {
+  const SharedLwpr::Writing turn(self);
+  const double* const from = borrow<double>(x, "x", {-1, self.model.n_in()});
+  const double* const to = borrow<double>(y, "y", {x.shape(0), self.model.n_out()});
+  py::gil_scoped_release release;
+  self.model.update(from, to, rows_of(x), threads);
+}
+
+py::object predict(const SharedLwpr& self, const py::array& x, bool with_sd, int threads, bool cuda) {
+  const SharedLwpr::Reading turn(self);
+  const LwprModel& model = self.model;
+  const double* const from = borrow<double>(x, "x", {-1, model.n_in()});
+  const py::ssize_t count = x.shape(0), m = model.n_out();
+  std::vector<double> mean(static_cast<std::size_t>(count * m)), sd(with_sd ? mean.size() : 0);
+  {
+    py::gil_scoped_release release;
+    if (cuda)
+      model.predict_cuda(from, rows_of(x), mean.data());
+    else
+      model.predict(from, rows_of(x), threads, mean.data(), with_sd ? sd.data() : nullptr);
+  }
+  py::object means = to_numpy(std::move(mean), {count, m});
+  if (!with_sd) return means;
+  return py::make_tuple(means, to_numpy(std::move(sd), {count, m}));
+}
+
+py::array_t<double> activations(const SharedLwpr& self, const py::array& x, int threads) {
+  const SharedLwpr::Reading turn(self);
+  const double* const from = borrow<double>(x, "x", {-1, self.model.n_in()});
+  const py::ssize_t count = x.shape(0), m = self.model.n_out();
+  std::vector<double> out(static_cast<std::size_t>(count * m));
+  {
+    py::gil_scoped_release release;
+    self.model.activations(from, rows_of(x), threads, out.data());
+  }
+  return to_numpy(std::move(out), {count, m});
+}
+
+// Everything about a field, in the units of the inputs divided by norm_in and the output divided by norm_out.
+py::dict field(const LwprUnit& unit, int k) {
+  const FieldLayout& at = unit.layout();
+  const double* const head = unit.record(k);
+  const int R = static_cast<int>(head[FieldLayout::kProjections]),
+            T = static_cast<int>(head[FieldLayout::kTrusted]);
+  const auto n = static_cast<std::size_t>(at.n);
+  std::vector<double> center, M(n * n, 0.0), slope, mse;
+  for (int i = 0; i < at.n; ++i) {
+    center.push_back(unit.lane(k, i));
+    slope.push_back(unit.lane(k, at.slope() + i));
+    for (int j = i; j < (at.diagonal ? i + 1 : at.n); ++j)
+      M[static_cast<std::size_t>(i) * n + static_cast<std::size_t>(j)] =
+          unit.lane(k, at.metric() + at.entry(i, j));
+  }
+  for (int r = 0; r < R; ++r) {
+    const double* const pr = head + at.record_size(r);
+    mse.push_back(pr[FieldLayout::kMSE] / pr[FieldLayout::kSumW]);
+  }
+  const auto ssize = static_cast<py::ssize_t>(n);
+  return py::dict(
+      "center"_a = to_numpy(std::move(center), {ssize}), "M"_a = to_numpy(std::move(M), {ssize, ssize}),
+      "slope"_a = to_numpy(std::move(slope), {ssize}), "value"_a = unit.lane(k, at.value()),
+      "mse"_a = to_numpy(std::move(mse), {R}), "n_data"_a = static_cast<long>(head[FieldLayout::kCount]),
+      "n_projections"_a = R, "n_trusted"_a = T, "forgetting"_a = head[FieldLayout::kLambda],
+      "weight"_a = head[FieldLayout::kW], "loo_mse"_a = head[FieldLayout::kLooE] / head[FieldLayout::kLooW]);
+}
+
+py::list fields(const SharedLwpr& self, int output) {
+  const SharedLwpr::Reading turn(self);
+  const LwprUnit& unit = self.model.unit(output);
+  py::list out;
+  for (int k = 0; k < unit.size(); ++k) out.append(field(unit, k));
+  return out;
+}
+
+std::vector<int> field_counts(const SharedLwpr& self) {
+  const SharedLwpr::Reading turn(self);
+  std::vector<int> out;
+  for (int k = 0; k < self.model.n_out(); ++k) out.push_back(self.model.unit(k).size());
+  return out;
+}
+
+py::bytes bytes_of(const SharedLwpr& self) {
+  const SharedLwpr::Reading turn(self);
+  return self.model.bytes();
+}
+
+SharedLwpr from_bytes(const py::bytes& data) {
+  char* start = nullptr;
+  py::ssize_t size = 0;
+  if (PyBytes_AsStringAndSize(data.ptr(), &start, &size) != 0) throw py::error_already_set();
+  return SharedLwpr(LwprModel::from_bytes(start, static_cast<std::size_t>(size)));
+}
+
+}  // namespace
+
+void bind_lwpr(py::module_& m) {
+  py::class_<LwprOptions>(m, "LwprOptions")
+      .def(py::init<>())
+      .def_readwrite("w_gen", &LwprOptions::w_gen)
+      .def_readwrite("w_prune", &LwprOptions::w_prune)
+      .def_readwrite("w_cutoff", &LwprOptions::w_cutoff)
+      .def_readwrite("init_D", &LwprOptions::init_D)
+      .def_readwrite("diagonal", &LwprOptions::diagonal)
+      .def_readwrite("update_D", &LwprOptions::update_D)
+      .def_readwrite("init_alpha", &LwprOptions::init_alpha)
+      .def_readwrite("meta", &LwprOptions::meta)
+      .def_readwrite("meta_rate", &LwprOptions::meta_rate)
+      .def_readwrite("penalty", &LwprOptions::penalty)
+      .def_readwrite("add_threshold", &LwprOptions::add_threshold)
+      .def_readwrite("init_lambda", &LwprOptions::init_lambda)
+      .def_readwrite("final_lambda", &LwprOptions::final_lambda)
+      .def_readwrite("tau_lambda", &LwprOptions::tau_lambda)
+      .def("check", [](const LwprOptions& o) { check_lwpr_options(o); });
+  py::class_<SharedLwpr>(m, "LwprModel")
+      .def(py::init([](int n_in, int n_out, const LwprOptions& options, const std::vector<double>& norm_in,
+                       const std::vector<double>& norm_out) {
+             return std::make_unique<SharedLwpr>(LwprModel(n_in, n_out, options, norm_in, norm_out));
+           }),
+           "n_in"_a, "n_out"_a, "options"_a, "norm_in"_a, "norm_out"_a)
+      .def_property_readonly("n_in", [](const SharedLwpr& s) { return s.model.n_in(); })
+      .def_property_readonly("n_out", [](const SharedLwpr& s) { return s.model.n_out(); })
+      .def_property_readonly("options", [](const SharedLwpr& s) { return s.model.options(); })
+      .def_property_readonly("norm_in", [](const SharedLwpr& s) { return s.model.norm_in(); })
+      .def_property_readonly("norm_out", [](const SharedLwpr& s) { return s.model.norm_out(); })
+      .def_property_readonly("samples",
+                             [](const SharedLwpr& s) {
+                               const SharedLwpr::Reading turn(s);
+                               return static_cast<long>(s.model.samples());
+                             })
+      .def("update", &update, "x"_a, "y"_a, "threads"_a = 0)
+      .def("predict", &predict, "x"_a, "with_sd"_a = false, "threads"_a = 0, "cuda"_a = false)
+      .def("activations", &activations, "x"_a, "threads"_a = 0)
+      .def("training_error",
+           [](const SharedLwpr& s) {
+             const SharedLwpr::Reading turn(s);
+             return s.model.training_error();
+           })
+      .def("field_counts", &field_counts)
+      .def("fields", &fields, "output"_a)
+      .def("copy", [](const SharedLwpr& s) { return std::make_unique<SharedLwpr>(s); })
+      .def("to_bytes", &bytes_of)
+      .def_static(
+          "from_bytes", [](const py::bytes& data) { return std::make_unique<SharedLwpr>(from_bytes(data)); },
+          "data"_a);
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// What a field says at a place, for one field (T = double) or a pack of kFieldLanes of them. The CPU's loops
+// and the CUDA kernel call the same lines. docs/math/lwpr.md, eqs. 1 and 5.
+#pragma once
+
+#include "lwpr/layout.h"
+
+namespace sdftrack {
+
+// Reads number `row` of a block, beginning at its lane.
+template <class T>
+struct LanesAt {
+  const double* lane;
+  HD T operator()(int row) const {
+    T value;
+    __builtin_memcpy(&value, lane + row * kFieldLanes, sizeof(T));
+    return value;
+  }
+};
+
+// |M (x - c)|^2, of which the activation is exp(-q / 2).
+template <int N, class T>
+HD T field_distance2(const FieldLayout& at, LanesAt<T> read, const double* x) {
+  const int n = N > 0 ? N : at.n;
+  T q = T{};
+  if (at.diagonal) {
+    for (int i = 0; i < n; ++i) {
+      const T m = (x[i] - read(i)) * read(n + i);
+      q = q + m * m;
+    }
+    return q;
+  }
+  int k = n;
+  for (int i = 0; i < n; ++i) {
+    T m = T{};
+    for (int j = i; j < n; ++j, ++k) m = m + (x[j] - read(j)) * read(k);
+    q = q + m * m;
+  }
+  return q;
+}
+
+// The field's linear function at x.
+template <int N, class T>
+HD T field_value(const FieldLayout& at, LanesAt<T> read, const double* x) {
+  const int n = N > 0 ? N : at.n, slope = at.slope();
+  T y = read(at.value());
+  for (int i = 0; i < n; ++i) y = y + (x[i] - read(i)) * read(slope + i);
+  return y;
+}
+
+}  // namespace sdftrack

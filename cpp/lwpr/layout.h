@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// Where the numbers of a receptive field lie. What every sample looks at (centre, metric, local linear
+// function) stands in blocks of kFieldLanes fields, number by number, so that a pack of lanes holds one
+// number of that many fields. What only a sample inside changes stands field by field in a record.
+#pragma once
+
+#include "base/hd.h"
+
+namespace sdftrack {
+
+constexpr int kFieldLanes = 8;
+
+struct FieldLayout {
+  int n = 0;              // inputs
+  bool diagonal = false;  // whether the metric is
+  bool meta = false;      // whether learning rates are learnt
+  int row = 0;            // n, rounded up to a whole number of packs of 4 beyond kMostUnrolled inputs
+
+  static constexpr int kMostUnrolled = 3;
+
+  FieldLayout() = default;
+  FieldLayout(int n_in, bool is_diagonal, bool with_meta)
+      : n(n_in),
+        diagonal(is_diagonal),
+        meta(with_meta),
+        row(n_in <= kMostUnrolled ? n_in : (n_in + 3) / 4 * 4) {}
+
+  // A block: rows of kFieldLanes numbers. The centre of a lane without a field is NaN.
+  HD int metric_size() const { return diagonal ? n : n * (n + 1) / 2; }
+  HD int center() const { return 0; }
+  HD int metric() const { return n; }
+  HD int slope() const { return n + metric_size(); }  // of the field's linear function
+  HD int value() const { return slope() + n; }        // of it at the centre
+  HD int ready() const { return value() + 1; }        // 1: it has seen enough; else 0
+  HD int block_rows() const { return ready() + 1; }
+  HD int block_size() const { return block_rows() * kFieldLanes; }
+  // Entry (i, j), i <= j, of the upper triangular M among the numbers of the metric.
+  HD int entry(int i, int j) const { return diagonal ? i : i * n - i * (i - 1) / 2 + (j - i); }
+
+  // A record: the head, the mean of the inputs, learning rates, then projection by projection.
+  enum Head { kW, kBeta0, kLambda, kCount, kProjections, kTrusted, kLooW, kLooE, kLeverage, kHeadSize = 12 };
+  HD int mean() const { return kHeadSize; }
+  HD int alpha() const { return mean() + row; }
+  HD int log_alpha() const { return alpha() + metric_size(); }   // with meta only
+  HD int memory() const { return alpha() + 2 * metric_size(); }  // with meta only
+  HD int projections() const { return (alpha() + (meta ? 3 : 1) * metric_size() + 3) / 4 * 4; }
+  enum Projection { kSS, kSR, kBeta, kMSE, kSumW, kSeen, kH, kProjectionHead = 8 };
+  HD int u() const { return kProjectionHead; }
+  HD int sz() const { return u() + row; }
+  HD int p() const { return sz() + row; }
+  HD int r() const { return p() + row; }  // the row of the matrix R, up to its diagonal
+  HD int projection_size() const { return r() + row; }
+  HD int record_size(int count) const { return projections() + count * projection_size(); }
+};
+
+// What the arithmetic of a field needs to know of the options.
+struct FieldSettings {
+  bool update_D, meta;
+  double meta_rate, penalty, add_threshold, final_lambda, tau_lambda;
+};
+
+constexpr double kSsFloor = 1e-10;       // of the sum of squared projections: nothing is divided by 0
+constexpr double kMostLeverage = 0.9;    // beyond it leaving a sample out means nothing
+constexpr double kMostMetricStep = 0.1;  // of M_ii, that an entry of row i of M may move in a step
+constexpr double kMostLogRate = 50;      // of a learnt rate: its exponential must stay finite
+constexpr int kTrustAfter = 2;           // samples per input, after which a slope is used
+constexpr int kJudgeAfter = 10;          // samples per input, after which the newest projection is judged
+
+}  // namespace sdftrack

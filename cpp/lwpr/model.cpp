@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#include "lwpr/model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "base/parallel.h"
+
+namespace sdftrack {
+
+namespace {
+
+constexpr std::size_t kChunk = 256;        // samples of a prediction that are one thread's turn
+constexpr std::size_t kWorthThreads = 64;  // samples, below which starting threads costs more than it saves
+
+void check_norm(const char* name, const std::vector<double>& norm, int expected) {
+  if (norm.size() != static_cast<std::size_t>(expected))
+    throw std::invalid_argument(std::string(name) + ": expected " + std::to_string(expected) +
+                                " numbers, got " + std::to_string(norm.size()));
+  for (const double value : norm)
+    if (!(std::isfinite(value) && value > 0))
+      throw std::invalid_argument(std::string(name) + ": expected numbers above 0, got " +
+                                  std::to_string(value));
+}
+
+void check_count(const char* name, int value) {
+  if (value < 1)
+    throw std::invalid_argument(std::string(name) + ": expected at least 1, got " + std::to_string(value));
+}
+
+void check_finite(const char* name, const double* values, std::size_t count, std::size_t columns) {
+  for (std::size_t i = 0; i < count * columns; ++i)
+    if (!std::isfinite(values[i]))
+      throw std::invalid_argument(std::string(name) + ": expected finite numbers, got " +
+                                  std::to_string(values[i]) + " in sample " + std::to_string(i / columns) +
+                                  "; leave such samples out (the model is as it was)");
+}
+
+}  // namespace
+
+LwprModel::LwprModel(int n_in, int n_out, const LwprOptions& options, std::vector<double> norm_in,
+                     std::vector<double> norm_out)
+    : options_(options), norm_in_(std::move(norm_in)), norm_out_(std::move(norm_out)) {
+  check_count("n_in", n_in);
+  check_count("n_out", n_out);
+  check_lwpr_options(options);
+  check_norm("norm_in", norm_in_, n_in);
+  check_norm("norm_out", norm_out_, n_out);
+  at_ = FieldLayout(n_in, options.diagonal, options.meta);
+  units_.assign(static_cast<std::size_t>(n_out), LwprUnit(at_, options));
+}
+
+void LwprModel::update(const double* x, const double* y, std::size_t count, int threads) {
+  const auto n = static_cast<std::size_t>(n_in()), m = static_cast<std::size_t>(n_out());
+  const auto row = static_cast<std::size_t>(at_.row);
+  check_finite("x", x, count, n);
+  check_finite("y", y, count, m);
+  if (rows_.size() < count * row) rows_.assign(count * row, 0.0);
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t j = 0; j < n; ++j) rows_[i * row + j] = x[i * n + j] / norm_in_[j];
+  parallel_for(m, count < kWorthThreads ? 1 : threads, [&](std::size_t output) {
+    LwprUnit& unit = units_[output];
+    for (std::size_t i = 0; i < count; ++i)
+      unit.update(rows_.data() + i * row, y[i * m + output] / norm_out_[output]);
+    unit.settle();
+  });
+  samples_ += static_cast<double>(count);
+}
+
+std::vector<double> LwprModel::scaled_rows(const double* x, std::size_t count, const char* name) const {
+  const auto n = static_cast<std::size_t>(n_in()), row = static_cast<std::size_t>(at_.row);
+  check_finite(name, x, count, n);
+  std::vector<double> rows(count * row, 0.0);
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t j = 0; j < n; ++j) rows[i * row + j] = x[i * n + j] / norm_in_[j];
+  return rows;
+}
+
+void LwprModel::predict(const double* x, std::size_t count, int threads, double* mean, double* sd) const {
+  const std::vector<double> rows = scaled_rows(x, count, "x");
+  const auto m = static_cast<std::size_t>(n_out()), row = static_cast<std::size_t>(at_.row);
+  parallel_for((count + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
+    LwprScratch scratch;
+    for (std::size_t output = 0; output < m; ++output) {
+      const LwprUnit& unit = units_[output];
+      for (std::size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i) {
+        const double* const at = rows.data() + i * row;
+        if (sd) {
+          const LwprPrediction said = unit.predict_with_sd(at, &scratch);
+          mean[i * m + output] = said.mean * norm_out_[output];
+          sd[i * m + output] = said.sd * norm_out_[output];
+        } else {
+          mean[i * m + output] = unit.predict(at, &scratch) * norm_out_[output];
+        }
+      }
+    }
+  });
+}
+
+void LwprModel::activations(const double* x, std::size_t count, int threads, double* out) const {
+  const std::vector<double> rows = scaled_rows(x, count, "x");
+  const auto m = static_cast<std::size_t>(n_out()), row = static_cast<std::size_t>(at_.row);
+  parallel_for((count + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
+    LwprScratch scratch;
+    for (std::size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i)
+      for (std::size_t output = 0; output < m; ++output)
+        out[i * m + output] = units_[output].largest_activation(rows.data() + i * row, &scratch);
+  });
+}
+
+std::vector<double> LwprModel::training_error() const {
+  std::vector<double> out;
+  for (std::size_t k = 0; k < units_.size(); ++k) out.push_back(units_[k].training_error() * norm_out_[k]);
+  return out;
+}
+
+#ifndef SDFTRACK_WITH_CUDA  // else in predict.cu
+void LwprModel::predict_cuda(const double*, std::size_t, double*) const {
+  throw std::runtime_error("this build has no CUDA path; build with SDFTRACK_CUDA=ON");
+}
+#endif
+
+}  // namespace sdftrack

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: MIT
+// What a sample changes in a receptive field: regression by projections, the leave-one-out cost, the metric.
+// docs/math/lwpr.md has the equations; python/sdftrack/reference/lwpr.py the same, slow and obvious. Included
+// only by files that are compiled for one instruction set.
+#pragma once
+
+#include <cmath>
+
+#include "lwpr/layout.h"
+
+namespace sdftrack {
+namespace {
+
+using Four = double __attribute__((vector_size(32), aligned(8)));
+
+// Loops over a row of n numbers: unrolled for N of them, else packs of four with zeros at the end.
+template <int N>
+struct Rows {
+  static int size(const FieldLayout& at) { return N > 0 ? N : at.row; }
+
+  HD static double dot(const double* a, const double* b, int row) {
+    if constexpr (N > 0) {
+      double sum = a[0] * b[0];
+      for (int j = 1; j < N; ++j) sum += a[j] * b[j];
+      return sum;
+    } else {
+      Four sum{};
+      for (int j = 0; j < row; j += 4)
+        sum += *reinterpret_cast<const Four*>(a + j) * *reinterpret_cast<const Four*>(b + j);
+      return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+    }
+  }
+  // a <- ka a + kb b
+  HD static void mix(double ka, double* a, double kb, const double* b, int row) {
+    if constexpr (N > 0) {
+      for (int j = 0; j < N; ++j) a[j] = ka * a[j] + kb * b[j];
+    } else {
+      for (int j = 0; j < row; j += 4) {
+        Four& to = *reinterpret_cast<Four*>(a + j);
+        to = ka * to + kb * *reinterpret_cast<const Four*>(b + j);
+      }
+    }
+  }
+};
+
+template <int N>
+class FieldUpdate {
+ public:
+  FieldUpdate(const FieldLayout& at, const FieldSettings& o, double* lane, double* record, double* scratch)
+      : at_(at),
+        o_(o),
+        n_(N > 0 ? N : at.n),
+        row_(Rows<N>::size(at)),
+        lane_(lane),
+        head_(record),
+        z_(scratch),
+        s_(scratch + row_),
+        ps_(scratch + 2 * row_),
+        d_(scratch + 3 * row_),
+        md_(scratch + 4 * row_) {}
+
+  // A sample x (a whole row: zeros at the end) with the value y and the activation w. True where another
+  // projection is wanted.
+  HD bool learn(const double* x, double y, double w) {
+    const int R = N == 1 || N == 2 ? N : static_cast<int>(head_[FieldLayout::kProjections]);
+    const double e = regress(x, y, w, R);
+    const int T = trusted();
+    if (T > 0) judge(x, e, w, N == 1 || N == 2 ? N : T);
+    head_[FieldLayout::kLambda] =
+        o_.tau_lambda * head_[FieldLayout::kLambda] + (1 - o_.tau_lambda) * o_.final_lambda;
+    if (N == 1 || N == 2) return false;
+    return wants_projection(R);
+  }
+
+ private:
+  HD double* projection(int r) const { return head_ + at_.projections() + r * at_.projection_size(); }
+  HD double& metric(int k) const { return lane_[(n_ + k) * kFieldLanes]; }
+  HD int trusted() const { return static_cast<int>(head_[FieldLayout::kTrusted]); }
+
+  // Eqs. 2 to 4. Returns the residual after the projections that are trusted.
+  HD double regress(const double* x, double y, double w, int R) {
+    const double lambda = head_[FieldLayout::kLambda], before = lambda * head_[FieldLayout::kW];
+    const double W = before + w, inv_W = 1 / W;
+    double* const mean = head_ + at_.mean();
+    Rows<N>::mix(before * inv_W, mean, w * inv_W, x, row_);
+    const double beta0 = (before * head_[FieldLayout::kBeta0] + w * y) * inv_W;
+    head_[FieldLayout::kW] = W;
+    head_[FieldLayout::kBeta0] = beta0;
+    head_[FieldLayout::kCount] += 1;
+    for (int j = 0; j < row_; ++j) z_[j] = x[j] - mean[j];
+    double residual = y - beta0, e = residual;
+    int T = trusted();
+    for (int r = 0; r < R; ++r) {
+      residual = project(projection(r), residual, lambda, w, r);
+      if (r == T && projection(r)[FieldLayout::kSeen] > kTrustAfter * n_) T = r + 1;
+      if (r < T) e = residual;
+    }
+    head_[FieldLayout::kTrusted] = T;
+    return e;
+  }
+
+  HD double project(double* pr, double residual, double lambda, double w, int r) {
+    double *const u = pr + at_.u(), *const sz = pr + at_.sz(), *const p = pr + at_.p();
+    const double length2 = Rows<N>::dot(u, u, row_);
+    const double s = length2 > 0 ? Rows<N>::dot(z_, u, row_) / std::sqrt(length2) : 0.0;
+    const double ss = lambda * pr[FieldLayout::kSS] + w * s * s;
+    const double SS = ss > kSsFloor ? ss : kSsFloor, inv_SS = 1 / SS;
+    const double SR = lambda * pr[FieldLayout::kSR] + w * s * residual, beta = SR * inv_SS;
+    Rows<N>::mix(lambda, sz, w * s, z_, row_);
+    Rows<N>::mix(lambda, u, w * residual, z_, row_);
+    for (int j = 0; j < row_; ++j) p[j] = sz[j] * inv_SS;
+    for (int j = 0; j < row_; ++j) z_[j] -= s * p[j];
+    residual -= s * beta;
+    pr[FieldLayout::kSS] = SS;
+    pr[FieldLayout::kSR] = SR;
+    pr[FieldLayout::kBeta] = beta;
+    pr[FieldLayout::kMSE] = lambda * pr[FieldLayout::kMSE] + w * residual * residual;
+    pr[FieldLayout::kSumW] = lambda * pr[FieldLayout::kSumW] + w;
+    pr[FieldLayout::kSeen] += 1;
+    s_[r] = s;
+    ps_[r] = s * inv_SS;
+    return residual;
+  }
+
+  // The leave-one-out cost and its slope by the activation (eqs. 6 and 7).
+  HD void judge(const double* x, double e, double w, int T) {
+    const double lambda = head_[FieldLayout::kLambda];
+    double h = 0;
+    for (int r = 0; r < T; ++r) h += s_[r] * ps_[r];
+    h = w * h;
+    const double s_P_s = h / w;
+    if (h > kMostLeverage) h = kMostLeverage;
+    const double inv = 1 / (1 - h), e_cv = e * inv, e_cv2 = e_cv * e_cv;
+    const double W = lambda * head_[FieldLayout::kLooW] + w;
+    const double E = lambda * head_[FieldLayout::kLooE] + w * e_cv2;
+    head_[FieldLayout::kLooW] = W;
+    head_[FieldLayout::kLooE] = E;
+    head_[FieldLayout::kLeverage] = lambda * head_[FieldLayout::kLeverage] + w * h;
+    const double for_H = w * e_cv * inv, for_R = w * w * e_cv2 * inv;
+    double ps_H = 0, ps_R_ps = 0;
+    for (int r = 0; r < T; ++r) {
+      double* const pr = projection(r);
+      double* const R = pr + at_.r();
+      const double H = lambda * pr[FieldLayout::kH] + for_H * s_[r];
+      pr[FieldLayout::kH] = H;
+      ps_H += ps_[r] * H;
+      double beside = 0;
+      for (int q = 0; q < r; ++q) {
+        R[q] = lambda * R[q] + for_R * s_[r] * s_[q];
+        beside += R[q] * ps_[q];
+      }
+      R[r] = lambda * R[r] + for_R * s_[r] * s_[r];
+      ps_R_ps += ps_[r] * (2 * beside + R[r] * ps_[r]);
+    }
+    if (!o_.update_D) return;
+    const double inv_W = 1 / W;
+    const double slope = (e_cv2 * (1 + h) * inv - 2 * e * ps_H - 2 * ps_R_ps) * inv_W - E * inv_W * inv_W;
+    const double curve = (2 * e * e_cv * s_P_s - 2 * slope) * inv_W;
+    for (int j = 0; j < n_; ++j) d_[j] = x[j] - lane_[j * kFieldLanes];
+    step(w, slope, curve, w * inv_W * 4 * o_.penalty / n_);
+  }
+
+  // A step down the gradient (eq. 8), with rates that may be learnt (eq. 10).
+  HD void step(double w, double slope, double curve, double shrink) {
+    if (at_.diagonal) {
+      for (int i = 0; i < n_; ++i) {
+        const double m = metric(i), md = m * d_[i];
+        move(i, i, i, w, slope, curve, shrink, md, m * m * m, 3 * m * m);
+      }
+      return;
+    }
+    for (int i = 0; i < n_; ++i) {
+      md_[i] = 0;
+      for (int j = i; j < n_; ++j) md_[i] += metric(at_.entry(i, j)) * d_[j];
+    }
+    // Row i of M D needs M as it was: rows from the top, M D of a row from the metric before this step.
+    penalised_rows(w, slope, curve, shrink);
+  }
+
+  HD void penalised_rows(double w, double slope, double curve, double shrink) {
+    constexpr int kMost = N > 0 ? N : 1;
+    double small[kMost * kMost + kMost * kMost];
+    double* const D = N > 0 ? small : md_ + row_;  // scratch has n rows more twice
+    double* const M = N > 0 ? small + kMost * kMost : D + n_ * n_;
+    for (int i = 0; i < n_; ++i)
+      for (int j = 0; j < n_; ++j) M[i * n_ + j] = j < i ? 0.0 : metric(at_.entry(i, j));
+    for (int i = 0; i < n_; ++i)
+      for (int j = i; j < n_; ++j) {
+        double sum = 0;
+        for (int k = 0; k <= i; ++k) sum += M[k * n_ + i] * M[k * n_ + j];
+        D[i * n_ + j] = D[j * n_ + i] = sum;
+      }
+    for (int i = 0; i < n_; ++i) {
+      double row2 = 0;
+      for (int k = i; k < n_; ++k) row2 += M[i * n_ + k] * M[i * n_ + k];
+      for (int j = i; j < n_; ++j) {
+        double MD = 0;
+        for (int k = i; k < n_; ++k) MD += M[i * n_ + k] * D[k * n_ + j];
+        const double second = D[j * n_ + j] + M[i * n_ + j] * M[i * n_ + j] + row2;
+        move(i, j, at_.entry(i, j), w, slope, curve, shrink, md_[i], MD, second, M[i * n_ + i]);
+      }
+    }
+  }
+
+  HD void move(int, int j, int k, double w, double slope, double curve, double shrink, double md, double MD,
+               double second, double row_size = 0) {
+    double& m = metric(k);
+    double& alpha = head_[at_.alpha() + k];
+    const double limit = kMostMetricStep * (row_size > 0 ? row_size : m);
+    const double gradient = -slope * w * md * d_[j] + shrink * MD;
+    if (o_.meta) {
+      const double dw = -w * md * d_[j], ddw = w * (md * md - 1) * d_[j] * d_[j];
+      alpha = adapted(k, gradient, curve * dw * dw + slope * ddw + shrink * second);
+    }
+    const double by = -alpha * gradient;
+    if (std::fabs(by) > limit) {
+      alpha *= 0.5;
+      if (o_.meta) head_[at_.log_alpha() + k] = std::log(alpha);
+    } else {
+      m += by;
+    }
+  }
+
+  HD double adapted(int k, double gradient, double second) {
+    double& log_alpha = head_[at_.log_alpha() + k];
+    double& memory = head_[at_.memory() + k];
+    log_alpha -= o_.meta_rate * gradient * memory;
+    log_alpha =
+        log_alpha > kMostLogRate ? kMostLogRate : (log_alpha < -kMostLogRate ? -kMostLogRate : log_alpha);
+    const double alpha = std::exp(log_alpha), keep = 1 - alpha * second;
+    memory = memory * (keep > 0 ? keep : 0) - alpha * gradient;
+    return alpha;
+  }
+
+  HD bool wants_projection(int R) const {
+    if (R < 2 || R >= n_) return false;
+    const double *const last = projection(R - 1), *const one = projection(R - 2);
+    if (last[FieldLayout::kSeen] <= kJudgeAfter * n_) return false;
+    return last[FieldLayout::kMSE] / last[FieldLayout::kSumW] <
+           o_.add_threshold * one[FieldLayout::kMSE] / one[FieldLayout::kSumW];
+  }
+
+  const FieldLayout& at_;
+  const FieldSettings& o_;
+  int n_, row_;
+  double *lane_, *head_, *z_, *s_, *ps_, *d_, *md_;
+};
+
+}  // namespace
+}  // namespace sdftrack

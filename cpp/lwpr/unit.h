@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+// One output of a locally weighted projection regression: its receptive fields, which grow in number with the
+// data (Table 6.2 of the thesis).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/large_array.h"
+#include "lwpr/layout.h"
+#include "lwpr/options.h"
+#include "lwpr/unit_ops.h"
+
+namespace sdftrack {
+
+struct LwprPrediction {
+  double mean = 0, sd = 0;
+};
+
+// Memory that looking at the fields takes: one per thread.
+struct LwprScratch {
+  std::vector<int> index;
+  std::vector<double> w, row;
+};
+
+class LwprUnit {
+ public:
+  LwprUnit(const FieldLayout& at, const LwprOptions& options);
+
+  // `x` is a whole row of the layout: zeros at the end. Call settle() after the last.
+  void update(const double* x, double y);
+  // Makes the local linear functions of the fields that have changed.
+  void settle();
+
+  double predict(const double* x, LwprScratch* scratch) const;
+  LwprPrediction predict_with_sd(const double* x, LwprScratch* scratch) const;
+  double largest_activation(const double* x, LwprScratch* scratch) const;
+  // Root of the weighted mean of the squared residuals that are left after the last projection (e of
+  // eq. 6.12).
+  double training_error() const;
+
+  int size() const { return static_cast<int>(records_.size()); }
+  const double* record(int k) const { return records_[static_cast<std::size_t>(k)].data(); }
+  // Number `row` of field k's lane.
+  double lane(int k, int row) const { return *(lane_of(k) + row * kFieldLanes); }
+  const FieldLayout& layout() const { return at_; }
+
+  // Everything that a unit is, as numbers, and back; read_from leaves the unit as it was where they do not
+  // fit.
+  void append_to(std::vector<double>* out) const;
+  bool read_from(const double** from, const double* end);
+
+ private:
+  double* lane_of(int k) {
+    return blocks_.data() + static_cast<std::ptrdiff_t>(k / kFieldLanes) * at_.block_size() + k % kFieldLanes;
+  }
+  const double* lane_of(int k) const { return const_cast<LwprUnit*>(this)->lane_of(k); }
+  BlockList all_blocks() const { return {blocks_.data(), nullptr, (size() + kFieldLanes - 1) / kFieldLanes}; }
+  int active(const double* x, LwprScratch* scratch) const;
+  void learn(int k, const double* x, double y, double w);
+  void add_field(const double* x);
+  void add_projection(int k);
+  void remove_field(int k);
+  void prune(int active);
+  void reserve_lanes(int fields);
+  void settle_field(int k);
+
+  FieldLayout at_;
+  FieldSettings settings_;
+  double w_gen_, w_prune_, q_max_, init_lambda_, init_alpha_;
+  std::vector<double> init_M_;
+  const UnitOps* ops_;
+  std::vector<double> blocks_;                // lanes
+  std::vector<std::vector<double>> records_;  // one for each field
+  std::vector<std::uint8_t> changed_;         // since the last settle()
+  double seen_ = 0, mean_y_ = 0;
+  LwprScratch own_;
+  std::vector<double> learn_scratch_;
+};
+
+}  // namespace sdftrack

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+// The loops of unit_ops.h for the instruction set of the file that includes this. Eight doubles are one pack
+// in each of them; where registers are narrower the compiler makes two or four of it.
+#pragma once
+
+#ifdef __SSE2__
+#include <immintrin.h>
+#endif
+
+#include "lwpr/field_terms.h"
+#include "lwpr/receptive_field.h"
+#include "lwpr/unit_ops.h"
+
+namespace sdftrack {
+namespace {
+
+using Eight = double __attribute__((vector_size(64)));
+using EightBits = long long __attribute__((vector_size(64)));
+
+HD int bits_of_mask(EightBits mask) {
+#if defined(__AVX512DQ__)
+  return _mm512_movepi64_mask((__m512i)mask);
+#elif defined(__AVX2__)
+  __m256d half[2];
+  __builtin_memcpy(half, &mask, sizeof(half));
+  return _mm256_movemask_pd(half[0]) | _mm256_movemask_pd(half[1]) << 4;
+#elif defined(__SSE2__)
+  __m128d part[4];
+  __builtin_memcpy(part, &mask, sizeof(part));
+  return _mm_movemask_pd(part[0]) | _mm_movemask_pd(part[1]) << 2 | _mm_movemask_pd(part[2]) << 4 |
+         _mm_movemask_pd(part[3]) << 6;
+#else
+  int bits = 0;
+  for (int k = 0; k < kFieldLanes; ++k) bits |= (mask[k] != 0) << k;
+  return bits;
+#endif
+}
+
+// e^x for -30 <= x <= 0, relative error below 4e-16; anything else gives anything.
+HD Eight exp_of(Eight x) {
+  const double magic = 6755399441055744.0;  // 1.5 * 2^52: adding it rounds to an integer, in the low bits
+  const Eight t = x * 1.4426950408889634 + magic, n = t - magic;
+  const Eight f = (x - n * 0.693147180369123816490) - n * 1.90821492927058770002e-10;
+  const Eight f2 = f * f, f4 = f2 * f2;
+  const Eight p0 = (1.0 + f) + f2 * (0.5 + f * (1.0 / 6));
+  const Eight p1 = (1.0 / 24 + f * (1.0 / 120)) + f2 * (1.0 / 720 + f * (1.0 / 5040));
+  const Eight p2 = (1.0 / 40320 + f * (1.0 / 362880)) + f2 * (1.0 / 3628800 + f * (1.0 / 39916800));
+  const Eight p = p0 + f4 * (p1 + f4 * p2);
+  EightBits bits;
+  __builtin_memcpy(&bits, &t, sizeof(bits));
+  bits = (bits << 52) + 0x3ff0000000000000LL;  // 2^n
+  Eight power;
+  __builtin_memcpy(&power, &bits, sizeof(power));
+  return p * power;
+}
+
+HD Eight where(EightBits mask, Eight value) {
+  EightBits bits;
+  __builtin_memcpy(&bits, &value, sizeof(bits));
+  bits &= mask;
+  Eight out;
+  __builtin_memcpy(&out, &bits, sizeof(out));
+  return out;
+}
+
+template <int N>
+struct UnitLoops {
+  static int active(const FieldLayout& at, const BlockList& blocks, const double* x, double q_max, int* index,
+                    double* w) {
+    const int size = at.block_size();
+    int found = 0;
+    for (int i = 0; i < blocks.count; ++i) {
+      const int block = blocks.list ? blocks.list[i] : i;
+      const Eight q =
+          field_distance2<N>(at, LanesAt<Eight>{blocks.blocks + static_cast<long>(block) * size}, x);
+      int bits = bits_of_mask(q < q_max);
+      if (bits == 0) continue;
+      const Eight all = exp_of(-0.5 * q);
+      for (; bits != 0; bits &= bits - 1, ++found) {
+        const int lane = __builtin_ctz(static_cast<unsigned>(bits));
+        index[found] = block * kFieldLanes + lane;
+        w[found] = all[lane];
+      }
+    }
+    return found;
+  }
+
+  static FieldSums predict(const FieldLayout& at, const BlockList& blocks, const double* x, double q_max) {
+    const int size = at.block_size();
+    Eight w{}, wy{};
+    for (int i = 0; i < blocks.count; ++i) {
+      const int block = blocks.list ? blocks.list[i] : i;
+      const LanesAt<Eight> read{blocks.blocks + static_cast<long>(block) * size};
+      const Eight q = field_distance2<N>(at, read, x);
+      const EightBits inside = q < q_max;
+      if (bits_of_mask(inside) == 0) continue;
+      const Eight here = where(inside, exp_of(-0.5 * q) * read(at.ready()));
+      w += here;
+      wy += where(inside, here * field_value<N>(at, read, x));
+    }
+    return {((w[0] + w[1]) + (w[2] + w[3])) + ((w[4] + w[5]) + (w[6] + w[7])),
+            ((wy[0] + wy[1]) + (wy[2] + wy[3])) + ((wy[4] + wy[5]) + (wy[6] + wy[7]))};
+  }
+
+  static bool learn(const FieldLayout& at, const FieldSettings& o, double* lane, double* record,
+                    double* scratch, const double* x, double y, double w) {
+    double small[N > 0 ? 5 * N : 1];
+    return FieldUpdate<N>(at, o, lane, record, N > 0 ? small : scratch).learn(x, y, w);
+  }
+};
+
+// One for each number of inputs that is unrolled, the last for all others.
+template <class Function>
+HD auto for_inputs(int n, Function f) {
+  switch (n) {
+    case 1:
+      return f(UnitLoops<1>{});
+    case 2:
+      return f(UnitLoops<2>{});
+    case 3:
+      return f(UnitLoops<3>{});
+    default:
+      return f(UnitLoops<0>{});
+  }
+}
+
+int active_fields(const FieldLayout& at, const BlockList& blocks, const double* x, double q_max, int* index,
+                  double* w) {
+  return for_inputs(at.n, [&](auto loops) { return loops.active(at, blocks, x, q_max, index, w); });
+}
+
+FieldSums predicted_sums(const FieldLayout& at, const BlockList& blocks, const double* x, double q_max) {
+  return for_inputs(at.n, [&](auto loops) { return loops.predict(at, blocks, x, q_max); });
+}
+
+bool learn_sample(const FieldLayout& at, const FieldSettings& o, double* lane, double* record,
+                  double* scratch, const double* x, double y, double w) {
+  return for_inputs(at.n, [&](auto loops) { return loops.learn(at, o, lane, record, scratch, x, y, w); });
+}
+
+}  // namespace
+
+// SDFTRACK_SET: the member of UnitOps that the file defines.
+const UnitOps UnitOps::SDFTRACK_SET = {active_fields, predicted_sums, learn_sample};
+
+}  // namespace sdftrack

@@ -1,0 +1,343 @@
+# SPDX-License-Identifier: MIT
+"""Locally weighted projection regression: a function learnt sample by sample, without keeping the samples."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack import _core
+from sdftrack.checks import numbers
+from sdftrack.contour import lwpr_file
+from sdftrack.contour.lwpr_data import Samples, check_norm, inputs, norms, samples
+from sdftrack.contour.lwpr_field import LWPRField, field_from_core
+from sdftrack.contour.lwpr_sklearn import SklearnParts
+from sdftrack.device import resolve_device
+
+__all__ = ["LWPR"]
+
+_DEFAULTS = _core.LwprOptions()  # the one home of the defaults
+_OPTIONS = (
+    "w_gen", "w_prune", "w_cutoff", "init_D", "diagonal", "update_D", "init_alpha", "meta", "meta_rate",
+    "penalty", "add_threshold", "init_lambda", "final_lambda", "tau_lambda",
+)  # fmt: skip
+
+Array = NDArray[np.float64]
+
+
+class LWPR(SklearnParts):
+    """Online regression by many small linear models (Vijayakumar, D'Souza and Schaal 2005; thesis 6.3.2).
+
+    Parameters
+    ----------
+    n_in, n_out : int, optional
+        Numbers of inputs and outputs; None: taken from the first data.
+    w_gen : float, 0 to 1
+        A sample that activates no field above it gets a field of its own. More: fields closer together.
+    w_prune : float, above w_gen to 1
+        Of two fields that a sample activates above it, one goes.
+    w_cutoff : float
+        Activations below it count as 0, in learning and in predictions.
+    init_D : float, (n_in,) or (n_in, n_in) float
+        Metric of a new field, for inputs divided by ``norm_in``: 25 is a standard deviation of 0.2.
+    diagonal : bool
+        The metric stays diagonal: faster from about 5 inputs on, blind to directions between the axes.
+    update_D : bool
+        The metric is learnt, by gradient descent on the penalised leave-one-out error.
+    init_alpha, meta, meta_rate : float, bool, float
+        Its learning rate; whether the rates are learnt as well, and how fast.
+    penalty : float
+        gamma of eq. 6.13: against ever smaller fields.
+    add_threshold : float, 0 to 1
+        Another projection where the last one left less than this share of the mean squared error.
+    init_lambda, final_lambda, tau_lambda : float
+        Forgetting of a field at first, in the end, and the pace between them.
+    norm_in, norm_out : None, float, array or "auto"
+        Inputs and outputs are divided by them. None: 1. "auto": the standard deviations of the first data.
+    threads : int
+        Threads to use at most; 0: all cores. The results do not depend on it.
+
+    Raises
+    ------
+    TypeError, ValueError
+        An option of the wrong kind or out of range.
+
+    Examples
+    --------
+    >>> import numpy as np, sdftrack as st
+    >>> x = np.random.default_rng(0).uniform(-1, 1, (2000, 1))
+    >>> model = st.LWPR(init_D=50).update(x, np.sin(3 * x[:, 0]))
+    >>> mean, sd = model.predict([0.5], confidence=True)
+    """
+
+    # On the class: scikit-learn wants nothing but parameters from __init__.
+    _model: _core.LwprModel | None = None
+    _flat = False
+
+    def __init__(
+        self,
+        n_in: int | None = None,
+        n_out: int | None = None,
+        *,
+        w_gen: float = _DEFAULTS.w_gen,
+        w_prune: float = _DEFAULTS.w_prune,
+        w_cutoff: float = _DEFAULTS.w_cutoff,
+        init_D: ArrayLike = _DEFAULTS.init_D[0],
+        diagonal: bool = _DEFAULTS.diagonal,
+        update_D: bool = _DEFAULTS.update_D,
+        init_alpha: float = _DEFAULTS.init_alpha,
+        meta: bool = _DEFAULTS.meta,
+        meta_rate: float = _DEFAULTS.meta_rate,
+        penalty: float = _DEFAULTS.penalty,
+        add_threshold: float = _DEFAULTS.add_threshold,
+        init_lambda: float = _DEFAULTS.init_lambda,
+        final_lambda: float = _DEFAULTS.final_lambda,
+        tau_lambda: float = _DEFAULTS.tau_lambda,
+        norm_in: ArrayLike | Literal["auto"] | None = None,
+        norm_out: ArrayLike | Literal["auto"] | None = None,
+        threads: int = 0,
+    ) -> None:
+        given = dict(locals())
+        for name in self._parameter_names():  # unchanged, as scikit-learn's clone wants them
+            setattr(self, name, given[name])
+        self._check_parameters()
+
+    # Learning
+
+    def update(self, x: ArrayLike, y: ArrayLike) -> LWPR:
+        """Learn one sample or many, in their order.
+
+        Parameters
+        ----------
+        x : (n_in,) or (N, n_in) float
+        y : for (n_in,): a number or (n_out,); for (N, n_in): (N,) for one output, or (N, n_out)
+
+        Returns
+        -------
+        LWPR
+            Itself.
+
+        Raises
+        ------
+        ValueError
+            A wrong shape, or a number that is not finite: the model is as it was before the call.
+        RuntimeError
+            Another thread is using the model.
+        """
+        data = samples(x, y, self.n_inputs, self.n_outputs)
+        model = self._model if self._model is not None else self._new_model(data)
+        model.update(data.x, data.y, self.threads)
+        if self._model is None:
+            self._model, self._flat = model, data.flat
+        return self
+
+    def predict(
+        self, x: ArrayLike, confidence: bool = False, *, return_std: bool = False, device: str = "cpu"
+    ) -> Any:
+        """What the model expects at one place or at many.
+
+        Parameters
+        ----------
+        x : (n_in,) or (N, n_in) float
+        confidence, return_std : bool
+            Either: also the standard deviation of the expectation (docs/lwpr.md says of what).
+        device : "cpu", "cuda" or "auto"
+            The GPU gives no standard deviations.
+
+        Returns
+        -------
+        mean, or (mean, sd) : float64
+            A number or (n_out,) for (n_in,); (N,) or (N, n_out) for (N, n_in): as the outputs were given. Where no
+            field is active the mean is that of all outputs so far, and the standard deviation is infinite.
+
+        Raises
+        ------
+        ValueError
+            Nothing learnt yet, a wrong shape, or a number that is not finite.
+        RuntimeError
+            Another thread is updating the model, or there is no GPU for "cuda".
+        """
+        model = self._learnt("predict")
+        rows, single = inputs(x, model.n_in)
+        with_sd = bool(confidence or return_std)
+        where = resolve_device(device)
+        if where == "cuda" and with_sd:
+            if device == "cuda":
+                raise ValueError('device: standard deviations are made on the CPU; use device="cpu" for them')
+            where = "cpu"
+        said = model.predict(rows, with_sd, self.threads, where == "cuda")
+        if with_sd:
+            return self._shaped(said[0], single), self._shaped(said[1], single)
+        return self._shaped(said, single)
+
+    def activations(self, x: ArrayLike) -> Array:
+        """The largest activation of each output's fields: how well x is known.
+
+        Parameters
+        ----------
+        x : (n_in,) or (N, n_in) float
+
+        Returns
+        -------
+        (n_out,) or (N, n_out) float64
+            0 to 1; 0 where all are below ``w_cutoff``.
+
+        Raises
+        ------
+        ValueError, RuntimeError
+            As `predict`.
+        """
+        model = self._learnt("activations")
+        rows, single = inputs(x, model.n_in)
+        out: Array = model.activations(rows, self.threads)
+        return out[0] if single else out
+
+    # What it is
+
+    @property
+    def n_inputs(self) -> int | None:
+        """Inputs, as given or as of the first data; None before either."""
+        return self.n_in if self._model is None else self._model.n_in
+
+    @property
+    def n_outputs(self) -> int | None:
+        """Outputs, as given or as of the first data; None before either."""
+        return self.n_out if self._model is None else self._model.n_out
+
+    @property
+    def n_samples(self) -> int:
+        """Samples learnt."""
+        return 0 if self._model is None else self._model.samples
+
+    @property
+    def n_fields(self) -> tuple[int, ...]:
+        """Receptive fields of each output."""
+        return () if self._model is None else tuple(self._model.field_counts())
+
+    @property
+    def fields(self) -> list[LWPRField]:
+        """All receptive fields, output by output, as records to look at."""
+        if self._model is None:
+            return []
+        model, norm_in = self._model, np.array(self._model.norm_in)
+        return [
+            field_from_core(raw, output, norm_in, model.norm_out[output])
+            for output in range(model.n_out)
+            for raw in model.fields(output)
+        ]
+
+    @property
+    def training_error(self) -> Array:
+        """(n_out,) float64: the e of eq. 6.12, in the units of the outputs.
+
+        A field's e is what a sample leaves after its last projection, the sample already learnt. This is the root
+        of the mean of their squares over samples and fields, weighted by activation, with the fields' forgetting.
+        """
+        return np.array(self._learnt("training_error").training_error())
+
+    # Files, copies
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the model into a file, whole or not at all. `LWPR.load` reads it."""
+        lwpr_file.write(path, self.__getstate__())
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> LWPR:
+        """Read what `save` wrote, to the last bit.
+
+        Raises
+        ------
+        FileNotFoundError, ValueError
+            No such file; a file that is something else, cut off or damaged.
+        """
+        model = cls.__new__(cls)
+        try:
+            model.__setstate__(lwpr_file.read(path))
+        except (KeyError, TypeError, ValueError) as error:
+            raise ValueError(f"{os.fspath(path)}: {error}") from None
+        return model
+
+    def copy(self) -> LWPR:
+        """A model of its own with the same contents."""
+        out = type(self).__new__(type(self))
+        out.__setstate__(self.__getstate__())
+        return out
+
+    def __getstate__(self) -> dict[str, Any]:
+        core = b"" if self._model is None else self._model.to_bytes()
+        return {"parameters": self.get_params(), "flat": self._flat, "core": core}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for name in self._parameter_names():
+            setattr(self, name, state["parameters"][name])
+        self._flat = bool(state["flat"])
+        self._model = _core.LwprModel.from_bytes(state["core"]) if state["core"] else None
+        self._check_parameters()
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, LWPR):
+            return NotImplemented
+        a, b = self.__getstate__(), other.__getstate__()
+        pairs = zip(a["parameters"].values(), b["parameters"].values(), strict=True)
+        same = all(
+            p is q or (p is not None and q is not None and np.array_equal(np.asarray(p), np.asarray(q)))
+            for p, q in pairs
+        )
+        return same and a["flat"] == b["flat"] and a["core"] == b["core"]
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        if self._model is None:
+            return f"LWPR(n_in={self.n_in}, n_out={self.n_out}, nothing learnt)"
+        count = self.n_fields
+        fields = str(count[0]) if len(count) == 1 else f"{min(count)} to {max(count)} an output"
+        return (
+            f"LWPR(n_in={self.n_inputs}, n_out={self.n_outputs}, {self.n_samples} samples, fields: {fields})"
+        )
+
+    # Inside
+
+    def _check_parameters(self) -> None:
+        for name in ("n_in", "n_out"):
+            value = getattr(self, name)
+            if value is not None and (not isinstance(value, int | np.integer) or value < 1):
+                raise ValueError(f"{name}: expected None or a whole number of at least 1, got {value!r}")
+        if not isinstance(self.threads, int | np.integer) or self.threads < 0:
+            raise ValueError(f"threads: expected 0 (all cores) or more, got {self.threads!r}")
+        self._core_options().check()
+        for name in ("norm_in", "norm_out"):
+            check_norm(getattr(self, name), name)
+
+    def _core_options(self) -> _core.LwprOptions:
+        options = _core.LwprOptions()
+        for name in _OPTIONS:
+            value = getattr(self, name)
+            if name == "init_D":
+                value = numbers(value, name).ravel().tolist()
+            try:
+                setattr(options, name, value)
+            except TypeError:
+                kind = type(getattr(_DEFAULTS, name)).__name__
+                raise TypeError(f"{name}: expected {kind}, got {value!r}") from None
+        return options
+
+    def _new_model(self, data: Samples) -> _core.LwprModel:
+        norm_in = norms(self.norm_in, data.x, "norm_in")
+        norm_out = norms(self.norm_out, data.y, "norm_out")
+        return _core.LwprModel(
+            data.x.shape[1], data.y.shape[1], self._core_options(), norm_in.tolist(), norm_out.tolist()
+        )
+
+    def _learnt(self, what: str) -> _core.LwprModel:
+        if self._model is None:
+            raise self._not_fitted(f"LWPR.{what}: nothing has been learnt yet; call update or fit first")
+        return self._model
+
+    def _shaped(self, values: Array, single: bool) -> Any:
+        if self._flat:
+            return float(values[0, 0]) if single else values[:, 0]
+        return values[0] if single else values

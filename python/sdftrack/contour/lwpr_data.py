@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: MIT
+"""Samples as they are given, checked and brought into rows."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack.checks import numbers
+
+__all__ = ["Samples", "check_norm", "inputs", "norms", "samples"]
+
+Array = NDArray[np.float64]
+
+
+class Samples(NamedTuple):
+    """x (N, n_in), y (N, n_out), and whether y came without an axis for its outputs."""
+
+    x: Array
+    y: Array
+    flat: bool
+
+
+def inputs(x: ArrayLike, n_in: int | None, name: str = "x") -> tuple[Array, bool]:
+    """Rows of inputs, and whether it was a single one.
+
+    Raises
+    ------
+    TypeError, ValueError
+        No numbers; a wrong shape; a number that is not finite.
+    """
+    rows = numbers(x, name)
+    single = rows.ndim == 1
+    if single:
+        rows = rows[None, :]
+    n = "n_in" if n_in is None else n_in
+    if rows.ndim != 2 or rows.shape[1] == 0 or (n_in is not None and rows.shape[1] != n_in):
+        hint = "; for samples of one input use x[:, None]" if single and n_in == 1 else ""
+        raise ValueError(f"{name}: expected ({n},) or (N, {n}), got {np.shape(x)}{hint}")
+    _finite(rows, name)
+    return rows, single
+
+
+def samples(x: ArrayLike, y: ArrayLike, n_in: int | None, n_out: int | None) -> Samples:
+    """Inputs with their outputs; see `sdftrack.LWPR.update` for the shapes."""
+    rows, single = inputs(x, n_in)
+    values = numbers(y, "y")
+    shape = values.shape
+    flat = values.ndim == (0 if single else 1)
+    if flat:
+        values = values.reshape(-1, 1)
+    elif single and values.ndim == 1:
+        values = values[None, :]
+    m: Any = "n_out" if n_out is None else n_out
+    if values.ndim != 2 or values.shape[1] == 0 or (n_out is not None and values.shape[1] != n_out):
+        expected = f"a number or ({m},)" if single else f"(N,) for one output, or (N, {m})"
+        raise ValueError(f"y: expected {expected}, got {shape} beside x {np.shape(x)}")
+    if len(values) != len(rows):
+        raise ValueError(f"y: expected as many samples as x, {len(rows)}, got {len(values)}")
+    _finite(values, "y")
+    return Samples(rows, values, flat)
+
+
+def check_norm(norm: Any, name: str) -> None:
+    """TypeError or ValueError that names the parameter, for what cannot divide data."""
+    if norm is None or (isinstance(norm, str) and norm == "auto"):
+        return
+    if isinstance(norm, str):
+        raise ValueError(f'{name}: expected None, numbers above 0 or "auto", got {norm!r}')
+    given = numbers(norm, name)
+    if given.ndim > 1 or not np.all(np.isfinite(given) & (given > 0)):
+        raise ValueError(f'{name}: expected None, numbers above 0 or "auto", got {norm!r}')
+
+
+def norms(norm: Any, data: Array, name: str) -> Array:
+    """What data are divided by: (columns,) float64, from a parameter of `sdftrack.LWPR`."""
+    columns = data.shape[1]
+    if norm is None:
+        return np.ones(columns)
+    if isinstance(norm, str):
+        if len(data) < 2:
+            raise ValueError(
+                f'{name}: "auto" takes standard deviations from the first data, which needs at least 2 samples, '
+                f"got {len(data)}; begin with more, or give {name} as numbers"
+            )
+        sd = data.std(axis=0)
+        return np.where(sd > 0, sd, 1.0)
+    given = np.asarray(norm, np.float64)
+    if given.shape not in ((), (columns,)):
+        raise ValueError(f"{name}: expected a number or ({columns},), got {given.shape}")
+    return np.broadcast_to(given, (columns,)).astype(np.float64)
+
+
+def _finite(values: Array, name: str) -> None:
+    good = np.isfinite(values).all(axis=1)
+    if not good.all():
+        k = int(np.argmin(good))
+        raise ValueError(
+            f"{name}: expected finite numbers, got NaN or inf in sample {k}; leave such samples out "
+            "(the model is as it was)"
+        )

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: MIT
+"""What scikit-learn's tools ask of an estimator, without needing scikit-learn."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sdftrack.checks import numbers
+
+__all__ = ["SklearnParts"]
+
+
+class SklearnParts:
+    """fit, score and parameters; a base of `sdftrack.LWPR`, which has update and predict."""
+
+    _model: Any = None
+
+    def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
+        """Forget everything, then learn X (N, n_in) and y (N,) or (N, n_out) in their order.
+
+        Raises
+        ------
+        ValueError
+            As `update`; the model then still knows what it knew.
+        """
+        rows = numbers(X, "X")
+        if rows.ndim != 2:
+            raise ValueError(
+                f"X: expected (N, n_in), got {rows.shape}; Reshape your data: X.reshape(-1, 1) has one input, "
+                "X.reshape(1, -1) is one sample"
+            )
+        if len(rows) == 0:
+            raise ValueError(f"X: expected at least one sample, got 0 sample(s) (shape={rows.shape})")
+        before, self._model = self._model, None
+        try:
+            self.update(rows, y)  # type: ignore[attr-defined]
+        except BaseException:
+            self._model = before
+            raise
+        return self
+
+    def partial_fit(self, X: ArrayLike, y: ArrayLike) -> Self:
+        """The same as `update`."""
+        return self.update(X, y)  # type: ignore[attr-defined,no-any-return]
+
+    def score(self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None) -> float:
+        """R^2, the mean over the outputs: 1 is perfect, 0 as good as a constant.
+
+        Parameters
+        ----------
+        X : (N, n_in) float
+        y : (N,) or (N, n_out) float
+        sample_weight : (N,) float, optional
+        """
+        said = np.asarray(self.predict(X))  # type: ignore[attr-defined]
+        true = numbers(y, "y")
+        if true.shape != said.shape:
+            raise ValueError(f"y: expected {said.shape}, got {true.shape}")
+        w = np.ones(len(true)) if sample_weight is None else numbers(sample_weight, "sample_weight")
+        if w.shape != (len(true),):
+            raise ValueError(f"sample_weight: expected ({len(true)},), got {w.shape}")
+        mean = np.average(true, axis=0, weights=w)
+        left, whole = w @ (true - said) ** 2, w @ (true - mean) ** 2
+        # A constant output: 1 where it is met, 0 where not.
+        constant = np.where(left > 0, 0.0, 1.0)
+        return float(np.mean(np.where(whole > 0, 1 - left / np.where(whole > 0, whole, 1), constant)))
+
+    def get_params(self, deep: bool = True) -> dict[str, Any]:
+        """The parameters by name, as they were given."""
+        return {name: getattr(self, name) for name in self._parameter_names()}
+
+    def set_params(self, **parameters: Any) -> Self:
+        """Change parameters. What has been learnt stays as it is: they count from the next `fit` on.
+
+        Raises
+        ------
+        TypeError, ValueError
+            No such parameter, or a value out of range; nothing is changed then.
+        """
+        before = self.get_params()
+        for name in parameters:
+            if name not in before:
+                raise ValueError(f"set_params: LWPR has no parameter {name!r}; it has {', '.join(before)}")
+        try:
+            for name, value in parameters.items():
+                setattr(self, name, value)
+            self._check_parameters()
+        except (TypeError, ValueError):
+            for name, value in before.items():
+                setattr(self, name, value)
+            raise
+        return self
+
+    @property
+    def n_features_in_(self) -> int:
+        """Inputs, under scikit-learn's name; not there before the first data."""
+        if self._model is None:
+            raise AttributeError("n_features_in_: nothing has been learnt yet")
+        return int(self._model.n_in)
+
+    def __sklearn_is_fitted__(self) -> bool:
+        return self._model is not None
+
+    def __sklearn_tags__(self) -> Any:
+        from sklearn.utils import InputTags, RegressorTags, Tags, TargetTags  # only scikit-learn asks
+
+        return Tags(
+            estimator_type="regressor",
+            target_tags=TargetTags(required=True, multi_output=True),
+            regressor_tags=RegressorTags(),
+            input_tags=InputTags(),
+        )
+
+    # scikit-learn before 1.6 looks here.
+    _estimator_type = "regressor"
+
+    def _check_parameters(self) -> None:
+        raise NotImplementedError
+
+    @classmethod
+    def _parameter_names(cls) -> list[str]:
+        return [name for name in inspect.signature(cls.__init__).parameters if name != "self"]
+
+    @staticmethod
+    def _not_fitted(message: str) -> ValueError:
+        """A ValueError; where scikit-learn is loaded, the kind of it that its tools wait for."""
+        module = sys.modules.get("sklearn.exceptions")
+        kind: type[ValueError] = ValueError if module is None else module.NotFittedError
+        return kind(message)
