@@ -14,7 +14,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack.contour.masks import checked_mask, resampled
+from sdftrack.contour.masks import checked_mask, resampled, signed_distances
 
 __all__ = ["Order", "block_of", "count", "harmonic_numbers", "harmonics", "series", "silhouette"]
 
@@ -163,17 +163,12 @@ def _basis(n: int, samples: int, size: int) -> Array:
 
 def _distances(inside: NDArray[np.bool_], h: int, w: int) -> NDArray[np.float32]:
     """Signed distances at the (h, w) pixel centres, in pixels, from a mask that is FINE times finer."""
-    import cv2
-
     if inside.all() or not inside.any():
         far = float(np.hypot(h, w))
         return np.full((h, w), -far if inside.all() else far, np.float32)
-    image = inside.astype(np.uint8)
-    away = cv2.distanceTransform(1 - image, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    away -= cv2.distanceTransform(image, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    away -= 0.5 * np.sign(away)  # to the edge between two samples, not to the first sample beyond it
     # A pixel centre lies in the middle of its FINE x FINE samples.
-    return np.asarray(away.reshape(h, FINE, w, FINE).mean(axis=(1, 3)) / FINE, np.float32)
+    fine = signed_distances(inside).reshape(h, FINE, w, FINE)
+    return np.asarray(fine.mean(axis=(1, 3)) / FINE, np.float32)
 
 
 def _check(n: int, order: str, size: int) -> None:

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["align", "checked_mask", "resampled", "transformed"]
+__all__ = ["align", "checked_mask", "resampled", "signed_distances", "transformed"]
 
 Mask: TypeAlias = NDArray[np.bool_]
 Array: TypeAlias = NDArray[np.float64]
@@ -46,6 +46,18 @@ def resampled(mask: Mask, size: int) -> NDArray[np.float32]:
     shrinks = mask.shape[0] >= size and mask.shape[1] >= size
     way = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
     return np.asarray(cv2.resize(mask.astype(np.float32), (size, size), interpolation=way), np.float32)
+
+
+def signed_distances(mask: Mask) -> NDArray[np.float32]:
+    """(H, W) float32 distance of each pixel to the edge between inside and outside, pixels, negative inside."""
+    import cv2
+
+    image = mask.astype(np.uint8)
+    outside = np.asarray(cv2.distanceTransform(1 - image, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
+    inside = np.asarray(cv2.distanceTransform(image, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
+    phi = outside - inside
+    # The transforms measure to the first pixel beyond; the edge lies half a pixel before it.
+    return np.asarray(phi - 0.5 * np.sign(phi), np.float32)
 
 
 def align(mask: ArrayLike, size: int = 64, fill: float = FILL) -> tuple[Mask, Array]:

@@ -40,7 +40,7 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 def to_bytes(state: dict[str, Any]) -> bytes:
     """The contents of a file: the same bytes for the same state."""
-    arrays = {}
+    arrays: dict[str, Any] = {}
     for name, value in state.items():
         if isinstance(value, bytes):
             arrays[name] = np.frombuffer(value, np.uint8)

@@ -33,13 +33,13 @@ def count_occluders(hidden: Mask, seen: Mask) -> int:
     groups: list[NDArray[np.int32]] = []
     for k in big:
         y, x = np.nonzero(labels == k)
-        groups.append(cv2.convexHull(np.stack([x, y], axis=1).astype(np.int32)))
+        groups.append(_hull(np.stack([x, y], axis=1).astype(np.int32)))
     merged = True
     while merged and len(groups) > 1:
         merged = False
         for i in range(len(groups)):
             for j in range(i + 1, len(groups)):
-                hull = cv2.convexHull(np.concatenate([groups[i], groups[j]]))
+                hull = _hull(np.concatenate([groups[i], groups[j]]))
                 if _seen_share(hull, hidden, seen) < SEEN_BETWEEN:
                     groups[i] = hull
                     del groups[j]
@@ -50,11 +50,17 @@ def count_occluders(hidden: Mask, seen: Mask) -> int:
     return len(groups)
 
 
+def _hull(points: NDArray[np.int32]) -> NDArray[np.int32]:
+    import cv2
+
+    return np.asarray(cv2.convexHull(points), np.int32).reshape(-1, 2)
+
+
 def _seen_share(hull: NDArray[np.int32], hidden: Mask, seen: Mask) -> float:
     """Share of the object in a convex region that is seen."""
     import cv2
 
     inside = np.zeros(seen.shape, np.uint8)
     cv2.fillConvexPoly(inside, hull, 1)
-    n_seen = np.count_nonzero(seen & (inside > 0))
-    return n_seen / max(1, n_seen + np.count_nonzero(hidden & (inside > 0)))
+    n_seen = int(np.count_nonzero(seen & (inside > 0)))
+    return n_seen / max(1, n_seen + int(np.count_nonzero(hidden & (inside > 0))))

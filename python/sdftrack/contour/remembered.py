@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.contour.dct import Order, block_of, count
+from sdftrack.contour.masks import signed_distances
 
-__all__ = ["Explained", "RememberedShapes"]
+__all__ = ["Explained", "RememberedShapes", "with_hidden"]
 
 Array: TypeAlias = NDArray[np.float32]
 Mask: TypeAlias = NDArray[np.bool_]
@@ -27,6 +28,10 @@ COARSE = 2  # pixels per sample of the small pictures that are compared
 FINALISTS = 32  # compared by small pictures, after the harmonics have chosen them
 SOFTNESS = (2.0, 0.1)  # px, share: silhouettes are averaged whose sticking out differs by about this
 LEAST_WEIGHT = 0.1  # of the best: less likely ones are left out of the average
+SMOOTHING = (
+    4.0  # px of blur of the expected distances, for each px that is stuck out by: an unknown pose is vague
+)
+LEAST_BLUR_PX = 0.5  # less than this changes nothing
 NEAR_PX = 2.0  # a contour pixel nearer than this to the expected contour is explained
 WELL_KNOWN_PX = 0.4  # sticking out per contour pixel, up to which slivers of 2 px are ignored, else of 4 px
 
@@ -39,7 +44,7 @@ class Explained:
     ----------
     completed : mask; the observed silhouette and what is taken for hidden
     hidden : mask; the second part by itself
-    missing : area of `hidden` over that of `completed`
+    missing : share of the whole that is not seen; slivers of more than 2 px count, whatever `hidden` leaves out
     off_px : what of the observed silhouette sticks out of the best remembered one, per pixel of its contour
     explained : share of the observed contour that lies on the expected one
     outline : length of that part over the length of the expected contour
@@ -113,7 +118,9 @@ class RememberedShapes:
     def _put(self, place: int, mask: Mask) -> None:
         self._codes[place] = block_of(mask, self.n_harmonics, self.order, self.size)
         self._small[place], self._areas[place] = _small(mask), np.count_nonzero(mask)
-        self._phi[place] = np.rint(STEPS_PER_PX * _distances(mask)).reshape(-1)
+        self._phi[place] = np.rint(
+            STEPS_PER_PX * np.clip(signed_distances(mask), -REACH_PX, REACH_PX)
+        ).reshape(-1)
 
     def _given_up(self) -> int:
         """Place of the older of the two that are most alike."""
@@ -128,18 +135,19 @@ class RememberedShapes:
         likely = weights >= LEAST_WEIGHT
         near, weights = near[likely], weights[likely] / weights[likely].sum()
         phi = (weights / STEPS_PER_PX @ self._phi[near].astype(np.float32)).reshape(self.size, self.size)
-        expected = phi < 0
         edge = _edge(mask)
         length = np.count_nonzero(edge)
-        hidden = _hidden(mask, expected, 1 if least < WELL_KNOWN_PX * length else 2)
-        completed = mask | hidden
+        phi = _vague(phi, SMOOTHING * least / length)
+        expected = phi < 0
+        completed, hidden = with_hidden(mask, expected, least / length)
+        lacking = np.count_nonzero(_thick(expected & ~mask, 1))
         on_it = np.count_nonzero(edge & (np.abs(phi) < NEAR_PX))
         return Explained(
             completed, hidden,
-            missing=np.count_nonzero(hidden) / np.count_nonzero(completed),
+            missing=lacking / (lacking + np.count_nonzero(mask)),
             off_px=least / length,
             explained=on_it / length,
-            outline=on_it / max(1, np.count_nonzero(_edge(expected))),
+            outline=on_it / max(1, int(np.count_nonzero(_edge(expected)))),
             weights=weights, finalists=near,
         )  # fmt: skip
 
@@ -189,18 +197,35 @@ def _small(mask: Mask) -> NDArray[np.int16]:
     )
 
 
-def _hidden(seen: Mask, expected: Mask, sliver: int) -> Mask:
-    """What is expected and not seen, without slivers of up to 2 `sliver` pixels along the seen contour.
+def with_hidden(seen: Mask, expected: Mask, off_px: float | None = None) -> tuple[Mask, Mask]:
+    """What is seen with what is expected and hidden, and the second by itself.
 
-    Those are differences between two poses. What is thicker than that is taken whole, up to its rim.
+    Slivers along the seen contour are differences between two poses: up to 2 px thick they are left out, up to 4 px
+    where the seen silhouette sticks out of the expected one by much (`off_px` per contour pixel; None: measured here).
     """
+    if off_px is None:
+        off_px = np.count_nonzero(seen & ~expected) / max(1, int(np.count_nonzero(_edge(seen))))
+    hidden = _thick(expected & ~seen, 1 if off_px < WELL_KNOWN_PX else 2)
+    return seen | hidden, hidden
+
+
+def _thick(mask: Mask, sliver: int) -> Mask:
+    """What is thicker than 2 `sliver` pixels, whole, up to its rim."""
     import cv2
 
-    lacking = (expected & ~seen).astype(np.uint8)
-    square = np.ones((3, 3), np.uint8)
-    core = cv2.erode(lacking, square, iterations=sliver, borderType=cv2.BORDER_CONSTANT, borderValue=0)
-    whole = cv2.dilate(core, square, iterations=sliver + 1)
-    return np.asarray((lacking & whole) > 0)
+    image, square = mask.astype(np.uint8), np.ones((3, 3), np.uint8)
+    core = cv2.erode(image, square, iterations=sliver, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    whole = np.asarray(cv2.dilate(core, square, iterations=sliver + 1))
+    return mask & (whole > 0)
+
+
+def _vague(phi: Array, sigma_px: float) -> Array:
+    """Distances smoothed by as much as the silhouettes that they come from are off."""
+    import cv2
+
+    if sigma_px < LEAST_BLUR_PX:
+        return phi
+    return np.asarray(cv2.GaussianBlur(phi, (0, 0), sigma_px, borderType=cv2.BORDER_REPLICATE), np.float32)
 
 
 def _edge(mask: Mask) -> Mask:
@@ -209,13 +234,3 @@ def _edge(mask: Mask) -> Mask:
     inside[1:-1, 1:-1] = mask
     deep = inside[:-2, 1:-1] & inside[2:, 1:-1] & inside[1:-1, :-2] & inside[1:-1, 2:]
     return mask & ~deep
-
-
-def _distances(mask: Mask) -> Array:
-    """Signed distances, pixels, negative inside, cut at REACH_PX."""
-    import cv2
-
-    image = mask.astype(np.uint8)
-    phi = cv2.distanceTransform(1 - image, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    phi -= cv2.distanceTransform(image, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return np.asarray(np.clip(phi - 0.5 * np.sign(phi), -REACH_PX, REACH_PX), np.float32)

@@ -2,6 +2,7 @@
 """Synthetic sequences with exact truth: shapes, paths, sensor noise, clutter, hands in front, colour, gaits."""
 
 from sdftrack.synth.ball import BallScene, ball_scene
+from sdftrack.synth.covers import hide
 from sdftrack.synth.gait import gait
 from sdftrack.synth.grip import Grip
 from sdftrack.synth.noise import Gaussian, Kinect
@@ -20,6 +21,7 @@ __all__ = [
     "ball_scene",
     "corner",
     "gait",
+    "hide",
     "leave_and_return",
     "orbit",
     "random_walk",
