@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 __all__ = ["count_occluders"]
 
 Mask: TypeAlias = NDArray[np.bool_]
-LEAST_SHARE = 0.003  # of the grid: pieces smaller than this are ragged edges
+LEAST_SHARE = 0.0015  # of the grid (6 of 64 x 64 pixels): pieces smaller than this are ragged edges
 SEEN_BETWEEN = (
     0.25  # of the object in the hull of two pieces: when more of it is seen, they are two occluders
 )
