@@ -28,7 +28,8 @@ class Assessment:
     coefficients : (m,) float64
         Harmonics of `completed`, as from `st.contour.harmonics`.
     std : (m,) float64
-        Standard deviation of `coefficients` by the memory's own account; 0 where they are those of the given mask.
+        Of `coefficients`: as LWPR predicts it, or among the silhouettes that explain the mask (0 where one alone does);
+        0 where they are those of the given mask.
     error : float
         How far the observed silhouette is from the one that was expected; "occluded" from `threshold` on. With
         ``rule="remembered"`` the share of the completed silhouette that is not seen, with ``rule="printed"``

@@ -82,7 +82,7 @@ class ShapeMemory:
         max_occluders: int = 2,
         calibrate_on: int = 100,
         w_gen: float = 0.1,
-        reach: float = 1.0,
+        reach: float = 0.1,
         settle: int = 20,
         lwpr: dict[str, Any] | None = None,
     ) -> None:

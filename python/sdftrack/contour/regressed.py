@@ -39,8 +39,9 @@ class RegressedHarmonics:
     """One LWPR unit for each low coefficient, all with the same inputs: the coefficients of the high harmonics.
 
     Inputs are divided by their standard deviations over the first `settle` samples, which are then learnt at once;
-    the scale stays. The metric of a field is D = (reach / inputs) I: with `reach` = 1 two silhouettes whose high
-    harmonics differ by one standard deviation in the mean activate each other by exp(-1/2).
+    the scale stays. The metric of a field is D = (reach / inputs) I: two silhouettes whose high harmonics differ by one
+    standard deviation in the mean activate each other by exp(-reach / 2). A small reach makes few fields, up to one for
+    all, which is then a linear regression by partial least squares; a large one makes hidden details "novel".
     """
 
     def __init__(

@@ -189,7 +189,9 @@ def _print(found: dict[str, dict[str, dict[str, float]]]) -> None:
     print(_table(title, found["detection"], ["memory", "LWPR", *plain]))
     title = "The same, novel counting as not occluded; F1 at the memory's own threshold and the curve's best"
     print(_table(title, found["detection"], [f"{n} {c}" for n in RULES for c in ("gated", "F1", "best F1")]))
-    title = "Fences that hide 30 to 50 %, a disc of the middle alone: novel, whole, overlap if occluded, worse than seen"
+    title = (
+        "Fences that hide 30 to 50 %, a disc inside alone: novel, whole, overlap if occluded, worse than seen"
+    )
     columns = [f"{k} {c}" for k in ("fence", "middle") for c in ("novel", "whole", "overlap", "worse")]
     print(_table(title, found["hard"], columns))
     title = "Harmonics of order max(u, v) + 1 and u + v + 1: ten of a whole mask, recovered under bars"
