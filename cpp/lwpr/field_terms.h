@@ -3,6 +3,8 @@
 // and the CUDA kernel call the same lines. docs/math/lwpr.md, eqs. 1 and 5.
 #pragma once
 
+#include <cstring>
+
 #include "lwpr/layout.h"
 
 namespace sdftrack {
@@ -13,7 +15,7 @@ struct LanesAt {
   const double* lane;
   HD T operator()(int row) const {
     T value;
-    __builtin_memcpy(&value, lane + row * kFieldLanes, sizeof(T));
+    memcpy(&value, lane + row * kFieldLanes, sizeof(T));
     return value;
   }
 };

@@ -38,7 +38,19 @@ struct FieldLayout {
   HD int entry(int i, int j) const { return diagonal ? i : i * n - i * (i - 1) / 2 + (j - i); }
 
   // A record: the head, the mean of the inputs, learning rates, then projection by projection.
-  enum Head { kW, kBeta0, kLambda, kCount, kProjections, kTrusted, kLooW, kLooE, kLeverage, kHeadSize = 12 };
+  enum Head {
+    kW,
+    kBeta0,
+    kLambda,
+    kCount,
+    kProjections,
+    kTrusted,
+    kLooW,
+    kLooE,
+    kLeverage,
+    kWanted,
+    kHeadSize = 12
+  };
   HD int mean() const { return kHeadSize; }
   HD int alpha() const { return mean() + row; }
   HD int log_alpha() const { return alpha() + metric_size(); }   // with meta only
@@ -65,5 +77,6 @@ constexpr double kMostMetricStep = 0.1;  // of M_ii, that an entry of row i of M
 constexpr double kMostLogRate = 50;      // of a learnt rate: its exponential must stay finite
 constexpr int kTrustAfter = 2;           // samples per input, after which a slope is used
 constexpr int kJudgeAfter = 10;          // samples per input, after which the newest projection is judged
+constexpr int kMetricAfter = 20;  // samples per input, after which the metric is learnt: steps go with 1 / W
 
 }  // namespace sdftrack

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// What a sample changes in a receptive field: regression by projections, the leave-one-out cost, the metric.
+// What a sample changes in a receptive field: regression by projections, and the leave-one-out cost.
 // docs/math/lwpr.md has the equations; python/sdftrack/reference/lwpr.py the same, slow and obvious. Included
 // only by files that are compiled for one instruction set.
 #pragma once
 
 #include <cmath>
 
-#include "lwpr/layout.h"
+#include "lwpr/metric_step.h"
 
 namespace sdftrack {
 namespace {
@@ -56,8 +56,7 @@ class FieldUpdate {
         z_(scratch),
         s_(scratch + row_),
         ps_(scratch + 2 * row_),
-        d_(scratch + 3 * row_),
-        md_(scratch + 4 * row_) {}
+        d_(scratch + 3 * row_) {}
 
   // A sample x (a whole row: zeros at the end) with the value y and the activation w. True where another
   // projection is wanted.
@@ -69,12 +68,13 @@ class FieldUpdate {
     head_[FieldLayout::kLambda] =
         o_.tau_lambda * head_[FieldLayout::kLambda] + (1 - o_.tau_lambda) * o_.final_lambda;
     if (N == 1 || N == 2) return false;
-    return wants_projection(R);
+    if (!wants_projection(R)) return false;
+    head_[FieldLayout::kWanted] = 1;
+    return true;
   }
 
  private:
   HD double* projection(int r) const { return head_ + at_.projections() + r * at_.projection_size(); }
-  HD double& metric(int k) const { return lane_[(n_ + k) * kFieldLanes]; }
   HD int trusted() const { return static_cast<int>(head_[FieldLayout::kTrusted]); }
 
   // Eqs. 2 to 4. Returns the residual after the projections that are trusted.
@@ -152,84 +152,13 @@ class FieldUpdate {
       R[r] = lambda * R[r] + for_R * s_[r] * s_[r];
       ps_R_ps += ps_[r] * (2 * beside + R[r] * ps_[r]);
     }
-    if (!o_.update_D) return;
+    if (!o_.update_D || head_[FieldLayout::kCount] < kMetricAfter * n_) return;
     const double inv_W = 1 / W;
     const double slope = (e_cv2 * (1 + h) * inv - 2 * e * ps_H - 2 * ps_R_ps) * inv_W - E * inv_W * inv_W;
     const double curve = (2 * e * e_cv * s_P_s - 2 * slope) * inv_W;
     for (int j = 0; j < n_; ++j) d_[j] = x[j] - lane_[j * kFieldLanes];
-    step(w, slope, curve, w * inv_W * 4 * o_.penalty / n_);
-  }
-
-  // A step down the gradient (eq. 8), with rates that may be learnt (eq. 10).
-  HD void step(double w, double slope, double curve, double shrink) {
-    if (at_.diagonal) {
-      for (int i = 0; i < n_; ++i) {
-        const double m = metric(i), md = m * d_[i];
-        move(i, i, i, w, slope, curve, shrink, md, m * m * m, 3 * m * m);
-      }
-      return;
-    }
-    for (int i = 0; i < n_; ++i) {
-      md_[i] = 0;
-      for (int j = i; j < n_; ++j) md_[i] += metric(at_.entry(i, j)) * d_[j];
-    }
-    // Row i of M D needs M as it was: rows from the top, M D of a row from the metric before this step.
-    penalised_rows(w, slope, curve, shrink);
-  }
-
-  HD void penalised_rows(double w, double slope, double curve, double shrink) {
-    constexpr int kMost = N > 0 ? N : 1;
-    double small[kMost * kMost + kMost * kMost];
-    double* const D = N > 0 ? small : md_ + row_;  // scratch has n rows more twice
-    double* const M = N > 0 ? small + kMost * kMost : D + n_ * n_;
-    for (int i = 0; i < n_; ++i)
-      for (int j = 0; j < n_; ++j) M[i * n_ + j] = j < i ? 0.0 : metric(at_.entry(i, j));
-    for (int i = 0; i < n_; ++i)
-      for (int j = i; j < n_; ++j) {
-        double sum = 0;
-        for (int k = 0; k <= i; ++k) sum += M[k * n_ + i] * M[k * n_ + j];
-        D[i * n_ + j] = D[j * n_ + i] = sum;
-      }
-    for (int i = 0; i < n_; ++i) {
-      double row2 = 0;
-      for (int k = i; k < n_; ++k) row2 += M[i * n_ + k] * M[i * n_ + k];
-      for (int j = i; j < n_; ++j) {
-        double MD = 0;
-        for (int k = i; k < n_; ++k) MD += M[i * n_ + k] * D[k * n_ + j];
-        const double second = D[j * n_ + j] + M[i * n_ + j] * M[i * n_ + j] + row2;
-        move(i, j, at_.entry(i, j), w, slope, curve, shrink, md_[i], MD, second, M[i * n_ + i]);
-      }
-    }
-  }
-
-  HD void move(int, int j, int k, double w, double slope, double curve, double shrink, double md, double MD,
-               double second, double row_size = 0) {
-    double& m = metric(k);
-    double& alpha = head_[at_.alpha() + k];
-    const double limit = kMostMetricStep * (row_size > 0 ? row_size : m);
-    const double gradient = -slope * w * md * d_[j] + shrink * MD;
-    if (o_.meta) {
-      const double dw = -w * md * d_[j], ddw = w * (md * md - 1) * d_[j] * d_[j];
-      alpha = adapted(k, gradient, curve * dw * dw + slope * ddw + shrink * second);
-    }
-    const double by = -alpha * gradient;
-    if (std::fabs(by) > limit) {
-      alpha *= 0.5;
-      if (o_.meta) head_[at_.log_alpha() + k] = std::log(alpha);
-    } else {
-      m += by;
-    }
-  }
-
-  HD double adapted(int k, double gradient, double second) {
-    double& log_alpha = head_[at_.log_alpha() + k];
-    double& memory = head_[at_.memory() + k];
-    log_alpha -= o_.meta_rate * gradient * memory;
-    log_alpha =
-        log_alpha > kMostLogRate ? kMostLogRate : (log_alpha < -kMostLogRate ? -kMostLogRate : log_alpha);
-    const double alpha = std::exp(log_alpha), keep = 1 - alpha * second;
-    memory = memory * (keep > 0 ? keep : 0) - alpha * gradient;
-    return alpha;
+    MetricStep<N>(at_, o_, lane_, head_, d_, d_ + row_)
+        .take({w, slope, curve, w * inv_W * 4 * o_.penalty / n_});
   }
 
   HD bool wants_projection(int R) const {
@@ -243,7 +172,7 @@ class FieldUpdate {
   const FieldLayout& at_;
   const FieldSettings& o_;
   int n_, row_;
-  double *lane_, *head_, *z_, *s_, *ps_, *d_, *md_;
+  double *lane_, *head_, *z_, *s_, *ps_, *d_;
 };
 
 }  // namespace

@@ -7,6 +7,14 @@
 
 namespace sdftrack {
 
+namespace {
+
+constexpr int kSearchFrom = 48;        // fields, from which on a grid is faster than looking at all
+constexpr double kReachMargin = 1.15;  // on a field's reach in the search, so that it may grow a little
+const int kNoField = 0;
+
+}  // namespace
+
 LwprUnit::LwprUnit(const FieldLayout& at, const LwprOptions& o)
     : at_(at),
       settings_{o.update_D, o.meta, o.meta_rate, o.penalty, o.add_threshold, o.final_lambda, o.tau_lambda},
@@ -17,65 +25,89 @@ LwprUnit::LwprUnit(const FieldLayout& at, const LwprOptions& o)
       init_alpha_(o.init_alpha),
       init_M_(initial_metric(o, at.n)),
       ops_(&for_isa<UnitOps>(used_isa())),
+      record_stride_(at.record_size(std::min(2, at.n))),
       learn_scratch_(static_cast<std::size_t>(scratch_size(at))) {}
 
-int LwprUnit::active(const double* x, LwprScratch* scratch) const {
+FieldList LwprUnit::fields_near(const double* x) const {
+  if (!search_.ready()) return {blocks_.data(), nullptr, size()};
+  const LwprSearch::Fields fields = search_.near(x);
+  return {blocks_.data(), fields.list ? fields.list : &kNoField, fields.count};
+}
+
+ActiveFields LwprUnit::room_in(LwprScratch* scratch) const {
   const auto room = static_cast<std::size_t>(size() + kFieldLanes);
   if (scratch->index.size() < room) scratch->index.resize(2 * room), scratch->w.resize(2 * room);
-  return ops_->active(at_, all_blocks(), x, q_max_, scratch->index.data(), scratch->w.data());
+  return {scratch->index.data(), scratch->w.data()};
+}
+
+int LwprUnit::active(const double* x, LwprScratch* scratch) const {
+  return ops_->active(at_, fields_near(x), x, q_max_, room_in(scratch));
 }
 
 void LwprUnit::update(const double* x, double y) {
   seen_ += 1;
   mean_y_ += (y - mean_y_) / seen_;
   const int count = active(x, &own_);
+  learn(x, y, count);
   double largest = 0;
-  for (int i = 0; i < count; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    learn(own_.index[k], x, y, own_.w[k]);
-    largest = std::max(largest, own_.w[k]);
-  }
+  for (int i = 0; i < count; ++i) largest = std::max(largest, own_.w[static_cast<std::size_t>(i)]);
   if (largest < w_gen_) {
     add_field(x);
-    learn(size() - 1, x, y, 1.0);
+    own_.index[0] = size() - 1, own_.w[0] = 1;
+    learn(x, y, 1);
   } else if (count > 1 && largest > w_prune_) {
     prune(count);
   }
+  ++since_build_;
+  if (!search_.ready() && size() >= kSearchFrom && since_build_ >= size()) build_search();
 }
 
-void LwprUnit::learn(int k, const double* x, double y, double w) {
-  const auto i = static_cast<std::size_t>(k);
-  changed_[i] = 1;
-  if (ops_->learn(at_, settings_, lane_of(k), records_[i].data(), learn_scratch_.data(), x, y, w))
-    add_projection(k);
+// The first `active` fields of own_ learn a sample.
+void LwprUnit::learn(const double* x, double y, int active) {
+  const bool wanted = ops_->learn(at_, settings_, blocks_.data(), records_.data(), record_stride_,
+                                  learn_scratch_.data(), x, y, {own_.index.data(), own_.w.data()}, active);
+  for (int i = 0; i < active; ++i) {
+    const int k = own_.index[static_cast<std::size_t>(i)];
+    changed_[static_cast<std::size_t>(k)] = 1;
+    if (search_.ready() && settings_.update_D) follow(k);
+    if (wanted && record(k)[FieldLayout::kWanted] > 0) add_projection(k);
+  }
 }
 
 void LwprUnit::add_field(const double* x) {
   const int k = size();
-  reserve_lanes(k + 1);
+  reserve_fields(k + 1);
   double* const lane = lane_of(k);
   for (int row = 0; row < at_.block_rows(); ++row) lane[row * kFieldLanes] = 0;
   for (int j = 0; j < at_.n; ++j) lane[j * kFieldLanes] = x[j];
   for (int j = 0; j < at_.metric_size(); ++j)
     lane[(at_.n + j) * kFieldLanes] = init_M_[static_cast<std::size_t>(j)];
-  std::vector<double> record(static_cast<std::size_t>(at_.record_size(0)), 0.0);
-  record[FieldLayout::kLambda] = init_lambda_;
+  double* const head = record_of(k);
+  head[FieldLayout::kLambda] = init_lambda_;
   for (int j = 0; j < at_.metric_size(); ++j) {
-    record[static_cast<std::size_t>(at_.alpha() + j)] = init_alpha_;
-    if (at_.meta) record[static_cast<std::size_t>(at_.log_alpha() + j)] = std::log(init_alpha_);
+    head[at_.alpha() + j] = init_alpha_;
+    if (at_.meta) head[at_.log_alpha() + j] = std::log(init_alpha_);
   }
-  records_.push_back(std::move(record));
-  changed_.push_back(1);
   for (int r = 0; r < std::min(2, at_.n); ++r) add_projection(k);
+  if (!search_.ready()) return;
+  if (k >= 2 * search_size_) {
+    search_.forget();
+    return;
+  }
+  known_M_.resize(static_cast<std::size_t>((k + 1) * at_.metric_size()));
+  known_drift2_.resize(static_cast<std::size_t>(k + 1));
+  known_drift2_.back() = -1;  // not in the search yet
+  follow(k);
 }
 
 // It starts along an axis: u_r = e_r (u = 0 would give 0 / 0).
 void LwprUnit::add_projection(int k) {
-  std::vector<double>& record = records_[static_cast<std::size_t>(k)];
-  const int r = static_cast<int>(record[FieldLayout::kProjections]);
-  record.resize(static_cast<std::size_t>(at_.record_size(r + 1)), 0.0);
-  record[FieldLayout::kProjections] = r + 1;
-  double* const projection = record.data() + at_.record_size(r);
+  const int r = static_cast<int>(record(k)[FieldLayout::kProjections]);
+  reserve_projections(r + 1);
+  double *const head = record_of(k), *const projection = head + at_.record_size(r);
+  head[FieldLayout::kProjections] = r + 1;
+  head[FieldLayout::kWanted] = 0;
+  std::fill(projection, projection + at_.projection_size(), 0.0);
   projection[FieldLayout::kSS] = kSsFloor;
   projection[at_.u() + r] = 1;
 }
@@ -83,14 +115,14 @@ void LwprUnit::add_projection(int k) {
 // The last field takes its place.
 void LwprUnit::remove_field(int k) {
   const int last = size() - 1;
-  const auto i = static_cast<std::size_t>(k);
   double *const to = lane_of(k), *const from = lane_of(last);
   for (int row = 0; row < at_.block_rows(); ++row) to[row * kFieldLanes] = from[row * kFieldLanes];
   for (int j = 0; j < at_.n; ++j) from[j * kFieldLanes] = std::numeric_limits<double>::quiet_NaN();
-  std::swap(records_[i], records_.back());
-  changed_[i] = changed_.back();
-  records_.pop_back();
+  if (k < last) std::copy(record(last), record(last) + record_stride_, record_of(k));
+  changed_[static_cast<std::size_t>(k)] = changed_.back();
+  records_.resize(static_cast<std::size_t>(last * record_stride_));
   changed_.pop_back();
+  search_.forget();
 }
 
 // Of two fields that both cover the sample the one with the larger error goes; else the younger one.
@@ -116,15 +148,94 @@ void LwprUnit::prune(int count) {
   remove_field(older_goes ? a : b);
 }
 
-void LwprUnit::reserve_lanes(int fields) {
+// Room for so many fields, the last of them empty.
+void LwprUnit::reserve_fields(int fields) {
   const int blocks = (fields + kFieldLanes - 1) / kFieldLanes;
   const auto want = static_cast<std::size_t>(blocks) * static_cast<std::size_t>(at_.block_size());
   if (blocks_.size() < want) blocks_.resize(want, std::numeric_limits<double>::quiet_NaN());
+  records_.resize(static_cast<std::size_t>(fields * record_stride_), 0.0);
+  changed_.resize(static_cast<std::size_t>(fields), 1);
+  room_in(&own_);
+}
+
+// Room for so many projections in each field.
+void LwprUnit::reserve_projections(int count) {
+  const std::ptrdiff_t wanted = at_.record_size(count);
+  if (wanted <= record_stride_) return;
+  std::vector<double> wider(static_cast<std::size_t>(size() * wanted), 0.0);
+  for (int k = 0; k < size(); ++k)
+    std::copy(record(k), record(k) + record_stride_, wider.data() + k * wanted);
+  records_ = std::move(wider);
+  record_stride_ = wanted;
 }
 
 void LwprUnit::settle() {
   for (int k = 0; k < size(); ++k)
     if (changed_[static_cast<std::size_t>(k)]) settle_field(k), changed_[static_cast<std::size_t>(k)] = 0;
+  if (!search_.ready() && size() >= kSearchFrom) build_search();
+}
+
+// How far a field reaches at the cutoff along each input: the extent of |M d|^2 = q_max is sqrt(q_max) times
+// the length of a row of the inverse of M.
+void LwprUnit::reach_of(int k, double* half) {
+  const int n = at_.n;
+  const double* const lane = lane_of(k);
+  const auto M = [&](int i, int j) { return lane[(n + at_.entry(i, j)) * kFieldLanes]; };
+  double whole2 = 0;
+  inverse_.resize(static_cast<std::size_t>(n));
+  for (int i = 0; i < n; ++i) {  // row i of the inverse, from its diagonal on
+    double length2 = 0;
+    for (int j = i; j < (at_.diagonal ? i + 1 : n); ++j) {
+      double sum = j == i ? 1 : 0;
+      for (int l = i; l < j; ++l) sum -= inverse_[static_cast<std::size_t>(l)] * M(l, j);
+      const double entry = sum / M(j, j);
+      inverse_[static_cast<std::size_t>(j)] = entry;
+      length2 += entry * entry;
+    }
+    half[i] = std::sqrt(length2 * q_max_) * kReachMargin;
+    whole2 += length2;
+  }
+  // M + E has an inverse whose rows are at most 1 / (1 - |E| |M^-1|) times as long (Frobenius norms).
+  const double drift = (1 - 1 / kReachMargin) / std::sqrt(whole2);
+  const auto i = static_cast<std::size_t>(k), size = static_cast<std::size_t>(at_.metric_size());
+  for (std::size_t e = 0; e < size; ++e)
+    known_M_[i * size + e] = lane[(static_cast<std::size_t>(n) + e) * kFieldLanes];
+  known_drift2_[i] = drift * drift;
+}
+
+// Keeps the search right after a field's metric has changed.
+void LwprUnit::follow(int k) {
+  const auto i = static_cast<std::size_t>(k), size = static_cast<std::size_t>(at_.metric_size());
+  const double* const lane = lane_of(k) + static_cast<std::ptrdiff_t>(at_.n) * kFieldLanes;
+  const double* const known = known_M_.data() + i * size;
+  double moved2 = 0;
+  for (std::size_t e = 0; e < size; ++e) {
+    const double by = lane[e * kFieldLanes] - known[e];
+    moved2 += by * by;
+  }
+  if (moved2 <= known_drift2_[i]) return;
+  half_.resize(static_cast<std::size_t>(2 * at_.n));
+  reach_of(k, half_.data());
+  double* const center = half_.data() + at_.n;
+  for (int j = 0; j < at_.n; ++j) center[j] = this->lane(k, j);
+  if (!search_.add(k, {center, half_.data()})) search_.forget();
+}
+
+void LwprUnit::build_search() {
+  const auto fields = static_cast<std::size_t>(size()), n = static_cast<std::size_t>(at_.n);
+  known_M_.resize(fields * static_cast<std::size_t>(at_.metric_size()));
+  known_drift2_.resize(fields);
+  std::vector<double> numbers(2 * fields * n);
+  std::vector<FieldReach> reaches;
+  for (std::size_t k = 0; k < fields; ++k) {
+    double* const half = numbers.data() + 2 * k * n;
+    reach_of(static_cast<int>(k), half);
+    for (std::size_t j = 0; j < n; ++j) half[n + j] = lane(static_cast<int>(k), static_cast<int>(j));
+    reaches.push_back({half + n, half});
+  }
+  search_.build(at_.n, reaches);
+  search_size_ = size();
+  since_build_ = 0;
 }
 
 // The projections in a row are one linear function of x: from the last to the first, with f_r(z) = g_r . z,
@@ -153,7 +264,7 @@ void LwprUnit::settle_field(int k) {
 }
 
 double LwprUnit::predict(const double* x, LwprScratch* scratch) const {
-  const FieldSums sums = ops_->predict(at_, all_blocks(), x, q_max_);
+  const FieldSums sums = ops_->predict(at_, fields_near(x), x, q_max_, room_in(scratch));
   return sums.w > 0 ? sums.wy / sums.w : predict_with_sd(x, scratch).mean;
 }
 
@@ -239,8 +350,8 @@ void LwprUnit::append_to(std::vector<double>* out) const {
   out->insert(out->end(), {static_cast<double>(size()), seen_, mean_y_});
   for (int k = 0; k < size(); ++k) {
     for (int row = 0; row < at_.n + at_.metric_size(); ++row) out->push_back(lane(k, row));
-    const std::vector<double>& record = records_[static_cast<std::size_t>(k)];
-    out->insert(out->end(), record.begin(), record.end());
+    const double* const head = record(k);
+    out->insert(out->end(), head, head + at_.record_size(static_cast<int>(head[FieldLayout::kProjections])));
   }
 }
 
@@ -249,21 +360,22 @@ bool LwprUnit::read_from(const double** from, const double* end) {
   if (end - at < 3 || !(at[0] >= 0 && at[0] <= static_cast<double>(end - at))) return false;
   const int fields = static_cast<int>(at[0]), seen_rows = at_.n + at_.metric_size();
   LwprUnit fresh = *this;
-  fresh.blocks_.clear(), fresh.records_.clear();
+  fresh.blocks_.clear(), fresh.records_.clear(), fresh.changed_.clear();
+  fresh.search_.forget();
   fresh.seen_ = at[1], fresh.mean_y_ = at[2];
   at += 3;
-  fresh.changed_.assign(static_cast<std::size_t>(fields), 1);
   for (int k = 0; k < fields; ++k) {
     if (end - at < seen_rows + FieldLayout::kHeadSize) return false;
     const double* const head = at + seen_rows;
     const double R = head[FieldLayout::kProjections], T = head[FieldLayout::kTrusted];
     if (!(R >= 1 && R <= at_.n && T >= 0 && T <= R)) return false;
-    const int size = at_.record_size(static_cast<int>(R));
-    if (end - head < size) return false;
-    fresh.reserve_lanes(k + 1);
+    const int numbers = at_.record_size(static_cast<int>(R));
+    if (end - head < numbers) return false;
+    fresh.reserve_projections(static_cast<int>(R));
+    fresh.reserve_fields(k + 1);
     for (int row = 0; row < seen_rows; ++row) fresh.lane_of(k)[row * kFieldLanes] = at[row];
-    fresh.records_.emplace_back(head, head + size);
-    at = head + size;
+    std::copy(head, head + numbers, fresh.record_of(k));
+    at = head + numbers;
   }
   fresh.settle();
   *this = std::move(fresh);

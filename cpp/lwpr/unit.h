@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "base/large_array.h"
 #include "lwpr/layout.h"
 #include "lwpr/options.h"
+#include "lwpr/search.h"
 #include "lwpr/unit_ops.h"
 
 namespace sdftrack {
@@ -39,11 +39,13 @@ class LwprUnit {
   // eq. 6.12).
   double training_error() const;
 
-  int size() const { return static_cast<int>(records_.size()); }
-  const double* record(int k) const { return records_[static_cast<std::size_t>(k)].data(); }
+  int size() const { return static_cast<int>(changed_.size()); }
+  const double* record(int k) const { return records_.data() + k * record_stride_; }
   // Number `row` of field k's lane.
   double lane(int k, int row) const { return *(lane_of(k) + row * kFieldLanes); }
   const FieldLayout& layout() const { return at_; }
+  const std::vector<double>& blocks() const { return blocks_; }  // what predictions look at
+  double q_max() const { return q_max_; }                        // -2 log of the cutoff
 
   // Everything that a unit is, as numbers, and back; read_from leaves the unit as it was where they do not
   // fit.
@@ -55,27 +57,40 @@ class LwprUnit {
     return blocks_.data() + static_cast<std::ptrdiff_t>(k / kFieldLanes) * at_.block_size() + k % kFieldLanes;
   }
   const double* lane_of(int k) const { return const_cast<LwprUnit*>(this)->lane_of(k); }
-  BlockList all_blocks() const { return {blocks_.data(), nullptr, (size() + kFieldLanes - 1) / kFieldLanes}; }
+  double* record_of(int k) { return records_.data() + k * record_stride_; }
+  FieldList fields_near(const double* x) const;
+  ActiveFields room_in(LwprScratch* scratch) const;
   int active(const double* x, LwprScratch* scratch) const;
-  void learn(int k, const double* x, double y, double w);
+  void learn(const double* x, double y, int active);
   void add_field(const double* x);
   void add_projection(int k);
   void remove_field(int k);
   void prune(int active);
-  void reserve_lanes(int fields);
+  void reserve_fields(int fields);
+  void reserve_projections(int count);
   void settle_field(int k);
+  void build_search();
+  void reach_of(int k, double* half);
+  void follow(int k);
 
   FieldLayout at_;
   FieldSettings settings_;
   double w_gen_, w_prune_, q_max_, init_lambda_, init_alpha_;
   std::vector<double> init_M_;
   const UnitOps* ops_;
-  std::vector<double> blocks_;                // lanes
-  std::vector<std::vector<double>> records_;  // one for each field
-  std::vector<std::uint8_t> changed_;         // since the last settle()
+  std::vector<double> blocks_;         // lanes
+  std::vector<double> records_;        // one for each field, with room for as many projections in each
+  std::ptrdiff_t record_stride_;       // numbers from one record to the next
+  std::vector<std::uint8_t> changed_;  // of each field, since the last settle()
   double seen_ = 0, mean_y_ = 0;
   LwprScratch own_;
   std::vector<double> learn_scratch_;
+  LwprSearch search_;
+  std::vector<double> known_M_,
+      known_drift2_;                    // of each field in the search: its metric, how far it may move
+  std::vector<double> inverse_, half_;  // scratch of the search
+  int search_size_ = 0;                 // fields when it was built
+  int since_build_ = 0;                 // samples
 };
 
 }  // namespace sdftrack

@@ -54,58 +54,78 @@ HD Eight exp_of(Eight x) {
   return p * power;
 }
 
-HD Eight where(EightBits mask, Eight value) {
-  EightBits bits;
-  __builtin_memcpy(&bits, &value, sizeof(bits));
-  bits &= mask;
-  Eight out;
-  __builtin_memcpy(&out, &bits, sizeof(out));
-  return out;
-}
-
 template <int N>
 struct UnitLoops {
-  static int active(const FieldLayout& at, const BlockList& blocks, const double* x, double q_max, int* index,
-                    double* w) {
+  static const double* lane_of(const FieldLayout& at, const double* blocks, int field) {
+    return blocks + static_cast<long>(field / kFieldLanes) * at.block_size() + field % kFieldLanes;
+  }
+
+  // One of a list after the other: it is short.
+  static int near(const FieldLayout& at, const FieldList& fields, const double* x, double q_max,
+                  const ActiveFields& out) {
+    int found = 0;
+    for (int i = 0; i < fields.count; ++i) {
+      const int k = fields.list[i];
+      const double q = field_distance2<N>(at, LanesAt<double>{lane_of(at, fields.blocks, k)}, x);
+      out.index[found] = k, out.w[found] = q;
+      found += q < q_max;
+    }
+    return found;
+  }
+
+  // All of them, block by block.
+  static int among_all(const FieldLayout& at, const FieldList& fields, const double* x, double q_max,
+                       const ActiveFields& out) {
     const int size = at.block_size();
     int found = 0;
-    for (int i = 0; i < blocks.count; ++i) {
-      const int block = blocks.list ? blocks.list[i] : i;
-      const Eight q =
-          field_distance2<N>(at, LanesAt<Eight>{blocks.blocks + static_cast<long>(block) * size}, x);
-      int bits = bits_of_mask(q < q_max);
-      if (bits == 0) continue;
-      const Eight all = exp_of(-0.5 * q);
-      for (; bits != 0; bits &= bits - 1, ++found) {
+    for (int first = 0; first < fields.count; first += kFieldLanes) {
+      const LanesAt<Eight> read{fields.blocks + static_cast<long>(first / kFieldLanes) * size};
+      const Eight q = field_distance2<N>(at, read, x);
+      for (int bits = bits_of_mask(q < q_max); bits != 0; bits &= bits - 1, ++found) {
         const int lane = __builtin_ctz(static_cast<unsigned>(bits));
-        index[found] = block * kFieldLanes + lane;
-        w[found] = all[lane];
+        out.index[found] = first + lane, out.w[found] = q[lane];
       }
     }
     return found;
   }
 
-  static FieldSums predict(const FieldLayout& at, const BlockList& blocks, const double* x, double q_max) {
-    const int size = at.block_size();
-    Eight w{}, wy{};
-    for (int i = 0; i < blocks.count; ++i) {
-      const int block = blocks.list ? blocks.list[i] : i;
-      const LanesAt<Eight> read{blocks.blocks + static_cast<long>(block) * size};
-      const Eight q = field_distance2<N>(at, read, x);
-      const EightBits inside = q < q_max;
-      if (bits_of_mask(inside) == 0) continue;
-      const Eight here = where(inside, exp_of(-0.5 * q) * read(at.ready()));
-      w += here;
-      wy += where(inside, here * field_value<N>(at, read, x));
+  static int active(const FieldLayout& at, const FieldList& fields, const double* x, double q_max,
+                    const ActiveFields& out) {
+    const int found = fields.list ? near(at, fields, x, q_max, out) : among_all(at, fields, x, q_max, out);
+    for (int i = 0; i < found; i += kFieldLanes) {
+      Eight q;
+      __builtin_memcpy(&q, out.w + i, sizeof(q));
+      q = exp_of(-0.5 * q);
+      __builtin_memcpy(out.w + i, &q, sizeof(q));
     }
-    return {((w[0] + w[1]) + (w[2] + w[3])) + ((w[4] + w[5]) + (w[6] + w[7])),
-            ((wy[0] + wy[1]) + (wy[2] + wy[3])) + ((wy[4] + wy[5]) + (wy[6] + wy[7]))};
+    return found;
   }
 
-  static bool learn(const FieldLayout& at, const FieldSettings& o, double* lane, double* record,
-                    double* scratch, const double* x, double y, double w) {
+  static FieldSums predict(const FieldLayout& at, const FieldList& fields, const double* x, double q_max,
+                           const ActiveFields& out) {
+    const int found = active(at, fields, x, q_max, out);
+    FieldSums sums{0, 0};
+    for (int i = 0; i < found; ++i) {
+      const LanesAt<double> read{lane_of(at, fields.blocks, out.index[i])};
+      const double w = out.w[i] * read(at.ready());
+      sums.w += w;
+      sums.wy += w * field_value<N>(at, read, x);
+    }
+    return sums;
+  }
+
+  static bool learn(const FieldLayout& at, const FieldSettings& o, double* blocks, double* records,
+                    long stride, double* scratch, const double* x, double y, const ActiveFields& active,
+                    int count) {
     double small[N > 0 ? 5 * N : 1];
-    return FieldUpdate<N>(at, o, lane, record, N > 0 ? small : scratch).learn(x, y, w);
+    bool wanted = false;
+    for (int i = 0; i < count; ++i) {
+      const int k = active.index[i];
+      double* const lane = const_cast<double*>(lane_of(at, blocks, k));
+      wanted |=
+          FieldUpdate<N>(at, o, lane, records + k * stride, N > 0 ? small : scratch).learn(x, y, active.w[i]);
+    }
+    return wanted;
   }
 };
 
@@ -124,18 +144,21 @@ HD auto for_inputs(int n, Function f) {
   }
 }
 
-int active_fields(const FieldLayout& at, const BlockList& blocks, const double* x, double q_max, int* index,
-                  double* w) {
-  return for_inputs(at.n, [&](auto loops) { return loops.active(at, blocks, x, q_max, index, w); });
+int active_fields(const FieldLayout& at, const FieldList& fields, const double* x, double q_max,
+                  const ActiveFields& out) {
+  return for_inputs(at.n, [&](auto loops) { return loops.active(at, fields, x, q_max, out); });
 }
 
-FieldSums predicted_sums(const FieldLayout& at, const BlockList& blocks, const double* x, double q_max) {
-  return for_inputs(at.n, [&](auto loops) { return loops.predict(at, blocks, x, q_max); });
+FieldSums predicted_sums(const FieldLayout& at, const FieldList& fields, const double* x, double q_max,
+                         const ActiveFields& out) {
+  return for_inputs(at.n, [&](auto loops) { return loops.predict(at, fields, x, q_max, out); });
 }
 
-bool learn_sample(const FieldLayout& at, const FieldSettings& o, double* lane, double* record,
-                  double* scratch, const double* x, double y, double w) {
-  return for_inputs(at.n, [&](auto loops) { return loops.learn(at, o, lane, record, scratch, x, y, w); });
+bool learn_sample(const FieldLayout& at, const FieldSettings& o, double* blocks, double* records, long stride,
+                  double* scratch, const double* x, double y, const ActiveFields& active, int count) {
+  return for_inputs(at.n, [&](auto loops) {
+    return loops.learn(at, o, blocks, records, stride, scratch, x, y, active, count);
+  });
 }
 
 }  // namespace

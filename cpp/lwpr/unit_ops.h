@@ -8,11 +8,18 @@
 
 namespace sdftrack {
 
-// The blocks that a sample must visit: all of them, or a list in ascending order.
-struct BlockList {
+// The fields that a sample looks at: 0 to count - 1, or a list in ascending order.
+struct FieldList {
   const double* blocks;
-  const int* list;  // nullptr: 0 to count - 1
+  const int* list;  // nullptr: all
   int count;
+};
+
+// The fields that a sample activates, in ascending order, and how much. Room for a whole block more than
+// there are fields.
+struct ActiveFields {
+  int* index;
+  double* w;
 };
 
 struct FieldSums {
@@ -20,13 +27,13 @@ struct FieldSums {
 };
 
 struct UnitOps {
-  // Fields with q = -2 log w below q_max, in ascending order, and their activations. Room for a whole block
-  // more.
-  int (*active)(const FieldLayout&, const BlockList&, const double* x, double q_max, int* index, double* w);
-  FieldSums (*predict)(const FieldLayout&, const BlockList&, const double* x, double q_max);
-  // A sample to one field. True where another projection is wanted.
-  bool (*learn)(const FieldLayout&, const FieldSettings&, double* lane, double* record, double* scratch,
-                const double* x, double y, double w);
+  // Fields with q = -2 log w below q_max. Returns how many there are.
+  int (*active)(const FieldLayout&, const FieldList&, const double* x, double q_max, const ActiveFields&);
+  FieldSums (*predict)(const FieldLayout&, const FieldList&, const double* x, double q_max,
+                       const ActiveFields&);
+  // A sample to the `count` fields that it activates. True where one of them wants another projection.
+  bool (*learn)(const FieldLayout&, const FieldSettings&, double* blocks, double* records, long record_stride,
+                double* scratch, const double* x, double y, const ActiveFields&, int count);
 
   // Defined in unit_*.cpp.
   static const UnitOps baseline, avx2, avx512;

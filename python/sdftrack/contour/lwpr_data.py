@@ -29,7 +29,7 @@ def inputs(x: ArrayLike, n_in: int | None, name: str = "x") -> tuple[Array, bool
     Raises
     ------
     TypeError, ValueError
-        No numbers; a wrong shape; a number that is not finite.
+        No numbers; a wrong shape. (The core refuses what is not finite.)
     """
     rows = numbers(x, name)
     single = rows.ndim == 1
@@ -39,15 +39,14 @@ def inputs(x: ArrayLike, n_in: int | None, name: str = "x") -> tuple[Array, bool
     if rows.ndim != 2 or rows.shape[1] == 0 or (n_in is not None and rows.shape[1] != n_in):
         hint = "; for samples of one input use x[:, None]" if single and n_in == 1 else ""
         raise ValueError(f"{name}: expected ({n},) or (N, {n}), got {np.shape(x)}{hint}")
-    _finite(rows, name)
     return rows, single
 
 
 def samples(x: ArrayLike, y: ArrayLike, n_in: int | None, n_out: int | None) -> Samples:
     """Inputs with their outputs; see `sdftrack.LWPR.update` for the shapes."""
     rows, single = inputs(x, n_in)
-    values = numbers(y, "y")
-    shape = values.shape
+    shape = np.shape(y)
+    values = numbers(y, "y").reshape(shape)  # a number stays without an axis
     flat = values.ndim == (0 if single else 1)
     if flat:
         values = values.reshape(-1, 1)
@@ -59,7 +58,6 @@ def samples(x: ArrayLike, y: ArrayLike, n_in: int | None, n_out: int | None) -> 
         raise ValueError(f"y: expected {expected}, got {shape} beside x {np.shape(x)}")
     if len(values) != len(rows):
         raise ValueError(f"y: expected as many samples as x, {len(rows)}, got {len(values)}")
-    _finite(values, "y")
     return Samples(rows, values, flat)
 
 
@@ -85,6 +83,7 @@ def norms(norm: Any, data: Array, name: str) -> Array:
                 f'{name}: "auto" takes standard deviations from the first data, which needs at least 2 samples, '
                 f"got {len(data)}; begin with more, or give {name} as numbers"
             )
+        _finite(data, "x" if name == "norm_in" else "y")
         sd = data.std(axis=0)
         return np.where(sd > 0, sd, 1.0)
     given = np.asarray(norm, np.float64)

@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 SS_FLOOR = 1e-10  # of the sum of squared projections: nothing is divided by 0
 MOST_LEVERAGE = 0.9  # beyond it a sample alone decides the regression, and leaving it out means nothing
 MOST_STEP = 0.1  # of M_ii, that an entry of row i of M may move in a step
+METRIC_AFTER = 20  # samples per input, after which the metric is learnt: steps go with 1 / sum of weights
 JUDGE_AFTER = 10  # samples per input, after which the newest projection is judged
 MOST_LOG_RATE = 50.0  # of a learnt rate: exp must stay finite
 
@@ -29,14 +30,14 @@ class Options:
 
     w_gen: float = 0.2
     w_prune: float = 0.95
-    w_cutoff: float = 0.001
+    w_cutoff: float = 0.01
     init_D: Array = field(default_factory=lambda: 25.0 * np.eye(1))
     diagonal: bool = False
     update_D: bool = True
-    init_alpha: float = 50.0
+    init_alpha: float = 200.0
     meta: bool = False
     meta_rate: float = 1.0
-    penalty: float = 1e-6
+    penalty: float = 1e-8
     add_threshold: float = 0.5
     init_lambda: float = 0.999
     final_lambda: float = 0.99999
@@ -122,7 +123,7 @@ class Field:
         self.H[:t] = lam * self.H[:t] + w * e_cv / (1 - h) * s
         self.Rm[:t, :t] = lam * self.Rm[:t, :t] + w**2 * e_cv**2 / (1 - h) * np.outer(s, s)
         self.SSp = lam * self.SSp + w * h
-        if self.options.update_D:
+        if self.options.update_D and self.n_data >= METRIC_AFTER * len(x):
             slope = loo_slope(e, h, Ps, self.E, self.WJ, self.H[:t], self.Rm[:t, :t])
             curve = (2 * e * e_cv * float(s @ Ps) - 2 * slope) / self.WJ
             self._step(x, w, slope, curve)
@@ -133,11 +134,8 @@ class Field:
         gradient = used * metric_gradient(self.M, x - self.center, w, slope, o.penalty, self.WJ)
         if o.meta:
             self._adapt_rates(x - self.center, w, slope, curve, gradient)
-        step = -self.alpha * gradient
-        too_far = np.abs(step) > MOST_STEP * np.diag(self.M)[:, None]
-        self.alpha[too_far] *= 0.5
-        self.log_alpha[too_far] = np.log(self.alpha[too_far])
-        self.M = self.M + np.where(too_far, 0.0, step)
+        most = MOST_STEP * np.diag(self.M)[:, None]
+        self.M = self.M + np.clip(-self.alpha * gradient, -most, most)
 
     def _adapt_rates(self, d: Array, w: float, slope: float, curve: float, gradient: Array) -> None:
         """Learning rates that learn (eq. 10): Sutton's incremental delta-bar-delta with second derivatives."""

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// Which fields may be active at a place: a grid over at most three inputs, each cell with the fields whose
+// reach meets it. It leaves out only fields that are surely below the cutoff, so answers are those of looking
+// at all.
+#pragma once
+
+#include <vector>
+
+namespace sdftrack {
+
+// Where a field is and how far it reaches along each input, at the cutoff.
+struct FieldReach {
+  const double* center;
+  const double* half;
+};
+
+class LwprSearch {
+ public:
+  struct Fields {
+    const int* list;  // in ascending order
+    int count;
+  };
+
+  bool ready() const { return ready_; }
+  void forget() { ready_ = false; }
+  // `reaches`: of fields 0, 1, 2, ... of n inputs.
+  void build(int n, const std::vector<FieldReach>& reaches);
+  // One more field, or one that reaches farther than it did. False where it leaves the grid: build again
+  // then.
+  bool add(int field, const FieldReach& reach);
+  // None outside the grid, for all lie inside.
+  Fields near(const double* x) const {
+    std::size_t cell = 0;
+    for (int a = 0; a < axes_; ++a) {
+      const double at = (x[axis_[a]] - origin_[a]) * per_cell_[a];
+      if (!(at >= 0 && at < cells_[a])) return {nullptr, 0};
+      cell = cell * static_cast<std::size_t>(cells_[a]) + static_cast<std::size_t>(at);
+    }
+    const std::vector<int>& fields = lists_[cell];
+    return {fields.data(), static_cast<int>(fields.size())};
+  }
+
+ private:
+  void choose_axes(int n, const std::vector<FieldReach>& reaches);
+  bool range(int a, const FieldReach& reach, int* first, int* last) const;
+
+  bool ready_ = false;
+  int axes_ = 0, axis_[3] = {}, cells_[3] = {1, 1, 1};
+  double origin_[3] = {}, per_cell_[3] = {};
+  std::vector<std::vector<int>> lists_;
+};
+
+}  // namespace sdftrack
