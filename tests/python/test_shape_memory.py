@@ -91,7 +91,7 @@ def test_a_whole_silhouette_stays_as_it_is(memory, cat):
 
 def test_hidden_and_whole_silhouettes_are_told_apart(memory, cat):
     answers = asked(memory, cases(cat[FRAMES // 2 :: 3], (0.0, 0.1, 0.3, 0.5, 0.7), "rectangle"))
-    found = detection(answers, memory.threshold)
+    found = detection(answers)
     assert found.average_precision > KNOWN_AP
     assert found.f1 > CALLED_RIGHT
     assert found.f1 > found.best - 0.03
@@ -99,7 +99,7 @@ def test_hidden_and_whole_silhouettes_are_told_apart(memory, cat):
 
 def test_the_printed_rule_tells_shapes_that_it_has_learnt_from_hidden_ones(cat):
     memory = learnt(cat, rule="printed", n_inputs=2)
-    found = detection(asked(memory, cases(cat[::4], (0.0, 0.2, 0.4), "rectangle")), memory.threshold)
+    found = detection(asked(memory, cases(cat[::4], (0.0, 0.2, 0.4), "rectangle")))
     assert found.f1 > found.best - 0.03
     assert found.average_precision > 0.85  # a guess has 0.67; measured 0.92
 
@@ -353,6 +353,15 @@ def test_bad_masks_are_refused_and_change_nothing(memory, ask, mask, error, word
     assert memory.n_learnt == before
 
 
+@pytest.mark.parametrize("ask", ["learn", "assess"])
+def test_a_memory_that_another_thread_is_using_says_so(cat, ask):
+    memory = learnt(cat[:5])
+    with memory._alone(), pytest.raises(RuntimeError, match="in use by another thread"):
+        getattr(memory, ask)(cat[0])
+    assert memory.n_learnt == 5
+    getattr(memory, ask)(cat[0])  # the lock is given back
+
+
 def test_what_vanishes_on_the_grid_is_refused():
     speck = np.zeros((2000, 2000), bool)
     speck[3, 3] = True
@@ -427,8 +436,8 @@ def test_precision_and_recall_of_a_case_done_by_hand():
     def answer(share, error, judgement="occluded"):
         return Answer(share, 1.0, 1.0, error, judgement, 0.0)
 
-    answers = [answer(0.3, 4.0), answer(0.0, 3.0), answer(0.5, 2.0), answer(0.5, 9.0, "novel")]
-    found = detection(answers, 2.5)
+    answers = [answer(0.3, 4.0), answer(0.0, 3.0), answer(0.5, 2.0, "unoccluded"), answer(0.5, 9.0, "novel")]
+    found = detection(answers)
     # In order of error: right, wrong, right; the novel one is never called. Recall 1/3, 1/3, 2/3.
     np.testing.assert_allclose(found.precision, [1, 1 / 2, 2 / 3])
     np.testing.assert_allclose(found.recall, [1 / 3, 1 / 3, 2 / 3])

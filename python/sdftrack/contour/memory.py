@@ -4,6 +4,9 @@
 from __future__ import annotations
 
 import os
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -94,6 +97,7 @@ class ShapeMemory:
 
     def _start(self) -> None:
         o = self._options
+        self._lock = threading.Lock()
         self._shape: tuple[int, int] | None = None
         self._learnt = 0
         self._calibrated, self._squares = 0, 0.0
@@ -123,12 +127,13 @@ class ShapeMemory:
         """
         given = self._checked(mask)
         on_grid = self._on_grid(given)
-        if self._shapes is not None:
-            self._learn_shape(self._shapes, on_grid)
-        elif self._regression is not None:
-            self._regression.learn(self._code(on_grid))
-        self._shape = given.shape
-        self._learnt += 1
+        with self._alone():
+            if self._shapes is not None:
+                self._learn_shape(self._shapes, on_grid)
+            elif self._regression is not None:
+                self._regression.learn(self._code(on_grid))
+            self._shape = given.shape
+            self._learnt += 1
 
     def _learn_shape(self, shapes: RememberedShapes, on_grid: Mask) -> None:
         if shapes.count >= FIRST and self._calibrated < self._options.calibrate_on:
@@ -173,7 +178,7 @@ class ShapeMemory:
         TypeError, ValueError
             As `learn`.
         RuntimeError
-            Nothing has been learnt.
+            Nothing has been learnt; another thread is using the memory.
         """
         given = self._checked(mask)
         if self._learnt == 0:
@@ -181,15 +186,18 @@ class ShapeMemory:
                 "memory: nothing has been learnt; call learn(mask) with whole silhouettes first"
             )
         on_grid = self._on_grid(given)
-        if self._shapes is not None:
-            return self._remembered(self._shapes, given, on_grid)
-        assert self._regression is not None
-        return self._printed(self._regression, given, on_grid)
+        with self._alone():
+            if self._shapes is not None:
+                return self._remembered(self._shapes, given, on_grid)
+            assert self._regression is not None
+            return self._printed(self._regression, given, on_grid)
 
     def _remembered(self, shapes: RememberedShapes, given: Mask, on_grid: Mask) -> Assessment:
         said = shapes.explain(on_grid)
         threshold = self.threshold
-        judgement: Judgement = "occluded" if said.missing >= threshold else "unoccluded"
+        # Slivers that may be another pose raise the error, but where nothing is to be recovered nothing is occluded.
+        occluded = said.missing >= threshold and said.hidden.any()
+        judgement: Judgement = "occluded" if occluded else "unoccluded"
         if self._is_novel(said, on_grid):
             judgement = "novel"
         completed = given | self._back(said.hidden, given.shape)
@@ -298,6 +306,16 @@ class ShapeMemory:
         self._shape = (height, width) if height else None
         engine: Any = self._shapes if self._shapes is not None else self._regression
         engine.restore(state)
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """One call at a time, or an error at once where another thread is inside."""
+        if not self._lock.acquire(blocking=False):
+            raise RuntimeError("this shape memory is in use by another thread; make one memory per thread")
+        try:
+            yield
+        finally:
+            self._lock.release()
 
     # Between the caller's masks and the memory's grid
 

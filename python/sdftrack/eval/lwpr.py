@@ -102,7 +102,12 @@ def measure(
 
 
 def _table(
-    title: str, cases: dict[str, dict[str, Any]], make: Any, places: Array, truth: Array, a: argparse.Namespace
+    title: str,
+    cases: dict[str, dict[str, Any]],
+    make: Any,
+    places: Array,
+    truth: Array,
+    a: argparse.Namespace,
 ) -> dict[str, Any]:
     rows: dict[str, Any] = {}
     cells = []
@@ -123,7 +128,16 @@ def _table(
             f"{row['fields']:.0f}", f"{row['within_percent']:.0f} %", f"{row['update_us']:.2f}",
             f"{row['predict_us']:.2f}",
         ])  # fmt: skip
-    head = ["settings", "nMSE", "worst run", "worst output", "fields", "in 1.96 sd", "update us", "predict us"]
+    head = [
+        "settings",
+        "nMSE",
+        "worst run",
+        "worst output",
+        "fields",
+        "in 1.96 sd",
+        "update us",
+        "predict us",
+    ]
     print(text_table(title, head, cells))
     for name, options in cases.items():
         print(f"  {name}: {', '.join(f'{k}={v}' for k, v in options.items())}")

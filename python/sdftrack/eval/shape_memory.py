@@ -81,13 +81,13 @@ def detection_row(learn: Mask, ask: Mask) -> dict[str, float]:
     for name, rule in RULES.items():
         memory = learnt(learn, rule=rule)
         answers = asked(memory, what)
-        gated = detection(answers, memory.threshold)
+        gated = detection(answers)
         free = [dataclasses.replace(a, judgement="occluded") for a in answers]
-        row[name] = detection(free, memory.threshold).average_precision
+        row[name] = detection(free).average_precision
         row[f"{name} gated"] = gated.average_precision
         row[f"{name} F1"], row[f"{name} best F1"] = gated.f1, gated.best
     for name in BASELINES:
-        row[name] = detection(baseline(name, learn, what), 0.0).average_precision
+        row[name] = detection(baseline(name, learn, what)).average_precision
     return row
 
 
@@ -187,7 +187,7 @@ def _print(found: dict[str, dict[str, dict[str, float]]]) -> None:
     print(_table(title, found["recovery"], columns))
     title = "Rectangles hide 10 to 80 %, and whole masks: average precision of the error alone"
     print(_table(title, found["detection"], ["memory", "LWPR", *plain]))
-    title = "The same, novel counting as not occluded; F1 at the memory's own threshold and the curve's best"
+    title = "The same, novel counting as not occluded; F1 of the judgements and the best of the curve"
     print(_table(title, found["detection"], [f"{n} {c}" for n in RULES for c in ("gated", "F1", "best F1")]))
     title = (
         "Fences that hide 30 to 50 %, a disc inside alone: novel, whole, overlap if occluded, worse than seen"

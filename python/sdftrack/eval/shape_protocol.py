@@ -58,7 +58,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Detection:
-    """Precision and recall over all thresholds; `f1` at the memory's own, `best` the highest of the curve."""
+    """Precision and recall over all thresholds; `f1` and `at` are those of the judgements."""
 
     average_precision: float
     f1: float
@@ -155,8 +155,8 @@ def baseline(
     return _answers(ask, what)
 
 
-def detection(answers: list[Answer], threshold: float) -> Detection:
-    """Precision-recall of "occluded", by the error; "novel" counts as not occluded, however large the error."""
+def detection(answers: list[Answer]) -> Detection:
+    """Precision-recall by the error, where "novel" counts as not occluded however large it is; F1 of the judgements."""
     score = np.array([-1.0 if a.judgement == "novel" else a.error for a in answers])
     hidden = np.array([a.share > 0 for a in answers])
     order = np.argsort(-score, kind="stable")
@@ -168,7 +168,7 @@ def detection(answers: list[Answer], threshold: float) -> Detection:
     p, r = precision[ends], recall[ends]
     average = float(np.sum(np.diff(np.append(0, r)) * p))
     f = 2 * p * r / np.maximum(p + r, 1e-12)
-    now = score >= threshold
+    now = np.array([a.judgement == "occluded" for a in answers])
     p_now = (now & hidden).sum() / max(1, now.sum())
     r_now = (now & hidden).sum() / hidden.sum()
     f_now = 2 * p_now * r_now / max(1e-12, p_now + r_now)

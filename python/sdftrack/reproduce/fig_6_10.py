@@ -69,7 +69,7 @@ def _level(way: str, per_set: list[tuple[list[Answer], float]]) -> dict[str, Any
     here = int(np.argmin(np.abs(np.log(FACTORS))))
     return {
         "way": way, "precision": p.tolist(), "recall": r.tolist(), "here": here,
-        "average_precision": float(np.mean([detection(a, t).average_precision for a, t in per_set])),
+        "average_precision": float(np.mean([detection(a).average_precision for a, _ in per_set])),
         "f1": float(f1[here]), "best_f1": float(f1.max()),
         "near": bool(f1[here] >= f1.max() - NEAR_BEST),
         "novel": float(np.mean([x.judgement == "novel" for a, _ in per_set for x in a])),
