@@ -13,12 +13,12 @@ struct LwprOptions {
   double w_cutoff = 0.01;  // activations below it count as 0
   // Where a metric starts: one number, one for each input, or n_in x n_in of them row by row.
   std::vector<double> init_D = {25};
-  bool diagonal = false;    // the metric stays diagonal
-  bool update_D = true;     // the metric is learnt
-  double init_alpha = 200;  // its learning rate
-  bool meta = false;        // learning rates are learnt as well
-  double meta_rate = 1;     // how fast
-  double penalty = 1e-8;    // gamma of eq. 6.13: against ever smaller fields
+  bool diagonal = false;   // the metric stays diagonal
+  bool update_D = true;    // the metric is learnt
+  double init_alpha = 50;  // its learning rate
+  bool meta = false;       // learning rates are learnt as well
+  double meta_rate = 1;    // how fast
+  double penalty = 1e-8;   // gamma of eq. 6.13: against ever smaller fields
   double add_threshold =
       0.5;  // phi: another projection where the last one left less than this share of the error
   double init_lambda = 0.999;  // forgetting: at first, in the end, and how it goes there

@@ -38,15 +38,17 @@ def inputs(x: ArrayLike, n_in: int | None, name: str = "x") -> tuple[Array, bool
     n = "n_in" if n_in is None else n_in
     if rows.ndim != 2 or rows.shape[1] == 0 or (n_in is not None and rows.shape[1] != n_in):
         hint = "; for samples of one input use x[:, None]" if single and n_in == 1 else ""
-        raise ValueError(f"{name}: expected ({n},) or (N, {n}), got {np.shape(x)}{hint}")
+        raise ValueError(f"{name}: expected ({n},) or (N, {n}), got {rows.shape[1:] if single else rows.shape}{hint}")
     return rows, single
 
 
 def samples(x: ArrayLike, y: ArrayLike, n_in: int | None, n_out: int | None) -> Samples:
     """Inputs with their outputs; see `sdftrack.LWPR.update` for the shapes."""
     rows, single = inputs(x, n_in)
-    shape = np.shape(y)
-    values = numbers(y, "y").reshape(shape)  # a number stays without an axis
+    values = numbers(y, "y")
+    if np.asarray(y).ndim == 0:
+        values = values.reshape(())  # a number stays without an axis
+    shape = values.shape
     flat = values.ndim == (0 if single else 1)
     if flat:
         values = values.reshape(-1, 1)
@@ -55,7 +57,7 @@ def samples(x: ArrayLike, y: ArrayLike, n_in: int | None, n_out: int | None) -> 
     m: Any = "n_out" if n_out is None else n_out
     if values.ndim != 2 or values.shape[1] == 0 or (n_out is not None and values.shape[1] != n_out):
         expected = f"a number or ({m},)" if single else f"(N,) for one output, or (N, {m})"
-        raise ValueError(f"y: expected {expected}, got {shape} beside x {np.shape(x)}")
+        raise ValueError(f"y: expected {expected}, got {shape} beside x {rows.shape[1:] if single else rows.shape}")
     if len(values) != len(rows):
         raise ValueError(f"y: expected as many samples as x, {len(rows)}, got {len(values)}")
     return Samples(rows, values, flat)

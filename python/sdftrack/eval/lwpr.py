@@ -37,8 +37,8 @@ CROSS: dict[str, dict[str, Any]] = {
     "metric fixed, fine": {"init_D": 800, "w_cutoff": 0.1, "update_D": False},
 }
 SURFACE: dict[str, dict[str, Any]] = {
-    "diagonal metric learnt": {"init_D": 20, "diagonal": True, "w_cutoff": 0.02},
-    "full metric learnt": {"init_D": 10, "w_cutoff": 0.02},
+    "diagonal metric learnt": {"init_D": 20, "diagonal": True, "w_cutoff": 0.02, "init_alpha": 200},
+    "full metric learnt": {"init_D": 10, "w_cutoff": 0.02, "init_alpha": 200},
     "metric fixed": {"init_D": 20, "w_cutoff": 0.02, "diagonal": True, "update_D": False},
 }
 

@@ -34,7 +34,7 @@ class Options:
     init_D: Array = field(default_factory=lambda: 25.0 * np.eye(1))
     diagonal: bool = False
     update_D: bool = True
-    init_alpha: float = 200.0
+    init_alpha: float = 50.0
     meta: bool = False
     meta_rate: float = 1.0
     penalty: float = 1e-8

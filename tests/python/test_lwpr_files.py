@@ -1,0 +1,318 @@
+# SPDX-License-Identifier: MIT
+"""Regression by local models: files, copies, wrong input, and what scikit-learn's tools ask for."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+
+
+def data(count=400, n_out=1):
+    rng = np.random.default_rng(0)
+    x = rng.uniform(-1, 1, (count, 2))
+    y = np.stack([np.sin(3 * x[:, 0]) + (k + 1) * x[:, 1] for k in range(n_out)], axis=1)
+    return x, y
+
+
+@pytest.fixture
+def model():
+    return st.LWPR(init_D=[30, 20], norm_in="auto", meta=True).update(*data(n_out=2))
+
+
+def as_saved(model, tmp_path):
+    model.save(tmp_path / "model.lwpr")
+    return st.LWPR.load(tmp_path / "model.lwpr")
+
+
+# Files and copies
+
+
+@pytest.mark.parametrize(
+    "again",
+    [as_saved, lambda m, _: pickle.loads(pickle.dumps(m)), lambda m, _: copy.deepcopy(m), lambda m, _: m.copy()],
+    ids=["saved", "pickled", "deepcopy", "copy"],
+)
+def test_a_copy_is_equal_and_goes_on_in_the_same_way(model, tmp_path, again):
+    other = again(model, tmp_path)
+    assert other == model
+    x, y = data(900, n_out=2)
+    model.update(x[400:], y[400:])
+    assert other != model  # it is a model of its own
+    other.update(x[400:], y[400:])
+    assert other == model
+    np.testing.assert_array_equal(other.predict(x), model.predict(x))
+
+
+def test_a_model_without_data_can_be_saved(tmp_path):
+    empty = st.LWPR(2, w_gen=0.3)
+    other = as_saved(empty, tmp_path)
+    assert other == empty
+    assert repr(other) == "LWPR(n_in=2, n_out=None, nothing learnt)"
+
+
+def test_models_with_other_options_or_data_are_not_equal(model):
+    assert st.LWPR() == st.LWPR()
+    assert st.LWPR() != st.LWPR(w_gen=0.3)
+    assert st.LWPR(init_D=[1, 2]) != st.LWPR(init_D=[1, 3])
+    assert model != st.LWPR()
+    assert model != 3
+
+
+def test_a_file_that_is_cut_off_anywhere_is_refused(model, tmp_path):
+    path = tmp_path / "model.lwpr"
+    model.save(path)
+    whole = path.read_bytes()
+    for size in [*range(0, 40), *range(40, len(whole), 997), len(whole) - 1]:
+        path.write_bytes(whole[:size])
+        with pytest.raises(ValueError, match=r"model\.lwpr: expected a file of LWPR\.save"):
+            st.LWPR.load(path)
+
+
+def test_a_file_with_a_wrong_byte_is_refused(model, tmp_path):
+    path = tmp_path / "model.lwpr"
+    model.save(path)
+    whole = path.read_bytes()
+    for at in range(0, len(whole), 331):
+        path.write_bytes(whole[:at] + bytes([whole[at] ^ 0x10]) + whole[at + 1 :])
+        with pytest.raises(ValueError, match=r"model\.lwpr: expected a file of LWPR\.save"):
+            st.LWPR.load(path)
+
+
+def test_the_core_refuses_bytes_that_are_no_model(model):
+    state = model.__getstate__()
+    core = state["core"]
+    for bad in (core[:-8], core[8:], core + b"12345678", b"x" * 100, core[:24]):
+        state["core"] = bad
+        with pytest.raises(ValueError, match=r"expected what LWPR\.save wrote"):
+            model.copy().__setstate__(state)
+
+
+def test_files_that_are_not_there_or_something_else(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no such file"):
+        st.LWPR.load(tmp_path / "none")
+    (tmp_path / "text").write_text("hello")
+    with pytest.raises(ValueError, match="got something else"):
+        st.LWPR.load(tmp_path / "text")
+    with pytest.raises(FileNotFoundError, match="folder"):
+        st.LWPR().save(tmp_path / "none" / "model")
+
+
+# Wrong input
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("w_gen", 0), ("w_gen", 1.0), ("w_gen", float("nan")), ("w_prune", 0.1), ("w_prune", 1.1), ("w_cutoff", 0.0),
+        ("w_cutoff", 0.5), ("init_alpha", 0), ("meta_rate", -1), ("penalty", -1e-9), ("add_threshold", 1.5),
+        ("init_lambda", 0), ("final_lambda", 1.5), ("tau_lambda", -0.1), ("init_D", []), ("norm_in", 0),
+        ("norm_out", [1.0, -1.0]), ("norm_in", "sd"), ("threads", -1), ("n_in", 0), ("n_out", 1.5),
+    ],
+)  # fmt: skip
+def test_an_option_out_of_range_is_refused_by_name(option, value):
+    with pytest.raises(ValueError, match=f"^{option}: expected"):
+        st.LWPR(**{option: value})
+
+
+@pytest.mark.parametrize(
+    ("option", "value"), [("w_gen", "much"), ("diagonal", "yes"), ("init_D", "x"), ("norm_in", [None])]
+)
+def test_an_option_of_the_wrong_kind_is_refused_by_name(option, value):
+    with pytest.raises(TypeError, match=f"^{option}: expected"):
+        st.LWPR(**{option: value})
+
+
+@pytest.mark.parametrize(
+    "init_D", [-1, [1, -1], [1, 2, 3], [[1, 2], [2, 1]], [[1, 2], [0, 1]], [np.inf, 1], [[1, 0.5], [0.5, 1]]]
+)
+def test_a_metric_that_is_none_of_the_inputs_is_refused(init_D):
+    diagonal = np.ndim(init_D) == 2 and np.allclose(init_D, [[1, 0.5], [0.5, 1]])
+    with pytest.raises(ValueError, match="^init_D: expected"):
+        st.LWPR(init_D=init_D, diagonal=diagonal).update([0.0, 0.0], 1.0)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("where", ["x", "y"])
+def test_a_sample_that_is_not_finite_is_refused_and_changes_nothing(model, bad, where):
+    before = model.copy()
+    x, y = data(50, n_out=2)
+    (x if where == "x" else y)[30, 1] = bad
+    with pytest.raises(ValueError, match=f"^{where}: expected finite numbers.*sample 30.*as it was"):
+        model.update(x, y)
+    assert model == before
+    with pytest.raises(ValueError, match=f"^{where}: expected finite"):
+        st.LWPR(norm_in="auto", norm_out="auto").update(x, y)
+    if where == "x":
+        for ask in (model.predict, model.activations):
+            with pytest.raises(ValueError, match="^x: expected finite"):
+                ask(x)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "name"),
+    [
+        (np.zeros((3, 3)), np.zeros((3, 2)), "x"), (np.zeros(3), np.zeros(2), "x"), (np.zeros((2, 2, 2)), [0, 0], "x"),
+        (0.5, 1.0, "x"), (np.zeros((3, 2)), np.zeros((3, 3)), "y"), (np.zeros((3, 2)), np.zeros((4, 2)), "y"),
+        (np.zeros((3, 2)), np.zeros(3), "y"), (np.zeros(2), 1.0, "y"), (np.zeros(2), np.zeros(3), "y"),
+    ],
+)  # fmt: skip
+def test_a_wrong_shape_is_refused_by_name(model, x, y, name):
+    before = model.copy()
+    with pytest.raises(ValueError, match=f"^{name}: expected"):
+        model.update(x, y)
+    assert model == before
+
+
+@pytest.mark.parametrize("bad", ["text", None, [[1, 2], [3]], np.array([1j, 2]), object()])
+def test_what_is_no_numbers_is_refused_by_name(model, bad):
+    with pytest.raises(TypeError, match="^x: expected an array of numbers"):
+        model.update(bad, [1.0, 2.0])
+    with pytest.raises(TypeError, match="^x: expected an array of numbers"):
+        model.predict(bad)
+
+
+def test_samples_of_one_input_given_flat_are_refused_with_the_way_out():
+    with pytest.raises(ValueError, match=r"use x\[:, None\]"):
+        st.LWPR(1).update(np.zeros(5), np.zeros(5))
+
+
+@pytest.mark.parametrize("ask", ["predict", "activations"])
+def test_nothing_is_predicted_before_anything_is_learnt(ask):
+    with pytest.raises(ValueError, match="nothing has been learnt yet; call update or fit"):
+        getattr(st.LWPR(2), ask)([0.0, 0.0])
+    with pytest.raises(ValueError, match="nothing has been learnt yet"):
+        _ = st.LWPR().training_error
+
+
+def test_auto_needs_more_than_one_sample():
+    with pytest.raises(ValueError, match='norm_in: "auto".*at least 2 samples, got 1'):
+        st.LWPR(norm_in="auto").update([0.0, 0.0], 1.0)
+
+
+def test_an_empty_batch_changes_nothing(model):
+    before = model.copy()
+    model.update(np.zeros((0, 2)), np.zeros((0, 2)))
+    assert model == before
+    assert model.predict(np.zeros((0, 2))).shape == (0, 2)
+
+
+def test_words_and_devices_that_do_not_exist(model):
+    with pytest.raises(ValueError, match="device: expected one of"):
+        model.predict([0.0, 0.0], device="tpu")
+
+
+# Shapes that come back
+
+
+def test_predictions_have_the_shape_of_the_outputs():
+    x, y = data(n_out=1)
+    flat, column = st.LWPR().update(x, y[:, 0]), st.LWPR().update(x, y)
+    assert isinstance(flat.predict(x[0]), float)
+    assert flat.predict(x).shape == (400,)
+    assert column.predict(x[0]).shape == (1,)
+    assert column.predict(x).shape == (400, 1)
+    one = st.LWPR().update(x[0], float(y[0, 0]))
+    assert isinstance(one.predict(x[0]), float)
+    assert st.LWPR().update(x[0], y[0]).predict(x[0]).shape == (1,)
+    mean, sd = column.predict(x[0], return_std=True)
+    assert mean.shape == sd.shape == (1,)
+
+
+def test_fields_are_records_that_cannot_be_written(model):
+    field = model.fields[-1]
+    assert field.output == 1
+    assert len(model.fields) == sum(model.n_fields)
+    assert field.D.shape == (2, 2)
+    assert "LWPRField(output=1" in repr(field)
+    with pytest.raises(AttributeError):
+        field.value = 3.0
+    with pytest.raises(ValueError, match="read-only"):
+        field.center[0] = 1
+    assert st.LWPR().fields == []
+
+
+def test_the_repr_is_one_short_line(model):
+    assert repr(model).startswith("LWPR(n_in=2, n_out=2, 400 samples, fields: ")
+    assert len(repr(model)) < 100
+
+
+# scikit-learn's interface
+
+
+def test_fit_begins_anew_and_partial_fit_goes_on():
+    x, y = data()
+    fitted = st.LWPR().update(x[:100], y[:100]).fit(x, y)
+    assert fitted == st.LWPR().update(x, y)
+    assert st.LWPR().partial_fit(x[:100], y[:100]).partial_fit(x[100:], y[100:]) == fitted
+    assert fitted.n_features_in_ == 2
+    before = fitted.copy()
+    with pytest.raises(ValueError, match="expected"):
+        fitted.fit(x, y[:3])
+    assert fitted == before
+
+
+def test_score_is_r_squared():
+    x, y = data(2000)
+    model = st.LWPR(init_D=20).fit(x, y)
+    r2 = 1 - np.sum((y - model.predict(x)) ** 2) / np.sum((y - y.mean()) ** 2)
+    assert model.score(x, y) == pytest.approx(r2)
+    assert model.score(x, y, sample_weight=np.ones(2000)) == pytest.approx(r2)
+    with pytest.raises(ValueError, match="^y: expected"):
+        model.score(x, y[:, 0])
+
+
+def test_parameters_are_read_and_changed_by_name():
+    model = st.LWPR(w_gen=0.3)
+    assert model.get_params()["w_gen"] == 0.3
+    assert model.set_params(w_gen=0.4, diagonal=True).w_gen == 0.4
+    with pytest.raises(ValueError, match="no parameter 'w_ge'"):
+        model.set_params(w_ge=0.1)
+    with pytest.raises(ValueError, match="w_gen"):
+        model.set_params(penalty=1.0, w_gen=3)
+    assert (model.w_gen, model.penalty) == (0.4, st.LWPR().penalty)
+
+
+def test_it_works_in_scikit_learns_pipeline_and_search():
+    pytest.importorskip("sklearn", reason="scikit-learn is not installed; it is not needed")
+    from sklearn.base import clone
+    from sklearn.model_selection import GridSearchCV
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import StandardScaler
+
+    x, y = data(600)
+    search = GridSearchCV(
+        make_pipeline(StandardScaler(), st.LWPR(threads=1)), {"lwpr__init_D": [1.0, 10.0]}, cv=3
+    )
+    search.fit(x, y[:, 0])
+    assert search.best_score_ > 0.9
+    assert clone(st.LWPR(init_D=3.0)).init_D == 3.0
+
+
+# scikit-learn's own checks that do not hold, and why.
+WORDS = "refused, in other words than scikit-learn's"
+NOT_HELD = {
+    "check_do_not_raise_errors_in_init_or_set_params": "wrong options are refused at once, not at the first fit",
+    "check_fit2d_predict1d": "(n_in,) is one sample, by the documented interface",
+    "check_dtype_object": "arrays of objects are not converted silently",
+    "check_n_features_in_after_fitting": WORDS,
+    "check_complex_data": WORDS,
+    "check_estimators_empty_data_messages": WORDS,
+    "check_estimator_sparse_tag": WORDS,
+    "check_estimator_sparse_array": WORDS,
+    "check_estimator_sparse_matrix": WORDS,
+    "check_fit2d_1sample": WORDS,
+    "check_requires_y_none": WORDS,
+}
+
+
+@pytest.mark.filterwarnings("ignore")  # it warns that the class is not derived from its own
+def test_scikit_learns_own_checks_pass():
+    pytest.importorskip("sklearn", reason="scikit-learn is not installed; it is not needed")
+    from sklearn.utils.estimator_checks import check_estimator
+
+    results = check_estimator(st.LWPR(norm_in="auto", threads=1), on_fail=None, expected_failed_checks=NOT_HELD)
+    failed = {r["check_name"]: str(r["exception"])[:200] for r in results if r["status"] == "failed"}
+    assert failed == {}
