@@ -178,9 +178,7 @@ def test_the_cross_is_learnt_as_well_as_is_wanted():
 
 def test_five_outputs_on_a_surface_in_ten_dimensions_are_learnt():
     places, truth = cases.surface_data(10_000, 2000)
-    run = cases.measure(
-        cases.surface_data, places, truth, cases.SURFACE["diagonal metric learnt"], 0, 1
-    )
+    run = cases.measure(cases.surface_data, places, truth, cases.SURFACE["diagonal metric learnt"], 0, 1)
     assert max(run["nmse"]) <= 0.02
 
 

@@ -32,7 +32,12 @@ def as_saved(model, tmp_path):
 
 @pytest.mark.parametrize(
     "again",
-    [as_saved, lambda m, _: pickle.loads(pickle.dumps(m)), lambda m, _: copy.deepcopy(m), lambda m, _: m.copy()],
+    [
+        as_saved,
+        lambda m, _: pickle.loads(pickle.dumps(m)),
+        lambda m, _: copy.deepcopy(m),
+        lambda m, _: m.copy(),
+    ],
     ids=["saved", "pickled", "deepcopy", "copy"],
 )
 def test_a_copy_is_equal_and_goes_on_in_the_same_way(model, tmp_path, again):
@@ -313,6 +318,8 @@ def test_scikit_learns_own_checks_pass():
     pytest.importorskip("sklearn", reason="scikit-learn is not installed; it is not needed")
     from sklearn.utils.estimator_checks import check_estimator
 
-    results = check_estimator(st.LWPR(norm_in="auto", threads=1), on_fail=None, expected_failed_checks=NOT_HELD)
+    results = check_estimator(
+        st.LWPR(norm_in="auto", threads=1), on_fail=None, expected_failed_checks=NOT_HELD
+    )
     failed = {r["check_name"]: str(r["exception"])[:200] for r in results if r["status"] == "failed"}
     assert failed == {}

@@ -136,6 +136,14 @@ def test_a_fine_fence_before_a_hand_is_novel():
     assert {memory.judge(mask & ~fence) for mask in hand[::10]} == {"novel"}
 
 
+def test_slats_before_a_pose_that_is_not_known_do_not_make_it_whole():
+    """Thin slats could pass for slivers of another pose, and the fence would be learnt."""
+    walker = st.synth.gait("walker", 200)
+    memory = learnt(walker[:50])  # a quarter of the turn: then the walker is seen from another side
+    answers = asked(memory, cases(walker[60::10], (0.3, 0.4, 0.5), "fence"))
+    assert all(a.judgement != "unoccluded" for a in answers)
+
+
 @pytest.mark.parametrize("kind", ["cat", "walker", "hand"])
 def test_a_silhouette_without_any_detail_is_novel(kind):
     masks = st.synth.gait(kind, 40)
@@ -229,6 +237,27 @@ def test_a_mask_of_another_size_than_the_grid_is_judged_and_recovered_in_its_own
     assert said.mask.shape == big[0].shape
     assert said.mask[hidden].all()
     assert st.metrics.iou(said.mask, big[7]) > 0.97  # measured 0.99
+
+
+def test_a_bar_that_passes_by_is_noticed_and_filled_in_and_learning_goes_on(cat):
+    """The loop of a tracker: the first frames are learnt, then each is judged, the whole ones learnt."""
+    memory = learnt(cat[:60])
+    said = []
+    for k, mask in enumerate(cat[60:]):
+        seen = mask.copy()
+        x = 80 - 2 * k  # the left edge of a bar 12 pixels wide: in sight for 46 frames
+        seen[:, max(0, x) : max(0, x + 12)] = False
+        lost = 1 - seen.sum() / mask.sum()
+        answer = memory.observe(seen)
+        said.append((lost, answer.judgement, st.metrics.iou(answer.mask, mask)))
+    hidden = [s for s in said if s[0] > 0.1]
+    whole = [s for s in said if s[0] == 0]
+    assert len(hidden) >= 12
+    assert len(whole) >= 12
+    assert [s[1] for s in whole] == ["unoccluded"] * len(whole)
+    assert np.mean([s[1] == "occluded" for s in hidden]) > 0.9  # measured 20 of 21
+    assert np.mean([s[2] for s in hidden]) > 0.93  # measured 0.96
+    assert memory.n_learnt <= 60 + len(said) - sum(s[1] == "occluded" for s in said)
 
 
 # Against the slow way

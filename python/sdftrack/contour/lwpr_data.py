@@ -38,7 +38,9 @@ def inputs(x: ArrayLike, n_in: int | None, name: str = "x") -> tuple[Array, bool
     n = "n_in" if n_in is None else n_in
     if rows.ndim != 2 or rows.shape[1] == 0 or (n_in is not None and rows.shape[1] != n_in):
         hint = "; for samples of one input use x[:, None]" if single and n_in == 1 else ""
-        raise ValueError(f"{name}: expected ({n},) or (N, {n}), got {rows.shape[1:] if single else rows.shape}{hint}")
+        raise ValueError(
+            f"{name}: expected ({n},) or (N, {n}), got {rows.shape[1:] if single else rows.shape}{hint}"
+        )
     return rows, single
 
 
@@ -57,7 +59,9 @@ def samples(x: ArrayLike, y: ArrayLike, n_in: int | None, n_out: int | None) -> 
     m: Any = "n_out" if n_out is None else n_out
     if values.ndim != 2 or values.shape[1] == 0 or (n_out is not None and values.shape[1] != n_out):
         expected = f"a number or ({m},)" if single else f"(N,) for one output, or (N, {m})"
-        raise ValueError(f"y: expected {expected}, got {shape} beside x {rows.shape[1:] if single else rows.shape}")
+        raise ValueError(
+            f"y: expected {expected}, got {shape} beside x {rows.shape[1:] if single else rows.shape}"
+        )
     if len(values) != len(rows):
         raise ValueError(f"y: expected as many samples as x, {len(rows)}, got {len(values)}")
     return Samples(rows, values, flat)
