@@ -32,9 +32,9 @@ void check_count(const char* name, int value) {
 void check_finite(const char* name, const double* values, std::size_t count, std::size_t columns) {
   for (std::size_t i = 0; i < count * columns; ++i)
     if (!std::isfinite(values[i]))
-      throw std::invalid_argument(std::string(name) + ": expected finite numbers, got " +
-                                  (std::isnan(values[i]) ? "NaN" : "inf") + " in sample " + std::to_string(i / columns) +
-                                  "; leave such samples out (the model is as it was)");
+      throw std::invalid_argument(
+          std::string(name) + ": expected finite numbers, got " + (std::isnan(values[i]) ? "NaN" : "inf") +
+          " in sample " + std::to_string(i / columns) + "; leave such samples out (the model is as it was)");
 }
 
 }  // namespace

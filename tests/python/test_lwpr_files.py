@@ -135,7 +135,7 @@ def test_an_option_of_the_wrong_kind_is_refused_by_name(option, value):
 )
 def test_a_metric_that_is_none_of_the_inputs_is_refused(init_D):
     diagonal = np.ndim(init_D) == 2 and np.allclose(init_D, [[1, 0.5], [0.5, 1]])
-    with pytest.raises(ValueError, match="^init_D: expected"):
+    with pytest.raises(ValueError, match=r"^init_D: expected"):
         st.LWPR(init_D=init_D, diagonal=diagonal).update([0.0, 0.0], 1.0)
 
 
@@ -152,7 +152,7 @@ def test_a_sample_that_is_not_finite_is_refused_and_changes_nothing(model, bad, 
         st.LWPR(norm_in="auto", norm_out="auto").update(x, y)
     if where == "x":
         for ask in (model.predict, model.activations):
-            with pytest.raises(ValueError, match="^x: expected finite"):
+            with pytest.raises(ValueError, match=r"^x: expected finite"):
                 ask(x)
 
 
@@ -173,9 +173,9 @@ def test_a_wrong_shape_is_refused_by_name(model, x, y, name):
 
 @pytest.mark.parametrize("bad", ["text", None, [[1, 2], [3]], np.array([1j, 2]), object()])
 def test_what_is_no_numbers_is_refused_by_name(model, bad):
-    with pytest.raises(TypeError, match="^x: expected an array of numbers"):
+    with pytest.raises(TypeError, match=r"^x: expected an array of numbers"):
         model.update(bad, [1.0, 2.0])
-    with pytest.raises(TypeError, match="^x: expected an array of numbers"):
+    with pytest.raises(TypeError, match=r"^x: expected an array of numbers"):
         model.predict(bad)
 
 
@@ -193,7 +193,7 @@ def test_nothing_is_predicted_before_anything_is_learnt(ask):
 
 
 def test_auto_needs_more_than_one_sample():
-    with pytest.raises(ValueError, match='norm_in: "auto".*at least 2 samples, got 1'):
+    with pytest.raises(ValueError, match=r'norm_in: "auto".*at least 2 samples, got 1'):
         st.LWPR(norm_in="auto").update([0.0, 0.0], 1.0)
 
 
@@ -265,7 +265,7 @@ def test_score_is_r_squared():
     r2 = 1 - np.sum((y - model.predict(x)) ** 2) / np.sum((y - y.mean()) ** 2)
     assert model.score(x, y) == pytest.approx(r2)
     assert model.score(x, y, sample_weight=np.ones(2000)) == pytest.approx(r2)
-    with pytest.raises(ValueError, match="^y: expected"):
+    with pytest.raises(ValueError, match=r"^y: expected"):
         model.score(x, y[:, 0])
 
 

@@ -73,6 +73,11 @@ class LWPR(SklearnParts):
     >>> mean, sd = model.predict([0.5], confidence=True)
     """
 
+    n_in: int | None
+    n_out: int | None
+    norm_in: ArrayLike | None
+    norm_out: ArrayLike | None
+    threads: int
     # On the class: scikit-learn wants nothing but parameters from __init__.
     _model: _core.LwprModel | None = None
     _flat = False

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Regression by local models: how well two known functions are learnt from noisy samples, and how fast.
 
-``python -m sdftrack.eval.lwpr`` prints, for the cross (2 inputs, 1 output) and for a curved surface of two dimensions in
-ten (10 inputs, 5 outputs): the mean squared error on places without noise as a share of the variance of the
-function (nMSE), the fields, the share of places within 1.96 of the stated standard deviations, and the time of a
-sample on one core.
+``python -m sdftrack.eval.lwpr`` prints, for the cross (2 inputs, 1 output) and for a curved surface of two dimensions
+in ten (10 inputs, 5 outputs): the mean squared error on places without noise as a share of the variance of the
+function (nMSE), the fields, the share of places whose truth lies within 1.96 of the stated standard deviations, and
+the processor's time of a sample on one core.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ class Field:
         n = len(center)
         self.options = options
         self.center = np.array(center, np.float64)
-        self.M = np.linalg.cholesky(options.init_D).T  # upper triangular, D = M^T M
+        self.M = np.asarray(np.linalg.cholesky(options.init_D).T, np.float64)  # upper triangular, D = M^T M
         self.R = min(2, n)
         self.lam = options.init_lambda
         self.n_data, self.W = 0, 0.0
