@@ -87,6 +87,6 @@ def _plot(path: Path, shares: Any, overlap: dict[str, Any], seconds: dict[str, A
     for style, (name, printed) in zip(("--", "-."), PRINTED.items(), strict=True):
         axes[1].plot(HIDDEN, printed, style, color="0.5", label=name.removesuffix(", s"))
     axes[1].set(xlabel="share hidden", ylabel="seconds per frame", yscale="log")
-    for ax in axes:
-        ax.legend(fontsize=8)
+    axes[0].legend(fontsize=8)
+    axes[1].legend(fontsize=8, loc="center right", bbox_to_anchor=(1.0, 0.45))
     save_figure(fig, path)
