@@ -3,11 +3,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 import json
 import os
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -52,12 +50,13 @@ def to_bytes(state: dict[str, Any]) -> bytes:
     arrays["kinds"] = np.frombuffer(json.dumps(kinds, sort_keys=True).encode(), np.uint8)
     body = io.BytesIO()
     np.savez(body, **arrays)
-    digest = hashlib.sha256(body.getvalue()).hexdigest().encode()
-    return NAME + str(VERSION).encode() + b"\n" + digest + b"\n" + body.getvalue()
+    return NAME + str(VERSION).encode() + b"\n" + _digest(body.getvalue()) + b"\n" + body.getvalue()
 
 
 def from_bytes(content: bytes) -> dict[str, Any]:
     """A state from `to_bytes`; ValueError says what is wrong with other bytes."""
+    import zipfile
+
     first, _, rest = content.partition(b"\n")
     if not first.startswith(NAME):
         raise ValueError("expected a file written by ShapeMemory.save, this is something else")
@@ -67,7 +66,7 @@ def from_bytes(content: bytes) -> dict[str, Any]:
             f"expected version {VERSION}, got {version[:20]}; read it with the release that wrote it"
         )
     digest, body = rest[:DIGEST], rest[DIGEST + 1 :]
-    if hashlib.sha256(body).hexdigest().encode() != digest:
+    if _digest(body) != digest:
         raise ValueError("damaged or cut off: the checksum does not fit; take another copy")
     try:
         with np.load(io.BytesIO(body), allow_pickle=False) as data:
@@ -76,6 +75,12 @@ def from_bytes(content: bytes) -> dict[str, Any]:
         return {name: _as(kinds[name], array) for name, array in arrays.items()}
     except (KeyError, OSError, zipfile.BadZipFile, json.JSONDecodeError) as error:
         raise ValueError(f"expected the arrays of a shape memory, got {error}") from None
+
+
+def _digest(body: bytes) -> bytes:
+    import hashlib
+
+    return hashlib.sha256(body).hexdigest().encode()
 
 
 def _as(kind: str, array: Any) -> Any:
