@@ -144,6 +144,13 @@ def test_slats_before_a_pose_that_is_not_known_do_not_make_it_whole():
     assert all(a.judgement != "unoccluded" for a in answers)
 
 
+def test_a_silhouette_full_of_small_holes_is_novel(memory, cat):
+    """Each hole is thinner than the slivers that are ignored."""
+    rng = np.random.default_rng(0)
+    for mask in cat[60::10]:
+        assert memory.judge(mask & (rng.random(mask.shape) > 0.3)) == "novel"
+
+
 @pytest.mark.parametrize("kind", ["cat", "walker", "hand"])
 def test_a_silhouette_without_any_detail_is_novel(kind):
     masks = st.synth.gait(kind, 40)

@@ -30,7 +30,7 @@ FIRST = 5  # silhouettes, from which on the error of the next one is taken for t
 LEAST_KNOWN = 0.5  # of the details; less is "novel" (Table 6.3: more than half of the units)
 LEAST_OUTLINE = 0.2  # of the expected outline; when less of it is seen, all details are hidden
 MOST_OFF_PX = 2.0  # sticking out of what is expected, per contour pixel of a 64 x 64 grid
-MOST_SLIVERS = 0.25  # share not seen that thin slivers of another pose make up; slats of a fence are more
+MOST_RIDDLED = 0.15  # of the inside, neither seen nor in one piece hidden: leaves, slats, holes
 LEAST_ERROR = 0.02  # share not seen, up to which a difference is that of two outlines of one shape
 
 
@@ -229,7 +229,7 @@ class ShapeMemory:
         return bool(
             said.explained < LEAST_KNOWN
             or said.outline < LEAST_OUTLINE
-            or (said.missing > MOST_SLIVERS and not said.hidden.any())
+            or said.riddled > MOST_RIDDLED
             or said.off_px > MOST_OFF_PX * self._options.size / 64
             or count_occluders(said.hidden, on_grid) > self._options.max_occluders
         )

@@ -33,6 +33,7 @@ SMOOTHING = (
 )
 LEAST_BLUR_PX = 0.5  # less than this changes nothing
 NEAR_PX = 2.0  # a contour pixel nearer than this to the expected contour is explained
+DEEP_PX = 1.5  # deeper than this, a pixel is inside in any pose that is likely
 WELL_KNOWN_PX = 0.4  # sticking out per contour pixel, up to which slivers of 2 px are ignored, else of 4 px
 
 
@@ -45,6 +46,7 @@ class Explained:
     completed : mask; the observed silhouette and what is taken for hidden
     hidden : mask; the second part by itself
     missing : share of the whole that is not seen; slivers of more than 2 px count, whatever `hidden` leaves out
+    riddled : share of what lies deep in the expected silhouette that is neither seen nor taken for hidden
     off_px : what of the observed silhouette sticks out of the best remembered one, per pixel of its contour
     explained : share of the observed contour that lies on the expected one
     outline : length of that part over the length of the expected contour
@@ -54,6 +56,7 @@ class Explained:
     completed: Mask
     hidden: Mask
     missing: float
+    riddled: float
     off_px: float
     explained: float
     outline: float
@@ -141,10 +144,12 @@ class RememberedShapes:
         expected = phi < 0
         completed, hidden = with_hidden(mask, expected, least / length)
         lacking = np.count_nonzero(_thick(expected & ~mask, 1))
+        deep = phi < -DEEP_PX
         on_it = np.count_nonzero(edge & (np.abs(phi) < NEAR_PX))
         return Explained(
             completed, hidden,
             missing=lacking / (lacking + np.count_nonzero(mask)),
+            riddled=np.count_nonzero(deep & ~completed) / max(1, int(np.count_nonzero(deep))),
             off_px=least / length,
             explained=on_it / length,
             outline=on_it / max(1, int(np.count_nonzero(_edge(expected)))),
