@@ -72,6 +72,7 @@ struct FieldSettings {
 };
 
 constexpr double kSsFloor = 1e-10;       // of the sum of squared projections: nothing is divided by 0
+constexpr double kFirstU = 1e-10;        // length of a projection at first: the first sample turns it
 constexpr double kMostLeverage = 0.9;    // beyond it leaving a sample out means nothing
 constexpr double kMostMetricStep = 0.1;  // of M_ii, that an entry of row i of M may move in a step
 constexpr double kMostLogRate = 50;      // of a learnt rate: its exponential must stay finite

@@ -14,6 +14,8 @@ namespace {
 constexpr std::size_t kChunk = 256;        // samples of a prediction that are one thread's turn
 constexpr std::size_t kWorthThreads = 64;  // samples, below which starting threads costs more than it saves
 
+constexpr int kMostFull = 1000, kMostInputs = 100000;  // inputs: the memory of a field
+
 void check_norm(const char* name, const std::vector<double>& norm, int expected) {
   if (norm.size() != static_cast<std::size_t>(expected))
     throw std::invalid_argument(std::string(name) + ": expected " + std::to_string(expected) +
@@ -44,6 +46,10 @@ LwprModel::LwprModel(int n_in, int n_out, const LwprOptions& options, std::vecto
     : options_(options), norm_in_(std::move(norm_in)), norm_out_(std::move(norm_out)) {
   check_count("n_in", n_in);
   check_count("n_out", n_out);
+  if (n_in > (options.diagonal ? kMostInputs : kMostFull))
+    throw std::invalid_argument("n_in: expected at most " + std::to_string(kMostFull) +
+                                " with a full metric, " + std::to_string(kMostInputs) +
+                                " with diagonal=True, got " + std::to_string(n_in));
   check_lwpr_options(options);
   check_norm("norm_in", norm_in_, n_in);
   check_norm("norm_out", norm_out_, n_out);

@@ -55,6 +55,11 @@ std::vector<double> initial_metric(const LwprOptions& options, int n_in) {
     for (const double d : options.init_D)
       if (!(d > 0)) refuse_metric("a number that is not above 0");
   }
+  if (options.diagonal && given != n * n) {
+    std::vector<double> M;
+    for (std::size_t i = 0; i < n; ++i) M.push_back(std::sqrt(options.init_D[given == 1 ? 0 : i]));
+    return M;
+  }
   Eigen::MatrixXd D = Eigen::MatrixXd::Zero(n_in, n_in);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < n; ++j) {

@@ -109,7 +109,7 @@ void LwprUnit::add_projection(int k) {
   head[FieldLayout::kWanted] = 0;
   std::fill(projection, projection + at_.projection_size(), 0.0);
   projection[FieldLayout::kSS] = kSsFloor;
-  projection[at_.u() + r] = 1;
+  projection[at_.u() + r] = kFirstU;
 }
 
 // The last field takes its place.

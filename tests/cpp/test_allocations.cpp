@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// A frame allocates nothing once the tracker is warm.
+// A frame allocates nothing once the tracker is warm, a sample nothing once the fields are there.
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <cstdlib>
 #include <random>
 
+#include "lwpr/unit.h"
 #include "tracking/tracker.h"
 #include "volume_fixture.h"
 
@@ -109,6 +110,30 @@ const char* name_of(const testing::TestParamInfo<Shows>& info) {
 }
 INSTANTIATE_TEST_SUITE_P(, Allocations, testing::Values(Shows::kDepth, Shows::kColors, Shows::kPaint),
                          name_of);
+
+TEST(Allocations, a_sample_to_fields_that_are_there_makes_none) {
+  LwprOptions options;
+  options.init_D = {100};
+  options.update_D = false;  // a field that grows is entered into more cells of the search
+  LwprUnit unit(FieldLayout(2, false, false), options);
+  LwprScratch scratch;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> place(-1, 1);
+  const auto learn = [&](double within) {
+    const double x[] = {within * place(random), within * place(random)};
+    unit.update(x, std::sin(3 * x[0]) * x[1]);
+    static_cast<void>(unit.predict(x, &scratch));
+  };
+  const long at_first = allocations.load();
+  for (int i = 0; i < 20000; ++i) learn(1);
+  unit.settle();
+  EXPECT_GT(allocations.load(), at_first);
+  const int fields = unit.size();
+  const long before = allocations.load();
+  for (int i = 0; i < 1000; ++i) learn(0.8);
+  EXPECT_EQ(unit.size(), fields);
+  EXPECT_EQ(allocations.load(), before);
+}
 
 }  // namespace
 }  // namespace sdftrack

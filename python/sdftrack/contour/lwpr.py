@@ -132,11 +132,11 @@ class LWPR(SklearnParts):
         RuntimeError
             Another thread is using the model.
         """
-        data = samples(x, y, self.n_inputs, self.n_outputs)
-        model = self._model if self._model is not None else self._new_model(data)
-        model.update(data.x, data.y, self.threads)
         if self._model is None:
-            self._model, self._flat = model, data.flat
+            self._learn_anew(x, y)
+        else:
+            data = samples(x, y, self.n_inputs, self.n_outputs)
+            self._model.update(data.x, data.y, self.threads)
         return self
 
     def predict(
@@ -329,6 +329,17 @@ class LWPR(SklearnParts):
                 kind = type(getattr(_DEFAULTS, name)).__name__
                 raise TypeError(f"{name}: expected {kind}, got {value!r}") from None
         return options
+
+    def _learn_anew(self, x: ArrayLike, y: ArrayLike) -> None:
+        before = self._model
+        data = samples(x, y, self.n_in, self.n_out)
+        model = self._new_model(data)
+        model.update(data.x, data.y, self.threads)
+        if self._model is not before:
+            raise RuntimeError(
+                "this LWPR is in use by another thread, which has begun it meanwhile; take turns"
+            )
+        self._model, self._flat = model, data.flat
 
     def _new_model(self, data: Samples) -> _core.LwprModel:
         norm_in = norms(self.norm_in, data.x, "norm_in")

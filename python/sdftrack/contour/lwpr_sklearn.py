@@ -36,12 +36,7 @@ class SklearnParts:
             )
         if len(rows) == 0:
             raise ValueError(f"X: expected at least one sample, got 0 sample(s) (shape={rows.shape})")
-        before, self._model = self._model, None
-        try:
-            self.update(rows, y)  # type: ignore[attr-defined]
-        except BaseException:
-            self._model = before
-            raise
+        self._learn_anew(rows, y)
         return self
 
     def partial_fit(self, X: ArrayLike, y: ArrayLike) -> Self:
@@ -120,6 +115,9 @@ class SklearnParts:
     _estimator_type = "regressor"
 
     def _check_parameters(self) -> None:
+        raise NotImplementedError
+
+    def _learn_anew(self, X: Any, y: Any) -> None:
         raise NotImplementedError
 
     @classmethod

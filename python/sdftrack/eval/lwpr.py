@@ -31,14 +31,15 @@ WITHIN = 1.96  # standard deviations: 95 % of a normal distribution
 
 # Changing these numbers breaks comparisons.
 CROSS: dict[str, dict[str, Any]] = {
-    "metric learnt": {"init_D": 300, "w_cutoff": 0.1, "init_alpha": 500, "penalty": 1e-9},
-    "metric learnt from a coarse one": {"init_D": 50, "w_cutoff": 0.02, "init_alpha": 500},
+    "metric learnt": {"init_D": 300, "w_cutoff": 0.1, "init_alpha": 200, "penalty": 1e-9},
     "metric fixed": {"init_D": 300, "w_cutoff": 0.1, "update_D": False},
-    "metric fixed, fine": {"init_D": 800, "w_cutoff": 0.1, "update_D": False},
+    "coarse, learnt": {"init_D": 100, "w_cutoff": 0.1, "init_alpha": 500, "penalty": 1e-9},
+    "coarse, fixed": {"init_D": 100, "w_cutoff": 0.1, "update_D": False},
+    "fine, fixed": {"init_D": 800, "w_cutoff": 0.1, "update_D": False},
 }
 SURFACE: dict[str, dict[str, Any]] = {
     "diagonal metric learnt": {"init_D": 20, "diagonal": True, "w_cutoff": 0.02, "init_alpha": 200},
-    "full metric learnt": {"init_D": 10, "w_cutoff": 0.02, "init_alpha": 200},
+    "full metric learnt": {"init_D": 20, "w_cutoff": 0.02, "init_alpha": 200, "penalty": 0},
     "metric fixed": {"init_D": 20, "w_cutoff": 0.02, "diagonal": True, "update_D": False},
 }
 

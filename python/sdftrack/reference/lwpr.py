@@ -17,6 +17,7 @@ __all__ = ["Field", "Options", "Unit", "loo_slope", "metric_gradient"]
 
 Array = NDArray[np.float64]
 SS_FLOOR = 1e-10  # of the sum of squared projections: nothing is divided by 0
+FIRST_U = 1e-10  # length of a projection at first: the first sample turns it
 MOST_LEVERAGE = 0.9  # beyond it a sample alone decides the regression, and leaving it out means nothing
 MOST_STEP = 0.1  # of M_ii, that an entry of row i of M may move in a step
 METRIC_AFTER = 20  # samples per input, after which the metric is learnt: steps go with 1 / sum of weights
@@ -56,7 +57,7 @@ class Field:
         self.lam = options.init_lambda
         self.n_data, self.W = 0, 0.0
         self.a0, self.beta0 = np.zeros(n), 0.0
-        self.u = np.eye(n)
+        self.u = FIRST_U * np.eye(n)
         self.SS = np.full(n, SS_FLOOR)
         self.SR, self.beta, self.MSE, self.Wr = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
         self.SZ, self.p = np.zeros((n, n)), np.zeros((n, n))
