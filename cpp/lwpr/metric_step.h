@@ -105,7 +105,7 @@ class MetricStep {
     if (log_alpha > kMostLogRate) log_alpha = kMostLogRate;
     if (log_alpha < -kMostLogRate) log_alpha = -kMostLogRate;
     const double alpha = std::exp(log_alpha), keep = 1 - alpha * second;
-    memory = memory * (keep > 0 ? keep : 0) - alpha * gradient;
+    memory = memory * (keep > 0 ? (keep < 1 ? keep : 1) : 0) - alpha * gradient;
     return alpha;
   }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <stdexcept>
 
 #include "base/parallel.h"
@@ -31,12 +32,29 @@ void check_count(const char* name, int value) {
     throw std::invalid_argument(std::string(name) + ": expected at least 1, got " + std::to_string(value));
 }
 
-void check_finite(const char* name, const double* values, std::size_t count, std::size_t columns) {
-  for (std::size_t i = 0; i < count * columns; ++i)
-    if (!std::isfinite(values[i]))
-      throw std::invalid_argument(
-          std::string(name) + ": expected finite numbers, got " + (std::isnan(values[i]) ? "NaN" : "inf") +
-          " in sample " + std::to_string(i / columns) + "; leave such samples out (the model is as it was)");
+// Squares of squares of them must stay finite.
+constexpr double kMostSize = 1e25;
+
+std::string text_of(double value) {
+  if (std::isnan(value)) return "NaN";
+  if (std::isinf(value)) return "inf";
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
+void check_finite(const char* name, const double* values, std::size_t count,
+                  const std::vector<double>& norm) {
+  const std::size_t columns = norm.size();
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t j = 0; j < columns; ++j) {
+      const double value = values[i * columns + j];
+      if (std::abs(value) <= kMostSize * norm[j]) continue;
+      throw std::invalid_argument(std::string(name) + ": expected finite numbers, at most 1e25 times norm_" +
+                                  (name[0] == 'x' ? "in" : "out") + ", got " + text_of(value) +
+                                  " in sample " + std::to_string(i) +
+                                  "; leave such samples out (the model is as it was)");
+    }
 }
 
 }  // namespace
@@ -60,8 +78,8 @@ LwprModel::LwprModel(int n_in, int n_out, const LwprOptions& options, std::vecto
 void LwprModel::update(const double* x, const double* y, std::size_t count, int threads) {
   const auto n = static_cast<std::size_t>(n_in()), m = static_cast<std::size_t>(n_out());
   const auto row = static_cast<std::size_t>(at_.row);
-  check_finite("x", x, count, n);
-  check_finite("y", y, count, m);
+  check_finite("x", x, count, norm_in_);
+  check_finite("y", y, count, norm_out_);
   if (rows_.size() < count * row) rows_.assign(count * row, 0.0);
   for (std::size_t i = 0; i < count; ++i)
     for (std::size_t j = 0; j < n; ++j) rows_[i * row + j] = x[i * n + j] / norm_in_[j];
@@ -76,7 +94,7 @@ void LwprModel::update(const double* x, const double* y, std::size_t count, int 
 
 std::vector<double> LwprModel::scaled_rows(const double* x, std::size_t count, const char* name) const {
   const auto n = static_cast<std::size_t>(n_in()), row = static_cast<std::size_t>(at_.row);
-  check_finite(name, x, count, n);
+  check_finite(name, x, count, norm_in_);
   std::vector<double> rows(count * row, 0.0);
   for (std::size_t i = 0; i < count; ++i)
     for (std::size_t j = 0; j < n; ++j) rows[i * row + j] = x[i * n + j] / norm_in_[j];

@@ -13,6 +13,8 @@ constexpr double kSpare = 0.25;     // of the extent, that is left free at each 
 constexpr double kCellReach = 0.5;  // cells to the reach of a middling field
 constexpr int kMostCells[] = {4096, 128, 24};  // along each of 1, 2, 3 axes
 
+constexpr double kMostReach = 1e100;
+
 struct Extent {
   double low, high, reach;  // of the fields with their reach; the middling reach
 };
@@ -45,6 +47,10 @@ void LwprSearch::choose_axes(int n, const std::vector<FieldReach>& reaches) {
 }
 
 void LwprSearch::build(int n, const std::vector<FieldReach>& reaches) {
+  ready_ = false;
+  for (const FieldReach& r : reaches)
+    for (int j = 0; j < n; ++j)
+      if (!(r.half[j] < kMostReach)) return;  // a field without end: all are looked at
   choose_axes(n, reaches);
   std::size_t cells = 1;
   for (int a = 0; a < axes_; ++a) {

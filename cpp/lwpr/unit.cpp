@@ -6,12 +6,9 @@
 #include <limits>
 
 namespace sdftrack {
-
 namespace {
 
-constexpr int kSearchFrom = 48;        // fields, from which on a grid is faster than looking at all
-constexpr double kReachMargin = 1.15;  // on a field's reach in the search, so that it may grow a little
-const int kNoField = 0;
+constexpr int kSearchFrom = 48;  // fields, from which on a grid is faster than looking at all
 
 }  // namespace
 
@@ -27,22 +24,6 @@ LwprUnit::LwprUnit(const FieldLayout& at, const LwprOptions& o)
       ops_(&for_isa<UnitOps>(used_isa())),
       record_stride_(at.record_size(std::min(2, at.n))),
       learn_scratch_(static_cast<std::size_t>(scratch_size(at))) {}
-
-FieldList LwprUnit::fields_near(const double* x) const {
-  if (!search_.ready()) return {blocks_.data(), nullptr, size()};
-  const LwprSearch::Fields fields = search_.near(x);
-  return {blocks_.data(), fields.list ? fields.list : &kNoField, fields.count};
-}
-
-ActiveFields LwprUnit::room_in(LwprScratch* scratch) const {
-  const auto room = static_cast<std::size_t>(size() + kFieldLanes);
-  if (scratch->index.size() < room) scratch->index.resize(2 * room), scratch->w.resize(2 * room);
-  return {scratch->index.data(), scratch->w.data()};
-}
-
-int LwprUnit::active(const double* x, LwprScratch* scratch) const {
-  return ops_->active(at_, fields_near(x), x, q_max_, room_in(scratch));
-}
 
 void LwprUnit::update(const double* x, double y) {
   seen_ += 1;
@@ -175,69 +156,6 @@ void LwprUnit::settle() {
   if (!search_.ready() && size() >= kSearchFrom) build_search();
 }
 
-// How far a field reaches at the cutoff along each input: the extent of |M d|^2 = q_max is sqrt(q_max) times
-// the length of a row of the inverse of M.
-void LwprUnit::reach_of(int k, double* half) {
-  const int n = at_.n;
-  const double* const lane = lane_of(k);
-  const auto M = [&](int i, int j) { return lane[(n + at_.entry(i, j)) * kFieldLanes]; };
-  double whole2 = 0;
-  inverse_.resize(static_cast<std::size_t>(n));
-  for (int i = 0; i < n; ++i) {  // row i of the inverse, from its diagonal on
-    double length2 = 0;
-    for (int j = i; j < (at_.diagonal ? i + 1 : n); ++j) {
-      double sum = j == i ? 1 : 0;
-      for (int l = i; l < j; ++l) sum -= inverse_[static_cast<std::size_t>(l)] * M(l, j);
-      const double entry = sum / M(j, j);
-      inverse_[static_cast<std::size_t>(j)] = entry;
-      length2 += entry * entry;
-    }
-    half[i] = std::sqrt(length2 * q_max_) * kReachMargin;
-    whole2 += length2;
-  }
-  // M + E has an inverse whose rows are at most 1 / (1 - |E| |M^-1|) times as long (Frobenius norms).
-  const double drift = (1 - 1 / kReachMargin) / std::sqrt(whole2);
-  const auto i = static_cast<std::size_t>(k), size = static_cast<std::size_t>(at_.metric_size());
-  for (std::size_t e = 0; e < size; ++e)
-    known_M_[i * size + e] = lane[(static_cast<std::size_t>(n) + e) * kFieldLanes];
-  known_drift2_[i] = drift * drift;
-}
-
-// Keeps the search right after a field's metric has changed.
-void LwprUnit::follow(int k) {
-  const auto i = static_cast<std::size_t>(k), size = static_cast<std::size_t>(at_.metric_size());
-  const double* const lane = lane_of(k) + static_cast<std::ptrdiff_t>(at_.n) * kFieldLanes;
-  const double* const known = known_M_.data() + i * size;
-  double moved2 = 0;
-  for (std::size_t e = 0; e < size; ++e) {
-    const double by = lane[e * kFieldLanes] - known[e];
-    moved2 += by * by;
-  }
-  if (moved2 <= known_drift2_[i]) return;
-  half_.resize(static_cast<std::size_t>(2 * at_.n));
-  reach_of(k, half_.data());
-  double* const center = half_.data() + at_.n;
-  for (int j = 0; j < at_.n; ++j) center[j] = this->lane(k, j);
-  if (!search_.add(k, {center, half_.data()})) search_.forget();
-}
-
-void LwprUnit::build_search() {
-  const auto fields = static_cast<std::size_t>(size()), n = static_cast<std::size_t>(at_.n);
-  known_M_.resize(fields * static_cast<std::size_t>(at_.metric_size()));
-  known_drift2_.resize(fields);
-  std::vector<double> numbers(2 * fields * n);
-  std::vector<FieldReach> reaches;
-  for (std::size_t k = 0; k < fields; ++k) {
-    double* const half = numbers.data() + 2 * k * n;
-    reach_of(static_cast<int>(k), half);
-    for (std::size_t j = 0; j < n; ++j) half[n + j] = lane(static_cast<int>(k), static_cast<int>(j));
-    reaches.push_back({half + n, half});
-  }
-  search_.build(at_.n, reaches);
-  search_size_ = size();
-  since_build_ = 0;
-}
-
 // The projections in a row are one linear function of x: from the last to the first, with f_r(z) = g_r . z,
 // g_r = g_{r+1} + u_r (beta_r - p_r . g_{r+1}) (docs/math/lwpr.md, eq. 5).
 void LwprUnit::settle_field(int k) {
@@ -261,89 +179,6 @@ void LwprUnit::settle_field(int k) {
   }
   lane[at_.value() * kFieldLanes] = value;
   lane[at_.ready() * kFieldLanes] = T > 0 ? 1 : 0;
-}
-
-double LwprUnit::predict(const double* x, LwprScratch* scratch) const {
-  const FieldSums sums = ops_->predict(at_, fields_near(x), x, q_max_, room_in(scratch));
-  return sums.w > 0 ? sums.wy / sums.w : predict_with_sd(x, scratch).mean;
-}
-
-namespace {
-
-// s^T P s of x in a field's projections.
-double leverage(const FieldLayout& at, const double* head, const double* x, std::vector<double>* z) {
-  z->resize(static_cast<std::size_t>(at.n));
-  for (int j = 0; j < at.n; ++j) (*z)[static_cast<std::size_t>(j)] = x[j] - head[at.mean() + j];
-  double sum = 0;
-  for (int r = 0; r < static_cast<int>(head[FieldLayout::kTrusted]); ++r) {
-    const double* const pr = head + at.record_size(r);
-    double length2 = 0, s = 0;
-    for (int j = 0; j < at.n; ++j) {
-      const double u = pr[at.u() + j];
-      length2 += u * u, s += (*z)[static_cast<std::size_t>(j)] * u;
-    }
-    s = length2 > 0 ? s / std::sqrt(length2) : 0.0;
-    sum += s * s / pr[FieldLayout::kSS];
-    for (int j = 0; j < at.n; ++j) (*z)[static_cast<std::size_t>(j)] -= s * pr[at.p() + j];
-  }
-  return sum;
-}
-
-// Of the noise of a field that is ready.
-double noise_variance(const FieldLayout& at, const double* head) {
-  const double* const pr = head + at.record_size(static_cast<int>(head[FieldLayout::kTrusted]) - 1);
-  const double W = pr[FieldLayout::kSumW];
-  return pr[FieldLayout::kMSE] / std::max(W - head[FieldLayout::kLeverage], (1 - kMostLeverage) * W);
-}
-
-}  // namespace
-
-LwprPrediction LwprUnit::predict_with_sd(const double* x, LwprScratch* scratch) const {
-  const int count = active(x, scratch);
-  double w_sum = 0, wy = 0, young_w = 0, young_wy = 0;
-  const auto field_says = [&](int k) {
-    double y = lane(k, at_.value());
-    for (int j = 0; j < at_.n; ++j) y += (x[j] - lane(k, j)) * lane(k, at_.slope() + j);
-    return y;
-  };
-  for (int i = 0; i < count; ++i) {
-    const int k = scratch->index[static_cast<std::size_t>(i)];
-    const double w = scratch->w[static_cast<std::size_t>(i)];
-    if (lane(k, at_.ready()) > 0)
-      w_sum += w, wy += w * field_says(k);
-    else
-      young_w += w, young_wy += w * record(k)[FieldLayout::kBeta0];
-  }
-  const double unknown = std::numeric_limits<double>::infinity();
-  if (!(w_sum > 0)) return {young_w > 0 ? young_wy / young_w : mean_y_, unknown};
-  const double mean = wy / w_sum;
-  double variance = 0;
-  for (int i = 0; i < count; ++i) {
-    const int k = scratch->index[static_cast<std::size_t>(i)];
-    const double w = scratch->w[static_cast<std::size_t>(i)];
-    if (!(lane(k, at_.ready()) > 0)) continue;
-    const double off = field_says(k) - mean;
-    variance += w * off * off +
-                w * noise_variance(at_, record(k)) * (1 + w * leverage(at_, record(k), x, &scratch->row));
-  }
-  return {mean, std::sqrt(variance) / w_sum};
-}
-
-double LwprUnit::largest_activation(const double* x, LwprScratch* scratch) const {
-  const int count = active(x, scratch);
-  double largest = 0;
-  for (int i = 0; i < count; ++i) largest = std::max(largest, scratch->w[static_cast<std::size_t>(i)]);
-  return largest;
-}
-
-double LwprUnit::training_error() const {
-  double squares = 0, weights = 0;
-  for (int k = 0; k < size(); ++k) {
-    const double* const head = record(k);
-    const double* const last = head + at_.record_size(static_cast<int>(head[FieldLayout::kProjections]) - 1);
-    squares += last[FieldLayout::kMSE], weights += last[FieldLayout::kSumW];
-  }
-  return weights > 0 ? std::sqrt(squares / weights) : 0.0;
 }
 
 void LwprUnit::append_to(std::vector<double>* out) const {

@@ -149,7 +149,7 @@ class Field:
         ddw = w * (Md[:, None] ** 2 - 1) * d[None, :] ** 2
         ddJ2 = 4 * o.penalty / len(d) * (np.diag(D)[None, :] + M**2 + np.diag(M @ M.T)[:, None])
         dd = curve * dw**2 + slope * ddw + w / self.WJ * ddJ2
-        self.h_meta = self.h_meta * np.maximum(1 - self.alpha * dd, 0) - self.alpha * gradient
+        self.h_meta = self.h_meta * np.clip(1 - self.alpha * dd, 0, 1) - self.alpha * gradient
 
     def _add_projection(self) -> None:
         """One more where the last one has paid (6.11 and what follows it)."""
