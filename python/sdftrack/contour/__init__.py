@@ -1,7 +1,20 @@
 # SPDX-License-Identifier: MIT
-"""Deforming objects in colour video, by their outline; and the regression that remembers shapes."""
+"""Shapes in two dimensions: an outline that follows a thing in video, a memory of its shapes, and regression."""
 
+from sdftrack.contour.assessment import Assessment
+from sdftrack.contour.dct import harmonics, silhouette
 from sdftrack.contour.lwpr import LWPR
+from sdftrack.contour.masks import align
+from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.tracker import ContourResult, ContourTracker
 
-__all__ = ["LWPR", "ContourResult", "ContourTracker"]
+__all__ = [
+    "LWPR",
+    "Assessment",
+    "ContourResult",
+    "ContourTracker",
+    "ShapeMemory",
+    "align",
+    "harmonics",
+    "silhouette",
+]

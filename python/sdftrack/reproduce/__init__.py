@@ -72,6 +72,9 @@ FIGURES = {
         Figure("5.4", "time per frame against the number of objects", "fig_5_4"),
         Figure("5.6", "two look-alikes that meet and part, joint and independent trackers", "fig_5_6"),
         Figure("5.8", "relative pose of two look-alikes at rest, moving camera", "fig_5_8"),
+        Figure("6.9", "hidden silhouettes recovered, by how many harmonics are the inputs", "fig_6_9"),
+        Figure("6.10", "hidden silhouettes detected: precision and recall", "fig_6_10"),
+        Figure("6.11", "recovery and time against simpler ways (and Table 6.4)", "fig_6_11"),
     ]
 }
 

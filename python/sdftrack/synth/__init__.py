@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Synthetic sequences with exact truth: shapes, paths, sensor noise, clutter, hands in front, colour."""
+"""Synthetic sequences with exact truth: shapes, paths, sensor noise, clutter, hands in front, colour, gaits."""
 
 from sdftrack.synth.ball import BallScene, ball_scene
+from sdftrack.synth.covers import hide
+from sdftrack.synth.gait import gait
 from sdftrack.synth.grip import Grip
 from sdftrack.synth.noise import Gaussian, Kinect
 from sdftrack.synth.occluders import Cover, Hand
@@ -18,6 +20,8 @@ __all__ = [
     "Kinect",
     "ball_scene",
     "corner",
+    "gait",
+    "hide",
     "leave_and_return",
     "orbit",
     "random_walk",

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""Masks on their way into the shape memory: checked, resampled, moved into a frame of their own."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["align", "checked_mask", "resampled", "signed_distances", "transformed"]
+
+Mask: TypeAlias = NDArray[np.bool_]
+Array: TypeAlias = NDArray[np.float64]
+FILL = 0.35  # square root of the area over the grid's side: a thin body three times as long as wide still fits in
+
+
+def checked_mask(mask: ArrayLike, name: str = "mask") -> Mask:
+    """`mask` as an (H, W) bool array with an inside and an outside; TypeError or ValueError that names it."""
+    m = np.asarray(mask)
+    if m.dtype == bool:
+        inside = m
+    elif m.dtype == np.uint8:
+        inside = m != 0
+    else:
+        raise TypeError(
+            f"{name}: expected bool or uint8 (not 0: inside), got {m.dtype}; compare first, e.g. phi < 0"
+        )
+    if m.ndim != 2 or min(m.shape, default=0) < 2:
+        raise ValueError(f"{name}: expected an image (H, W) of at least 2 x 2 pixels, got shape {m.shape}")
+    if not inside.any():
+        raise ValueError(f"{name}: expected some pixels inside, got none; a silhouette needs an object")
+    if inside.all():
+        raise ValueError(
+            f"{name}: expected some pixels outside, got none; cut the silhouette out with a margin"
+        )
+    return inside
+
+
+def resampled(mask: Mask, size: int) -> NDArray[np.float32]:
+    """(size, size) float32, the share of each pixel that is inside, by area."""
+    if mask.shape == (size, size):
+        return mask.astype(np.float32)
+    import cv2
+
+    shrinks = mask.shape[0] >= size and mask.shape[1] >= size
+    way = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
+    return np.asarray(cv2.resize(mask.astype(np.float32), (size, size), interpolation=way), np.float32)
+
+
+def signed_distances(mask: Mask) -> NDArray[np.float32]:
+    """(H, W) float32 distance of each pixel to the edge between inside and outside, pixels, negative inside."""
+    import cv2
+
+    image = mask.astype(np.uint8)
+    outside = np.asarray(cv2.distanceTransform(1 - image, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
+    inside = np.asarray(cv2.distanceTransform(image, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
+    phi = outside - inside
+    # The transforms measure to the first pixel beyond; the edge lies half a pixel before it.
+    return np.asarray(phi - 0.5 * np.sign(phi), np.float32)
+
+
+def align(mask: ArrayLike, size: int = 64, fill: float = FILL) -> tuple[Mask, Array]:
+    """Move a mask into a frame of its own: centroid in the middle, square root of the area `fill` times the side.
+
+    What a tracker's grid does for the shape memory, for masks that come without a tracker. Neither turns nor
+    shears. Alignment is meant for whole silhouettes: the centroid of a half hidden one is not that of the object
+    (take the last whole one's transform and `transformed`).
+
+    Parameters
+    ----------
+    mask : (H, W) array, bool or uint8
+        Not 0: inside.
+    size : int
+        Side of the new grid, pixels.
+    fill : float
+        0.05 to 0.9. What does not fit into the grid is cut off.
+
+    Returns
+    -------
+    aligned : (size, size) bool
+    T_grid_image : (3, 3) float64
+        Pixel (x, y, 1) of the image to that of the grid; ``transformed(mask, T_grid_image, size)`` does the same to
+        another mask of the image, ``np.linalg.inv`` leads back.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `checked_mask`; `size` or `fill` out of range.
+
+    Examples
+    --------
+    >>> aligned, T_grid_image = st.contour.align(mask)
+    """
+    inside = checked_mask(mask)
+    if isinstance(size, bool) or not isinstance(size, int | np.integer) or not 8 <= size <= 4096:
+        raise ValueError(f"size: expected a whole number of pixels, 8 to 4096, got {size!r}")
+    if not 0.05 <= fill <= 0.9:
+        raise ValueError(f"fill: expected 0.05 to 0.9, got {fill!r}")
+    y, x = np.nonzero(inside)
+    scale = fill * size / np.sqrt(len(x))
+    middle = (size - 1) / 2
+    T = np.array([[scale, 0, middle - scale * x.mean()], [0, scale, middle - scale * y.mean()], [0, 0, 1]])
+    return transformed(inside, T, size), T
+
+
+def transformed(mask: Mask, T_grid_image: Any, size: int) -> Mask:
+    """(size, size) bool: a mask of the image seen in the grid of `align`, by area where it shrinks."""
+    import cv2
+
+    T = np.asarray(T_grid_image, np.float64)
+    fine = max(1, int(np.ceil(1 / np.sqrt(abs(np.linalg.det(T[:2, :2]))))))  # samples per grid pixel and axis
+    up = np.array([[fine, 0, (fine - 1) / 2], [0, fine, (fine - 1) / 2], [0, 0, 1]])
+    image = cv2.warpAffine(
+        mask.astype(np.float32), (up @ T)[:2], (fine * size, fine * size), flags=cv2.INTER_LINEAR
+    )
+    shares = image.reshape(size, fine, size, fine).mean(axis=(1, 3))
+    return np.asarray(shares > 0.5)

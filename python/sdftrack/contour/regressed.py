@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: MIT
+"""Low harmonics of a silhouette regressed from its high ones by LWPR (thesis 6.3.4, Table 6.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.contour.dct import Order, harmonic_numbers
+
+__all__ = ["RegressedHarmonics", "Regression"]
+
+Array: TypeAlias = NDArray[np.float64]
+LEAST_SCALE = 0.1  # an input that hardly varied is not divided by less than this share of the inputs' rms
+
+
+@dataclass(frozen=True)
+class Regression:
+    """What the high harmonics of one silhouette say of its low ones; m of them.
+
+    Attributes
+    ----------
+    coefficients : (all,) the low ones as predicted, the high ones as observed
+    std : (all,) standard deviation of the prediction; 0 for the high ones
+    error : |predicted - observed| over the low ones
+    active : share of the regressions whose largest activation is above `w_gen`
+    """
+
+    coefficients: Array
+    std: Array
+    error: float
+    active: float
+
+
+class RegressedHarmonics:
+    """One LWPR unit for each low coefficient, all with the same inputs: the coefficients of the high harmonics.
+
+    Inputs are divided by their standard deviations over the first `settle` samples, which are then learnt at once;
+    the scale stays. The metric of a field is D = (reach / inputs) I: two silhouettes whose high harmonics differ by one
+    standard deviation in the mean activate each other by exp(-reach / 2). A small reach makes few fields, up to one for
+    all, which is then a linear regression by partial least squares; a large one makes hidden details "novel".
+    """
+
+    def __init__(
+        self, n_harmonics: int, n_inputs: int, order: Order, w_gen: float, reach: float, settle: int,
+        options: dict[str, Any],
+    ) -> None:  # fmt: skip
+        from sdftrack.contour.lwpr import LWPR
+
+        self.high = harmonic_numbers(n_harmonics, order) > n_harmonics - n_inputs
+        self.w_gen, self.settle = w_gen, settle
+        inputs = int(self.high.sum())
+        self._waiting: list[Array] = []
+        self.scale: Array | None = None
+        # A full metric of 51 inputs for 49 outputs would be learnt from 10^5 numbers per field: diagonal.
+        given = {"init_D": reach / inputs, "diagonal": True, "update_D": False, **options}
+        self.model = LWPR(inputs, len(self.high) - inputs, w_gen=w_gen, **given)
+
+    @property
+    def ready(self) -> bool:
+        """Whether enough has been seen for the scale of the inputs."""
+        return self.scale is not None
+
+    def learn(self, c: Array) -> None:
+        """Learn the coefficients of one whole silhouette."""
+        if self.scale is not None:
+            self.model.update(c[self.high] / self.scale, c[~self.high])
+            return
+        self._waiting.append(c)
+        if len(self._waiting) < self.settle:
+            return
+        first = np.array(self._waiting)
+        sd = first[:, self.high].std(axis=0)
+        self.scale = np.maximum(sd, LEAST_SCALE * np.sqrt(np.mean(sd**2)) + 1e-9)
+        self.model.update(first[:, self.high] / self.scale, first[:, ~self.high])
+        self._waiting = []
+
+    def explain(self, c: Array) -> Regression:
+        """Predict the low harmonics of one silhouette; `ready` must be true."""
+        assert self.scale is not None
+        x = c[self.high] / self.scale
+        mean, sd = self.model.predict(x, confidence=True)
+        out, std = c.copy(), np.zeros(len(c))
+        out[~self.high] = mean
+        std[~self.high] = sd
+        active = float((self.model.activations(x) > self.w_gen).mean())
+        return Regression(out, std, float(np.linalg.norm(mean - c[~self.high])), active)
+
+    def training_error(self) -> float:
+        """|e| of Table 6.3: the root of the summed squares of what learning left of each low coefficient."""
+        return float(np.linalg.norm(self.model.training_error))
+
+    def state(self) -> dict[str, Any]:
+        """All that learning has changed, as arrays and bytes."""
+        waiting = np.array(self._waiting).reshape(-1, len(self.high))
+        scale = np.zeros(0) if self.scale is None else self.scale
+        return {"waiting": waiting, "scale": scale, "lwpr": self.model.__getstate__()["core"]}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take up what `state` gave."""
+        self._waiting = list(state["waiting"])
+        self.scale = state["scale"] if len(state["scale"]) else None
+        now = self.model.__getstate__()
+        self.model.__setstate__({**now, "core": state["lwpr"]})

@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: MIT
+"""Silhouettes kept as they were seen, and what they say of one that is partly hidden (docs/shape_memory.md).
+
+An occluder takes pixels away from a silhouette and adds none. So a remembered silhouette explains an observed one where
+the observed one does not stick out of it; what it has beyond that may be hidden. No harmonic of the observed
+silhouette has to be right for this, in contrast to the regression of thesis 6.3.4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.contour.dct import Order, block_of, count
+from sdftrack.contour.masks import signed_distances
+
+__all__ = ["Explained", "RememberedShapes", "with_hidden"]
+
+Array: TypeAlias = NDArray[np.float32]
+Mask: TypeAlias = NDArray[np.bool_]
+
+REACH_PX = 4.0  # distances are cut there: farther away only the sign matters
+STEPS_PER_PX = 16  # distances are kept as whole numbers of steps, one byte each
+COARSE = 2  # pixels per sample of the small pictures that are compared
+FINALISTS = 32  # compared by small pictures, after the harmonics have chosen them
+SOFTNESS = (2.0, 0.1)  # px, share: silhouettes are averaged whose sticking out differs by about this
+LEAST_WEIGHT = 0.1  # of the best: less likely ones are left out of the average
+SMOOTHING = (
+    4.0  # px of blur of the expected distances, for each px that is stuck out by: an unknown pose is vague
+)
+LEAST_BLUR_PX = 0.5  # less than this changes nothing
+NEAR_PX = 2.0  # a contour pixel nearer than this to the expected contour is explained
+DEEP_PX = 1.5  # deeper than this, a pixel is inside in any pose that is likely
+WELL_KNOWN_PX = 0.4  # sticking out per contour pixel, up to which slivers of 2 px are ignored, else of 4 px
+
+
+@dataclass(frozen=True)
+class Explained:
+    """An observed silhouette in the light of the remembered ones; all masks (size, size), all shares 0 to 1.
+
+    Attributes
+    ----------
+    completed : mask; the observed silhouette and what is taken for hidden
+    hidden : mask; the second part by itself
+    missing : share of the whole that is not seen; slivers of more than 2 px count, whatever `hidden` leaves out
+    riddled : share of what lies deep in the expected silhouette that is neither seen nor taken for hidden
+    off_px : what of the observed silhouette sticks out of the best remembered one, per pixel of its contour
+    explained : share of the observed contour that lies on the expected one
+    outline : length of that part over the length of the expected contour
+    weights, finalists : of the remembered silhouettes that were averaged
+    """
+
+    completed: Mask
+    hidden: Mask
+    missing: float
+    riddled: float
+    off_px: float
+    explained: float
+    outline: float
+    weights: Array
+    finalists: NDArray[np.int64]
+
+
+class RememberedShapes:
+    """Up to `capacity` silhouettes of one grid, none nearer to another than `spacing`.
+
+    Parameters
+    ----------
+    n_harmonics, order
+        Of the short codes by which the nearest are looked for.
+    size : int
+        Side of the grid, pixels.
+    capacity : int
+        When it is reached, the older one of the two most alike gives way.
+    spacing : float
+        Symmetric difference over area, below which a silhouette is not kept: it is known.
+    """
+
+    def __init__(self, n_harmonics: int, order: Order, size: int, capacity: int, spacing: float) -> None:
+        self.n_harmonics, self.order, self.size = n_harmonics, order, size
+        self.capacity, self.spacing = capacity, spacing
+        self.count = 0
+        small = (size // COARSE) ** 2
+        self._codes = np.zeros((capacity, count(n_harmonics, order)), np.float32)
+        self._small = np.zeros((capacity, small), np.int16)  # pixels of each sample that are inside
+        self._phi = np.zeros((capacity, size * size), np.int8)
+        self._areas = np.zeros(capacity, np.float32)
+        self._unlike = np.full((capacity, capacity), np.inf, np.float32)
+        self._ages = np.zeros(capacity, np.int64)
+        self._clock = 0
+
+    @property
+    def masks(self) -> Mask:
+        """(count, size, size) the silhouettes, in the order of their places."""
+        return self._phi[: self.count].reshape(-1, self.size, self.size) < 0
+
+    @property
+    def codes(self) -> Array:
+        """(count, m) their harmonics."""
+        return self._codes[: self.count]
+
+    def add(self, mask: Mask) -> bool:
+        """Keep a silhouette, unless one like it is kept already; whether it was."""
+        area, n = float(np.count_nonzero(mask)), self.count
+        unlike = (np.count_nonzero((self._phi[:n] < 0) != mask.reshape(-1), axis=1) / area).astype(np.float32)
+        self._clock += 1
+        if n and unlike.min() < self.spacing:
+            self._ages[unlike.argmin()] = self._clock  # still in use
+            return False
+        place = n if n < self.capacity else self._given_up()
+        self.count = max(n, place + 1)
+        self._put(place, mask)
+        self._unlike[place, :n] = self._unlike[:n, place] = unlike
+        self._unlike[place, place] = np.inf
+        self._ages[place] = self._clock
+        return True
+
+    def _put(self, place: int, mask: Mask) -> None:
+        self._codes[place] = block_of(mask, self.n_harmonics, self.order, self.size)
+        self._small[place], self._areas[place] = _small(mask), np.count_nonzero(mask)
+        self._phi[place] = np.rint(
+            STEPS_PER_PX * np.clip(signed_distances(mask), -REACH_PX, REACH_PX)
+        ).reshape(-1)
+
+    def _given_up(self) -> int:
+        """Place of the older of the two that are most alike."""
+        pair = np.unravel_index(int(self._unlike.argmin()), self._unlike.shape)
+        return int(min(pair, key=lambda k: self._ages[k]))
+
+    def explain(self, mask: Mask) -> Explained:
+        """What the remembered silhouettes say of an observed one; there must be at least one."""
+        near, sticks_out = self._nearest(mask)
+        least = float(sticks_out.min())  # px
+        weights = np.exp((least - sticks_out) / (SOFTNESS[0] + SOFTNESS[1] * least)).astype(np.float32)
+        likely = weights >= LEAST_WEIGHT
+        near, weights = near[likely], weights[likely] / weights[likely].sum()
+        phi = (weights / STEPS_PER_PX @ self._phi[near].astype(np.float32)).reshape(self.size, self.size)
+        edge = _edge(mask)
+        length = np.count_nonzero(edge)
+        phi = _vague(phi, SMOOTHING * least / length)
+        expected = phi < 0
+        completed, hidden = with_hidden(mask, expected, least / length)
+        lacking = np.count_nonzero(_thick(expected & ~mask, 1))
+        deep = phi < -DEEP_PX
+        on_it = np.count_nonzero(edge & (np.abs(phi) < NEAR_PX))
+        return Explained(
+            completed, hidden,
+            missing=lacking / (lacking + np.count_nonzero(mask)),
+            riddled=np.count_nonzero(deep & ~completed) / max(1, int(np.count_nonzero(deep))),
+            off_px=least / length,
+            explained=on_it / length,
+            outline=on_it / max(1, int(np.count_nonzero(_edge(expected)))),
+            weights=weights, finalists=near,
+        )  # fmt: skip
+
+    def state(self) -> dict[str, Any]:
+        """All that learning has changed, as arrays; masks as bits."""
+        n = self.count
+        return {
+            "kept": np.packbits(self.masks.reshape(n, self.size * self.size), axis=1),
+            "unlike": self._unlike[:n, :n].copy(),
+            "ages": self._ages[:n].copy(),
+            "clock": np.array(self._clock),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take up what `state` gave."""
+        n = len(state["kept"])
+        bits = np.unpackbits(state["kept"], axis=1, count=self.size * self.size).astype(bool)
+        for k, mask in enumerate(bits.reshape(n, self.size, self.size)):
+            self._put(k, mask)
+        self.count = n
+        self._unlike[:n, :n] = state["unlike"]
+        self._ages[:n] = state["ages"]
+        self._clock = int(state["clock"])
+
+    def _nearest(self, mask: Mask) -> tuple[NDArray[np.int64], Array]:
+        """The FINALISTS that the observed silhouette sticks out of least, and by how many pixels each.
+
+        With f = +1 inside and -1 outside, the product of two pictures over all pixels is that of their series, and
+        4 |a and b| = f_a . f_b + 2 |a| + 2 |b| - size^2: the harmonics choose, small pictures compare.
+        """
+        n = self.count
+        near = np.arange(n)
+        if n > FINALISTS:
+            code = block_of(mask, self.n_harmonics, self.order, self.size).astype(np.float32)
+            in_common = self._codes[:n] @ code + 2 * self._areas[:n]
+            near = np.argpartition(in_common, n - FINALISTS)[n - FINALISTS :]
+        beyond = np.maximum(_small(mask) - self._small[near], 0)
+        return near, beyond.sum(axis=1, dtype=np.int32).astype(np.float32)
+
+
+def _small(mask: Mask) -> NDArray[np.int16]:
+    """Pixels inside, in blocks of COARSE x COARSE; a last odd row or column is left out."""
+    side = mask.shape[0] // COARSE
+    cut = mask[: COARSE * side, : COARSE * side].astype(np.int16)
+    return np.asarray(sum(cut[i::COARSE, j::COARSE] for i in range(COARSE) for j in range(COARSE))).reshape(
+        -1
+    )
+
+
+def with_hidden(seen: Mask, expected: Mask, off_px: float | None = None) -> tuple[Mask, Mask]:
+    """What is seen with what is expected and hidden, and the second by itself.
+
+    Slivers along the seen contour are differences between two poses: up to 2 px thick they are left out, up to 4 px
+    where the seen silhouette sticks out of the expected one by much (`off_px` per contour pixel; None: measured here).
+    """
+    if off_px is None:
+        off_px = np.count_nonzero(seen & ~expected) / max(1, int(np.count_nonzero(_edge(seen))))
+    hidden = _thick(expected & ~seen, 1 if off_px < WELL_KNOWN_PX else 2)
+    return seen | hidden, hidden
+
+
+def _thick(mask: Mask, sliver: int) -> Mask:
+    """What is thicker than 2 `sliver` pixels, whole, up to its rim."""
+    import cv2
+
+    image, square = mask.astype(np.uint8), np.ones((3, 3), np.uint8)
+    core = cv2.erode(image, square, iterations=sliver, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    whole = np.asarray(cv2.dilate(core, square, iterations=sliver + 1))
+    return mask & (whole > 0)
+
+
+def _vague(phi: Array, sigma_px: float) -> Array:
+    """Distances smoothed by as much as the silhouettes that they come from are off."""
+    import cv2
+
+    if sigma_px < LEAST_BLUR_PX:
+        return phi
+    return np.asarray(cv2.GaussianBlur(phi, (0, 0), sigma_px, borderType=cv2.BORDER_REPLICATE), np.float32)
+
+
+def _edge(mask: Mask) -> Mask:
+    """Pixels inside that have one of their four neighbours outside."""
+    inside = np.zeros((mask.shape[0] + 2, mask.shape[1] + 2), bool)
+    inside[1:-1, 1:-1] = mask
+    deep = inside[:-2, 1:-1] & inside[2:, 1:-1] & inside[1:-1, :-2] & inside[1:-1, 2:]
+    return mask & ~deep

@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: MIT
+"""Silhouettes as cosine series: against scipy and the sums of the text, cases with known answers, bad input."""
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.contour.dct import block_of, count, harmonic_numbers, series
+from sdftrack.contour.masks import signed_distances, transformed
+from sdftrack.reference import shape_memory as twin
+
+ORDERS = ["max", "sum"]
+ROUNDING = 1e-11  # sums of 4,096 numbers of about 1, in double; measured 3e-15
+FLOAT32 = 1e-4  # shares of pixels are float32, sums of 4,096 of them
+TO_AN_EIGHTH_PX = 0.13  # distances are sampled four times per pixel
+CURVED_PX = 0.1  # an octagon-like digital disc against the true circle, beside that
+SMOOTH_IOU = 0.97  # a disc of 20 pixels cut to 20 harmonics; measured 0.985
+GRID_PX = 0.5  # a centroid of a mask moved by whole areas of pixels
+
+
+@pytest.fixture(scope="module")
+def noise():
+    return np.random.default_rng(0).random((64, 64)) > 0.5
+
+
+def disc(size, radius, x=None, y=None):
+    middle = (size - 1) / 2
+    rows, columns = np.indices((size, size))
+    return np.hypot(columns - (middle if x is None else x), rows - (middle if y is None else y)) < radius
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_harmonics_are_scipys_orthonormal_cosine_transform(noise, order):
+    fft = pytest.importorskip("scipy.fft")
+    full = fft.dctn(2.0 * noise - 1, norm="ortho")
+    u, v = np.indices(full.shape)
+    number = np.maximum(u, v) + 1 if order == "max" else u + v + 1
+    c = st.contour.harmonics(noise, 10, order)
+    numbers = harmonic_numbers(10, order)
+    assert len(c) == count(10, order) == (100 if order == "max" else 55)
+    for k in range(1, 11):
+        np.testing.assert_allclose(
+            np.sort(c[numbers == k]), np.sort(full[number == k]), atol=ROUNDING, err_msg=f"harmonic {k}"
+        )
+
+
+def test_the_layout_goes_along_each_shell_as_documented():
+    mask = np.random.default_rng(1).random((16, 16)) > 0.5
+    places = [(0, 0), (0, 1), (1, 1), (1, 0), (0, 2), (1, 2), (2, 2), (2, 1), (2, 0)]
+    want = [twin.coefficient(mask, u, v) for u, v in places]
+    np.testing.assert_allclose(st.contour.harmonics(mask, 3, size=16), want, atol=ROUNDING)
+    places = [(0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0)]
+    want = [twin.coefficient(mask, u, v) for u, v in places]
+    np.testing.assert_allclose(st.contour.harmonics(mask, 3, "sum", size=16), want, atol=ROUNDING)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_fewer_harmonics_are_the_first_part_of_more(noise, order):
+    few, many = (st.contour.harmonics(noise, n, order) for n in (4, 9))
+    np.testing.assert_array_equal(few, many[: len(few)])
+
+
+def test_all_harmonics_give_the_mask_back_to_the_pixel(noise):
+    np.testing.assert_array_equal(st.contour.silhouette(st.contour.harmonics(noise, 64), 64), noise)
+    np.testing.assert_allclose(
+        series(st.contour.harmonics(noise, 64), (64, 64)), 2.0 * noise - 1, atol=ROUNDING
+    )
+
+
+def test_a_vertical_edge_has_the_coefficients_of_a_step():
+    mask = np.zeros((64, 64), bool)
+    mask[:, :32] = True  # +1 on the left, -1 on the right: odd about the middle
+    c = st.contour.harmonics(mask, 4).reshape(-1)
+    numbers = dict(zip([(0, 0), (0, 1), (1, 1), (1, 0), (0, 2)], c[:5], strict=True))
+    assert numbers[0, 0] == pytest.approx(0, abs=ROUNDING)
+    assert numbers[1, 0] == pytest.approx(0, abs=ROUNDING)
+    assert numbers[0, 2] == pytest.approx(0, abs=ROUNDING)
+    # sqrt(2) times the sum over x of sign cos(pi (2 x + 1) / 128), which is 1 / sin(pi / 128)
+    assert numbers[0, 1] == pytest.approx(np.sqrt(2) / np.sin(np.pi / 128), rel=1e-12)
+
+
+def test_order_max_keeps_more_of_a_shape_than_order_sum():
+    for mask in st.synth.gait("walker", 5):
+        overlap = [
+            st.metrics.iou(st.contour.silhouette(st.contour.harmonics(mask, 10, o), 64, o), mask)
+            for o in ORDERS
+        ]
+        assert overlap[0] > overlap[1]
+
+
+def test_a_series_can_be_drawn_at_any_size():
+    c = st.contour.harmonics(disc(64, 20), 20)
+    assert st.metrics.iou(st.contour.silhouette(c, (256, 256)), disc(256, 80)) > SMOOTH_IOU
+    assert st.contour.silhouette(c, (30, 50)).shape == (30, 50)
+
+
+def test_a_level_set_is_the_distance_to_the_circle_negative_inside():
+    c = st.contour.harmonics(disc(64, 20.0), 64)
+    phi = st.contour.silhouette(c, 64, level_set=True)
+    rows, columns = np.indices((64, 64))
+    true = np.hypot(columns - 31.5, rows - 31.5) - 20.0
+    near = np.abs(true) < 3
+    assert phi.dtype == np.float32
+    # Half a pixel is what the mask itself does not know of the circle; the mean has to be right.
+    assert abs(float((phi - true)[near].mean())) < TO_AN_EIGHTH_PX + CURVED_PX
+    assert phi[31, 31] < -18 < 10 < phi[0, 31]
+
+
+def test_without_a_contour_the_level_set_is_everywhere_far_away():
+    empty = np.array([-64.0, 0, 0, 0])
+    assert (st.contour.silhouette(empty, 32, level_set=True) == np.float32(np.hypot(32, 32))).all()
+    assert (st.contour.silhouette(-empty, 32, level_set=True) == -np.float32(np.hypot(32, 32))).all()
+
+
+def test_signed_distances_change_sign_between_two_pixels():
+    mask = np.zeros((9, 9), bool)
+    mask[:, :4] = True
+    np.testing.assert_array_equal(signed_distances(mask)[0], np.arange(9) - 3.5)
+
+
+def test_a_mask_of_another_size_is_resampled_by_area():
+    big = disc(256, 80)
+    c = st.contour.harmonics(big, 10)
+    shares = big.reshape(64, 4, 64, 4).mean(axis=(1, 3))
+    np.testing.assert_allclose(c, block_of(shares, 10, "max", 64), atol=FLOAT32)
+    np.testing.assert_array_equal(
+        st.contour.harmonics(255 * big.astype(np.uint8), 10), c, err_msg="uint8 is the same as bool"
+    )
+    np.testing.assert_array_equal(st.contour.harmonics(np.repeat(big, 2, axis=1)[:, ::2], 10), c)  # strides
+
+
+def test_alignment_puts_the_centroid_in_the_middle_and_the_area_at_its_size():
+    image = disc(200, 30, x=60, y=140)
+    image[100:110, 60:130] = True
+    aligned, T = st.contour.align(image)
+    y, x = np.nonzero(aligned)
+    assert abs(x.mean() - 31.5) < GRID_PX
+    assert abs(y.mean() - 31.5) < GRID_PX
+    assert np.sqrt(aligned.sum()) == pytest.approx(0.35 * 64, rel=0.02)  # a ragged edge of 80 pixels
+    np.testing.assert_array_equal(transformed(image, T, 64), aligned)
+    moved, _ = st.contour.align(np.roll(image, (5, 11), (0, 1)))
+    np.testing.assert_array_equal(moved, aligned)
+
+
+@pytest.mark.parametrize(
+    ("mask", "error", "words"),
+    [
+        (np.zeros((64, 64), bool), ValueError, "some pixels inside"),
+        (np.ones((64, 64), bool), ValueError, "some pixels outside"),
+        (np.zeros((64, 64)), TypeError, "expected bool or uint8"),
+        (np.zeros((64, 64, 3), np.uint8), ValueError, "an image"),
+        (np.zeros((0, 4), bool), ValueError, "at least 2 x 2"),
+        (None, TypeError, "expected bool or uint8"),
+    ],
+)
+@pytest.mark.parametrize("function", [lambda m: st.contour.harmonics(m, 4), st.contour.align])
+def test_what_is_no_silhouette_is_refused_by_name(function, mask, error, words):
+    with pytest.raises(error, match=f"^mask: .*{words}"):
+        function(mask)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "words"),
+    [
+        ({"n": 0}, ValueError, "n: expected 1 to 64"),
+        ({"n": 65}, ValueError, "n: expected 1 to 64"),
+        ({"n": 2.5}, TypeError, "n: expected a whole number"),
+        ({"n": 4, "order": "diagonal"}, ValueError, "order: expected"),
+        ({"n": 4, "size": 1}, ValueError, "size: expected"),
+    ],
+)
+def test_harmonics_names_the_argument_that_is_wrong(given, error, words):
+    with pytest.raises(error, match=words):
+        st.contour.harmonics(disc(64, 20), **given)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "words"),
+    [
+        ((np.zeros(7), 64), ValueError, r"numbers \(order \"max\"\)"),
+        ((np.zeros(9), 64, "sum"), ValueError, r"n \(n \+ 1\) / 2"),
+        ((np.zeros((3, 3)), 64), ValueError, "one dimension"),
+        ((np.full(9, np.nan), 64), ValueError, "finite"),
+        ((np.zeros(9, complex), 64), TypeError, "expected numbers"),
+        ((np.zeros(9), (64, 0)), ValueError, "shape: expected"),
+        ((np.zeros(9), 64, "diagonal"), ValueError, "order: expected"),
+    ],
+)
+def test_silhouette_names_the_argument_that_is_wrong(given, error, words):
+    with pytest.raises(error, match=words):
+        st.contour.silhouette(*given)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"), [({"size": 4}, "size: expected"), ({"fill": 2.0}, "fill: expected")]
+)
+def test_align_names_the_argument_that_is_wrong(given, words):
+    with pytest.raises(ValueError, match=words):
+        st.contour.align(disc(64, 20), **given)

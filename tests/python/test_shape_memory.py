@@ -1,0 +1,502 @@
+# SPDX-License-Identifier: MIT
+"""The shape memory on silhouettes with truth: what is hidden comes back, what is not known is said to be new."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.contour import memory_file
+from sdftrack.contour.masks import signed_distances
+from sdftrack.contour.occluders import count_occluders
+from sdftrack.contour.remembered import (
+    LEAST_WEIGHT,
+    SOFTNESS,
+    RememberedShapes,
+    with_hidden,
+)
+from sdftrack.eval import shape_memory as tables
+from sdftrack.eval.shape_protocol import Answer, asked, baseline, cases, davis_masks, detection, learnt
+from sdftrack.reference import shape_memory as twin
+
+# Overlaps under bars that hide 20 to 60 %, 60 frames learnt: measured 0.904 and, by LWPR, 0.61.
+RECOVERED, RECOVERED_BY_LWPR = 0.88, 0.58
+BETTER_THAN_SIMPLE = 0.03  # overlap over the best baseline that keeps what is seen; measured 0.043
+RIGHT_SHAPE = 0.65  # least overlap of a fenced silhouette that is not called novel; measured 0.73
+CALLED_RIGHT = 0.97  # F1 of "occluded" in a gait whose poses are known; measured 1.00
+KNOWN_AP = 0.99  # average precision there; measured 1.00
+HALF_STEP_PX = 1 / 32  # distances are kept in sixteenths of a pixel
+RULES = ["remembered", "printed"]
+FRAMES = 120
+
+
+@pytest.fixture(scope="module")
+def cat():
+    return st.synth.gait("cat", FRAMES)
+
+
+@pytest.fixture(scope="module")
+def memory(cat):
+    return learnt(cat[: FRAMES // 2])
+
+
+@pytest.fixture(scope="module")
+def by_lwpr(cat):
+    return learnt(cat[: FRAMES // 2], rule="printed")
+
+
+@pytest.fixture(scope="module")
+def bars(cat):
+    return cases(cat[FRAMES // 2 :: 2], (0.2, 0.4, 0.6), "bar")
+
+
+def overlap(answers):
+    return np.mean([a.completed for a in answers])
+
+
+# Recovery
+
+
+def test_hidden_parts_of_a_known_gait_come_back(memory, bars):
+    answers = asked(memory, bars)
+    assert overlap(answers) > RECOVERED
+    assert np.mean([a.accepted for a in answers]) > RECOVERED
+    assert np.mean([st.metrics.iou(c.seen, c.whole) for c in bars]) < 0.65  # nothing recovered: 0.6
+
+
+def test_the_printed_rule_recovers_what_ten_harmonics_can(by_lwpr, bars):
+    """Ten harmonics of the whole mask overlap by 0.79; the rest is what the regression loses after 60 frames."""
+    assert overlap(asked(by_lwpr, bars)) > RECOVERED_BY_LWPR
+
+
+@pytest.mark.parametrize("keep_seen", [False, True])
+@pytest.mark.parametrize("name", ["NN high", "NN all", "PCA high", "PCA all"])
+def test_the_memory_recovers_more_than_neighbours_and_components_do(cat, memory, bars, name, keep_seen):
+    simple = baseline(name, cat[: FRAMES // 2], bars, keep_seen=keep_seen)
+    assert overlap(asked(memory, bars)) > overlap(simple) + BETTER_THAN_SIMPLE
+
+
+def test_what_is_seen_is_never_taken_away(memory, bars):
+    for case in bars[::5]:
+        assert memory.assess(case.seen).completed[case.seen].all()
+
+
+def test_a_whole_silhouette_stays_as_it_is(memory, cat):
+    for mask in cat[FRAMES // 2 :: 6]:
+        assert memory.judge(mask) == "unoccluded"
+        np.testing.assert_array_equal(memory.recover(mask), mask)
+
+
+def test_hidden_and_whole_silhouettes_are_told_apart(memory, cat):
+    answers = asked(memory, cases(cat[FRAMES // 2 :: 3], (0.0, 0.1, 0.3, 0.5, 0.7), "rectangle"))
+    found = detection(answers)
+    assert found.average_precision > KNOWN_AP
+    assert found.f1 > CALLED_RIGHT
+    assert found.f1 > found.best - 0.03
+
+
+def test_the_printed_rule_tells_shapes_that_it_has_learnt_from_hidden_ones(cat):
+    memory = learnt(cat, rule="printed", n_inputs=2)
+    found = detection(asked(memory, cases(cat[::4], (0.0, 0.2, 0.4), "rectangle")))
+    assert found.f1 > found.best - 0.03
+    assert found.average_precision > 0.85  # a guess has 0.67; measured 0.92
+
+
+def test_a_recovered_silhouette_agrees_with_its_own_coefficients(memory, bars):
+    said = memory.assess(bars[4].seen)
+    assert said.judgement == "occluded"
+    # Truth values and numbers of 0 and 1 are summed in another order.
+    np.testing.assert_allclose(said.coefficients, st.contour.harmonics(said.completed, 10), atol=1e-5)
+    assert said.std.shape == said.coefficients.shape
+    spread = [memory.assess(case.seen).std for case in bars]
+    assert min(x.min() for x in spread) == 0  # one silhouette alone explains some of them
+    assert max(x.max() for x in spread) > 0
+
+
+# What must end as novel
+
+
+def test_many_small_occluders_are_novel_or_come_out_right(memory, cat):
+    fences = cases(cat[FRAMES // 2 :: 3], (0.3, 0.4, 0.5), "fence")
+    answers = asked(memory, fences)
+    assert (
+        np.mean([a.judgement == "novel" for a in answers]) > 0.5
+    )  # the others have two slats before the body
+    assert min(a.accepted for a in answers if a.judgement == "occluded") > RIGHT_SHAPE
+    assert all(a.judgement != "unoccluded" for a in answers)
+
+
+def test_a_fine_fence_before_a_hand_is_novel():
+    hand = st.synth.gait("hand", 60)
+    memory = learnt(hand)
+    fence = np.zeros((64, 64), bool)
+    fence[:, ::6] = fence[:, 1::6] = fence[:, 2::6] = True
+    assert {memory.judge(mask & ~fence) for mask in hand[::10]} == {"novel"}
+
+
+def test_slats_before_a_pose_that_is_not_known_do_not_make_it_whole():
+    """Thin slats could pass for slivers of another pose (12 of 57 would), and the fence would be learnt."""
+    walker = st.synth.gait("walker", 120, seed=1)
+    memory = learnt(walker[:8])  # a quarter of a stride
+    answers = asked(memory, cases(walker[8::6], (0.3, 0.4, 0.5), "fence"))
+    assert all(a.judgement != "unoccluded" for a in answers)
+
+
+def test_a_silhouette_full_of_small_holes_is_novel(memory, cat):
+    """Each hole is thinner than the slivers that are ignored."""
+    rng = np.random.default_rng(0)
+    for mask in cat[60::10]:
+        assert memory.judge(mask & (rng.random(mask.shape) > 0.3)) == "novel"
+
+
+@pytest.mark.parametrize("kind", ["cat", "walker", "hand"])
+def test_a_silhouette_without_any_detail_is_novel(kind):
+    masks = st.synth.gait(kind, 40)
+    memory = learnt(masks)
+    for mask in masks[::5]:
+        phi = signed_distances(mask)
+        y, x = np.unravel_index(phi.argmin(), phi.shape)
+        rows, columns = np.indices(mask.shape)
+        inside = np.hypot(columns - x, rows - y) < 0.7 * -phi.min()  # nowhere near the outline
+        assert memory.judge(inside) == "novel"
+
+
+def test_another_object_is_novel(memory):
+    for mask in st.synth.gait("jumper", 6, seed=3):
+        assert memory.judge(mask) == "novel"
+
+
+def test_the_printed_rule_calls_details_novel_that_it_has_not_learnt(cat):
+    """With fields that reach less far: the default ones reach over occluded details, and other objects."""
+    memory = learnt(cat, rule="printed", reach=8.0)
+    fences = cases(cat[::10], (0.4,), "fence")
+    assert np.mean([a.judgement == "novel" for a in asked(memory, fences)]) > 0.8  # measured 0.92
+    assert {memory.judge(mask) for mask in st.synth.gait("jumper", 4, seed=3)} == {"novel"}
+    assert "novel" not in {memory.judge(mask) for mask in cat[::10]}
+
+
+def test_slats_are_counted_but_not_the_legs_behind_one_bar():
+    seen = np.zeros((64, 64), bool)
+    seen[10:30, 8:56] = True
+    slats = np.zeros_like(seen)
+    for k in range(4):
+        slats[10:30, 12 + 12 * k : 17 + 12 * k] = True
+    assert count_occluders(slats, seen & ~slats) == 4
+    legs = np.zeros_like(seen)
+    for k in range(4):
+        legs[30:60, 10 + 12 * k : 15 + 12 * k] = True
+    bar = np.zeros_like(seen)
+    bar[40:48] = True
+    assert count_occluders(legs & bar, (seen | legs) & ~bar) == 1
+    assert count_occluders(np.zeros_like(seen), seen) == 0
+
+
+# Learning
+
+
+def test_occluded_silhouettes_are_not_learnt_by_observing(memory, bars):
+    kept, count = memory.n_learnt, memory.n_kept
+    assert memory.observe(bars[4].seen).judgement == "occluded"
+    assert (memory.n_learnt, memory.n_kept) == (kept, count)
+
+
+def test_whole_silhouettes_are_learnt_by_observing(cat):
+    memory = learnt(cat[:40])
+    assert memory.observe(cat[41]).judgement == "unoccluded"
+    assert memory.n_learnt == 41
+
+
+def test_silhouettes_that_are_alike_are_kept_once_and_the_capacity_holds(cat):
+    memory = learnt([cat[0]] * 5)
+    assert (memory.n_learnt, memory.n_kept) == (5, 1)
+    small = learnt(cat, capacity=12)
+    assert small.n_kept == 12
+    # Those that were given up were the most alike: the poses of a whole stride are still there.
+    assert overlap(asked(small, cases(cat[::10], (0.4,), "bar"))) > 0.87  # measured 0.90
+
+
+def test_the_threshold_comes_from_errors_on_new_silhouettes_and_stays(cat):
+    memory = learnt(cat[:60], calibrate_on=20)
+    before = memory.threshold
+    for mask in cat[60:]:
+        memory.learn(mask)
+    assert memory.threshold == before
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_the_answers_do_not_depend_on_what_was_asked_before(rule, cat, bars):
+    one, other = (learnt(cat[:40], rule=rule) for _ in range(2))
+    for case in bars[:5]:
+        other.assess(case.seen)
+    assert one == other
+    np.testing.assert_array_equal(one.assess(bars[6].seen).completed, other.assess(bars[6].seen).completed)
+
+
+def test_a_mask_of_another_size_than_the_grid_is_judged_and_recovered_in_its_own():
+    big = np.kron(st.synth.gait("hand", 40), np.ones((3, 2), bool))
+    memory = learnt(big)
+    hidden = big[7].copy()
+    hidden[60:110] = False
+    said = memory.assess(hidden)
+    assert said.judgement == "occluded"
+    assert said.mask.shape == big[0].shape
+    assert said.mask[hidden].all()
+    assert st.metrics.iou(said.mask, big[7]) > 0.97  # measured 0.99
+
+
+def test_a_bar_that_passes_by_is_noticed_and_filled_in_and_learning_goes_on(cat):
+    """The loop of a tracker: the first frames are learnt, then each is judged, the whole ones learnt."""
+    memory = learnt(cat[:60])
+    said = []
+    for k, mask in enumerate(cat[60:]):
+        seen = mask.copy()
+        x = 80 - 2 * k  # the left edge of a bar 12 pixels wide: in sight for 46 frames
+        seen[:, max(0, x) : max(0, x + 12)] = False
+        lost = 1 - seen.sum() / mask.sum()
+        answer = memory.observe(seen)
+        said.append((lost, answer.judgement, st.metrics.iou(answer.mask, mask)))
+    hidden = [s for s in said if s[0] > 0.1]
+    whole = [s for s in said if s[0] == 0]
+    assert len(hidden) >= 12
+    assert len(whole) >= 12
+    assert [s[1] for s in whole] == ["unoccluded"] * len(whole)
+    assert np.mean([s[1] == "occluded" for s in hidden]) > 0.9  # measured 20 of 21
+    assert np.mean([s[2] for s in hidden]) > 0.93  # measured 0.96
+    assert memory.n_learnt <= 60 + len(said) - sum(s[1] == "occluded" for s in said)
+
+
+# Against the slow way
+
+
+def test_the_memory_compares_silhouettes_as_the_twin_does(cat, bars):
+    shapes = RememberedShapes(10, "max", 64, 64, 0.02)
+    for mask in cat[:12]:
+        shapes.add(mask)
+    for case in bars[:2]:
+        said = shapes.explain(case.seen)
+        out = twin.sticks_out(case.seen, shapes.masks)
+        assert said.off_px * np.count_nonzero(case.seen & ~_eroded(case.seen)) == pytest.approx(out.min())
+        phi = np.array([np.clip(signed_distances(m), -4, 4) for m in shapes.masks])
+        expected = twin.expected_distances(case.seen, shapes.masks, phi, SOFTNESS, LEAST_WEIGHT)
+        mean = said.weights @ shapes._phi[said.finalists].astype(np.float32) / 16
+        np.testing.assert_allclose(mean.reshape(64, 64), expected, atol=HALF_STEP_PX + 1e-5)
+
+
+def _eroded(mask):
+    inside = np.pad(mask, 1)
+    return mask & inside[:-2, 1:-1] & inside[2:, 1:-1] & inside[1:-1, :-2] & inside[1:-1, 2:]
+
+
+def test_harmonics_choose_the_silhouettes_that_pixels_would_choose(cat, bars):
+    shapes = RememberedShapes(10, "max", 64, 256, 0.0)
+    for mask in cat:
+        shapes.add(mask)
+    for case in bars[::6]:
+        near, out = shapes._nearest(case.seen)
+        best = (case.seen & ~shapes.masks).sum(axis=(1, 2)).min()
+        assert (case.seen & ~shapes.masks[near]).sum(axis=(1, 2)).min() <= best + 3  # px, of some 300
+        assert len(near) == 32
+        assert out.shape == (32,)
+
+
+def test_slivers_along_the_outline_are_not_taken_for_hidden():
+    whole = np.zeros((40, 40), bool)
+    whole[5:35, 5:35] = True
+    thin = whole.copy()
+    thin[:, 5:7] = False
+    np.testing.assert_array_equal(with_hidden(thin, whole)[1], False)
+    thick = whole.copy()
+    thick[:, 5:12] = False
+    np.testing.assert_array_equal(with_hidden(thick, whole)[0], whole)
+
+
+# Files and copies
+
+
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("count", [0, 3, 40])
+def test_a_memory_comes_back_from_its_file_from_pickle_and_as_a_copy(rule, count, cat, bars, tmp_path):
+    memory = learnt(cat[:count], rule=rule)
+    memory.save(tmp_path / "cat.memory")
+    for other in (
+        st.contour.ShapeMemory.load(tmp_path / "cat.memory"),
+        pickle.loads(pickle.dumps(memory)),
+        copy.deepcopy(memory),
+    ):
+        assert other == memory
+        assert repr(other) == repr(memory)
+        if count:
+            assert other.judge(bars[0].seen) == memory.judge(bars[0].seen)
+            other.learn(cat[50])
+            assert other != memory
+
+
+def test_damaged_and_foreign_files_are_refused_in_one_line(memory, tmp_path):
+    path = tmp_path / "cat.memory"
+    memory.save(path)
+    content = path.read_bytes()
+    broken = {
+        "something else": b"\x89PNG\r\n" + content,
+        "checksum": content[:-7],
+        "version": content.replace(b"memory 1\n", b"memory 9\n", 1),
+        "checksum does not": content[:5000] + b"?" + content[5001:],
+    }
+    for words, wrong in broken.items():
+        path.write_bytes(wrong)
+        with pytest.raises(ValueError, match=words):
+            st.contour.ShapeMemory.load(path)
+    path.write_bytes(memory_file.to_bytes({"options": {}}))
+    with pytest.raises(ValueError, match="do not fit together"):
+        st.contour.ShapeMemory.load(path)
+    with pytest.raises(FileNotFoundError, match="no such file"):
+        st.contour.ShapeMemory.load(tmp_path / "none")
+
+
+# Bad input
+
+
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("ask", ["judge", "recover", "assess", "observe"])
+def test_a_memory_that_has_learnt_nothing_says_so(rule, ask, cat):
+    with pytest.raises(RuntimeError, match=r"nothing has been learnt; call learn"):
+        getattr(st.contour.ShapeMemory(rule=rule), ask)(cat[0])
+
+
+def test_the_printed_rule_calls_everything_novel_until_its_scale_is_known(cat):
+    memory = learnt(cat[:19], rule="printed")
+    assert memory.judge(cat[0]) == "novel"
+    memory.learn(cat[19])
+    assert memory.judge(cat[0]) != "novel"
+
+
+@pytest.mark.parametrize("ask", ["learn", "judge", "recover"])
+@pytest.mark.parametrize(
+    ("mask", "error", "words"),
+    [
+        (np.zeros((64, 64), bool), ValueError, "some pixels inside"),
+        (np.ones((64, 64), bool), ValueError, "some pixels outside"),
+        (np.ones((64, 64)), TypeError, "bool or uint8"),
+        (np.eye(32, dtype=bool), ValueError, "shape of those learnt"),
+        (np.ones((64, 64, 3), np.uint8), ValueError, "an image"),
+    ],
+)
+def test_bad_masks_are_refused_and_change_nothing(memory, ask, mask, error, words):
+    before = memory.n_learnt
+    with pytest.raises(error, match=f"^mask: .*{words}"):
+        getattr(memory, ask)(mask)
+    assert memory.n_learnt == before
+
+
+@pytest.mark.parametrize("ask", ["learn", "assess"])
+def test_a_memory_that_another_thread_is_using_says_so(cat, ask):
+    memory = learnt(cat[:5])
+    with memory._alone(), pytest.raises(RuntimeError, match="in use by another thread"):
+        getattr(memory, ask)(cat[0])
+    assert memory.n_learnt == 5
+    getattr(memory, ask)(cat[0])  # the lock is given back
+
+
+def test_what_vanishes_on_the_grid_is_refused():
+    speck = np.zeros((2000, 2000), bool)
+    speck[3, 3] = True
+    with pytest.raises(ValueError, match="nothing is left"):
+        st.contour.ShapeMemory().learn(speck)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "words"),
+    [
+        ({"n_harmonics": 1}, ValueError, "n_harmonics: expected 2 to 32"),
+        ({"n_harmonics": 10.0}, TypeError, "n_harmonics: expected a whole number"),
+        ({"n_inputs": 10}, ValueError, "n_inputs: expected 1 to 9"),
+        ({"n_harmonics": 20, "size": 16}, ValueError, "no more than 16"),
+        ({"rule": "best"}, ValueError, "rule: expected"),
+        ({"order": "diagonal"}, ValueError, "order: expected"),
+        ({"spacing": -1.0}, ValueError, "spacing: expected"),
+        ({"capacity": 1}, ValueError, "capacity: expected"),
+        ({"w_gen": "high"}, TypeError, "w_gen: expected a number"),
+        ({"lwpr": {"diagonal": False}}, ValueError, "lwpr: expected with"),
+        ({"rule": "printed", "lwpr": {"init_alpha": -1.0}}, ValueError, "init_alpha"),
+    ],
+)
+def test_options_out_of_range_are_named(given, error, words):
+    with pytest.raises(error, match=words):
+        st.contour.ShapeMemory(**given)
+
+
+# Synthesis and protocol
+
+
+@pytest.mark.parametrize("kind", ["cat", "walker", "jumper", "hand"])
+def test_gaits_are_seeded_aligned_and_move(kind):
+    masks, again, other = (st.synth.gait(kind, 12, seed=s) for s in (1, 1, 2))
+    np.testing.assert_array_equal(masks, again)
+    assert (masks != other).any()
+    assert masks.shape == (12, 64, 64)
+    rows, columns = np.indices((64, 64))
+    for mask in masks:
+        # A walker who is seen from the side is higher than the grid: a head that is cut off moves the centroid.
+        assert abs(columns[mask].mean() - 31.5) < 0.5
+        assert abs(rows[mask].mean() - 31.5) < 1.0
+    assert min(st.metrics.iou(m, masks[0]) for m in masks) < 0.95
+
+
+@pytest.mark.parametrize("by", ["rectangle", "bar", "fence"])
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.8])
+def test_the_share_that_is_hidden_is_the_one_asked_for(cat, by, share):
+    for seed, mask in enumerate(cat[:6]):
+        seen = st.synth.hide(mask, share, by, seed)
+        assert not (seen & ~mask).any()
+        hidden = 1 - seen.sum() / mask.sum()
+        assert share <= hidden < share + 0.2  # a fence grows by a column of all slats at once
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda m: st.synth.hide(m, 0.5, "cloud"), "by: expected"),
+        (lambda m: st.synth.hide(m, 1.5), "share: expected"),
+        (lambda m: st.synth.hide(np.zeros_like(m), 0.5), "something inside"),
+        (lambda m: st.synth.gait("horse"), "kind: expected"),
+        (lambda m: st.synth.gait("cat", 0), "n: expected"),
+    ],
+)
+def test_the_synthesis_names_the_argument_that_is_wrong(cat, call, words):
+    with pytest.raises(ValueError, match=words):
+        call(cat[0])
+
+
+def test_precision_and_recall_of_a_case_done_by_hand():
+    def answer(share, error, judgement="occluded"):
+        return Answer(share, 1.0, 1.0, error, judgement, 0.0)
+
+    answers = [answer(0.3, 4.0), answer(0.0, 3.0), answer(0.5, 2.0, "unoccluded"), answer(0.5, 9.0, "novel")]
+    found = detection(answers)
+    # In order of error: right, wrong, right; the novel one is never called. Recall 1/3, 1/3, 2/3.
+    np.testing.assert_allclose(found.precision, [1, 1 / 2, 2 / 3])
+    np.testing.assert_allclose(found.recall, [1 / 3, 1 / 3, 2 / 3])
+    assert found.average_precision == pytest.approx((1 + 2 / 3) / 3)
+    assert found.at == pytest.approx((1 / 3, 1 / 2))
+    assert found.best == pytest.approx(2 / 3)
+
+
+def test_the_tables_are_printed_without_recorded_data(capsys):
+    assert tables.main(["--data", "/nowhere/davis", "--frames", "30"]) == 0
+    out = capsys.readouterr().out
+    assert "the gaits alone" in out
+    assert out.count("\nwalker") == 7
+
+
+def test_recorded_masks_are_recovered_better_than_by_simple_ways(data_dir):
+    folder = data_dir / "davis"
+    if not folder.is_dir():
+        pytest.skip(f"recorded masks absent: {folder}")
+    masks = davis_masks(folder, "cows")
+    half = len(masks) // 2
+    what = cases(masks[half::4], (0.2, 0.4, 0.6), "bar")
+    ours = overlap(asked(learnt(masks[:half]), what))
+    assert ours > 0.85  # measured 0.88
+    for name in ("NN high", "NN all", "PCA high", "PCA all"):
+        assert ours > overlap(baseline(name, masks[:half], what)) + 0.1  # measured 0.15
