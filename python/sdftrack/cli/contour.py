@@ -8,17 +8,21 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 from sdftrack.cli.common import (
+    ConfigOption,
+    Device,
+    DeviceOption,
     OutOption,
     OverwriteOption,
     QuietOption,
     StartOption,
     StepOption,
     StopOption,
+    ThreadsOption,
     Usage,
+    check_common,
     progress,
 )
 
@@ -52,6 +56,9 @@ def contour(
     start: StartOption = 0,
     stop: StopOption = None,
     step: StepOption = 1,
+    config: ConfigOption = None,
+    device: DeviceOption = Device.auto,
+    threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
     """Track something that deforms in colour video by its outline.
@@ -66,6 +73,8 @@ def contour(
     from sdftrack.io.color_video import ColorVideo
     from sdftrack.recorder import refuse_folder
 
+    check_common(config, device)  # a frame is the work of one thread of the CPU
+
     video = ColorVideo(source)
     place = _place(box, mask)
     truth = _truth(masks)
@@ -76,7 +85,7 @@ def contour(
         raise ValueError(f"--start, --stop: expected some of the frames of {source}, got none")
     import sdftrack as st
 
-    tracker = st.contour.ContourTracker(warp.value, _memory() if memory else None, burn_in)
+    tracker = st.contour.ContourTracker(warp.value, st.contour.ShapeMemory() if memory else None, burn_in)
     begun = tracker.start(first[1], **place)
     run = _Run(out, overwrite, video.fps, truth)
     try:
@@ -117,15 +126,6 @@ def _truth(masks: Path | None) -> list[Path] | None:
     if not files:
         raise ValueError(f"--masks: expected a folder of masks, got one without images: {masks}")
     return files
-
-
-def _memory() -> Any:
-    import sdftrack.contour
-
-    made = getattr(sdftrack.contour, "ShapeMemory", None)
-    if made is None:
-        raise RuntimeError("--memory: this version has no shape memory yet; leave --memory out")
-    return made()
 
 
 class _Run:
@@ -183,9 +183,14 @@ class _Run:
             os.replace(self.video.part, self.out / "overlay.mp4")
         report: dict[str, Any] = {"version": st.__version__, "settings": settings}
         if self.truth is not None:
-            report["mean_iou"] = float(np.mean([row["iou"] for row in self.rows[1:] or self.rows]))
+            report["mean_iou"] = self._mean_iou()
             self._plot()
         write_json(self.out / "result.json", {**report, "frames": self.rows})
+
+    def _mean_iou(self) -> float:
+        """Over the frames that were tracked; the first was given."""
+        rows = self.rows[1:] or self.rows
+        return float(sum(row["iou"] for row in rows) / len(rows))
 
     def _plot(self) -> None:
         from sdftrack.viz.plots import figure, save_figure
@@ -206,5 +211,5 @@ class _Run:
         told = ", ".join(f"{n} {s}" for s, n in count.items() if n)
         text = f"{source}: {len(self.rows)} frames, {told}"
         if self.truth is not None:
-            text += f"\n  mean IoU {np.mean([row['iou'] for row in self.rows[1:] or self.rows]):.3f}"
+            text += f"\n  mean IoU {self._mean_iou():.3f}"
         return f"{text}\n  written to {self.out}"
