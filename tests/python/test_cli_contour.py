@@ -139,7 +139,7 @@ def test_what_is_no_video_is_refused(tmp_path, capsys):
 
 
 def test_frames_of_another_size_end_the_run_with_one_line(scene, tmp_path, capsys):
-    root, box, video = scene
+    _, box, video = scene
     folder = tmp_path / "rgb"
     folder.mkdir()
     write_color(folder / "000000.png", video.images[0])
