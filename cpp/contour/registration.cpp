@@ -10,7 +10,7 @@ namespace sdftrack {
 
 namespace {
 
-constexpr double kSettled_cells = 2e-3;  // a step that moves nothing by more than this ends the search
+constexpr double kSettled_cells = 1e-2;  // a step that moves nothing by more than this ends the search
 
 // The system that run_lm moves: a warp in place of a pose.
 template <int P>

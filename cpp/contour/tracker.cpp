@@ -13,9 +13,9 @@ namespace {
 
 constexpr int kLeastPixels = 30;  // an object of fewer has no colours to speak of
 constexpr double kLeastContrast = 0.02;
-constexpr int kLeastRing_px = 12;  // of background around it
-constexpr float kBeyondBand = 4;   // cells of distance beside the band, for what moves while registering
-constexpr double kJumpGain = 0.1;  // contrast that a jump must gain over staying
+constexpr int kLeastRing_px = 12;                // of background around it
+constexpr float kBeyondBand = 4;                 // cells of distance beside the band, for what moves
+constexpr double kJumpGain = 0.1;                // contrast that a jump must gain over staying
 constexpr double kSure = 0.55, kDoubtful = 0.3;  // confidence
 constexpr double kFound = 0.4;                   // of the first contrast, to try a place
 constexpr double kMostGrowth = 1.5;              // of the scale in a frame
@@ -143,10 +143,25 @@ void ContourTracker::begin(const RgbView& image) {
   resampled_.resize(grid_.phi.size());
   report_ = {};
   lost_frames_ = 0;
+  make_room(image);
   model_.posterior(image, grid_, grid_.all(), &posterior_);
   choose_samples(grid_, options_.band, &samples_);
   usual_contrast_ = first_contrast_ = std::max(contrast_at(samples_, grid_.warp, posterior_), kLeastContrast);
   started_ = true;
+}
+
+// As much as any frame may want, so that none allocates.
+void ContourTracker::make_room(const RgbView& image) {
+  constexpr std::size_t kRunsOfRow = 8, kMostSamples = 1024;
+  const auto pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+  const std::size_t runs = kRunsOfRow * static_cast<std::size_t>(grid_.ny);
+  posterior_.foreground.reserve(pixels);
+  for (auto* list : {&registration_.u, &registration_.v, &registration_.foreground}) list->reserve(pixels);
+  registration_.record.steps.reserve(static_cast<std::size_t>(options_.registration_steps));
+  evolution_.band.reserve(runs), evolution_.pieces.reserve(runs);
+  evolution_.parent.reserve(runs), evolution_.area.reserve(runs);
+  for (auto* list : {&samples_.in_x, &samples_.in_y, &samples_.out_x, &samples_.out_y})
+    list->reserve(kMostSamples);
 }
 
 // Steps of the level set, its pieces, and its distance again.
@@ -187,7 +202,7 @@ CellBox ContourTracker::near_cells() const {
 // Posterior, registration, and the contrast there.
 void ContourTracker::place(const RgbView& image) {
   model_.posterior(image, grid_, near_cells(), &posterior_);
-  choose_pixels(grid_, posterior_, options_.band + kBeyondBand, &registration_);
+  choose_pixels(grid_, posterior_, options_.band, &registration_);
   const GridWarp before = grid_.warp;
   register_grid(options_, &registration_, &grid_);
   // Where nothing holds it, a contour may shrink to nothing or blow up: then it stays.

@@ -52,6 +52,7 @@ class ContourTracker {
   void make_grid(const ImagePart& box);
   void segment_box(const RgbView& image, const ImagePart& box);
   void begin(const RgbView& image);
+  void make_room(const RgbView& image);
   void shape(int steps);
   void judge(const RgbView& image);
   void recentre();

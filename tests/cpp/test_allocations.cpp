@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <random>
 
+#include "contour/tracker.h"
 #include "lwpr/unit.h"
 #include "tracking/tracker.h"
 #include "volume_fixture.h"
@@ -133,6 +134,34 @@ TEST(Allocations, a_sample_to_fields_that_are_there_makes_none) {
   for (int i = 0; i < 1000; ++i) learn(0.8);
   EXPECT_EQ(unit.size(), fields);
   EXPECT_EQ(allocations.load(), before);
+}
+
+TEST(ContourAllocations, a_warm_contour_tracker_allocates_nothing) {
+  constexpr int kFrames = 6;
+  std::vector<std::vector<unsigned char>> images;
+  std::vector<unsigned char> mask(kWidth_px * kHeight_px);
+  for (int k = 0; k < kFrames; ++k) {
+    images.emplace_back(3 * kWidth_px * kHeight_px, static_cast<unsigned char>(90));
+    for (int y = 0; y < kHeight_px; ++y)
+      for (int x = 0; x < kWidth_px; ++x) {
+        const auto at = static_cast<std::size_t>(y * kWidth_px + x);
+        const bool inside = std::hypot(x - 150 - 2 * k, y - 120) < 40;
+        if (inside) images.back()[3 * at] = static_cast<unsigned char>(180 + x % 40);
+        if (k == 0) mask[at] = inside;
+      }
+  }
+  ContourTracker tracker{ContourOptions{}};
+  tracker.start(RgbView{images[0].data(), kWidth_px, kHeight_px}, mask.data());
+  for (int k = 1; k < 40; ++k) {
+    const int at =
+        k % (2 * kFrames - 2) < kFrames ? k % (2 * kFrames - 2) : 2 * kFrames - 2 - k % (2 * kFrames - 2);
+    const RgbView image{images[static_cast<std::size_t>(at)].data(), kWidth_px, kHeight_px};
+    const long before = allocations.load();
+    tracker.observe(image);
+    tracker.finish(true);
+    if (k >= 20) EXPECT_EQ(allocations.load() - before, 0) << "frame " << k;
+    ASSERT_EQ(tracker.report().status, ContourStatus::kOk) << "frame " << k;
+  }
 }
 
 }  // namespace

@@ -124,6 +124,7 @@ def oracle(video: Davis) -> tuple[float, float]:
         phi = np.where(inside, -0.5, 0.5).astype(np.float32)
         warp = [1.0, 0.0, 0.0, 1.0, x + (w - 1) / 2, y + (h - 1) / 2]
         posterior = _core.contour_posterior(image, image, phi, warp, {})
+        posterior = np.where(posterior == 0.5, np.float32(0), posterior)  # off the grid
         smooth = cv2.GaussianBlur(posterior, (0, 0), ORACLE_SIGMA_PX)
         found.append((iou(posterior > 0.5, true), iou(smooth > 0.5, true)))
     plain, smoothed = np.mean(found, axis=0)
