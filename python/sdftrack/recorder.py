@@ -20,13 +20,12 @@ from sdftrack.io.result_rows import (
     number_or_none,
     object_entry,
     plain,
-    quaternion,
     tum_row,
 )
 from sdftrack.io.video import PART, VideoFile
 from sdftrack.results import TrackResult
 
-__all__ = ["Recorder", "plain", "prepare_folder", "quaternion", "refuse_folder", "tum_row"]
+__all__ = ["Recorder", "plain", "prepare_folder", "refuse_folder", "tum_row"]
 
 
 class Recorder:

@@ -13,7 +13,8 @@ import pytest
 from tracking_fakes import CAMERA, Ball, frame, pose, result
 
 import sdftrack as st
-from sdftrack.recorder import Recorder, quaternion
+from sdftrack.io.trajectories import quaternion
+from sdftrack.recorder import Recorder
 
 OWN = {"poses.csv", "trajectory_0.txt", "overlay.mp4", "report.json"}
 

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.io.trajectories import quaternion
 from sdftrack.results import TrackResult
 
-__all__ = ["BOP_HEADER", "bop_row", "number_or_none", "object_entry", "plain", "quaternion", "tum_row"]
+__all__ = ["BOP_HEADER", "bop_row", "number_or_none", "object_entry", "plain", "tum_row"]
 
 BOP_HEADER = "scene_id,im_id,obj_id,score,R,t,time"
 Array = NDArray[np.float64]
@@ -48,20 +49,6 @@ def tum_row(time: float, T: Array) -> str:
     """``timestamp tx ty tz qx qy qz qw``, metres."""
     q = quaternion(T[:3, :3])
     return f"{time:.6f} " + " ".join(f"{v:.9f}" for v in (*T[:3, 3], *q))
-
-
-def quaternion(R: Array) -> Array:
-    """(qx, qy, qz, qw) of a rotation, qw >= 0 (Bar-Itzhack: the dominant eigenvector, good for any angle)."""
-    K = np.array(
-        [
-            [R[0, 0] - R[1, 1] - R[2, 2], 0, 0, 0],
-            [R[0, 1] + R[1, 0], R[1, 1] - R[0, 0] - R[2, 2], 0, 0],
-            [R[0, 2] + R[2, 0], R[1, 2] + R[2, 1], R[2, 2] - R[0, 0] - R[1, 1], 0],
-            [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], R[0, 0] + R[1, 1] + R[2, 2]],
-        ]
-    )
-    q: Array = np.linalg.eigh(K)[1][:, -1]  # reads the lower triangle
-    return q if q[3] >= 0 else -q
 
 
 def plain(value: Any) -> Any:

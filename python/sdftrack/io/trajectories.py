@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack import geometry
 from sdftrack.io.files import write_text
 
 __all__ = ["quaternion", "read_log", "read_tum", "rotation", "write_log", "write_tum"]
@@ -19,13 +18,18 @@ Array = NDArray[np.float64]
 
 
 def quaternion(R: ArrayLike) -> Array:
-    """(x, y, z, w) of a (3, 3) rotation, w >= 0."""
-    T = np.eye(4)
-    T[:3, :3] = R
-    w = geometry.log(T)[3:]
-    angle = float(np.linalg.norm(w))
-    half = np.sinc(angle / (2 * np.pi)) / 2  # sin(angle / 2) / angle, finite at 0
-    return np.array([*(half * w), np.cos(angle / 2)])
+    """(x, y, z, w) of a (3, 3) rotation, w >= 0 (Bar-Itzhack: the dominant eigenvector, good for any angle)."""
+    R = np.asarray(R, np.float64)
+    K = np.array(
+        [
+            [R[0, 0] - R[1, 1] - R[2, 2], 0, 0, 0],
+            [R[0, 1] + R[1, 0], R[1, 1] - R[0, 0] - R[2, 2], 0, 0],
+            [R[0, 2] + R[2, 0], R[1, 2] + R[2, 1], R[2, 2] - R[0, 0] - R[1, 1], 0],
+            [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], R[0, 0] + R[1, 1] + R[2, 2]],
+        ]
+    )
+    q: Array = np.linalg.eigh(K)[1][:, -1]  # reads the lower triangle
+    return q if q[3] >= 0 else -q
 
 
 def rotation(q: ArrayLike) -> Array:
