@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Track and reconstruct rigid objects with an RGB-D camera, by signed distance functions."""
 
-from sdftrack import geometry, levelset, metrics, synth, testing
+from sdftrack import geometry, levelset, metrics, superpixels, synth, testing
 from sdftrack._core import __version__
 from sdftrack.build_info import info
 from sdftrack.calibration.color_result import ColorCalibration
@@ -64,6 +64,7 @@ __all__ = [
     "remove_plane",
     "save_sequence",
     "smooth_union",
+    "superpixels",
     "synth",
     "testing",
     "union",
