@@ -9,6 +9,7 @@
 // then numbers in the order of the image.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -16,13 +17,16 @@ namespace sdftrack {
 
 class Connect {
  public:
-  void clear(int height, int width);
-  // Runs of the rows in order: call for each run from left to right. center < 0: outside the mask.
-  void add(int start, int center) { start_.push_back(start), center_.push_back(center); }
-  void end_row() { row_.push_back(static_cast<int>(start_.size())); }
+  // The runs of all rows, one after another: first pixel of each and one past the last, its centre (< 0: outside
+  // the mask), the first run of each row and one more. Borrowed, until write() is done; `center` only until then.
+  void begin(int height, int width, const int* start, const int* center, std::vector<int> row);
+  int runs() const { return static_cast<int>(parent_.size()); }
+  int first_run(int y) const { return row_[static_cast<std::size_t>(y)]; }
 
-  // Joins what touches, then what is smaller than min_size. Returns the number of regions.
-  int join(std::int64_t min_size);
+  // Joins what touches between row y and the one above; on several threads if each has rows of its own.
+  void join_rows(int y);
+  // After all rows: joins what is smaller than min_size, and numbers. Returns the number of regions.
+  int finish(std::int64_t min_size);
   // Without connectivity: the centres that have pixels are numbered in their order.
   int number_centers(int centers);
   // The label of each pixel of rows begin..end - 1; 0 outside the mask.
@@ -31,19 +35,26 @@ class Connect {
   std::size_t bytes() const;
 
  private:
+  struct Choice {
+    int root, size, best;
+  };
   int root(int run);
-  void unite(int a, int b);
-  void join_rows(int y);
   void absorb(std::int64_t min_size);
+  void choose(const std::vector<int>& small);
+  bool join_choices();
   template <class Visit>
   void each_neighbor(int run, const Visit& visit) const;
-  int run_end(int run) const { return start_[static_cast<std::size_t>(run) + 1]; }
+  int run_end(int run) const { return start_[run + 1]; }
 
   int height_ = 0, width_ = 0;
-  std::vector<int> start_, center_;  // first pixel of each run, and one past the last run
-  std::vector<int> row_;             // first run of each row, and one more
-  std::vector<int> parent_;          // never a later run; afterwards the label, from 0
-  std::vector<int> size_;            // of roots
+  const int* start_ = nullptr;
+  const int* center_ = nullptr;
+  std::vector<int> row_;
+  std::vector<int> parent_;         // never a later run; afterwards the label, from 0, or -1
+  std::vector<int> size_;           // of roots
+  std::vector<int> above_, below_;  // the first run that touches, in the rows above and below
+  std::vector<int> small_;
+  std::vector<Choice> choices_;
 };
 
 }  // namespace sdftrack

@@ -7,6 +7,8 @@
 namespace sdftrack {
 namespace {
 
+#define SLIC_INLINE __attribute__((always_inline))
+
 using L = SDFTRACK_LANES;
 using I = IntOf<L>;
 constexpr int kW = kWidth<L>;
@@ -68,73 +70,139 @@ HD void store_bytes(I v, std::uint8_t* out) {
 #endif
 }
 
+HD I load_bytes(const std::uint8_t* p) {
+#if defined(__AVX512BW__)
+  return (I)_mm512_cvtepu8_epi32(_mm_loadu_si128((const __m128i*)p));
+#elif defined(__AVX2__)
+  return (I)_mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i*)p));
+#else
+  int some[kW];
+  for (int k = 0; k < kW; ++k) some[k] = p[k];
+  return load_whole(some);
+#endif
+}
+
 template <class Mask, class T>
 HD T choose(Mask mask, T a, T b) {
   return mask ? a : b;
 }
 
-// body(i, n, load) for the pixels of a row; n and how to load them are constants for all whole packs.
+// Whole packs, and what is left at the end of a row.
+struct Whole {
+  HD I load(const int* p) const { return load_whole(p); }
+  HD auto among(I mask) const { return mask; }
+};
+struct Part {
+  int n;
+  HD I load(const int* p) const { return load_part(p, n); }
+  HD auto among(I mask) const { return mask & (I)among_first<L>(n); }
+};
+// body(i, part) for the pixels of a row; what a part can do is a constant for all whole packs.
 template <class Body>
 HD void each_part(int width, const Body& body) {
   int i = 0;
-  for (; i + kW <= width; i += kW) body(i, [](const int* p) __attribute__((always_inline)) { return load_whole(p); });
-  if (i < width) {
-    const int n = width - i;
-    body(i, [n](const int* p) __attribute__((always_inline)) { return load_part(p, n); });
+  for (; i + kW <= width; i += kW) body(i, Whole{});
+  if (i < width) body(i, Part{width - i});
+}
+
+// Writes the ids of a part and lists those that are new; returns the end of the list.
+template <class P>
+HD int put(const P& part, I which, const CellRows& cell, const Tile& tile, int row, int i, int found) {
+  store_bytes(which, tile.now + row * tile.stride + i);
+  const I was = load_bytes(tile.was + row * cell.stride + i);
+  const I fresh = part.among((I)(was != which) & (I)(was != int{kOutside}));
+  return found + keep(fresh, changed_at(row, i), tile.changed + found);
+}
+
+// Of |p - c|^2 only what depends on the centre, |c|^2 - 2 c p: without what hangs on the row.
+struct Costs {
+  I c01[kNear], c2x[kNear], z[kNear], id[kNear];
+  alignas(64) int constant[kNearRoom], y[kNearRoom];
+};
+
+template <bool kDepth>
+HD void make_costs(const NearCenters& near, int many, Costs* costs) {
+  alignas(64) int c01[kNearRoom], c2x[kNearRoom], z[kNearRoom];
+  for (int k = 0; k < kNearRoom; k += kW) {
+    const I a = load_whole(near.c01 + k), b = load_whole(near.c2x + k), y = load_whole(near.y + k);
+    I constant = pair_product(a, a) + pair_product(b, b) + y * y;
+    if constexpr (kDepth) {
+      const I d = load_whole(near.z + k);
+      constant = constant + d * d;
+      store_part(d * -2, z + k, kW);
+    }
+    store_part(pair_minus(I{}, pair_minus(a, pair_minus(I{}, a))), c01 + k, kW);  // -2 of both
+    store_part(pair_minus(I{}, pair_minus(b, pair_minus(I{}, b))), c2x + k, kW);
+    store_part(constant, costs->constant + k, kW);
+    store_part(y * -2, costs->y + k, kW);
+  }
+  for (int k = 0; k < many; ++k) {
+    costs->c01[k] = all_lanes(c01[k]), costs->c2x[k] = all_lanes(c2x[k]), costs->id[k] = all_lanes(near.id[k]);
+    if constexpr (kDepth) costs->z[k] = all_lanes(z[k]);
   }
 }
 
-// Of |p - c|^2 only what depends on the centre: |c|^2 - 2 c p. One product of pairs does two of the terms.
-template <bool kDepth, int kCount>
-void nearest_squared(const CellRows& cell, const NearCenters& near, int count, std::uint8_t* out, int out_stride) {
+// kRows rows at a time: what belongs to a centre is loaded once for them.
+template <bool kDepth, int kCount, int kRows>
+HD void nearest_in_rows(const CellRows& cell, const Costs& costs, int count, int row,
+                        const Tile& tile, int* found) {
   const int many = kCount > 0 ? kCount : count;
-  I c01[kNear], c2x[kNear], z[kNear], id[kNear];
-  int constant[kNear];
-  for (int k = 0; k < many; ++k) {
-    const int a = low_of(near.c01[k]), b = high_of(near.c01[k]), c = low_of(near.c2x[k]), x = high_of(near.c2x[k]);
-    c01[k] = all_lanes(pair_of(-2 * a, -2 * b));
-    c2x[k] = all_lanes(pair_of(-2 * c, -2 * x));
-    id[k] = all_lanes(near.id[k]);
-    constant[k] = a * a + b * b + c * c + x * x + near.y[k] * near.y[k];
-    if constexpr (kDepth) z[k] = all_lanes(-2 * near.z[k]), constant[k] += near.z[k] * near.z[k];
-  }
-  for (int row = 0; row < cell.rows; ++row) {
-    const std::ptrdiff_t at = row * cell.stride;
-    int c[kNear];
-    for (int k = 0; k < many; ++k) c[k] = constant[k] - 2 * near.y[k] * cell.y[row];
-    std::uint8_t* const to = out + row * out_stride;
-    each_part(cell.width, [&](int i, const auto& load) __attribute__((always_inline)) {
-      const I p01 = load(cell.c01 + at + i), p2x = load(cell.c2x + at + i);
-      I pz{};
-      if constexpr (kDepth) pz = load(cell.z + at + i);
-      const auto cost = [&](int k) __attribute__((always_inline)) {
-        I e = (pair_product(p01, c01[k]) + pair_product(p2x, c2x[k])) + c[k];
-        if constexpr (kDepth) e = e + pz * z[k];
-        return e;
-      };
-      I best = cost(0), which = id[0];
-      for (int k = 1; k < many; ++k) {
-        const I e = cost(k);
-        const auto nearer = e < best;
-        which = choose(nearer, id[k], which);
-        best = choose(nearer, e, best);
+  const std::ptrdiff_t at = row * cell.stride;
+  alignas(64) int c[kRows][kNearRoom];
+  for (int r = 0; r < kRows; ++r)
+    for (int k = 0; k < kNearRoom; k += kW)
+      store_part(load_whole(costs.constant + k) + load_whole(costs.y + k) * cell.y[row + r], c[r] + k, kW);
+  each_part(cell.width, [&](int i, const auto& part) SLIC_INLINE {
+    const int(*constants)[kNearRoom] = c;
+    asm("" : "+r"(constants));  // read where they are added: for narrow cells cheaper than packs of them
+    I p01[kRows], p2x[kRows], pz[kRows], best[kRows], which[kRows];
+    for (int r = 0; r < kRows; ++r) {
+      // The same rows of the next cell: lines too far apart for the processor to guess.
+      prefetch(cell.c01 + at + r * cell.stride + i + cell.width);
+      prefetch(cell.c2x + at + r * cell.stride + i + cell.width);
+      p01[r] = part.load(cell.c01 + at + r * cell.stride + i), p2x[r] = part.load(cell.c2x + at + r * cell.stride + i);
+      if constexpr (kDepth) pz[r] = part.load(cell.z + at + r * cell.stride + i);
+    }
+    const auto cost = [&](int r, int k) SLIC_INLINE {
+      I e = (pair_product(p01[r], costs.c01[k]) + pair_product(p2x[r], costs.c2x[k])) + constants[r][k];
+      if constexpr (kDepth) e = e + pz[r] * costs.z[k];
+      return e;
+    };
+    for (int r = 0; r < kRows; ++r) best[r] = cost(r, 0), which[r] = costs.id[0];
+#pragma GCC unroll 9
+    for (int k = 1; k < many; ++k)
+      for (int r = 0; r < kRows; ++r) {
+        const I e = cost(r, k);
+        const auto nearer = e < best[r];
+        which[r] = choose(nearer, costs.id[k], which[r]);
+        best[r] = choose(nearer, e, best[r]);
       }
-      store_bytes(which, to + i);
-    });
-  }
+    for (int r = 0; r < kRows; ++r) *found = put(part, which[r], cell, tile, row + r, i, *found);
+  });
+}
+
+template <bool kDepth, int kCount>
+int nearest_squared(const CellRows& cell, const NearCenters& near, const Tile& tile) {
+  Costs costs;
+  make_costs<kDepth>(near, kCount > 0 ? kCount : near.count, &costs);
+  int row = 0, found = 0;
+  for (; row + 2 <= cell.rows; row += 2)
+    nearest_in_rows<kDepth, kCount, 2>(cell, costs, near.count, row, tile, &found);
+  if (row < cell.rows) nearest_in_rows<kDepth, kCount, 1>(cell, costs, near.count, row, tile, &found);
+  return found;
 }
 
 // d_lab + (m / S) d_xy (Eq. A.1): two square roots.
 template <bool kDepth>
-void nearest_thesis(const CellRows& cell, const NearCenters& near, std::uint8_t* out, int out_stride) {
+int nearest_thesis(const CellRows& cell, const NearCenters& near, const Tile& tile) {
+  int found = 0;
   for (int row = 0; row < cell.rows; ++row) {
     const std::ptrdiff_t at = row * cell.stride;
-    std::uint8_t* const to = out + row * out_stride;
-    each_part(cell.width, [&](int i, const auto& load) __attribute__((always_inline)) {
-      const I p01 = load(cell.c01 + at + i), p2x = load(cell.c2x + at + i);
+    each_part(cell.width, [&](int i, const auto& part) SLIC_INLINE {
+      const I p01 = part.load(cell.c01 + at + i), p2x = part.load(cell.c2x + at + i);
       I pz{};
-      if constexpr (kDepth) pz = load(cell.z + at + i);
-      const auto cost = [&](int k) __attribute__((always_inline)) {
+      if constexpr (kDepth) pz = part.load(cell.z + at + i);
+      const auto cost = [&](int k) SLIC_INLINE {
         const I d01 = pair_minus(p01, all_lanes(near.c01[k])), d2x = pair_minus(p2x, all_lanes(near.c2x[k]));
         const I d2 = d2x & 0xffff, dx = d2x >> 16;
         const int dy = cell.y[row] - near.y[k];
@@ -153,19 +221,18 @@ void nearest_thesis(const CellRows& cell, const NearCenters& near, std::uint8_t*
         which = choose(nearer, all_lanes(near.id[k]), which);
         best = select(nearer, e, best);
       }
-      store_bytes(which, to + i);
+      found = put(part, which, cell, tile, row, i, found);
     });
   }
+  return found;
 }
 
-void nearest_centers(SlicDistance distance, const CellRows& cell, const NearCenters& near, std::uint8_t* out,
-                     int out_stride) {
+int nearest_centers(SlicDistance distance, const CellRows& cell, const NearCenters& near, const Tile& tile) {
   if (distance == SlicDistance::kThesis)
-    return cell.z ? nearest_thesis<true>(cell, near, out, out_stride)
-                  : nearest_thesis<false>(cell, near, out, out_stride);
-  if (cell.z) return nearest_squared<true, 0>(cell, near, near.count, out, out_stride);
-  if (near.count == kNear) return nearest_squared<false, kNear>(cell, near, kNear, out, out_stride);
-  return nearest_squared<false, 0>(cell, near, near.count, out, out_stride);
+    return cell.z ? nearest_thesis<true>(cell, near, tile) : nearest_thesis<false>(cell, near, tile);
+  if (cell.z) return nearest_squared<true, 0>(cell, near, tile);
+  if (near.count == kNear) return nearest_squared<false, kNear>(cell, near, tile);
+  return nearest_squared<false, 0>(cell, near, tile);
 }
 
 template <ColorSpace kSpace>
@@ -191,6 +258,15 @@ void convert_row(ColorSpace space, const float* r, const float* g, const float* 
     convert_to<ColorSpace::kRgb>(r, g, b, n, scale, x, c01, c2x);
 }
 
+void sum_row(const int* c01, const int* c2x, int n, int* sums) {
+  I s0{}, s1{}, s2{};
+  const auto add = [&](I a, I b) SLIC_INLINE { s0 = s0 + ((a << 16) >> 16), s1 = s1 + (a >> 16), s2 = s2 + ((b << 16) >> 16); };
+  each_part(n, [&](int i, const auto& part) SLIC_INLINE { add(part.load(c01 + i), part.load(c2x + i)); });
+  int lanes[3][kW];
+  store_part(s0, lanes[0], kW), store_part(s1, lanes[1], kW), store_part(s2, lanes[2], kW);
+  for (int k = 0; k < kW; ++k) sums[0] += lanes[0][k], sums[1] += lanes[1][k], sums[2] += lanes[2][k];
+}
+
 void linearize_row(const float* values, int n, float* light) {
   for (int i = 0; i < n; i += kW) {
     const int some = n - i < kW ? n - i : kW;
@@ -200,6 +276,6 @@ void linearize_row(const float* values, int n, float* light) {
 
 }  // namespace
 
-const RowOps RowOps::SDFTRACK_SET = {convert_row, linearize_row, nearest_centers};
+const RowOps RowOps::SDFTRACK_SET = {convert_row, sum_row, linearize_row, nearest_centers};
 
 }  // namespace sdftrack

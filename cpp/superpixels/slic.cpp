@@ -5,6 +5,7 @@
 #include <atomic>
 #include <barrier>
 #include <cstring>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -24,32 +25,43 @@ bool same_grid(const CellGrid& a, const CellGrid& b) {
          a.unit == b.unit;
 }
 
-// Bands handed out one by one to the threads that take part in a phase.
-class Turns {
+// What the threads do together, one phase after another: bands handed out one by one, or something done once.
+class Phases {
  public:
-  explicit Turns(int bands) : bands_(bands) {}
+  Phases(int threads, int bands) : bands_(bands), done_(threads, Again{&next_}) {}
   template <class Work>
   void each(const Work& work) {
     for (int band = next_++; band < bands_; band = next_++) work(band);
+    done_.arrive_and_wait();
   }
-  void again() { next_ = 0; }
+  template <class Work>
+  void once(const Work& work) {
+    if (next_++ == 0) work();
+    done_.arrive_and_wait();
+  }
 
  private:
+  struct Again {
+    std::atomic<int>* next;
+    void operator()() noexcept { *next = 0; }
+  };
   const int bands_;
   std::atomic<int> next_{0};
+  std::barrier<Again> done_;
 };
 
 }  // namespace
 
 void Slic::prepare(const SlicImage& image, const SlicOptions& options) {
   const std::int64_t pixels = static_cast<std::int64_t>(image.height) * image.width;
-  std::int64_t inside = pixels;
-  if (image.mask) inside = std::count_if(image.mask, image.mask + pixels, [](std::uint8_t m) { return m; });
-  if (inside == 0) throw std::invalid_argument("mask: expected at least one pixel inside, got none");
-  grid_ = make_grid(image.width, image.height, inside, options.n_segments, options.compactness);
+  inside_ = pixels;
+  if (image.mask)
+    inside_ = std::count_if(image.mask, image.mask + pixels, [](std::uint8_t m) { return m != 0; });
+  if (inside_ == 0) throw std::invalid_argument("mask: expected at least one pixel inside, got none");
+  grid_ = make_grid(image.width, image.height, inside_, options.n_segments, options.compactness);
   made_with_ = options;
-  c01_.resize(at(pixels)), z_.resize(at(options.depth_weight > 0 ? pixels : 0));
-  near_.resize(at(pixels) + 8);  // words of 8 are read
+  c01_.resize(at(pixels) + 1), row_runs_.resize(at(image.height)), z_.resize(at(options.depth_weight > 0 ? pixels : 0));
+  near_.resize(at(pixels) + 16);  // a pack more is read
   centers_.resize(at(grid_.cells())), sums_.resize(at(std::int64_t{3} * grid_.cells()));
   x_place_.resize(at(image.width)), y_place_.resize(at(image.height));
   for (int i = 0; i < grid_.nx; ++i)
@@ -116,45 +128,51 @@ void Slic::sum_cells(int band, const int* c2x, bool masked) {
     const std::int64_t row = static_cast<std::int64_t>(y) * grid_.width;
     for (int i = 0; i < grid_.nx; ++i) {
       const int x = grid_.x_begin[at(i)], n = grid_.x_begin[at(i) + 1] - x;
-      add_run(c01_.data() + row + x, c2x + row + x, z_.empty() ? nullptr : z_.data() + row + x,
-              masked ? near_.data() + row + x : nullptr, n, x, y, &sums[grid_.nx + i]);
+      CenterSums& own = sums[grid_.nx + i];
+      if (masked)
+        add_masked(c01_.data() + row + x, c2x + row + x, near_.data() + row + x, n, x, y, &own);
+      else
+        add_whole(ops(), c01_.data() + row + x, c2x + row + x, n, x, y, &own);
+      for (int k = 0; k < n && !z_.empty(); ++k)
+        if (near_[at(row + x + k)] != kOutside) own.z += z_[at(row + x + k)];
     }
   }
 }
 
 void Slic::assign(int band, const SlicOptions& options, const int* c2x) {
-  constexpr int kTile = 8192;
-  alignas(64) std::uint8_t tile[kTile + 128];
-  std::vector<std::uint8_t> wide;  // of cells too wide for it
+  alignas(64) std::uint8_t now[kTile + 64];
+  int changed[kTile + 16];
   CenterSums* const sums = sums_.data() + std::int64_t{3} * band * grid_.nx;
   const int y_begin = grid_.y_begin[at(band)], y_end = grid_.y_begin[at(band) + 1];
   for (int i = 0; i < grid_.nx; ++i) {
-    const int x = grid_.x_begin[at(i)], n = grid_.x_begin[at(i) + 1] - x;
     const NearCenters near = near_centers(grid_, centers_.data(), i, band);
     if (near.count == 0) continue;  // no pixel inside the mask
-    CenterSums* around[kNear];
-    for (int k = 0; k < kNear; ++k) around[k] = &sums[(k / 3) * grid_.nx + std::clamp(i + k % 3 - 1, 0, grid_.nx - 1)];
-    const int stride = (n + 31) / 16 * 16, rows_at_once = std::max(1, kTile / stride);
-    std::uint8_t* out = tile;
-    if (stride > kTile) wide.resize(at(stride) + 128), out = wide.data();
-    for (int y = y_begin; y < y_end; y += rows_at_once) {
-      const int rows = std::min(rows_at_once, y_end - y);
-      const std::int64_t first = static_cast<std::int64_t>(y) * grid_.width + x;
-      ops().nearest(options.distance,
-                    {c01_.data() + first, c2x + first, z_.empty() ? nullptr : z_.data() + first, grid_.width, n, rows,
-                     y_place_.data() + y},
-                    near, out, stride);
-      for (int r = 0; r < rows; ++r) {
-        const std::int64_t from = first + static_cast<std::int64_t>(r) * grid_.width;
-        move_pixels({c01_.data() + from, c2x + from, z_.empty() ? nullptr : z_.data() + from}, out + r * stride,
-                    near_.data() + from, n, x, y + r, around);
+    const int x_end = grid_.x_begin[at(i) + 1];
+    for (int x = grid_.x_begin[at(i)]; x < x_end; x += kTile) {  // one step but in very wide cells
+      const int n = std::min(kTile, x_end - x);
+      const int stride = (n + 31) / 16 * 16, rows_at_once = std::max(1, kTile / stride);
+      for (int y = y_begin; y < y_end; y += rows_at_once) {
+        const int rows = std::min(rows_at_once, y_end - y);
+        const std::int64_t first = static_cast<std::int64_t>(y) * grid_.width + x;
+        const CellRows cell{c01_.data() + first, c2x + first,          z_.empty() ? nullptr : z_.data() + first,
+                            grid_.width,         n,
+                            rows,                y_place_.data() + y};
+        const Tile tile{near_.data() + first, now, stride, changed};
+        const int found = ops().nearest(options.distance, cell, near, tile);
+        if (found == 0) continue;
+        Gains gains[kNear];
+        move_pixels(cell, tile, found, near_.data() + first, gains);
+        for (int k = 0; k < near.count; ++k) {
+          const int id = near.id[k];
+          settle(gains[id], x, y, &sums[(id / 3) * grid_.nx + i + id % 3 - 1]);
+        }
       }
     }
   }
 }
 
 // The centres of a band, from what the bands above and below and itself have for them.
-std::int64_t Slic::update(int band, bool* any) {
+std::int64_t Slic::update(int band) {
   std::int64_t moved = 0;
   for (int i = 0; i < grid_.nx; ++i) {
     Center& center = centers_[at(std::int64_t{band} * grid_.nx + i)];
@@ -164,8 +182,34 @@ std::int64_t Slic::update(int band, bool* any) {
       sums.add(sums_[at((std::int64_t{3} * from + (band - from + 1)) * grid_.nx + i)]);
     moved += move_center(sums, grid_.unit, &center);
   }
-  *any = moved != 0;
   return moved;
+}
+
+// The runs of a band, left where its pixels were: there are not more of them.
+void Slic::band_runs(int band, int* center) {
+  std::int64_t to = static_cast<std::int64_t>(grid_.y_begin[at(band)]) * grid_.width;
+  for (int y = grid_.y_begin[at(band)]; y < grid_.y_begin[at(band) + 1]; ++y) {
+    const std::int64_t row = static_cast<std::int64_t>(y) * grid_.width;
+    row_runs_[at(y)] = find_runs(grid_, near_.data() + row, y, band, c01_.data() + to, center + to);
+    to += row_runs_[at(y)];
+  }
+}
+
+// Those of all bands side by side.
+void Slic::gather_runs(const SlicImage& image, int* center) {
+  std::vector<int> first(at(image.height) + 1);
+  int to = 0;
+  for (int band = 0; band < grid_.ny; ++band) {
+    const int begin = to;
+    for (int y = grid_.y_begin[at(band)]; y < grid_.y_begin[at(band) + 1]; ++y)
+      first[at(y)] = to, to += row_runs_[at(y)];
+    const std::int64_t from = static_cast<std::int64_t>(grid_.y_begin[at(band)]) * grid_.width;
+    std::memmove(c01_.data() + begin, c01_.data() + from, at(to - begin) * sizeof(int));
+    std::memmove(center + begin, center + from, at(to - begin) * sizeof(int));
+  }
+  first[at(image.height)] = to;
+  c01_[at(to)] = image.height * image.width;
+  connect_.begin(image.height, image.width, c01_.data(), center, std::move(first));
 }
 
 SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool resume, int threads, int* labels) {
@@ -173,65 +217,53 @@ SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool re
   const CellGrid before = grid_;
   const ColorSpace space_before = made_with_.space;
   prepare(image, options);
-  if (resume && (centers_.empty() || !same_grid(before, grid_) || space_before != options.space ||
-                 image.mask))
+  if (resume && (!same_grid(before, grid_) || space_before != options.space || image.mask))
     throw std::invalid_argument(
         "start: expected an image of the size, options and colour space of the last one, without a mask; start "
         "anew");
-  int* const c2x = labels;  // its pixels are done with before the labels come
+  const bool masked = image.mask != nullptr;
   const int workers = std::min(thread_count(threads), grid_.ny);
-  const int rounds = options.max_iterations;
-  Turns turns(grid_.ny);
   std::vector<std::int64_t> moved(at(grid_.ny));
-  std::int64_t way = 0;
   SlicResult result;
   bool going = true;
-  const auto next_phase = [&]() noexcept { turns.again(); };
-  std::barrier done(workers, next_phase);
-  connect_.clear(image.height, image.width);
-  int regions = 0;
-  parallel_for(at(workers), workers, [&](std::size_t worker) {
-    turns.each([&](int band) { convert_rows(image, options, band, c2x); });
-    done.arrive_and_wait();
-    turns.each([&](int band) {
+  Phases phases(workers, grid_.ny);
+  parallel_for(at(workers), workers, [&](std::size_t) {
+    int* const c2x = labels;  // done with before the labels come
+    phases.each([&](int band) { convert_rows(image, options, band, c2x); });
+    phases.each([&](int band) {
       place_centers(image, band, c2x, resume);
-      sum_cells(band, c2x, image.mask != nullptr);
+      sum_cells(band, c2x, masked);
     });
-    done.arrive_and_wait();
-    for (int round = 0; round < rounds && going; ++round) {
-      turns.each([&](int band) { assign(band, options, c2x); });
-      done.arrive_and_wait();
-      turns.each([&](int band) {
-        bool any;
-        moved[at(band)] = update(band, &any);
+    for (int round = 1; round <= options.max_iterations && going; ++round) {
+      phases.each([&](int band) { assign(band, options, c2x); });
+      phases.each([&](int band) { moved[at(band)] = update(band); });
+      phases.once([&] {
+        const std::int64_t way = std::accumulate(moved.begin(), moved.end(), std::int64_t{0});
+        result.iterations = round;
+        result.residual = static_cast<double>(way) / (grid_.scale * grid_.cells());
+        going = way != 0;  // nothing has moved: nothing will
       });
-      done.arrive_and_wait();
-      if (worker == 0) {
-        way = 0;
-        for (const std::int64_t m : moved) way += m;
-        result.iterations = round + 1;
-        going = way != 0;  // nothing moved: nothing will
-      }
-      done.arrive_and_wait();
     }
-    if (worker == 0) {
-      for (int y = 0, band = 0; y < grid_.height; ++y) {
-        while (y >= grid_.y_begin[at(band) + 1]) ++band;
-        find_runs(grid_, near_.data() + static_cast<std::int64_t>(y) * grid_.width, y, band, &connect_);
+    int* const center = labels;
+    phases.each([&](int band) { band_runs(band, center); });
+    phases.once([&] { gather_runs(image, center); });
+    if (options.connected)
+      phases.each([&](int band) {
+        for (int y = grid_.y_begin[at(band)] + 1; y < grid_.y_begin[at(band) + 1]; ++y) connect_.join_rows(y);
+      });
+    phases.once([&] {
+      if (!options.connected) {
+        result.segments = connect_.number_centers(grid_.cells());
+        return;
       }
-      std::int64_t inside = static_cast<std::int64_t>(image.height) * image.width;
-      if (image.mask) inside = std::count_if(image.mask, image.mask + inside, [](std::uint8_t m) { return m; });
-      const double mean = static_cast<double>(inside) / std::max(1, options.n_segments);
-      regions = options.connected ? connect_.join(static_cast<std::int64_t>(options.min_size * mean))
-                                  : connect_.number_centers(grid_.cells());
-    }
-    done.arrive_and_wait();
-    turns.each([&](int band) {
+      for (int band = 1; band < grid_.ny; ++band) connect_.join_rows(grid_.y_begin[at(band)]);
+      const double mean = static_cast<double>(inside_) / options.n_segments;
+      result.segments = connect_.finish(static_cast<std::int64_t>(options.min_size * mean));
+    });
+    phases.each([&](int band) {
       connect_.write(grid_.y_begin[at(band)], grid_.y_begin[at(band) + 1], options.first_label, labels);
     });
   });
-  result.segments = regions;
-  result.residual = static_cast<double>(way) / (grid_.scale * grid_.cells());
   return result;
 }
 

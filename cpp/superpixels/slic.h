@@ -58,9 +58,12 @@ class Slic {
   void place_centers(const SlicImage& image, int band, const int* c2x, bool resume);
   void sum_cells(int band, const int* c2x, bool masked);
   void assign(int band, const SlicOptions& options, const int* c2x);
-  std::int64_t update(int band, bool* any);
+  std::int64_t update(int band);
+  void band_runs(int band, int* center);
+  void gather_runs(const SlicImage& image, int* center);
 
   CellGrid grid_;
+  std::int64_t inside_ = 0;  // pixels to divide
   SlicOptions made_with_;
   float light_[256] = {};  // of a byte
   ColorSpace light_of_ = ColorSpace::kXyz;
@@ -70,10 +73,9 @@ class Slic {
   std::vector<int> x_place_, y_place_;
   std::vector<Center> centers_;
   std::vector<CenterSums> sums_;  // of a band of cells: 3 rows of centres
+  std::vector<int> row_runs_;     // of each row
   Connect connect_;
 };
-
-constexpr std::uint8_t kOutside = 255;
 
 // The same on the current CUDA device; defined in slic_cuda.cu, or slic_cuda_none.cpp.
 SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int* labels);

@@ -7,7 +7,6 @@
 #include <cstring>
 
 #include "superpixels/center.h"
-#include "superpixels/connect.h"
 #include "superpixels/row_ops.h"
 
 namespace sdftrack {
@@ -21,11 +20,6 @@ struct PixelPlanes {
 };
 struct CellBox {
   int x_begin, x_end, y_begin, y_end;
-};
-struct PixelRun {
-  const int* c01;
-  const int* c2x;
-  const int* z;
 };
 
 // Bytes of interleaved channels to light, a plane for each.
@@ -116,77 +110,92 @@ inline NearCenters near_centers(const CellGrid& g, const Center* centers, int i,
   NearCenters near;
   if (!centers[static_cast<std::int64_t>(j) * g.nx + i].used) return near;
   const int x0 = g.x_middle[static_cast<std::size_t>(i)], y0 = g.y_middle[static_cast<std::size_t>(j)];
-  for (int k = 0; k < kNear; ++k) {
-    const int u = i + k % 3 - 1, v = j + k / 3 - 1;
-    if (u < 0 || u >= g.nx || v < 0 || v >= g.ny) continue;
-    const Center& c = centers[static_cast<std::int64_t>(v) * g.nx + u];
-    if (!c.used) continue;
-    const int n = near.count++;
-    near.id[n] = k;
-    near.c01[n] = pair_of(c.color[0], c.color[1]), near.c2x[n] = pair_of(c.color[2], c.x - x0);
-    near.y[n] = c.y - y0, near.z[n] = c.z;
+  int n = 0;
+  for (int v = -1; v <= 1; ++v) {
+    if (j + v < 0 || j + v >= g.ny) continue;
+    const Center* const row = centers + static_cast<std::int64_t>(j + v) * g.nx + i;
+    for (int u = i > 0 ? -1 : 0; u <= (i + 1 < g.nx ? 1 : 0); ++u) {
+      const Center& c = row[u];
+      near.id[n] = 4 + 3 * v + u;
+      near.c01[n] = pair_of(c.color[0], c.color[1]), near.c2x[n] = pair_of(c.color[2], c.x - x0);
+      near.y[n] = c.y - y0, near.z[n] = c.z;
+      n += c.used;
+    }
   }
+  near.count = n;
   return near;
 }
 
-// Adds n pixels of a row to the sums of one centre; those outside the mask (near: kOutside) are left out.
-inline void add_run(const int* c01, const int* c2x, const int* z, const std::uint8_t* near, int n, int x, int y,
-                    CenterSums* sums) {
-  constexpr int kAtOnce = 1 << 16;  // 2^16 * 2^15 fits
-  for (int begin = 0; begin < n; begin += kAtOnce) {
-    const int end = n - begin < kAtOnce ? n : begin + kAtOnce;
-    int count = 0, s0 = 0, s1 = 0, s2 = 0;
-    std::int64_t sx = 0, sz = 0;
-    for (int i = begin; i < end; ++i) {
-      const int in = near ? -(near[i] != 255) : -1;
-      s0 += low_of(c01[i]) & in, s1 += high_of(c01[i]) & in, s2 += low_of(c2x[i]) & in;
-      count -= in;
-    }
-    if (near)
-      for (int i = begin; i < end; ++i) sx += near[i] != 255 ? x + i : 0;
-    else
-      sx = static_cast<std::int64_t>(end - begin) * (2 * x + begin + end - 1) / 2;
-    if (z)
-      for (int i = begin; i < end; ++i) sz += !near || near[i] != 255 ? z[i] : 0;
-    sums->count += count, sums->x += sx, sums->y += static_cast<std::int64_t>(count) * y, sums->z += sz;
-    sums->color[0] += s0, sums->color[1] += s1, sums->color[2] += s2;
+// Adds n pixels of a row to the sums of one centre, those outside the mask left out.
+inline void add_masked(const int* c01, const int* c2x, const std::uint8_t* ids, int n, int x, int y,
+                       CenterSums* sums) {
+  for (int i = 0; i < n; ++i) {
+    if (ids[i] == kOutside) continue;
+    ++sums->count, sums->x += x + i, sums->y += y;
+    sums->color[0] += low_of(c01[i]), sums->color[1] += high_of(c01[i]), sums->color[2] += low_of(c2x[i]);
+  }
+}
+inline void add_whole(const RowOps& ops, const int* c01, const int* c2x, int n, int x, int y, CenterSums* sums) {
+  constexpr int kAtOnce = 1 << 16;  // 2^16 * 2^14 fits into 31 bits
+  for (int i = 0; i < n; i += kAtOnce) {
+    const int some = n - i < kAtOnce ? n - i : kAtOnce;
+    int color[3] = {0, 0, 0};
+    ops.sum(c01 + i, c2x + i, some, color);
+    for (int k = 0; k < 3; ++k) sums->color[k] += color[k];
+  }
+  sums->count += n, sums->y += static_cast<std::int64_t>(n) * y;
+  sums->x += static_cast<std::int64_t>(n) * (2 * x + n - 1) / 2;
+}
+
+// What the sums of the 9 centres around a cell gain and lose, two numbers of 32 bits to a word: enough for a tile
+// (kTile pixels of less than 2^14 each), half the work of one word for each.
+struct Gains {
+  std::int64_t c01 = 0, c2n = 0, xy = 0, z = 0;
+
+  void add(const Gains& pixel) { c01 += pixel.c01, c2n += pixel.c2n, xy += pixel.xy, z += pixel.z; }
+  void subtract(const Gains& pixel) { c01 -= pixel.c01, c2n -= pixel.c2n, xy -= pixel.xy, z -= pixel.z; }
+};
+
+inline std::int64_t two_of(std::int64_t low, std::int64_t high) { return high * (std::int64_t{1} << 32) + low; }
+inline int low_word(std::int64_t two) { return static_cast<std::int32_t>(two); }
+inline int high_word(std::int64_t two) { return static_cast<int>((two - low_word(two)) >> 32); }
+
+// Into the sums; x and y of the tile's first pixel.
+inline void settle(const Gains& gains, int x, int y, CenterSums* sums) {
+  const std::int64_t n = high_word(gains.c2n);
+  sums->count += n;
+  sums->color[0] += low_word(gains.c01), sums->color[1] += high_word(gains.c01);
+  sums->color[2] += low_word(gains.c2n);
+  sums->x += low_word(gains.xy) + n * x, sums->y += high_word(gains.xy) + n * y;
+  sums->z += gains.z;
+}
+
+// The pixels of a tile that have a new centre.
+inline void move_pixels(const CellRows& cell, const Tile& tile, int changed, std::uint8_t* ids, Gains* gains) {
+  for (int i = 0; i < changed; ++i) {
+    const int row = tile.changed[i] >> 16, x = tile.changed[i] & 0xffff;
+    const std::ptrdiff_t at = row * cell.stride + x;
+    const int was = ids[at], now = tile.now[row * tile.stride + x];
+    const int c01 = cell.c01[at], c2x = cell.c2x[at];
+    const Gains pixel{two_of(low_of(c01), high_of(c01)), two_of(low_of(c2x), 1), two_of(x, row),
+                      cell.z ? cell.z[at] : 0};
+    gains[was].subtract(pixel), gains[now].add(pixel);
+    ids[at] = static_cast<std::uint8_t>(now);
   }
 }
 
-// Takes pixels that have a new centre from the sums of the old to those of the new. `now` has room for a word.
-inline void move_pixels(const PixelRun& p, const std::uint8_t* now, std::uint8_t* was, int n, int x, int y,
-                        CenterSums* const* around) {
-  for (int i = 0; i < n; i += 8) {
-    std::uint64_t a, b;
-    std::memcpy(&a, now + i, 8), std::memcpy(&b, was + i, 8);
-    std::uint64_t differ = a ^ b;
-    if (n - i < 8) differ &= (std::uint64_t{1} << 8 * (n - i)) - 1;
-    while (differ != 0) {
-      const int k = i + std::countr_zero(differ) / 8;
-      differ &= ~(std::uint64_t{255} << 8 * (k - i));
-      if (was[k] == 255) continue;  // outside the mask
-      CenterSums& from = *around[was[k]];
-      CenterSums& to = *around[now[k]];
-      was[k] = now[k];
-      const int c0 = low_of(p.c01[k]), c1 = high_of(p.c01[k]), c2 = low_of(p.c2x[k]);
-      --from.count, from.color[0] -= c0, from.color[1] -= c1, from.color[2] -= c2, from.x -= x + k, from.y -= y;
-      ++to.count, to.color[0] += c0, to.color[1] += c1, to.color[2] += c2, to.x += x + k, to.y += y;
-      if (p.z) from.z -= p.z[k], to.z += p.z[k];
-    }
-  }
-}
-
-// The runs of a row: where the centre changes.
-inline void find_runs(const CellGrid& g, const std::uint8_t* near, int y, int band, Connect* connect) {
+// Writes the runs of a row, each where the centre changes, and returns how many there are.
+inline int find_runs(const CellGrid& g, const std::uint8_t* near, int y, int band, int* start, int* center) {
   const int first = y * g.width;
-  int last = -2;
+  int last = -2, found = 0;
   for (int i = 0; i < g.nx; ++i) {
     const int begin = g.x_begin[static_cast<std::size_t>(i)], end = g.x_begin[static_cast<std::size_t>(i) + 1];
     const int home = band * g.nx + i;
     for (int x = begin; x < end;) {
       const int k = near[x];
-      const int center = k == 255 ? -1 : home + (k / 3 - 1) * g.nx + k % 3 - 1;
-      if (center != last) connect->add(first + x, center), last = center;
+      const int of = k == kOutside ? -1 : home + (k / 3 - 1) * g.nx + k % 3 - 1;
+      start[found] = first + x, center[found] = of;
+      found += of != last, last = of;
       // To the next byte that differs, 8 at a time.
       for (++x; x < end;) {
         std::uint64_t word;
@@ -196,10 +205,9 @@ inline void find_runs(const CellGrid& g, const std::uint8_t* near, int y, int ba
         x += same;
         if (same < 8) break;
       }
-      if (x > end) x = end;
     }
   }
-  connect->end_row();
+  return found;
 }
 
 }  // namespace sdftrack

@@ -10,7 +10,18 @@ from typing import Any
 
 import typer
 
-from sdftrack.cli import calibrate, config, demo, evaluate, fit, info, reconstruct, reproduce, track
+from sdftrack.cli import (
+    calibrate,
+    config,
+    demo,
+    evaluate,
+    fit,
+    info,
+    reconstruct,
+    reproduce,
+    superpixels,
+    track,
+)
 
 __all__ = ["app", "run"]
 
@@ -27,6 +38,7 @@ for command in (
     track.track,
     reconstruct.reconstruct,
     fit.fit,
+    superpixels.superpixels,
     evaluate.evaluate,
     reproduce.reproduce,
     info.info,
