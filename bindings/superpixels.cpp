@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "superpixels/slic.h"
-
 #include <pybind11/stl.h>
 
 #include <atomic>
@@ -10,6 +8,7 @@
 
 #include "array.h"
 #include "busy.h"
+#include "superpixels/slic.h"
 
 namespace sdftrack {
 
@@ -42,7 +41,7 @@ SlicImage image_of(const py::array& image, const std::optional<py::array>& mask,
 // Working memory from call to call; large ones are not kept.
 class SlicWork {
  public:
-  static constexpr std::size_t kKept = std::size_t{1} << 26;
+  static constexpr std::size_t kKept = std::size_t{1} << 27;
 
   SlicResult run(const SlicImage& image, const SlicOptions& options, bool resume, int threads, bool cuda,
                  int* labels) {

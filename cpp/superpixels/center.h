@@ -8,8 +8,8 @@
 
 namespace sdftrack {
 
-// Colour times CellGrid::scale, place in units of CellGrid::unit. `used`: some pixel of its cell is inside the
-// mask.
+// Colour times CellGrid::scale, place in units of CellGrid::unit. `used`: some pixel of its cell is inside
+// the mask.
 struct Center {
   int color[3] = {0, 0, 0};
   int x = 0, y = 0, z = 0;
@@ -32,8 +32,8 @@ HD int rounded_ratio(std::int64_t a, std::int64_t n) {
   return static_cast<int>(twice % by < 0 ? q - 1 : q);
 }
 
-// The mean; a centre without pixels stays where it is. Returns how far it went (Table A.1's residual, in units
-// of colour times the scale).
+// The mean; a centre without pixels stays where it is. Returns how far it went (Table A.1's residual, in
+// units of colour times the scale).
 HD std::int64_t move_center(const CenterSums& sums, double unit, Center* center) {
   if (sums.count == 0) return 0;
   const double n = static_cast<double>(sums.count);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // From sRGB to the colours that superpixels compare, as whole numbers: the same ones on every processor. Only
-// products, sums and roundings of float, in one order, and no table that could differ. Error against the exact
-// formulas: below 0.02 units of L, a or b, most of it from rounding (docs/math/superpixels.md).
+// products, sums and roundings of float, in one order, and no table that could differ. Error against the
+// exact formulas: below 0.02 units of L, a or b, most of it from rounding (docs/math/superpixels.md).
 #pragma once
 
 #include <cstdint>

@@ -52,7 +52,8 @@ void Connect::join_rows(int y) {
 int Connect::finish(std::int64_t min_size) {
   std::fill(size_.begin(), size_.end(), 0);
   for (int r = 0; r < runs(); ++r) {
-    const int first = parent_[at(r)] = parent_[at(parent_[at(r)])];  // parents come first: they are roots by now
+    const int first = parent_[at(r)] =
+        parent_[at(parent_[at(r)])];  // parents come first: they are roots by now
     size_[at(first)] += run_end(r) - start_[r];
   }
   absorb(min_size);
@@ -82,7 +83,8 @@ void Connect::each_neighbor(int run, const Visit& visit) const {
     for (int r = below_[at(run)]; r < first_run(y + 2) && start_[r] < end + width_; ++r) tell(r);
 }
 
-// The best neighbour of each small region. While this looks, the size of a small root is -1 - its place in choices_.
+// The best neighbour of each small region. While this looks, the size of a small root is -1 - its place in
+// choices_.
 void Connect::choose(const std::vector<int>& small) {
   choices_.clear();
   for (const int r : small)

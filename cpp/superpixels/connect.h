@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One label for one connected region (4 neighbours), small regions given to a neighbour; by union-find over runs,
-// pieces of rows with one centre. No recursion, and nothing hangs on an order:
+// One label for one connected region (4 neighbours), small regions given to a neighbour; by union-find over
+// runs, pieces of rows with one centre. No recursion, and nothing hangs on an order:
 //
 //   while some region is smaller than the smallest allowed and has a neighbour:
 //     each such region chooses its largest neighbour (of equals the one that comes first in the image);
@@ -17,8 +17,9 @@ namespace sdftrack {
 
 class Connect {
  public:
-  // The runs of all rows, one after another: first pixel of each and one past the last, its centre (< 0: outside
-  // the mask), the first run of each row and one more. Borrowed, until write() is done; `center` only until then.
+  // The runs of all rows, one after another: first pixel of each and one past the last, its centre (< 0:
+  // outside the mask), the first run of each row and one more. Borrowed, until write() is done; `center` only
+  // until then.
   void begin(int height, int width, const int* start, const int* center, std::vector<int> row);
   int runs() const { return static_cast<int>(parent_.size()); }
   int first_run(int y) const { return row_[static_cast<std::size_t>(y)]; }

@@ -8,8 +8,8 @@ namespace sdftrack {
 namespace {
 
 constexpr double kFinest = 64;  // parts of a unit of L*a*b*: 100 * 64 and 108 * 64 fit into 14 bits
-// m * scale at most: a centre is at most 2.6 S away from the middle of a pixel's cell along an axis, and twice
-// that must fit into 16 bits; the squared distance, (257^2 + 2 * (3 m)^2) scale^2, into 31.
+// m * scale at most: a centre is at most 2.6 S away from the middle of a pixel's cell along an axis, and
+// twice that must fit into 16 bits; the squared distance, (257^2 + 2 * (3 m)^2) scale^2, into 31.
 constexpr double kMostReach = 6000;
 
 std::vector<int> borders(int length, int parts) {

@@ -61,7 +61,8 @@ HD void store_bytes(I v, std::uint8_t* out) {
 #if defined(__AVX512BW__)
   _mm_storeu_si128((__m128i*)out, _mm512_cvtepi32_epi8((__m512i)v));
 #elif defined(__AVX2__)
-  const __m128i words = _mm_packs_epi32(_mm256_castsi256_si128((__m256i)v), _mm256_extracti128_si256((__m256i)v, 1));
+  const __m128i words =
+      _mm_packs_epi32(_mm256_castsi256_si128((__m256i)v), _mm256_extracti128_si256((__m256i)v, 1));
   _mm_storel_epi64((__m128i*)out, _mm_packus_epi16(words, words));
 #else
   int some[kW];
@@ -137,15 +138,16 @@ HD void make_costs(const NearCenters& near, int many, Costs* costs) {
     store_part(y * -2, costs->y + k, kW);
   }
   for (int k = 0; k < many; ++k) {
-    costs->c01[k] = all_lanes(c01[k]), costs->c2x[k] = all_lanes(c2x[k]), costs->id[k] = all_lanes(near.id[k]);
+    costs->c01[k] = all_lanes(c01[k]), costs->c2x[k] = all_lanes(c2x[k]),
+    costs->id[k] = all_lanes(near.id[k]);
     if constexpr (kDepth) costs->z[k] = all_lanes(z[k]);
   }
 }
 
 // kRows rows at a time: what belongs to a centre is loaded once for them.
 template <bool kDepth, int kCount, int kRows>
-HD void nearest_in_rows(const CellRows& cell, const Costs& costs, int count, int row,
-                        const Tile& tile, int* found) {
+HD void nearest_in_rows(const CellRows& cell, const Costs& costs, int count, int row, const Tile& tile,
+                        int* found) {
   const int many = kCount > 0 ? kCount : count;
   const std::ptrdiff_t at = row * cell.stride;
   alignas(64) int c[kRows][kNearRoom];
@@ -160,7 +162,8 @@ HD void nearest_in_rows(const CellRows& cell, const Costs& costs, int count, int
       // The same rows of the next cell: lines too far apart for the processor to guess.
       prefetch(cell.c01 + at + r * cell.stride + i + cell.width);
       prefetch(cell.c2x + at + r * cell.stride + i + cell.width);
-      p01[r] = part.load(cell.c01 + at + r * cell.stride + i), p2x[r] = part.load(cell.c2x + at + r * cell.stride + i);
+      p01[r] = part.load(cell.c01 + at + r * cell.stride + i),
+      p2x[r] = part.load(cell.c2x + at + r * cell.stride + i);
       if constexpr (kDepth) pz[r] = part.load(cell.z + at + r * cell.stride + i);
     }
     const auto cost = [&](int r, int k) SLIC_INLINE {
@@ -248,8 +251,8 @@ HD void convert_to(const float* r, const float* g, const float* b, int n, float 
   }
 }
 
-void convert_row(ColorSpace space, const float* r, const float* g, const float* b, int n, float scale, const int* x,
-             int* c01, int* c2x) {
+void convert_row(ColorSpace space, const float* r, const float* g, const float* b, int n, float scale,
+                 const int* x, int* c01, int* c2x) {
   if (space == ColorSpace::kLab)
     convert_to<ColorSpace::kLab>(r, g, b, n, scale, x, c01, c2x);
   else if (space == ColorSpace::kXyz)
@@ -260,7 +263,9 @@ void convert_row(ColorSpace space, const float* r, const float* g, const float* 
 
 void sum_row(const int* c01, const int* c2x, int n, int* sums) {
   I s0{}, s1{}, s2{};
-  const auto add = [&](I a, I b) SLIC_INLINE { s0 = s0 + ((a << 16) >> 16), s1 = s1 + (a >> 16), s2 = s2 + ((b << 16) >> 16); };
+  const auto add = [&](I a, I b) SLIC_INLINE {
+    s0 = s0 + ((a << 16) >> 16), s1 = s1 + (a >> 16), s2 = s2 + ((b << 16) >> 16);
+  };
   each_part(n, [&](int i, const auto& part) SLIC_INLINE { add(part.load(c01 + i), part.load(c2x + i)); });
   int lanes[3][kW];
   store_part(s0, lanes[0], kW), store_part(s1, lanes[1], kW), store_part(s2, lanes[2], kW);

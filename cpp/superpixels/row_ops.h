@@ -10,13 +10,13 @@
 
 namespace sdftrack {
 
-constexpr int kNear = 9;  // centres that a pixel may belong to
+constexpr int kNear = 9;                // centres that a pixel may belong to
 constexpr std::uint8_t kOutside = 255;  // in place of the id of one: outside the mask
 
 enum class SlicDistance { kSquared, kThesis };
 
-// The centres around a cell, places counted from the cell's middle. Pairs of 16 bits, see color.h. Room for whole
-// packs.
+// The centres around a cell, places counted from the cell's middle. Pairs of 16 bits, see color.h. Room for
+// whole packs.
 constexpr int kNearRoom = 16;
 struct NearCenters {
   int count = 0;
@@ -49,14 +49,15 @@ HD int changed_at(int row, int x) { return row << 16 | x; }
 
 struct RowOps {
   // Light (RGB: values) of a row to pairs; x of each pixel counted from its cell's middle.
-  void (*convert)(ColorSpace, const float* r, const float* g, const float* b, int n, float scale, const int* x,
-                  int* c01, int* c2x);
+  void (*convert)(ColorSpace, const float* r, const float* g, const float* b, int n, float scale,
+                  const int* x, int* c01, int* c2x);
   // Adds up the three colours of a row of n < 2^16 pixels.
   void (*sum)(const int* c01, const int* c2x, int n, int* sums);
   // Values in 0..1 to light.
   void (*linearize)(const float* values, int n, float* light);
-  // The id of the nearest centre, the first of equals, for each pixel; rows of `now` are tile.stride apart. Lists
-  // the pixels whose id it changes, in the order of rows, as changed_at(row, x), and returns how many they are.
+  // The id of the nearest centre, the first of equals, for each pixel; rows of `now` are tile.stride apart.
+  // Lists the pixels whose id it changes, in the order of rows, as changed_at(row, x), and returns how many
+  // they are.
   int (*nearest)(SlicDistance, const CellRows&, const NearCenters&, const Tile& tile);
 
   static const RowOps baseline, avx2, avx512;

@@ -60,7 +60,8 @@ void Slic::prepare(const SlicImage& image, const SlicOptions& options) {
   if (inside_ == 0) throw std::invalid_argument("mask: expected at least one pixel inside, got none");
   grid_ = make_grid(image.width, image.height, inside_, options.n_segments, options.compactness);
   made_with_ = options;
-  c01_.resize(at(pixels) + 1), row_runs_.resize(at(image.height)), z_.resize(at(options.depth_weight > 0 ? pixels : 0));
+  c01_.resize(at(pixels) + 1), row_runs_.resize(at(image.height)),
+      z_.resize(at(options.depth_weight > 0 ? pixels : 0));
   near_.resize(at(pixels) + 16);  // a pack more is read
   centers_.resize(at(grid_.cells())), sums_.resize(at(std::int64_t{3} * grid_.cells()));
   x_place_.resize(at(image.width)), y_place_.resize(at(image.height));
@@ -106,7 +107,8 @@ void Slic::convert_rows(const SlicImage& image, const SlicOptions& options, int 
 }
 
 void Slic::place_centers(const SlicImage& image, int band, const int* c2x, bool resume) {
-  const PixelPlanes planes{c01_.data(), c2x, z_.empty() ? nullptr : z_.data(), image.mask, image.width, image.height};
+  const PixelPlanes planes{c01_.data(), c2x,         z_.empty() ? nullptr : z_.data(),
+                           image.mask,  image.width, image.height};
   for (int i = 0; i < grid_.nx; ++i) {
     Center& center = centers_[at(std::int64_t{band} * grid_.nx + i)];
     const CellBox box{grid_.x_begin[at(i)], grid_.x_begin[at(i) + 1], grid_.y_begin[at(band)],
@@ -154,9 +156,9 @@ void Slic::assign(int band, const SlicOptions& options, const int* c2x) {
       for (int y = y_begin; y < y_end; y += rows_at_once) {
         const int rows = std::min(rows_at_once, y_end - y);
         const std::int64_t first = static_cast<std::int64_t>(y) * grid_.width + x;
-        const CellRows cell{c01_.data() + first, c2x + first,          z_.empty() ? nullptr : z_.data() + first,
-                            grid_.width,         n,
-                            rows,                y_place_.data() + y};
+        const CellRows cell{c01_.data() + first, c2x + first, z_.empty() ? nullptr : z_.data() + first,
+                            grid_.width,         n,           rows,
+                            y_place_.data() + y};
         const Tile tile{near_.data() + first, now, stride, changed};
         const int found = ops().nearest(options.distance, cell, near, tile);
         if (found == 0) continue;
@@ -212,14 +214,16 @@ void Slic::gather_runs(const SlicImage& image, int* center) {
   connect_.begin(image.height, image.width, c01_.data(), center, std::move(first));
 }
 
-SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool resume, int threads, int* labels) {
+SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool resume, int threads,
+                     int* labels) {
   check_slic(image, options);
   const CellGrid before = grid_;
   const ColorSpace space_before = made_with_.space;
   prepare(image, options);
   if (resume && (!same_grid(before, grid_) || space_before != options.space || image.mask))
     throw std::invalid_argument(
-        "start: expected an image of the size, options and colour space of the last one, without a mask; start "
+        "start: expected an image of the size, options and colour space of the last one, without a mask; "
+        "start "
         "anew");
   const bool masked = image.mask != nullptr;
   const int workers = std::min(thread_count(threads), grid_.ny);
@@ -281,8 +285,7 @@ void check_slic(const SlicImage& image, const SlicOptions& o) {
   if (static_cast<std::int64_t>(image.height) * image.width > (std::int64_t{1} << 31) - 65)
     fail("image: expected fewer than 2^31 pixels, got " + std::to_string(image.height) + " x " +
          std::to_string(image.width) + "; cut it into parts");
-  if (o.n_segments < 1)
-    fail("n_segments: expected at least 1, got " + std::to_string(o.n_segments));
+  if (o.n_segments < 1) fail("n_segments: expected at least 1, got " + std::to_string(o.n_segments));
   if (!(o.compactness > 0 && o.compactness <= kMostCompact))
     fail("compactness: expected a number above 0 and up to 4000, got " + std::to_string(o.compactness) +
          "; 10 is usual");

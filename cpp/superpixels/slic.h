@@ -38,8 +38,8 @@ struct SlicResult {
   double residual = 0;  // of the last iteration: mean way of a centre, L1, in units of colour
 };
 
-// Holds the working memory, 5 bytes a pixel and the runs (connect.h), from call to call, and the centres of the
-// last image.
+// Holds the working memory, 5 bytes a pixel and the runs (connect.h), from call to call, and the centres of
+// the last image.
 class Slic {
  public:
   // `labels`: height x width; also used for work in between. resume: the centres of the last image are the

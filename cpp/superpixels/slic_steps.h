@@ -23,11 +23,13 @@ struct CellBox {
 };
 
 // Bytes of interleaved channels to light, a plane for each.
-inline void look_up(const std::uint8_t* bytes, int channels, int n, const float* light, float* r, float* g, float* b) {
+inline void look_up(const std::uint8_t* bytes, int channels, int n, const float* light, float* r, float* g,
+                    float* b) {
   if (channels == 1)
     for (int i = 0; i < n; ++i) r[i] = g[i] = b[i] = light[bytes[i]];
   else
-    for (int i = 0; i < n; ++i, bytes += 3) r[i] = light[bytes[0]], g[i] = light[bytes[1]], b[i] = light[bytes[2]];
+    for (int i = 0; i < n; ++i, bytes += 3)
+      r[i] = light[bytes[0]], g[i] = light[bytes[1]], b[i] = light[bytes[2]];
 }
 inline void split(const float* values, int channels, int n, float* r, float* g, float* b) {
   if (channels == 1)
@@ -36,7 +38,8 @@ inline void split(const float* values, int channels, int n, float* r, float* g, 
     for (int i = 0; i < n; ++i, values += 3) r[i] = values[0], g[i] = values[1], b[i] = values[2];
 }
 
-// Depth in units of colour. Where there is none it is the last reading to the left, or else the first of the row.
+// Depth in units of colour. Where there is none it is the last reading to the left, or else the first of the
+// row.
 inline void depth_row(const float* depth_m, int n, double scale, int* z) {
   int i = 0;
   while (i < n && !(depth_m[i] > 0)) ++i;
@@ -68,20 +71,23 @@ HD bool cell_used(const PixelPlanes& p, const CellBox& box) {
   return false;
 }
 
-// The pixel of the cell inside the mask that is nearest to its middle, the first of equals; false: there is none.
+// The pixel of the cell inside the mask that is nearest to its middle, the first of equals; false: there is
+// none.
 HD bool nearest_inside(const PixelPlanes& p, const CellBox& box, int* px, int* py) {
   const int cx = *px, cy = *py;
   std::int64_t best = -1;
   for (int y = box.y_begin; y < box.y_end; ++y)
     for (int x = box.x_begin; x < box.x_end; ++x) {
-      const std::int64_t d = static_cast<std::int64_t>(x - cx) * (x - cx) + static_cast<std::int64_t>(y - cy) * (y - cy);
-      if (p.mask[static_cast<std::int64_t>(y) * p.width + x] && (best < 0 || d < best)) best = d, *px = x, *py = y;
+      const std::int64_t d =
+          static_cast<std::int64_t>(x - cx) * (x - cx) + static_cast<std::int64_t>(y - cy) * (y - cy);
+      if (p.mask[static_cast<std::int64_t>(y) * p.width + x] && (best < 0 || d < best))
+        best = d, *px = x, *py = y;
     }
   return best >= 0;
 }
 
-// A cell's middle, moved to the place of least change in its 3 x 3 pixels (Table A.1), its own of equals, then the
-// first. Cells of less than 3 pixels, and pixels at the border, stay.
+// A cell's middle, moved to the place of least change in its 3 x 3 pixels (Table A.1), its own of equals,
+// then the first. Cells of less than 3 pixels, and pixels at the border, stay.
 HD Center first_center(const PixelPlanes& p, const CellBox& box, double unit) {
   int x = (box.x_begin + box.x_end - 1) / 2, y = (box.y_begin + box.y_end - 1) / 2;
   Center center;
@@ -135,7 +141,8 @@ inline void add_masked(const int* c01, const int* c2x, const std::uint8_t* ids, 
     sums->color[0] += low_of(c01[i]), sums->color[1] += high_of(c01[i]), sums->color[2] += low_of(c2x[i]);
   }
 }
-inline void add_whole(const RowOps& ops, const int* c01, const int* c2x, int n, int x, int y, CenterSums* sums) {
+inline void add_whole(const RowOps& ops, const int* c01, const int* c2x, int n, int x, int y,
+                      CenterSums* sums) {
   constexpr int kAtOnce = 1 << 16;  // 2^16 * 2^14 fits into 31 bits
   for (int i = 0; i < n; i += kAtOnce) {
     const int some = n - i < kAtOnce ? n - i : kAtOnce;
@@ -147,8 +154,8 @@ inline void add_whole(const RowOps& ops, const int* c01, const int* c2x, int n, 
   sums->x += static_cast<std::int64_t>(n) * (2 * x + n - 1) / 2;
 }
 
-// What the sums of the 9 centres around a cell gain and lose, two numbers of 32 bits to a word: enough for a tile
-// (kTile pixels of less than 2^14 each), half the work of one word for each.
+// What the sums of the 9 centres around a cell gain and lose, two numbers of 32 bits to a word: enough for a
+// tile (kTile pixels of less than 2^14 each), half the work of one word for each.
 struct Gains {
   std::int64_t c01 = 0, c2n = 0, xy = 0, z = 0;
 
@@ -156,7 +163,9 @@ struct Gains {
   void subtract(const Gains& pixel) { c01 -= pixel.c01, c2n -= pixel.c2n, xy -= pixel.xy, z -= pixel.z; }
 };
 
-inline std::int64_t two_of(std::int64_t low, std::int64_t high) { return high * (std::int64_t{1} << 32) + low; }
+inline std::int64_t two_of(std::int64_t low, std::int64_t high) {
+  return high * (std::int64_t{1} << 32) + low;
+}
 inline int low_word(std::int64_t two) { return static_cast<std::int32_t>(two); }
 inline int high_word(std::int64_t two) { return static_cast<int>((two - low_word(two)) >> 32); }
 
@@ -171,7 +180,8 @@ inline void settle(const Gains& gains, int x, int y, CenterSums* sums) {
 }
 
 // The pixels of a tile that have a new centre.
-inline void move_pixels(const CellRows& cell, const Tile& tile, int changed, std::uint8_t* ids, Gains* gains) {
+inline void move_pixels(const CellRows& cell, const Tile& tile, int changed, std::uint8_t* ids,
+                        Gains* gains) {
   for (int i = 0; i < changed; ++i) {
     const int row = tile.changed[i] >> 16, x = tile.changed[i] & 0xffff;
     const std::ptrdiff_t at = row * cell.stride + x;
@@ -189,7 +199,8 @@ inline int find_runs(const CellGrid& g, const std::uint8_t* near, int y, int ban
   const int first = y * g.width;
   int last = -2, found = 0;
   for (int i = 0; i < g.nx; ++i) {
-    const int begin = g.x_begin[static_cast<std::size_t>(i)], end = g.x_begin[static_cast<std::size_t>(i) + 1];
+    const int begin = g.x_begin[static_cast<std::size_t>(i)],
+              end = g.x_begin[static_cast<std::size_t>(i) + 1];
     const int home = band * g.nx + i;
     for (int x = begin; x < end;) {
       const int k = near[x];

@@ -70,7 +70,9 @@ def test_the_core_gives_the_labels_of_the_plain_numpy_twin(options):
     np.testing.assert_array_equal(st.superpixels.slic(image, **options), twin.slic(image, **options))
 
 
-@pytest.mark.parametrize("kind", ["grey", "float", "noise", "one row", "one column", "one pixel", "two by two"])
+@pytest.mark.parametrize(
+    "kind", ["grey", "float", "noise", "one row", "one column", "one pixel", "two by two"]
+)
 def test_other_images_give_the_labels_of_the_twin_too(kind):
     image = {
         "grey": IMAGE[..., 1].copy(),
@@ -91,7 +93,9 @@ def test_the_colours_are_those_of_scikit_image():
     colors = np.stack(np.meshgrid(levels, levels, levels), axis=-1).reshape(-1, 18, 3)
     lab = twin.features(colors, "lab", 64.0) / 64
     np.testing.assert_allclose(lab, rgb2lab(colors), atol=COLOR_ATOL)
-    np.testing.assert_allclose(twin.features(colors, "xyz", 64.0) / 64, 100 * rgb2xyz(colors), atol=COLOR_ATOL)
+    np.testing.assert_allclose(
+        twin.features(colors, "xyz", 64.0) / 64, 100 * rgb2xyz(colors), atol=COLOR_ATOL
+    )
     np.testing.assert_allclose(twin.features(colors, "rgb", 64.0) / 64, colors / 2.55, atol=COLOR_ATOL)
 
 
@@ -153,7 +157,9 @@ def test_a_call_leaves_nothing_behind_for_the_next():
     height=hs.integers(1, 24), width=hs.integers(1, 24), segments=hs.integers(1, 60), seed=hs.integers(0, 10**6),
     levels=hs.integers(1, 6), hole=hs.booleans(),
 )  # fmt: skip
-def test_every_segment_is_one_piece_of_at_least_the_smallest_size(height, width, segments, seed, levels, hole):
+def test_every_segment_is_one_piece_of_at_least_the_smallest_size(
+    height, width, segments, seed, levels, hole
+):
     rng = np.random.default_rng(seed)
     image = (rng.integers(0, levels, (height, width, 3)) * (255 // levels)).astype(np.uint8)
     mask = rng.random((height, width)) < 0.7 if hole else None
@@ -184,7 +190,9 @@ def test_views_and_read_only_arrays_work_as_copies_do():
     frozen = IMAGE.copy()
     frozen.flags.writeable = False
     np.testing.assert_array_equal(st.superpixels.slic(frozen, 30), st.superpixels.slic(IMAGE, 30))
-    np.testing.assert_array_equal(st.superpixels.slic(np.asfortranarray(IMAGE), 30), st.superpixels.slic(IMAGE, 30))
+    np.testing.assert_array_equal(
+        st.superpixels.slic(np.asfortranarray(IMAGE), 30), st.superpixels.slic(IMAGE, 30)
+    )
 
 
 def test_floats_of_either_size_and_bytes_give_the_same():

@@ -38,7 +38,9 @@ def superpixels(
     segments: Annotated[int, typer.Option(min=1, help="About how many.")] = 1200,
     compactness: Annotated[float, typer.Option(help="m; larger: rounder segments.")] = 10.0,
     iterations: Annotated[int, typer.Option(min=1, help="Rounds of k-means.")] = 5,
-    color_space: Annotated[Space, typer.Option(help="Where colours are compared.", case_sensitive=False)] = Space.lab,
+    color_space: Annotated[
+        Space, typer.Option(help="Where colours are compared.", case_sensitive=False)
+    ] = Space.lab,
     distance: Annotated[
         Distance, typer.Option(help="slic: squared; thesis: d_lab + (m / S) d_xy.", case_sensitive=False)
     ] = Distance.slic,

@@ -151,7 +151,9 @@ def slic(
     cells = [np.searchsorted(b, v, side="right") - 1 for b, v in ((grid.y_begin, y), (grid.x_begin, x))]
     centers, used = first_centers(color, z, grid, inside)
     for _ in range(max_num_iter):
-        nearest = np.where(inside, assign(planes, cells[0] * grid.nx + cells[1], centers, used, grid, distance), -1)
+        nearest = np.where(
+            inside, assign(planes, cells[0] * grid.nx + cells[1], centers, used, grid, distance), -1
+        )
         moved = _means(planes, np.stack([x, y], axis=-1), nearest, centers, grid.unit)
         if (moved == centers).all():
             break
@@ -184,10 +186,10 @@ def _components(values: Array) -> Array:
         while stack:
             y, x = stack.pop()
             for v, u in ((y - 1, x), (y + 1, x), (y, x - 1), (y, x + 1)):
-                if 0 <= v < values.shape[0] and 0 <= u < values.shape[1] and out[v, u] < 0:
-                    if values[v, u] == values[start]:
-                        out[v, u] = next_number
-                        stack.append((v, u))
+                there = 0 <= v < values.shape[0] and 0 <= u < values.shape[1]
+                if there and out[v, u] < 0 and values[v, u] == values[start]:
+                    out[v, u] = next_number
+                    stack.append((v, u))
         next_number += 1
     return out
 

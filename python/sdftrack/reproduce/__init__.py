@@ -72,6 +72,8 @@ FIGURES = {
         Figure("5.4", "time per frame against the number of objects", "fig_5_4"),
         Figure("5.6", "two look-alikes that meet and part, joint and independent trackers", "fig_5_6"),
         Figure("5.8", "relative pose of two look-alikes at rest, moving camera", "fig_5_8"),
+        Figure("A.2", "times of superpixels at three sizes of image", "table_a_2"),
+        Figure("A.3", "times of their parts: k-means, connectivity", "table_a_3"),
     ]
 }
 

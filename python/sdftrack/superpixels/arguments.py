@@ -37,7 +37,9 @@ def checked_image(image: ArrayLike) -> NDArray[Any]:
         return np.ascontiguousarray(given)
     low, high = float(given.min()), float(given.max())
     if not (np.isfinite(low) and np.isfinite(high)):
-        raise ValueError("image: expected finite values in 0..1, got NaN or infinity; replace them or give a mask")
+        raise ValueError(
+            "image: expected finite values in 0..1, got NaN or infinity; replace them or give a mask"
+        )
     if low < 0 or high > 1:
         raise ValueError(
             f"image: expected floats in 0..1, got {low:g}..{high:g}; divide by the largest value, or give uint8"
@@ -45,7 +47,9 @@ def checked_image(image: ArrayLike) -> NDArray[Any]:
     return np.ascontiguousarray(given, dtype=np.float32)
 
 
-def checked_mask(mask: ArrayLike | None, shape: tuple[int, ...], start_label: Any) -> NDArray[np.uint8] | None:
+def checked_mask(
+    mask: ArrayLike | None, shape: tuple[int, ...], start_label: Any
+) -> NDArray[np.uint8] | None:
     """0 or 1 for each pixel, or None."""
     if mask is None:
         return None
@@ -68,7 +72,9 @@ def checked_depth(depth: ArrayLike | None, shape: tuple[int, ...], weight: Any) 
         return None
     given = host_array(depth, "depth")
     if given.dtype.kind != "f":
-        raise TypeError(f"depth: expected metres as float, got {given.dtype}; multiply by the unit, as 0.001 for mm")
+        raise TypeError(
+            f"depth: expected metres as float, got {given.dtype}; multiply by the unit, as 0.001 for mm"
+        )
     if given.shape != shape:
         raise ValueError(f"depth: expected the image's shape {shape}, got {given.shape}")
     seen = np.ascontiguousarray(np.nan_to_num(given, nan=0.0, posinf=0.0, neginf=0.0), dtype=np.float32)

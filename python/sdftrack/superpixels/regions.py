@@ -82,7 +82,7 @@ def mean_colors(image: ArrayLike, labels: ArrayLike) -> NDArray[Any]:
     """
     L = _labels(labels)
     pixels = _image(image, L)
-    present, index = np.unique(L, return_inverse=True)
+    index = np.unique(L, return_inverse=True)[1]
     flat = pixels.reshape(L.size, -1)
     areas = np.bincount(index.reshape(-1))
     means = np.stack([np.bincount(index.reshape(-1), c) / areas for c in flat.T], axis=-1)
@@ -108,9 +108,7 @@ def adjacency(labels: ArrayLike) -> NDArray[np.int64]:
     [[1, 2], [1, 3], [2, 3]]
     """
     L = _labels(labels).astype(np.int64)
-    sides = [
-        np.stack([a.ravel(), b.ravel()], axis=-1) for a, b in ((L[:, :-1], L[:, 1:]), (L[:-1], L[1:]))
-    ]
+    sides = [np.stack([a.ravel(), b.ravel()], axis=-1) for a, b in ((L[:, :-1], L[:, 1:]), (L[:-1], L[1:]))]
     pairs = np.sort(np.concatenate(sides), axis=1)
     pairs = pairs[pairs[:, 0] != pairs[:, 1]]
     return np.unique(pairs, axis=0) if len(pairs) else pairs
