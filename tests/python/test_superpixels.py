@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from hypothesis import strategies as hs
 
 import sdftrack as st
 from sdftrack import _core, metrics
+from sdftrack.cli.app import run
 from sdftrack.reference import superpixels as twin
 
 COLOR_ATOL = 0.02  # units of L, a, b: 1/128 from rounding to 1/64, the rest from float32 and 6-digit matrices
@@ -326,6 +328,84 @@ def test_a_large_image_works_in_little_memory():
 def test_achievable_accuracy_of_a_known_overlap():
     labels, truth = np.array([[1, 1, 1, 2]]), np.array([[1, 1, 2, 2]])
     assert metrics.achievable_accuracy(labels, truth) == 0.75
+
+
+def test_the_command_writes_labels_and_pictures(tmp_path, capsys):
+    import cv2
+
+    source, out = tmp_path / "a.png", tmp_path / "cut"
+    cv2.imwrite(str(source), IMAGE[..., ::-1])
+    assert run(["superpixels", str(source), "--segments", "40", "--out", str(out)]) == 0
+    labels = st.superpixels.slic(IMAGE, 40)
+    np.testing.assert_array_equal(cv2.imread(str(out / "labels.png"), cv2.IMREAD_UNCHANGED), labels)
+    for name, wanted in (
+        ("boundaries", st.superpixels.mark_boundaries(IMAGE, labels)),
+        ("mean", st.superpixels.mean_colors(IMAGE, labels)),
+    ):
+        np.testing.assert_array_equal(cv2.imread(str(out / f"{name}.png"))[..., ::-1], wanted)
+    result = json.loads((out / "result.json").read_text())
+    assert result["segments"] == labels.max()
+    assert {p.name for p in out.iterdir()} == {"labels.png", "boundaries.png", "mean.png", "result.json"}
+    assert "40" in capsys.readouterr().out
+
+
+def test_more_labels_than_a_png_holds_are_kept_in_an_array(tmp_path):
+    import cv2
+
+    source, out = tmp_path / "a.png", tmp_path / "cut"
+    cv2.imwrite(str(source), np.tile(IMAGE, (4, 3, 1)))
+    assert run(["superpixels", str(source), "--segments", "80000", "--out", str(out), "--quiet"]) == 0
+    labels = np.load(out / "labels.npy")
+    assert labels.dtype == np.int32
+    assert labels.max() > 65535
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "says"),
+    [
+        (["nothing.png", "--out", "x"], 1, "no such file: nothing.png"),
+        (["README.md", "--out", "x"], 1, "not a readable picture"),
+        (["README.md"], 2, "--out DIR"),
+        (["README.md", "--segments", "0", "--out", "x"], 2, "--segments"),
+        (["README.md", "--compactness", "0", "--out", "x"], 2, "--compactness"),
+        (["README.md", "--color-space", "hsv", "--out", "x"], 2, "--color-space"),
+    ],
+)
+def test_the_command_refuses_what_it_cannot_use(arguments, code, says, capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "README.md").write_text("no picture")
+    assert run(["superpixels", *arguments]) == code
+    assert says in capsys.readouterr().err
+
+
+def test_tables_a_2_and_a_3_in_small_have_three_sizes_and_the_printed_values(tmp_path, capsys):
+    assert run(["reproduce", "A.2", "A.3", "--frames", "2", "--out", str(tmp_path)]) == 0
+    times = json.loads((tmp_path / "A.2" / "result.json").read_text())["times_ms"]
+    for name in ("one core", "all cores", "scikit-image"):
+        assert len(times[name]) == 3
+        assert 0 < times[name][0] < times[name][2]
+    assert times["one core"][1] < times["scikit-image"][1]
+    assert (tmp_path / "A.3" / "table.txt").is_file()
+    said = capsys.readouterr().out
+    assert "354" in said
+    assert "printed connectivity" in said
+
+
+def test_on_photographs_every_score_is_at_least_that_of_scikit_image(data_dir):
+    """Four of the images, as `python -m sdftrack.eval.superpixels` does with all of them."""
+    from skimage.segmentation import slic as theirs
+
+    from sdftrack.eval.superpixels import curve, open_bsds
+
+    if not (data_dir / "bsds").is_dir():
+        pytest.skip(f"photographs absent: {data_dir / 'bsds'}")
+    scenes = open_bsds(data_dir)[::5]
+    n, recall, error, accuracy = curve(scenes, st.superpixels.slic, [500])[0]
+    other = curve(scenes, theirs, [450, 800])
+    beside = [np.interp(np.log(n), np.log(other[:, 0]), other[:, k]) for k in (1, 2, 3)]
+    assert recall >= beside[0]
+    assert error <= beside[1]
+    assert accuracy >= beside[2]
 
 
 @pytest.mark.gpu

@@ -134,9 +134,7 @@ def _speed(quick: bool) -> dict[str, Any]:
         image, n = picture(height, width)[0], width * height // PER_SEGMENT_PX
         made = {name: times_ms(way(image, n)) for name, way in _ways().items()}
         if width == SIZES[0][0] or not quick:
-            made["scikit-image"] = times_ms(
-                lambda i=image, k=n: theirs(i, k, max_num_iter=ITERATIONS), 0.0, 3
-            )
+            made["scikit-image"] = times_ms(partial(theirs, image, n, max_num_iter=ITERATIONS), 0.0, 3)
         rows[f"{width}x{height}"] = made
         cells += [
             [f"{width} x {height}, {n}", name, *(f"{t:.2f}" for t in times)] for name, times in made.items()

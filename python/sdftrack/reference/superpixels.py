@@ -33,7 +33,7 @@ def make_grid(height: int, width: int, inside: int, n_segments: int, compactness
     step = np.sqrt(height * width / wanted)
     ny = int(np.clip(_round(height / step), 1, height))
     nx = int(np.clip(_round(wanted / ny), 1, width))
-    scale = FINEST
+    scale: float = FINEST
     while scale > 1 and compactness * scale > MOST_REACH:
         scale /= 2
     unit = compactness * scale / max(width / nx, height / ny)
@@ -110,13 +110,13 @@ def connect(centers: Array, min_size: float) -> Array:
     """(H, W) numbers 0, 1, ... of connected regions in the order of the image, -1 where centers is -1."""
     region = _components(centers)
     while True:
-        size = np.bincount(region[region >= 0])
+        size: Any = np.bincount(region[region >= 0])
         small = np.flatnonzero((size < int(min_size)) & (size > 0))
         touching: dict[int, set[int]] = {}
         for a, b in _touching(region):
             touching.setdefault(a, set()).add(b)
             touching.setdefault(b, set()).add(a)
-        choice = {a: min(touching[a], key=lambda b: (-size[b], b)) for a in small if touching.get(a)}
+        choice = {a: min(touching[a], key=lambda b: (-size[b], b)) for a in small.tolist() if a in touching}
         if not choice:
             return region
         joined = np.arange(len(size))
@@ -222,12 +222,13 @@ def _nearest(x: Array) -> Array:
 def _linear_light(v: Array) -> Array:
     with np.errstate(all="ignore"):
         x = (v + F(0.055)) * (F(1) / F(1.055))
-        r = (F(1.2779306e9) - x.view(np.int32).astype(F) * F(0.2)).astype(np.int32).view(F)
+        r: Array = (F(1.2779306e9) - x.view(np.int32).astype(F) * F(0.2)).astype(np.int32).view(F)
         for _ in range(3):
             r2 = r * r
             r = r * (F(1.2) - x * F(0.2) * (r2 * r2 * r))
         q = x * r
-        return np.where(v <= F(0.04045), v * (F(1) / F(12.92)), q * q * q)
+        light: Array = np.where(v <= F(0.04045), v * (F(1) / F(12.92)), q * q * q)
+    return light
 
 
 def _bend(t: Array) -> Array:
