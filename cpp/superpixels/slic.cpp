@@ -144,6 +144,7 @@ void Slic::sum_cells(int band, const int* c2x, bool masked) {
 void Slic::assign(int band, const SlicOptions& options, const int* c2x) {
   alignas(64) std::uint8_t now[kTile + 64];
   int changed[kTile + 16];
+  Gains gains[kNear];
   CenterSums* const sums = sums_.data() + std::int64_t{3} * band * grid_.nx;
   const int y_begin = grid_.y_begin[at(band)], y_end = grid_.y_begin[at(band) + 1];
   for (int i = 0; i < grid_.nx; ++i) {
@@ -162,11 +163,13 @@ void Slic::assign(int band, const SlicOptions& options, const int* c2x) {
         const Tile tile{near_.data() + first, now, stride, changed};
         const int found = ops().nearest(options.distance, cell, near, tile);
         if (found == 0) continue;
-        Gains gains[kNear];
-        move_pixels(cell, tile, found, near_.data() + first, gains);
+        if (cell.z)
+          move_pixels<true>(cell, tile, found, near_.data() + first, gains);
+        else
+          move_pixels<false>(cell, tile, found, near_.data() + first, gains);
         for (int k = 0; k < near.count; ++k) {
           const int id = near.id[k];
-          settle(gains[id], x, y, &sums[(id / 3) * grid_.nx + i + id % 3 - 1]);
+          settle(&gains[id], x, y, &sums[(id / 3) * grid_.nx + i + id % 3 - 1]);
         }
       }
     }

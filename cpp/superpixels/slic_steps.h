@@ -159,8 +159,11 @@ inline void add_whole(const RowOps& ops, const int* c01, const int* c2x, int n, 
 struct Gains {
   std::int64_t c01 = 0, c2n = 0, xy = 0, z = 0;
 
-  void add(const Gains& pixel) { c01 += pixel.c01, c2n += pixel.c2n, xy += pixel.xy, z += pixel.z; }
-  void subtract(const Gains& pixel) { c01 -= pixel.c01, c2n -= pixel.c2n, xy -= pixel.xy, z -= pixel.z; }
+  template <bool kDepth, int kSign>
+  void add(const Gains& pixel) {
+    c01 += kSign * pixel.c01, c2n += kSign * pixel.c2n, xy += kSign * pixel.xy;
+    if constexpr (kDepth) z += kSign * pixel.z;
+  }
 };
 
 inline std::int64_t two_of(std::int64_t low, std::int64_t high) {
@@ -169,8 +172,10 @@ inline std::int64_t two_of(std::int64_t low, std::int64_t high) {
 inline int low_word(std::int64_t two) { return static_cast<std::int32_t>(two); }
 inline int high_word(std::int64_t two) { return static_cast<int>((two - low_word(two)) >> 32); }
 
-// Into the sums; x and y of the tile's first pixel.
-inline void settle(const Gains& gains, int x, int y, CenterSums* sums) {
+// Into the sums, and 0 from then on; x and y of the tile's first pixel.
+inline void settle(Gains* owed, int x, int y, CenterSums* sums) {
+  const Gains gains = *owed;
+  *owed = Gains{};
   const std::int64_t n = high_word(gains.c2n);
   sums->count += n;
   sums->color[0] += low_word(gains.c01), sums->color[1] += high_word(gains.c01);
@@ -180,16 +185,16 @@ inline void settle(const Gains& gains, int x, int y, CenterSums* sums) {
 }
 
 // The pixels of a tile that have a new centre.
-inline void move_pixels(const CellRows& cell, const Tile& tile, int changed, std::uint8_t* ids,
-                        Gains* gains) {
+template <bool kDepth>
+void move_pixels(const CellRows& cell, const Tile& tile, int changed, std::uint8_t* ids, Gains* gains) {
   for (int i = 0; i < changed; ++i) {
     const int row = tile.changed[i] >> 16, x = tile.changed[i] & 0xffff;
     const std::ptrdiff_t at = row * cell.stride + x;
     const int was = ids[at], now = tile.now[row * tile.stride + x];
     const int c01 = cell.c01[at], c2x = cell.c2x[at];
-    const Gains pixel{two_of(low_of(c01), high_of(c01)), two_of(low_of(c2x), 1), two_of(x, row),
-                      cell.z ? cell.z[at] : 0};
-    gains[was].subtract(pixel), gains[now].add(pixel);
+    Gains pixel{two_of(low_of(c01), high_of(c01)), two_of(low_of(c2x), 1), two_of(x, row)};
+    if constexpr (kDepth) pixel.z = cell.z[at];
+    gains[was].template add<kDepth, -1>(pixel), gains[now].template add<kDepth, 1>(pixel);
     ids[at] = static_cast<std::uint8_t>(now);
   }
 }
@@ -197,14 +202,15 @@ inline void move_pixels(const CellRows& cell, const Tile& tile, int changed, std
 // Writes the runs of a row, each where the centre changes, and returns how many there are.
 inline int find_runs(const CellGrid& g, const std::uint8_t* near, int y, int band, int* start, int* center) {
   const int first = y * g.width;
-  int last = -2, found = 0;
+  int last = -2, found = 0, offset[kNear];
+  for (int k = 0; k < kNear; ++k) offset[k] = (k / 3 - 1) * g.nx + k % 3 - 1;
   for (int i = 0; i < g.nx; ++i) {
     const int begin = g.x_begin[static_cast<std::size_t>(i)],
               end = g.x_begin[static_cast<std::size_t>(i) + 1];
     const int home = band * g.nx + i;
     for (int x = begin; x < end;) {
       const int k = near[x];
-      const int of = k == kOutside ? -1 : home + (k / 3 - 1) * g.nx + k % 3 - 1;
+      const int of = k == kOutside ? -1 : home + offset[k];
       start[found] = first + x, center[found] = of;
       found += of != last, last = of;
       // To the next byte that differs, 8 at a time.
