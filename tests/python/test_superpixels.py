@@ -325,6 +325,15 @@ def test_a_large_image_works_in_little_memory():
     assert (work.bytes + labels.nbytes) / labels.size < 12 + 3  # this one is noisy: runs of 6 pixels
 
 
+def test_an_image_too_large_for_the_memory_says_how_much_it_needs(monkeypatch):
+    def fail(*_):
+        raise MemoryError
+
+    monkeypatch.setattr(_core, "slic", fail)
+    with pytest.raises(MemoryError, match=r"image: 2048 x 1024 pixels need about 26 MiB"):
+        st.superpixels.slic(np.zeros((2048, 1024), np.uint8))
+
+
 def test_achievable_accuracy_of_a_known_overlap():
     labels, truth = np.array([[1, 1, 1, 2]]), np.array([[1, 1, 2, 2]])
     assert metrics.achievable_accuracy(labels, truth) == 0.75

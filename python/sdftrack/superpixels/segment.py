@@ -19,6 +19,7 @@ __all__ = ["Video", "slic"]
 Labels = NDArray[np.int32]
 SPACES = ("lab", "xyz", "rgb")
 DISTANCES = ("slic", "thesis")
+BYTES_PER_PIXEL = 13
 
 
 def slic(
@@ -88,6 +89,8 @@ def slic(
         A wrong shape, values outside 0..1 or not finite, an empty mask, a number out of range.
     RuntimeError
         ``device="cuda"`` without one.
+    MemoryError
+        An image too large; the message says how much it needs.
 
     Examples
     --------
@@ -105,7 +108,15 @@ def slic(
         n_segments, compactness, max_num_iter, color_space, start_label, enforce_connectivity, distance,
         min_size_factor, depth_weight if seen is not None else 0.0,
     )  # fmt: skip
-    labels: Labels = _core.slic(pixels, options, inside, seen, _whole(threads, "threads", 0), cuda)[0]
+    workers = _whole(threads, "threads", 0)
+    try:
+        labels: Labels = _core.slic(pixels, options, inside, seen, workers, cuda)[0]
+    except MemoryError:
+        size = pixels.shape[0] * pixels.shape[1]
+        raise MemoryError(
+            f"image: {pixels.shape[0]} x {pixels.shape[1]} pixels need about {BYTES_PER_PIXEL * size / 2**20:.0f} MiB "
+            "of memory, which is not there; cut the image into parts"
+        ) from None
     return labels
 
 
