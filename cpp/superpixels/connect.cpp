@@ -12,16 +12,19 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-void Connect::begin(int height, int width, const int* start, const int* center, std::vector<int> row) {
+void Connect::begin(int height, int width, const int* start, const int* center, std::vector<int> row,
+                    std::span<int> spare) {
   height_ = height, width_ = width, start_ = start, center_ = center, row_ = std::move(row);
   const int runs = row_.back();
-  parent_.resize(at(runs)), size_.resize(at(runs)), above_.resize(at(runs)), below_.resize(at(runs));
+  parent_.resize(at(runs)), size_.resize(at(runs));
+  if (spare.size() < 2 * at(runs)) own_.resize(2 * at(runs)), spare = own_;
+  above_ = spare.data(), below_ = above_ + runs;
   for (int r = 0; r < runs; ++r) parent_[at(r)] = r;
 }
 
 std::size_t Connect::bytes() const {
-  return sizeof(int) * (row_.capacity() + parent_.capacity() + size_.capacity() + above_.capacity() +
-                        below_.capacity() + small_.capacity()) +
+  return sizeof(int) *
+             (row_.capacity() + parent_.capacity() + size_.capacity() + own_.capacity() + small_.capacity()) +
          sizeof(Choice) * choices_.capacity();
 }
 
@@ -33,7 +36,7 @@ int Connect::root(int run) {
 void Connect::join_rows(int y) {
   int above = first_run(y - 1), below = first_run(y);
   const int above_end = below, below_end = first_run(y + 1);
-  above_[at(below)] = above, below_[at(above)] = below;
+  above_[below] = above, below_[above] = below;
   while (true) {
     const int center = center_[above];
     if (center == center_[below] && center >= 0 && parent_[at(above)] != parent_[at(below)]) {
@@ -44,8 +47,8 @@ void Connect::join_rows(int y) {
     const bool next_above = end_above <= end_below, next_below = end_below <= end_above;
     above += next_above, below += next_below;
     if (above == above_end || below == below_end) return;  // at once: both rows are as wide
-    if (next_above) below_[at(above)] = below;
-    if (next_below) above_[at(below)] = above;
+    if (next_above) below_[above] = below;
+    if (next_below) above_[below] = above;
   }
 }
 
@@ -78,9 +81,9 @@ void Connect::each_neighbor(int run, const Visit& visit) const {
   if (run > first_run(y)) tell(run - 1);
   if (run + 1 < first_run(y + 1)) tell(run + 1);
   if (y > 0)
-    for (int r = above_[at(run)]; r < first_run(y) && start_[r] < end - width_; ++r) tell(r);
+    for (int r = above_[run]; r < first_run(y) && start_[r] < end - width_; ++r) tell(r);
   if (y + 1 < height_)
-    for (int r = below_[at(run)]; r < first_run(y + 2) && start_[r] < end + width_; ++r) tell(r);
+    for (int r = below_[run]; r < first_run(y + 2) && start_[r] < end + width_; ++r) tell(r);
 }
 
 // The best neighbour of each small region. While this looks, the size of a small root is -1 - its place in

@@ -11,6 +11,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace sdftrack {
@@ -20,7 +21,9 @@ class Connect {
   // The runs of all rows, one after another: first pixel of each and one past the last, its centre (< 0:
   // outside the mask), the first run of each row and one more. Borrowed, until write() is done; `center` only
   // until then.
-  void begin(int height, int width, const int* start, const int* center, std::vector<int> row);
+  // `spare`: memory that may be used meanwhile, where it is enough.
+  void begin(int height, int width, const int* start, const int* center, std::vector<int> row,
+             std::span<int> spare);
   int runs() const { return static_cast<int>(parent_.size()); }
   int first_run(int y) const { return row_[static_cast<std::size_t>(y)]; }
 
@@ -51,9 +54,10 @@ class Connect {
   const int* start_ = nullptr;
   const int* center_ = nullptr;
   std::vector<int> row_;
-  std::vector<int> parent_;         // never a later run; afterwards the label, from 0, or -1
-  std::vector<int> size_;           // of roots
-  std::vector<int> above_, below_;  // the first run that touches, in the rows above and below
+  std::vector<int> parent_;                  // never a later run; afterwards the label, from 0, or -1
+  std::vector<int> size_;                    // of roots
+  int *above_ = nullptr, *below_ = nullptr;  // the first run that touches, in the rows above and below
+  std::vector<int> own_;                     // where these are if there is nothing spare
   std::vector<int> small_;
   std::vector<Choice> choices_;
 };

@@ -6,6 +6,7 @@
 #include <barrier>
 #include <cstring>
 #include <numeric>
+#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -214,7 +215,8 @@ void Slic::gather_runs(const SlicImage& image, int* center) {
   }
   first[at(image.height)] = to;
   c01_[at(to)] = image.height * image.width;
-  connect_.begin(image.height, image.width, c01_.data(), center, std::move(first));
+  connect_.begin(image.height, image.width, c01_.data(), center, std::move(first),
+                 std::span(c01_).subspan(at(to) + 1));
 }
 
 SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool resume, int threads,

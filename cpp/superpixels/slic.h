@@ -38,7 +38,7 @@ struct SlicResult {
   double residual = 0;  // of the last iteration: mean way of a centre, L1, in units of colour
 };
 
-// Holds the working memory, 5 bytes a pixel and the runs (connect.h), from call to call, and the centres of
+// Holds the working memory, 5 bytes a pixel and 8 a run (connect.h), from call to call, and the centres of
 // the last image.
 class Slic {
  public:
