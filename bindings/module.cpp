@@ -23,6 +23,7 @@ void bind_reconstruction(py::module_& m);
 void bind_search(py::module_& m);
 void bind_render(py::module_& m);
 void bind_sdf(py::module_& m);
+void bind_superpixels(py::module_& m);
 void bind_build(py::module_& m);
 
 }  // namespace sdftrack
@@ -47,5 +48,6 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bind_sdf(m);
   sdftrack::bind_calibration(m);
   sdftrack::bind_contour(m);
+  sdftrack::bind_superpixels(m);
   sdftrack::bind_build(m);
 }

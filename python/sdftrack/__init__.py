@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from sdftrack._core import __version__  # at once: a broken build is an error of the import
 
 if TYPE_CHECKING:  # what type checkers and editors read; a test compares it with _HOMES
-    from sdftrack import contour, geometry, levelset, metrics, synth, testing
+    from sdftrack import contour, geometry, levelset, metrics, superpixels, synth, testing
     from sdftrack.build_info import info
     from sdftrack.calibration.color_result import ColorCalibration
     from sdftrack.calibration.color_to_depth import calibrate_color_to_depth
@@ -104,6 +104,7 @@ __all__ = [
     "remove_plane",
     "save_sequence",
     "smooth_union",
+    "superpixels",
     "synth",
     "testing",
     "union",

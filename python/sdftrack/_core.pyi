@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Scaling', 'Searcher', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'paint', 'photometric', 'primitive_distances', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Scaling', 'Searcher', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'paint', 'photometric', 'primitive_distances', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
 class Calibration:
     """
     Frames of a known object, and the lens that explains them.
@@ -1005,6 +1005,66 @@ class Searcher:
         ...
     def search(self, depth: numpy.ndarray, camera: Camera, mask: typing.Any = None, box: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"] | None = None, near: typing.Any = None, reach_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, foreground: typing.Any = None, plane: tuple[typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], typing.SupportsFloat | typing.SupportsIndex] | None = None, taken: typing.Any = None, first_seed: typing.SupportsInt | typing.SupportsIndex = 0, seeds: typing.SupportsInt | typing.SupportsIndex = 0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> list:
         ...
+class SlicOptions:
+    connected: bool
+    def __init__(self) -> None:
+        ...
+    @property
+    def compactness(self) -> float:
+        ...
+    @compactness.setter
+    def compactness(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def depth_weight(self) -> float:
+        ...
+    @depth_weight.setter
+    def depth_weight(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def distance(self) -> int:
+        ...
+    @distance.setter
+    def distance(self, arg1: str) -> None:
+        ...
+    @property
+    def first_label(self) -> int:
+        ...
+    @first_label.setter
+    def first_label(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def max_iterations(self) -> int:
+        ...
+    @max_iterations.setter
+    def max_iterations(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def min_size(self) -> float:
+        ...
+    @min_size.setter
+    def min_size(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def n_segments(self) -> int:
+        ...
+    @n_segments.setter
+    def n_segments(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def space(self) -> int:
+        ...
+    @space.setter
+    def space(self, arg1: str) -> None:
+        ...
+class SlicWork:
+    def __init__(self) -> None:
+        ...
+    def run(self, image: numpy.ndarray, options: SlicOptions, mask: numpy.ndarray | None, depth: numpy.ndarray | None, resume: bool, threads: typing.SupportsInt | typing.SupportsIndex, cuda: bool) -> tuple:
+        ...
+    @property
+    def bytes(self) -> int:
+        ...
 class State:
     """
     A point in the space of unknowns, in the core's own frames.
@@ -1426,6 +1486,8 @@ def seed_rotation(k: typing.SupportsInt | typing.SupportsIndex, n: typing.Suppor
     """
     Rotation k of n evenly spread ones, as a 4x4 matrix.
     """
+def slic(image: numpy.ndarray, options: SlicOptions, mask: numpy.ndarray | None, depth: numpy.ndarray | None, threads: typing.SupportsInt | typing.SupportsIndex, cuda: bool) -> tuple:
+    ...
 def surface_samples(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], count: typing.SupportsInt | typing.SupportsIndex) -> tuple:
     """
     -> points (N, 3) float32 m, normals (N, 3) float32.

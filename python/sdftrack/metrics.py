@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack.checks import numbers
 
 __all__ = [
+    "achievable_accuracy",
     "add",
     "adds",
     "auc",
@@ -133,13 +134,18 @@ def undersegmentation(labels: ArrayLike, truth: ArrayLike) -> float:
 
     Each superpixel adds, for each true segment that it touches, the smaller of its parts inside and outside.
     """
-    L, G = _label_images(labels, truth)
-    _, l = np.unique(L, return_inverse=True)
-    _, g = np.unique(G, return_inverse=True)
-    n = int(g.max()) + 1
-    overlap = np.bincount(l.ravel() * n + g.ravel(), minlength=(int(l.max()) + 1) * n).reshape(-1, n)
+    overlap = _overlaps(labels, truth)
     outside = overlap.sum(axis=1, keepdims=True) - overlap
-    return float(np.minimum(overlap, outside).sum() / L.size)
+    return float(np.minimum(overlap, outside).sum() / overlap.sum())
+
+
+def achievable_accuracy(labels: ArrayLike, truth: ArrayLike) -> float:
+    """Achievable segmentation accuracy (Liu et al. 2011): the best that segments made of whole superpixels can do.
+
+    Fraction of the pixels that are right when each superpixel takes the true segment that it shares most pixels with.
+    """
+    overlap = _overlaps(labels, truth)
+    return float(overlap.max(axis=1).sum() / overlap.sum())
 
 
 def plane_angles(frame: Any, camera: Any = None, tolerance: float = 0.01) -> Array:
@@ -239,6 +245,16 @@ def _label_images(labels: ArrayLike, truth: ArrayLike) -> tuple[NDArray[Any], ND
             f"labels, truth: expected two (H, W) images of one size, got {L.shape} and {G.shape}"
         )
     return L, G
+
+
+def _overlaps(labels: ArrayLike, truth: ArrayLike) -> NDArray[np.int64]:
+    """Pixels that each superpixel (rows) shares with each true segment."""
+    L, G = _label_images(labels, truth)
+    _, l = np.unique(L, return_inverse=True)
+    _, g = np.unique(G, return_inverse=True)
+    n = int(g.max()) + 1
+    counts: NDArray[np.int64] = np.bincount(l.ravel() * n + g.ravel(), minlength=(int(l.max()) + 1) * n)
+    return counts.reshape(-1, n)
 
 
 def _edges(labels: NDArray[Any]) -> NDArray[np.bool_]:

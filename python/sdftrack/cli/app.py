@@ -10,7 +10,19 @@ from typing import Any
 
 import typer
 
-from sdftrack.cli import calibrate, config, contour, demo, evaluate, fit, info, reconstruct, reproduce, track
+from sdftrack.cli import (
+    calibrate,
+    config,
+    contour,
+    demo,
+    evaluate,
+    fit,
+    info,
+    reconstruct,
+    reproduce,
+    superpixels,
+    track,
+)
 
 __all__ = ["app", "run"]
 
@@ -28,6 +40,7 @@ for command in (
     reconstruct.reconstruct,
     fit.fit,
     contour.contour,
+    superpixels.superpixels,
     evaluate.evaluate,
     reproduce.reproduce,
     info.info,

@@ -75,6 +75,8 @@ FIGURES = {
         Figure("6.9", "hidden silhouettes recovered, by how many harmonics are the inputs", "fig_6_9"),
         Figure("6.10", "hidden silhouettes detected: precision and recall", "fig_6_10"),
         Figure("6.11", "recovery and time against simpler ways (and Table 6.4)", "fig_6_11"),
+        Figure("A.2", "times of superpixels at three sizes of image", "table_a_2"),
+        Figure("A.3", "times of their parts: k-means, connectivity", "table_a_3"),
     ]
 }
 

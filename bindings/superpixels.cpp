@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+#include <pybind11/stl.h>
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "array.h"
+#include "busy.h"
+#include "superpixels/slic.h"
+
+namespace sdftrack {
+
+namespace {
+
+using namespace py::literals;
+
+ColorSpace space_of(const std::string& name) {
+  return name == "lab" ? ColorSpace::kLab : (name == "xyz" ? ColorSpace::kXyz : ColorSpace::kRgb);
+}
+
+// The image as the core wants it; the arrays must outlive it.
+SlicImage image_of(const py::array& image, const std::optional<py::array>& mask,
+                   const std::optional<py::array>& depth) {
+  SlicImage out;
+  const bool color = image.ndim() == 3;
+  const std::vector<py::ssize_t> shape =
+      color ? std::vector<py::ssize_t>{-1, -1, 3} : std::vector<py::ssize_t>{-1, -1};
+  if (image.dtype().kind() == 'f')
+    out.floats = borrow<float>(image, "image", shape);
+  else
+    out.bytes = borrow<std::uint8_t>(image, "image", shape);
+  out.height = static_cast<int>(image.shape(0)), out.width = static_cast<int>(image.shape(1));
+  out.channels = color ? 3 : 1;
+  if (mask) out.mask = borrow<std::uint8_t>(*mask, "mask", {image.shape(0), image.shape(1)});
+  if (depth) out.depth_m = borrow<float>(*depth, "depth", {image.shape(0), image.shape(1)});
+  return out;
+}
+
+// Working memory from call to call; large ones are not kept.
+class SlicWork {
+ public:
+  static constexpr std::size_t kKept = std::size_t{1} << 27;
+
+  SlicResult run(const SlicImage& image, const SlicOptions& options, bool resume, int threads, bool cuda,
+                 int* labels) {
+    const Busy turn(&busy_, "superpixel segmenter");
+    if (cuda) return slic_cuda(image, options, labels);
+    return slic_.run(image, options, resume, threads, labels);
+  }
+  std::size_t bytes() const { return slic_.bytes(); }
+
+ private:
+  Slic slic_;
+  std::atomic<bool> busy_{false};
+};
+
+py::tuple run_slic(SlicWork* work, const py::array& image, const SlicOptions& options,
+                   const std::optional<py::array>& mask, const std::optional<py::array>& depth, bool resume,
+                   int threads, bool cuda) {
+  const SlicImage given = image_of(image, mask, depth);
+  check_slic(given, options);
+  py::array_t<std::int32_t> labels({image.shape(0), image.shape(1)});
+  int* const out = labels.mutable_data();
+  SlicResult result;
+  {
+    py::gil_scoped_release release;
+    result = work->run(given, options, resume, threads, cuda, out);
+  }
+  return py::make_tuple(labels, result.segments, result.iterations, result.residual);
+}
+
+// One call: with the memory of the last one where no other thread has it.
+py::tuple slic_once(const py::array& image, const SlicOptions& options, const std::optional<py::array>& mask,
+                    const std::optional<py::array>& depth, int threads, bool cuda) {
+  static std::mutex mutex;
+  static std::unique_ptr<SlicWork> spare;
+  std::unique_ptr<SlicWork> work;
+  {
+    const std::lock_guard lock(mutex);
+    work = std::move(spare);
+  }
+  if (!work) work = std::make_unique<SlicWork>();
+  py::tuple made = run_slic(work.get(), image, options, mask, depth, false, threads, cuda);
+  if (work->bytes() <= SlicWork::kKept) {
+    const std::lock_guard lock(mutex);
+    spare = std::move(work);
+  }
+  return made;
+}
+
+}  // namespace
+
+void bind_superpixels(py::module_& m) {
+  py::class_<SlicOptions>(m, "SlicOptions")
+      .def(py::init<>())
+      .def_readwrite("n_segments", &SlicOptions::n_segments)
+      .def_readwrite("compactness", &SlicOptions::compactness)
+      .def_readwrite("max_iterations", &SlicOptions::max_iterations)
+      .def_readwrite("connected", &SlicOptions::connected)
+      .def_readwrite("min_size", &SlicOptions::min_size)
+      .def_readwrite("first_label", &SlicOptions::first_label)
+      .def_readwrite("depth_weight", &SlicOptions::depth_weight)
+      .def_property(
+          "space", [](const SlicOptions& o) { return static_cast<int>(o.space); },
+          [](SlicOptions& o, const std::string& name) { o.space = space_of(name); })
+      .def_property(
+          "distance", [](const SlicOptions& o) { return static_cast<int>(o.distance); },
+          [](SlicOptions& o, const std::string& name) {
+            o.distance = name == "thesis" ? SlicDistance::kThesis : SlicDistance::kSquared;
+          });
+  py::class_<SlicWork>(m, "SlicWork")
+      .def(py::init<>())
+      .def_property_readonly("bytes", &SlicWork::bytes)
+      .def("run", &run_slic, "image"_a, "options"_a, "mask"_a, "depth"_a, "resume"_a, "threads"_a, "cuda"_a);
+  m.def("slic", &slic_once, "image"_a, "options"_a, "mask"_a, "depth"_a, "threads"_a, "cuda"_a);
+}
+
+}  // namespace sdftrack

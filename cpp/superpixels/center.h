@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// A cluster's centre and the sums that it is the mean of: whole numbers, so that their order has no say.
+#pragma once
+
+#include <cstdint>
+
+#include "superpixels/grid.h"
+
+namespace sdftrack {
+
+// Colour times CellGrid::scale, place in units of CellGrid::unit. `used`: some pixel of its cell is inside
+// the mask.
+struct Center {
+  int color[3] = {0, 0, 0};
+  int x = 0, y = 0, z = 0;
+  int used = 0;
+};
+
+// Of the pixels of a centre; x and y in pixels.
+struct CenterSums {
+  std::int64_t count = 0, color[3] = {0, 0, 0}, x = 0, y = 0, z = 0;
+
+  HD void add(const CenterSums& other) {
+    count += other.count, x += other.x, y += other.y, z += other.z;
+    for (int i = 0; i < 3; ++i) color[i] += other.color[i];
+  }
+};
+
+// a / n to the nearest, halves upwards; n > 0.
+HD int rounded_ratio(std::int64_t a, std::int64_t n) {
+  const std::int64_t twice = 2 * a + n, by = 2 * n, q = twice / by;
+  return static_cast<int>(twice % by < 0 ? q - 1 : q);
+}
+
+// The mean; a centre without pixels stays where it is. Returns how far it went (Table A.1's residual, in
+// units of colour times the scale).
+HD std::int64_t move_center(const CenterSums& sums, double unit, Center* center) {
+  if (sums.count == 0) return 0;
+  const double n = static_cast<double>(sums.count);
+  Center next = *center;
+  for (int i = 0; i < 3; ++i) next.color[i] = rounded_ratio(sums.color[i], sums.count);
+  next.x = place_of(static_cast<double>(sums.x) / n, unit);
+  next.y = place_of(static_cast<double>(sums.y) / n, unit);
+  next.z = rounded_ratio(sums.z, sums.count);
+  std::int64_t moved = 0;
+  for (int i = 0; i < 3; ++i)
+    moved += next.color[i] < center->color[i] ? center->color[i] - next.color[i]
+                                              : next.color[i] - center->color[i];
+  moved += next.x < center->x ? center->x - next.x : next.x - center->x;
+  moved += next.y < center->y ? center->y - next.y : next.y - center->y;
+  moved += next.z < center->z ? center->z - next.z : next.z - center->z;
+  *center = next;
+  return moved;
+}
+
+}  // namespace sdftrack

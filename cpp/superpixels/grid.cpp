@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#include "superpixels/grid.h"
+
+#include <algorithm>
+
+namespace sdftrack {
+
+namespace {
+
+constexpr double kFinest = 64;  // parts of a unit of L*a*b*: 100 * 64 and 108 * 64 fit into 14 bits
+// m * scale at most: a centre is at most 2.6 S away from the middle of a pixel's cell along an axis, and
+// twice that must fit into 16 bits; the squared distance, (257^2 + 2 * (3 m)^2) scale^2, into 31.
+constexpr double kMostReach = 6000;
+
+std::vector<int> borders(int length, int parts) {
+  std::vector<int> begin(static_cast<std::size_t>(parts) + 1);
+  for (int i = 0; i <= parts; ++i)
+    begin[static_cast<std::size_t>(i)] = static_cast<int>(static_cast<std::int64_t>(length) * i / parts);
+  return begin;
+}
+
+std::vector<int> middles(const std::vector<int>& begin, double unit) {
+  std::vector<int> places;
+  for (std::size_t i = 0; i + 1 < begin.size(); ++i)
+    places.push_back(place_of((begin[i] + begin[i + 1] - 1) / 2, unit));
+  return places;
+}
+
+}  // namespace
+
+CellGrid make_grid(int width, int height, std::int64_t pixels, int n_segments, double compactness) {
+  CellGrid g;
+  g.width = width, g.height = height;
+  const double all = static_cast<double>(width) * height;
+  // With a mask the cells are as small as if all of the image were divided.
+  const double wanted = std::min(all, static_cast<double>(n_segments) * all / static_cast<double>(pixels));
+  const double step = std::sqrt(all / wanted);
+  g.ny = static_cast<int>(std::clamp(std::round(height / step), 1., static_cast<double>(height)));
+  g.nx = static_cast<int>(std::clamp(std::round(wanted / g.ny), 1., static_cast<double>(width)));
+  g.side_px = std::max(static_cast<double>(width) / g.nx, static_cast<double>(height) / g.ny);
+  while (g.scale > 1 && compactness * g.scale > kMostReach) g.scale /= 2;
+  g.unit = compactness * g.scale / g.side_px;
+  g.x_begin = borders(width, g.nx), g.y_begin = borders(height, g.ny);
+  g.x_middle = middles(g.x_begin, g.unit), g.y_middle = middles(g.y_begin, g.unit);
+  return g;
+}
+
+}  // namespace sdftrack

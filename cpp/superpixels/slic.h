@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+// Simple linear iterative clustering (appendix A): k-means in colour and place, each pixel looking at the 9
+// centres around its own cell (docs/math/superpixels.md).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "superpixels/center.h"
+#include "superpixels/connect.h"
+#include "superpixels/row_ops.h"
+
+namespace sdftrack {
+
+struct SlicOptions {
+  int n_segments = 100;
+  double compactness = 10;  // m
+  int max_iterations = 5;
+  ColorSpace space = ColorSpace::kLab;
+  SlicDistance distance = SlicDistance::kSquared;
+  bool connected = true;
+  double min_size = 0.25;  // smallest piece, as a part of the mean segment
+  int first_label = 1;
+  double depth_weight = 0;  // units of colour per metre
+};
+
+// Rows without gaps; uint8, or float in 0..1.
+struct SlicImage {
+  const std::uint8_t* bytes = nullptr;
+  const float* floats = nullptr;  // one of the two
+  int height = 0, width = 0, channels = 3;
+  const std::uint8_t* mask = nullptr;  // may be null: all of it
+  const float* depth_m = nullptr;      // may be null: colour alone
+};
+
+struct SlicResult {
+  int segments = 0, iterations = 0;
+  double residual = 0;  // of the last iteration: mean way of a centre, L1, in units of colour
+};
+
+// Holds the working memory, 5 bytes a pixel and 8 a run (connect.h), from call to call, and the centres of
+// the last image.
+class Slic {
+ public:
+  // `labels`: height x width; also used for work in between. resume: the centres of the last image are the
+  // first ones of this; std::invalid_argument where that had another size or other options.
+  // std::invalid_argument for arguments out of range.
+  SlicResult run(const SlicImage& image, const SlicOptions& options, bool resume, int threads, int* labels);
+
+  const CellGrid& grid() const { return grid_; }
+  const std::vector<Center>& centers() const { return centers_; }
+  std::size_t bytes() const;
+
+ private:
+  struct Band;
+  void prepare(const SlicImage& image, const SlicOptions& options);
+  void convert_rows(const SlicImage& image, const SlicOptions& options, int band, int* c2x);
+  void place_centers(const SlicImage& image, int band, const int* c2x, bool resume);
+  void sum_cells(int band, const int* c2x, bool masked);
+  void assign(int band, const SlicOptions& options, const int* c2x);
+  std::int64_t update(int band);
+  void band_runs(int band, int* center);
+  void gather_runs(const SlicImage& image, int* center);
+
+  CellGrid grid_;
+  std::int64_t inside_ = 0;  // pixels to divide
+  SlicOptions made_with_;
+  float light_[256] = {};  // of a byte
+  ColorSpace light_of_ = ColorSpace::kXyz;
+  bool light_made_ = false;
+  std::vector<int> c01_, z_;
+  std::vector<std::uint8_t> near_;  // which of the 9, kOutside outside the mask
+  std::vector<int> x_place_, y_place_;
+  std::vector<Center> centers_;
+  std::vector<CenterSums> sums_;  // of a band of cells: 3 rows of centres
+  std::vector<int> row_runs_;     // of each row
+  Connect connect_;
+};
+
+// The same on the current CUDA device; defined in slic_cuda.cu, or slic_cuda_none.cpp.
+SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int* labels);
+
+// std::invalid_argument for options out of range, by name.
+void check_slic(const SlicImage& image, const SlicOptions& options);
+
+}  // namespace sdftrack

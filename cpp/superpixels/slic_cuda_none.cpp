@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+// What a build without CUDA has in place of slic_cuda.cu: one error.
+#ifndef SDFTRACK_WITH_CUDA
+#include <stdexcept>
+
+#include "superpixels/slic.h"
+
+namespace sdftrack {
+
+SlicResult slic_cuda(const SlicImage&, const SlicOptions&, int*) {
+  throw std::runtime_error("this build of sdftrack has no CUDA path");
+}
+
+}  // namespace sdftrack
+#endif

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: MIT
+"""``sdftrack superpixels``: an image in, labels and two pictures out."""
+
+from __future__ import annotations
+
+import time
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from sdftrack.cli.common import (
+    Device,
+    DeviceOption,
+    OutOption,
+    OverwriteOption,
+    QuietOption,
+    ThreadsOption,
+    Usage,
+)
+
+
+class Space(str, Enum):
+    lab = "lab"
+    xyz = "xyz"
+    rgb = "rgb"
+
+
+class Distance(str, Enum):
+    slic = "slic"
+    thesis = "thesis"
+
+
+def superpixels(
+    image: Annotated[Path, typer.Argument(metavar="IMAGE", help="PNG, JPEG or another picture.")],
+    segments: Annotated[int, typer.Option(min=1, help="About how many.")] = 1200,
+    compactness: Annotated[float, typer.Option(help="m; larger: rounder segments.")] = 10.0,
+    iterations: Annotated[int, typer.Option(min=1, help="Rounds of k-means.")] = 5,
+    color_space: Annotated[
+        Space, typer.Option(help="Where colours are compared.", case_sensitive=False)
+    ] = Space.lab,
+    distance: Annotated[
+        Distance, typer.Option(help="slic: squared; thesis: d_lab + (m / S) d_xy.", case_sensitive=False)
+    ] = Distance.slic,
+    mask: Annotated[Path | None, typer.Option(metavar="mask.png", help="Divide these pixels alone.")] = None,
+    out: OutOption = None,
+    overwrite: OverwriteOption = False,
+    device: DeviceOption = Device.auto,
+    threads: ThreadsOption = 0,
+    quiet: QuietOption = False,
+) -> None:
+    """Cut an image into small regions of one colour.
+
+    Writes into DIR labels.png (16 bit; labels.npy, 32 bit, where there are
+    more than 65535), boundaries.png, mean.png and result.json.
+    """
+    if out is None:
+        raise Usage("expected a folder for the results: --out DIR", "--out")
+    if not 0 < compactness <= 4000:
+        raise Usage(f"expected a number above 0 and up to 4000, got {compactness}", "--compactness")
+    import sdftrack as st
+    from sdftrack.io.frames import read_mask
+    from sdftrack.recorder import prepare_folder
+
+    picture = _read(image)
+    if mask is not None and not mask.is_file():
+        raise FileNotFoundError(f"--mask: no such file: {mask}")
+    inside = None if mask is None else read_mask(mask)
+    options: dict[str, Any] = {
+        "n_segments": segments, "compactness": compactness, "max_num_iter": iterations,
+        "color_space": color_space.value, "distance": distance.value,
+    }  # fmt: skip
+    began = time.perf_counter()
+    labels = st.superpixels.slic(picture, **options, mask=inside, threads=threads, device=device.value)
+    seconds = time.perf_counter() - began
+    prepare_folder(out, overwrite)
+    _write(out, picture, labels, {"image": str(image), "mask": mask and str(mask), **options}, seconds)
+    if not quiet:
+        size = f"{picture.shape[1]} x {picture.shape[0]} pixels"
+        print(f"{image}: {labels.max()} segments of {size} in {1e3 * seconds:.1f} ms")
+        print(f"  written to {out}")
+
+
+def _read(path: Path) -> Any:
+    import cv2
+
+    if not path.is_file():
+        raise FileNotFoundError(f"IMAGE: no such file: {path}")
+    data = np.fromfile(path, np.uint8)
+    read = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
+    if read is None:
+        raise ValueError(f"IMAGE: not a readable picture: {path}")
+    return np.ascontiguousarray(read[..., ::-1])
+
+
+def _write(out: Path, picture: Any, labels: Any, settings: dict[str, Any], seconds: float) -> None:
+    import sdftrack as st
+    from sdftrack.io.files import write_json
+    from sdftrack.viz.pictures import save_picture
+
+    segments = int(labels.max())
+    _save_labels(out, labels, segments)
+    save_picture(out / "boundaries.png", st.superpixels.mark_boundaries(picture, labels))
+    save_picture(out / "mean.png", st.superpixels.mean_colors(picture, labels))
+    areas = np.bincount(labels.ravel())[1:]
+    write_json(
+        out / "result.json",
+        {
+            "version": st.__version__,
+            "settings": settings,
+            "size": [picture.shape[1], picture.shape[0]],
+            "segments": segments,
+            "smallest_px": int(areas.min()),
+            "largest_px": int(areas.max()),
+            "neighbors": len(st.superpixels.adjacency(labels)),
+            "seconds": seconds,
+        },
+    )
+
+
+def _save_labels(out: Path, labels: Any, segments: int) -> None:
+    """16 bits in a PNG; what does not fit there goes, whole, into an array beside it."""
+    import cv2
+
+    from sdftrack.io.files import write_whole
+
+    if segments > np.iinfo(np.uint16).max:
+        write_whole(out / "labels.npy", lambda file: np.save(file, labels))
+    else:
+        (out / "labels.npy").unlink(missing_ok=True)  # of an earlier run
+    shown = np.minimum(labels, np.iinfo(np.uint16).max).astype(np.uint16)
+    write_whole(out / "labels.png", cv2.imencode(".png", shown)[1].tobytes())

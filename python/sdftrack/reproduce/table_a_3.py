@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: MIT
+"""Table A.3: the parts of the time of superpixels, k-means and connectivity, for three sizes of image.
+
+Set-up: that of Table A.2; the processor's time of one thread, or the time of a call on a GPU. "k-means" is a call
+without connectivity, "connectivity" what a call with it takes more. In the source k-means ran on the GPU and
+connectivity, by recursion, on the CPU.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sdftrack.device import resolve_device
+from sdftrack.eval.superpixels import PER_SEGMENT_PX, times_ms
+from sdftrack.eval.tables import text_table
+from sdftrack.reproduce import Context
+from sdftrack.reproduce.table_a_2 import COMPACTNESS, ITERATIONS, QUICK_SECONDS, SECONDS, SIZES
+
+__all__ = ["run"]
+
+PRINTED = {"k-means": (6.5, 13, 53), "connectivity": (2.5, 8, 33)}
+
+
+def run(context: Context) -> dict[str, Any]:
+    """Make the table: table.txt, and the numbers."""
+    from sdftrack.io.files import write_text
+    from sdftrack.synth.picture import picture
+
+    used = resolve_device(context.options.get("device", "auto"))
+    seconds = SECONDS if context.frames is None else QUICK_SECONDS
+    rows: dict[str, list[float]] = {"k-means": [], "connectivity": []}
+    for k, (width, height) in enumerate(SIZES):
+        image, n = picture(height, width)[0], width * height // PER_SEGMENT_PX
+        whole, part = (_time(image, n, connected, used, seconds) for connected in (True, False))
+        rows["k-means"].append(part)
+        rows["connectivity"].append(max(whole - part, 0.0))
+        context.step(k + 1, len(SIZES), f"{width} x {height}")
+    head = ["least time, ms", *(f"{w} x {h}" for w, h in SIZES)]
+    cells = [[f"{name} ({used})", *(f"{t:.2f}" for t in times)] for name, times in rows.items()]
+    cells += [[f"printed {name}", *(f"{t:g}" for t in times)] for name, times in PRINTED.items()]
+    title = f"Table A.3, {PER_SEGMENT_PX} pixels a segment, {ITERATIONS} iterations"
+    notes = ["printed: k-means on a GPU, connectivity on the CPU by recursion"]
+    write_text(context.out / "table.txt", "\n".join([text_table(title, head, cells), *notes]) + "\n")
+    return {"title": title, "head": head, "rows": cells, "notes": notes, "times_ms": rows}
+
+
+def _time(image: Any, n: int, connected: bool, device: str, seconds: float) -> float:
+    """Least time of a call, ms."""
+    import sdftrack as st
+
+    given: dict[str, Any] = {"enforce_connectivity": connected, "threads": 1, "device": device}
+    return times_ms(lambda: st.superpixels.slic(image, n, COMPACTNESS, ITERATIONS, **given), seconds)[
+        2 if device == "cpu" else 0
+    ]

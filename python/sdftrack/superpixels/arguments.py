@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: MIT
+"""Images, masks and depth as the core wants them, or one clear error."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack.checks import number
+from sdftrack.device import host_array
+
+__all__ = ["checked_depth", "checked_image", "checked_mask", "one_of"]
+
+MOST_DEPTH = 200.0  # units of colour: the squared distance must fit into 31 bits
+
+
+def checked_image(image: ArrayLike) -> NDArray[Any]:
+    """(H, W) or (H, W, 3), C-contiguous, uint8, or float32 in 0..1."""
+    given = host_array(image, "image")
+    if given.dtype.kind == "b" or (given.dtype.kind in "iu" and given.dtype != np.uint8):
+        raise TypeError(
+            f"image: expected uint8, or float in 0..1, got {given.dtype}; for uint8 images of another dtype use "
+            "image.astype(np.uint8), for others divide by their largest value"
+        )
+    if given.dtype.kind not in "uf":
+        raise TypeError(f"image: expected an array of uint8, or of float in 0..1, got {given.dtype}")
+    if given.ndim == 3 and given.shape[2] == 1:
+        given = given[..., 0]
+    if given.ndim not in (2, 3) or (given.ndim == 3 and given.shape[2] != 3):
+        hint = "; leave out alpha with image[..., :3]" if given.ndim == 3 and given.shape[2] == 4 else ""
+        raise ValueError(f"image: expected (H, W, 3) or (H, W), got {given.shape}{hint}")
+    if given.size == 0:
+        raise ValueError(f"image: expected at least one pixel, got {given.shape}")
+    if given.dtype == np.uint8:
+        return np.ascontiguousarray(given)
+    low, high = float(given.min()), float(given.max())
+    if not (np.isfinite(low) and np.isfinite(high)):
+        raise ValueError(
+            "image: expected finite values in 0..1, got NaN or infinity; replace them or give a mask"
+        )
+    if low < 0 or high > 1:
+        raise ValueError(
+            f"image: expected floats in 0..1, got {low:g}..{high:g}; divide by the largest value, or give uint8"
+        )
+    return np.ascontiguousarray(given, dtype=np.float32)
+
+
+def checked_mask(
+    mask: ArrayLike | None, shape: tuple[int, ...], start_label: Any
+) -> NDArray[np.uint8] | None:
+    """0 or 1 for each pixel, or None."""
+    if mask is None:
+        return None
+    given = host_array(mask, "mask")
+    if given.dtype.kind not in "biu":
+        raise TypeError(f"mask: expected an array of bool or whole numbers, got {given.dtype}")
+    if given.shape != shape:
+        raise ValueError(f"mask: expected the image's shape {shape}, got {given.shape}")
+    inside = np.ascontiguousarray(given != 0)
+    if not inside.any():
+        raise ValueError("mask: expected at least one pixel inside, got none")
+    if start_label == 0:
+        raise ValueError("start_label: expected at least 1 with a mask, got 0, which is the label outside it")
+    return inside.view(np.uint8)
+
+
+def checked_depth(depth: ArrayLike | None, shape: tuple[int, ...], weight: Any) -> NDArray[np.float32] | None:
+    """Metres as float32, 0 where nothing is seen, or None."""
+    if depth is None:
+        return None
+    given = host_array(depth, "depth")
+    if given.dtype.kind != "f":
+        raise TypeError(
+            f"depth: expected metres as float, got {given.dtype}; multiply by the unit, as 0.001 for mm"
+        )
+    if given.shape != shape:
+        raise ValueError(f"depth: expected the image's shape {shape}, got {given.shape}")
+    seen = np.ascontiguousarray(np.nan_to_num(given, nan=0.0, posinf=0.0, neginf=0.0), dtype=np.float32)
+    per_m = number(weight, "depth_weight")
+    if not (per_m > 0 and per_m * float(seen.max()) <= MOST_DEPTH):
+        raise ValueError(
+            f"depth_weight: expected a number above 0 that times the largest depth, {float(seen.max()):g} m, is at "
+            f"most {MOST_DEPTH:g}, got {per_m:g}"
+        )
+    return seen
+
+
+def one_of(value: Any, words: tuple[str, ...], name: str) -> str:
+    """`value`, or an error that lists the words."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name}: expected one of {words}, got {value!r}")
+    if value not in words:
+        raise ValueError(f"{name}: expected one of {words}, got {value!r}")
+    return value

@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: MIT
+"""Images into labels, one by one or as a video."""
+
+from __future__ import annotations
+
+import operator
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack import _core
+from sdftrack.checks import number
+from sdftrack.device import resolve_device
+from sdftrack.superpixels.arguments import checked_depth, checked_image, checked_mask, one_of
+
+__all__ = ["Video", "slic"]
+
+Labels = NDArray[np.int32]
+SPACES = ("lab", "xyz", "rgb")
+DISTANCES = ("slic", "thesis")
+BYTES_PER_PIXEL = 13
+
+
+def slic(
+    image: ArrayLike,
+    n_segments: int = 100,
+    compactness: float = 10.0,
+    max_num_iter: int = 5,
+    *,
+    color_space: Literal["lab", "xyz", "rgb"] = "lab",
+    start_label: int = 1,
+    mask: ArrayLike | None = None,
+    enforce_connectivity: bool = True,
+    distance: Literal["slic", "thesis"] = "slic",
+    min_size_factor: float = 0.25,
+    depth: ArrayLike | None = None,
+    depth_weight: float = 20.0,
+    threads: int = 0,
+    device: str = "auto",
+) -> Labels:
+    """Superpixels by simple linear iterative clustering (Achanta et al. 2012; appendix A).
+
+    The arguments and the scale of `compactness` are those of ``skimage.segmentation.slic``. The result is the same
+    whatever the number of threads, the processor and the device.
+
+    Parameters
+    ----------
+    image : (H, W, 3) RGB or (H, W) grey array of uint8, or of float in 0..1
+        Any strides; arrays that are not C-contiguous are copied.
+    n_segments : int
+        About how many segments; more than there are pixels: one for each pixel.
+    compactness : float
+        m in ``D^2 = d_lab^2 + (m d_xy / S)^2``, above 0 and up to 4000; larger: rounder segments.
+    max_num_iter : int
+        Rounds of k-means; it ends earlier where no centre moves.
+    color_space : {"lab", "xyz", "rgb"}
+        CIELAB (D65), or XYZ or RGB in percent (0..100, so that `compactness` has a similar scale).
+    start_label : int
+        The first label, at least 0, and at least 1 with a mask.
+    mask : (H, W) bool array, optional
+        Only these pixels are divided.
+    enforce_connectivity : bool
+        Each segment one piece of 4-connected pixels; smaller ones than `min_size_factor` join their largest neighbour.
+    distance : {"slic", "thesis"}
+        ``"thesis"``: ``D = d_lab + (m / S) d_xy`` (A.1).
+    min_size_factor : float
+        The smallest segment as a part of the mean size (pixels / `n_segments`).
+    depth : (H, W) array, optional
+        Metres, 0 or NaN: not seen (the reading to the left takes its place). Adds `depth_weight` x depth to the
+        colour as a fourth number.
+    depth_weight : float
+        Units of colour per metre, above 0; `depth_weight` x the largest depth at most 200.
+    threads : int
+        0: all cores.
+    device : {"auto", "cpu", "cuda"}
+
+    Returns
+    -------
+    (H, W) int32 array
+        `start_label`, `start_label` + 1, ... in the order in which segments come in the image (without connectivity:
+        of the grid); 0 outside the mask.
+
+    Raises
+    ------
+    TypeError
+        Another dtype of image, mask or number.
+    ValueError
+        A wrong shape, values outside 0..1 or not finite, an empty mask, a number out of range.
+    RuntimeError
+        ``device="cuda"`` without one.
+    MemoryError
+        An image too large; the message says how much it needs.
+
+    Examples
+    --------
+    >>> import numpy as np, sdftrack as st
+    >>> image = np.zeros((60, 80, 3), np.uint8); image[:, 40:] = (200, 80, 40)
+    >>> labels = st.superpixels.slic(image, n_segments=12)
+    >>> int(labels.min()), bool((labels[:, 39] != labels[:, 40]).all())
+    (1, True)
+    """
+    cuda = resolve_device(device) == "cuda"
+    pixels = checked_image(image)
+    inside = checked_mask(mask, pixels.shape[:2], start_label)
+    seen = checked_depth(depth, pixels.shape[:2], depth_weight)
+    options = _options(
+        n_segments, compactness, max_num_iter, color_space, start_label, enforce_connectivity, distance,
+        min_size_factor, depth_weight if seen is not None else 0.0,
+    )  # fmt: skip
+    workers = _whole(threads, "threads", 0)
+    try:
+        labels: Labels = _core.slic(pixels, options, inside, seen, workers, cuda)[0]
+    except MemoryError:
+        size = pixels.shape[0] * pixels.shape[1]
+        raise MemoryError(
+            f"image: {pixels.shape[0]} x {pixels.shape[1]} pixels need about {BYTES_PER_PIXEL * size / 2**20:.0f} MiB "
+            "of memory, which is not there; cut the image into parts"
+        ) from None
+    return labels
+
+
+class Video:
+    """Superpixels of a video: each image starts from the centres of the last one and needs fewer rounds.
+
+    Parameters
+    ----------
+    n_segments, compactness, color_space, start_label, enforce_connectivity, distance, min_size_factor, threads
+        As of `slic`.
+    first_num_iter, max_num_iter : int
+        Rounds for the first image, and for those that follow.
+
+    Attributes
+    ----------
+    iterations, segments : int
+        Of the last image.
+    residual : float
+        How far its centres went in the last round, in units of colour.
+
+    Examples
+    --------
+    >>> import numpy as np, sdftrack as st
+    >>> video = st.superpixels.Video(n_segments=50)
+    >>> frames = [np.full((48, 64, 3), 10 * i, np.uint8) for i in range(3)]
+    >>> [video.next(frame).shape for frame in frames]
+    [(48, 64), (48, 64), (48, 64)]
+    """
+
+    def __init__(
+        self,
+        n_segments: int = 100,
+        compactness: float = 10.0,
+        max_num_iter: int = 2,
+        *,
+        first_num_iter: int = 5,
+        color_space: Literal["lab", "xyz", "rgb"] = "lab",
+        start_label: int = 1,
+        enforce_connectivity: bool = True,
+        distance: Literal["slic", "thesis"] = "slic",
+        min_size_factor: float = 0.25,
+        threads: int = 0,
+    ) -> None:
+        self._options = [
+            _options(
+                n_segments, compactness, rounds, color_space, start_label, enforce_connectivity, distance,
+                min_size_factor, 0.0,
+            )
+            for rounds in (first_num_iter, max_num_iter)
+        ]  # fmt: skip
+        self._threads = _whole(threads, "threads", 0)
+        self._work = _core.SlicWork()
+        self._shape: tuple[int, ...] | None = None
+        self.iterations, self.segments, self.residual = 0, 0, float("nan")
+
+    def next(self, image: ArrayLike) -> Labels:
+        """Labels of the next image, as those of `slic`; one of another size starts anew.
+
+        A segment keeps no name from image to image: labels follow the order in the image.
+        """
+        pixels = checked_image(image)
+        resume = self._shape == pixels.shape[:2]
+        self._shape = None  # until this has gone well
+        labels, self.segments, self.iterations, self.residual = self._work.run(
+            pixels, self._options[resume], None, None, resume, self._threads, False
+        )
+        self._shape = pixels.shape[:2]
+        made: Labels = labels
+        return made
+
+    def reset(self) -> None:
+        """Forget the centres: the next image starts from the grid."""
+        self._shape = None
+
+
+def _options(
+    n_segments: int,
+    compactness: float,
+    max_num_iter: int,
+    color_space: str,
+    start_label: int,
+    connected: bool,
+    distance: str,
+    min_size: float,
+    depth_weight: float,
+) -> Any:
+    options = _core.SlicOptions()
+    options.n_segments = _whole(n_segments, "n_segments", 1)
+    options.compactness = number(compactness, "compactness")
+    options.max_iterations = _whole(max_num_iter, "max_num_iter", 1)
+    options.space = one_of(color_space, SPACES, "color_space")
+    options.first_label = _whole(start_label, "start_label", 0)
+    options.connected = bool(connected)
+    options.distance = one_of(distance, DISTANCES, "distance")
+    options.min_size = number(min_size, "min_size_factor")
+    if not 0 <= options.min_size <= 1:
+        raise ValueError(f"min_size_factor: expected a number from 0 to 1, got {min_size}")
+    options.depth_weight = depth_weight
+    return options
+
+
+def _whole(value: Any, name: str, least: int) -> int:
+    try:
+        n = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name}: expected a whole number, got {value!r}") from None
+    if not least <= n < 2**30:
+        raise ValueError(f"{name}: expected a whole number from {least} to 2^30, got {n}")
+    return n

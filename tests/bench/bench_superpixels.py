@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: MIT
+"""Superpixels of a made picture, 256 pixels a segment, 5 iterations. Changing these numbers breaks comparisons."""
+
+from collections.abc import Callable
+
+from harness import benchmark
+
+import sdftrack as st
+from sdftrack.synth.picture import picture
+
+
+def cutting(width: int, height: int, **given: object) -> Callable[[], object]:
+    image = picture(height, width)[0]
+    return lambda: st.superpixels.slic(image, width * height // 256, device="cpu", **given)  # type: ignore[arg-type]
+
+
+@benchmark("superpixels/640x480_one_thread", items=640 * 480, unit="pixel")
+def one_thread() -> Callable[[], object]:
+    return cutting(640, 480, threads=1)
+
+
+@benchmark("superpixels/640x480_all_cores", items=640 * 480, unit="pixel")
+def all_cores() -> Callable[[], object]:
+    return cutting(640, 480)
+
+
+@benchmark("superpixels/3840x2160_all_cores", items=3840 * 2160, unit="pixel")
+def large() -> Callable[[], object]:
+    return cutting(3840, 2160)
+
+
+@benchmark("superpixels/640x480_thesis_distance", items=640 * 480, unit="pixel")
+def thesis_distance() -> Callable[[], object]:
+    return cutting(640, 480, threads=1, distance="thesis")

@@ -1,0 +1,427 @@
+# SPDX-License-Identifier: MIT
+"""Superpixels: the core against its twin, colours against scikit-image, properties of connectivity, bad input."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as hs
+
+import sdftrack as st
+from sdftrack import _core, metrics
+from sdftrack.cli.app import run
+from sdftrack.reference import superpixels as twin
+from sdftrack.synth.picture import picture as synth_picture
+
+COLOR_ATOL = 0.02  # units of L, a, b: 1/128 from rounding to 1/64, the rest from float32 and 6-digit matrices
+
+
+def picture(height=72, width=96, seed=3):
+    """Smooth colours, two edges and some noise."""
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[:height, :width]
+    image = np.stack([2 * x, 3 * y, x + y], axis=-1).astype(float)
+    image[(x - 50) ** 2 + (y - 30) ** 2 < 400] = (220, 60, 30)
+    image[:, 70:] += 60
+    return np.clip(image + rng.normal(0, 6, image.shape), 0, 255).astype(np.uint8)
+
+
+def pieces(labels, present):
+    from scipy import ndimage
+
+    return [ndimage.label(labels == k)[1] for k in present]
+
+
+IMAGE = picture()
+DEPTH = np.where(picture(seed=4)[..., 0] > 40, 1 + picture(seed=5)[..., 1] / 200, 0).astype(np.float32)
+DISC = np.hypot(*(np.mgrid[:72, :96] - 40)) < 30
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"color_space": "xyz"},
+        {"color_space": "rgb"},
+        {"distance": "thesis"},
+        {"distance": "thesis", "depth": DEPTH},
+        {"enforce_connectivity": False},
+        {"compactness": 0.3},
+        {"compactness": 300.0},
+        {"compactness": 4000.0},
+        {"n_segments": 1},
+        {"n_segments": 2500},
+        {"n_segments": 10**6},
+        {"max_num_iter": 1},
+        {"max_num_iter": 12},
+        {"mask": DISC},
+        {"mask": DISC, "enforce_connectivity": False},
+        {"depth": DEPTH},
+        {"min_size_factor": 1.0},
+    ],
+    ids=str,
+)
+def test_the_core_gives_the_labels_of_the_plain_numpy_twin(options):
+    image = IMAGE[::3, ::3].copy() if options.get("n_segments", 0) > 2000 else IMAGE
+    options = {"n_segments": 40, **options}
+    np.testing.assert_array_equal(st.superpixels.slic(image, **options), twin.slic(image, **options))
+
+
+@pytest.mark.parametrize(
+    "kind", ["grey", "float", "noise", "one row", "one column", "one pixel", "two by two"]
+)
+def test_other_images_give_the_labels_of_the_twin_too(kind):
+    image = {
+        "grey": IMAGE[..., 1].copy(),
+        "float": (IMAGE / 255).astype(np.float32),
+        "noise": np.random.default_rng(0).integers(0, 256, (37, 41, 3), dtype=np.uint8),
+        "one row": IMAGE[:1],
+        "one column": IMAGE[:, :1].copy(),
+        "one pixel": IMAGE[:1, :1].copy(),
+        "two by two": IMAGE[:2, :2].copy(),
+    }[kind]
+    np.testing.assert_array_equal(st.superpixels.slic(image, 12), twin.slic(image, 12))
+
+
+def test_the_colours_are_those_of_scikit_image():
+    from skimage.color import rgb2lab, rgb2xyz
+
+    levels = np.linspace(0, 255, 18).astype(np.uint8)
+    colors = np.stack(np.meshgrid(levels, levels, levels), axis=-1).reshape(-1, 18, 3)
+    lab = twin.features(colors, "lab", 64.0) / 64
+    np.testing.assert_allclose(lab, rgb2lab(colors), atol=COLOR_ATOL)
+    np.testing.assert_allclose(
+        twin.features(colors, "xyz", 64.0) / 64, 100 * rgb2xyz(colors), atol=COLOR_ATOL
+    )
+    np.testing.assert_allclose(twin.features(colors, "rgb", 64.0) / 64, colors / 2.55, atol=COLOR_ATOL)
+
+
+def test_a_picture_of_plain_tiles_is_cut_along_their_borders():
+    """Analytic: 4 x 6 tiles of 16 pixels whose colours differ by more than any place does."""
+    rng = np.random.default_rng(1)
+    tile = np.repeat(np.repeat(rng.permutation(24).reshape(4, 6), 16, axis=0), 16, axis=1)
+    colors = np.stack(np.meshgrid([20, 120, 220], [20, 120, 220], [20, 120, 220]), axis=-1).reshape(-1, 3)
+    labels = st.superpixels.slic(colors.astype(np.uint8)[tile], n_segments=24)
+    assert labels.max() == 24
+    assert metrics.boundary_recall(labels, tile, tolerance=0) == 1.0
+    assert metrics.undersegmentation(labels, tile) == 0.0
+    assert metrics.achievable_accuracy(labels, tile) == 1.0
+
+
+def test_a_constant_image_is_cut_into_equal_squares():
+    labels = st.superpixels.slic(np.full((64, 96, 3), 99, np.uint8), n_segments=24)
+    np.testing.assert_array_equal(np.bincount(labels.ravel())[1:], np.full(24, 256))
+
+
+@pytest.mark.parametrize("isa", _core.isas())
+def test_every_instruction_set_gives_the_same_labels(isa):
+    code = (
+        "import sys, numpy as np, sdftrack as st, hashlib\n"
+        "rng = np.random.default_rng(5)\n"
+        "image = rng.integers(0, 256, (61, 83, 3), dtype=np.uint8) // 3 + np.arange(83, dtype=np.uint8)[:, None]\n"
+        "h = hashlib.sha256()\n"
+        "for d in ('slic', 'thesis'):\n"
+        "    for f in (image, image.astype(np.float32) / 255):\n"
+        "        h.update(st.superpixels.slic(f, 50, distance=d).tobytes())\n"
+        "print(h.hexdigest())"
+    )
+    said = [
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env={**os.environ, "SDFTRACK_ISA": name, "PYTHONPATH": os.pathsep.join(sys.path)},
+            capture_output=True, text=True, timeout=60, check=True,
+        ).stdout
+        for name in {isa, _core.isas()[0]}
+    ]  # fmt: skip
+    assert len(set(said)) == 1
+
+
+@pytest.mark.parametrize("threads", [2, 3, 7])
+def test_labels_do_not_depend_on_the_number_of_threads(threads):
+    for options in ({}, {"mask": DISC}, {"distance": "thesis"}):
+        one = st.superpixels.slic(IMAGE, 60, threads=1, **options)
+        np.testing.assert_array_equal(st.superpixels.slic(IMAGE, 60, threads=threads, **options), one)
+
+
+def test_a_call_leaves_nothing_behind_for_the_next():
+    first = st.superpixels.slic(IMAGE, 60)
+    st.superpixels.slic(IMAGE[:30], 500, color_space="rgb", mask=DISC[:30], compactness=1)
+    np.testing.assert_array_equal(st.superpixels.slic(IMAGE, 60), first)
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    height=hs.integers(1, 24), width=hs.integers(1, 24), segments=hs.integers(1, 60), seed=hs.integers(0, 10**6),
+    levels=hs.integers(1, 6), hole=hs.booleans(),
+)  # fmt: skip
+def test_every_segment_is_one_piece_of_at_least_the_smallest_size(
+    height, width, segments, seed, levels, hole
+):
+    rng = np.random.default_rng(seed)
+    image = (rng.integers(0, levels, (height, width, 3)) * (255 // levels)).astype(np.uint8)
+    mask = rng.random((height, width)) < 0.7 if hole else None
+    if hole and not mask.any():
+        return
+    labels = st.superpixels.slic(image, segments, mask=mask)
+    inside = np.ones(labels.shape, bool) if mask is None else mask
+    present = np.unique(labels[inside])
+    np.testing.assert_array_equal(present, np.arange(1, len(present) + 1))
+    assert (labels[~inside] == 0).all()
+    assert pieces(labels, present) == [1] * len(present)
+    first = [np.flatnonzero(labels == k)[0] for k in present]
+    assert first == sorted(first)
+    smallest = int(0.25 * (inside.sum() / segments))
+    neighbors = {int(v) for pair in st.superpixels.adjacency(labels) if pair[0] > 0 for v in pair}
+    for k in present:  # smaller ones only where the mask leaves them alone
+        assert (labels == k).sum() >= smallest or int(k) not in neighbors
+
+
+def test_without_connectivity_labels_are_contiguous_all_the_same():
+    labels = st.superpixels.slic(IMAGE, 60, enforce_connectivity=False, start_label=5)
+    np.testing.assert_array_equal(np.unique(labels), np.arange(5, labels.max() + 1))
+
+
+def test_views_and_read_only_arrays_work_as_copies_do():
+    wanted = st.superpixels.slic(IMAGE[::-1, ::2].copy(), 30)
+    np.testing.assert_array_equal(st.superpixels.slic(IMAGE[::-1, ::2], 30), wanted)
+    frozen = IMAGE.copy()
+    frozen.flags.writeable = False
+    np.testing.assert_array_equal(st.superpixels.slic(frozen, 30), st.superpixels.slic(IMAGE, 30))
+    np.testing.assert_array_equal(
+        st.superpixels.slic(np.asfortranarray(IMAGE), 30), st.superpixels.slic(IMAGE, 30)
+    )
+
+
+def test_floats_of_either_size_and_bytes_give_the_same():
+    wanted = st.superpixels.slic(IMAGE, 30)
+    for dtype in (np.float32, np.float64):
+        np.testing.assert_array_equal(st.superpixels.slic((IMAGE / 255).astype(dtype), 30), wanted)
+
+
+@pytest.mark.parametrize(
+    ("image", "error", "says"),
+    [
+        (IMAGE.astype(np.uint16), TypeError, "image: expected uint8, or float in 0..1, got uint16"),
+        (IMAGE > 4, TypeError, "got bool"),
+        (IMAGE.astype(complex), TypeError, "got complex"),
+        (IMAGE.astype(np.float32), ValueError, r"floats in 0..1, got .*divide"),
+        (np.full((4, 4), np.nan), ValueError, "finite values"),
+        (np.full((4, 4), np.inf), ValueError, "finite values"),
+        (np.full((4, 4), -0.1), ValueError, "floats in 0..1"),
+        (np.zeros((4, 4, 4), np.uint8), ValueError, "alpha"),
+        (np.zeros(4, np.uint8), ValueError, r"expected \(H, W, 3\) or \(H, W\), got \(4,\)"),
+        (np.zeros((0, 4, 3), np.uint8), ValueError, "at least one pixel"),
+    ],
+)
+def test_images_of_another_kind_are_refused_by_name(image, error, says):
+    with pytest.raises(error, match=says):
+        st.superpixels.slic(image)
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "says"),
+    [
+        ({"n_segments": 0}, ValueError, "n_segments: expected a whole number from 1"),
+        ({"n_segments": 2.5}, TypeError, "n_segments: expected a whole number, got 2.5"),
+        ({"compactness": 0}, ValueError, "compactness: expected a number above 0"),
+        ({"compactness": float("nan")}, ValueError, "compactness"),
+        ({"compactness": 1e6}, ValueError, "compactness: .*up to 4000"),
+        ({"max_num_iter": 0}, ValueError, "max_num_iter"),
+        ({"color_space": "hsv"}, ValueError, "color_space: expected one of"),
+        ({"distance": 3}, TypeError, "distance"),
+        ({"start_label": -1}, ValueError, "start_label"),
+        ({"mask": np.zeros((72, 96), bool)}, ValueError, "mask: expected at least one pixel inside"),
+        ({"mask": np.ones((3, 3), bool)}, ValueError, r"mask: expected the image's shape \(72, 96\)"),
+        ({"mask": np.ones((72, 96))}, TypeError, "mask: expected an array of bool"),
+        ({"mask": DISC, "start_label": 0}, ValueError, "start_label: expected at least 1 with a mask"),
+        ({"depth": np.ones((72, 96), np.uint16)}, TypeError, "depth: expected metres"),
+        ({"depth": np.full((72, 96), 50.0)}, ValueError, "depth_weight: .*50 m"),
+        ({"min_size_factor": 2}, ValueError, "min_size_factor"),
+        ({"threads": -1}, ValueError, "threads"),
+        ({"device": "tpu"}, ValueError, "device"),
+    ],
+    ids=str,
+)
+def test_options_out_of_range_are_refused_by_name(options, error, says):
+    with pytest.raises(error, match=says):
+        st.superpixels.slic(IMAGE, **options)
+
+
+def test_depth_cuts_where_colours_do_not():
+    flat = np.full((64, 64, 3), 128, np.uint8)
+    depth = np.where(np.arange(64) < 27, 1.0, 2.0)[None].repeat(64, axis=0)
+    labels = st.superpixels.slic(flat, 16, depth=depth, depth_weight=50)
+    assert metrics.boundary_recall(labels, depth > 1.5, tolerance=0) == 1.0
+
+
+def test_a_video_follows_the_centres_of_the_last_image():
+    frames = [np.roll(IMAGE, k, axis=1) for k in range(4)]
+    video = st.superpixels.Video(60)
+    np.testing.assert_array_equal(video.next(frames[0]), st.superpixels.slic(frames[0], 60))
+    for frame in frames[1:]:
+        labels = video.next(frame)
+        assert video.iterations <= 2
+        assert labels.max() == video.segments
+    video.reset()
+    np.testing.assert_array_equal(video.next(frames[0]), st.superpixels.slic(frames[0], 60))
+    assert video.next(frames[0][:40]).shape == (40, 96)  # another size: anew
+
+
+def test_a_video_that_stands_still_comes_to_rest():
+    video = st.superpixels.Video(60, max_num_iter=50)
+    for _ in range(2):
+        labels = video.next(IMAGE)
+    np.testing.assert_array_equal(video.next(IMAGE), labels)
+    assert video.iterations == 1
+    assert video.residual == 0
+
+
+def test_regions_mean_colours_and_neighbours_are_those_of_plain_loops():
+    labels = st.superpixels.slic(IMAGE, 40)
+    found = st.superpixels.regions(labels, IMAGE)
+    means = st.superpixels.mean_colors(IMAGE, labels)
+    for i, k in enumerate(found.labels):
+        y, x = np.nonzero(labels == k)
+        assert found.areas[i] == len(x)
+        np.testing.assert_allclose(found.centroids[i], [x.mean(), y.mean()])
+        np.testing.assert_array_equal(found.boxes[i], [x.min(), y.min(), np.ptp(x) + 1, np.ptp(y) + 1])
+        np.testing.assert_allclose(found.colors[i], IMAGE[y, x].mean(axis=0))
+        np.testing.assert_array_equal(means[y[0], x[0]], np.floor(found.colors[i] + 0.5))
+    pairs = {(int(a), int(b)) for a, b in st.superpixels.adjacency(labels)}
+    wanted = {
+        (min(a, b), max(a, b))
+        for u, v in ((labels[:, 1:], labels[:, :-1]), (labels[1:], labels[:-1]))
+        for a, b in zip(u.ravel().tolist(), v.ravel().tolist(), strict=True)
+        if a != b
+    }
+    assert pairs == wanted
+
+
+def test_marked_boundaries_lie_where_labels_change():
+    labels = np.repeat([[1, 1, 2]], 2, axis=0)
+    marked = st.superpixels.mark_boundaries(np.zeros((2, 3), np.uint8), labels, color=(9, 8, 7))
+    np.testing.assert_array_equal(marked[..., 0], [[0, 9, 0], [0, 9, 0]])
+
+
+def test_label_images_of_another_kind_are_refused():
+    with pytest.raises(TypeError, match="labels: expected an array of whole numbers"):
+        st.superpixels.adjacency(np.zeros((3, 3)))
+    with pytest.raises(ValueError, match="image, labels: expected one size"):
+        st.superpixels.mean_colors(IMAGE, np.ones((3, 3), int))
+
+
+def test_the_working_memory_and_the_labels_are_at_most_12_bytes_a_pixel():
+    image = synth_picture(480, 640)[0]
+    work = _core.SlicWork()
+    options = _core.SlicOptions()
+    options.n_segments = 1200
+    labels = work.run(image, options, None, None, False, 0, False)[0]
+    assert (work.bytes + labels.nbytes) / labels.size < 12
+
+
+def test_an_image_too_large_for_the_memory_says_how_much_it_needs(monkeypatch):
+    def fail(*_):
+        raise MemoryError
+
+    monkeypatch.setattr(_core, "slic", fail)
+    with pytest.raises(MemoryError, match=r"image: 2048 x 1024 pixels need about 26 MiB"):
+        st.superpixels.slic(np.zeros((2048, 1024), np.uint8))
+
+
+def test_achievable_accuracy_of_a_known_overlap():
+    labels, truth = np.array([[1, 1, 1, 2]]), np.array([[1, 1, 2, 2]])
+    assert metrics.achievable_accuracy(labels, truth) == 0.75
+
+
+def test_the_command_writes_labels_and_pictures(tmp_path, capsys):
+    import cv2
+
+    source, out = tmp_path / "a.png", tmp_path / "cut"
+    cv2.imwrite(str(source), IMAGE[..., ::-1])
+    assert run(["superpixels", str(source), "--segments", "40", "--out", str(out)]) == 0
+    labels = st.superpixels.slic(IMAGE, 40)
+    np.testing.assert_array_equal(cv2.imread(str(out / "labels.png"), cv2.IMREAD_UNCHANGED), labels)
+    for name, wanted in (
+        ("boundaries", st.superpixels.mark_boundaries(IMAGE, labels)),
+        ("mean", st.superpixels.mean_colors(IMAGE, labels)),
+    ):
+        np.testing.assert_array_equal(cv2.imread(str(out / f"{name}.png"))[..., ::-1], wanted)
+    result = json.loads((out / "result.json").read_text())
+    assert result["segments"] == labels.max()
+    assert {p.name for p in out.iterdir()} == {"labels.png", "boundaries.png", "mean.png", "result.json"}
+    assert "40" in capsys.readouterr().out
+
+
+def test_more_labels_than_a_png_holds_are_kept_in_an_array(tmp_path):
+    import cv2
+
+    source, out = tmp_path / "a.png", tmp_path / "cut"
+    cv2.imwrite(str(source), np.tile(IMAGE, (4, 3, 1)))
+    assert run(["superpixels", str(source), "--segments", "80000", "--out", str(out), "--quiet"]) == 0
+    labels = np.load(out / "labels.npy")
+    assert labels.dtype == np.int32
+    assert labels.max() > 65535
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "says"),
+    [
+        (["nothing.png", "--out", "x"], 1, "no such file: nothing.png"),
+        (["README.md", "--out", "x"], 1, "not a readable picture"),
+        (["README.md"], 2, "--out DIR"),
+        (["README.md", "--segments", "0", "--out", "x"], 2, "--segments"),
+        (["README.md", "--compactness", "0", "--out", "x"], 2, "--compactness"),
+        (["README.md", "--color-space", "hsv", "--out", "x"], 2, "--color-space"),
+    ],
+)
+def test_the_command_refuses_what_it_cannot_use(arguments, code, says, capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "README.md").write_text("no picture")
+    assert run(["superpixels", *arguments]) == code
+    assert says in capsys.readouterr().err
+
+
+def test_tables_a_2_and_a_3_in_small_have_three_sizes_and_the_printed_values(tmp_path, capsys):
+    assert run(["reproduce", "A.2", "A.3", "--frames", "2", "--out", str(tmp_path)]) == 0
+    times = json.loads((tmp_path / "A.2" / "result.json").read_text())["times_ms"]
+    for name in ("one core", "all cores", "scikit-image"):
+        assert len(times[name]) == 3
+        assert 0 < times[name][0] < times[name][2]
+    assert times["one core"][1] < times["scikit-image"][1]
+    assert (tmp_path / "A.3" / "table.txt").is_file()
+    said = capsys.readouterr().out
+    assert "354" in said
+    assert "printed connectivity" in said
+
+
+def test_on_photographs_every_score_is_at_least_that_of_scikit_image(data_dir):
+    """Four of the images, as `python -m sdftrack.eval.superpixels` does with all of them."""
+    from skimage.segmentation import slic as theirs
+
+    from sdftrack.eval.superpixels import curve, open_bsds
+
+    if not (data_dir / "bsds").is_dir():
+        pytest.skip(f"photographs absent: {data_dir / 'bsds'}")
+    scenes = open_bsds(data_dir)[::5]
+    n, recall, error, accuracy = curve(scenes, st.superpixels.slic, [500])[0]
+    other = curve(scenes, theirs, [450, 800])
+    beside = [np.interp(np.log(n), np.log(other[:, 0]), other[:, k]) for k in (1, 2, 3)]
+    assert recall >= beside[0]
+    assert error <= beside[1]
+    assert accuracy >= beside[2]
+
+
+@pytest.mark.gpu
+@pytest.mark.skipif(not st.cuda_available(), reason="no CUDA device, or a build without CUDA")
+@pytest.mark.parametrize(
+    "options", [{}, {"distance": "thesis"}, {"mask": DISC}, {"depth": DEPTH}, {"color_space": "xyz"}], ids=str
+)
+def test_the_gpu_gives_the_labels_of_the_cpu(options):
+    cpu = st.superpixels.slic(IMAGE, 60, device="cpu", **options)
+    np.testing.assert_array_equal(st.superpixels.slic(IMAGE, 60, device="cuda", **options), cpu)
