@@ -60,6 +60,7 @@ REACH = {
     "track": ["seq", "--model", "m.ply"],
     "reconstruct": ["seq"],
     "fit": ["seq"],
+    "superpixels": ["image.png"],
     "contour": ["seq", "--box", "1,1,2,2"],
     "evaluate": ["dir", "seq"],
     "calibrate intrinsics": ["seq", "--model", "m.ply"],

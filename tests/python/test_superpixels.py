@@ -372,8 +372,8 @@ def test_more_labels_than_a_png_holds_are_kept_in_an_array(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "code", "says"),
     [
-        (["nothing.png", "--out", "x"], 1, "no such file: nothing.png"),
-        (["README.md", "--out", "x"], 1, "not a readable picture"),
+        (["nothing.png", "--out", "x"], 1, "IMAGE nothing.png: the file is missing"),
+        (["README.md", "--out", "x"], 1, "IMAGE README.md: not a readable image"),
         (["README.md"], 2, "--out DIR"),
         (["README.md", "--segments", "0", "--out", "x"], 2, "--segments"),
         (["README.md", "--compactness", "0", "--out", "x"], 2, "--compactness"),

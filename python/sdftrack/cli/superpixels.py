@@ -8,10 +8,10 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 from sdftrack.cli.common import (
+    ConfigOption,
     Device,
     DeviceOption,
     OutOption,
@@ -19,6 +19,7 @@ from sdftrack.cli.common import (
     QuietOption,
     ThreadsOption,
     Usage,
+    check_common,
 )
 
 
@@ -47,6 +48,7 @@ def superpixels(
     mask: Annotated[Path | None, typer.Option(metavar="mask.png", help="Divide these pixels alone.")] = None,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
+    config: ConfigOption = None,
     device: DeviceOption = Device.auto,
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
@@ -61,13 +63,12 @@ def superpixels(
     if not 0 < compactness <= 4000:
         raise Usage(f"expected a number above 0 and up to 4000, got {compactness}", "--compactness")
     import sdftrack as st
-    from sdftrack.io.frames import read_mask
+    from sdftrack.io.frames import read_color, read_mask
     from sdftrack.recorder import prepare_folder
 
-    picture = _read(image)
-    if mask is not None and not mask.is_file():
-        raise FileNotFoundError(f"--mask: no such file: {mask}")
-    inside = None if mask is None else read_mask(mask)
+    check_common(config, device)
+    picture = read_color(image, f"IMAGE {image}")
+    inside = None if mask is None else read_mask(mask, f"--mask {mask}")
     options: dict[str, Any] = {
         "n_segments": segments, "compactness": compactness, "max_num_iter": iterations,
         "color_space": color_space.value, "distance": distance.value,
@@ -83,19 +84,9 @@ def superpixels(
         print(f"  written to {out}")
 
 
-def _read(path: Path) -> Any:
-    import cv2
-
-    if not path.is_file():
-        raise FileNotFoundError(f"IMAGE: no such file: {path}")
-    data = np.fromfile(path, np.uint8)
-    read = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
-    if read is None:
-        raise ValueError(f"IMAGE: not a readable picture: {path}")
-    return np.ascontiguousarray(read[..., ::-1])
-
-
 def _write(out: Path, picture: Any, labels: Any, settings: dict[str, Any], seconds: float) -> None:
+    import numpy as np
+
     import sdftrack as st
     from sdftrack.io.files import write_json
     from sdftrack.viz.pictures import save_picture
@@ -123,6 +114,7 @@ def _write(out: Path, picture: Any, labels: Any, settings: dict[str, Any], secon
 def _save_labels(out: Path, labels: Any, segments: int) -> None:
     """16 bits in a PNG; what does not fit there goes, whole, into an array beside it."""
     import cv2
+    import numpy as np
 
     from sdftrack.io.files import write_whole
 
