@@ -84,7 +84,7 @@ void run(const ContourOptions& options, RegistrationWork* work, ContourGrid* gri
 }  // namespace
 
 void choose_pixels(const ContourGrid& grid, const PosteriorImage& posterior, float band,
-                   RegistrationWork* work) {
+                   const unsigned char* hidden, RegistrationWork* work) {
   const auto room =
       static_cast<std::size_t>(posterior.rect.width()) * static_cast<std::size_t>(posterior.rect.height());
   work->u.resize(room), work->v.resize(room), work->foreground.resize(room);
@@ -97,7 +97,8 @@ void choose_pixels(const ContourGrid& grid, const PosteriorImage& posterior, flo
                   // Written in any case, kept if it is near.
                   work->u[n] = static_cast<float>(x), work->v[n] = static_cast<float>(y),
                   work->foreground[n] = p[x];
-                  n += std::abs(grid.phi[static_cast<std::size_t>(iy * grid.nx + ix)]) < band ? 1 : 0;
+                  const auto cell = static_cast<std::size_t>(iy * grid.nx + ix);
+                  n += std::abs(grid.phi[cell]) < band && !(hidden && hidden[cell]) ? 1 : 0;
                 }
               });
   work->u.resize(n), work->v.resize(n), work->foreground.resize(n);

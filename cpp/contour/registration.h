@@ -16,9 +16,10 @@ struct RegistrationWork {
   LmRecord record;
 };
 
-// Lists the pixels within `band` cells of the contour as it lies now.
+// Lists the pixels within `band` cells of the contour as it lies now, but those on cells that are known to be
+// hidden (nullptr: none).
 void choose_pixels(const ContourGrid& grid, const PosteriorImage& posterior, float band,
-                   RegistrationWork* work);
+                   const unsigned char* hidden, RegistrationWork* work);
 
 // -sum log f over the listed pixels with its gradient and Gauss-Newton Hessian; P: 4 or 6.
 template <int P>

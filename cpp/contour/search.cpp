@@ -30,13 +30,15 @@ double mean_at(const std::vector<float>& x, const std::vector<float>& y, const G
 
 }  // namespace
 
-void choose_samples(const ContourGrid& grid, float band, ShapeSamples* samples) {
+void choose_samples(const ContourGrid& grid, float band, const unsigned char* hidden, ShapeSamples* samples) {
   auto& s = *samples;
   int in = 0, out = 0;
   const CellBox box = grid.inside.grown(static_cast<int>(band) + 1, grid.nx, grid.ny);
   for (int y = box.y0; y <= box.y1; ++y)
     for (int x = box.x0; x <= box.x1; ++x) {
-      const float phi = grid.phi[static_cast<std::size_t>(y * grid.nx + x)];
+      const auto cell = static_cast<std::size_t>(y * grid.nx + x);
+      if (hidden && hidden[cell]) continue;
+      const float phi = grid.phi[cell];
       in += phi<0, out += phi> 1 && phi < band;
     }
   s.in_x.clear(), s.in_y.clear(), s.out_x.clear(), s.out_y.clear();
@@ -44,7 +46,9 @@ void choose_samples(const ContourGrid& grid, float band, ShapeSamples* samples) 
   in = out = 0;
   for (int y = box.y0; y <= box.y1; ++y)
     for (int x = box.x0; x <= box.x1; ++x) {
-      const float phi = grid.phi[static_cast<std::size_t>(y * grid.nx + x)];
+      const auto cell = static_cast<std::size_t>(y * grid.nx + x);
+      if (hidden && hidden[cell]) continue;
+      const float phi = grid.phi[cell];
       const auto gx = static_cast<float>(x - grid.mid_x()), gy = static_cast<float>(y - grid.mid_y());
       if (phi < 0) {
         if (in++ % every_in == 0) s.in_x.push_back(gx), s.in_y.push_back(gy);

@@ -13,7 +13,8 @@ namespace sdftrack {
 struct ShapeSamples {
   std::vector<float> in_x, in_y, out_x, out_y;
 };
-void choose_samples(const ContourGrid& grid, float band, ShapeSamples* samples);
+// None of those that are known to be hidden (nullptr: none are).
+void choose_samples(const ContourGrid& grid, float band, const unsigned char* hidden, ShapeSamples* samples);
 
 // Mean posterior inside less that beside the contour, -1 .. 1.
 double contrast_at(const ShapeSamples& samples, const GridWarp& warp, const PosteriorImage& posterior);

@@ -21,6 +21,8 @@ constexpr double kFound = 0.4;                   // of the first contrast, to tr
 constexpr double kMostGrowth = 1.5;              // of the scale in a frame
 constexpr int kJumpStep_px = 6;
 constexpr double kSuspicious = 0.8;  // of the usual contrast
+constexpr int kBlur = 2;             // cells, to each side
+constexpr int kHiddenMargin = 6;     // cells that what hides a part may move by in a frame
 constexpr int kPosteriorMargin = 4;  // cells that registration may move the band by
 
 }  // namespace
@@ -87,7 +89,7 @@ void ContourTracker::start(const RgbView& image, const ImagePart& box) {
 
 // The box is the first guess; then what has the colours of the inside rather than those around, a few times.
 void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
-  constexpr int kBlur = 2, kSteps = 12;
+  constexpr int kSteps = 12;
   constexpr const char* kOneColor =
       "box: expected an object whose colours are not those around the box, got next to nothing that differs; "
       "draw it "
@@ -112,12 +114,7 @@ void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
     // A mean over 5 x 5 cells, no cell of which lies outside the box.
     for (int y = kBlur; y + kBlur < g.ny; ++y)
       for (int x = kBlur; x + kBlur < g.nx; ++x) {
-        float sum = 0;
-        for (int j = -kBlur; j <= kBlur; ++j)
-          for (int i = -kBlur; i <= kBlur; ++i)
-            sum += evolution_.foreground[static_cast<std::size_t>((y + j) * g.nx + x + i)];
-        const float mean = sum / static_cast<float>((2 * kBlur + 1) * (2 * kBlur + 1));
-        g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? 0.5f - mean : 0.5f;
+        g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? 0.5f - mean_posterior(x, y) : 0.5f;
       }
     if (drop_small_pieces(options_.least_part, std::max(g.nx, g.ny), &evolution_, &g) < kLeastPixels)
       throw std::invalid_argument(kOneColor);
@@ -134,6 +131,15 @@ void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
   if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
 }
 
+// Over 5 x 5 cells; those have been sampled.
+float ContourTracker::mean_posterior(int x, int y) const {
+  float sum = 0;
+  for (int j = -kBlur; j <= kBlur; ++j)
+    for (int i = -kBlur; i <= kBlur; ++i)
+      sum += evolution_.foreground[static_cast<std::size_t>((y + j) * grid_.nx + x + i)];
+  return sum / static_cast<float>((2 * kBlur + 1) * (2 * kBlur + 1));
+}
+
 void ContourTracker::begin(const RgbView& image) {
   inside_ = 0;
   for (const float phi : grid_.phi) inside_ += phi < 0;
@@ -142,10 +148,11 @@ void ContourTracker::begin(const RgbView& image) {
   good_phi_ = grid_.phi, good_warp_ = grid_.warp, good_inside_ = grid_.inside;
   resampled_.resize(grid_.phi.size());
   report_ = {};
+  seen_.clear();
   lost_frames_ = 0;
   make_room(image);
   model_.posterior(image, grid_, grid_.all(), &posterior_);
-  choose_samples(grid_, options_.band, &samples_);
+  choose_samples(grid_, options_.band, nullptr, &samples_);
   usual_contrast_ = first_contrast_ = std::max(contrast_at(samples_, grid_.warp, posterior_), kLeastContrast);
   started_ = true;
 }
@@ -175,7 +182,8 @@ void ContourTracker::shape(int steps) {
 
 void ContourTracker::observe(const RgbView& image) {
   if (report_.status == ContourStatus::kLost && !look_around(image)) return;
-  before_ = grid_.phi;
+  before_ = seen_.empty() ? grid_.phi : seen_;
+  find_hidden();
   const GridWarp last = grid_.warp;
   place(image);
   // Less convincing than before: it may have jumped.
@@ -191,8 +199,40 @@ void ContourTracker::observe(const RgbView& image) {
       model_.posterior(image, grid_, near_cells(), &posterior_);
     }
   }
+  if (!seen_.empty()) look_behind();
   shape(options_.shape_steps);
   judge(image);
+}
+
+// Which of the cells that were hidden are seen now: by the colours there, since no outline is near that could
+// move.
+void ContourTracker::look_behind() {
+  seen_.clear();
+  find_band(grid_, std::numeric_limits<float>::max(), &evolution_.band);
+  evolution_.foreground.assign(grid_.phi.size(), 0.5f);
+  sample_posterior(grid_, posterior_, &evolution_);
+  for (int y = kBlur; y + kBlur < grid_.ny; ++y)
+    for (int x = kBlur; x + kBlur < grid_.nx; ++x) {
+      const auto cell = static_cast<std::size_t>(y * grid_.nx + x);
+      if (hidden_[cell] && grid_.phi[cell] < 0 && mean_posterior(x, y) < 0.5f) grid_.phi[cell] = 0.5f;
+    }
+  redistance(reach_cells(), &evolution_.distance, &grid_);
+}
+
+// Cells of the whole shape that were not seen in the last frame, and those beside them, where what hides them
+// may be now.
+void ContourTracker::find_hidden() {
+  if (seen_.empty()) return;
+  hidden_.assign(grid_.phi.size(), 0);
+  const CellBox box = grid_.inside.grown(0, grid_.nx, grid_.ny);
+  for (int y = box.y0; y <= box.y1; ++y)
+    for (int x = box.x0; x <= box.x1; ++x) {
+      const auto cell = static_cast<std::size_t>(y * grid_.nx + x);
+      if (!(grid_.phi[cell] < 0 && seen_[cell] >= 0)) continue;
+      const CellBox near = CellBox{x, y, x, y}.grown(kHiddenMargin, grid_.nx, grid_.ny);
+      for (int j = near.y0; j <= near.y1; ++j)
+        std::fill(hidden_.begin() + j * grid_.nx + near.x0, hidden_.begin() + j * grid_.nx + near.x1 + 1, 1);
+    }
 }
 
 CellBox ContourTracker::near_cells() const {
@@ -202,13 +242,14 @@ CellBox ContourTracker::near_cells() const {
 // Posterior, registration, and the contrast there.
 void ContourTracker::place(const RgbView& image) {
   model_.posterior(image, grid_, near_cells(), &posterior_);
-  choose_pixels(grid_, posterior_, options_.band, &registration_);
+  const unsigned char* const hidden = seen_.empty() ? nullptr : hidden_.data();
+  choose_pixels(grid_, posterior_, options_.band, hidden, &registration_);
   const GridWarp before = grid_.warp;
   register_grid(options_, &registration_, &grid_);
   // Where nothing holds it, a contour may shrink to nothing or blow up: then it stays.
   const double grown = grid_.warp.scale() / before.scale();
   if (!(grown > 1 / kMostGrowth && grown < kMostGrowth)) grid_.warp = before;
-  choose_samples(grid_, options_.band, &samples_);
+  choose_samples(grid_, options_.band, hidden, &samples_);
   report_.contrast = contrast_at(samples_, grid_.warp, posterior_);
 }
 
@@ -219,7 +260,7 @@ void ContourTracker::judge(const RgbView& image) {
     both += a && b, either += a || b;
   }
   report_.overlap = either > 0 ? static_cast<double>(both) / static_cast<double>(either) : 0;
-  choose_samples(grid_, options_.band, &samples_);
+  choose_samples(grid_, options_.band, nullptr, &samples_);
   report_.contrast = inside_ > 0 ? contrast_at(samples_, grid_.warp, posterior_) : 0;
   report_.mean_log = registration_.u.empty() ? -1 : -registration_.record.cost / registration_.record.count;
   counted_ = model_.count(image, grid_);
@@ -270,16 +311,19 @@ void ContourTracker::recentre() {
   if (std::max(std::abs(cx), std::abs(cy)) < static_cast<double>(options_.drift_cells) &&
       std::abs(std::log(k)) < static_cast<double>(options_.drift_log_scale))
     return;
-  const FlatView from{g.phi.data(), g.nx, g.ny};
-  resampled_.resize(g.phi.size());
-  for (int y = 0; y < g.ny; ++y)
-    for (int x = 0; x < g.nx; ++x) {
-      float phi, unused_x, unused_y;
-      sample_flat(from, static_cast<float>(k * (x - g.mid_x()) + cx + g.mid_x()),
-                  static_cast<float>(k * (y - g.mid_y()) + cy + g.mid_y()), &phi, &unused_x, &unused_y);
-      resampled_[static_cast<std::size_t>(y * g.nx + x)] = phi / static_cast<float>(k);
-    }
-  std::swap(g.phi, resampled_);
+  for (std::vector<float>* const values : {&g.phi, &seen_}) {
+    if (values->empty()) continue;
+    const FlatView from{values->data(), g.nx, g.ny};
+    resampled_.resize(g.phi.size());
+    for (int y = 0; y < g.ny; ++y)
+      for (int x = 0; x < g.nx; ++x) {
+        float phi, unused_x, unused_y;
+        sample_flat(from, static_cast<float>(k * (x - g.mid_x()) + cx + g.mid_x()),
+                    static_cast<float>(k * (y - g.mid_y()) + cy + g.mid_y()), &phi, &unused_x, &unused_y);
+        resampled_[static_cast<std::size_t>(y * g.nx + x)] = phi / static_cast<float>(k);
+      }
+    std::swap(*values, resampled_);
+  }
   g.warp.t[0] += g.warp.a[0] * cx + g.warp.a[1] * cy, g.warp.t[1] += g.warp.a[2] * cx + g.warp.a[3] * cy;
   for (double& a : g.warp.a) a *= k;
   redistance(reach_cells(), &evolution_.distance, &g);
@@ -290,6 +334,7 @@ bool ContourTracker::look_around(const RgbView& image) {
   constexpr double kScales[] = {0.8, 1.25};
   constexpr int kStep_px = 8, kMostReach_px = 240;
   grid_.phi = good_phi_, grid_.inside = good_inside_, grid_.warp = good_warp_;
+  seen_.clear();
   const double half = 0.5 * good_warp_.scale() * std::max(grid_.nx, grid_.ny);
   const int reach = std::min(kMostReach_px, static_cast<int>(half * (0.5 + 0.1 * lost_frames_)));
   ImagePart part = rect_of(grid_, grid_.all(), image);
@@ -298,7 +343,7 @@ bool ContourTracker::look_around(const RgbView& image) {
   ++lost_frames_;
   if (part.empty()) return false;
   model_.posterior_anywhere(image, part, &posterior_);
-  choose_samples(grid_, options_.band, &samples_);
+  choose_samples(grid_, options_.band, nullptr, &samples_);
   GridWarp best = good_warp_;
   double most = search_place(samples_, posterior_, reach, kStep_px, &best);
   for (const double scale : kScales) {
@@ -314,6 +359,7 @@ bool ContourTracker::look_around(const RgbView& image) {
 }
 
 void ContourTracker::replace_shape(const float* phi) {
+  seen_ = grid_.phi;
   std::copy_n(phi, grid_.phi.size(), grid_.phi.data());
   redistance(reach_cells(), &evolution_.distance, &grid_);
   inside_ = 0;

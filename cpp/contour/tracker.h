@@ -55,6 +55,9 @@ class ContourTracker {
   void make_room(const RgbView& image);
   void shape(int steps);
   void judge(const RgbView& image);
+  void find_hidden();
+  void look_behind();
+  float mean_posterior(int x, int y) const;
   void recentre();
   bool look_around(const RgbView& image);
   int reach_cells() const;
@@ -70,7 +73,9 @@ class ContourTracker {
   ShapeSamples samples_;
   ContourReport report_;
   std::vector<float> before_, resampled_;  // phi before this frame's steps
-  std::vector<float> good_phi_;            // the shape when it was last sure, and its warp
+  std::vector<float> seen_;            // what was seen, where a whole shape stands in its place; else empty
+  std::vector<unsigned char> hidden_;  // cells that were not seen, and those beside them
+  std::vector<float> good_phi_;        // the shape when it was last sure, and its warp
   GridWarp good_warp_;
   CellBox good_inside_{0, 0, 0, 0};
   double first_area_ = 0;  // cells
