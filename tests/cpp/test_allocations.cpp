@@ -112,7 +112,7 @@ const char* name_of(const testing::TestParamInfo<Shows>& info) {
 INSTANTIATE_TEST_SUITE_P(, Allocations, testing::Values(Shows::kDepth, Shows::kColors, Shows::kPaint),
                          name_of);
 
-TEST(Allocations, a_sample_to_fields_that_are_there_makes_none) {
+TEST(SampleAllocations, a_sample_to_fields_that_are_there_makes_none) {
   LwprOptions options;
   options.init_D = {100};
   options.update_D = false;  // a field that grows is entered into more cells of the search
