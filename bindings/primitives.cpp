@@ -194,7 +194,8 @@ void bind_primitives(py::module_& m) {
       .value("cylinder", PrimitiveKind::kCylinder)
       .value("cone", PrimitiveKind::kCone)
       .value("box", PrimitiveKind::kBox)
-      .value("ellipsoid", PrimitiveKind::kEllipsoid);
+      .value("ellipsoid", PrimitiveKind::kEllipsoid)
+      .value("plane", PrimitiveKind::kPlane);
   py::enum_<Scaling>(m, "Scaling").value("exact", Scaling::kExact).value("printed", Scaling::kPrinted);
   py::class_<PrimitiveFitOptions>(m, "PrimitiveFitOptions")
       .def(py::init<>())

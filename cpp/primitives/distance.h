@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The exact distance to a solid of a kind.
+// The exact distance to a shape of a kind.
 #pragma once
 
 #include "primitives/kind.h"
+#include "sdf/patch.h"
 #include "sdf/solid_ellipsoid.h"
 #include "sdf/solids.h"
 
@@ -18,6 +19,8 @@ HD SolidSample<T> sample_of(Vec3<T> p, const T (&size)[kMostSizes]) {
     return cone_sample(p, size[0], size[1]);
   else if constexpr (kKind == PrimitiveKind::kBox)
     return box_sample(p, size);
+  else if constexpr (kKind == PrimitiveKind::kPlane)
+    return patch_sample(p, size);
   else
     return ellipsoid_sample(p, size);
 }
@@ -33,6 +36,8 @@ HD SolidSample<T> exact_sample(PrimitiveKind kind, Vec3<T> p, const T (&size)[kM
       return sample_of<PrimitiveKind::kCone>(p, size);
     case PrimitiveKind::kBox:
       return sample_of<PrimitiveKind::kBox>(p, size);
+    case PrimitiveKind::kPlane:
+      return sample_of<PrimitiveKind::kPlane>(p, size);
     case PrimitiveKind::kEllipsoid:
       break;
   }

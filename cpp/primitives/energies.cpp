@@ -19,7 +19,15 @@ constexpr double kLeastSay = 0.1;
 // Of the pixels without a reading at a receding rim the object hides the most; but beside a step of depth
 // half of what is behind it is lost too.
 constexpr double kLostBeside = 0.65;
-constexpr double kThin = 8;  // nats, twice: what a length e times thinner than that costs
+constexpr double kLying = 0.7;  // cosine of 45 degrees
+constexpr double kThin = 8;     // nats, twice: what a length e times thinner than that costs
+
+// A patch that is seen close above the table and parallel to it is the top of something: what stands is
+// steep.
+bool may_stand(const PrimitiveField& field, const Plane& plane) {
+  return field.kind != PrimitiveKind::kPlane ||
+         std::abs(dot(field.T_obj_cam.R.r2, plane.normal_cam)) < kLying;
+}
 
 // The gap between the solid and the plane, and its derivative: the plane's distance at the lowest point.
 void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, const Plane& plane,
@@ -103,7 +111,7 @@ void PrimitiveEnergy::visit(const PrimitiveField& field, const State& x, const A
     const PrimitiveSize size{field.size_m[0], field.size_m[1], field.size_m[2]};
     standing_residual(field, size, view_->plane, &r);
     const double w = 1 / (o.standing_sigma_m * o.standing_sigma_m);
-    if (view_->stands || r.m < 0)
+    if ((view_->stands && may_stand(field, view_->plane)) || r.m < 0)
       add(
           Curve<double>{0.5 * w * r.m * r.m, w * r.m, w}, [&] { return w; }, r.J, w);
   }

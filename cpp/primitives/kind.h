@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Solids that are a formula: which there are, and what lengths each of them has. Centred at mid-height, axis
-// along z, a cone's apex at +z.
+// Shapes that are a formula: which there are, and what lengths each of them has. Centred at mid-height, axis
+// along z, a cone's apex at +z; a plane patch has its normal along z.
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 
 namespace sdftrack {
 
-enum class PrimitiveKind { kSphere, kCylinder, kCone, kBox, kEllipsoid };
-constexpr int kPrimitiveKinds = 5;
+enum class PrimitiveKind { kSphere, kCylinder, kCone, kBox, kEllipsoid, kPlane };
+constexpr int kPrimitiveKinds = 6;
 
 // How the lengths enter phi.
 enum class Scaling {
@@ -22,7 +22,8 @@ enum class Scaling {
 
 using PrimitiveSize =
     std::array<double, kMostSizes>;  // m; sphere: radius; cylinder, cone: radius, height; box:
-                                     // edges; ellipsoid: radii. What a kind lacks is 1.
+                                     // edges; ellipsoid: radii; plane: width
+                                     // along x, height along y. What a kind lacks is 1.
 
 constexpr int size_count(PrimitiveKind kind) {
   switch (kind) {
@@ -30,6 +31,7 @@ constexpr int size_count(PrimitiveKind kind) {
       return 1;
     case PrimitiveKind::kCylinder:
     case PrimitiveKind::kCone:
+    case PrimitiveKind::kPlane:
       return 2;
     case PrimitiveKind::kBox:
     case PrimitiveKind::kEllipsoid:
@@ -46,6 +48,8 @@ constexpr int free_count(PrimitiveKind kind) {
     case PrimitiveKind::kCylinder:
     case PrimitiveKind::kCone:
       return 7;
+    case PrimitiveKind::kPlane:
+      return 8;
     case PrimitiveKind::kBox:
     case PrimitiveKind::kEllipsoid:
       return 9;
@@ -65,7 +69,7 @@ constexpr bool has_edges(PrimitiveKind kind) {
 
 // Lengths whose end may be out of sight while all that is seen fits: edges and heights, not radii.
 constexpr bool has_ends(PrimitiveKind kind, int i) {
-  return kind == PrimitiveKind::kBox || (is_round(kind) && i == 1);
+  return kind == PrimitiveKind::kBox || kind == PrimitiveKind::kPlane || (is_round(kind) && i == 1);
 }
 // The axis of the object's frame that such a length runs along.
 constexpr int axis_of_size(PrimitiveKind kind, int i) { return is_round(kind) ? (i == 1 ? 2 : 0) : i; }

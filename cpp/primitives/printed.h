@@ -7,7 +7,8 @@
 
 namespace sdftrack {
 
-// S = diag(s): radii and edges of 1, so that s are the lengths themselves; a round body's x and y share one.
+// S = diag(s): radii and edges of 1, so that s are the lengths themselves; a round body's x and y share one,
+// and a patch has no third.
 template <class T>
 HD Vec3<T> diagonal_of(PrimitiveKind kind, const T (&size)[kMostSizes]) {
   switch (kind) {
@@ -16,6 +17,8 @@ HD Vec3<T> diagonal_of(PrimitiveKind kind, const T (&size)[kMostSizes]) {
     case PrimitiveKind::kCylinder:
     case PrimitiveKind::kCone:
       return {size[0], size[0], size[1]};
+    case PrimitiveKind::kPlane:
+      return {size[0], size[1], T(1)};
     case PrimitiveKind::kBox:
     case PrimitiveKind::kEllipsoid:
       break;

@@ -88,6 +88,7 @@ struct ReadingLoops {
         ReadingLoops<SDFTRACK_LANES, PrimitiveKind::kCone>::what,      \
         ReadingLoops<SDFTRACK_LANES, PrimitiveKind::kBox>::what,       \
         ReadingLoops<SDFTRACK_LANES, PrimitiveKind::kEllipsoid>::what, \
+        ReadingLoops<SDFTRACK_LANES, PrimitiveKind::kPlane>::what,     \
   }
 const ReadingOps ReadingOps::SDFTRACK_SET = {SDFTRACK_EACH_KIND(linearize), SDFTRACK_EACH_KIND(cost),
                                              SDFTRACK_EACH_KIND(residuals)};

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "primitives/patch.h"
+
 namespace sdftrack {
 
 namespace {
@@ -29,6 +31,10 @@ void point_residual(const PrimitiveField& field, Vec3d p_cam, SolidResidual* out
 }
 
 void ray_residual(const PrimitiveField& field, Vec3d p_cam, SolidResidual* out) {
+  if (field.kind == PrimitiveKind::kPlane) {
+    if (!patch_way(field, p_cam, -kGrazing, out)) point_residual(field, p_cam, out);
+    return;
+  }
   const double z = p_cam.z;
   const Vec3d ray = (1 / z) * p_cam;
   double at = z;
@@ -54,6 +60,7 @@ void ray_residual(const PrimitiveField& field, Vec3d p_cam, SolidResidual* out) 
 }
 
 void clearance(const PrimitiveField& field, const OutlineRay& ray, SolidResidual* out) {
+  if (field.kind == PrimitiveKind::kPlane) return patch_clearance(field, ray, out);
   // phi is convex along a line: the slopes at both ends of a bracket say where its least value lies.
   double a = ray.near_m, b = ray.far_m;
   PrimitiveField::Row low, high;

@@ -128,6 +128,9 @@ std::vector<PrimitiveGuess> guesses(PrimitiveKind kind, const SeedCloud& cloud, 
     case PrimitiveKind::kBox:
       guess_boxes(cloud, seed, &out);
       break;
+    case PrimitiveKind::kPlane:
+      guess_patches(cloud, seed, &out);
+      break;
     case PrimitiveKind::kEllipsoid:
       guess_ellipsoids(cloud, seed, &out);
       break;

@@ -37,6 +37,7 @@ std::vector<PrimitiveGuess> guesses(PrimitiveKind kind, const SeedCloud& cloud, 
 void guess_balls(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
 void guess_round(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
 void guess_boxes(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
+void guess_patches(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
 void guess_ellipsoids(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
 
 // The least and greatest of p . direction, without the outermost 1 %.

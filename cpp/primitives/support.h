@@ -37,6 +37,10 @@ inline Reach reach_of(PrimitiveKind kind, Vec3d v, const PrimitiveSize& s) {
       const Vec3d at{side.x * s[0], side.y * s[1], side.z * s[2]};
       return {dot(at, v), at, {side.x * v.x, side.y * v.y, side.z * v.z}};
     }
+    case PrimitiveKind::kPlane: {
+      const Vec3d at{std::copysign(0.5, v.x) * s[0], std::copysign(0.5, v.y) * s[1], 0};
+      return {dot(at, v), at, {0.5 * std::abs(v.x), 0.5 * std::abs(v.y), 0}};
+    }
     case PrimitiveKind::kEllipsoid:
       break;
   }

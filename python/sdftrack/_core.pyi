@@ -732,12 +732,15 @@ class PrimitiveKind:
       box
     
       ellipsoid
+    
+      plane
     """
-    __members__: typing.ClassVar[dict[str, PrimitiveKind]]  # value = {'sphere': <PrimitiveKind.sphere: 0>, 'cylinder': <PrimitiveKind.cylinder: 1>, 'cone': <PrimitiveKind.cone: 2>, 'box': <PrimitiveKind.box: 3>, 'ellipsoid': <PrimitiveKind.ellipsoid: 4>}
+    __members__: typing.ClassVar[dict[str, PrimitiveKind]]  # value = {'sphere': <PrimitiveKind.sphere: 0>, 'cylinder': <PrimitiveKind.cylinder: 1>, 'cone': <PrimitiveKind.cone: 2>, 'box': <PrimitiveKind.box: 3>, 'ellipsoid': <PrimitiveKind.ellipsoid: 4>, 'plane': <PrimitiveKind.plane: 5>}
     box: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.box: 3>
     cone: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.cone: 2>
     cylinder: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.cylinder: 1>
     ellipsoid: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.ellipsoid: 4>
+    plane: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.plane: 5>
     sphere: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.sphere: 0>
     @typing.overload
     def __eq__(self, other: PrimitiveKind) -> bool:

@@ -12,8 +12,8 @@ namespace {
 constexpr double kStep = 1e-6;      // m, of central differences
 constexpr double kSlopeTol = 1e-6;  // their error for curvatures of a few mm
 
-const double kSize[kPrimitiveKinds][kMostSizes] = {
-    {0.05, 1, 1}, {0.04, 0.11, 1}, {0.06, 0.13, 1}, {0.10, 0.06, 0.08}, {0.05, 0.08, 0.035}};
+const double kSize[kPrimitiveKinds][kMostSizes] = {{0.05, 1, 1},       {0.04, 0.11, 1},     {0.06, 0.13, 1},
+                                                   {0.10, 0.06, 0.08}, {0.05, 0.08, 0.035}, {0.12, 0.08, 1}};
 
 Vec3d point(int i) {
   const auto part = [&](double a) { return 0.24 * (std::fmod(0.5 + a * i, 1.0) - 0.5); };

@@ -37,6 +37,7 @@ class Kind(str, Enum):
     cone = "cone"
     box = "box"
     ellipsoid = "ellipsoid"
+    plane = "plane"
 
 
 def fit(
@@ -44,7 +45,7 @@ def fit(
         Path, typer.Argument(metavar="SEQ|CLOUD.ply", help="Recorded sequence, or points in metres.")
     ],
     kind: Annotated[
-        Kind, typer.Option(help="What it is; auto: the best of all.", case_sensitive=False)
+        Kind, typer.Option(help="What it is; auto: the best solid; plane: a rectangle.", case_sensitive=False)
     ] = Kind.auto,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
@@ -69,7 +70,7 @@ def fit(
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
-    """Fit a sphere, cylinder, cone, box or ellipsoid of unknown size.
+    """Fit a sphere, cylinder, cone, box, ellipsoid or plane patch of unknown size.
 
     Without --mask or --box it is the sequence's own mask, or the largest
     thing on the table. Several frames are fitted one after another and their
@@ -214,7 +215,7 @@ def _written(out: Path, overwrite: bool, found: Any, about: dict[str, Any]) -> P
     from sdftrack.recorder import prepare_folder
 
     prepare_folder(out, overwrite)
-    mesh = found.sdf.to_mesh()
+    mesh = found.to_mesh()
     T = found.T_cam_obj
     st.Mesh(mesh.vertices @ T[:3, :3].T + T[:3, 3], mesh.faces).save(out / "primitive.ply")
     per_frame = [f.to_dict() for f in found.per_frame]

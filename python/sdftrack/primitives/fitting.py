@@ -47,8 +47,10 @@ def fit_primitive(
         Points of the surface, m, in any frame; outliers are forgiven, up to a third or so. Or a frame with a depth
         image. Or an iterable of frames (a list, a `Sequence`) of one object: each is fitted from where it was in the
         frame before, and the sizes are averaged by their information (thesis Eq. 3.23).
-    kind : {"sphere", "cylinder", "cone", "box", "ellipsoid", "auto"}
-        ``"auto"`` takes the best of all by `PrimitiveFit.scores`.
+    kind : {"sphere", "cylinder", "cone", "box", "ellipsoid", "plane", "auto"}
+        ``"plane"`` is a patch: a rectangle of no thickness, for a sheet, a door, a sign, a table's top or one face of a
+        thing. ``"auto"`` takes the best solid by `PrimitiveFit.scores`; patches are not among them, for nothing tells
+        one from the face of a box that is seen alone, and a patch has no distance volume.
     camera : Camera or RGBDCamera, optional
         Of the frame. None: the frame's own.
     mask : (H, W) bool or uint8, optional
@@ -76,8 +78,8 @@ def fit_primitive(
     TypeError
         Neither numbers nor frames; a mask of another dtype.
     ValueError
-        Fewer points than unknowns, all in one line or plane, or not finite; an unknown kind; a frame without a depth
-        image or camera; a mask without readings; nothing that stands off the plane.
+        Fewer points than unknowns, all in one line or (but for a patch) plane, or not finite; an unknown kind; a frame
+        without a depth image or camera; a mask without readings; nothing that stands off the plane.
 
     >>> fit = st.fit_primitive(frame, "auto", camera=camera)  # doctest: +SKIP
     >>> fit.kind, fit.size, fit.ok                            # doctest: +SKIP
@@ -96,7 +98,7 @@ def fit_primitive(
             raise ValueError(
                 f"{name}: expected None with points, got {type(value).__name__}; pass a Frame instead"
             )
-    view = points_view(points_or_frame, wish.least_points())
+    view = points_view(points_or_frame, wish.least_points(), wish.flat)
     if not isinstance(given, str) and given is not None:
         view.set_plane(given[0].tolist(), given[1], False)
     return solve(view, wish)
@@ -134,8 +136,8 @@ def _are_frames(value: Any) -> bool:
     return hasattr(value, "__iter__") and not hasattr(value, "__array__")
 
 
-def points_view(points: Any, least: int) -> Any:
-    """The core's view of bare points, (N, 3) m."""
+def points_view(points: Any, least: int, flat: bool = False) -> Any:
+    """The core's view of bare points, (N, 3) m. `flat`: they may all lie in one plane."""
     p: NDArray[np.float64] = numbers(points, "points")
     if p.ndim != 2 or p.shape[1] != 3:
         raise ValueError(f"points: expected shape (N, 3), got {p.shape}")
@@ -151,9 +153,10 @@ def points_view(points: Any, least: int) -> Any:
     if not spread[0] > 0:
         raise ValueError("points: expected points of a surface, got one place")
     for thin, name in ((1, "line"), (2, "plane")):
-        if spread[thin] < FLAT * spread[0]:
+        if spread[thin] < FLAT * spread[0] and not (flat and name == "plane"):
+            how = "; fit kind='plane' to a patch" if name == "plane" else ""
             raise ValueError(
-                f"points: expected points around a solid, got {len(p)} that all lie in one {name}"
+                f"points: expected points around a solid, got {len(p)} that all lie in one {name}{how}"
             )
     return _core.PrimitiveView.of_points(p)
 

@@ -9,10 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.checks import number
+from sdftrack.mesh import Mesh
 from sdftrack.results import Status
 from sdftrack.sdf import SDF
 
-__all__ = ["KINDS", "SIZES", "PrimitiveFit", "volume_of"]
+__all__ = ["KINDS", "SIZES", "SOLIDS", "PrimitiveFit", "check_slab", "slab_of", "volume_of"]
 
 # The lengths of each kind, m; the order of the columns of a covariance.
 SIZES = {
@@ -21,8 +23,11 @@ SIZES = {
     "cone": ("radius", "height"),
     "box": ("x", "y", "z"),
     "ellipsoid": ("rx", "ry", "rz"),
+    "plane": ("width", "height"),
 }
 KINDS = tuple(SIZES)
+SOLIDS = tuple(kind for kind in KINDS if kind != "plane")  # what has an inside, and so a distance volume
+LEAST_SLAB = 3  # voxels: a thinner one has no inside that a volume shows
 
 
 @dataclass(frozen=True)
@@ -31,13 +36,14 @@ class PrimitiveFit:
 
     Attributes
     ----------
-    kind : {"sphere", "cylinder", "cone", "box", "ellipsoid"}
+    kind : {"sphere", "cylinder", "cone", "box", "ellipsoid", "plane"}
     T_cam_obj : (4, 4) float64
         Object to camera (of points: to the frame that they are in), m. Origin at the middle, axis along z, a cone's
-        apex at +z.
+        apex at +z, a patch's normal along z and towards the camera.
     size : dict of str to float
         Lengths, m: ``radius`` of a sphere; ``radius`` and ``height`` of a cylinder or cone; the full edges ``x``,
-        ``y``, ``z`` of a box; the radii ``rx``, ``ry``, ``rz`` of an ellipsoid.
+        ``y``, ``z`` of a box; the radii ``rx``, ``ry``, ``rz`` of an ellipsoid; ``width`` (along x) and
+        ``height`` (along y) of a plane patch, in either order.
     covariance : (6 + n, 6 + n) float64
         First the pose, (x, y, z, rx, ry, rz) in m and rad about the origin in camera axes as in `TrackResult`, then
         the n lengths in the order of `size`, m. A length that nothing bounds has an infinite variance, and the value
@@ -73,8 +79,44 @@ class PrimitiveFit:
 
     @cached_property
     def sdf(self) -> SDF:
-        """Its distance volume (100 voxels along the longest side), to track it with."""
+        """Its distance volume (100 voxels along the longest side), to track it with.
+
+        ValueError for a plane patch, which has no inside: see `slab`.
+        """
+        if self.kind == "plane":
+            raise ValueError(
+                "sdf: expected a solid, got a plane patch, which has no inside and so no signed distance; give it a "
+                "thickness with fit.slab(0.02)"
+            )
         return volume_of(self.kind, self.size)
+
+    def slab(self, thickness: float, voxels: int = 100) -> SDF:
+        """The distance volume of a plate whose front is this plane patch, in the same frame, to track it with.
+
+        Parameters
+        ----------
+        thickness : float
+            m, from z = 0 down to z = -thickness; at least 3 voxels.
+        voxels : int
+            Along the longest side.
+
+        Raises
+        ------
+        ValueError
+            A fit of another kind; a thickness of less than 3 voxels.
+
+        >>> tracker = st.Tracker(fit.slab(0.02), camera)  # doctest: +SKIP
+        """
+        if self.kind != "plane":
+            raise ValueError(f"slab: expected a fit of kind 'plane', got '{self.kind}'; use fit.sdf")
+        return slab_of(self.size, check_slab(self.size, thickness, voxels), voxels)
+
+    def to_mesh(self) -> Mesh:
+        """Its surface, own frame, m: of a solid by marching cubes in `sdf`, of a plane patch two triangles."""
+        if self.kind != "plane":
+            return self.sdf.to_mesh()
+        x, y = self.size["width"] / 2, self.size["height"] / 2
+        return Mesh([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]], [[0, 1, 2], [0, 2, 3]])
 
     @property
     def bounded(self) -> dict[str, bool]:
@@ -111,8 +153,26 @@ class PrimitiveFit:
         }
 
 
+def check_slab(size: dict[str, float], thickness: float, voxels: int) -> float:
+    """`thickness` (m); ValueError where a plate of it is too thin for a volume of so many voxels."""
+    thick = number(thickness, "thickness")
+    least = LEAST_SLAB * max(size.values()) / voxels
+    if not (np.isfinite(thick) and thick >= least):
+        raise ValueError(
+            f"thickness: expected at least {LEAST_SLAB} voxels, {least:.4f} m here, got {thickness!r}; take a thicker "
+            "plate or more voxels"
+        )
+    return thick
+
+
+def slab_of(size: dict[str, float], thickness: float, voxels: int = 100) -> SDF:
+    """The volume of a plate of this thickness (m) behind a plane patch, whose frame it keeps."""
+    centred = SDF.box([size["width"], size["height"], thickness], voxels=voxels)
+    return SDF(centred.values, centred.voxel_size, centred.origin - np.array([0, 0, thickness / 2]))
+
+
 def volume_of(kind: str, size: dict[str, float], voxels: int = 100) -> SDF:
-    """The distance volume of a primitive of these lengths (m)."""
+    """The distance volume of a solid of these lengths (m)."""
     lengths = [size[name] for name in SIZES[kind]]
     if kind == "sphere":
         return SDF.sphere(lengths[0], voxels=voxels)

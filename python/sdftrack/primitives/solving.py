@@ -10,24 +10,26 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack.checks import numbers, of_kind
-from sdftrack.primitives.result import KINDS, SIZES, PrimitiveFit
+from sdftrack.primitives.result import KINDS, SIZES, SOLIDS, PrimitiveFit
 from sdftrack.results import Status
 
 __all__ = ["Wish", "solve"]
 
 WEAK_INLIERS, LOST_INLIERS = 0.6, 0.2
-FREE = {"sphere": 4, "cylinder": 7, "cone": 7, "box": 9, "ellipsoid": 9}  # unknowns that readings can tell
+FREE = {
+    "sphere": 4,
+    "cylinder": 7,
+    "cone": 7,
+    "box": 9,
+    "ellipsoid": 9,
+    "plane": 8,
+}  # unknowns that readings can tell
 
 
 class Wish:
     """What is to be fitted and how, checked once."""
 
     def __init__(self, kind: str, initial: Any, seed: int, scaling: str, threads: int) -> None:
-        if kind == "plane":
-            raise ValueError(
-                "kind: expected a solid, got 'plane', which has no inside and so no signed distance; find planes with "
-                "remove_plane, or fit a 'box', whose unseen edge comes back with an infinite variance"
-            )
         if kind != "auto" and kind not in KINDS:
             raise ValueError(f"kind: expected {', '.join(KINDS)} or 'auto', got {kind!r}")
         if scaling not in _core.Scaling.__members__:
@@ -41,7 +43,7 @@ class Wish:
         self.options = _core.PrimitiveFitOptions()
         self.options.seed, self.options.scaling = seed, _core.Scaling.__members__[scaling]
         self.threads = threads
-        self.kinds = KINDS if kind == "auto" else (kind,)
+        self.kinds = SOLIDS if kind == "auto" else (kind,)
         if initial is not None:
             self._begin_at(kind, initial)
 
@@ -68,6 +70,11 @@ class Wish:
             raise ValueError(f"initial: expected lengths above 0 m, got {lengths}")
         self.pose = _core.nearest_rigid(numbers(initial[0], "initial"), "initial")
         self.size, self.kinds = lengths, (kind,)
+
+    @property
+    def flat(self) -> bool:
+        """Whether points that all lie in one plane will do."""
+        return self.kinds == ("plane",)
 
     def least_points(self) -> int:
         """As many as there are unknowns."""
@@ -116,7 +123,7 @@ def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> Prim
         covariance[6 + i, :] = covariance[:, 6 + i] = 0
         covariance[6 + i, 6 + i] = np.inf
         # Where its ends are not known, nor is the middle between them.
-        axis = T[:3, i] if kind in ("box", "ellipsoid") else T[:3, 2]
+        axis = T[:3, i] if kind in ("box", "ellipsoid", "plane") else T[:3, 2]
         covariance[:3, :3] += answer["size"][i] ** 2 * np.outer(axis, axis)
     status, reason = Status.OK, ""
     inliers = float(answer["inliers"])

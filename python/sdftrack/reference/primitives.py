@@ -25,6 +25,8 @@ def distance(kind: str, size: dict[str, float], points: Array) -> Array:
         return _convex(points, lambda p: _nearest_in_box(p, size), lambda p: _depth_in_box(p, size))
     if kind in ("cylinder", "cone"):
         return _round(kind, size, points)
+    if kind == "plane":  # which has no inside
+        return np.asarray(np.linalg.norm(points - _nearest_on_patch(points, size), axis=1))
     return np.array([_ellipsoid(p, np.array([size["rx"], size["ry"], size["rz"]])) for p in points])
 
 
@@ -32,6 +34,11 @@ def _convex(points: Array, nearest: Any, depth: Any) -> Array:
     """The way to the nearest point of the solid outside, the depth below the nearest face inside."""
     out = np.linalg.norm(points - nearest(points), axis=1)
     return np.where(out > 0, out, -depth(points))
+
+
+def _nearest_on_patch(points: Array, size: dict[str, float]) -> Array:
+    half = np.array([size["width"] / 2, size["height"] / 2, 0])
+    return np.clip(points, -half, half)
 
 
 def _edges(size: dict[str, float]) -> Array:
@@ -82,10 +89,14 @@ def printed_distance(kind: str, size: dict[str, float], points: Array, step: flo
         "sphere": lambda s: [s["radius"]] * 3,
         "box": lambda s: [s["x"], s["y"], s["z"]],
         "ellipsoid": lambda s: [s["rx"], s["ry"], s["rz"]],
+        "plane": lambda s: [s["width"], s["height"], 1.0],
     }.get(kind, lambda s: [s["radius"], s["radius"], s["height"]])(size)
     unit_kind = "sphere" if kind == "ellipsoid" else kind
     unit = dict.fromkeys(
-        {"sphere": ["radius"], "box": ["x", "y", "z"]}.get(unit_kind, ["radius", "height"]), 1.0
+        {"sphere": ["radius"], "box": ["x", "y", "z"], "plane": ["width", "height"]}.get(
+            unit_kind, ["radius", "height"]
+        ),
+        1.0,
     )
     S = np.array(scale)
     y = points / S
@@ -102,6 +113,9 @@ def surface_reach(kind: str, size: dict[str, float], direction: Array, count: in
     if kind == "box":
         corners = np.array(np.meshgrid(*[[-0.5, 0.5]] * 3)).reshape(3, -1).T
         return float((corners * _edges(size) @ direction).max())
+    if kind == "plane":
+        corners = np.array([[x, y, 0] for x in (-0.5, 0.5) for y in (-0.5, 0.5)])
+        return float((corners * [size["width"], size["height"], 0] @ direction).max())
     if kind in ("cylinder", "cone"):
         up = np.array([0, 0, size["height"] / 2])
         rim = size["radius"] * ring
@@ -138,3 +152,35 @@ def ray_residual(kind: str, size: dict[str, float], T_obj_cam: Array, p_cam: Arr
     k = inside[0]
     hit = z[k - 1] + (z[k] - z[k - 1]) * phi[k - 1] / (phi[k - 1] - phi[k])
     return float(hit - p_cam[2])
+
+
+def patch_way(size: dict[str, float], T_obj_cam: Array, p_cam: Array) -> float:
+    """The way (m of depth) from a reading along its ray to a plane patch, from either side; nan: it is not met."""
+    R, t = T_obj_cam[:3, :3], T_obj_cam[:3, 3]
+    ray = R @ (p_cam / p_cam[2])
+    depth = -t[2] / ray[2]
+    hit = t + depth * ray
+    inside = abs(hit[0]) <= size["width"] / 2 and abs(hit[1]) <= size["height"] / 2
+    return float(depth - p_cam[2]) if inside else float("nan")
+
+
+def patch_clearance(
+    size: dict[str, float], T_obj_cam: Array, ray: Array, near_m: float, far_m: float, count: int = 4001
+) -> float:
+    """Least distance (m) between the stretch of a ray (z = 1) and a plane patch; where it passes through, minus that to
+    the rim, by many points of the rim.
+    """
+    R, t = T_obj_cam[:3, :3], T_obj_cam[:3, 3]
+    a, b = near_m * R @ ray + t, far_m * R @ ray + t
+    s = np.linspace(-0.5, 0.5, count)
+    w, h = size["width"], size["height"]
+    half = np.full(count, 0.5)
+    rim = np.concatenate(
+        [np.column_stack([x * w, y * h, 0 * s]) for x, y in [(half, s), (-half, s), (s, half), (s, -half)]]
+    )
+    along = np.clip((rim - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
+    to_rim = float(np.linalg.norm(a + along[:, None] * (b - a) - rim, axis=1).min())
+    if a[2] * b[2] < 0:
+        hit = a + a[2] / (a[2] - b[2]) * (b - a)
+        return -to_rim if abs(hit[0]) <= w / 2 and abs(hit[1]) <= h / 2 else to_rim
+    return min(to_rim, *(float(d) for d in distance("plane", size, np.array([a, b]))))

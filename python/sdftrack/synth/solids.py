@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Solids that stand on a table, seen by a depth camera: exact ray intersections, no mesh."""
+"""Solids that stand on a table, seen by a depth camera: exact ray intersections, no mesh. Plane patches: patches.py."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
 
-__all__ = ["KINDS", "SolidScene", "random_solid", "ray_depth", "standing_scene"]
+__all__ = ["KINDS", "SolidScene", "random_solid", "ray_depth", "rendered_scene", "standing_scene"]
 
 Array = NDArray[np.float64]
 KINDS = ("sphere", "cylinder", "cone", "box", "ellipsoid")
@@ -21,6 +21,7 @@ SIZES = {
     "cone": ("radius", "height"),
     "box": ("x", "y", "z"),
     "ellipsoid": ("rx", "ry", "rz"),
+    "plane": ("width", "height"),
 }
 FAR_M = 3.0  # no reading beyond
 LOOK_DOWN_RAD = (np.radians(25), np.radians(55))  # so that the top is seen, and a side
@@ -69,6 +70,7 @@ def ray_depth(kind: str, size: dict[str, float], origin: Array, rays: Array) -> 
         "box": lambda s, o, r: _box(np.array([s["x"], s["y"], s["z"]]), o, r),
         "cylinder": lambda s, o, r: _tapered(s["radius"], s["radius"], s["height"], o, r),
         "cone": lambda s, o, r: _tapered(s["radius"], 0.0, s["height"], o, r),
+        "plane": lambda s, o, r: _patch(s["width"], s["height"], o, r),
     }
     with np.errstate(divide="ignore", invalid="ignore"):
         return solids[kind](size, origin, rays)
@@ -92,6 +94,15 @@ def _box(edges: Array, origin: Array, rays: Array) -> tuple[Array, Array]:
     at = np.arange(len(rays))
     n[at, axis] = -np.sign(rays[at, axis])
     return np.where((t < far.min(axis=1)) & (t > 0), t, np.inf), n
+
+
+def _patch(width: float, height: float, origin: Array, rays: Array) -> tuple[Array, Array]:
+    t = -origin[2] / rays[:, 2]
+    p = origin + t[:, None] * rays
+    hits = (t > 0) & (np.abs(p[:, 0]) <= width / 2) & (np.abs(p[:, 1]) <= height / 2)
+    n = np.zeros_like(rays)
+    n[:, 2] = -np.sign(rays[:, 2])
+    return np.where(hits, t, np.inf), n
 
 
 def _tapered(base: float, top: float, height: float, origin: Array, rays: Array) -> tuple[Array, Array]:
@@ -155,7 +166,7 @@ def standing_scene(
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = np.column_stack([x, np.cross(up, x), up]), middle
     offset = float(-(up @ middle) + height / 2)  # of the table under it
-    return _rendered(kind, size, T, (up, offset), camera)
+    return rendered_scene(kind, size, T, (up, offset), camera)
 
 
 def _half_diagonal(kind: str, size: dict[str, float]) -> float:
@@ -172,9 +183,10 @@ def _near_rays(rays: Array, centre: Array, radius: float) -> NDArray[np.bool_]:
     return out
 
 
-def _rendered(
+def rendered_scene(
     kind: str, size: dict[str, float], T: Array, plane: tuple[Array, float], camera: Camera
 ) -> SolidScene:
+    """A shape before or on a plane ``n . p + d = 0`` (m, camera frame, n towards the camera)."""
     rays = camera.back_project(np.ones(camera.shape, np.float32)).astype(np.float64).reshape(-1, 3)
     R, t = T[:3, :3], T[:3, 3]
     near = _near_rays(rays, t, _half_diagonal(kind, size))

@@ -22,12 +22,16 @@ CLOUD_POINTS = 3000
 
 
 def wires(kind: str, size: dict[str, float]) -> list[Array]:
-    """Lines (K, 3), m, on a primitive's surface: edges of a box, rings and sides of the others."""
+    """Lines (K, 3), m, on a primitive's surface: edges of a box or patch, rings and sides of the others."""
     if kind == "box":
         h = np.array([size["x"], size["y"], size["z"]]) / 2
         base = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]], float)
         rings = [np.column_stack([base, np.full(5, z)]) * h for z in (-1.0, 1.0)]
         return rings + [np.array([rings[0][i], rings[1][i]]) for i in range(4)]
+    if kind == "plane":
+        corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [-1, -1, 0]], float)
+        normal = np.array([[0, 0, 0], [0, 0, 0.25 * min(size.values())]])
+        return [corners * [size["width"] / 2, size["height"] / 2, 0], normal]
     a = np.linspace(0, 2 * np.pi, RING + 1)
     c, s, o = np.cos(a), np.sin(a), np.zeros(RING + 1)
     if kind in ("cylinder", "cone"):
@@ -67,6 +71,7 @@ def draw_primitives(frame: Any, fits: Sequence[PrimitiveFit], camera: Any) -> ND
     picture = np.ascontiguousarray(backdrop(frame, camera)).copy()
     for fit in fits:
         colour = WIRE_RGB.get(fit.status.value, WIRE_RGB["lost"])
+        flat = fit.kind == "plane"
         inner = np.linalg.inv(fit.T_cam_obj)[:3, 3]  # the camera, in the object's frame
         for line in wires(fit.kind, fit.size):
             p = _moved(line, fit.T_cam_obj)
@@ -75,7 +80,7 @@ def draw_primitives(frame: Any, fits: Sequence[PrimitiveFit], camera: Any) -> ND
             px = np.round(8 * lens.project(p)).astype(np.int32)
             away = line - inner
             normal = line / np.maximum(np.linalg.norm(line, axis=1, keepdims=True), 1e-9)
-            front = (np.einsum("ni,ni->n", away, normal) < 0).mean() > 0.5
+            front = flat or (np.einsum("ni,ni->n", away, normal) < 0).mean() > 0.5
             cv2.polylines(picture, [px], False, colour, 2 if front else 1, cv2.LINE_AA, shift=3)
     return picture
 

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// A plane patch and rays: in closed form, for its phi has no inside that an iteration could cross
+// (docs/math/primitives.md, section 8).
+#pragma once
+
+#include "primitives/residuals.h"
+
+namespace sdftrack {
+
+// The way along the reading's ray to the patch, as ray_residual: of readings before and behind it alike.
+// False where the ray passes beside it, or meets it at more than the angle whose cosine is `grazing`.
+bool patch_way(const PrimitiveField& field, Vec3d p_cam, double grazing, SolidResidual* out);
+
+// From the ray to the rim, negative where the ray passes through the patch; elsewhere the least phi along it.
+void patch_clearance(const PrimitiveField& field, const OutlineRay& ray, SolidResidual* out);
+
+}  // namespace sdftrack
