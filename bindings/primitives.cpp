@@ -186,6 +186,18 @@ py::dict energy_at(const View& self, PrimitiveKind kind, const py::array& T_obj_
   return d;
 }
 
+// Of one ray of the picture's edge: least phi along it (m), and its derivative by (v, w) and the lengths.
+py::tuple clearance_of(PrimitiveKind kind, const std::vector<double>& size, const py::array& T_obj_cam,
+                       std::array<double, 3> ray, double near_m, double far_m) {
+  const PrimitiveSize s = checked_size(kind, size);
+  const PrimitiveField field{kind, Scaling::kExact, rigid_from(T_obj_cam, "T_obj_cam"), {s[0], s[1], s[2]}};
+  SolidResidual r;
+  clearance(field, {{ray[0], ray[1], ray[2]}, near_m, far_m, 0, Sight::kOn}, &r);
+  std::vector<double> J(r.J, r.J + 6 + size_count(kind));
+  for (std::size_t i = 6; i < J.size(); ++i) J[i] /= s[i - 6];
+  return py::make_tuple(r.m, J);
+}
+
 }  // namespace
 
 void bind_primitives(py::module_& m) {
@@ -226,6 +238,8 @@ void bind_primitives(py::module_& m) {
   m.def("primitive_distances", &distances, "kind"_a, "size"_a, "points"_a,
         py::arg_v("scaling", Scaling::kExact, "Scaling.exact"),
         "-> phi (N,), gradient (N, 3), derivative by every length (N, sizes).");
+  m.def("primitive_clearance", &clearance_of, "kind"_a, "size"_a, "T_obj_cam"_a, "ray"_a, "near_m"_a,
+        "far_m"_a, "-> least phi along a stretch of a ray (m), derivative by (v, w) and every length.");
   m.def(
       "primitive_reach",
       [](PrimitiveKind kind, const std::vector<double>& size, std::array<double, 3> v) {

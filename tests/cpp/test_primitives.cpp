@@ -5,6 +5,7 @@
 
 #include "primitives/energies.h"
 #include "primitives/outline.h"
+#include "primitives/residuals.h"
 
 namespace sdftrack {
 namespace {
@@ -78,6 +79,40 @@ TEST(Primitives, an_order_that_is_spread_names_each_number_once) {
     for (const std::size_t i : spread_order(n)) ++seen[i];
     for (const int count : seen) EXPECT_EQ(count, 1);
   }
+}
+
+// A patch of 120 x 80 mm, face on, 0.5 m before the camera.
+PrimitiveField patch_ahead() {
+  return {PrimitiveKind::kPlane,
+          Scaling::kExact,
+          {Mat3d{{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}, {0, 0, 0.5}},
+          {0.12, 0.08, 1}};
+}
+
+TEST(Primitives, a_ray_clears_a_patch_by_its_way_to_the_rim) {
+  const double slope = 0.07 / 0.5;                     // meets the plane 10 mm beside the patch
+  const double square = std::sqrt(1 + slope * slope);  // the way across the ray is shorter
+  SolidResidual r;
+  clearance(patch_ahead(), {{slope, 0, 1}, 0.1, 0.9, 0.001, Sight::kOn}, &r);
+  EXPECT_NEAR(r.m, 0.01 / square, 1e-12);
+  EXPECT_NEAR(r.J[6], -0.06 / square, 1e-12);  // by the logarithm of the width: the rim is at its half
+  EXPECT_NEAR(r.J[7], 0, 1e-12);
+  clearance(patch_ahead(), {{0, 0, 1}, 0.1, 0.9, 0.001, Sight::kOn}, &r);
+  EXPECT_NEAR(r.m, -0.04, 1e-12);  // through the middle: the nearer sides are 40 mm off
+  clearance(patch_ahead(), {{0, 0, 1}, 0.1, 0.3, 0.001, Sight::kOn}, &r);
+  EXPECT_NEAR(r.m, 0.2, 1e-12);  // it ends 0.2 m before the patch
+  clearance(patch_ahead(), {{0, 0.08, 1}, 0.1, 0.9, 0.001, Sight::kOn}, &r);
+  EXPECT_NEAR(r.m, 0, 1e-12);  // over the rim to the last bit: it has a derivative still
+  EXPECT_NEAR(r.J[7], -0.04 / std::sqrt(1 + 0.08 * 0.08), 1e-9);
+}
+
+TEST(Primitives, readings_before_and_behind_a_patch_are_as_far_from_it) {
+  SolidResidual before, behind;
+  ray_residual(patch_ahead(), {0.01, 0.02, 0.49}, &before);
+  ray_residual(patch_ahead(), {0.01, 0.02, 0.51}, &behind);
+  EXPECT_NEAR(before.m, 0.01, 1e-12);
+  EXPECT_NEAR(behind.m, -0.01, 1e-12);
+  for (int j = 0; j < 3; ++j) EXPECT_NEAR(before.J[j], behind.J[j], 1e-12);
 }
 
 TEST(Primitives, sizes_have_their_place_behind_the_pose) {

@@ -19,7 +19,7 @@ DISTANCE_M = (0.6, 1.2)
 LOOK_DOWN_RAD = (np.radians(25), np.radians(55))
 YAW_RAD = np.radians(45)  # at most: a sheet seen from its edge shows no width
 TILT_RAD = np.radians(60)
-FLOOR_M = 0.7  # below a table's top
+FLOOR_M = 0.4  # below a low table's top; seen within 3 m at all these angles
 WALL_M = 0.5  # behind a sheet that is held
 BOARD_M = 0.15  # how far before a patch something hides a part of it
 
@@ -36,7 +36,7 @@ def patch_scene(
     Parameters
     ----------
     view : {"standing", "lying", "held"}
-        Upright on a table, its y axis up; level like a table's top, the floor 0.7 m below it; or in the air at any turn
+        Upright on a table, its y axis up; level like a low table's top, the floor 0.4 m below it; or in the air at any turn
         and at most 60 degrees of tilt, a wall 0.5 m behind it.
     size : dict of str to float
         ``width``, ``height``, m.
