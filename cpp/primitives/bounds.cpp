@@ -57,6 +57,7 @@ std::vector<State> grown(PrimitiveKind kind, const State& x, int i) {
 void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy, LmWork* work,
                  PrimitiveFit* fit) {
   PrimitiveEnergyOptions part = energy;
+  part.crowded = false;  // where points end is no evidence of where the thing does
   part.points = std::min(energy.points, kPoints), part.rays = std::min(energy.rays, kRays);
   PrimitiveEnergy cost(fit->kind, &view, part);
   const double here = cost.cost(fit->x);

@@ -16,9 +16,11 @@ struct PrimitiveEnergyOptions {
   double outline_scale_px = 0.5;  // the same of the edge of the picture
   double outline_floor = 0.0;
   double standing_sigma_m = 0.0005;  // of the gap between the solid and the plane that it stands on
-  double shrink = 1e-3;   // cost of a length that grows e-fold: ends that nothing bounds stay at the data
-  double thin_m = 0;      // a length below this costs: nothing is a sheet, if it need not be
-  bool lost_rays = true;  // rims without readings count where the kind has such rims (has_edges)
+  double shrink = 1e-3;  // cost of a length that grows e-fold: ends that nothing bounds stay at the data
+  double thin_m = 0;     // a length below this costs: nothing is a sheet, if it need not be
+  bool crowded = false;  // the least shape that holds the crowd of readings: a length that grows e-fold costs
+                         // a share of them (kCrowd)
+  bool lost_rays = true;             // rims without readings count where the kind has such rims (has_edges)
   const float* per_noise = nullptr;  // of every point: 1 over how much noisier it is; nullptr: all are alike
   bool in_double = false;            // bare points too, one by one: what tests compare with
   int points = 1 << 30;              // at most; the first part of the view's

@@ -60,6 +60,7 @@ class Fitter {
     e.points = std::min(points, options_.most_points), e.rays = std::min(rays, options_.most_rays);
     e.outline_floor = outline_px > 1 ? 0.0 : kWrongLabels;
     e.thin_m = kind_ == PrimitiveKind::kPlane ? 0 : kThin * diameter_m_;  // a strip is a patch like any other
+    e.crowded = kind_ == PrimitiveKind::kPlane && !view_.along_rays;
     if (!per_noise_.empty()) e.per_noise = per_noise_.data();
     e.standing_sigma_m = std::max(kStanding_m, kStanding * scale_m);
     return e;
