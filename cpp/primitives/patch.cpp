@@ -84,9 +84,10 @@ void patch_clearance(const PrimitiveField& field, const OutlineRay& ray, SolidRe
   }
   const bool crosses = from.z * to.z < 0;
   const bool through = crosses && holds(field, stretch.at(from.z / (from.z - to.z)));
-  if (!crosses)
-    for (const Vec3d& end : {from, to})  // it ends before the patch
-      if (holds(field, end) && std::abs(end.z) < best.m) best = {end, {end.x, end.y, 0}, std::abs(end.z)};
+  // It ends before the patch; or so close behind it that the patch clears it soonest along its normal.
+  for (const Vec3d& end : {from, to})
+    if ((through || (!crosses && holds(field, end))) && std::abs(end.z) < best.m)
+      best = {end, {end.x, end.y, 0}, std::abs(end.z)};
   out->m = through ? -best.m : best.m;
   const Vec3d n = best.m > kTouching_m ? (1 / out->m) * (best.p - best.q) : outwards(stretch, best.q, field);
   const Vec3d turn = cross(best.p, n);

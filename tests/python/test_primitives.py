@@ -489,7 +489,6 @@ def test_bad_points_give_one_clear_error(case):
     ("options", "error", "match"),
     [
         ({"kind": "torus"}, ValueError, "kind: expected sphere"),
-        ({"kind": "plane"}, ValueError, "no inside.*remove_plane"),
         ({"scaling": "metric"}, ValueError, "scaling"),
         ({"seed": -1}, ValueError, "seed"),
         ({"seed": 1.5}, ValueError, "seed"),

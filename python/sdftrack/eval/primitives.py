@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Primitives of unknown size, measured: ``python -m sdftrack.eval.primitives [synthetic|unbounded|osd] [-n 200]``.
+"""Primitives of unknown size, measured: ``python -m sdftrack.eval.primitives [synthetic|unbounded|osd|patch]
+[-n 200]``.
 
 synthetic: random solids on a table with known sizes; unbounded: views that leave a length open; osd: objects of real
-scenes (labels of the Object Segmentation Database), distance of their readings to the primitive's surface.
+scenes (labels of the Object Segmentation Database), distance of their readings to the primitive's surface;
+patch: plane patches, synthetic and on the faces of those boxes.
 """
 
 from __future__ import annotations
@@ -188,10 +190,26 @@ def unbounded(count: int) -> str:
     return text_table("No table, a wall 1 m behind: lengths that nothing bounds", head, rows)
 
 
+def _patch_tables(count: int, data: str | None) -> str:
+    from sdftrack.eval import primitives_patch as patch
+
+    few = max(1, count // 4)
+    tables = [
+        patch.patches(count, NOISES, CAMERA),
+        patch.open_patches(few, NOISES, CAMERA),
+        patch.auto_with_patches(few, NOISES["1 mm"][0], CAMERA),
+    ]
+    try:
+        tables.append(patch.osd_faces(data))
+    except FileNotFoundError as error:
+        tables.append(f"Faces of real boxes: skipped, {error}")
+    return "\n\n".join(tables)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(prog="python -m sdftrack.eval.primitives", description=__doc__)
-    parser.add_argument("what", nargs="*", default=["synthetic", "unbounded", "osd"])
+    parser.add_argument("what", nargs="*", default=["synthetic", "unbounded", "osd", "patch"])
     parser.add_argument("-n", type=int, default=200, help="solids of each kind")
     parser.add_argument(
         "--kinds", nargs="+", default=list(KINDS), choices=KINDS, help="of the synthetic ones"
@@ -205,6 +223,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "synthetic": lambda: synthetic(given.n, given.scaling, given.kinds),
         "unbounded": lambda: unbounded(max(1, given.n // 4)),
         "osd": lambda: osd(given.data),
+        "patch": lambda: _patch_tables(given.n, given.data),
     }
     for what in given.what:
         if what not in tables:

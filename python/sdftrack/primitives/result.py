@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.checks import number
 from sdftrack.mesh import Mesh
+from sdftrack.primitives.plate import plate_of
 from sdftrack.results import Status
 from sdftrack.sdf import SDF
 
-__all__ = ["KINDS", "SIZES", "SOLIDS", "PrimitiveFit", "check_slab", "slab_of", "volume_of"]
+__all__ = ["KINDS", "SIZES", "SOLIDS", "PrimitiveFit", "volume_of"]
 
 # The lengths of each kind, m; the order of the columns of a covariance.
 SIZES = {
@@ -27,7 +27,6 @@ SIZES = {
 }
 KINDS = tuple(SIZES)
 SOLIDS = tuple(kind for kind in KINDS if kind != "plane")  # what has an inside, and so a distance volume
-LEAST_SLAB = 3  # voxels: a thinner one has no inside that a volume shows
 
 
 @dataclass(frozen=True)
@@ -81,35 +80,35 @@ class PrimitiveFit:
     def sdf(self) -> SDF:
         """Its distance volume (100 voxels along the longest side), to track it with.
 
-        ValueError for a plane patch, which has no inside: see `slab`.
+        ValueError for a plane patch, which has no inside: see `plate`.
         """
         if self.kind == "plane":
             raise ValueError(
-                "sdf: expected a solid, got a plane patch, which has no inside and so no signed distance; give it a "
-                "thickness with fit.slab(0.02)"
+                "sdf: expected a solid, got a plane patch, which has no inside and so no signed distance; track "
+                "fit.plate() in its place"
             )
         return volume_of(self.kind, self.size)
 
-    def slab(self, thickness: float, voxels: int = 100) -> SDF:
+    def plate(self, voxels: int = 100) -> SDF:
         """The distance volume of a plate whose front is this plane patch, in the same frame, to track it with.
+
+        Its sides slope inwards, so that it hides behind the patch from every view within 60 degrees of the normal.
 
         Parameters
         ----------
-        thickness : float
-            m, from z = 0 down to z = -thickness; at least 3 voxels.
         voxels : int
             Along the longest side.
 
         Raises
         ------
         ValueError
-            A fit of another kind; a thickness of less than 3 voxels.
+            A fit of another kind.
 
-        >>> tracker = st.Tracker(fit.slab(0.02), camera)  # doctest: +SKIP
+        >>> tracker = st.Tracker(fit.plate(), camera)  # doctest: +SKIP
         """
         if self.kind != "plane":
-            raise ValueError(f"slab: expected a fit of kind 'plane', got '{self.kind}'; use fit.sdf")
-        return slab_of(self.size, check_slab(self.size, thickness, voxels), voxels)
+            raise ValueError(f"plate: expected a fit of kind 'plane', got '{self.kind}'; use fit.sdf")
+        return volume_of(self.kind, self.size, voxels)
 
     def to_mesh(self) -> Mesh:
         """Its surface, own frame, m: of a solid by marching cubes in `sdf`, of a plane patch two triangles."""
@@ -153,26 +152,8 @@ class PrimitiveFit:
         }
 
 
-def check_slab(size: dict[str, float], thickness: float, voxels: int) -> float:
-    """`thickness` (m); ValueError where a plate of it is too thin for a volume of so many voxels."""
-    thick = number(thickness, "thickness")
-    least = LEAST_SLAB * max(size.values()) / voxels
-    if not (np.isfinite(thick) and thick >= least):
-        raise ValueError(
-            f"thickness: expected at least {LEAST_SLAB} voxels, {least:.4f} m here, got {thickness!r}; take a thicker "
-            "plate or more voxels"
-        )
-    return thick
-
-
-def slab_of(size: dict[str, float], thickness: float, voxels: int = 100) -> SDF:
-    """The volume of a plate of this thickness (m) behind a plane patch, whose frame it keeps."""
-    centred = SDF.box([size["width"], size["height"], thickness], voxels=voxels)
-    return SDF(centred.values, centred.voxel_size, centred.origin - np.array([0, 0, thickness / 2]))
-
-
 def volume_of(kind: str, size: dict[str, float], voxels: int = 100) -> SDF:
-    """The distance volume of a solid of these lengths (m)."""
+    """The distance volume of a solid of these lengths (m); of a plane patch that of a plate behind it."""
     lengths = [size[name] for name in SIZES[kind]]
     if kind == "sphere":
         return SDF.sphere(lengths[0], voxels=voxels)
@@ -182,4 +163,6 @@ def volume_of(kind: str, size: dict[str, float], voxels: int = 100) -> SDF:
         return SDF.cone(lengths[0], lengths[1], voxels=voxels)
     if kind == "box":
         return SDF.box(lengths, voxels=voxels)
+    if kind == "plane":
+        return plate_of(lengths[0], lengths[1], voxels)
     return SDF.ellipsoid(lengths, voxels=voxels)

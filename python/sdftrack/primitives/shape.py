@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack.camera import Camera
-from sdftrack.checks import number
 from sdftrack.frame import Frame
 from sdftrack.primitives.fusing import fuse_sizes
-from sdftrack.primitives.result import PrimitiveFit, check_slab, slab_of, volume_of
+from sdftrack.primitives.result import PrimitiveFit, volume_of
 from sdftrack.primitives.seen import ON, Seen, pieces
 from sdftrack.primitives.solving import Wish, solve
 from sdftrack.results import Status
@@ -38,13 +37,11 @@ class Primitive:
     Parameters
     ----------
     kind : {"auto", "sphere", "cylinder", "cone", "box", "ellipsoid", "plane"}
+        A plane patch has no inside that could be tracked: a plate hidden behind it stands in (`PrimitiveFit.plate`).
     voxels : int
         Along the longest side of the volume.
     seed : int
         As in `fit_primitive`.
-    thickness : float, optional
-        m, of a plane patch, which alone has no inside that could be tracked: a plate of this thickness behind the side
-        that is seen is tracked in its place (`PrimitiveFit.slab`). Required with ``"plane"``, else None.
 
     >>> tracker = st.Tracker(st.Primitive("cylinder"), camera)  # doctest: +SKIP
     >>> result = tracker.start(frame, masks=mask)               # doctest: +SKIP
@@ -52,59 +49,34 @@ class Primitive:
     PrimitiveFit(cylinder: radius 33.1 +- 0.1 mm, height 101.7 +- 0.3 mm; rms 1.2 mm, ok)
     """
 
-    __slots__ = ("kind", "seed", "thickness", "voxels")
+    __slots__ = ("kind", "seed", "voxels")
 
-    def __init__(
-        self, kind: str = "auto", *, voxels: int = 100, seed: int = 0, thickness: float | None = None
-    ) -> None:
+    def __init__(self, kind: str = "auto", *, voxels: int = 100, seed: int = 0) -> None:
         Wish(kind, None, seed, "exact", 0)
         if isinstance(voxels, bool) or not isinstance(voxels, int) or voxels < 16:
             raise ValueError(f"voxels: expected a whole number from 16 on, got {voxels!r}")
         self.kind, self.voxels, self.seed = kind, voxels, seed
-        self.thickness = _checked_thickness(kind, thickness)
 
     def __repr__(self) -> str:
-        thick = "" if self.thickness is None else f", thickness={self.thickness}"
-        return f"Primitive({self.kind!r}, voxels={self.voxels}, seed={self.seed}{thick})"
+        return f"Primitive({self.kind!r}, voxels={self.voxels}, seed={self.seed})"
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Primitive):
             return NotImplemented
-        return self._key() == other._key()
+        return (self.kind, self.voxels, self.seed) == (other.kind, other.voxels, other.seed)
 
     __hash__ = None  # type: ignore[assignment]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _primitive, self._key()
-
-    def _key(self) -> tuple[Any, ...]:
-        return self.kind, self.voxels, self.seed, self.thickness
+        return _primitive, (self.kind, self.voxels, self.seed)
 
     def placeholder(self) -> SDF:
         """What the tracker holds until the start."""
         return SDF.sphere(PLACEHOLDER_M, voxels=24)
 
 
-def _primitive(kind: str, voxels: int, seed: int, thickness: float | None) -> Primitive:
-    return Primitive(kind, voxels=voxels, seed=seed, thickness=thickness)
-
-
-def _checked_thickness(kind: str, thickness: float | None) -> float | None:
-    if kind != "plane":
-        if thickness is not None:
-            raise ValueError(
-                f"thickness: expected None for kind {kind!r}, got {thickness!r}; only 'plane' has one"
-            )
-        return None
-    if thickness is None:
-        raise ValueError(
-            "thickness: expected metres for kind 'plane', got None; a patch has no inside that could be tracked, so "
-            "say how thick a plate stands in for it, e.g. thickness=0.02"
-        )
-    thick = number(thickness, "thickness")
-    if not (np.isfinite(thick) and thick > 0):
-        raise ValueError(f"thickness: expected metres above 0, got {thickness!r}")
-    return thick
+def _primitive(kind: str, voxels: int, seed: int) -> Primitive:
+    return Primitive(kind, voxels=voxels, seed=seed)
 
 
 class FreeSize:
@@ -142,8 +114,6 @@ class FreeSize:
         fit = solve(seen.view(labels), wish)
         if fit.status is Status.LOST:
             return None
-        if self.primitive.thickness is not None:
-            check_slab(fit.size, self.primitive.thickness, self.primitive.voxels)
         self.fit = fit
         self._note(fit)
         return fit
@@ -170,10 +140,7 @@ class FreeSize:
     def volume(self) -> SDF:
         """Of the size as it is now."""
         assert self.fit is not None
-        if self.primitive.thickness is not None:
-            out = slab_of(self.fit.size, self.primitive.thickness, self.primitive.voxels)
-        else:
-            out = volume_of(self.fit.kind, self.fit.size, self.primitive.voxels)
+        out = volume_of(self.fit.kind, self.fit.size, self.primitive.voxels)
         self._shown, self._voxel_m = np.array(list(self.fit.size.values())), out.voxel_size
         return out
 

@@ -167,8 +167,9 @@ def patch_way(size: dict[str, float], T_obj_cam: Array, p_cam: Array) -> float:
 def patch_clearance(
     size: dict[str, float], T_obj_cam: Array, ray: Array, near_m: float, far_m: float, count: int = 4001
 ) -> float:
-    """Least distance (m) between the stretch of a ray (z = 1) and a plane patch; where it passes through, minus that to
-    the rim, by many points of the rim.
+    """Least distance (m) between the stretch of a ray (z = 1) and a plane patch, by many points of its rim.
+
+    Where it passes through: minus the way by which it does, to the rim or along the normal to an end of the stretch.
     """
     R, t = T_obj_cam[:3, :3], T_obj_cam[:3, 3]
     a, b = near_m * R @ ray + t, far_m * R @ ray + t
@@ -182,5 +183,6 @@ def patch_clearance(
     to_rim = float(np.linalg.norm(a + along[:, None] * (b - a) - rim, axis=1).min())
     if a[2] * b[2] < 0:
         hit = a + a[2] / (a[2] - b[2]) * (b - a)
-        return -to_rim if abs(hit[0]) <= w / 2 and abs(hit[1]) <= h / 2 else to_rim
+        through = abs(hit[0]) <= w / 2 and abs(hit[1]) <= h / 2
+        return -min(to_rim, abs(a[2]), abs(b[2])) if through else to_rim
     return min(to_rim, *(float(d) for d in distance("plane", size, np.array([a, b]))))

@@ -36,8 +36,8 @@ def patch_scene(
     Parameters
     ----------
     view : {"standing", "lying", "held"}
-        Upright on a table, its y axis up; level like a low table's top, the floor 0.4 m below it; or in the air at any turn
-        and at most 60 degrees of tilt, a wall 0.5 m behind it.
+        Upright on a table, its y axis up; level like a low table's top, the floor 0.4 m below it; or in the air at any
+        turn and at most 60 degrees of tilt, a wall 0.5 m behind it.
     size : dict of str to float
         ``width``, ``height``, m.
 
