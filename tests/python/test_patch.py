@@ -122,7 +122,7 @@ def clearance(ray, near, far, T=T_OBJ_CAM, size=LENGTHS):
 
 def test_the_clearance_of_a_ray_is_that_of_the_twin():
     through = beside = short = 0
-    for ray, near, far in zip(*rays(400), strict=True):
+    for ray, near, far in zip(*rays(250), strict=True):
         wanted = twin.patch_clearance(SIZE, T_OBJ_CAM, ray, near, far)
         assert clearance(ray, near, far)[0] == pytest.approx(wanted, abs=RIM_ATOL_M + 2e-4 * abs(wanted))
         through += wanted < 0

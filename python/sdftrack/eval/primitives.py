@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Primitives of unknown size, measured: ``python -m sdftrack.eval.primitives [synthetic|unbounded|osd|patch]
+"""Primitives of unknown size, measured: ``python -m sdftrack.eval.primitives [synthetic|unbounded|osd|patch|limits]
 [-n 200]``.
 
 synthetic: random solids on a table with known sizes; unbounded: views that leave a length open; osd: objects of real
 scenes (labels of the Object Segmentation Database), distance of their readings to the primitive's surface;
-patch: plane patches, synthetic and on the faces of those boxes.
+patch: plane patches, synthetic and on the faces of those boxes; limits: how well views that are over their limit could
+be told at all.
 """
 
 from __future__ import annotations
@@ -217,6 +218,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--scaling", default="exact", choices=["exact", "printed"])
     parser.add_argument("--data", default=None, help="folder of the OSD scenes")
     given = parser.parse_args(arguments)
+    from sdftrack.eval.primitives_limits import limits
     from sdftrack.eval.primitives_osd import osd
 
     tables: dict[str, Any] = {
@@ -224,6 +226,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "unbounded": lambda: unbounded(max(1, given.n // 4)),
         "osd": lambda: osd(given.data),
         "patch": lambda: _patch_tables(given.n, given.data),
+        "limits": lambda: limits(given.n, {name: noise for name, (noise, _, _) in NOISES.items()}, CAMERA),
     }
     for what in given.what:
         if what not in tables:
