@@ -9,6 +9,9 @@ namespace sdftrack {
 namespace {
 
 constexpr double kTouching_m = 1e-9;  // nearer than this the way between two lines has no direction
+// A stretch that ends behind the patch goes through it for certain: its end has its margin already. But a
+// cost must not jump.
+constexpr double kSteep = 20;
 
 // A stretch of a ray, object frame.
 struct Stretch {
@@ -84,12 +87,17 @@ void patch_clearance(const PrimitiveField& field, const OutlineRay& ray, SolidRe
   }
   const bool crosses = from.z * to.z < 0;
   const bool through = crosses && holds(field, stretch.at(from.z / (from.z - to.z)));
-  // It ends before the patch; or so close behind it that the patch clears it soonest along its normal.
-  for (const Vec3d& end : {from, to})
-    if ((through || (!crosses && holds(field, end))) && std::abs(end.z) < best.m)
-      best = {end, {end.x, end.y, 0}, std::abs(end.z)};
+  if (!crosses)
+    for (const Vec3d& end : {from, to})  // it ends before the patch
+      if (holds(field, end) && std::abs(end.z) < best.m) best = {end, {end.x, end.y, 0}, std::abs(end.z)};
   out->m = through ? -best.m : best.m;
-  const Vec3d n = best.m > kTouching_m ? (1 / out->m) * (best.p - best.q) : outwards(stretch, best.q, field);
+  Vec3d n = best.m > kTouching_m ? (1 / out->m) * (best.p - best.q) : outwards(stretch, best.q, field);
+  if (through)
+    for (const Vec3d& end : {from, to})
+      if (kSteep * std::abs(end.z) < -out->m) {
+        out->m = -kSteep * std::abs(end.z);
+        best.p = end, best.q = {0, 0, 0}, n = {0, 0, end.z > 0 ? -kSteep : kSteep};
+      }
   const Vec3d turn = cross(best.p, n);
   // q moves with the sides that it lies on; along a side n has no part.
   const double J[PrimitiveField::P] = {

@@ -11,8 +11,8 @@ namespace sdftrack {
 // False where the ray passes beside it, or meets it at more than the angle whose cosine is `grazing`.
 bool patch_way(const PrimitiveField& field, Vec3d p_cam, double grazing, SolidResidual* out);
 
-// The least phi along the ray; where the ray passes through the patch minus the way by which it does not: to
-// the rim, or to an end of the stretch.
+// The least phi along the ray; where the ray passes through the patch, minus the distance from the rim, which
+// falls to 0 steeply where the stretch ends in the patch.
 void patch_clearance(const PrimitiveField& field, const OutlineRay& ray, SolidResidual* out);
 
 }  // namespace sdftrack

@@ -169,7 +169,7 @@ def patch_clearance(
 ) -> float:
     """Least distance (m) between the stretch of a ray (z = 1) and a plane patch, by many points of its rim.
 
-    Where it passes through: minus the way by which it does, to the rim or along the normal to an end of the stretch.
+    Where it passes through: minus the distance from the rim, or 20 times that of an end of the stretch from the patch.
     """
     R, t = T_obj_cam[:3, :3], T_obj_cam[:3, 3]
     a, b = near_m * R @ ray + t, far_m * R @ ray + t
@@ -184,5 +184,5 @@ def patch_clearance(
     if a[2] * b[2] < 0:
         hit = a + a[2] / (a[2] - b[2]) * (b - a)
         through = abs(hit[0]) <= w / 2 and abs(hit[1]) <= h / 2
-        return -min(to_rim, abs(a[2]), abs(b[2])) if through else to_rim
+        return -min(to_rim, 20 * abs(a[2]), 20 * abs(b[2])) if through else to_rim
     return min(to_rim, *(float(d) for d in distance("plane", size, np.array([a, b]))))
