@@ -366,7 +366,10 @@ def test_a_tracker_follows_a_sheet():
     for frame in frames[1:]:
         result = tracker.track(frame)
     assert result.ok, result.reason
-    assert np.linalg.norm(result.pose[:3, 3] - truth.T_cam_obj[:3, 3]) < 0.002
+    off = truth.T_cam_obj[:3, :3].T @ (result.pose[:3, 3] - truth.T_cam_obj[:3, 3])
+    assert abs(off[2]) < 5e-4  # along the normal, of thousands of readings of 1 mm
+    # Across it a flat front slides until an edge is passed: the tracker knows edges to a pixel or so.
+    assert np.hypot(*off[:2]) < 1.5 * truth.T_cam_obj[2, 3] / camera.fx
     np.testing.assert_allclose(sorted(tracker.sizes[0].size.values()), sorted(LENGTHS), rtol=0.02)
 
 

@@ -111,7 +111,7 @@ def _edge_rows(scene: SolidScene, camera: Camera, rays: Array, noise: Noise) -> 
             _core.primitive_clearance(kind, size, T, rays[i].tolist(), zi - 0.3, zi + 0.3)[1]
             for i, zi in zip(at, z, strict=True)
         ]
-    )
+    ).reshape(-1, 6 + len(size))  # a low solid may have no step of depth behind it at all
     rows[:, 6:] *= size  # by the logarithms
     extra = noise.lateral_px**2 if isinstance(noise, Kinect) else 0.0
     return rows, z / camera.fx * np.sqrt(PIXEL_VARIANCE + extra)
