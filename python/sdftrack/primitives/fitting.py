@@ -14,8 +14,9 @@ from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.checks import numbers
 from sdftrack.frame import Frame
 from sdftrack.primitives.fusing import fused
+from sdftrack.primitives.in_frame import FrameFitter
 from sdftrack.primitives.result import PrimitiveFit
-from sdftrack.primitives.seen import ON, Seen, camera_of, checked_mask, checked_plane, pieces
+from sdftrack.primitives.seen import checked_plane
 from sdftrack.primitives.solving import Wish, solve
 
 __all__ = ["fit_primitive", "points_view"]
@@ -86,11 +87,11 @@ def fit_primitive(
     wish = Wish(kind, initial, seed, scaling, threads)
     given = checked_plane(plane)
     if isinstance(points_or_frame, Frame):
-        return _of_frame(points_or_frame, camera, mask, given, wish)
+        return FrameFitter(camera, given).fit(points_or_frame, mask, wish)
     if _are_frames(points_or_frame):
         frames: Any = points_or_frame
         camera = camera if camera is not None else getattr(frames, "camera", None)
-        return fused(frames, wish, mask, lambda f, m, w: _of_frame(f, camera, m, given, w))
+        return fused(frames, wish, mask, FrameFitter(camera, given))
     for name, value in (("camera", camera), ("mask", mask)):
         if value is not None:
             raise ValueError(
@@ -102,35 +103,11 @@ def fit_primitive(
     return solve(view, wish)
 
 
-def _of_frame(frame: Frame, camera: Any, mask: Any, plane: Any, wish: Wish) -> PrimitiveFit:
-    pinhole = camera_of(frame, camera)
-    given = checked_mask(mask, frame)
-    seen = Seen.of(frame, pinhole, plane, given)
-    own = given
-    if own is None:
-        found = pieces(seen)
-        if not found:
-            raise ValueError(
-                "frame: expected something that stands off the dominant plane, got nothing; pass a mask, or "
-                "plane=None where there is no table"
-            )
-        own = found[0]
-    labels = seen.labels(own, given is None)
-    count = int(np.count_nonzero(labels == ON))
-    if count < wish.least_points():
-        off = "" if seen.plane is None else " off the table"
-        raise ValueError(
-            f"mask: expected at least {wish.least_points()} readings{off} within it, as many as there are unknowns, "
-            f"got {count}"
-        )
-    return solve(seen.view(labels), wish)
-
-
 def _are_frames(value: Any) -> bool:
     if isinstance(value, (np.ndarray, str, bytes, dict)):
         return False
     if isinstance(value, (list, tuple)):
-        return len(value) > 0 and all(isinstance(f, Frame) for f in value)
+        return any(isinstance(f, Frame) for f in value)
     return hasattr(value, "__iter__") and not hasattr(value, "__array__")
 
 
