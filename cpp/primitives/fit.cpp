@@ -15,6 +15,7 @@ namespace {
 constexpr double kVague = 0.25;           // a length with a larger relative sd is not known
 constexpr std::size_t kTried = 4;         // guesses that are fitted
 constexpr std::size_t kRefined = 2;       // of them, those that are looked at closely
+constexpr std::size_t kMoreOfFew = 5;     // times as many of both where points are few: more places to end in
 constexpr double kLogisticOfSd = 0.5513;  // sqrt(3) / pi: s of a density with sd 1
 constexpr double kMadToSd = 1.4826;
 constexpr double kLeastScale_m = 2e-4, kMostScale_m = 0.004;
@@ -47,12 +48,15 @@ State state_of(PrimitiveKind kind, const PrimitiveGuess& guess) {
 
 class Fitter {
  public:
-  Fitter(PrimitiveKind kind, const PrimitiveView& view, const PrimitiveFitOptions& options, double diameter_m)
+  Fitter(PrimitiveKind kind, const PrimitiveView& view, const PrimitiveFitOptions& options,
+         const SeedCloud& cloud)
       : kind_(kind),
         view_(view),
         options_(options),
-        diameter_m_(diameter_m),
-        first_m_(std::max(kFirstScale_m, kFirstScale * diameter_m)) {}
+        diameter_m_(cloud.diameter_m),
+        first_m_(std::max(kFirstScale_m, kFirstScale * cloud.diameter_m)),
+        tried_(cloud.sparse ? kMoreOfFew * kTried : kTried),
+        refined_(cloud.sparse ? kMoreOfFew * kRefined : kRefined) {}
 
   PrimitiveEnergyOptions energy(double scale_m, double outline_px, int points, int rays) const {
     PrimitiveEnergyOptions e;
@@ -107,14 +111,14 @@ class Fitter {
   Candidate coarse(std::vector<Candidate> all, bool is_given) {
     const double s = first_m_;
     if (!is_given) {
-      sieve(energy(s, 4, 120, 60), 3 * kTried, &all);
-      sieve(energy(0.6 * s, 3, 300, 100), kTried, &all);
+      sieve(energy(s, 4, 120, 60), 3 * tried_, &all);
+      sieve(energy(0.6 * s, 3, 300, 100), tried_, &all);
     }
     for (Candidate& c : all) {
       if (!is_given) improve(energy(s, 4, 300, 120), 3, true, &c);  // rigid, at an arbitrary size
       improve(energy(0.7 * s, 4, 300, 120), 6, false, &c);
     }
-    sieve(energy(0.4 * s, 2, 500, 200), kRefined, &all);
+    sieve(energy(0.4 * s, 2, 500, 200), refined_, &all);
     for (Candidate& c : all) {
       improve(energy(0.4 * s, 2, 500, 200), 8, false, &c);
       improve(energy(0.2 * s, 1, 700, 300), 8, false, &c);
@@ -154,6 +158,7 @@ class Fitter {
   const PrimitiveView& view_;
   const PrimitiveFitOptions& options_;
   double diameter_m_, first_m_;
+  std::size_t tried_, refined_;
   std::vector<float> per_noise_;
   LmWork work_;
   LmResult result_;
@@ -190,7 +195,7 @@ PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const 
                            const PrimitiveFitOptions& options, const PrimitiveGuess* initial) {
   PrimitiveFit fit;
   fit.kind = kind;
-  Fitter fitter(kind, view, options, cloud.diameter_m);
+  Fitter fitter(kind, view, options, cloud);
   std::vector<Candidate> all;
   if (initial)
     all.push_back({state_of(kind, *initial), 0});

@@ -132,7 +132,7 @@ def _another(found: PrimitiveFit, known: list[PrimitiveFit]) -> str:
     if found.inliers < least:
         return f"only {100 * found.inliers:.0f} % of the readings are on its surface"
     middle = np.median(_sizes(known), axis=0)
-    bounded = np.array([list(f.bounded.values()) for f in known]).any(axis=0)
+    bounded = [any(f.bounded[name] for f in known) for name in found.size]
     for at, (name, length) in enumerate(found.size.items()):
         ratio = abs(np.log(length / middle[at]))
         if found.bounded[name] and bounded[at] and ratio > np.log(MOST_RATIO):
