@@ -19,7 +19,8 @@ constexpr double kLeastSay = 0.1;
 // Of the pixels without a reading at a receding rim the object hides the most; but beside a step of depth
 // half of what is behind it is lost too.
 constexpr double kLostBeside = 0.65;
-constexpr double kThin = 8;  // nats, twice: what a length e times thinner than that costs
+constexpr double kMostLeverage = 0.9;  // of one reading: more of it is rounding
+constexpr double kThin = 8;            // nats, twice: what a length e times thinner than that costs
 
 // The gap between the solid and the plane, and its derivative: the plane's distance at the lowest point.
 void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, const Plane& plane,
@@ -139,14 +140,21 @@ double PrimitiveEnergy::cost(const State& x) {
   return cost;
 }
 
-PrimitiveEnergy::Sandwich PrimitiveEnergy::sandwich(const State& x) const {
+PrimitiveEnergy::Sandwich PrimitiveEnergy::sandwich(const State& x, const Eigen::MatrixXd* inverse) const {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   PrimitiveSums A, B;
   const int n = unknowns().size();
   if (in_packs()) add_packs(field, Weighing::kSecond, &A), add_packs(field, Weighing::kSquare, &B);
   visit(field, x, [&](const Curve<double>& c, const auto& second, const double(&J)[P], double spread) {
-    A.add(0, 0, second(), J, n);
-    B.add(0, 0, spread < 0 ? c.slope * c.slope : spread, J, n);
+    const double curvature = second();
+    A.add(0, 0, curvature, J, n);
+    double square = spread < 0 ? c.slope * c.slope : spread;
+    if (inverse && spread < 0) {
+      const Eigen::Map<const Eigen::VectorXd> j(J, n);
+      const double leverage = std::clamp(curvature * j.dot(*inverse * j), 0.0, kMostLeverage);
+      square /= (1 - leverage) * (1 - leverage);
+    }
+    B.add(0, 0, square, J, n);
   });
   NormalEquations a, b;
   a.reset(n), b.reset(n);

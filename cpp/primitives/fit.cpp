@@ -56,7 +56,8 @@ class Fitter {
         diameter_m_(cloud.diameter_m),
         first_m_(std::max(kFirstScale_m, kFirstScale * cloud.diameter_m)),
         tried_(cloud.sparse ? kMoreOfFew * kTried : kTried),
-        refined_(cloud.sparse ? kMoreOfFew * kRefined : kRefined) {}
+        refined_(cloud.sparse ? kMoreOfFew * kRefined : kRefined),
+        few_(cloud.sparse) {}
 
   PrimitiveEnergyOptions energy(double scale_m, double outline_px, int points, int rays) const {
     PrimitiveEnergyOptions e;
@@ -79,7 +80,7 @@ class Fitter {
     lm.max_steps = trials, lm.cost_gain = rough ? kRough : kLittle;
     if (!rough) lm.sure_gain = kSure;
     lm.fixed.assign(static_cast<std::size_t>(energy.unknowns().size()), false);
-    for (std::size_t i = 0; i < c->x.log_size.size(); ++i) lm.fixed[6 + i] = rigid || options_.fixed[i];
+    for (std::size_t i = 0; i < c->x.log_size.size(); ++i) lm.fixed[6 + i] = rigid;
     LmResult& result = result_;
     result.x = c->x;
     minimize(energy, lm, &work_, &result);
@@ -103,7 +104,11 @@ class Fitter {
     std::vector<double> r;
     PrimitiveEnergy(kind_, &view_, energy(1, 1, points, 0)).residuals(x, &r);
     for (double& m : r) m = std::abs(m);
-    const auto middle = r.begin() + static_cast<std::ptrdiff_t>(r.size() / 2);
+    // As many residuals as there are unknowns can be made nothing, and do not tell the spread: of few the
+    // median of the others.
+    std::size_t at = r.size() / 2;
+    if (few_) at = std::min(r.size() - 1, (r.size() + static_cast<std::size_t>(free_count(kind_))) / 2);
+    const auto middle = r.begin() + static_cast<std::ptrdiff_t>(at);
     std::nth_element(r.begin(), middle, r.end());
     return std::clamp(kLogisticOfSd * kMadToSd * *middle, kLeastScale_m, kMostScale_m);
   }
@@ -159,6 +164,7 @@ class Fitter {
   const PrimitiveFitOptions& options_;
   double diameter_m_, first_m_;
   std::size_t tried_, refined_;
+  bool few_;
   std::vector<float> per_noise_;
   LmWork work_;
   LmResult result_;
@@ -206,13 +212,17 @@ PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const 
   Candidate best = fitter.coarse(std::move(all), initial != nullptr);
   const PrimitiveEnergyOptions last = fitter.fine(&best);
   fit.x = best.x, fit.steps = fitter.steps(), fit.scale_m = last.scale_m;
+  fit.freedom = static_cast<int>(std::min(view.points.size(), static_cast<std::size_t>(last.points)) +
+                                 std::min(view.outline.size(), static_cast<std::size_t>(last.rays))) +
+                (view.stands ? 1 : 0) - free_count(kind);
   fit.covariance = fit_covariance(view, last, fit, cloud.diameter_m);
   PrimitiveEnergyOptions doubtful =
       last;  // a sharp edge turns misfits of a wrong kind of noise into evidence
   doubtful.outline_scale_px = kOutlines_px[0];
   find_bounds(view, doubtful, fitter.work(), &fit);
   for (int i = 0; i < size_count(kind); ++i)
-    if (!(fit.covariance(6 + i, 6 + i) < kVague * kVague)) fit.bounded[static_cast<std::size_t>(i)] = false;
+    if (!(fit.covariance(6 + i, 6 + i) < kVague * kVague) || fit.freedom <= kUntold)
+      fit.bounded[static_cast<std::size_t>(i)] = false;
   count_inliers(view, options, &fit);
   fit.found = std::isfinite(best.cost);
   return fit;

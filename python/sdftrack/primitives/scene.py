@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.checks import of_kind, whole
 from sdftrack.frame import Frame
 from sdftrack.primitives.near import distance_to
 from sdftrack.primitives.result import PrimitiveFit
@@ -55,12 +56,8 @@ def fit_primitives(
     >>> for fit in st.fit_primitives(frame, camera=camera): print(fit)  # doctest: +SKIP
     """
     wish = Wish(kind, None, seed, scaling, threads)
-    if isinstance(most, bool) or not isinstance(most, int) or most < 1:
-        raise ValueError(f"most: expected a number of objects from 1 on, got {most!r}")
-    if not isinstance(frame, Frame):
-        raise TypeError(
-            f"frame: expected st.Frame, got {type(frame).__name__}; make one with st.Frame(depth)"
-        )
+    most = whole(most, "most", 1, 2**31 - 1, "a number of objects from 1 on")
+    of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
     pinhole = camera_of(frame, camera)
     given = checked_mask(mask, frame) if mask is not None else None
     seen = Seen.of(frame, pinhole, checked_plane(plane), None)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
+from sdftrack.checks import whole
 from sdftrack.frame import Frame
 from sdftrack.primitives.fusing import SizeSum
 from sdftrack.primitives.near import NEAR_M, distance_to
@@ -51,9 +52,8 @@ class Primitive:
 
     def __init__(self, kind: str = "auto", *, voxels: int = 100, seed: int = 0) -> None:
         Wish(kind, None, seed, "exact", 0)
-        if isinstance(voxels, bool) or not isinstance(voxels, int) or voxels < 16:
-            raise ValueError(f"voxels: expected a whole number from 16 on, got {voxels!r}")
-        self.kind, self.voxels, self.seed = kind, voxels, seed
+        self.voxels = whole(voxels, "voxels", 16, 2**31 - 1, "a whole number from 16 on")
+        self.kind, self.seed = kind, int(seed)
 
     def __repr__(self) -> str:
         return f"Primitive({self.kind!r}, voxels={self.voxels}, seed={self.seed})"
