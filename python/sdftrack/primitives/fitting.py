@@ -127,16 +127,23 @@ def _check_belongings(frame_like: bool, given: Any, camera: Any, mask: Any, unit
 
 def in_metres(points: Any, unit: str | None) -> Any:
     """Points of a unit in metres; ValueError where none is given and they do not look like metres."""
-    p = numbers(points, "points") * unit_scale(unit)
-    if p.ndim != 2 or p.shape[1] != 3 or not len(p) or not np.isfinite(p).all():
+    p = numbers(points, "points")
+    if unit not in (None, "m"):
+        p = p * unit_scale(unit)
+    if p.ndim != 2 or p.shape[1] != 3 or not len(p):
         return p  # refused with their own words
-    if not np.abs(p).max() < FARTHEST_M:
+    farthest = max(float(p.max()), -float(p.min()))
+    if not np.isfinite(farthest):
+        return p
+    if farthest >= FARTHEST_M:
         raise ValueError(
-            f"points: expected coordinates below {FARTHEST_M:g} m, got {np.abs(p).max():.3g}; check the unit, "
+            f"points: expected coordinates below {FARTHEST_M:g} m, got {farthest:.3g}; check the unit, "
             "or drop what is no reading"
         )
-    low, high = np.quantile(p, (0.05, 0.95), axis=0) if len(p) >= LEAST_SPREAD else (p.min(0), p.max(0))
-    across = float(np.linalg.norm(high - low))
+    across = float(np.linalg.norm([np.ptp(p[:, k]) for k in range(3)]))
+    if across > WIDEST_M and len(p) >= LEAST_SPREAD:  # or a few outliers are
+        low, high = np.quantile(p, (0.05, 0.95), axis=0)
+        across = float(np.linalg.norm(high - low))
     if unit is None and across > WIDEST_M:
         raise ValueError(
             f"points: expected metres, got points that reach over {across:.3g}; are they in mm? pass unit='mm' (or "
