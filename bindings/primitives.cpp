@@ -122,6 +122,7 @@ py::dict fit_dict(const PrimitiveFit& fit, const SeedCloud& cloud) {
   d["inliers"] = fit.inliers;
   d["outline"] = fit.outline;
   d["steps"] = fit.steps;
+  d["freedom"] = fit.freedom;
   d["diameter"] = cloud.diameter_m;
   return d;
 }
@@ -214,8 +215,7 @@ void bind_primitives(py::module_& m) {
       .def_readwrite("scaling", &PrimitiveFitOptions::scaling)
       .def_readwrite("seed", &PrimitiveFitOptions::seed)
       .def_readwrite("most_points", &PrimitiveFitOptions::most_points)
-      .def_readwrite("tolerance_m", &PrimitiveFitOptions::tolerance_m)
-      .def_readwrite("fixed", &PrimitiveFitOptions::fixed);
+      .def_readwrite("tolerance_m", &PrimitiveFitOptions::tolerance_m);
   py::class_<PrimitiveEnergyOptions>(m, "PrimitiveEnergyOptions")
       .def(py::init<>())
       .def_readwrite("scaling", &PrimitiveEnergyOptions::scaling)

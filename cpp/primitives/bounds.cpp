@@ -15,6 +15,7 @@ constexpr double kGrowth = 1.0 / 3;
 constexpr double kLeastGrowth_m = 0.01;
 constexpr double kRise = 8;  // nats: a solid that grew costs at least this much more where its size is known
 constexpr int kSteps = 6;
+constexpr int kFew = 300;  // readings, of which each counts in the covariance as if it had not been fitted to
 constexpr int kPoints = 500, kRays = 400;  // a part is enough to see a rise
 
 State moved(const State& x, Vec3d shift_obj) {
@@ -87,15 +88,28 @@ void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy
 
 Eigen::MatrixXd fit_covariance(const PrimitiveView& view, const PrimitiveEnergyOptions& energy,
                                const PrimitiveFit& fit, double diameter_m) {
-  const PrimitiveEnergy cost(fit.kind, &view, energy);
-  PrimitiveEnergy::Sandwich at = cost.sandwich(fit.x);
-  const Eigen::Index n = at.A.rows();
+  const bool few = fit.freedom + free_count(fit.kind) <= kFew;
+  PrimitiveEnergyOptions each = energy;
+  each.in_double = energy.in_double || few;
+  const PrimitiveEnergy cost(fit.kind, &view, each);
+  const Eigen::Index n = cost.unknowns().size();
+  Eigen::VectorXd prior(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const double sd = i < 3 ? diameter_m : (i < 6 ? 3.14159265358979 : 2.0);
-    at.A(i, i) += 1 / (sd * sd), at.B(i, i) += 1 / (sd * sd);
+    prior[i] = 1 / (sd * sd);
   }
+  // Residuals are smaller than the noise by what the unknowns took of each, and their spread is itself not
+  // known: Student's variance (docs/math/primitives.md, eq. 3). Where it has none what is left is what was
+  // believed before.
+  const int told = fit.freedom - kUntold;
+  if (told <= 0) return prior.cwiseInverse().asDiagonal();
+  PrimitiveEnergy::Sandwich at = cost.sandwich(fit.x);
+  at.A.diagonal() += prior;
   const Eigen::MatrixXd inverse = at.A.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
-  return inverse * at.B * inverse.transpose();
+  if (few) at.B = cost.sandwich(fit.x, &inverse).B;
+  at.B.diagonal() += prior;
+  const double share = few ? static_cast<double>(fit.freedom) / told : 1.0;
+  return share * inverse * at.B * inverse.transpose();
 }
 
 }  // namespace sdftrack

@@ -23,7 +23,8 @@ constexpr double kLying = 0.7;  // cosine of 45 degrees
 // Nats per reading. 1 would be the density of an even crowd, under which all are given up for outliers; at
 // 0.1 the rim stops 0.6 s inside of the crowd's, and a haze of 4 % of its density stays out.
 constexpr double kCrowd = 0.1;
-constexpr double kThin = 8;  // nats, twice: what a length e times thinner than that costs
+constexpr double kMostLeverage = 0.9;  // of one reading: more of it is rounding
+constexpr double kThin = 8;            // nats, twice: what a length e times thinner than that costs
 
 // A patch that is seen close above the table and parallel to it is the top of something: what stands is
 // steep.
@@ -153,14 +154,21 @@ double PrimitiveEnergy::cost(const State& x) {
   return cost;
 }
 
-PrimitiveEnergy::Sandwich PrimitiveEnergy::sandwich(const State& x) const {
+PrimitiveEnergy::Sandwich PrimitiveEnergy::sandwich(const State& x, const Eigen::MatrixXd* inverse) const {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   PrimitiveSums A, B;
   const int n = unknowns().size();
   if (in_packs()) add_packs(field, Weighing::kSecond, &A), add_packs(field, Weighing::kSquare, &B);
   visit(field, x, [&](const Curve<double>& c, const auto& second, const double(&J)[P], double spread) {
-    A.add(0, 0, second(), J, n);
-    B.add(0, 0, spread < 0 ? c.slope * c.slope : spread, J, n);
+    const double curvature = second();
+    A.add(0, 0, curvature, J, n);
+    double square = spread < 0 ? c.slope * c.slope : spread;
+    if (inverse && spread < 0) {
+      const Eigen::Map<const Eigen::VectorXd> j(J, n);
+      const double leverage = std::clamp(curvature * j.dot(*inverse * j), 0.0, kMostLeverage);
+      square /= (1 - leverage) * (1 - leverage);
+    }
+    B.add(0, 0, square, J, n);
   });
   NormalEquations a, b;
   a.reset(n), b.reset(n);

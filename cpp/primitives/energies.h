@@ -52,7 +52,8 @@ class PrimitiveEnergy : public Energy {
   struct Sandwich {
     Eigen::MatrixXd A, B;
   };
-  Sandwich sandwich(const State& x) const;
+  // `inverse` of A: slopes as if each had not been fitted to (of few readings; in_double), docs eq. 3.
+  Sandwich sandwich(const State& x, const Eigen::MatrixXd* inverse = nullptr) const;
   // Of the edge of the picture alone.
   double outline_cost(const State& x) const;
   // Share of its rays that hit or miss the solid as they should, to a pixel; 1 without any.

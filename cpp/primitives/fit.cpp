@@ -15,6 +15,7 @@ namespace {
 constexpr double kVague = 0.25;           // a length with a larger relative sd is not known
 constexpr std::size_t kTried = 4;         // guesses that are fitted
 constexpr std::size_t kRefined = 2;       // of them, those that are looked at closely
+constexpr std::size_t kMoreOfFew = 5;     // times as many of both where points are few: more places to end in
 constexpr double kLogisticOfSd = 0.5513;  // sqrt(3) / pi: s of a density with sd 1
 constexpr double kMadToSd = 1.4826;
 constexpr double kLeastScale_m = 2e-4, kMostScale_m = 0.004;
@@ -47,12 +48,16 @@ State state_of(PrimitiveKind kind, const PrimitiveGuess& guess) {
 
 class Fitter {
  public:
-  Fitter(PrimitiveKind kind, const PrimitiveView& view, const PrimitiveFitOptions& options, double diameter_m)
+  Fitter(PrimitiveKind kind, const PrimitiveView& view, const PrimitiveFitOptions& options,
+         const SeedCloud& cloud)
       : kind_(kind),
         view_(view),
         options_(options),
-        diameter_m_(diameter_m),
-        first_m_(std::max(kFirstScale_m, kFirstScale * diameter_m)) {}
+        diameter_m_(cloud.diameter_m),
+        first_m_(std::max(kFirstScale_m, kFirstScale * cloud.diameter_m)),
+        tried_(cloud.sparse ? kMoreOfFew * kTried : kTried),
+        refined_(cloud.sparse ? kMoreOfFew * kRefined : kRefined),
+        few_(cloud.sparse) {}
 
   PrimitiveEnergyOptions energy(double scale_m, double outline_px, int points, int rays) const {
     PrimitiveEnergyOptions e;
@@ -76,7 +81,7 @@ class Fitter {
     lm.max_steps = trials, lm.cost_gain = rough ? kRough : kLittle;
     if (!rough) lm.sure_gain = kSure;
     lm.fixed.assign(static_cast<std::size_t>(energy.unknowns().size()), false);
-    for (std::size_t i = 0; i < c->x.log_size.size(); ++i) lm.fixed[6 + i] = rigid || options_.fixed[i];
+    for (std::size_t i = 0; i < c->x.log_size.size(); ++i) lm.fixed[6 + i] = rigid;
     LmResult& result = result_;
     result.x = c->x;
     minimize(energy, lm, &work_, &result);
@@ -100,7 +105,11 @@ class Fitter {
     std::vector<double> r;
     PrimitiveEnergy(kind_, &view_, energy(1, 1, points, 0)).residuals(x, &r);
     for (double& m : r) m = std::abs(m);
-    const auto middle = r.begin() + static_cast<std::ptrdiff_t>(r.size() / 2);
+    // As many residuals as there are unknowns can be made nothing, and do not tell the spread: of few the
+    // median of the others.
+    std::size_t at = r.size() / 2;
+    if (few_) at = std::min(r.size() - 1, (r.size() + static_cast<std::size_t>(free_count(kind_))) / 2);
+    const auto middle = r.begin() + static_cast<std::ptrdiff_t>(at);
     std::nth_element(r.begin(), middle, r.end());
     return std::clamp(kLogisticOfSd * kMadToSd * *middle, kLeastScale_m, kMostScale_m);
   }
@@ -108,14 +117,14 @@ class Fitter {
   Candidate coarse(std::vector<Candidate> all, bool is_given) {
     const double s = first_m_;
     if (!is_given) {
-      sieve(energy(s, 4, 120, 60), 3 * kTried, &all);
-      sieve(energy(0.6 * s, 3, 300, 100), kTried, &all);
+      sieve(energy(s, 4, 120, 60), 3 * tried_, &all);
+      sieve(energy(0.6 * s, 3, 300, 100), tried_, &all);
     }
     for (Candidate& c : all) {
       if (!is_given) improve(energy(s, 4, 300, 120), 3, true, &c);  // rigid, at an arbitrary size
       improve(energy(0.7 * s, 4, 300, 120), 6, false, &c);
     }
-    sieve(energy(0.4 * s, 2, 500, 200), kRefined, &all);
+    sieve(energy(0.4 * s, 2, 500, 200), refined_, &all);
     for (Candidate& c : all) {
       improve(energy(0.4 * s, 2, 500, 200), 8, false, &c);
       improve(energy(0.2 * s, 1, 700, 300), 8, false, &c);
@@ -155,6 +164,8 @@ class Fitter {
   const PrimitiveView& view_;
   const PrimitiveFitOptions& options_;
   double diameter_m_, first_m_;
+  std::size_t tried_, refined_;
+  bool few_;
   std::vector<float> per_noise_;
   LmWork work_;
   LmResult result_;
@@ -191,7 +202,7 @@ PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const 
                            const PrimitiveFitOptions& options, const PrimitiveGuess* initial) {
   PrimitiveFit fit;
   fit.kind = kind;
-  Fitter fitter(kind, view, options, cloud.diameter_m);
+  Fitter fitter(kind, view, options, cloud);
   std::vector<Candidate> all;
   if (initial)
     all.push_back({state_of(kind, *initial), 0});
@@ -202,13 +213,17 @@ PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const 
   Candidate best = fitter.coarse(std::move(all), initial != nullptr);
   const PrimitiveEnergyOptions last = fitter.fine(&best);
   fit.x = best.x, fit.steps = fitter.steps(), fit.scale_m = last.scale_m;
+  fit.freedom = static_cast<int>(std::min(view.points.size(), static_cast<std::size_t>(last.points)) +
+                                 std::min(view.outline.size(), static_cast<std::size_t>(last.rays))) +
+                (view.stands ? 1 : 0) - free_count(kind);
   fit.covariance = fit_covariance(view, last, fit, cloud.diameter_m);
   PrimitiveEnergyOptions doubtful =
       last;  // a sharp edge turns misfits of a wrong kind of noise into evidence
   doubtful.outline_scale_px = kOutlines_px[0];
   find_bounds(view, doubtful, fitter.work(), &fit);
   for (int i = 0; i < size_count(kind); ++i)
-    if (!(fit.covariance(6 + i, 6 + i) < kVague * kVague)) fit.bounded[static_cast<std::size_t>(i)] = false;
+    if (!(fit.covariance(6 + i, 6 + i) < kVague * kVague) || fit.freedom <= kUntold)
+      fit.bounded[static_cast<std::size_t>(i)] = false;
   count_inliers(view, options, &fit);
   fit.found = std::isfinite(best.cost);
   return fit;

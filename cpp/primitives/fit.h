@@ -13,13 +13,14 @@
 
 namespace sdftrack {
 
+constexpr int kUntold = 2;  // degrees of freedom, up to which a variance that is told by them has no mean
+
 struct PrimitiveFitOptions {
   Scaling scaling = Scaling::kExact;
   unsigned seed = 0;
   int most_points = 20000;  // that the last steps look at
   int most_rays = 1500;
   double tolerance_m = 0.003;  // at up to 1 m, growing with the square of the depth: a reading of the solid
-  std::array<bool, kMostSizes> fixed{false, false, false};  // lengths of `initial` to leave alone
 };
 
 struct PrimitiveFit {
@@ -31,6 +32,7 @@ struct PrimitiveFit {
   double rms_m = 0;            // of the readings within the tolerance
   double inliers = 0;          // their share
   double outline = 1;          // share of the picture's edge that is where the solid has its own
+  int freedom = 0;             // readings and pixels of the outline more than there are unknowns that show
   int steps = 0;               // trials of the optimiser
   bool found = false;
 

@@ -12,6 +12,8 @@ namespace {
 constexpr std::size_t kPoints = 1500;  // that normals are found among
 constexpr std::size_t kNormals = 160;
 constexpr std::size_t kLeastHeld = 60;
+constexpr std::size_t kFew = 300;  // points, up to which normals are not relied on
+constexpr std::size_t kLeastNormals = 12;
 constexpr std::size_t kSpanPoints = 400;
 constexpr double kReach = 0.07;  // of the diameter: radius of a patch
 constexpr double kLeastReach_m = 0.006;
@@ -94,7 +96,7 @@ bool meeting_point(const std::vector<Oriented>& normals, Vec3d* centre) {
 }
 
 SeedCloud seed_cloud(const PrimitiveView& view) {
-  SeedCloud cloud{{}, {}, {}, {0, 0, 0}, 0, &view};
+  SeedCloud cloud{{}, {}, {}, {0, 0, 0}, 0, &view, false};
   const std::size_t n = std::min(view.points.size(), kPoints);
   cloud.points.assign(view.points.begin(), view.points.begin() + static_cast<std::ptrdiff_t>(n));
   for (const Vec3d& p : cloud.points) cloud.mean = cloud.mean + (1.0 / static_cast<double>(n)) * p;
@@ -112,6 +114,7 @@ SeedCloud seed_cloud(const PrimitiveView& view) {
   }
   for (const Oriented& o : cloud.normals) cloud.held.push_back(o.p);
   if (cloud.held.size() < kLeastHeld) cloud.held = cloud.points;
+  cloud.sparse = n <= kFew || cloud.normals.size() < kLeastNormals;
   return cloud;
 }
 
@@ -124,9 +127,11 @@ std::vector<PrimitiveGuess> guesses(PrimitiveKind kind, const SeedCloud& cloud, 
     case PrimitiveKind::kCylinder:
     case PrimitiveKind::kCone:
       guess_round(kind, cloud, seed, &out);
+      if (cloud.sparse) guess_round_of_few(kind, cloud, &out);
       break;
     case PrimitiveKind::kBox:
       guess_boxes(cloud, seed, &out);
+      if (cloud.sparse) guess_boxes_of_few(cloud, seed, &out);
       break;
     case PrimitiveKind::kPlane:
       guess_patches(cloud, seed, &out);

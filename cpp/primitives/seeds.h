@@ -27,6 +27,7 @@ struct SeedCloud {
   Vec3d mean;
   double diameter_m;
   const PrimitiveView* view;
+  bool sparse = false;  // too few points for normals: directions are tried in place of being derived
 };
 SeedCloud seed_cloud(const PrimitiveView& view);
 
@@ -38,8 +39,12 @@ void guess_balls(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGue
 void guess_round(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
 void guess_boxes(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
 void guess_patches(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
+void guess_round_of_few(PrimitiveKind kind, const SeedCloud& cloud, std::vector<PrimitiveGuess>* out);
+void guess_boxes_of_few(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
 void guess_ellipsoids(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
 
+// The box with these axes around the points; thicker than they are where one face alone is seen.
+PrimitiveGuess box_around(const SeedCloud& cloud, Vec3d x, Vec3d y, Vec3d z);
 // The least and greatest of p . direction, without the outermost 1 %.
 struct Span {
   double low, high;

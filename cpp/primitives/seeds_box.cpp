@@ -54,8 +54,10 @@ Frame3 refined(const std::vector<Oriented>& normals, const Frame3& f) {
   return {column(0), column(1), column(2), 0};
 }
 
-PrimitiveGuess box_guess(const SeedCloud& cloud, const Frame3& f) {
-  const Vec3d axes[3] = {f.x, f.y, f.z};
+}  // namespace
+
+PrimitiveGuess box_around(const SeedCloud& cloud, Vec3d x, Vec3d y, Vec3d z) {
+  const Vec3d axes[3] = {x, y, z};
   PrimitiveGuess g;
   double middle[3];
   for (int k = 0; k < 3; ++k) {
@@ -77,11 +79,9 @@ PrimitiveGuess box_guess(const SeedCloud& cloud, const Frame3& f) {
     middle[k] += away * 0.5 * (thick - length);
     length = thick;
   }
-  g.T_obj_cam = frame_at(f.x, f.y, f.z, middle[0] * f.x + middle[1] * f.y + middle[2] * f.z);
+  g.T_obj_cam = frame_at(x, y, z, middle[0] * x + middle[1] * y + middle[2] * z);
   return g;
 }
-
-}  // namespace
 
 void guess_boxes(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out) {
   std::vector<Frame3> frames;
@@ -124,7 +124,7 @@ void guess_boxes(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGue
     frames.push_back(best);
   }
   frames.push_back(frame_of(column(0), column(2)));
-  for (const Frame3& f : frames) out->push_back(box_guess(cloud, f));
+  for (const Frame3& f : frames) out->push_back(box_around(cloud, f.x, f.y, f.z));
 }
 
 }  // namespace sdftrack

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["number", "numbers", "of_kind"]
+__all__ = ["number", "numbers", "of_kind", "whole"]
 
 
 def number(value: Any, name: str) -> float:
@@ -30,6 +31,23 @@ def numbers(values: Any, name: str) -> NDArray[np.float64]:
         text = repr(values)
         shown = text if len(text) < 60 else type(values).__name__
         raise TypeError(f"{name}: expected an array of numbers, got {shown}") from None
+
+
+def whole(value: Any, name: str, least: int, most: int, what: str) -> int:
+    """`value`, any whole number but a bool, as an int of least..most; errors say that `what` was expected.
+
+    >>> whole(np.int64(2), "threads", 0, 99, "a number of threads")
+    2
+    """
+    try:
+        if isinstance(value, (bool, np.bool_)):
+            raise TypeError
+        out = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name}: expected {what}, got {value!r}") from None
+    if not least <= out <= most:
+        raise ValueError(f"{name}: expected {what}, got {value!r}")
+    return out
 
 
 def of_kind(value: Any, kind: type, name: str, hint: str = "") -> None:

@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.checks import number, of_kind
+from sdftrack.checks import number, of_kind, whole
 from sdftrack.frame import Frame
 
 __all__ = ["remove_plane"]
 
 METHODS = ("rigid", "bent", "printed")
 KINECT = (0.0012, 0.0019, 0.5)  # near_m, per_m, lateral_px of the law; Nguyen, Izadi and Lovell 2012
+MOST_THREADS = 2**31 - 1
 WIDEST_M = 0.5  # a tolerance beyond this is one in millimetres
 
 
@@ -30,7 +31,7 @@ def remove_plane(
     method: str = "rigid",
     noise: str | float | None = None,
     feet: bool = True,
-    threads: int = 1,
+    threads: int = 0,
 ) -> tuple[NDArray[np.bool_], tuple[NDArray[np.float64], float]]:
     """Find the plane that most readings lie on, and mark what is not on it (thesis, section 3.8 and Fig. 3.15).
 
@@ -76,16 +77,10 @@ def remove_plane(
 
     >>> mask, (n, d) = remove_plane(frame, camera)  # doctest: +SKIP
     """
-    of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
-    if frame.depth is None:
-        raise ValueError("frame: expected a depth image, got none")
-    if camera is None and frame.camera is None:
-        raise ValueError("camera: expected the depth camera, got None, and the frame has none of its own")
-    pinhole = depth_camera(camera if camera is not None else frame.camera)  # type: ignore[arg-type]
+    pinhole = _camera_of(frame, camera)
+    assert frame.depth is not None
     x, y = _start(start_px, frame.depth.shape)
     tolerance = _tolerance(tolerance)
-    if method not in METHODS:
-        raise ValueError(f"method: expected one of {', '.join(METHODS)}, got {method!r}")
     found = _core.remove_plane(
         frame.depth,
         pinhole._core,
@@ -93,15 +88,36 @@ def remove_plane(
         x,
         y,
         tolerance,
-        method,
+        _method(method),
         _law(noise),
         noise is None,
-        bool(feet),
-        int(number(threads, "threads")),
+        _switch(feet, "feet"),
+        whole(threads, "threads", 0, MOST_THREADS, "0 (all cores) or a number of threads"),
     )
     if isinstance(found, str):
         raise ValueError(_miss(found, start_px, tolerance))
     return found[0], (np.array(found[1]), float(found[2]))
+
+
+def _camera_of(frame: Any, camera: Any) -> Camera:
+    of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
+    if frame.depth is None:
+        raise ValueError("frame: expected a depth image, got none")
+    if camera is None and frame.camera is None:
+        raise ValueError("camera: expected the depth camera, got None, and the frame has none of its own")
+    return depth_camera(camera if camera is not None else frame.camera)
+
+
+def _method(method: Any) -> str:
+    if not isinstance(method, str) or method not in METHODS:
+        raise ValueError(f"method: expected one of {', '.join(METHODS)}, got {method!r}")
+    return method
+
+
+def _switch(value: Any, name: str) -> bool:
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name}: expected True or False, got {value!r}")
+    return bool(value)
 
 
 def _start(start_px: tuple[float, float] | None, shape: tuple[int, ...]) -> tuple[int, int]:

@@ -53,7 +53,7 @@ def connected_region(frame: Any, camera: Any, px: tuple[float, float], reach_m: 
     near = np.linalg.norm(points - points[seed], axis=-1) <= reach_m
     near &= frame.depth > 0
     with contextlib.suppress(ValueError):  # no plane: nothing to leave out
-        off_plane = remove_plane(frame, camera, tolerance=PLANE_M)[0]
+        off_plane = remove_plane(frame, camera, tolerance=PLANE_M, threads=1)[0]
         if off_plane[seed]:
             near &= off_plane
     blocked = np.ones((near.shape[0] + 2, near.shape[1] + 2), np.uint8)

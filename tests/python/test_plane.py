@@ -460,3 +460,20 @@ def test_the_figure_is_made_without_recordings(tmp_path, monkeypatch):
     table = (tmp_path / "3.15" / "table.txt").read_text()
     assert "scene boxes" in table
     assert "pictures only" in table
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "match"),
+    [
+        ({"threads": -1}, ValueError, "threads: expected 0"),
+        ({"threads": 1.7}, TypeError, "threads: expected 0"),
+        ({"threads": "2"}, TypeError, "threads: expected 0"),
+        ({"threads": np.nan}, TypeError, "threads: expected 0"),
+        ({"threads": np.inf}, TypeError, "threads: expected 0"),
+        ({"feet": "no"}, TypeError, "feet: expected True or False"),
+    ],
+)
+def test_switches_and_threads_of_another_kind_are_refused_by_name(options, error, match):
+    camera = st.Camera(500, 500, 31.5, 31.5, 64, 64)
+    with pytest.raises(error, match=match):
+        st.remove_plane(st.Frame(np.ones((64, 64), np.float32)), camera, **options)

@@ -474,11 +474,15 @@ def bad_points():
         (np.ones((50, 3)), ValueError, "one place"),
         (good[:, :2], ValueError, r"shape \(N, 3\)"),
         (np.array([["a"] * 3] * 9), TypeError, "array of numbers"),
+        (1e3 * good, ValueError, r"metres, .* reach over 97.*pass unit='mm'"),
+        (1e-4 * good, ValueError, "in which unit are they"),
+        (1e300 * good, ValueError, "coordinates below 1e.06 m"),
+        ({0: good}, TypeError, "got dict"),
         ("cloud.ply", TypeError, "array of numbers"),
     ]
 
 
-@pytest.mark.parametrize("case", range(9))
+@pytest.mark.parametrize("case", range(len(bad_points())))
 def test_bad_points_give_one_clear_error(case):
     points, error, match = bad_points()[case]
     with pytest.raises(error, match=match):
@@ -491,7 +495,23 @@ def test_bad_points_give_one_clear_error(case):
         ({"kind": "torus"}, ValueError, "kind: expected sphere"),
         ({"scaling": "metric"}, ValueError, "scaling"),
         ({"seed": -1}, ValueError, "seed"),
-        ({"seed": 1.5}, ValueError, "seed"),
+        ({"seed": 1.5}, TypeError, "seed"),
+        ({"seed": "a"}, TypeError, "seed: expected a whole number"),
+        ({"kind": np.array("sphere")}, TypeError, "kind: expected a name"),
+        ({"kind": None}, TypeError, "kind: expected a name"),
+        (
+            {"kind": "sphere", "initial": (np.eye(4), {"radius": "x"})},
+            TypeError,
+            "initial: expected a number",
+        ),
+        (
+            {"kind": "sphere", "initial": (np.eye(4), {"radius": 1e300})},
+            ValueError,
+            "initial: expected lengths",
+        ),
+        ({"plane": ([0, 0, 1], None)}, TypeError, "plane: expected a number"),
+        ({"threads": 1.7}, TypeError, "threads"),
+        ({"unit": "ft"}, ValueError, "unit: expected None or one of"),
         ({"threads": -1}, ValueError, "threads"),
         ({"camera": CAMERA}, ValueError, "camera: expected None with points"),
         ({"mask": np.ones((480, 640), bool)}, ValueError, "mask: expected None with points"),
@@ -506,6 +526,17 @@ def test_bad_points_give_one_clear_error(case):
 def test_bad_options_give_one_clear_error(options, error, match):
     with pytest.raises(error, match=match):
         st.fit_primitive(moved(cloud("sphere", 50), POSE), **options)
+
+
+def test_whole_numbers_of_numpy_are_whole_numbers_and_points_have_a_unit():
+    points = moved(cloud("sphere", 200), POSE)
+    one = st.fit_primitive(points, "sphere", seed=np.int64(3), threads=np.int64(1))
+    two = st.fit_primitive(1e3 * points, "sphere", seed=3, unit="mm")
+    assert one.size["radius"] == pytest.approx(two.size["radius"], rel=1e-6)  # of a factor of 1000 and back
+    large = st.fit_primitive(1e3 * points, "sphere", unit="m")
+    assert large.size["radius"] == pytest.approx(50, rel=1e-3)
+    with pytest.raises(ValueError, match="unit: expected None with frames"):
+        st.fit_primitive(scene("sphere")[0], camera=CAMERA, unit="mm")
 
 
 def test_bad_frames_give_one_clear_error():

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import os
-import re
 import sys
 from typing import Any
 
@@ -23,6 +22,7 @@ from sdftrack.cli import (
     superpixels,
     track,
 )
+from sdftrack.cli.advice import as_options, options_of
 
 __all__ = ["app", "run"]
 
@@ -73,15 +73,16 @@ def run(arguments: list[str]) -> int:
 
     command: Any = typer.main.get_command(app)
     with warnings.catch_warnings():
-        warnings.showwarning = _warn
-        return _run(command, arguments)
+        options = options_of(command, arguments)
+
+        def warn(message: Warning | str, *about: Any, **more: Any) -> None:
+            print(f"sdftrack: warning: {as_options(_one_line(str(message)), options)}", file=sys.stderr)
+
+        warnings.showwarning = warn
+        return _run(command, arguments, options)
 
 
-def _warn(message: Warning | str, *about: Any, **more: Any) -> None:
-    print(f"sdftrack: warning: {_as_options(_one_line(str(message)))}", file=sys.stderr)
-
-
-def _run(command: Any, arguments: list[str]) -> int:
+def _run(command: Any, arguments: list[str], options: dict[str, str]) -> int:
     try:
         code = command.main(args=arguments, prog_name="sdftrack", standalone_mode=False)
         sys.stdout.flush()
@@ -94,7 +95,7 @@ def _run(command: Any, arguments: list[str]) -> int:
         return _fail("interrupted", 130)
     except Exception as error:
         # typer may bring its own copy of click, so its exceptions are known by what they can do.
-        if type(error).__name__ == "Abort":
+        if type(error).__name__ == "Abort":  # of Ctrl-C, and of a prompt at the end of its input
             return _fail("interrupted", 130)
         if type(error).__name__ == "NoArgsIsHelpError":
             print(error)
@@ -105,24 +106,17 @@ def _run(command: Any, arguments: list[str]) -> int:
             return _fail(f"{_one_line(error.format_message())} (see {where} --help)", 2)
         if os.environ.get("SDFTRACK_DEBUG"):
             raise
-        return _fail(_told(error), 1)
+        return _fail(_told(error, options), 1)
 
 
-def _told(error: Exception) -> str:
-    text = _as_options(_one_line(str(error)))
+def _told(error: Exception, options: dict[str, str]) -> str:
+    text = as_options(_one_line(str(error)), options)
     if isinstance(error, (ValueError, TypeError, OSError, RuntimeError, ImportError, MemoryError)) and text:
         if isinstance(error, OSError) and error.strerror:
             about = [str(error.filename)] if error.filename is not None else []
-            return _as_options(_one_line(": ".join([*about, error.strerror])))
+            return _one_line(": ".join([*about, error.strerror]))
         return text
     return f"{type(error).__name__}: {text} (set SDFTRACK_DEBUG=1 for the traceback, and please report it)"
-
-
-def _as_options(text: str) -> str:
-    """Advice for Python, ``unit='mm'``, as advice for the command line, ``--unit mm``."""
-    return re.sub(r"\b(voxels|unit|holes)=('?)(\w+)\2", r"--\1 \3", text).replace(
-        "overwrite=True", "--overwrite"
-    )
 
 
 def _one_line(text: str) -> str:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
@@ -28,6 +29,7 @@ from sdftrack.cli.common import (
 )
 
 CLOUDS = (".ply", ".obj", ".stl", ".xyz", ".npy")
+MOST_PX = 1e6
 
 
 class Kind(str, Enum):
@@ -38,6 +40,13 @@ class Kind(str, Enum):
     box = "box"
     ellipsoid = "ellipsoid"
     plane = "plane"
+
+
+class Unit(str, Enum):
+    m = "m"
+    mm = "mm"
+    cm = "cm"
+    inch = "in"
 
 
 def fit(
@@ -63,6 +72,9 @@ def fit(
     no_plane: Annotated[
         bool, typer.Option("--no-plane", help="It stands on no table, or none that counts.")
     ] = False,
+    unit: Annotated[
+        Unit | None, typer.Option(help="Unit of a cloud's numbers (m unless given).", case_sensitive=False)
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Of the first guesses.")] = 0,
     layout: LayoutOption = "auto",
     config: ConfigOption = None,
@@ -100,50 +112,40 @@ def fit(
                 "expected a sequence with --mask, --box, --frame, --start, --stop and --step, got a cloud"
             )
         options.pop("plane", None)
+        if unit is not None:
+            options["unit"] = unit.value
         _fit_cloud(source, kind.value, out, overwrite, options, quiet)
     else:
+        if unit is not None:
+            raise Usage("expected no unit with a sequence, whose depth has its own", "--unit")
         _fit_sequence(source, kind.value, out, overwrite, (mask, _box(box)), part, layout, options, quiet)
 
 
 def _box(text: str | None) -> tuple[float, ...] | None:
     if text is None:
         return None
-    from sdftrack.cli.init import parse_init
-
-    return parse_init(f"box:{text}", "box:x,y,w,h").numbers
+    try:
+        x, y, w, h = (float(v) for v in text.split(","))
+    except ValueError:
+        raise Usage(f"expected four numbers x,y,w,h, got {text!r}", "--box") from None
+    if not (abs(x) < MOST_PX and abs(y) < MOST_PX and 0 < w < MOST_PX and 0 < h < MOST_PX):
+        raise Usage(f"expected x,y,w,h in pixels with w and h above 0, got {text!r}", "--box")
+    return x, y, w, h
 
 
 def _fit_cloud(source: Path, kind: str, out: Path, overwrite: bool, options: Any, quiet: bool) -> None:
     import sdftrack as st
+    from sdftrack.io.clouds import read_cloud
+    from sdftrack.io.meshes import unit_scale
     from sdftrack.viz.primitives import plot_cloud
 
-    points = _points(source)
+    points = read_cloud(source)
     found = st.fit_primitive(points, kind, **options)
     folder = _written(
         out, overwrite, found, {"cloud": str(source), "kind": kind, "points": len(points), **options}
     )
-    plot_cloud(folder / "fit.png", points, found)
+    plot_cloud(folder / "fit.png", points * unit_scale(options.get("unit")), found)
     _tell(source, found, out, quiet)
-
-
-def _points(source: Path) -> Any:
-    import numpy as np
-
-    if source.suffix.lower() == ".npy":
-        return np.load(source, allow_pickle=False)
-    if source.suffix.lower() == ".xyz":
-        return np.loadtxt(source, ndmin=2)[:, :3]
-    import trimesh
-
-    try:
-        loaded: Any = trimesh.load(source, process=False)
-    except Exception as error:
-        raise ValueError(f"{source}: not a readable point cloud ({' '.join(str(error).split())})") from None
-    if isinstance(loaded, trimesh.Scene):
-        loaded = loaded.to_geometry() if loaded.geometry else None
-    if loaded is None or not len(getattr(loaded, "vertices", [])):
-        raise ValueError(f"{source}: expected points, got none")
-    return np.asarray(loaded.vertices, np.float64)
 
 
 def _fit_sequence(
@@ -180,7 +182,9 @@ def _fit_sequence(
             last = first
         else:
             found = st.fit_primitive(frames(), kind, camera=seq.camera, mask=mask, **options)
-            last = fitting(seq[numbers[-1]], seq.camera)
+            found = replace(found, skipped={numbers[i]: why for i, why in found.skipped.items()})
+            seen_in = [i for i in numbers if i not in found.skipped] or [numbers[0]]
+            last = fitting(seq[seen_in[-1]], seq.camera)
         about = {"sequence": str(source), "kind": kind, "frames": list(numbers), **options}
         folder = _written(out, overwrite, found, about)
         save_picture(folder / "fit.png", draw_primitives(last, [found], seq.camera))
@@ -233,6 +237,8 @@ def _tell(source: Path, found: Any, out: Path, quiet: bool) -> None:
     print(f"{source}: {found!r}")
     if found.reason:
         print(f"  {found.reason}")
+    for i, why in found.skipped.items():
+        print(f"  frame {i} left out: {why}")
     if len(found.scores) > 1:
         print("  scores: " + ", ".join(f"{kind} {score:.2f}" for kind, score in found.scores.items()))
     print(f"  written to {out}")

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.io.clouds import check_ply_is_whole
+
 __all__ = ["FORMATS", "UNITS", "read_mesh", "unit_scale", "vertex_colors"]
 
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254}
@@ -27,6 +29,8 @@ def read_mesh(
     if not file.is_file():
         raise FileNotFoundError(f"mesh: no such file: {file}")
     try:
+        if file.suffix.lower() == ".ply":
+            check_ply_is_whole(file)
         loaded: Any = trimesh.load(str(file), force="mesh", process=False)
         vertices, faces = np.asarray(loaded.vertices, np.float64), np.asarray(loaded.faces)
     except Exception as error:

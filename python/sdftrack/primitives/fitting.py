@@ -13,13 +13,18 @@ from sdftrack import _core
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.checks import numbers
 from sdftrack.frame import Frame
+from sdftrack.io.meshes import unit_scale
 from sdftrack.primitives.fusing import fused
+from sdftrack.primitives.in_frame import FrameFitter
 from sdftrack.primitives.result import PrimitiveFit
-from sdftrack.primitives.seen import ON, Seen, camera_of, checked_mask, checked_plane, pieces
+from sdftrack.primitives.seen import checked_plane
 from sdftrack.primitives.solving import Wish, solve
 
 __all__ = ["fit_primitive", "points_view"]
 
+FARTHEST_M = 1e6  # of a coordinate: beyond it micrometres are lost
+WIDEST_M, NARROWEST_M = 10.0, 1e-3  # of points in metres, without the outermost twentieth on each side
+LEAST_SPREAD = 40  # points, of which a twentieth is more than one
 FLAT = 1e-5  # spread across the points over the spread along them, below which they have no thickness at all
 
 
@@ -34,6 +39,7 @@ def fit_primitive(
     scaling: str = "exact",
     plane: Any = "auto",
     threads: int = 0,
+    unit: str | None = None,
 ) -> PrimitiveFit:
     """Pose and size of a primitive, from points of its surface or from what a camera sees of it.
 
@@ -68,6 +74,9 @@ def fit_primitive(
         reach through: searched, none, or given.
     threads : int
         0: all cores. The result does not depend on it.
+    unit : None, "m", "mm", "cm" or "in"
+        Of the points' numbers; the fit is in metres. None: metres, and points that reach over more than 10 m or less
+        than 1 mm are an error, for they are in another unit.
 
     Returns
     -------
@@ -87,52 +96,74 @@ def fit_primitive(
     """
     wish = Wish(kind, initial, seed, scaling, threads)
     given = checked_plane(plane)
+    frame_like = isinstance(points_or_frame, Frame) or _are_frames(points_or_frame)
+    _check_belongings(frame_like, points_or_frame, camera, mask, unit)
     if isinstance(points_or_frame, Frame):
-        return _of_frame(points_or_frame, camera, mask, given, wish)
+        return FrameFitter(camera, given).fit(points_or_frame, mask, wish)
     if _are_frames(points_or_frame):
         frames: Any = points_or_frame
         camera = camera if camera is not None else getattr(frames, "camera", None)
-        return fused(frames, wish, mask, lambda f, m, w: _of_frame(f, camera, m, given, w))
-    for name, value in (("camera", camera), ("mask", mask)):
-        if value is not None:
-            raise ValueError(
-                f"{name}: expected None with points, got {type(value).__name__}; pass a Frame instead"
-            )
-    view = points_view(points_or_frame, wish.least_points(), wish.flat)
+        return fused(frames, wish, mask, FrameFitter(camera, given))
+    view = points_view(in_metres(points_or_frame, unit), wish.least_points(), wish.flat)
     if not isinstance(given, str) and given is not None:
         view.set_plane(given[0].tolist(), given[1], False)
     return solve(view, wish)
 
 
-def _of_frame(frame: Frame, camera: Any, mask: Any, plane: Any, wish: Wish) -> PrimitiveFit:
-    pinhole = camera_of(frame, camera)
-    given = checked_mask(mask, frame)
-    seen = Seen.of(frame, pinhole, plane, given)
-    own = given
-    if own is None:
-        found = pieces(seen)
-        if not found:
-            raise ValueError(
-                "frame: expected something that stands off the dominant plane, got nothing; pass a mask, or "
-                "plane=None where there is no table"
-            )
-        own = found[0]
-    labels = seen.labels(own, given is None)
-    count = int(np.count_nonzero(labels == ON))
-    if count < wish.least_points():
-        off = "" if seen.plane is None else " off the table"
-        raise ValueError(
-            f"mask: expected at least {wish.least_points()} readings{off} within it, as many as there are unknowns, "
-            f"got {count}"
+def _check_belongings(frame_like: bool, given: Any, camera: Any, mask: Any, unit: Any) -> None:
+    """Points have no camera and no mask, frames no unit."""
+    if isinstance(given, dict):
+        raise TypeError(
+            "points_or_frame: expected points, a Frame or frames, got dict; pass list(...values())"
         )
-    return solve(seen.view(labels), wish)
+    if frame_like:
+        if unit is not None:
+            raise ValueError(f"unit: expected None with frames, whose depth is in metres, got {unit!r}")
+        return
+    for name, value in (("camera", camera), ("mask", mask)):
+        if value is not None:
+            raise ValueError(
+                f"{name}: expected None with points, got {type(value).__name__}; pass a Frame instead"
+            )
+
+
+def in_metres(points: Any, unit: str | None) -> Any:
+    """Points of a unit in metres; ValueError where none is given and they do not look like metres."""
+    p = numbers(points, "points")
+    if unit not in (None, "m"):
+        p = p * unit_scale(unit)
+    if p.ndim != 2 or p.shape[1] != 3 or not len(p):
+        return p  # refused with their own words
+    farthest = max(float(p.max()), -float(p.min()))
+    if not np.isfinite(farthest):
+        return p
+    if farthest >= FARTHEST_M:
+        raise ValueError(
+            f"points: expected coordinates below {FARTHEST_M:g} m, got {farthest:.3g}; check the unit, "
+            "or drop what is no reading"
+        )
+    across = float(np.linalg.norm([np.ptp(p[:, k]) for k in range(3)]))
+    if across > WIDEST_M and len(p) >= LEAST_SPREAD:  # or a few outliers are
+        low, high = np.quantile(p, (0.05, 0.95), axis=0)
+        across = float(np.linalg.norm(high - low))
+    if unit is None and across > WIDEST_M:
+        raise ValueError(
+            f"points: expected metres, got points that reach over {across:.3g}; are they in mm? pass unit='mm' (or "
+            "unit='m' if this is meant)"
+        )
+    if unit is None and 0 < across < NARROWEST_M:
+        raise ValueError(
+            f"points: expected metres, got points that reach over {across:.3g}; in which unit are they? pass unit='m' "
+            "if this is meant"
+        )
+    return p
 
 
 def _are_frames(value: Any) -> bool:
     if isinstance(value, (np.ndarray, str, bytes, dict)):
         return False
     if isinstance(value, (list, tuple)):
-        return len(value) > 0 and all(isinstance(f, Frame) for f in value)
+        return any(isinstance(f, Frame) for f in value)
     return hasattr(value, "__iter__") and not hasattr(value, "__array__")
 
 
@@ -144,8 +175,8 @@ def points_view(points: Any, least: int, flat: bool = False) -> Any:
     bad = int(np.count_nonzero(~np.isfinite(p).all(axis=1)))
     if bad:
         raise ValueError(
-            f"points: expected finite coordinates, got {bad} of {len(p)} points with NaN or infinity; drop them with "
-            "points[np.isfinite(points).all(axis=1)]"
+            f"points: expected finite coordinates, got {bad} of {len(p)} points with NaN or infinity; leave them out "
+            "(points[np.isfinite(points).all(axis=1)])"
         )
     if len(p) < least:
         raise ValueError(f"points: expected at least {least}, as many as there are unknowns, got {len(p)}")

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -12,84 +12,166 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.frame import Frame
+from sdftrack.primitives.in_frame import FrameFitter
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.primitives.solving import Wish
 from sdftrack.results import Status
 
-__all__ = ["fuse_sizes", "fused"]
+__all__ = ["SizeSum", "fuse_sizes", "fused"]
 
 GATE = 4.0  # standard deviations: a frame whose size is farther from the others' has seen something else
+LEAST_INLIERS = 0.6  # of a later frame; of an object whose first frame has fewer, nearly as many
+LEAST_SHARE_OF_FIRST = 0.8
+MOST_RATIO = 1.5  # of a bounded length to those before: half as large again is another thing
+LEAST_M2, LEAST_SHARE = 1e-18, 1e-9  # of a variance that is inverted: a nanometre, and rounding
 FLOOR_M = 2e-4  # of the spread between frames: a length that is seen as well as that is no outlier
+
+
+class SizeSum:
+    """Sizes (n,), m, summed by their information (thesis Eq. 3.23), one after another."""
+
+    def __init__(self, n: int) -> None:
+        self._information, self._weighted = np.zeros((n, n)), np.zeros(n)
+        self._largest = np.zeros(n)
+
+    def add(self, size: NDArray[np.float64], covariance: NDArray[np.float64]) -> None:
+        """One more, with its covariance (n, n), m^2; a length with an infinite variance has no say."""
+        self._largest = np.maximum(self._largest, size)
+        held = np.flatnonzero(np.isfinite(np.diag(covariance)))
+        if not len(held):
+            return
+        at = np.ix_(held, held)
+        own = _inverse(covariance[at])
+        self._information[at] += own
+        self._weighted[held] += own @ size[held]
+
+    def mean(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Size and covariance; a length that none bounded is the largest of all, for each is the least that holds."""
+        n = len(self._weighted)
+        known = np.flatnonzero(np.diag(self._information) > 0)
+        out, covariance = self._largest.copy(), np.zeros((n, n))
+        covariance[np.diag_indices(n)] = np.inf
+        if len(known):
+            at = np.ix_(known, known)
+            covariance[at] = _inverse(self._information[at])
+            out[known] = covariance[at] @ self._weighted[known]
+        return out, covariance
+
+
+def _inverse(a: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Of a symmetric matrix that may be 0 in some direction: exact readings have no variance."""
+    values, vectors = np.linalg.eigh(a)
+    safe = np.maximum(values, max(LEAST_M2, LEAST_SHARE * float(values[-1])))
+    out: NDArray[np.float64] = (vectors / safe) @ vectors.T
+    return out
 
 
 def fuse_sizes(
     sizes: NDArray[np.float64], covariances: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Information-weighted mean (thesis Eq. 3.23) of sizes (F, n), m, with covariances (F, n, n), m^2.
-
-    A length with an infinite variance in a frame has no say from there; one that is infinite in all of them stays so,
-    at the largest value, for each is the least that holds what one frame saw.
+    """Information-weighted mean of sizes (F, n), m, with covariances (F, n, n), m^2, as of `SizeSum`.
 
     >>> fuse_sizes(np.array([[0.1], [0.2]]), np.array([[[1.0]], [[np.inf]]]))[0]
     array([0.1])
     """
-    n = sizes.shape[1]
-    information, weighted = np.zeros((n, n)), np.zeros(n)
+    total = SizeSum(sizes.shape[1])
     for size, covariance in zip(sizes, covariances, strict=True):
-        held = np.flatnonzero(np.isfinite(np.diag(covariance)))
-        if not len(held):
-            continue
-        at = np.ix_(held, held)
-        own = np.linalg.inv(covariance[at])
-        information[at] += own
-        weighted[held] += own @ size[held]
-    known = np.flatnonzero(np.diag(information) > 0)
-    out, covariance = sizes.max(axis=0), np.zeros((n, n))
-    covariance[np.diag_indices(n)] = np.inf
-    if len(known):
-        at = np.ix_(known, known)
-        covariance[at] = np.linalg.inv(information[at])
-        out[known] = covariance[at] @ weighted[known]
-    return out, covariance
+        total.add(size, covariance)
+    return total.mean()
 
 
-def fused(
-    frames: Iterable[Any], wish: Wish, mask: Any, fit: Callable[[Frame, Any, Wish], PrimitiveFit]
-) -> PrimitiveFit:
-    """Each frame from the one before, then one size for all, and the last frame's pose."""
-    fits: list[PrimitiveFit] = []
-    last: Frame | None = None
+def fused(frames: Iterable[Any], wish: Wish, mask: Any, fitter: FrameFitter) -> PrimitiveFit:
+    """Each frame from the last one that could be fitted, then one size for all, and the last such frame's pose."""
+    fits: dict[int, PrimitiveFit] = {}
+    skipped: dict[int, str] = {}
+    lost: PrimitiveFit | None = None
     for i, frame in enumerate(frames):
         if not isinstance(frame, Frame):
             raise TypeError(f"frames: expected st.Frame, got {type(frame).__name__} at {i}")
-        if frame.error or frame.depth is None:
+        try:
+            found = _follow(frame, wish, fitter, fits) if fits else fitter.fit(frame, mask, wish)
+        except ValueError as error:
+            skipped[i] = str(error)
             continue
-        now = wish
-        if fits:
-            now = copy.copy(wish)
-            now.kinds = (fits[0].kind,)
-            now.pose, now.size = fits[-1].T_cam_obj, list(fits[-1].size.values())
-        given = mask if not fits else None
-        fits.append(fit(frame, given, now))
-        last = frame
-    if not fits or last is None:
-        raise ValueError("frames: expected at least one with a depth image, got none")
-    if len(fits) == 1:
-        return replace(fits[0], per_frame=(fits[0],))
-    sure = _agreeing([f for f in fits if f.status is not Status.LOST] or fits)
-    sizes = np.array([list(f.size.values()) for f in sure])
-    size, covariance = fuse_sizes(sizes, np.stack([f.covariance[6:, 6:] for f in sure]))
-    return _with_size(fits, size, covariance)
+        if found.status is Status.LOST:
+            skipped[i] = found.reason
+            lost = lost or found
+            continue
+        fits[i] = found
+    if not fits and lost is not None:
+        return replace(lost, per_frame=(lost,), skipped=skipped)
+    if not fits:
+        raise ValueError(_none_of(skipped))
+    odd = _odd_ones(fits)
+    sure = [f for i, f in fits.items() if i not in odd]
+    skipped = dict(sorted({**skipped, **odd}.items()))
+    if len(sure) == 1:
+        return replace(sure[0], per_frame=(sure[0],), skipped=skipped)
+    size, covariance = fuse_sizes(_sizes(sure), np.stack([f.covariance[6:, 6:] for f in sure]))
+    return replace(_with_size(sure, size, covariance), skipped=skipped)
 
 
-def _agreeing(fits: list[PrimitiveFit]) -> list[PrimitiveFit]:
-    """Without those whose size is far from the median's, by their own deviation and the others' spread."""
-    sizes = np.array([list(f.size.values()) for f in fits])
+def _follow(frame: Frame, wish: Wish, fitter: FrameFitter, fits: dict[int, PrimitiveFit]) -> PrimitiveFit:
+    """The object of `fits` in one more frame; ValueError where what is found there is not it."""
+    known = list(fits.values())
+    now = copy.copy(wish)
+    now.kinds = (known[0].kind,)
+    now.pose, now.size = known[-1].T_cam_obj, list(known[-1].size.values())
+    why = ""
+    for found in fitter.again(frame, now):
+        other = _another(found, known)
+        if not other:
+            return found
+        why = why or other
+    raise ValueError(why)
+
+
+def _another(found: PrimitiveFit, known: list[PrimitiveFit]) -> str:
+    """Why a fit is not one of the object that is known; "" where it may be."""
+    least = min(LEAST_INLIERS, LEAST_SHARE_OF_FIRST * known[0].inliers)
+    if found.inliers < least:
+        return f"only {100 * found.inliers:.0f} % of the readings are on its surface"
+    middle = np.median(_sizes(known), axis=0)
+    bounded = [any(f.bounded[name] for f in known) for name in found.size]
+    for at, (name, length) in enumerate(found.size.items()):
+        ratio = abs(np.log(length / middle[at]))
+        if found.bounded[name] and bounded[at] and ratio > np.log(MOST_RATIO):
+            return (
+                f"another thing: a {name} of {1e3 * length:.1f} mm where the frames before have "
+                f"{1e3 * middle[at]:.1f} mm"
+            )
+    return ""
+
+
+def _none_of(skipped: dict[int, str]) -> str:
+    if not skipped:
+        return "frames: expected at least one with a depth image, got none"
+    first = next(iter(skipped))
+    return (
+        f"frames: expected at least one that a primitive can be fitted to, got none of {len(skipped)}; frame {first}: "
+        f"{skipped[first]}"
+    )
+
+
+def _sizes(fits: list[PrimitiveFit]) -> NDArray[np.float64]:
+    return np.array([list(f.size.values()) for f in fits])
+
+
+def _odd_ones(fits: dict[int, PrimitiveFit]) -> dict[int, str]:
+    """Those whose size is far from the median's, by their own deviation and the others' spread, and why."""
+    sizes = _sizes(list(fits.values()))
     middle = np.median(sizes, axis=0)
     spread = 1.4826 * np.median(np.abs(sizes - middle), axis=0) + FLOOR_M
-    sd = np.sqrt(np.array([np.diag(f.covariance)[6:] for f in fits]))
-    near = (np.abs(sizes - middle) < GATE * (spread + np.where(np.isfinite(sd), sd, np.inf))).all(axis=1)
-    return [f for f, good in zip(fits, near, strict=True) if good] or fits
+    sd = np.sqrt(np.array([np.diag(f.covariance)[6:] for f in fits.values()]))
+    far: NDArray[np.bool_] = np.abs(sizes - middle) >= GATE * (spread + np.where(np.isfinite(sd), sd, np.inf))
+    if far.any(axis=1).all():
+        return {}
+    out: dict[int, str] = {}
+    for (i, fit), of_fit, size in zip(fits.items(), far, sizes, strict=True):
+        for name, is_far, length, most in zip(fit.size, of_fit, size, middle, strict=True):
+            if is_far:
+                out[i] = f"its {name} of {1e3 * length:.1f} mm is far from the others' {1e3 * most:.1f} mm"
+    return out
 
 
 def _with_size(

@@ -62,7 +62,9 @@ class PrimitiveFit:
         of its picture that it explains to a pixel. Two kinds that a view does not tell apart have scores that are
         alike. Of a single kind the shares alone.
     per_frame : tuple of PrimitiveFit
-        Of several frames, what each one gave; else empty.
+        Of several frames, what each one gave that has a say in the size; else empty.
+    skipped : dict of int to str
+        Of several frames, those left out and why, by their place among the frames from 0 on.
     """
 
     kind: str
@@ -75,6 +77,7 @@ class PrimitiveFit:
     reason: str = ""
     scores: dict[str, float] = field(default_factory=dict)
     per_frame: tuple[PrimitiveFit, ...] = ()
+    skipped: dict[int, str] = field(default_factory=dict)
 
     @cached_property
     def sdf(self) -> SDF:
@@ -149,6 +152,7 @@ class PrimitiveFit:
             "status": self.status.value,
             "reason": self.reason,
             "scores": dict(self.scores),
+            "skipped": {str(i): why for i, why in self.skipped.items()},
         }
 
 

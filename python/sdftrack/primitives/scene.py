@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sdftrack import _core
 from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.checks import of_kind, whole
 from sdftrack.frame import Frame
+from sdftrack.primitives.near import distance_to
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.primitives.seen import ON, Seen, camera_of, checked_mask, checked_plane, pieces
 from sdftrack.primitives.solving import Wish, solve
@@ -55,12 +56,8 @@ def fit_primitives(
     >>> for fit in st.fit_primitives(frame, camera=camera): print(fit)  # doctest: +SKIP
     """
     wish = Wish(kind, None, seed, scaling, threads)
-    if isinstance(most, bool) or not isinstance(most, int) or most < 1:
-        raise ValueError(f"most: expected a number of objects from 1 on, got {most!r}")
-    if not isinstance(frame, Frame):
-        raise TypeError(
-            f"frame: expected st.Frame, got {type(frame).__name__}; make one with st.Frame(depth)"
-        )
+    most = whole(most, "most", 1, 2**31 - 1, "a number of objects from 1 on")
+    of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
     pinhole = camera_of(frame, camera)
     given = checked_mask(mask, frame) if mask is not None else None
     seen = Seen.of(frame, pinhole, checked_plane(plane), None)
@@ -76,7 +73,8 @@ def fit_primitives(
             rest &= ~piece
             continue
         fit = solve(seen.view(labels), wish)
-        claimed = piece & _near(fit, seen)
+        lengths = list(fit.size.values())
+        claimed = piece & (distance_to(seen, fit.kind, lengths, fit.T_cam_obj) < CLAIM_M)
         if fit.status is Status.LOST or np.count_nonzero(claimed) < LEAST_READINGS:
             rest &= ~piece
             continue
@@ -84,11 +82,3 @@ def fit_primitives(
         # What is left of a piece that the primitive explains is its rim; else there is another object.
         rest &= ~(piece if fit.inliers > 0.8 else claimed)
     return out
-
-
-def _near(fit: PrimitiveFit, seen: Seen) -> Any:
-    T = np.linalg.inv(fit.T_cam_obj)
-    points = np.ascontiguousarray(seen.points.reshape(-1, 3) @ T[:3, :3].T + T[:3, 3])
-    kind = _core.PrimitiveKind.__members__[fit.kind]
-    phi, _, _ = _core.primitive_distances(kind, list(fit.size.values()), points)
-    return np.abs(phi).reshape(seen.depth.shape) < CLAIM_M * seen.growth

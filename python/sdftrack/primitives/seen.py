@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.checks import numbers
+from sdftrack.checks import number, numbers
 from sdftrack.frame import Frame
 from sdftrack.plane import remove_plane
 
@@ -137,7 +137,7 @@ def checked_plane(plane: Any) -> Any:
         return plane
     if not (isinstance(plane, tuple) and len(plane) == 2):
         raise TypeError(f"plane: expected 'auto', None or (n, d), got {plane!r}")
-    normal, offset = numbers(plane[0], "plane"), float(plane[1])
+    normal, offset = numbers(plane[0], "plane"), number(plane[1], "plane")
     length = float(np.linalg.norm(normal)) if normal.shape == (3,) else 0.0
     if not (np.isfinite(length) and length > 0 and np.isfinite(offset)):
         raise ValueError(f"plane: expected a normal of three numbers and an offset in m, got {plane!r}")
@@ -152,7 +152,9 @@ def table_under(
 ) -> Plane | None:
     """The dominant plane, unless it is a face of the object itself."""
     try:
-        _, (normal, offset) = remove_plane(Frame(depth, check_units=False), camera, tolerance=TABLE_M)
+        _, (normal, offset) = remove_plane(
+            Frame(depth, check_units=False), camera, tolerance=TABLE_M, threads=1
+        )
     except ValueError:  # there is none
         return None
     if mask is not None:

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack import _core
 from sdftrack.camera import Camera
+from sdftrack.checks import whole
 from sdftrack.frame import Frame
-from sdftrack.primitives.fusing import fuse_sizes
+from sdftrack.primitives.fusing import SizeSum
+from sdftrack.primitives.near import NEAR_M, distance_to
 from sdftrack.primitives.result import PrimitiveFit, volume_of
 from sdftrack.primitives.seen import ON, Seen, pieces
 from sdftrack.primitives.solving import Wish, solve
@@ -22,7 +23,6 @@ from sdftrack.sdf import SDF
 __all__ = ["FreeSize", "Primitive"]
 
 PLACEHOLDER_M = 0.05  # radius of the ball that stands in until the start
-NEAR_M = 0.03  # readings so near the tracked surface, at up to 1 m, are looked at for its size
 LEAST_READINGS = 200
 EVERY = 5  # frames between two looks at the size
 
@@ -53,9 +53,8 @@ class Primitive:
 
     def __init__(self, kind: str = "auto", *, voxels: int = 100, seed: int = 0) -> None:
         Wish(kind, None, seed, "exact", 0)
-        if isinstance(voxels, bool) or not isinstance(voxels, int) or voxels < 16:
-            raise ValueError(f"voxels: expected a whole number from 16 on, got {voxels!r}")
-        self.kind, self.voxels, self.seed = kind, voxels, seed
+        self.voxels = whole(voxels, "voxels", 16, 2**31 - 1, "a whole number from 16 on")
+        self.kind, self.seed = kind, int(seed)
 
     def __repr__(self) -> str:
         return f"Primitive({self.kind!r}, voxels={self.voxels}, seed={self.seed})"
@@ -91,15 +90,14 @@ class FreeSize:
     def __init__(self, primitive: Primitive) -> None:
         self.primitive = primitive
         self.fit: PrimitiveFit | None = None
-        self._sizes: list[NDArray[np.float64]] = []
-        self._covariances: list[NDArray[np.float64]] = []
+        self._sum: SizeSum | None = None  # of all looks since the start
         self._shown: NDArray[np.float64] | None = None  # the lengths of the volume that is tracked
         self._voxel_m = 0.0
         self._frames = 0
 
     def start(self, frame: Frame, camera: Camera, place: Any, threads: int) -> PrimitiveFit | None:
         """Fit in a mask (bool), a box (x, y, w, h) or, with None, the largest piece; None: nothing was found."""
-        self.fit, self._sizes, self._covariances, self._frames = None, [], [], 0
+        self.fit, self._sum, self._frames = None, None, 0
         if frame.depth is None:
             return None
         mask = _mask_of(place, frame.depth.shape)
@@ -124,7 +122,8 @@ class FreeSize:
         if self.fit is None or frame.depth is None or self._frames % EVERY:
             return None
         seen = Seen.of(frame, camera, "auto", None)
-        labels = seen.labels(self._near(seen, T_cam_obj), True)
+        away = distance_to(seen, self.fit.kind, list(self.fit.size.values()), T_cam_obj)
+        labels = seen.labels(away < NEAR_M, True)
         if np.count_nonzero(labels == ON) < LEAST_READINGS:
             return None
         wish = Wish(self.fit.kind, (T_cam_obj, self.fit.size), self.primitive.seed, "exact", threads)
@@ -152,26 +151,16 @@ class FreeSize:
         return bool((np.abs(np.log(ratio[bounded])) < np.log(1.5)).all()) and fit.inliers > 0.6
 
     def _note(self, fit: PrimitiveFit) -> None:
-        self._sizes.append(np.array(list(fit.size.values())))
-        self._covariances.append(fit.covariance[6:, 6:])
-        size, covariance = fuse_sizes(np.array(self._sizes), np.stack(self._covariances))
+        if self._sum is None:
+            self._sum = SizeSum(len(fit.size))
+        self._sum.add(np.array(list(fit.size.values())), fit.covariance[6:, 6:])
+        size, covariance = self._sum.mean()
         whole = fit.covariance.copy()
         whole[6:, :] = whole[:, 6:] = 0
         whole[6:, 6:] = covariance
         lengths = dict(zip(fit.size, size.tolist(), strict=True))
         scores = fit.scores if self.fit is None else self.fit.scores
         self.fit = replace(fit, size=lengths, covariance=whole, scores=scores)
-
-    def _near(self, seen: Seen, T_cam_obj: NDArray[np.float64]) -> NDArray[np.bool_]:
-        assert self.fit is not None
-        T = np.linalg.inv(T_cam_obj)
-        points = np.ascontiguousarray(seen.points.reshape(-1, 3) @ T[:3, :3].T + T[:3, 3])
-        kind = _core.PrimitiveKind.__members__[self.fit.kind]
-        phi, _, _ = _core.primitive_distances(kind, list(self.fit.size.values()), points)
-        near: NDArray[np.bool_] = (np.abs(phi).reshape(seen.depth.shape) < NEAR_M * seen.growth) & (
-            seen.depth > 0
-        )
-        return near
 
 
 def _mask_of(place: Any, shape: tuple[int, int]) -> NDArray[np.bool_] | None:

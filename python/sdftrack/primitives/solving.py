@@ -9,13 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
-from sdftrack.checks import numbers, of_kind
+from sdftrack.checks import number, numbers, of_kind, whole
 from sdftrack.primitives.result import KINDS, SIZES, SOLIDS, PrimitiveFit
 from sdftrack.results import Status
 
 __all__ = ["Wish", "solve"]
 
 WEAK_INLIERS, LOST_INLIERS = 0.6, 0.2
+LEAST_M, MOST_M = 1e-7, 1e6  # of a start's lengths: beyond them nothing is left of a float's digits
+MOST_THREADS = 2**31 - 1
+UNTOLD = 2  # readings more than unknowns, up to which their spread tells no variance (the core's kUntold)
 FREE = {
     "sphere": 4,
     "cylinder": 7,
@@ -30,19 +33,19 @@ class Wish:
     """What is to be fitted and how, checked once."""
 
     def __init__(self, kind: str, initial: Any, seed: int, scaling: str, threads: int) -> None:
+        for name, value in (("kind", kind), ("scaling", scaling)):
+            if not isinstance(value, str):
+                raise TypeError(f"{name}: expected a name, got {type(value).__name__}")
         if kind != "auto" and kind not in KINDS:
             raise ValueError(f"kind: expected {', '.join(KINDS)} or 'auto', got {kind!r}")
         if scaling not in _core.Scaling.__members__:
             raise ValueError(f"scaling: expected 'exact' or 'printed', got {scaling!r}")
-        if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**32:
-            raise ValueError(f"seed: expected a whole number 0..2^32 - 1, got {seed!r}")
-        if isinstance(threads, bool) or not isinstance(threads, int) or threads < 0:
-            raise ValueError(f"threads: expected 0 (all cores) or a number of threads, got {threads!r}")
+        seed = whole(seed, "seed", 0, 2**32 - 1, "a whole number 0..2^32 - 1")
         self.pose: NDArray[np.float64] | None = None
         self.size: list[float] | None = None
         self.options = _core.PrimitiveFitOptions()
         self.options.seed, self.options.scaling = seed, _core.Scaling.__members__[scaling]
-        self.threads = threads
+        self.threads = whole(threads, "threads", 0, MOST_THREADS, "0 (all cores) or a number of threads")
         self.kinds = SOLIDS if kind == "auto" else (kind,)
         if initial is not None:
             self._begin_at(kind, initial)
@@ -65,9 +68,11 @@ class Wish:
             raise ValueError(
                 f"initial: expected the lengths {', '.join(names)} of a {kind}, got {list(initial[1])}"
             )
-        lengths = [float(initial[1][name]) for name in names]
-        if not all(np.isfinite(v) and v > 0 for v in lengths):
-            raise ValueError(f"initial: expected lengths above 0 m, got {lengths}")
+        lengths = [number(initial[1][name], "initial") for name in names]
+        if not all(LEAST_M <= v <= MOST_M for v in lengths):
+            raise ValueError(
+                f"initial: expected lengths above 0 m ({LEAST_M:g} to {MOST_M:g} m), got {lengths}"
+            )
         self.pose = _core.nearest_rigid(numbers(initial[0], "initial"), "initial")
         self.size, self.kinds = lengths, (kind,)
 
@@ -81,10 +86,9 @@ class Wish:
         return min(FREE[kind] for kind in self.kinds)
 
 
-def solve(view: Any, wish: Wish, hold: tuple[bool, ...] = ()) -> PrimitiveFit:
-    """The best of the kinds wished for. `hold`: lengths of the start that stay."""
+def solve(view: Any, wish: Wish) -> PrimitiveFit:
+    """The best of the kinds wished for."""
     of_kind(wish, Wish, "wish")
-    wish.options.fixed = tuple([*hold, False, False, False][:3])
     points = len(view.points)
     kinds = [k for k in wish.kinds if points >= FREE[k]]
     if not kinds:
@@ -95,7 +99,10 @@ def solve(view: Any, wish: Wish, hold: tuple[bool, ...] = ()) -> PrimitiveFit:
     answers = view.fit([members[k] for k in kinds], wish.options, wish.pose, wish.size, wish.threads)
     found = {k: a for k, a in zip(kinds, answers, strict=True) if a is not None}
     if not found:
-        raise ValueError("points: no start found for any kind; they may lie in one line")
+        raise ValueError(
+            f"points: no {' or '.join(kinds)} could be started from {points} readings; they may lie in one line, or in "
+            "one plane: give more of them, farther apart, or a start (initial=)"
+        )
     scores = _scores(found)
     best = next(iter(scores))
     return _result(best, found[best], scores)
@@ -131,6 +138,12 @@ def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> Prim
         status, reason = Status.LOST, f"only {100 * inliers:.0f} % of the readings are on its surface"
     elif inliers < WEAK_INLIERS:
         status, reason = Status.WEAK, f"only {100 * inliers:.0f} % of the readings are on its surface"
+    elif answer["freedom"] <= UNTOLD:
+        status = Status.WEAK
+        reason = (
+            f"{FREE[kind] + answer['freedom']} readings are too few to tell the noise from the {FREE[kind]} unknowns "
+            f"of a {kind}: nothing says how wrong its lengths are"
+        )
     elif loose:
         status = Status.WEAK
         reason = f"nothing that is seen bounds {' and '.join(loose)}: the value is the least that holds it"

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: MIT
+"""Files of points: PLY, OBJ, STL, text and numpy's own."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["FORMATS", "check_ply_is_whole", "read_cloud"]
+
+FORMATS = (".ply", ".obj", ".stl", ".xyz", ".npy")
+HEADER_BYTES = 64 * 1024  # of a PLY, at most
+
+
+def read_cloud(file: Path) -> NDArray[Any]:
+    """Points (N, 3) in the file's unit, of one of `FORMATS`.
+
+    FileNotFoundError; ValueError that names a file which is empty, cut short or no cloud.
+
+    >>> points = read_cloud(Path("cloud.ply"))  # doctest: +SKIP
+    """
+    if not file.is_file():
+        raise FileNotFoundError(f"{file}: no such file")
+    try:
+        if file.suffix.lower() == ".npy":
+            points = np.load(file, allow_pickle=False)
+        elif file.suffix.lower() == ".xyz":
+            points = _read_text(file)
+        else:
+            points = _read_vertices(file)
+    except FileNotFoundError:
+        raise
+    except Exception as error:
+        raise ValueError(f"{file}: not a readable point cloud ({' '.join(str(error).split())})") from None
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise ValueError(f"{file}: expected points x, y, z of shape (N, 3), got {points.shape}")
+    if points.dtype.kind not in "iuf":
+        raise ValueError(f"{file}: expected points of numbers, got {points.dtype}")
+    if not len(points):
+        raise ValueError(f"{file}: expected points, got none")
+    return points
+
+
+def _read_text(file: Path) -> NDArray[np.float64]:
+    """x y z in the first columns, parted by blanks, tabs, commas or semicolons."""
+    rows: list[list[float]] = []
+    for i, line in enumerate(file.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
+        words = re.split(r"[\s,;]+", line.split("#")[0].strip())
+        if words == [""]:
+            continue
+        if len(words) < 3:
+            raise ValueError(f"line {i}: expected x y z, got {line.strip()[:60]!r}")
+        try:
+            rows.append([float(word) for word in words[:3]])
+        except ValueError:
+            raise ValueError(f"line {i}: expected x y z, got {line.strip()[:60]!r}") from None
+    return np.array(rows, np.float64).reshape(-1, 3)
+
+
+def _read_vertices(file: Path) -> NDArray[np.float64]:
+    import trimesh
+
+    if file.suffix.lower() == ".ply":
+        check_ply_is_whole(file)
+    loaded: Any = trimesh.load(file, process=False)
+    if isinstance(loaded, trimesh.Scene):
+        loaded = loaded.to_geometry() if loaded.geometry else None
+    return np.asarray(getattr(loaded, "vertices", np.zeros((0, 3))), np.float64)
+
+
+def check_ply_is_whole(file: Path) -> None:
+    """ValueError where an ASCII PLY has fewer lines than its header says: its reader takes those that are there."""
+    with open(file, "rb") as stream:
+        head = stream.read(HEADER_BYTES)
+        end = re.search(rb"end_header[ \t]*\r?\n?", head)
+        if not head.startswith(b"ply") or end is None or not re.search(rb"^format\s+ascii", head, re.M):
+            return
+        counts = [int(n) for n in re.findall(rb"^element\s+\S+\s+(\d+)", head[: end.start()], re.M)]
+        stream.seek(end.end())
+        lines = sum(1 for line in stream if line.strip())
+    if lines < sum(counts):
+        raise ValueError(f"cut short: its header says {sum(counts)} lines of data, {lines} are there")

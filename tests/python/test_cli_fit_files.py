@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: MIT
+"""Point files on the command line: what is torn or no cloud is named in one line, and advice is in options."""
+
+import numpy as np
+import pytest
+import typer
+
+from sdftrack.cli.advice import as_options, options_of
+from sdftrack.cli.app import app, run
+
+OPTIONS = options_of(typer.main.get_command(app), ["calibrate", "color", "SEQ"])
+COUNT = 400
+
+
+def ball(scale=1.0):
+    v = np.random.default_rng(0).normal(size=(COUNT, 3))
+    return scale * (0.05 * v / np.linalg.norm(v, axis=1, keepdims=True) + [0, 0, 1])
+
+
+def ply(lines):
+    head = "".join(f"property float {c}\n" for c in "xyz")
+    rows = "\n".join(" ".join(f"{c:.6f}" for c in p) for p in ball()[:lines])
+    return f"ply\nformat ascii 1.0\nelement vertex {COUNT}\n{head}end_header\n{rows}\n"
+
+
+def written(folder, name):
+    path = folder / name
+    if name == "object.npy":
+        np.save(path, np.array([{}], object), allow_pickle=True)
+    elif name == "torn.npy":
+        np.save(folder / "whole.npy", ball())
+        path.write_bytes((folder / "whole.npy").read_bytes()[:300])
+    elif name == "flat.npy":
+        np.save(path, ball().ravel())
+    else:
+        texts = {"empty.npy": "", "empty.xyz": "", "empty.ply": "", "words.xyz": "hello world foo\n"}
+        texts |= {"two.xyz": "1 2\n", "torn.ply": ply(200)}
+        path.write_text(texts[name])
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("empty.npy", "not a readable point cloud"),
+        ("object.npy", "not a readable point cloud"),
+        ("torn.npy", "not a readable point cloud"),
+        ("flat.npy", r"expected points x, y, z of shape (N, 3)"),
+        ("empty.xyz", "expected points, got none"),
+        ("words.xyz", "line 1: expected x y z, got 'hello world foo'"),
+        ("two.xyz", "line 1: expected x y z"),
+        ("empty.ply", "empty.ply"),
+        ("torn.ply", "cut short: its header says 400 lines of data, 200 are there"),
+    ],
+)
+def test_a_file_that_is_no_whole_cloud_is_named_in_one_line(tmp_path, capsys, name, why):
+    path = written(tmp_path, name)
+    assert run(["fit", str(path), "--kind", "sphere", "--out", str(tmp_path / "out")]) == 1
+    line = capsys.readouterr().err
+    assert line.count("\n") == 1
+    assert str(path) in line
+    assert why in line
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("separator", [",", ", ", ";", "\t"])
+def test_coordinates_may_be_parted_by_commas(tmp_path, separator):
+    path = tmp_path / "cloud.xyz"
+    path.write_text("# x y z\n" + "\n".join(separator.join(f"{c:.6f}" for c in p) for p in ball()))
+    assert run(["fit", str(path), "--kind", "sphere", "--out", str(tmp_path / "out"), "-q"]) == 0
+
+
+def test_a_model_that_is_cut_short_is_refused_too(tmp_path):
+    from sdftrack.io.meshes import read_mesh
+
+    path = tmp_path / "torn.ply"
+    path.write_text(ply(200))
+    with pytest.raises(ValueError, match="cut short"):
+        read_mesh(path)
+
+
+def test_a_cloud_in_millimetres_is_refused_unless_the_unit_is_said(tmp_path, capsys):
+    path = tmp_path / "cloud.npy"
+    np.save(path, ball(1e3))
+    out = str(tmp_path / "out")
+    assert run(["fit", str(path), "--kind", "sphere", "--out", out]) == 1
+    assert "are they in mm? pass --unit mm" in capsys.readouterr().err
+    assert run(["fit", str(path), "--kind", "sphere", "--unit", "mm", "--out", out]) == 0
+    assert "radius 50.0" in capsys.readouterr().out
+
+
+def test_points_that_are_not_finite_are_told_without_python(tmp_path, capsys):
+    points = ball()
+    points[3] = np.nan
+    np.save(tmp_path / "nan.npy", points)
+    assert run(["fit", str(tmp_path / "nan.npy"), "--out", str(tmp_path / "out")]) == 1
+    line = capsys.readouterr().err
+    assert "1 of 400 points with NaN or infinity; leave them out" in line
+    assert "np." not in line
+
+
+@pytest.mark.parametrize("box", ["1,2,3", "a,b,c,d", "0,0,0,0", "nan,0,5,5", "1,2,3,4,5"])
+def test_a_wrong_box_names_its_own_option(tmp_path, capsys, box):
+    assert run(["fit", str(tmp_path), "--box", box, "--out", str(tmp_path / "out")]) == 2
+    line = capsys.readouterr().err
+    assert "--box" in line
+    assert "--init" not in line
+
+
+@pytest.mark.parametrize(
+    ("python", "shell"),
+    [
+        ("pass unit='mm'", "pass --unit mm"),
+        ("or colour is late (time_offset=True)", "or colour is late (--time-offset)"),
+        ("ball_color: grey; paint the ball, or pass mask_fn=", "--ball-color: grey; paint the ball"),
+        ("move the ball, or pass color_camera=", "move the ball, or pass --color-camera"),
+        ("pass ball_color=(r, g, b) or mask_fn=", "pass --ball-color r,g,b"),
+        ("leave them out (points[np.isfinite(points).all(axis=1)])", "leave them out"),
+        ("holds files; pass overwrite=True", "holds files; pass --overwrite"),
+        ("fx=500 is far", "fx=500 is far"),
+    ],
+)  # fmt: skip
+def test_advice_is_in_options_and_what_has_none_is_left_out(python, shell):
+    assert as_options(python, OPTIONS) == shell
