@@ -2,7 +2,9 @@
 // How a track begins: the grid, the first shape, the first colours.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -16,6 +18,21 @@ namespace {
 constexpr double kLeastContrast = 0.02;
 
 }  // namespace
+
+// Why a mask of so many pixels leaves no object or no background on the grid.
+std::string ContourTracker::unfit(const RgbView& image, int pixels) const {
+  const std::int64_t others = static_cast<std::int64_t>(image.width) * image.height - pixels;
+  std::ostringstream text;
+  if (others < kLeastPixels) {
+    text << "mask: expected background around the object, at least " << kLeastPixels << " pixels, got "
+         << others << "; mark the object alone";
+  } else {
+    text << "mask: expected one object, got " << pixels
+         << " pixels so scattered that on a grid with cells of " << grid_.warp.scale()
+         << " px they leave no object or no background; mark one object as a whole";
+  }
+  return text.str();
+}
 
 // Begun beside the track that runs: nothing of that one shows in the new one, and it goes on if this is
 // refused.
@@ -52,11 +69,7 @@ void ContourTracker::start_here(const RgbView& image, const unsigned char* mask)
       grid_.phi[static_cast<std::size_t>(iy * grid_.nx + ix)] = inside ? -0.5f : 0.5f;
     }
   redistance(reach_cells(), &evolution_.distance, &grid_);
-  if (!model_.learn(image, grid_, 1, 1))
-    throw std::invalid_argument(
-        "mask: expected pixels of the object and of the background around it, got a mask that leaves no "
-        "background; "
-        "mark the object alone");
+  if (!model_.learn(image, grid_, 1, 1)) throw std::invalid_argument(unfit(image, pixels));
   begin(image);
 }
 

@@ -3,6 +3,7 @@
 // docs/math/contour.md).
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "contour/evolution.h"
@@ -58,6 +59,7 @@ class ContourTracker {
   void start_anew(const RgbView& image, const Place& place);
   void start_here(const RgbView& image, const unsigned char* mask);
   void start_here(const RgbView& image, const ImagePart& box);
+  std::string unfit(const RgbView& image, int pixels) const;
   void make_grid(const ImagePart& box);
   void segment_box(const RgbView& image, const ImagePart& box);
   void begin(const RgbView& image);
