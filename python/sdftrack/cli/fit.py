@@ -24,6 +24,7 @@ from sdftrack.cli.common import (
     Usage,
     check_common,
     check_layout,
+    parse_box,
     progress,
 )
 
@@ -81,6 +82,8 @@ def fit(
     """
     if out is None:
         raise Usage("expected a folder for the results: --out DIR", "--out")
+    from sdftrack.io.out_folder import refuse_inputs
+
     check_layout(layout)
     check_common(config, device)
     if mask is not None and box is not None:
@@ -89,6 +92,9 @@ def fit(
         raise Usage("expected --frame or --start and --stop, got both", "--frame")
     if not source.exists():
         raise FileNotFoundError(f"SEQ: no such file or folder: {source}")
+    refuse_inputs(
+        out, ("result.json", "fit.png", "primitive.ply"), [("SEQ|CLOUD.ply", source), ("--mask", mask)]
+    )
     options: dict[str, Any] = {"seed": seed, "threads": threads}
     if no_plane:
         options["plane"] = None
@@ -101,15 +107,17 @@ def fit(
         options.pop("plane", None)
         _fit_cloud(source, kind.value, out, overwrite, options, quiet)
     else:
-        _fit_sequence(source, kind.value, out, overwrite, (mask, _box(box)), part, layout, options, quiet)
-
-
-def _box(text: str | None) -> tuple[float, ...] | None:
-    if text is None:
-        return None
-    from sdftrack.cli.init import parse_init
-
-    return parse_init(f"box:{text}", "box:x,y,w,h").numbers
+        _fit_sequence(
+            source,
+            kind.value,
+            out,
+            overwrite,
+            (mask, None if box is None else parse_box(box)),
+            part,
+            layout,
+            options,
+            quiet,
+        )
 
 
 def _fit_cloud(source: Path, kind: str, out: Path, overwrite: bool, options: Any, quiet: bool) -> None:
