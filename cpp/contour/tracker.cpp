@@ -13,6 +13,8 @@ constexpr float kBeyondBand = 4;                 // cells of distance beside the
 constexpr double kJumpGain = 0.1;                // contrast that a jump must gain over staying
 constexpr double kSure = 0.55, kDoubtful = 0.3;  // confidence
 constexpr double kFound = 0.4;                   // of the first contrast, to try a place
+constexpr double kFoundFar = 0.7;                // the same in the whole image, where more looks alike
+constexpr int kPatience = 2;                     // frames around the last place alone, what hides it may pass
 constexpr double kMostGrowth = 1.5;              // of the scale in a frame
 constexpr int kJumpStep_px = 6;
 constexpr double kSuspicious = 0.8;  // of the usual contrast
@@ -194,7 +196,8 @@ void ContourTracker::recentre() {
   redistance(reach_cells(), &evolution_.distance, &g);
 }
 
-// What was lost is looked for with its last sure shape, around where that was, farther each frame.
+// What was lost is looked for with its last sure shape, around where that was, farther each frame; then
+// anywhere.
 bool ContourTracker::look_around(const RgbView& image) {
   constexpr double kScales[] = {0.8, 1.25};
   constexpr int kStep_px = 8, kMostReach_px = 240;
@@ -206,7 +209,6 @@ bool ContourTracker::look_around(const RgbView& image) {
   part = {std::max(0, part.x0 - reach), std::max(0, part.y0 - reach), std::min(image.width, part.x1 + reach),
           std::min(image.height, part.y1 + reach)};
   ++lost_frames_;
-  if (part.empty()) return false;
   model_.posterior_anywhere(image, part, &posterior_);
   choose_samples(grid_, options_.band, nullptr, &samples_);
   GridWarp best = good_warp_;
@@ -217,8 +219,14 @@ bool ContourTracker::look_around(const RgbView& image) {
     const double contrast = search_place(samples_, posterior_, 2 * kStep_px, kStep_px, &trial);
     if (contrast > most) most = contrast, best = trial;
   }
+  bool found = most >= kFound * first_contrast_;
+  if (!found && lost_frames_ > kPatience) {
+    best = good_warp_;
+    most = find_anywhere(image, model_, samples_, &redetection_, &best);
+    found = most >= kFoundFar * first_contrast_;
+  }
   report_.contrast = most, report_.confidence = 0;
-  if (most < kFound * first_contrast_) return false;
+  if (!found) return false;
   grid_.warp = best;
   return true;
 }

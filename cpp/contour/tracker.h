@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "contour/evolution.h"
+#include "contour/redetection.h"
 #include "contour/registration.h"
-#include "contour/search.h"
 
 namespace sdftrack {
 
@@ -82,6 +82,7 @@ class ContourTracker {
   RegistrationWork registration_;
   EvolutionWork evolution_;
   ShapeSamples samples_;
+  RedetectionWork redetection_;
   ContourReport report_;
   std::vector<float> before_, resampled_;  // phi before this frame's steps
   std::vector<float> seen_;            // what was seen, where a whole shape stands in its place; else empty
