@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack.contour.options import contour_options, whole
+from sdftrack.contour.record import ArrayRecord, mask_png
 from sdftrack.results import Status
 
 __all__ = ["ContourResult", "ContourTracker", "Memory"]
@@ -26,8 +27,8 @@ class Memory(Protocol):
     def recover(self, mask: NDArray[np.bool_]) -> NDArray[Any]: ...
 
 
-@dataclass(frozen=True)
-class ContourResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class ContourResult(ArrayRecord):
     """One frame.
 
     Attributes
@@ -62,6 +63,15 @@ class ContourResult:
     def ok(self) -> bool:
         """Whether the status is "ok"."""
         return self.status == Status.OK
+
+    def __repr__(self) -> str:
+        said = f", {self.judgement}" if self.judgement else ""
+        return (
+            f"ContourResult({self.status}, confidence {self.confidence:.2f}{said}, {int(self.mask.sum())} px)"
+        )
+
+    def _repr_png_(self) -> bytes:
+        return mask_png(self.mask)
 
 
 class ContourTracker:
