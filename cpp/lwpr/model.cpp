@@ -15,6 +15,7 @@ namespace {
 constexpr std::size_t kChunk = 256;        // samples of a prediction that are one thread's turn
 constexpr std::size_t kWorthThreads = 64;  // samples, below which starting threads costs more than it saves
 
+constexpr std::size_t kMostKept = 1 << 17;  // numbers of a batch that are kept room for: a megabyte
 constexpr int kMostFull = 1000, kMostInputs = 100000;  // inputs: the memory of a field
 
 void check_norm(const char* name, const std::vector<double>& norm, int expected) {
@@ -91,6 +92,7 @@ void LwprModel::update(const double* x, const double* y, std::size_t count, int 
     unit.settle();
   });
   samples_ += static_cast<double>(count);
+  if (rows_.size() > kMostKept) rows_ = {};
 }
 
 std::vector<double> LwprModel::scaled_rows(const double* x, std::size_t count, const char* name) const {
