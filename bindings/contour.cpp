@@ -150,14 +150,19 @@ py::array_t<float> contour_distance(const py::array& phi, int radius) {
   return phi_of(grid);
 }
 
-// The posterior at the pixels of `image` of a model learned from `learned` with phi where warp puts it.
+// The posterior at the pixels of `image` of a model learned from `learned`, with the images of `pooled`
+// pooled in one after the other, phi where warp puts it.
 py::array_t<float> contour_posterior(const py::array& learned, const py::array& image, const py::array& phi,
-                                     const std::array<double, 6>& warp, const py::dict& given) {
+                                     const std::array<double, 6>& warp, const py::dict& given,
+                                     const std::vector<py::array>& pooled) {
   const ContourOptions options = options_from(given);
   const ContourGrid grid = grid_from(phi, warp);
   RegionModel model(options);
   if (!model.learn(color_view(learned), grid, 1, 1))
     throw std::invalid_argument("phi: expected pixels inside and outside on the image, got none of a kind");
+  for (const py::array& more : pooled)
+    model.learn(color_view(more), grid, static_cast<double>(options.object_rate),
+                static_cast<double>(options.background_rate));
   const RgbView view = color_view(image);
   PosteriorImage posterior;
   model.posterior(view, grid, grid.all(), &posterior);
@@ -235,7 +240,7 @@ void bind_contour(py::module_& m) {
         py::arg("options"), py::arg("device") = "cpu", "phi after steps of the evolution.");
   m.def("contour_distance", &contour_distance, py::arg("phi"), py::arg("radius"));
   m.def("contour_posterior", &contour_posterior, py::arg("learned"), py::arg("image"), py::arg("phi"),
-        py::arg("warp"), py::arg("options"));
+        py::arg("warp"), py::arg("options"), py::arg("pooled") = std::vector<py::array>{});
 }
 
 }  // namespace sdftrack

@@ -134,3 +134,29 @@ def test_the_posteriors_are_those_of_the_twin(options):
     got = _core.contour_posterior(image, image, phi, IDENTITY, options)
     want = twin.posterior(image, image, phi, *parts(IDENTITY), **options)
     np.testing.assert_allclose(got, want, atol=POSTERIOR_ATOL)
+
+
+@pytest.mark.parametrize("pool", ["linear", "log"])
+@pytest.mark.parametrize("rates", [(0.02, 0.2), (0.5, 0.05), (1.0, 1.0), (0.0, 0.0)])
+def test_the_opinion_pools_are_those_of_the_twin(pool, rates):
+    rng = np.random.default_rng(7)
+    first, *more = rng.integers(0, 256, (4, 60, 80, 3), dtype=np.uint8) // 64 * 64
+    for k, image in enumerate((first, *more)):
+        image[20:40, 30:50, 0] = 200 - 60 * k  # colours that come and colours that go
+    options = {"pool": pool, "object_rate": rates[0], "background_rate": rates[1]}
+    phi = disc_phi()
+    got = _core.contour_posterior(first, more[-1], phi, IDENTITY, options, more)
+    want = twin.posterior(first, more[-1], phi, *parts(IDENTITY), pooled=more, **options)
+    np.testing.assert_allclose(got, want, atol=POSTERIOR_ATOL)
+    if rates[0] > 0:  # at a rate of 0 the new colours are known, and that is all
+        alone = _core.contour_posterior(first, more[-1], phi, IDENTITY, options)
+        assert np.abs(got - alone).max() > 0.05
+
+
+def test_a_pool_of_a_count_done_by_hand():
+    before, new = np.array([8.0, 0.0, 2.0, 0.0]), np.array([2.0, 4.0, 0.0, 0.0])
+    np.testing.assert_allclose(twin.opinions(before, new, 0.25), [6.5, 1.0, 1.5, 0.0])
+    np.testing.assert_allclose(
+        twin.opinions(before, new, 0.5, "log"),
+        [np.sqrt(8.05 * 2.05) - 0.05, np.sqrt(0.05 * 4.05) - 0.05, np.sqrt(2.05 * 0.05) - 0.05, 0.0],
+    )

@@ -143,6 +143,33 @@ def test_what_vanishes_is_reported_lost_and_found_again():
     assert iou(back.mask, video.masks[9]) > 0.8
 
 
+DRIFT = 30  # frames of a pixel each: without registration the shape wanders on the grid by as many cells
+KEPT_IOU = 0.97  # of the disc that moves, whatever the grid does; measured 0.98
+
+
+@pytest.mark.parametrize("corrected", [True, False])
+def test_the_grid_follows_a_shape_that_wanders_off_its_middle(corrected):
+    off = {} if corrected else {"drift_cells": 64, "drift_log_scale": 1}
+    tracker = st.contour.ContourTracker(registration_steps=0, reach=0, most_cells=64, ring=1.0, **off)
+    start = tracker.start(
+        *picture(disc(60, 60, 20), (180, 120))[:1], mask=picture(disc(60, 60, 20), (180, 120))[1]
+    )
+    cells = (start.phi < 0).sum()
+    for k in range(1, DRIFT + 1):
+        image, there = picture(disc(60 + k, 60, 20 + 0.2 * k), (180, 120))
+        result = tracker.track(image)
+    assert iou(result.mask, there) > KEPT_IOU
+    y, x = np.nonzero(result.phi < 0)
+    middle = [(x.min() + x.max()) / 2, (y.min() + y.max()) / 2] - (np.array(result.phi.shape[::-1]) - 1) / 2
+    inside = (result.phi < 0).sum()
+    if corrected:  # within the 3 cells and the 5 % in length of the defaults, and a step of one frame
+        assert np.abs(middle).max() <= 4
+        assert abs(np.log(inside / cells)) / 2 < 0.07
+    else:
+        assert np.abs(middle).max() > 20
+        assert inside > 1.4 * cells
+
+
 def test_the_same_frames_give_the_same_bits():
     video = blob_video(frames=6)
     runs = [follow(video, st.contour.ContourTracker(), mask=video.masks[0])[-1] for _ in range(2)]

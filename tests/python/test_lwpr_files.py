@@ -398,7 +398,7 @@ def test_a_file_of_a_later_version_says_so(model, tmp_path):
     content = (tmp_path / "a.lwpr").read_bytes()
     (tmp_path / "b.lwpr").write_bytes(content.replace(b"LWPR 1\n", b"LWPR 2\n", 1))
     with pytest.raises(
-        ValueError, match="expected version 1 of LWPR.save's file, got 2; read it with the release"
+        ValueError, match=r"expected version 1 of LWPR\.save's file, got 2; read it with the release"
     ):
         st.LWPR.load(tmp_path / "b.lwpr")
 
