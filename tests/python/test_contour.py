@@ -76,7 +76,8 @@ def test_the_gauss_newton_hessian_has_no_negative_direction():
 def test_the_data_term_of_a_step_is_the_slope_of_its_cost():
     rng = np.random.default_rng(3)
     phi, foreground, h = rng.uniform(-6, 6, (9, 11)), rng.uniform(0.02, 0.98, (9, 11)), 1e-6
-    slope = (twin._cost(phi + h, foreground, 1.5)[0] - twin._cost(phi - h, foreground, 1.5)[0]) / (2 * h)
+    cost = [twin.posterior_cost(at, foreground, 1.5)[0] for at in (phi + h, phi - h)]
+    slope = (cost[0] - cost[1]) / (2 * h)
     # mu = 0 leaves the data term alone, and one step of length 1 is minus the slope.
     stepped = _core.contour_steps(
         phi.astype(np.float32), foreground.astype(np.float32), 1, {"mu": 0.0, "dt": 1.0}

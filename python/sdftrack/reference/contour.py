@@ -13,7 +13,17 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["distance", "inside_at", "moved", "opinions", "posterior", "registration", "sample", "shape_step"]
+__all__ = [
+    "distance",
+    "inside_at",
+    "moved",
+    "opinions",
+    "posterior",
+    "posterior_cost",
+    "registration",
+    "sample",
+    "shape_step",
+]
 
 Array = NDArray[np.float64]
 UNIFORM = 1e-2  # share of a uniform distribution in the shared histograms
@@ -40,7 +50,7 @@ def inside_at(phi: Array, softness: float) -> Array:
     return np.asarray(1 / (1 + np.exp(np.clip(phi / softness, -80, 80))))
 
 
-def _cost(phi: Array, foreground: Array, softness: float) -> tuple[Array, Array, Array]:
+def posterior_cost(phi: Array, foreground: Array, softness: float) -> tuple[Array, Array, Array]:
     """-log f, its slope in phi, and the Gauss-Newton weight."""
     H = inside_at(phi, softness)
     f = np.maximum(H * foreground + (1 - H) * (1 - foreground), LEAST_MIXTURE)
@@ -75,7 +85,7 @@ def registration(
     """
     x, y = np.linalg.inv(A) @ (pixels - np.asarray(t)[:, None])
     value, gx, gy = sample(phi, x + (phi.shape[1] - 1) / 2, y + (phi.shape[0] - 1) / 2)
-    cost, slope, weight = _cost(value, foreground, softness)
+    cost, slope, weight = posterior_cost(value, foreground, softness)
     rows = [x * gx, y * gx, x * gy, y * gy] if affine else [x * gx + y * gy, x * gy - y * gx]
     J = np.stack([*rows, gx, gy])
     return float(cost.sum()), J @ slope, (J * weight) @ J.T
@@ -113,7 +123,7 @@ def shape_step(
         xy = (p[2:, 2:] - p[2:, :-2] - p[:-2, 2:] + p[:-2, :-2]) / 4
         square = np.maximum(gx * gx + gy * gy, 1e-4)
         curvature = (xx * gy * gy - 2 * xy * gx * gy + yy * gx * gx) / square**1.5
-        slope = _cost(out, foreground, softness)[1]
+        slope = posterior_cost(out, foreground, softness)[1]
         out = np.where(near, out + dt * (mu * (xx + yy - (1 - tension) * curvature) - slope), out)
     return out
 
