@@ -17,12 +17,21 @@ RgbView color_view(const py::array& image) {
   return {rgb, static_cast<int>(image.shape(1)), static_cast<int>(image.shape(0))};
 }
 
+// Sets the number of that name; false where there is none.
+bool set_number(const std::string& name, const py::handle& value, ContourOptions* o) {
+  bool found = false;
+  each_number(*o, [&](const char* own, auto& to, double, double) {
+    if (name != own) return;
+    to = py::cast<std::decay_t<decltype(to)>>(value);
+    found = true;
+  });
+  return found;
+}
+
 ContourOptions options_from(const py::dict& given) {
   ContourOptions o;
   for (const auto& [key, value] : given) {
     const auto name = py::cast<std::string>(key);
-    const auto real = [&](float* to) { *to = py::cast<float>(value); };
-    const auto whole = [&](int* to) { *to = py::cast<int>(value); };
     if (name == "warp") {
       const auto warp = py::cast<std::string>(value);
       if (warp != "similarity" && warp != "affine")
@@ -33,43 +42,7 @@ ContourOptions options_from(const py::dict& given) {
       if (pool != "linear" && pool != "log")
         throw std::invalid_argument("pool: expected \"linear\" or \"log\", got \"" + pool + "\"");
       o.pool = pool == "log" ? OpinionPool::kLogarithmic : OpinionPool::kLinear;
-    } else if (name == "bins") {
-      whole(&o.bins);
-    } else if (name == "windows") {
-      whole(&o.windows);
-    } else if (name == "shrink") {
-      real(&o.shrink);
-    } else if (name == "object_rate") {
-      real(&o.object_rate);
-    } else if (name == "background_rate") {
-      real(&o.background_rate);
-    } else if (name == "least_posterior") {
-      real(&o.least_posterior);
-    } else if (name == "ring") {
-      real(&o.ring);
-    } else if (name == "most_cells") {
-      whole(&o.most_cells);
-    } else if (name == "softness") {
-      real(&o.softness);
-    } else if (name == "band") {
-      real(&o.band);
-    } else if (name == "registration_steps") {
-      whole(&o.registration_steps);
-    } else if (name == "reach") {
-      real(&o.reach);
-    } else if (name == "shape_steps") {
-      whole(&o.shape_steps);
-    } else if (name == "dt") {
-      real(&o.dt);
-    } else if (name == "mu") {
-      real(&o.mu);
-    } else if (name == "tension") {
-      real(&o.tension);
-    } else if (name == "least_part") {
-      real(&o.least_part);
-    } else if (name == "box_rounds") {
-      whole(&o.box_rounds);
-    } else {
+    } else if (!set_number(name, value, &o)) {
       throw std::invalid_argument("options: expected options of ContourTracker, got \"" + name + "\"");
     }
   }
@@ -81,13 +54,7 @@ py::dict options_of(const ContourOptions& o) {
   py::dict out;
   out["warp"] = o.affine ? "affine" : "similarity";
   out["pool"] = o.pool == OpinionPool::kLogarithmic ? "log" : "linear";
-  out["bins"] = o.bins, out["windows"] = o.windows, out["shrink"] = o.shrink;
-  out["object_rate"] = o.object_rate, out["background_rate"] = o.background_rate;
-  out["least_posterior"] = o.least_posterior, out["ring"] = o.ring, out["most_cells"] = o.most_cells;
-  out["softness"] = o.softness, out["band"] = o.band, out["registration_steps"] = o.registration_steps;
-  out["reach"] = o.reach, out["shape_steps"] = o.shape_steps, out["dt"] = o.dt, out["mu"] = o.mu,
-  out["tension"] = o.tension;
-  out["least_part"] = o.least_part, out["box_rounds"] = o.box_rounds;
+  each_number(o, [&](const char* name, auto value, double, double) { out[name] = value; });
   return out;
 }
 
@@ -183,14 +150,19 @@ py::array_t<float> contour_distance(const py::array& phi, int radius) {
   return phi_of(grid);
 }
 
-// The posterior at the pixels of `image` of a model learned from `learned` with phi where warp puts it.
+// The posterior at the pixels of `image` of a model learned from `learned`, with the images of `pooled`
+// pooled in one after the other, phi where warp puts it.
 py::array_t<float> contour_posterior(const py::array& learned, const py::array& image, const py::array& phi,
-                                     const std::array<double, 6>& warp, const py::dict& given) {
+                                     const std::array<double, 6>& warp, const py::dict& given,
+                                     const std::vector<py::array>& pooled) {
   const ContourOptions options = options_from(given);
   const ContourGrid grid = grid_from(phi, warp);
   RegionModel model(options);
   if (!model.learn(color_view(learned), grid, 1, 1))
     throw std::invalid_argument("phi: expected pixels inside and outside on the image, got none of a kind");
+  for (const py::array& more : pooled)
+    model.learn(color_view(more), grid, static_cast<double>(options.object_rate),
+                static_cast<double>(options.background_rate));
   const RgbView view = color_view(image);
   PosteriorImage posterior;
   model.posterior(view, grid, grid.all(), &posterior);
@@ -268,7 +240,7 @@ void bind_contour(py::module_& m) {
         py::arg("options"), py::arg("device") = "cpu", "phi after steps of the evolution.");
   m.def("contour_distance", &contour_distance, py::arg("phi"), py::arg("radius"));
   m.def("contour_posterior", &contour_posterior, py::arg("learned"), py::arg("image"), py::arg("phi"),
-        py::arg("warp"), py::arg("options"));
+        py::arg("warp"), py::arg("options"), py::arg("pooled") = std::vector<py::array>{});
 }
 
 }  // namespace sdftrack

@@ -78,6 +78,8 @@ void each_row_on(const ContourGrid& grid, const CellBox& cells, const ImagePart&
       const double p = (least[k] - first[k]) / step, q = (most[k] - first[k]) / step;
       low = std::max(low, std::min(p, q)), high = std::min(high, std::max(p, q));
     }
+    // Before they become whole: a row beside the cells under a step of next to nothing meets them at 1e10.
+    if (!(low <= high)) continue;
     const int xa = static_cast<int>(std::ceil(low)), xb = static_cast<int>(std::floor(high)) + 1;
     if (xa >= xb) continue;
     body(y, xa, xb, first[0] + to_grid.a[0] * xa, first[1] + to_grid.a[2] * xa, to_grid.a[0], to_grid.a[2]);

@@ -181,19 +181,42 @@ void RegionModel::posterior(const RgbView& image, const ContourGrid& grid, const
   });
 }
 
+float RegionModel::posterior_of(const unsigned char* rgb) const {
+  const int slot = slots_[static_cast<std::size_t>(bin_of(rgb))];
+  if (slot < 0) return 0.5f;
+  const float f = whole_[2 * static_cast<std::size_t>(slot)],
+              b = whole_[2 * static_cast<std::size_t>(slot) + 1];
+  return std::clamp(f / (f + b), least_, 1 - least_);
+}
+
 void RegionModel::posterior_anywhere(const RgbView& image, const ImagePart& rect, PosteriorImage* out) const {
   out->rect = rect;
-  out->foreground.assign(static_cast<std::size_t>(rect.width()) * static_cast<std::size_t>(rect.height()),
-                         0.5f);
-  for (int y = rect.y0; y < rect.y1; ++y)
-    for (int x = rect.x0; x < rect.x1; ++x) {
-      const int slot = slots_[static_cast<std::size_t>(
-          bin_of(image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + x)))];
-      if (slot < 0) continue;
-      const float f = whole_[2 * static_cast<std::size_t>(slot)],
-                  b = whole_[2 * static_cast<std::size_t>(slot) + 1];
-      out->foreground[static_cast<std::size_t>(y - rect.y0) * static_cast<std::size_t>(rect.width()) +
-                      static_cast<std::size_t>(x - rect.x0)] = std::clamp(f / (f + b), least_, 1 - least_);
+  out->foreground.resize(static_cast<std::size_t>(rect.width()) * static_cast<std::size_t>(rect.height()));
+  float* to = out->foreground.data();
+  for (int y = rect.y0; y < rect.y1; ++y) {
+    const unsigned char* rgb = image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + rect.x0);
+    for (int x = rect.x0; x < rect.x1; ++x, rgb += 3) *to++ = posterior_of(rgb);
+  }
+}
+
+void RegionModel::posterior_of_squares(const RgbView& image, const ImagePart& part, int stride,
+                                       PosteriorImage* out) const {
+  const auto squares = [&](int pixels) { return (pixels + stride - 1) / stride; };
+  out->rect = {0, 0, squares(part.width()), squares(part.height())};
+  out->foreground.resize(static_cast<std::size_t>(out->rect.width()) *
+                         static_cast<std::size_t>(out->rect.height()));
+  // At a quarter and three quarters of a square; those of the last row and column stay in the part.
+  const int first = stride / 4, second = stride - 1 - first;
+  float* to = out->foreground.data();
+  for (int y = part.y0; y < part.y1; y += stride)
+    for (int x = part.x0; x < part.x1; x += stride) {
+      float sum = 0;
+      for (const int dy : {first, second})
+        for (const int dx : {first, second}) {
+          const int u = std::min(x + dx, part.x1 - 1), v = std::min(y + dy, part.y1 - 1);
+          sum += posterior_of(image.rgb + 3 * (static_cast<std::ptrdiff_t>(v) * image.width + u));
+        }
+      *to++ = 0.25f * sum;
     }
 }
 

@@ -35,6 +35,10 @@ class RegionModel {
                  PosteriorImage* out) const;
   // Shared histograms alone, for finding the object anywhere.
   void posterior_anywhere(const RgbView& image, const ImagePart& rect, PosteriorImage* out) const;
+  // The same, the mean of up to four pixels in each square of `stride` pixels; out->rect counts squares, from
+  // 0.
+  void posterior_of_squares(const RgbView& image, const ImagePart& part, int stride,
+                            PosteriorImage* out) const;
   // The colours as they were after `remember`, against those of the object in the last frame that was
   // counted: sum of sqrt(p q), 1 for the same.
   void remember();
@@ -51,6 +55,8 @@ class RegionModel {
     return ((rgb[0] >> shift_) * bins_ + (rgb[1] >> shift_)) * bins_ + (rgb[2] >> shift_);
   }
   int slot_of(int bin);
+  // By the shared histograms; one half for a colour never seen.
+  float posterior_of(const unsigned char* rgb) const;
   void make_shares();
   double floor_share() const;
 

@@ -3,11 +3,12 @@
 // docs/math/contour.md).
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "contour/evolution.h"
+#include "contour/redetection.h"
 #include "contour/registration.h"
-#include "contour/search.h"
 
 namespace sdftrack {
 
@@ -28,7 +29,8 @@ class ContourTracker {
  public:
   explicit ContourTracker(const ContourOptions& options);
 
-  // Throws std::invalid_argument where the mask (or box) has next to no pixels, or leaves none.
+  // Throws std::invalid_argument where the mask (or box) has next to no pixels, or leaves none; what was
+  // tracked before is then tracked on.
   void start(const RgbView& image, const unsigned char* mask);
   void start(const RgbView& image, const ImagePart& box);
 
@@ -49,6 +51,15 @@ class ContourTracker {
   void write_mask(const RgbView& image, unsigned char* mask) const;
 
  private:
+  static constexpr int kLeastPixels = 30;   // an object of fewer has no colours to speak of
+  static constexpr int kLeastRing_px = 12;  // of background around it
+  static constexpr int kBlur = 2;           // cells, to each side
+
+  template <class Place>
+  void start_anew(const RgbView& image, const Place& place);
+  void start_here(const RgbView& image, const unsigned char* mask);
+  void start_here(const RgbView& image, const ImagePart& box);
+  std::string unfit(const RgbView& image, int pixels) const;
   void make_grid(const ImagePart& box);
   void segment_box(const RgbView& image, const ImagePart& box);
   void begin(const RgbView& image);
@@ -71,6 +82,7 @@ class ContourTracker {
   RegistrationWork registration_;
   EvolutionWork evolution_;
   ShapeSamples samples_;
+  RedetectionWork redetection_;
   ContourReport report_;
   std::vector<float> before_, resampled_;  // phi before this frame's steps
   std::vector<float> seen_;            // what was seen, where a whole shape stands in its place; else empty

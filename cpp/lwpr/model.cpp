@@ -15,6 +15,7 @@ namespace {
 constexpr std::size_t kChunk = 256;        // samples of a prediction that are one thread's turn
 constexpr std::size_t kWorthThreads = 64;  // samples, below which starting threads costs more than it saves
 
+constexpr std::size_t kMostKept = 1 << 17;  // numbers of a batch that are kept room for: a megabyte
 constexpr int kMostFull = 1000, kMostInputs = 100000;  // inputs: the memory of a field
 
 void check_norm(const char* name, const std::vector<double>& norm, int expected) {
@@ -49,7 +50,8 @@ void check_finite(const char* name, const double* values, std::size_t count,
   for (std::size_t i = 0; i < count; ++i)
     for (std::size_t j = 0; j < columns; ++j) {
       const double value = values[i * columns + j];
-      if (std::abs(value) <= kMostSize * norm[j]) continue;
+      // The bound itself is infinite beside a norm above 1e283.
+      if (std::isfinite(value) && std::abs(value) <= kMostSize * norm[j]) continue;
       throw std::invalid_argument(std::string(name) + ": expected finite numbers, at most 1e25 times norm_" +
                                   (name[0] == 'x' ? "in" : "out") + ", got " + text_of(value) +
                                   " in sample " + std::to_string(i) +
@@ -90,6 +92,7 @@ void LwprModel::update(const double* x, const double* y, std::size_t count, int 
     unit.settle();
   });
   samples_ += static_cast<double>(count);
+  if (rows_.size() > kMostKept) rows_ = {};
 }
 
 std::vector<double> LwprModel::scaled_rows(const double* x, std::size_t count, const char* name) const {

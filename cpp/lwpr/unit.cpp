@@ -10,6 +10,15 @@ namespace {
 
 constexpr int kSearchFrom = 48;  // fields, from which on a grid is faster than looking at all
 
+// Room for a field's arithmetic: of the thread that learns, not of each output, since with a full metric it
+// is two matrices.
+double* learn_scratch(const FieldLayout& at) {
+  thread_local std::vector<double> room;
+  const auto wanted = static_cast<std::size_t>(scratch_size(at));
+  if (room.size() < wanted) room.resize(wanted);
+  return room.data();
+}
+
 }  // namespace
 
 LwprUnit::LwprUnit(const FieldLayout& at, const LwprOptions& o)
@@ -20,10 +29,9 @@ LwprUnit::LwprUnit(const FieldLayout& at, const LwprOptions& o)
       q_max_(-2 * std::log(o.w_cutoff)),
       init_lambda_(o.init_lambda),
       init_alpha_(o.init_alpha),
-      init_M_(initial_metric(o, at.n)),
+      init_M_(std::make_shared<const std::vector<double>>(initial_metric(o, at.n))),
       ops_(&for_isa<UnitOps>(used_isa())),
-      record_stride_(at.record_size(std::min(2, at.n))),
-      learn_scratch_(static_cast<std::size_t>(scratch_size(at))) {}
+      record_stride_(at.record_size(std::min(2, at.n))) {}
 
 void LwprUnit::update(const double* x, double y) {
   seen_ += 1;
@@ -46,7 +54,7 @@ void LwprUnit::update(const double* x, double y) {
 // The first `active` fields of own_ learn a sample.
 void LwprUnit::learn(const double* x, double y, int active) {
   const bool wanted = ops_->learn(at_, settings_, blocks_.data(), records_.data(), record_stride_,
-                                  learn_scratch_.data(), x, y, {own_.index.data(), own_.w.data()}, active);
+                                  learn_scratch(at_), x, y, {own_.index.data(), own_.w.data()}, active);
   for (int i = 0; i < active; ++i) {
     const int k = own_.index[static_cast<std::size_t>(i)];
     changed_[static_cast<std::size_t>(k)] = 1;
@@ -62,7 +70,7 @@ void LwprUnit::add_field(const double* x) {
   for (int row = 0; row < at_.block_rows(); ++row) lane[row * kFieldLanes] = 0;
   for (int j = 0; j < at_.n; ++j) lane[j * kFieldLanes] = x[j];
   for (int j = 0; j < at_.metric_size(); ++j)
-    lane[(at_.n + j) * kFieldLanes] = init_M_[static_cast<std::size_t>(j)];
+    lane[(at_.n + j) * kFieldLanes] = (*init_M_)[static_cast<std::size_t>(j)];
   double* const head = record_of(k);
   head[FieldLayout::kLambda] = init_lambda_;
   for (int j = 0; j < at_.metric_size(); ++j) {
@@ -161,7 +169,7 @@ void LwprUnit::settle() {
 void LwprUnit::settle_field(int k) {
   const double* const head = record(k);
   double* const lane = lane_of(k);
-  double* const g = learn_scratch_.data();
+  double* const g = learn_scratch(at_);
   std::fill(g, g + at_.row, 0.0);
   const int T = static_cast<int>(head[FieldLayout::kTrusted]);
   for (int r = T - 1; r >= 0; --r) {

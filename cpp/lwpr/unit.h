@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "lwpr/layout.h"
@@ -76,7 +77,7 @@ class LwprUnit {
   FieldLayout at_;
   FieldSettings settings_;
   double w_gen_, w_prune_, q_max_, init_lambda_, init_alpha_;
-  std::vector<double> init_M_;
+  std::shared_ptr<const std::vector<double>> init_M_;  // of a new field; a unit's copies share it
   const UnitOps* ops_;
   std::vector<double> blocks_;         // lanes
   std::vector<double> records_;        // one for each field, with room for as many projections in each
@@ -84,7 +85,6 @@ class LwprUnit {
   std::vector<std::uint8_t> changed_;  // of each field, since the last settle()
   double seen_ = 0, mean_y_ = 0;
   LwprScratch own_;
-  std::vector<double> learn_scratch_;
   LwprSearch search_;
   std::vector<double> known_M_,
       known_drift2_;                    // of each field in the search: its metric, how far it may move

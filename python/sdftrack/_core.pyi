@@ -1371,7 +1371,7 @@ def contour_options() -> dict:
     """
     The defaults of ContourTracker.
     """
-def contour_posterior(learned: numpy.ndarray, image: numpy.ndarray, phi: numpy.ndarray, warp: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"], options: dict) -> numpy.typing.NDArray[numpy.float32]:
+def contour_posterior(learned: numpy.ndarray, image: numpy.ndarray, phi: numpy.ndarray, warp: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"], options: dict, pooled: collections.abc.Sequence[numpy.ndarray] = []) -> numpy.typing.NDArray[numpy.float32]:
     ...
 def contour_registration(phi: numpy.ndarray, warp: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"], pixels: numpy.ndarray, foreground: numpy.ndarray, softness: typing.SupportsFloat | typing.SupportsIndex, affine: bool) -> tuple:
     """

@@ -11,11 +11,13 @@ from typing import Any
 
 __all__ = ["options_as_toml", "read_tables"]
 
-TABLES = ("tracker", "reconstruct")
+TABLES = ("tracker", "reconstruct", "contour")
 
 
-def options_as_toml(options: Any = None, reconstruct: Any = None) -> str:
-    """Text of a TOML file that sets every option to its default, or to those of `options` and `reconstruct`."""
+def options_as_toml(options: Any = None, reconstruct: Any = None, contour: Any = None) -> str:
+    """Text of a TOML file that sets every option to its default, or to those that are given."""
+    from sdftrack import _core
+    from sdftrack.contour.options import MEANINGS
     from sdftrack.options import TrackerOptions
     from sdftrack.reconstruction.options import ReconstructorOptions
 
@@ -28,6 +30,9 @@ def options_as_toml(options: Any = None, reconstruct: Any = None) -> str:
         "",
         "[reconstruct]",
         *_lines(reconstruct or ReconstructorOptions()),
+        "",
+        "[contour]",
+        *_told({**_core.contour_options(), **(contour or {})}, MEANINGS),
     ]
     return "\n".join(lines) + "\n"
 
@@ -42,6 +47,12 @@ def _lines(options: Any) -> list[str]:
     return lines
 
 
+def _told(values: dict[str, Any], meanings: dict[str, str]) -> list[str]:
+    return [
+        line for name, value in values.items() for line in (f"# {meanings[name]}", f"{name} = {_toml(value)}")
+    ]
+
+
 def _toml(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
@@ -51,7 +62,7 @@ def _toml(value: Any) -> str:
 
 
 def read_tables(path: str | os.PathLike[str]) -> dict[str, dict[str, Any]]:
-    """The tables [tracker] and [reconstruct] of a TOML file, {} for one that is not there.
+    """The tables [tracker], [reconstruct] and [contour] of a TOML file, {} for one that is not there.
 
     The tracker's options may also stand at the top level, without their table.
     """
@@ -73,7 +84,7 @@ def read_tables(path: str | os.PathLike[str]) -> dict[str, dict[str, Any]]:
         near = difflib.get_close_matches(strange[0], TABLES, 1)
         raise ValueError(
             f"{os.fspath(path)}: expected the options in [tracker], or all of them without a table, and those of "
-            f"reconstruct in [reconstruct], got {', '.join(strange)} beside it"
+            f"reconstruct and contour in [reconstruct] and [contour], got {', '.join(strange)} beside it"
             + (f"; did you mean [{near[0]}]?" if near else "")
         )
-    return {"tracker": values, "reconstruct": {}, **tables}
+    return {"tracker": values, "reconstruct": {}, "contour": {}, **tables}

@@ -103,6 +103,48 @@ TEST(Pieces, a_speck_goes_and_a_ring_stays_one) {
   EXPECT_LT(grid.phi[20 * 60 + 9], 0);
 }
 
+TEST(RegionModel, squares_are_means_of_pixels_and_stay_in_the_part) {
+  constexpr int kWidth = 53, kHeight = 37;
+  std::vector<unsigned char> rgb(3 * kWidth * kHeight);
+  std::mt19937 random(3);
+  for (unsigned char& c : rgb) c = static_cast<unsigned char>(random() % 4 * 60);
+  const RgbView image{rgb.data(), kWidth, kHeight};
+  RegionModel model{ContourOptions{}};
+  ASSERT_TRUE(model.learn(image, disc(41, 31, 20, 15, 8), 1, 1));
+  PosteriorImage pixels, squares;
+  const ImagePart part{3, 2, 50, 36};
+  model.posterior_anywhere(image, part, &pixels);
+  model.posterior_of_squares(image, part, 1, &squares);
+  EXPECT_EQ(squares.foreground, pixels.foreground);
+  model.posterior_of_squares(image, part, 2, &squares);
+  ASSERT_EQ(squares.rect.width(), 24);
+  ASSERT_EQ(squares.rect.height(), 17);
+  for (int y = 0; y < 17; ++y)
+    for (int x = 0; x < 23; ++x) {
+      const int u = 3 + 2 * x, v = 2 + 2 * y;
+      const float mean =
+          0.25f * (pixels.at(u, v) + pixels.at(u + 1, v) + pixels.at(u, v + 1) + pixels.at(u + 1, v + 1));
+      EXPECT_NEAR(squares.at(x, y), mean, 1e-6) << x << " " << y;
+    }
+}
+
+// Under a turn of 1e-9 a row beside the cells meets them farther away than an int holds.
+TEST(Region, rows_stay_in_the_picture_under_a_turn_of_next_to_nothing) {
+  const ImagePart rect{0, 0, 41, 31};
+  for (const double turn : {0.0, 1e-15, 2e-9, 1.1e-9, 1e-7, -1e-9, -3e-9, -1e-5}) {
+    ContourGrid grid = disc(21, 15, 10, 7, 5);
+    grid.warp = {{1, -turn, turn, 1}, {20, 15}};
+    int pixels = 0;
+    each_row_on(grid, grid.all(), rect, [&](int y, int xa, int xb, double gx, double gy, double, double) {
+      ASSERT_GE(xa, rect.x0);
+      ASSERT_LE(xb, rect.x1);
+      ASSERT_TRUE(gx >= 0 && gx <= 20 && gy >= 0 && gy <= 14) << y;
+      pixels += xb - xa;
+    });
+    EXPECT_NEAR(pixels, 20 * 14, 40) << turn;
+  }
+}
+
 TEST(FlatDistance, of_an_empty_grid_is_as_far_as_it_goes) {
   ContourGrid grid = disc(20, 16, -90, -90, 1);
   FlatDistanceWork work;

@@ -143,6 +143,15 @@ def test_a_folder_with_files_is_refused_before_the_work(folder, tmp_path, capsys
     assert [p.name for p in tmp_path.iterdir()] == ["mine.txt"]
 
 
+@pytest.mark.parametrize("kind", ["color", "intrinsics"])
+def test_the_sequences_own_camera_is_not_replaced(kind, folder, capsys):
+    before = (folder / "camera.json").read_bytes()
+    more = ["--ball-radius", str(RADIUS_M)] if kind == "color" else ["--model", "m.ply"]
+    assert run(["calibrate", kind, str(folder), *more, "--out", str(folder), "--overwrite"]) == 1
+    assert "SEQ: expected no file that the results replace" in told(capsys)
+    assert (folder / "camera.json").read_bytes() == before
+
+
 def test_the_command_explains_itself(capsys):
     assert run(["calibrate", "--help"]) == 0
     assert "color" in capsys.readouterr().out

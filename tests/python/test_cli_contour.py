@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: MIT
 """``sdftrack contour``: what it writes, and what it refuses."""
 
+import itertools
 import json
+import shutil
 
 import numpy as np
 import pytest
 
 from sdftrack.cli.app import run
+from sdftrack.io.color_video import ColorVideo
 from sdftrack.io.frames import read_mask, write_color, write_mask
 from sdftrack.io.video import write_video
 from sdftrack.metrics import iou
@@ -109,7 +112,14 @@ def test_a_folder_with_files_is_refused_and_replaced_when_asked(scene, tmp_path,
     [
         ([], 2, "expected --box or --mask, got none"),
         (["--box", "1,2,3,4", "--mask", "m.png"], 2, "expected --box or --mask, got both"),
-        (["--box", "1,2,3"], 2, "box:x,y,w,h"),
+        (
+            ["--box", "1,2,3"],
+            2,
+            "Invalid value for --box: expected x,y,w,h in pixels, w and h above 0, got '1,2,3'",
+        ),
+        (["--box", "1,2,3,-4"], 2, "expected x,y,w,h in pixels"),
+        (["--box", "1,2,a,4"], 2, "expected x,y,w,h in pixels"),
+        (["--box", "BOX", "--stop", "-1"], 2, "--stop"),
         (["--box", "500,2,30,30"], 1, "box: expected a box in the 240 x 160 image"),
         (["--mask", "none.png"], 1, "the file is missing"),
         (["--box", "BOX", "--masks", "nowhere"], 1, "--masks: no such folder"),
@@ -138,11 +148,155 @@ def test_what_is_no_video_is_refused(tmp_path, capsys):
         assert told in capsys.readouterr().err
 
 
-def test_frames_of_another_size_end_the_run_with_one_line(scene, tmp_path, capsys):
-    _, box, video = scene
+def stepped(scene, tmp_path, spoil):
+    """A copy of the frames with the fourth spoilt, and its command."""
+    root, box, video = scene
     folder = tmp_path / "rgb"
-    folder.mkdir()
-    write_color(folder / "000000.png", video.images[0])
-    write_color(folder / "000001.png", video.images[1][:-8])
-    assert run(["contour", str(folder), "--box", box, "--out", str(tmp_path / "out")]) == 1
-    assert "image: expected the size at the start, 240 x 160" in capsys.readouterr().err
+    shutil.copytree(root / "rgb", folder)
+    spoil(folder / "000003.png", video)
+    return ["contour", str(folder), "--box", box, "--out", str(tmp_path / "out"), "-q"], tmp_path / "out"
+
+
+@pytest.mark.parametrize(
+    ("spoil", "told"),
+    [
+        (
+            lambda file, video: file.write_bytes(file.read_bytes()[:900]),
+            "000003.png: the image file is truncated",
+        ),
+        (lambda file, video: file.write_bytes(b""), "empty"),
+        (
+            lambda file, video: write_color(file, video.images[3][:-8]),
+            "the image is 240 x 152, the first one 240 x 160",
+        ),
+    ],
+    ids=["truncated", "empty", "another size"],
+)
+def test_a_bad_frame_is_told_of_and_the_track_goes_on(scene, tmp_path, spoil, told):
+    given, out = stepped(scene, tmp_path, spoil)
+    assert run([*given, "--masks", str(scene[0] / "mask")]) == 0
+    frames = json.loads((out / "result.json").read_text())["frames"]
+    assert [f["status"] for f in frames] == ["ok", "ok", "ok", "bad_frame", "ok", "ok"]
+    assert told in frames[3]["reason"]
+    assert frames[3]["iou"] == 0
+    assert not read_mask(out / "mask" / "000003.png").any()
+    assert iou(read_mask(out / "mask" / "000005.png"), scene[2].masks[5]) > FOLLOWED_IOU
+    assert sum(1 for _ in ColorVideo(out / "overlay.mp4")) == FRAMES
+
+
+def test_a_first_frame_that_cannot_be_read_is_an_error(scene, tmp_path, capsys):
+    given, out = stepped(scene, tmp_path, lambda file, video: file.write_bytes(b""))
+    assert run([*given, "--start", "3"]) == 1
+    assert "000003.png: the image file is empty" in capsys.readouterr().err
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "told"),
+    [(KeyboardInterrupt(), 130, "interrupted"), (ValueError("broke off"), 1, "broke off")],
+)
+def test_what_was_found_before_an_interruption_is_kept(scene, tmp_path, monkeypatch, error, code, told):
+    whole = ColorVideo.frames
+
+    def some(self, *part):
+        yield from itertools.islice(whole(self, *part), 4)
+        raise error
+
+    monkeypatch.setattr(ColorVideo, "frames", some)
+    root, box, _ = scene
+    given = ["contour", str(root / "blob.mp4"), "--box", box, "--out", str(tmp_path / "out"), "-q"]
+    assert run(given) == code
+    report = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert report["stopped"] == told
+    assert len(report["frames"]) == 4
+    assert sum(1 for _ in ColorVideo(tmp_path / "out" / "overlay.mp4")) == 4
+    monkeypatch.undo()
+    assert run([*given, "--overwrite"]) == 0  # what the broken run wrote is its own
+
+
+def test_a_video_that_breaks_off_is_tracked_so_far(scene, tmp_path, capsys):
+    _, box, _ = scene
+    film = tmp_path / "cut.avi"
+    long = blob_video(frames=40)
+    import av
+
+    with av.open(str(film), "w") as container:
+        stream = container.add_stream("mjpeg", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 240, 160, "yuvj420p"
+        for image in long.images:
+            for packet in stream.encode(av.VideoFrame.from_ndarray(image, format="rgb24")):
+                container.mux(packet)
+    film.write_bytes(film.read_bytes()[: film.stat().st_size // 2])
+    out = tmp_path / "out"
+    code = run(["contour", str(film), "--box", box, "--out", str(out), "-q"])
+    frames = json.loads((out / "result.json").read_text())["frames"]
+    assert code in (0, 1)  # whether the demuxer calls a cut file's end an error is its own affair
+    assert 10 < len(frames) < 40
+    assert sum(1 for _ in ColorVideo(out / "overlay.mp4")) == len(frames)
+
+
+def test_files_of_others_are_never_deleted_or_replaced(scene, tmp_path, capsys):
+    root, box, _ = scene
+    out = tmp_path / "out"
+    (out / "mask").mkdir(parents=True)
+    shutil.copy(root / "mask" / "000002.png", out / "mask" / "000002.png")
+    (out / "mask" / "notes.png").write_bytes(b"mine")
+    before = (out / "mask" / "000002.png").read_bytes()
+    given = ["contour", str(root / "rgb"), "--box", box, "--out", str(out), "-q", "--overwrite"]
+    assert run(given) == 1
+    assert "masks of this command alone, got 000002.png" in capsys.readouterr().err
+    assert (out / "mask" / "000002.png").read_bytes() == before
+    (out / "mask" / "000002.png").unlink()
+    assert run(given) == 0
+    assert run([*given, "--stop", "2"]) == 0
+    assert sorted(p.name for p in (out / "mask").iterdir()) == ["000000.png", "000001.png", "notes.png"]
+    assert (out / "mask" / "notes.png").read_bytes() == b"mine"
+
+
+@pytest.mark.parametrize("which", ["--masks", "--mask", "source", "folder"])
+def test_inputs_that_results_would_replace_are_refused(scene, tmp_path, capsys, which):
+    root, box, _ = scene
+    out = tmp_path / "out"
+    shutil.copytree(root / ("rgb" if which == "source" else "mask"), out / "mask")
+    source, place = str(root / "rgb"), ["--box", box]
+    if which == "--masks":
+        place += ["--masks", str(out / "mask")]
+    elif which == "--mask":
+        place = ["--mask", str(out / "mask" / ".." / "mask" / "000000.png")]
+    elif which == "source":
+        source = str(out / "mask")
+    else:
+        shutil.copy(root / "blob.mp4", out / "overlay.mp4")
+        source = str(out / "overlay.mp4")
+    kept = {p: p.read_bytes() for p in out.rglob("*") if p.is_file()}
+    assert run(["contour", source, *place, "--out", str(out), "--overwrite"]) == 1
+    assert "choose another --out" in capsys.readouterr().err
+    assert {p: p.read_bytes() for p in out.rglob("*") if p.is_file()} == kept
+
+
+def test_the_tables_options_reach_the_tracker(scene, tmp_path, capsys):
+    root, box, _ = scene
+    given = ["contour", str(root / "rgb"), "--box", box, "--stop", "2", "-q"]
+    file = tmp_path / "o.toml"
+    file.write_text('[contour]\nwarp = "affine"\nbins = 32\n')
+    assert run([*given, "--config", str(file), "--out", str(tmp_path / "a")]) == 0
+    settings = json.loads((tmp_path / "a" / "result.json").read_text())["settings"]
+    assert (settings["warp"], settings["bins"]) == ("affine", 32)
+    assert run([*given, "--config", str(file), "--warp", "similarity", "--out", str(tmp_path / "b")]) == 0
+    assert json.loads((tmp_path / "b" / "result.json").read_text())["settings"]["warp"] == "similarity"
+    for text, told in (
+        (
+            "[contour]\nsoftnes = 1\n",
+            "o.toml: [contour] softnes: no such option of ContourTracker; did you mean",
+        ),
+        ("[contour]\nbins = 8\n", "o.toml: [contour] bins: expected 16 or 32"),
+        ("max_pixels = 2000\n", "expected options in a table [contour], got none"),
+        ("[tracker]\nmax_pixels = 2000\n", "expected options in a table [contour], got none"),
+        ("[contours]\nbins = 16\n", "did you mean [contour]?"),
+    ):
+        file.write_text(text)
+        assert run([*given, "--config", str(file), "--out", str(tmp_path / "c")]) == 1
+        assert told in capsys.readouterr().err
+    assert run(["config"]) == 0
+    file.write_text(capsys.readouterr().out)
+    assert run([*given, "--config", str(file), "--out", str(tmp_path / "d")]) == 0

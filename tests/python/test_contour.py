@@ -76,7 +76,8 @@ def test_the_gauss_newton_hessian_has_no_negative_direction():
 def test_the_data_term_of_a_step_is_the_slope_of_its_cost():
     rng = np.random.default_rng(3)
     phi, foreground, h = rng.uniform(-6, 6, (9, 11)), rng.uniform(0.02, 0.98, (9, 11)), 1e-6
-    slope = (twin._cost(phi + h, foreground, 1.5)[0] - twin._cost(phi - h, foreground, 1.5)[0]) / (2 * h)
+    cost = [twin.posterior_cost(at, foreground, 1.5)[0] for at in (phi + h, phi - h)]
+    slope = (cost[0] - cost[1]) / (2 * h)
     # mu = 0 leaves the data term alone, and one step of length 1 is minus the slope.
     stepped = _core.contour_steps(
         phi.astype(np.float32), foreground.astype(np.float32), 1, {"mu": 0.0, "dt": 1.0}
@@ -134,3 +135,29 @@ def test_the_posteriors_are_those_of_the_twin(options):
     got = _core.contour_posterior(image, image, phi, IDENTITY, options)
     want = twin.posterior(image, image, phi, *parts(IDENTITY), **options)
     np.testing.assert_allclose(got, want, atol=POSTERIOR_ATOL)
+
+
+@pytest.mark.parametrize("pool", ["linear", "log"])
+@pytest.mark.parametrize("rates", [(0.02, 0.2), (0.5, 0.05), (1.0, 1.0), (0.0, 0.0)])
+def test_the_opinion_pools_are_those_of_the_twin(pool, rates):
+    rng = np.random.default_rng(7)
+    first, *more = rng.integers(0, 256, (4, 60, 80, 3), dtype=np.uint8) // 64 * 64
+    for k, image in enumerate((first, *more)):
+        image[20:40, 30:50, 0] = 200 - 60 * k  # colours that come and colours that go
+    options = {"pool": pool, "object_rate": rates[0], "background_rate": rates[1]}
+    phi = disc_phi()
+    got = _core.contour_posterior(first, more[-1], phi, IDENTITY, options, more)
+    want = twin.posterior(first, more[-1], phi, *parts(IDENTITY), pooled=more, **options)
+    np.testing.assert_allclose(got, want, atol=POSTERIOR_ATOL)
+    if rates[0] > 0:  # at a rate of 0 the new colours are known, and that is all
+        alone = _core.contour_posterior(first, more[-1], phi, IDENTITY, options)
+        assert np.abs(got - alone).max() > 0.05
+
+
+def test_a_pool_of_a_count_done_by_hand():
+    before, new = np.array([8.0, 0.0, 2.0, 0.0]), np.array([2.0, 4.0, 0.0, 0.0])
+    np.testing.assert_allclose(twin.opinions(before, new, 0.25), [6.5, 1.0, 1.5, 0.0])
+    np.testing.assert_allclose(
+        twin.opinions(before, new, 0.5, "log"),
+        [np.sqrt(8.05 * 2.05) - 0.05, np.sqrt(0.05 * 4.05) - 0.05, np.sqrt(2.05 * 0.05) - 0.05, 0.0],
+    )

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from sdftrack.contour.options import MEANINGS
 from sdftrack.metrics import iou
 from sdftrack.synth.blob import BlobVideo, blob_video
 
@@ -140,6 +141,33 @@ def test_what_vanishes_is_reported_lost_and_found_again():
     back = [tracker.track(video.images[9]) for _ in range(4)][-1]
     assert back.ok
     assert iou(back.mask, video.masks[9]) > 0.8
+
+
+DRIFT = 30  # frames of a pixel each: without registration the shape wanders on the grid by as many cells
+KEPT_IOU = 0.97  # of the disc that moves, whatever the grid does; measured 0.98
+
+
+@pytest.mark.parametrize("corrected", [True, False])
+def test_the_grid_follows_a_shape_that_wanders_off_its_middle(corrected):
+    off = {} if corrected else {"drift_cells": 64, "drift_log_scale": 1}
+    tracker = st.contour.ContourTracker(registration_steps=0, reach=0, most_cells=64, ring=1.0, **off)
+    start = tracker.start(
+        *picture(disc(60, 60, 20), (180, 120))[:1], mask=picture(disc(60, 60, 20), (180, 120))[1]
+    )
+    cells = (start.phi < 0).sum()
+    for k in range(1, DRIFT + 1):
+        image, there = picture(disc(60 + k, 60, 20 + 0.2 * k), (180, 120))
+        result = tracker.track(image)
+    assert iou(result.mask, there) > KEPT_IOU
+    y, x = np.nonzero(result.phi < 0)
+    middle = [(x.min() + x.max()) / 2, (y.min() + y.max()) / 2] - (np.array(result.phi.shape[::-1]) - 1) / 2
+    inside = (result.phi < 0).sum()
+    if corrected:  # within the 3 cells and the 5 % in length of the defaults, and a step of one frame
+        assert np.abs(middle).max() <= 4
+        assert abs(np.log(inside / cells)) / 2 < 0.07
+    else:
+        assert np.abs(middle).max() > 20
+        assert inside > 1.4 * cells
 
 
 def test_the_same_frames_give_the_same_bits():
@@ -278,9 +306,10 @@ def started():
         (IMAGE[..., 0], ValueError, r"image: expected colours, \(H, W, 3\), got a grey image"),
         (IMAGE[..., :1], ValueError, "image: expected colours"),
         (np.dstack([IMAGE, IMAGE[..., 0]]), ValueError, "drop an alpha channel"),
-        (IMAGE / 255.0, TypeError, "image: expected uint8, got float64; scale"),
+        (IMAGE / 255.0, TypeError, "image: expected uint8, got float64; use .255 . image. where it is 0..1"),
         (np.full(IMAGE.shape, np.nan), TypeError, "image: expected uint8, got float64"),
-        (IMAGE.astype(np.uint16), TypeError, "image: expected uint8, got uint16"),
+        (IMAGE.astype(np.uint16), TypeError, "image: expected uint8, got uint16; use image >> 8 .*16 bits"),
+        (IMAGE.astype(np.int64), TypeError, r"got int64; use image.astype\(np.uint8\)"),
         (IMAGE[:80], ValueError, "image: expected the size at the start, 120 x 90, got 120 x 80"),
         (IMAGE[:4, :4], ValueError, "image: expected at least 8 x 8"),
         (None, ValueError, "image: expected"),
@@ -307,6 +336,11 @@ def test_an_image_that_cannot_be_used_is_refused(image, error, told):
         ({"mask": MASK[:50]}, ValueError, r"mask: expected the image's size \(90, 120\)"),
         ({"mask": np.zeros_like(MASK)}, ValueError, "mask: expected at least 30 pixels"),
         ({"mask": np.ones_like(MASK)}, ValueError, "got a full mask"),
+        (
+            {"mask": np.arange(MASK.size).reshape(MASK.shape) > 4},
+            ValueError,
+            "expected background .*got 5; mark",
+        ),
     ],
 )
 def test_a_start_from_nothing_is_refused(place, error, told):
@@ -326,12 +360,40 @@ def test_a_start_from_nothing_is_refused(place, error, told):
         ({"dt": 9.0}, ValueError, "mu dt .*expected 0 to 0.2"),
         ({"softness": "soft"}, TypeError, "softness: expected a number"),
         ({"softness": np.nan}, ValueError, "softness: expected 0.3 to 10"),
-        ({"speed": 3}, ValueError, "options: expected some of .*got 'speed'"),
+        ({"softnes": 3}, TypeError, "softnes: no such option of ContourTracker; did you mean 'softness'"),
+        ({"qqq": 3}, TypeError, "qqq: no such option of ContourTracker; known: warp, pool, bins"),
+        ({"bins": float("inf")}, ValueError, "bins: expected a whole number"),
+        ({"bins": True}, TypeError, "bins: expected a number, got True"),
+        ({"most_cells": 1e30}, ValueError, "most_cells: expected a whole number below"),
+        ({"most_cells": 10**400}, ValueError, "most_cells: expected a number below 1e308"),
+        ({"shrink": 1e300}, ValueError, "shrink: expected 1 to 1e"),
+        ({"softness": np.ones(2)}, TypeError, "softness: expected a number"),
+        ({"pool": 3}, TypeError, "pool: expected a word such as 'linear'"),
+        ({"drift_cells": -1}, ValueError, "drift_cells: expected 0 to 64"),
+        ({"drift_log_scale": 2}, ValueError, "drift_log_scale: expected 0 to 1"),
+        ({"burn_in": float("inf")}, ValueError, "burn_in: expected a whole number"),
+        ({"burn_in": float("nan")}, ValueError, "burn_in: expected a whole number"),
     ],
 )
 def test_options_that_cannot_be_are_refused(given, error, told):
     with pytest.raises(error, match=told):
         st.contour.ContourTracker(**given)
+
+
+def test_pixels_that_are_no_object_on_the_grid_are_refused():
+    fine = np.add.outer(np.arange(240), np.arange(320)) % 2 == 0
+    with pytest.raises(ValueError, match="so scattered that on a grid with cells of 2 px"):
+        st.contour.ContourTracker().start(np.zeros((240, 320, 3), np.uint8), mask=fine)
+
+
+def test_every_option_is_told_of_and_can_be_set():
+    defaults = st.contour.ContourTracker().options
+    assert set(MEANINGS) == set(defaults)
+    changed = {
+        k: v if isinstance(v, str) else 32 if k == "bins" else type(v)(0.75 * v) for k, v in defaults.items()
+    }
+    changed = {k: np.float64(v) if isinstance(v, float) else v for k, v in changed.items()}
+    assert st.contour.ContourTracker(**changed).options == pytest.approx(changed)
 
 
 def test_a_frame_before_the_start_is_refused():

@@ -86,6 +86,14 @@ def test_where_nothing_stands_a_primitive_is_refused_with_a_reason():
         st.Primitive("box", voxels=3)
 
 
+def test_a_cloud_is_not_replaced_by_its_fit(tmp_path, capsys):
+    source = cloud_file(tmp_path).rename(tmp_path / "primitive.ply")
+    before = source.read_bytes()
+    assert run(["fit", str(source), "--out", str(tmp_path), "--overwrite"]) == 1
+    assert "expected no file that the results replace" in capsys.readouterr().err
+    assert source.read_bytes() == before
+
+
 def test_a_cloud_gives_its_three_files(tmp_path, capsys):
     out = tmp_path / "out"
     assert run(["fit", str(cloud_file(tmp_path)), "--kind", "auto", "--out", str(out)]) == 0

@@ -425,3 +425,19 @@ def test_on_photographs_every_score_is_at_least_that_of_scikit_image(data_dir):
 def test_the_gpu_gives_the_labels_of_the_cpu(options):
     cpu = st.superpixels.slic(IMAGE, 60, device="cpu", **options)
     np.testing.assert_array_equal(st.superpixels.slic(IMAGE, 60, device="cuda", **options), cpu)
+
+
+def test_the_command_replaces_no_input_and_deletes_no_array_of_others(tmp_path, capsys):
+    import cv2
+
+    cv2.imwrite(str(tmp_path / "mean.png"), IMAGE[..., ::-1])
+    before = (tmp_path / "mean.png").read_bytes()
+    given = ["superpixels", str(tmp_path / "mean.png"), "--segments", "40", "-q", "--overwrite", "--out"]
+    assert run([*given, str(tmp_path)]) == 1
+    assert "IMAGE: expected no file that the results replace" in capsys.readouterr().err
+    assert (tmp_path / "mean.png").read_bytes() == before
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "labels.npy").write_bytes(b"mine")
+    assert run([*given, str(out)]) == 0
+    assert (out / "labels.npy").read_bytes() == b"mine"

@@ -76,9 +76,10 @@ def color(
     check_layout(layout)
     check_common(config, device)
     import sdftrack as st
-    from sdftrack.recorder import prepare_folder, refuse_folder
+    from sdftrack.io.out_folder import prepare_folder, refuse_folder, refuse_inputs
 
     refuse_folder(out, overwrite)  # now, not after the work
+    refuse_inputs(out, FILES, [("SEQ", seq / "camera.json"), ("--color-camera", color_camera)])
     lens = None if color_camera is None else st.Camera.load(color_camera)
     with _opened(seq, layout) as whole:
         numbers = range(len(whole))[start:stop:step]

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 import typer
 
-from sdftrack.cli.calibrate_intrinsics_files import show, write
+from sdftrack.cli.calibrate_intrinsics_files import FILES, show, write
 from sdftrack.cli.common import (
     ConfigOption,
     Device,
@@ -108,9 +108,10 @@ def intrinsics(
     check_common(config, device)
     import sdftrack as st
     from sdftrack.calibration.intrinsics_residuals import compare
-    from sdftrack.recorder import prepare_folder, refuse_folder
+    from sdftrack.io.out_folder import prepare_folder, refuse_folder, refuse_inputs
 
     refuse_folder(out, overwrite)  # now, not after the work
+    refuse_inputs(out, FILES, [("SEQ", seq / "camera.json"), ("--camera", camera), ("--model", model)])
     with st.open_sequence(seq, layout=layout) as whole:
         numbers = range(len(whole))[start:stop:step]
         if not len(numbers):

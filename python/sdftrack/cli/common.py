@@ -31,6 +31,8 @@ __all__ = [
     "Usage",
     "check_common",
     "check_layout",
+    "contour_settings",
+    "parse_box",
     "progress",
     "progress_counter",
     "reconstructor_settings",
@@ -39,6 +41,7 @@ __all__ = [
 ]
 
 T = TypeVar("T")
+MOST_PX = 1e6  # of a window in an image
 PLAIN_EVERY_S = 5.0  # a line of progress when the output is not a terminal
 
 
@@ -62,7 +65,7 @@ OverwriteOption = Annotated[
     bool, typer.Option("--overwrite", help="DIR may hold files; those of this command are replaced.")
 ]
 StartOption = Annotated[int, typer.Option(min=0, help="First frame.")]
-StopOption = Annotated[int | None, typer.Option(help="Frame to end before.")]
+StopOption = Annotated[int | None, typer.Option(min=0, help="Frame to end before.")]
 StepOption = Annotated[int, typer.Option(min=1, help="Every n-th frame.")]
 LayoutOption = Annotated[str, typer.Option(help="auto, bop, tum, open3d, k1 or folders.")]
 
@@ -113,10 +116,30 @@ def reconstructor_settings(config: Path | None) -> dict[str, Any]:
     }
 
 
+def contour_settings(config: Path | None) -> dict[str, Any]:
+    """Options of `ContourTracker` from --config."""
+    if config is None:
+        return {}
+    from sdftrack.contour.options import options_from_file
+
+    return options_from_file(_there(config))
+
+
 def _there(config: Path) -> Path:
     if not config.is_file():
         raise FileNotFoundError(f"--config: no such file: {config}")
     return config
+
+
+def parse_box(text: str) -> tuple[float, float, float, float]:
+    """The numbers of ``--box x,y,w,h``."""
+    try:
+        x, y, w, h = (float(v) for v in text.split(","))
+    except ValueError:
+        x = y = w = h = 0.0
+    if not (abs(x) < MOST_PX and abs(y) < MOST_PX and 0 < w < MOST_PX and 0 < h < MOST_PX):
+        raise Usage(f"expected x,y,w,h in pixels, w and h above 0, got {text!r}", "--box")
+    return x, y, w, h
 
 
 def progress(items: Iterable[T], total: int, label: str, quiet: bool) -> Iterator[T]:

@@ -23,12 +23,12 @@ def config(
     quiet: QuietOption = False,
 ) -> None:
     """Print every option with its default, unit and meaning, as a TOML file for --config."""
-    from sdftrack.cli.common import check_common, reconstructor_settings
+    from sdftrack.cli.common import check_common, contour_settings, reconstructor_settings
     from sdftrack.config import options_as_toml
 
     check_common(None, device)
     given = reconstructor_settings(config)
-    text = options_as_toml(given.get("tracker_options"), given.get("options"))
+    text = options_as_toml(given.get("tracker_options"), given.get("options"), contour_settings(config))
     if out is not None:
         from sdftrack.io.files import write_text
         from sdftrack.recorder import prepare_folder

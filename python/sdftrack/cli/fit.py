@@ -25,11 +25,11 @@ from sdftrack.cli.common import (
     Usage,
     check_common,
     check_layout,
+    parse_box,
     progress,
 )
 
 CLOUDS = (".ply", ".obj", ".stl", ".xyz", ".npy")
-MOST_PX = 1e6
 
 
 class Kind(str, Enum):
@@ -94,6 +94,8 @@ def fit(
     """
     if out is None:
         raise Usage("expected a folder for the results: --out DIR", "--out")
+    from sdftrack.io.out_folder import refuse_inputs
+
     check_layout(layout)
     check_common(config, device)
     if mask is not None and box is not None:
@@ -102,6 +104,9 @@ def fit(
         raise Usage("expected --frame or --start and --stop, got both", "--frame")
     if not source.exists():
         raise FileNotFoundError(f"SEQ: no such file or folder: {source}")
+    refuse_inputs(
+        out, ("result.json", "fit.png", "primitive.ply"), [("SEQ|CLOUD.ply", source), ("--mask", mask)]
+    )
     options: dict[str, Any] = {"seed": seed, "threads": threads}
     if no_plane:
         options["plane"] = None
@@ -118,19 +123,8 @@ def fit(
     else:
         if unit is not None:
             raise Usage("expected no unit with a sequence, whose depth has its own", "--unit")
-        _fit_sequence(source, kind.value, out, overwrite, (mask, _box(box)), part, layout, options, quiet)
-
-
-def _box(text: str | None) -> tuple[float, ...] | None:
-    if text is None:
-        return None
-    try:
-        x, y, w, h = (float(v) for v in text.split(","))
-    except ValueError:
-        raise Usage(f"expected four numbers x,y,w,h, got {text!r}", "--box") from None
-    if not (abs(x) < MOST_PX and abs(y) < MOST_PX and 0 < w < MOST_PX and 0 < h < MOST_PX):
-        raise Usage(f"expected x,y,w,h in pixels with w and h above 0, got {text!r}", "--box")
-    return x, y, w, h
+        window = None if box is None else parse_box(box)
+        _fit_sequence(source, kind.value, out, overwrite, (mask, window), part, layout, options, quiet)
 
 
 def _fit_cloud(source: Path, kind: str, out: Path, overwrite: bool, options: Any, quiet: bool) -> None:

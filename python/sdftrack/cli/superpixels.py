@@ -22,6 +22,8 @@ from sdftrack.cli.common import (
     check_common,
 )
 
+FILES = ("labels.png", "labels.npy", "boundaries.png", "mean.png", "result.json")
+
 
 class Space(str, Enum):
     lab = "lab"
@@ -64,11 +66,13 @@ def superpixels(
         raise Usage(f"expected a number above 0 and up to 4000, got {compactness}", "--compactness")
     import sdftrack as st
     from sdftrack.io.frames import read_color, read_mask
-    from sdftrack.recorder import prepare_folder
+    from sdftrack.io.out_folder import prepare_folder, refuse_folder, refuse_inputs
 
     check_common(config, device)
     picture = read_color(image, f"IMAGE {image}")
     inside = None if mask is None else read_mask(mask, f"--mask {mask}")
+    refuse_folder(out, overwrite)
+    refuse_inputs(out, FILES, [("IMAGE", image), ("--mask", mask)])
     options: dict[str, Any] = {
         "n_segments": segments, "compactness": compactness, "max_num_iter": iterations,
         "color_space": color_space.value, "distance": distance.value,
@@ -92,7 +96,7 @@ def _write(out: Path, picture: Any, labels: Any, settings: dict[str, Any], secon
     from sdftrack.viz.pictures import save_picture
 
     segments = int(labels.max())
-    _save_labels(out, labels, segments)
+    files = _save_labels(out, labels, segments)
     save_picture(out / "boundaries.png", st.superpixels.mark_boundaries(picture, labels))
     save_picture(out / "mean.png", st.superpixels.mean_colors(picture, labels))
     areas = np.bincount(labels.ravel())[1:]
@@ -100,7 +104,7 @@ def _write(out: Path, picture: Any, labels: Any, settings: dict[str, Any], secon
         out / "result.json",
         {
             "version": st.__version__,
-            "settings": settings,
+            "settings": {"command": "superpixels", **settings, "files": files},
             "size": [picture.shape[1], picture.shape[0]],
             "segments": segments,
             "smallest_px": int(areas.min()),
@@ -111,8 +115,8 @@ def _write(out: Path, picture: Any, labels: Any, settings: dict[str, Any], secon
     )
 
 
-def _save_labels(out: Path, labels: Any, segments: int) -> None:
-    """16 bits in a PNG; what does not fit there goes, whole, into an array beside it."""
+def _save_labels(out: Path, labels: Any, segments: int) -> list[str]:
+    """16 bits in a PNG; what does not fit there goes, whole, into an array beside it. Their names."""
     import cv2
     import numpy as np
 
@@ -121,6 +125,18 @@ def _save_labels(out: Path, labels: Any, segments: int) -> None:
     if segments > np.iinfo(np.uint16).max:
         write_whole(out / "labels.npy", lambda file: np.save(file, labels))
     else:
-        (out / "labels.npy").unlink(missing_ok=True)  # of an earlier run
+        _drop_old_array(out)
     shown = np.minimum(labels, np.iinfo(np.uint16).max).astype(np.uint16)
     write_whole(out / "labels.png", cv2.imencode(".png", shown)[1].tobytes())
+    return ["labels.png", "labels.npy"] if segments > np.iinfo(np.uint16).max else ["labels.png"]
+
+
+def _drop_old_array(out: Path) -> None:
+    """labels.npy, where the report of an earlier run says that it has written one."""
+    import contextlib
+    import json
+
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
+        old = json.loads((out / "result.json").read_text(encoding="utf-8"))["settings"]
+        if old["command"] == "superpixels" and "labels.npy" in old["files"]:
+            (out / "labels.npy").unlink(missing_ok=True)

@@ -9,13 +9,15 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.contour.record import ArrayRecord, mask_png
+
 __all__ = ["Assessment", "Judgement"]
 
 Judgement: TypeAlias = Literal["unoccluded", "occluded", "novel"]
 
 
-@dataclass(frozen=True)
-class Assessment:
+@dataclass(frozen=True, eq=False, repr=False)
+class Assessment(ArrayRecord):
     """A silhouette judged and completed, by `ShapeMemory.assess`.
 
     Attributes
@@ -54,3 +56,6 @@ class Assessment:
             f"Assessment({self.judgement}, error {self.error:.3g} of {self.threshold:.3g}, "
             f"known {self.known:.2f}, {int(self.mask.sum())} px)"
         )
+
+    def _repr_png_(self) -> bytes:
+        return mask_png(self.mask, self.completed)

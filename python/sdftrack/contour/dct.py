@@ -21,6 +21,7 @@ __all__ = ["Order", "block_of", "count", "harmonic_numbers", "harmonics", "serie
 Array: TypeAlias = NDArray[np.float64]
 Order: TypeAlias = Literal["max", "sum"]
 GRID = 64  # side of the grid that the coefficients belong to, unless told otherwise
+MOST_LEVEL_SET_PX = 2**22  # half a gigabyte of finer samples
 FINE = 4  # samples per pixel and axis where a level set is asked for: distances to an eighth of a pixel
 
 
@@ -35,7 +36,9 @@ def harmonics(mask: ArrayLike, n: int, order: Order = "max", size: int = GRID) -
     n : int
         How many, 1 to `size`.
     order : {"max", "sum"}
-        What harmonic k is: all C(u, v) with max(u, v) + 1 = k, or all with u + v + 1 = k.
+        What harmonic k is: all C(u, v) with max(u, v) + 1 = k, or all with u + v + 1 = k. n = `size` holds the whole
+        picture with "max"; with "sum" it leaves out what has u + v >= `size`, and a mask comes
+        back to an IoU of 0.9995, not 1.
     size : int
         Side of the grid, pixels; the coefficients of a constant grow with it.
 
@@ -99,6 +102,11 @@ def silhouette(
     h, w = _picture_shape(shape)
     if not level_set:
         return series(coefficients, (h, w), order) > 0
+    if h * w > MOST_LEVEL_SET_PX:
+        raise ValueError(
+            f"shape: expected at most {MOST_LEVEL_SET_PX} pixels with level_set=True, which works on {FINE} x {FINE} "
+            f"places in each, got {h} x {w}; take a smaller shape and enlarge its distances"
+        )
     inside = series(coefficients, (FINE * h, FINE * w), order) > 0
     return _distances(inside, h, w)
 

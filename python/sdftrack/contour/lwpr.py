@@ -26,6 +26,7 @@ _OPTIONS = (
 )  # fmt: skip
 
 Array = NDArray[np.float64]
+MOST = 2**31  # of a count: what the core's int holds
 
 
 class LWPR(SklearnParts):
@@ -309,10 +310,10 @@ class LWPR(SklearnParts):
     def _check_parameters(self) -> None:
         for name in ("n_in", "n_out"):
             value = getattr(self, name)
-            if value is not None and (not isinstance(value, int | np.integer) or value < 1):
+            if value is not None and not _is_count(value, 1):
                 raise ValueError(f"{name}: expected None or a whole number of at least 1, got {value!r}")
-        if not isinstance(self.threads, int | np.integer) or self.threads < 0:
-            raise ValueError(f"threads: expected 0 (all cores) or more, got {self.threads!r}")
+        if not _is_count(self.threads, 0):
+            raise ValueError(f"threads: expected 0 (all cores) to {MOST - 1}, got {self.threads!r}")
         self._core_options().check()
         for name in ("norm_in", "norm_out"):
             check_norm(getattr(self, name), name)
@@ -333,6 +334,8 @@ class LWPR(SklearnParts):
     def _learn_anew(self, x: ArrayLike, y: ArrayLike) -> None:
         before = self._model
         data = samples(x, y, self.n_in, self.n_out)
+        if not len(data.x):
+            return  # nothing to take inputs, outputs and scales from
         model = self._new_model(data)
         model.update(data.x, data.y, self.threads)
         if self._model is not before:
@@ -357,3 +360,7 @@ class LWPR(SklearnParts):
         if self._flat:
             return float(values[0, 0]) if single else values[:, 0]
         return values[0] if single else values
+
+
+def _is_count(value: Any, least: int) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool) and least <= int(value) < MOST

@@ -31,7 +31,7 @@ def inputs(x: ArrayLike, n_in: int | None, name: str = "x") -> tuple[Array, bool
     TypeError, ValueError
         No numbers; a wrong shape. (The core refuses what is not finite.)
     """
-    rows = numbers(x, name)
+    rows = _unmasked(x, name)
     single = rows.ndim == 1
     if single:
         rows = rows[None, :]
@@ -47,7 +47,7 @@ def inputs(x: ArrayLike, n_in: int | None, name: str = "x") -> tuple[Array, bool
 def samples(x: ArrayLike, y: ArrayLike, n_in: int | None, n_out: int | None) -> Samples:
     """Inputs with their outputs; see `sdftrack.LWPR.update` for the shapes."""
     rows, single = inputs(x, n_in)
-    values = numbers(y, "y")
+    values = _unmasked(y, "y")
     if np.asarray(y).ndim == 0:
         values = values.reshape(())  # a number stays without an axis
     shape = values.shape
@@ -65,6 +65,15 @@ def samples(x: ArrayLike, y: ArrayLike, n_in: int | None, n_out: int | None) -> 
     if len(values) != len(rows):
         raise ValueError(f"y: expected as many samples as x, {len(rows)}, got {len(values)}")
     return Samples(rows, values, flat)
+
+
+def _unmasked(values: ArrayLike, name: str) -> Array:
+    """Numbers, none of which numpy holds to be missing: what lies under a mask is no data."""
+    if np.ma.isMaskedArray(values) and np.ma.is_masked(values):
+        raise ValueError(
+            f"{name}: expected no masked values, got {int(np.ma.count_masked(values))}; leave their samples out"
+        )
+    return numbers(values, name)
 
 
 def check_norm(norm: Any, name: str) -> None:

@@ -12,18 +12,16 @@ import numpy as np
 
 from sdftrack.io.files import write_whole
 
-__all__ = ["read", "write"]
+__all__ = ["plain", "read", "write"]
 
-MARK = b"sdftrack LWPR 1\n"
+NAME, VERSION = b"sdftrack LWPR ", 1
+MARK = NAME + str(VERSION).encode() + b"\n"
 SUM_BYTES = 4
 
 
 def write(path: str | os.PathLike[str], state: dict[str, Any]) -> None:
     """Write the state of a model whole or not at all."""
-    parameters = {
-        name: value.tolist() if isinstance(value, np.ndarray | np.generic) else value
-        for name, value in state["parameters"].items()
-    }
+    parameters = plain(state["parameters"])
     head = json.dumps({"parameters": parameters, "flat": state["flat"]}).encode() + b"\n"
     content = MARK + head + state["core"]
     write_whole(path, content + zlib.crc32(content).to_bytes(SUM_BYTES, "little"))
@@ -36,9 +34,28 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
     with open(path, "rb") as file:
         data = file.read()
     if not data.startswith(MARK):
-        raise ValueError("expected a file of LWPR.save (version 1), got something else")
+        raise ValueError(_something_else(data))
     content, checksum = data[:-SUM_BYTES], data[-SUM_BYTES:]
     if zlib.crc32(content).to_bytes(SUM_BYTES, "little") != checksum:
         raise ValueError("expected a file of LWPR.save, got one that was cut off or damaged")
     head, _, core = content[len(MARK) :].partition(b"\n")
     return {**json.loads(head), "core": core}
+
+
+def plain(value: Any) -> Any:
+    """Numpy's numbers and arrays as Python's own, also inside lists and dictionaries: what JSON can hold."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    if isinstance(value, dict):
+        return {name: plain(v) for name, v in value.items()}
+    return value
+
+
+def _something_else(data: bytes) -> str:
+    version, ended, _ = data[len(NAME) :].partition(b"\n")
+    told = version[:20].decode("ascii", "replace")
+    if data.startswith(NAME) and ended and told.isdigit():
+        return f"expected version {VERSION} of LWPR.save's file, got {told}; read it with the release that wrote it"
+    return f"expected a file of LWPR.save (version {VERSION}), got something else"

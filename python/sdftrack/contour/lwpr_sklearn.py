@@ -56,9 +56,15 @@ class SklearnParts:
         true = numbers(y, "y")
         if true.shape != said.shape:
             raise ValueError(f"y: expected {said.shape}, got {true.shape}")
+        if not np.isfinite(true).all():
+            raise ValueError("y: expected finite numbers, got NaN or inf; leave such samples out")
+        if not len(true):
+            raise ValueError("X: expected at least one sample to compare with, got 0")
         w = np.ones(len(true)) if sample_weight is None else numbers(sample_weight, "sample_weight")
         if w.shape != (len(true),):
             raise ValueError(f"sample_weight: expected ({len(true)},), got {w.shape}")
+        if not (np.isfinite(w).all() and (w >= 0).all() and w.sum() > 0):
+            raise ValueError("sample_weight: expected finite numbers of at least 0, not all 0, got others")
         mean = np.average(true, axis=0, weights=w)
         left, whole = w @ (true - said) ** 2, w @ (true - mean) ** 2
         # A constant output: 1 where it is met, 0 where not.

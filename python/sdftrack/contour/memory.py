@@ -92,7 +92,7 @@ class ShapeMemory:
     ) -> None:
         self._options = MemoryOptions(
             n_harmonics, n_inputs, rule, order, size, capacity, spacing, max_occluders, calibrate_on, w_gen, reach,
-            settle, dict(lwpr or {}),
+            settle, {} if lwpr is None else lwpr,
         )  # fmt: skip
         self._start()
 
@@ -292,6 +292,10 @@ class ShapeMemory:
         return memory
 
     def __getstate__(self) -> dict[str, Any]:
+        with self._alone():
+            return self._state()
+
+    def _state(self) -> dict[str, Any]:
         state: dict[str, Any] = {
             "options": self._options.to_dict(),
             "counts": np.array([self._learnt, self._calibrated, *(self._shape or (0, 0))], np.int64),

@@ -65,8 +65,8 @@ def from_bytes(content: bytes) -> dict[str, Any]:
         raise ValueError(
             f"expected version {VERSION}, got {version[:20]}; read it with the release that wrote it"
         )
-    digest, body = rest[:DIGEST], rest[DIGEST + 1 :]
-    if _digest(body) != digest:
+    digest, end, body = rest[:DIGEST], rest[DIGEST : DIGEST + 1], rest[DIGEST + 1 :]
+    if _digest(body) != digest or end != b"\n":
         raise ValueError("damaged or cut off: the checksum does not fit; take another copy")
     try:
         with np.load(io.BytesIO(body), allow_pickle=False) as data:

@@ -24,6 +24,12 @@ RANGES: dict[str, tuple[float, float]] = {
     "reach": (1e-6, 1e6),
 }
 
+SET_BY_MEMORY = {
+    "w_gen": "give ShapeMemory(w_gen=...) instead",
+    "n_in": "it follows from n_inputs",
+    "n_out": "it follows from n_harmonics",
+}
+
 
 @dataclass(frozen=True)
 class MemoryOptions:
@@ -55,12 +61,36 @@ class MemoryOptions:
             raise ValueError(f'rule: expected "remembered" or "printed", got {self.rule!r}')
         if self.order not in ("max", "sum"):
             raise ValueError(f'order: expected "max" or "sum", got {self.order!r}')
+        for name, (low, _) in RANGES.items():  # numpy's numbers as Python's own, which files can hold
+            object.__setattr__(self, name, (int if isinstance(low, int) else float)(getattr(self, name)))
+        object.__setattr__(self, "n_inputs", int(self.n_inputs))
+        object.__setattr__(self, "lwpr", _checked_lwpr(self.lwpr))
         if self.lwpr and self.rule != "printed":
             raise ValueError('lwpr: expected with rule="printed" alone; the other rule has no regression')
 
     def to_dict(self) -> dict[str, Any]:
         """As keyword arguments."""
         return dataclasses.asdict(self)
+
+
+def _checked_lwpr(given: Any) -> dict[str, Any]:
+    """Options for LWPR in plain values; TypeError names one that it does not have, or that the memory sets itself."""
+    import difflib
+
+    from sdftrack.contour.lwpr import LWPR
+    from sdftrack.contour.lwpr_file import plain
+
+    if not isinstance(given, dict):
+        raise TypeError(f"lwpr: expected a dictionary of options of st.contour.LWPR, got {given!r}")
+    known = [name for name in LWPR._parameter_names() if name not in SET_BY_MEMORY]
+    for name in given:
+        if name in SET_BY_MEMORY:
+            raise TypeError(f"lwpr: {name!r} is set by the memory; {SET_BY_MEMORY[name]}")
+        if name not in known:
+            near = difflib.get_close_matches(str(name), known, 1)
+            hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
+            raise TypeError(f"lwpr: LWPR has no option {name!r}; {hint}")
+    return {name: plain(value) for name, value in given.items()}
 
 
 def _in_range(name: str, value: Any, low: float, high: float, whole: bool, why: str = "") -> None:

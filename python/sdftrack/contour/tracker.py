@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack.checks import number
+from sdftrack.contour.options import contour_options, whole
+from sdftrack.contour.record import ArrayRecord, mask_png
 from sdftrack.results import Status
 
 __all__ = ["ContourResult", "ContourTracker", "Memory"]
@@ -26,8 +27,8 @@ class Memory(Protocol):
     def recover(self, mask: NDArray[np.bool_]) -> NDArray[Any]: ...
 
 
-@dataclass(frozen=True)
-class ContourResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class ContourResult(ArrayRecord):
     """One frame.
 
     Attributes
@@ -63,6 +64,15 @@ class ContourResult:
         """Whether the status is "ok"."""
         return self.status == Status.OK
 
+    def __repr__(self) -> str:
+        said = f", {self.judgement}" if self.judgement else ""
+        return (
+            f"ContourResult({self.status}, confidence {self.confidence:.2f}{said}, {int(self.mask.sum())} px)"
+        )
+
+    def _repr_png_(self) -> bytes:
+        return mask_png(self.mask)
+
 
 class ContourTracker:
     """Track a deforming object in colour video by pixel-wise posteriors (thesis 6.3; Bibby and Reid, ECCV 2008).
@@ -82,15 +92,15 @@ class ContourTracker:
     burn_in : int
         Frames that the memory learns from before it judges.
     **options
-        By name: ``bins`` (16 or 32 per channel), ``pool`` ("linear" or "log"), ``object_rate``, ``background_rate``,
-        ``windows`` (histograms along each side of the grid; 1: one pair for all), ``shrink``, ``ring``,
-        ``most_cells``, ``softness``, ``band``, ``registration_steps``, ``reach``, ``shape_steps``, ``dt``, ``mu``,
-        ``tension``, ``least_part``, ``least_posterior``, ``box_rounds``. Defaults: ``ContourTracker().options``.
+        Any of ``ContourTracker().options``, which holds the defaults; `sdftrack.contour.options.MEANINGS` and
+        ``sdftrack config`` say what each one does.
 
     Raises
     ------
+    TypeError
+        An option that is unknown (the nearest name is told) or of another kind.
     ValueError
-        An option that is unknown or out of range.
+        An option that is out of range.
 
     >>> tracker = ContourTracker()
     >>> tracker.start(image, box=(40, 30, 120, 90))  # doctest: +SKIP
@@ -108,10 +118,11 @@ class ContourTracker:
                     f"memory: expected an object with learn, judge and recover, got {type(memory).__name__} without "
                     f"{name}"
                 )
-        if number(burn_in, "burn_in") < 0 or int(burn_in) != burn_in:
+        self._burn_in = whole(burn_in, "burn_in")
+        if self._burn_in < 0:
             raise ValueError(f"burn_in: expected a count of frames, got {burn_in!r}")
-        self._core = _core.ContourCore({"warp": warp, **_checked(options)})
-        self._memory, self._burn_in = memory, int(burn_in)
+        self._core = _core.ContourCore({"warp": warp, **contour_options(options)})
+        self._memory = memory
         self._shape: tuple[int, ...] | None = None
         self._frames = 0
 
@@ -231,24 +242,6 @@ class ContourTracker:
         )
 
 
-def _checked(options: dict[str, Any]) -> dict[str, Any]:
-    """Options of the types that the core's are of."""
-    known = _core.contour_options()
-    checked: dict[str, Any] = {}
-    for name, value in options.items():
-        if name not in known:
-            raise ValueError(f"options: expected some of {', '.join(sorted(known))}, got {name!r}")
-        if isinstance(known[name], str):
-            checked[name] = str(value)
-        elif isinstance(known[name], int):
-            if number(value, name) != int(number(value, name)):
-                raise ValueError(f"{name}: expected a whole number, got {value!r}")
-            checked[name] = int(value)
-        else:
-            checked[name] = number(value, name)
-    return checked
-
-
 def _image(image: ArrayLike) -> NDArray[np.uint8]:
     given = np.asarray(image)
     if given.ndim == 2 or (given.ndim == 3 and given.shape[2] == 1):
@@ -261,8 +254,12 @@ def _image(image: ArrayLike) -> NDArray[np.uint8]:
             f"image: expected (H, W, 3), got {given.shape}; drop an alpha channel with image[..., :3]"
         )
     if given.dtype != np.uint8:
+        way = {
+            "u": "image >> 8 where it fills 16 bits, then image",
+            "f": "(255 * image) where it is 0..1, then image",
+        }
         raise TypeError(
-            f"image: expected uint8, got {given.dtype}; scale 0..1 by (255 * image).astype(np.uint8)"
+            f"image: expected uint8, got {given.dtype}; use {way.get(given.dtype.kind, 'image')}.astype(np.uint8)"
         )
     if min(given.shape[:2]) < 8:
         raise ValueError(f"image: expected at least 8 x 8 pixels, got {given.shape[1]} x {given.shape[0]}")

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -56,6 +57,22 @@ class ColorVideo:
                     yield np.ascontiguousarray(frame.to_ndarray(format="rgb24"))
         except av.FFmpegError as error:
             raise ValueError(f"{self.source}: the video cannot be read on ({error.strerror})") from None
+
+    def frames(
+        self, start: int = 0, stop: int | None = None, step: int = 1
+    ) -> Iterator[tuple[int, NDArray[np.uint8] | ValueError | OSError]]:
+        """Numbers and images of a part; the error in place of an image of a folder that cannot be read.
+
+        >>> for number, image in ColorVideo(path).frames(step=2): ...  # doctest: +SKIP
+        """
+        if not self.files:
+            yield from itertools.islice(enumerate(self), start, stop, step)
+            return
+        for number in range(len(self.files))[start:stop:step]:
+            try:
+                yield number, read_color(self.files[number])
+            except (ValueError, OSError) as error:
+                yield number, error
 
     def _look(self) -> None:
         import av

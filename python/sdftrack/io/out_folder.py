@@ -6,17 +6,28 @@ from __future__ import annotations
 import contextlib
 import errno
 import json
+from collections.abc import Iterable
 from pathlib import Path
 
 from sdftrack.io.video import PART
 
-__all__ = ["cannot_write", "prepare_folder", "refuse_folder"]
+__all__ = ["cannot_write", "prepare_folder", "refuse_folder", "refuse_inputs"]
 
 
 def refuse_folder(directory: Path, overwrite: bool) -> None:
     """The errors of `prepare_folder` before the work, and nothing made where there would be none."""
     if directory.exists() and not (directory.is_dir() and not any(directory.iterdir())):
         prepare_folder(directory, overwrite)
+
+
+def refuse_inputs(directory: Path, names: Iterable[str], inputs: Iterable[tuple[str, Path | None]]) -> None:
+    """ValueError where one of `names` in the folder is a file that is read: (option, path or None) each."""
+    taken = {(directory / name).resolve(): name for name in names}
+    for option, path in inputs:
+        if path is not None and path.resolve() in taken:
+            raise ValueError(
+                f"{option}: expected no file that the results replace, got {path}; choose another --out"
+            )
 
 
 def prepare_folder(directory: Path, overwrite: bool) -> set[str]:

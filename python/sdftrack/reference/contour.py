@@ -8,16 +8,28 @@ middle of the grid. phi is in cells, negative inside.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["distance", "inside_at", "moved", "posterior", "registration", "sample", "shape_step"]
+__all__ = [
+    "distance",
+    "inside_at",
+    "moved",
+    "opinions",
+    "posterior",
+    "posterior_cost",
+    "registration",
+    "sample",
+    "shape_step",
+]
 
 Array = NDArray[np.float64]
 UNIFORM = 1e-2  # share of a uniform distribution in the shared histograms
 LEAST_MIXTURE = 1e-6
 BRIDGED = 8
+PSEUDO_COUNT = 0.05
 
 
 def sample(phi: Array, x: Array, y: Array) -> tuple[Array, Array, Array]:
@@ -38,7 +50,7 @@ def inside_at(phi: Array, softness: float) -> Array:
     return np.asarray(1 / (1 + np.exp(np.clip(phi / softness, -80, 80))))
 
 
-def _cost(phi: Array, foreground: Array, softness: float) -> tuple[Array, Array, Array]:
+def posterior_cost(phi: Array, foreground: Array, softness: float) -> tuple[Array, Array, Array]:
     """-log f, its slope in phi, and the Gauss-Newton weight."""
     H = inside_at(phi, softness)
     f = np.maximum(H * foreground + (1 - H) * (1 - foreground), LEAST_MIXTURE)
@@ -73,7 +85,7 @@ def registration(
     """
     x, y = np.linalg.inv(A) @ (pixels - np.asarray(t)[:, None])
     value, gx, gy = sample(phi, x + (phi.shape[1] - 1) / 2, y + (phi.shape[0] - 1) / 2)
-    cost, slope, weight = _cost(value, foreground, softness)
+    cost, slope, weight = posterior_cost(value, foreground, softness)
     rows = [x * gx, y * gx, x * gy, y * gy] if affine else [x * gx + y * gy, x * gy - y * gx]
     J = np.stack([*rows, gx, gy])
     return float(cost.sum()), J @ slope, (J * weight) @ J.T
@@ -111,7 +123,7 @@ def shape_step(
         xy = (p[2:, 2:] - p[2:, :-2] - p[:-2, 2:] + p[:-2, :-2]) / 4
         square = np.maximum(gx * gx + gy * gy, 1e-4)
         curvature = (xx * gy * gy - 2 * xy * gx * gy + yy * gx * gx) / square**1.5
-        slope = _cost(out, foreground, softness)[1]
+        slope = posterior_cost(out, foreground, softness)[1]
         out = np.where(near, out + dt * (mu * (xx + yy - (1 - tension) * curvature) - slope), out)
     return out
 
@@ -141,6 +153,14 @@ def distance(inside: NDArray[np.bool_], radius: int) -> Array:
     return out
 
 
+def opinions(before: Array, new: Array, rate: float, pool: str = "linear") -> Array:
+    """Counts after a frame: the linear opinion pool, or the logarithmic one with PSEUDO_COUNT added to both."""
+    if pool == "linear":
+        return np.asarray((1 - rate) * before + rate * new)
+    mixed = (before + PSEUDO_COUNT) ** (1 - rate) * (new + PSEUDO_COUNT) ** rate - PSEUDO_COUNT
+    return np.asarray(np.where((before > 0) | (new > 0), np.maximum(mixed, 0), before))
+
+
 def posterior(
     learned: NDArray[np.uint8],
     image: NDArray[np.uint8],
@@ -151,8 +171,15 @@ def posterior(
     windows: int = 6,
     shrink: float = 50.0,
     least: float = 0.018,
+    pooled: Sequence[NDArray[np.uint8]] = (),
+    pool: str = "linear",
+    object_rate: float = 0.02,
+    background_rate: float = 0.2,
 ) -> Array:
-    """(H, W) posteriors of `image` by the windows' histograms of `learned`; one half off the grid."""
+    """(H, W) posteriors of `image` by the windows' histograms of `learned`; one half off the grid.
+
+    The images of `pooled`, of the size of `learned`, are pooled in one after the other at these rates.
+    """
     height, width = learned.shape[:2]
     v, u = np.mgrid[:height, :width]
     X = np.linalg.inv(A) @ (np.stack([u.ravel(), v.ravel()]) - np.asarray(t)[:, None])
@@ -173,18 +200,24 @@ def posterior(
         q = picture.reshape(-1, 3)[on].astype(np.int64) * bins // 256
         return np.asarray((q[:, 0] * bins + q[:, 1]) * bins + q[:, 2])
 
-    seen, asked = bin_of(learned), bin_of(image)
-    mixture = []
-    for kind in (object_, ~object_):
+    def counts_of(colors: NDArray[np.int64], kind: NDArray[np.bool_]) -> Array:
         counts = np.zeros((K * K, bins**3))
         for window, weight in corners:
-            np.add.at(counts, (window[kind], seen[kind]), weight[kind])
+            np.add.at(counts, (window[kind], colors[kind]), weight[kind])
+        return counts
+
+    seen, asked = [bin_of(picture) for picture in (learned, *pooled)], bin_of(image)
+    mixture = []
+    for kind, rate in ((object_, object_rate), (~object_, background_rate)):
+        counts = counts_of(seen[0], kind)
+        for colors in seen[1:]:
+            counts = opinions(counts, counts_of(colors, kind), rate, pool)
         whole = (1 - UNIFORM) * counts.sum(0) / counts.sum() + UNIFORM / bins**3
         shares = (counts + shrink * whole) / (counts.sum(1, keepdims=True) + shrink)
         if windows < 2:
             shares = np.broadcast_to(whole, counts.shape)
         mixture.append(sum(weight * shares[window, asked] for window, weight in corners))
-    known = np.isin(asked, seen)  # a colour that was never seen says nothing
+    known = np.isin(asked, np.concatenate(seen))  # a colour that was never seen says nothing
     out = np.full(height * width, 0.5)
     out[on] = np.where(known, np.clip(mixture[0] / (mixture[0] + mixture[1]), least, 1 - least), 0.5)
     return out.reshape(height, width)

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: MIT
+"""What ``sdftrack contour`` writes: masks, a video, a report; and which files it may replace."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from sdftrack.io.out_folder import refuse_inputs
+
+__all__ = ["ContourFiles", "refuse_places"]
+
+# The names that this command may ever write below DIR.
+OWN = re.compile(r"mask/\d{6,}\.png|overlay\.mp4|iou\.png")
+
+
+def refuse_places(out: Path, inputs: Sequence[tuple[str, Path]]) -> None:
+    """ValueError where an output would take the place of an input, or of a mask that somebody else has put there.
+
+    Parameters
+    ----------
+    out : path
+        Folder of the results.
+    inputs : list of (option, path)
+        Files or folders that are read.
+    """
+    masks = (out / "mask").resolve()
+    for option, path in inputs:
+        given = path.resolve()
+        if given == masks or masks in given.parents:
+            raise ValueError(
+                f"{option}: expected files outside of {out / 'mask'}, where the results go, got {path}; "
+                "choose another --out"
+            )
+    refuse_inputs(out, ("overlay.mp4", "iou.png", "result.json"), inputs)
+    ours = _written_before(out)
+    strange = sorted(
+        p.name
+        for p in masks.glob("*.png")
+        if OWN.fullmatch(f"mask/{p.name}") and f"mask/{p.name}" not in ours
+    )
+    if strange:
+        raise FileExistsError(
+            f"out: expected {out / 'mask'} to hold masks of this command alone, got {strange[0]}, which is not "
+            f"listed in {out / 'result.json'}; choose another folder, or move it away"
+        )
+
+
+def _written_before(out: Path) -> set[str]:
+    """The names, relative to `out`, that an earlier run of this command lists."""
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
+        report = json.loads((out / "result.json").read_text(encoding="utf-8"))
+        if report["settings"]["command"] == "contour":
+            return {str(name) for name in report["settings"]["files"] if OWN.fullmatch(str(name))}
+    return set()
+
+
+class ContourFiles:
+    """The files of one run. Masks appear as they are found; video, plot and report when it is closed.
+
+    Parameters
+    ----------
+    out : path
+        New or empty, unless `overwrite`; what an earlier run lists in its result.json is replaced.
+    fps : float or None
+        Of the video; None: 30.
+    truth : list of paths, optional
+        A true mask for each frame of the source.
+    settings : dict
+        Goes into result.json.
+    """
+
+    def __init__(
+        self,
+        out: Path,
+        overwrite: bool,
+        fps: float | None,
+        truth: list[Path] | None,
+        settings: dict[str, Any],
+    ) -> None:
+        from sdftrack.io.video import VideoFile
+        from sdftrack.recorder import prepare_folder
+
+        prepare_folder(out, overwrite)
+        self.out, self.truth, self.settings = out, truth, settings
+        self._stale = _written_before(out)
+        (out / "mask").mkdir(exist_ok=True)
+        self._video = VideoFile(out / "overlay.mp4", fps or 30.0)
+        self._files: list[str] = []
+        self.rows: list[dict[str, Any]] = []
+
+    def add(self, number: int, image: Any, result: Any) -> None:
+        """A frame's result; `image` None where it could not be used."""
+        import numpy as np
+
+        from sdftrack.contour.drawing import draw_outline
+        from sdftrack.io.frames import write_mask
+
+        score = self._score(number, result.mask)  # read before anything is written
+        name = f"mask/{number:06d}.png"
+        write_mask(self.out / name, result.mask)
+        self._files.append(name)
+        shown = np.zeros((*result.mask.shape, 3), np.uint8) if image is None else image
+        self._video.add(draw_outline(shown, result.mask, str(result.status)), None)
+        self.rows.append(
+            {
+                "frame": number,
+                "status": str(result.status),
+                "reason": result.reason,
+                "confidence": result.confidence,
+                "judgement": result.judgement,
+                "area_px": int(result.mask.sum()),
+                "warp": result.warp.tolist(),
+                **score,
+            }
+        )
+
+    def _score(self, number: int, mask: Any) -> dict[str, float]:
+        from sdftrack.io.frames import read_mask
+        from sdftrack.metrics import iou
+
+        if self.truth is None:
+            return {}
+        if number >= len(self.truth):
+            raise ValueError(f"--masks: expected a mask for frame {number}, got {len(self.truth)} masks")
+        true = read_mask(self.truth[number])
+        if true.shape != mask.shape:
+            raise ValueError(
+                f"{self.truth[number]}: expected the frames' size {mask.shape}, got {true.shape}"
+            )
+        return {"iou": iou(mask, true)}
+
+    def drop(self) -> None:
+        """Leave nothing of this run behind."""
+        self._video.drop()
+        for name in self._files:
+            (self.out / name).unlink(missing_ok=True)
+
+    def close(self, stopped: str = "") -> None:
+        """Finish all files. `stopped`: why before the end, one sentence for result.json."""
+        import sdftrack as st
+        from sdftrack.io.files import write_json
+
+        if self._video.finish():
+            os.replace(self._video.part, self.out / "overlay.mp4")
+            self._files.append("overlay.mp4")
+        report: dict[str, Any] = {"version": st.__version__}
+        if self.truth is not None:
+            report["mean_iou"] = self.mean_iou()
+            self._plot()
+            self._files.append("iou.png")
+        report["settings"] = {"command": "contour", **self.settings, "files": self._files}
+        if stopped:
+            report["stopped"] = stopped
+        for name in self._stale - set(self._files):
+            (self.out / name).unlink(missing_ok=True)
+        write_json(self.out / "result.json", {**report, "frames": self.rows})
+
+    def mean_iou(self) -> float:
+        """Over the frames that were tracked; the first was given."""
+        rows = self.rows[1:] or self.rows
+        return float(sum(row["iou"] for row in rows) / len(rows))
+
+    def _plot(self) -> None:
+        from sdftrack.viz.plots import figure, save_figure
+
+        fig, axis = figure(size=(8.0, 3.2))
+        numbers = [row["frame"] for row in self.rows]
+        axis.plot(numbers, [row["iou"] for row in self.rows], label="IoU")
+        axis.plot(numbers, [row["confidence"] for row in self.rows], label="confidence", alpha=0.7)
+        for row in self.rows:
+            if row["status"] in ("lost", "bad_frame"):
+                axis.axvspan(row["frame"] - 0.5, row["frame"] + 0.5, color="#d1495b", alpha=0.15, linewidth=0)
+        axis.set(xlabel="frame", ylim=(0, 1.02))
+        axis.legend(loc="lower left")
+        save_figure(fig, self.out / "iou.png")
+
+    def summary(self, source: Path) -> str:
+        """Lines for the terminal."""
+        count = {s: sum(row["status"] == s for row in self.rows) for s in ("ok", "weak", "lost", "bad_frame")}
+        told = ", ".join(f"{n} {s.replace('_', ' ')}" for s, n in count.items() if n)
+        text = f"{source}: {len(self.rows)} frames, {told}"
+        if self.truth is not None:
+            text += f"\n  mean IoU {self.mean_iou():.3f}"
+        return f"{text}\n  written to {self.out}"

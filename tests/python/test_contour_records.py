@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: MIT
+"""Results of the contour tracker and of the shape memory as records: equal, short, drawn, kept; options in files."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.contour.dct import MOST_LEVEL_SET_PX
+from sdftrack.synth.blob import blob_video
+from sdftrack.synth.gait import gait
+
+SHORT = 110  # characters of a repr
+
+
+@pytest.fixture(scope="module")
+def contour_result():
+    video = blob_video(frames=2)
+    tracker = st.contour.ContourTracker()
+    tracker.start(video.images[0], mask=video.masks[0])
+    return tracker.track(video.images[1])
+
+
+@pytest.fixture(scope="module")
+def masks():
+    return list(gait("cat", 24))
+
+
+@pytest.fixture(scope="module")
+def assessment(masks):
+    memory = st.contour.ShapeMemory()
+    for mask in masks[:20]:
+        memory.learn(mask)
+    return memory.assess(masks[21])
+
+
+@pytest.fixture(params=["contour_result", "assessment"])
+def record(request):
+    return request.getfixturevalue(request.param)
+
+
+@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda r: pickle.loads(pickle.dumps(r))])
+def test_a_copy_is_equal_and_cannot_be_written(record, again):
+    other = again(record)
+    assert other == record
+    for one in (record, other):
+        with pytest.raises(ValueError, match="read-only"):
+            one.mask[0, 0] = True
+
+
+def test_records_that_differ_in_one_value_are_not_equal(record):
+    import dataclasses
+
+    mask = record.mask.copy()
+    mask[3, 3] = not mask[3, 3]
+    assert dataclasses.replace(record, mask=mask) != record
+    assert dataclasses.replace(record, judgement="novel") != record
+    assert record != 3
+
+
+def test_the_repr_is_one_short_line_and_the_picture_a_png(record):
+    assert len(repr(record)) < SHORT
+    assert "\n" not in repr(record)
+    assert record._repr_png_().startswith(b"\x89PNG")
+
+
+def test_an_assessment_does_not_change_with_the_callers_mask(masks):
+    memory = st.contour.ShapeMemory()
+    for mask in masks[:20]:
+        memory.learn(mask)
+    mine = masks[21].copy()
+    said = memory.assess(mine)
+    before = said.mask.copy()
+    mine[:] = False  # which may still be written
+    np.testing.assert_array_equal(said.mask, before)
+
+
+NUMPYS = [
+    {"n_harmonics": np.int64(8)},
+    {"n_inputs": np.int32(2), "spacing": np.float32(0.02)},
+    {"capacity": np.uint8(40), "w_gen": np.float16(0.25)},
+    {"rule": "printed", "lwpr": {"init_D": np.array(3.0), "penalty": np.float32(1e-4)}},
+]
+
+
+@pytest.mark.parametrize("options", NUMPYS)
+def test_a_memory_made_with_numpys_numbers_is_saved_and_compared(options, masks, tmp_path):
+    memory = st.contour.ShapeMemory(**options)
+    for mask in masks:
+        memory.learn(mask)
+    memory.save(tmp_path / "a.memory")
+    assert st.contour.ShapeMemory.load(tmp_path / "a.memory") == memory
+    assert pickle.loads(pickle.dumps(memory)) == memory
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"init_D": [np.float32(1), np.float32(2)]},
+        {"init_D": [np.array([1.0, 0]), np.array([0, 1.0])]},
+        {"n_in": np.int64(2), "threads": np.int32(1), "norm_in": (np.float32(2), 1)},
+    ],
+)
+def test_a_model_made_with_numpys_numbers_is_saved_and_compared(options, tmp_path):
+    model = st.LWPR(**options).update(np.random.default_rng(0).random((30, 2)), np.arange(30.0))
+    model.save(tmp_path / "a.lwpr")
+    assert st.LWPR.load(tmp_path / "a.lwpr") == model
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "told"),
+    [
+        ({"w_gen": 0.2}, TypeError, r"'w_gen' is set by the memory; give ShapeMemory\(w_gen"),
+        ({"n_in": 3}, TypeError, "'n_in' is set by the memory"),
+        ({"init_d": 3}, TypeError, "LWPR has no option 'init_d'; did you mean 'init_D'"),
+        ({"xyz": 3}, TypeError, "LWPR has no option 'xyz'; known: w_prune"),
+        ([("init_D", 3)], TypeError, "lwpr: expected a dictionary"),
+        (3, TypeError, "lwpr: expected a dictionary"),
+        ({"penalty": -1.0}, ValueError, "penalty"),
+    ],
+)
+def test_options_for_the_regression_that_cannot_be_are_named(given, error, told):
+    with pytest.raises(error, match=told):
+        st.contour.ShapeMemory(rule="printed", lwpr=given)
+
+
+def test_every_single_flipped_byte_of_a_memorys_file_is_noticed(masks, tmp_path):
+    memory = st.contour.ShapeMemory(size=16, n_harmonics=4)
+    memory.learn(masks[0])
+    memory.save(tmp_path / "a")
+    content = (tmp_path / "a").read_bytes()
+    head = 22 + 2 + 64 + 1  # name, version, checksum, the ends of their lines
+    for k in [*range(head + 1), *range(head + 1, len(content), 97)]:
+        (tmp_path / "b").write_bytes(content[:k] + bytes([content[k] ^ 1]) + content[k + 1 :])
+        with pytest.raises(ValueError, match="b: "):
+            st.contour.ShapeMemory.load(tmp_path / "b")
+
+
+def test_a_memory_in_use_by_another_thread_is_not_saved_half_way(masks, tmp_path):
+    memory = st.contour.ShapeMemory()
+    memory.learn(masks[0])
+    with memory._alone(), pytest.raises(RuntimeError, match="in use by another thread"):
+        memory.save(tmp_path / "a")
+    memory.save(tmp_path / "a")
+
+
+def test_a_level_set_too_large_for_memory_is_refused():
+    side = int(np.sqrt(MOST_LEVEL_SET_PX)) + 1
+    with pytest.raises(ValueError, match=f"shape: expected at most {MOST_LEVEL_SET_PX} pixels"):
+        st.contour.silhouette(np.ones(4), (side, side), level_set=True)
