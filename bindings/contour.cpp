@@ -255,6 +255,16 @@ void bind_contour(py::module_& m) {
             return mask_of(self.tracker, color_view(image));
           },
           py::arg("image"))
+      .def(
+          "look_at_all",
+          [](ContourCore& self, const py::array& image) {
+            const Busy turn(&self.busy, "tracker");
+            const ContourGrid& grid = self.tracker.grid();
+            py::array_t<float> foreground({grid.ny, grid.nx});
+            self.tracker.look_at_all(color_view(image), foreground.mutable_data());
+            return foreground;
+          },
+          py::arg("image"), "The posterior at every cell of the grid.")
       .def("phi", [](const ContourCore& self) { return phi_of(self.tracker.grid()); })
       .def("warp", [](const ContourCore& self) { return matrix_of(self.tracker.grid()); })
       .def("report", [](const ContourCore& self) { return report_of(self.tracker); })

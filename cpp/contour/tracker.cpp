@@ -366,6 +366,14 @@ void ContourTracker::replace_shape(const float* phi) {
   for (const float p : grid_.phi) inside_ += p < 0;
 }
 
+void ContourTracker::look_at_all(const RgbView& image, float* foreground) {
+  model_.posterior(image, grid_, grid_.all(), &posterior_);
+  find_band(grid_, std::numeric_limits<float>::max(), &evolution_.band);
+  evolution_.foreground.assign(grid_.phi.size(), 0.5f);
+  sample_posterior(grid_, posterior_, &evolution_);
+  std::copy(evolution_.foreground.begin(), evolution_.foreground.end(), foreground);
+}
+
 void ContourTracker::write_mask(const RgbView& image, unsigned char* mask) const {
   // What is lost is nowhere.
   std::fill_n(mask, static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),

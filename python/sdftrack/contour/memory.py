@@ -189,12 +189,13 @@ class ShapeMemory:
         on_grid = self._on_grid(given)
         with self._alone():
             if self._shapes is not None:
-                return self._remembered(self._shapes, given, on_grid)
+                return self.judged(given, on_grid, self._shapes.explain(on_grid))
             assert self._regression is not None
             return self._printed(self._regression, given, on_grid)
 
-    def _remembered(self, shapes: RememberedShapes, given: Mask, on_grid: Mask) -> Assessment:
-        said = shapes.explain(on_grid)
+    def judged(self, given: Mask, on_grid: Mask, said: Explained) -> Assessment:
+        """What an explanation of a mask comes to, by rule "remembered"; `on_grid` is the mask on the memory's grid."""
+        assert self._shapes is not None
         threshold = self.threshold
         # Slivers that may be another pose raise the error, but where nothing is to be recovered nothing is occluded.
         occluded = said.missing >= threshold and said.hidden.any()
@@ -202,7 +203,7 @@ class ShapeMemory:
         if self._is_novel(said, on_grid):
             judgement = "novel"
         completed = given | self._back(said.hidden, given.shape)
-        codes = shapes.codes[said.finalists]
+        codes = self._shapes.codes[said.finalists]
         std = np.sqrt(said.weights @ (codes - said.weights @ codes) ** 2)
         return Assessment(
             judgement, completed if judgement == "occluded" else given, completed, self._code(said.completed),
@@ -253,6 +254,11 @@ class ShapeMemory:
     def n_kept(self) -> int:
         """Silhouettes kept; 0 with ``rule="printed"``, which keeps none."""
         return self._shapes.count if self._shapes is not None else 0
+
+    @property
+    def shapes(self) -> RememberedShapes | None:
+        """The silhouettes kept; None with ``rule="printed"``. For a tracker; what changes them is `learn`."""
+        return self._shapes
 
     @property
     def options(self) -> MemoryOptions:

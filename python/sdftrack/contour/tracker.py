@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack.checks import number
+from sdftrack.contour.closed_loop import ClosedLoop
+from sdftrack.contour.memory import ShapeMemory
 from sdftrack.results import Status
 
 __all__ = ["ContourResult", "ContourTracker", "Memory"]
@@ -114,6 +116,8 @@ class ContourTracker:
         self._memory, self._burn_in = memory, int(burn_in)
         self._shape: tuple[int, ...] | None = None
         self._frames = 0
+        remembers = isinstance(memory, ShapeMemory) and memory.shapes is not None
+        self._loop = ClosedLoop(memory) if remembers else None
 
     def __repr__(self) -> str:
         return f"ContourTracker({self.options['warp']!r}, {self._frames} frames)"
@@ -158,6 +162,8 @@ class ContourTracker:
         else:
             self._core.start_box(rgb, *_box(box, rgb.shape[1], rgb.shape[0]))
         self._shape, self._frames = rgb.shape, 0
+        if self._loop is not None:
+            self._loop.begin(self._core.phi() < 0, self._core.warp())
         return self._result(rgb, None)
 
     def track(self, image: ArrayLike) -> ContourResult:
@@ -188,34 +194,33 @@ class ContourTracker:
                 f"{rgb.shape[1]} x {rgb.shape[0]}; start again for another video"
             )
         self._core.observe(rgb)
-        judgement = self._remember()
+        judgement = self._remember(rgb)
         self._core.finish(judgement in (None, "unoccluded"))
         self._frames += 1
         return self._result(rgb, judgement)
 
-    def _remember(self) -> str | None:
+    def _remember(self, rgb: NDArray[np.uint8]) -> str | None:
         """The memory's say about this frame's shape, which it may replace."""
-        if self._memory is None or self._core.report()["status"] == "lost":
+        if self._memory is None:
+            return None
+        if self._core.report()["status"] == "lost":
+            if self._loop is not None:
+                self._loop.lost()
             return None
         mask = self._core.phi() < 0
-        if self._frames < self._burn_in:
-            self._memory.learn(mask)
-            return None
-        judgement = str(self._memory.judge(mask))
-        if judgement not in JUDGEMENTS:
-            raise ValueError(
-                f"memory: expected a judgement of {', '.join(JUDGEMENTS)}, got {judgement!r} from judge()"
-            )
-        if judgement == "unoccluded":
-            self._memory.learn(mask)
-        elif judgement == "occluded":
-            whole = np.asarray(self._memory.recover(mask))
-            if whole.shape != mask.shape:
-                raise ValueError(
-                    f"memory: expected a recovered mask of {mask.shape}, got {whole.shape} from recover()"
-                )
-            if (whole > 0).any():  # nothing recovered is nothing to go by
-                self._core.replace_shape(np.where(whole > 0, -0.5, 0.5).astype(np.float32))
+        if self._loop is not None:
+            warp = self._core.warp()
+            if self._frames < self._burn_in:
+                self._loop.learn(mask, warp)
+                return None
+            judgement, whole = self._loop.judge(mask, warp, lambda: self._core.look_at_all(rgb))
+        else:
+            if self._frames < self._burn_in:
+                self._memory.learn(mask)
+                return None
+            judgement, whole = _asked(self._memory, mask)
+        if whole is not None and whole.any():  # nothing recovered is nothing to go by
+            self._core.replace_shape(np.where(whole, -0.5, 0.5).astype(np.float32))
         return judgement
 
     def _result(self, rgb: NDArray[np.uint8], judgement: str | None) -> ContourResult:
@@ -229,6 +234,25 @@ class ContourTracker:
             float(report["confidence"]),
             judgement,
         )
+
+
+def _asked(memory: Memory, mask: NDArray[np.bool_]) -> tuple[str, NDArray[np.bool_] | None]:
+    """A memory's judgement of a mask on the tracker's grid, and the recovered one where it is occluded."""
+    judgement = str(memory.judge(mask))
+    if judgement not in JUDGEMENTS:
+        raise ValueError(
+            f"memory: expected a judgement of {', '.join(JUDGEMENTS)}, got {judgement!r} from judge()"
+        )
+    if judgement == "unoccluded":
+        memory.learn(mask)
+    if judgement != "occluded":
+        return judgement, None
+    whole = np.asarray(memory.recover(mask))
+    if whole.shape != mask.shape:
+        raise ValueError(
+            f"memory: expected a recovered mask of {mask.shape}, got {whole.shape} from recover()"
+        )
+    return judgement, whole > 0
 
 
 def _checked(options: dict[str, Any]) -> dict[str, Any]:
