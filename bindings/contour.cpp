@@ -5,6 +5,7 @@
 
 #include "array.h"
 #include "busy.h"
+#include "contour/products.h"
 #include "contour/steps_cuda.h"
 #include "contour/tracker.h"
 
@@ -201,6 +202,15 @@ py::array_t<float> contour_posterior(const py::array& learned, const py::array& 
   return to_numpy(std::move(all), {view.height, view.width});
 }
 
+py::array_t<float> contour_products(const py::array& pictures, const py::array& templates) {
+  const float* a = borrow<float>(pictures, "pictures", {-1, -1});
+  const float* b = borrow<float>(templates, "templates", {-1, pictures.shape(1)});
+  py::array_t<float> out({pictures.shape(0), templates.shape(0)});
+  picture_products(a, static_cast<int>(pictures.shape(0)), b, static_cast<int>(templates.shape(0)),
+                   static_cast<int>(pictures.shape(1)), out.mutable_data());
+  return out;
+}
+
 }  // namespace
 
 void bind_contour(py::module_& m) {
@@ -276,6 +286,8 @@ void bind_contour(py::module_& m) {
         "Cost, gradient and Gauss-Newton Hessian of a registration.");
   m.def("contour_steps", &contour_steps, py::arg("phi"), py::arg("foreground"), py::arg("steps"),
         py::arg("options"), py::arg("device") = "cpu", "phi after steps of the evolution.");
+  m.def("contour_products", &contour_products, py::arg("pictures"), py::arg("templates"),
+        "(n, m): the sum of products of each of n pictures with each of m templates.");
   m.def("contour_distance", &contour_distance, py::arg("phi"), py::arg("radius"));
   m.def("contour_posterior", &contour_posterior, py::arg("learned"), py::arg("image"), py::arg("phi"),
         py::arg("warp"), py::arg("options"));

@@ -272,7 +272,6 @@ void ContourTracker::judge(const RgbView& image) {
   const bool was_lost = report_.status == ContourStatus::kLost;
   if (report_.confidence >= kSure && inside_ >= kLeastPixels) {
     report_.status = ContourStatus::kOk, report_.reason = "";
-    good_phi_ = grid_.phi, good_warp_ = grid_.warp, good_inside_ = grid_.inside;
     lost_frames_ = 0;
   } else if (report_.confidence >= (was_lost ? kSure : kDoubtful) && inside_ >= kLeastPixels) {
     report_.status = ContourStatus::kWeak;
@@ -289,6 +288,9 @@ void ContourTracker::judge(const RgbView& image) {
 
 void ContourTracker::finish(bool learn) {
   if (report_.status == ContourStatus::kLost) return;
+  // The whole shape, be it seen or remembered; half of one is not what to look for when it is lost.
+  if (report_.status == ContourStatus::kOk && (learn || !seen_.empty()))
+    good_phi_ = grid_.phi, good_warp_ = grid_.warp, good_inside_ = grid_.inside;
   recentre();
   if (learn && report_.status == ContourStatus::kOk && counted_)
     model_.pool(static_cast<double>(options_.object_rate), static_cast<double>(options_.background_rate));

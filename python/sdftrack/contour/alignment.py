@@ -18,6 +18,7 @@ from typing import Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack import _core
 from sdftrack.contour.course import Expected
 from sdftrack.contour.masks import FILL
 from sdftrack.contour.placement import Placement, seen_from
@@ -36,6 +37,7 @@ TURNED = 0.5  # cost of a square radian
 UNLIKE = 0.02  # cost of a pose that has no pixel in common with the last
 FINALISTS = 16
 LIKELY = 0.01  # cost above the least by which a silhouette counts for a third in the average
+LEAST_WEIGHT = 0.01  # of the best; less likely ones are left out
 MARGIN_PX = 24  # of evidence around the frame: more than the search moves it by
 AREA = (FILL * FRAME) ** 2  # of a silhouette
 
@@ -71,12 +73,12 @@ class Found:
 
 @dataclass(frozen=True)
 class Stage:
-    """Places that are tried around one, and how finely: shifts up to `reach` times `block` pixels, scales, turns."""
+    """Places that are tried around one, and how finely: shifts up to `reach` times `block` pixels, each with some log
+    scales and angles (radians)."""
 
     block: int
     reach: int
-    log_scales: tuple[float, ...]
-    angles_rad: tuple[float, ...]
+    tried: tuple[tuple[float, float], ...]
 
     @property
     def length(self) -> int:
@@ -84,10 +86,14 @@ class Stage:
         return 2 * (FRAME // self.block) ** 2
 
 
-COARSE = Stage(4, 2, (-0.08, 0.0, 0.08), (0.0,))
-FINE = Stage(2, 1, (-0.05, 0.0, 0.05), (-0.06, 0.0, 0.06))
+AS_IT_IS = (0.0, 0.0)
+COARSE = Stage(4, 2, (AS_IT_IS, (-0.08, 0.0), (0.08, 0.0)))
+FINE = Stage(2, 1, (AS_IT_IS, (-0.05, 0.0), (0.05, 0.0), (0.0, -0.06), (0.0, 0.06)))
 # Of the average of the likely ones.
-LAST = (Stage(1, 2, (0.0,), (0.0,)), Stage(1, 0, (-0.02, 0.0, 0.02), (-0.03, 0.0, 0.03)))
+LAST = (
+    Stage(1, 2, (AS_IT_IS,)),
+    Stage(1, 0, (AS_IT_IS, (-0.02, 0.0), (0.02, 0.0), (0.0, -0.03), (0.0, 0.03))),
+)
 
 
 def template(phi: Picture, stage: Stage) -> Picture:
@@ -144,6 +150,7 @@ def find(
     costs = costs + UNLIKE * poses[near]
     best = int(costs.min(axis=1).argmin())
     weights = np.exp((costs[best].min() - costs[best]) / LIKELY).astype(np.float32)
+    weights[weights < LEAST_WEIGHT] = 0
     weights /= weights.sum()
     phi = np.tensordot(weights, shapes.distances(near), 1)
     move = moves[best]
@@ -168,18 +175,16 @@ class _Search:
         """(places, shapes) costs but for that of the pose, and (places, 4) the moves."""
         shifts = np.arange(-stage.reach, stage.reach + 1)
         pictures, moves = [], []
-        for log_scale in stage.log_scales:
-            for angle in stage.angles_rad:
-                move = around + [0, 0, log_scale, angle]
-                pictures.append(self._shifted(stage, move))
-                x = stage.block * np.tile(shifts, len(shifts)) * np.exp(move[2])
-                y = stage.block * np.repeat(shifts, len(shifts)) * np.exp(move[2])
-                c, s = np.cos(move[3]), np.sin(move[3])
-                moves.append(
-                    np.column_stack([move[0] + c * x - s * y, move[1] + s * x + c * y, np.tile(move[2:], (len(x), 1))])
-                )
+        for log_scale, angle in stage.tried:
+            move = around + [0, 0, log_scale, angle]
+            pictures.append(self._shifted(stage, move))
+            x = stage.block * np.tile(shifts, len(shifts)) * np.exp(move[2])
+            y = stage.block * np.repeat(shifts, len(shifts)) * np.exp(move[2])
+            c, s = np.cos(move[3]), np.sin(move[3])
+            there = np.column_stack([move[0] + c * x - s * y, move[1] + s * x + c * y])
+            moves.append(np.column_stack([there, np.tile(move[2:], (len(x), 1))]))
         all_moves = np.concatenate(moves)
-        sums = np.concatenate(pictures) @ templates.T
+        sums = _core.contour_products(np.concatenate(pictures), templates)
         larger = np.exp(2 * all_moves[:, 2]).astype(np.float32) * (stage.block**2 / AREA)
         return 1 + sums * larger[:, None] + self._priors(all_moves)[:, None], all_moves
 

@@ -34,6 +34,7 @@ NEAR_PX = 2.5  # of a 64 x 64 frame, around the expected silhouette: what of the
 OFF_PX = (1.5, 8.0)  # distances between which the object's colours stick out of the expected silhouette
 SMOOTHED_PX = 1.0  # of the posterior, before it is cut at one half
 LEAST_SEEN = 12  # pixels of the frame; fewer say nothing
+LEAST_PIECE = 0.25  # of the largest hidden piece: smaller ones are limbs in another pose, not further occluders
 LEAST_WEIGHT = 0.02  # of a frame with next to everything hidden, in the course
 NOVEL_WEIGHT = 0.2
 
@@ -104,7 +105,7 @@ class ClosedLoop:
         if np.count_nonzero(seen) < LEAST_SEEN:
             return self._novel(own, expected)
         said = shapes.in_the_light_of(seen, found.phi, sticks_out, found.weights, found.finalists)
-        judgement = self._memory.judged(seen, seen, said).judgement
+        judgement = self._memory.judged(seen, seen, said, LEAST_PIECE).judgement
         if judgement == "novel":
             return self._novel(own, expected)
         if judgement == "unoccluded":

@@ -193,14 +193,20 @@ class ShapeMemory:
             assert self._regression is not None
             return self._printed(self._regression, given, on_grid)
 
-    def judged(self, given: Mask, on_grid: Mask, said: Explained) -> Assessment:
-        """What an explanation of a mask comes to, by rule "remembered"; `on_grid` is the mask on the memory's grid."""
+    def judged(
+        self, given: Mask, on_grid: Mask, said: Explained, least_piece: float = 0.0
+    ) -> Assessment:
+        """What an explanation of a mask comes to, by rule "remembered".
+
+        `on_grid` is the mask on the memory's grid; pieces that are hidden count as occluders from `least_piece` times
+        the largest on.
+        """
         assert self._shapes is not None
         threshold = self.threshold
         # Slivers that may be another pose raise the error, but where nothing is to be recovered nothing is occluded.
         occluded = said.missing >= threshold and said.hidden.any()
         judgement: Judgement = "occluded" if occluded else "unoccluded"
-        if self._is_novel(said, on_grid):
+        if self._is_novel(said, on_grid, least_piece):
             judgement = "novel"
         completed = given | self._back(said.hidden, given.shape)
         codes = self._shapes.codes[said.finalists]
@@ -225,14 +231,14 @@ class ShapeMemory:
             said.error, threshold, said.active,
         )  # fmt: skip
 
-    def _is_novel(self, said: Explained, on_grid: Mask) -> bool:
+    def _is_novel(self, said: Explained, on_grid: Mask, least_piece: float = 0.0) -> bool:
         """Too little of what is seen has been seen before, too little is seen, or too many things are before it."""
         return bool(
             said.explained < LEAST_KNOWN
             or said.outline < LEAST_OUTLINE
             or said.riddled > MOST_RIDDLED
             or said.off_px > MOST_OFF_PX * self._options.size / 64
-            or count_occluders(said.hidden, on_grid) > self._options.max_occluders
+            or count_occluders(said.hidden, on_grid, least_piece) > self._options.max_occluders
         )
 
     # What it is
