@@ -30,9 +30,10 @@ class RegionModel {
   // Pools the histograms of this image in; a rate of 1 replaces. False, and nothing done, where the contour
   // holds next to no pixels of the image, or leaves none.
   bool learn(const RgbView& image, const ContourGrid& grid, double object_rate, double background_rate);
-  // Over the pixels of these cells.
-  void posterior(const RgbView& image, const ContourGrid& grid, const CellBox& cells,
-                 PosteriorImage* out) const;
+  // Over the pixels of these cells. `only_known`: one half for colours that are next to never seen on either
+  // side, which else are those of the side with fewer pixels in a window.
+  void posterior(const RgbView& image, const ContourGrid& grid, const CellBox& cells, PosteriorImage* out,
+                 bool only_known = false) const;
   // Shared histograms alone, for finding the object anywhere.
   void posterior_anywhere(const RgbView& image, const ImagePart& rect, PosteriorImage* out) const;
   // The colours as they were after `remember`, against those of the object in the last frame that was
@@ -51,6 +52,7 @@ class RegionModel {
     return ((rgb[0] >> shift_) * bins_ + (rgb[1] >> shift_)) * bins_ + (rgb[2] >> shift_);
   }
   int slot_of(int bin);
+  bool known(int slot) const;
   void make_shares();
   double floor_share() const;
 

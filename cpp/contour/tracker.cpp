@@ -369,7 +369,7 @@ void ContourTracker::replace_shape(const float* phi) {
 }
 
 void ContourTracker::look_at_all(const RgbView& image, float* foreground) {
-  model_.posterior(image, grid_, grid_.all(), &posterior_);
+  model_.posterior(image, grid_, grid_.all(), &posterior_, true);
   find_band(grid_, std::numeric_limits<float>::max(), &evolution_.band);
   evolution_.foreground.assign(grid_.phi.size(), 0.5f);
   sample_posterior(grid_, posterior_, &evolution_);

@@ -104,7 +104,7 @@ class ClosedLoop:
         seen, sticks_out = self._seen(mask, warp, signed, found)
         if np.count_nonzero(seen) < LEAST_SEEN:
             return self._novel(own, expected)
-        said = shapes.in_the_light_of(seen, found.phi, sticks_out, found.weights, found.finalists)
+        said = shapes.in_the_light_of(seen, found.phi, sticks_out, found.weights, found.finalists, True)
         judgement = self._memory.judged(seen, seen, said, LEAST_PIECE).judgement
         if judgement == "novel":
             return self._novel(own, expected)

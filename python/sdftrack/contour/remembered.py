@@ -36,6 +36,7 @@ SMOOTHING = (
 )
 LEAST_BLUR_PX = 0.5  # less than this changes nothing
 NEAR_PX = 2.0  # a contour pixel nearer than this to the expected contour is explained
+OCCLUDERS_EDGE = 2  # px beside what is hidden, in which the outline is the occluder's
 DEEP_PX = 1.5  # deeper than this, a pixel is inside in any pose that is likely
 WELL_KNOWN_PX = 0.4  # sticking out per contour pixel, up to which slivers of 2 px are ignored, else of 4 px
 
@@ -146,10 +147,16 @@ class RememberedShapes:
         return self.in_the_light_of(mask, phi, least, weights, near)
 
     def in_the_light_of(
-        self, mask: Mask, phi: Array, sticks_out: float, weights: Array, near: NDArray[np.int64]
+        self,
+        mask: Mask,
+        phi: Array,
+        sticks_out: float,
+        weights: Array,
+        near: NDArray[np.int64],
+        own_edge: bool = False,
     ) -> Explained:
         """What an expectation says of an observed silhouette: its distances, and by how many pixels the second sticks
-        out of it."""
+        out of it. `own_edge`: the outline beside what is hidden is the occluder's, and need not be explained."""
         edge = _edge(mask)
         length = np.count_nonzero(edge)
         off_px = sticks_out / length
@@ -158,13 +165,16 @@ class RememberedShapes:
         completed, hidden = with_hidden(mask, expected, off_px)
         lacking = np.count_nonzero(_thick(expected & ~mask, 1))
         deep = phi < -DEEP_PX
-        on_it = np.count_nonzero(edge & (np.abs(phi) < NEAR_PX))
+        near_it = edge & (np.abs(phi) < NEAR_PX)
+        on_it = np.count_nonzero(near_it)
+        theirs = _grown(hidden, OCCLUDERS_EDGE) if own_edge else np.zeros_like(edge)
+        own = np.count_nonzero(edge & ~theirs)
         return Explained(
             completed, hidden,
             missing=lacking / (lacking + np.count_nonzero(mask)),
             riddled=np.count_nonzero(deep & ~completed) / max(1, int(np.count_nonzero(deep))),
             off_px=off_px,
-            explained=on_it / length,
+            explained=np.count_nonzero(near_it & ~theirs) / max(1, int(own)),
             outline=on_it / max(1, int(np.count_nonzero(_edge(expected)))),
             weights=weights, finalists=near,
         )  # fmt: skip
@@ -251,6 +261,14 @@ def _thick(mask: Mask, sliver: int) -> Mask:
     core = cv2.erode(image, square, iterations=sliver, borderType=cv2.BORDER_CONSTANT, borderValue=0)
     whole = np.asarray(cv2.dilate(core, square, iterations=sliver + 1))
     return mask & (whole > 0)
+
+
+def _grown(mask: Mask, by: int) -> Mask:
+    """With all that lies up to so many pixels beside it."""
+    import cv2
+
+    square = np.ones((2 * by + 1, 2 * by + 1), np.uint8)
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), square) > 0)
 
 
 def _vague(phi: Array, sigma_px: float) -> Array:
