@@ -28,15 +28,15 @@ Mask: TypeAlias = NDArray[np.bool_]
 Picture: TypeAlias = NDArray[np.float32]
 
 LEAST_LOSS = 0.05  # share of the area that must be missing suddenly before an occluder is thought of
-LOSSES = 5.0  # and how many times the usual scatter of the size
+LOSSES = 5.0
 LEARNT_AFTER = 10  # frames that a silhouette waits: what an occluder has begun to cover is not learned as whole
 NEAR_PX = 2.5  # of a 64 x 64 frame, around the expected silhouette: what of the object's colours is taken for it
 OFF_PX = (1.5, 8.0)  # distances between which the object's colours stick out of the expected silhouette
 SMOOTHED_PX = 1.0  # of the posterior, before it is cut at one half
+LEAST_KNOWN = 0.2  # mean |2 p - 1| around a pixel; where it is less, the colours are of neither side
 LEAST_SEEN = 12  # pixels of the frame; fewer say nothing
 LEAST_PIECE = 0.25  # of the largest hidden piece: smaller ones are limbs in another pose, not further occluders
 LEAST_WEIGHT = 0.02  # of a frame with next to everything hidden, in the course
-NOVEL_WEIGHT = 0.2
 
 
 class ClosedLoop:
@@ -71,11 +71,14 @@ class ClosedLoop:
         self._lost = True
         self._waiting.clear()
 
-    def judge(self, mask: Mask, warp: Array, look: Callable[[], Picture]) -> tuple[str, Mask | None]:
+    def judge(
+        self, mask: Mask, warp: Array, sure: bool, look: Callable[[], Picture]
+    ) -> tuple[str, Mask | None]:
         """The judgement, and the whole silhouette on the grid where it is "occluded".
 
+        `sure`: the colours inside and beside the outline are those of the start; else nothing is learned.
         `look()` gives the posterior (ny, nx) float32 of the object's colours at every cell; it is asked for only
-        where area is missing.
+        where area is missing or the colours are not sure.
         """
         self._time += 1
         own = placement_of(mask, warp)
@@ -85,7 +88,7 @@ class ClosedLoop:
             self._lost = False
         expected = self._course.expected(self._time)
         loss = 1 - (own.size_px / expected.size_px) ** 2
-        if loss <= max(LEAST_LOSS, LOSSES * expected.off_size):
+        if sure and loss <= max(LEAST_LOSS, LOSSES * expected.off_size):
             self._waiting.append(self._whole(mask, warp))
             if len(self._waiting) > LEARNT_AFTER:
                 self._memory.learn(self._waiting.popleft())
@@ -120,14 +123,17 @@ class ClosedLoop:
         import cv2
 
         size = self._memory.options.size
-        colors = cv2.GaussianBlur(seen_from(signed, warp, found.placement, size), (0, 0), SMOOTHED_PX * size / FRAME)
-        there = (seen_from(mask.astype(np.float32), warp, found.placement, size) > 0.5) | (np.asarray(colors) > 0)
+        both = np.dstack([signed, np.abs(signed), mask.astype(np.float32)])
+        both = seen_from(both, warp, found.placement, size)
+        colors, known = cv2.split(cv2.GaussianBlur(both[..., :2], (0, 0), SMOOTHED_PX * size / FRAME))
+        there = (np.asarray(colors) > 0) | ((both[..., 2] > 0.5) & (np.asarray(known) > LEAST_KNOWN))
         phi = found.phi * (FRAME / size)
         beyond = there & (phi > OFF_PX[0]) & (phi < OFF_PX[1])
         return there & (phi < NEAR_PX), float(np.count_nonzero(beyond))
 
     def _novel(self, own: Placement, expected: Expected) -> tuple[str, None]:
-        self._course.add(self._time, Placement(own.center_px, expected.size_px, own.turn), NOVEL_WEIGHT)
+        there = Placement(expected.center_px, expected.size_px, own.turn)
+        self._course.add(self._time, there, LEAST_WEIGHT)
         return "novel", None
 
     def _whole(self, mask: Mask, warp: Array) -> Mask:

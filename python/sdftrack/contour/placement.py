@@ -70,16 +70,15 @@ def seen_from(picture: Picture, warp: Array, placement: Placement, size: int, ma
     import cv2
 
     to_cells = np.linalg.inv(warp) @ placement.to_image(size)
-    fine = max(1, int(np.ceil(np.sqrt(abs(np.linalg.det(to_cells[:2, :2]))))))  # samples per pixel and axis
+    cells = float(np.sqrt(abs(np.linalg.det(to_cells[:2, :2]))))  # per pixel of the frame
+    if cells > 1:
+        mean_over = 2 * int(cells / 2) + 1  # odd, so that nothing moves
+        picture = cv2.blur(picture, (mean_over, mean_over))
+    shift = np.array([[1, 0, -margin], [0, 1, -margin], [0, 0, 1]])
     n = size + 2 * margin
-    # The first fine sample lies (fine - 1) / 2 fine samples before the centre of the first pixel.
-    first = -margin - (fine - 1) / (2 * fine)
-    to_frame = np.array([[1 / fine, 0, first], [0, 1 / fine, first], [0, 0, 1]])
     image = cv2.warpAffine(
-        picture, (to_cells @ to_frame)[:2], (fine * n, fine * n), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        picture, (to_cells @ shift)[:2], (n, n), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     )
-    if fine > 1:
-        image = cv2.resize(image, (n, n), interpolation=cv2.INTER_AREA)
     return np.asarray(image, np.float32)
 
 

@@ -203,7 +203,8 @@ class ContourTracker:
         """The memory's say about this frame's shape, which it may replace."""
         if self._memory is None:
             return None
-        if self._core.report()["status"] == "lost":
+        status = self._core.report()["status"]
+        if status == "lost":
             if self._loop is not None:
                 self._loop.lost()
             return None
@@ -213,7 +214,7 @@ class ContourTracker:
             if self._frames < self._burn_in:
                 self._loop.learn(mask, warp)
                 return None
-            judgement, whole = self._loop.judge(mask, warp, lambda: self._core.look_at_all(rgb))
+            judgement, whole = self._loop.judge(mask, warp, status == "ok", lambda: self._core.look_at_all(rgb))
         else:
             if self._frames < self._burn_in:
                 self._memory.learn(mask)
