@@ -7,7 +7,8 @@ namespace sdftrack {
 
 namespace {
 
-constexpr int kSums = 16;  // side by side, so that any instruction set has something to do, with the same bits
+constexpr int kSums =
+    16;  // side by side, so that any instruction set has something to do, with the same bits
 
 float product(const float* a, const float* b, int length) {
   float sums[kSums] = {};
@@ -22,8 +23,8 @@ float product(const float* a, const float* b, int length) {
 
 }  // namespace
 
-void picture_products(const float* pictures, int count, const float* templates, int template_count, int length,
-                      float* out) {
+void picture_products(const float* pictures, int count, const float* templates, int template_count,
+                      int length, float* out) {
   const auto row = static_cast<std::ptrdiff_t>(length);
   // A template stays in the nearest cache while all pictures pass by.
   for (int j = 0; j < template_count; ++j)

@@ -4,9 +4,9 @@
 
 namespace sdftrack {
 
-// out[i * templates + j] = sum over k < length of picture[i][k] * template[j][k]. The order of the sum is fixed, and no
-// thread is started: a search of a millisecond is over before a second one has woken up.
-void picture_products(const float* pictures, int count, const float* templates, int template_count, int length,
-                      float* out);
+// out[i * templates + j] = sum over k < length of picture[i][k] * template[j][k]. The order of the sum is
+// fixed, and no thread is started: a search of a millisecond is over before a second one has woken up.
+void picture_products(const float* pictures, int count, const float* templates, int template_count,
+                      int length, float* out);
 
 }  // namespace sdftrack

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Which remembered silhouette lies where, by the colours of the image (docs/shape_memory.md, "In a video").
 
-What is searched is the posterior of the colours, not the tracker's outline: behind an occluder the outline has gone astray
-before a part is missed. A silhouette M at a place costs, with e = 2 p - 1 the evidence for the object at a pixel,
+What is searched is the posterior of the colours, not the tracker's outline: behind an occluder the outline has gone
+astray before a part is missed. A silhouette M at a place costs, with e = 2 p - 1 the evidence for the object at a
+pixel,
 
     cost = 1 - (sum of e+ where M is  -  LACKING * sum of e- where M is) / area + priors,
 
@@ -106,7 +107,9 @@ def template(phi: Picture, stage: Stage) -> Picture:
     size = phi.shape[0]
     soft = np.clip(phi * (FRAME / size / EDGE_PX), -1, 1)
     if size != FRAME:
-        soft = cv2.resize(soft, (FRAME, FRAME), interpolation=cv2.INTER_AREA if size > FRAME else cv2.INTER_LINEAR)
+        soft = cv2.resize(
+            soft, (FRAME, FRAME), interpolation=cv2.INTER_AREA if size > FRAME else cv2.INTER_LINEAR
+        )
     beside, within = np.maximum(soft, 0), np.maximum(-soft, 0)
     both = [_blocks(beside - 1, stage.block), _blocks(LACKING * within, stage.block)]
     return np.concatenate([b.reshape(-1) for b in both]).astype(np.float32)
@@ -158,7 +161,7 @@ def find(
         costs, moves = search.costs(stage, move, template(phi, stage)[None])
         last = int(costs[:, 0].argmin())
         move = moves[last]
-    place = start.moved(*move, FRAME)
+    place = start.moved(move[0], move[1], move[2], move[3], FRAME)
     return Found(place, phi, weights, near, float(costs[last, 0]))
 
 
@@ -176,7 +179,7 @@ class _Search:
         shifts = np.arange(-stage.reach, stage.reach + 1)
         pictures, moves = [], []
         for log_scale, angle in stage.tried:
-            move = around + [0, 0, log_scale, angle]
+            move = around + np.array([0, 0, log_scale, angle])
             pictures.append(self._shifted(stage, move))
             x = stage.block * np.tile(shifts, len(shifts)) * np.exp(move[2])
             y = stage.block * np.repeat(shifts, len(shifts)) * np.exp(move[2])
@@ -207,9 +210,16 @@ class _Search:
         # From pixels of the enlarged frame to those of the evidence.
         first = linear @ (np.full(2, -reach * stage.block - middle)) + move[:2] + middle + MARGIN_PX
         image = cv2.warpAffine(
-            self._evidence, np.column_stack([linear, first]), (n, n), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+            self._evidence,
+            np.column_stack([linear, first]),
+            (n, n),
+            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         )
-        cut = image if stage.block == 1 else cv2.resize(image, (n // stage.block,) * 2, interpolation=cv2.INTER_AREA)
+        cut = (
+            image
+            if stage.block == 1
+            else cv2.resize(image, (n // stage.block,) * 2, interpolation=cv2.INTER_AREA)
+        )
         windows = np.lib.stride_tricks.sliding_window_view(cut, (side, side), axis=(0, 1))
         return windows.reshape((2 * reach + 1) ** 2, -1)
 
@@ -217,4 +227,4 @@ class _Search:
 def _blocks(picture: Picture, block: int) -> Picture:
     """Means of blocks."""
     n = picture.shape[0] // block
-    return np.asarray(picture.reshape(n, block, n, block).mean(axis=(1, 3)), np.float32)
+    return np.asarray(picture.reshape(n, block, n, block).mean(axis=(1, 3)), dtype=np.float32)

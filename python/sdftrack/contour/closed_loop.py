@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """A contour tracker and a memory of shapes, closed to a loop (thesis 6.3.4; docs/shape_memory.md, "In a video").
 
-An occluder that comes in from one side takes area away, and the grid of a tracker that knows no better moves and shrinks
-with what is left. So a frame is held against the course that the object has been on: where area is suddenly missing, the
-remembered silhouettes are laid over the colours of the image around the place where the object should be, and the best
-one says what is hidden. What was seen whole is learned some frames later, once nothing has come in between.
+An occluder that comes in from one side takes area away, and the grid of a tracker that knows no better moves and
+shrinks with what is left. So a frame is held against the course that the object has been on: where area is suddenly
+missing, the remembered silhouettes are laid over the colours of the image around the place where the object should
+be, and the best one says what is hidden. What was seen whole is learned some frames later, once nothing has come in between.
 """
 
 from __future__ import annotations
@@ -29,13 +29,19 @@ Picture: TypeAlias = NDArray[np.float32]
 
 LEAST_LOSS = 0.05  # share of the area that must be missing suddenly before an occluder is thought of
 LOSSES = 5.0
-LEARNT_AFTER = 10  # frames that a silhouette waits: what an occluder has begun to cover is not learned as whole
-NEAR_PX = 2.5  # of a 64 x 64 frame, around the expected silhouette: what of the object's colours is taken for it
+LEARNT_AFTER = (
+    10  # frames that a silhouette waits: what an occluder has begun to cover is not learned as whole
+)
+NEAR_PX = (
+    2.5  # of a 64 x 64 frame, around the expected silhouette: what of the object's colours is taken for it
+)
 OFF_PX = (1.5, 8.0)  # distances between which the object's colours stick out of the expected silhouette
 SMOOTHED_PX = 1.0  # of the posterior, before it is cut at one half
 LEAST_KNOWN = 0.2  # mean |2 p - 1| around a pixel; where it is less, the colours are of neither side
 LEAST_SEEN = 12  # pixels of the frame; fewer say nothing
-LEAST_PIECE = 0.25  # of the largest hidden piece: smaller ones are limbs in another pose, not further occluders
+LEAST_PIECE = (
+    0.25  # of the largest hidden piece: smaller ones are limbs in another pose, not further occluders
+)
 LEAST_WEIGHT = 0.02  # of a frame with next to everything hidden, in the course
 
 
@@ -57,7 +63,7 @@ class ClosedLoop:
         self._course = Course()
         self._waiting: deque[Mask] = deque()
         self._size_px = 0.0
-        self._whole(mask, warp)
+        self._last: Mask = self._whole(mask, warp)
 
     def learn(self, mask: Mask, warp: Array) -> None:
         """A mask that is known to be whole: the burn-in."""

@@ -193,9 +193,7 @@ class ShapeMemory:
             assert self._regression is not None
             return self._printed(self._regression, given, on_grid)
 
-    def judged(
-        self, given: Mask, on_grid: Mask, said: Explained, least_piece: float = 0.0
-    ) -> Assessment:
+    def judged(self, given: Mask, on_grid: Mask, said: Explained, least_piece: float = 0.0) -> Assessment:
         """What an explanation of a mask comes to, by rule "remembered".
 
         `on_grid` is the mask on the memory's grid; pieces that are hidden count as occluders from `least_piece` times

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Where a silhouette lies in an image: the frame that a shape memory keeps it in, between two grids.
 
-The tracker's own grid follows the box of what is seen, in jumps; a memory wants the same shape in the same place. So its
-frame has the silhouette's centroid in the middle and a fixed area (as `st.contour.align`), and turns with the tracker.
+The tracker's own grid follows the box of what is seen, in jumps; a memory wants the same shape in the same place. So
+its frame has the silhouette's centroid in the middle and a fixed area (as `st.contour.align`), and turns with the
+tracker.
 """
 
 from __future__ import annotations
@@ -50,7 +51,9 @@ class Placement:
         """Shifted by x, y pixels of the frame, then larger and turned."""
         c, s = np.cos(angle_rad), np.sin(angle_rad)
         center = self.center_px + self.size_px / (FILL * size) * (self.turn @ [x, y])
-        return Placement(center, self.size_px * float(np.exp(log_scale)), self.turn @ np.array([[c, -s], [s, c]]))
+        return Placement(
+            center, self.size_px * float(np.exp(log_scale)), self.turn @ np.array([[c, -s], [s, c]])
+        )
 
 
 def placement_of(mask: Mask, warp: Array) -> Placement:
@@ -73,7 +76,7 @@ def seen_from(picture: Picture, warp: Array, placement: Placement, size: int, ma
     cells = float(np.sqrt(abs(np.linalg.det(to_cells[:2, :2]))))  # per pixel of the frame
     if cells > 1:
         mean_over = 2 * int(cells / 2) + 1  # odd, so that nothing moves
-        picture = cv2.blur(picture, (mean_over, mean_over))
+        picture = np.asarray(cv2.blur(picture, (mean_over, mean_over)), np.float32)
     shift = np.array([[1, 0, -margin], [0, 1, -margin], [0, 0, 1]])
     n = size + 2 * margin
     image = cv2.warpAffine(
@@ -88,6 +91,9 @@ def put_back(mask: Mask, warp: Array, placement: Placement, shape: tuple[int, in
 
     to_frame = np.linalg.inv(placement.to_image(mask.shape[0])) @ warp
     image = cv2.warpAffine(
-        mask.astype(np.float32), to_frame[:2], (shape[1], shape[0]), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        mask.astype(np.float32),
+        to_frame[:2],
+        (shape[1], shape[0]),
+        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
     )
     return np.asarray(image > 0.5)

@@ -116,8 +116,10 @@ class ContourTracker:
         self._memory, self._burn_in = memory, int(burn_in)
         self._shape: tuple[int, ...] | None = None
         self._frames = 0
-        remembers = isinstance(memory, ShapeMemory) and memory.shapes is not None
-        self._loop = ClosedLoop(memory) if remembers else None
+        # A memory without silhouettes, the printed rule's or a caller's own, is asked about masks of the grid.
+        self._loop: ClosedLoop | None = None
+        if isinstance(memory, ShapeMemory) and memory.shapes is not None:
+            self._loop = ClosedLoop(memory)
 
     def __repr__(self) -> str:
         return f"ContourTracker({self.options['warp']!r}, {self._frames} frames)"
@@ -126,6 +128,11 @@ class ContourTracker:
     def options(self) -> dict[str, Any]:
         """All options with their values."""
         return dict(self._core.options())
+
+    @property
+    def warp(self) -> NDArray[np.float64]:
+        """(3, 3) from the object's grid, as it lies now, to pixels (x, y); what a memory's masks are seen through."""
+        return np.asarray(self._core.warp())
 
     def start(
         self, image: ArrayLike, box: ArrayLike | None = None, mask: ArrayLike | None = None
@@ -214,7 +221,9 @@ class ContourTracker:
             if self._frames < self._burn_in:
                 self._loop.learn(mask, warp)
                 return None
-            judgement, whole = self._loop.judge(mask, warp, status == "ok", lambda: self._core.look_at_all(rgb))
+            judgement, whole = self._loop.judge(
+                mask, warp, status == "ok", lambda: self._core.look_at_all(rgb)
+            )
         else:
             if self._frames < self._burn_in:
                 self._memory.learn(mask)
