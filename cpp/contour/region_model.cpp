@@ -8,9 +8,9 @@ namespace sdftrack {
 
 namespace {
 
-constexpr double kUniform = 1e-2;    // share of a uniform distribution in the shared histograms
+constexpr double kUniform = 1e-2;     // share of a uniform distribution in the shared histograms
 constexpr double kLeastKnown = 1e-4;  // of the pixels of a side, of one colour
-constexpr double kLeastPixels = 30;  // of either kind, to learn from
+constexpr double kLeastPixels = 30;   // of either kind, to learn from
 constexpr float kPseudoCount =
     0.05f;  // of the logarithmic pool: a colour not seen once is not ruled out for good
 

@@ -45,6 +45,23 @@ def test_templates_of_another_length_are_refused(templates):
         _core.contour_products(np.zeros((5, 37), np.float32), templates)
 
 
+def test_colours_that_neither_side_has_are_no_evidence():
+    y, x = np.mgrid[:60, :80]
+    mask = np.hypot(x - 40, y - 30) < 14
+    image = np.where(mask[..., None], [200, 60, 40], [90, 100, 110]).astype(np.uint8)
+    core = _core.ContourCore({})
+    core.start_mask(image, mask)
+    covered = image.copy()
+    covered[:, 38:46] = [20, 30, 220]
+    core.observe(covered)
+    posterior = core.look_at_all(covered)
+    cells = np.array([[30, 20], [42, 20], [5, 5]])  # (column, row)
+    u, v = np.round((core.warp() @ [*cells.T, [1, 1, 1]])[:2]).astype(int)
+    truth = [0.5 if 38 <= a < 46 else float(mask[b, a]) for a, b in zip(u, v, strict=True)]
+    assert 0.5 in truth
+    np.testing.assert_allclose(posterior[cells[:, 1], cells[:, 0]], truth, atol=0.05)
+
+
 @pytest.mark.parametrize("stage", [COARSE, FINE, *LAST])
 def test_the_cost_of_a_silhouette_at_a_place_is_that_of_a_slow_loop(stage):
     rng = np.random.default_rng(1)

@@ -215,13 +215,10 @@ class _Search:
             (n, n),
             flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         )
-        cut = (
-            image
-            if stage.block == 1
-            else cv2.resize(image, (n // stage.block,) * 2, interpolation=cv2.INTER_AREA)
-        )
+        blocks = n // stage.block
+        cut = cv2.resize(image, (blocks, blocks), interpolation=cv2.INTER_AREA)
         windows = np.lib.stride_tricks.sliding_window_view(cut, (side, side), axis=(0, 1))
-        return windows.reshape((2 * reach + 1) ** 2, -1)
+        return np.asarray(windows.reshape((2 * reach + 1) ** 2, -1), np.float32)
 
 
 def _blocks(picture: Picture, block: int) -> Picture:

@@ -4,7 +4,8 @@
 An occluder that comes in from one side takes area away, and the grid of a tracker that knows no better moves and
 shrinks with what is left. So a frame is held against the course that the object has been on: where area is suddenly
 missing, the remembered silhouettes are laid over the colours of the image around the place where the object should
-be, and the best one says what is hidden. What was seen whole is learned some frames later, once nothing has come in between.
+be, and the best one says what is hidden. What was seen whole is learned some frames later, once nothing has come in
+between.
 """
 
 from __future__ import annotations

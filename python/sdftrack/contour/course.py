@@ -20,7 +20,7 @@ FADING = 4.0  # frames after which one counts for a third
 LEAST_VELOCITY = 0.1  # of the weights, added to the velocity's: a few frames do not make a flight
 SCATTERS = 60  # frames whose misses say how far off a prediction is
 FIRST = 6  # misses, before which the scatter is a guess
-GUESS = 0.05
+GUESS = 0.02
 LARGEST_MISS = 0.2  # of the size: one jump does not make all later ones likely
 
 

@@ -2,10 +2,11 @@
 """The contour tracker with a memory of shapes, while something passes before the object.
 
 ``python -m sdftrack.eval.closed_loop [--data FOLDER]`` prints mean overlaps with the *whole* object: before, while
-the thing is there, and after; and the judgements then. Videos: four synthetic gaits with a bar that sweeps over the
-figure, a fence, and all but its middle hidden; where `davis` is at hand, its sequences with a bar drawn into the images of
-the second half. "seen" is the visible part against the whole: what a perfect tracker of the visible part would get.
-"ideal" is a memory that is told the whole silhouette in each frame: what the tracker's loop could do.
+the thing is there, and after; and the judgements then. Videos: four synthetic gaits with a bar that sweeps over
+the figure, a fence, and all but its middle hidden; where `davis` is at hand, its sequences with a bar drawn into the
+images of the second half. "seen" is the visible part against the whole: what a perfect tracker of the visible part
+would get. "ideal" is a memory that is told the whole silhouette in each frame: what the tracker's loop could do.
+"false": frames before the thing that are called occluded.
 """
 
 from __future__ import annotations
@@ -190,8 +191,8 @@ def counts(said: Counter[str]) -> str:
 
 
 HEAD = [
-    "video", "before", "memory", "seen", "during", "memory", "ideal", "after", "memory", "occl. unocc. novel -", "false",
-    "lost", "ms: none / memory / during",
+    "video", "before", "memory", "seen", "during", "memory", "ideal", "after", "memory", "occl. unocc. novel -",
+    "false", "lost", "ms: none / memory / during",
 ]  # fmt: skip
 
 

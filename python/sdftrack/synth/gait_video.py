@@ -41,7 +41,7 @@ def gait_video(
     size: tuple[int, int] = (320, 240),
     seed: int = 0,
 ) -> GaitVideo:
-    """Make a video (no file is read): a figure walks to and fro over soft ground and something passes before it.
+    """Make a video (no file is read): a figure walks there and back over soft ground and something passes before it.
 
     Parameters
     ----------
