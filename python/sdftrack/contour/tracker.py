@@ -77,12 +77,14 @@ class ContourTracker:
     ----------
     warp : "similarity" or "affine"
         What moves the grid: 4 or 6 unknowns.
-    memory : object, optional
-        A shape memory with ``learn(mask)``, ``judge(mask)`` and ``recover(mask)``: the first `burn_in` frames are
-        learned; afterwards an occluded shape is replaced by the recovered one and changes no histogram, an unoccluded
-        one is learned, a novel one neither.
+    memory : ShapeMemory or object, optional
+        The first `burn_in` frames are learned. Afterwards an occluded shape is replaced by the whole one and changes
+        no histogram, an unoccluded one is learned, a novel one neither. A `ShapeMemory` that keeps silhouettes is asked
+        only where area is missing or colours are not sure, and is searched by the colours of the image; it gets and
+        gives silhouettes as by `st.contour.align`. Another object needs ``learn(mask)``, ``judge(mask)`` and
+        ``recover(mask)``, and is asked about each mask on the tracker's grid.
     burn_in : int
-        Frames that the memory learns from before it judges.
+        Frames that the memory learns from before it judges; 0 for one that has been taught.
     **options
         By name: ``bins`` (16 or 32 per channel), ``pool`` ("linear" or "log"), ``object_rate``, ``background_rate``,
         ``windows`` (histograms along each side of the grid; 1: one pair for all), ``shrink``, ``ring``,
