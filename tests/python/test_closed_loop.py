@@ -183,6 +183,18 @@ def test_a_memory_that_was_taught_before_serves_another_tracker():
     assert with_it.during > plain.during + GAIN
 
 
+def test_a_memory_of_masks_in_another_frame_is_refused():
+    memory = st.contour.ShapeMemory()
+    memory.learn(np.pad(np.ones((20, 30), bool), 10))
+    with pytest.raises(ValueError, match=r"memory: expected one taught with masks of 64 x 64, got .*align"):
+        st.contour.ContourTracker(memory=memory)
+
+
+def test_the_warp_before_the_start_is_refused():
+    with pytest.raises(RuntimeError, match="warp: expected start"):
+        _ = st.contour.ContourTracker().warp
+
+
 @pytest.mark.parametrize("thing", ["bar", "fence", "window", "none"])
 def test_the_seen_part_is_the_whole_without_what_the_thing_covers(thing):
     video = gait_video("cat", 4, thing, during=(1, 3), size=(96, 72))

@@ -260,6 +260,11 @@ class ShapeMemory:
         return self._shapes.count if self._shapes is not None else 0
 
     @property
+    def shape(self) -> tuple[int, int] | None:
+        """(H, W) of the masks learnt, that all others must have; None before the first."""
+        return self._shape
+
+    @property
     def shapes(self) -> RememberedShapes | None:
         """The silhouettes kept; None with ``rule="printed"``. For a tracker; what changes them is `learn`."""
         return self._shapes

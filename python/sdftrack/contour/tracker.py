@@ -121,6 +121,12 @@ class ContourTracker:
         # A memory without silhouettes, the printed rule's or a caller's own, is asked about masks of the grid.
         self._loop: ClosedLoop | None = None
         if isinstance(memory, ShapeMemory) and memory.shapes is not None:
+            side = memory.options.size
+            if memory.shape not in (None, (side, side)):
+                raise ValueError(
+                    f"memory: expected one taught with masks of {side} x {side}, got one of {memory.shape}; teach another "
+                    f"with st.contour.align(mask, {side})[0]"
+                )
             self._loop = ClosedLoop(memory)
 
     def __repr__(self) -> str:
@@ -133,7 +139,12 @@ class ContourTracker:
 
     @property
     def warp(self) -> NDArray[np.float64]:
-        """(3, 3) from the object's grid, as it lies now, to pixels (x, y); what a memory's masks are seen through."""
+        """(3, 3) from the object's grid, as it lies now, to pixels (x, y): that of the masks a memory is asked about.
+
+        RuntimeError before `start`.
+        """
+        if self._shape is None:
+            raise RuntimeError("warp: expected start(image, box=...) first, got no start yet")
         return np.asarray(self._core.warp())
 
     def start(
