@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+// The first frame of a contour tracker: from a mask, or from a box.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "contour/tracker.h"
+#include "contour/tracker_limits.h"
+
+namespace sdftrack {
+
+namespace {
+
+constexpr double kLeastContrast = 0.02;
+
+}  // namespace
+
+void ContourTracker::make_grid(const ImagePart& box) {
+  const int longest = std::max(box.width(), box.height());
+  const double cell = std::max(1.0, longest / static_cast<double>(options_.most_cells));
+  const int ring =
+      std::max(kLeastRing_px, static_cast<int>(static_cast<double>(options_.ring) * longest / cell));
+  grid_.nx = static_cast<int>(std::ceil(box.width() / cell)) + 2 * ring;
+  grid_.ny = static_cast<int>(std::ceil(box.height() / cell)) + 2 * ring;
+  grid_.warp = {{cell, 0, 0, cell}, {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)}};
+  grid_.phi.assign(static_cast<std::size_t>(grid_.nx) * static_cast<std::size_t>(grid_.ny), 1.0f);
+}
+
+void ContourTracker::start(const RgbView& image, const unsigned char* mask) {
+  ImagePart box{image.width, image.height, 0, 0};
+  int pixels = 0;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      if (mask[static_cast<std::ptrdiff_t>(y) * image.width + x]) {
+        box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x + 1), std::max(box.y1, y + 1)};
+        ++pixels;
+      }
+  if (pixels < kLeastPixels)
+    throw std::invalid_argument("mask: expected at least " + std::to_string(kLeastPixels) +
+                                " pixels of the object, got " + std::to_string(pixels));
+  make_grid(box);
+  for (int iy = 0; iy < grid_.ny; ++iy)
+    for (int ix = 0; ix < grid_.nx; ++ix) {
+      double u, v;
+      grid_.warp.to_image(ix - grid_.mid_x(), iy - grid_.mid_y(), &u, &v);
+      const int x = static_cast<int>(std::lround(u)), y = static_cast<int>(std::lround(v));
+      const bool inside = x >= 0 && y >= 0 && x < image.width && y < image.height &&
+                          mask[static_cast<std::ptrdiff_t>(y) * image.width + x];
+      grid_.phi[static_cast<std::size_t>(iy * grid_.nx + ix)] = inside ? -0.5f : 0.5f;
+    }
+  redistance(reach_cells(), &evolution_.distance, &grid_);
+  model_ = RegionModel(options_);
+  if (!model_.learn(image, grid_, 1, 1))
+    throw std::invalid_argument(
+        "mask: expected pixels of the object and of the background around it, got a mask that leaves no "
+        "background; "
+        "mark the object alone");
+  begin(image);
+}
+
+void ContourTracker::start(const RgbView& image, const ImagePart& box) {
+  if (box.width() * box.height() < kLeastPixels)
+    throw std::invalid_argument("box: expected a box of at least " + std::to_string(kLeastPixels) +
+                                " pixels inside the image, got " + std::to_string(box.width()) + " x " +
+                                std::to_string(box.height()));
+  make_grid(box);
+  model_ = RegionModel(options_);
+  segment_box(image, box);
+  begin(image);
+}
+
+// The box is the first guess; then what has the colours of the inside rather than those around, a few times.
+void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
+  constexpr int kSteps = 12;
+  constexpr const char* kOneColor =
+      "box: expected an object whose colours are not those around the box, got next to nothing that differs; "
+      "draw it "
+      "closer, or start from a mask";
+  ContourGrid& g = grid_;
+  const auto within = [&](int ix, int iy) {
+    double u, v;
+    g.warp.to_image(ix - g.mid_x(), iy - g.mid_y(), &u, &v);
+    return u > box.x0 - 0.5 && v > box.y0 - 0.5 && u < box.x1 - 0.5 && v < box.y1 - 0.5;
+  };
+  g.inside = g.all();
+  for (int y = 0; y < g.ny; ++y)
+    for (int x = 0; x < g.nx; ++x)
+      g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? -0.5f : 0.5f;
+  model_.object_windows(false);
+  for (int round = 0; round < options_.box_rounds; ++round) {
+    if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
+    model_.posterior(image, g, g.all(), &posterior_);
+    find_band(g, std::numeric_limits<float>::max(), &evolution_.band);
+    evolution_.foreground.assign(g.phi.size(), 0.5f);
+    sample_posterior(g, posterior_, &evolution_);
+    // A mean over 5 x 5 cells, no cell of which lies outside the box.
+    for (int y = kBlur; y + kBlur < g.ny; ++y)
+      for (int x = kBlur; x + kBlur < g.nx; ++x) {
+        g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? 0.5f - mean_posterior(x, y) : 0.5f;
+      }
+    if (drop_small_pieces(options_.least_part, std::max(g.nx, g.ny), &evolution_, &g) < kLeastPixels)
+      throw std::invalid_argument(kOneColor);
+  }
+  redistance(reach_cells(), &evolution_.distance, &g);
+  model_.object_windows(true);
+  for (int round = 0; round < 2; ++round) {
+    if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
+    model_.posterior(image, g, g.all(), &posterior_);
+    shape(kSteps);
+    if (inside_ < kLeastPixels) throw std::invalid_argument(kOneColor);
+  }
+  recentre();
+  if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
+}
+
+// Over 5 x 5 cells; those have been sampled.
+float ContourTracker::mean_posterior(int x, int y) const {
+  float sum = 0;
+  for (int j = -kBlur; j <= kBlur; ++j)
+    for (int i = -kBlur; i <= kBlur; ++i)
+      sum += evolution_.foreground[static_cast<std::size_t>((y + j) * grid_.nx + x + i)];
+  return sum / static_cast<float>((2 * kBlur + 1) * (2 * kBlur + 1));
+}
+
+void ContourTracker::begin(const RgbView& image) {
+  inside_ = 0;
+  for (const float phi : grid_.phi) inside_ += phi < 0;
+  first_area_ = inside_;
+  model_.remember();
+  good_phi_ = grid_.phi, good_warp_ = grid_.warp, good_inside_ = grid_.inside;
+  resampled_.resize(grid_.phi.size());
+  report_ = {};
+  seen_.clear();
+  lost_frames_ = 0;
+  make_room(image);
+  model_.posterior(image, grid_, grid_.all(), &posterior_);
+  choose_samples(grid_, options_.band, nullptr, &samples_);
+  usual_contrast_ = first_contrast_ = std::max(contrast_at(samples_, grid_.warp, posterior_), kLeastContrast);
+  started_ = true;
+}
+
+// As much as any frame may want, so that none allocates.
+void ContourTracker::make_room(const RgbView& image) {
+  constexpr std::size_t kRunsOfRow = 8, kMostSamples = 1024;
+  const auto pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+  const std::size_t runs = kRunsOfRow * static_cast<std::size_t>(grid_.ny);
+  posterior_.foreground.reserve(pixels);
+  for (auto* list : {&registration_.u, &registration_.v, &registration_.foreground}) list->reserve(pixels);
+  registration_.record.steps.reserve(static_cast<std::size_t>(options_.registration_steps));
+  evolution_.band.reserve(runs), evolution_.pieces.reserve(runs);
+  evolution_.parent.reserve(runs), evolution_.area.reserve(runs);
+  for (auto* list : {&samples_.in_x, &samples_.in_y, &samples_.out_x, &samples_.out_y})
+    list->reserve(kMostSamples);
+}
+
+}  // namespace sdftrack
