@@ -3,19 +3,26 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "contour/tracker_limits.h"
+#include <limits>
+#include <stdexcept>
+#include <string>
 
 namespace sdftrack {
 
 namespace {
 
+constexpr int kLeastPixels = 30;  // an object of fewer has no colours to speak of
+constexpr double kLeastContrast = 0.02;
+constexpr int kLeastRing_px = 12;                // of background around it
 constexpr float kBeyondBand = 4;                 // cells of distance beside the band, for what moves
 constexpr double kJumpGain = 0.1;                // contrast that a jump must gain over staying
 constexpr double kSure = 0.55, kDoubtful = 0.3;  // confidence
+constexpr double kFound = 0.4;                   // of the first contrast, to try a place
 constexpr double kMostGrowth = 1.5;              // of the scale in a frame
 constexpr int kJumpStep_px = 6;
 constexpr double kSuspicious = 0.8;  // of the usual contrast
+constexpr int kBlur = 2;             // cells, to each side
+constexpr int kHiddenMargin = 6;     // cells that what hides a part may move by in a frame
 constexpr int kPosteriorMargin = 4;  // cells that registration may move the band by
 
 }  // namespace
@@ -25,6 +32,144 @@ ContourTracker::ContourTracker(const ContourOptions& options) : options_(options
 }
 
 int ContourTracker::reach_cells() const { return static_cast<int>(std::ceil(options_.band + kBeyondBand)); }
+
+void ContourTracker::make_grid(const ImagePart& box) {
+  const int longest = std::max(box.width(), box.height());
+  const double cell = std::max(1.0, longest / static_cast<double>(options_.most_cells));
+  const int ring =
+      std::max(kLeastRing_px, static_cast<int>(static_cast<double>(options_.ring) * longest / cell));
+  grid_.nx = static_cast<int>(std::ceil(box.width() / cell)) + 2 * ring;
+  grid_.ny = static_cast<int>(std::ceil(box.height() / cell)) + 2 * ring;
+  grid_.warp = {{cell, 0, 0, cell}, {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)}};
+  grid_.phi.assign(static_cast<std::size_t>(grid_.nx) * static_cast<std::size_t>(grid_.ny), 1.0f);
+}
+
+void ContourTracker::start(const RgbView& image, const unsigned char* mask) {
+  ImagePart box{image.width, image.height, 0, 0};
+  int pixels = 0;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      if (mask[static_cast<std::ptrdiff_t>(y) * image.width + x]) {
+        box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x + 1), std::max(box.y1, y + 1)};
+        ++pixels;
+      }
+  if (pixels < kLeastPixels)
+    throw std::invalid_argument("mask: expected at least " + std::to_string(kLeastPixels) +
+                                " pixels of the object, got " + std::to_string(pixels));
+  make_grid(box);
+  for (int iy = 0; iy < grid_.ny; ++iy)
+    for (int ix = 0; ix < grid_.nx; ++ix) {
+      double u, v;
+      grid_.warp.to_image(ix - grid_.mid_x(), iy - grid_.mid_y(), &u, &v);
+      const int x = static_cast<int>(std::lround(u)), y = static_cast<int>(std::lround(v));
+      const bool inside = x >= 0 && y >= 0 && x < image.width && y < image.height &&
+                          mask[static_cast<std::ptrdiff_t>(y) * image.width + x];
+      grid_.phi[static_cast<std::size_t>(iy * grid_.nx + ix)] = inside ? -0.5f : 0.5f;
+    }
+  redistance(reach_cells(), &evolution_.distance, &grid_);
+  model_ = RegionModel(options_);
+  if (!model_.learn(image, grid_, 1, 1))
+    throw std::invalid_argument(
+        "mask: expected pixels of the object and of the background around it, got a mask that leaves no "
+        "background; "
+        "mark the object alone");
+  begin(image);
+}
+
+void ContourTracker::start(const RgbView& image, const ImagePart& box) {
+  if (box.width() * box.height() < kLeastPixels)
+    throw std::invalid_argument("box: expected a box of at least " + std::to_string(kLeastPixels) +
+                                " pixels inside the image, got " + std::to_string(box.width()) + " x " +
+                                std::to_string(box.height()));
+  make_grid(box);
+  model_ = RegionModel(options_);
+  segment_box(image, box);
+  begin(image);
+}
+
+// The box is the first guess; then what has the colours of the inside rather than those around, a few times.
+void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
+  constexpr int kSteps = 12;
+  constexpr const char* kOneColor =
+      "box: expected an object whose colours are not those around the box, got next to nothing that differs; "
+      "draw it "
+      "closer, or start from a mask";
+  ContourGrid& g = grid_;
+  const auto within = [&](int ix, int iy) {
+    double u, v;
+    g.warp.to_image(ix - g.mid_x(), iy - g.mid_y(), &u, &v);
+    return u > box.x0 - 0.5 && v > box.y0 - 0.5 && u < box.x1 - 0.5 && v < box.y1 - 0.5;
+  };
+  g.inside = g.all();
+  for (int y = 0; y < g.ny; ++y)
+    for (int x = 0; x < g.nx; ++x)
+      g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? -0.5f : 0.5f;
+  model_.object_windows(false);
+  for (int round = 0; round < options_.box_rounds; ++round) {
+    if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
+    model_.posterior(image, g, g.all(), &posterior_);
+    find_band(g, std::numeric_limits<float>::max(), &evolution_.band);
+    evolution_.foreground.assign(g.phi.size(), 0.5f);
+    sample_posterior(g, posterior_, &evolution_);
+    // A mean over 5 x 5 cells, no cell of which lies outside the box.
+    for (int y = kBlur; y + kBlur < g.ny; ++y)
+      for (int x = kBlur; x + kBlur < g.nx; ++x) {
+        g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? 0.5f - mean_posterior(x, y) : 0.5f;
+      }
+    if (drop_small_pieces(options_.least_part, std::max(g.nx, g.ny), &evolution_, &g) < kLeastPixels)
+      throw std::invalid_argument(kOneColor);
+  }
+  redistance(reach_cells(), &evolution_.distance, &g);
+  model_.object_windows(true);
+  for (int round = 0; round < 2; ++round) {
+    if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
+    model_.posterior(image, g, g.all(), &posterior_);
+    shape(kSteps);
+    if (inside_ < kLeastPixels) throw std::invalid_argument(kOneColor);
+  }
+  recentre();
+  if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
+}
+
+// Over 5 x 5 cells; those have been sampled.
+float ContourTracker::mean_posterior(int x, int y) const {
+  float sum = 0;
+  for (int j = -kBlur; j <= kBlur; ++j)
+    for (int i = -kBlur; i <= kBlur; ++i)
+      sum += evolution_.foreground[static_cast<std::size_t>((y + j) * grid_.nx + x + i)];
+  return sum / static_cast<float>((2 * kBlur + 1) * (2 * kBlur + 1));
+}
+
+void ContourTracker::begin(const RgbView& image) {
+  inside_ = 0;
+  for (const float phi : grid_.phi) inside_ += phi < 0;
+  first_area_ = inside_;
+  model_.remember();
+  good_phi_ = grid_.phi, good_warp_ = grid_.warp, good_inside_ = grid_.inside;
+  resampled_.resize(grid_.phi.size());
+  report_ = {};
+  seen_.clear();
+  lost_frames_ = 0;
+  make_room(image);
+  model_.posterior(image, grid_, grid_.all(), &posterior_);
+  choose_samples(grid_, options_.band, nullptr, &samples_);
+  usual_contrast_ = first_contrast_ = std::max(contrast_at(samples_, grid_.warp, posterior_), kLeastContrast);
+  started_ = true;
+}
+
+// As much as any frame may want, so that none allocates.
+void ContourTracker::make_room(const RgbView& image) {
+  constexpr std::size_t kRunsOfRow = 8, kMostSamples = 1024;
+  const auto pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+  const std::size_t runs = kRunsOfRow * static_cast<std::size_t>(grid_.ny);
+  posterior_.foreground.reserve(pixels);
+  for (auto* list : {&registration_.u, &registration_.v, &registration_.foreground}) list->reserve(pixels);
+  registration_.record.steps.reserve(static_cast<std::size_t>(options_.registration_steps));
+  evolution_.band.reserve(runs), evolution_.pieces.reserve(runs);
+  evolution_.parent.reserve(runs), evolution_.area.reserve(runs);
+  for (auto* list : {&samples_.in_x, &samples_.in_y, &samples_.out_x, &samples_.out_y})
+    list->reserve(kMostSamples);
+}
 
 // Steps of the level set, its pieces, and its distance again.
 void ContourTracker::shape(int steps) {
@@ -57,6 +202,37 @@ void ContourTracker::observe(const RgbView& image) {
   if (!seen_.empty()) look_behind();
   shape(options_.shape_steps);
   judge(image);
+}
+
+// Which of the cells that were hidden are seen now: by the colours there, since no outline is near that could
+// move.
+void ContourTracker::look_behind() {
+  seen_.clear();
+  find_band(grid_, std::numeric_limits<float>::max(), &evolution_.band);
+  evolution_.foreground.assign(grid_.phi.size(), 0.5f);
+  sample_posterior(grid_, posterior_, &evolution_);
+  for (int y = kBlur; y + kBlur < grid_.ny; ++y)
+    for (int x = kBlur; x + kBlur < grid_.nx; ++x) {
+      const auto cell = static_cast<std::size_t>(y * grid_.nx + x);
+      if (hidden_[cell] && grid_.phi[cell] < 0 && mean_posterior(x, y) < 0.5f) grid_.phi[cell] = 0.5f;
+    }
+  redistance(reach_cells(), &evolution_.distance, &grid_);
+}
+
+// Cells of the whole shape that were not seen in the last frame, and those beside them, where what hides them
+// may be now.
+void ContourTracker::find_hidden() {
+  if (seen_.empty()) return;
+  hidden_.assign(grid_.phi.size(), 0);
+  const CellBox box = grid_.inside.grown(0, grid_.nx, grid_.ny);
+  for (int y = box.y0; y <= box.y1; ++y)
+    for (int x = box.x0; x <= box.x1; ++x) {
+      const auto cell = static_cast<std::size_t>(y * grid_.nx + x);
+      if (!(grid_.phi[cell] < 0 && seen_[cell] >= 0)) continue;
+      const CellBox near = CellBox{x, y, x, y}.grown(kHiddenMargin, grid_.nx, grid_.ny);
+      for (int j = near.y0; j <= near.y1; ++j)
+        std::fill(hidden_.begin() + j * grid_.nx + near.x0, hidden_.begin() + j * grid_.nx + near.x1 + 1, 1);
+    }
 }
 
 CellBox ContourTracker::near_cells() const {
@@ -118,6 +294,86 @@ void ContourTracker::finish(bool learn) {
   recentre();
   if (learn && report_.status == ContourStatus::kOk && counted_)
     model_.pool(static_cast<double>(options_.object_rate), static_cast<double>(options_.background_rate));
+}
+
+// Moves the grid so that the shape's box lies in its middle, and has as many cells inside as at the start.
+void ContourTracker::recentre() {
+  ContourGrid& g = grid_;
+  int x0 = g.nx, y0 = g.ny, x1 = 0, y1 = 0, inside = 0;
+  for (int y = 0; y < g.ny; ++y)
+    for (int x = 0; x < g.nx; ++x)
+      if (g.phi[static_cast<std::size_t>(y * g.nx + x)] < 0)
+        x0 = std::min(x0, x), y0 = std::min(y0, y), x1 = std::max(x1, x), y1 = std::max(y1, y), ++inside;
+  if (inside < kLeastPixels) return;
+  const double cx = 0.5 * (x0 + x1) - g.mid_x(), cy = 0.5 * (y0 + y1) - g.mid_y();
+  double k = first_area_ > 0 ? std::sqrt(inside / first_area_) : 1;
+  // Never so large that the background around it would leave the grid.
+  k = std::max(k, std::max((x1 - x0 + 2 * kLeastRing_px) / static_cast<double>(g.nx),
+                           (y1 - y0 + 2 * kLeastRing_px) / static_cast<double>(g.ny)));
+  if (std::max(std::abs(cx), std::abs(cy)) < static_cast<double>(options_.drift_cells) &&
+      std::abs(std::log(k)) < static_cast<double>(options_.drift_log_scale))
+    return;
+  for (std::vector<float>* const values : {&g.phi, &seen_}) {
+    if (values->empty()) continue;
+    const FlatView from{values->data(), g.nx, g.ny};
+    resampled_.resize(g.phi.size());
+    for (int y = 0; y < g.ny; ++y)
+      for (int x = 0; x < g.nx; ++x) {
+        float phi, unused_x, unused_y;
+        sample_flat(from, static_cast<float>(k * (x - g.mid_x()) + cx + g.mid_x()),
+                    static_cast<float>(k * (y - g.mid_y()) + cy + g.mid_y()), &phi, &unused_x, &unused_y);
+        resampled_[static_cast<std::size_t>(y * g.nx + x)] = phi / static_cast<float>(k);
+      }
+    std::swap(*values, resampled_);
+  }
+  g.warp.t[0] += g.warp.a[0] * cx + g.warp.a[1] * cy, g.warp.t[1] += g.warp.a[2] * cx + g.warp.a[3] * cy;
+  for (double& a : g.warp.a) a *= k;
+  redistance(reach_cells(), &evolution_.distance, &g);
+}
+
+// What was lost is looked for with its last sure shape, around where that was, farther each frame.
+bool ContourTracker::look_around(const RgbView& image) {
+  constexpr double kScales[] = {0.8, 1.25};
+  constexpr int kStep_px = 8, kMostReach_px = 240;
+  grid_.phi = good_phi_, grid_.inside = good_inside_, grid_.warp = good_warp_;
+  seen_.clear();
+  const double half = 0.5 * good_warp_.scale() * std::max(grid_.nx, grid_.ny);
+  const int reach = std::min(kMostReach_px, static_cast<int>(half * (0.5 + 0.1 * lost_frames_)));
+  ImagePart part = rect_of(grid_, grid_.all(), image);
+  part = {std::max(0, part.x0 - reach), std::max(0, part.y0 - reach), std::min(image.width, part.x1 + reach),
+          std::min(image.height, part.y1 + reach)};
+  ++lost_frames_;
+  if (part.empty()) return false;
+  model_.posterior_anywhere(image, part, &posterior_);
+  choose_samples(grid_, options_.band, nullptr, &samples_);
+  GridWarp best = good_warp_;
+  double most = search_place(samples_, posterior_, reach, kStep_px, &best);
+  for (const double scale : kScales) {
+    GridWarp trial = best;
+    for (double& a : trial.a) a *= scale;
+    const double contrast = search_place(samples_, posterior_, 2 * kStep_px, kStep_px, &trial);
+    if (contrast > most) most = contrast, best = trial;
+  }
+  report_.contrast = most, report_.confidence = 0;
+  if (most < kFound * first_contrast_) return false;
+  grid_.warp = best;
+  return true;
+}
+
+void ContourTracker::replace_shape(const float* phi) {
+  seen_ = grid_.phi;
+  std::copy_n(phi, grid_.phi.size(), grid_.phi.data());
+  redistance(reach_cells(), &evolution_.distance, &grid_);
+  inside_ = 0;
+  for (const float p : grid_.phi) inside_ += p < 0;
+}
+
+void ContourTracker::look_at_all(const RgbView& image, float* foreground) {
+  model_.posterior(image, grid_, grid_.all(), &posterior_, true);
+  find_band(grid_, std::numeric_limits<float>::max(), &evolution_.band);
+  evolution_.foreground.assign(grid_.phi.size(), 0.5f);
+  sample_posterior(grid_, posterior_, &evolution_);
+  std::copy(evolution_.foreground.begin(), evolution_.foreground.end(), foreground);
 }
 
 void ContourTracker::write_mask(const RgbView& image, unsigned char* mask) const {
