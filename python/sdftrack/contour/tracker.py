@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack.checks import number
-from sdftrack.contour.arguments import checked_box, checked_image, checked_mask_of, checked_options
 from sdftrack.contour.closed_loop import ClosedLoop
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.results import Status
@@ -115,7 +114,7 @@ class ContourTracker:
                 )
         if number(burn_in, "burn_in") < 0 or int(burn_in) != burn_in:
             raise ValueError(f"burn_in: expected a count of frames, got {burn_in!r}")
-        self._core = _core.ContourCore({"warp": warp, **checked_options(options)})
+        self._core = _core.ContourCore({"warp": warp, **_checked(options)})
         self._memory, self._burn_in = memory, int(burn_in)
         self._shape: tuple[int, ...] | None = None
         self._frames = 0
@@ -125,8 +124,8 @@ class ContourTracker:
             side = memory.options.size
             if memory.shape not in (None, (side, side)):
                 raise ValueError(
-                    f"memory: expected one taught with masks of {side} x {side}, got one of {memory.shape}; teach "
-                    f"another with st.contour.align(mask, {side})[0]"
+                    f"memory: expected one taught with masks of {side} x {side}, got one of {memory.shape}; teach another "
+                    f"with st.contour.align(mask, {side})[0]"
                 )
             self._loop = ClosedLoop(memory)
 
@@ -175,13 +174,13 @@ class ContourTracker:
             Neither or both of box and mask; a box or mask without object or without background; an image without
             colour channels.
         """
-        rgb = checked_image(image)
+        rgb = _image(image)
         if (box is None) == (mask is None):
             raise ValueError(f"box, mask: expected one of them, got {'none' if box is None else 'both'}")
         if mask is not None:
-            self._core.start_mask(rgb, checked_mask_of(mask, rgb.shape[:2]))
+            self._core.start_mask(rgb, _mask(mask, rgb.shape[:2]))
         else:
-            self._core.start_box(rgb, *checked_box(box, rgb.shape[1], rgb.shape[0]))
+            self._core.start_box(rgb, *_box(box, rgb.shape[1], rgb.shape[0]))
         self._shape, self._frames = rgb.shape, 0
         if self._loop is not None:
             self._loop.begin(self._core.phi() < 0, self._core.warp())
@@ -208,7 +207,7 @@ class ContourTracker:
         """
         if self._shape is None:
             raise RuntimeError("track: expected start(image, box=...) first, got no start yet")
-        rgb = checked_image(image)
+        rgb = _image(image)
         if rgb.shape != self._shape:
             raise ValueError(
                 f"image: expected the size at the start, {self._shape[1]} x {self._shape[0]}, got "
@@ -277,3 +276,68 @@ def _asked(memory: Memory, mask: NDArray[np.bool_]) -> tuple[str, NDArray[np.boo
             f"memory: expected a recovered mask of {mask.shape}, got {whole.shape} from recover()"
         )
     return judgement, whole > 0
+
+
+def _checked(options: dict[str, Any]) -> dict[str, Any]:
+    """Options of the types that the core's are of."""
+    known = _core.contour_options()
+    checked: dict[str, Any] = {}
+    for name, value in options.items():
+        if name not in known:
+            raise ValueError(f"options: expected some of {', '.join(sorted(known))}, got {name!r}")
+        if isinstance(known[name], str):
+            checked[name] = str(value)
+        elif isinstance(known[name], int):
+            if number(value, name) != int(number(value, name)):
+                raise ValueError(f"{name}: expected a whole number, got {value!r}")
+            checked[name] = int(value)
+        else:
+            checked[name] = number(value, name)
+    return checked
+
+
+def _image(image: ArrayLike) -> NDArray[np.uint8]:
+    given = np.asarray(image)
+    if given.ndim == 2 or (given.ndim == 3 and given.shape[2] == 1):
+        raise ValueError(
+            f"image: expected colours, (H, W, 3), got a grey image {given.shape}; histograms of colour are what this "
+            "tracker lives on, grey repeated three times works where brightness alone tells the object apart"
+        )
+    if given.ndim != 3 or given.shape[2] != 3:
+        raise ValueError(
+            f"image: expected (H, W, 3), got {given.shape}; drop an alpha channel with image[..., :3]"
+        )
+    if given.dtype != np.uint8:
+        raise TypeError(
+            f"image: expected uint8, got {given.dtype}; scale 0..1 by (255 * image).astype(np.uint8)"
+        )
+    if min(given.shape[:2]) < 8:
+        raise ValueError(f"image: expected at least 8 x 8 pixels, got {given.shape[1]} x {given.shape[0]}")
+    return np.ascontiguousarray(given)
+
+
+def _mask(mask: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    given = np.asarray(mask)
+    if given.dtype != np.bool_:
+        raise TypeError(f"mask: expected bool, got {given.dtype}; use mask > 0")
+    if given.shape != shape:
+        raise ValueError(f"mask: expected the image's size {shape}, got {given.shape}")
+    if given.all():
+        raise ValueError(
+            "mask: expected background around the object, got a full mask; mark the object alone"
+        )
+    return np.ascontiguousarray(given)
+
+
+def _box(box: Any, width: int, height: int) -> tuple[int, int, int, int]:
+    """(x0, y0, x1, y1) of the part inside the image."""
+    try:
+        x, y, w, h = (float(v) for v in box)
+    except (TypeError, ValueError):
+        raise TypeError(f"box: expected four numbers (x, y, w, h), got {box!r}") from None
+    if not np.isfinite([x, y, w, h]).all() or w <= 0 or h <= 0:
+        raise ValueError(f"box: expected (x, y, w, h) with w and h > 0, got {box!r}")
+    x0, y0, x1, y1 = max(0, round(x)), max(0, round(y)), min(width, round(x + w)), min(height, round(y + h))
+    if x0 >= x1 or y0 >= y1:
+        raise ValueError(f"box: expected a box in the {width} x {height} image, got {box!r}")
+    return x0, y0, x1, y1
