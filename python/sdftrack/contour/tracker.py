@@ -124,8 +124,8 @@ class ContourTracker:
             side = memory.options.size
             if memory.shape not in (None, (side, side)):
                 raise ValueError(
-                    f"memory: expected one taught with masks of {side} x {side}, got one of {memory.shape}; teach another "
-                    f"with st.contour.align(mask, {side})[0]"
+                    f"memory: expected one taught with masks of {side} x {side}, got one of {memory.shape}; teach "
+                    f"another with st.contour.align(mask, {side})[0]"
                 )
             self._loop = ClosedLoop(memory)
 
