@@ -5,6 +5,7 @@
 
 #include "array.h"
 #include "busy.h"
+#include "contour/products.h"
 #include "contour/steps_cuda.h"
 #include "contour/tracker.h"
 
@@ -88,7 +89,11 @@ py::dict report_of(const ContourTracker& tracker) {
 
 py::array_t<bool> mask_of(const ContourTracker& tracker, const RgbView& image) {
   py::array_t<bool> mask({image.height, image.width});
-  tracker.write_mask(image, reinterpret_cast<unsigned char*>(mask.mutable_data()));
+  auto* const to = reinterpret_cast<unsigned char*>(mask.mutable_data());
+  {
+    const py::gil_scoped_release release;
+    tracker.write_mask(image, to);
+  }
   return mask;
 }
 
@@ -173,6 +178,15 @@ py::array_t<float> contour_posterior(const py::array& learned, const py::array& 
   return to_numpy(std::move(all), {view.height, view.width});
 }
 
+py::array_t<float> contour_products(const py::array& pictures, const py::array& templates) {
+  const float* a = borrow<float>(pictures, "pictures", {-1, -1});
+  const float* b = borrow<float>(templates, "templates", {-1, pictures.shape(1)});
+  py::array_t<float> out({pictures.shape(0), templates.shape(0)});
+  picture_products(a, static_cast<int>(pictures.shape(0)), b, static_cast<int>(templates.shape(0)),
+                   static_cast<int>(pictures.shape(1)), out.mutable_data());
+  return out;
+}
+
 }  // namespace
 
 void bind_contour(py::module_& m) {
@@ -223,13 +237,41 @@ void bind_contour(py::module_& m) {
           py::arg("phi"))
       .def(
           "mask",
-          [](const ContourCore& self, const py::array& image) {
+          [](ContourCore& self, const py::array& image) {
+            const Busy turn(&self.busy, "tracker");
             return mask_of(self.tracker, color_view(image));
           },
           py::arg("image"))
-      .def("phi", [](const ContourCore& self) { return phi_of(self.tracker.grid()); })
-      .def("warp", [](const ContourCore& self) { return matrix_of(self.tracker.grid()); })
-      .def("report", [](const ContourCore& self) { return report_of(self.tracker); })
+      .def(
+          "look_at_all",
+          [](ContourCore& self, const py::array& image) {
+            const Busy turn(&self.busy, "tracker");
+            const ContourGrid& grid = self.tracker.grid();
+            py::array_t<float> foreground({grid.ny, grid.nx});
+            const RgbView view = color_view(image);
+            float* const to = foreground.mutable_data();
+            {
+              const py::gil_scoped_release release;
+              self.tracker.look_at_all(view, to);
+            }
+            return foreground;
+          },
+          py::arg("image"), "The posterior at every cell of the grid.")
+      .def("phi",
+           [](ContourCore& self) {
+             const Busy turn(&self.busy, "tracker");
+             return phi_of(self.tracker.grid());
+           })
+      .def("warp",
+           [](ContourCore& self) {
+             const Busy turn(&self.busy, "tracker");
+             return matrix_of(self.tracker.grid());
+           })
+      .def("report",
+           [](ContourCore& self) {
+             const Busy turn(&self.busy, "tracker");
+             return report_of(self.tracker);
+           })
       .def("options", [](const ContourCore& self) { return options_of(self.tracker.options()); });
   m.def(
       "contour_options", [] { return options_of(ContourOptions{}); }, "The defaults of ContourTracker.");
@@ -238,6 +280,8 @@ void bind_contour(py::module_& m) {
         "Cost, gradient and Gauss-Newton Hessian of a registration.");
   m.def("contour_steps", &contour_steps, py::arg("phi"), py::arg("foreground"), py::arg("steps"),
         py::arg("options"), py::arg("device") = "cpu", "phi after steps of the evolution.");
+  m.def("contour_products", &contour_products, py::arg("pictures"), py::arg("templates"),
+        "(n, m): the sum of products of each of n pictures with each of m templates.");
   m.def("contour_distance", &contour_distance, py::arg("phi"), py::arg("radius"));
   m.def("contour_posterior", &contour_posterior, py::arg("learned"), py::arg("image"), py::arg("phi"),
         py::arg("warp"), py::arg("options"), py::arg("pooled") = std::vector<py::array>{});

@@ -8,8 +8,9 @@ namespace sdftrack {
 
 namespace {
 
-constexpr double kUniform = 1e-2;    // share of a uniform distribution in the shared histograms
-constexpr double kLeastPixels = 30;  // of either kind, to learn from
+constexpr double kUniform = 1e-2;     // share of a uniform distribution in the shared histograms
+constexpr double kLeastKnown = 1e-4;  // of the pixels of a side, of one colour
+constexpr double kLeastPixels = 30;   // of either kind, to learn from
 constexpr float kPseudoCount =
     0.05f;  // of the logarithmic pool: a colour not seen once is not ruled out for good
 
@@ -157,8 +158,13 @@ void RegionModel::make_shares() {
   }
 }
 
+bool RegionModel::known(int slot) const {
+  const auto at = 2 * static_cast<std::size_t>(slot);
+  return static_cast<double>(std::max(whole_[at], whole_[at + 1])) > kLeastKnown + floor_share();
+}
+
 void RegionModel::posterior(const RgbView& image, const ContourGrid& grid, const CellBox& cells,
-                            PosteriorImage* out) const {
+                            PosteriorImage* out, bool only_known) const {
   out->rect = rect_of(grid, cells, image);
   out->foreground.assign(
       static_cast<std::size_t>(out->rect.width()) * static_cast<std::size_t>(out->rect.height()), 0.5f);
@@ -170,7 +176,7 @@ void RegionModel::posterior(const RgbView& image, const ContourGrid& grid, const
                 out->rect.x0;
     for (int x = xa; x < xb; ++x, gx += dx, gy += dy, rgb += 3) {
       const int slot = slots_[static_cast<std::size_t>(bin_of(rgb))];
-      if (slot < 0) continue;
+      if (slot < 0 || (only_known && !known(slot))) continue;
       const Corners at(std::max(gx, 0.0) * per_x, std::max(gy, 0.0) * per_y, windows_);
       const float* const p = shares_.data() + static_cast<std::ptrdiff_t>(slot) * stride_ + at.first;
       const float* const q = p + 2 * windows_;

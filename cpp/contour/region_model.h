@@ -30,9 +30,10 @@ class RegionModel {
   // Pools the histograms of this image in; a rate of 1 replaces. False, and nothing done, where the contour
   // holds next to no pixels of the image, or leaves none.
   bool learn(const RgbView& image, const ContourGrid& grid, double object_rate, double background_rate);
-  // Over the pixels of these cells.
-  void posterior(const RgbView& image, const ContourGrid& grid, const CellBox& cells,
-                 PosteriorImage* out) const;
+  // Over the pixels of these cells. `only_known`: one half for colours that are next to never seen on either
+  // side, which else are those of the side with fewer pixels in a window.
+  void posterior(const RgbView& image, const ContourGrid& grid, const CellBox& cells, PosteriorImage* out,
+                 bool only_known = false) const;
   // Shared histograms alone, for finding the object anywhere.
   void posterior_anywhere(const RgbView& image, const ImagePart& rect, PosteriorImage* out) const;
   // The same, the mean of up to four pixels in each square of `stride` pixels; out->rect counts squares, from
@@ -57,6 +58,7 @@ class RegionModel {
   int slot_of(int bin);
   // By the shared histograms; one half for a colour never seen.
   float posterior_of(const unsigned char* rgb) const;
+  bool known(int slot) const;
   void make_shares();
   double floor_share() const;
 

@@ -139,7 +139,6 @@ void ContourTracker::judge(const RgbView& image) {
   const bool was_lost = report_.status == ContourStatus::kLost;
   if (report_.confidence >= kSure && inside_ >= kLeastPixels) {
     report_.status = ContourStatus::kOk, report_.reason = "";
-    good_phi_ = grid_.phi, good_warp_ = grid_.warp, good_inside_ = grid_.inside;
     lost_frames_ = 0;
   } else if (report_.confidence >= (was_lost ? kSure : kDoubtful) && inside_ >= kLeastPixels) {
     report_.status = ContourStatus::kWeak;
@@ -156,6 +155,9 @@ void ContourTracker::judge(const RgbView& image) {
 
 void ContourTracker::finish(bool learn) {
   if (report_.status == ContourStatus::kLost) return;
+  // The whole shape, be it seen or remembered; half of one is not what to look for when it is lost.
+  if (report_.status == ContourStatus::kOk && (learn || !seen_.empty()))
+    good_phi_ = grid_.phi, good_warp_ = grid_.warp, good_inside_ = grid_.inside;
   recentre();
   if (learn && report_.status == ContourStatus::kOk && counted_)
     model_.pool(static_cast<double>(options_.object_rate), static_cast<double>(options_.background_rate));
@@ -237,6 +239,14 @@ void ContourTracker::replace_shape(const float* phi) {
   redistance(reach_cells(), &evolution_.distance, &grid_);
   inside_ = 0;
   for (const float p : grid_.phi) inside_ += p < 0;
+}
+
+void ContourTracker::look_at_all(const RgbView& image, float* foreground) {
+  model_.posterior(image, grid_, grid_.all(), &posterior_, true);
+  find_band(grid_, std::numeric_limits<float>::max(), &evolution_.band);
+  evolution_.foreground.assign(grid_.phi.size(), 0.5f);
+  sample_posterior(grid_, posterior_, &evolution_);
+  std::copy(evolution_.foreground.begin(), evolution_.foreground.end(), foreground);
 }
 
 void ContourTracker::write_mask(const RgbView& image, unsigned char* mask) const {

@@ -42,6 +42,10 @@ class ContourTracker {
   // Another shape in place of the one found: negative inside, made a distance here.
   void replace_shape(const float* phi);
 
+  // The posterior at every cell of the grid where it lies now, also far from the outline; one half beyond the
+  // image.
+  void look_at_all(const RgbView& image, float* foreground);
+
   const ContourGrid& grid() const { return grid_; }
   const ContourReport& report() const { return report_; }
   const ContourOptions& options() const { return options_; }

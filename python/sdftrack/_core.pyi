@@ -199,6 +199,10 @@ class ContourCore:
         ...
     def finish(self, learn: bool) -> None:
         ...
+    def look_at_all(self, image: numpy.ndarray) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        The posterior at every cell of the grid.
+        """
     def mask(self, image: numpy.ndarray) -> numpy.typing.NDArray[numpy.bool]:
         ...
     def observe(self, image: numpy.ndarray) -> None:
@@ -1373,6 +1377,10 @@ def contour_options() -> dict:
     """
 def contour_posterior(learned: numpy.ndarray, image: numpy.ndarray, phi: numpy.ndarray, warp: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"], options: dict, pooled: collections.abc.Sequence[numpy.ndarray] = []) -> numpy.typing.NDArray[numpy.float32]:
     ...
+def contour_products(pictures: numpy.ndarray, templates: numpy.ndarray) -> numpy.typing.NDArray[numpy.float32]:
+    """
+    (n, m): the sum of products of each of n pictures with each of m templates.
+    """
 def contour_registration(phi: numpy.ndarray, warp: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"], pixels: numpy.ndarray, foreground: numpy.ndarray, softness: typing.SupportsFloat | typing.SupportsIndex, affine: bool) -> tuple:
     """
     Cost, gradient and Gauss-Newton Hessian of a registration.

@@ -6,6 +6,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "contour/products.h"
 #include "contour/steps_cuda.h"
 #include "contour/tracker.h"
 
@@ -67,6 +68,22 @@ TEST(ContourLoops, all_instruction_sets_give_the_same_bits) {
     for (int k = 0; k < 6; ++k) EXPECT_EQ(sums.gradient[k], first.gradient[k]) << isa_name(isa);
     for (int k = 0; k < 21; ++k) EXPECT_EQ(sums.hessian[k], first.hessian[k]) << isa_name(isa);
     EXPECT_EQ(out, stepped) << isa_name(isa);
+  }
+}
+
+TEST(PictureProducts, are_sums_of_products_whatever_the_length) {
+  for (const int length : {1, 15, 16, 50}) {
+    const auto n = static_cast<std::size_t>(length);
+    const std::vector<float> pictures = posteriors(3 * n), templates = posteriors(2 * n);
+    std::vector<float> out(6);
+    picture_products(pictures.data(), 3, templates.data(), 2, length, out.data());
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j < 2; ++j) {
+        double sum = 0;
+        for (std::size_t k = 0; k < n; ++k)
+          sum += static_cast<double>(pictures[i * n + k]) * static_cast<double>(templates[j * n + k]);
+        EXPECT_NEAR(static_cast<double>(out[2 * i + j]), sum, 1e-5 * sum);  // of float sums
+      }
   }
 }
 

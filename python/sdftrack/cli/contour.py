@@ -29,6 +29,8 @@ from sdftrack.cli.common import (
     progress,
 )
 
+BURN_IN = 60  # frames
+
 
 class Warp(str, Enum):
     similarity = "similarity"
@@ -53,7 +55,14 @@ def contour(
     memory: Annotated[
         bool, typer.Option("--memory", help="Learn the shape, and recover it where it is covered.")
     ] = False,
-    burn_in: Annotated[int, typer.Option(min=0, help="Frames that --memory learns from first.")] = 60,
+    memory_file: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Begin with the memory in it, if it exists, and keep it there."),
+    ] = None,
+    burn_in: Annotated[
+        int | None,
+        typer.Option(min=0, help="Frames to learn from first.  [default: 60; 0 with a memory from a file]"),
+    ] = None,
     masks: Annotated[
         Path | None,
         typer.Option(metavar="FOLDER", help="True masks, one for each frame: adds IoU and iou.png."),
@@ -88,6 +97,7 @@ def contour(
     if warp is not None:
         options["warp"] = warp.value
     place = _place(box, mask)
+    shapes, burn_in = _memory(memory, memory_file, burn_in)
     video = ColorVideo(source)
     truth = _truth(masks)
     refuse_folder(out, overwrite)
@@ -101,13 +111,11 @@ def contour(
         raise first[1]
     import sdftrack as st
 
-    tracker = st.contour.ContourTracker(
-        memory=st.contour.ShapeMemory() if memory else None, burn_in=burn_in, **options
-    )
+    tracker = st.contour.ContourTracker(memory=shapes, burn_in=burn_in, **options)
     begun = tracker.start(first[1], **place)
     settings = {
         "source": str(source), "box": box, "mask": None if mask is None else str(mask), "memory": memory,
-        "burn_in": burn_in, "start": start, "stop": stop, "step": step, **tracker.options,
+        "memory_file": None if memory_file is None else str(memory_file), "burn_in": burn_in, "start": start, "stop": stop, "step": step, **tracker.options,
     }  # fmt: skip
     files = ContourFiles(out, overwrite, video.fps, truth, settings)
     total = len(range(start, min(stop or video.count, video.count), step)) if video.count else 0
@@ -119,8 +127,24 @@ def contour(
         _keep(files, error)
         raise
     files.close()
+    if memory_file is not None:
+        shapes.save(memory_file)
     if not quiet:
         print(files.summary(source))
+
+
+def _memory(wanted: bool, path: Path | None, burn_in: int | None) -> tuple[Any, int]:
+    """The memory to begin with, and the frames that it learns from before it judges."""
+    if not wanted:
+        for name, value in (("--memory-file", path), ("--burn-in", burn_in)):
+            if value is not None:
+                raise Usage("expected --memory with it", name)
+        return None, 0
+    from sdftrack.contour.memory import ShapeMemory
+
+    known = path is not None and path.exists()
+    shapes = ShapeMemory.load(path) if known else ShapeMemory()
+    return shapes, burn_in if burn_in is not None else (0 if known else BURN_IN)
 
 
 def _follow(tracker: Any, frames: Iterable[tuple[int, Any]], files: Any, last: Any) -> None:

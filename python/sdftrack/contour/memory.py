@@ -189,20 +189,25 @@ class ShapeMemory:
         on_grid = self._on_grid(given)
         with self._alone():
             if self._shapes is not None:
-                return self._remembered(self._shapes, given, on_grid)
+                return self.judged(given, on_grid, self._shapes.explain(on_grid))
             assert self._regression is not None
             return self._printed(self._regression, given, on_grid)
 
-    def _remembered(self, shapes: RememberedShapes, given: Mask, on_grid: Mask) -> Assessment:
-        said = shapes.explain(on_grid)
+    def judged(self, given: Mask, on_grid: Mask, said: Explained, least_piece: float = 0.0) -> Assessment:
+        """What an explanation of a mask comes to, by rule "remembered".
+
+        `on_grid` is the mask on the memory's grid; pieces that are hidden count as occluders from `least_piece` times
+        the largest on.
+        """
+        assert self._shapes is not None
         threshold = self.threshold
         # Slivers that may be another pose raise the error, but where nothing is to be recovered nothing is occluded.
         occluded = said.missing >= threshold and said.hidden.any()
         judgement: Judgement = "occluded" if occluded else "unoccluded"
-        if self._is_novel(said, on_grid):
+        if self._is_novel(said, on_grid, least_piece):
             judgement = "novel"
         completed = given | self._back(said.hidden, given.shape)
-        codes = shapes.codes[said.finalists]
+        codes = self._shapes.codes[said.finalists]
         std = np.sqrt(said.weights @ (codes - said.weights @ codes) ** 2)
         return Assessment(
             judgement, completed if judgement == "occluded" else given, completed, self._code(said.completed),
@@ -224,14 +229,14 @@ class ShapeMemory:
             said.error, threshold, said.active,
         )  # fmt: skip
 
-    def _is_novel(self, said: Explained, on_grid: Mask) -> bool:
+    def _is_novel(self, said: Explained, on_grid: Mask, least_piece: float = 0.0) -> bool:
         """Too little of what is seen has been seen before, too little is seen, or too many things are before it."""
         return bool(
             said.explained < LEAST_KNOWN
             or said.outline < LEAST_OUTLINE
             or said.riddled > MOST_RIDDLED
             or said.off_px > MOST_OFF_PX * self._options.size / 64
-            or count_occluders(said.hidden, on_grid) > self._options.max_occluders
+            or count_occluders(said.hidden, on_grid, least_piece) > self._options.max_occluders
         )
 
     # What it is
@@ -253,6 +258,16 @@ class ShapeMemory:
     def n_kept(self) -> int:
         """Silhouettes kept; 0 with ``rule="printed"``, which keeps none."""
         return self._shapes.count if self._shapes is not None else 0
+
+    @property
+    def shape(self) -> tuple[int, int] | None:
+        """(H, W) of the masks learnt, that all others must have; None before the first."""
+        return self._shape
+
+    @property
+    def shapes(self) -> RememberedShapes | None:
+        """The silhouettes kept; None with ``rule="printed"``. For a tracker; what changes them is `learn`."""
+        return self._shapes
 
     @property
     def options(self) -> MemoryOptions:

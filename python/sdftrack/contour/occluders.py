@@ -17,8 +17,10 @@ SEEN_BETWEEN = (
 )
 
 
-def count_occluders(hidden: Mask, seen: Mask) -> int:
+def count_occluders(hidden: Mask, seen: Mask, of_largest: float = 0.0) -> int:
     """Pieces of `hidden`, those counted as one between which nothing of the object is seen.
+
+    Pieces smaller than `of_largest` times the largest are not counted.
 
     One bar before four legs hides four pieces, but between them is background; the slats of a fence have the
     object between them.
@@ -26,7 +28,7 @@ def count_occluders(hidden: Mask, seen: Mask) -> int:
     import cv2
 
     n, labels, stats, _ = cv2.connectedComponentsWithStats(hidden.astype(np.uint8), connectivity=8)
-    least = LEAST_SHARE * hidden.size
+    least = max(LEAST_SHARE * hidden.size, of_largest * float(stats[1:, cv2.CC_STAT_AREA].max(initial=0)))
     big = [k for k in range(1, n) if stats[k, cv2.CC_STAT_AREA] >= least]
     if len(big) < 2:
         return len(big)

@@ -14,6 +14,9 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.contour.alignment import COARSE as COARSE_STAGE
+from sdftrack.contour.alignment import FINE as FINE_STAGE
+from sdftrack.contour.alignment import Stage, template
 from sdftrack.contour.dct import Order, block_of, count
 from sdftrack.contour.masks import signed_distances
 
@@ -33,6 +36,7 @@ SMOOTHING = (
 )
 LEAST_BLUR_PX = 0.5  # less than this changes nothing
 NEAR_PX = 2.0  # a contour pixel nearer than this to the expected contour is explained
+OCCLUDERS_EDGE = 2  # px beside what is hidden, in which the outline is the occluder's
 DEEP_PX = 1.5  # deeper than this, a pixel is inside in any pose that is likely
 WELL_KNOWN_PX = 0.4  # sticking out per contour pixel, up to which slivers of 2 px are ignored, else of 4 px
 
@@ -88,6 +92,7 @@ class RememberedShapes:
         self._small = np.zeros((capacity, small), np.int16)  # pixels of each sample that are inside
         self._phi = np.zeros((capacity, size * size), np.int8)
         self._areas = np.zeros(capacity, np.float32)
+        self._templates = {s: np.zeros((capacity, s.length), np.float32) for s in (COARSE_STAGE, FINE_STAGE)}
         self._unlike = np.full((capacity, capacity), np.inf, np.float32)
         self._ages = np.zeros(capacity, np.int64)
         self._clock = 0
@@ -121,9 +126,10 @@ class RememberedShapes:
     def _put(self, place: int, mask: Mask) -> None:
         self._codes[place] = block_of(mask, self.n_harmonics, self.order, self.size)
         self._small[place], self._areas[place] = _small(mask), np.count_nonzero(mask)
-        self._phi[place] = np.rint(
-            STEPS_PER_PX * np.clip(signed_distances(mask), -REACH_PX, REACH_PX)
-        ).reshape(-1)
+        phi = np.clip(signed_distances(mask), -REACH_PX, REACH_PX)
+        self._phi[place] = np.rint(STEPS_PER_PX * phi).reshape(-1)
+        for stage, kept in self._templates.items():
+            kept[place] = template(phi, stage)
 
     def _given_up(self) -> int:
         """Place of the older of the two that are most alike."""
@@ -137,24 +143,57 @@ class RememberedShapes:
         weights = np.exp((least - sticks_out) / (SOFTNESS[0] + SOFTNESS[1] * least)).astype(np.float32)
         likely = weights >= LEAST_WEIGHT
         near, weights = near[likely], weights[likely] / weights[likely].sum()
-        phi = (weights / STEPS_PER_PX @ self._phi[near].astype(np.float32)).reshape(self.size, self.size)
+        phi = np.tensordot(weights, self.distances(near), 1)
+        return self.in_the_light_of(mask, phi, least, weights, near)
+
+    def in_the_light_of(
+        self,
+        mask: Mask,
+        phi: Array,
+        sticks_out: float,
+        weights: Array,
+        near: NDArray[np.int64],
+        own_edge: bool = False,
+    ) -> Explained:
+        """What an expectation says of an observed silhouette: its distances, and by how many pixels the second sticks
+        out of it. `own_edge`: the outline beside what is hidden is the occluder's, and need not be explained."""
         edge = _edge(mask)
         length = np.count_nonzero(edge)
-        phi = _vague(phi, SMOOTHING * least / length)
+        off_px = sticks_out / length
+        phi = _vague(phi, SMOOTHING * off_px)
         expected = phi < 0
-        completed, hidden = with_hidden(mask, expected, least / length)
+        completed, hidden = with_hidden(mask, expected, off_px)
         lacking = np.count_nonzero(_thick(expected & ~mask, 1))
         deep = phi < -DEEP_PX
-        on_it = np.count_nonzero(edge & (np.abs(phi) < NEAR_PX))
+        near_it = edge & (np.abs(phi) < NEAR_PX)
+        on_it = np.count_nonzero(near_it)
+        theirs = _grown(hidden, OCCLUDERS_EDGE) if own_edge else np.zeros_like(edge)
+        own = np.count_nonzero(edge & ~theirs)
         return Explained(
             completed, hidden,
             missing=lacking / (lacking + np.count_nonzero(mask)),
             riddled=np.count_nonzero(deep & ~completed) / max(1, int(np.count_nonzero(deep))),
-            off_px=least / length,
-            explained=on_it / length,
+            off_px=off_px,
+            explained=np.count_nonzero(near_it & ~theirs) / max(1, int(own)),
             outline=on_it / max(1, int(np.count_nonzero(_edge(expected)))),
             weights=weights, finalists=near,
         )  # fmt: skip
+
+    def templates(self, stage: Stage) -> Array:
+        """(count, stage.length) what they are looked for by in an image."""
+        return self._templates[stage][: self.count]
+
+    def distances(self, places: NDArray[np.int64]) -> Array:
+        """(k, size, size) signed distances of some of them, pixels, cut at REACH_PX."""
+        some = self._phi[places].astype(np.float32) / np.float32(STEPS_PER_PX)
+        return np.asarray(some.reshape(-1, self.size, self.size))
+
+    def unlike(self, mask: Mask) -> Array:
+        """(count,) symmetric difference to a mask of the grid over its area, by the small pictures."""
+        small, per = _small(mask).astype(np.float32), COARSE * COARSE
+        common = self._small[: self.count].astype(np.float32) @ small / per
+        area = max(1.0, float(small.sum()))
+        return np.asarray((self._areas[: self.count] + small.sum() - 2 * common) / area, np.float32)
 
     def state(self) -> dict[str, Any]:
         """All that learning has changed, as arrays; masks as bits."""
@@ -222,6 +261,14 @@ def _thick(mask: Mask, sliver: int) -> Mask:
     core = cv2.erode(image, square, iterations=sliver, borderType=cv2.BORDER_CONSTANT, borderValue=0)
     whole = np.asarray(cv2.dilate(core, square, iterations=sliver + 1))
     return mask & (whole > 0)
+
+
+def _grown(mask: Mask, by: int) -> Mask:
+    """With all that lies up to so many pixels beside it."""
+    import cv2
+
+    square = np.ones((2 * by + 1, 2 * by + 1), np.uint8)
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), square) > 0)
 
 
 def _vague(phi: Array, sigma_px: float) -> Array:

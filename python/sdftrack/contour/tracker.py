@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -10,6 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack.contour.closed_loop import ClosedLoop
+from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.options import contour_options, whole
 from sdftrack.contour.record import ArrayRecord, mask_png
 from sdftrack.results import Status
@@ -85,12 +90,14 @@ class ContourTracker:
     ----------
     warp : "similarity" or "affine"
         What moves the grid: 4 or 6 unknowns.
-    memory : object, optional
-        A shape memory with ``learn(mask)``, ``judge(mask)`` and ``recover(mask)``: the first `burn_in` frames are
-        learned; afterwards an occluded shape is replaced by the recovered one and changes no histogram, an unoccluded
-        one is learned, a novel one neither.
+    memory : ShapeMemory or object, optional
+        The first `burn_in` frames are learned. Afterwards an occluded shape is replaced by the whole one and changes
+        no histogram, an unoccluded one is learned, a novel one neither. A `ShapeMemory` that keeps silhouettes is asked
+        only where area is missing or colours are not sure, and is searched by the colours of the image; it gets and
+        gives silhouettes as by `st.contour.align`. Another object needs ``learn(mask)``, ``judge(mask)`` and
+        ``recover(mask)``, and is asked about each mask on the tracker's grid.
     burn_in : int
-        Frames that the memory learns from before it judges.
+        Frames that the memory learns from before it judges; 0 for one that has been taught.
     **options
         Any of ``ContourTracker().options``, which holds the defaults; `sdftrack.contour.options.MEANINGS` and
         ``sdftrack config`` say what each one does.
@@ -121,10 +128,21 @@ class ContourTracker:
         self._burn_in = whole(burn_in, "burn_in")
         if self._burn_in < 0:
             raise ValueError(f"burn_in: expected a count of frames, got {burn_in!r}")
+        self._lock = threading.Lock()
         self._core = _core.ContourCore({"warp": warp, **contour_options(options)})
         self._memory = memory
         self._shape: tuple[int, ...] | None = None
         self._frames = 0
+        # A memory without silhouettes, the printed rule's or a caller's own, is asked about masks of the grid.
+        self._loop: ClosedLoop | None = None
+        if isinstance(memory, ShapeMemory) and memory.shapes is not None:
+            side = memory.options.size
+            if memory.shape not in (None, (side, side)):
+                raise ValueError(
+                    f"memory: expected one taught with masks of {side} x {side}, got one of {memory.shape}; teach "
+                    f"another with st.contour.align(mask, {side})[0]"
+                )
+            self._loop = ClosedLoop(memory)
 
     def __repr__(self) -> str:
         return f"ContourTracker({self.options['warp']!r}, {self._frames} frames)"
@@ -133,6 +151,16 @@ class ContourTracker:
     def options(self) -> dict[str, Any]:
         """All options with their values."""
         return dict(self._core.options())
+
+    @property
+    def warp(self) -> NDArray[np.float64]:
+        """(3, 3) from the object's grid, as it lies now, to pixels (x, y): that of the masks a memory is asked about.
+
+        RuntimeError before `start`.
+        """
+        if self._shape is None:
+            raise RuntimeError("warp: expected start(image, box=...) first, got no start yet")
+        return np.asarray(self._core.warp())
 
     def start(
         self, image: ArrayLike, box: ArrayLike | None = None, mask: ArrayLike | None = None
@@ -164,12 +192,15 @@ class ContourTracker:
         rgb = _image(image)
         if (box is None) == (mask is None):
             raise ValueError(f"box, mask: expected one of them, got {'none' if box is None else 'both'}")
-        if mask is not None:
-            self._core.start_mask(rgb, _mask(mask, rgb.shape[:2]))
-        else:
-            self._core.start_box(rgb, *_box(box, rgb.shape[1], rgb.shape[0]))
-        self._shape, self._frames = rgb.shape, 0
-        return self._result(rgb, None)
+        with self._alone():
+            if mask is not None:
+                self._core.start_mask(rgb, _mask(mask, rgb.shape[:2]))
+            else:
+                self._core.start_box(rgb, *_box(box, rgb.shape[1], rgb.shape[0]))
+            self._shape, self._frames = rgb.shape, 0
+            if self._loop is not None:
+                self._loop.begin(self._core.phi() < 0, self._core.warp())
+            return self._result(rgb, None)
 
     def track(self, image: ArrayLike) -> ContourResult:
         """Find the object in the next image.
@@ -198,36 +229,57 @@ class ContourTracker:
                 f"image: expected the size at the start, {self._shape[1]} x {self._shape[0]}, got "
                 f"{rgb.shape[1]} x {rgb.shape[0]}; start again for another video"
             )
-        self._core.observe(rgb)
-        judgement = self._remember()
-        self._core.finish(judgement in (None, "unoccluded"))
-        self._frames += 1
-        return self._result(rgb, judgement)
+        with self._alone():
+            self._core.observe(rgb)
+            learns = False
+            try:
+                judgement = self._remember(rgb)
+                learns = judgement in (None, "unoccluded")
+            finally:  # whatever a memory says, the frame comes to its end
+                self._core.finish(learns)
+                self._frames += 1
+            return self._result(rgb, judgement)
 
-    def _remember(self) -> str | None:
+    def _remember(self, rgb: NDArray[np.uint8]) -> str | None:
         """The memory's say about this frame's shape, which it may replace."""
-        if self._memory is None or self._core.report()["status"] == "lost":
+        if self._memory is None:
             return None
-        mask = self._core.phi() < 0
+        status = self._core.report()["status"]
+        if status == "lost":
+            if self._loop is not None:
+                self._loop.lost()
+            return None
+        mask, sure = self._core.phi() < 0, status == "ok"
         if self._frames < self._burn_in:
-            self._memory.learn(mask)
+            if sure:
+                self._learn(mask)
             return None
-        judgement = str(self._memory.judge(mask))
-        if judgement not in JUDGEMENTS:
-            raise ValueError(
-                f"memory: expected a judgement of {', '.join(JUDGEMENTS)}, got {judgement!r} from judge()"
+        if self._loop is not None:
+            judgement, recovered = self._loop.judge(
+                mask, self._core.warp(), sure, lambda: self._core.look_at_all(rgb)
             )
-        if judgement == "unoccluded":
-            self._memory.learn(mask)
-        elif judgement == "occluded":
-            whole = np.asarray(self._memory.recover(mask))
-            if whole.shape != mask.shape:
-                raise ValueError(
-                    f"memory: expected a recovered mask of {mask.shape}, got {whole.shape} from recover()"
-                )
-            if (whole > 0).any():  # nothing recovered is nothing to go by
-                self._core.replace_shape(np.where(whole > 0, -0.5, 0.5).astype(np.float32))
+        else:
+            judgement, recovered = _asked(self._memory, mask, sure)
+        if recovered is not None and recovered.any():  # nothing recovered is nothing to go by
+            self._core.replace_shape(np.where(recovered, -0.5, 0.5).astype(np.float32))
         return judgement
+
+    def _learn(self, mask: NDArray[np.bool_]) -> None:
+        assert self._memory is not None
+        if self._loop is not None:
+            self._loop.learn(mask, self._core.warp())
+        else:
+            self._memory.learn(mask)
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """One call at a time, or an error at once where another thread is inside."""
+        if not self._lock.acquire(blocking=False):
+            raise RuntimeError("this tracker is in use by another thread; make one tracker per thread")
+        try:
+            yield
+        finally:
+            self._lock.release()
 
     def _result(self, rgb: NDArray[np.uint8], judgement: str | None) -> ContourResult:
         report = self._core.report()
@@ -240,6 +292,25 @@ class ContourTracker:
             float(report["confidence"]),
             judgement,
         )
+
+
+def _asked(memory: Memory, mask: NDArray[np.bool_], sure: bool) -> tuple[str, NDArray[np.bool_] | None]:
+    """A memory's judgement of a mask on the tracker's grid, and the recovered one where it is occluded."""
+    judgement = str(memory.judge(mask))
+    if judgement not in JUDGEMENTS:
+        raise ValueError(
+            f"memory: expected a judgement of {', '.join(JUDGEMENTS)}, got {judgement!r} from judge()"
+        )
+    if judgement == "unoccluded" and sure:
+        memory.learn(mask)
+    if judgement != "occluded":
+        return judgement, None
+    recovered = np.asarray(memory.recover(mask))
+    if recovered.shape != mask.shape:
+        raise ValueError(
+            f"memory: expected a recovered mask of {mask.shape}, got {recovered.shape} from recover()"
+        )
+    return judgement, recovered > 0
 
 
 def _image(image: ArrayLike) -> NDArray[np.uint8]:

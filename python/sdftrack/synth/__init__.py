@@ -4,6 +4,7 @@
 from sdftrack.synth.ball import BallScene, ball_scene
 from sdftrack.synth.covers import hide
 from sdftrack.synth.gait import gait
+from sdftrack.synth.gait_video import GaitVideo, gait_video
 from sdftrack.synth.grip import Grip
 from sdftrack.synth.noise import Gaussian, Kinect
 from sdftrack.synth.occluders import Cover, Hand
@@ -14,6 +15,7 @@ from sdftrack.synth.trajectories import leave_and_return, orbit, random_walk, st
 __all__ = [
     "BallScene",
     "Cover",
+    "GaitVideo",
     "Gaussian",
     "Grip",
     "Hand",
@@ -21,6 +23,7 @@ __all__ = [
     "ball_scene",
     "corner",
     "gait",
+    "gait_video",
     "hide",
     "leave_and_return",
     "orbit",

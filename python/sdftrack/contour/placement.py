@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: MIT
+"""Where a silhouette lies in an image: the frame that a shape memory keeps it in, between two grids.
+
+The tracker's own grid follows the box of what is seen, in jumps; a memory wants the same shape in the same place. So
+its frame has the silhouette's centroid in the middle and a fixed area (as `st.contour.align`), and turns with the
+tracker.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.contour.masks import FILL
+
+__all__ = ["Placement", "placement_of", "put_back", "seen_from"]
+
+Array: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+Picture: TypeAlias = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A frame of silhouettes in the image.
+
+    Attributes
+    ----------
+    center_px : (2,) float64
+        Of the silhouette, (x, y) in the image.
+    size_px : float
+        Square root of its area.
+    turn : (2, 2) float64
+        From the frame's axes to those of the image, of determinant 1: a rotation, sheared where the tracker shears.
+    """
+
+    center_px: Array
+    size_px: float
+    turn: Array
+
+    def to_image(self, size: int) -> Array:
+        """(3, 3): pixel (x, y, 1) of the `size` x `size` frame to that of the image."""
+        linear = self.size_px / (FILL * size) * self.turn
+        middle = (size - 1) / 2
+        return np.vstack([np.column_stack([linear, self.center_px - linear.sum(axis=1) * middle]), [0, 0, 1]])
+
+    def moved(self, x: float, y: float, log_scale: float, angle_rad: float, size: int) -> Placement:
+        """Shifted by x, y pixels of the frame, then larger and turned."""
+        c, s = np.cos(angle_rad), np.sin(angle_rad)
+        center = self.center_px + self.size_px / (FILL * size) * (self.turn @ [x, y])
+        return Placement(
+            center, self.size_px * float(np.exp(log_scale)), self.turn @ np.array([[c, -s], [s, c]])
+        )
+
+
+def placement_of(mask: Mask, warp: Array) -> Placement:
+    """By centroid and area of a mask on a grid that `warp` (3, 3) takes to the image; it must not be empty."""
+    rows, columns = mask.sum(axis=1, dtype=np.float64), mask.sum(axis=0, dtype=np.float64)
+    cells = rows.sum()
+    middle = np.array([columns @ np.arange(len(columns)), rows @ np.arange(len(rows)), cells]) / cells
+    per_cell = abs(np.linalg.det(warp[:2, :2]))
+    return Placement((warp @ middle)[:2], float(np.sqrt(cells * per_cell)), warp[:2, :2] / np.sqrt(per_cell))
+
+
+def seen_from(picture: Picture, warp: Array, placement: Placement, size: int, margin: int = 0) -> Picture:
+    """A picture on the tracker's grid in a placement's frame, by area where it shrinks.
+
+    (size + 2 margin, size + 2 margin) float32, 0 beyond the grid.
+    """
+    import cv2
+
+    to_cells = np.linalg.inv(warp) @ placement.to_image(size)
+    cells = float(np.sqrt(abs(np.linalg.det(to_cells[:2, :2]))))  # per pixel of the frame
+    if cells > 1:
+        mean_over = 2 * int(cells / 2) + 1  # odd, so that nothing moves
+        picture = np.asarray(cv2.blur(picture, (mean_over, mean_over)), np.float32)
+    shift = np.array([[1, 0, -margin], [0, 1, -margin], [0, 0, 1]])
+    n = size + 2 * margin
+    image = cv2.warpAffine(
+        picture, (to_cells @ shift)[:2], (n, n), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    )
+    return np.asarray(image, np.float32)
+
+
+def put_back(mask: Mask, warp: Array, placement: Placement, shape: tuple[int, int]) -> Mask:
+    """A mask of a placement's frame on the tracker's grid of `shape` cells."""
+    import cv2
+
+    to_frame = np.linalg.inv(placement.to_image(mask.shape[0])) @ warp
+    image = cv2.warpAffine(
+        mask.astype(np.float32),
+        to_frame[:2],
+        (shape[1], shape[0]),
+        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+    )
+    return np.asarray(image > 0.5)

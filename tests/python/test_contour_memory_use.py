@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: MIT
+"""What the tracker asks of a memory: sure frames alone are learned, errors and other threads leave it whole."""
+
+import threading
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+
+FRAMES = 12
+FADED = 0.5  # of the way from the object's colour to the background's, at which a frame is weak and not lost
+
+
+def disc(part: float = 0.0, at: float = 60.0) -> np.ndarray:
+    y, x = np.mgrid[:120, :160]
+    object_rgb, ground_rgb = np.array([200.0, 60, 40]), np.array([90.0, 100, 110])
+    image = np.broadcast_to(ground_rgb, (120, 160, 3)).copy()
+    image[np.hypot(x - at, y - 60) < 25] = (1 - part) * object_rgb + part * ground_rgb
+    noise = np.random.default_rng(int(at)).normal(0, 8, image.shape)
+    return np.clip(image + noise, 0, 255).astype(np.uint8)
+
+
+class Told:
+    """A memory that counts what it is taught and says what it was told to say."""
+
+    def __init__(self, judgement: str = "unoccluded") -> None:
+        self.judgement, self.learnt, self.inside = judgement, 0, None
+
+    def learn(self, mask):
+        self.learnt += 1
+
+    def judge(self, mask):
+        if self.inside is not None:
+            self.inside()
+        return self.judgement
+
+    def recover(self, mask):
+        return mask
+
+
+def begun(memory, burn_in=0):
+    tracker = st.contour.ContourTracker(memory=memory, burn_in=burn_in)
+    tracker.start(disc(), box=(33, 33, 54, 54))
+    return tracker
+
+
+@pytest.mark.parametrize("burn_in", [0, 2 * FRAMES], ids=["judging", "burn-in"])
+def test_frames_of_unsure_colours_are_never_learned(burn_in):
+    memory = Told()
+    tracker = begun(memory, burn_in)
+    statuses = [str(tracker.track(disc(FADED)).status) for _ in range(FRAMES)]
+    assert statuses.count("weak") > 0
+    assert memory.learnt == statuses.count("ok")
+
+
+def test_sure_frames_are_learned():
+    memory = Told()
+    tracker = begun(memory)
+    assert all(tracker.track(disc()).ok for _ in range(FRAMES))
+    assert memory.learnt == FRAMES
+
+
+def test_after_an_answer_that_is_refused_the_track_goes_on():
+    memory = Told("perhaps")
+    tracker = begun(memory)
+    with pytest.raises(ValueError, match="judgement"):
+        tracker.track(disc(at=62))
+    memory.judgement = "unoccluded"
+    truth = disc(at=64)[..., 0] > 145
+    result = tracker.track(disc(at=64))
+    assert result.ok
+    assert st.metrics.iou(result.mask, truth) > 0.9
+
+
+def test_a_tracker_that_works_refuses_another_thread():
+    memory = Told()
+    tracker = begun(memory)
+    said = []
+
+    def other():
+        try:
+            tracker.track(disc())
+        except RuntimeError as error:
+            said.append(str(error))
+
+    def inside():
+        thread = threading.Thread(target=other)
+        thread.start()
+        thread.join()
+
+    memory.inside = inside
+    assert tracker.track(disc()).ok
+    assert len(said) == 1
+    assert "another thread" in said[0]
+    memory.inside = None
+    assert tracker.track(disc()).ok
