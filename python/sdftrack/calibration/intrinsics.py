@@ -24,7 +24,7 @@ from sdftrack.calibration.observability import (
 )
 from sdftrack.calibration.statistics import covariance_of, frame_test, half_width95
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.checks import of_kind
+from sdftrack.checks import of_kind, whole_number
 from sdftrack.frame import Frame
 from sdftrack.places import one_place
 from sdftrack.results import Step
@@ -110,8 +110,8 @@ def calibrate_intrinsics(
         raise TypeError(f"joint: expected True or False, got {joint!r}")
     if residual not in RESIDUALS:
         raise ValueError(f"residual: expected one of {', '.join(RESIDUALS)}, got {residual!r}")
-    if isinstance(max_pixels, bool) or not isinstance(max_pixels, int) or max_pixels < LEAST_READINGS:
-        raise ValueError(f"max_pixels: expected a number of at least {LEAST_READINGS}, got {max_pixels!r}")
+    max_pixels = whole_number(max_pixels, "max_pixels", LEAST_READINGS)
+    threads = whole_number(threads, "threads", 0, "0: all cores")
     first = depth_camera(initial_camera)
     names = check_free(free)
     refuse_flat_shape(sdf, names)
@@ -203,7 +203,7 @@ class _Problem:
             lens[at] = self.per_frame.fused
             covariance = self.per_frame.fused_covariance
         sd = np.sqrt(np.diag(covariance))
-        refuse_unobservable(self.free, sd, self.first, int(np.median(self.estimates["open_turns"])))
+        refuse_unobservable(self.free, sd, self.first, len(follower.used), self.estimates["open_shifts"])
         half = half_width95(sd, len(follower.used))
         poses = np.array(self.core.poses)
         observed = observe(self.core.coverage(COLUMNS, ROWS), poses, self.free, covariance)
