@@ -311,8 +311,8 @@ def test_a_plate_whose_edges_are_out_of_view_says_nothing_at_all():
 
 
 def test_what_a_pole_cannot_show_is_refused_by_name_and_cause():
-    places = [pole_at(x, z) for z in (0.6, 0.75) for x in np.linspace(-0.1, 0.1, 8)]
-    seq = st.synth.sequence(POLE.to_mesh(), 16, places, SIGMA_M, camera=TRUTH, color=False)
+    places = [pole_at(0.1 * np.cos(a), 0.7 + 0.06 * np.sin(a)) for a in np.linspace(0, 6, 24)]
+    seq = st.synth.sequence(POLE.to_mesh(), 24, places, SIGMA_M, camera=TRUTH, color=False)
     with pytest.raises(
         ValueError, match=r"does not show fy .*, cy .*: what is in view looks the same .* along a line"
     ) as e:

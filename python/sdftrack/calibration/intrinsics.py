@@ -123,6 +123,7 @@ def calibrate_intrinsics(
     follower.follow(frames, _places(initial_pose, mask, box, first), progress)
     _expect_enough(follower)
     refuse_still_object(np.array(problem.core.poses))
+    problem.refuse_what_slides(len(follower.used))
     problem.finish(follower)
     return problem.result(follower, begin)
 
@@ -173,6 +174,14 @@ class _Problem:
 
     def _values(self, lens: Sequence[float]) -> list[float]:
         return [lens[UNKNOWNS.index(name)] for name in self.sorted]
+
+    def refuse_what_slides(self, frames: int) -> None:
+        """ValueError where the object slides in most frames and leaves unknowns open: with no prior they fly."""
+        self.improve(frames)
+        estimates = self.core.examine()
+        if np.median(estimates["open_shifts"]) > 0:
+            sd = np.sqrt(np.diag(covariance_of(estimates)[np.ix_(self.order, self.order)]))
+            refuse_unobservable(self.free, sd, self.first, frames, estimates["open_shifts"])
 
     def finish(self, follower: Follower) -> None:
         """All frames together, then once more without those that do not fit."""
