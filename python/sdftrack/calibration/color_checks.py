@@ -114,8 +114,8 @@ def _expect_its_size(pairs: BallPairs, name: str) -> None:
     if scatter > MOST_SIZE_SCATTER:
         raise ValueError(
             f"{name}: what is found in depth is not the ball that is found in colour, whose outline shrinks with the "
-            f"distance: their product varies by {100 * scatter:.0f} %; is ball_radius right, and nothing else of that "
-            "shape in view?"
+            f"distance: their product varies by {100 * scatter:.0f} %; is ball_radius right, nothing else of that "
+            "shape in view, and both images of one moment?"
         )
 
 
