@@ -65,13 +65,13 @@ int add(Calibration& self, const py::array& depth_m, const py::object& mask, con
 py::dict as_dict(const std::vector<FrameEstimate>& frames, int n) {
   const auto m = static_cast<py::ssize_t>(frames.size());
   std::vector<double> value, information, gradient, scatter, noise;
-  std::vector<int> hits, open_turns;
+  std::vector<int> hits, open_shifts;
   for (const FrameEstimate& f : frames) {
     value.insert(value.end(), f.value.data(), f.value.data() + n);
     information.insert(information.end(), f.information.data(), f.information.data() + n * n);
     gradient.insert(gradient.end(), f.gradient.data(), f.gradient.data() + n);
     scatter.insert(scatter.end(), f.scatter.data(), f.scatter.data() + n * n);
-    noise.push_back(f.noise_m), hits.push_back(f.hits), open_turns.push_back(f.open_turns);
+    noise.push_back(f.noise_m), hits.push_back(f.hits), open_shifts.push_back(f.open_shifts);
   }
   py::dict out;
   out["value"] = to_numpy(std::move(value), {m, n});
@@ -80,7 +80,7 @@ py::dict as_dict(const std::vector<FrameEstimate>& frames, int n) {
   out["scatter"] = to_numpy(std::move(scatter), {m, n, n});
   out["noise_m"] = to_numpy(std::move(noise), {m});
   out["hits"] = to_numpy(std::move(hits), {m});
-  out["open_turns"] = to_numpy(std::move(open_turns), {m});
+  out["open_shifts"] = to_numpy(std::move(open_shifts), {m});
   return out;
 }
 

@@ -19,7 +19,8 @@ namespace {
 constexpr int kMostTwinDraws = 1000;
 constexpr int kBalanceRounds = 8;
 constexpr double kBalanced = 0.005;  // log-likelihood that the last step could still gain: 0.1 sd
-constexpr double kOpenTurn = 1e-3;
+constexpr double kOpenShift = 1e-3;
+constexpr double kKnown = 1e-6;  // of a direction's information, over that of one unknown alone
 
 std::vector<LensFrame*> all_of(std::vector<LensFrame>* frames) {
   std::vector<LensFrame*> out;
@@ -36,14 +37,27 @@ Vector6d weak_information(const Shape& shape) {
   return weak;
 }
 
-// Axes about which a turn changes next to nothing: information of the turns, the shift having followed, below
-// a thousandth of what a shift of half the diameter would give.
-int open_turns(const Eigen::Matrix<double, 6, 6>& pose, const Shape& shape) {
-  const Eigen::Matrix3d shift = pose.topLeftCorner<3, 3>(), cross = pose.topRightCorner<3, 3>();
-  const Eigen::Matrix3d turn = pose.bottomRightCorner<3, 3>() - cross.transpose() * shift.ldlt().solve(cross);
-  const double usual = shift.trace() / 3 * shape.diameter_m * shape.diameter_m / 4;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(turn, Eigen::EigenvaluesOnly);
-  return static_cast<int>((solver.eigenvalues().array() < kOpenTurn * usual).count());
+// Directions in which a shift of the object changes next to nothing in the readings, the turn having
+// followed: below a thousandth of what they say of a shift on average. A pole or a plate whose ends are out
+// of view has them.
+int open_shifts(const Eigen::Matrix<double, 6, 6>& pose) {
+  const Eigen::Matrix3d cross = pose.topRightCorner<3, 3>(), turn = pose.bottomRightCorner<3, 3>();
+  const Eigen::Matrix3d shift = pose.topLeftCorner<3, 3>() - cross * turn.ldlt().solve(cross.transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(shift, Eigen::EigenvaluesOnly);
+  const double usual = pose.topLeftCorner<3, 3>().trace() / 3;
+  return static_cast<int>((solver.eigenvalues().array() < kOpenShift * usual).count());
+}
+
+// Newton's step, nothing along what the frames leave open. Unknowns are measured by what is said of each
+// alone.
+SharedVector step_within_the_known(const SharedMatrix& information, const SharedVector& pull) {
+  const SharedVector unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const SharedMatrix scaled = unit.asDiagonal() * information * unit.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<SharedMatrix> solver(scaled);
+  SharedVector along = solver.eigenvectors().transpose() * unit.asDiagonal() * pull;
+  for (int j = 0; j < along.size(); ++j)
+    along[j] = solver.eigenvalues()[j] > kKnown ? along[j] / solver.eigenvalues()[j] : 0.0;
+  return -(unit.asDiagonal() * (solver.eigenvectors() * along));
 }
 
 }  // namespace
@@ -116,7 +130,7 @@ void IntrinsicsProblem::balance(LensSolver* solver) {
     SharedMatrix information = SharedMatrix::Zero(n, n);
     SharedVector pull = SharedVector::Zero(n);
     for (const FrameEstimate& frame : examine()) information += frame.information, pull += frame.gradient;
-    const SharedVector step = -information.ldlt().solve(pull);
+    const SharedVector step = step_within_the_known(information, pull);
     const double gain = -0.5 * step.dot(pull);
     if (!(gain >= 0 && gain < least)) {
       lens_ = best;
@@ -136,8 +150,8 @@ FrameEstimate IntrinsicsProblem::estimate_of(LensFrame* frame, Lens lens) const 
   const LensSolver solver(shape_.sdf, free_, options_, {frame}, &lens, nullptr);
   const LensEnergy energy = solver.fine_energy();
   const DepthLogistic<double> penalty = energy.penalty_of(*frame);
-  Eigen::MatrixXd meat, bread;
-  frame->scatter(energy.view(), penalty, &meat, &bread);
+  const FrameSpread spread = frame->spread(energy.view(), penalty);
+  const Eigen::MatrixXd& bread = spread.bread;
   const int n = free_.count();
   Eigen::Matrix<double, 6, 6> pose = bread.topLeftCorner<6, 6>();
   pose.diagonal() += weak_information(shape_);
@@ -151,10 +165,10 @@ FrameEstimate IntrinsicsProblem::estimate_of(LensFrame* frame, Lens lens) const 
   for (int j = 0; j < n; ++j) out.value[j] = lens.get(free_.unknowns[static_cast<std::size_t>(j)]);
   out.information = bread.bottomRightCorner(n, n) - bread.bottomLeftCorner(n, 6) * follow;
   out.gradient = block.shared_gradient - follow.transpose() * block.pose_gradient;
-  out.scatter = along.transpose() * meat * along;
+  out.scatter = along.transpose() * spread.meat * along;
   out.noise_m = frame->noise_m;
   out.hits = static_cast<int>(block.count);
-  out.open_turns = open_turns(pose, shape_);
+  out.open_shifts = open_shifts(pose);
   return out;
 }
 

@@ -19,7 +19,7 @@ struct FrameEstimate {
   SharedMatrix scatter;      // variance of that gradient by the readings' own noise
   double noise_m = 0;
   int hits = 0;
-  int open_turns = 0;  // axes about which nothing in the readings holds the pose: those of a symmetric shape
+  int open_shifts = 0;  // directions along which nothing in the readings holds the object
 };
 
 class IntrinsicsProblem {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "calibration/lens_frame.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -33,6 +34,13 @@ void unpack(const double* gradient, const double* hessian, int size, ArrowBlock*
         out->shared(a - 6, b - 6) = out->shared(b - 6, a - 6) = *hessian;
     }
   }
+}
+
+// In units in which every unknown has curvature 1.
+bool positive_definite(const Eigen::MatrixXd& H) {
+  if (!(H.diagonal().minCoeff() > 0)) return false;
+  const Eigen::VectorXd per_unit = H.diagonal().cwiseSqrt().cwiseInverse();
+  return (per_unit.asDiagonal() * H * per_unit.asDiagonal()).eval().llt().info() == Eigen::Success;
 }
 
 }  // namespace
@@ -153,19 +161,29 @@ std::vector<LensFrame::Reading> LensFrame::readings(const LensView& view) {
   return out;
 }
 
-void LensFrame::scatter(const LensView& view, const DepthLogistic<double>& penalty, Eigen::MatrixXd* meat,
-                        Eigen::MatrixXd* bread) {
+FrameSpread LensFrame::spread(const LensView& view, const DepthLogistic<double>& penalty) {
   const int size = 6 + view.free.count();
-  meat->setZero(size, size), bread->setZero(size, size);
+  FrameSpread out;
+  out.meat.setZero(size, size), out.bread.setZero(size, size);
+  Eigen::MatrixXd weighted = Eigen::MatrixXd::Zero(size, size);
+  double bends = 0, weights = 0;
   each_row(view, false, [&](const Loop::Reading& reading, bool, const double* J) {
-    const double psi = penalty(reading.residual_m, 1.0).slope * reading.gain;
-    const double bend = penalty.second_derivative(reading.residual_m, 1.0) * reading.gain * reading.gain;
-    for (int a = 0; a < size; ++a)
+    const Curve<double> c = penalty(reading.residual_m, 1.0);
+    const double psi = c.slope * reading.gain, per_gain = reading.gain * reading.gain;
+    const double bend = penalty.second_derivative(reading.residual_m, 1.0);
+    bends += bend, weights += c.curvature;
+    for (int a = 0; a < size; ++a) {
       for (int b = 0; b < size; ++b) {
-        (*meat)(a, b) += psi * psi * J[a] * J[b];
-        (*bread)(a, b) += bend * J[a] * J[b];
+        out.meat(a, b) += psi * psi * J[a] * J[b];
+        out.bread(a, b) += bend * per_gain * J[a] * J[b];
+        weighted(a, b) += c.curvature * per_gain * J[a] * J[b];
       }
+    }
   });
+  // Readings of other things bend the cost downwards; where they outweigh the others, or nothing else speaks,
+  // the weights stand for the second derivatives, which they have the mean of.
+  if (!positive_definite(out.bread) && weights > 0) out.bread = std::max(bends, 0.0) / weights * weighted;
+  return out;
 }
 
 }  // namespace sdftrack

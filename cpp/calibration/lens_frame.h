@@ -43,6 +43,12 @@ enum class Outline {
   kPoints,  // all pixels, each by phi at the measured point: the source's residual (thesis Eq. 3.11)
 };
 
+// How a sum over a frame's readings scatters: the two halves of the sandwich covariance.
+struct FrameSpread {
+  Eigen::MatrixXd meat;   // sum of psi^2 J J^T
+  Eigen::MatrixXd bread;  // sum of psi' J J^T, or its mean by the weights where that is not positive definite
+};
+
 class LensFrame {
  public:
   LensPixels pixels;
@@ -63,10 +69,8 @@ class LensFrame {
   // ray meets the model.
   std::vector<Reading> readings(const LensView& view);
 
-  // How the sum over pixels scatters: sum of psi^2 J J^T of all unknowns (pose, then lens), and the sum of
-  // psi' J J^T; the two halves of the sandwich covariance.
-  void scatter(const LensView& view, const DepthLogistic<double>& penalty, Eigen::MatrixXd* meat,
-               Eigen::MatrixXd* bread);
+  // At the state in hand, all unknowns (pose, then lens).
+  FrameSpread spread(const LensView& view, const DepthLogistic<double>& penalty);
 
  private:
   using Loop = Term<SingleObject<double>, DepthLogistic<double>>;

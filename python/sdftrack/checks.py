@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["number", "numbers", "of_kind", "whole"]
+__all__ = ["THREADS", "number", "numbers", "of_kind", "whole"]
 
 
 def number(value: Any, name: str) -> float:
@@ -33,20 +33,25 @@ def numbers(values: Any, name: str) -> NDArray[np.float64]:
         raise TypeError(f"{name}: expected an array of numbers, got {shown}") from None
 
 
-def whole(value: Any, name: str, least: int, most: int, what: str) -> int:
+INT_MAX = 2**31 - 1  # of the core's int
+THREADS = "a whole number from 0 (0: all cores)"
+
+
+def whole(value: Any, name: str, least: int, most: int = INT_MAX, what: str = "") -> int:
     """`value`, any whole number but a bool, as an int of least..most; errors say that `what` was expected.
 
     >>> whole(np.int64(2), "threads", 0, 99, "a number of threads")
     2
     """
+    wanted = what or f"a whole number from {least}" + ("" if most == INT_MAX else f" to {most}")
     try:
         if isinstance(value, (bool, np.bool_)):
             raise TypeError
         out = operator.index(value)
     except TypeError:
-        raise TypeError(f"{name}: expected {what}, got {value!r}") from None
+        raise TypeError(f"{name}: expected {wanted}, got {value!r}") from None
     if not least <= out <= most:
-        raise ValueError(f"{name}: expected {what}, got {value!r}")
+        raise ValueError(f"{name}: expected {wanted}, got {value!r}")
     return out
 
 

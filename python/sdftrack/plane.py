@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.checks import number, of_kind, whole
+from sdftrack.checks import THREADS, number, of_kind, whole
 from sdftrack.frame import Frame
 
 __all__ = ["remove_plane"]
 
 METHODS = ("rigid", "bent", "printed")
 KINECT = (0.0012, 0.0019, 0.5)  # near_m, per_m, lateral_px of the law; Nguyen, Izadi and Lovell 2012
-MOST_THREADS = 2**31 - 1
 WIDEST_M = 0.5  # a tolerance beyond this is one in millimetres
 
 
@@ -92,7 +91,7 @@ def remove_plane(
         _law(noise),
         noise is None,
         _switch(feet, "feet"),
-        whole(threads, "threads", 0, MOST_THREADS, "0 (all cores) or a number of threads"),
+        whole(threads, "threads", 0, what=THREADS),
     )
     if isinstance(found, str):
         raise ValueError(_miss(found, start_px, tolerance))

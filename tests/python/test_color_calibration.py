@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Depth-to-colour registration: exact pairs, derivatives, intervals, whole recordings, what cannot be registered."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
 
 import sdftrack as st
+from sdftrack.calibration.color_checks import check_spread
 from sdftrack.calibration.first_map import first_map
 from sdftrack.calibration.pairs import BallPairs, Path
 from sdftrack.calibration.projective import ProjectiveMap, RigidMap, decompose, dlt, resection
@@ -179,6 +182,22 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
     assert COVERED[0] < points < COVERED[1]
 
 
+@pytest.mark.parametrize("pairs", [6, 8, 12])
+def test_intervals_of_mapped_points_hold_with_few_pairs_too(pairs):
+    _, points = coverage_of_pairs(40, pairs)
+    assert COVERED[0] < points < 0.995  # cautious by the stated noise, which so few cannot measure
+
+
+def test_a_thing_that_does_not_shrink_with_the_distance_is_not_the_ball():
+    pairs = simulated(12)
+    right = replace(pairs, radius_px=20.0 / pairs.center_cam[:, 2])
+    check_spread(right, 4, DEPTH, "frames")
+    with pytest.raises(ValueError, match=r"not the ball that is found in colour.*is ball_radius right"):
+        check_spread(
+            replace(right, radius_px=right.radius_px[::-1] * np.linspace(0.5, 2, 12)), 4, DEPTH, "frames"
+        )
+
+
 @pytest.mark.parametrize(("noise", "known"), [(0.001, False), ("kinect", True)])
 def test_a_recording_registers_the_cameras(noise, known):
     scene, frames = recorded(noise=noise, seed=0)
@@ -294,6 +313,10 @@ def test_a_plane_is_enough_when_the_colour_camera_is_known():
     [
         ({"ball_radius": 40}, ValueError, "ball_radius: expected metres.*40 mm is 0.04"),
         ({"ball_radius": "big"}, TypeError, "^ball_radius"),
+        ({"threads": -1}, ValueError, "^threads: expected a whole number from 0"),
+        ({"threads": "x"}, TypeError, "^threads: expected a whole number"),
+        ({"seed": -1}, ValueError, "^seed: expected a whole number from 0"),
+        ({"seed": "a"}, TypeError, "^seed: expected a whole number"),
         ({"ball_radius": 0.15}, ValueError, "found no ball of ball_radius=0.15"),
         ({"ball_color": (0, 40, 230)}, ValueError, "^ball_color: found no round thing"),
         ({"ball_color": (128, 128, 128)}, ValueError, "^ball_color: expected a saturated"),
@@ -354,7 +377,7 @@ def test_a_ball_that_is_too_small_in_the_image_is_called_that():
 
 def test_colour_that_is_late_without_a_word_is_warned_of():
     scene, frames = recorded(noise=0.001, seed=1, time_offset_s=0.03)
-    with pytest.warns(UserWarning, match="time_offset=True"):
+    with pytest.warns(UserWarning, match="is colour late"):
         result = st.calibrate_color_to_depth(frames, DEPTH, RADIUS_M, scene.color, color_camera=COLOR)
     assert result.rms_px > 1  # colour 30 ms late at up to 0.9 m/s
 
@@ -364,5 +387,5 @@ def test_two_recordings_that_do_not_belong_together_are_refused():
     mixed = [
         st.Frame(frames[i].depth, frames[(5 * i + 3) % 12].color, frames[i].timestamp) for i in range(12)
     ]
-    with pytest.raises(ValueError, match=r"no map agrees|agree with one map"):
+    with pytest.raises(ValueError, match=r"both images of one moment|no map agrees|agree with one map"):
         st.calibrate_color_to_depth(mixed, DEPTH, RADIUS_M, scene.color, color_camera=COLOR)

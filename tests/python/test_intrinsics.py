@@ -13,7 +13,8 @@ from scipy import stats
 import sdftrack as st
 from sdftrack import _core
 from sdftrack.calibration.lens import UNKNOWNS, core_lens
-from sdftrack.calibration.statistics import chi2_quantile, fuse, student_t975
+from sdftrack.calibration.observability import refuse_unobservable
+from sdftrack.calibration.statistics import chi2_quantile, fuse, inverse_of, student_t975
 from sdftrack.reference.calibration import (
     marginal_information,
     numeric_rows,
@@ -246,11 +247,102 @@ def test_an_object_that_never_moves_is_refused(frames, swept, box):
         st.calibrate_intrinsics([frames[0]] * 8, box, TRUTH, swept.ground_truth[0][0])
 
 
-def test_a_shape_without_edges_is_refused_by_its_symmetry():
+def test_a_ball_shows_the_intrinsics_whatever_its_symmetry():
     ball = st.SDF.sphere(0.06, voxels=60)
-    seq = st.synth.sequence(ball.to_mesh(), 50, PATH, 0.001, seed=2, camera=TRUTH, color=False)
-    result = st.calibrate_intrinsics(seq, ball, TRUTH, seq.ground_truth[0][0])
-    assert (result.sd > 0).all()
+    seq = st.synth.sequence(ball.to_mesh(), 50, PATH, SIGMA_M, seed=2, camera=TRUTH, color=False)
+    found = st.calibrate_intrinsics(seq, ball, TRUTH, seq.ground_truth[0][0])
+    assert np.abs((found.values - values_of(TRUTH)) / found.sd).max() < 4
+    assert found.sd.max() < 1.0
+
+
+def what_is_said(shape, places):
+    """Information on fx, fy, cx and cy (4, 4) of noise-free views of a shape, and along how many ways it slides."""
+    seq = st.synth.sequence(shape.to_mesh(), len(places), places, None, camera=TRUTH, color=False)
+    options = _core.IntrinsicsOptions()
+    options.max_pixels, options.threads = 1500, 1
+    core = _core.Calibration(shape._core_args, core_lens(TRUTH), [0, 1, 2, 3], options)
+    for i in range(len(places)):
+        core.add(seq[i].depth, None, seq.ground_truth[i][0])
+    core.solve(0.004, values_of(TRUTH).tolist(), [1e-6] * 4)  # the lens is held
+    estimates = core.examine()
+    return estimates["information"].sum(axis=0), estimates["open_shifts"]
+
+
+LONG_M = 3.0  # the camera sees 0.7 m of it
+NOTHING = 1e-3  # of what is said of the other unknowns: the grain of the voxels
+POLE = st.SDF.cylinder(0.06, LONG_M, voxels=400)
+UPRIGHT = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])  # the axis along the image's columns
+
+
+def pole_at(x, z, lean=0.0):
+    T = np.eye(4)
+    c, s = np.cos(lean), np.sin(lean)
+    T[:3, :3] = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]]) @ UPRIGHT
+    T[:3, 3] = x, 0, z
+    return T
+
+
+def test_a_pole_that_stays_upright_says_nothing_of_heights_in_the_image():
+    places = [pole_at(x, z) for x in (-0.12, 0.0, 0.15) for z in (0.6, 0.8)]
+    information, open_shifts = what_is_said(POLE, places)
+    assert (open_shifts == 1).all()
+    own = np.diag(information)
+    assert own[1] < NOTHING * own[0]
+    assert own[3] < NOTHING * own[2]
+    assert (np.linalg.eigvalsh(information[np.ix_([0, 2], [0, 2])]) > 0.01).all()  # fx and cx to some 10 px
+
+
+def test_a_pole_that_leans_shows_heights_too():
+    places = [pole_at(x, 0.7, lean) for x in (-0.1, 0.1) for lean in (-0.8, 0.0, 0.8)]
+    information, _ = what_is_said(POLE, places)
+    assert np.diag(information)[1] > NOTHING * np.diag(information)[0]
+    assert np.diag(information)[3] > NOTHING * np.diag(information)[2]
+
+
+def test_a_plate_whose_edges_are_out_of_view_says_nothing_at_all():
+    plate = st.SDF.box((LONG_M, LONG_M, 0.1), voxels=200)
+    T = np.array(
+        [st.geometry.pose((turn, 0.7 * turn, 0.0), (0, 0, z)) for turn in (-0.4, 0.3) for z in (0.6, 0.9)]
+    )
+    information, open_shifts = what_is_said(plate, list(T))
+    assert (open_shifts == 2).all()
+    ball, _ = what_is_said(st.SDF.sphere(0.1, voxels=80), [st.geometry.pose((0, 0, 0), (0, 0, 0.6))])
+    assert (np.diag(information) < NOTHING * np.diag(ball)).all()
+
+
+def test_what_a_pole_cannot_show_is_refused_by_name_and_cause():
+    places = [pole_at(0.1 * np.cos(a), 0.7 + 0.06 * np.sin(a)) for a in np.linspace(0, 6, 24)]
+    seq = st.synth.sequence(POLE.to_mesh(), 24, places, SIGMA_M, camera=TRUTH, color=False)
+    with pytest.raises(
+        ValueError, match=r"does not show fy .*, cy .*: what is in view looks the same .* along a line"
+    ) as e:
+        st.calibrate_intrinsics(seq, POLE, TRUTH, places[0])
+    assert "fx" not in str(e.value)
+
+
+def test_only_the_unknowns_of_an_open_direction_are_not_known():
+    said = np.diag([4.0, 1.0, 9.0, 1e-4])
+    said[:2, :2] += np.array([[0, 2.0], [2.0, 0]])  # 2 x + y is known, x - 2 y is not
+    inverse, open_ = inverse_of(said)
+    assert open_.tolist() == [True, True, False, False]
+    assert np.allclose(np.diag(inverse)[2:], [1 / 9, 1e4])
+    assert inverse_of(np.diag([4.0, -1.0]))[1].tolist() == [False, True]
+
+
+def test_a_start_of_a_sweep_is_not_refused_for_a_single_frame(frames, swept, box):
+    found = st.calibrate_intrinsics(frames[:25], box, GUESS, swept.ground_truth[0][0])
+    assert found.status == "weak"
+    assert np.isfinite(found.sd).all()
+    assert np.abs((found.values - values_of(TRUTH)) / found.sd).max() < 4
+
+
+def test_too_few_frames_are_called_that():
+    with pytest.raises(
+        ValueError, match=r"does not show fx \(sd 200\), cy \(not at all\): 6 frames are too few"
+    ):
+        refuse_unobservable(("fx", "fy", "cy"), np.array([200.0, 3.0, np.inf]), TRUTH, 6, np.zeros(6))
+    with pytest.raises(ValueError, match="nearer and farther"):
+        refuse_unobservable(("fx",), np.array([200.0]), TRUTH, 60, np.zeros(60))
 
 
 # --- bad input
@@ -279,6 +371,9 @@ def test_too_few_frames_say_why(frames, swept, box):
         ({"initial_pose": np.eye(3)}, ValueError, "pose"),
         ({"box": (1, 2, 3, 4)}, ValueError, "one of pose, mask and box"),
         ({"max_pixels": 10}, ValueError, "max_pixels"),
+        ({"max_pixels": "x"}, TypeError, "^max_pixels: expected a whole number"),
+        ({"threads": -1}, ValueError, "^threads: expected a whole number from 0"),
+        ({"threads": "x"}, TypeError, "^threads: expected a whole number"),
         ({"residual": "slope"}, ValueError, "residual: expected one of ray_hit, point"),
     ],
 )

@@ -70,7 +70,7 @@ def checked_color(ball_color: Any) -> Array:
     if saturation < LEAST_SATURATION:
         raise ValueError(
             f"ball_color: expected a saturated colour, got {tuple(int(v) for v in c)}, which is grey (saturation "
-            f"{saturation:.2f}); paint the ball, or pass mask_fn="
+            f"{saturation:.2f}); paint the ball, or give masks of it (from Python: mask_fn)"
         )
     return c
 
@@ -93,7 +93,7 @@ def moving_color(images: Sequence[NDArray[np.uint8]]) -> Array:
     if np.count_nonzero(vivid) < 50:
         raise ValueError(
             "ball_color: expected a saturated thing that moves, found none in the colour images; pass "
-            "ball_color=(r, g, b) or mask_fn="
+            "its colour (ball_color)"
         )
     p, weight = pixels[vivid], saturation[vivid] ** 4
     chroma = p / p.sum(axis=1, keepdims=True)

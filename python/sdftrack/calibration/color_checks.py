@@ -20,6 +20,7 @@ __all__ = ["check_arguments", "check_found", "check_kept", "check_spread"]
 RADII_M = (0.005, 0.5)
 LEAST_THICKNESS = 0.02  # of the pairs' smallest extent over the largest: below, rounding decides
 LEAST_KEPT = 0.5
+MOST_SIZE_SCATTER = 0.15  # relative; a right ball's is below 0.05, the angle of view included
 
 
 def check_arguments(
@@ -62,7 +63,7 @@ def check_found(looked: Watch, depth: Camera, radius_m: float, masked: bool) -> 
         color = "" if looked.color is None else f" of the colour {tuple(int(c) for c in looked.color)}"
         raise ValueError(
             f"{what}: found no round thing{color} in any of {n} colour images; give the ball's colour as the camera "
-            "shows it, light it evenly, or pass mask_fn="
+            "shows it, light it evenly, or give masks of it (from Python: mask_fn)"
         )
     if not any(s.balls and s.outlines for s in looked.seen):
         raise ValueError(
@@ -77,6 +78,7 @@ def check_spread(pairs: BallPairs, smallest: int, depth: Camera, name: str) -> N
         raise ValueError(
             f"{name}: expected the ball in at least {smallest} frames of both cameras, found it in {n}"
         )
+    _expect_its_size(pairs, name)
     p = pairs.center_cam
     off = p - np.median(p, axis=0)
     axes = np.linalg.svd(off, full_matrices=False)
@@ -96,14 +98,32 @@ def check_spread(pairs: BallPairs, smallest: int, depth: Camera, name: str) -> N
         fix = (
             "move the ball along the view, nearer and farther" if flat else "wave the ball out of that plane"
         )
-        raise ValueError(f"{name}: all {n} centres lie {where}, {extent}; {fix}, or pass color_camera=")
+        raise ValueError(
+            f"{name}: all {n} centres lie {where}, {extent}; {fix}, or give the colour camera (color_camera)"
+        )
+
+
+def _expect_its_size(pairs: BallPairs, name: str) -> None:
+    """ValueError where the two images show things of different sizes: a wrong radius finds another thing in depth.
+
+    Outline times distance is the same in all frames for one ball: its radius times the colour camera's focal length.
+    """
+    size = pairs.radius_px * pairs.center_cam[:, 2]
+    middle = float(np.median(size))
+    scatter = 1.4826 * float(np.median(np.abs(size - middle))) / middle
+    if scatter > MOST_SIZE_SCATTER:
+        raise ValueError(
+            f"{name}: what is found in depth is not the ball that is found in colour, whose outline shrinks with the "
+            f"distance: their product varies by {100 * scatter:.0f} %; is ball_radius right, nothing else of that "
+            "shape in view, and both images of one moment?"
+        )
 
 
 def check_kept(fit: Fit, found: int, time_offset: bool) -> None:
     """ValueError where most pairs were dropped."""
     kept = int(np.count_nonzero(fit.kept))
     if kept < max(4, LEAST_KEPT * found):
-        late = "" if time_offset else ", or colour is late (time_offset=True)"
+        late = "" if time_offset else ", or colour is late (estimate it: time_offset)"
         raise ValueError(
             f"frames: only {kept} of {found} pairs agree with one map; something else of the ball's colour or shape is "
             f"in view, the cameras move to each other{late}"

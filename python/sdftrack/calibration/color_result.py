@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack.calibration.pairs import BallPairs
 from sdftrack.calibration.projective import ProjectiveMap, RigidMap
+from sdftrack.calibration.statistics import student_t975
 from sdftrack.camera import Camera, RGBDCamera
 
 __all__ = ["ColorCalibration"]
@@ -49,6 +50,8 @@ class ColorCalibration:
         Of the map's unknowns, then of the time offset if it was asked for.
     color_size : (width, height)
         Of the colour images.
+    freedom : int
+        Degrees of freedom of the covariance: intervals are Student's t with so many.
     """
 
     P: Array
@@ -65,6 +68,7 @@ class ColorCalibration:
     map: ProjectiveMap | RigidMap
     map_covariance: Array
     color_size: tuple[int, int]
+    freedom: int
 
     def project(self, points: ArrayLike) -> Array:
         """Colour pixels (N, 2) of points (N, 3) in the depth camera's frame, m."""
@@ -81,6 +85,13 @@ class ColorCalibration:
         variance = np.einsum("nka,ab,nkb->nk", J, self.map_covariance[:n, :n], J)
         return np.sqrt(np.maximum(variance, 0))
 
+    def half_width95_px(self, points: ArrayLike) -> Array:
+        """(N, 2) half of the 95 % intervals (px) of :meth:`project` at points (N, 3): Student's t times :meth:`sd_px`.
+
+        >>> result.half_width95_px([[0.0, 0.0, 1.0]])  # doctest: +SKIP
+        """
+        return student_t975(self.freedom) * self.sd_px(points)
+
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers for JSON."""
         p = self.pairs
@@ -89,6 +100,7 @@ class ColorCalibration:
             "q": self.q.tolist(),
             "covariance": self.covariance.tolist(),
             "covariance_of": "P row by row, then q; scale held by |row 3 of P K| = 1",
+            "degrees_of_freedom": self.freedom,
             "rms_px": self.rms_px,
             "T_color_depth": self.T_color_depth.tolist(),
             "T_covariance": None if self.T_covariance is None else self.T_covariance.tolist(),

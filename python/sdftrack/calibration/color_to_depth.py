@@ -19,6 +19,7 @@ from sdftrack.calibration.pairs import BallPairs
 from sdftrack.calibration.projective import RigidMap, decompose
 from sdftrack.calibration.robust_fit import Fit, fit_map
 from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.checks import THREADS, whole
 from sdftrack.frame import Frame
 
 __all__ = ["calibrate_color_to_depth", "registered", "result_of"]
@@ -94,6 +95,8 @@ def calibrate_color_to_depth(
     >>> tracker = st.Tracker(shape, result.camera)                                         # doctest: +SKIP
     """
     check_arguments(frames, depth_camera, ball_radius, ball_color, mask_fn, color_camera)
+    threads = whole(threads, "threads", 0, what=THREADS)
+    seed = whole(seed, "seed", 0)
     given: Any = frames if hasattr(frames, "__len__") and hasattr(frames, "__getitem__") else list(frames)
     if not len(given):
         raise ValueError("frames: expected at least one, got none")
@@ -107,7 +110,7 @@ def calibrate_color_to_depth(
         progress(1.0)
     result = result_of(fit, pairs, looked.color_size, time_offset)
     if result.rms_px > UNUSUAL_PX:
-        late = "" if time_offset else "is colour late (time_offset=True)? "
+        late = "" if time_offset else "is colour late (estimate it: time_offset)? "
         warnings.warn(
             f"pairs scatter by {result.rms_px:.1f} px, 0.05 to 0.3 px are usual; {late}is ball_radius right, and the "
             "depth camera?",
@@ -176,5 +179,19 @@ def result_of(fit: Fit, pairs: BallPairs, size: tuple[int, int], time_offset: bo
         camera = RGBDCamera(x.depth, None, projective=(P, q))
     sd = float(np.sqrt(fit.covariance[n, n])) if time_offset else 0.0
     return ColorCalibration(
-        P, q, covariance, rms, pairs, T, T_covariance, K, camera, fit.offset_s, sd, x, fit.covariance, size
+        P,
+        q,
+        covariance,
+        rms,
+        pairs,
+        T,
+        T_covariance,
+        K,
+        camera,
+        fit.offset_s,
+        sd,
+        x,
+        fit.covariance,
+        size,
+        fit.freedom,
     )

@@ -48,9 +48,12 @@ def first_map(
             right = agree | ~known  # what the delayed path does not reach is not wrong for that
             best = score, x, agree, right, float(dt)
     if best is None or np.count_nonzero(best[2]) < smallest:
+        few = len(pairs) < smallest + 3
+        more = f"; of so few a single wrong one leaves no map, {2 * smallest} pairs stand some" if few else ""
         raise ValueError(
             f"frames: no map agrees with {smallest} of the {len(pairs)} pairs to {BAND_PX:g} px; is the ball that is "
-            "found in depth the one that is found in colour? Look at the size (ball_radius) and the colour (ball_color)"
+            "found in depth the one that is found in colour? Look at the size (ball_radius) and the colour "
+            f"(ball_color){more}"
         )
     _, x, agree, right, dt = best
     if path is not None:

@@ -24,7 +24,7 @@ from sdftrack.calibration.observability import (
 )
 from sdftrack.calibration.statistics import covariance_of, frame_test, half_width95
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.checks import of_kind
+from sdftrack.checks import THREADS, of_kind, whole
 from sdftrack.frame import Frame
 from sdftrack.places import one_place
 from sdftrack.results import Step
@@ -110,8 +110,8 @@ def calibrate_intrinsics(
         raise TypeError(f"joint: expected True or False, got {joint!r}")
     if residual not in RESIDUALS:
         raise ValueError(f"residual: expected one of {', '.join(RESIDUALS)}, got {residual!r}")
-    if isinstance(max_pixels, bool) or not isinstance(max_pixels, int) or max_pixels < LEAST_READINGS:
-        raise ValueError(f"max_pixels: expected a number of at least {LEAST_READINGS}, got {max_pixels!r}")
+    max_pixels = whole(max_pixels, "max_pixels", LEAST_READINGS)
+    threads = whole(threads, "threads", 0, what=THREADS)
     first = depth_camera(initial_camera)
     names = check_free(free)
     refuse_flat_shape(sdf, names)
@@ -123,6 +123,7 @@ def calibrate_intrinsics(
     follower.follow(frames, _places(initial_pose, mask, box, first), progress)
     _expect_enough(follower)
     refuse_still_object(np.array(problem.core.poses))
+    problem.refuse_what_slides(len(follower.used))
     problem.finish(follower)
     return problem.result(follower, begin)
 
@@ -174,6 +175,14 @@ class _Problem:
     def _values(self, lens: Sequence[float]) -> list[float]:
         return [lens[UNKNOWNS.index(name)] for name in self.sorted]
 
+    def refuse_what_slides(self, frames: int) -> None:
+        """ValueError where the object slides in most frames and leaves unknowns open: with no prior they fly."""
+        self.improve(frames)
+        estimates = self.core.examine()
+        if np.median(estimates["open_shifts"]) > 0:
+            sd = np.sqrt(np.diag(covariance_of(estimates)[np.ix_(self.order, self.order)]))
+            refuse_unobservable(self.free, sd, self.first, frames, estimates["open_shifts"])
+
     def finish(self, follower: Follower) -> None:
         """All frames together, then once more without those that do not fit."""
         most = int(MOST_LEFT_OUT * len(follower.used))
@@ -203,7 +212,7 @@ class _Problem:
             lens[at] = self.per_frame.fused
             covariance = self.per_frame.fused_covariance
         sd = np.sqrt(np.diag(covariance))
-        refuse_unobservable(self.free, sd, self.first, int(np.median(self.estimates["open_turns"])))
+        refuse_unobservable(self.free, sd, self.first, len(follower.used), self.estimates["open_shifts"])
         half = half_width95(sd, len(follower.used))
         poses = np.array(self.core.poses)
         observed = observe(self.core.coverage(COLUMNS, ROWS), poses, self.free, covariance)

@@ -24,6 +24,7 @@ LEAST_IN_CELL = 50  # readings for a cell to count as visited
 ALIKE = 0.95  # correlation beyond which two unknowns are not told apart
 STILL_M, STILL_RAD = 0.01, np.radians(2.0)
 FLAT, FLAT_RAD = 0.6, np.radians(1.0)
+FEW_FRAMES = 20  # of a good sweep, seldom enough
 DEPTH_SPAN, TURN_RAD = 0.2, np.radians(30.0)  # less is too little
 # sd beyond which an unknown is not known: of fx and fy by themselves, of the others as stated.
 HOPELESS = {"fx": 0.2, "fy": 0.2, "cx": 0.2, "cy": 0.2, "skew": 0.1, "k1": 1.0, "k2": 5.0}
@@ -125,21 +126,38 @@ def _unit(v: Array) -> Array:
     return v / np.maximum(np.linalg.norm(v, axis=1, keepdims=True), 1e-12)
 
 
-def refuse_unobservable(names: Sequence[str], sd: Array, camera: Camera, open_turns: int) -> None:
-    """ValueError that names the unknowns on which the frames say next to nothing, and the cause."""
+def refuse_unobservable(
+    names: Sequence[str], sd: Array, camera: Camera, frames: int, open_shifts: Array
+) -> None:
+    """ValueError that names the unknowns on which the frames say next to nothing, and the cause.
+
+    `open_shifts` (M,): along how many directions each frame's readings let the object slide.
+    """
     unit = {"fx": camera.fx, "fy": camera.fy, "cx": camera.width, "cy": camera.width, "skew": camera.fx}
     bad = [
-        f"{name} (sd {s:.3g})"
+        f"{name} ({f'sd {s:.3g}' if np.isfinite(s) else 'not at all'})"
         for name, s in zip(names, sd, strict=True)
         if not s < HOPELESS[name] * unit.get(name, 1.0)
     ]
     if not bad:
         return
-    cause = "move it through the whole image, nearer and farther, and turn it"
-    if open_turns:
-        axes = "about every axis" if open_turns > 1 else "about an axis"
-        cause = f"the shape looks the same when turned {axes}; take one without that symmetry, with edges or corners"
-    raise ValueError(f"frames: the object does not show {', '.join(bad)}: {cause}")
+    raise ValueError(f"frames: the object does not show {', '.join(bad)}: {_cause(frames, open_shifts)}")
+
+
+def _cause(frames: int, open_shifts: Array) -> str:
+    """A body without a symmetry of its own may still look the same when moved: where its ends are out of view."""
+    usual = int(np.median(open_shifts))
+    if usual:
+        way = "along a line" if usual == 1 else "along two lines"
+        return (
+            f"what is in view looks the same when the object is moved {way}, as a pole or a plate does whose ends are "
+            "out of view; show its ends, turn it about the view, or take a smaller one"
+        )
+    if frames < FEW_FRAMES:
+        return (
+            f"{frames} frames are too few for it; record some tens, the object moved and turned between them"
+        )
+    return "move it through the whole image, nearer and farther, and turn it"
 
 
 def _missing_places(coverage: NDArray[Any]) -> list[str]:

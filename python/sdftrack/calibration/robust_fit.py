@@ -21,6 +21,12 @@ MOST_OFF_PX = 25.0  # of a right pair: a colour image 40 ms late, at 1 m/s
 FLOOR_PX = 0.02  # of a colour centre's sd: what sampling of the image leaves even without noise
 STEPS = 60
 MEDIAN_CHI2 = 1.3863  # median of chi-square with two degrees of freedom
+# What the stated noise of the centres counts for, as if so many coordinates had been measured to have it: a dozen
+# pairs on eleven unknowns would else say by chance that there is none.
+STATED_FREEDOM = 10
+LEAST_SHARE_LEFT = (
+    0.05  # of a residual's variance that the unknowns leave: below, it says nothing of its pair
+)
 # Variance of an estimate under Huber's loss over that of plain squares, for Gaussian pairs: with the length r of a
 # pair, E[min(r, k)^2] / 2 over (E[1; r < k] + E[k / (2 r); r > k])^2 at k = 2 (docs/math/color_to_depth.md, eq. 15).
 HUBER_COST = 1.018
@@ -36,6 +42,7 @@ class Fit:
     residual_px: Array
     kept: NDArray[np.bool_]
     scale: float
+    freedom: int  # of the variance: coordinates of kept pairs less the unknowns, and what the stated noise counts for
 
 
 def fit_map(
@@ -59,23 +66,56 @@ def fit_map(
         r, white, _ = _residuals(x, dt, pairs, path)
         usable = np.isfinite(white).all(axis=1)
         usable &= np.linalg.norm(np.nan_to_num(r), axis=1) < MOST_OFF_PX
-        length2 = np.where(usable, (np.nan_to_num(white) ** 2).sum(axis=1), np.inf)
+        length2 = np.where(
+            usable, _studentised(np.nan_to_num(white), _rows(x, dt, pairs, path), kept & usable), np.inf
+        )
         count = int(np.count_nonzero(usable & kept))
         if 2 * count <= unknowns:
             break
-        # Fitted residuals are shorter than true ones by the unknowns' share. The median of all pairs, dropped ones too:
-        # of the kept ones alone it would shrink with every pair dropped, and drop more.
-        middle = float(np.median(length2[usable])) / (1 - unknowns / (2 * count))
-        scale = max(float(np.sqrt(middle / MEDIAN_CHI2)), 1e-6)
+        # The median of all pairs, dropped ones too: of the kept ones alone it would shrink with every pair dropped, and
+        # drop more.
+        measured = float(np.median(length2[usable])) / MEDIAN_CHI2
+        scale = float(np.sqrt(_with_the_stated(measured, 2 * count - unknowns)))
         now = usable & (length2 < DROPPED * scale**2)
         if np.array_equal(now, kept):
             break
         kept = now
     count = int(np.count_nonzero(kept & usable))
-    variance = float(length2[kept & usable].sum()) / max(2 * count - unknowns, 1)
+    left = max(2 * count - unknowns, 0)
+    squares = float((white[kept & usable] ** 2).sum())
+    variance = _with_the_stated(squares / max(left, 1), left)
     covariance = HUBER_COST * variance * _inverse(H, x)
     s = np.append(x.scales, 1.0) if path is not None else x.scales
-    return Fit(x, dt, covariance * np.outer(s, s), r, kept & usable, float(np.sqrt(variance)))
+    return Fit(
+        x, dt, covariance * np.outer(s, s), r, kept & usable, float(np.sqrt(variance)), left + STATED_FREEDOM
+    )
+
+
+def _with_the_stated(measured: float, freedom: int) -> float:
+    """Variance over the stated one: as measured where that is more, else drawn towards the stated, 1, by few data."""
+    return max(measured, (freedom * measured + STATED_FREEDOM) / (freedom + STATED_FREEDOM))
+
+
+def _rows(x: Any, dt: float, pairs: BallPairs, path: Path | None) -> Array:
+    return _residuals(x, dt, pairs, path)[2]
+
+
+def _studentised(white: Array, J: Array, kept: NDArray[np.bool_]) -> Array:
+    """(N,) squared whitened residuals r^T (I -+ J H^+ J^T)^-1 r: those that were fitted are shorter than true ones.
+
+    A pair that was fitted (minus) has pulled the map towards itself; one that was not (plus) stands off by the map's
+    own uncertainty too.
+    """
+    J = np.nan_to_num(J)
+    H = np.einsum("nka,nkb->ab", J[kept], J[kept])
+    d = 1 / np.sqrt(np.diag(H) + 1e-300)
+    inverse = d[:, None] * np.linalg.pinv(H * np.outer(d, d), rcond=1e-10, hermitian=True) * d
+    leverage = np.einsum("nka,ab,nlb->nkl", J, inverse, J)
+    values, vectors = np.linalg.eigh(np.eye(2) + np.where(kept, -1.0, 1.0)[:, None, None] * leverage)
+    along = np.einsum("nkj,nk->nj", vectors, white)
+    # Where the unknowns leave nothing of a residual, nothing is said of its pair.
+    said = values > LEAST_SHARE_LEFT
+    return np.asarray(np.where(said, along**2 / np.where(said, values, 1.0), 0.0).sum(axis=1))
 
 
 def _inverse(H: Array, x: Any) -> Array:

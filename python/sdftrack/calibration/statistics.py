@@ -16,6 +16,7 @@ __all__ = [
     "frame_test",
     "fuse",
     "half_width95",
+    "inverse_of",
     "robust_chi2",
     "student_t975",
 ]
@@ -25,6 +26,8 @@ Estimates = dict[str, Any]  # what `_core.Calibration.examine` returns
 
 LIKELY = 0.999  # a frame that fits is called an outlier once in a thousand
 MOST_NOISE = 2.5  # of a frame, over the median of all
+KNOWN = 1e-6  # of a direction's information, over that of one unknown alone
+LEAST_PART = 1e-3  # squared, of an unknown in an open direction
 CLUSTERED_FROM = 30  # frames beyond the unknowns from which their own scatter is a steady measure
 
 
@@ -57,14 +60,31 @@ def covariance_of(estimates: Estimates) -> Array:
     """
     pulls = estimates["gradient"]
     frames, n = pulls.shape
-    information = estimates["information"].sum(axis=0)
-    if not np.linalg.eigvalsh(information)[0] > 0:
-        return np.diag(np.full(n, np.inf))  # some direction is open
-    total = np.linalg.inv(information)
+    total, open_ = inverse_of(estimates["information"].sum(axis=0))
     if frames - n >= CLUSTERED_FROM:
-        return total @ (pulls.T @ pulls) @ total * frames / (frames - n)
-    excess = max(1.0, float(np.mean(robust_chi2(estimates))) / n)
-    return total @ estimates["scatter"].sum(axis=0) @ total * excess
+        covariance = total @ (pulls.T @ pulls) @ total * frames / (frames - n)
+    else:
+        excess = max(1.0, float(np.mean(robust_chi2(estimates))) / n)
+        covariance = total @ estimates["scatter"].sum(axis=0) @ total * excess
+    covariance[open_] = covariance[:, open_] = 0.0  # an open unknown: nothing to be correlated with
+    covariance[open_, open_] = np.inf
+    return covariance
+
+
+def inverse_of(information: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Pseudo-inverse (n, n) within the directions that are known, and which unknowns (n,) have a part in the others.
+
+    Each unknown is measured by what is said of it alone, so that neither pixels nor plain numbers weigh more. A
+    direction without information, or with less than rounding leaves, is open; with it the unknowns that it mixes.
+    """
+    own = np.diag(information)
+    said: NDArray[np.bool_] = np.asarray(own > 0, dtype=np.bool_)
+    unit = 1 / np.sqrt(np.where(said, own, 1.0))
+    values, vectors = np.linalg.eigh(np.outer(unit, unit) * information)
+    known = values > KNOWN
+    inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T
+    part = (vectors[:, ~known] ** 2).sum(axis=1)
+    return np.outer(unit, unit) * inverse, np.asarray((part > LEAST_PART) | ~said, dtype=np.bool_)
 
 
 def robust_chi2(estimates: Estimates) -> Array:

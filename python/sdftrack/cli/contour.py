@@ -115,7 +115,8 @@ def contour(
     begun = tracker.start(first[1], **place)
     settings = {
         "source": str(source), "box": box, "mask": None if mask is None else str(mask), "memory": memory,
-        "memory_file": None if memory_file is None else str(memory_file), "burn_in": burn_in, "start": start, "stop": stop, "step": step, **tracker.options,
+        "memory_file": None if memory_file is None else str(memory_file), "burn_in": burn_in,
+        "start": start, "stop": stop, "step": step, **tracker.options,
     }  # fmt: skip
     files = ContourFiles(out, overwrite, video.fps, truth, settings)
     total = len(range(start, min(stop or video.count, video.count), step)) if video.count else 0

@@ -19,6 +19,7 @@ from sdftrack.calibration.observe import moving_first, watch
 from sdftrack.calibration.pairs import BallPairs
 from sdftrack.calibration.projective import ProjectiveMap, dlt
 from sdftrack.calibration.robust_fit import fit_map
+from sdftrack.calibration.statistics import student_t975
 from sdftrack.eval.tables import text_table
 from sdftrack.synth.ball import COLOR_CAMERA, DEPTH_CAMERA, BallScene, ball_path, ball_scene
 
@@ -35,7 +36,6 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "Kinect, 10 ms exposure": {"noise": "kinect", "exposure_s": 0.01},
     "Kinect, 1280 x 720 with a lens": {"noise": "kinect", "color_camera": LENS},
 }
-INSIDE_95 = 1.96
 
 
 class Row:
@@ -47,7 +47,7 @@ class Row:
         self.rms_px = float(np.sqrt((e**2).sum(axis=1).mean()))
         self.worst_px = float(np.linalg.norm(e, axis=1).max())
         self.stated_px = float(np.sqrt((result.sd_px(points) ** 2).sum(axis=1).mean()))
-        self.inside = float(np.mean(np.abs(e) < INSIDE_95 * result.sd_px(points)))
+        self.inside = float(np.mean(np.abs(e) < result.half_width95_px(points)))
         kept = result.pairs.kept
         index = result.pairs.index[kept]
         off = result.pairs.color_px[kept] - scene.color_px[index]
@@ -102,13 +102,14 @@ def coverage_of_pairs(runs: int, n: int = 60, seed: int = 0, noise_px: float = 0
             np.full(n, 20.0), np.arange(n) / 15, np.full((n, 2), np.nan), np.ones(n, bool),
         )  # fmt: skip
         fit = fit_map(dlt(pairs.center_cam, pairs.color_px, depth), pairs)
+        t975 = student_t975(fit.freedom)
         P, q = fit.map.Pq()
         G = fit.map.Pq_jacobian()
         sd = np.sqrt(np.diag(G @ fit.covariance @ G.T))
-        hits.append(np.abs(np.append(P.ravel(), q) - wanted) < INSIDE_95 * sd)
+        hits.append(np.abs(np.append(P.ravel(), q) - wanted) < t975 * sd)
         x, J, _ = fit.map.predict(p[::6])
         spread = np.sqrt(np.einsum("nka,ab,nkb->nk", J, fit.covariance, J))
-        mapped.append(np.abs(x - true_px[::6]) < INSIDE_95 * spread)
+        mapped.append(np.abs(x - true_px[::6]) < t975 * spread)
     return float(np.mean(hits)), float(np.mean(mapped))
 
 

@@ -56,7 +56,7 @@ def fit_primitives(
     >>> for fit in st.fit_primitives(frame, camera=camera): print(fit)  # doctest: +SKIP
     """
     wish = Wish(kind, None, seed, scaling, threads)
-    most = whole(most, "most", 1, 2**31 - 1, "a number of objects from 1 on")
+    most = whole(most, "most", 1, what="a number of objects from 1 on")
     of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
     pinhole = camera_of(frame, camera)
     given = checked_mask(mask, frame) if mask is not None else None

@@ -53,7 +53,7 @@ class Primitive:
 
     def __init__(self, kind: str = "auto", *, voxels: int = 100, seed: int = 0) -> None:
         Wish(kind, None, seed, "exact", 0)
-        self.voxels = whole(voxels, "voxels", 16, 2**31 - 1, "a whole number from 16 on")
+        self.voxels = whole(voxels, "voxels", 16)
         self.kind, self.seed = kind, int(seed)
 
     def __repr__(self) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
-from sdftrack.checks import number, numbers, of_kind, whole
+from sdftrack.checks import THREADS, number, numbers, of_kind, whole
 from sdftrack.primitives.result import KINDS, SIZES, SOLIDS, PrimitiveFit
 from sdftrack.results import Status
 
@@ -17,7 +17,6 @@ __all__ = ["Wish", "solve"]
 
 WEAK_INLIERS, LOST_INLIERS = 0.6, 0.2
 LEAST_M, MOST_M = 1e-7, 1e6  # of a start's lengths: beyond them nothing is left of a float's digits
-MOST_THREADS = 2**31 - 1
 UNTOLD = 2  # readings more than unknowns, up to which their spread tells no variance (the core's kUntold)
 FREE = {
     "sphere": 4,
@@ -40,12 +39,12 @@ class Wish:
             raise ValueError(f"kind: expected {', '.join(KINDS)} or 'auto', got {kind!r}")
         if scaling not in _core.Scaling.__members__:
             raise ValueError(f"scaling: expected 'exact' or 'printed', got {scaling!r}")
-        seed = whole(seed, "seed", 0, 2**32 - 1, "a whole number 0..2^32 - 1")
+        seed = whole(seed, "seed", 0, 2**32 - 1)
         self.pose: NDArray[np.float64] | None = None
         self.size: list[float] | None = None
         self.options = _core.PrimitiveFitOptions()
         self.options.seed, self.options.scaling = seed, _core.Scaling.__members__[scaling]
-        self.threads = whole(threads, "threads", 0, MOST_THREADS, "0 (all cores) or a number of threads")
+        self.threads = whole(threads, "threads", 0, what=THREADS)
         self.kinds = SOLIDS if kind == "auto" else (kind,)
         if initial is not None:
             self._begin_at(kind, initial)
