@@ -19,6 +19,7 @@ namespace {
 constexpr int kMostTwinDraws = 1000;
 constexpr int kBalanceRounds = 8;
 constexpr double kBalanced = 0.005;  // log-likelihood that the last step could still gain: 0.1 sd
+constexpr double kLeastHits = 0.8;   // of the most that any lens had, for one to be called better
 constexpr double kOpenShift = 1e-3;
 constexpr double kKnown = 1e-6;  // of a direction's information, over that of one unknown alone
 
@@ -125,14 +126,19 @@ void IntrinsicsProblem::balance(LensSolver* solver) {
   const int n = free_.count();
   Lens best = lens_;
   double least = std::numeric_limits<double>::infinity();
+  long most_hits = 0;
   for (int round = 0; round < kBalanceRounds; ++round) {
     solver->poses();
     SharedMatrix information = SharedMatrix::Zero(n, n);
     SharedVector pull = SharedVector::Zero(n);
-    for (const FrameEstimate& frame : examine()) information += frame.information, pull += frame.gradient;
+    long hits = 0;
+    for (const FrameEstimate& frame : examine())
+      information += frame.information, pull += frame.gradient, hits += frame.hits;
+    most_hits = std::max(most_hits, hits);
     const SharedVector step = step_within_the_known(information, pull);
     const double gain = -0.5 * step.dot(pull);
-    if (!(gain >= 0 && gain < least)) {
+    // Nothing pulls a lens under which the rays miss: that is no balance.
+    if (!(gain >= 0 && gain < least) || hits < kLeastHits * most_hits) {
       lens_ = best;
       solver->poses();
       return;
