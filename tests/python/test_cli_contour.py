@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from sdftrack.cli.app import run
+from sdftrack.contour.memory import ShapeMemory
 from sdftrack.io.color_video import ColorVideo
 from sdftrack.io.frames import read_mask, write_color, write_mask
 from sdftrack.io.video import write_video
@@ -300,3 +301,36 @@ def test_the_tables_options_reach_the_tracker(scene, tmp_path, capsys):
     assert run(["config"]) == 0
     file.write_text(capsys.readouterr().out)
     assert run([*given, "--config", str(file), "--out", str(tmp_path / "d")]) == 0
+
+
+def test_a_memory_is_kept_in_a_file_and_goes_on_from_it(scene, tmp_path, capsys):
+    root, box, _ = scene
+    kept = tmp_path / "blob.shapes"
+    command = ["contour", str(root / "rgb"), "--box", box, "--memory", "--memory-file", str(kept), "--quiet"]
+    assert run([*command, "--out", str(tmp_path / "a")]) == 0
+    learnt = ShapeMemory.load(kept).n_learnt
+    assert learnt == FRAMES - 1
+    assert run([*command, "--burn-in", "60", "--out", str(tmp_path / "b")]) == 0
+    assert ShapeMemory.load(kept).n_learnt == 2 * learnt
+    assert run([*command, "--out", str(tmp_path / "c")]) == 0
+    judged = json.loads((tmp_path / "c" / "result.json").read_text())["frames"][1:]
+    assert all(frame["judgement"] is not None for frame in judged)  # a taught memory judges from the first frame
+
+
+@pytest.mark.parametrize("option", [["--memory-file", "m.shapes"], ["--burn-in", "3"]])
+def test_options_of_a_memory_need_one(scene, tmp_path, capsys, option):
+    root, box, _ = scene
+    assert run(["contour", str(root / "rgb"), "--box", box, *option, "--out", str(tmp_path / "out")]) == 2
+    assert "--memory" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_file_that_is_no_memory_is_refused_and_stays(scene, tmp_path, capsys):
+    root, box, _ = scene
+    other = tmp_path / "notes.txt"
+    other.write_text("mine")
+    args = ["--memory", "--memory-file", str(other), "--out", str(tmp_path / "out")]
+    assert run(["contour", str(root / "rgb"), "--box", box, *args]) == 1
+    assert "notes.txt" in capsys.readouterr().err
+    assert other.read_text() == "mine"
+    assert not (tmp_path / "out").exists()

@@ -9,7 +9,9 @@ import pytest
 import sdftrack as st
 
 FRAMES = 12
-FADED = 0.5  # of the way from the object's colour to the background's, at which a frame is weak and not lost
+FADED = (
+    0.15  # of the way from the colour of the object to that of the ground, at which a frame is weak, not lost
+)
 
 
 def disc(part: float = 0.0, at: float = 60.0) -> np.ndarray:
