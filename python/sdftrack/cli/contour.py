@@ -143,9 +143,9 @@ def _memory(wanted: bool, path: Path | None, burn_in: int | None) -> tuple[Any, 
         return None, 0
     from sdftrack.contour.memory import ShapeMemory
 
-    known = path is not None and path.exists()
-    shapes = ShapeMemory.load(path) if known else ShapeMemory()
-    return shapes, burn_in if burn_in is not None else (0 if known else BURN_IN)
+    if path is not None and path.exists():
+        return ShapeMemory.load(path), burn_in or 0
+    return ShapeMemory(), BURN_IN if burn_in is None else burn_in
 
 
 def _follow(tracker: Any, frames: Iterable[tuple[int, Any]], files: Any, last: Any) -> None:
