@@ -18,7 +18,7 @@ struct Center {
 
 // Of the pixels of a centre; x and y in pixels.
 struct CenterSums {
-  std::int64_t count = 0, color[3] = {0, 0, 0}, x = 0, y = 0, z = 0;
+  std::int64_t color[3] = {0, 0, 0}, count = 0, x = 0, y = 0, z = 0, none = 0;  // eight: RowOps::settle
 
   HD void add(const CenterSums& other) {
     count += other.count, x += other.x, y += other.y, z += other.z;
@@ -26,10 +26,10 @@ struct CenterSums {
   }
 };
 
-// a / n to the nearest, halves upwards; n > 0.
+// a / n to the nearest, halves upwards; 0 < n < 2^31 and |a| < 2^46. The quotient of two doubles is rounded
+// by less than what a ratio of such numbers misses a whole number by, unless it is one.
 HD int rounded_ratio(std::int64_t a, std::int64_t n) {
-  const std::int64_t twice = 2 * a + n, by = 2 * n, q = twice / by;
-  return static_cast<int>(twice % by < 0 ? q - 1 : q);
+  return whole_below(static_cast<double>(2 * a + n) / static_cast<double>(2 * n));
 }
 
 // The mean; a centre without pixels stays where it is. Returns how far it went (Table A.1's residual, in

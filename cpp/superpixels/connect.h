@@ -6,60 +6,70 @@
 //     each such region chooses its largest neighbour (of equals the one that comes first in the image);
 //     each is joined with its choice, all at once
 //
-// then numbers in the order of the image.
+// then numbers in the order of the image. Rows are done in bands, on any number of threads.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
+
+#include "superpixels/phases.h"
+#include "superpixels/run_ops.h"
 
 namespace sdftrack {
 
 class Connect {
  public:
-  // The runs of all rows, one after another: first pixel of each and one past the last, its centre (< 0:
-  // outside the mask), the first run of each row and one more. Borrowed, until write() is done; `center` only
-  // until then.
-  // `spare`: memory that may be used meanwhile, where it is enough.
-  void begin(int height, int width, const int* start, const int* center, std::vector<int> row,
-             std::span<int> spare);
-  int runs() const { return static_cast<int>(parent_.size()); }
-  int first_run(int y) const { return row_[static_cast<std::size_t>(y)]; }
+  // y_begin: rows of bands, and one more. Memory for a number for each pixel, borrowed until write():
+  // `parent`, which stays as it is, and `best`, which may be where the labels will be.
+  void begin(int width, const std::vector<int>* y_begin, bool masked, int* parent, int* best);
 
-  // Joins what touches between row y and the one above; on several threads if each has rows of its own.
-  void join_rows(int y);
-  // After all rows: joins what is smaller than min_size, and numbers. Returns the number of regions.
-  int finish(std::int64_t min_size);
-  // Without connectivity: the centres that have pixels are numbered in their order.
-  int number_centers(int centers);
-  // The label of each pixel of rows begin..end - 1; 0 outside the mask.
-  void write(int begin, int end, int first_label, int* labels) const;
+  // Each called by all threads together. `codes`: of all pixels, rows without gaps; see RunOps::mark.
+  void find_runs(Phases* phases, const std::uint8_t* codes);
+  void join(Phases* phases, std::int64_t min_size);
+  void write(Phases* phases, int first_label, int* labels);
 
+  // In place of join(): the numbers of centres, of which some have pixels; center_of(x, y).
+  template <class CenterOf>
+  void take_centers(int centers, const CenterOf& center_of);
+
+  int regions() const { return regions_; }  // after join() or take_centers()
   std::size_t bytes() const;
 
  private:
-  struct Choice {
-    int root, size, best;
-  };
-  int root(int run);
-  void absorb(std::int64_t min_size);
-  void choose(const std::vector<int>& small);
-  bool join_choices();
-  template <class Visit>
-  void each_neighbor(int run, const Visit& visit) const;
-  int run_end(int run) const { return start_[run + 1]; }
+  int band_begin(int band) const { return (*y_begin_)[static_cast<std::size_t>(band)]; }
+  template <class Work>
+  void each_row(Phases* phases, const Work& work);
+  void number_roots(Phases* phases);
 
-  int height_ = 0, width_ = 0;
-  const int* start_ = nullptr;
-  const int* center_ = nullptr;
-  std::vector<int> row_;
-  std::vector<int> parent_;                  // never a later run; afterwards the label, from 0, or -1
-  std::vector<int> size_;                    // of roots
-  int *above_ = nullptr, *below_ = nullptr;  // the first run that touches, in the rows above and below
-  std::vector<int> own_;                     // where these are if there is nothing spare
-  std::vector<int> small_;
-  std::vector<Choice> choices_;
+  const std::vector<int>* y_begin_ = nullptr;
+  RunTable table_;
+  bool masked_ = false, again_ = false;
+  int regions_ = 0;
+  std::vector<std::uint64_t> begins_, marks_;
+  std::vector<int> first_;
+  std::vector<int> counted_;  // of each band
 };
+
+template <class CenterOf>
+void Connect::take_centers(int centers, const CenterOf& center_of) {
+  std::vector<int> number(static_cast<std::size_t>(centers), -1);
+  const auto each = [&](const auto& visit) {
+    for (int y = 0; y < table_.height; ++y) {
+      int run = table_.first[y] - 1;
+      for (int x = 0; x < table_.width; ++x)
+        if (table_.row_begins(y)[x / 64] >> x % 64 & 1) visit(++run, center_of(x, y));
+    }
+  };
+  each([&](int, int center) {
+    if (center >= 0) number[static_cast<std::size_t>(center)] = 0;
+  });
+  regions_ = 0;
+  for (int& n : number)
+    if (n == 0) n = regions_++;
+  each([&](int run, int center) {
+    table_.parent[run] = center < 0 ? kNobody : -1 - number[static_cast<std::size_t>(center)];
+  });
+}
 
 }  // namespace sdftrack

@@ -7,10 +7,10 @@ namespace sdftrack {
 
 namespace {
 
-constexpr double kFinest = 64;  // parts of a unit of L*a*b*: 100 * 64 and 108 * 64 fit into 14 bits
-// m * scale at most: a centre is at most 2.6 S away from the middle of a pixel's cell along an axis, and
-// twice that must fit into 16 bits; the squared distance, (257^2 + 2 * (3 m)^2) scale^2, into 31.
-constexpr double kMostReach = 6000;
+constexpr double kFinest = 32;  // parts of a unit of L*a*b*: 8 * 108 * 32 fits into 16 bits
+// m * scale at most: a centre is at most 2.6 S away from the middle of a pixel's cell along an axis, and 8
+// times that must fit into 16 bits; the squared distance, (259^2 + 2 * (3.1 m)^2) scale^2, into 27.
+constexpr double kMostReach = 1500;
 
 std::vector<int> borders(int length, int parts) {
   std::vector<int> begin(static_cast<std::size_t>(parts) + 1);
@@ -38,7 +38,7 @@ CellGrid make_grid(int width, int height, std::int64_t pixels, int n_segments, d
   g.ny = static_cast<int>(std::clamp(std::round(height / step), 1., static_cast<double>(height)));
   g.nx = static_cast<int>(std::clamp(std::round(wanted / g.ny), 1., static_cast<double>(width)));
   g.side_px = std::max(static_cast<double>(width) / g.nx, static_cast<double>(height) / g.ny);
-  while (g.scale > 1 && compactness * g.scale > kMostReach) g.scale /= 2;
+  while (compactness * g.scale > kMostReach) g.scale /= 2;
   g.unit = compactness * g.scale / g.side_px;
   g.x_begin = borders(width, g.nx), g.y_begin = borders(height, g.ny);
   g.x_middle = middles(g.x_begin, g.unit), g.y_middle = middles(g.y_begin, g.unit);

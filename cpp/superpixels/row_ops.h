@@ -6,59 +6,81 @@
 #include <cstdint>
 
 #include "base/isa.h"
+#include "superpixels/center.h"
 #include "superpixels/color.h"
 
 namespace sdftrack {
 
 constexpr int kNear = 9;                // centres that a pixel may belong to
-constexpr std::uint8_t kOutside = 255;  // in place of the id of one: outside the mask
+constexpr std::uint8_t kOutside = 255;  // in place of a code: outside the mask
+
+// What is kept for a pixel to say which centre it has: column and row of the centre's cell, each modulo 4.
+// Two pixels that touch can have centres of 4 x 4 cells, so equal codes of theirs are the same centre.
+constexpr int kCodes = 16;
+HD std::uint8_t code_of(int i, int j) { return static_cast<std::uint8_t>((j & 3) << 2 | (i & 3)); }
 
 enum class SlicDistance { kSquared, kThesis };
 
-// The centres around a cell, places counted from the cell's middle. Pairs of 16 bits, see color.h. Room for
-// whole packs.
+// The centres around a cell, row by row through the 3 x 3 cells, places counted from the cell's middle; room
+// for whole packs. What is left of the 9 is filled with copies of the first, which are never nearer.
 constexpr int kNearRoom = 16;
 struct NearCenters {
   int count = 0;
-  alignas(64) int id[kNearRoom] = {};   // 0..8: row by row through the 3 x 3 cells
-  alignas(64) int c01[kNearRoom] = {};  // colour
-  alignas(64) int c2x[kNearRoom] = {};  // colour and x
+  int id[kNearRoom] = {};  // 0..8
+  alignas(16) std::uint8_t code[kNearRoom] = {};
+  alignas(64) int c0[kNearRoom] = {};
+  alignas(64) int c1[kNearRoom] = {};
+  alignas(64) int c2[kNearRoom] = {};
+  alignas(64) int x[kNearRoom] = {};
   alignas(64) int y[kNearRoom] = {};
   alignas(64) int z[kNearRoom] = {};
 };
 
 // Pixels of a cell, or some rows of it. z may be null.
 struct CellRows {
-  const int* c01;
-  const int* c2x;
+  const int* c01;  // pairs of 16 bits, see color.h: colour
+  const int* c2x;  // colour and x, counted from the cell's middle
   const int* z;
   std::ptrdiff_t stride;
   int width, rows;
+  const int* x;  // of each column and
   const int* y;  // of each row, counted from the cell's middle
 };
 
 // What becomes of them.
 struct Tile {
-  const std::uint8_t* was;  // ids up to now, or kOutside; strides as of CellRows; a pack more can be read
+  const std::uint8_t* was;  // codes up to now, or kOutside; strides as of CellRows; a pack more can be read
   std::uint8_t* now;        // rows have room for a pack more than the cell is wide
   int stride;               // of `now`
-  int* changed;             // room for all pixels and a pack
+  std::uint16_t*
+      changed;  // a bit for each of 16 pixels that has a new code; columns of 16, one after another
 };
-constexpr int kTile = 8192;  // pixels, rows of `now` in full
-HD int changed_at(int row, int x) { return row << 16 | x; }
+constexpr int kTile = 8192;                                                   // pixels, rows of `now` in full
+HD int padded_rows(const CellRows& cell) { return (cell.rows + 3) / 4 * 4; }  // read four at a time
+HD int changed_slots(const CellRows& cell) { return (cell.width + 15) / 16 * padded_rows(cell); }
+constexpr int kMostSlots = 4096;  // changed_slots() of a tile is less: its rows have more than 16 in `now`
+
+// What the sums of a centre gain in a tile, in the order of CenterSums: 2^13 pixels of less than 2^13 each
+// fit. x and y in pixels from the tile's first.
+struct Gains {
+  alignas(32) int sums[8];
+};
 
 struct RowOps {
   // Light (RGB: values) of a row to pairs; x of each pixel counted from its cell's middle.
   void (*convert)(ColorSpace, const float* r, const float* g, const float* b, int n, float scale,
                   const int* x, int* c01, int* c2x);
-  // Adds up the three colours of a row of n < 2^16 pixels.
-  void (*sum)(const int* c01, const int* c2x, int n, int* sums);
   // Values in 0..1 to light.
   void (*linearize)(const float* values, int n, float* light);
-  // The id of the nearest centre, the first of equals, for each pixel; rows of `now` are tile.stride apart.
-  // Lists the pixels whose id it changes, in the order of rows, as changed_at(row, x), and returns how many
-  // they are.
-  int (*nearest)(SlicDistance, const CellRows&, const NearCenters&, const Tile& tile);
+  // The code of the nearest centre, the first of equals, for each pixel, and which of them have changed.
+  void (*nearest)(SlicDistance, const CellRows&, const NearCenters&, const Tile& tile);
+  // Adds up the three colours of a tile.
+  void (*sum)(const CellRows&, int* color);
+  // Takes the changed pixels from their old centres, gives them to the new ones and writes their codes;
+  // whether there are any. first: all of them have the same old one.
+  bool (*move)(const CellRows&, const Tile&, bool first, std::uint8_t* codes, Gains* gains);
+  // Gains to sums, and 0 from then on; x and y of the tile's first pixel.
+  void (*settle)(Gains* gains, int x, int y, CenterSums* sums);
 
   static const RowOps baseline, avx2, avx512;
 };

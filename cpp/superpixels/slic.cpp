@@ -2,8 +2,6 @@
 #include "superpixels/slic.h"
 
 #include <algorithm>
-#include <atomic>
-#include <barrier>
 #include <cstring>
 #include <numeric>
 #include <span>
@@ -26,31 +24,6 @@ bool same_grid(const CellGrid& a, const CellGrid& b) {
          a.unit == b.unit;
 }
 
-// What the threads do together, one phase after another: bands handed out one by one, or something done once.
-class Phases {
- public:
-  Phases(int threads, int bands) : bands_(bands), done_(threads, Again{&next_}) {}
-  template <class Work>
-  void each(const Work& work) {
-    for (int band = next_++; band < bands_; band = next_++) work(band);
-    done_.arrive_and_wait();
-  }
-  template <class Work>
-  void once(const Work& work) {
-    if (next_++ == 0) work();
-    done_.arrive_and_wait();
-  }
-
- private:
-  struct Again {
-    std::atomic<int>* next;
-    void operator()() noexcept { *next = 0; }
-  };
-  const int bands_;
-  std::atomic<int> next_{0};
-  std::barrier<Again> done_;
-};
-
 }  // namespace
 
 void Slic::prepare(const SlicImage& image, const SlicOptions& options) {
@@ -61,9 +34,8 @@ void Slic::prepare(const SlicImage& image, const SlicOptions& options) {
   if (inside_ == 0) throw std::invalid_argument("mask: expected at least one pixel inside, got none");
   grid_ = make_grid(image.width, image.height, inside_, options.n_segments, options.compactness);
   made_with_ = options;
-  c01_.resize(at(pixels) + 1), row_runs_.resize(at(image.height)),
-      z_.resize(at(options.depth_weight > 0 ? pixels : 0));
-  near_.resize(at(pixels) + 16);  // a pack more is read
+  c01_.resize(at(pixels)), z_.resize(at(options.depth_weight > 0 ? pixels : 0));
+  codes_.resize(at(pixels) + 2 * kMargin);
   centers_.resize(at(grid_.cells())), sums_.resize(at(std::int64_t{3} * grid_.cells()));
   x_place_.resize(at(image.width)), y_place_.resize(at(image.height));
   for (int i = 0; i < grid_.nx; ++i)
@@ -98,10 +70,12 @@ void Slic::convert_rows(const SlicImage& image, const SlicOptions& options, int 
       ops().convert(options.space, light[0], light[1], light[2], n, static_cast<float>(grid_.scale),
                     x_place_.data() + x, c01_.data() + row + x, c2x + row + x);
     }
-    if (image.mask)
-      for (int x = 0; x < width; ++x) near_[at(row + x)] = image.mask[row + x] ? 4 : kOutside;
-    else
-      std::memset(near_.data() + row, 4, at(width));
+    std::uint8_t* const row_codes = codes() + row;
+    for (int i = 0; i < grid_.nx; ++i)
+      std::memset(row_codes + grid_.x_begin[at(i)], code_of(i, band),
+                  at(grid_.x_begin[at(i) + 1] - grid_.x_begin[at(i)]));
+    for (int x = 0; x < width && image.mask; ++x)
+      if (!image.mask[row + x]) row_codes[x] = kOutside;
     if (options.depth_weight > 0)
       depth_row(image.depth_m + row, width, options.depth_weight * grid_.scale, z_.data() + row);
   }
@@ -123,33 +97,29 @@ void Slic::place_centers(const SlicImage& image, int band, const int* c2x, bool 
 }
 
 // Every pixel belongs to its own cell's centre before the first iteration.
-void Slic::sum_cells(int band, const int* c2x, bool masked) {
-  CenterSums* const sums = sums_.data() + std::int64_t{3} * band * grid_.nx;
-  std::fill(sums, sums + 3 * grid_.nx, CenterSums{});
-  const int y_begin = grid_.y_begin[at(band)], y_end = grid_.y_begin[at(band) + 1];
-  for (int y = y_begin; y < y_end; ++y) {
-    const std::int64_t row = static_cast<std::int64_t>(y) * grid_.width;
-    for (int i = 0; i < grid_.nx; ++i) {
-      const int x = grid_.x_begin[at(i)], n = grid_.x_begin[at(i) + 1] - x;
-      CenterSums& own = sums[grid_.nx + i];
-      if (masked)
-        add_masked(c01_.data() + row + x, c2x + row + x, near_.data() + row + x, n, x, y, &own);
-      else
-        add_whole(ops(), c01_.data() + row + x, c2x + row + x, n, x, y, &own);
-      for (int k = 0; k < n && !z_.empty(); ++k)
-        if (near_[at(row + x + k)] != kOutside) own.z += z_[at(row + x + k)];
-    }
+void Slic::sum_home(int i, int band, const CellRows& cell, int x, int y, bool masked) {
+  CenterSums& own = sums_[at((std::int64_t{3} * band + 1) * grid_.nx + i)];
+  if (!masked) add_whole(ops(), cell, x, y, &own);
+  for (int row = 0; row < cell.rows && (masked || cell.z); ++row) {
+    const std::ptrdiff_t first = row * cell.stride;
+    const std::uint8_t* const row_codes = codes() + static_cast<std::ptrdiff_t>(y + row) * grid_.width + x;
+    if (masked) add_masked(cell.c01 + first, cell.c2x + first, row_codes, cell.width, x, y + row, &own);
+    for (int k = 0; k < cell.width && cell.z; ++k)
+      if (row_codes[k] != kOutside) own.z += cell.z[first + k];
   }
 }
 
-void Slic::assign(int band, const SlicOptions& options, const int* c2x) {
+void Slic::assign(int band, const SlicOptions& options, const int* c2x, bool first) {
   alignas(64) std::uint8_t now[kTile + 64];
-  int changed[kTile + 16];
-  Gains gains[kNear];
+  std::uint16_t changed[kMostSlots];
+  Gains gains[kCodes]{};
+  NearCenters near;
   CenterSums* const sums = sums_.data() + std::int64_t{3} * band * grid_.nx;
+  if (first) std::fill(sums, sums + 3 * grid_.nx, CenterSums{});
+  const bool masked = inside_ < static_cast<std::int64_t>(grid_.width) * grid_.height;
   const int y_begin = grid_.y_begin[at(band)], y_end = grid_.y_begin[at(band) + 1];
   for (int i = 0; i < grid_.nx; ++i) {
-    const NearCenters near = near_centers(grid_, centers_.data(), i, band);
+    find_near(grid_, centers_.data(), i, band, &near);
     if (near.count == 0) continue;  // no pixel inside the mask
     const int x_end = grid_.x_begin[at(i) + 1];
     for (int x = grid_.x_begin[at(i)]; x < x_end; x += kTile) {  // one step but in very wide cells
@@ -157,20 +127,22 @@ void Slic::assign(int band, const SlicOptions& options, const int* c2x) {
       const int stride = (n + 31) / 16 * 16, rows_at_once = std::max(1, kTile / stride);
       for (int y = y_begin; y < y_end; y += rows_at_once) {
         const int rows = std::min(rows_at_once, y_end - y);
-        const std::int64_t first = static_cast<std::int64_t>(y) * grid_.width + x;
-        const CellRows cell{c01_.data() + first, c2x + first, z_.empty() ? nullptr : z_.data() + first,
-                            grid_.width,         n,           rows,
+        const std::int64_t from = static_cast<std::int64_t>(y) * grid_.width + x;
+        const CellRows cell{c01_.data() + from,
+                            c2x + from,
+                            z_.empty() ? nullptr : z_.data() + from,
+                            grid_.width,
+                            n,
+                            rows,
+                            x_place_.data() + x,
                             y_place_.data() + y};
-        const Tile tile{near_.data() + first, now, stride, changed};
-        const int found = ops().nearest(options.distance, cell, near, tile);
-        if (found == 0) continue;
-        if (cell.z)
-          move_pixels<true>(cell, tile, found, near_.data() + first, gains);
-        else
-          move_pixels<false>(cell, tile, found, near_.data() + first, gains);
+        if (first) sum_home(i, band, cell, x, y, masked);
+        const Tile tile{codes() + from, now, stride, changed};
+        ops().nearest(options.distance, cell, near, tile);
+        if (!ops().move(cell, tile, first, codes() + from, gains)) continue;
         for (int k = 0; k < near.count; ++k) {
           const int id = near.id[k];
-          settle(&gains[id], x, y, &sums[(id / 3) * grid_.nx + i + id % 3 - 1]);
+          ops().settle(&gains[near.code[k]], x, y, &sums[(id / 3) * grid_.nx + i + id % 3 - 1]);
         }
       }
     }
@@ -191,32 +163,15 @@ std::int64_t Slic::update(int band) {
   return moved;
 }
 
-// The runs of a band, left where its pixels were: there are not more of them.
-void Slic::band_runs(int band, int* center) {
-  std::int64_t to = static_cast<std::int64_t>(grid_.y_begin[at(band)]) * grid_.width;
-  for (int y = grid_.y_begin[at(band)]; y < grid_.y_begin[at(band) + 1]; ++y) {
-    const std::int64_t row = static_cast<std::int64_t>(y) * grid_.width;
-    row_runs_[at(y)] = find_runs(grid_, near_.data() + row, y, band, c01_.data() + to, center + to);
-    to += row_runs_[at(y)];
-  }
-}
-
-// Those of all bands side by side.
-void Slic::gather_runs(const SlicImage& image, int* center) {
-  std::vector<int> first(at(image.height) + 1);
-  int to = 0;
-  for (int band = 0; band < grid_.ny; ++band) {
-    const int begin = to;
-    for (int y = grid_.y_begin[at(band)]; y < grid_.y_begin[at(band) + 1]; ++y)
-      first[at(y)] = to, to += row_runs_[at(y)];
-    const std::int64_t from = static_cast<std::int64_t>(grid_.y_begin[at(band)]) * grid_.width;
-    std::memmove(c01_.data() + begin, c01_.data() + from, at(to - begin) * sizeof(int));
-    std::memmove(center + begin, center + from, at(to - begin) * sizeof(int));
-  }
-  first[at(image.height)] = to;
-  c01_[at(to)] = image.height * image.width;
-  connect_.begin(image.height, image.width, c01_.data(), center, std::move(first),
-                 std::span(c01_).subspan(at(to) + 1));
+// The cell of the centre of a pixel, -1 outside the mask.
+int Slic::center_of(int x, int y) const {
+  const auto cell_of = [](const std::vector<int>& begin, int v) {
+    return static_cast<int>(std::upper_bound(begin.begin(), begin.end(), v) - begin.begin()) - 1;
+  };
+  const int code = codes_[kMargin + at(static_cast<std::int64_t>(y) * grid_.width + x)];
+  if (code == kOutside) return -1;
+  const int left = cell_of(grid_.x_begin, x) - 1, above = cell_of(grid_.y_begin, y) - 1;
+  return (above + (((code >> 2) - above) & 3)) * grid_.nx + left + (((code & 3) - left) & 3);
 }
 
 SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool resume, int threads,
@@ -230,21 +185,21 @@ SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool re
         "start: expected an image of the size, options and colour space of the last one, without a mask; "
         "start "
         "anew");
-  const bool masked = image.mask != nullptr;
   const int workers = std::min(thread_count(threads), grid_.ny);
   std::vector<std::int64_t> moved(at(grid_.ny));
   SlicResult result;
   bool going = true;
+  const auto smallest =
+      static_cast<std::int64_t>(options.min_size * (static_cast<double>(inside_) / options.n_segments));
+  // The colours are done with before the regions come, and so is their second half before the labels.
+  connect_.begin(image.width, &grid_.y_begin, image.mask != nullptr, c01_.data(), labels);
   Phases phases(workers, grid_.ny);
   parallel_for(at(workers), workers, [&](std::size_t) {
-    int* const c2x = labels;  // done with before the labels come
+    int* const c2x = labels;
     phases.each([&](int band) { convert_rows(image, options, band, c2x); });
-    phases.each([&](int band) {
-      place_centers(image, band, c2x, resume);
-      sum_cells(band, c2x, masked);
-    });
+    phases.each([&](int band) { place_centers(image, band, c2x, resume); });
     for (int round = 1; round <= options.max_iterations && going; ++round) {
-      phases.each([&](int band) { assign(band, options, c2x); });
+      phases.each([&](int band) { assign(band, options, c2x, round == 1); });
       phases.each([&](int band) { moved[at(band)] = update(band); });
       phases.once([&] {
         const std::int64_t way = std::accumulate(moved.begin(), moved.end(), std::int64_t{0});
@@ -253,32 +208,21 @@ SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool re
         going = way != 0;  // nothing has moved: nothing will
       });
     }
-    int* const center = labels;
-    phases.each([&](int band) { band_runs(band, center); });
-    phases.once([&] { gather_runs(image, center); });
+    connect_.find_runs(&phases, codes());
     if (options.connected)
-      phases.each([&](int band) {
-        for (int y = grid_.y_begin[at(band)] + 1; y < grid_.y_begin[at(band) + 1]; ++y) connect_.join_rows(y);
-      });
-    phases.once([&] {
-      if (!options.connected) {
-        result.segments = connect_.number_centers(grid_.cells());
-        return;
-      }
-      for (int band = 1; band < grid_.ny; ++band) connect_.join_rows(grid_.y_begin[at(band)]);
-      const double mean = static_cast<double>(inside_) / options.n_segments;
-      result.segments = connect_.finish(static_cast<std::int64_t>(options.min_size * mean));
-    });
-    phases.each([&](int band) {
-      connect_.write(grid_.y_begin[at(band)], grid_.y_begin[at(band) + 1], options.first_label, labels);
-    });
+      connect_.join(&phases, smallest);
+    else
+      phases.once(
+          [&] { connect_.take_centers(grid_.cells(), [&](int x, int y) { return center_of(x, y); }); });
+    connect_.write(&phases, options.first_label, labels);
   });
+  result.segments = connect_.regions();
   return result;
 }
 
 std::size_t Slic::bytes() const {
   return sizeof(int) * (c01_.capacity() + z_.capacity() + x_place_.capacity() + y_place_.capacity()) +
-         near_.capacity() + sizeof(Center) * centers_.capacity() + sizeof(CenterSums) * sums_.capacity() +
+         codes_.capacity() + sizeof(Center) * centers_.capacity() + sizeof(CenterSums) * sums_.capacity() +
          connect_.bytes();
 }
 

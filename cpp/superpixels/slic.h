@@ -38,8 +38,7 @@ struct SlicResult {
   double residual = 0;  // of the last iteration: mean way of a centre, L1, in units of colour
 };
 
-// Holds the working memory, 5 bytes a pixel and 8 a run (connect.h), from call to call, and the centres of
-// the last image.
+// Holds the working memory, 5 bytes a pixel, from call to call, and the centres of the last image.
 class Slic {
  public:
   // `labels`: height x width; also used for work in between. resume: the centres of the last image are the
@@ -56,11 +55,10 @@ class Slic {
   void prepare(const SlicImage& image, const SlicOptions& options);
   void convert_rows(const SlicImage& image, const SlicOptions& options, int band, int* c2x);
   void place_centers(const SlicImage& image, int band, const int* c2x, bool resume);
-  void sum_cells(int band, const int* c2x, bool masked);
-  void assign(int band, const SlicOptions& options, const int* c2x);
+  void sum_home(int i, int band, const CellRows& cell, int x, int y, bool masked);
+  void assign(int band, const SlicOptions& options, const int* c2x, bool first);
   std::int64_t update(int band);
-  void band_runs(int band, int* center);
-  void gather_runs(const SlicImage& image, int* center);
+  int center_of(int x, int y) const;
 
   CellGrid grid_;
   std::int64_t inside_ = 0;  // pixels to divide
@@ -69,11 +67,12 @@ class Slic {
   ColorSpace light_of_ = ColorSpace::kXyz;
   bool light_made_ = false;
   std::vector<int> c01_, z_;
-  std::vector<std::uint8_t> near_;  // which of the 9, kOutside outside the mask
+  std::vector<std::uint8_t> codes_;           // the code of each pixel's centre, kOutside outside the mask
+  static constexpr std::size_t kMargin = 64;  // that can be read on either side of codes_
+  std::uint8_t* codes() { return codes_.data() + kMargin; }
   std::vector<int> x_place_, y_place_;
   std::vector<Center> centers_;
   std::vector<CenterSums> sums_;  // of a band of cells: 3 rows of centres
-  std::vector<int> row_runs_;     // of each row
   Connect connect_;
 };
 

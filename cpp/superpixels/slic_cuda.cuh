@@ -170,7 +170,7 @@ struct MoveCenters {
       if (!p.centers[c].used) continue;
       std::int64_t v[7];
       for (int k = 0; k < 7; ++k) v[k] = static_cast<std::int64_t>(p.sums[7 * c + k]);
-      const CenterSums sums{v[0], {v[1], v[2], v[3]}, v[4], v[5], v[6]};
+      const CenterSums sums{{v[1], v[2], v[3]}, v[0], v[4], v[5], v[6]};
       const std::int64_t way = move_center(sums, s.unit, &p.centers[c]);
       if (way != 0) atomicAdd(reinterpret_cast<Word*>(&p.moved[round]), static_cast<Word>(way));
     }

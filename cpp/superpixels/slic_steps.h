@@ -2,7 +2,6 @@
 // The small steps of slic.cpp: what is done for a row, a cell or a centre.
 #pragma once
 
-#include <bit>
 #include <cstdint>
 #include <cstring>
 
@@ -25,11 +24,12 @@ struct CellBox {
 // Bytes of interleaved channels to light, a plane for each.
 inline void look_up(const std::uint8_t* bytes, int channels, int n, const float* light, float* r, float* g,
                     float* b) {
+  // As bits: two of them can be stored at a time.
+  const auto put = [light](std::uint8_t byte, float* to) { std::memcpy(to, light + byte, sizeof(float)); };
   if (channels == 1)
-    for (int i = 0; i < n; ++i) r[i] = g[i] = b[i] = light[bytes[i]];
+    for (int i = 0; i < n; ++i) put(bytes[i], r + i), put(bytes[i], g + i), put(bytes[i], b + i);
   else
-    for (int i = 0; i < n; ++i, bytes += 3)
-      r[i] = light[bytes[0]], g[i] = light[bytes[1]], b[i] = light[bytes[2]];
+    for (int i = 0; i < n; ++i, bytes += 3) put(bytes[0], r + i), put(bytes[1], g + i), put(bytes[2], b + i);
 }
 inline void split(const float* values, int channels, int n, float* r, float* g, float* b) {
   if (channels == 1)
@@ -112,24 +112,28 @@ HD Center first_center(const PixelPlanes& p, const CellBox& box, double unit) {
 }
 
 // The centres around a cell that is used; none around one that is not.
-inline NearCenters near_centers(const CellGrid& g, const Center* centers, int i, int j) {
-  NearCenters near;
-  if (!centers[static_cast<std::int64_t>(j) * g.nx + i].used) return near;
+inline void find_near(const CellGrid& g, const Center* centers, int i, int j, NearCenters* found) {
+  NearCenters& near = *found;
+  near.count = 0;
+  if (!centers[static_cast<std::int64_t>(j) * g.nx + i].used) return;
   const int x0 = g.x_middle[static_cast<std::size_t>(i)], y0 = g.y_middle[static_cast<std::size_t>(j)];
   int n = 0;
+  const auto take = [&](const Center& c, int id) {
+    near.id[n] = id, near.code[n] = code_of(i + id % 3 - 1, j + id / 3 - 1);
+    near.c0[n] = c.color[0], near.c1[n] = c.color[1], near.c2[n] = c.color[2];
+    near.x[n] = c.x - x0, near.y[n] = c.y - y0, near.z[n] = c.z;
+  };
   for (int v = -1; v <= 1; ++v) {
     if (j + v < 0 || j + v >= g.ny) continue;
     const Center* const row = centers + static_cast<std::int64_t>(j + v) * g.nx + i;
     for (int u = i > 0 ? -1 : 0; u <= (i + 1 < g.nx ? 1 : 0); ++u) {
-      const Center& c = row[u];
-      near.id[n] = 4 + 3 * v + u;
-      near.c01[n] = pair_of(c.color[0], c.color[1]), near.c2x[n] = pair_of(c.color[2], c.x - x0);
-      near.y[n] = c.y - y0, near.z[n] = c.z;
-      n += c.used;
+      take(row[u], 4 + 3 * v + u);
+      n += row[u].used;
     }
   }
   near.count = n;
-  return near;
+  const int id = near.id[0];
+  for (; n < kNear; ++n) take(centers[static_cast<std::int64_t>(j + id / 3 - 1) * g.nx + i + id % 3 - 1], id);
 }
 
 // Adds n pixels of a row to the sums of one centre, those outside the mask left out.
@@ -141,90 +145,16 @@ inline void add_masked(const int* c01, const int* c2x, const std::uint8_t* ids, 
     sums->color[0] += low_of(c01[i]), sums->color[1] += high_of(c01[i]), sums->color[2] += low_of(c2x[i]);
   }
 }
-inline void add_whole(const RowOps& ops, const int* c01, const int* c2x, int n, int x, int y,
-                      CenterSums* sums) {
-  constexpr int kAtOnce = 1 << 16;  // 2^16 * 2^14 fits into 31 bits
-  for (int i = 0; i < n; i += kAtOnce) {
-    const int some = n - i < kAtOnce ? n - i : kAtOnce;
-    int color[3] = {0, 0, 0};
-    ops.sum(c01 + i, c2x + i, some, color);
-    for (int k = 0; k < 3; ++k) sums->color[k] += color[k];
-  }
-  sums->count += n, sums->y += static_cast<std::int64_t>(n) * y;
-  sums->x += static_cast<std::int64_t>(n) * (2 * x + n - 1) / 2;
-}
+// The sum of 0, 1, ... n - 1.
+inline std::int64_t sum_below(std::int64_t n) { return n * (n - 1) / 2; }
 
-// What the sums of the 9 centres around a cell gain and lose, two numbers of 32 bits to a word: enough for a
-// tile (kTile pixels of less than 2^14 each), half the work of one word for each.
-struct Gains {
-  std::int64_t c01 = 0, c2n = 0, xy = 0, z = 0;
-
-  template <bool kDepth, int kSign>
-  void add(const Gains& pixel) {
-    c01 += kSign * pixel.c01, c2n += kSign * pixel.c2n, xy += kSign * pixel.xy;
-    if constexpr (kDepth) z += kSign * pixel.z;
-  }
-};
-
-inline std::int64_t two_of(std::int64_t low, std::int64_t high) {
-  return high * (std::int64_t{1} << 32) + low;
-}
-inline int low_word(std::int64_t two) { return static_cast<std::int32_t>(two); }
-inline int high_word(std::int64_t two) { return static_cast<int>((two - low_word(two)) >> 32); }
-
-// Into the sums, and 0 from then on; x and y of the tile's first pixel.
-inline void settle(Gains* owed, int x, int y, CenterSums* sums) {
-  const Gains gains = *owed;
-  *owed = Gains{};
-  const std::int64_t n = high_word(gains.c2n);
-  sums->count += n;
-  sums->color[0] += low_word(gains.c01), sums->color[1] += high_word(gains.c01);
-  sums->color[2] += low_word(gains.c2n);
-  sums->x += low_word(gains.xy) + n * x, sums->y += high_word(gains.xy) + n * y;
-  sums->z += gains.z;
-}
-
-// The pixels of a tile that have a new centre.
-template <bool kDepth>
-void move_pixels(const CellRows& cell, const Tile& tile, int changed, std::uint8_t* ids, Gains* gains) {
-  for (int i = 0; i < changed; ++i) {
-    const int row = tile.changed[i] >> 16, x = tile.changed[i] & 0xffff;
-    const std::ptrdiff_t at = row * cell.stride + x;
-    const int was = ids[at], now = tile.now[row * tile.stride + x];
-    const int c01 = cell.c01[at], c2x = cell.c2x[at];
-    Gains pixel{two_of(low_of(c01), high_of(c01)), two_of(low_of(c2x), 1), two_of(x, row)};
-    if constexpr (kDepth) pixel.z = cell.z[at];
-    gains[was].template add<kDepth, -1>(pixel), gains[now].template add<kDepth, 1>(pixel);
-    ids[at] = static_cast<std::uint8_t>(now);
-  }
-}
-
-// Writes the runs of a row, each where the centre changes, and returns how many there are.
-inline int find_runs(const CellGrid& g, const std::uint8_t* near, int y, int band, int* start, int* center) {
-  const int first = y * g.width;
-  int last = -2, found = 0, offset[kNear];
-  for (int k = 0; k < kNear; ++k) offset[k] = (k / 3 - 1) * g.nx + k % 3 - 1;
-  for (int i = 0; i < g.nx; ++i) {
-    const int begin = g.x_begin[static_cast<std::size_t>(i)],
-              end = g.x_begin[static_cast<std::size_t>(i) + 1];
-    const int home = band * g.nx + i;
-    for (int x = begin; x < end;) {
-      const int k = near[x];
-      const int of = k == kOutside ? -1 : home + offset[k];
-      start[found] = first + x, center[found] = of;
-      found += of != last, last = of;
-      // To the next byte that differs, 8 at a time.
-      for (++x; x < end;) {
-        std::uint64_t word;
-        std::memcpy(&word, near + x, 8);
-        word ^= 0x0101010101010101u * static_cast<std::uint64_t>(k);
-        const int same = word == 0 ? 8 : std::countr_zero(word) / 8;
-        x += same;
-        if (same < 8) break;
-      }
-    }
-  }
-  return found;
+// All pixels of a tile to the sums of one centre; x and y of its first.
+inline void add_whole(const RowOps& ops, const CellRows& cell, int x, int y, CenterSums* sums) {
+  int color[3];
+  ops.sum(cell, color);
+  const std::int64_t w = cell.width, h = cell.rows;
+  sums->count += w * h, sums->x += h * (w * x + sum_below(w)), sums->y += w * (h * y + sum_below(h));
+  for (int k = 0; k < 3; ++k) sums->color[k] += color[k];
 }
 
 }  // namespace sdftrack

@@ -1,11 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""Superpixels of a made picture, 256 pixels a segment, 5 iterations. Changing these numbers breaks comparisons."""
+"""Superpixels of a made picture and of photographs, 256 pixels a segment, 5 iterations.
 
+Changing these numbers breaks comparisons. Photographs: where SDFTRACK_DATA has them.
+"""
+
+import os
 from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 
 from harness import benchmark
 
 import sdftrack as st
+from sdftrack.eval.superpixel_times import PHOTOGRAPHS, photographs
 from sdftrack.synth.picture import picture
 
 
@@ -32,3 +39,16 @@ def large() -> Callable[[], object]:
 @benchmark("superpixels/640x480_thesis_distance", items=640 * 480, unit="pixel")
 def thesis_distance() -> Callable[[], object]:
     return cutting(640, 480, threads=1, distance="thesis")
+
+
+def photograph(name: str, threads: int) -> Callable[[], object]:
+    image = photographs(Path(os.environ["SDFTRACK_DATA"]))[name]
+    return lambda: st.superpixels.slic(image, 1200, threads=threads, device="cpu")
+
+
+if (Path(os.environ.get("SDFTRACK_DATA", "")) / "bsds" / "images").is_dir():
+    for name in PHOTOGRAPHS:
+        for threads in (1, 2):
+            benchmark(f"superpixels/{name}_{threads}_threads", items=640 * 480, unit="pixel")(
+                partial(photograph, name, threads)
+            )

@@ -16,6 +16,7 @@ from hypothesis import strategies as hs
 import sdftrack as st
 from sdftrack import _core, metrics
 from sdftrack.cli.app import run
+from sdftrack.eval.superpixel_times import photographs
 from sdftrack.reference import superpixels as twin
 from sdftrack.synth.picture import picture as synth_picture
 
@@ -89,6 +90,20 @@ def test_other_images_give_the_labels_of_the_twin_too(kind):
     np.testing.assert_array_equal(st.superpixels.slic(image, 12), twin.slic(image, 12))
 
 
+@pytest.mark.parametrize(
+    ("height", "width", "segments"),
+    [(9, 63, 20), (9, 64, 20), (9, 65, 20), (5, 129, 12), (128, 160, 2), (2, 8300, 1), (90, 7, 40)],
+    ids=["below a word", "a word", "above a word", "over words", "tall tiles", "wide tiles", "narrow rows"],
+)
+def test_sizes_at_which_rows_and_tiles_are_cut_give_the_labels_of_the_twin(height, width, segments):
+    rng = np.random.default_rng(height)
+    image = (rng.integers(0, 256, (height, width, 3)) // 4 + np.arange(width)[:, None] % 160).astype(np.uint8)
+    options = {"max_num_iter": 2}
+    np.testing.assert_array_equal(
+        st.superpixels.slic(image, segments, threads=3, **options), twin.slic(image, segments, **options)
+    )
+
+
 def test_the_colours_are_those_of_scikit_image():
     from skimage.color import rgb2lab, rgb2xyz
 
@@ -147,6 +162,15 @@ def test_labels_do_not_depend_on_the_number_of_threads(threads):
     for options in ({}, {"mask": DISC}, {"distance": "thesis"}):
         one = st.superpixels.slic(IMAGE, 60, threads=1, **options)
         np.testing.assert_array_equal(st.superpixels.slic(IMAGE, 60, threads=threads, **options), one)
+
+
+def test_specks_that_join_across_bands_do_not_depend_on_the_number_of_threads():
+    """Pure noise: nearly every region is smaller than the smallest, and all threads choose neighbours at once."""
+    noise = np.random.default_rng(6).integers(0, 256, (150, 130, 3), dtype=np.uint8)
+    one = st.superpixels.slic(noise, 200, threads=1)
+    for threads in (2, 5):
+        for _ in range(5):
+            np.testing.assert_array_equal(st.superpixels.slic(noise, 200, threads=threads), one)
 
 
 def test_a_call_leaves_nothing_behind_for_the_next():
@@ -316,13 +340,26 @@ def test_label_images_of_another_kind_are_refused():
         st.superpixels.mean_colors(IMAGE, np.ones((3, 3), int))
 
 
-def test_the_working_memory_and_the_labels_are_at_most_12_bytes_a_pixel():
-    image = synth_picture(480, 640)[0]
-    work = _core.SlicWork()
-    options = _core.SlicOptions()
-    options.n_segments = 1200
+def memory_of(image):
+    """Bytes a pixel of a call, labels among them, 256 pixels a segment."""
+    work, options = _core.SlicWork(), _core.SlicOptions()
+    options.n_segments = image.shape[0] * image.shape[1] // 256
     labels = work.run(image, options, None, None, False, 0, False)[0]
-    assert (work.bytes + labels.nbytes) / labels.size < 12
+    return (work.bytes + labels.nbytes) / labels.size
+
+
+@pytest.mark.parametrize("kind", ["made", "noise", "leaves"])
+def test_the_working_memory_and_the_labels_are_at_most_12_bytes_a_pixel_on_any_picture(kind, request):
+    if kind == "made":
+        image = synth_picture(480, 640)[0]
+    elif kind == "noise":
+        image = np.random.default_rng(0).integers(0, 256, (480, 640, 3), dtype=np.uint8)
+    else:
+        folder = request.getfixturevalue("data_dir") / "bsds"
+        if not folder.is_dir():
+            pytest.skip(f"photographs absent: {folder}")
+        image = photographs(folder)["leaves"]
+    assert memory_of(image) <= 12
 
 
 def test_an_image_too_large_for_the_memory_says_how_much_it_needs(monkeypatch):
@@ -330,7 +367,7 @@ def test_an_image_too_large_for_the_memory_says_how_much_it_needs(monkeypatch):
         raise MemoryError
 
     monkeypatch.setattr(_core, "slic", fail)
-    with pytest.raises(MemoryError, match=r"image: 2048 x 1024 pixels need about 26 MiB"):
+    with pytest.raises(MemoryError, match=r"image: 2048 x 1024 pixels need about 24 MiB"):
         st.superpixels.slic(np.zeros((2048, 1024), np.uint8))
 
 

@@ -4,8 +4,8 @@
 ``python -m sdftrack.eval.superpixels --data FOLDER`` prints, for each number of segments, boundary recall (2 px),
 under-segmentation error (Neubert and Protzel) and achievable accuracy, each a mean over images of the mean over people;
 scikit-image with its defaults, interpolated (linear in the logarithm) to the number of segments that ours returns. Then
-the time of a call at three sizes: best, median, and of all processors together, with one thread and all, and for
-scikit-image; and the memory of a call.
+the time of a call on a made picture at three sizes and on five of the photographs: best, median, and of all processors
+together, with one thread and two, and for other programs that are installed; and the memory of a call.
 """
 
 from __future__ import annotations
@@ -13,28 +13,24 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import time
 from collections.abc import Callable
 from collections.abc import Sequence as Seq
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.eval.superpixel_times import speed
 from sdftrack.eval.tables import text_table
 
-__all__ = ["curve", "main", "open_bsds", "times_ms"]
+__all__ = ["curve", "main", "open_bsds"]
 
 Array = NDArray[Any]
 Way = Callable[[Array, int], Array]
 SEGMENTS = (250, 400, 600, 900, 1300, 1900)
 THEIRS = (150, 200, 400, 700, 1000, 1400, 2000, 2600)
 SCORES = ("recall", "error", "accuracy")
-SIZES = ((640, 480), (1920, 1080), (3840, 2160))
-PER_SEGMENT_PX = 256  # 1,200 segments at 640 x 480
-ITERATIONS = 5
 
 
 def open_bsds(folder: Path) -> list[tuple[Array, list[Array]]]:
@@ -69,19 +65,6 @@ def curve(scenes: Seq[tuple[Array, list[Array]]], way: Way, segments: Seq[int]) 
     return np.array(rows)
 
 
-def times_ms(run: Callable[[], object], seconds: float = 2.0, least: int = 5) -> tuple[float, float, float]:
-    """Best and median time of a call, and the least time of all processors, which a busy machine moves least."""
-    run()
-    taken: list[float] = []
-    work: list[float] = []
-    while len(taken) < least or sum(taken) < 1e3 * seconds:
-        began, before = time.perf_counter(), time.process_time()
-        run()
-        taken.append(1e3 * (time.perf_counter() - began))
-        work.append(1e3 * (time.process_time() - before))
-    return min(taken), float(np.median(taken)), min(work)
-
-
 def _quality(folder: Path) -> dict[str, Any]:
     from skimage.segmentation import slic as theirs
 
@@ -107,60 +90,6 @@ def _quality(folder: Path) -> dict[str, Any]:
     return {"rows": rows, "at_least_as_good": dict(zip(SCORES, best, strict=True))}
 
 
-def _ways() -> dict[str, Callable[[Array, int], Callable[[], object]]]:
-    import sdftrack as st
-
-    def ours(threads: int) -> Callable[[Array, int], Callable[[], object]]:
-        return lambda image, n: lambda: st.superpixels.slic(
-            image, n, max_num_iter=ITERATIONS, threads=threads, device="cpu"
-        )
-
-    ways = {"one thread": ours(1), "all cores": ours(0)}
-    if st.cuda_available():
-        ways["GPU"] = lambda image, n: lambda: st.superpixels.slic(
-            image, n, max_num_iter=ITERATIONS, device="cuda"
-        )
-    return ways
-
-
-def _speed(quick: bool) -> dict[str, Any]:
-    from skimage.segmentation import slic as theirs
-
-    from sdftrack.synth.picture import picture
-
-    rows: dict[str, Any] = {}
-    cells = []
-    for width, height in SIZES:
-        image, n = picture(height, width)[0], width * height // PER_SEGMENT_PX
-        made = {name: times_ms(way(image, n)) for name, way in _ways().items()}
-        if width == SIZES[0][0] or not quick:
-            made["scikit-image"] = times_ms(partial(theirs, image, n, max_num_iter=ITERATIONS), 0.0, 3)
-        rows[f"{width}x{height}"] = made
-        cells += [
-            [f"{width} x {height}, {n}", name, *(f"{t:.2f}" for t in times)] for name, times in made.items()
-        ]
-    title = f"\nTime of a call, ms, {ITERATIONS} iterations of every pixel, connectivity included"
-    print(text_table(title, ["image, segments", "", "best", "median", "processor"], cells))
-    pixels = np.log([w * h for w, h in SIZES])
-    slope = {k: float(np.polyfit(pixels, np.log([rows[s][k][2] for s in rows]), 1)[0]) for k in _ways()}
-    print(
-        "exponent of the processor's time in the number of pixels: "
-        + ", ".join(f"{k} {v:.3f}" for k, v in slope.items())
-    )
-    memory = _memory(*picture(480, 640)[:1])
-    print(f"memory of a call, 640 x 480: {memory:.1f} bytes a pixel, labels included")
-    return {"times_ms": rows, "exponent": slope, "bytes_per_pixel": memory}
-
-
-def _memory(image: Array) -> float:
-    from sdftrack import _core
-
-    work, options = _core.SlicWork(), _core.SlicOptions()
-    options.n_segments = image.shape[0] * image.shape[1] // PER_SEGMENT_PX
-    labels = work.run(image, options, None, None, False, 0, False)[0]
-    return float((work.bytes + labels.nbytes) / labels.size)
-
-
 def main(given: Seq[str] | None = None) -> int:
     """Print the tables."""
     p = argparse.ArgumentParser(
@@ -170,14 +99,14 @@ def main(given: Seq[str] | None = None) -> int:
         "--data", type=Path, default=os.environ.get("SDFTRACK_DATA"), help="folder bsds, or its parent"
     )
     p.add_argument("--no-speed", action="store_true", help="quality alone")
-    p.add_argument("--quick", action="store_true", help="scikit-image's time at the smallest size alone")
+    p.add_argument("--quick", action="store_true", help="other programs' time at the smallest size alone")
     p.add_argument("--json", type=Path, help="write the numbers")
     a = p.parse_args(given)
     made: dict[str, Any] = {}
     if a.data is not None:
         made["quality"] = _quality(Path(a.data))
     if not a.no_speed:
-        made["speed"] = _speed(a.quick)
+        made["speed"] = speed(Path(a.data) if a.data is not None else None, a.quick)
     if a.json is not None:
         a.json.write_text(json.dumps(made, indent=1) + "\n")
     return 0

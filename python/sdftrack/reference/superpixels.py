@@ -13,7 +13,7 @@ __all__ = ["Grid", "assign", "connect", "features", "first_centers", "make_grid"
 
 F = np.float32
 Array = NDArray[Any]
-FINEST, MOST_REACH = 64.0, 6000.0
+FINEST, MOST_REACH = 32.0, 1500.0
 
 
 @dataclass
@@ -34,7 +34,7 @@ def make_grid(height: int, width: int, inside: int, n_segments: int, compactness
     ny = int(np.clip(_round(height / step), 1, height))
     nx = int(np.clip(_round(wanted / ny), 1, width))
     scale: float = FINEST
-    while scale > 1 and compactness * scale > MOST_REACH:
+    while compactness * scale > MOST_REACH:
         scale /= 2
     unit = compactness * scale / max(width / nx, height / ny)
     return Grid(nx, ny, scale, unit, width * np.arange(nx + 1) // nx, height * np.arange(ny + 1) // ny)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from sdftrack.device import resolve_device
-from sdftrack.eval.superpixels import PER_SEGMENT_PX, times_ms
+from sdftrack.eval.superpixel_times import PER_SEGMENT_PX, times_ms
 from sdftrack.eval.tables import text_table
 from sdftrack.reproduce import Context
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 from sdftrack.device import resolve_device
-from sdftrack.eval.superpixels import PER_SEGMENT_PX, times_ms
+from sdftrack.eval.superpixel_times import PER_SEGMENT_PX, times_ms
 from sdftrack.eval.tables import text_table
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.table_a_2 import COMPACTNESS, ITERATIONS, QUICK_SECONDS, SECONDS, SIZES

@@ -19,7 +19,7 @@ __all__ = ["Video", "slic"]
 Labels = NDArray[np.int32]
 SPACES = ("lab", "xyz", "rgb")
 DISTANCES = ("slic", "thesis")
-BYTES_PER_PIXEL = 13
+BYTES_PER_PIXEL = 12
 
 
 def slic(
