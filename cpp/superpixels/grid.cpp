@@ -35,8 +35,14 @@ CellGrid make_grid(int width, int height, std::int64_t pixels, int n_segments, d
   // With a mask the cells are as small as if all of the image were divided.
   const double wanted = std::min(all, static_cast<double>(n_segments) * all / static_cast<double>(pixels));
   const double step = std::sqrt(all / wanted);
-  g.ny = static_cast<int>(std::clamp(std::round(height / step), 1., static_cast<double>(height)));
-  g.nx = static_cast<int>(std::clamp(std::round(wanted / g.ny), 1., static_cast<double>(width)));
+  // The shorter side first: of its few cells a fraction is a large part.
+  const auto cells = [](double wanted_cells, int length) {
+    return static_cast<int>(std::clamp(std::round(wanted_cells), 1., static_cast<double>(length)));
+  };
+  if (height <= width)
+    g.ny = cells(height / step, height), g.nx = cells(wanted / g.ny, width);
+  else
+    g.nx = cells(width / step, width), g.ny = cells(wanted / g.nx, height);
   g.side_px = std::max(static_cast<double>(width) / g.nx, static_cast<double>(height) / g.ny);
   while (compactness * g.scale > kMostReach) g.scale /= 2;
   g.unit = compactness * g.scale / g.side_px;

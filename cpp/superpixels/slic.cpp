@@ -88,10 +88,7 @@ void Slic::place_centers(const SlicImage& image, int band, const int* c2x, bool 
     Center& center = centers_[at(std::int64_t{band} * grid_.nx + i)];
     const CellBox box{grid_.x_begin[at(i)], grid_.x_begin[at(i) + 1], grid_.y_begin[at(band)],
                       grid_.y_begin[at(band) + 1]};
-    if (resume && center.used) {
-      center.used = !image.mask || cell_used(planes, box);
-      continue;
-    }
+    if (resume && still_fits(planes, center, box, grid_)) continue;
     center = first_center(planes, box, grid_.unit);
   }
 }

@@ -2,6 +2,8 @@
 // The small steps of slic.cpp: what is done for a row, a cell or a centre.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 
@@ -9,6 +11,11 @@
 #include "superpixels/row_ops.h"
 
 namespace sdftrack {
+
+// Of a video's next image: how far from the middle of its cell, in cells, and how unlike the colour there, in
+// units of colour, a centre may be that is kept.
+constexpr double kStays = 0.75;
+constexpr double kAlike = 20;
 
 struct PixelPlanes {
   const int* c01;
@@ -64,11 +71,20 @@ HD std::int64_t color_gradient(const PixelPlanes& p, int x, int y) {
   return sum;
 }
 
-HD bool cell_used(const PixelPlanes& p, const CellBox& box) {
-  for (int y = box.y_begin; y < box.y_end; ++y)
-    for (int x = box.x_begin; x < box.x_end; ++x)
-      if (p.mask[static_cast<std::int64_t>(y) * p.width + x]) return true;
-  return false;
+// Whether a centre of the image before may go on in this one: near its cell, and of the colour that is there
+// now. Centres that wander off with what they lie on leave their cells to others, and there would be fewer
+// and fewer; after a cut none fits.
+inline bool still_fits(const PixelPlanes& p, const Center& center, const CellBox& box, const CellGrid& grid) {
+  const double x = center.x / grid.unit, y = center.y / grid.unit;
+  if (!(std::abs(x - 0.5 * (box.x_begin + box.x_end - 1)) <= kStays * (box.x_end - box.x_begin))) return false;
+  if (!(std::abs(y - 0.5 * (box.y_begin + box.y_end - 1)) <= kStays * (box.y_end - box.y_begin))) return false;
+  const int u = std::clamp(static_cast<int>(x + 0.5), 0, p.width - 1);
+  const int v = std::clamp(static_cast<int>(y + 0.5), 0, p.height - 1);
+  const std::int64_t i = static_cast<std::int64_t>(v) * p.width + u;
+  const std::int64_t d0 = low_of(p.c01[i]) - center.color[0], d1 = high_of(p.c01[i]) - center.color[1];
+  const std::int64_t d2 = low_of(p.c2x[i]) - center.color[2];
+  const double most = kAlike * grid.scale;
+  return static_cast<double>(d0 * d0 + d1 * d1 + d2 * d2) <= most * most;
 }
 
 // The pixel of the cell inside the mask that is nearest to its middle, the first of equals; false: there is

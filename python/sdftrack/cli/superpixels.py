@@ -109,7 +109,7 @@ def _write(out: Path, picture: Any, labels: Any, settings: dict[str, Any], secon
             "segments": segments,
             "smallest_px": int(areas.min()),
             "largest_px": int(areas.max()),
-            "neighbors": len(st.superpixels.adjacency(labels)),
+            "neighbors": int(np.count_nonzero(st.superpixels.adjacency(labels)[:, 0] > 0)),
             "seconds": seconds,
         },
     )

@@ -31,8 +31,12 @@ class Grid:
 def make_grid(height: int, width: int, inside: int, n_segments: int, compactness: float) -> Grid:
     wanted = min(height * width, n_segments * (height * width) / inside)
     step = np.sqrt(height * width / wanted)
-    ny = int(np.clip(_round(height / step), 1, height))
-    nx = int(np.clip(_round(wanted / ny), 1, width))
+    if height <= width:
+        ny = int(np.clip(_round(height / step), 1, height))
+        nx = int(np.clip(_round(wanted / ny), 1, width))
+    else:
+        nx = int(np.clip(_round(width / step), 1, width))
+        ny = int(np.clip(_round(wanted / nx), 1, height))
     scale: float = FINEST
     while compactness * scale > MOST_REACH:
         scale /= 2
@@ -141,6 +145,32 @@ def slic(
 ) -> Array:
     """(H, W) labels from 1, 0 outside the mask, as of `sdftrack.superpixels.slic`."""
     inside = np.ones(image.shape[:2], bool) if mask is None else mask.astype(bool)
+    rows, columns = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
+    part = (
+        slice(rows[0], rows[-1] + 1),
+        slice(columns[0], columns[-1] + 1),
+    )  # the grid is that of the masked part
+    out = np.zeros(inside.shape, np.int64)
+    out[part] = _in_part(
+        image[part], inside[part], None if depth is None else depth[part], n_segments, compactness, max_num_iter,
+        color_space, enforce_connectivity, distance, min_size_factor, depth_weight,
+    )  # fmt: skip
+    return out
+
+
+def _in_part(
+    image: Array,
+    inside: Array,
+    depth: Array | None,
+    n_segments: int,
+    compactness: float,
+    max_num_iter: int,
+    color_space: str,
+    enforce_connectivity: bool,
+    distance: str,
+    min_size_factor: float,
+    depth_weight: float,
+) -> Array:
     height, width = inside.shape
     grid = make_grid(height, width, int(inside.sum()), n_segments, compactness)
     color = features(image, color_space, grid.scale)

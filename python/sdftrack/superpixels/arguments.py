@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack.checks import number
 from sdftrack.device import host_array
 
-__all__ = ["checked_depth", "checked_image", "checked_mask", "one_of"]
+__all__ = ["checked_depth", "checked_image", "checked_mask", "cut", "one_of", "part_with"]
 
+MOST_PIXELS = 2**31 - 65
 MOST_DEPTH = 200.0  # units of colour: the squared distance must fit into 31 bits
 
 
@@ -33,6 +34,10 @@ def checked_image(image: ArrayLike) -> NDArray[Any]:
         raise ValueError(f"image: expected (H, W, 3) or (H, W), got {given.shape}{hint}")
     if given.size == 0:
         raise ValueError(f"image: expected at least one pixel, got {given.shape}")
+    if given.shape[0] * given.shape[1] > MOST_PIXELS:
+        raise ValueError(
+            f"image: expected fewer than 2^31 pixels, got {given.shape[0]} x {given.shape[1]}; cut it into parts"
+        )
     if given.dtype == np.uint8:
         return np.ascontiguousarray(given)
     low, high = float(given.min()), float(given.max())
@@ -42,7 +47,7 @@ def checked_image(image: ArrayLike) -> NDArray[Any]:
         )
     if low < 0 or high > 1:
         raise ValueError(
-            f"image: expected floats in 0..1, got {low:g}..{high:g}; divide by the largest value, or give uint8"
+            f"image: expected floats in 0..1, got {low!r}..{high!r}; divide by the largest value, or give uint8"
         )
     return np.ascontiguousarray(given, dtype=np.float32)
 
@@ -66,8 +71,24 @@ def checked_mask(
     return inside.view(np.uint8)
 
 
+def part_with(inside: NDArray[np.uint8] | None, shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """Rows and columns of the least rectangle with all pixels inside; of all pixels without a mask."""
+    if inside is None:
+        return slice(0, shape[0]), slice(0, shape[1])
+    rows, columns = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
+
+
+def cut(image: NDArray[Any], part: tuple[slice, slice]) -> NDArray[Any]:
+    """That part of an image, C-contiguous; the image itself where it is all of it."""
+    return np.ascontiguousarray(image[part])
+
+
 def checked_depth(depth: ArrayLike | None, shape: tuple[int, ...], weight: Any) -> NDArray[np.float32] | None:
     """Metres as float32, 0 where nothing is seen, or None."""
+    per_m = number(weight, "depth_weight")
+    if not per_m > 0:
+        raise ValueError(f"depth_weight: expected a number above 0, got {per_m:g}")
     if depth is None:
         return None
     given = host_array(depth, "depth")
@@ -78,11 +99,10 @@ def checked_depth(depth: ArrayLike | None, shape: tuple[int, ...], weight: Any) 
     if given.shape != shape:
         raise ValueError(f"depth: expected the image's shape {shape}, got {given.shape}")
     seen = np.ascontiguousarray(np.nan_to_num(given, nan=0.0, posinf=0.0, neginf=0.0), dtype=np.float32)
-    per_m = number(weight, "depth_weight")
-    if not (per_m > 0 and per_m * float(seen.max()) <= MOST_DEPTH):
+    if not per_m * float(seen.max()) <= MOST_DEPTH:
         raise ValueError(
-            f"depth_weight: expected a number above 0 that times the largest depth, {float(seen.max()):g} m, is at "
-            f"most {MOST_DEPTH:g}, got {per_m:g}"
+            f"depth_weight: expected a number that times the largest depth, {float(seen.max()):g} m, is at most "
+            f"{MOST_DEPTH:g}, got {per_m:g}"
         )
     return seen
 

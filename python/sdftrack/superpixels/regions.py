@@ -97,7 +97,7 @@ def adjacency(labels: ArrayLike) -> NDArray[np.int64]:
 
     Parameters
     ----------
-    labels : (H, W) array of whole numbers
+    labels : (H, W) array of whole numbers; 0, which is outside of a mask, counts like every other label
 
     Returns
     -------
@@ -131,12 +131,15 @@ def mark_boundaries(
     """
     L = _labels(labels)
     pixels = _image(image, L)
+    paint = np.asarray(color)
+    if paint.shape != (3,) or paint.dtype.kind not in "iu" or paint.min() < 0 or paint.max() > 255:
+        raise ValueError(f"color: expected three whole numbers 0..255 (red, green, blue), got {color!r}")
     picture = pixels if pixels.dtype == np.uint8 else np.floor(255 * pixels + 0.5).astype(np.uint8)
     picture = np.repeat(picture[..., None], 3, axis=2) if picture.ndim == 2 else picture.copy()
     edges = np.zeros(L.shape, bool)
     edges[:, :-1] |= L[:, :-1] != L[:, 1:]
     edges[:-1] |= L[:-1] != L[1:]
-    picture[edges] = color
+    picture[edges] = paint
     return picture
 
 
@@ -146,6 +149,8 @@ def _labels(labels: ArrayLike) -> NDArray[Any]:
         raise TypeError(f"labels: expected an array of whole numbers, got {given.dtype}")
     if given.ndim != 2 or given.size == 0:
         raise ValueError(f"labels: expected (H, W), got {given.shape}")
+    if given.dtype == np.uint64 and int(given.max()) > np.iinfo(np.int64).max:
+        raise ValueError(f"labels: expected numbers below 2^63, got {int(given.max())}")
     return given
 
 

@@ -3,23 +3,23 @@
 
 from __future__ import annotations
 
-import operator
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack.checks import number
+from sdftrack.checks import THREADS, number, whole
 from sdftrack.device import resolve_device
-from sdftrack.superpixels.arguments import checked_depth, checked_image, checked_mask, one_of
+from sdftrack.superpixels.arguments import checked_depth, checked_image, checked_mask, cut, one_of, part_with
 
 __all__ = ["Video", "slic"]
 
 Labels = NDArray[np.int32]
 SPACES = ("lab", "xyz", "rgb")
 DISTANCES = ("slic", "thesis")
-BYTES_PER_PIXEL = 12
+MOST = 2**30  # segments, rounds, first label
+BYTES_PER_PIXEL, BYTES_PER_SEGMENT = 12, 220
 
 
 def slic(
@@ -59,7 +59,7 @@ def slic(
     start_label : int
         The first label, at least 0, and at least 1 with a mask.
     mask : (H, W) bool array, optional
-        Only these pixels are divided.
+        Only these pixels are divided; the grid of centres lies in the rectangle that holds them.
     enforce_connectivity : bool
         Each segment one piece of 4-connected pixels; smaller ones than `min_size_factor` join their largest neighbour.
     distance : {"slic", "thesis"}
@@ -104,20 +104,29 @@ def slic(
     pixels = checked_image(image)
     inside = checked_mask(mask, pixels.shape[:2], start_label)
     seen = checked_depth(depth, pixels.shape[:2], depth_weight)
+    shape = pixels.shape[:2]
     options = _options(
         n_segments, compactness, max_num_iter, color_space, start_label, enforce_connectivity, distance,
         min_size_factor, depth_weight if seen is not None else 0.0,
     )  # fmt: skip
-    workers = _whole(threads, "threads", 0)
+    workers = whole(threads, "threads", 0, MOST, THREADS)
+    part = part_with(inside, shape)
+    pixels = cut(pixels, part)
+    inside, seen = (None if a is None else cut(a, part) for a in (inside, seen))
     try:
-        labels: Labels = _core.slic(pixels, options, inside, seen, workers, cuda)[0]
+        made: Labels = _core.slic(pixels, options, inside, seen, workers, cuda)[0]
+        if made.shape == shape:
+            return made
+        labels = np.zeros(shape, np.int32)
+        labels[part] = made
+        return labels
     except MemoryError:
-        size = pixels.shape[0] * pixels.shape[1]
+        segments = min(options.n_segments, pixels.size)
+        need = BYTES_PER_PIXEL * pixels.shape[0] * pixels.shape[1] + BYTES_PER_SEGMENT * segments
         raise MemoryError(
-            f"image: {pixels.shape[0]} x {pixels.shape[1]} pixels need about {BYTES_PER_PIXEL * size / 2**20:.0f} MiB "
-            "of memory, which is not there; cut the image into parts"
+            f"image: {shape[0]} x {shape[1]} pixels in {segments} segments need about {need / 2**20:.0f} MiB of "
+            "memory, which is not there; cut the image into parts"
         ) from None
-    return labels
 
 
 class Video:
@@ -167,7 +176,7 @@ class Video:
             )
             for rounds in (first_num_iter, max_num_iter)
         ]  # fmt: skip
-        self._threads = _whole(threads, "threads", 0)
+        self._threads = whole(threads, "threads", 0, MOST, THREADS)
         self._work = _core.SlicWork()
         self._shape: tuple[int, ...] | None = None
         self.iterations, self.segments, self.residual = 0, 0, float("nan")
@@ -204,11 +213,11 @@ def _options(
     depth_weight: float,
 ) -> Any:
     options = _core.SlicOptions()
-    options.n_segments = _whole(n_segments, "n_segments", 1)
+    options.n_segments = whole(n_segments, "n_segments", 1, MOST)
     options.compactness = number(compactness, "compactness")
-    options.max_iterations = _whole(max_num_iter, "max_num_iter", 1)
+    options.max_iterations = whole(max_num_iter, "max_num_iter", 1, MOST)
     options.space = one_of(color_space, SPACES, "color_space")
-    options.first_label = _whole(start_label, "start_label", 0)
+    options.first_label = whole(start_label, "start_label", 0, MOST)
     options.connected = bool(connected)
     options.distance = one_of(distance, DISTANCES, "distance")
     options.min_size = number(min_size, "min_size_factor")
@@ -216,13 +225,3 @@ def _options(
         raise ValueError(f"min_size_factor: expected a number from 0 to 1, got {min_size}")
     options.depth_weight = depth_weight
     return options
-
-
-def _whole(value: Any, name: str, least: int) -> int:
-    try:
-        n = operator.index(value)
-    except TypeError:
-        raise TypeError(f"{name}: expected a whole number, got {value!r}") from None
-    if not least <= n < 2**30:
-        raise ValueError(f"{name}: expected a whole number from {least} to 2^30, got {n}")
-    return n
