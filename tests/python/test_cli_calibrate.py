@@ -118,11 +118,11 @@ def test_wrong_usage_exits_with_two(folder, extra, capsys):
 @pytest.mark.parametrize(
     ("extra", "message"),
     [
-        (["--ball-color", "0,0,250"], "ball_color"),
+        (["--ball-color", "0,0,250"], "--ball-color: found no round thing"),
         (["--color-camera", "nowhere.json"], "nowhere.json"),
         (["--start", "90"], "--start"),
         (["--stop", "4", "--ball-color", "225,60,30"], "at least 6 frames"),
-        (["--time-offset", "--ball-color", "225,60,30", "--stop", "8"], "time_offset"),
+        (["--time-offset", "--ball-color", "225,60,30", "--stop", "8"], "leave out --time-offset"),
     ],
 )
 def test_what_cannot_be_done_is_one_line_and_leaves_nothing(folder, tmp_path, extra, message, capsys):

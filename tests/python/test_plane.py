@@ -465,11 +465,11 @@ def test_the_figure_is_made_without_recordings(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "error", "match"),
     [
-        ({"threads": -1}, ValueError, "threads: expected 0"),
-        ({"threads": 1.7}, TypeError, "threads: expected 0"),
-        ({"threads": "2"}, TypeError, "threads: expected 0"),
-        ({"threads": np.nan}, TypeError, "threads: expected 0"),
-        ({"threads": np.inf}, TypeError, "threads: expected 0"),
+        ({"threads": -1}, ValueError, "threads: expected a whole number"),
+        ({"threads": 1.7}, TypeError, "threads: expected a whole number"),
+        ({"threads": "2"}, TypeError, "threads: expected a whole number"),
+        ({"threads": np.nan}, TypeError, "threads: expected a whole number"),
+        ({"threads": np.inf}, TypeError, "threads: expected a whole number"),
         ({"feet": "no"}, TypeError, "feet: expected True or False"),
     ],
 )

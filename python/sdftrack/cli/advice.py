@@ -37,7 +37,8 @@ def as_options(text: str, options: dict[str, str]) -> str:
     text = re.sub(r"\bpass " + NAME + r", or ", lambda m: m[0] if m[1] in options else "", text)
     text = re.sub(r",? or (?:pass )?" + NAME + END, lambda m: m[0] if m[1] in options else "", text)
     text = re.sub(r" \(" + NAME + END, lambda m: m[0] if m[1] in options else " (", text)
-    text = text.replace(" ()", "")
+    text = re.sub(r",? or [^,;()]* \(from Python: \w+\)", "", text).replace(" ()", "")
+    text = re.sub(r"\bpass " + NAME + "False", lambda m: "leave out " + options.get(m[1], m[1]), text)
     if "no_plane" in options:
         text = re.sub(r"\bplane=None\b", options["no_plane"], text)
     text = re.sub(r"^([a-z][a-z0-9_]*):", lambda m: f"{options.get(m[1], m[1])}:", text)
