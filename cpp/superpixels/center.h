@@ -9,11 +9,12 @@
 namespace sdftrack {
 
 // Colour times CellGrid::scale, place in units of CellGrid::unit. `used`: some pixel of its cell is inside
-// the mask.
+// the mask. `beneath`: the colour of the pixel at its place, for the next image of a video.
 struct Center {
   int color[3] = {0, 0, 0};
   int x = 0, y = 0, z = 0;
   int used = 0;
+  int beneath[3] = {0, 0, 0};
 };
 
 // Of the pixels of a centre; x and y in pixels.

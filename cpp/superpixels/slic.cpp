@@ -88,9 +88,16 @@ void Slic::place_centers(const SlicImage& image, int band, const int* c2x, bool 
     Center& center = centers_[at(std::int64_t{band} * grid_.nx + i)];
     const CellBox box{grid_.x_begin[at(i)], grid_.x_begin[at(i) + 1], grid_.y_begin[at(band)],
                       grid_.y_begin[at(band) + 1]};
-    if (resume && still_fits(planes, center, box, grid_)) continue;
+    if (resume && still_fits(planes, center, box, grid_.unit, grid_.scale)) continue;
     center = first_center(planes, box, grid_.unit);
   }
+}
+
+// For the next image of a video.
+void Slic::remember(const SlicImage& image, int band, const int* c2x) {
+  const PixelPlanes planes{c01_.data(), c2x, nullptr, image.mask, image.width, image.height};
+  for (int i = 0; i < grid_.nx; ++i)
+    note_beneath(planes, grid_.unit, &centers_[at(std::int64_t{band} * grid_.nx + i)]);
 }
 
 // Every pixel belongs to its own cell's centre before the first iteration.
@@ -205,6 +212,7 @@ SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool re
         going = way != 0;  // nothing has moved: nothing will
       });
     }
+    phases.each([&](int band) { remember(image, band, c2x); });
     connect_.find_runs(&phases, codes());
     if (options.connected)
       connect_.join(&phases, smallest);

@@ -54,6 +54,7 @@ class Slic {
   struct Band;
   void prepare(const SlicImage& image, const SlicOptions& options);
   void convert_rows(const SlicImage& image, const SlicOptions& options, int band, int* c2x);
+  void remember(const SlicImage& image, int band, const int* c2x);
   void place_centers(const SlicImage& image, int band, const int* c2x, bool resume);
   void sum_home(int i, int band, const CellRows& cell, int x, int y, bool masked);
   void assign(int band, const SlicOptions& options, const int* c2x, bool first);

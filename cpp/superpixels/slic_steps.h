@@ -12,9 +12,11 @@
 
 namespace sdftrack {
 
-// Of a video's next image: how far from the middle of its cell, in cells, and how unlike the colour there, in
-// units of colour, a centre may be that is kept.
-constexpr double kStays = 0.75;
+// Of a video's next image: how far from the middle of its cell, in cells, a centre may be that is kept; from
+// where on the colour beneath it has changed, and then how unlike the centre's own it may be (units of
+// colour).
+constexpr double kStays = 1;
+constexpr double kChanged = 3;
 constexpr double kAlike = 20;
 
 struct PixelPlanes {
@@ -71,20 +73,38 @@ HD std::int64_t color_gradient(const PixelPlanes& p, int x, int y) {
   return sum;
 }
 
-// Whether a centre of the image before may go on in this one: near its cell, and of the colour that is there
-// now. Centres that wander off with what they lie on leave their cells to others, and there would be fewer
-// and fewer; after a cut none fits.
-inline bool still_fits(const PixelPlanes& p, const Center& center, const CellBox& box, const CellGrid& grid) {
-  const double x = center.x / grid.unit, y = center.y / grid.unit;
-  if (!(std::abs(x - 0.5 * (box.x_begin + box.x_end - 1)) <= kStays * (box.x_end - box.x_begin))) return false;
-  if (!(std::abs(y - 0.5 * (box.y_begin + box.y_end - 1)) <= kStays * (box.y_end - box.y_begin))) return false;
-  const int u = std::clamp(static_cast<int>(x + 0.5), 0, p.width - 1);
-  const int v = std::clamp(static_cast<int>(y + 0.5), 0, p.height - 1);
-  const std::int64_t i = static_cast<std::int64_t>(v) * p.width + u;
-  const std::int64_t d0 = low_of(p.c01[i]) - center.color[0], d1 = high_of(p.c01[i]) - center.color[1];
-  const std::int64_t d2 = low_of(p.c2x[i]) - center.color[2];
-  const double most = kAlike * grid.scale;
-  return static_cast<double>(d0 * d0 + d1 * d1 + d2 * d2) <= most * most;
+// The pixel at a centre's place.
+inline std::int64_t pixel_beneath(const PixelPlanes& p, const Center& center, double unit) {
+  const int x = std::clamp(static_cast<int>(center.x / unit + 0.5), 0, p.width - 1);
+  const int y = std::clamp(static_cast<int>(center.y / unit + 0.5), 0, p.height - 1);
+  return static_cast<std::int64_t>(y) * p.width + x;
+}
+
+inline void note_beneath(const PixelPlanes& p, double unit, Center* center) {
+  const std::int64_t i = pixel_beneath(p, *center, unit);
+  center->beneath[0] = low_of(p.c01[i]), center->beneath[1] = high_of(p.c01[i]);
+  center->beneath[2] = low_of(p.c2x[i]);
+}
+
+inline double distance2(const int* a, const int* b) {
+  double sum = 0;
+  for (int k = 0; k < 3; ++k) sum += static_cast<double>(a[k] - b[k]) * (a[k] - b[k]);
+  return sum;
+}
+
+// Whether a centre of the image before may go on in this one: near its cell, and the colour beneath it is
+// what it was. Centres that wander off with what they lie on leave their cells to others, and there would be
+// fewer and fewer segments; after a cut none fits.
+inline bool still_fits(const PixelPlanes& p, const Center& center, const CellBox& box, double unit,
+                       double scale) {
+  const double dx = center.x / unit - 0.5 * (box.x_begin + box.x_end - 1);
+  const double dy = center.y / unit - 0.5 * (box.y_begin + box.y_end - 1);
+  if (std::abs(dx) > kStays * (box.x_end - box.x_begin) || std::abs(dy) > kStays * (box.y_end - box.y_begin))
+    return false;
+  Center now = center;
+  note_beneath(p, unit, &now);
+  return distance2(now.beneath, center.beneath) <= kChanged * scale * kChanged * scale ||
+         distance2(now.beneath, center.color) <= kAlike * scale * kAlike * scale;
 }
 
 // The pixel of the cell inside the mask that is nearest to its middle, the first of equals; false: there is

@@ -314,7 +314,9 @@ def test_a_memory_is_kept_in_a_file_and_goes_on_from_it(scene, tmp_path, capsys)
     assert ShapeMemory.load(kept).n_learnt == 2 * learnt
     assert run([*command, "--out", str(tmp_path / "c")]) == 0
     judged = json.loads((tmp_path / "c" / "result.json").read_text())["frames"][1:]
-    assert all(frame["judgement"] is not None for frame in judged)  # a taught memory judges from the first frame
+    assert all(
+        frame["judgement"] is not None for frame in judged
+    )  # a taught memory judges from the first frame
 
 
 @pytest.mark.parametrize("option", [["--memory-file", "m.shapes"], ["--burn-in", "3"]])

@@ -418,7 +418,11 @@ def test_the_measuring_command_prints_a_row_per_view_and_refuses_a_folder_withou
     [
         (lambda: st.fit_primitive(np.zeros((0, 3)), "plane"), ValueError, "at least 8.*got 0"),
         (lambda: st.fit_primitive(cloud(7), "plane"), ValueError, "at least 8.*got 7"),
-        (lambda: st.fit_primitive(np.outer(np.arange(50), [0.001, 0.002, 0.003]), "plane"), ValueError, "in one line"),
+        (
+            lambda: st.fit_primitive(np.outer(np.arange(50), [0.001, 0.002, 0.003]), "plane"),
+            ValueError,
+            "in one line",
+        ),
         (lambda: st.fit_primitive(np.ones((50, 3)), "plane"), ValueError, "one place"),
         (lambda: st.fit_primitive(cloud(50)), ValueError, "in one plane; fit kind='plane'"),
         (

@@ -19,7 +19,7 @@ Labels = NDArray[np.int32]
 SPACES = ("lab", "xyz", "rgb")
 DISTANCES = ("slic", "thesis")
 MOST = 2**30  # segments, rounds, first label
-BYTES_PER_PIXEL, BYTES_PER_SEGMENT = 12, 220
+BYTES_PER_PIXEL, BYTES_PER_SEGMENT = 10, 220
 
 
 def slic(
