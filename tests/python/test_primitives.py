@@ -439,7 +439,8 @@ def test_the_readings_just_above_the_table_are_not_chosen_by_their_noise():
     true = Seen.of(st.Frame(truth.depth), CAMERA, truth.plane, None)
     foot = on & (true.heights() < 1.25 * TABLE_M * true.growth)
     off_m = (frame.depth - truth.depth)[foot]
-    assert foot.sum() > 300 and abs(off_m.mean()) < 4 * off_m.std() / np.sqrt(foot.sum())
+    assert foot.sum() > 300
+    assert abs(off_m.mean()) < 4 * off_m.std() / np.sqrt(foot.sum())
 
 
 def test_the_measuring_command_prints_a_row_per_noise_and_kind(capsys):
