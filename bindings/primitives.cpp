@@ -224,6 +224,7 @@ void bind_primitives(py::module_& m) {
       .def_readwrite("outline_scale_px", &PrimitiveEnergyOptions::outline_scale_px)
       .def_readwrite("outline_floor", &PrimitiveEnergyOptions::outline_floor)
       .def_readwrite("standing_sigma_m", &PrimitiveEnergyOptions::standing_sigma_m)
+      .def_readwrite("flush", &PrimitiveEnergyOptions::flush)
       .def_readwrite("shrink", &PrimitiveEnergyOptions::shrink)
       .def_readwrite("in_double", &PrimitiveEnergyOptions::in_double);
   py::class_<View>(m, "PrimitiveView", "Readings and edge pixels of an object, for solids of unknown size.")

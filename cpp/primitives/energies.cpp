@@ -46,6 +46,28 @@ void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, c
     out->J[6 + i] = i < size_count(field.kind) ? -size[static_cast<std::size_t>(i)] * reach.size[i] : 0.0;
 }
 
+// Of a cone whose base lies on the plane: the gap below the base's middle, and how much higher than it the
+// rim is along the base's x and y. Free of the kink that the lowest point's gap has where the base is level.
+void flush_residuals(const PrimitiveField& field, const PrimitiveSize& size, const Plane& plane,
+                     SolidResidual (&out)[3]) {
+  const Vec3d m = field.T_obj_cam.R * plane.normal_cam;
+  const double radius = size[0], height = size[1];
+  for (SolidResidual& r : out)
+    for (double& j : r.J) j = 0;
+  const auto turns = [&](const Vec3d& at, SolidResidual* r) {
+    const Vec3d turn = cross(m, at);
+    r->J[3] = turn.x, r->J[4] = turn.y, r->J[5] = turn.z;
+  };
+  out[0].m = plane.offset_m - dot(m, field.T_obj_cam.t) - 0.5 * height * m.z;
+  out[0].J[0] = -m.x, out[0].J[1] = -m.y, out[0].J[2] = -m.z;
+  turns({0, 0, -0.5 * height}, &out[0]);
+  out[0].J[7] = -0.5 * height * m.z;
+  out[1].m = out[1].J[6] = radius * m.x;
+  turns({radius, 0, 0}, &out[1]);
+  out[2].m = out[2].J[6] = radius * m.y;
+  turns({0, radius, 0}, &out[2]);
+}
+
 }  // namespace
 
 std::size_t PrimitiveEnergy::points() const {
@@ -113,11 +135,19 @@ void PrimitiveEnergy::visit(const PrimitiveField& field, const State& x, const A
   }
   if (view_->has_plane) {
     const PrimitiveSize size{field.size_m[0], field.size_m[1], field.size_m[2]};
-    standing_residual(field, size, view_->plane, &r);
     const double w = 1 / (o.standing_sigma_m * o.standing_sigma_m);
-    if ((view_->stands && may_stand(field, view_->plane)) || r.m < 0)
+    const auto pull = [&](const SolidResidual& gap) {
       add(
-          Curve<double>{0.5 * w * r.m * r.m, w * r.m, w}, [&] { return w; }, r.J, w);
+          Curve<double>{0.5 * w * gap.m * gap.m, w * gap.m, w}, [&] { return w; }, gap.J, w);
+    };
+    SolidResidual base[3];
+    if (o.flush) {
+      flush_residuals(field, size, view_->plane, base);
+      for (const SolidResidual& gap : base) pull(gap);
+    } else if (standing_residual(field, size, view_->plane, &r);
+               (view_->stands && may_stand(field, view_->plane)) || r.m < 0) {
+      pull(r);
+    }
   }
   for (int i = 0; i < size_count(kind_); ++i) {
     double J[P] = {};

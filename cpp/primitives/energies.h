@@ -16,6 +16,7 @@ struct PrimitiveEnergyOptions {
   double outline_scale_px = 0.5;  // the same of the edge of the picture
   double outline_floor = 0.0;
   double standing_sigma_m = 0.0005;  // of the gap between the solid and the plane that it stands on
+  bool flush = false;    // all of a cone's base lies on that plane, and not its lowest point alone
   double shrink = 1e-3;  // cost of a length that grows e-fold: ends that nothing bounds stay at the data
   double thin_m = 0;     // a length below this costs: nothing is a sheet, if it need not be
   bool crowded = false;  // the least shape that holds the crowd of readings: a length that grows e-fold costs

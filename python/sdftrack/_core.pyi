@@ -655,6 +655,7 @@ class MotionModel:
     def value(self) -> int:
         ...
 class PrimitiveEnergyOptions:
+    flush: bool
     in_double: bool
     scaling: Scaling
     def __init__(self) -> None:
