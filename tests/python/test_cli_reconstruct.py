@@ -402,3 +402,14 @@ def test_several_sequences_get_a_folder_each_and_failures_come_last(recording, b
     assert "1 of 2 sequences failed" in text
     assert "bare has no mask" in text
     assert (tmp_path / "000003" / "mesh.ply").is_file()
+
+
+def test_the_sequence_itself_is_no_place_for_the_results(bare, capsys):
+    mine = bare / "mesh.ply"
+    mine.write_text("mine")
+    before = sorted(p.name for p in bare.rglob("*"))
+    assert run(["reconstruct", str(bare), "--out", str(bare), "--overwrite"]) == 1
+    assert "--out: expected another folder than the sequence" in capsys.readouterr().err
+    assert sorted(p.name for p in bare.rglob("*")) == before
+    assert mine.read_text() == "mine"
+    mine.unlink()

@@ -41,9 +41,13 @@ def each_sequence(
 ) -> None:
     """Do `work(sequence, its folder for results)` for each; with several, what fails is told at the end."""
     folders = [Path(s) for s in sequences]
+    targets = folder_each(folders, out)
+    for folder, target in zip(folders, targets, strict=True):
+        if target.resolve() == folder.resolve():  # --overwrite or not: its mesh.ply is not ours to replace
+            raise ValueError(f"--out: expected another folder than the sequence {folder}, got the same")
     failed: list[str] = []
     told_at_the_end: tuple[type[Exception], ...] = (OSError, ValueError, TypeError, RuntimeError, *also)
-    for folder, target in zip(folders, folder_each(folders, out), strict=True):
+    for folder, target in zip(folders, targets, strict=True):
         try:
             work(folder, target)
         except told_at_the_end as error:
