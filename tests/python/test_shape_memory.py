@@ -392,7 +392,7 @@ def test_bad_masks_are_refused_and_change_nothing(memory, ask, mask, error, word
 @pytest.mark.parametrize("ask", ["learn", "assess"])
 def test_a_memory_that_another_thread_is_using_says_so(cat, ask):
     memory = learnt(cat[:5])
-    with memory._alone(), pytest.raises(RuntimeError, match="in use by another thread"):
+    with memory._lock, pytest.raises(RuntimeError, match="in use by another thread"):
         getattr(memory, ask)(cat[0])
     assert memory.n_learnt == 5
     getattr(memory, ask)(cat[0])  # the lock is given back

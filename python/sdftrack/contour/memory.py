@@ -5,13 +5,12 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack.alone import Alone
 from sdftrack.contour import memory_file
 from sdftrack.contour.assessment import Assessment, Judgement
 from sdftrack.contour.dct import Order, block_of, series
@@ -128,7 +127,7 @@ class ShapeMemory:
         """
         given = self._checked(mask)
         on_grid = self._on_grid(given)
-        with self._alone():
+        with Alone(self._lock, "shape memory"):
             if self._shapes is not None:
                 self._learn_shape(self._shapes, on_grid)
             elif self._regression is not None:
@@ -187,7 +186,7 @@ class ShapeMemory:
                 "memory: nothing has been learnt; call learn(mask) with whole silhouettes first"
             )
         on_grid = self._on_grid(given)
-        with self._alone():
+        with Alone(self._lock, "shape memory"):
             if self._shapes is not None:
                 return self.judged(given, on_grid, self._shapes.explain(on_grid))
             assert self._regression is not None
@@ -307,7 +306,7 @@ class ShapeMemory:
         return memory
 
     def __getstate__(self) -> dict[str, Any]:
-        with self._alone():
+        with Alone(self._lock, "shape memory"):
             return self._state()
 
     def _state(self) -> dict[str, Any]:
@@ -327,16 +326,6 @@ class ShapeMemory:
         self._shape = (height, width) if height else None
         engine: Any = self._shapes if self._shapes is not None else self._regression
         engine.restore(state)
-
-    @contextmanager
-    def _alone(self) -> Iterator[None]:
-        """One call at a time, or an error at once where another thread is inside."""
-        if not self._lock.acquire(blocking=False):
-            raise RuntimeError("this shape memory is in use by another thread; make one memory per thread")
-        try:
-            yield
-        finally:
-            self._lock.release()
 
     # Between the caller's masks and the memory's grid
 

@@ -4,8 +4,6 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -13,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack.alone import Alone
 from sdftrack.contour.closed_loop import ClosedLoop
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.options import contour_options, whole
@@ -192,7 +191,7 @@ class ContourTracker:
         rgb = _image(image)
         if (box is None) == (mask is None):
             raise ValueError(f"box, mask: expected one of them, got {'none' if box is None else 'both'}")
-        with self._alone():
+        with Alone(self._lock, "tracker"):
             if mask is not None:
                 self._core.start_mask(rgb, _mask(mask, rgb.shape[:2]))
             else:
@@ -229,7 +228,7 @@ class ContourTracker:
                 f"image: expected the size at the start, {self._shape[1]} x {self._shape[0]}, got "
                 f"{rgb.shape[1]} x {rgb.shape[0]}; start again for another video"
             )
-        with self._alone():
+        with Alone(self._lock, "tracker"):
             self._core.observe(rgb)
             learns = False
             try:
@@ -270,16 +269,6 @@ class ContourTracker:
             self._loop.learn(mask, self._core.warp())
         else:
             self._memory.learn(mask)
-
-    @contextmanager
-    def _alone(self) -> Iterator[None]:
-        """One call at a time, or an error at once where another thread is inside."""
-        if not self._lock.acquire(blocking=False):
-            raise RuntimeError("this tracker is in use by another thread; make one tracker per thread")
-        try:
-            yield
-        finally:
-            self._lock.release()
 
     def _result(self, rgb: NDArray[np.uint8], judgement: str | None) -> ContourResult:
         report = self._core.report()

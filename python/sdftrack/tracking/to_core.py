@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""What the core wants to have: volumes, colours, one call at a time."""
+"""What the core wants to have: volumes and colours."""
 
 from __future__ import annotations
-
-import threading
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.sdf import SDF
 
-__all__ = ["Alone", "rgb_seen", "volume_of"]
+__all__ = ["rgb_seen", "volume_of"]
 
 
 def volume_of(shape: SDF) -> tuple[NDArray[np.float32], float, list[float]]:
@@ -26,19 +24,3 @@ def rgb_seen(rgba: NDArray[np.uint8]) -> NDArray[np.uint16]:
     black = known & ~rgba[..., :3].any(axis=-1)
     out[black, 2] = 1  # 0, 0, 0 stands for an unknown colour
     return out
-
-
-class Alone:
-    """The lock for one call, or an error at once where another thread holds it."""
-
-    __slots__ = ("_lock",)
-
-    def __init__(self, lock: threading.Lock) -> None:
-        self._lock = lock
-
-    def __enter__(self) -> None:
-        if not self._lock.acquire(blocking=False):
-            raise RuntimeError("this tracker is in use by another thread; make one tracker per thread")
-
-    def __exit__(self, *_: object) -> None:
-        self._lock.release()

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack.alone import Alone
 from sdftrack.appearance import color_map
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.checks import numbers, of_kind
@@ -45,7 +46,7 @@ from sdftrack.tracking.outcome import (
     unknown_poses,
 )
 from sdftrack.tracking.saving import rebuild
-from sdftrack.tracking.to_core import Alone, rgb_seen, volume_of
+from sdftrack.tracking.to_core import rgb_seen, volume_of
 
 __all__ = ["Tracker"]
 
@@ -432,7 +433,7 @@ class Tracker:
             return rebuild, (self.shapes, self.camera, kwargs, *state)
 
     def _alone(self) -> Alone:
-        return Alone(self._lock)
+        return Alone(self._lock, "tracker")
 
     def _camera_of(self, frame: Frame) -> Camera:
         camera = depth_camera(self.camera if frame.camera is None else frame.camera)
