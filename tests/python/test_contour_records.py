@@ -141,7 +141,7 @@ def test_every_single_flipped_byte_of_a_memorys_file_is_noticed(masks, tmp_path)
 def test_a_memory_in_use_by_another_thread_is_not_saved_half_way(masks, tmp_path):
     memory = st.contour.ShapeMemory()
     memory.learn(masks[0])
-    with memory._alone(), pytest.raises(RuntimeError, match="in use by another thread"):
+    with memory._lock, pytest.raises(RuntimeError, match="in use by another thread"):
         memory.save(tmp_path / "a")
     memory.save(tmp_path / "a")
 
