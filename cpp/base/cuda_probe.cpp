@@ -14,18 +14,4 @@ std::vector<float> scale_and_add_cpu(float a, const std::vector<float>& x, const
   return out;
 }
 
-#ifndef SDFTRACK_WITH_CUDA  // else these are in cuda_probe.cu
-bool cuda_built() { return false; }
-bool cuda_available() { return false; }
-std::string cuda_device_name() { return {}; }
-
-void copy_from_device(const void*, std::size_t, void*) {
-  throw std::runtime_error("this build has no CUDA path; build with SDFTRACK_CUDA=ON");
-}
-
-std::vector<float> scale_and_add_cuda(float, const std::vector<float>&, const std::vector<float>&) {
-  throw std::runtime_error("this build has no CUDA path; build with SDFTRACK_CUDA=ON");
-}
-#endif
-
 }  // namespace sdftrack

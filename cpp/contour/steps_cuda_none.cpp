@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // What a build without CUDA has in place of steps_cuda.cu: one error.
-#ifndef SDFTRACK_WITH_CUDA
 #include <stdexcept>
 
 #include "contour/steps_cuda.h"
@@ -12,4 +11,3 @@ std::vector<float> contour_steps_cuda(const ContourOptions&, int, int, int, cons
 }
 
 }  // namespace sdftrack
-#endif

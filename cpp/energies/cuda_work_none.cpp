@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // What a build without CUDA has in place of cuda_work.cu: one error.
-#ifndef SDFTRACK_WITH_CUDA
 #include <stdexcept>
 
 #include "energies/cuda_work.h"
@@ -38,4 +37,3 @@ void CudaOps<Field, Penalty>::settle(CudaWork*, const Loop&, int) {
 #undef SDFTRACK_PAIR
 
 }  // namespace sdftrack
-#endif

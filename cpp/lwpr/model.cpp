@@ -142,10 +142,4 @@ std::vector<double> LwprModel::training_error() const {
   return out;
 }
 
-#ifndef SDFTRACK_WITH_CUDA  // else in predict.cu
-void LwprModel::predict_cuda(const double*, std::size_t, double*) const {
-  throw std::runtime_error("this build has no CUDA path; build with SDFTRACK_CUDA=ON");
-}
-#endif
-
 }  // namespace sdftrack

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // What a build without CUDA has in place of slic_cuda.cu: one error.
-#ifndef SDFTRACK_WITH_CUDA
 #include <stdexcept>
 
 #include "superpixels/slic.h"
@@ -12,4 +11,3 @@ SlicResult slic_cuda(const SlicImage&, const SlicOptions&, int*) {
 }
 
 }  // namespace sdftrack
-#endif
