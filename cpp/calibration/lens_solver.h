@@ -11,13 +11,13 @@ namespace sdftrack {
 
 struct IntrinsicsOptions {
   Residual residual = Residual::kRayHit;  // or kPoint, the source's, in the last stage
-  int max_pixels = 3500;                  // of a frame
+  int max_pixels = 5000;                  // of a frame
   double padding_m = 0.03;                // a pixel counts when its point is this near the object's box
   double least_scale_m = 2e-4;            // s of the last stage, or the noise where that is more
   double outlier_floor = 0.1;
   int coarse_steps = 12, fine_steps = 12;  // trials of a stage
   // Of a frame, what suffices: for the early stages, for the joint steps at the noise, for the bias.
-  int coarse_pixels = 350, fine_pixels = 1750, twin_pixels = 700;
+  int coarse_pixels = 350, fine_pixels = 1500, twin_pixels = 700;
   int threads = 1;
 
   int stride(int pixels) const { return std::max(1, max_pixels / pixels); }

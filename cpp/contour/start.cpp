@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "contour/color_difference.h"
 #include "contour/tracker.h"
 
 namespace sdftrack {
@@ -16,6 +17,9 @@ namespace sdftrack {
 namespace {
 
 constexpr double kLeastContrast = 0.02;
+constexpr const char* kOneColor =
+    "box: expected an object whose colours are not those around the box, got next to nothing that differs; "
+    "draw it closer, or start from a mask";
 
 }  // namespace
 
@@ -79,6 +83,8 @@ void ContourTracker::start_here(const RgbView& image, const ImagePart& box) {
                                 " pixels inside the image, got " + std::to_string(box.width()) + " x " +
                                 std::to_string(box.height()));
   make_grid(box);
+  if (!color_difference(image, box, rect_of(grid_, grid_.all(), image)).real())
+    throw std::invalid_argument(kOneColor);
   segment_box(image, box);
   begin(image);
 }
@@ -97,10 +103,6 @@ void ContourTracker::make_grid(const ImagePart& box) {
 // The box is the first guess; then what has the colours of the inside rather than those around, a few times.
 void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
   constexpr int kSteps = 12;
-  constexpr const char* kOneColor =
-      "box: expected an object whose colours are not those around the box, got next to nothing that differs; "
-      "draw it "
-      "closer, or start from a mask";
   ContourGrid& g = grid_;
   const auto within = [&](int ix, int iy) {
     double u, v;

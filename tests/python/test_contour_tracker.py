@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """ContourTracker: discs and bars whose motion is known, a blob on texture, the hook of a memory, bad input."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -394,6 +395,28 @@ def test_every_option_is_told_of_and_can_be_set():
     }
     changed = {k: np.float64(v) if isinstance(v, float) else v for k, v in changed.items()}
     assert st.contour.ContourTracker(**changed).options == pytest.approx(changed)
+
+
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("jpeg", [False, True])
+def test_a_box_on_a_wall_of_one_colour_is_refused_whatever_its_noise(seed, jpeg):
+    rng = np.random.default_rng(seed)
+    wall = rng.integers(20, 235, 3) + rng.normal(0, [1, 3, 6, 12, 25, 50][seed % 6], (240, 320, 3))
+    wall = np.clip(wall, 0, 255).astype(np.uint8)
+    if jpeg:
+        wall = cv2.imdecode(cv2.imencode(".jpg", wall)[1], cv2.IMREAD_COLOR)
+    with pytest.raises(ValueError, match="box: expected an object whose colours"):
+        st.contour.ContourTracker().start(wall, box=(60, 50, 80, 60) if seed < 6 else (20, 20, 30, 20))
+
+
+def test_a_stick_that_fills_a_tenth_of_its_box_is_not_taken_for_noise():
+    rng = np.random.default_rng(0)
+    image = rng.normal([90, 120, 60], 12, (240, 320, 3))
+    stick = cv2.line(np.zeros((240, 320), np.uint8), (60, 50), (140, 110), 1, 5) > 0
+    image[stick] += [90, -20, 0]
+    box = cv2.boundingRect(stick.astype(np.uint8))
+    result = st.contour.ContourTracker().start(np.clip(image, 0, 255).astype(np.uint8), box=box)
+    assert (result.mask & stick).sum() / (result.mask | stick).sum() > 0.6
 
 
 def test_a_frame_before_the_start_is_refused():

@@ -74,16 +74,60 @@ def test_beside_a_known_shape_its_size_is_its_own_and_it_can_be_removed():
     assert tracker.sizes[0].kind == "cylinder"
 
 
-def test_where_nothing_stands_a_primitive_is_refused_with_a_reason():
+def test_where_nothing_stands_a_primitive_is_lost_with_a_reason():
     many, truth = frames(1)
     empty = st.Frame(np.where(truth.mask, 0, many[0].depth))
     tracker = st.Tracker(st.Primitive("box"), CAMERA, threads=1)
-    with pytest.raises(ValueError, match=r"shapes\[0\]: no box found there"):
-        tracker.start(empty)
+    result = tracker.start(empty)
+    assert result.status == [st.Status.LOST]
+    assert result.confidence[0] == 0
+    assert np.isnan(result.covariances).all()
+    assert "no box found there; give a mask" in result.reason[0]
+    assert tracker.sizes == [None]
     with pytest.raises(ValueError, match="kind"):
         st.Primitive("torus")
     with pytest.raises(ValueError, match="voxels"):
         st.Primitive("box", voxels=3)
+
+
+def test_a_primitive_that_comes_into_view_later_is_found_then():
+    many, truth = frames(4)
+    empty = st.Frame(np.where(truth.mask, 0, many[0].depth))
+    for searching in (True, False):
+        tracker = st.Tracker(st.Primitive("cylinder", voxels=64), CAMERA, threads=1, recover=searching)
+        assert tracker.start(empty, masks=truth.mask).status == ["lost"]
+        assert tracker.track(empty).status == ["lost"]
+        assert tracker.track(np.zeros_like(empty.depth)).status == ["bad_frame"]
+        assert tracker.track(many[0]).ok == searching
+        if not searching:
+            assert tracker.recover(many[0], mask=truth.mask).ok
+        result = tracker.track(many[1])
+        assert result.ok, result.reason
+        assert np.linalg.norm(result.pose[:3, 3] - truth.T_cam_obj[:3, 3]) < POSE_ATOL_M
+        np.testing.assert_allclose(list(tracker.sizes[0].size.values()), list(SIZE.values()), rtol=2 * RTOL)
+
+
+@pytest.mark.parametrize("where", ["pose", "mask", "box", None])
+def test_a_primitive_can_be_added_to_a_running_tracker(where):
+    many, truth = frames(4)
+    v, u = np.nonzero(truth.mask)
+    box = (u.min(), v.min(), np.ptp(u) + 1, np.ptp(v) + 1)
+    place = {"pose": truth.T_cam_obj, "mask": truth.mask, "box": box}
+    tracker = st.Tracker(st.SDF.sphere(0.03, voxels=24), CAMERA, threads=1, recover=False)
+    pose = truth.T_cam_obj.copy()
+    pose[0, 3] += 0.3  # where no sphere is
+    tracker.start(many[0], poses=pose)
+    k = tracker.add(
+        st.Primitive("cylinder", voxels=64), **({} if where is None else {where: place[where]}), name="can"
+    )
+    if where is None:
+        tracker.recover_lost = True
+    for frame in many[1:]:
+        result = tracker.track(frame)
+    assert result.status[k] == "ok", result.reason
+    np.testing.assert_allclose(list(tracker.sizes[k].size.values()), list(SIZE.values()), rtol=2 * RTOL)
+    with pytest.raises(TypeError, match=r"shape: expected st.SDF, got str; .* or give a st.Primitive"):
+        tracker.add("sphere")
 
 
 def test_a_cloud_is_not_replaced_by_its_fit(tmp_path, capsys):

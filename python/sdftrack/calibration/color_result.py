@@ -13,6 +13,7 @@ from sdftrack.calibration.pairs import BallPairs
 from sdftrack.calibration.projective import ProjectiveMap, RigidMap
 from sdftrack.calibration.statistics import student_t975
 from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.compared import Compared
 
 __all__ = ["ColorCalibration"]
 
@@ -20,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class ColorCalibration:
+class ColorCalibration(Compared):
     """A depth-to-colour registration and how well it is known.
 
     Attributes

@@ -51,7 +51,7 @@ def calibrate_intrinsics(
     free: Sequence[str] = ("fx", "fy", "cx", "cy"),
     progress: Callable[[int], None] | None = None,
     residual: str = "ray_hit",
-    max_pixels: int = 3500,
+    max_pixels: int = 5000,
     threads: int = 0,
 ) -> IntrinsicsResult:
     """Find the intrinsics of a depth camera from frames of a known object: no pattern, no correspondences.

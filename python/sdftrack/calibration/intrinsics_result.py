@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from sdftrack.calibration.observability import Observability
 from sdftrack.calibration.statistics import fuse
 from sdftrack.camera import Camera
+from sdftrack.compared import Compared
 from sdftrack.results import Step
 
 __all__ = ["IntrinsicsResult", "PerFrame"]
@@ -21,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class PerFrame:
+class PerFrame(Compared):
     """Each frame's own optimum, and their information-weighted mean (thesis Eq. 3.23).
 
     Frames that have none, since their view leaves an unknown open, are not among them.
@@ -52,7 +53,7 @@ class PerFrame:
 
 
 @dataclass(frozen=True, eq=False)
-class IntrinsicsResult:
+class IntrinsicsResult(Compared):
     """Intrinsics of a depth camera from a known object, with what they are worth.
 
     Attributes

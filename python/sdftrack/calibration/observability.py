@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from sdftrack import metrics
 from sdftrack.camera import Camera
+from sdftrack.compared import Compared
 from sdftrack.sdf import SDF
 
 __all__ = ["Observability", "observe", "refuse_flat_shape", "refuse_still_object", "refuse_unobservable"]
@@ -37,8 +38,8 @@ SIDES: dict[str, Any] = {
 }
 
 
-@dataclass(frozen=True)
-class Observability:
+@dataclass(frozen=True, eq=False)
+class Observability(Compared):
     """What the object showed of the camera.
 
     Attributes

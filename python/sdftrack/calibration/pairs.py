@@ -9,6 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.compared import Compared
+
 __all__ = ["BallPairs", "Path"]
 
 Array = NDArray[np.float64]
@@ -17,7 +19,7 @@ LONGEST_GAP = 2.5  # usual frame periods that the path is carried over
 
 
 @dataclass(frozen=True, eq=False)
-class BallPairs:
+class BallPairs(Compared):
     """N frames in which the ball was found in both images.
 
     Attributes

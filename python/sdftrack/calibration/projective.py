@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from sdftrack import geometry
 from sdftrack.camera import Camera
+from sdftrack.compared import Compared
 
 __all__ = ["ProjectiveMap", "RigidMap", "decompose", "dlt", "resection"]
 
@@ -23,7 +24,7 @@ STEP_M = 1e-6  # of the numerical derivative through a lens
 
 
 @dataclass(frozen=True, eq=False)
-class ProjectiveMap:
+class ProjectiveMap(Compared):
     """``y = M (p, 1)``, pixel ``y_01 / y_2``; `M` is (3, 4), `depth` the depth camera."""
 
     M: Array
@@ -75,7 +76,7 @@ class ProjectiveMap:
 
 
 @dataclass(frozen=True, eq=False)
-class RigidMap:
+class RigidMap(Compared):
     """The colour camera at `T_color_depth`; unknowns (v, w): T <- exp(v, w) T, metres and radians."""
 
     T_color_depth: Array

@@ -86,7 +86,7 @@ def intrinsics(
     ] = "error",
     max_pixels: Annotated[
         int, typer.Option("--max-pixels", min=LEAST_PIXELS, help="Readings of a frame that are used.")
-    ] = 3500,
+    ] = 5000,
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,
     threads: ThreadsOption = 0,

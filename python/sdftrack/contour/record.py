@@ -3,22 +3,22 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from sdftrack.compared import Compared
 
 __all__ = ["ArrayRecord", "mask_png"]
 
 PICTURE_PX = 240  # height of a picture in a notebook, at most
 
 
-class ArrayRecord:
+class ArrayRecord(Compared):
     """Base of a frozen dataclass (``eq=False``) some of whose fields are arrays.
 
-    Arrays are kept as copies that cannot be written, so that a result stays what it was. Two records are equal where
-    all fields are: arrays by shape, dtype and every value.
+    Arrays are kept as copies that cannot be written, so that a result stays what it was.
     """
 
     def __post_init__(self) -> None:
@@ -28,26 +28,10 @@ class ArrayRecord:
                 own.setflags(write=False)
                 object.__setattr__(self, name, own)
 
-    def _values(self) -> dict[str, Any]:
-        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}  # type: ignore[arg-type]
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, ArrayRecord) or type(other) is not type(self):
-            return NotImplemented
-        return all(_same(a, other._values()[name]) for name, a in self._values().items())
-
-    __hash__ = None  # type: ignore[assignment]
-
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), tuple(
             self._values().values()
         )  # through __post_init__, so that a copy cannot be written
-
-
-def _same(a: Any, b: Any) -> bool:
-    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
-        return a.dtype == b.dtype and np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
-    return bool(a == b or (a != a and b != b))
 
 
 def mask_png(mask: NDArray[np.bool_], more: NDArray[np.bool_] | None = None) -> bytes:

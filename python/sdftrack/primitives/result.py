@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.compared import Compared
 from sdftrack.mesh import Mesh
 from sdftrack.primitives.plate import plate_of
 from sdftrack.results import Status
@@ -29,8 +30,8 @@ KINDS = tuple(SIZES)
 SOLIDS = tuple(kind for kind in KINDS if kind != "plane")  # what has an inside, and so a distance volume
 
 
-@dataclass(frozen=True)
-class PrimitiveFit:
+@dataclass(frozen=True, eq=False)
+class PrimitiveFit(Compared):
     """A primitive's pose and size, and how well they are known.
 
     Attributes

@@ -101,6 +101,8 @@ class FreeSize:
         if frame.depth is None:
             return None
         mask = _mask_of(place, frame.depth.shape)
+        if mask is not None and not (frame.depth[mask] > 0).any():
+            return None
         seen = Seen.of(frame, camera, "auto", mask)
         found = _at(pieces(seen, mask), place, camera)
         if not found:

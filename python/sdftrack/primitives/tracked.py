@@ -32,6 +32,7 @@ class FreeSizes:
         several = isinstance(shapes, (list, tuple))
         many = list(shapes) if several else [shapes]
         self._free = {k: FreeSize(s) for k, s in enumerate(many) if isinstance(s, Primitive)}
+        self._missing: dict[int, Any] = {}  # those not found yet, and where the next frame is to show them
         volumes = [s.placeholder() if isinstance(s, Primitive) else s for s in many]
         self.shapes = volumes if several else volumes[0]
 
@@ -39,24 +40,74 @@ class FreeSizes:
         """What is known of each of the `count` shapes."""
         return [self._free[k].fit if k in self._free else None for k in range(count)]
 
+    def add(self, k: int, shape: Any, place: Any) -> Any:
+        """One more shape, in `place` in the next frame; what the core is to be given."""
+        if not isinstance(shape, Primitive):
+            return shape
+        self._free[k], self._missing[k] = FreeSize(shape), place
+        return shape.placeholder()
+
     def remove(self, k: int) -> None:
         """Object k is gone; those behind it move up."""
         self._free = {j - (j > k): free for j, free in self._free.items() if j != k}
+        self._missing = {j - (j > k): place for j, place in self._missing.items() if j != k}
+
+    def look_at(self, k: int, place: Any) -> None:
+        """Where the next frame shows object k, if it was not found yet."""
+        if k in self._missing:
+            self._missing[k] = place
 
     def start(self, tracker: Tracker, frame: Frame, camera: Camera, places: list[Any]) -> None:
         """Fit each in its place, which becomes its pose."""
-        if not self._free:
+        self._missing = {k: places[k] for k in self._free}
+        found = self._found(frame, camera, tracker.threads, dict(self._missing))
+        if not found:
             return
         shapes = list(tracker.shapes)
-        for k, free in self._free.items():
-            fit = free.start(frame, camera, places[k], tracker.threads)
-            if fit is None:
-                raise ValueError(
-                    f"shapes[{k}]: no {free.primitive.kind.replace('auto', 'primitive')} found there; give a mask of "
-                    "it, or a frame in which it stands free on the table"
-                )
-            shapes[k], places[k] = free.volume(), fit.T_cam_obj
+        for k, fit in found.items():
+            shapes[k], places[k] = self._free[k].volume(), fit.T_cam_obj
         tracker._replace_shapes(shapes, None)
+
+    def find(
+        self, tracker: Tracker, frame: Frame, camera: Camera, anywhere: bool
+    ) -> dict[int, NDArray[np.float64]]:
+        """Poses of those not found before this frame; `anywhere`: also of those without a place."""
+        places = {k: place for k, place in self._missing.items() if anywhere or place is not None}
+        found = self._found(frame, camera, tracker.threads, places)
+        if found:
+            shapes, poses = list(tracker.shapes), tracker._best.copy()
+            for k, fit in found.items():
+                shapes[k], poses[k] = self._free[k].volume(), fit.T_cam_obj
+            tracker._replace_shapes(shapes, poses)
+        return {k: fit.T_cam_obj for k, fit in found.items()}
+
+    def _found(
+        self, frame: Frame, camera: Camera, threads: int, places: dict[int, Any]
+    ) -> dict[int, PrimitiveFit]:
+        """Fits of those that are there, missing no longer; the places of others were this frame's alone."""
+        found: dict[int, PrimitiveFit] = {}
+        if frame.depth is None:
+            return found
+        for k, place in places.items():
+            fit = self._free[k].start(frame, camera, place, threads)
+            if fit is None:
+                self._missing[k] = None
+            else:
+                del self._missing[k]
+                found[k] = fit
+        return found
+
+    def confess(self, found: dict[str, Any]) -> None:
+        """Of one not found yet the core follows a stand-in: whatever it says, the object is lost."""
+        for k, free in self._free.items():
+            if free.fit is not None or found["status"][k] == "bad_frame":
+                continue
+            kind = free.primitive.kind.replace("auto", "primitive")
+            found["status"][k], found["confidence"][k], found["inliers"][k] = "lost", 0.0, 0.0
+            found["covariances"][k], found["runner_up"][k] = np.nan, np.nan
+            found["reason"][k] = (
+                f"no {kind} found there; give a mask of it, or a frame in which it stands free on the table"
+            )
 
     def look(self, tracker: Tracker, frame: Frame, camera: Camera, result: TrackResult) -> None:
         """After a frame: sizes again, and new volumes where they have changed by more than a voxel."""

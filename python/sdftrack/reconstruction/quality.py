@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.compared import Compared
 from sdftrack.mesh import Mesh
 
 __all__ = ["Quality", "expected_error", "largest_body", "quality_of", "surface_mesh"]
@@ -19,8 +20,8 @@ GUESS_BLUR_VOXELS = 2.5
 MARGIN_VOXELS = 8
 
 
-@dataclass(frozen=True)
-class Quality:
+@dataclass(frozen=True, eq=False)
+class Quality(Compared):
     """How far a reconstruction may be trusted.
 
     Attributes

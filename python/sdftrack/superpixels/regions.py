@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack.compared import Compared
 from sdftrack.superpixels.arguments import checked_image
 
 __all__ = ["Regions", "adjacency", "mark_boundaries", "mean_colors", "regions"]
@@ -17,8 +18,8 @@ RED = (255, 0, 0)
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Regions:
+@dataclass(frozen=True, eq=False)
+class Regions(Compared):
     """Arrays with an entry for each region, in the order of `labels`.
 
     Attributes

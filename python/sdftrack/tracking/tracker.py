@@ -283,6 +283,7 @@ class Tracker:
             camera = self._camera_of(frame)
             self._index += 1
             begin = time.perf_counter()
+            self._free_sizes.find(self, frame, camera, self.recover_lost)
             result = self._finish(frame, self._run(frame, camera, self._core.track), begin)
             self._free_sizes.look(self, frame, camera, result)
             return result
@@ -337,7 +338,10 @@ class Tracker:
             if not wanted:
                 return last
             begin = time.perf_counter()
-            places = [place] * len(wanted)
+            for j in wanted:
+                self._free_sizes.look_at(j, place)
+            placed = self._free_sizes.find(self, frame, camera, anywhere=True)
+            places = [placed.get(j, place) for j in wanted]
             now = self._run(frame, camera, self._core.recover, wanted, places)
             return self._finish(frame, merged(self._found, now, wanted), begin)
 
@@ -358,12 +362,13 @@ class Tracker:
         prior = None if covariance is None else pose_covariance(covariance)
         with self._alone():
             self._core.set_pose(index, pose, prior)
+            self._free_sizes.look_at(index, pose)
             self._best = self._best.copy()  # results that were handed out keep theirs
             self._best[index] = pose
 
     def add(
         self,
-        shape: SDF,
+        shape: SDF | Primitive,
         pose: ArrayLike | None = None,
         mask: ArrayLike | None = None,
         box: Any = None,
@@ -373,17 +378,19 @@ class Tracker:
 
         Parameters
         ----------
-        shape : SDF
+        shape : SDF or Primitive
         pose, mask, box
             Where it is in the next frame, as in :meth:`start`: one of them, or none to search the whole image.
         name : str, optional
         """
-        of_kind(shape, SDF, "shape", "make one with SDF.from_mesh")
+        if not isinstance(shape, Primitive):
+            of_kind(shape, SDF, "shape", "make one with SDF.from_mesh, or give a st.Primitive")
         place = one_place(pose, mask, box, self._frame_camera)
         with self._alone():
-            k: int = self._core.add(volume_of(shape), place)
-            self._paint(k, shape)
-            self.shapes = [*self.shapes, shape]
+            volume = self._free_sizes.add(len(self.shapes), shape, place)
+            k: int = self._core.add(volume_of(volume), place)
+            self._paint(k, volume)
+            self.shapes = [*self.shapes, volume]
             self.names = [*self.names, f"object {k}" if name is None else str(name)]
             self.mode_used = [*self.mode_used, "depth"]
             self._best = np.concatenate([self._best, pose_or_nan(place)[None]])
@@ -506,6 +513,7 @@ class Tracker:
         self.mode_used = now
 
     def _finish(self, frame: Frame, found: dict[str, Any], begin: float) -> TrackResult:
+        self._free_sizes.confess(found)
         doubt_overlaps(found, self._core, self.names)
         self._note_modes(found)
         status = [STATUS[s] for s in found["status"]]

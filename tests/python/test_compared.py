@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: MIT
+"""Results compare, copy and pickle, whatever arrays they hold."""
+
+import copy
+import dataclasses
+import pickle
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.calibration.color_result import ColorCalibration
+from sdftrack.calibration.intrinsics_result import IntrinsicsResult, PerFrame
+from sdftrack.calibration.observability import Observability
+from sdftrack.calibration.pairs import BallPairs
+from sdftrack.calibration.projective import ProjectiveMap, RigidMap
+from sdftrack.primitives.result import PrimitiveFit
+from sdftrack.reconstruction.quality import Quality
+from sdftrack.superpixels.regions import Regions
+
+RECORDS = [PerFrame, IntrinsicsResult, ColorCalibration, Observability, BallPairs, ProjectiveMap, RigidMap]
+RECORDS += [PrimitiveFit, Quality, Regions]
+
+
+def filled(record, changed=None):
+    """One with an array of its own in every field, in a list in every third, NaN among the numbers."""
+    values = {}
+    for i, field in enumerate(dataclasses.fields(record)):
+        array = np.array([[i, np.nan], [2.0, 3.0]]) + (field.name == changed)
+        values[field.name] = {"a": [array, i]} if i % 3 == 0 else array
+    return record(**values)
+
+
+@pytest.mark.parametrize("record", RECORDS, ids=lambda r: r.__name__)
+def test_a_result_equals_its_copies_and_nothing_else(record):
+    a = filled(record)
+    for b in (filled(record), copy.deepcopy(a), copy.copy(a), pickle.loads(pickle.dumps(a))):
+        assert a == b
+    for field in dataclasses.fields(record):
+        assert a != filled(record, field.name), field.name
+    assert a != "something else"
+
+
+def test_a_fitted_sphere_equals_its_pickle():
+    rng = np.random.default_rng(0)
+    way = rng.normal(size=(400, 3))
+    points = 0.05 * way / np.linalg.norm(way, axis=1, keepdims=True) + [0.0, 0.0, 0.6]
+    fit = st.fit_primitive(points, "sphere")
+    assert pickle.loads(pickle.dumps(fit)) == fit
+    assert fit != st.fit_primitive(points[:-20], "sphere")
