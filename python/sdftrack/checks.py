@@ -15,6 +15,8 @@ __all__ = ["THREADS", "number", "numbers", "of_kind", "whole"]
 def number(value: Any, name: str) -> float:
     """`value` as a float; TypeError that names the argument."""
     try:
+        if isinstance(value, (str, bytes, bool, np.bool_)):
+            raise TypeError
         return float(value)
     except (TypeError, ValueError):
         raise TypeError(f"{name}: expected a number, got {value!r}") from None

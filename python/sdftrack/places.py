@@ -79,7 +79,11 @@ def place_list(kind: str, given: Any, count: int, camera: Camera) -> list[Place]
 def _is_single(given: Any, ndim: int) -> bool:
     if isinstance(given, np.ndarray):
         return given.ndim == ndim
-    return ndim == 1 and isinstance(given, (list, tuple)) and len(given) == 4 and np.ndim(given[0]) == 0
+    for _ in range(ndim):
+        if not isinstance(given, (list, tuple)) or not given:
+            return False
+        given = given[0]
+    return isinstance(given, (int, float, np.number))
 
 
 def one_place(pose: Any, mask: Any, box: Any, camera: Camera) -> Place:

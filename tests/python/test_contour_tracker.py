@@ -313,7 +313,9 @@ def started():
         (IMAGE.astype(np.int64), TypeError, r"got int64; use image.astype\(np.uint8\)"),
         (IMAGE[:80], ValueError, "image: expected the size at the start, 120 x 90, got 120 x 80"),
         (IMAGE[:4, :4], ValueError, "image: expected at least 8 x 8"),
-        (None, ValueError, "image: expected"),
+        (None, TypeError, "image: expected .* got NoneType"),
+        ("a.png", TypeError, "image: expected .* got str"),
+        (st.Frame(np.ones((90, 120), np.float32)), TypeError, "image: expected .* got Frame"),
     ],
 )
 def test_an_image_that_cannot_be_used_is_refused(image, error, told):
@@ -333,7 +335,7 @@ def test_an_image_that_cannot_be_used_is_refused(image, error, told):
         ({"box": (10, 10, 3, 3)}, ValueError, "box: expected a box of at least 30"),
         ({"box": (0, 0, 120, 90)}, ValueError, "box: expected an object whose colours"),
         ({"box": (2, 2, 20, 20)}, ValueError, "box: expected an object whose colours"),
-        ({"mask": MASK.astype(np.uint8)}, TypeError, "mask: expected bool, got uint8; use mask > 0"),
+        ({"mask": MASK.astype(float)}, TypeError, "mask: expected bool or uint8, got float64; use mask > 0"),
         ({"mask": MASK[:50]}, ValueError, r"mask: expected the image's size \(90, 120\)"),
         ({"mask": np.zeros_like(MASK)}, ValueError, "mask: expected at least 30 pixels"),
         ({"mask": np.ones_like(MASK)}, ValueError, "got a full mask"),
@@ -417,6 +419,11 @@ def test_a_stick_that_fills_a_tenth_of_its_box_is_not_taken_for_noise():
     box = cv2.boundingRect(stick.astype(np.uint8))
     result = st.contour.ContourTracker().start(np.clip(image, 0, 255).astype(np.uint8), box=box)
     assert (result.mask & stick).sum() / (result.mask | stick).sum() > 0.6
+
+
+def test_a_mask_of_an_image_file_will_do():
+    same = [st.contour.ContourTracker().start(IMAGE, mask=m).phi for m in (MASK, 255 * MASK.astype(np.uint8))]
+    np.testing.assert_array_equal(*same)
 
 
 def test_a_frame_before_the_start_is_refused():

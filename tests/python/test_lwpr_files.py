@@ -114,7 +114,7 @@ def test_files_that_are_not_there_or_something_else(tmp_path):
         ("w_gen", 0), ("w_gen", 1.0), ("w_gen", float("nan")), ("w_prune", 0.1), ("w_prune", 1.1), ("w_cutoff", 0.0),
         ("w_cutoff", 0.5), ("init_alpha", 0), ("meta_rate", -1), ("penalty", -1e-9), ("add_threshold", 1.5),
         ("init_lambda", 0), ("final_lambda", 1.5), ("tau_lambda", -0.1), ("init_D", []), ("norm_in", 0),
-        ("norm_out", [1.0, -1.0]), ("norm_in", "sd"), ("threads", -1), ("n_in", 0), ("n_out", 1.5),
+        ("norm_out", [1.0, -1.0]), ("norm_in", "sd"), ("threads", -1), ("n_in", 0), ("n_out", -3),
     ],
 )  # fmt: skip
 def test_an_option_out_of_range_is_refused_by_name(option, value):
@@ -384,12 +384,13 @@ def test_a_score_of_nothing_or_by_no_weights_is_refused(arguments, told):
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
-    [({"threads": 10**12}, "threads: expected 0"), ({"threads": True}, "threads: expected 0"),
-     ({"n_in": True}, "n_in: expected None"), ({"n_out": 2**40}, "n_out: expected None")],
+    ("options", "error", "told"),
+    [({"threads": 10**12}, ValueError, "threads: expected 0"), ({"threads": True}, TypeError, "threads: expected 0"),
+     ({"threads": 1.5}, TypeError, "threads: expected 0"), ({"n_in": "two"}, TypeError, "n_in: expected None"),
+     ({"n_in": True}, TypeError, "n_in: expected None"), ({"n_out": 2**40}, ValueError, "n_out: expected None")],
 )  # fmt: skip
-def test_counts_that_are_none_are_refused(options, told):
-    with pytest.raises(ValueError, match=told):
+def test_counts_that_are_none_are_refused(options, error, told):
+    with pytest.raises(error, match=told):
         st.LWPR(**options)
 
 

@@ -130,9 +130,9 @@ def calibrate_intrinsics(
 
 def _places(pose: Any, mask: Any, box: Any, camera: Camera) -> dict[str, Any]:
     """How `Tracker.start` is told; checked before a frame is read."""
-    one_place(pose, mask, box, camera)
+    place = one_place(pose, mask, box, camera)
     given = {"poses": pose, "masks": mask, "boxes": box}
-    return {kind: value for kind, value in given.items() if value is not None}
+    return {kind: place for kind, value in given.items() if value is not None}
 
 
 def _expect_enough(follower: Follower) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack.checks import numbers
+from sdftrack.checks import numbers, whole
 from sdftrack.contour import lwpr_file
 from sdftrack.contour.lwpr_data import Samples, check_norm, inputs, norms, samples
 from sdftrack.contour.lwpr_field import LWPRField, field_from_core
@@ -310,10 +310,9 @@ class LWPR(SklearnParts):
     def _check_parameters(self) -> None:
         for name in ("n_in", "n_out"):
             value = getattr(self, name)
-            if value is not None and not _is_count(value, 1):
-                raise ValueError(f"{name}: expected None or a whole number of at least 1, got {value!r}")
-        if not _is_count(self.threads, 0):
-            raise ValueError(f"threads: expected 0 (all cores) to {MOST - 1}, got {self.threads!r}")
+            if value is not None:
+                whole(value, name, 1, MOST - 1, "None or a whole number of at least 1")
+        whole(self.threads, "threads", 0, MOST - 1, f"0 (all cores) to {MOST - 1}")
         self._core_options().check()
         for name in ("norm_in", "norm_out"):
             check_norm(getattr(self, name), name)
@@ -360,7 +359,3 @@ class LWPR(SklearnParts):
         if self._flat:
             return float(values[0, 0]) if single else values[:, 0]
         return values[0] if single else values
-
-
-def _is_count(value: Any, least: int) -> bool:
-    return isinstance(value, int | np.integer) and not isinstance(value, bool) and least <= int(value) < MOST

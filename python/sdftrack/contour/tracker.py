@@ -116,7 +116,9 @@ class ContourTracker:
     def __init__(
         self, warp: str = "similarity", memory: Memory | None = None, burn_in: int = 60, **options: Any
     ) -> None:
-        if not isinstance(warp, str) or warp not in ("similarity", "affine"):
+        if not isinstance(warp, str):
+            raise TypeError(f'warp: expected "similarity" or "affine", got {warp!r}')
+        if warp not in ("similarity", "affine"):
             raise ValueError(f'warp: expected "similarity" or "affine", got {warp!r}')
         for name in ("learn", "judge", "recover"):
             if memory is not None and not callable(getattr(memory, name, None)):
@@ -172,7 +174,7 @@ class ContourTracker:
             RGB.
         box : (x, y, w, h), optional
             In pixels, around the object, as tight as may be: what is outside counts as background.
-        mask : (H, W) bool, optional
+        mask : (H, W) bool or uint8, optional
             The object's pixels. One of the two.
 
         Returns
@@ -183,7 +185,7 @@ class ContourTracker:
         Raises
         ------
         TypeError
-            The image is not uint8, or the mask not bool.
+            The image is not uint8, or the mask neither bool nor uint8.
         ValueError
             Neither or both of box and mask; a box or mask without object or without background; an image without
             colour channels.
@@ -304,6 +306,8 @@ def _asked(memory: Memory, mask: NDArray[np.bool_], sure: bool) -> tuple[str, ND
 
 def _image(image: ArrayLike) -> NDArray[np.uint8]:
     given = np.asarray(image)
+    if given.dtype.kind not in "biuf":
+        raise TypeError(f"image: expected (H, W, 3) uint8, got {type(image).__name__}")
     if given.ndim == 2 or (given.ndim == 3 and given.shape[2] == 1):
         raise ValueError(
             f"image: expected colours, (H, W, 3), got a grey image {given.shape}; histograms of colour are what this "
@@ -328,8 +332,9 @@ def _image(image: ArrayLike) -> NDArray[np.uint8]:
 
 def _mask(mask: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
     given = np.asarray(mask)
-    if given.dtype != np.bool_:
-        raise TypeError(f"mask: expected bool, got {given.dtype}; use mask > 0")
+    if given.dtype not in (np.bool_, np.uint8):
+        raise TypeError(f"mask: expected bool or uint8, got {given.dtype}; use mask > 0")
+    given = given != 0
     if given.shape != shape:
         raise ValueError(f"mask: expected the image's size {shape}, got {given.shape}")
     if given.all():

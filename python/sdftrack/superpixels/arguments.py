@@ -11,7 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack.checks import number
 from sdftrack.device import host_array
 
-__all__ = ["checked_depth", "checked_image", "checked_mask", "cut", "one_of", "part_with"]
+__all__ = [
+    "checked_depth",
+    "checked_image",
+    "checked_mask",
+    "checked_shape",
+    "checked_values",
+    "cut",
+    "one_of",
+    "part_with",
+]
 
 MOST_PIXELS = 2**31 - 65
 MOST_DEPTH = 200.0  # units of colour: the squared distance must fit into 31 bits
@@ -19,6 +28,11 @@ MOST_DEPTH = 200.0  # units of colour: the squared distance must fit into 31 bit
 
 def checked_image(image: ArrayLike) -> NDArray[Any]:
     """(H, W) or (H, W, 3), C-contiguous, uint8, or float32 in 0..1."""
+    return checked_values(checked_shape(image), None)
+
+
+def checked_shape(image: ArrayLike) -> NDArray[Any]:
+    """(H, W) or (H, W, 3), uint8 or float, whatever its values."""
     given = host_array(image, "image")
     if given.dtype.kind == "b" or (given.dtype.kind in "iu" and given.dtype != np.uint8):
         raise TypeError(
@@ -38,8 +52,16 @@ def checked_image(image: ArrayLike) -> NDArray[Any]:
         raise ValueError(
             f"image: expected fewer than 2^31 pixels, got {given.shape[0]} x {given.shape[1]}; cut it into parts"
         )
+    return given
+
+
+def checked_values(given: NDArray[Any], inside: NDArray[np.uint8] | None) -> NDArray[Any]:
+    """C-contiguous, uint8, or float32 in 0..1; 0 outside a mask where floats need not be any."""
     if given.dtype == np.uint8:
         return np.ascontiguousarray(given)
+    if inside is not None:
+        within = inside.astype(bool)
+        given = np.where(within if given.ndim == 2 else within[..., None], given, given.dtype.type(0))
     low, high = float(given.min()), float(given.max())
     if not (np.isfinite(low) and np.isfinite(high)):
         raise ValueError(

@@ -11,7 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack.checks import THREADS, number, whole
 from sdftrack.device import resolve_device
-from sdftrack.superpixels.arguments import checked_depth, checked_image, checked_mask, cut, one_of, part_with
+from sdftrack.superpixels.arguments import (
+    checked_depth,
+    checked_image,
+    checked_mask,
+    checked_shape,
+    checked_values,
+    cut,
+    one_of,
+    part_with,
+)
 
 __all__ = ["Video", "slic"]
 
@@ -101,8 +110,9 @@ def slic(
     (1, True)
     """
     cuda = resolve_device(device) == "cuda"
-    pixels = checked_image(image)
+    pixels = checked_shape(image)
     inside = checked_mask(mask, pixels.shape[:2], start_label)
+    pixels = checked_values(pixels, inside)
     seen = checked_depth(depth, pixels.shape[:2], depth_weight)
     shape = pixels.shape[:2]
     options = _options(
