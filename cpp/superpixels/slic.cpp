@@ -204,8 +204,8 @@ SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool re
     phases.each([&](int band) { place_centers(image, band, c2x, resume); });
     for (int round = 1; round <= options.max_iterations && going; ++round) {
       phases.each([&](int band) { assign(band, options, c2x, round == 1); });
-      phases.each([&](int band) { moved[at(band)] = update(band); });
-      phases.once([&] {
+      const auto update_band = [&](int band) { moved[at(band)] = update(band); };
+      phases.each(update_band, [&] {
         const std::int64_t way = std::accumulate(moved.begin(), moved.end(), std::int64_t{0});
         result.iterations = round;
         result.residual = static_cast<double>(way) / (grid_.scale * grid_.cells());
