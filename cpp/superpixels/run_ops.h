@@ -22,7 +22,7 @@ struct RunTable {
   const int* first = nullptr;      // the first run of each row, and one more
   int* parent = nullptr;  // >= 0: an earlier run of the region. A root, which is the first, has ~(its
                           // region's pixels), and in the end kNumberZero - the region's number
-  int* best = nullptr;  // of the root of a small region: its choice, or -1
+  int* best = nullptr;    // of the root of a small region: its choice, or -1
 
   const std::uint64_t* row_begins(int y) const { return begins + static_cast<std::ptrdiff_t>(y) * words; }
   std::uint64_t* row_roots(int y) const { return roots + static_cast<std::ptrdiff_t>(y) * words; }

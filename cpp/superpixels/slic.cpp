@@ -114,6 +114,7 @@ void Slic::sum_home(int i, int band, const CellRows& cell, int x, int y, bool ma
 }
 
 void Slic::assign(int band, const SlicOptions& options, const int* c2x, bool first) {
+  const RowOps& row_ops = ops();
   alignas(64) std::uint8_t now[kTile + 64];
   std::uint16_t changed[kMostSlots];
   Gains gains[kCodes]{};
@@ -142,12 +143,9 @@ void Slic::assign(int band, const SlicOptions& options, const int* c2x, bool fir
                             y_place_.data() + y};
         if (first) sum_home(i, band, cell, x, y, masked);
         const Tile tile{codes() + from, now, stride, changed};
-        ops().nearest(options.distance, cell, near, tile);
-        if (!ops().move(cell, tile, first, codes() + from, gains)) continue;
-        for (int k = 0; k < near.count; ++k) {
-          const int id = near.id[k];
-          ops().settle(&gains[near.code[k]], x, y, &sums[(id / 3) * grid_.nx + i + id % 3 - 1]);
-        }
+        row_ops.nearest(options.distance, cell, near, tile);
+        if (row_ops.move(cell, tile, first, codes() + from, gains))
+          row_ops.settle(gains, near, x, y, sums + i - 1, grid_.nx);
       }
     }
   }
