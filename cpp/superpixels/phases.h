@@ -11,7 +11,7 @@ namespace sdftrack {
 
 class Phases {
  public:
-  // Bands for each thread, and more shares than threads, since none knows how long they take.
+  // More shares than threads, since they do not take equally long.
   Phases(int threads, int bands)
       : threads_(threads), bands_(bands), shares_(threads == 1 ? 1 : std::min(bands, 4 * threads)) {}
 
@@ -25,6 +25,7 @@ class Phases {
   void each(const Work& work) {
     each(work, [] {});
   }
+  // By one of them, when all are here.
   template <class Work>
   void once(const Work& work) {
     meet(work);

@@ -31,6 +31,7 @@ HD int root_of(const int* parent, int run) {
 }
 // Seldom is it more than two, where the runs before this one have been led to their roots.
 HD int root_in_order(const int* parent, int run) { return root_of(parent, next_root(parent, run)); }
+
 // The later root gets the earlier one: whether there were two. Both runs then hang on it, or are it.
 HD bool unite(int* parent, int run_a, int run_b) {
   const int a = root_of(parent, run_a), b = root_of(parent, run_b);
@@ -68,7 +69,7 @@ void write_row(RunTable t, int y, int first_label, bool last, int* labels) {
   const int stop = last || t.width < kAtOnce ? t.width - kAtOnce : t.width;
   each_piece(t, y, [&](int run, int x, int end) SLIC_INLINE {
     const int root = t.parent[root_in_order(t.parent, run)];
-    const int label = root == kNobody ? 0 : first_label + kNumberZero - root;
+    const int label = root == kNobody ? 0 : first_label + (kNumberZero - root);
     int some[kAtOnce];
     for (int& s : some) s = label;
     for (; x < end && x <= stop; x += kAtOnce) __builtin_memcpy(row + x, some, sizeof some);

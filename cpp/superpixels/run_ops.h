@@ -18,7 +18,7 @@ struct RunTable {
   int width = 0, height = 0, words = 0;  // of 64 pixels, in a row
   std::uint64_t* begins = nullptr;       // rows of `words`; a bit where a run begins
   std::uint64_t* marks = nullptr;  // where the row above has the same centre; later: runs of small regions
-  std::uint64_t* roots = nullptr;  // of them the roots of regions that have not been joined with their choice
+  std::uint64_t* roots = nullptr;  // of these the roots that have not been joined with their choice
   const int* first = nullptr;      // the first run of each row, and one more
   int* parent = nullptr;  // >= 0: an earlier run of the region. A root, which is the first, has ~(its
                           // region's pixels), and in the end kNumberZero - the region's number
@@ -38,11 +38,11 @@ struct RunOps {
   void (*start)(RunTable, int y, const std::uint8_t* codes, bool masked);
   // Joins what touches between row y and the one above; on several threads if each has rows of its own.
   void (*join)(RunTable, int y);
-  // Marks the runs of row y whose region is smaller than min_size, of all or, again, of those that are marked
-  // already; returns how many they are.
+  // Leads runs of row y to their roots and marks those whose region is smaller than min_size, of all or,
+  // again, of those that are marked already; returns how many they are.
   int (*find_small)(RunTable, int y, int min_size, bool again);
-  // Tells the small regions of row y of the neighbours that they have there; those with roots in from..until
-  // - 1, which are another thread's otherwise. Whether there are any. All runs hang on their roots.
+  // Tells the small regions of row y of the neighbours that they have there, those with roots in from..until
+  // - 1: the others are another thread's. Whether there are any.
   bool (*choose)(RunTable, int y, int from, int until);
   // Joins the small regions with roots in row y with their choices, as far as these are in from..until - 1;
   // whether there was any to join.

@@ -9,24 +9,25 @@
 namespace sdftrack {
 namespace {
 
-// Of what a root holds; not so for kNobody. min_size: at least 1.
 HD Bits all_if(bool yes) { return Bits{0} - static_cast<Bits>(yes); }
-HD bool is_small(int root, int min_size) {
-  const unsigned more_than_one = static_cast<unsigned>(kNumberZero - root);
+// Whether a root holds less than min_size, which is at least 1; not so of kNobody.
+HD bool is_small(int held, int min_size) {
+  const unsigned more_than_one = static_cast<unsigned>(kNumberZero - held);
   return more_than_one < static_cast<unsigned>(min_size) - 1u;
 }
 
-// Leads runs of row y to their roots, and marks those of small regions; again: of those marked.
+// kAgain: of the runs that are marked. The others need not be led to their roots again: a region that is
+// still small had none but small neighbours, or it had chosen a large one.
 template <bool kAgain>
 int mark_small(RunTable t, int y, int min_size) {
   const Bits* const begins = t.row_begins(y);
   Bits *const marks = t.row_marks(y), *const roots = t.row_roots(y);
-  int run = t.first[y], found = 0;
-  for (int w = 0; w < t.words; ++w) {
+  int before = t.first[y] - 1, found = 0;
+  for (int w = 0; w < t.words; before += count(begins[w++])) {
     Bits small = 0, small_roots = 0;
-    const int before = run - 1;
-    for (Bits left = kAgain ? marks[w] : begins[w]; left != 0; left &= left - 1, ++run) {
-      if (kAgain) run = before + count(begins[w] & (left ^ (left - 1)));
+    int run = before;
+    for (Bits left = kAgain ? marks[w] : begins[w]; left != 0; left &= left - 1) {
+      run = kAgain ? before + count(begins[w] & (left ^ (left - 1))) : run + 1;
       const int root = root_in_order(t.parent, run);
       const int held = get(t.parent, root);
       set(t.parent, run, root == run ? held : root);
@@ -34,7 +35,6 @@ int mark_small(RunTable t, int y, int min_size) {
       const Bits bit = (left & -left) & all_if(is_small(held, min_size));
       small |= bit, small_roots |= bit & all_if(root == run);
     }
-    if (kAgain) run = before + count(begins[w]) + 1;
     marks[w] = small, roots[w] = small_roots;
     found += count(small);
   }
@@ -56,7 +56,7 @@ HD Worth unless(bool none, Worth worth) {
   return static_cast<Worth>(static_cast<Bits>(worth) + (static_cast<Bits>(none) << 63));
 }
 
-// Other rows of the region offer theirs too: their order has no say, but one thread must do all of a region.
+// Other rows of the region offer theirs too: their order has no say, but one thread must do all of them.
 HD void offer(const RunTable& t, int own, Worth best) {
   const int chosen = get(t.best, own);
   const Worth before = unless(chosen < 0, worth(t, std::max(chosen, 0)));
@@ -64,7 +64,6 @@ HD void offer(const RunTable& t, int own, Worth best) {
 }
 
 bool choose_row(RunTable t, int y, int from, int until) {
-  const unsigned regions = static_cast<unsigned>(until - from);
   bool found = false;
   const Bits *const begins = t.row_begins(y), *const marks = t.row_marks(y);
   const bool top = y == 0, bottom = y + 1 == t.height;
@@ -74,7 +73,7 @@ bool choose_row(RunTable t, int y, int from, int until) {
       const int x = 64 * w + lowest(left), end = run_end(t, begins, x);
       const int run = before + count(begins[w] & up_to(x % 64));
       const int own = next_root(t.parent, run);
-      if (static_cast<unsigned>(own - from) >= regions) continue;
+      if (own < from || own >= until) continue;
       found = true;
       Worth best = kWorst;
       const auto tell = [&](int other) SLIC_INLINE {

@@ -163,7 +163,8 @@ inline void find_near(const CellGrid& g, const Center* centers, int i, int j, Ne
     near.x[place] = c.x - x0, near.y[place] = c.y - y0, near.z[place] = c.z;
     return c.used;
   };
-  if (i > 0 && j > 0 && i + 1 < g.nx && j + 1 < g.ny) {  // nearly always: places that are constants
+  if (i > 0 && j > 0 && i + 1 < g.nx &&
+      j + 1 < g.ny) {  // nearly always all of them, so that places are constants
     for (int id = 0; id < kNear; ++id) near.count += put(id, id);
     if (near.count == kNear) return;
   }
