@@ -195,8 +195,9 @@ SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool re
       static_cast<std::int64_t>(options.min_size * (static_cast<double>(inside_) / options.n_segments));
   // The colours are done with before the regions come, and so is their second half before the labels.
   connect_.begin(image.width, &grid_.y_begin, image.mask != nullptr, c01_.data(), labels);
-  Phases phases(workers, grid_.ny);
-  parallel_for(at(workers), workers, [&](std::size_t) {
+  Together together(workers, grid_.ny);
+  parallel_for(at(workers), workers, [&](std::size_t worker) {
+    Phases phases(&together, static_cast<int>(worker));
     int* const c2x = labels;
     phases.each([&](int band) { convert_rows(image, options, band, c2x); });
     phases.each([&](int band) { place_centers(image, band, c2x, resume); });

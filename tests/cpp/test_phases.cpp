@@ -17,13 +17,16 @@ class PhasesOf : public testing::TestWithParam<int> {
   template <class Body>
   void together(int bands, const Body& body) {
     const int threads = GetParam();
-    Phases phases(threads, bands);
-    parallel_for(static_cast<std::size_t>(threads), threads, [&](std::size_t) { body(&phases); });
+    Together all(threads, bands);
+    parallel_for(static_cast<std::size_t>(threads), threads, [&](std::size_t worker) {
+      Phases phases(&all, static_cast<int>(worker));
+      body(&phases);
+    });
   }
 };
 
 TEST_P(PhasesOf, threads_do_every_band_once_before_what_follows_and_that_before_the_next_phase) {
-  constexpr int kBands = 13;
+  constexpr int kBands = 13;         // no multiple of the threads
   std::vector<int> done(kBands, 0);  // no atomics: phases are what keeps threads apart
   int followed = 0, wrong = 0;
   together(kBands, [&](Phases* phases) {
