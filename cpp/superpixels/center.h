@@ -33,6 +33,12 @@ HD int rounded_ratio(std::int64_t a, std::int64_t n) {
   return whole_below(static_cast<double>(2 * a + n) / static_cast<double>(2 * n));
 }
 
+// No branch: there is no guessing which is larger.
+HD std::int64_t apart(int a, int b) {
+  const std::int64_t way = static_cast<std::int64_t>(a) - b;
+  return way < 0 ? -way : way;
+}
+
 // The mean; a centre without pixels stays where it is. Returns how far it went (Table A.1's residual, in
 // units of colour times the scale).
 HD std::int64_t move_center(const CenterSums& sums, double unit, Center* center) {
@@ -44,12 +50,8 @@ HD std::int64_t move_center(const CenterSums& sums, double unit, Center* center)
   next.y = place_of(static_cast<double>(sums.y) / n, unit);
   next.z = rounded_ratio(sums.z, sums.count);
   std::int64_t moved = 0;
-  for (int i = 0; i < 3; ++i)
-    moved += next.color[i] < center->color[i] ? center->color[i] - next.color[i]
-                                              : next.color[i] - center->color[i];
-  moved += next.x < center->x ? center->x - next.x : next.x - center->x;
-  moved += next.y < center->y ? center->y - next.y : next.y - center->y;
-  moved += next.z < center->z ? center->z - next.z : next.z - center->z;
+  for (int i = 0; i < 3; ++i) moved += apart(next.color[i], center->color[i]);
+  moved += apart(next.x, center->x) + apart(next.y, center->y) + apart(next.z, center->z);
   *center = next;
   return moved;
 }

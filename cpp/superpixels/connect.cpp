@@ -2,6 +2,7 @@
 #include "superpixels/connect.h"
 
 #include <algorithm>
+#include <climits>
 #include <numeric>
 #include <utility>
 
@@ -20,70 +21,91 @@ const RunOps& ops() { return for_isa<RunOps>(used_isa()); }
 void Connect::begin(int width, const std::vector<int>* y_begin, bool masked, int* parent, int* best) {
   y_begin_ = y_begin, masked_ = masked;
   const int height = y_begin->back(), words = (width + 63) / 64;
-  begins_.resize(at(height) * at(words)), marks_.resize(begins_.size());
+  begins_.resize(at(height) * at(words)), marks_.resize(begins_.size()), roots_.resize(begins_.size());
   first_.resize(at(height) + 1), counted_.resize(y_begin->size() - 1);
-  table_ = {width, height, words, begins_.data(), marks_.data(), first_.data(), parent, best};
+  table_ = {width, height, words, begins_.data(), marks_.data(), roots_.data(), first_.data(), parent, best};
 }
 
 std::size_t Connect::bytes() const {
-  return sizeof(std::uint64_t) * (begins_.capacity() + marks_.capacity()) +
+  return sizeof(std::uint64_t) * (begins_.capacity() + marks_.capacity() + roots_.capacity()) +
          sizeof(int) * (first_.capacity() + counted_.capacity());
 }
 
-template <class Work>
-void Connect::each_row(Phases* phases, const Work& work) {
-  phases->each([&](int band) {
+// Sums of work(row) for each band.
+template <class Work, class Then>
+void Connect::each_row(Phases* phases, const Work& work, const Then& then) {
+  const auto band_sum = [&](int band) {
     int sum = 0;
     for (int y = band_begin(band); y < band_begin(band + 1); ++y) sum += work(y);
     counted_[at(band)] = sum;
-  });
+  };
+  phases->each(band_sum, then);
 }
 
 void Connect::find_runs(Phases* phases, const std::uint8_t* codes) {
   const auto row = [&](int y) { return codes + static_cast<std::ptrdiff_t>(y) * table_.width; };
-  each_row(phases, [&](int y) { return first_[at(y) + 1] = ops().mark(table_, y, row(y), masked_); });
-  phases->once([&] {
+  const auto mark = [&](int y) { return first_[at(y) + 1] = ops().mark(table_, y, row(y), masked_); };
+  each_row(phases, mark, [&] {
     first_[0] = 0;
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
   });
-  phases->each([&](int band) {
+  const auto join_band = [&](int band) {
     for (int y = band_begin(band); y < band_begin(band + 1); ++y) {
       ops().start(table_, y, row(y), masked_);
       if (y > band_begin(band)) ops().join(table_, y);
     }
+  };
+  phases->each(join_band, [&] {
+    for (std::size_t band = 1; band < counted_.size(); ++band) ops().join(table_, (*y_begin_)[band]);
   });
 }
 
-void Connect::join(Phases* phases, std::int64_t min_size) {
-  phases->once([&] {
-    for (std::size_t band = 1; band < counted_.size(); ++band) ops().join(table_, (*y_begin_)[band]);
-  });
-  each_row(phases, [&](int y) { return ops().find_small(table_, y, min_size); });
-  while (true) {
-    phases->once(
+void Connect::join(Phases* phases, std::int64_t least) {
+  const int min_size = static_cast<int>(std::clamp<std::int64_t>(least, 1, INT_MAX));
+  for (bool again = false;; again = true) {
+    each_row(
+        phases, [&](int y) { return ops().find_small(table_, y, min_size, again); },
         [&] { again_ = std::any_of(counted_.begin(), counted_.end(), [](int n) { return n > 0; }); });
     if (!again_) break;
-    each_row(phases, [&](int y) { return ops().choose(table_, y), 0; });
-    phases->once([&] {
-      again_ = false;  // nothing but small regions without a neighbour
-      for (int y = 0; y < table_.height; ++y) again_ |= ops().join_choices(table_, y);
-    });
-    if (!again_) break;
-    each_row(phases, [&](int y) { return ops().keep_small(table_, y, min_size); });
+    join_choices(phases);
+    if (!again_) break;  // nothing but small regions without a neighbour
   }
   number_roots(phases);
 }
 
+// A region is of the share of bands that its root is in, and so has one thread at a time.
+void Connect::join_choices(Phases* phases) {
+  const auto first_run = [&](int band) { return first_[at(band_begin(band))]; };
+  const auto choose = [&](int band, int band_end) {
+    const int from = first_run(band), until = first_run(band_end), end = band_begin(band_end);
+    bool more = true;  // below the share: what hangs down from it
+    for (int y = band_begin(band); y < table_.height && (y < end || more); ++y)
+      more = ops().choose(table_, y, from, until);
+  };
+  phases->each_share(choose, [&] { again_ = false; });
+  const auto join_within = [&](int band, int band_end) {
+    const int from = first_run(band), until = first_run(band_end);
+    bool joined = false;
+    for (int y = band_begin(band); y < band_begin(band_end); ++y)
+      joined |= ops().join_choices(table_, y, from, until);
+    if (joined) again_ = true;
+  };
+  phases->each_share(join_within, [&] {
+    for (int y = 0; y < table_.height; ++y)
+      if (ops().join_choices(table_, y, 0, INT_MAX)) again_ = true;
+  });
+}
+
 void Connect::number_roots(Phases* phases) {
   int* const parent = table_.parent;
-  const auto is_root = [](int p) { return (p < 0) & (p != kNobody); };  // no branch: there is no guessing it
-  phases->each([&](int band) {
+  const auto is_root = [](int p) { return p < kNobody; };
+  const auto count = [&](int band) {
     const int end = first_[at(band_begin(band + 1))];
     int roots = 0;
     for (int run = first_[at(band_begin(band))]; run < end; ++run) roots += is_root(parent[run]);
     counted_[at(band)] = roots;
-  });
-  phases->once([&] {
+  };
+  phases->each(count, [&] {
     regions_ = 0;
     for (int& n : counted_) regions_ += std::exchange(n, regions_);
   });
@@ -92,7 +114,7 @@ void Connect::number_roots(Phases* phases) {
     int next = counted_[at(band)];
     for (int run = first_[at(band_begin(band))]; run < end; ++run) {
       const bool root = is_root(parent[run]);
-      parent[run] = root ? -1 - next : parent[run];
+      parent[run] = root ? kNumberZero - next : parent[run];
       next += root;
     }
   });

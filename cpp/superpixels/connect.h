@@ -9,6 +9,7 @@
 // then numbers in the order of the image. Rows are done in bands, on any number of threads.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -38,15 +39,17 @@ class Connect {
 
  private:
   int band_begin(int band) const { return (*y_begin_)[static_cast<std::size_t>(band)]; }
-  template <class Work>
-  void each_row(Phases* phases, const Work& work);
+  template <class Work, class Then>
+  void each_row(Phases* phases, const Work& work, const Then& then);
+  void join_choices(Phases* phases);
   void number_roots(Phases* phases);
 
   const std::vector<int>* y_begin_ = nullptr;
   RunTable table_;
-  bool masked_ = false, again_ = false;
+  bool masked_ = false;
+  std::atomic<bool> again_{false};
   int regions_ = 0;
-  std::vector<std::uint64_t> begins_, marks_;
+  std::vector<std::uint64_t> begins_, marks_, roots_;
   std::vector<int> first_;
   std::vector<int> counted_;  // of each band
 };
@@ -68,7 +71,7 @@ void Connect::take_centers(int centers, const CenterOf& center_of) {
   for (int& n : number)
     if (n == 0) n = regions_++;
   each([&](int run, int center) {
-    table_.parent[run] = center < 0 ? kNobody : -1 - number[static_cast<std::size_t>(center)];
+    table_.parent[run] = center < 0 ? kNobody : kNumberZero - number[static_cast<std::size_t>(center)];
   });
 }
 

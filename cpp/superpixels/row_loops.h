@@ -4,7 +4,7 @@
 
 #include "superpixels/row_nearest.h"
 #include "superpixels/row_sums.h"
-#include "superpixels/run_loops.h"
+#include "superpixels/run_small.h"
 
 namespace sdftrack {
 namespace {
@@ -43,8 +43,7 @@ void linearize_row(const float* values, int n, float* light) {
 
 const RowOps RowOps::SDFTRACK_SET = {convert_row, linearize_row, nearest_centers,
                                      sum_tile,    move_pixels,   settle_gains};
-const RunOps RunOps::SDFTRACK_SET = {
-    mark_row,   start_row,           join_row, find_small_in_row, keep_small_in_row,
-    choose_row, join_choices_of_row, write_row};
+const RunOps RunOps::SDFTRACK_SET = {mark_row,   start_row,           join_row, find_small_in_row,
+                                     choose_row, join_choices_of_row, write_row};
 
 }  // namespace sdftrack

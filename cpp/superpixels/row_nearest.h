@@ -48,7 +48,7 @@ HD void nearest_in_rows(const P& part, const CellRows& cell, const NearCenters& 
   for (int r = 0; r < kRows; ++r) {
     const std::ptrdiff_t at = (row + r) * cell.stride + i;
     // The same rows of the next cell: lines too far apart for the processor to guess.
-    prefetch(cell.c01 + at + cell.width), prefetch(cell.c2x + at + cell.width);
+    prefetch(cell.c01 + at + cell.width + kW - 1), prefetch(cell.c2x + at + cell.width + kW - 1);
     p01[r] = pair_times_4(part.load(cell.c01 + at));
     p2y[r] = ((part.load(cell.c2x + at) << 2) & 0xffff) | all_lanes(cell.y[row + r] << 18);
   }

@@ -79,8 +79,9 @@ struct RowOps {
   // Takes the changed pixels from their old centres, gives them to the new ones and writes their codes;
   // whether there are any. first: all of them have the same old one.
   bool (*move)(const CellRows&, const Tile&, bool first, std::uint8_t* codes, Gains* gains);
-  // Gains to sums, and 0 from then on; x and y of the tile's first pixel.
-  void (*settle)(Gains* gains, int x, int y, CenterSums* sums);
+  // Gains to the sums of the centres around a cell, and 0 from then on; x and y of the tile's first pixel.
+  // `corner`: of the cell above to the left; `stride` of them in a row.
+  void (*settle)(Gains* gains, const NearCenters&, int x, int y, CenterSums* corner, std::ptrdiff_t stride);
 
   static const RowOps baseline, avx2, avx512;
 };

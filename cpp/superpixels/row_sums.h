@@ -83,17 +83,22 @@ bool move_pixels(const CellRows& given, const Tile& given_tile, bool first, std:
   return first ? move_all<true>(cell, tile, codes, gains) : move_all<false>(cell, tile, codes, gains);
 }
 
-void settle_gains(Gains* gains, int x, int y, CenterSums* sums) {
+void settle_gains(Gains* gains, const NearCenters& near, int x, int y, CenterSums* corner,
+                  std::ptrdiff_t stride) {
   static_assert(sizeof(CenterSums) == sizeof(EightLong));
-  Eight owed;
-  EightLong all;
-  __builtin_memcpy(&owed, gains->sums, sizeof owed);
-  __builtin_memcpy(&all, sums, sizeof all);
-  const long long n = gains->sums[3];
-  all += __builtin_convertvector(owed, EightLong) + EightLong{0, 0, 0, 0, n * x, n * y, 0, 0};
-  __builtin_memcpy(static_cast<void*>(sums), &all, sizeof all);
-  owed = Eight{};
-  __builtin_memcpy(gains->sums, &owed, sizeof owed);
+  const EightLong place{0, 0, 0, 0, x, y, 0, 0};
+  for (int k = 0; k < near.count; ++k) {
+    Gains* const of = gains + near.code[k];
+    CenterSums* const sums = corner + near.id[k] / 3 * stride + near.id[k] % 3;
+    Eight owed;
+    EightLong all;
+    __builtin_memcpy(&owed, of->sums, sizeof owed);
+    __builtin_memcpy(&all, sums, sizeof all);
+    all += __builtin_convertvector(owed, EightLong) + place * of->sums[3];
+    __builtin_memcpy(static_cast<void*>(sums), &all, sizeof all);
+    owed = Eight{};
+    __builtin_memcpy(of->sums, &owed, sizeof owed);
+  }
 }
 
 }  // namespace

@@ -114,6 +114,7 @@ void Slic::sum_home(int i, int band, const CellRows& cell, int x, int y, bool ma
 }
 
 void Slic::assign(int band, const SlicOptions& options, const int* c2x, bool first) {
+  const RowOps& row_ops = ops();
   alignas(64) std::uint8_t now[kTile + 64];
   std::uint16_t changed[kMostSlots];
   Gains gains[kCodes]{};
@@ -142,12 +143,9 @@ void Slic::assign(int band, const SlicOptions& options, const int* c2x, bool fir
                             y_place_.data() + y};
         if (first) sum_home(i, band, cell, x, y, masked);
         const Tile tile{codes() + from, now, stride, changed};
-        ops().nearest(options.distance, cell, near, tile);
-        if (!ops().move(cell, tile, first, codes() + from, gains)) continue;
-        for (int k = 0; k < near.count; ++k) {
-          const int id = near.id[k];
-          ops().settle(&gains[near.code[k]], x, y, &sums[(id / 3) * grid_.nx + i + id % 3 - 1]);
-        }
+        row_ops.nearest(options.distance, cell, near, tile);
+        if (row_ops.move(cell, tile, first, codes() + from, gains))
+          row_ops.settle(gains, near, x, y, sums + i - 1, grid_.nx);
       }
     }
   }
@@ -197,15 +195,16 @@ SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool re
       static_cast<std::int64_t>(options.min_size * (static_cast<double>(inside_) / options.n_segments));
   // The colours are done with before the regions come, and so is their second half before the labels.
   connect_.begin(image.width, &grid_.y_begin, image.mask != nullptr, c01_.data(), labels);
-  Phases phases(workers, grid_.ny);
-  parallel_for(at(workers), workers, [&](std::size_t) {
+  Together together(workers, grid_.ny);
+  parallel_for(at(workers), workers, [&](std::size_t worker) {
+    Phases phases(&together, static_cast<int>(worker));
     int* const c2x = labels;
     phases.each([&](int band) { convert_rows(image, options, band, c2x); });
     phases.each([&](int band) { place_centers(image, band, c2x, resume); });
     for (int round = 1; round <= options.max_iterations && going; ++round) {
       phases.each([&](int band) { assign(band, options, c2x, round == 1); });
-      phases.each([&](int band) { moved[at(band)] = update(band); });
-      phases.once([&] {
+      const auto update_band = [&](int band) { moved[at(band)] = update(band); };
+      phases.each(update_band, [&] {
         const std::int64_t way = std::accumulate(moved.begin(), moved.end(), std::int64_t{0});
         result.iterations = round;
         result.residual = static_cast<double>(way) / (grid_.scale * grid_.cells());

@@ -153,23 +153,26 @@ inline void find_near(const CellGrid& g, const Center* centers, int i, int j, Ne
   near.count = 0;
   if (!centers[static_cast<std::int64_t>(j) * g.nx + i].used) return;
   const int x0 = g.x_middle[static_cast<std::size_t>(i)], y0 = g.y_middle[static_cast<std::size_t>(j)];
-  int n = 0;
-  const auto take = [&](const Center& c, int id) {
-    near.id[n] = id, near.code[n] = code_of(i + id % 3 - 1, j + id / 3 - 1);
-    near.c0[n] = c.color[0], near.c1[n] = c.color[1], near.c2[n] = c.color[2];
-    near.x[n] = c.x - x0, near.y[n] = c.y - y0, near.z[n] = c.z;
+  const auto center_at = [&](int id) -> const Center& {
+    return centers[static_cast<std::int64_t>(j + id / 3 - 1) * g.nx + i + id % 3 - 1];
   };
-  for (int v = -1; v <= 1; ++v) {
-    if (j + v < 0 || j + v >= g.ny) continue;
-    const Center* const row = centers + static_cast<std::int64_t>(j + v) * g.nx + i;
-    for (int u = i > 0 ? -1 : 0; u <= (i + 1 < g.nx ? 1 : 0); ++u) {
-      take(row[u], 4 + 3 * v + u);
-      n += row[u].used;
-    }
+  const auto put = [&](int place, int id) {
+    const Center& c = center_at(id);
+    near.id[place] = id, near.code[place] = code_of(i + id % 3 - 1, j + id / 3 - 1);
+    near.c0[place] = c.color[0], near.c1[place] = c.color[1], near.c2[place] = c.color[2];
+    near.x[place] = c.x - x0, near.y[place] = c.y - y0, near.z[place] = c.z;
+    return c.used;
+  };
+  if (i > 0 && j > 0 && i + 1 < g.nx &&
+      j + 1 < g.ny) {  // nearly always all of them, so that places are constants
+    for (int id = 0; id < kNear; ++id) near.count += put(id, id);
+    if (near.count == kNear) return;
   }
+  int n = 0;
+  for (int v = j > 0 ? -1 : 0; v <= (j + 1 < g.ny ? 1 : 0); ++v)
+    for (int u = i > 0 ? -1 : 0; u <= (i + 1 < g.nx ? 1 : 0); ++u) n += put(n, 4 + 3 * v + u);
   near.count = n;
-  const int id = near.id[0];
-  for (; n < kNear; ++n) take(centers[static_cast<std::int64_t>(j + id / 3 - 1) * g.nx + i + id % 3 - 1], id);
+  for (const int id = near.id[0]; n < kNear; ++n) put(n, id);
 }
 
 // Adds n pixels of a row to the sums of one centre, those outside the mask left out.
