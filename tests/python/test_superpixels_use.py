@@ -106,3 +106,45 @@ def test_the_report_of_a_masked_picture_counts_neighbours_among_segments(tmp_pat
         (pairs[:, 0] > 0).sum()
     )
     assert (pairs[:, 0] == 0).any()
+
+
+def test_what_lies_outside_a_mask_need_not_be_a_number():
+    image = np.random.default_rng(0).random((40, 50, 3))
+    image[:10] = np.nan
+    inside = np.isfinite(image).all(axis=2)
+    clean = np.where(inside[..., None], image, 0.25)
+    np.testing.assert_array_equal(
+        st.superpixels.slic(image, 20, mask=inside), st.superpixels.slic(clean, 20, mask=inside)
+    )
+    inside[5, 5] = True
+    with pytest.raises(ValueError, match="image: expected finite values"):
+        st.superpixels.slic(image, 20, mask=inside)
+
+
+def test_arguments_of_scikit_image_pass_where_they_change_nothing():
+    image = np.random.default_rng(0).integers(0, 256, (40, 50, 3), np.uint8)
+    usual = {"channel_axis": -1, "sigma": 0, "spacing": None, "convert2lab": True, "slic_zero": False}
+    np.testing.assert_array_equal(
+        st.superpixels.slic(image, 20, **usual, max_size_factor=3), st.superpixels.slic(image, 20)
+    )
+    for other, told in (
+        ({"sigma": 1.5}, "sigma: expected 0, got 1.5; blur"),
+        ({"channel_axis": 0}, "moveaxis"),
+    ):
+        with pytest.raises(ValueError, match=told):
+            st.superpixels.slic(image, 20, **other)
+    with pytest.raises(TypeError, match="unexpected keyword argument 'segments'"):
+        st.superpixels.slic(image, segments=20)
+    for compactness in ("10", True):
+        with pytest.raises(TypeError, match="compactness: expected a number"):
+            st.superpixels.slic(image, 20, compactness)
+
+
+def test_boundaries_are_what_is_marked():
+    image = np.random.default_rng(0).integers(0, 200, (40, 50, 3), np.uint8)
+    labels = st.superpixels.slic(image, 20)
+    edges = st.superpixels.boundaries(labels)
+    marked = st.superpixels.mark_boundaries(image, labels)
+    np.testing.assert_array_equal((marked == (255, 0, 0)).all(axis=2), edges)
+    np.testing.assert_array_equal(marked[~edges], image[~edges])
+    assert (labels[:, 1:][~edges[:, :-1]] == labels[:, :-1][~edges[:, :-1]]).all()

@@ -20,15 +20,35 @@ __all__ = [
     "cut",
     "one_of",
     "part_with",
+    "refuse_unless_usual",
 ]
 
 MOST_PIXELS = 2**31 - 65
+# What scikit-image's slic takes besides: values that change nothing, and what to do for another.
+USUAL: dict[str, tuple[tuple[Any, ...], str]] = {
+    "channel_axis": ((-1, 2), "put the colours last with numpy.moveaxis"),
+    "sigma": ((0, None), "blur the image first, as skimage.filters.gaussian does"),
+    "spacing": ((None, (1, 1)), "pixels are square; resize the image"),
+    "convert2lab": ((None, True), 'for colours as they are use color_space="rgb"'),
+    "slic_zero": ((False,), "compactness is the same for all segments"),
+    "max_size_factor": ((3,), "segments have no largest size; raise compactness"),
+}
 MOST_DEPTH = 200.0  # units of colour: the squared distance must fit into 31 bits
 
 
 def checked_image(image: ArrayLike) -> NDArray[Any]:
     """(H, W) or (H, W, 3), C-contiguous, uint8, or float32 in 0..1."""
     return checked_values(checked_shape(image), None)
+
+
+def refuse_unless_usual(others: dict[str, Any]) -> None:
+    """TypeError for an unknown argument, ValueError for one of scikit-image's that would change something."""
+    for name, value in others.items():
+        if name not in USUAL:
+            raise TypeError(f"slic() got an unexpected keyword argument {name!r}")
+        usual, instead = USUAL[name]
+        if not any(np.array_equal(value, same) for same in usual):
+            raise ValueError(f"{name}: expected {usual[0]!r}, got {value!r}; {instead}")
 
 
 def checked_shape(image: ArrayLike) -> NDArray[Any]:

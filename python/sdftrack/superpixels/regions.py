@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack.compared import Compared
 from sdftrack.superpixels.arguments import checked_image
 
-__all__ = ["Regions", "adjacency", "mark_boundaries", "mean_colors", "regions"]
+__all__ = ["Regions", "adjacency", "boundaries", "mark_boundaries", "mean_colors", "regions"]
 
 RED = (255, 0, 0)
 Array = NDArray[np.float64]
@@ -115,6 +115,28 @@ def adjacency(labels: ArrayLike) -> NDArray[np.int64]:
     return np.unique(pairs, axis=0) if len(pairs) else pairs
 
 
+def boundaries(labels: ArrayLike) -> NDArray[np.bool_]:
+    """Pixels whose right or lower neighbour has another label.
+
+    Parameters
+    ----------
+    labels : (H, W) array of whole numbers
+
+    Returns
+    -------
+    (H, W) bool array
+
+    >>> import sdftrack as st
+    >>> st.superpixels.boundaries([[1, 1, 2], [3, 3, 2]]).tolist()
+    [[True, True, False], [False, True, False]]
+    """
+    L = _labels(labels)
+    edges = np.zeros(L.shape, bool)
+    edges[:, :-1] |= L[:, :-1] != L[:, 1:]
+    edges[:-1] |= L[:-1] != L[1:]
+    return edges
+
+
 def mark_boundaries(
     image: ArrayLike, labels: ArrayLike, color: tuple[int, int, int] = RED
 ) -> NDArray[np.uint8]:
@@ -128,7 +150,7 @@ def mark_boundaries(
 
     Returns
     -------
-    (H, W, 3) uint8 array, RGB; pixels whose right or lower neighbour has another label are of that colour
+    (H, W, 3) uint8 array, RGB; the pixels of :func:`boundaries` are of that colour
     """
     L = _labels(labels)
     pixels = _image(image, L)
@@ -137,10 +159,7 @@ def mark_boundaries(
         raise ValueError(f"color: expected three whole numbers 0..255 (red, green, blue), got {color!r}")
     picture = pixels if pixels.dtype == np.uint8 else np.floor(255 * pixels + 0.5).astype(np.uint8)
     picture = np.repeat(picture[..., None], 3, axis=2) if picture.ndim == 2 else picture.copy()
-    edges = np.zeros(L.shape, bool)
-    edges[:, :-1] |= L[:, :-1] != L[:, 1:]
-    edges[:-1] |= L[:-1] != L[1:]
-    picture[edges] = paint
+    picture[boundaries(L)] = paint
     return picture
 
 

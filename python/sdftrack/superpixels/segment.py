@@ -20,6 +20,7 @@ from sdftrack.superpixels.arguments import (
     cut,
     one_of,
     part_with,
+    refuse_unless_usual,
 )
 
 __all__ = ["Video", "slic"]
@@ -47,6 +48,7 @@ def slic(
     depth_weight: float = 20.0,
     threads: int = 0,
     device: str = "auto",
+    **scikit_image: Any,
 ) -> Labels:
     """Superpixels by simple linear iterative clustering (Achanta et al. 2012; appendix A).
 
@@ -83,6 +85,9 @@ def slic(
     threads : int
         0: all cores.
     device : {"auto", "cpu", "cuda"}
+    **scikit_image
+        ``channel_axis``, ``sigma``, ``spacing``, ``convert2lab``, ``slic_zero``, ``max_size_factor``, as long as they
+        have the value that changes nothing there; the error of another one says what to do instead.
 
     Returns
     -------
@@ -109,6 +114,7 @@ def slic(
     >>> int(labels.min()), bool((labels[:, 39] != labels[:, 40]).all())
     (1, True)
     """
+    refuse_unless_usual(scikit_image)
     cuda = resolve_device(device) == "cuda"
     pixels = checked_shape(image)
     inside = checked_mask(mask, pixels.shape[:2], start_label)
