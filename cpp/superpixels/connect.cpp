@@ -28,18 +28,7 @@ void Connect::begin(int width, const std::vector<int>* y_begin, bool masked, int
 
 std::size_t Connect::bytes() const {
   return sizeof(std::uint64_t) * (begins_.capacity() + marks_.capacity() + roots_.capacity()) +
-         sizeof(int) * (first_.capacity() + counted_.capacity());
-}
-
-// Sums of work(row) for each band.
-template <class Work, class Then>
-void Connect::each_row(Phases* phases, const Work& work, const Then& then) {
-  const auto band_sum = [&](int band) {
-    int sum = 0;
-    for (int y = band_begin(band); y < band_begin(band + 1); ++y) sum += work(y);
-    counted_[at(band)] = sum;
-  };
-  phases->each(band_sum, then);
+         sizeof(int) * (first_.capacity() + counted_.capacity() + number_.capacity());
 }
 
 void Connect::find_runs(Phases* phases, const std::uint8_t* codes) {
@@ -49,6 +38,10 @@ void Connect::find_runs(Phases* phases, const std::uint8_t* codes) {
     first_[0] = 0;
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
   });
+}
+
+void Connect::join_touching(Phases* phases, const std::uint8_t* codes) {
+  const auto row = [&](int y) { return codes + static_cast<std::ptrdiff_t>(y) * table_.width; };
   const auto join_band = [&](int band) {
     for (int y = band_begin(band); y < band_begin(band + 1); ++y) {
       ops().start(table_, y, row(y), masked_);
@@ -60,7 +53,8 @@ void Connect::find_runs(Phases* phases, const std::uint8_t* codes) {
   });
 }
 
-void Connect::join(Phases* phases, std::int64_t least) {
+void Connect::join(Phases* phases, const std::uint8_t* codes, std::int64_t least) {
+  join_touching(phases, codes);
   const int min_size = static_cast<int>(std::clamp<std::int64_t>(least, 1, INT_MAX));
   for (bool again = false;; again = true) {
     each_row(

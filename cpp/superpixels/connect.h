@@ -10,8 +10,10 @@
 #pragma once
 
 #include <atomic>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "superpixels/phases.h"
@@ -27,12 +29,12 @@ class Connect {
 
   // Each called by all threads together. `codes`: of all pixels, rows without gaps; see RunOps::mark.
   void find_runs(Phases* phases, const std::uint8_t* codes);
-  void join(Phases* phases, std::int64_t min_size);
+  void join(Phases* phases, const std::uint8_t* codes, std::int64_t min_size);
   void write(Phases* phases, int first_label, int* labels);
 
   // In place of join(): the numbers of centres, of which some have pixels; center_of(x, y).
   template <class CenterOf>
-  void take_centers(int centers, const CenterOf& center_of);
+  void take_centers(Phases* phases, int centers, const CenterOf& center_of);
 
   int regions() const { return regions_; }  // after join() or take_centers()
   std::size_t bytes() const;
@@ -41,6 +43,7 @@ class Connect {
   int band_begin(int band) const { return (*y_begin_)[static_cast<std::size_t>(band)]; }
   template <class Work, class Then>
   void each_row(Phases* phases, const Work& work, const Then& then);
+  void join_touching(Phases* phases, const std::uint8_t* codes);
   void join_choices(Phases* phases);
   void number_roots(Phases* phases);
 
@@ -52,26 +55,45 @@ class Connect {
   std::vector<std::uint64_t> begins_, marks_, roots_;
   std::vector<int> first_;
   std::vector<int> counted_;  // of each band
+  std::vector<int> number_;   // of each centre, where centres are taken
 };
 
-template <class CenterOf>
-void Connect::take_centers(int centers, const CenterOf& center_of) {
-  std::vector<int> number(static_cast<std::size_t>(centers), -1);
-  const auto each = [&](const auto& visit) {
-    for (int y = 0; y < table_.height; ++y) {
-      int run = table_.first[y] - 1;
-      for (int x = 0; x < table_.width; ++x)
-        if (table_.row_begins(y)[x / 64] >> x % 64 & 1) visit(++run, center_of(x, y));
-    }
+// Sums of work(row) for each band.
+template <class Work, class Then>
+void Connect::each_row(Phases* phases, const Work& work, const Then& then) {
+  const auto band_sum = [&](int band) {
+    int sum = 0;
+    for (int y = band_begin(band); y < band_begin(band + 1); ++y) sum += work(y);
+    counted_[static_cast<std::size_t>(band)] = sum;
   };
-  each([&](int, int center) {
-    if (center >= 0) number[static_cast<std::size_t>(center)] = 0;
+  phases->each(band_sum, then);
+}
+
+template <class CenterOf>
+void Connect::take_centers(Phases* phases, int centers, const CenterOf& center_of) {
+  int* const centre_of_run = table_.parent;
+  const auto look_up = [&](int y) {
+    const std::uint64_t* const begins = table_.row_begins(y);
+    int run = table_.first[y];
+    for (int word = 0; word < table_.words; ++word)
+      for (std::uint64_t bits = begins[word]; bits; bits &= bits - 1)
+        centre_of_run[run++] = center_of(64 * word + std::countr_zero(bits), y);
+    return 0;
+  };
+  each_row(phases, look_up, [&] {
+    const int runs = table_.first[table_.height];
+    number_.assign(static_cast<std::size_t>(centers), 0);
+    for (int run = 0; run < runs; ++run)
+      if (centre_of_run[run] >= 0) number_[static_cast<std::size_t>(centre_of_run[run])] = 1;
+    regions_ = 0;
+    for (int& n : number_) regions_ += std::exchange(n, regions_);
   });
-  regions_ = 0;
-  for (int& n : number)
-    if (n == 0) n = regions_++;
-  each([&](int run, int center) {
-    table_.parent[run] = center < 0 ? kNobody : kNumberZero - number[static_cast<std::size_t>(center)];
+  phases->each([&](int band) {
+    const int end = table_.first[band_begin(band + 1)];
+    for (int run = table_.first[band_begin(band)]; run < end; ++run) {
+      const int centre = centre_of_run[run];
+      centre_of_run[run] = centre < 0 ? kNobody : kNumberZero - number_[static_cast<std::size_t>(centre)];
+    }
   });
 }
 

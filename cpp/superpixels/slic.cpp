@@ -214,10 +214,9 @@ SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool re
     phases.each([&](int band) { remember(image, band, c2x); });
     connect_.find_runs(&phases, codes());
     if (options.connected)
-      connect_.join(&phases, smallest);
+      connect_.join(&phases, codes(), smallest);
     else
-      phases.once(
-          [&] { connect_.take_centers(grid_.cells(), [&](int x, int y) { return center_of(x, y); }); });
+      connect_.take_centers(&phases, grid_.cells(), [&](int x, int y) { return center_of(x, y); });
     connect_.write(&phases, options.first_label, labels);
   });
   result.segments = connect_.regions();
