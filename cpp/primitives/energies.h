@@ -23,7 +23,7 @@ struct PrimitiveEnergyOptions {
   double outline_scale_px = 0.5;  // the same of the edge of the picture
   double outline_floor = 0.0;
   double standing_sigma_m = 0.0005;  // of the gap between the solid and the plane that it stands on
-  double resting_sigma_rad = 0.002;  // of the turn between what of it lies on the plane and the plane
+  double resting_sigma_rad = 0.001;  // of the turn between what of it lies on the plane and the plane
   Rest rest = Rest::kPoint;
   double shrink = 1e-3;  // cost of a length that grows e-fold: ends that nothing bounds stay at the data
   double thin_m = 0;     // a length below this costs: nothing is a sheet, if it need not be

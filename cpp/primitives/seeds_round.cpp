@@ -132,7 +132,7 @@ void guess_round(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed,
   for (const Vec3d& axis : axes_of(kind, cloud, seed)) {
     Vec3d u, v;
     across(axis, &u, &v);
-    const double most = kind == PrimitiveKind::kCylinder ? 0.35 : 0.9;
+    const double most = kind == PrimitiveKind::kCylinder ? 0.35 : 0.97;
     std::vector<Oriented> sides;
     for (const Oriented& o : cloud.normals)
       if (std::abs(dot(o.n, axis)) < most) sides.push_back(o);
