@@ -210,7 +210,10 @@ void bind_primitives(py::module_& m) {
       .value("ellipsoid", PrimitiveKind::kEllipsoid)
       .value("plane", PrimitiveKind::kPlane);
   py::enum_<Scaling>(m, "Scaling").value("exact", Scaling::kExact).value("printed", Scaling::kPrinted);
-  py::enum_<Rest>(m, "Rest").value("point", Rest::kPoint).value("base", Rest::kBase).value("side", Rest::kSide);
+  py::enum_<Rest>(m, "Rest")
+      .value("point", Rest::kPoint)
+      .value("base", Rest::kBase)
+      .value("side", Rest::kSide);
   py::class_<PrimitiveFitOptions>(m, "PrimitiveFitOptions")
       .def(py::init<>())
       .def_readwrite("scaling", &PrimitiveFitOptions::scaling)

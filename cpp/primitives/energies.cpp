@@ -46,21 +46,21 @@ void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, c
     out->J[6 + i] = i < size_count(field.kind) ? -size[static_cast<std::size_t>(i)] * reach.size[i] : 0.0;
 }
 
-// Of what lies on the plane with a base or along a line: the gap (m) below the base's middle or the line, and
-// the turns (rad, to first order) away from lying flat. Free of the kink that the lowest point's gap has where
-// the base is level or the line lies. How many of `out` there are.
+// Of what lies on the plane with a base or along a line: the gap (m) below the base's middle or the line,
+// then the turns away from lying flat (their sines). Free of the kink that the lowest point's gap has where
+// the base is level or the line lies. Returns how many of `out` there are.
 int resting_residuals(const PrimitiveField& field, const PrimitiveSize& size, const Plane& plane, Rest rest,
-                      SolidResidual (&gap_and_turns)[3]) {
+                      SolidResidual (&out)[3]) {
   const Vec3d m = field.T_obj_cam.R * plane.normal_cam;
   const double radius = size[0], half = 0.5 * size[1];
   const auto set = [&](int i, double value, const Vec3d& at) {
-    SolidResidual& r = gap_and_turns[i];
+    SolidResidual& r = out[i];
     const Vec3d turn = cross(m, at);
     r.m = value;
     for (double& j : r.J) j = 0;
     r.J[3] = turn.x, r.J[4] = turn.y, r.J[5] = turn.z;
   };
-  SolidResidual& gap = gap_and_turns[0];
+  SolidResidual& gap = out[0];
   const double middle = plane.offset_m - dot(m, field.T_obj_cam.t);
   const auto set_gap = [&](const Vec3d& at) {
     set(0, middle + dot(m, at), at);
