@@ -176,6 +176,11 @@ class Fitter {
     Candidate flat = *best;
     improve(e, 10, false, &flat, false);
     if (!(flat.cost < best->cost + kFlat)) return Rest::kPoint;
+    // A thing of another kind may cost less from here and not lie flat all the same.
+    const double z = (flat.x.T_obj_cam[0].R * view_.plane.normal_cam).z;
+    const double off =
+        (e.rest == Rest::kSide ? z * z : 1 - z * z) / (e.resting_sigma_rad * e.resting_sigma_rad);
+    if (0.5 * off > kFlat) return Rest::kPoint;
     *best = flat;
     return e.rest;
   }
