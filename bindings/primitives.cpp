@@ -210,6 +210,10 @@ void bind_primitives(py::module_& m) {
       .value("ellipsoid", PrimitiveKind::kEllipsoid)
       .value("plane", PrimitiveKind::kPlane);
   py::enum_<Scaling>(m, "Scaling").value("exact", Scaling::kExact).value("printed", Scaling::kPrinted);
+  py::enum_<Rest>(m, "Rest")
+      .value("point", Rest::kPoint)
+      .value("base", Rest::kBase)
+      .value("side", Rest::kSide);
   py::class_<PrimitiveFitOptions>(m, "PrimitiveFitOptions")
       .def(py::init<>())
       .def_readwrite("scaling", &PrimitiveFitOptions::scaling)
@@ -224,7 +228,8 @@ void bind_primitives(py::module_& m) {
       .def_readwrite("outline_scale_px", &PrimitiveEnergyOptions::outline_scale_px)
       .def_readwrite("outline_floor", &PrimitiveEnergyOptions::outline_floor)
       .def_readwrite("standing_sigma_m", &PrimitiveEnergyOptions::standing_sigma_m)
-      .def_readwrite("flush", &PrimitiveEnergyOptions::flush)
+      .def_readwrite("resting_sigma_rad", &PrimitiveEnergyOptions::resting_sigma_rad)
+      .def_readwrite("rest", &PrimitiveEnergyOptions::rest)
       .def_readwrite("shrink", &PrimitiveEnergyOptions::shrink)
       .def_readwrite("in_double", &PrimitiveEnergyOptions::in_double);
   py::class_<View>(m, "PrimitiveView", "Readings and edge pixels of an object, for solids of unknown size.")

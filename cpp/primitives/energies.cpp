@@ -46,26 +46,39 @@ void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, c
     out->J[6 + i] = i < size_count(field.kind) ? -size[static_cast<std::size_t>(i)] * reach.size[i] : 0.0;
 }
 
-// Of a cone whose base lies on the plane: the gap below the base's middle, and how much higher than it the
-// rim is along the base's x and y. Free of the kink that the lowest point's gap has where the base is level.
-void flush_residuals(const PrimitiveField& field, const PrimitiveSize& size, const Plane& plane,
-                     SolidResidual (&out)[3]) {
+// Of what lies on the plane with a base or along a line: the gap (m) below the base's middle or the line,
+// then the turns away from lying flat (their sines). Free of the kink that the lowest point's gap has where
+// the base is level or the line lies. Returns how many of `out` there are.
+int resting_residuals(const PrimitiveField& field, const PrimitiveSize& size, const Plane& plane, Rest rest,
+                      SolidResidual (&out)[3]) {
   const Vec3d m = field.T_obj_cam.R * plane.normal_cam;
-  const double radius = size[0], height = size[1];
-  for (SolidResidual& r : out)
-    for (double& j : r.J) j = 0;
-  const auto turns = [&](const Vec3d& at, SolidResidual* r) {
+  const double radius = size[0], half = 0.5 * size[1];
+  const auto set = [&](int i, double value, const Vec3d& at) {
+    SolidResidual& r = out[i];
     const Vec3d turn = cross(m, at);
-    r->J[3] = turn.x, r->J[4] = turn.y, r->J[5] = turn.z;
+    r.m = value;
+    for (double& j : r.J) j = 0;
+    r.J[3] = turn.x, r.J[4] = turn.y, r.J[5] = turn.z;
   };
-  out[0].m = plane.offset_m - dot(m, field.T_obj_cam.t) - 0.5 * height * m.z;
-  out[0].J[0] = -m.x, out[0].J[1] = -m.y, out[0].J[2] = -m.z;
-  turns({0, 0, -0.5 * height}, &out[0]);
-  out[0].J[7] = -0.5 * height * m.z;
-  out[1].m = out[1].J[6] = radius * m.x;
-  turns({radius, 0, 0}, &out[1]);
-  out[2].m = out[2].J[6] = radius * m.y;
-  turns({0, radius, 0}, &out[2]);
+  SolidResidual& gap = out[0];
+  const double middle = plane.offset_m - dot(m, field.T_obj_cam.t);
+  const auto set_gap = [&](const Vec3d& at) {
+    set(0, middle + dot(m, at), at);
+    gap.J[0] = -m.x, gap.J[1] = -m.y, gap.J[2] = -m.z;
+  };
+  if (rest == Rest::kSide) {
+    const double across = std::max(1e-12, std::hypot(m.x, m.y));
+    set_gap({-radius * m.x / across, -radius * m.y / across, 0});
+    gap.J[6] = -radius * across;
+    set(1, m.z, {0, 0, 1});
+    return 2;
+  }
+  const double down = field.kind == PrimitiveKind::kCone ? -half : -std::copysign(half, m.z);
+  set_gap({0, 0, down});
+  gap.J[7] = down * m.z;
+  set(1, m.x, {1, 0, 0});
+  set(2, m.y, {0, 1, 0});
+  return 3;
 }
 
 }  // namespace
@@ -135,18 +148,18 @@ void PrimitiveEnergy::visit(const PrimitiveField& field, const State& x, const A
   }
   if (view_->has_plane) {
     const PrimitiveSize size{field.size_m[0], field.size_m[1], field.size_m[2]};
-    const double w = 1 / (o.standing_sigma_m * o.standing_sigma_m);
-    const auto pull = [&](const SolidResidual& gap) {
+    const auto pull = [&](const SolidResidual& off, double sigma) {
+      const double w = 1 / (sigma * sigma);
       add(
-          Curve<double>{0.5 * w * gap.m * gap.m, w * gap.m, w}, [&] { return w; }, gap.J, w);
+          Curve<double>{0.5 * w * off.m * off.m, w * off.m, w}, [&] { return w; }, off.J, w);
     };
-    SolidResidual base[3];
-    if (o.flush) {
-      flush_residuals(field, size, view_->plane, base);
-      for (const SolidResidual& gap : base) pull(gap);
+    if (o.rest != Rest::kPoint) {
+      SolidResidual off[3];
+      const int n = resting_residuals(field, size, view_->plane, o.rest, off);
+      for (int i = 0; i < n; ++i) pull(off[i], i == 0 ? o.standing_sigma_m : o.resting_sigma_rad);
     } else if (standing_residual(field, size, view_->plane, &r);
                (view_->stands && may_stand(field, view_->plane)) || r.m < 0) {
-      pull(r);
+      pull(r, o.standing_sigma_m);
     }
   }
   for (int i = 0; i < size_count(kind_); ++i) {

@@ -9,6 +9,13 @@
 
 namespace sdftrack {
 
+// What of a solid lies on the plane that it stands on.
+enum class Rest {
+  kPoint,  // its lowest point
+  kBase,   // all of a cone's base, or of the end of a cylinder that is lower
+  kSide,   // a line of a cylinder's side
+};
+
 struct PrimitiveEnergyOptions {
   Scaling scaling = Scaling::kExact;
   double scale_m = 0.005;         // s of the logistic density of a reading's residual
@@ -16,7 +23,8 @@ struct PrimitiveEnergyOptions {
   double outline_scale_px = 0.5;  // the same of the edge of the picture
   double outline_floor = 0.0;
   double standing_sigma_m = 0.0005;  // of the gap between the solid and the plane that it stands on
-  bool flush = false;    // all of a cone's base lies on that plane, and not its lowest point alone
+  double resting_sigma_rad = 0.001;  // of the turn between what of it lies on the plane and the plane
+  Rest rest = Rest::kPoint;
   double shrink = 1e-3;  // cost of a length that grows e-fold: ends that nothing bounds stay at the data
   double thin_m = 0;     // a length below this costs: nothing is a sheet, if it need not be
   bool crowded = false;  // the least shape that holds the crowd of readings: a length that grows e-fold costs

@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kPairs = 24;
 constexpr int kTriples = 24;
+constexpr double kCap = 0.9, kFlatCap = 0.97;  // cosines of 26 and 14 degrees: normals of a cone's base
 
 struct Ring {  // a reading of the side: height along the axis, distance from it
   double z, r;
@@ -48,6 +49,24 @@ std::vector<Vec3d> axes_of(PrimitiveKind kind, const SeedCloud& cloud, unsigned 
   const Eigen::Matrix3d v = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(second).eigenvectors();
   for (int k = 0; k < 3; k += 2) axes.push_back({v(0, k), v(1, k), v(2, k)});
   return axes;
+}
+
+// Those of the normals that are the side's, not a cap's. If most of all lie between 14 and 26 degrees of the
+// axis they are the side of a flat cone; else so few may be noise of its base.
+std::vector<Oriented> sides_of(PrimitiveKind kind, const std::vector<Oriented>& normals, Vec3d axis) {
+  double most = kind == PrimitiveKind::kCylinder ? 0.35 : kCap;
+  if (kind == PrimitiveKind::kCone) {
+    std::size_t nearly_level = 0;
+    for (const Oriented& o : normals) {
+      const double cosine = std::abs(dot(o.n, axis));
+      nearly_level += cosine >= kCap && cosine < kFlatCap;
+    }
+    if (2 * nearly_level > normals.size()) most = kFlatCap;
+  }
+  std::vector<Oriented> sides;
+  for (const Oriented& o : normals)
+    if (std::abs(dot(o.n, axis)) < most) sides.push_back(o);
+  return sides;
 }
 
 // Where the axis runs: the normals' lines of a round body meet in it, seen along it. Caps have no say. 2D,
@@ -132,10 +151,7 @@ void guess_round(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed,
   for (const Vec3d& axis : axes_of(kind, cloud, seed)) {
     Vec3d u, v;
     across(axis, &u, &v);
-    const double most = kind == PrimitiveKind::kCylinder ? 0.35 : 0.9;
-    std::vector<Oriented> sides;
-    for (const Oriented& o : cloud.normals)
-      if (std::abs(dot(o.n, axis)) < most) sides.push_back(o);
+    const std::vector<Oriented> sides = sides_of(kind, cloud.normals, axis);
     const Span x = span_along(cloud.held, u), y = span_along(cloud.held, v);
     Span z = span_along(cloud.held, axis);
     if (cloud.view->stands && std::abs(dot(axis, cloud.view->plane.normal_cam)) > 0.95) {

@@ -8,11 +8,13 @@ import pytest
 
 import sdftrack as st
 from sdftrack import _core
+from sdftrack.eval.primitives import measure
+from sdftrack.eval.primitives_resting import posed_scene
 from sdftrack.primitives.fusing import fuse_sizes
 from sdftrack.primitives.seen import ON, TABLE_M, Seen, pieces
 from sdftrack.reference import primitives as twin
 from sdftrack.synth.noise import Gaussian, Kinect
-from sdftrack.synth.solids import KINDS, random_solid, ray_depth, rendered_scene, standing_scene
+from sdftrack.synth.solids import KINDS, random_solid, ray_depth, standing_scene
 
 CAMERA = st.Camera(525, 525, 319.5, 239.5, 640, 480)
 SIZES = {
@@ -28,7 +30,7 @@ STEP = 1e-6  # m; phi is smooth but for edges, where a difference straddles two 
 SLOPE_ATOL = 1e-6  # of central differences in double; the second derivative is at most 1 / (a few mm)
 TWIN_ATOL_M = 1e-9  # the twin's bisection and segments are exact to rounding
 NOISE_M = 0.001
-LEAN_DEG = 6.0  # less than the 10 within which a base is tried flat on the table
+LEAN_DEG = 6.0  # less than the 10 within which a base or a side is tried flat on the table
 
 
 def lengths(kind, size=None):
@@ -192,27 +194,46 @@ def _increment(d):
     return T
 
 
-def test_a_base_that_lies_on_the_table_costs_three_gaps_and_pulls_by_the_slope_of_that():
-    """At the base's middle and, relative to it, at its rim along x and along y; a view of nothing but the table."""
-    truth = scene("cone")[1]
+@pytest.mark.parametrize(
+    ("kind", "rest", "turn"),
+    [
+        ("cone", "base", [0.03, 0.02, 0.01]),
+        ("cylinder", "base", [0.03, 0.02, 0.01]),
+        ("cylinder", "base", [np.pi + 0.03, 0.02, 0.01]),  # its other end is down
+        ("cylinder", "side", [np.pi / 2 + 0.03, 0.02, 0.01]),
+    ],
+)
+def test_what_lies_on_the_table_costs_its_gap_and_its_turns_and_pulls_by_the_slope_of_that(kind, rest, turn):
+    """The gap at the base's middle, or at the lower line of the side; a view of nothing but the table."""
+    truth = scene(kind)[1]
     nothing = np.zeros(truth.mask.shape, np.uint8)
     view = _core.PrimitiveView.of_image(truth.depth, nothing, CAMERA._core, 2)
     options = _core.PrimitiveEnergyOptions()
     view.set_plane(truth.plane[0].tolist(), truth.plane[1], True)
-    options.flush, options.shrink = True, 0.0
-    T0 = st.geometry.pose([0.03, 0.02, 0.01], [0.002, -0.001, 0.0015]) @ np.linalg.inv(truth.T_cam_obj)
-    size0 = 1.03 * np.array(lengths("cone"))
+    options.rest, options.shrink = _core.Rest.__members__[rest], 0.0
+    T0 = st.geometry.pose(turn, [0.002, -0.001, 0.0015]) @ np.linalg.inv(truth.T_cam_obj)
+    size0 = 1.03 * np.array(lengths(kind))
+    ring = np.linspace(0, 2 * np.pi, 20001)
+    circle = np.column_stack([np.cos(ring), np.sin(ring), 0 * ring])
+    count = 6 + len(size0)
 
     def twin_cost(delta):
         (radius, height), T = size0 * np.exp(delta[6:]), np.linalg.inv(_increment(delta[:6]) @ T0)
-        base = np.array([[0, 0, 0], [radius, 0, 0], [0, radius, 0]]) - [0, 0, height / 2]
-        middle, x, y = moved(base, T) @ truth.plane[0] + truth.plane[1]
-        gaps = np.array([middle, x - middle, y - middle])
-        return 0.5 * (gaps @ gaps) / options.standing_sigma_m**2
+        sines = T[:3, :3].T @ truth.plane[0]
+        if rest == "base":
+            ends = np.array([[0, 0, -height / 2], [0, 0, height / 2]])[: 1 if kind == "cone" else 2]
+            gap = (moved(ends, T) @ truth.plane[0] + truth.plane[1]).min()
+            turns = sines[:2]
+        else:
+            gap = (moved(radius * circle, T) @ truth.plane[0] + truth.plane[1]).min()
+            turns = sines[2:]
+        turns_cost = 0.5 * (turns @ turns) / options.resting_sigma_rad**2
+        return 0.5 * gap**2 / options.standing_sigma_m**2 + turns_cost
 
-    found = view.energy(KIND["cone"], T0, size0.tolist(), options)
-    assert found["cost"] == pytest.approx(twin_cost(np.zeros(8)), rel=1e-9)  # rounding
-    slopes = np.array([(twin_cost(STEP * e) - twin_cost(-STEP * e)) / (2 * STEP) for e in np.eye(8)])
+    found = view.energy(KIND[kind], T0, size0.tolist(), options)
+    assert found["cost"] == pytest.approx(twin_cost(np.zeros(count)), rel=1e-6)  # the ring of 20,000 points
+    steps = STEP * np.eye(count)
+    slopes = np.array([(twin_cost(d) - twin_cost(-d)) / (2 * STEP) for d in steps])
     np.testing.assert_allclose(found["gradient"], slopes, atol=1e-5 * np.abs(slopes).max())  # of differences
 
 
@@ -399,41 +420,70 @@ def test_a_face_that_is_seen_at_a_grazing_angle_is_not_taken_for_free_space():
     )
 
 
-def measured_cone(number):
-    """(frame, truth) of the measuring command's cone with Kinect noise."""
-    rng = np.random.default_rng([KINDS.index("cone"), number])
-    truth = standing_scene("cone", random_solid("cone", rng), CAMERA, rng)
-    return st.Frame(Kinect()(truth.depth, truth.cosine, rng)), truth
+def measured_frame(kind, number, noise):
+    """(frame, truth) of the measuring command's solid."""
+    rng = np.random.default_rng([KINDS.index(kind), number])
+    truth = standing_scene(kind, random_solid(kind, rng), CAMERA, rng)
+    return st.Frame(noise(truth.depth, truth.cosine, rng)), truth
+
+
+def measured(kind, number, noise, fitted=None):
+    """(fit, truth) of that."""
+    frame, truth = measured_frame(kind, number, noise)
+    return st.fit_primitive(frame, fitted or kind, camera=CAMERA), truth
 
 
 @pytest.mark.parametrize("number", [70, 86])
 def test_a_low_cone_on_a_table_is_not_made_smaller_by_doubt_of_its_axis(number):
     """With its lowest point alone on the table these were 3.7 to 4 % low: 3 to 4 stated deviations."""
-    frame, truth = measured_cone(number)
-    fit = st.fit_primitive(frame, "cone", camera=CAMERA)
+    fit, truth = measured("cone", number, Kinect())
     np.testing.assert_allclose(list(fit.size.values()), list(truth.size.values()), rtol=0.02)
 
 
-def test_a_cone_that_leans_is_not_laid_flat():
+def test_a_flat_cone_is_found_though_its_side_is_nearly_level():
+    """Guesses took normals within 26 degrees of the axis for a base's: this one, at 19, came out an ellipsoid."""
+    fit, truth = measured("cone", 198, Gaussian(NOISE_M), "auto")
+    assert fit.kind == "cone"
+    np.testing.assert_allclose(list(fit.size.values()), list(truth.size.values()), rtol=0.01)
+
+
+@pytest.mark.parametrize(("number", "noise", "limit_deg"), [(3, Gaussian(NOISE_M), 0.3), (75, Kinect(), 1.0)])
+def test_a_small_cylinder_that_stands_has_the_axis_of_its_table(number, noise, limit_deg):
+    """670 and 750 pixels; by their lowest point alone they were 0.31 and 1.14 deg off, two stated deviations."""
+    fit, truth = measured("cylinder", number, noise)
+    error = measure(fit, truth)
+    assert error.axis_deg < 0.5 * limit_deg
+    assert error.axis_deg < 3 * error.axis_sd_deg
+    assert error.size < 0.02
+
+
+@pytest.mark.parametrize("number", [0, 9])
+def test_a_cylinder_that_lies_touches_its_table_along_a_line(number):
+    """By its lowest point alone these were 0.31 and 0.45 deg off."""
+    rng = np.random.default_rng([KINDS.index("cylinder"), number, 11])
+    truth = posed_scene("cylinder", CAMERA, rng, 90.0, 0.0)
+    frame = st.Frame(Kinect()(truth.depth, truth.cosine, rng))
+    error = measure(st.fit_primitive(frame, "cylinder", camera=CAMERA), truth)
+    assert error.axis_deg < 0.25
+    assert error.axis_deg < 3 * error.axis_sd_deg
+
+
+@pytest.mark.parametrize(
+    ("kind", "lean_deg"), [("cone", LEAN_DEG), ("cylinder", LEAN_DEG), ("cylinder", 90 - LEAN_DEG)]
+)
+def test_what_leans_is_not_laid_flat(kind, lean_deg):
     """By 6 degrees, on a wedge say: the axis is that of the readings, not the table's."""
     rng = np.random.default_rng(5)
-    truth = standing_scene("cone", SIZES["cone"], CAMERA, rng, (0.7, 0.8))
-    lean = st.geometry.pose([0.0, np.radians(LEAN_DEG), 0.0], [0.0, 0.0, 0.0])
-    T = truth.T_cam_obj @ lean
-    # The lowest point of its rim on the table.
-    low = SIZES["cone"]["radius"] * np.sin(np.radians(LEAN_DEG)) - SIZES["cone"]["height"] / 2 * (
-        1 - np.cos(np.radians(LEAN_DEG))
-    )
-    T[:3, 3] += low * truth.plane[0]
-    leaning = rendered_scene("cone", SIZES["cone"], T, truth.plane, CAMERA)
-    depth = Gaussian(NOISE_M)(leaning.depth, leaning.cosine, rng)
-    fit = st.fit_primitive(st.Frame(depth), "cone", camera=CAMERA)
-    assert np.degrees(np.arccos(fit.T_cam_obj[:3, 2] @ T[:3, 2])) < 0.5  # 0.2 is usual at 1 mm
+    truth = posed_scene(kind, CAMERA, rng, lean_deg, 0.0)
+    depth = Gaussian(NOISE_M)(truth.depth, truth.cosine, rng)
+    error = measure(st.fit_primitive(st.Frame(depth), kind, camera=CAMERA), truth)
+    assert error.axis_deg < 0.5  # 0.2 is usual at 1 mm
+    assert error.axis_deg < 4 * error.axis_sd_deg
 
 
 def test_the_readings_just_above_the_table_are_not_chosen_by_their_noise():
     """One threshold for each reading kept those that noise lifts: 2.4 mm too near at 6 to 8 mm of height."""
-    frame, truth = measured_cone(86)
+    frame, truth = measured_frame("cone", 86, Kinect())
     seen = Seen.of(frame, CAMERA, "auto", None)
     on = (seen.labels(pieces(seen)[0], True) == ON) & truth.mask
     true = Seen.of(st.Frame(truth.depth), CAMERA, truth.plane, None)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Primitives of unknown size, measured: ``python -m sdftrack.eval.primitives [synthetic|unbounded|osd|patch|limits]
-[-n 200]``.
+"""Primitives of unknown size, measured: ``python -m sdftrack.eval.primitives [synthetic|unbounded|osd|patch|limits|
+resting] [-n 200]``.
 
 synthetic: random solids on a table with known sizes; unbounded: views that leave a length open; osd: objects of real
 scenes (labels of the Object Segmentation Database), distance of their readings to the primitive's surface;
 patch: plane patches, synthetic and on the faces of those boxes; limits: how well views that are over their limit could
-be told at all.
+be told at all; resting: cylinders and cones that lie, lean or hover on a table.
 """
 
 from __future__ import annotations
@@ -220,6 +220,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     from sdftrack.eval.primitives_limits import limits
     from sdftrack.eval.primitives_osd import osd
+    from sdftrack.eval.primitives_resting import resting
 
     tables: dict[str, Any] = {
         "synthetic": lambda: synthetic(given.n, given.scaling, given.kinds),
@@ -227,6 +228,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "osd": lambda: osd(given.data),
         "patch": lambda: _patch_tables(given.n, given.data),
         "limits": lambda: limits(given.n, {name: noise for name, (noise, _, _) in NOISES.items()}, CAMERA),
+        "resting": lambda: resting(max(1, given.n // 4), NOISES, CAMERA),
     }
     for what in given.what:
         if what not in tables:
