@@ -68,7 +68,7 @@ py::tuple run_slic(SlicWork* work, const py::array& image, const SlicOptions& op
     py::gil_scoped_release release;
     result = work->run(given, options, resume, threads, cuda, out);
   }
-  return py::make_tuple(labels, result.segments, result.iterations, result.residual);
+  return py::make_tuple(labels, result.segments, result.iterations, result.residual, result.connect_s);
 }
 
 // One call: with the memory of the last one where no other thread has it.

@@ -2,6 +2,7 @@
 #include "superpixels/slic.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <numeric>
 #include <span>
@@ -191,6 +192,8 @@ SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool re
   std::vector<std::int64_t> moved(at(grid_.ny));
   SlicResult result;
   bool going = true;
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point regions_begin;
   const auto smallest =
       static_cast<std::int64_t>(options.min_size * (static_cast<double>(inside_) / options.n_segments));
   // The colours are done with before the regions come, and so is their second half before the labels.
@@ -212,6 +215,7 @@ SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool re
       });
     }
     phases.each([&](int band) { remember(image, band, c2x); });
+    if (worker == 0) regions_begin = Clock::now();
     connect_.find_runs(&phases, codes());
     if (options.connected)
       connect_.join(&phases, codes(), smallest);
@@ -220,6 +224,7 @@ SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool re
     connect_.write(&phases, options.first_label, labels);
   });
   result.segments = connect_.regions();
+  result.connect_s = std::chrono::duration<double>(Clock::now() - regions_begin).count();
   return result;
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "superpixels/center.h"
@@ -36,6 +37,7 @@ struct SlicImage {
 struct SlicResult {
   int segments = 0, iterations = 0;
   double residual = 0;  // of the last iteration: mean way of a centre, L1, in units of colour
+  double connect_s = std::numeric_limits<double>::quiet_NaN();  // of the time: regions; on a GPU not known
 };
 
 // Holds the working memory, 5 bytes a pixel, from call to call, and the centres of the last image.

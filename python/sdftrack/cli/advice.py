@@ -49,6 +49,6 @@ def as_options(text: str, options: dict[str, str]) -> str:
             return match[0]
         if value in ("", "True"):
             return options[name]
-        return f"{options[name]} " + re.sub(r"['()\s]", "", value)
+        return f"{options[name]} " + re.sub(r"['\"()\s]", "", value)
 
-    return re.sub(NAME + r"('\w+'|\([^()]*\)|\w[\w.]*)?", option, text)
+    return re.sub(NAME + r"('\w+'|\"\w+\"|\([^()]*\)|\w[\w.]*)?", option, text)

@@ -205,7 +205,7 @@ class Video:
         pixels = checked_image(image)
         resume = self._shape == pixels.shape[:2]
         self._shape = None  # until this has gone well
-        labels, self.segments, self.iterations, self.residual = self._work.run(
+        labels, self.segments, self.iterations, self.residual, _ = self._work.run(
             pixels, self._options[resume], None, None, resume, self._threads, False
         )
         self._shape = pixels.shape[:2]
