@@ -132,7 +132,8 @@ void IntrinsicsProblem::balance(LensSolver* solver) {
     SharedMatrix information = SharedMatrix::Zero(n, n);
     SharedVector pull = SharedVector::Zero(n);
     long hits = 0;
-    for (const FrameEstimate& frame : examine())
+    const std::vector<FrameEstimate> estimates = examine();
+    for (const FrameEstimate& frame : estimates)
       information += frame.information, pull += frame.gradient, hits += frame.hits;
     most_hits = std::max(most_hits, hits);
     const SharedVector step = step_within_the_known(information, pull);
@@ -148,6 +149,11 @@ void IntrinsicsProblem::balance(LensSolver* solver) {
     for (int j = 0; j < n; ++j) {
       const LensUnknown which = free_.unknowns[static_cast<std::size_t>(j)];
       lens_.set(which, lens_.get(which) + step[j]);
+    }
+    for (std::size_t m = 0; m < frames_.size(); ++m) {  // so that next to nothing is left for them to search
+      const Vector6d d = -estimates[m].follow * step;
+      Rigidd* const T = &frames_[m].T_obj_cam;
+      *T = increment(Vec3d{d[0], d[1], d[2]}, Vec3d{d[3], d[4], d[5]}) * *T;
     }
   }
 }
@@ -167,6 +173,7 @@ FrameEstimate IntrinsicsProblem::estimate_of(LensFrame* frame, Lens lens) const 
   Eigen::MatrixXd along(6 + n, n);
   along << -follow, Eigen::MatrixXd::Identity(n, n);
   FrameEstimate out;
+  out.follow = follow;
   out.value.resize(n);
   for (int j = 0; j < n; ++j) out.value[j] = lens.get(free_.unknowns[static_cast<std::size_t>(j)]);
   out.information = bread.bottomRightCorner(n, n) - bread.bottomLeftCorner(n, 6) * follow;

@@ -16,6 +16,7 @@ struct FrameEstimate {
   SharedVector value;
   SharedMatrix information;  // inverse of the marginal covariance; the pose has followed
   SharedVector gradient;     // of the cost reduced to the lens, at the state in hand
+  Eigen::MatrixXd follow;    // (6, n): a step d of the lens moves the pose's optimum by -follow d
   SharedMatrix scatter;      // variance of that gradient by the readings' own noise
   double noise_m = 0;
   int hits = 0;

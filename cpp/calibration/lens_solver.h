@@ -17,7 +17,7 @@ struct IntrinsicsOptions {
   double outlier_floor = 0.1;
   int coarse_steps = 12, fine_steps = 12;  // trials of a stage
   // Of a frame, what suffices: for the early stages, for the joint steps at the noise, for the bias.
-  int coarse_pixels = 350, fine_pixels = 1500, twin_pixels = 700;
+  int coarse_pixels = 350, fine_pixels = 1000, twin_pixels = 700;
   int threads = 1;
 
   int stride(int pixels) const { return std::max(1, max_pixels / pixels); }
