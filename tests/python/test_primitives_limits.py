@@ -59,3 +59,17 @@ def test_errors_of_a_fit_are_within_some_deviations_of_the_bound(scene):
         found, sd, true = np.sort(found), sd[np.argsort(true)], np.sort(true)
     off = np.abs(np.log(found / true)) / sd
     assert off.max() < 8  # of a Gaussian; edges are no Gaussian measurements
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_an_ellipsoid_that_grows_without_end_is_lost(seed):
+    rng = np.random.default_rng(seed)
+    sheet = np.c_[rng.uniform(-0.1, 0.1, (600, 2)), rng.normal(0.8, 0.002, 600)]
+    fit = st.fit_primitive(sheet, "ellipsoid")
+    assert not np.isnan(fit.covariance).any()
+    if max(fit.size.values()) < 100:
+        assert np.isinf(fit.covariance).any()  # a sheet bounds no ellipsoid
+    else:
+        assert fit.status == st.Status.LOST
+        assert "grew without end" in fit.reason
+        assert np.isinf(np.diag(fit.covariance)).all()

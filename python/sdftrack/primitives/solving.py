@@ -16,6 +16,7 @@ from sdftrack.results import Status
 __all__ = ["Wish", "solve"]
 
 WEAK_INLIERS, LOST_INLIERS = 0.6, 0.2
+ENDLESS_M = 100.0  # of a length that was found: nothing before a depth camera is as long
 LEAST_M, MOST_M = 1e-7, 1e6  # of a start's lengths: beyond them nothing is left of a float's digits
 UNTOLD = 2  # readings more than unknowns, up to which their spread tells no variance (the core's kUntold)
 FREE = {
@@ -123,8 +124,12 @@ def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> Prim
     names, T = SIZES[kind], answer["T_cam_obj"]
     covariance = answer["covariance"].copy()
     loose = [name for name, held in zip(names, answer["bounded"], strict=True) if not held]
+    endless = [name for name, length in zip(names, answer["size"], strict=True) if not length < ENDLESS_M]
+    if endless:
+        covariance = np.diag(np.full(len(covariance), np.inf))
+        loose = []
     for i, held in enumerate(answer["bounded"]):
-        if held:
+        if held or endless:
             continue
         covariance[6 + i, :] = covariance[:, 6 + i] = 0
         covariance[6 + i, 6 + i] = np.inf
@@ -133,7 +138,12 @@ def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> Prim
         covariance[:3, :3] += answer["size"][i] ** 2 * np.outer(axis, axis)
     status, reason = Status.OK, ""
     inliers = float(answer["inliers"])
-    if inliers < LOST_INLIERS:
+    if endless:
+        status = Status.LOST
+        reason = (
+            f"{' and '.join(endless)} grew without end: what is seen is next to flat; is it of this kind?"
+        )
+    elif inliers < LOST_INLIERS:
         status, reason = Status.LOST, f"only {100 * inliers:.0f} % of the readings are on its surface"
     elif inliers < WEAK_INLIERS:
         status, reason = Status.WEAK, f"only {100 * inliers:.0f} % of the readings are on its surface"
