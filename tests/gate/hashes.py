@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""Hashes of the results of every class of run, so that a change that should keep the results provably does.
+
+    python tests/gate/hashes.py            # compare with hashes.json, exit 1 where one differs
+    python tests/gate/hashes.py --write    # record them: only with a decision that says why, in CHANGELOG.md
+    python tests/gate/hashes.py several lost
+
+The hashes are of one machine and one set of package versions (`made_with` in hashes.json): numpy and OpenCV render
+the input, and their vectorised functions differ in the last bit from processor to processor.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import picture_runs
+import shape_runs
+import tracking_runs
+
+HERE = Path(__file__).parent
+KEPT = HERE / "hashes.json"
+ROOMS = (tracking_runs, shape_runs, picture_runs)
+PACKAGES = ("numpy", "opencv-python-headless", "scikit-image", "trimesh")
+
+
+def data_folder() -> Path | None:
+    """Recorded data, as the tests find it; None: absent."""
+    given = os.environ.get("SDFTRACK_DATA")
+    folder = Path(given) if given else HERE.parents[1].parent / "shared" / "data"
+    return folder if folder.is_dir() else None
+
+
+def made_with() -> dict[str, str]:
+    """What the bits depend on beside the code."""
+    model = platform.processor() or platform.machine()
+    cpuinfo = Path("/proc/cpuinfo")
+    if cpuinfo.is_file():
+        lines = [line for line in cpuinfo.read_text().splitlines() if line.startswith("model name")]
+        model = lines[0].split(":", 1)[1].strip() if lines else model
+    return {
+        "processor": model,
+        "python": platform.python_version(),
+        **{name: version(name) for name in PACKAGES},
+    }
+
+
+def runs() -> dict[str, Callable[[], dict[str, str]]]:
+    """Every run that is possible here, by name."""
+    out: dict[str, Callable[[], dict[str, str]]] = {f.__name__: f for room in ROOMS for f in room.SYNTHETIC}
+    data = data_folder()
+    if data is not None:
+        for room in ROOMS:
+            out.update({f.__name__: (lambda f=f: f(data)) for f in room.RECORDED})
+    return out
+
+
+def differences(kept: dict[str, Any], now: dict[str, Any]) -> list[str]:
+    """What differs, as "run: output"."""
+    return [
+        f"{run}: {name}"
+        for run, hashes in now.items()
+        for name in sorted({*hashes, *kept.get(run, {})})
+        if kept.get(run, {}).get(name) != hashes.get(name)
+    ]
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("run", nargs="*", help="only these")
+    parser.add_argument("--write", action="store_true")
+    parser.add_argument("--file", type=Path, default=KEPT)
+    given = parser.parse_args()
+    now = {}
+    for name, run in runs().items():
+        if given.run and name not in given.run:
+            continue
+        begin = time.perf_counter()
+        now[name] = run()
+        print(f"{name:20} {len(now[name]):3} hashes {time.perf_counter() - begin:6.1f} s", flush=True)
+    kept = json.loads(given.file.read_text()) if given.file.is_file() else {"hashes": {}}
+    if given.write:
+        everything = {"made_with": made_with(), "hashes": {**kept["hashes"], **now}}
+        given.file.write_text(json.dumps(everything, indent=1) + "\n")
+        return 0
+    differ = differences(kept["hashes"], now)
+    print(*(f"DIFFERS {line}" for line in differ), f"{len(differ)} differences", sep="\n")
+    return 1 if differ else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: MIT
+"""The results of every class of run keep their bits (tests/gate)."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+GATE = Path(__file__).resolve().parents[1] / "gate"
+sys.path.insert(0, str(GATE))
+
+import hashes  # noqa: E402
+from digest import digest  # noqa: E402
+
+KEPT = json.loads(hashes.KEPT.read_text())
+
+
+@pytest.mark.parametrize("run", sorted(KEPT["hashes"]))
+def test_a_run_gives_the_bits_that_it_gave(run):
+    here = hashes.made_with()
+    other = {name: (kept, here[name]) for name, kept in KEPT["made_with"].items() if here[name] != kept}
+    if other:
+        pytest.skip(f"the hashes are of another machine or other packages: {other}")
+    if run not in hashes.runs():
+        pytest.skip("recorded data absent (set SDFTRACK_DATA to their folder)")
+    assert hashes.differences(KEPT["hashes"], {run: hashes.runs()[run]()}) == []
+
+
+def test_every_run_has_its_hashes():
+    assert set(hashes.runs()) <= set(KEPT["hashes"])
+
+
+def test_one_bit_makes_another_hash():
+    values = np.linspace(0, 1, 7)
+    changed = values.copy()
+    changed[3] = np.nextafter(changed[3], 1)
+    assert digest(values) != digest(changed)
+    assert digest(values) == digest(values.copy())
+    assert digest([values, "ok"]) != digest([values, "weak"])
+    assert digest(np.float64("nan")) == digest(-np.float64("nan"))
