@@ -10,6 +10,7 @@ void bind_base(py::module_& m);
 void bind_calibration(py::module_& m);
 void bind_contour(py::module_& m);
 void bind_device(py::module_& m);
+void bind_dlpack(py::module_& m);
 void bind_appearance(py::module_& m);
 void bind_energies(py::module_& m);
 void bind_frame_energy(py::module_& m);
@@ -33,6 +34,7 @@ PYBIND11_MODULE(_core, m) {
   m.attr("__version__") = SDFTRACK_VERSION;
   sdftrack::bind_base(m);
   sdftrack::bind_device(m);
+  sdftrack::bind_dlpack(m);
   sdftrack::bind_appearance(m);
   sdftrack::bind_energies(m);
   sdftrack::bind_tracking(m);

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_products', 'contour_registration', 'contour_steps', 'copy_from_cuda', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_products', 'contour_registration', 'contour_steps', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
 class Calibration:
     """
     Frames of a known object, and the lens that explains them.
@@ -1447,6 +1447,10 @@ def contour_steps(phi: numpy.ndarray, foreground: numpy.ndarray, steps: typing.S
 def copy_from_cuda(address: typing.SupportsInt | typing.SupportsIndex, out: numpy.ndarray) -> None:
     """
     Fills an array from an address on the current CUDA device.
+    """
+def copy_from_dlpack(capsule: typing.Any, name: str) -> numpy.ndarray:
+    """
+    A DLPack capsule as an array of its own on the host; `name` is for messages.
     """
 def correlation_area(u_px: numpy.ndarray, v_px: numpy.ndarray, residual_m: numpy.ndarray, scale_m: typing.SupportsFloat | typing.SupportsIndex, outlier_floor: typing.SupportsFloat | typing.SupportsIndex) -> float:
     """

@@ -13,6 +13,7 @@ from sdftrack import _core
 __all__ = ["cuda_available", "host_array", "resolve_device"]
 
 _DEVICES = ("cpu", "cuda", "auto")
+_DLPACK_HOST, _DLPACK_CUDA = (1, 3), (2, 13)  # device types of DLPack: plain or pinned memory; CUDA
 
 
 def cuda_available() -> bool:
@@ -65,11 +66,12 @@ def resolve_device(device: str) -> Literal["cpu", "cuda"]:
 
 
 def host_array(value: Any, name: str) -> NDArray[Any]:
-    """Anything array-like as a numpy array; one on a GPU (``__cuda_array_interface__``) is copied to the host.
+    """Anything array-like as a numpy array; one on a CUDA device is copied to the host.
 
     Parameters
     ----------
     value : array_like, or an array of CuPy, PyTorch, Numba, JAX on a CUDA device
+        On a device by ``__cuda_array_interface__`` or DLPack (``__dlpack__``).
     name : str
         For messages.
 
@@ -77,17 +79,33 @@ def host_array(value: Any, name: str) -> NDArray[Any]:
     ------
     RuntimeError
         An array on a GPU and a build without CUDA.
+    TypeError
+        By DLPack: elements that numpy has no type for.
     ValueError
-        One that is not C-contiguous there.
+        One that is not C-contiguous there, or on a device that is neither the CPU nor a CUDA device.
     """
+    if isinstance(value, np.ndarray):
+        return value
     interface = getattr(value, "__cuda_array_interface__", None)
-    if interface is None:
-        return np.asarray(value)
-    if not _core.cuda_build:
-        raise RuntimeError(
-            f"{name}: this array lies on a GPU, and this build of sdftrack has no CUDA path; copy it to the host "
-            "first (CuPy: .get(), PyTorch: .cpu().numpy())"
-        )
+    if interface is not None:
+        return _copied_from_cuda(interface, name)
+    if hasattr(value, "__dlpack__") and hasattr(value, "__dlpack_device__"):
+        place, _ = value.__dlpack_device__()
+        if place not in _DLPACK_HOST:
+            if place not in _DLPACK_CUDA:
+                raise ValueError(
+                    f"{name}: expected an array on the CPU or a CUDA device, got one on DLPack device type {int(place)}; "
+                    "copy it to the host first"
+                )
+            _need_cuda_build(name)
+            return _core.copy_from_dlpack(value.__dlpack__(), name)
+        if not hasattr(value, "__array__"):
+            return np.from_dlpack(value)
+    return np.asarray(value)
+
+
+def _copied_from_cuda(interface: dict[str, Any], name: str) -> NDArray[Any]:
+    _need_cuda_build(name)
     out = np.empty(interface["shape"], np.dtype(interface["typestr"]))
     strides = interface.get("strides")
     if strides is not None and tuple(strides) != out.strides:
@@ -95,3 +113,11 @@ def host_array(value: Any, name: str) -> NDArray[Any]:
     if out.size:
         _core.copy_from_cuda(interface["data"][0], out)
     return out
+
+
+def _need_cuda_build(name: str) -> None:
+    if not _core.cuda_build:
+        raise RuntimeError(
+            f"{name}: this array lies on a GPU, and this build of sdftrack has no CUDA path; copy it to the host "
+            "first (CuPy: .get(), PyTorch: .cpu().numpy())"
+        )

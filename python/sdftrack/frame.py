@@ -25,7 +25,7 @@ class Frame:
     Parameters
     ----------
     depth : (H, W) array or None
-        On the host; with a CUDA build also on a GPU (``__cuda_array_interface__``), from where it is copied.
+        On the host; with a CUDA build also on a GPU (DLPack or ``__cuda_array_interface__``), from where it is copied.
         float32 metres (used without a copy when C-contiguous and valid), float64 metres (copied), or uint16
         with `depth_scale`. 0, NaN, infinite and negative pixels mean "no measurement". None: colour only.
     color : (h, w, 3) uint8, optional

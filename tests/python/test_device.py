@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Choosing a device: what is available is used, what is missing is named."""
 
+import numpy as np
 import pytest
 
 import sdftrack as st
@@ -39,3 +40,59 @@ def test_another_word_is_refused():
 def test_another_type_is_refused():
     with pytest.raises(TypeError, match=r"device: expected one of .*got int"):
         device.resolve_device(0)  # type: ignore[arg-type]
+
+
+class ByDlpack:
+    """An array that other libraries can only have by DLPack, as if it lay on a device of some type."""
+
+    def __init__(self, values, device_type=1):
+        self.values, self.device_type = values, device_type
+
+    def __dlpack__(self, **_):
+        return self.values.__dlpack__()
+
+    def __dlpack_device__(self):
+        return self.device_type, 0
+
+
+DTYPES = [np.float32, np.float64, np.float16, np.uint8, np.uint16, np.int32, np.int64, np.bool_]
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("shape", [(3, 4), (2, 0), (1, 5, 3), ()])
+def test_a_dlpack_capsule_becomes_an_array_of_its_own(dtype, shape):
+    values = np.arange(int(np.prod(shape)), dtype=np.int64).reshape(shape).astype(dtype)
+    copied = _core.copy_from_dlpack(values.__dlpack__(), "x")
+    assert copied.dtype == values.dtype
+    assert np.array_equal(copied, values)
+    assert not np.shares_memory(copied, values)
+
+
+def test_an_array_on_the_host_comes_by_dlpack_without_a_copy():
+    values = np.arange(12, dtype=np.float32).reshape(3, 4)
+    assert np.shares_memory(device.host_array(ByDlpack(values), "x"), values)
+
+
+def test_an_array_on_a_gpu_comes_by_dlpack_with_cuda_and_is_refused_without(monkeypatch):
+    depth = np.full((48, 64), 0.7, np.float32)
+    monkeypatch.setattr(_core, "cuda_build", False)
+    with pytest.raises(RuntimeError, match=r"depth: this array lies on a GPU.*copy it to the host"):
+        st.Frame(ByDlpack(depth, 2))
+    monkeypatch.setattr(_core, "cuda_build", True)
+    assert np.array_equal(st.Frame(ByDlpack(depth, 2)).depth, depth)
+
+
+def test_dlpack_that_cannot_be_taken_is_refused():
+    values = np.ones((4, 4), np.float32)
+    with pytest.raises(ValueError, match=r"x: expected an array on the CPU or a CUDA device, got .* type 10"):
+        device.host_array(ByDlpack(values, 10), "x")
+    with pytest.raises(ValueError, match="x: expected a C-contiguous array"):
+        _core.copy_from_dlpack(values.T[1:].__dlpack__(), "x")
+    with pytest.raises(TypeError, match="x: expected bool, integers or floats"):
+        _core.copy_from_dlpack(values.astype(np.complex64).__dlpack__(), "x")
+    with pytest.raises(TypeError, match="x: expected an unused DLPack capsule"):
+        _core.copy_from_dlpack(None, "x")
+    capsule = values.__dlpack__()
+    _core.copy_from_dlpack(capsule, "x")
+    with pytest.raises(TypeError, match="x: expected an unused DLPack capsule"):
+        _core.copy_from_dlpack(capsule, "x")

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// Arrays of other libraries by DLPack (https://dmlc.github.io/dlpack): copied to the host, wherever they lie.
+#include <cstdint>
+#include <cstring>
+
+#include "array.h"
+#include "base/cuda_probe.h"
+
+namespace sdftrack {
+
+namespace {
+
+// The structures of DLPack's stable C interface, of which only what is read here is named.
+enum DeviceType : std::int32_t { kCpu = 1, kCuda = 2, kCudaHost = 3, kCudaManaged = 13 };
+enum TypeCode : std::uint8_t { kInt = 0, kUInt = 1, kFloat = 2, kBool = 6 };
+
+struct Tensor {
+  void* data;
+  struct {
+    std::int32_t type, id;
+  } device;
+  std::int32_t ndim;
+  struct {
+    std::uint8_t code, bits;
+    std::uint16_t lanes;
+  } dtype;
+  std::int64_t* shape;
+  std::int64_t* strides;  // in elements; nullptr: C-contiguous
+  std::uint64_t byte_offset;
+};
+struct ManagedTensor {
+  Tensor tensor;
+  void* context;
+  void (*deleter)(ManagedTensor*);
+};
+
+py::dtype dtype_of(const Tensor& t, const std::string& name) {
+  const char kind = t.dtype.code == kInt     ? 'i'
+                    : t.dtype.code == kUInt  ? 'u'
+                    : t.dtype.code == kFloat ? 'f'
+                    : t.dtype.code == kBool  ? 'b'
+                                             : '?';
+  const int bits = t.dtype.bits;
+  const bool known = bits == 8 ? kind != 'f' : (bits == 16 || bits == 32 || bits == 64) && kind != 'b';
+  if (kind == '?' || !known || t.dtype.lanes != 1)
+    throw py::type_error(name + ": expected bool, integers or floats of up to 64 bits, got DLPack type " +
+                         std::to_string(t.dtype.code) + " of " + std::to_string(bits) + " bits");
+  return py::dtype(std::string("=") + kind + std::to_string(bits / 8));
+}
+
+void check_contiguous(const Tensor& t, const std::string& name) {
+  if (!t.strides) return;
+  std::int64_t expected = 1;
+  for (std::int32_t i = t.ndim - 1; i >= 0; --i) {
+    if (t.shape[i] == 0) return;
+    if (t.shape[i] != 1 && t.strides[i] != expected)
+      throw py::value_error(name + ": expected a C-contiguous array, got strides; make it contiguous first");
+    expected *= t.shape[i];
+  }
+}
+
+py::array copy_to_host(const Tensor& t, const std::string& name) {
+  const bool host = t.device.type == kCpu || t.device.type == kCudaHost;
+  if (!host && t.device.type != kCuda && t.device.type != kCudaManaged)
+    throw py::value_error(name + ": expected an array on the CPU or a CUDA device, got DLPack device type " +
+                          std::to_string(t.device.type) + "; copy it to the host first");
+  const py::dtype dtype = dtype_of(t, name);
+  check_contiguous(t, name);
+  py::array out(dtype, std::vector<py::ssize_t>(t.shape, t.shape + t.ndim));
+  if (out.size() == 0) return out;
+  const void* from = static_cast<const char*>(t.data) + t.byte_offset;
+  const auto bytes = static_cast<std::size_t>(out.nbytes());
+  if (host)
+    std::memcpy(out.mutable_data(), from, bytes);
+  else
+    copy_from_device(from, bytes, out.mutable_data());
+  return out;
+}
+
+// A capsule may be consumed once: it is renamed, and the producer's deleter called.
+py::array copy_from_dlpack(const py::object& capsule, const std::string& name) {
+  auto* managed = static_cast<ManagedTensor*>(PyCapsule_IsValid(capsule.ptr(), "dltensor")
+                                                  ? PyCapsule_GetPointer(capsule.ptr(), "dltensor")
+                                                  : nullptr);
+  if (!managed) throw py::type_error(name + ": expected an unused DLPack capsule");
+  py::array out = copy_to_host(managed->tensor, name);
+  PyCapsule_SetName(capsule.ptr(), "used_dltensor");
+  if (managed->deleter) managed->deleter(managed);
+  return out;
+}
+
+}  // namespace
+
+void bind_dlpack(py::module_& m) {
+  m.def("copy_from_dlpack", &copy_from_dlpack, py::arg("capsule"), py::arg("name"),
+        "A DLPack capsule as an array of its own on the host; `name` is for messages.");
+}
+
+}  // namespace sdftrack
