@@ -94,8 +94,8 @@ def host_array(value: Any, name: str) -> NDArray[Any]:
         if place not in _DLPACK_HOST:
             if place not in _DLPACK_CUDA:
                 raise ValueError(
-                    f"{name}: expected an array on the CPU or a CUDA device, got one on DLPack device type {int(place)}; "
-                    "copy it to the host first"
+                    f"{name}: expected an array on the CPU or a CUDA device, got one on DLPack device type "
+                    f"{int(place)}; copy it to the host first"
                 )
             _need_cuda_build(name)
             return _core.copy_from_dlpack(value.__dlpack__(), name)

@@ -87,6 +87,17 @@ def test_every_command_refuses_an_unknown_device_and_a_negative_number_of_thread
     assert "--threads" in told(capsys)
 
 
+ON_A_GPU = {"track", "superpixels", "demo", "reproduce", "info"}
+
+
+@pytest.mark.parametrize("command", [c for c in COMMANDS if c not in ON_A_GPU])
+def test_a_command_that_would_ignore_a_gpu_refuses_it(command, tmp_path, capsys):
+    arguments = [*command.split(), *REACH.get(command, []), "--out", str(tmp_path / "out")]
+    assert run([*arguments, "--device", "cuda"]) == 2
+    assert "runs on the CPU" in told(capsys)
+    assert not (tmp_path / "out").exists()
+
+
 def test_the_command_runs_as_a_program_with_its_exit_code():
     done = subprocess.run([sys.executable, "-m", "sdftrack", "--version"], capture_output=True, text=True)
     assert (done.returncode, done.stdout.strip()) == (0, st.__version__)

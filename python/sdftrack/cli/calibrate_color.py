@@ -24,7 +24,7 @@ from sdftrack.cli.common import (
     StopOption,
     ThreadsOption,
     Usage,
-    check_common,
+    check_cpu_only,
     check_layout,
     progress_counter,
     show_table,
@@ -74,7 +74,7 @@ def color(
     if fps is not None and not (math.isfinite(fps) and fps > 0):
         raise Usage(f"expected frames per second above 0, got {fps:g}", "--fps")
     check_layout(layout)
-    check_common(config, device)
+    check_cpu_only(config, device)
     import sdftrack as st
     from sdftrack.io.out_folder import prepare_folder, refuse_folder, refuse_inputs
 

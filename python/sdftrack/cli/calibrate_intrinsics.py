@@ -26,7 +26,7 @@ from sdftrack.cli.common import (
     StopOption,
     ThreadsOption,
     Usage,
-    check_common,
+    check_cpu_only,
     check_layout,
     progress_counter,
 )
@@ -105,7 +105,7 @@ def intrinsics(
     if holes not in ("error", "close"):
         raise Usage(f"expected error or close, got {holes!r}", "--holes")
     check_layout(layout)
-    check_common(config, device)
+    check_cpu_only(config, device)
     import sdftrack as st
     from sdftrack.calibration.intrinsics_residuals import compare
     from sdftrack.io.out_folder import prepare_folder, refuse_folder, refuse_inputs

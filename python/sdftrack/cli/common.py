@@ -30,12 +30,14 @@ __all__ = [
     "ThreadsOption",
     "Usage",
     "check_common",
+    "check_cpu_only",
     "check_layout",
     "contour_settings",
     "parse_box",
     "progress",
     "progress_counter",
     "reconstructor_settings",
+    "refuse_cuda",
     "show_table",
     "tracker_settings",
 ]
@@ -84,8 +86,23 @@ def check_layout(layout: str) -> None:
         raise Usage(f"expected one of {', '.join(known)}, got {layout!r}", "--layout")
 
 
+def check_cpu_only(config: Path | None, device: Device) -> None:
+    """For commands that work on the CPU alone and have no use for --config: a wrong one is an error."""
+    refuse_cuda(device)
+    check_common(config, device)
+
+
+def refuse_cuda(device: Device) -> None:
+    """Usage error for --device cuda, in commands that would ignore it."""
+    if device is Device.cuda:
+        raise Usage(
+            "expected auto or cpu, got cuda: this command runs on the CPU (track, superpixels and demo use a GPU)",
+            "--device",
+        )
+
+
 def check_common(config: Path | None, device: Device) -> str:
-    """For commands whose work has no use for --config and --device: both are taken, and wrong ones are errors.
+    """For commands whose work has no use for --config: it is read, and a wrong one is an error.
 
     Returns the device, "cpu" or "cuda".
     """

@@ -23,10 +23,10 @@ def config(
     quiet: QuietOption = False,
 ) -> None:
     """Print every option with its default, unit and meaning, as a TOML file for --config."""
-    from sdftrack.cli.common import check_common, contour_settings, reconstructor_settings
+    from sdftrack.cli.common import check_cpu_only, contour_settings, reconstructor_settings
     from sdftrack.config import options_as_toml
 
-    check_common(None, device)
+    check_cpu_only(None, device)
     given = reconstructor_settings(config)
     text = options_as_toml(given.get("tracker_options"), given.get("options"), contour_settings(config))
     if out is not None:

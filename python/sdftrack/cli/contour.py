@@ -23,7 +23,7 @@ from sdftrack.cli.common import (
     StopOption,
     ThreadsOption,
     Usage,
-    check_common,
+    check_cpu_only,
     contour_settings,
     parse_box,
     progress,
@@ -88,7 +88,7 @@ def contour(
     from sdftrack.io.color_video import ColorVideo
     from sdftrack.recorder import refuse_folder
 
-    check_common(config, device)  # a frame is the work of one thread of the CPU
+    check_cpu_only(config, device)  # a frame is the work of one thread of the CPU
     options = contour_settings(config)
     if config is not None and not options:
         raise ValueError(

@@ -16,7 +16,7 @@ from sdftrack.cli.common import (
     OverwriteOption,
     QuietOption,
     ThreadsOption,
-    check_common,
+    check_cpu_only,
     check_layout,
     show_table,
 )
@@ -43,7 +43,7 @@ def evaluate(
     from sdftrack.recorder import prepare_folder
 
     check_layout(layout)
-    check_common(config, device)
+    check_cpu_only(config, device)
     report = read_results(directory)
     with st.open_sequence(seq, layout=layout) as sequence:
         scores = compare(report, sequence)

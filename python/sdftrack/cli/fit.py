@@ -23,7 +23,7 @@ from sdftrack.cli.common import (
     StopOption,
     ThreadsOption,
     Usage,
-    check_common,
+    check_cpu_only,
     check_layout,
     parse_box,
     progress,
@@ -97,7 +97,7 @@ def fit(
     from sdftrack.io.out_folder import refuse_inputs
 
     check_layout(layout)
-    check_common(config, device)
+    check_cpu_only(config, device)
     if mask is not None and box is not None:
         raise Usage("expected --mask or --box, got both", "--mask")
     if frame is not None and (start, stop) != (0, None):

@@ -24,6 +24,7 @@ from sdftrack.cli.common import (
     Usage,
     check_layout,
     reconstructor_settings,
+    refuse_cuda,
 )
 from sdftrack.cli.init import Init
 from sdftrack.cli.reconstruct_place import INIT, SHAPE, find_place, load_shape, parse_place, parse_shape
@@ -129,6 +130,7 @@ def reconstruct(
     a folder each.
     """
     check_usage(mode, unit, out)
+    refuse_cuda(device)
     if extent is not None and not 0 < extent < 10:
         raise Usage(f"expected metres above 0 and below 10, got {extent:g}", "--extent")
     check_layout(layout)
