@@ -13,7 +13,7 @@ import sdftrack as st
 from sdftrack.calibration.intrinsics_plots import show_cells, show_estimate
 from sdftrack.calibration.intrinsics_residuals import compare
 from sdftrack.calibration.observability import LEAST_IN_CELL
-from sdftrack.reproduce.duck import duck_mesh
+from sdftrack.synth.duck import duck_mesh
 
 truth = st.Camera(572, 570, 318, 243, 640, 480)
 guess = st.Camera(600, 600, 300, 200, 640, 480)

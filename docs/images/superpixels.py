@@ -10,9 +10,9 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 import sdftrack as st
-from sdftrack.synth.picture import picture
+from sdftrack.synth import region_picture
 
-image = picture(320, 480, regions=40, seed=2)[0]
+image = region_picture(320, 480, regions=40, seed=2)[0]
 labels = st.superpixels.slic(image, 300)
 shown = [
     ("image", image),

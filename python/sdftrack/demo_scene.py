@@ -76,7 +76,7 @@ def make_scene(frames: int, seed: int = 0, threads: int = 0) -> DemoScene:
     """Build meshes, motion and the still background."""
     from sdftrack.camera import Camera
     from sdftrack.geometry import look_at
-    from sdftrack.reproduce.duck import duck_mesh
+    from sdftrack.synth.duck import duck_mesh
 
     camera = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
     T_cam_world = look_at(EYE, TARGET)

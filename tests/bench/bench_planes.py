@@ -10,11 +10,11 @@ from collections.abc import Callable
 from harness import benchmark
 
 import sdftrack as st
-from sdftrack.eval.table_scenes import made_scene
+from sdftrack.synth import table_scene
 
 
 def removing(**given: object) -> Callable[[], object]:
-    scene = made_scene()
+    scene = table_scene()
     return lambda: st.remove_plane(scene.frame, scene.camera, **given)  # type: ignore[arg-type]
 
 

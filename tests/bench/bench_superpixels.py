@@ -13,11 +13,11 @@ from harness import benchmark
 
 import sdftrack as st
 from sdftrack.eval.superpixel_times import PHOTOGRAPHS, photographs
-from sdftrack.synth.picture import picture
+from sdftrack.synth import region_picture
 
 
 def cutting(width: int, height: int, **given: object) -> Callable[[], object]:
-    image = picture(height, width)[0]
+    image = region_picture(height, width)[0]
     return lambda: st.superpixels.slic(image, width * height // 256, device="cpu", **given)  # type: ignore[arg-type]
 
 

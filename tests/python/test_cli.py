@@ -264,7 +264,7 @@ def truth():
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
     """A BOP scene with one duck, its model in millimetres."""
-    from sdftrack.reproduce.duck import duck_mesh
+    from sdftrack.synth.duck import duck_mesh
 
     root = tmp_path_factory.mktemp("data") / "ducks" / "test" / "000003"
     root.parent.mkdir(parents=True)

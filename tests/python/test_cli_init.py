@@ -13,7 +13,7 @@ import sdftrack as st
 from sdftrack.cli.app import run
 from sdftrack.io.frames import write_mask
 from sdftrack.region import connected_region
-from sdftrack.reproduce.duck import duck_mesh
+from sdftrack.synth.duck import duck_mesh
 
 CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
 FRAMES = 3

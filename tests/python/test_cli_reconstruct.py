@@ -51,7 +51,7 @@ def scene(duck, color=True):
 
 @pytest.fixture(scope="module")
 def duck():
-    from sdftrack.reproduce.duck import duck_mesh
+    from sdftrack.synth.duck import duck_mesh
 
     return duck_mesh()
 

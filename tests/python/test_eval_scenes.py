@@ -12,7 +12,7 @@ import sdftrack as st
 from sdftrack.eval import motion, occlusion, recovery
 from sdftrack.eval.protocol import Run
 from sdftrack.eval.run import Errors
-from sdftrack.reproduce.duck import duck_mesh
+from sdftrack.synth.duck import duck_mesh
 
 
 @pytest.fixture(scope="module")

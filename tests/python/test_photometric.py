@@ -8,8 +8,9 @@ import pytest
 
 import sdftrack as st
 from sdftrack import _core
-from sdftrack.eval.photometric import CAN_RADIUS_M, can_mesh, follow, turning_can
+from sdftrack.eval.photometric import follow
 from sdftrack.reference.photometric import brightness_at, photometric_cost, ray_hit, surface_normal
+from sdftrack.synth.can import CAN_RADIUS_M, can_mesh, turning_can
 from sdftrack.tracking.to_core import rgb_seen
 
 RADIUS_M, VOXELS = 0.04, 48

@@ -15,7 +15,7 @@ from sdftrack.eval import intrinsics, real, synthetic
 from sdftrack.eval.sweeps import TRUTH, box_mesh, swept, values_of
 from sdftrack.eval.truth import default_camera, motion, noisy, render_truth
 from sdftrack.reproduce import FIGURES, fig_3_12, fig_4_13a, find, speed_3_9
-from sdftrack.reproduce.duck import duck_mesh, field
+from sdftrack.synth.duck import duck_mesh, field
 
 FIELD_ATOL_M = 5e-4  # linear interpolation of a curved field over 2 mm; measured 3.5e-4
 

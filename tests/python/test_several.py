@@ -19,8 +19,8 @@ from sdftrack.eval.judged import judge, measure, total
 from sdftrack.eval.shuffle import hands
 from sdftrack.eval.staged import Scene
 from sdftrack.reproduce import fig_5_4, look_alikes
-from sdftrack.reproduce.duck import duck_mesh
 from sdftrack.reproduce.fig_5_8 import relative_motion
+from sdftrack.synth.duck import duck_mesh
 
 RADIUS_M = 0.05
 BALL_ATOL_M = 4e-4  # 3000 points on the ball lie 3 mm apart, the volume's voxels 2 mm

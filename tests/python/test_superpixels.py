@@ -18,7 +18,7 @@ from sdftrack import _core, metrics
 from sdftrack.cli.app import run
 from sdftrack.eval.superpixel_times import photographs
 from sdftrack.reference import superpixels as twin
-from sdftrack.synth.picture import picture as synth_picture
+from sdftrack.synth import region_picture
 
 COLOR_ATOL = 0.02  # units of L, a, b: 1/128 from rounding to 1/64, the rest from float32 and 6-digit matrices
 
@@ -351,7 +351,7 @@ def memory_of(image):
 @pytest.mark.parametrize("kind", ["made", "noise", "leaves"])
 def test_the_working_memory_and_the_labels_are_at_most_12_bytes_a_pixel_on_any_picture(kind, request):
     if kind == "made":
-        image = synth_picture(480, 640)[0]
+        image = region_picture(480, 640)[0]
     elif kind == "noise":
         image = np.random.default_rng(0).integers(0, 256, (480, 640, 3), dtype=np.uint8)
     else:

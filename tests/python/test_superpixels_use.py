@@ -9,9 +9,9 @@ import pytest
 import sdftrack as st
 from sdftrack.cli.app import run
 from sdftrack.reference import superpixels as twin
-from sdftrack.synth.picture import picture
+from sdftrack.synth import region_picture
 
-SCENE = picture(120, 480, 5)[0]
+SCENE = region_picture(120, 480, 5)[0]
 FEWER = 0.93  # of a cold start's segments; measured 0.99 and more, 0.6 after a cut when centres are kept as they are
 RECALL_LOST = 0.02  # of the boundaries that a cold start of five rounds finds, with two
 
@@ -26,7 +26,7 @@ def test_thin_images_get_the_number_of_segments_that_is_asked_for(height, width,
 
 
 def test_a_tall_picture_gives_the_labels_of_the_twin():
-    tall = np.ascontiguousarray(np.swapaxes(picture(48, 160, 2)[0], 0, 1))
+    tall = np.ascontiguousarray(np.swapaxes(region_picture(48, 160, 2)[0], 0, 1))
     np.testing.assert_array_equal(st.superpixels.slic(tall, 40), twin.slic(tall, 40))
 
 

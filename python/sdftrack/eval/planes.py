@@ -22,8 +22,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.eval.table_scenes import Scene, open_scenes, through
+from sdftrack.eval.table_scenes import open_scenes, through
 from sdftrack.eval.tables import text_table
+from sdftrack.synth.table_scene import TableScene
 
 __all__ = ["NOISES", "angle_errors", "main", "ransac", "removed"]
 
@@ -58,7 +59,7 @@ def ransac(
     return (depth > 0) & (np.abs(all_points @ n + d) > tolerance_m), (n, d)
 
 
-def removed(scene: Scene, off_plane: Mask) -> dict[str, float]:
+def removed(scene: TableScene, off_plane: Mask) -> dict[str, float]:
     """Shares (%) that are not in the mask: of the table, of object points that stand out, of all object points."""
     high = scene.objects & (scene.height_m > STANDS_OUT_M)
     return {
@@ -67,7 +68,7 @@ def removed(scene: Scene, off_plane: Mask) -> dict[str, float]:
     }
 
 
-def _way(method: str) -> Callable[[Scene], tuple[Mask, tuple[Array, float]]]:
+def _way(method: str) -> Callable[[TableScene], tuple[Mask, tuple[Array, float]]]:
     import sdftrack as st
 
     if method == "ransac":
@@ -75,7 +76,7 @@ def _way(method: str) -> Callable[[Scene], tuple[Mask, tuple[Array, float]]]:
     return lambda s: st.remove_plane(s.frame, s.camera, tolerance=TOLERANCE_M, method=method)
 
 
-def scene_row(scene: Scene, method: str) -> dict[str, float]:
+def scene_row(scene: TableScene, method: str) -> dict[str, float]:
     """Shares, the normal's angle to the labelled table's (deg), and the median time of a call (ms)."""
     way, seconds = _way(method), []
     n_true = through(scene.camera.back_project(scene.frame.depth)[scene.table])[0]

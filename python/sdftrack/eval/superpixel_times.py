@@ -115,9 +115,9 @@ def _others(image: Array, n: int) -> dict[str, Run]:
 
 def speed(data: Path | None, quick: bool) -> dict[str, Any]:
     """Print and return times of the made picture at three sizes and of the photographs."""
-    from sdftrack.synth.picture import picture
+    from sdftrack.synth import region_picture
 
-    pictures = {f"made {w} x {h}": picture(h, w)[0] for w, h in SIZES}
+    pictures = {f"made {w} x {h}": region_picture(h, w)[0] for w, h in SIZES}
     if data is not None:
         pictures.update(photographs(data))
     small = pictures[f"made {SIZES[0][0]} x {SIZES[0][1]}"]

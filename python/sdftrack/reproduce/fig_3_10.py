@@ -44,7 +44,7 @@ def run(context: Context) -> dict[str, Any]:
     """Make the figure: figure.png, table.txt, and the numbers."""
     import sdftrack as st
     from sdftrack.io.files import write_text
-    from sdftrack.reproduce.duck import duck_mesh
+    from sdftrack.synth.duck import duck_mesh
 
     mesh = duck_mesh() if context.mesh is None else st.Mesh.load(context.mesh, context.unit)
     centre = mesh.vertices.min(axis=0) / 2 + mesh.vertices.max(axis=0) / 2

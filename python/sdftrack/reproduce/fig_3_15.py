@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.eval.planes import removed
-from sdftrack.eval.table_scenes import Scene, made_scene, open_scenes
+from sdftrack.eval.table_scenes import open_scenes
 from sdftrack.eval.tables import text_table
 from sdftrack.reproduce import Context
+from sdftrack.synth.table_scene import TableScene, table_scene
 
 __all__ = ["middle_of_table", "run"]
 
@@ -58,15 +59,15 @@ def run(context: Context) -> dict[str, Any]:
     return {"title": title, "head": HEAD, "rows": cells, "levels": levels}
 
 
-def _scene() -> Scene:
+def _scene() -> TableScene:
     data = os.environ.get("SDFTRACK_DATA")
     if data and (Path(data) / "osd").is_dir():
         named = {s.name: s for s in open_scenes(Path(data))}
         return named.get(RECORDED, next(iter(named.values())))
-    return made_scene()
+    return table_scene()
 
 
-def middle_of_table(scene: Scene) -> tuple[int, int]:
+def middle_of_table(scene: TableScene) -> tuple[int, int]:
     """The pixel of the table that is farthest from everything else."""
     import cv2
 
@@ -75,14 +76,14 @@ def middle_of_table(scene: Scene) -> tuple[int, int]:
     return int(x), int(y)
 
 
-def _table_normal(scene: Scene) -> NDArray[np.float64]:
+def _table_normal(scene: TableScene) -> NDArray[np.float64]:
     points = scene.camera.back_project(scene.frame.depth)[scene.table]
     spread = points - points.mean(axis=0)
     n: NDArray[np.float64] = np.linalg.eigh(spread.T @ spread)[1][:, 0]
     return -n if n @ points.mean(axis=0) > 0 else n
 
 
-def _shaded(scene: Scene) -> Picture:
+def _shaded(scene: TableScene) -> Picture:
     """The depth image in grey, near is bright; black without a reading."""
     z = scene.frame.depth
     low, high = np.percentile(z[z > 0], [1, 99])
@@ -96,7 +97,9 @@ def _tinted(picture: Picture, where: NDArray[np.bool_], color: tuple[int, int, i
     return out
 
 
-def _plot(path: Path, scene: Scene, at: tuple[int, int], made: list[tuple[str, NDArray[np.bool_]]]) -> None:
+def _plot(
+    path: Path, scene: TableScene, at: tuple[int, int], made: list[tuple[str, NDArray[np.bool_]]]
+) -> None:
     from sdftrack.viz.plots import figure, save_figure
 
     fig, axes = figure(len(made), 3, size=(11.0, 2.9 * len(made)))

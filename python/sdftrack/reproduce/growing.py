@@ -53,7 +53,7 @@ class Scene:
 def scene_of(context: Context, frames: int = FRAMES) -> Scene:
     """The built-in duck, or the mesh that was asked for, turned until its whole surface has been seen."""
     from sdftrack.mesh import Mesh
-    from sdftrack.reproduce.duck import duck_mesh
+    from sdftrack.synth.duck import duck_mesh
 
     mesh = duck_mesh() if context.mesh is None else Mesh.load(context.mesh, context.unit)
     n = frames if context.frames is None else context.frames

@@ -17,7 +17,7 @@ SCALE = 0.5  # of the built-in duck, to 0.1 m: two must get around each other in
 def pair_of(context: Context) -> tuple[Any, Solid]:
     """The mesh and the solid that it bounds."""
     import sdftrack as st
-    from sdftrack.reproduce.duck import duck_mesh
+    from sdftrack.synth.duck import duck_mesh
 
     if context.mesh is None:
         duck = duck_mesh()

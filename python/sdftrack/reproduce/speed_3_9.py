@@ -36,7 +36,7 @@ def run(context: Context) -> dict[str, Any]:
     """Make the figure: figure.png, table.txt, and the numbers."""
     import sdftrack as st
     from sdftrack.io.files import write_text
-    from sdftrack.reproduce.duck import duck_mesh
+    from sdftrack.synth.duck import duck_mesh
 
     resolve_device(context.options.get("device", "auto"))  # a GPU that is asked for and missing is an error
     mesh = duck_mesh() if context.mesh is None else st.Mesh.load(context.mesh, context.unit)

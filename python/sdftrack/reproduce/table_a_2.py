@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Table A.2: full processing times of superpixels for three sizes of image.
 
-Set-up: a made picture (`synth.picture`) at 320 x 240, 640 x 480 and 1280 x 960, 256 pixels a segment (1,200 at
+Set-up: a made picture (`synth.region_picture`) at 320 x 240, 640 x 480 and 1280 x 960, 256 pixels a segment (1,200 at
 640 x 480), compactness 10, 5 iterations, connectivity included. Picture, segments, compactness and iterations are not
 printed in the source; these are ours. Its "SLIC" is the authors' program on one core of an i7-2600, its gSLIC ran on
 a GTX 460; "CPU SLIC" here is scikit-image's.
@@ -32,7 +32,7 @@ def run(context: Context) -> dict[str, Any]:
 
     import sdftrack as st
     from sdftrack.io.files import write_text
-    from sdftrack.synth.picture import picture
+    from sdftrack.synth import region_picture
 
     device, threads = context.options.get("device", "auto"), context.options.get("threads", 0)
     resolve_device(device)  # a GPU that is asked for and missing is an error
@@ -45,7 +45,7 @@ def run(context: Context) -> dict[str, Any]:
         ways["GPU"] = {"device": "cuda"}
     rows: dict[str, list[float]] = {name: [] for name in [*ways, "scikit-image"]}
     for k, (width, height) in enumerate(SIZES):
-        image, n = picture(height, width)[0], width * height // PER_SEGMENT_PX
+        image, n = region_picture(height, width)[0], width * height // PER_SEGMENT_PX
         for name, way in ways.items():
             rows[name].append(_time(st.superpixels.slic, image, n, seconds, way))
         rows["scikit-image"].append(_time(cpu_slic, image, n, 0.0, {}))

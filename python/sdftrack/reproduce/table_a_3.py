@@ -26,13 +26,13 @@ PRINTED = {"k-means": (6.5, 13, 53), "connectivity": (2.5, 8, 33)}
 def run(context: Context) -> dict[str, Any]:
     """Make the table: table.txt, and the numbers."""
     from sdftrack.io.files import write_text
-    from sdftrack.synth.picture import picture
+    from sdftrack.synth import region_picture
 
     used = resolve_device(context.options.get("device", "auto"))
     seconds = SECONDS if context.frames is None else QUICK_SECONDS
     rows: dict[str, list[float]] = {"k-means": [], "connectivity": []}
     for k, (width, height) in enumerate(SIZES):
-        image, n = picture(height, width)[0], width * height // PER_SEGMENT_PX
+        image, n = region_picture(height, width)[0], width * height // PER_SEGMENT_PX
         for name, least in zip(rows, _parts(image, n, used, seconds), strict=True):
             rows[name].append(least)
         context.step(k + 1, len(SIZES), f"{width} x {height}")

@@ -2,33 +2,46 @@
 """Synthetic sequences with exact truth: shapes, paths, sensor noise, clutter, hands in front, colour, gaits."""
 
 from sdftrack.synth.ball import BallScene, ball_scene
+from sdftrack.synth.blob import BlobVideo, blob_video
+from sdftrack.synth.can import can_mesh, turning_can
 from sdftrack.synth.covers import hide
+from sdftrack.synth.duck import duck_mesh
 from sdftrack.synth.gait import gait
 from sdftrack.synth.gait_video import GaitVideo, gait_video
 from sdftrack.synth.grip import Grip
 from sdftrack.synth.noise import Gaussian, Kinect
 from sdftrack.synth.occluders import Cover, Hand
+from sdftrack.synth.region_picture import region_picture
 from sdftrack.synth.room import corner
 from sdftrack.synth.scene import sequence
+from sdftrack.synth.table_scene import TableScene, table_scene
 from sdftrack.synth.trajectories import leave_and_return, orbit, random_walk, static, sweep
 
 __all__ = [
     "BallScene",
+    "BlobVideo",
     "Cover",
     "GaitVideo",
     "Gaussian",
     "Grip",
     "Hand",
     "Kinect",
+    "TableScene",
     "ball_scene",
+    "blob_video",
+    "can_mesh",
     "corner",
+    "duck_mesh",
     "gait",
     "gait_video",
     "hide",
     "leave_and_return",
     "orbit",
     "random_walk",
+    "region_picture",
     "sequence",
     "static",
     "sweep",
+    "table_scene",
+    "turning_can",
 ]

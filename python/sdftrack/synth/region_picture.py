@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["picture"]
+__all__ = ["region_picture"]
 
 BENT = 0.06  # how far borders wander, as a part of the width
 TEXTURE, GRAIN = (
@@ -18,7 +18,7 @@ TEXTURE, GRAIN = (
 SHADE = 0.25
 
 
-def picture(
+def region_picture(
     height: int = 480, width: int = 640, regions: int = 30, seed: int = 0
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
     """An image and the region of each pixel, the same picture at any size.
