@@ -3,8 +3,9 @@
 
 from sdftrack.contour.assessment import Assessment
 from sdftrack.contour.dct import harmonics, silhouette
+from sdftrack.contour.drawing import draw_outline
 from sdftrack.contour.lwpr import LWPR
-from sdftrack.contour.masks import align
+from sdftrack.contour.masks import align, signed_distances
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.tracker import ContourResult, ContourTracker
 
@@ -15,6 +16,8 @@ __all__ = [
     "ContourTracker",
     "ShapeMemory",
     "align",
+    "draw_outline",
     "harmonics",
+    "signed_distances",
     "silhouette",
 ]
