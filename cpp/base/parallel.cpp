@@ -1,44 +1,47 @@
 // SPDX-License-Identifier: MIT
 #include "base/parallel.h"
 
-#include <algorithm>
 #include <atomic>
-#include <exception>
-#include <mutex>
-#include <thread>
-#include <vector>
+
+#include "base/cpu_count.h"
+
+#ifdef __unix__
+#include <pthread.h>
+#endif
 
 namespace sdftrack {
 
-int thread_count(int requested) {
-  const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  return requested <= 0 ? cores : requested;
+namespace {
+
+std::atomic<ThreadPool*> the_pool{nullptr};
+
+// The child has no threads but the one that forked. The parent's pool is left as it is: its memory may be in
+// any state.
+#ifdef __unix__
+const int forgotten_in_children =
+    pthread_atfork(nullptr, nullptr, [] { the_pool.store(nullptr, std::memory_order_relaxed); });
+#endif
+
+int processors() {
+  static const int count = usable_cpus();
+  return count;
 }
 
-void parallel_for(std::size_t chunks, int threads, const std::function<void(std::size_t)>& body) {
-  const std::size_t workers = std::min<std::size_t>(chunks, static_cast<std::size_t>(thread_count(threads)));
-  if (workers <= 1) {
-    for (std::size_t i = 0; i < chunks; ++i) body(i);
-    return;
+}  // namespace
+
+int thread_count(int requested) { return requested <= 0 ? processors() : requested; }
+
+ThreadPool* shared_pool() {
+  ThreadPool* pool = the_pool.load(std::memory_order_acquire);
+  if (!pool) {
+    if (processors() == 1) return nullptr;
+    auto* const made = new ThreadPool(processors() - 1);
+    if (the_pool.compare_exchange_strong(pool, made, std::memory_order_acq_rel))
+      pool = made;
+    else
+      delete made;  // another thread was faster
   }
-  std::atomic<std::size_t> next{0};
-  std::exception_ptr error;
-  std::mutex error_mutex;
-  const auto work = [&] {
-    try {
-      for (std::size_t i = next++; i < chunks; i = next++) body(i);
-    } catch (...) {
-      next = chunks;  // the others stop early
-      const std::lock_guard lock(error_mutex);
-      if (!error) error = std::current_exception();
-    }
-  };
-  std::vector<std::thread> pool;
-  pool.reserve(workers - 1);
-  for (std::size_t i = 1; i < workers; ++i) pool.emplace_back(work);
-  work();
-  for (std::thread& t : pool) t.join();
-  if (error) std::rethrow_exception(error);
+  return pool->workers() > 0 ? pool : nullptr;
 }
 
 }  // namespace sdftrack

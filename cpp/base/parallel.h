@@ -1,19 +1,34 @@
 // SPDX-License-Identifier: MIT
-// Parallel loops over fixed chunks. The one place that makes threads.
+// Parallel loops over fixed chunks, on the threads of one pool.
 #pragma once
 
 #include <cstddef>
-#include <functional>
+
+#include "base/thread_pool.h"
 
 namespace sdftrack {
 
-// Number of threads to use when the caller asks for `requested` (0: all cores).
+// Number of threads that a call may use which asks for `requested`; 0: all processors that this process may
+// use (its affinity, and its control group's quota).
 int thread_count(int requested);
 
-// Calls body(chunk) once for each chunk in 0..chunks-1, on up to `threads` threads (0: all cores). The
-// caller's thread takes part. Which thread runs a chunk is not fixed, what a chunk is must be: then results
-// that are combined in chunk order do not depend on the number of threads. The first exception is rethrown
-// here.
-void parallel_for(std::size_t chunks, int threads, const std::function<void(std::size_t)>& body);
+// The pool of this process, made when it is first needed and never taken down; nullptr where no thread could
+// help. A forked child has one of its own.
+ThreadPool* shared_pool();
+
+// Calls body(chunk) once for each chunk in 0..chunks-1, on up to `threads` threads (0: all processors), of
+// which the caller's is one. Which thread runs a chunk is not fixed, what a chunk is must be: then results
+// that are combined in chunk order do not depend on the number of threads. After the first exception no chunk
+// is begun, and it is rethrown here. May be called by several threads at once, and within a chunk.
+template <class Body>
+void parallel_for(std::size_t chunks, int threads, const Body& body) {
+  const int wanted = thread_count(threads);
+  ThreadPool* const pool = wanted > 1 && chunks > 1 ? shared_pool() : nullptr;
+  if (!pool) {
+    for (std::size_t i = 0; i < chunks; ++i) body(i);
+    return;
+  }
+  pool->run(chunks, wanted - 1, ChunkBody(body));
+}
 
 }  // namespace sdftrack

@@ -11,6 +11,8 @@
 namespace sdftrack {
 
 constexpr int kChunk = 2048;  // pixels; part of the result's bits, so not a tuning knob
+// A chunk takes some microseconds, as long as waking a thread does: fewer chunks are summed by the caller.
+constexpr std::size_t kChunksWorthThreads = 16;
 
 // Sum of sum_of(begin, end) over the chunks of 0..count-1.
 template <class S, class SumOf>
@@ -21,7 +23,7 @@ S reduce_cpu(int count, int threads, const SumOf& sum_of) {
     return sum_of(begin, std::min(count, begin + kChunk));
   };
   S total{};
-  if (threads == 1 || chunks <= 1) {
+  if (threads == 1 || chunks < kChunksWorthThreads) {
     for (std::size_t c = 0; c < chunks; ++c) total += chunk_sum(c);
     return total;
   }

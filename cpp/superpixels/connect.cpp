@@ -2,6 +2,7 @@
 #include "superpixels/connect.h"
 
 #include <algorithm>
+#include <atomic>
 #include <climits>
 #include <numeric>
 #include <utility>
@@ -34,10 +35,9 @@ std::size_t Connect::bytes() const {
 void Connect::find_runs(Phases* phases, const std::uint8_t* codes) {
   const auto row = [&](int y) { return codes + static_cast<std::ptrdiff_t>(y) * table_.width; };
   const auto mark = [&](int y) { return first_[at(y) + 1] = ops().mark(table_, y, row(y), masked_); };
-  each_row(phases, mark, [&] {
-    first_[0] = 0;
-    std::partial_sum(first_.begin(), first_.end(), first_.begin());
-  });
+  each_row(phases, mark);
+  first_[0] = 0;
+  std::partial_sum(first_.begin(), first_.end(), first_.begin());
 }
 
 void Connect::join_touching(Phases* phases, const std::uint8_t* codes) {
@@ -48,27 +48,24 @@ void Connect::join_touching(Phases* phases, const std::uint8_t* codes) {
       if (y > band_begin(band)) ops().join(table_, y);
     }
   };
-  phases->each(join_band, [&] {
-    for (std::size_t band = 1; band < counted_.size(); ++band) ops().join(table_, (*y_begin_)[band]);
-  });
+  phases->each(join_band);
+  for (std::size_t band = 1; band < counted_.size(); ++band) ops().join(table_, (*y_begin_)[band]);
 }
 
 void Connect::join(Phases* phases, const std::uint8_t* codes, std::int64_t least) {
   join_touching(phases, codes);
   const int min_size = static_cast<int>(std::clamp<std::int64_t>(least, 1, INT_MAX));
   for (bool again = false;; again = true) {
-    each_row(
-        phases, [&](int y) { return ops().find_small(table_, y, min_size, again); },
-        [&] { again_ = std::any_of(counted_.begin(), counted_.end(), [](int n) { return n > 0; }); });
-    if (!again_) break;
-    join_choices(phases);
-    if (!again_) break;  // nothing but small regions without a neighbour
+    each_row(phases, [&](int y) { return ops().find_small(table_, y, min_size, again); });
+    if (std::none_of(counted_.begin(), counted_.end(), [](int n) { return n > 0; })) break;
+    if (!join_choices(phases)) break;  // nothing but small regions without a neighbour
   }
   number_roots(phases);
 }
 
-// A region is of the share of bands that its root is in, and so has one thread at a time.
-void Connect::join_choices(Phases* phases) {
+// A region is of the share of bands that its root is in, and so has one thread at a time. Whether any was
+// joined.
+bool Connect::join_choices(Phases* phases) {
   const auto first_run = [&](int band) { return first_[at(band_begin(band))]; };
   const auto choose = [&](int band, int band_end) {
     const int from = first_run(band), until = first_run(band_end), end = band_begin(band_end);
@@ -76,18 +73,19 @@ void Connect::join_choices(Phases* phases) {
     for (int y = band_begin(band); y < table_.height && (y < end || more); ++y)
       more = ops().choose(table_, y, from, until);
   };
-  phases->each_share(choose, [&] { again_ = false; });
+  phases->each_share(choose);
+  std::atomic<bool> any{false};
   const auto join_within = [&](int band, int band_end) {
     const int from = first_run(band), until = first_run(band_end);
     bool joined = false;
     for (int y = band_begin(band); y < band_begin(band_end); ++y)
       joined |= ops().join_choices(table_, y, from, until);
-    if (joined) again_ = true;
+    if (joined) any = true;
   };
-  phases->each_share(join_within, [&] {
-    for (int y = 0; y < table_.height; ++y)
-      if (ops().join_choices(table_, y, 0, INT_MAX)) again_ = true;
-  });
+  phases->each_share(join_within);
+  for (int y = 0; y < table_.height; ++y)
+    if (ops().join_choices(table_, y, 0, INT_MAX)) any = true;
+  return any;
 }
 
 void Connect::number_roots(Phases* phases) {
@@ -99,10 +97,9 @@ void Connect::number_roots(Phases* phases) {
     for (int run = first_[at(band_begin(band))]; run < end; ++run) roots += is_root(parent[run]);
     counted_[at(band)] = roots;
   };
-  phases->each(count, [&] {
-    regions_ = 0;
-    for (int& n : counted_) regions_ += std::exchange(n, regions_);
-  });
+  phases->each(count);
+  regions_ = 0;
+  for (int& n : counted_) regions_ += std::exchange(n, regions_);
   phases->each([&](int band) {
     const int end = first_[at(band_begin(band + 1))];
     int next = counted_[at(band)];

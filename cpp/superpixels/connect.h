@@ -9,7 +9,6 @@
 // then numbers in the order of the image. Rows are done in bands, on any number of threads.
 #pragma once
 
-#include <atomic>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -27,7 +26,7 @@ class Connect {
   // `parent`, which stays as it is, and `best`, which may be where the labels will be.
   void begin(int width, const std::vector<int>* y_begin, bool masked, int* parent, int* best);
 
-  // Each called by all threads together. `codes`: of all pixels, rows without gaps; see RunOps::mark.
+  // `codes`: of all pixels, rows without gaps; see RunOps::mark.
   void find_runs(Phases* phases, const std::uint8_t* codes);
   void join(Phases* phases, const std::uint8_t* codes, std::int64_t min_size);
   void write(Phases* phases, int first_label, int* labels);
@@ -41,16 +40,15 @@ class Connect {
 
  private:
   int band_begin(int band) const { return (*y_begin_)[static_cast<std::size_t>(band)]; }
-  template <class Work, class Then>
-  void each_row(Phases* phases, const Work& work, const Then& then);
+  template <class Work>
+  void each_row(Phases* phases, const Work& work);
   void join_touching(Phases* phases, const std::uint8_t* codes);
-  void join_choices(Phases* phases);
+  bool join_choices(Phases* phases);
   void number_roots(Phases* phases);
 
   const std::vector<int>* y_begin_ = nullptr;
   RunTable table_;
   bool masked_ = false;
-  std::atomic<bool> again_{false};
   int regions_ = 0;
   std::vector<std::uint64_t> begins_, marks_, roots_;
   std::vector<int> first_;
@@ -59,14 +57,14 @@ class Connect {
 };
 
 // Sums of work(row) for each band.
-template <class Work, class Then>
-void Connect::each_row(Phases* phases, const Work& work, const Then& then) {
+template <class Work>
+void Connect::each_row(Phases* phases, const Work& work) {
   const auto band_sum = [&](int band) {
     int sum = 0;
     for (int y = band_begin(band); y < band_begin(band + 1); ++y) sum += work(y);
     counted_[static_cast<std::size_t>(band)] = sum;
   };
-  phases->each(band_sum, then);
+  phases->each(band_sum);
 }
 
 template <class CenterOf>
@@ -80,14 +78,13 @@ void Connect::take_centers(Phases* phases, int centers, const CenterOf& center_o
         centre_of_run[run++] = center_of(64 * word + std::countr_zero(bits), y);
     return 0;
   };
-  each_row(phases, look_up, [&] {
-    const int runs = table_.first[table_.height];
-    number_.assign(static_cast<std::size_t>(centers), 0);
-    for (int run = 0; run < runs; ++run)
-      if (centre_of_run[run] >= 0) number_[static_cast<std::size_t>(centre_of_run[run])] = 1;
-    regions_ = 0;
-    for (int& n : number_) regions_ += std::exchange(n, regions_);
-  });
+  each_row(phases, look_up);
+  const int runs = table_.first[table_.height];
+  number_.assign(static_cast<std::size_t>(centers), 0);
+  for (int run = 0; run < runs; ++run)
+    if (centre_of_run[run] >= 0) number_[static_cast<std::size_t>(centre_of_run[run])] = 1;
+  regions_ = 0;
+  for (int& n : number_) regions_ += std::exchange(n, regions_);
   phases->each([&](int band) {
     const int end = table_.first[band_begin(band + 1)];
     for (int run = table_.first[band_begin(band)]; run < end; ++run) {

@@ -188,41 +188,33 @@ SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool re
         "start: expected an image of the size, options and colour space of the last one, without a mask; "
         "start "
         "anew");
-  const int workers = std::min(thread_count(threads), grid_.ny);
   std::vector<std::int64_t> moved(at(grid_.ny));
   SlicResult result;
-  bool going = true;
   using Clock = std::chrono::steady_clock;
-  Clock::time_point regions_begin;
   const auto smallest =
       static_cast<std::int64_t>(options.min_size * (static_cast<double>(inside_) / options.n_segments));
   // The colours are done with before the regions come, and so is their second half before the labels.
   connect_.begin(image.width, &grid_.y_begin, image.mask != nullptr, c01_.data(), labels);
-  Together together(workers, grid_.ny);
-  parallel_for(at(workers), workers, [&](std::size_t worker) {
-    Phases phases(&together, static_cast<int>(worker));
-    int* const c2x = labels;
-    phases.each([&](int band) { convert_rows(image, options, band, c2x); });
-    phases.each([&](int band) { place_centers(image, band, c2x, resume); });
-    for (int round = 1; round <= options.max_iterations && going; ++round) {
-      phases.each([&](int band) { assign(band, options, c2x, round == 1); });
-      const auto update_band = [&](int band) { moved[at(band)] = update(band); };
-      phases.each(update_band, [&] {
-        const std::int64_t way = std::accumulate(moved.begin(), moved.end(), std::int64_t{0});
-        result.iterations = round;
-        result.residual = static_cast<double>(way) / (grid_.scale * grid_.cells());
-        going = way != 0;  // nothing has moved: nothing will
-      });
-    }
-    phases.each([&](int band) { remember(image, band, c2x); });
-    if (worker == 0) regions_begin = Clock::now();
-    connect_.find_runs(&phases, codes());
-    if (options.connected)
-      connect_.join(&phases, codes(), smallest);
-    else
-      connect_.take_centers(&phases, grid_.cells(), [&](int x, int y) { return center_of(x, y); });
-    connect_.write(&phases, options.first_label, labels);
-  });
+  Phases phases(threads, grid_.ny);
+  int* const c2x = labels;
+  phases.each([&](int band) { convert_rows(image, options, band, c2x); });
+  phases.each([&](int band) { place_centers(image, band, c2x, resume); });
+  for (int round = 1; round <= options.max_iterations; ++round) {
+    phases.each([&](int band) { assign(band, options, c2x, round == 1); });
+    phases.each([&](int band) { moved[at(band)] = update(band); });
+    const std::int64_t way = std::accumulate(moved.begin(), moved.end(), std::int64_t{0});
+    result.iterations = round;
+    result.residual = static_cast<double>(way) / (grid_.scale * grid_.cells());
+    if (way == 0) break;  // nothing has moved: nothing will
+  }
+  phases.each([&](int band) { remember(image, band, c2x); });
+  const Clock::time_point regions_begin = Clock::now();
+  connect_.find_runs(&phases, codes());
+  if (options.connected)
+    connect_.join(&phases, codes(), smallest);
+  else
+    connect_.take_centers(&phases, grid_.cells(), [&](int x, int y) { return center_of(x, y); });
+  connect_.write(&phases, options.first_label, labels);
   result.segments = connect_.regions();
   result.connect_s = std::chrono::duration<double>(Clock::now() - regions_begin).count();
   return result;

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// How many processors this process may use.
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace sdftrack {
+
+// The processors of the affinity mask, at most the CPU quota of the control groups rounded up; at least 1.
+int usable_cpus();
+
+// Quota over period of a control group: of the text of `cpu.max` (version 2), or of the numbers of
+// `cpu.cfs_quota_us` and `cpu.cfs_period_us` (version 1). Nothing where there is no limit.
+std::optional<double> quota_of_cpu_max(const std::string& text);
+std::optional<double> quota_of_cfs(const std::string& quota_us, const std::string& period_us);
+
+}  // namespace sdftrack
