@@ -110,7 +110,7 @@ class TrackerOptions:
     weak_evidence: float = described(0.5, "weak below it")
     search_odds: float = described(
         0.05,
-        "odds, before any evidence, that what a search without mask or box finds is the object; they hold until a frame is ok",
+        "odds, before any evidence, that what a search without mask or box finds is the object; until a frame is ok",
     )
     trust_points: int = described(320, "surface points asked for the status")
     # options: end

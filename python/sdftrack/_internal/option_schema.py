@@ -74,7 +74,9 @@ class Option:
             return int(value)
         if self.kind == "number" and not isinstance(value, bool | np.bool_ | str | bytes):
             try:
-                return value if type(value) in (int, float) else float(value)
+                return float(value)
+            except OverflowError:  # an int of hundreds of digits
+                return np.inf if value > 0 else -np.inf
             except (TypeError, ValueError):
                 pass  # refused below
         wanted = {"int": "a whole number", "number": "a number"}.get(self.kind, self.expected)

@@ -35,7 +35,7 @@ class MemoryOptions:
     rule: str = described(
         "remembered", "how hidden parts are found: by the silhouettes themselves, or as printed (Table 6.3)"
     )
-    order: str = described("max", "what a harmonic is: all C(u, v) of one max(u, v), or of one u + v")
+    order: Order = described("max", "what a harmonic is: all C(u, v) of one max(u, v), or of one u + v")
     size: int = described(64, "side of the memory's grid")
     capacity: int = described(256, "silhouettes kept at most (remembered)")
     spacing: float = described(
