@@ -73,7 +73,6 @@ def test_the_tables_of_the_documents_hold_every_option_with_its_default():
         ("contour.md", "contour"),
         ("shape_memory.md", "memory"),
         ("several_objects.md", "tracker"),
-        ("lwpr.md", "lwpr"),
     ],
 )
 def test_defaults_that_other_pages_state_are_those_of_the_schema(page, table):
@@ -84,7 +83,7 @@ def test_defaults_that_other_pages_state_are_those_of_the_schema(page, table):
         r"^\| `(\w+)` \| (\d[\d.e-]*\d|\d)\b", rows, re.MULTILINE
     )
     known = [(name, value) for name, value in stated if name in schema]
-    assert len(known) >= 2
+    assert len(known) >= 3
     for name, value in known:
         assert ast.literal_eval(value) == schema[name].default, name
 
@@ -213,6 +212,20 @@ def test_numbers_of_numpy_are_taken_and_kept_as_those_of_python():
         float,
         bool,
     ]
+
+
+def test_whole_floats_of_the_contour_tracker_and_bits_of_lwpr_are_still_taken(tmp_path):
+    assert st.contour.ContourTracker(bins=32.0).options["bins"] == 32
+    model = st.LWPR(diagonal=1).update([0.0, 0.0], 1.0)
+    model.save(tmp_path / "a.lwpr")
+    assert st.LWPR.load(tmp_path / "a.lwpr") == model
+
+
+def test_bounds_between_options_are_refused_in_the_same_words():
+    with pytest.raises(ValueError, match=r"^w_prune: expected a number > 0\.2 and <= 1, got 0\.1$"):
+        st.LWPR(w_prune=0.1)
+    with pytest.raises(ValueError, match=r"^mu dt \(the product of both\): expected 0 to 0\.2001, got 0\.4"):
+        st.contour.ContourTracker(dt=9.0)
 
 
 def test_a_long_value_is_cut_in_a_message():

@@ -321,7 +321,10 @@ class LWPR(SklearnParts):
     def _core_options(self) -> _core.LwprOptions:
         options = _core.LwprOptions()
         for name, option in _SCHEMA.items():
-            value = option.check(getattr(self, name))
+            value = getattr(self, name)
+            if option.kind == "bool" and type(value) is int and value in (0, 1):
+                value = bool(value)  # saved models may hold 0 or 1
+            value = option.check(value)
             setattr(options, name, numbers(value, name).ravel().tolist() if name == "init_D" else value)
         return options
 
