@@ -5,9 +5,11 @@
 
 #include "array.h"
 #include "busy.h"
+#include "contour/option_schema.h"
 #include "contour/products.h"
 #include "contour/steps_cuda.h"
 #include "contour/tracker.h"
+#include "option_binding.h"
 
 namespace sdftrack {
 
@@ -18,44 +20,22 @@ RgbView color_view(const py::array& image) {
   return {rgb, static_cast<int>(image.shape(1)), static_cast<int>(image.shape(0))};
 }
 
-// Sets the number of that name; false where there is none.
-bool set_number(const std::string& name, const py::handle& value, ContourOptions* o) {
-  bool found = false;
-  each_number(*o, [&](const char* own, auto& to, double, double) {
-    if (name != own) return;
-    to = py::cast<std::decay_t<decltype(to)>>(value);
-    found = true;
-  });
-  return found;
-}
-
 ContourOptions options_from(const py::dict& given) {
-  ContourOptions o;
-  for (const auto& [key, value] : given) {
-    const auto name = py::cast<std::string>(key);
-    if (name == "warp") {
-      const auto warp = py::cast<std::string>(value);
-      if (warp != "similarity" && warp != "affine")
-        throw std::invalid_argument("warp: expected \"similarity\" or \"affine\", got \"" + warp + "\"");
-      o.affine = warp == "affine";
-    } else if (name == "pool") {
-      const auto pool = py::cast<std::string>(value);
-      if (pool != "linear" && pool != "log")
-        throw std::invalid_argument("pool: expected \"linear\" or \"log\", got \"" + pool + "\"");
-      o.pool = pool == "log" ? OpinionPool::kLogarithmic : OpinionPool::kLinear;
-    } else if (!set_number(name, value, &o)) {
-      throw std::invalid_argument("options: expected options of ContourTracker, got \"" + name + "\"");
-    }
+  const py::object options = py::cast(ContourOptions{});
+  for (const auto& [name, value] : given) {
+    if (!py::hasattr(options, name))
+      throw std::invalid_argument("options: expected options of ContourTracker, got \"" +
+                                  py::cast<std::string>(name) + "\"");
+    py::setattr(options, name, value);
   }
-  o.check();
-  return o;
+  const auto out = py::cast<ContourOptions>(options);
+  out.check();
+  return out;
 }
 
 py::dict options_of(const ContourOptions& o) {
   py::dict out;
-  out["warp"] = o.affine ? "affine" : "similarity";
-  out["pool"] = o.pool == OpinionPool::kLogarithmic ? "log" : "linear";
-  each_number(o, [&](const char* name, auto value, double, double) { out[name] = value; });
+  for (const OptionDescription& option : describe_options(o)) out[option.name.c_str()] = option.value;
   return out;
 }
 
@@ -190,6 +170,8 @@ py::array_t<float> contour_products(const py::array& pictures, const py::array& 
 }  // namespace
 
 void bind_contour(py::module_& m) {
+  bind_options<ContourOptions>(m, "ContourOptions",
+                               "Options of the contour tracker; see st.contour.ContourTracker.");
   py::class_<ContourCore>(m, "ContourCore", "A contour tracker; use contour.ContourTracker.")
       .def(py::init<const py::dict&>(), py::arg("options"))
       .def(

@@ -6,6 +6,8 @@
 #include "array.h"
 #include "busy.h"
 #include "lwpr/model.h"
+#include "lwpr/option_schema.h"
+#include "option_binding.h"
 
 namespace sdftrack {
 
@@ -162,22 +164,7 @@ SharedLwpr from_bytes(const py::bytes& data) {
 }  // namespace
 
 void bind_lwpr(py::module_& m) {
-  py::class_<LwprOptions>(m, "LwprOptions")
-      .def(py::init<>())
-      .def_readwrite("w_gen", &LwprOptions::w_gen)
-      .def_readwrite("w_prune", &LwprOptions::w_prune)
-      .def_readwrite("w_cutoff", &LwprOptions::w_cutoff)
-      .def_readwrite("init_D", &LwprOptions::init_D)
-      .def_readwrite("diagonal", &LwprOptions::diagonal)
-      .def_readwrite("update_D", &LwprOptions::update_D)
-      .def_readwrite("init_alpha", &LwprOptions::init_alpha)
-      .def_readwrite("meta", &LwprOptions::meta)
-      .def_readwrite("meta_rate", &LwprOptions::meta_rate)
-      .def_readwrite("penalty", &LwprOptions::penalty)
-      .def_readwrite("add_threshold", &LwprOptions::add_threshold)
-      .def_readwrite("init_lambda", &LwprOptions::init_lambda)
-      .def_readwrite("final_lambda", &LwprOptions::final_lambda)
-      .def_readwrite("tau_lambda", &LwprOptions::tau_lambda)
+  bind_options<LwprOptions>(m, "LwprOptions", "Options of LWPR; see sdftrack.LWPR.")
       .def("check", [](const LwprOptions& o) { check_lwpr_options(o); });
   py::class_<SharedLwpr>(m, "LwprModel")
       .def(py::init([](int n_in, int n_out, const LwprOptions& options, const std::vector<double>& norm_in,

@@ -18,6 +18,7 @@ void bind_tracking(py::module_& m);
 void bind_levelset(py::module_& m);
 void bind_lwpr(py::module_& m);
 void bind_photometric(py::module_& m);
+void bind_option_schema(py::module_& m);
 void bind_plane(py::module_& m);
 void bind_primitives(py::module_& m);
 void bind_reconstruction(py::module_& m);
@@ -51,5 +52,6 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bind_calibration(m);
   sdftrack::bind_contour(m);
   sdftrack::bind_superpixels(m);
+  sdftrack::bind_option_schema(m);
   sdftrack::bind_build(m);
 }

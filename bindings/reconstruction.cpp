@@ -8,6 +8,8 @@
 
 #include "array.h"
 #include "busy.h"
+#include "option_binding.h"
+#include "reconstruction/option_schema.h"
 #include "volume.h"
 
 namespace sdftrack {
@@ -71,32 +73,12 @@ const PyReconstruction& of(const py::object& self) { return self.cast<const PyRe
 }  // namespace
 
 void bind_reconstruction(py::module_& m) {
-  py::class_<ReconstructionOptions>(m, "ReconstructionOptions")
-      .def(py::init<>())
-      .def_property(
-          "printed", [](const ReconstructionOptions& o) { return o.evidence.form.printed; },
-          [](ReconstructionOptions& o, bool v) { o.evidence.form.printed = v; })
-      .def_property(
-          "sigma_d_m", [](const ReconstructionOptions& o) { return o.evidence.form.sigma_d_m; },
-          [](ReconstructionOptions& o, float v) { o.evidence.form.sigma_d_m = v; })
-      .def_property(
-          "noise_m", [](const ReconstructionOptions& o) { return o.evidence.noise.noise_m; },
-          [](ReconstructionOptions& o, float v) { o.evidence.noise.noise_m = v; })
-      .def_property(
-          "noise_per_m", [](const ReconstructionOptions& o) { return o.evidence.noise.noise_per_m; },
-          [](ReconstructionOptions& o, float v) { o.evidence.noise.noise_per_m = v; })
+  // Beside the options of a Reconstructor, what it measures and what its tests vary.
+  bind_options<ReconstructionOptions>(m, "ReconstructionOptions",
+                                      "Options of a reconstruction; see sdftrack.ReconstructorOptions.")
       .def_property(
           "usual_noise_m", [](const ReconstructionOptions& o) { return o.evidence.noise.usual_m; },
           [](ReconstructionOptions& o, float v) { o.evidence.noise.usual_m = v; })
-      .def_property(
-          "carve_from_m", [](const ReconstructionOptions& o) { return o.evidence.carve_from_m; },
-          [](ReconstructionOptions& o, float v) { o.evidence.carve_from_m = v; })
-      .def_property(
-          "most_weight", [](const ReconstructionOptions& o) { return o.evidence.most_weight; },
-          [](ReconstructionOptions& o, float v) { o.evidence.most_weight = v; })
-      .def_property(
-          "border_px", [](const ReconstructionOptions& o) { return o.image.border_px; },
-          [](ReconstructionOptions& o, int v) { o.image.border_px = v; })
       .def_property(
           "color_reach_voxels", [](const ReconstructionOptions& o) { return o.evidence.color_reach_voxels; },
           [](ReconstructionOptions& o, float v) { o.evidence.color_reach_voxels = v; })

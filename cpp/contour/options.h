@@ -43,30 +43,4 @@ struct ContourOptions {
   void check() const;
 };
 
-// visit(name, value, least, most) for every number among the options (`Options`: ContourOptions, const or
-// not). The one list that checks, bindings and Python go by.
-template <class Options, class Visit>
-void each_number(Options& o, const Visit& visit) {
-  visit("bins", o.bins, 16, 32);
-  visit("windows", o.windows, 1, 16);
-  visit("shrink", o.shrink, 1, 1e6);
-  visit("object_rate", o.object_rate, 0, 1);
-  visit("background_rate", o.background_rate, 0, 1);
-  visit("least_posterior", o.least_posterior, 1e-6, 0.4);
-  visit("ring", o.ring, 0.05, 2);
-  visit("most_cells", o.most_cells, 32, 2048);
-  visit("softness", o.softness, 0.3, 10);
-  visit("band", o.band, 2, 32);
-  visit("registration_steps", o.registration_steps, 0, 200);
-  visit("reach", o.reach, 0, 200);
-  visit("shape_steps", o.shape_steps, 0, 200);
-  visit("dt", o.dt, 1e-3, 10);
-  visit("mu", o.mu, 0, 10);
-  visit("tension", o.tension, 0, 4);
-  visit("least_part", o.least_part, 0, 1);
-  visit("box_rounds", o.box_rounds, 1, 100);
-  visit("drift_cells", o.drift_cells, 0, 64);
-  visit("drift_log_scale", o.drift_log_scale, 0, 1);
-}
-
 }  // namespace sdftrack

@@ -4,19 +4,13 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
+
+#include "lwpr/option_schema.h"
 
 namespace sdftrack {
 
 namespace {
-
-void check_range(const char* name, double value, bool ok, const char* expected) {
-  if (ok && std::isfinite(value)) return;
-  std::ostringstream text;
-  text << name << ": expected " << expected << ", got " << value;
-  throw std::invalid_argument(text.str());
-}
 
 [[noreturn]] void refuse_metric(const std::string& got) {
   throw std::invalid_argument(
@@ -28,20 +22,13 @@ void check_range(const char* name, double value, bool ok, const char* expected) 
 }  // namespace
 
 void check_lwpr_options(const LwprOptions& o) {
-  check_range("w_gen", o.w_gen, o.w_gen > 0 && o.w_gen < 1, "a number between 0 and 1");
-  check_range("w_prune", o.w_prune, o.w_prune > o.w_gen && o.w_prune <= 1, "a number above w_gen, at most 1");
-  check_range("w_cutoff", o.w_cutoff, o.w_cutoff >= 1e-12 && o.w_cutoff < o.w_gen,
-              "a number from 1e-12 to below w_gen");
-  check_range("init_alpha", o.init_alpha, o.init_alpha > 0, "a number above 0");
-  check_range("meta_rate", o.meta_rate, o.meta_rate > 0, "a number above 0");
-  check_range("penalty", o.penalty, o.penalty >= 0, "a number of at least 0");
-  check_range("add_threshold", o.add_threshold, o.add_threshold >= 0 && o.add_threshold <= 1,
-              "a number from 0 to 1");
-  check_range("init_lambda", o.init_lambda, o.init_lambda > 0 && o.init_lambda <= 1,
-              "a number above 0, at most 1");
-  check_range("final_lambda", o.final_lambda, o.final_lambda > 0 && o.final_lambda <= 1,
-              "a number above 0, at most 1");
-  check_range("tau_lambda", o.tau_lambda, o.tau_lambda >= 0 && o.tau_lambda <= 1, "a number from 0 to 1");
+  check_options(o);
+  check_option(
+      {.name = "w_prune", .kind = OptionKind::kNumber, .value = o.w_prune, .range = above(o.w_gen).up_to(1)});
+  check_option({.name = "w_cutoff",
+                .kind = OptionKind::kNumber,
+                .value = o.w_cutoff,
+                .range = at_least(1e-12).below(o.w_gen)});
   if (o.init_D.empty()) refuse_metric("nothing");
 }
 

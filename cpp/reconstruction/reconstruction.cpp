@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 
+#include "reconstruction/option_schema.h"
+
 namespace sdftrack {
 
 namespace {
@@ -17,7 +19,7 @@ Reconstruction::Reconstruction(const Grid& grid, const float* prior, const Recon
     : Reconstruction(EvidenceVolume(grid, prior), options) {}
 
 Reconstruction::Reconstruction(EvidenceVolume evidence, const ReconstructionOptions& options)
-    : options_(options), evidence_(std::move(evidence)), distance_(evidence_) {
+    : options_(check_options(options)), evidence_(std::move(evidence)), distance_(evidence_) {
   SensorNoise& noise = options_.evidence.noise;
   noise.least_m = std::max(noise.least_m, static_cast<float>(grid().voxel_m));
   noise.usual_m = std::max(noise.usual_m, noise.least_m);  // seen head on, a reading weighs 1 in any volume

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "tracking/option_schema.h"
+
 namespace sdftrack {
 
 namespace {
@@ -41,7 +43,7 @@ bool has_reading(const ImageView<float>& depth_m, const std::vector<unsigned cha
 
 Tracker::Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const TrackerOptions& options,
                  const TrackerSettings& settings)
-    : options_(options),
+    : options_(check_options(options)),
       settings_(settings),
       device_(settings.cuda ? std::make_unique<CudaWork>() : nullptr),
       fitter_(options, settings.threads, device_.get()),

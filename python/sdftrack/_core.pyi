@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_products', 'contour_registration', 'contour_steps', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourOptions', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_products', 'contour_registration', 'contour_steps', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'option_expected', 'option_schema', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
 class Calibration:
     """
     Frames of a known object, and the lens that explains them.
@@ -222,6 +222,134 @@ class ContourCore:
     def start_mask(self, image: numpy.ndarray, mask: numpy.ndarray) -> None:
         ...
     def warp(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+class ContourOptions:
+    """
+    Options of the contour tracker; see st.contour.ContourTracker.
+    """
+    pool: str
+    warp: str
+    def __init__(self) -> None:
+        ...
+    @property
+    def background_rate(self) -> float:
+        ...
+    @background_rate.setter
+    def background_rate(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def band(self) -> float:
+        ...
+    @band.setter
+    def band(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def bins(self) -> int:
+        ...
+    @bins.setter
+    def bins(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def box_rounds(self) -> int:
+        ...
+    @box_rounds.setter
+    def box_rounds(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def drift_cells(self) -> float:
+        ...
+    @drift_cells.setter
+    def drift_cells(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def drift_log_scale(self) -> float:
+        ...
+    @drift_log_scale.setter
+    def drift_log_scale(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def dt(self) -> float:
+        ...
+    @dt.setter
+    def dt(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def least_part(self) -> float:
+        ...
+    @least_part.setter
+    def least_part(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def least_posterior(self) -> float:
+        ...
+    @least_posterior.setter
+    def least_posterior(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def most_cells(self) -> int:
+        ...
+    @most_cells.setter
+    def most_cells(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def mu(self) -> float:
+        ...
+    @mu.setter
+    def mu(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def object_rate(self) -> float:
+        ...
+    @object_rate.setter
+    def object_rate(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def reach(self) -> float:
+        ...
+    @reach.setter
+    def reach(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def registration_steps(self) -> int:
+        ...
+    @registration_steps.setter
+    def registration_steps(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def ring(self) -> float:
+        ...
+    @ring.setter
+    def ring(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def shape_steps(self) -> int:
+        ...
+    @shape_steps.setter
+    def shape_steps(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def shrink(self) -> float:
+        ...
+    @shrink.setter
+    def shrink(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def softness(self) -> float:
+        ...
+    @softness.setter
+    def softness(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def tension(self) -> float:
+        ...
+    @tension.setter
+    def tension(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def windows(self) -> int:
+        ...
+    @windows.setter
+    def windows(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
 class Curvature:
     """
@@ -520,6 +648,9 @@ class LwprModel:
     def samples(self) -> int:
         ...
 class LwprOptions:
+    """
+    Options of LWPR; see sdftrack.LWPR.
+    """
     diagonal: bool
     meta: bool
     update_D: bool
@@ -531,67 +662,67 @@ class LwprOptions:
     def add_threshold(self) -> float:
         ...
     @add_threshold.setter
-    def add_threshold(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def add_threshold(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def final_lambda(self) -> float:
         ...
     @final_lambda.setter
-    def final_lambda(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def final_lambda(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def init_D(self) -> list[float]:
         ...
     @init_D.setter
-    def init_D(self, arg0: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> None:
+    def init_D(self, arg1: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> None:
         ...
     @property
     def init_alpha(self) -> float:
         ...
     @init_alpha.setter
-    def init_alpha(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def init_alpha(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def init_lambda(self) -> float:
         ...
     @init_lambda.setter
-    def init_lambda(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def init_lambda(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def meta_rate(self) -> float:
         ...
     @meta_rate.setter
-    def meta_rate(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def meta_rate(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def penalty(self) -> float:
         ...
     @penalty.setter
-    def penalty(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def penalty(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def tau_lambda(self) -> float:
         ...
     @tau_lambda.setter
-    def tau_lambda(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def tau_lambda(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def w_cutoff(self) -> float:
         ...
     @w_cutoff.setter
-    def w_cutoff(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def w_cutoff(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def w_gen(self) -> float:
         ...
     @w_gen.setter
-    def w_gen(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def w_gen(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def w_prune(self) -> float:
         ...
     @w_prune.setter
-    def w_prune(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def w_prune(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
 class MeshCaster:
     """
@@ -841,7 +972,10 @@ class Reconstruction:
     def weight(self) -> numpy.ndarray:
         ...
 class ReconstructionOptions:
-    printed: bool
+    """
+    Options of a reconstruction; see sdftrack.ReconstructorOptions.
+    """
+    evidence: str
     def __init__(self) -> None:
         ...
     @property
@@ -875,10 +1009,10 @@ class ReconstructionOptions:
     def least_slant(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
-    def most_weight(self) -> float:
+    def memory(self) -> float:
         ...
-    @most_weight.setter
-    def most_weight(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    @memory.setter
+    def memory(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def noise_m(self) -> float:
@@ -1165,254 +1299,254 @@ class TrackerOptions:
     """
     adapt_noise: bool
     color_free_space: bool
-    color_likelihood: ColorLikelihood
-    curvature: Curvature
+    color_likelihood: str
+    curvature: str
     drop_plane: bool
     free_space: bool
     keep_damping: bool
     photometric: bool
-    residual: Residual
+    residual: str
     def __init__(self) -> None:
         ...
     @property
     def coarse_floor(self) -> float:
         ...
     @coarse_floor.setter
-    def coarse_floor(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def coarse_floor(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def coarse_floor_behind(self) -> float:
         ...
     @coarse_floor_behind.setter
-    def coarse_floor_behind(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def coarse_floor_behind(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def coarse_pixels(self) -> int:
         ...
     @coarse_pixels.setter
-    def coarse_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def coarse_pixels(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def coarse_steps(self) -> int:
         ...
     @coarse_steps.setter
-    def coarse_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def coarse_steps(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def coarse_union_sharpness(self) -> float:
         ...
     @coarse_union_sharpness.setter
-    def coarse_union_sharpness(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def coarse_union_sharpness(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def collision_tolerance_m(self) -> float:
         ...
     @collision_tolerance_m.setter
-    def collision_tolerance_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def collision_tolerance_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def color_background_rate(self) -> float:
         ...
     @color_background_rate.setter
-    def color_background_rate(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def color_background_rate(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def color_max_overlap(self) -> float:
         ...
     @color_max_overlap.setter
-    def color_max_overlap(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def color_max_overlap(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def color_object_rate(self) -> float:
         ...
     @color_object_rate.setter
-    def color_object_rate(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def color_object_rate(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def color_prior(self) -> float:
         ...
     @color_prior.setter
-    def color_prior(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def color_prior(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def correlation_area_px(self) -> float:
         ...
     @correlation_area_px.setter
-    def correlation_area_px(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def correlation_area_px(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def damping_start(self) -> float:
         ...
     @damping_start.setter
-    def damping_start(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def damping_start(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def far_padding_m(self) -> float:
         ...
     @far_padding_m.setter
-    def far_padding_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def far_padding_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def far_scale_m(self) -> float:
         ...
     @far_scale_m.setter
-    def far_scale_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def far_scale_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def fine_steps(self) -> int:
         ...
     @fine_steps.setter
-    def fine_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def fine_steps(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def free_space_points(self) -> int:
         ...
     @free_space_points.setter
-    def free_space_points(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def free_space_points(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def free_space_scale_m(self) -> float:
         ...
     @free_space_scale_m.setter
-    def free_space_scale_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def free_space_scale_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def free_space_weight(self) -> float:
         ...
     @free_space_weight.setter
-    def free_space_weight(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def free_space_weight(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def lost_evidence(self) -> float:
         ...
     @lost_evidence.setter
-    def lost_evidence(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def lost_evidence(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def lost_inliers(self) -> float:
         ...
     @lost_inliers.setter
-    def lost_inliers(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def lost_inliers(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def max_pixels(self) -> int:
         ...
     @max_pixels.setter
-    def max_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def max_pixels(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def min_pixels(self) -> int:
         ...
     @min_pixels.setter
-    def min_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def min_pixels(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def motion_sigma_m(self) -> float:
         ...
     @motion_sigma_m.setter
-    def motion_sigma_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def motion_sigma_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def motion_sigma_rad(self) -> float:
         ...
     @motion_sigma_rad.setter
-    def motion_sigma_rad(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def motion_sigma_rad(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def noise_m(self) -> float:
         ...
     @noise_m.setter
-    def noise_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def noise_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def noise_per_m(self) -> float:
         ...
     @noise_per_m.setter
-    def noise_per_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def noise_per_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def outlier_floor(self) -> float:
         ...
     @outlier_floor.setter
-    def outlier_floor(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def outlier_floor(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def padding_m(self) -> float:
         ...
     @padding_m.setter
-    def padding_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def padding_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def photometric_pixels(self) -> int:
         ...
     @photometric_pixels.setter
-    def photometric_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def photometric_pixels(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def photometric_sigma(self) -> float:
         ...
     @photometric_sigma.setter
-    def photometric_sigma(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def photometric_sigma(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def photometric_weight(self) -> float:
         ...
     @photometric_weight.setter
-    def photometric_weight(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def photometric_weight(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def recover_seeds(self) -> int:
         ...
     @recover_seeds.setter
-    def recover_seeds(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def recover_seeds(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def retry_inliers(self) -> float:
         ...
     @retry_inliers.setter
-    def retry_inliers(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def retry_inliers(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def scale_per_noise(self) -> float:
         ...
     @scale_per_noise.setter
-    def scale_per_noise(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def scale_per_noise(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def scale_start_m(self) -> float:
         ...
     @scale_start_m.setter
-    def scale_start_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def scale_start_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def search_odds(self) -> float:
         ...
     @search_odds.setter
-    def search_odds(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def search_odds(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def trust_points(self) -> int:
         ...
     @trust_points.setter
-    def trust_points(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def trust_points(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def union_sharpness(self) -> float:
         ...
     @union_sharpness.setter
-    def union_sharpness(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def union_sharpness(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def weak_evidence(self) -> float:
         ...
     @weak_evidence.setter
-    def weak_evidence(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def weak_evidence(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def weak_inliers(self) -> float:
         ...
     @weak_inliers.setter
-    def weak_inliers(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def weak_inliers(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
 def clean_mesh(vertices: numpy.ndarray, faces: numpy.ndarray, fraction: typing.SupportsFloat | typing.SupportsIndex = 0.02) -> tuple:
     """
@@ -1493,6 +1627,14 @@ def nearest_rigid(T: numpy.ndarray, name: str = 'T') -> numpy.typing.NDArray[num
 def open_mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
     """
     phi [z, y, x] float32 m of a mesh with holes, closed by its generalised winding number.
+    """
+def option_expected(kind: str, min: typing.SupportsFloat | typing.SupportsIndex, max: typing.SupportsFloat | typing.SupportsIndex, min_open: bool, max_open: bool, ends_only: bool, may_be_none: bool, choices: collections.abc.Sequence[str]) -> str:
+    """
+    What a message about such an option says was expected.
+    """
+def option_schema() -> dict:
+    """
+    Every option of the core, by the table that it stands in.
     """
 def paint(vertices: numpy.ndarray, faces: numpy.ndarray, colors: numpy.ndarray, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], reach_m: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.uint8]:
     """

@@ -96,12 +96,13 @@ def evidence(
     if form not in ("smooth", "printed"):
         raise ValueError(f'form: expected "smooth" or "printed", got {form!r}')
     options = _core.ReconstructionOptions()
-    options.printed = form == "printed"
+    options.evidence = form
     options.sigma_d_m = _length(sigma_d_m, "sigma_d_m")
     options.noise_m = _length(noise_m, "noise_m")
-    options.noise_per_m = number(noise_per_m, "noise_per_m")
-    if not 0 <= options.noise_per_m < np.inf:
+    growth = number(noise_per_m, "noise_per_m")
+    if not 0 <= growth < np.inf:
         raise ValueError(f"noise_per_m: expected 0 or more, got {noise_per_m}")
+    options.noise_per_m = growth
     options.usual_noise_m = options.noise_m
     given = frame.mask if mask is None else np.asarray(mask)
     if given is None:

@@ -288,7 +288,7 @@ def test_the_tables_options_reach_the_tracker(scene, tmp_path, capsys):
     for text, told in (
         (
             "[contour]\nsoftnes = 1\n",
-            "o.toml: [contour] softnes: no such option of ContourTracker; did you mean",
+            "o.toml: [contour] unknown option 'softnes'; did you mean 'softness'?",
         ),
         ("[contour]\nbins = 8\n", "o.toml: [contour] bins: expected 16 or 32"),
         ("max_pixels = 2000\n", "expected options in a table [contour], got none"),

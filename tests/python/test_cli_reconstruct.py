@@ -311,7 +311,7 @@ def test_options_are_taken_from_a_file(bare, tmp_path):
         ("[reconstruct]\nkept_frame = 3", "did you mean 'kept_frames'"),
         ("[reconstruct]\nkept_frames = 2.5", "kept_frames: expected a whole number"),
         ("[reconstruct]\nsigma_d_m = 'wide'", "sigma_d_m: expected a number"),
-        ("[reconstruct]\nsigma_d_m = -1", "above 0"),
+        ("[reconstruct]\nsigma_d_m = -1", "sigma_d_m: expected a number > 0, got -1"),
         ("[reconstrukt]\nkept_frames = 3", "did you mean [reconstruct]?"),
         ("reconstruct = 3", "expected a table [reconstruct]"),
         ("kept_frames = 3", "unknown option 'kept_frames'"),

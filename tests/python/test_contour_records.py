@@ -114,8 +114,8 @@ def test_a_model_made_with_numpys_numbers_is_saved_and_compared(options, tmp_pat
     [
         ({"w_gen": 0.2}, TypeError, r"'w_gen' is set by the memory; give ShapeMemory\(w_gen"),
         ({"n_in": 3}, TypeError, "'n_in' is set by the memory"),
-        ({"init_d": 3}, TypeError, "LWPR has no option 'init_d'; did you mean 'init_D'"),
-        ({"xyz": 3}, TypeError, "LWPR has no option 'xyz'; known: w_prune"),
+        ({"init_d": 3}, TypeError, "lwpr: unknown option 'init_d'; did you mean 'init_D'"),
+        ({"xyz": 3}, TypeError, "lwpr: unknown option 'xyz'; known: w_prune"),
         ([("init_D", 3)], TypeError, "lwpr: expected a dictionary"),
         (3, TypeError, "lwpr: expected a dictionary"),
         ({"penalty": -1.0}, ValueError, "penalty"),

@@ -288,7 +288,7 @@ def test_parameters_are_read_and_changed_by_name():
     model = st.LWPR(w_gen=0.3)
     assert model.get_params()["w_gen"] == 0.3
     assert model.set_params(w_gen=0.4, diagonal=True).w_gen == 0.4
-    with pytest.raises(ValueError, match="no parameter 'w_ge'"):
+    with pytest.raises(ValueError, match="unknown option 'w_ge'; did you mean 'w_gen'"):
         model.set_params(w_ge=0.1)
     with pytest.raises(ValueError, match="w_gen"):
         model.set_params(penalty=1.0, w_gen=3)

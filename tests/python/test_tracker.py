@@ -609,7 +609,7 @@ def test_options_are_frozen_and_pickle():
         ({"max_pixels": True}, TypeError, "max_pixels"),
         ({"residual": "x"}, ValueError, "residual: expected one of .*ray_hit"),
         ({"free_space": 1}, TypeError, "free_space: expected True or False"),
-        ({"outlier_floor": 1.0}, ValueError, "outlier_floor: expected a share below 1"),
+        ({"outlier_floor": 1.0}, ValueError, "outlier_floor: expected a number >= 0 and < 1, got 1.0"),
     ],
 )
 def test_a_wrong_option_is_refused_with_its_name(box, option, error, match):

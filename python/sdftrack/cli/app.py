@@ -9,6 +9,7 @@ from typing import Any
 
 import typer
 
+from sdftrack._internal.unknown_option import unknown_option
 from sdftrack.cli import (
     calibrate,
     config,
@@ -103,10 +104,16 @@ def _run(command: Any, arguments: list[str], options: dict[str, str]) -> int:
         if hasattr(error, "format_message"):
             context = getattr(error, "ctx", None)
             where = context.command_path if context is not None else "sdftrack"
-            return _fail(f"{_one_line(error.format_message())} (see {where} --help)", 2)
+            return _fail(f"{_one_line(_wrong_usage(error, context))} (see {where} --help)", 2)
         if os.environ.get("SDFTRACK_DEBUG"):
             raise
         return _fail(_told(error, options), 1)
+
+
+def _wrong_usage(error: Any, context: Any) -> str:
+    if type(error).__name__ != "NoSuchOption" or context is None:
+        return str(error.format_message())
+    return unknown_option(error.option_name, [name for p in context.command.params for name in p.opts])
 
 
 def _told(error: Exception, options: dict[str, str]) -> str:

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._internal.option_schema import core_schema
+from sdftrack._internal.unknown_option import refuses_unknown
 from sdftrack.checks import numbers, whole
 from sdftrack.contour import lwpr_file
 from sdftrack.contour.lwpr_data import Samples, check_norm, inputs, norms, samples
@@ -19,16 +21,13 @@ from sdftrack.device import resolve_device
 
 __all__ = ["LWPR"]
 
-_DEFAULTS = _core.LwprOptions()  # the one home of the defaults
-_OPTIONS = (
-    "w_gen", "w_prune", "w_cutoff", "init_D", "diagonal", "update_D", "init_alpha", "meta", "meta_rate",
-    "penalty", "add_threshold", "init_lambda", "final_lambda", "tau_lambda",
-)  # fmt: skip
+_SCHEMA = core_schema("lwpr")
 
 Array = NDArray[np.float64]
 MOST = 2**31  # of a count: what the core's int holds
 
 
+@refuses_unknown
 class LWPR(SklearnParts):
     """Online regression by many small linear models (Vijayakumar, D'Souza and Schaal 2005; thesis 6.3.2).
 
@@ -88,20 +87,22 @@ class LWPR(SklearnParts):
         n_in: int | None = None,
         n_out: int | None = None,
         *,
-        w_gen: float = _DEFAULTS.w_gen,
-        w_prune: float = _DEFAULTS.w_prune,
-        w_cutoff: float = _DEFAULTS.w_cutoff,
-        init_D: ArrayLike = _DEFAULTS.init_D[0],
-        diagonal: bool = _DEFAULTS.diagonal,
-        update_D: bool = _DEFAULTS.update_D,
-        init_alpha: float = _DEFAULTS.init_alpha,
-        meta: bool = _DEFAULTS.meta,
-        meta_rate: float = _DEFAULTS.meta_rate,
-        penalty: float = _DEFAULTS.penalty,
-        add_threshold: float = _DEFAULTS.add_threshold,
-        init_lambda: float = _DEFAULTS.init_lambda,
-        final_lambda: float = _DEFAULTS.final_lambda,
-        tau_lambda: float = _DEFAULTS.tau_lambda,
+        # options: written by bindings/generate_options.py
+        w_gen: float = 0.2,
+        w_prune: float = 0.95,
+        w_cutoff: float = 0.01,
+        init_D: ArrayLike = 25.0,
+        diagonal: bool = False,
+        update_D: bool = True,
+        init_alpha: float = 50.0,
+        meta: bool = False,
+        meta_rate: float = 1.0,
+        penalty: float = 1e-08,
+        add_threshold: float = 0.5,
+        init_lambda: float = 0.999,
+        final_lambda: float = 0.99999,
+        tau_lambda: float = 0.9999,
+        # options: end
         norm_in: ArrayLike | Literal["auto"] | None = None,
         norm_out: ArrayLike | Literal["auto"] | None = None,
         threads: int = 0,
@@ -319,15 +320,12 @@ class LWPR(SklearnParts):
 
     def _core_options(self) -> _core.LwprOptions:
         options = _core.LwprOptions()
-        for name in _OPTIONS:
+        for name, option in _SCHEMA.items():
             value = getattr(self, name)
-            if name == "init_D":
-                value = numbers(value, name).ravel().tolist()
-            try:
-                setattr(options, name, value)
-            except TypeError:
-                kind = type(getattr(_DEFAULTS, name)).__name__
-                raise TypeError(f"{name}: expected {kind}, got {value!r}") from None
+            if option.kind == "bool" and type(value) is int and value in (0, 1):
+                value = bool(value)  # saved models may hold 0 or 1
+            value = option.check(value)
+            setattr(options, name, numbers(value, name).ravel().tolist() if name == "init_D" else value)
         return options
 
     def _learn_anew(self, x: ArrayLike, y: ArrayLike) -> None:

@@ -10,6 +10,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack.checks import numbers
 
 __all__ = ["SklearnParts"]
@@ -84,9 +85,10 @@ class SklearnParts:
             No such parameter, or a value out of range; nothing is changed then.
         """
         before = self.get_params()
-        for name in parameters:
-            if name not in before:
-                raise ValueError(f"set_params: LWPR has no parameter {name!r}; it has {', '.join(before)}")
+        try:
+            refuse_unknown(parameters, before)
+        except TypeError as error:  # scikit-learn expects another class
+            raise ValueError(str(error)) from None
         try:
             for name, value in parameters.items():
                 setattr(self, name, value)

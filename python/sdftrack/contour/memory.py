@@ -10,6 +10,8 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack._internal.option_declarations import schema_of
+from sdftrack._internal.unknown_option import refuses_unknown
 from sdftrack.alone import Alone
 from sdftrack.contour import memory_file
 from sdftrack.contour.assessment import Assessment, Judgement
@@ -33,6 +35,7 @@ MOST_RIDDLED = 0.15  # of the inside, neither seen nor in one piece hidden: leav
 LEAST_ERROR = 0.02  # share not seen, up to which a difference is that of two outlines of one shape
 
 
+@refuses_unknown
 class ShapeMemory:
     """Learns whole silhouettes of one object; tells hidden ones and recovers them.
 
@@ -74,6 +77,7 @@ class ShapeMemory:
 
     def __init__(
         self,
+        # options: written by bindings/generate_options.py
         n_harmonics: int = 10,
         n_inputs: int = 3,
         *,
@@ -87,12 +91,12 @@ class ShapeMemory:
         w_gen: float = 0.1,
         reach: float = 0.1,
         settle: int = 20,
+        # options: end
         lwpr: dict[str, Any] | None = None,
     ) -> None:
-        self._options = MemoryOptions(
-            n_harmonics, n_inputs, rule, order, size, capacity, spacing, max_occluders, calibrate_on, w_gen, reach,
-            settle, {} if lwpr is None else lwpr,
-        )  # fmt: skip
+        given = dict(locals())
+        options = {name: given[name] for name in schema_of("memory")}
+        self._options = MemoryOptions(**options, lwpr={} if lwpr is None else lwpr)
         self._start()
 
     def _start(self) -> None:

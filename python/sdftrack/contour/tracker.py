@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._internal.option_declarations import BURN_IN
 from sdftrack.alone import Alone
 from sdftrack.contour.closed_loop import ClosedLoop
 from sdftrack.contour.memory import ShapeMemory
-from sdftrack.contour.options import contour_options, whole
+from sdftrack.contour.options import checked_whole, contour_options
 from sdftrack.contour.record import ArrayRecord, mask_png
 from sdftrack.results import Status
 
@@ -116,21 +117,16 @@ class ContourTracker:
     def __init__(
         self, warp: str = "similarity", memory: Memory | None = None, burn_in: int = 60, **options: Any
     ) -> None:
-        if not isinstance(warp, str):
-            raise TypeError(f'warp: expected "similarity" or "affine", got {warp!r}')
-        if warp not in ("similarity", "affine"):
-            raise ValueError(f'warp: expected "similarity" or "affine", got {warp!r}')
+        settings = contour_options({"warp": warp, **options})
         for name in ("learn", "judge", "recover"):
             if memory is not None and not callable(getattr(memory, name, None)):
                 raise TypeError(
                     f"memory: expected an object with learn, judge and recover, got {type(memory).__name__} without "
                     f"{name}"
                 )
-        self._burn_in = whole(burn_in, "burn_in")
-        if self._burn_in < 0:
-            raise ValueError(f"burn_in: expected a count of frames, got {burn_in!r}")
+        self._burn_in = checked_whole(burn_in, BURN_IN)
         self._lock = threading.Lock()
-        self._core = _core.ContourCore({"warp": warp, **contour_options(options)})
+        self._core = _core.ContourCore(settings)
         self._memory = memory
         self._shape: tuple[int, ...] | None = None
         self._frames = 0

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// The options of a reconstruction, one line each: a new one is a member of ReconstructionOptions and a line
+// here.
+#pragma once
+
+#include "base/option_schema.h"
+#include "reconstruction/reconstruction.h"
+
+namespace sdftrack {
+
+inline constexpr Choice<bool> kEvidenceForms[] = {{false, "smooth"}, {true, "printed"}};
+
+// clang-format off
+template <OptionsOf<ReconstructionOptions> Options, class Visit>
+void visit_options(Options& o, Visit& f) {
+  auto& e = o.evidence;
+  f("evidence", e.form.printed, Choices<bool>(kEvidenceForms), "", "likelihood of a voxel: smooth, or printed (thesis Eqs. 4.30, 4.31)");
+  f("sigma_d_m", e.form.sigma_d_m, above(0), "m", "how far from a reading it says something; from twice that behind it nothing is said");
+  f("noise_m", e.noise.noise_m, above(0).or_none(), "m", "sd of the depth; None: measured on the first frame's mask");
+  f("noise_per_m", e.noise.noise_per_m, at_least(0), "1/m", "the noise grows as noise_m + noise_per_m Z^2");
+  f("carve_from_m", e.carve_from_m, above(0), "m", "nearer before a reading nothing is carved");
+  f("memory", e.most_weight, above(0), "", "frames that a voxel remembers; fewer forget mistakes sooner, more average better");
+  f("border_px", o.image.border_px, at_least(0), "px", "the object's pixels this near to an outline or a jump of depth say nothing");
+}
+// clang-format on
+
+}  // namespace sdftrack

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""Every option by name, with its bounds, unit and meaning, and the one check of a value.
+
+The options of the core are described in C++, one line each (``cpp/*/option_schema.h``); those that only Python has, in
+`sdftrack._internal.option_declarations`. `bindings/generate_options.py` writes classes and tables from both.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+
+from sdftrack import _core
+from sdftrack._internal.unknown_option import refuse_unknown
+from sdftrack.checks import numbers
+
+__all__ = ["Option", "check_fields", "check_options", "core_schema", "described"]
+
+LONGEST_SHOWN = 80  # characters of a value in a message
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option: as C++ describes it, or declared in Python."""
+
+    name: str
+    kind: str  # "bool", "int", "number", "choice" or "numbers"
+    default: Any
+    unit: str = ""
+    meaning: str = ""
+    min: float = -np.inf
+    max: float = np.inf
+    min_open: bool = False
+    max_open: bool = False
+    ends_only: bool = False
+    may_be_none: bool = False
+    choices: tuple[str, ...] = ()
+
+    @property
+    def expected(self) -> str:
+        """What a message says was expected; in the core's words."""
+        return _core.option_expected(
+            self.kind, self.min, self.max, self.min_open, self.max_open, self.ends_only, self.may_be_none,
+            list(self.choices),
+        )  # fmt: skip
+
+    def check(self, value: Any) -> Any:
+        """The value in Python's own type; TypeError for another kind of value, ValueError outside the bounds."""
+        if value is None and self.may_be_none:
+            return None
+        plain = self._plain(value)
+        outside = self.choices and plain not in self.choices
+        if self.kind in ("int", "number"):
+            outside = not self._is_in_range(plain)
+        if outside:
+            raise ValueError(f"{self.name}: expected {self.expected}, got {_shown(value)}")
+        return plain
+
+    def _plain(self, value: Any) -> Any:
+        if self.kind == "numbers":
+            numbers(value, self.name)
+            return value
+        if self.kind == "bool" and isinstance(value, bool | np.bool_):
+            return bool(value)
+        if self.kind == "choice" and isinstance(value, str):
+            return str(value)
+        if self.kind == "int" and not isinstance(value, bool) and isinstance(value, Integral):
+            return int(value)
+        if self.kind == "number" and not isinstance(value, bool | np.bool_ | str | bytes):
+            try:
+                return float(value)
+            except OverflowError:  # an int of hundreds of digits
+                return np.inf if value > 0 else -np.inf
+            except (TypeError, ValueError):
+                pass  # refused below
+        wanted = {"int": "a whole number", "number": "a number"}.get(self.kind, self.expected)
+        raise TypeError(f"{self.name}: expected {wanted}, got {_shown(value)}")
+
+    def _is_in_range(self, value: float) -> bool:
+        if self.ends_only:
+            return value in (self.min, self.max)
+        low = value > self.min if self.min_open else value >= self.min
+        return low and (value < self.max if self.max_open else value <= self.max)
+
+
+def _shown(value: Any) -> str:
+    text = str(value) if isinstance(value, np.floating | np.integer) else repr(value)
+    return text if len(text) <= LONGEST_SHOWN else text[: LONGEST_SHOWN - 3] + "..."
+
+
+@functools.cache
+def core_schema(table: str) -> dict[str, Option]:
+    """The options of the core that stand in "tracker", "reconstruct", "contour" or "lwpr"; by name, in order."""
+    return {o["name"]: Option(**{**o, "choices": tuple(o["choices"])}) for o in _core.option_schema()[table]}
+
+
+def check_options(given: Mapping[str, Any], schema: Mapping[str, Option], others: Iterable[str] = ()) -> Any:
+    """Options by name, each checked; `others` are names beside them that a caller may have meant."""
+    refuse_unknown(given, [*schema, *others])
+    return {name: schema[name].check(value) for name, value in given.items()}
+
+
+def check_fields(options: Any, schema: Mapping[str, Option]) -> None:
+    """Check the fields of a frozen dataclass, and keep them in Python's own types."""
+    for f in dataclasses.fields(options):
+        if f.name in schema:
+            object.__setattr__(options, f.name, schema[f.name].check(getattr(options, f.name)))
+
+
+def described(default: Any, meaning: str) -> Any:
+    """A field of a dataclass of options."""
+    return field(default=default, metadata={"meaning": meaning})

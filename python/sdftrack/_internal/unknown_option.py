@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: MIT
+"""An option that does not exist: the nearest name, in the same words everywhere."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import inspect
+from collections.abc import Iterable
+from typing import Any, TypeVar
+
+__all__ = ["did_you_mean", "refuse_unknown", "refuses_unknown", "unknown_option"]
+
+C = TypeVar("C", bound=type)
+
+
+def did_you_mean(name: object, known: Iterable[str]) -> str | None:
+    """The known name nearest to one that is unknown, if any is near."""
+    near = difflib.get_close_matches(str(name), list(known), 1)
+    return near[0] if near else None
+
+
+def unknown_option(name: object, known: Iterable[str]) -> str:
+    """What every message about an unknown option says.
+
+    >>> unknown_option("paddin_m", ["padding_m", "max_pixels"])
+    "unknown option 'paddin_m'; did you mean 'padding_m'?"
+    """
+    names = list(known)
+    near = did_you_mean(name, names)
+    return f"unknown option {name!r}; " + (
+        f"did you mean {near!r}?" if near else f"known: {', '.join(names)}"
+    )
+
+
+def refuse_unknown(given: Iterable[object], known: Iterable[str]) -> None:
+    """TypeError for the first of `given` that is not known."""
+    names = list(known)
+    for name in given:
+        if name not in names:
+            raise TypeError(unknown_option(name, names))
+
+
+def refuses_unknown(cls: C) -> C:
+    """Let the class name the nearest keyword where one of its keywords is unknown."""
+    init: Any = cls.__init__  # type: ignore[misc]
+    known = [name for name in inspect.signature(init).parameters if name != "self"]
+
+    @functools.wraps(init)
+    def checked(self: Any, *arguments: Any, **keywords: Any) -> None:
+        refuse_unknown(keywords, known)
+        init(self, *arguments, **keywords)
+
+    cls.__init__ = checked  # type: ignore[misc]
+    return cls

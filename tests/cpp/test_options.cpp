@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <set>
+#include <stdexcept>
+
+#include "contour/option_schema.h"
+#include "lwpr/option_schema.h"
+#include "reconstruction/option_schema.h"
+#include "tracking/option_schema.h"
+#include "tracking/tracker.h"
+
+namespace sdftrack {
+namespace {
+
+// Anything that a member may be initialised with.
+struct Anything {
+  template <class T>
+  operator T() const;  // NOLINT: an implicit conversion is what counts members
+};
+
+// Members of an aggregate: as many as braces take.
+template <class T, class... Given>
+constexpr std::size_t member_count() {
+  if constexpr (requires { T{Given{}..., Anything{}}; })
+    return member_count<T, Given..., Anything>();
+  else
+    return sizeof...(Given);
+}
+
+template <class Options>
+std::string refusal(const Options& options) {
+  try {
+    check_options(options);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+template <class Options>
+class OptionSchema : public testing::Test {};
+using AllOptions = testing::Types<TrackerOptions, ContourOptions, LwprOptions, ReconstructionOptions>;
+TYPED_TEST_SUITE(OptionSchema, AllOptions);
+
+TYPED_TEST(OptionSchema, the_defaults_are_within_their_bounds) { EXPECT_EQ(refusal(TypeParam{}), ""); }
+
+TYPED_TEST(OptionSchema, every_option_has_a_name_of_its_own_and_a_meaning) {
+  std::set<std::string> names;
+  for (const OptionDescription& option : describe_options(TypeParam{})) {
+    EXPECT_TRUE(names.insert(option.name).second) << option.name;
+    EXPECT_GT(option.meaning.size(), 5u) << option.name;
+  }
+}
+
+TYPED_TEST(OptionSchema, every_line_stands_for_a_member_of_its_own) {
+  std::set<const void*> members;
+  TypeParam options;
+  const auto look = [&](const char* name, auto& member, const auto&, const char*, const char*) {
+    EXPECT_TRUE(members.insert(&member).second) << name;
+  };
+  visit_options(options, look);
+}
+
+TYPED_TEST(OptionSchema, a_number_beyond_its_bounds_is_refused_by_name) {
+  TypeParam options;
+  const auto spoil = [&](const char* name, auto& member, const auto&, const char*, const char*) {
+    using Member = std::decay_t<decltype(member)>;
+    if constexpr (std::is_floating_point_v<Member>) {
+      for (const Member wrong : {Member(-1), std::numeric_limits<Member>::quiet_NaN()}) {
+        TypeParam spoilt;
+        const auto set = [&](const char* other, auto& to, const auto&, const char*, const char*) {
+          if constexpr (std::is_same_v<std::decay_t<decltype(to)>, Member>)
+            if (std::string(other) == name) to = wrong;
+        };
+        visit_options(spoilt, set);
+        EXPECT_EQ(refusal(spoilt).rfind(std::string(name) + ": expected ", 0), 0u) << refusal(spoilt);
+      }
+    }
+  };
+  visit_options(options, spoil);
+}
+
+TEST(Options, every_member_of_the_plain_structs_is_described) {
+  EXPECT_EQ(describe_options(TrackerOptions{}).size(), member_count<TrackerOptions>());
+  EXPECT_EQ(describe_options(ContourOptions{}).size(), member_count<ContourOptions>());
+  EXPECT_EQ(describe_options(LwprOptions{}).size(), member_count<LwprOptions>());
+}
+
+TEST(Options, a_message_says_name_bounds_and_value) {
+  TrackerOptions tracker;
+  tracker.outlier_floor = 1;
+  EXPECT_EQ(refusal(tracker), "outlier_floor: expected a number >= 0 and < 1, got 1.0");
+  tracker = {};
+  tracker.max_pixels = 0;
+  EXPECT_EQ(refusal(tracker), "max_pixels: expected a whole number > 0 and < 1e+09, got 0");
+  tracker = {};
+  tracker.residual = static_cast<Residual>(7);
+  EXPECT_EQ(refusal(tracker),
+            "residual: expected one of ['point', 'slope', 'ray_hit'], got 'a value without a name'");
+  ContourOptions contour;
+  contour.bins = 24;
+  EXPECT_EQ(refusal(contour), "bins: expected 16 or 32, got 24");
+  contour = {};
+  contour.softness = 0.2f;
+  EXPECT_EQ(refusal(contour), "softness: expected 0.3 to 10, got 0.2");
+  LwprOptions lwpr;
+  lwpr.penalty = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(refusal(lwpr), "penalty: expected a number >= 0, got inf");
+}
+
+TEST(Options, a_float_is_shown_and_compared_with_its_fewest_digits) {
+  EXPECT_EQ(decimal_of(0.05f), 0.05);
+  ContourOptions contour;
+  contour.ring = 0.05f, contour.least_posterior = 0.4f;  // the bounds themselves, no float
+  EXPECT_EQ(refusal(contour), "");
+}
+
+TEST(Options, bounds_between_options_are_checked_too) {
+  LwprOptions lwpr;
+  lwpr.w_prune = 0.1;
+  EXPECT_THROW(check_lwpr_options(lwpr), std::invalid_argument);
+  lwpr = {};
+  lwpr.w_cutoff = 0.5;
+  EXPECT_THROW(check_lwpr_options(lwpr), std::invalid_argument);
+}
+
+TEST(Options, a_tracker_refuses_options_out_of_bounds) {
+  TrackerOptions options;
+  options.noise_m = 0;
+  EXPECT_THROW(Tracker({}, Camera{}, options, TrackerSettings{}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace sdftrack

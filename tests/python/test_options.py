@@ -1,0 +1,258 @@
+# SPDX-License-Identifier: MIT
+"""One schema of options: the same words wherever an option is wrong, and nothing generated is out of date."""
+
+import ast
+import importlib.util
+import inspect
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack import _core
+from sdftrack._internal.option_declarations import BURN_IN, TABLES, schema_of
+from sdftrack._internal.option_schema import core_schema
+from sdftrack._internal.unknown_option import unknown_option
+from sdftrack.config import options_as_toml
+
+ROOT = Path(__file__).resolve().parents[2]
+CAMERA = st.Camera(fx=300, fy=300, cx=160, cy=120, width=320, height=240)
+
+# Everything that takes options by keyword.
+MAKERS = {
+    "tracker": st.TrackerOptions,
+    "reconstruct": st.ReconstructorOptions,
+    "contour": st.contour.ContourTracker,
+    "lwpr": st.LWPR,
+    "memory": st.contour.ShapeMemory,
+}
+EVERY = [(table, option) for table in TABLES for option in schema_of(table).values()]
+NUMBERS = [(table, option) for table, option in EVERY if option.kind in ("int", "number")]
+CORE = {
+    "tracker": _core.TrackerOptions,
+    "reconstruct": _core.ReconstructionOptions,
+    "contour": _core.ContourOptions,
+    "lwpr": _core.LwprOptions,
+}
+
+
+def ids(cases):
+    return [f"{table}-{option.name}" for table, option in cases]
+
+
+def generator():
+    spec = importlib.util.spec_from_file_location("generate_options", ROOT / "bindings/generate_options.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_what_is_generated_is_up_to_date():
+    assert generator().outdated() == []
+
+
+def test_a_file_without_its_marks_is_named():
+    with pytest.raises(ValueError, match=r"a\.md: expected the lines 'begin' and 'end'"):
+        generator().with_region("begin\n", "begin", "end", [], "a.md")
+
+
+def test_the_tables_of_the_documents_hold_every_option_with_its_default():
+    text = (ROOT / "docs" / "options.md").read_text(encoding="utf-8")
+    for table in TABLES:
+        rows = text.split(f"<!-- options: {table} -->")[1].split("<!-- options: end -->")[0]
+        names = re.findall(r"^\| `(\w+)` \|", rows, re.MULTILINE)
+        assert names == list(schema_of(table))
+
+
+@pytest.mark.parametrize(
+    ("page", "table"),
+    [
+        ("contour.md", "contour"),
+        ("shape_memory.md", "memory"),
+        ("several_objects.md", "tracker"),
+    ],
+)
+def test_defaults_that_other_pages_state_are_those_of_the_schema(page, table):
+    schema = schema_of(table)
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    rows = "\n".join(row for row in text.splitlines() if row.startswith("| `"))
+    stated = re.findall(r"`(\w+)=([^`]+)`", rows) + re.findall(
+        r"^\| `(\w+)` \| (\d[\d.e-]*\d|\d)\b", rows, re.MULTILINE
+    )
+    known = [(name, value) for name, value in stated if name in schema]
+    assert len(known) >= 3
+    for name, value in known:
+        assert ast.literal_eval(value) == schema[name].default, name
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_the_defaults_of_python_are_those_of_the_schema(table):
+    made = MAKERS[table]()
+    values = made.options if table == "contour" else made._options if table == "memory" else made
+    for name, option in schema_of(table).items():
+        value = values[name] if table == "contour" else getattr(values, name)
+        assert (value, type(value)) == (option.default, type(option.default)), name
+
+
+def test_the_default_of_burn_in_is_that_of_its_declaration():
+    assert inspect.signature(st.contour.ContourTracker).parameters["burn_in"].default == BURN_IN.default
+
+
+# --- the same words everywhere
+
+
+@pytest.mark.parametrize(("table", "option"), EVERY, ids=ids(EVERY))
+def test_an_unknown_option_is_refused_with_the_nearest_name(table, option):
+    wrong = option.name + "x"
+    with pytest.raises(TypeError) as error:
+        MAKERS[table](**{wrong: 1})
+    assert str(error.value).startswith(f"unknown option {wrong!r}; did you mean ")
+    near = re.search(r"did you mean '(\w+)'\?$", str(error.value)).group(1)
+    assert near in inspect.signature(MAKERS[table].__init__).parameters or near in schema_of(table)
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda: st.TrackerOptions(paddin_m=1),
+        lambda: st.TrackerOptions.from_dict({"paddin_m": 1}),
+        lambda: st.TrackerOptions().replace(paddin_m=1),
+        lambda: st.TrackerOptions.fast(paddin_m=1),
+        lambda: st.Tracker(st.SDF.sphere(0.05, voxels=20), CAMERA, paddin_m=1),
+        lambda: st.ReconstructorOptions(paddin_m=1),
+        lambda: st.ReconstructorOptions().replace(paddin_m=1),
+        lambda: st.Reconstructor(CAMERA, paddin_m=1),
+    ],
+)
+def test_python_says_the_same_about_an_unknown_option_by_every_way(use):
+    with pytest.raises(TypeError, match=r"^unknown option 'paddin_m'; did you mean 'padding_m'\?$"):
+        use()
+
+
+def test_a_file_and_the_command_line_say_the_same(tmp_path, capsys):
+    from sdftrack.cli.app import run
+    from sdftrack.contour.options import options_from_file
+
+    path = tmp_path / "o.toml"
+    for table, name, near, read in (
+        ("tracker", "paddin_m", "padding_m", st.TrackerOptions.from_file),
+        ("reconstruct", "paddin_m", "padding_m", st.ReconstructorOptions.from_file),
+        ("contour", "softnes", "softness", options_from_file),
+    ):
+        path.write_text(f"[{table}]\n{name} = 1\n")
+        with pytest.raises(TypeError, match=rf"o\.toml: .*unknown option '{name}'; did you mean '{near}'\?$"):
+            read(path)
+    assert run(["config", "--quie"]) == 2
+    assert (
+        "unknown option '--quie'; did you mean '--quiet'? (see sdftrack config --help)"
+        in capsys.readouterr().err
+    )
+
+
+def test_without_a_near_name_all_are_listed():
+    assert unknown_option("zzz", ["alpha", "beta"]) == "unknown option 'zzz'; known: alpha, beta"
+
+
+@pytest.mark.parametrize(("table", "option"), EVERY, ids=ids(EVERY))
+def test_a_value_of_another_kind_is_refused_in_the_same_words(table, option):
+    with pytest.raises(TypeError) as error:
+        MAKERS[table](**{option.name: object})
+    kind = {"int": "a whole number", "number": "a number"}.get(option.kind, option.expected)
+    assert str(error.value).startswith(f"{option.name}: expected {kind}")
+    assert str(error.value).endswith("<class 'object'>") or option.kind == "numbers"
+
+
+@pytest.mark.parametrize(("table", "option"), NUMBERS, ids=ids(NUMBERS))
+def test_python_and_the_core_refuse_a_number_in_the_same_words(table, option):
+    wrong = -1 if option.kind == "int" else -1.0
+    with pytest.raises(ValueError) as error:
+        MAKERS[table](**{option.name: wrong})
+    assert str(error.value) == f"{option.name}: expected {option.expected}, got {wrong!r}"
+    if table in CORE and option.name in core_schema(table):
+        with pytest.raises(ValueError) as of_core:
+            setattr(CORE[table](), option.name, wrong)
+        assert str(of_core.value) == str(error.value)
+
+
+@pytest.mark.parametrize(("table", "option"), NUMBERS, ids=ids(NUMBERS))
+def test_the_bounds_are_taken_or_not_as_they_say(table, option):
+    for end, is_open, outwards in ((option.min, option.min_open, -1), (option.max, option.max_open, 1)):
+        if not np.isfinite(end):
+            continue
+        value = int(end) if option.kind == "int" else float(end)
+        if is_open:
+            with pytest.raises(ValueError, match=f"^{option.name}: expected"):
+                option.check(value)
+        else:
+            assert option.check(value) == value
+            beyond = value + outwards if option.kind == "int" else np.nextafter(value, outwards * np.inf)
+            with pytest.raises(ValueError, match=f"^{option.name}: expected"):
+                option.check(beyond)
+
+
+def test_a_choice_is_refused_by_the_core_in_the_same_words():
+    for table, make in CORE.items():
+        for option in core_schema(table).values():
+            if option.kind == "choice":
+                with pytest.raises(ValueError) as of_core:
+                    setattr(make(), option.name, "x")
+                assert str(of_core.value) == f"{option.name}: expected {option.expected}, got 'x'"
+
+
+def test_numbers_of_numpy_are_taken_and_kept_as_those_of_python():
+    options = st.TrackerOptions(
+        max_pixels=np.int64(500), padding_m=np.float32(0.5), free_space=np.bool_(False)
+    )
+    assert options == st.TrackerOptions(max_pixels=500, padding_m=0.5, free_space=False)
+    assert [type(v) for v in (options.max_pixels, options.padding_m, options.free_space)] == [
+        int,
+        float,
+        bool,
+    ]
+
+
+def test_whole_floats_of_the_contour_tracker_and_bits_of_lwpr_are_still_taken(tmp_path):
+    assert st.contour.ContourTracker(bins=32.0).options["bins"] == 32
+    model = st.LWPR(diagonal=1).update([0.0, 0.0], 1.0)
+    model.save(tmp_path / "a.lwpr")
+    assert st.LWPR.load(tmp_path / "a.lwpr") == model
+
+
+def test_bounds_between_options_are_refused_in_the_same_words():
+    with pytest.raises(ValueError, match=r"^w_prune: expected a number > 0\.2 and <= 1, got 0\.1$"):
+        st.LWPR(w_prune=0.1)
+    with pytest.raises(ValueError, match=r"^mu dt \(the product of both\): expected 0 to 0\.2001, got 0\.4"):
+        st.contour.ContourTracker(dt=9.0)
+
+
+def test_a_long_value_is_cut_in_a_message():
+    with pytest.raises(ValueError, match=r"^padding_m: expected .*, got 10{76}\.\.\.$"):
+        st.TrackerOptions(padding_m=10**300)
+
+
+# --- files
+
+
+def test_a_file_of_every_option_is_read_back(tmp_path):
+    from sdftrack.contour.options import options_from_file
+
+    tracker = st.TrackerOptions(padding_m=0.06, residual="slope", free_space=False, max_pixels=99)
+    reconstruct = st.ReconstructorOptions(noise_m=0.002, kept_frames=3, evidence="printed")
+    contour = {"warp": "affine", "softness": 2.5}
+    path = tmp_path / "o.toml"
+    path.write_text(options_as_toml(tracker, reconstruct, contour))
+    assert st.TrackerOptions.from_file(path) == tracker
+    assert st.ReconstructorOptions.from_file(path) == reconstruct
+    assert options_from_file(path) == {**_core.contour_options(), **contour}
+
+
+def test_the_file_of_defaults_sets_every_option_and_says_what_it_is(tmp_path):
+    text = options_as_toml()
+    tables = tomllib.loads(text)
+    for table in ("tracker", "reconstruct", "contour"):
+        for option in schema_of(table).values():
+            assert f"# {option.meaning}" in text
+            assert option.default is None or tables[table][option.name] == option.default
