@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 
 #include "appearance/color_model.h"
+#include "release_gil.h"
 #include "tracking/color_evidence.h"
 #include "volume.h"
 
@@ -57,7 +58,7 @@ py::tuple color_counts(const py::array& values, double voxel_m, const std::array
   ColorReader reader;
   ColorCounts counts;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     if (frame.mask)
       count_mask_colors(frame, camera, frame.mask, &reader, &counts);
     else

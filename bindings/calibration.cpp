@@ -7,6 +7,7 @@
 #include "array.h"
 #include "busy.h"
 #include "calibration/intrinsics.h"
+#include "release_gil.h"
 #include "volume.h"
 
 namespace sdftrack {
@@ -89,7 +90,7 @@ py::dict estimates(Calibration& self, const Work& work) {
   const Busy busy = self.turn();
   std::vector<FrameEstimate> frames;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     frames = work(self.problem());
   }
   return as_dict(frames, self.problem().free().count());
@@ -115,7 +116,7 @@ py::tuple solve(Calibration& self, double scale_m, const std::vector<double>& pr
   const LensPrior prior = prior_from(self, prior_value, prior_sd);
   LmRecord record;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     record = self.problem().solve(scale_m, prior_sd.empty() ? nullptr : &prior, quick);
   }
   return as_tuple(record);
@@ -125,7 +126,7 @@ py::tuple polish(Calibration& self) {
   const Busy busy = self.turn();
   LmRecord record;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     record = self.problem().polish();
   }
   return as_tuple(record);
@@ -207,7 +208,7 @@ void bind_calibration(py::module_& m) {
           "bias",
           [](Calibration& self, std::uint64_t seed, int pairs) {
             const Busy busy = self.turn();
-            py::gil_scoped_release release;
+            const ReleaseGil release;
             return Eigen::VectorXd(self.problem().bias(seed, pairs));
           },
           py::arg("seed"), py::arg("pairs"))

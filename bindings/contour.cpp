@@ -10,6 +10,7 @@
 #include "contour/steps_cuda.h"
 #include "contour/tracker.h"
 #include "option_binding.h"
+#include "release_gil.h"
 
 namespace sdftrack {
 
@@ -71,7 +72,7 @@ py::array_t<bool> mask_of(const ContourTracker& tracker, const RgbView& image) {
   py::array_t<bool> mask({image.height, image.width});
   auto* const to = reinterpret_cast<unsigned char*>(mask.mutable_data());
   {
-    const py::gil_scoped_release release;
+    const ReleaseGil release;
     tracker.write_mask(image, to);
   }
   return mask;
@@ -180,7 +181,7 @@ void bind_contour(py::module_& m) {
             const Busy turn(&self.busy, "tracker");
             const RgbView view = color_view(image);
             const bool* values = borrow<bool>(mask, "mask", {view.height, view.width});
-            py::gil_scoped_release release;
+            const ReleaseGil release;
             self.tracker.start(view, reinterpret_cast<const unsigned char*>(values));
           },
           py::arg("image"), py::arg("mask"))
@@ -189,7 +190,7 @@ void bind_contour(py::module_& m) {
           [](ContourCore& self, const py::array& image, int x0, int y0, int x1, int y1) {
             const Busy turn(&self.busy, "tracker");
             const RgbView view = color_view(image);
-            py::gil_scoped_release release;
+            const ReleaseGil release;
             self.tracker.start(view, ImagePart{x0, y0, x1, y1});
           },
           py::arg("image"), py::arg("x0"), py::arg("y0"), py::arg("x1"), py::arg("y1"))
@@ -198,7 +199,7 @@ void bind_contour(py::module_& m) {
           [](ContourCore& self, const py::array& image) {
             const Busy turn(&self.busy, "tracker");
             const RgbView view = color_view(image);
-            py::gil_scoped_release release;
+            const ReleaseGil release;
             self.tracker.observe(view);
           },
           py::arg("image"), "Where the object is in the next image; nothing is learned yet.")
@@ -233,7 +234,7 @@ void bind_contour(py::module_& m) {
             const RgbView view = color_view(image);
             float* const to = foreground.mutable_data();
             {
-              const py::gil_scoped_release release;
+              const ReleaseGil release;
               self.tracker.look_at_all(view, to);
             }
             return foreground;

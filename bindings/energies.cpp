@@ -12,6 +12,7 @@
 #include "energies/cuda_work.h"
 #include "energies/sdf_energy.h"
 #include "optim/lm.h"
+#include "release_gil.h"
 #include "tracking/color_evidence.h"
 #include "tracking/selection.h"
 #include "tracking/shape.h"
@@ -144,7 +145,7 @@ py::dict linearize(FrameEnergy& self, const State& x) {
   const Busy busy = self.turn();
   NormalEquations eq;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     eq.reset(self.energy().unknowns().size());
     self.energy().linearize(x, &eq);
   }
@@ -158,7 +159,7 @@ py::dict residuals(FrameEnergy& self, const State& x) {
   const Busy busy = self.turn();
   PixelReadings r;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     self.energy().read(x, &r);
   }
   const auto n = static_cast<py::ssize_t>(r.residual_m.size());
@@ -177,7 +178,7 @@ py::tuple run_minimize(FrameEnergy& self, const State& x, const LmOptions& optio
   const Busy busy = self.turn();
   LmResult result;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     result = minimize(self.energy(), x, options);
   }
   py::list steps;
@@ -231,7 +232,7 @@ void bind_frame_energy(py::module_& m) {
       .def("cost",
            [](FrameEnergy& self, const State& x) {
              const Busy busy = self.turn();
-             py::gil_scoped_release release;
+             const ReleaseGil release;
              return self.energy().cost(x);
            })
       .def("linearize", &linearize)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "array.h"
 #include "levelset/evolve.h"
+#include "release_gil.h"
 #include "volume.h"
 
 namespace sdftrack {
@@ -16,7 +17,7 @@ py::array_t<float> evolve_values(const py::array& phi, const py::array& log_rati
   const Grid grid{volume.nx, volume.ny, volume.nz, voxel_size, {0, 0, 0}};
   std::vector<float> out;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     out = evolve(grid, volume.phi, ratio, steps, options, threads);
   }
   return to_numpy(std::move(out), {volume.nz, volume.ny, volume.nx});

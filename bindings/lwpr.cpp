@@ -8,6 +8,7 @@
 #include "lwpr/model.h"
 #include "lwpr/option_schema.h"
 #include "option_binding.h"
+#include "release_gil.h"
 
 namespace sdftrack {
 
@@ -72,7 +73,7 @@ void update(SharedLwpr& self, const py::array& x, const py::array& y, int thread
   const SharedLwpr::Writing turn(self);
   const double* const from = borrow<double>(x, "x", {-1, self.model.n_in()});
   const double* const to = borrow<double>(y, "y", {x.shape(0), self.model.n_out()});
-  py::gil_scoped_release release;
+  const ReleaseGil release;
   self.model.update(from, to, rows_of(x), threads);
 }
 
@@ -83,7 +84,7 @@ py::object predict(const SharedLwpr& self, const py::array& x, bool with_sd, int
   const py::ssize_t count = x.shape(0), m = model.n_out();
   std::vector<double> mean(static_cast<std::size_t>(count * m)), sd(with_sd ? mean.size() : 0);
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     if (cuda)
       model.predict_cuda(from, rows_of(x), mean.data());
     else
@@ -100,7 +101,7 @@ py::array_t<double> activations(const SharedLwpr& self, const py::array& x, int 
   const py::ssize_t count = x.shape(0), m = self.model.n_out();
   std::vector<double> out(static_cast<std::size_t>(count * m));
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     self.model.activations(from, rows_of(x), threads, out.data());
   }
   return to_numpy(std::move(out), {count, m});

@@ -3,6 +3,7 @@
 #include <pybind11/pybind11.h>
 
 #include "array.h"
+#include "release_gil.h"
 
 namespace sdftrack {
 
@@ -33,6 +34,7 @@ void bind_build(py::module_& m);
 PYBIND11_MODULE(_core, m) {
   m.doc() = "Private core of sdftrack; use the names of the package sdftrack.";
   m.attr("__version__") = SDFTRACK_VERSION;
+  sdftrack::watch_for_the_end();
   sdftrack::bind_base(m);
   sdftrack::bind_device(m);
   sdftrack::bind_dlpack(m);

@@ -5,6 +5,7 @@
 #include <pybind11/stl.h>
 
 #include "array.h"
+#include "release_gil.h"
 #include "sdf/paint.h"
 #include "volume.h"
 
@@ -21,7 +22,7 @@ py::array_t<std::uint8_t> painted(const py::array& vertices, const py::array& fa
   const Grid grid{view.nx, view.ny, view.nz, voxel_m, {origin[0], origin[1], origin[2]}};
   std::vector<std::uint8_t> rgba;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     rgba = paint(mesh, rgb, grid, view.phi, reach_m, threads);
   }
   return to_numpy(std::move(rgba), {grid.nz, grid.ny, grid.nx, 4});

@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 
 #include "array.h"
+#include "release_gil.h"
 #include "tracking/plane_mask.h"
 #include "volume.h"
 
@@ -40,7 +41,7 @@ py::object remove_plane(const py::array& depth, const Camera& camera, const py::
   auto* out = reinterpret_cast<unsigned char*>(mask.mutable_data());
   FoundPlane found;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     found = search_plane(frame, camera, options);
     if (found.miss == PlaneMiss::kNone) {
       const bool printed = options.method == PlaneMethod::kPrinted;
@@ -68,7 +69,7 @@ py::object fit_masked_plane(const py::array& depth, const Camera& camera, const 
   double scale = 1;
   bool fitted = false;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     std::vector<PlaneReading> readings;
     for (int y = 0; y < camera.height; ++y)
       for (int x = 0; x < camera.width; ++x)

@@ -10,6 +10,7 @@
 #include "primitives/outline.h"
 #include "primitives/residuals.h"
 #include "primitives/support.h"
+#include "release_gil.h"
 
 namespace sdftrack {
 
@@ -73,7 +74,7 @@ class View {
     const ImageView<float> image{borrow<float>(depth_m, "depth", {camera.height, camera.width}), camera.width,
                                  camera.height};
     const auto* label = borrow<std::uint8_t>(labels, "labels", {camera.height, camera.width});
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     const std::vector<float> rays = camera.distorted() ? ray_table(camera) : std::vector<float>{};
     const DepthFrame frame{image, nullptr, rays.empty() ? nullptr : rays.data()};
     out.view.points = labelled_points(frame, camera, label);
@@ -141,7 +142,7 @@ py::list fit_kinds(const View& self, const std::vector<PrimitiveKind>& kinds,
   std::vector<double> against(kinds.size());
   SeedCloud cloud;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     cloud = seed_cloud(self.view);
     parallel_for(kinds.size(), threads, [&](std::size_t k) {
       fits[k] = fit_primitive(kinds[k], self.view, cloud, options, initial ? &*initial : nullptr);

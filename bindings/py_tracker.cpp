@@ -7,6 +7,7 @@
 #include "appearance.h"
 #include "busy.h"
 #include "region_colors.h"
+#include "release_gil.h"
 #include "track_results.h"
 #include "volume.h"
 
@@ -19,7 +20,7 @@ PyTracker::PyTracker(const std::vector<PyVolume>& shapes, const Camera& camera, 
     volumes_.push_back(values);
     views.push_back(volume_view(values, voxel_m, origin));
   }
-  py::gil_scoped_release release;
+  const ReleaseGil release;
   tracker_ = std::make_unique<Tracker>(views, camera, options,
                                        TrackerSettings{threads, recover, cuda, collision, motion});
 }
@@ -64,7 +65,7 @@ py::dict PyTracker::run(const py::array& depth, const py::object& mask, double t
   const unsigned char* mask_data = mask_view(mask, tracker_->camera());
   const std::vector<ObjectResult>* results;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     results = &work(tracker_->make_frame(view, mask_data, time_s, image.rgb ? &image : nullptr));
   }
   return results_to_dict(*results);
@@ -111,7 +112,7 @@ py::object PyTracker::judge(const py::array& depth, const py::object& mask, int 
   std::optional<Fitted> f;
   Trust trust;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     f = tracker_->look(tracker_->make_frame(view, mask_data, 0, nullptr), k, T_cam_obj);
     if (f) trust = sdftrack::judge(*f, tracker_->options());
   }
@@ -139,7 +140,7 @@ py::tuple PyTracker::look_at(const py::array& depth, const py::object& color, co
   std::vector<float> foreground;
   std::vector<std::uint8_t> rgb;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     const DepthFrame frame = tracker_->make_frame(view, nullptr, 0, image.rgb ? &image : nullptr);
     tracker_->find_foreground(frame, k, rect, &foreground);
     if (image.rgb) fetch_colors(frame, rect, &rgb);
@@ -159,7 +160,7 @@ py::tuple PyTracker::membership(const py::array& depth, const py::object& color,
   py::array_t<float> weights({h, w, static_cast<py::ssize_t>(tracker_->object_count())}), foreground({h, w});
   float *const to = weights.mutable_data(), *const chance = foreground.mutable_data();
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     tracker_->find_membership(tracker_->make_frame(view, nullptr, 0, image.rgb ? &image : nullptr), to,
                               chance);
   }

@@ -4,6 +4,7 @@
 
 #include "busy.h"
 #include "py_tracker.h"
+#include "release_gil.h"
 #include "volume.h"
 
 namespace sdftrack {
@@ -14,7 +15,7 @@ int PyTracker::add(const PyVolume& shape, const py::object& place) {
   const Whereabouts where = place_from(place);
   const Busy busy(&busy_, "tracker");
   volumes_.push_back(values);
-  py::gil_scoped_release release;
+  const ReleaseGil release;
   return tracker_->add(view, where);
 }
 
@@ -42,7 +43,7 @@ void PyTracker::reshape(int k, const PyVolume& shape, const py::array& seen, int
   if (colors) known.colors = painted_view(*colors, view), known.colors.least = amount.least;
   const Busy busy(&busy_, "tracker");
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     tracker_->reshape(k, std::move(known));
   }
   volumes_.assign({values, seen});  // the old ones are free now

@@ -10,6 +10,7 @@
 #include "busy.h"
 #include "option_binding.h"
 #include "reconstruction/option_schema.h"
+#include "release_gil.h"
 #include "volume.h"
 
 namespace sdftrack {
@@ -34,7 +35,7 @@ class PyReconstruction {
       : threads_(threads) {
     const Grid grid{voxels[0], voxels[1], voxels[2], voxel_m, {origin[0], origin[1], origin[2]}};
     const float* const guess = prior ? borrow<float>(*prior, "prior", {grid.nz, grid.ny, grid.nx}) : nullptr;
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     core_ = std::make_unique<Reconstruction>(grid, guess, options);
   }
 
@@ -48,12 +49,12 @@ class PyReconstruction {
     frame.mask = mask_view(mask, camera);
     if (foreground) frame.foreground = borrow<float>(*foreground, "foreground", {h, w});
     if (rgb) frame.rgb = borrow<unsigned char>(*rgb, "rgb", {h, w, 3});
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     core_->fuse(frame, camera, T_cam_obj, threads_);
   }
   std::unique_ptr<PyReconstruction> grown(const std::array<int, 3>& before, const std::array<int, 3>& after) {
     const Busy busy(&busy_, "reconstruction");
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     return std::unique_ptr<PyReconstruction>(
         new PyReconstruction(core_->grown(before, after, threads_), threads_));
   }

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "array.h"
+#include "release_gil.h"
 #include "render/raycast_mesh.h"
 
 namespace sdftrack {
@@ -26,7 +27,7 @@ class MeshCaster {
       if (f[i] < 0 || f[i] >= vertices_.shape(0))
         throw py::value_error("faces: vertex index " + std::to_string(f[i]) + " is outside 0.." +
                               std::to_string(vertices_.shape(0) - 1));
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     bvh_ = std::make_unique<Bvh>(mesh_);
   }
 
@@ -37,7 +38,7 @@ class MeshCaster {
         colors ? borrow<std::uint8_t>(*colors, "colors", {vertices_.shape(0), 3}) : nullptr;
     MeshImage image;
     {
-      py::gil_scoped_release release;
+      const ReleaseGil release;
       image = raycast_mesh(mesh_, *bvh_, rgb, camera, T, threads);
     }
     const py::ssize_t h = camera.height, w = camera.width;
@@ -53,7 +54,7 @@ class MeshCaster {
     std::vector<std::int32_t> face(n);
     std::vector<double> point(3 * n);
     {
-      py::gil_scoped_release release;
+      const ReleaseGil release;
       for (std::size_t i = 0; i < n; ++i) {
         const Closest c = bvh_->closest(p[i]);
         distance[i] = std::sqrt(c.distance2), face[i] = c.face;

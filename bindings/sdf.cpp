@@ -8,6 +8,7 @@
 
 #include "array.h"
 #include "base/parallel.h"
+#include "release_gil.h"
 #include "render/raycast_sdf.h"
 #include "sdf/crossings.h"
 #include "sdf/mesh_report.h"
@@ -67,7 +68,7 @@ py::tuple clean(const py::array& vertices, const py::array& faces, double fracti
   CleanMesh out;
   double thin_m = std::numeric_limits<double>::infinity();
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     out = clean_mesh(mesh);
     if (!out.faces.empty()) thin_m = thin_quantile(out.view(), Bvh(out.view()), fraction);
   }
@@ -87,7 +88,7 @@ py::tuple from_mesh(const py::array& vertices, const py::array& faces, std::arra
   const Grid grid = grid_of(shape, voxel_size, origin);
   MeshSdf out;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     out = mesh_to_sdf(mesh, Bvh(mesh), grid, band, threads);
   }
   return py::make_tuple(to_numpy(std::move(out.phi), {grid.nz, grid.ny, grid.nx}), out.inside_out);
@@ -99,7 +100,7 @@ py::array_t<float> from_open_mesh(const py::array& vertices, const py::array& fa
   const Grid grid = grid_of(shape, voxel_size, origin);
   std::vector<float> phi;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     phi = open_mesh_to_sdf(mesh, Bvh(mesh), grid, band, threads);
   }
   return to_numpy(std::move(phi), {grid.nz, grid.ny, grid.nx});
@@ -111,7 +112,7 @@ py::array_t<std::int8_t> winding(const py::array& vertices, const py::array& fac
   const Grid grid = grid_of(shape, voxel_size, origin);
   std::vector<std::int8_t> out;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     out = winding_numbers(mesh, grid, threads);
   }
   return to_numpy(std::move(out), {grid.nz, grid.ny, grid.nx});
@@ -133,7 +134,7 @@ py::array_t<float> primitive(const std::string& kind, const std::vector<double>&
   const Grid grid = grid_of(shape, voxel_size, origin);
   std::vector<float> phi(grid.size());
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     parallel_for(static_cast<std::size_t>(grid.nz), threads, [&](std::size_t chunk) {
       const int iz = static_cast<int>(chunk);
       for (int iy = 0; iy < grid.ny; ++iy)
@@ -151,7 +152,7 @@ py::tuple sample_sdf(const py::array& values, double voxel_size, Origin origin, 
   const auto n = static_cast<std::size_t>(points.shape(0));
   std::vector<double> phi(n), gradient(3 * n);
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     constexpr std::size_t kChunk = 4096;
     const SdfView sdf = volume.view();
     parallel_for((n + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
@@ -172,7 +173,7 @@ py::tuple render_sdf(const py::array& values, double voxel_size, Origin origin, 
   const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
   SdfImage image;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     image = raycast_sdf(volume.view(), camera, T, threads);
   }
   return py::make_tuple(to_numpy(std::move(image.depth_m), {camera.height, camera.width}),
@@ -183,7 +184,7 @@ py::array_t<float> redistance_values(const py::array& values, double voxel_size,
   const Volume volume(values, voxel_size, {0, 0, 0});
   std::vector<float> out;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     out = redistance(volume.grid, volume.phi, threads);
   }
   return to_numpy(std::move(out), volume.shape());
@@ -196,7 +197,7 @@ py::array_t<float> sweep(const py::array& known, const py::array& values, double
   std::vector<std::uint8_t> fixed(k, k + volume.grid.size());
   std::vector<float> u(volume.phi, volume.phi + volume.grid.size());
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     fast_sweep(volume.grid, fixed, &u);
   }
   return to_numpy(std::move(u), shape);
@@ -206,7 +207,7 @@ py::tuple samples(const py::array& values, double voxel_size, Origin origin, int
   const Volume volume(values, voxel_size, origin);
   std::vector<SurfaceSample> found;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     found = ZeroSurface(volume.view()).samples(count);
   }
   std::vector<float> p, n;

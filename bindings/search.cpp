@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 
 #include "array.h"
+#include "release_gil.h"
 #include "tracking/so3_grid.h"
 #include "volume.h"
 
@@ -19,7 +20,7 @@ class PySearcher {
   PySearcher(const ShapeTuple& shape, const TrackerOptions& options)
       : values_(std::get<0>(shape)), options_(options) {
     const SdfView view = volume_view(values_, std::get<1>(shape), std::get<2>(shape));
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     shape_ = make_shape(view, 3 * options.trust_points, options.free_space_points);
   }
 
@@ -49,7 +50,7 @@ class PySearcher {
     const DepthFrame frame{view, nullptr, rays.empty() ? nullptr : rays.data()};
     std::vector<Hypothesis> found;
     {
-      py::gil_scoped_release release;
+      const ReleaseGil release;
       found = search_pose(frame, camera, shape_, options_, query, threads, &scratch_);
     }
     py::list out;

@@ -8,6 +8,7 @@
 
 #include "array.h"
 #include "busy.h"
+#include "release_gil.h"
 #include "superpixels/slic.h"
 
 namespace sdftrack {
@@ -65,7 +66,7 @@ py::tuple run_slic(SlicWork* work, const py::array& image, const SlicOptions& op
   int* const out = labels.mutable_data();
   SlicResult result;
   {
-    py::gil_scoped_release release;
+    const ReleaseGil release;
     result = work->run(given, options, resume, threads, cuda, out);
   }
   return py::make_tuple(labels, result.segments, result.iterations, result.residual, result.connect_s);

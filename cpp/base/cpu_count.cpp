@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 #include <thread>
+#include <vector>
 
 #ifdef __linux__
 #include <sched.h>
@@ -25,8 +26,9 @@ std::string first_line(const std::string& path) {
 
 int affinity() {
 #ifdef __linux__
-  cpu_set_t set;
-  if (sched_getaffinity(0, sizeof(set), &set) == 0) return CPU_COUNT(&set);
+  std::vector<cpu_set_t> sets(16);  // 16,384 processors
+  const std::size_t bytes = sets.size() * sizeof(cpu_set_t);
+  if (sched_getaffinity(0, bytes, sets.data()) == 0) return CPU_COUNT_S(bytes, sets.data());
 #endif
   return static_cast<int>(std::thread::hardware_concurrency());
 }

@@ -22,20 +22,18 @@ const int forgotten_in_children =
     pthread_atfork(nullptr, nullptr, [] { the_pool.store(nullptr, std::memory_order_relaxed); });
 #endif
 
-int processors() {
-  static const int count = usable_cpus();
-  return count;
-}
+// Counted when the library is loaded: a count under a lock could be caught in the middle by a fork.
+const int processors = usable_cpus();
 
 }  // namespace
 
-int thread_count(int requested) { return requested <= 0 ? processors() : requested; }
+int thread_count(int requested) { return requested <= 0 ? processors : requested; }
 
 ThreadPool* shared_pool() {
   ThreadPool* pool = the_pool.load(std::memory_order_acquire);
   if (!pool) {
-    if (processors() == 1) return nullptr;
-    auto* const made = new ThreadPool(processors() - 1);
+    if (processors == 1) return nullptr;
+    auto* const made = new ThreadPool(processors - 1);
     if (the_pool.compare_exchange_strong(pool, made, std::memory_order_acq_rel))
       pool = made;
     else

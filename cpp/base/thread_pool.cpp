@@ -2,7 +2,6 @@
 #include "base/thread_pool.h"
 
 #include <algorithm>
-#include <system_error>
 #include <utility>
 
 namespace sdftrack {
@@ -30,8 +29,8 @@ ThreadPool::ThreadPool(int workers) {
   threads_.reserve(static_cast<std::size_t>(std::clamp(workers, 0, kMaxHelpers)));
   try {
     while (threads_.size() < threads_.capacity()) threads_.emplace_back([this] { work(); });
-  } catch (const std::system_error&) {
-    // The system lends no more threads: the callers do without.
+  } catch (const std::exception&) {
+    // The system lends no more threads or no memory for them: the callers do without.
   }
 }
 

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#include "release_gil.h"
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+namespace sdftrack {
+
+namespace {
+
+std::atomic<bool> ending{false};
+std::atomic<int> coming_back{0};  // threads that ask for the lock
+std::thread::id ender;            // the thread that ends the interpreter; written before `ending`
+
+// Threads that came back before `ending` was set get the lock first; those that come later rest.
+void end() {
+  ender = std::this_thread::get_id();
+  ending = true;
+  PyThreadState* const state = PyEval_SaveThread();
+  while (coming_back > 0) std::this_thread::sleep_for(std::chrono::microseconds(100));
+  PyEval_RestoreThread(state);
+}
+
+}  // namespace
+
+void ReleaseGil::take_back(PyThreadState* state) {
+  ++coming_back;
+  if (ending && std::this_thread::get_id() != ender) {
+    --coming_back;
+    for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
+  }
+  PyEval_RestoreThread(state);
+  --coming_back;
+}
+
+void watch_for_the_end() {
+  pybind11::module_::import("atexit").attr("register")(pybind11::cpp_function(&end));
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// Work without the interpreter's lock, also while the interpreter ends.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace sdftrack {
+
+// Without the lock from construction to the end of the scope. In place of py::gil_scoped_release: when the
+// interpreter ends, Python makes a daemon thread that asks for the lock exit by unwinding its stack, which
+// C++ functions that do not expect it answer by aborting the process. Here such a thread rests instead, until
+// the process is over.
+class ReleaseGil {
+ public:
+  ReleaseGil() : state_(PyEval_SaveThread()) {}
+  ~ReleaseGil() { take_back(state_); }
+  ReleaseGil(const ReleaseGil&) = delete;
+  ReleaseGil& operator=(const ReleaseGil&) = delete;
+
+ private:
+  static void take_back(PyThreadState* state);
+  PyThreadState* state_;
+};
+
+// Registers with the interpreter what is to be done when it ends. Once, while the module is loaded.
+void watch_for_the_end();
+
+}  // namespace sdftrack

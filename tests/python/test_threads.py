@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""Threads that never hurt: forked processes, the end of the interpreter, and the same bits on any number of them."""
+
+import multiprocessing
+import os
+import subprocess
+import sys
+import textwrap
+import threading
+
+import numpy as np
+import pytest
+from tracking_scene import CAMERA, POSE, SIZE_M, depth_of
+
+import sdftrack as st
+
+BOX = st.SDF.box(SIZE_M, voxels=64)
+IMAGE = st.synth.region_picture(240, 320)[0]
+needs_fork = pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+
+
+def work() -> bytes:
+    """Bytes of results that come of loops over many chunks."""
+    result = st.Tracker(BOX, CAMERA).start(st.Frame(depth_of()), masks=depth_of() < 1)
+    return result.poses.tobytes() + st.superpixels.slic(IMAGE, 200).tobytes()
+
+
+EXPECTED = work()
+
+
+def answer(_: int) -> bool:
+    return work() == EXPECTED
+
+
+@needs_fork
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
+def test_a_forked_process_works_like_its_parent_while_a_thread_of_that_is_at_work():
+    stop = threading.Event()
+
+    def busy():
+        while not stop.is_set():
+            st.superpixels.slic(IMAGE, 200)
+
+    thread = threading.Thread(target=busy)
+    thread.start()
+    try:
+        for _ in range(5):
+            child = os.fork()
+            if child == 0:
+                os._exit(0 if work() == EXPECTED else 1)
+            assert os.waitpid(child, 0)[1] == 0
+        with multiprocessing.get_context("fork").Pool(2) as pool:
+            assert pool.map(answer, range(4)) == [True] * 4
+    finally:
+        stop.set()
+        thread.join()
+
+
+@pytest.mark.parametrize("daemon", [False, True])
+def test_the_interpreter_ends_while_threads_are_inside_the_core(daemon):
+    script = f"""
+        import threading, time
+        import numpy as np, sdftrack as st
+        image = st.synth.region_picture(240, 320)[0]
+        def work():
+            for _ in range(1000000 if {daemon} else 20):
+                st.superpixels.slic(image, 200)
+        for _ in range(3):
+            threading.Thread(target=work, daemon={daemon}).start()
+        time.sleep(0.3)
+    """
+    for _ in range(5):
+        done = subprocess.run(
+            [sys.executable, "-c", textwrap.dedent(script)], capture_output=True, text=True, timeout=60
+        )
+        assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("threads", [2, 3, 16])
+def test_any_number_of_threads_gives_the_same_bits(threads):
+    assert np.array_equal(
+        st.superpixels.slic(IMAGE, 200, threads=threads), st.superpixels.slic(IMAGE, 200, threads=1)
+    )
+    one, many = (
+        st.Tracker(BOX, CAMERA, threads=n).start(st.Frame(depth_of()), poses=[POSE]) for n in (1, threads)
+    )
+    assert one.poses.tobytes() == many.poses.tobytes()
+    assert one.covariances.tobytes() == many.covariances.tobytes()
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="this system has no affinity")
+def test_a_process_bound_to_one_processor_says_so():
+    one = min(os.sched_getaffinity(0))
+    script = (
+        f"import os; os.sched_setaffinity(0, [{one}]); import sdftrack as st; print(st.info()['threads'])"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "1"
