@@ -11,7 +11,7 @@ import numpy as np
 from harness import benchmark
 
 import sdftrack as st
-from sdftrack.eval import lwpr as cases
+from experiments.lwpr import lwpr as cases
 
 
 def noisy(make: Any) -> tuple[Any, Any]:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from harness import benchmark
 
 import sdftrack as st
-from sdftrack.eval.table_scenes import made_scene
+from sdftrack.reproduce.scenes.table_scenes import made_scene
 
 
 def removing(**given: object) -> Callable[[], object]:

@@ -12,7 +12,7 @@ from sdftrack.contour.alignment import COARSE, FINE, FRAME, LAST, MARGIN_PX, _Se
 from sdftrack.contour.course import Course, Expected
 from sdftrack.contour.masks import signed_distances
 from sdftrack.contour.placement import Placement, placement_of, put_back, seen_from
-from sdftrack.eval.closed_loop import follow
+from experiments.contour.closed_loop import follow
 from sdftrack.metrics import iou
 from sdftrack.reference import alignment as slow
 from sdftrack.synth.gait_video import gait_video, occluder

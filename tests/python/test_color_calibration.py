@@ -13,7 +13,7 @@ from sdftrack.calibration.first_map import first_map
 from sdftrack.calibration.pairs import BallPairs, Path
 from sdftrack.calibration.projective import ProjectiveMap, RigidMap, decompose, dlt, resection
 from sdftrack.calibration.robust_fit import consensus, fit_map
-from sdftrack.eval.color_calibration import coverage_of_pairs
+from experiments.calibration.ball import coverage_of_pairs
 from sdftrack.synth.ball import ball_path
 
 T_TRUE = st.geometry.pose((0.02, -0.03, 0.01), (-0.025, 0.002, -0.004))

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.eval.k1_edges import Scene
-from sdftrack.eval.k1_offset import rounding_px, static_shifts
+from experiments.calibration.color_edges import Scene
+from experiments.calibration.color_offset import rounding_px, static_shifts
 
 STATED_PX = {
     ("outline, brightness", 0): 0.95,

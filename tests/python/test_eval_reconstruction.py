@@ -11,9 +11,10 @@ import pytest
 
 import sdftrack as st
 from sdftrack import geometry
-from sdftrack.eval import fusion, reconstruction
-from sdftrack.eval.rebuilt import relative_errors, settled_at
-from sdftrack.eval.seen_part import LARGEST_INCIDENCE_RAD, Truth, compare, first_seen, sampled
+from experiments.reconstruction import fusion
+from experiments.reconstruction import reconstruction
+from sdftrack.reproduce.measures.rebuilt import relative_errors, settled_at
+from sdftrack.reproduce.measures.seen_part import LARGEST_INCIDENCE_RAD, Truth, compare, first_seen, sampled
 
 RADIUS_M = 0.05
 CAMERA = st.Camera(300.0, 300.0, 159.5, 119.5, 320, 240)

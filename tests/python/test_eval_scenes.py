@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.eval import motion, occlusion, recovery
-from sdftrack.eval.protocol import Run
-from sdftrack.eval.run import Errors
+from experiments.tracking import motion
+from experiments.tracking import occlusion
+from experiments.tracking import recovery
+from sdftrack.evaluation.tracked_scene import Run
+from sdftrack.evaluation.pose_errors import Errors
 from sdftrack.reproduce.duck import duck_mesh
 
 

@@ -8,7 +8,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack import _core
-from sdftrack.eval import lwpr as cases
+from experiments.lwpr import lwpr as cases
 from sdftrack.reference import lwpr as plain
 
 # Sums run in another order in the core, some 600 samples long; the traces forget what they differ by.

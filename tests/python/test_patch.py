@@ -11,7 +11,7 @@ import pytest
 import sdftrack as st
 from sdftrack import _core
 from sdftrack.cli.app import run
-from sdftrack.eval.primitives_patch import measure_patch
+from experiments.primitives.patches import measure_patch
 from sdftrack.reference import primitives as twin
 from sdftrack.synth.noise import Gaussian, Kinect
 from sdftrack.synth.patches import VIEWS, cut_scene, hidden_scene, patch_scene
@@ -400,7 +400,7 @@ def test_the_command_line_fits_a_patch_to_a_sequence(tmp_path):
 
 
 def test_the_measuring_command_prints_a_row_per_view_and_refuses_a_folder_without_scenes():
-    from sdftrack.eval.primitives_patch import osd_faces, patches
+    from experiments.primitives.patches import osd_faces, patches
 
     table = patches(1, {"1 mm": (Gaussian(NOISE_M), 0.01, 0.3)}, CAMERA)
     rows = [line.split() for line in table.splitlines() if line.startswith("1 mm")]
@@ -451,8 +451,8 @@ FACE_ATOL_DEG = 1.0  # the target with a Kinect's noise
 
 
 def test_the_face_of_a_real_box_has_the_edges_of_the_box(data_dir):
-    from sdftrack.eval.primitives_osd import objects_of
-    from sdftrack.eval.primitives_patch import _largest_face
+    from experiments.primitives.kinect_objects import objects_of
+    from experiments.primitives.patches import _largest_face
 
     folder = data_dir / "osd"
     if not (folder / "camera.json").is_file():

@@ -8,7 +8,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack import _core
-from sdftrack.eval.photometric import CAN_RADIUS_M, can_mesh, follow, turning_can
+from experiments.tracking.photometric import CAN_RADIUS_M, can_mesh, follow, turning_can
 from sdftrack.reference.photometric import brightness_at, photometric_cost, ray_hit, surface_normal
 from sdftrack.tracking.to_core import rgb_seen
 

@@ -287,7 +287,7 @@ def test_the_lower_edge_of_an_object_stays_with_it():
 
 
 def osd_scenes(data_dir):
-    from sdftrack.eval.table_scenes import open_scenes
+    from sdftrack.reproduce.scenes.table_scenes import open_scenes
 
     if not (data_dir / "osd").is_dir():
         pytest.skip(f"recorded scenes absent: {data_dir / 'osd'}")
@@ -296,7 +296,7 @@ def osd_scenes(data_dir):
 
 @pytest.mark.parametrize("method", ["rigid", "bent"])
 def test_recorded_tables_are_taken_out_and_objects_stay(data_dir, method):
-    from sdftrack.eval.planes import LEAST_TABLE, MOST_HIGH, removed
+    from experiments.planes.planes import LEAST_TABLE, MOST_HIGH, removed
 
     for scene in osd_scenes(data_dir):
         share = removed(scene, st.remove_plane(scene.frame, scene.camera, method=method)[0])
@@ -432,7 +432,7 @@ def test_the_tracker_can_leave_the_table_out():
 def test_the_evaluation_prints_both_tables(data_dir, capsys, tmp_path):
     import json
 
-    from sdftrack.eval import planes
+    from experiments.planes import planes
 
     folder = tmp_path / "osd"
     folder.mkdir()

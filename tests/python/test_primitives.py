@@ -8,8 +8,8 @@ import pytest
 
 import sdftrack as st
 from sdftrack import _core
-from sdftrack.eval.primitives import measure
-from sdftrack.eval.primitives_resting import posed_scene
+from experiments.primitives.solids import measure
+from experiments.primitives.resting import posed_scene
 from sdftrack.primitives.fusing import fuse_sizes
 from sdftrack.primitives.seen import ON, TABLE_M, Seen, pieces
 from sdftrack.reference import primitives as twin
@@ -494,7 +494,7 @@ def test_the_readings_just_above_the_table_are_not_chosen_by_their_noise():
 
 
 def test_the_measuring_command_prints_a_row_per_noise_and_kind(capsys):
-    from sdftrack.eval.primitives import main
+    from experiments.primitives.solids import main
 
     main(["synthetic", "-n", "1", "--kinds", "cylinder"])
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
@@ -504,7 +504,7 @@ def test_the_measuring_command_prints_a_row_per_noise_and_kind(capsys):
 
 
 def test_a_box_seen_from_the_front_alone_has_an_open_depth_and_the_table_bounds_a_height():
-    from sdftrack.eval.primitives_open import open_view
+    from experiments.primitives.open_views import open_view
 
     depth, _, mask, _ = open_view("box", np.random.default_rng([3, 0, 7]), CAMERA)
     fit = st.fit_primitive(st.Frame(depth), "box", camera=CAMERA, mask=mask, plane=None)
@@ -691,7 +691,7 @@ def test_bad_frames_give_one_clear_error():
 
 
 def test_a_box_and_a_can_of_a_real_scene_are_found(data_dir):
-    from sdftrack.eval.primitives_osd import LIMIT_M, objects_of, surface_distance
+    from experiments.primitives.kinect_objects import LIMIT_M, objects_of, surface_distance
 
     folder = data_dir / "osd"
     if not (folder / "camera.json").is_file():

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.eval.primitives_few import FREE, few_points, found_and_z, run
+from experiments.primitives.few_points import FREE, few_points, found_and_z, run
 from sdftrack.synth.solids import KINDS
 
 RUNS = 10

@@ -6,7 +6,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack import _core
-from sdftrack.eval.primitives_limits import _depth_slopes, bound
+from experiments.primitives.limits import _depth_slopes, bound
 from sdftrack.synth.noise import Gaussian, Kinect
 from sdftrack.synth.solids import standing_scene
 

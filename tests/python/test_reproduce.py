@@ -11,9 +11,11 @@ import pytest
 import sdftrack as st
 from sdftrack.cli.app import run
 from sdftrack.demo_scene import SWEEP, make_scene
-from sdftrack.eval import intrinsics, real, synthetic
-from sdftrack.eval.sweeps import TRUTH, box_mesh, swept, values_of
-from sdftrack.eval.truth import default_camera, motion, noisy, render_truth
+from experiments.calibration import intrinsics
+from experiments.tracking import recorded as real
+from experiments.tracking import synthetic
+from sdftrack.reproduce.scenes.sweeps import TRUTH, box_mesh, swept, values_of
+from sdftrack.reproduce.scenes.truth import default_camera, motion, noisy, render_truth
 from sdftrack.reproduce import FIGURES, fig_3_12, fig_4_13a, find, speed_3_9
 from sdftrack.reproduce.duck import duck_mesh, field
 

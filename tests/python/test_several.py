@@ -11,13 +11,15 @@ import pytest
 import sdftrack as st
 from sdftrack import geometry
 from sdftrack.cli.app import run
-from sdftrack.eval import paths, scenes, several
-from sdftrack.eval.contact import Solid, deepest, first_contact, gap
-from sdftrack.eval.growth import growth
-from sdftrack.eval.identity import Tracked, swapped, swaps, track
-from sdftrack.eval.judged import judge, measure, total
-from sdftrack.eval.shuffle import hands
-from sdftrack.eval.staged import Scene
+from sdftrack.reproduce.scenes import paths
+from sdftrack.reproduce.scenes import several as scenes
+from experiments.several import several
+from sdftrack.reproduce.scenes.contact import Solid, deepest, first_contact, gap
+from sdftrack.reproduce.measures.growth import growth
+from sdftrack.reproduce.measures.identity import Tracked, swapped, swaps, track
+from sdftrack.reproduce.measures.judged import judge, measure, total
+from experiments.several.shuffle import hands
+from sdftrack.reproduce.scenes.staged import Scene
 from sdftrack.reproduce import fig_5_4, look_alikes
 from sdftrack.reproduce.duck import duck_mesh
 from sdftrack.reproduce.fig_5_8 import relative_motion

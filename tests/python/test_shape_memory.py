@@ -17,8 +17,8 @@ from sdftrack.contour.remembered import (
     RememberedShapes,
     with_hidden,
 )
-from sdftrack.eval import shape_memory as tables
-from sdftrack.eval.shape_protocol import Answer, asked, baseline, cases, davis_masks, detection, learnt
+from experiments.contour import shape_memory as tables
+from sdftrack.reproduce.measures.shape_protocol import Answer, asked, baseline, cases, davis_masks, detection, learnt
 from sdftrack.reference import shape_memory as twin
 
 # Overlaps under bars that hide 20 to 60 %, 60 frames learnt: measured 0.904 and, by LWPR, 0.61.

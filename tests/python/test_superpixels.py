@@ -16,7 +16,7 @@ from hypothesis import strategies as hs
 import sdftrack as st
 from sdftrack import _core, metrics
 from sdftrack.cli.app import run
-from sdftrack.eval.superpixel_times import photographs
+from experiments.superpixels.times import photographs
 from sdftrack.reference import superpixels as twin
 from sdftrack.synth.picture import picture as synth_picture
 
@@ -441,7 +441,7 @@ def test_on_photographs_every_score_is_at_least_that_of_scikit_image(data_dir):
     """Four of the images, as `python -m sdftrack.eval.superpixels` does with all of them."""
     from skimage.segmentation import slic as theirs
 
-    from sdftrack.eval.superpixels import curve, open_bsds
+    from experiments.superpixels.superpixels import curve, open_bsds
 
     if not (data_dir / "bsds").is_dir():
         pytest.skip(f"photographs absent: {data_dir / 'bsds'}")

@@ -6,7 +6,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack import _core, geometry, synth
-from sdftrack.eval import confidence
+from experiments.trust import confidence
 from sdftrack.reference import energies as twin
 from sdftrack.reference import tracking as twin_tracking
 from sdftrack.reference import trust as twin_trust
@@ -190,7 +190,7 @@ def test_the_area_under_roc_counts_pairs():
 
 
 def test_coverage_is_95_percent_of_gaussian_errors():
-    from sdftrack.eval.coverage import coverage
+    from experiments.trust.coverage import coverage
 
     rng = np.random.default_rng(0)
     L = np.diag([1, 2, 3, 0.1, 0.2, 0.3]) @ (np.eye(6) + 0.3 * rng.normal(size=(6, 6)))

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.eval.planes import removed
-from sdftrack.eval.table_scenes import Scene, made_scene, open_scenes
-from sdftrack.eval.tables import text_table
+from experiments.planes.planes import removed
+from sdftrack.reproduce.scenes.table_scenes import Scene, made_scene, open_scenes
+from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
 
 __all__ = ["middle_of_table", "run"]

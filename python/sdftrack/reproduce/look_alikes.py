@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sdftrack.eval.contact import Solid
+from sdftrack.reproduce.scenes.contact import Solid
 from sdftrack.reproduce import Context
 
 __all__ = ["name_of", "pair_of", "ways"]

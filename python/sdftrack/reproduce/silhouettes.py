@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.contour.memory import ShapeMemory
-from sdftrack.eval.shape_protocol import Answer, Case, asked, davis_folder, davis_masks, gaits, learnt
+from sdftrack.reproduce.measures.shape_protocol import Answer, Case, asked, davis_folder, davis_masks, gaits, learnt
 from sdftrack.reproduce import Context
 
 __all__ = ["HARMONICS", "NOTE", "SPLITS", "ask_all", "by_share", "sets", "split_name"]

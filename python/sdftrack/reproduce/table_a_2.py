@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from sdftrack.device import resolve_device
-from sdftrack.eval.superpixel_times import PER_SEGMENT_PX, times_ms
-from sdftrack.eval.tables import text_table
+from experiments.superpixels.times import PER_SEGMENT_PX, times_ms
+from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
 
 __all__ = ["COMPACTNESS", "ITERATIONS", "SIZES", "run"]

@@ -13,8 +13,8 @@ from functools import partial
 from typing import Any
 
 from sdftrack.device import resolve_device
-from sdftrack.eval.superpixel_times import PER_SEGMENT_PX, times_ms
-from sdftrack.eval.tables import text_table
+from experiments.superpixels.times import PER_SEGMENT_PX, times_ms
+from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.table_a_2 import COMPACTNESS, ITERATIONS, QUICK_SECONDS, SECONDS, SIZES
 
