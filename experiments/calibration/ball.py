@@ -1,29 +1,26 @@
 # SPDX-License-Identifier: MIT
-"""Depth-to-colour registration by a ball: error of the mapping, bias of the centres, time offset, intervals.
-
-``python -m sdftrack.eval.color_calibration [--seeds 4]``
-"""
+"""Depth-to-colour registration by a ball."""
 
 from __future__ import annotations
 
-import argparse
-import time
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import sdftrack as st
+from experiments.common.protocol import say
+from experiments.registry import experiment
+from experiments.table import Table
 from sdftrack.calibration.color_to_depth import registered, result_of
 from sdftrack.calibration.observe import moving_first, watch
 from sdftrack.calibration.pairs import BallPairs
 from sdftrack.calibration.projective import ProjectiveMap, dlt
 from sdftrack.calibration.robust_fit import fit_map
 from sdftrack.calibration.statistics import student_t975
-from sdftrack.evaluation.tables import text_table
 from sdftrack.synth.ball import COLOR_CAMERA, DEPTH_CAMERA, BallScene, ball_path, ball_scene
 
-__all__ = ["Row", "coverage_of_pairs", "judged", "main"]
+__all__ = ["Row", "color_calibration", "coverage_of_pairs", "judged"]
 
 Array = NDArray[np.float64]
 POINTS = 3000
@@ -113,40 +110,47 @@ def coverage_of_pairs(runs: int, n: int = 60, seed: int = 0, noise_px: float = 0
     return float(np.mean(hits)), float(np.mean(mapped))
 
 
-def main(arguments: list[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--seeds", type=int, default=4)
-    parser.add_argument("--frames", type=int, default=60)
-    parser.add_argument("--only", default="", help="settings with this in their name")
-    parser.add_argument("--runs", type=int, default=300, help="of simulated pairs")
-    job = parser.parse_args(arguments)
-    began = time.perf_counter()
+@experiment(
+    "color_calibration",
+    chosen_on="the same synthetic scenes, seeds 0 to 3",
+    reported_on="synthetic scenes, seeds 0 to 3: the same",
+    short={"only": "1 mm", "seeds": 1, "frames": 20, "runs": 3},
+)
+def color_calibration(*, only: str = "", seeds: int = 4, frames: int = 60, runs: int = 300) -> list[Table]:
+    """Depth-to-colour registration by a ball: error of the mapping, bias of the centres, time offset, intervals.
+
+    Parameters
+    ----------
+    only
+        settings with this in their name
+    runs
+        of simulated pairs
+    """
     cells = []
     for name, setting in SETTINGS.items():
-        if job.only not in name:
+        if only not in name:
             continue
         found: dict[str, list[Row]] = {}
-        for seed in range(job.seeds):
+        for seed in range(seeds):
             lens = "lens" in name
-            for way, row in judged(ball_scene(job.frames, seed=seed, **setting), not lens).items():
+            for way, row in judged(ball_scene(frames, seed=seed, **setting), not lens).items():
                 found.setdefault(way, []).append(row)
         cells += [_cells(f"{name}; {way}", rows) for way, rows in found.items()]
-        print(f"{name}: {time.perf_counter() - began:.0f} s", flush=True)
+        say(name)
     head = [
         "noise; unknown", "rms px, worst seed", "worst point", "stated", "in 95 %", "centres' bias", "centres' rms",
-        "ellipse's", "time ms, worst", "stated", "kept",
+        "ellipse's", "time ms, worst", "time stated", "kept",
     ]  # fmt: skip
     title = (
-        f"{job.frames} frames, {job.seeds} seeds, {POINTS} random points of the volume; wanted: rms <= 0.3 px, "
+        f"{frames} frames, {seeds} seeds, {POINTS} random points of the volume; wanted: rms <= 0.3 px, "
         "bias < 0.1 px, time within 3 ms"
     )
-    print(text_table(title, head, cells))
-    parameters, points = coverage_of_pairs(job.runs)
-    print(
-        f"simulated pairs, {job.runs} runs: 95 % intervals hold {parameters:.1%} of P, q and {points:.1%} of points"
-    )
+    parameters, points = coverage_of_pairs(runs)
+    shares = [["P, q", f"{100 * parameters:.1f}"], ["mapped points", f"{100 * points:.1f}"]]
+    return [
+        Table(title, head, cells),
+        Table(f"Simulated pairs, {runs} runs: share of 95 % intervals that hold", ["of", "hold %"], shares),
+    ]
 
 
 def _cells(name: str, rows: list[Row]) -> list[str]:
@@ -165,7 +169,3 @@ def _cells(name: str, rows: list[Row]) -> list[str]:
         f"{late.late_sd_ms:.2f}" if timed else "",
         str(min(r.kept for r in rows)),
     ]
-
-
-if __name__ == "__main__":
-    main()

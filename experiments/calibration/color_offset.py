@@ -1,13 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Why the colour of k1 lies beside where its P and q put it: where, how far, and what that excludes.
-
-``python -m sdftrack.eval.k1_offset [--data DIR]``
-"""
+"""Why the colour of the recording k1 lies beside where its P and q put it."""
 
 from __future__ import annotations
 
-import argparse
-import os
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +11,10 @@ from numpy.typing import NDArray
 
 import sdftrack as st
 from experiments.calibration.color_edges import Scene, crease_shift, depth_step_shift, outline_shift, robust
-from sdftrack.evaluation.tables import text_table
+from experiments.registry import experiment
+from experiments.table import Table
 
-__all__ = ["main", "moving_shifts", "rounding_px", "static_shifts"]
+__all__ = ["color_offset", "moving_shifts", "rounding_px", "static_shifts"]
 
 Array = NDArray[np.float64]
 STILL = 25  # frames at the start in which nothing moves
@@ -159,14 +155,22 @@ def _hue(image: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.stack([cr, cb, np.full_like(cr, 60)], axis=2)
 
 
-def main(arguments: list[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--data", type=Path, default=Path(os.environ.get("SDFTRACK_DATA", "../shared/data")))
-    job = parser.parse_args(arguments)
-    folder = job.data / "k1" if (job.data / "k1").is_dir() else job.data
-    with st.open_sequence(folder) as seq:
+@experiment(
+    "k1_offset",
+    needs=["k1"],
+    chosen_on="nothing is chosen here",
+    reported_on="k1",
+    short={"moving": False},
+)
+def color_offset(*, data: Path, moving: bool = True) -> list[Table]:
+    """Why the colour of k1 lies beside where its P and q put it: where, how far, and what that excludes.
+
+    Parameters
+    ----------
+    moving
+        also while the sponges are carried
+    """
+    with st.open_sequence(data / "k1") as seq:
         scene = Scene.of(seq)
         cells = [
             [
@@ -176,21 +180,25 @@ def main(arguments: list[str] | None = None) -> None:
             for r in static_shifts(scene)
         ]  # fmt: skip
         head = ["measured less P, q", "dx px", "dy px", "depth m", "column"]
-        print(text_table(f"frames 0-{STILL - 1}, mean image, reference poses", head, cells), flush=True)
-        moved = moving_shifts(scene)
-        still = moved["frame"] < STILL
-        for name, part in (("still frames", still), (f"frames {MOVING.start}-{MOVING.stop}", ~still)):
-            dx, dy = moved["dx"][part], moved["dy"][part]
-            print(
-                f"depth-only poses, {name}: dx median {np.median(dx):+.2f} (sd {dx.std():.2f}), dy "
-                f"{np.median(dy):+.2f} (sd {dy.std():.2f}), {len(dx)} outlines, depth {moved['z'][part].min():.2f}-"
-                f"{moved['z'][part].max():.2f} m, speed up to "
-                f"{np.hypot(moved['vx'], moved['vy'])[part].max():.1f} px/frame"
-            )
-        rows = [[name, f"{value:+.3f}", f"{sd:.3f}"] for name, value, sd in trends(moved)]
-        print(text_table("all outlines at depth-only poses, one trend at a time", ["", "value", "sd"], rows))
-        print(f"rounding of P and q moves no pixel by more than {rounding_px(scene):.2f} px")
+        rounding = f"rounding of P and q moves no pixel by more than {rounding_px(scene):.2f} px"
+        still = Table(f"frames 0-{STILL - 1}, mean image, reference poses", head, cells, [rounding])
+        return [still, *_moving_tables(scene)] if moving else [still]
 
 
-if __name__ == "__main__":
-    main()
+def _moving_tables(scene: Scene) -> list[Table]:
+    moved = moving_shifts(scene)
+    still = moved["frame"] < STILL
+    cells = []
+    for name, part in (("still frames", still), (f"frames {MOVING.start}-{MOVING.stop}", ~still)):
+        dx, dy, z = (moved[key][part] for key in ("dx", "dy", "z"))
+        speed = np.hypot(moved["vx"], moved["vy"])[part].max()
+        numbers = [f"{v:+.2f}" for v in (np.median(dx), np.median(dy))] + [
+            f"{v:.2f}" for v in (dx.std(), dy.std())
+        ]
+        cells.append([name, *numbers, str(len(dx)), f"{z.min():.2f}-{z.max():.2f}", f"{speed:.1f}"])
+    head = ["depth-only poses", "dx px", "dy px", "dx sd", "dy sd", "outlines", "depth m", "speed px/frame"]
+    rows = [[name, f"{value:+.3f}", f"{sd:.3f}"] for name, value, sd in trends(moved)]
+    return [
+        Table("Outlines at depth-only poses, medians", head, cells),
+        Table("All outlines at depth-only poses, one trend at a time", ["trend", "value", "sd"], rows),
+    ]

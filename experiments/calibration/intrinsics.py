@@ -1,17 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Intrinsics from a known object against the truth: errors, stated sds, how often the 95 % intervals hold, time.
-
-``python -m sdftrack.eval.intrinsics --meshes FOLDER`` sweeps lm_driller of that folder and a cube of 200 mm through the
-image of a known camera (575 575 319.5 239.5, 640 x 480), with 1 mm and 3.16 mm of noise and with a Kinect's, and
-calibrates from a start 10 % and 20 px off. A run is one draw of the noise on one of a few paths, so that the
-pictures are rendered once for each path and not for each run. Beside the joint solution stands the source's mean of
-the frames' own estimates (thesis Eq. 3.23), from the same runs.
-"""
+"""Intrinsics from a known object against the truth."""
 
 from __future__ import annotations
 
-import argparse
-import os
 import tempfile
 import time
 from collections.abc import Sequence as Seq
@@ -23,12 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sdftrack as st
+from experiments.common.protocol import load_sdf, say
+from experiments.data import check
+from experiments.registry import experiment
+from experiments.table import Table
 from sdftrack.calibration.statistics import half_width95
-from sdftrack.evaluation.tracked_scene import load_sdf, write_rows
 from sdftrack.reproduce.scenes.sweeps import NOISES, START, TRUTH, box_mesh, swept, values_of
-from sdftrack.evaluation.tables import text_table
 
-__all__ = ["Run", "calibrated", "main", "row_of"]
+__all__ = ["Run", "Setting", "calibrated", "intrinsics", "row_of"]
 
 Array = NDArray[np.float64]
 OBJECTS = ("box", "lm_driller")
@@ -131,7 +124,7 @@ def _rms(a: Array) -> list[float]:
     return list(map(float, np.sqrt(np.mean(a**2, axis=0))))
 
 
-def _print(rows: dict[str, dict[str, Any]], title: str) -> None:
+def _tables(rows: dict[str, dict[str, Any]], title: str) -> list[Table]:
     """Errors by unknown, then what one row of a setting says."""
     cells = []
     judged = {name: row for name, row in rows.items() if "rms" in row}
@@ -140,9 +133,8 @@ def _print(rows: dict[str, dict[str, Any]], title: str) -> None:
             cells.append([f"{name}: {what}", *(f"{x:.4f}" for x in row[what])])
         for what in ("in 95 %", "fused in 95 %"):
             cells.append([f"{name}: {what}", *(f"{x:.0%}" for x in row[what])])
-    print(text_table(title, ["error", "fx %", "fy %", "cx px", "cy px"], cells))
     head = [
-        "setting", "runs", "refused", "wanted", "runs within", "kept", "in 95 %", "kept", "fused in 95 %",
+        "setting", "runs", "refused", "wanted", "runs within", "accurate", "in 95 %", "honest", "fused in 95 %",
         "frames left out", "ok", "following s", "solving s",
     ]  # fmt: skip
     summary = [
@@ -154,69 +146,88 @@ def _print(rows: dict[str, dict[str, Any]], title: str) -> None:
         ]
         for name, r in judged.items()
     ]  # fmt: skip
-    print(text_table("\nAgainst what was wanted (95 % intervals: 90 to 98 %)", head, summary))
-    for name, row in rows.items():
-        for reason in row["reasons"]:
-            print(f"{name}: refused: {reason}")
+    refused = [f"{name}: refused: {reason}" for name, row in rows.items() for reason in row["reasons"]]
+    return [
+        Table(title, ["error", "fx %", "fy %", "cx px", "cy px"], cells, numbers=rows),
+        Table("Against what was wanted (95 % intervals: 90 to 98 %)", head, summary, refused),
+    ]
 
 
-def main(given: Seq[str] | None = None) -> int:
-    """Print the tables."""
-    p = argparse.ArgumentParser(
-        prog="python -m sdftrack.eval.intrinsics",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    data = os.environ.get("SDFTRACK_DATA")
-    p.add_argument(
-        "--meshes", type=Path, default=None if data is None else Path(data) / "meshes",
-        help="folder with lm_driller.ply (else SDFTRACK_DATA/meshes)",
-    )  # fmt: skip
-    p.add_argument("--only", default="", help="settings with this in their name, such as 'box, 1 mm'")
-    p.add_argument("--runs", type=int, default=100, help="draws of the noise, over all paths")
-    p.add_argument("--paths", type=int, default=4)
-    p.add_argument("--frames", type=int, default=100)
-    p.add_argument("--voxels", type=int, default=200)
-    p.add_argument("--minutes", type=float, help="start no run of a setting after this time")
-    p.add_argument("--threads", type=int, default=0)
-    p.add_argument("--cache", type=Path, help="folder that keeps noise-free pictures between calls")
-    p.add_argument("--json", type=Path, help="write the numbers")
-    a = p.parse_args(given)
-    for name in ("runs", "paths", "frames"):
-        if getattr(a, name) < 1:
-            p.error(f"--{name}: expected a number above 0, got {getattr(a, name)}")
-    settings = [(o, n) for o in OBJECTS for n in NOISES if a.only in f"{o}, {n}"]
-    if not settings:
-        p.error(f"--only: expected a part of {'; '.join(f'{o}, {n}' for o in OBJECTS for n in NOISES)}")
+@dataclass(frozen=True)
+class Setting:
+    """What all objects and noises share."""
+
+    data: Path
+    runs: int
+    paths: int
+    frames: int
+    voxels: int
+    threads: int
+    minutes: float | None
+
+
+@experiment(
+    "intrinsics",
+    uses=["meshes"],
+    chosen_on="the cube and lm_driller, the same paths, fewer draws",
+    reported_on="the cube and lm_driller, 4 paths, 100 draws of the noise",
+    short={"only": "box, 1 mm", "runs": 1, "paths": 1, "frames": 12, "voxels": 60},
+)
+def intrinsics(
+    *,
+    data: Path,
+    only: str = "",
+    runs: int = 100,
+    paths: int = 4,
+    frames: int = 100,
+    voxels: int = 200,
+    threads: int = 0,
+    minutes: float | None = None,
+    cache: Path | None = None,
+) -> list[Table]:
+    """Intrinsics from a known object against the truth: errors, stated sds, how often the 95 % intervals hold, time.
+
+    lm_driller and a cube of 200 mm are swept through the image of a known camera (575 575 319.5 239.5, 640 x 480), with
+    1 mm and 3.16 mm of noise and with a Kinect's, and calibrated from a start 10 % and 20 px off. A run is one draw of
+    the noise on one of a few paths, so that the pictures are rendered once for each path and not for each run. Beside
+    the joint solution stands the source's mean of the frames' own estimates (thesis Eq. 3.23), from the same runs.
+
+    Parameters
+    ----------
+    only
+        settings with this in their name, such as 'box, 1 mm'
+    runs
+        draws of the noise, over all paths
+    minutes
+        start no run of a setting after this time
+    cache
+        folder that keeps noise-free pictures between calls
+    """
+    for name, number in (("runs", runs), ("paths", paths), ("frames", frames)):
+        if number < 1:
+            raise ValueError(f"{name}: expected a number above 0, got {number}")
+    known = [(o, n) for o in OBJECTS for n in NOISES]
+    chosen = [(o, n) for o, n in known if only in f"{o}, {n}"]
+    if not chosen:
+        raise ValueError(f"only: expected a part of {'; '.join(f'{o}, {n}' for o, n in known)}, got {only!r}")
+    if any(o != "box" for o, _ in chosen):
+        check("intrinsics", ["meshes"], data)
+    s = Setting(data, runs, paths, frames, voxels, threads, minutes)
     with tempfile.TemporaryDirectory() as own:
-        rows = {f"{o}, {n}": _setting(o, n, a, a.cache or Path(own)) for o, n in settings}
-    _print(rows, f"{a.frames} frames, {a.paths} paths, draws of the noise in turn on each")
-    write_rows(a.json, a, rows)
-    return 0
+        rows = {f"{o}, {n}": _setting(o, n, s, cache or Path(own)) for o, n in chosen}
+    return _tables(rows, f"{frames} frames, {paths} paths, draws of the noise in turn on each")
 
 
-def _setting(name: str, noise: str, a: argparse.Namespace, cache: Path) -> dict[str, Any]:
-    mesh = box_mesh() if name == "box" else _mesh(a.meshes, name)
-    sdf = load_sdf(mesh, name, a.voxels, cache)
+def _setting(name: str, noise: str, s: Setting, cache: Path) -> dict[str, Any]:
+    mesh = box_mesh() if name == "box" else st.Mesh.load(s.data / "meshes" / f"{name}.ply", "m")
+    sdf = load_sdf(mesh, name, s.voxels, cache)
     began = time.perf_counter()
     runs: list[Run | str] = []
-    for k in range(a.runs):
-        if runs and a.minutes is not None and time.perf_counter() - began > 60 * a.minutes:
+    for k in range(s.runs):
+        if runs and s.minutes is not None and time.perf_counter() - began > 60 * s.minutes:
             break
-        path, draw = k % a.paths, k // a.paths
-        seq = swept(mesh, a.frames, NOISES[noise], path, draw, cache=cache, threads=a.threads)
-        runs.append(calibrated(sdf, seq, a.threads))
-    print(f"{name}, {noise}: {len(runs)} runs in {time.perf_counter() - began:.0f} s", flush=True)
+        path, draw = k % s.paths, k // s.paths
+        seq = swept(mesh, s.frames, NOISES[noise], path, draw, cache=cache, threads=s.threads)
+        runs.append(calibrated(sdf, seq, s.threads))
+    say(f"{name}, {noise}: {len(runs)} runs in {time.perf_counter() - began:.0f} s")
     return row_of(runs, noise)
-
-
-def _mesh(folder: Path | None, name: str) -> Any:
-    if folder is None:
-        raise ValueError(
-            f"--meshes: expected the folder with {name}.ply (or set SDFTRACK_DATA, or --only box)"
-        )
-    return st.Mesh.load(folder / f"{name}.ply", "m")
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

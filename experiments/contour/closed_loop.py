@@ -1,38 +1,31 @@
 # SPDX-License-Identifier: MIT
-"""The contour tracker with a memory of shapes, while something passes before the object.
-
-``python -m sdftrack.eval.closed_loop [--data FOLDER]`` prints mean overlaps with the *whole* object: before, while
-the thing is there, and after; and the judgements then. Videos: four synthetic gaits with a bar that sweeps over
-the figure, a fence, and all but its middle hidden; where `davis` is at hand, its sequences with a bar drawn into the
-images of the second half. "seen" is the visible part against the whole: what a perfect tracker of the visible part
-would get. "ideal" is a memory that is told the whole silhouette in each frame: what the tracker's loop could do.
-"false": frames before the thing that are called occluded.
-"""
+"""The contour tracker with a memory of shapes, while something passes before the object."""
 
 from __future__ import annotations
 
-import argparse
-import os
 import time
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.common.protocol import say
+from experiments.contour.contour import SEQUENCES, open_davis
+from experiments.data import has
+from experiments.registry import experiment
+from experiments.table import Table
 from sdftrack.contour.masks import align
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.tracker import ContourResult, ContourTracker
-from experiments.contour.contour import SEQUENCES, open_davis
-from sdftrack.evaluation.tables import text_table
 from sdftrack.metrics import iou
 from sdftrack.synth.gait import FIGURES
 from sdftrack.synth.gait_video import GaitVideo, gait_video, occluder
 
-__all__ = ["Run", "davis_video", "follow", "main"]
+__all__ = ["Run", "closed_loop", "davis_video", "follow"]
 
 Mask: TypeAlias = NDArray[np.bool_]
 BURN_IN = 60
@@ -191,53 +184,69 @@ def counts(said: Counter[str]) -> str:
 
 
 HEAD = [
-    "video", "before", "memory", "seen", "during", "memory", "ideal", "after", "memory", "occl. unocc. novel -",
-    "false", "lost", "ms: none / memory / during",
+    "video", "before", "before, memory", "seen", "during", "during, memory", "ideal", "after", "after, memory",
+    "occl. unocc. novel -", "false", "lost", "ms: none / memory / during",
 ]  # fmt: skip
 
 
-def main(given: Sequence[str] | None = None) -> int:
-    """Print the tables."""
-    p = argparse.ArgumentParser(prog="python -m sdftrack.eval.closed_loop", description=__doc__)
-    p.add_argument(
-        "--data", type=Path, default=os.environ.get("SDFTRACK_DATA"), help="folder that holds davis"
-    )
-    p.add_argument("--seeds", type=int, default=1, help="videos of each gait")
-    p.add_argument("--frames", type=int, default=160, help="of each gait; the thing is there from 100 to 150")
-    p.add_argument(
-        "--things", nargs="*", default=["bar", "fence", "window"], choices=("none", "bar", "fence", "window")
-    )
-    asked = p.parse_args(given)
-    import cv2
+@experiment(
+    "closed_loop",
+    uses=["davis"],
+    chosen_on="the four gaits, seed 0, and davis",
+    reported_on="the four gaits, seed 0, and davis: the same",
+    short={"things": ("bar",), "kinds": 1, "frames": 32, "videos": ()},
+)
+def closed_loop(
+    *,
+    data: Path,
+    seeds: int = 1,
+    frames: int = 160,
+    kinds: int = len(FIGURES),
+    things: tuple[Literal["none", "bar", "fence", "window"], ...] = ("bar", "fence", "window"),
+    videos: tuple[Literal["cows", "camel", "libby", "bmx-trees"], ...] = SEQUENCES,
+) -> list[Table]:
+    """The contour tracker with a memory of shapes, while something passes before the object.
 
+    Mean overlaps with the *whole* object: before, while the thing is there, and after; and the judgements then. Videos:
+    four synthetic gaits with a bar that sweeps over the figure, a fence, and all but its middle hidden; where `davis`
+    is at hand, its sequences with a bar drawn into the images of the second half. "seen" is the visible part against
+    the whole: what a perfect tracker of the visible part would get. "ideal" is a memory that is told the whole
+    silhouette in each frame: what the tracker's loop could do. "false": frames before the thing that are called
+    occluded.
+
+    Parameters
+    ----------
+    seeds
+        videos of each gait
+    frames
+        of each gait; the thing is there from 100 to 150
+    kinds
+        of gaits, the first so many
+    things
+        what passes before the figure
+    videos
+        of davis
+    """
     cv2.setNumThreads(1)
-    during = (asked.frames * 5 // 8, asked.frames * 15 // 16)
-    for thing in asked.things:
-        rows = []
-        for kind in FIGURES:
-            for seed in range(asked.seeds):
-                video = gait_video(kind, asked.frames, thing, during=during, seed=seed)
-                rows.append(row(f"{kind} {seed}", video, BURN_IN))
-        print(text_table(f"Gaits, {thing}; {BURN_IN} frames learned", HEAD, rows) + "\n", flush=True)
-    folder = asked.data / "davis" if asked.data is not None else None
-    if folder is None or not folder.is_dir():
-        print("davis: left out; expected --data FOLDER or SDFTRACK_DATA, the folder that holds davis")
-        return 0
-    videos = {name: davis_video(folder, name) for name in SEQUENCES}
-    rows = [row(name, video, len(video.images) // 2) for name, video in videos.items()]
-    print(
-        text_table("davis, a bar drawn into the images; the first half learned as it is tracked", HEAD, rows)
+    during = (frames * 5 // 8, frames * 15 // 16)
+    burn_in = min(BURN_IN, frames // 2)
+    tables = []
+    for thing in things:
+        rows = [
+            row(f"{kind} {seed}", gait_video(kind, frames, thing, during=during, seed=seed), burn_in)
+            for kind in list(FIGURES)[:kinds]
+            for seed in range(seeds)
+        ]
+        tables.append(Table(f"Gaits, {thing}; {burn_in} frames learned", HEAD, rows))
+        say(tables[-1].title)
+    if not videos or not has("davis", data):
+        return tables
+    read = {name: davis_video(data / "davis", name) for name in videos}
+    rows = [row(name, video, len(video.images) // 2) for name, video in read.items()]
+    tables.append(
+        Table("davis, a bar drawn into the images; the first half learned as it is tracked", HEAD, rows)
     )
-    rows = [taught_row(name, video) for name, video in videos.items()]
+    rows = [taught_row(name, video) for name, video in read.items()]
+    columns = ["video", "seen", "during", "during, memory", "after", "after, memory", "occl. unocc. novel -"]
     title = "davis, the hand-made masks of the first half learned, tracked from the middle on"
-    print(
-        "\n"
-        + text_table(
-            title, ["video", "seen", "during", "memory", "after", "memory", "occl. unocc. novel -"], rows
-        )
-    )
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    return [*tables, Table(title, columns, rows)]

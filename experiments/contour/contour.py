@@ -1,36 +1,33 @@
 # SPDX-License-Identifier: MIT
-"""The contour tracker on four recorded sequences with hand-made masks, beside what OpenCV offers.
-
-``python -m sdftrack.eval.contour --data FOLDER`` (the folder that holds `davis`) prints, for each sequence: the mean
-IoU over all frames but the first from a mask and from a box; the oracle, which is the per-pixel posteriors with the
-histograms of the true mask in each frame, in the same windows, thresholded as they are and smoothed; how well the
-confidence separates frames below an IoU of 0.3 (area under the curve; "-" where there are none); the median time of a
-frame on one thread; and OpenCV's CamShift (mask: the back-projection above one half in its ellipse) and GrabCut (each
-frame from the dilated last mask).
-"""
+"""The contour tracker on recorded sequences with hand-made masks, beside what OpenCV offers."""
 
 from __future__ import annotations
 
-import argparse
-import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.registry import experiment
+from experiments.table import Table
 from sdftrack.contour.tracker import ContourTracker
-from sdftrack.evaluation.tables import text_table
 from sdftrack.metrics import iou
 
-__all__ = ["SEQUENCES", "Followed", "follow_davis", "main", "open_davis", "separation"]
+__all__ = ["SEQUENCES", "Followed", "contour", "follow_davis", "open_davis", "separation"]
 
 Image = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
-SEQUENCES = ("cows", "camel", "libby", "bmx-trees")
+SEQUENCES: tuple[Literal["cows", "camel", "libby", "bmx-trees"], ...] = (
+    "cows",
+    "camel",
+    "libby",
+    "bmx-trees",
+)
 BAD_IOU = 0.3
 ORACLE_SIGMA_PX = 2.5
 GRABCUT_DILATED_PX, GRABCUT_ROUNDS = 8, 2
@@ -65,8 +62,6 @@ def open_davis(folder: Path, name: str, most: int | None = None, scale: int = 1)
     if not images or len(images) != len(masks):
         raise FileNotFoundError(f"data: expected rgb/ and mask/ with as many images in {folder / name}")
     if scale > 1:
-        import cv2
-
         size = (images[0].shape[1] * scale, images[0].shape[0] * scale)
         images = [np.asarray(cv2.resize(i, size, interpolation=cv2.INTER_CUBIC), np.uint8) for i in images]
         masks = [np.kron(m, np.ones((scale, scale), bool)) for m in masks]
@@ -107,8 +102,6 @@ def separation(confidence: NDArray[np.float64], bad: NDArray[np.bool_]) -> float
 def oracle(video: Davis) -> tuple[float, float]:
     """Mean IoU of thresholded posteriors, each frame's own true mask having made the histograms; as they are, and
     smoothed by a Gaussian of ORACLE_SIGMA_PX."""
-    import cv2
-
     from sdftrack import _core
 
     found = []
@@ -133,7 +126,6 @@ def oracle(video: Davis) -> tuple[float, float]:
 
 def camshift(video: Davis) -> tuple[float, float]:
     """(mean IoU, median seconds) of OpenCV's back-projection and CamShift, from the first mask."""
-    import cv2
 
     def hue(image: Image) -> Any:
         return cv2.cvtColor(image, cv2.COLOR_RGB2HSV)
@@ -160,8 +152,6 @@ def camshift(video: Davis) -> tuple[float, float]:
 
 def grabcut(video: Davis) -> tuple[float, float]:
     """(mean IoU, median seconds) of OpenCV's GrabCut in each frame, the last mask eroded and dilated as its guess."""
-    import cv2
-
     last = video.masks[0]
     kernel = np.ones((2 * GRABCUT_DILATED_PX + 1,) * 2, np.uint8)
     found, seconds = [], []
@@ -208,32 +198,44 @@ def _row(video: Davis, others: bool) -> list[str]:
 HEAD = ["sequence", "mask", "box", "affine", "oracle", "AUC", "bad, ok", "ms"]
 
 
-def main(arguments: list[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(prog="python -m sdftrack.eval.contour", description=__doc__)
-    parser.add_argument("--data", type=Path, default=os.environ.get("SDFTRACK_DATA"))
-    parser.add_argument("--sequences", nargs="*", default=list(SEQUENCES), choices=SEQUENCES)
-    parser.add_argument("--frames", type=int, default=None, help="of each sequence, at most")
-    parser.add_argument("--scale", type=int, default=1, help="2: upsampled to 854 x 480")
-    parser.add_argument("--no-others", action="store_true", help="leave OpenCV's methods out")
-    given = parser.parse_args(arguments)
-    if given.data is None:
-        parser.error("expected --data FOLDER or SDFTRACK_DATA, the folder that holds davis")
-    import cv2
+@experiment(
+    "contour",
+    needs=["davis"],
+    chosen_on="cows, camel, libby, bmx-trees",
+    reported_on="the same four sequences",
+    short={"only": ("cows",), "frames": 3, "others": False},
+)
+def contour(
+    *,
+    data: Path,
+    only: tuple[Literal["cows", "camel", "libby", "bmx-trees"], ...] = SEQUENCES,
+    frames: int | None = None,
+    scale: int = 1,
+    others: bool = True,
+) -> Table:
+    """The contour tracker on four recorded sequences with hand-made masks, beside what OpenCV offers.
 
+    For each sequence: the mean IoU over all frames but the first from a mask and from a box; the oracle, which is the
+    per-pixel posteriors with the histograms of the true mask in each frame, in the same windows, thresholded as they
+    are and smoothed; how well the confidence separates frames below an IoU of 0.3 (area under the curve; "-" where
+    there are none); the median time of a frame on one thread; and OpenCV's CamShift (mask: the back-projection above
+    one half in its ellipse) and GrabCut (each frame from the dilated last mask).
+
+    Parameters
+    ----------
+    frames
+        of each sequence, at most
+    scale
+        2: upsampled to 854 x 480
+    others
+        OpenCV's methods too
+    """
     cv2.setNumThreads(1)
-    videos = [open_davis(given.data / "davis", s, given.frames, given.scale) for s in given.sequences]
-    others = not given.no_others
-    head = HEAD + (["CamShift", "ms", "GrabCut", "ms"] if others else [])
+    videos = [open_davis(data / "davis", s, frames, scale) for s in only]
+    columns = HEAD + (["CamShift", "CamShift ms", "GrabCut", "GrabCut ms"] if others else [])
     height, width = videos[0].masks[0].shape
-    print(
-        text_table(
-            f"Mean IoU, {width} x {height}; AUC of the confidence against IoU < {BAD_IOU}; frames below that called "
-            "ok; processor time of a frame on one thread",
-            head,
-            [_row(video, others) for video in videos],
-        )
+    title = (
+        f"Mean IoU, {width} x {height}; AUC of the confidence against IoU < {BAD_IOU}; frames below that called "
+        "ok; processor time of a frame on one thread"
     )
-
-
-if __name__ == "__main__":
-    main()
+    return Table(title, columns, [_row(video, others) for video in videos])

@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a contour tracker has lost: how long a frame takes, and where it is found again.
-
-``python -m sdftrack.eval.redetection`` prints, for a red disc on plain ground with noise that is away for 30 frames,
-the processor time of a frame, tracked and lost, then in how many frames it is found at other places and sizes.
-"""
+"""What a contour tracker has lost: time of a frame, and where it is found again."""
 
 from __future__ import annotations
 
@@ -12,11 +8,12 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.registry import experiment
+from experiments.table import Table
 from sdftrack.contour.tracker import ContourTracker
-from sdftrack.evaluation.tables import text_table
 from sdftrack.metrics import iou
 
-__all__ = ["main", "scene"]
+__all__ = ["redetection", "scene"]
 
 AWAY, WAIT = 30, 20
 SIZES, RADII = ((427, 240), (1280, 720), (1920, 1080)), (30, 100)
@@ -69,24 +66,32 @@ def _return(to: tuple[int, int, int]) -> list[str]:
     return [f"({to[0]}, {to[1]}), {to[2]} px", "-", "-"]
 
 
-def main() -> None:
-    head = ["image, radius", "tracked", "lost, median", "lost, most"]
-    print(
-        text_table(
-            "Processor time of a frame, ms",
-            head,
-            [_times(size, radius) for size in SIZES for radius in RADII],
-        )
-    )
-    head = ["back at", "frames", "IoU"]
-    print(
-        text_table(
-            "A disc of 30 px at (150, 150), away for 3 frames, 1280 x 720",
-            head,
-            [_return(to) for to in RETURNS],
-        )
-    )
+@experiment(
+    "redetection",
+    chosen_on="a disc of 30 px at 1280 x 720",
+    reported_on="discs of 15 to 100 px in images of three sizes",
+    short={"sizes": 1, "returns": 1},
+)
+def redetection(*, sizes: int = len(SIZES), returns: int = len(RETURNS)) -> list[Table]:
+    """What a contour tracker has lost: how long a frame takes, and where it is found again.
 
+    A red disc on plain ground with noise that is away for 30 frames: the processor time of a frame, tracked and lost;
+    then in how many frames it is found at other places and sizes.
 
-if __name__ == "__main__":
-    main()
+    Parameters
+    ----------
+    sizes
+        of the image, the smallest first
+    returns
+        places where it comes back
+    """
+    times = [_times(size, radius) for size in SIZES[:sizes] for radius in RADII]
+    back = [_return(to) for to in RETURNS[:returns]]
+    return [
+        Table(
+            "Processor time of a frame, ms", ["image, radius", "tracked", "lost, median", "lost, most"], times
+        ),
+        Table(
+            "A disc of 30 px at (150, 150), away for 3 frames, 1280 x 720", ["back at", "frames", "IoU"], back
+        ),
+    ]

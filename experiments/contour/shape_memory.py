@@ -1,17 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""The shape memory on hidden silhouettes: overlap, detection, fences, time; and what simpler ways give.
-
-``python -m sdftrack.eval.shape_memory [--data FOLDER]`` learns the first half of each set and asks about the second.
-Sets: four synthetic gaits and, where the folder `davis` is at hand, the hand-made masks of four videos, each
-aligned by itself. "LWPR" is the source's way (rule "printed", harmonics 8-10 give 1-7), "memory" the default.
-"""
+"""The shape memory on hidden silhouettes, and what simpler ways give."""
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
-import json
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -19,7 +11,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.data import has
+from experiments.registry import experiment
+from experiments.table import Table
 from sdftrack.contour.dct import harmonics, silhouette
+from sdftrack.metrics import iou
 from sdftrack.reproduce.measures.shape_baselines import BASELINES
 from sdftrack.reproduce.measures.shape_protocol import (
     DAVIS,
@@ -34,10 +30,8 @@ from sdftrack.reproduce.measures.shape_protocol import (
     halves,
     learnt,
 )
-from sdftrack.evaluation.tables import text_table
-from sdftrack.metrics import iou
 
-__all__ = ["main"]
+__all__ = ["shape_memory"]
 
 Mask: TypeAlias = NDArray[np.bool_]
 BARS = (0.2, 0.3, 0.4, 0.5, 0.6)
@@ -137,32 +131,39 @@ def order_row(learn: Mask, ask: Mask) -> dict[str, float]:
     return row
 
 
-def _table(title: str, rows: dict[str, dict[str, float]], columns: Sequence[str], digits: int = 3) -> str:
+def _table(title: str, rows: dict[str, dict[str, float]], columns: Sequence[str], digits: int = 3) -> Table:
     cells = [[name, *(f"{row[c]:.{digits}f}" for c in columns)] for name, row in rows.items()]
-    return "\n" + text_table(title, ["set", *columns], cells)
+    return Table(title, ["set", *columns], cells)
 
 
-def main(given: Sequence[str] | None = None) -> int:
-    """Print the tables."""
-    p = argparse.ArgumentParser(
-        prog="python -m sdftrack.eval.shape_memory", description=__doc__.split("\n\n")[0]
-    )
-    p.add_argument(
-        "--data", type=Path, default=os.environ.get("SDFTRACK_DATA"), help="folder davis, or its parent"
-    )
-    p.add_argument("--frames", type=int, help="at most so many of each set, for a quick look")
-    p.add_argument("--json", type=Path, help="write the numbers")
-    a = p.parse_args(given)
-    folder = (
-        None if a.data is None else Path(a.data) if Path(a.data).name == "davis" else Path(a.data) / "davis"
-    )
-    if folder is not None and not folder.is_dir():
-        print(f"{folder}: no such folder, the gaits alone (--data, or SDFTRACK_DATA)")
-        folder = None
+@experiment(
+    "shape_memory",
+    uses=["davis"],
+    chosen_on="the four gaits and the masks of davis, first halves",
+    reported_on="the second halves of the same sets",
+    short={"frames": 24, "only": ("cat",)},
+)
+def shape_memory(*, data: Path, frames: int | None = None, only: tuple[str, ...] = ()) -> list[Table]:
+    """The shape memory on hidden silhouettes: overlap, detection, fences, time; and what simpler ways give.
+
+    It learns the first half of each set and is asked about the second. Sets: four synthetic gaits and, where the folder
+    `davis` is at hand, the hand-made masks of four videos, each aligned by itself. "LWPR" is the source's way (rule
+    "printed", harmonics 8-10 give 1-7), "memory" the default.
+
+    Parameters
+    ----------
+    frames
+        at most so many of each set
+    only
+        sets, comma separated; none: all
+    """
+    folder = data / "davis" if has("davis", data) else None
     found: dict[str, dict[str, dict[str, float]]] = {
         k: {} for k in ("recovery", "detection", "hard", "orders", "interleaved")
     }
-    for name, (masks, every) in _sets(folder, a.frames).items():
+    for name, (masks, every) in _sets(folder, frames).items():
+        if only and name not in only:
+            continue
         learn, ask = halves(masks, every)
         found["recovery"][name] = recovery_row(learn, ask)
         found["detection"][name] = detection_row(learn, ask)
@@ -170,37 +171,33 @@ def main(given: Sequence[str] | None = None) -> int:
         found["orders"][name] = order_row(learn, ask)
         if every == 1:
             found["interleaved"][name] = recovery_row(masks[::INTERLEAVED], masks[1::INTERLEAVED])
-    _print(found)
-    if a.json is not None:
-        a.json.write_text(json.dumps(found, indent=1) + "\n")
-    return 0
+    return _tables(found)
 
 
-def _print(found: dict[str, dict[str, dict[str, float]]]) -> None:
+def _tables(found: dict[str, dict[str, dict[str, float]]]) -> list[Table]:
     plain, kept = list(BASELINES), [f"{b} kept" for b in BASELINES]
-    title = "First half learnt. Bars hide 20 to 60 %: mean overlap of the completed mask with the truth"
-    print(_table(title, found["recovery"], ["none", "memory", "LWPR", *plain]))
-    title = "The same, baselines with what is seen kept and thick parts added, as the memory does"
-    print(_table(title, found["recovery"], ["memory", *kept]))
-    title = "The same: mask that is accepted by the judgement, share called novel, ms per frame (median)"
-    columns = [f"{n} {c}" for n in RULES for c in ("judged", "novel", "ms")]
-    print(_table(title, found["recovery"], columns))
-    title = "Rectangles hide 10 to 80 %, and whole masks: average precision of the error alone"
-    print(_table(title, found["detection"], ["memory", "LWPR", *plain]))
-    title = "The same, novel counting as not occluded; F1 of the judgements and the best of the curve"
-    print(_table(title, found["detection"], [f"{n} {c}" for n in RULES for c in ("gated", "F1", "best F1")]))
-    title = (
-        "Fences that hide 30 to 50 %, a disc inside alone: novel, whole, overlap if occluded, worse than seen"
-    )
-    columns = [f"{k} {c}" for k in ("fence", "middle") for c in ("novel", "whole", "overlap", "worse")]
-    print(_table(title, found["hard"], columns))
-    title = "Harmonics of order max(u, v) + 1 and u + v + 1: ten of a whole mask, recovered under bars"
-    columns = [f"{o} {c}" for o in ("max", "sum") for c in ("cut", "LWPR", "memory")]
-    print(_table(title, found["orders"], columns))
-    if found["interleaved"]:
-        title = "Videos, every second frame learnt, the others asked about: overlap under bars of 20 to 60 %"
-        print(_table(title, found["interleaved"], ["none", "memory", "LWPR", *plain, *kept]))
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    judged = [f"{n} {c}" for n in RULES for c in ("judged", "novel", "ms")]
+    gated = [f"{n} {c}" for n in RULES for c in ("gated", "F1", "best F1")]
+    hard = [f"{k} {c}" for k in ("fence", "middle") for c in ("novel", "whole", "overlap", "worse")]
+    orders = [f"{o} {c}" for o in ("max", "sum") for c in ("cut", "LWPR", "memory")]
+    every = ["none", "memory", "LWPR", *plain, *kept]
+    # title, which rows, columns
+    contents: list[tuple[str, str, Sequence[str]]] = [
+        ("First half learnt. Bars hide 20 to 60 %: mean overlap of the completed mask with the truth", "recovery",
+         ["none", "memory", "LWPR", *plain]),
+        ("The same, baselines with what is seen kept and thick parts added, as the memory does", "recovery",
+         ["memory", *kept]),
+        ("The same: mask that is accepted by the judgement, share called novel, ms per frame (median)", "recovery",
+         judged),
+        ("Rectangles hide 10 to 80 %, and whole masks: average precision of the error alone", "detection",
+         ["memory", "LWPR", *plain]),
+        ("The same, novel counting as not occluded; F1 of the judgements and the best of the curve", "detection",
+         gated),
+        ("Fences that hide 30 to 50 %, a disc inside alone: novel, whole, overlap if occluded, worse than seen",
+         "hard", hard),
+        ("Harmonics of order max(u, v) + 1 and u + v + 1: ten of a whole mask, recovered under bars", "orders",
+         orders),
+        ("Videos, every second frame learnt, the others asked about: overlap under bars of 20 to 60 %",
+         "interleaved", every),
+    ]  # fmt: skip
+    return [_table(title, found[key], columns) for title, key, columns in contents if found[key]]

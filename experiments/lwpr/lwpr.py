@@ -1,28 +1,19 @@
 # SPDX-License-Identifier: MIT
-"""Regression by local models: how well two known functions are learnt from noisy samples, and how fast.
-
-``python -m sdftrack.eval.lwpr`` prints, for the cross (2 inputs, 1 output) and for a curved surface of two dimensions
-in ten (10 inputs, 5 outputs): the mean squared error on places without noise as a share of the variance of the
-function (nMSE), the fields, the share of places whose truth lies within 1.96 of the stated standard deviations, and
-the processor's time of a sample on one core.
-"""
+"""Regression by local models: known functions learnt from noisy samples."""
 
 from __future__ import annotations
 
-import argparse
-import json
 import time
-from collections.abc import Sequence as Seq
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.registry import experiment
+from experiments.table import Table
 from sdftrack.contour import LWPR
-from sdftrack.evaluation.tables import text_table
 
-__all__ = ["CROSS", "SURFACE", "cross", "cross_data", "main", "measure", "surface", "surface_data"]
+__all__ = ["CROSS", "SURFACE", "cross", "cross_data", "lwpr", "measure", "surface", "surface_data"]
 
 Array = NDArray[np.float64]
 NOISE = 0.1  # sd of the samples' noise
@@ -108,12 +99,13 @@ def _table(
     make: Any,
     places: Array,
     truth: Array,
-    a: argparse.Namespace,
-) -> dict[str, Any]:
+    seeds: int,
+    repeats: int,
+) -> Table:
     rows: dict[str, Any] = {}
     cells = []
     for name, options in cases.items():
-        runs = [measure(make, places, truth, options, seed, a.repeats) for seed in range(a.seeds)]
+        runs = [measure(make, places, truth, options, seed, repeats) for seed in range(seeds)]
         nmse = np.array([run["nmse"] for run in runs])
         row = {
             "options": options, "nmse_mean": float(nmse.mean()), "nmse_worst_run": float(nmse.mean(axis=1).max()),
@@ -130,45 +122,43 @@ def _table(
             f"{row['predict_us']:.2f}",
         ])  # fmt: skip
     head = [
-        "settings",
-        "nMSE",
-        "worst run",
-        "worst output",
-        "fields",
-        "in 1.96 sd",
-        "update us",
-        "predict us",
+        "settings", "nMSE", "worst run", "worst output", "fields", "in 1.96 sd", "update us", "predict us",
+    ]  # fmt: skip
+    notes = [
+        f"  {name}: {', '.join(f'{k}={v}' for k, v in options.items())}" for name, options in cases.items()
     ]
-    print(text_table(title, head, cells))
-    for name, options in cases.items():
-        print(f"  {name}: {', '.join(f'{k}={v}' for k, v in options.items())}")
-    return rows
+    return Table(title, head, cells, notes, rows)
 
 
-def main(given: Seq[str] | None = None) -> int:
-    """Print the tables."""
-    p = argparse.ArgumentParser(prog="python -m sdftrack.eval.lwpr", description=__doc__.split("\n\n")[0])
-    p.add_argument("--seeds", type=int, default=5, help="draws of the samples")
-    p.add_argument("--repeats", type=int, default=10, help="of the timing; the least counts")
-    p.add_argument("--json", type=Path, help="write the numbers")
-    a = p.parse_args(given)
+@experiment(
+    "lwpr",
+    chosen_on="the cross, seeds 0 to 4 (metrics and penalties of each row)",
+    reported_on="the cross and the surface, seeds 0 to 4: the same draws",
+    short={"seeds": 1, "repeats": 1},
+)
+def lwpr(*, seeds: int = 5, repeats: int = 10) -> list[Table]:
+    """Regression by local models: how well two known functions are learnt from noisy samples, and how fast.
+
+    The cross (2 inputs, 1 output) and a curved surface of two dimensions in ten (10 inputs, 5 outputs): the mean
+    squared error on places without noise as a share of the variance of the function (nMSE), the fields, the share of
+    places whose truth lies within 1.96 of the stated standard deviations, and the processor's time of a sample on one
+    core.
+
+    Parameters
+    ----------
+    seeds
+        draws of the samples
+    repeats
+        of the timing; the least counts
+    """
     line = np.linspace(-1, 1, 41)
     grid = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
     places, truth = surface_data(10_000, 4000)
-    rows = {
-        "cross": _table(
-            f"Cross, {SAMPLES} samples, noise {NOISE}, {a.seeds} draws, 41 x 41 places",
-            CROSS, cross_data, grid, cross(grid), a,
+    drawn = f"{SAMPLES} samples, noise {NOISE}, {seeds} draws"
+    return [
+        _table(f"Cross, {drawn}, 41 x 41 places", CROSS, cross_data, grid, cross(grid), seeds, repeats),
+        _table(
+            f"10 -> 5 on a surface of 2 dimensions, {drawn}, 4000 places",
+            SURFACE, surface_data, places, truth, seeds, repeats,
         ),
-        "surface": _table(
-            f"\n10 -> 5 on a surface of 2 dimensions, {SAMPLES} samples, noise {NOISE}, {a.seeds} draws, 4000 places",
-            SURFACE, surface_data, places, truth, a,
-        ),
-    }  # fmt: skip
-    if a.json is not None:
-        a.json.write_text(json.dumps(rows, indent=1) + "\n")
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    ]  # fmt: skip

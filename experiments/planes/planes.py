@@ -1,18 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Tables taken out of recorded scenes with labels, and three planes of a synthetic corner against their right angles.
-
-``python -m sdftrack.eval.planes --data FOLDER`` prints, for each scene, which share (%) of the labelled table is taken
-out, of the object points that stand more than 10 mm above it, and of all object points; for the default, for the bent
-plane, for the thesis's way (a patch extended as it is) and for plain RANSAC with a constant tolerance in numpy. Then
-what the angles between the planes of a corner deviate from 90 degrees, given the true intrinsics: the floor of the
-thesis's Table 3.1.
-"""
+"""Tables taken out of labelled scenes, and the angles of a synthetic corner."""
 
 from __future__ import annotations
 
-import argparse
-import json
-import os
 import time
 from collections.abc import Callable
 from collections.abc import Sequence as Seq
@@ -22,14 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import sdftrack as st
+from experiments.data import has
+from experiments.registry import experiment
+from experiments.table import Table
+from sdftrack.reproduce.measures.table_shares import STANDS_OUT_M, removed
 from sdftrack.reproduce.scenes.table_scenes import Scene, open_scenes, through
-from sdftrack.evaluation.tables import text_table
 
-__all__ = ["NOISES", "angle_errors", "main", "ransac", "removed"]
+__all__ = ["NOISES", "angle_errors", "planes", "ransac"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-STANDS_OUT_M = 0.010
 TOLERANCE_M = 0.01
 LEAST_TABLE, MOST_HIGH = 98.0, 1.0  # wanted, %
 TIMED = 9  # calls, the median of which is printed
@@ -58,18 +51,7 @@ def ransac(
     return (depth > 0) & (np.abs(all_points @ n + d) > tolerance_m), (n, d)
 
 
-def removed(scene: Scene, off_plane: Mask) -> dict[str, float]:
-    """Shares (%) that are not in the mask: of the table, of object points that stand out, of all object points."""
-    high = scene.objects & (scene.height_m > STANDS_OUT_M)
-    return {
-        name: 100 * float((~off_plane[where]).mean())
-        for name, where in (("table", scene.table), ("high", high), ("objects", scene.objects))
-    }
-
-
 def _way(method: str) -> Callable[[Scene], tuple[Mask, tuple[Array, float]]]:
-    import sdftrack as st
-
     if method == "ransac":
         return lambda s: ransac(s.frame.depth, s.camera)
     return lambda s: st.remove_plane(s.frame, s.camera, tolerance=TOLERANCE_M, method=method)
@@ -92,15 +74,14 @@ def scene_row(scene: Scene, method: str) -> dict[str, float]:
 
 def angle_errors(noise: Any, count: int, seed: int = 0, camera: Any = None, judged: Any = None) -> Array:
     """(count, 3) deviations from 90 degrees in a synthetic corner; `judged`: the camera that is judged, if another."""
-    import sdftrack as st
     from sdftrack.synth import corner
 
     seq = corner(count, noise, seed, camera=camera)
     return np.array([st.metrics.plane_angles(frame, judged or seq.camera) - 90 for frame in seq])
 
 
-def _run_scenes(folder: Path) -> dict[str, Any]:
-    scenes = open_scenes(folder)
+def _scene_tables(folder: Path, count: int | None) -> list[Table]:
+    scenes = open_scenes(folder)[:count]
     rows: dict[str, Any] = {m: {s.name: scene_row(s, m) for s in scenes} for m in METHODS}
     columns = ("table", "high", "objects")
     cells = [
@@ -110,20 +91,14 @@ def _run_scenes(folder: Path) -> dict[str, Any]:
         f"Shares taken out, %: of the table (wanted >= {LEAST_TABLE:g}), of object points more than "
         f"{1e3 * STANDS_OUT_M:g} mm above it (<= {MOST_HIGH:g}), of all object points"
     )
-    print(text_table(title, ["scene", *METHODS], cells))
     worst = [[m, *_worst(list(rows[m].values()))] for m in METHODS]
     head = [
-        "way",
-        "table least",
-        "high most",
-        "objects mean",
-        "objects most",
-        "normal deg most",
-        "ms median",
-        "kept",
+        "way", "table least", "high most", "objects mean", "objects most", "normal deg most", "ms median", "kept",
+    ]  # fmt: skip
+    return [
+        Table(title, ["scene", *METHODS], cells, numbers=rows),
+        Table(f"Over {len(scenes)} scenes", head, worst),
     ]
-    print(text_table(f"\nOver {len(scenes)} scenes", head, worst))
-    return rows
 
 
 def _worst(rows: Seq[dict[str, float]]) -> list[str]:
@@ -135,9 +110,7 @@ def _worst(rows: Seq[dict[str, float]]) -> list[str]:
     return [*(f"{x:.2f}" for x in numbers), "yes" if kept else "no"]
 
 
-def _run_corners(count: int) -> dict[str, Any]:
-    import sdftrack as st
-
+def _corner_table(count: int) -> Table:
     start = st.Camera(600.0, 600.0, 300.0, 200.0, 640, 480)  # the thesis's first guess
     cases = [(name, None) for name in NOISES] + [("kinect", start)]
     rows, cells = {}, []
@@ -150,31 +123,31 @@ def _run_corners(count: int) -> dict[str, Any]:
             "sum_mean_deg": float(total.mean()), "sum_most_deg": float(total.max()),
         }  # fmt: skip
         cells.append([label, *(f"{x:.4f}" for x in rows[label].values())])
-    title = f"\nThree planes of a corner, {count} poses: deviations of the angles from 90 deg, and their sum"
-    print(text_table(title, ["noise", "angle rms", "angle most", "sum mean", "sum most"], cells))
-    return rows
+    title = f"Three planes of a corner, {count} poses: deviations of the angles from 90 deg, and their sum"
+    return Table(title, ["noise", "angle rms", "angle most", "sum mean", "sum most"], cells, numbers=rows)
 
 
-def main(given: Seq[str] | None = None) -> int:
-    """Print the tables."""
-    p = argparse.ArgumentParser(prog="python -m sdftrack.eval.planes", description=__doc__.split("\n\n")[0])
-    p.add_argument(
-        "--data", type=Path, default=os.environ.get("SDFTRACK_DATA"), help="folder osd, or its parent"
-    )
-    p.add_argument("--corners", type=int, default=50, help="poses of the corner; 0: none")
-    p.add_argument("--json", type=Path, help="write the numbers")
-    a = p.parse_args(given)
-    if a.data is None and not a.corners:
-        p.error("--data: needed for the scenes (or set SDFTRACK_DATA)")
-    rows: dict[str, Any] = {}
-    if a.data is not None:
-        rows["scenes"] = _run_scenes(Path(a.data))
-    if a.corners:
-        rows["corners"] = _run_corners(a.corners)
-    if a.json is not None:
-        a.json.write_text(json.dumps(rows, indent=1) + "\n")
-    return 0
+@experiment(
+    "planes",
+    uses=["osd"],
+    chosen_on="the scenes of osd",
+    reported_on="the same scenes of osd; the corners are synthetic and nothing was chosen on them",
+    short={"scenes": 1, "corners": 2},
+)
+def planes(*, data: Path, scenes: int | None = None, corners: int = 50) -> list[Table]:
+    """Tables taken out of recorded scenes, and three planes of a synthetic corner against their right angles.
 
+    For each scene: which share (%) of the labelled table is taken out, of the object points that stand more than 10 mm
+    above it, and of all object points; for the default, for the bent plane, for the thesis's way (a patch extended as
+    it is) and for plain RANSAC with a constant tolerance in numpy. Then what the angles between the planes of a corner
+    deviate from 90 degrees, given the true intrinsics: the floor of the thesis's Table 3.1.
 
-if __name__ == "__main__":
-    raise SystemExit(main())
+    Parameters
+    ----------
+    scenes
+        the first so many; none: all
+    corners
+        poses of the corner; 0: none
+    """
+    tables = _scene_tables(data / "osd", scenes) if has("osd", data) else []
+    return tables + ([_corner_table(corners)] if corners else [])

@@ -1,24 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""How often a primitive is found in few points, and whether its covariance is right: one row per kind and number.
-
-``python -m sdftrack.eval.primitives_few`` prints the table. The points lie all over a solid that is turned at random,
-0.5 mm of noise.
-"""
+"""How often a primitive is found in few points, and whether its covariance is right."""
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 import sdftrack as st
-from sdftrack.evaluation.tables import text_table
+from experiments.registry import experiment
+from experiments.table import Table
 from sdftrack.primitives.solving import FREE
 from sdftrack.synth.solids import KINDS, ray_depth
 
-__all__ = ["FREE", "Few", "few_points", "found_and_z", "main", "run"]
+__all__ = ["FREE", "Few", "few", "few_points", "found_and_z", "run"]
 
 SIZES = {
     "sphere": {"radius": 0.05},
@@ -88,34 +85,39 @@ def run(kind: str, count: int, runs: int) -> Few:
     )
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("-n", type=int, default=40, help="clouds per row")
-    parser.add_argument("--kinds", nargs="+", default=list(KINDS), choices=KINDS)
-    parser.add_argument("--counts", nargs="+", type=int, default=list(COUNTS))
-    given = parser.parse_args(arguments)
+@experiment(
+    "primitives_few",
+    chosen_on="the same solids, seeds 0 to 39",
+    reported_on="the same solids, seeds 0 to 39",
+    short={"n": 1, "counts": (50,)},
+)
+def few(
+    *,
+    n: int = 40,
+    kinds: tuple[Literal["sphere", "cylinder", "cone", "box", "ellipsoid"], ...] = KINDS,
+    counts: tuple[int, ...] = COUNTS,
+) -> Table:
+    """How often a primitive is found in few points, and whether its covariance is right.
+
+    The points lie all over a solid that is rotated at random, 0.5 mm of noise.
+
+    Parameters
+    ----------
+    n
+        clouds per row
+    kinds
+        of solids, comma separated
+    counts
+        numbers of points, comma separated
+    """
     rows = []
-    for kind in given.kinds:
-        for count in given.counts:
-            few = run(kind, count, given.n)
-            rms = f"{np.sqrt(np.mean(few.z**2)):.2f}" if len(few.z) else "-"
-            within = f"{100 * np.mean(np.abs(few.z) < 2):.0f}" if len(few.z) else "-"
-            rows.append(
-                [
-                    kind,
-                    str(count),
-                    f"{100 * few.found:.0f}",
-                    f"{100 * few.error:.1f}",
-                    f"{100 * few.ok:.0f}",
-                    f"{100 * few.open_share:.0f}",
-                    rms,
-                    within,
-                ]
-            )
-    head = ["kind", "points", "found %", "error %", "ok %", "no sd %", "rms z", "within 2 sd %"]
-    print(text_table(f"{given.n} clouds a row", head, rows))
-
-
-if __name__ == "__main__":
-    main()
+    for kind in kinds:
+        for count in counts:
+            found = run(kind, count, n)
+            rms = f"{np.sqrt(np.mean(found.z**2)):.2f}" if len(found.z) else "-"
+            within = f"{100 * np.mean(np.abs(found.z) < 2):.0f}" if len(found.z) else "-"
+            shares = (found.found, found.error, found.ok, found.open_share)
+            cells = [f"{100 * share:.{digits}f}" for share, digits in zip(shares, (0, 1, 0, 0), strict=True)]
+            rows.append([f"{kind}, {count} points", *cells, rms, within])
+    head = ["kind, points", "found %", "error %", "ok %", "no sd %", "rms z", "within 2 sd %"]
+    return Table(f"{n} clouds a row", head, rows)

@@ -9,9 +9,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.primitives.solids import CAMERA, NOISES, is_own, measure
+from experiments.registry import experiment
+from experiments.table import Table
 from sdftrack import _core
 from sdftrack.camera import Camera
-from sdftrack.evaluation.tables import text_table
 from sdftrack.frame import Frame
 from sdftrack.primitives import PrimitiveFit, fit_primitive
 from sdftrack.synth.noise import Gaussian, Kinect, Noise
@@ -140,15 +142,27 @@ def _worst_sds(covariance: Array, kind: str, own: list[int]) -> tuple[float, flo
     return size, max((float(np.degrees(np.sqrt(turn.sum() - turn[j]))) for j in axes), default=float("nan"))
 
 
-def limits(count: int, noises: dict[str, Noise], camera: Camera, most: int = 5) -> str:
-    """Views over the limit (the worst `most`), their error, what the fit states, and the bounds."""
-    from experiments.primitives.solids import _is_own, measure
+@experiment(
+    "primitives.limits",
+    chosen_on="the views of `primitives.synthetic`",
+    reported_on="the worst of the same views",
+    short={"n": 2, "most": 1},
+)
+def limits(*, n: int = 200, most: int = 5) -> Table:
+    """How well views that are over their limit could be known at all: Cramer-Rao bounds beside the fit.
 
+    Parameters
+    ----------
+    n
+        solids of each kind
+    most
+        rows of each case, the worst first
+    """
     rows = []
     fits: dict[tuple[str, str], list[tuple[int, SolidScene, PrimitiveFit]]] = {}
     for kind, name, what, limit in CASES:
         if (kind, name) not in fits:
-            fits[kind, name] = [_fitted(kind, i, noises[name], camera) for i in range(count)]
+            fits[kind, name] = [_fitted(kind, i, NOISES[name][0], CAMERA) for i in range(n)]
         errors = [measure(fit, scene) for _, scene, fit in fits[kind, name]]
         values = np.array([e.size if what == "size" else e.axis_deg for e in errors])
         stated = np.array([e.size_sd if what == "size" else e.axis_sd_deg for e in errors])
@@ -156,24 +170,24 @@ def limits(count: int, noises: dict[str, Noise], camera: Camera, most: int = 5) 
         for k in over[:most]:
             i, scene, _ = fits[kind, name][k]
             radii = np.array(list(scene.size.values()))
-            own = [j for j in range(3) if _is_own(radii, j)] if kind == "ellipsoid" else []
+            own = [j for j in range(3) if is_own(radii, j)] if kind == "ellipsoid" else []
             at = 0 if what == "size" else 1
             both = [
-                _worst_sds(bound(scene, noises[name], camera, TABLE_SD_M[name], edges), kind, own)[at]
+                _worst_sds(bound(scene, NOISES[name][0], CAMERA, TABLE_SD_M[name], edges), kind, own)[at]
                 for edges in (False, True)
             ]
             unit = 100 if what == "size" else 1
             numbers = [unit * v for v in (values[k], stated[k], *both)]
             rows.append(
-                [f"{kind}, {what}", name, str(i), str(np.count_nonzero(scene.mask)), *(f"{v:.2f}" for v in numbers),
+                [f"{kind}, {what}, {name}, {i}", str(np.count_nonzero(scene.mask)), *(f"{v:.2f}" for v in numbers),
                  f"{values[k] / stated[k]:.1f}", f"{values[k] / both[0]:.1f}", f"{values[k] / both[1]:.1f}"]
             )  # fmt: skip
     head = [
-        "view", "noise", "number", "pixels", "error", "stated sd", "depth alone", "+ edge, table",
+        "view", "pixels", "error", "stated sd", "depth alone", "+ edge, table",
         "error / stated", "/ depth", "/ all",
     ]  # fmt: skip
-    title = f"The worst {most} of {count} views over their limit: error and deviations (deg of the axis, % of the size)"
-    return text_table(title, head, rows)
+    title = f"The worst {most} of {n} views over their limit: error and deviations (deg of the axis, % of the size)"
+    return Table(title, head, rows)
 
 
 def _fitted(kind: str, i: int, noise: Noise, camera: Camera) -> tuple[int, SolidScene, PrimitiveFit]:

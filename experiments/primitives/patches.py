@@ -4,15 +4,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.camera import Camera
+from experiments.data import has
+from experiments.primitives.kinect_objects import BOXES, objects_of
 from experiments.primitives.open_views import open_view
-from experiments.primitives.kinect_objects import BOXES, objects_of, osd_folder
-from sdftrack.evaluation.tables import text_table
+from experiments.primitives.solids import CAMERA, NOISES
+from experiments.registry import experiment
+from experiments.table import Table
+from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 from sdftrack.primitives import PrimitiveFit, fit_primitive
 from sdftrack.primitives.result import KINDS
@@ -22,7 +26,7 @@ from sdftrack.synth.noise import Noise
 from sdftrack.synth.patches import VIEWS, cut_scene, hidden_scene, patch_scene
 from sdftrack.synth.solids import SolidScene, random_solid, standing_scene
 
-__all__ = ["auto_with_patches", "measure_patch", "open_patches", "osd_faces", "patches"]
+__all__ = ["auto_with_patches", "measure_patch", "open_patches", "osd_faces", "patch", "patches"]
 
 Array = NDArray[np.float64]
 Limits = Mapping[
@@ -49,7 +53,7 @@ def _angle(cosine: float) -> float:
     return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
 
 
-def patches(count: int, noises: Limits, camera: Camera) -> str:
+def patches(count: int, noises: Limits, camera: Camera) -> Table:
     """The table of random patches that are seen whole."""
     rows = []
     for name, (noise, size_limit, angle_limit) in noises.items():
@@ -81,7 +85,7 @@ def patches(count: int, noises: Limits, camera: Camera) -> str:
         "before a wall (mask given). Errors: median and 95th percentile (%, deg); limits: 1 %, 0.3 deg at 1 mm, 2 %, 1 "
         "deg with Kinect noise"
     )
-    return text_table(title, head, rows)
+    return Table(title, head, rows)
 
 
 def _fitted(view: str, i: int, noise: Noise, camera: Camera) -> tuple[PrimitiveFit, SolidScene]:
@@ -99,7 +103,7 @@ def _told(fit: PrimitiveFit) -> float:
     return float((2 * sd / np.array(list(fit.size.values()))).max())
 
 
-def open_patches(count: int, noises: Limits, camera: Camera) -> str:
+def open_patches(count: int, noises: Limits, camera: Camera) -> Table:
     """Patches that run out of the picture or behind a board: how often that side is open, and the other one is not."""
     rows = []
     for name, (noise, _, _) in noises.items():
@@ -123,10 +127,10 @@ def open_patches(count: int, noises: Limits, camera: Camera) -> str:
                  f"{np.median(errors):.2f} %", f"{np.percentile(errors, 95):.2f} %"]
             )  # fmt: skip
     head = ["noise", "patch", "n", "open side infinite", "other bounded", "its error", "p95"]
-    return text_table("Patches of which one side's end is not seen", head, rows)
+    return Table("Patches of which one side's end is not seen", head, rows)
 
 
-def auto_with_patches(count: int, noise: Noise, camera: Camera) -> str:
+def auto_with_patches(count: int, noise: Noise, camera: Camera) -> Table:
     """How often a patch would be the best of all kinds if "auto" tried it."""
     scenes: dict[str, Iterable[tuple[Frame, Any, Any]]] = {
         "box on a table": (_box(i, noise, camera) for i in range(count)),
@@ -143,7 +147,7 @@ def auto_with_patches(count: int, noise: Noise, camera: Camera) -> str:
             wish.kinds = KINDS
             best.append(solve(seen.view(seen.labels(own, mask is None)), wish).kind)
         rows.append([what, str(count), *(f"{100 * best.count(k) / count:.0f} %" for k in ("box", "plane"))])
-    return text_table("If patches were among the kinds of auto", ["scene", "n", "box", "plane"], rows)
+    return Table("If patches were among the kinds of auto", ["scene", "n", "box", "plane"], rows)
 
 
 def _box(i: int, noise: Noise, camera: Camera) -> tuple[Frame, Any, Any]:
@@ -164,9 +168,8 @@ def _front(i: int, noise: Noise, camera: Camera) -> tuple[Frame, Any, Any]:
     return Frame(noise(depth, cosine, rng)), mask, None
 
 
-def osd_faces(given: str | None = None) -> str:
+def osd_faces(folder: Path) -> Table:
     """Patches on the largest face of real boxes against the edges of the boxes, each fitted by itself."""
-    folder = osd_folder(given)
     rows, off, turned = [], [], []
     for scene in BOXES:
         frame, masks = objects_of(folder, scene)
@@ -193,12 +196,12 @@ def osd_faces(given: str | None = None) -> str:
                  f"{1e3 * fit.rms:.1f}"]
             )  # fmt: skip
     head = ["object", "readings", "side / edge (mm)", "side / edge (mm)", "normals apart (deg)", "rms mm"]
-    return (
-        text_table("Largest faces of real boxes as patches; ? : nothing bounds it", head, rows)
-        + f"\n{len(off)} sides that both fits bound: patch less box, median {np.median(off):+.1f} mm, median of |.| "
+    note = (
+        f"{len(off)} sides that both fits bound: patch less box, median {np.median(off):+.1f} mm, median of |.| "
         f"{np.median(np.abs(off)):.1f}, 95th percentile {np.percentile(np.abs(off), 95):.1f}; normals apart: median "
         f"{np.median(turned):.2f} deg, worst {max(turned):.2f}"
     )
+    return Table("Largest faces of real boxes as patches; ? : nothing bounds it", head, rows, [note])
 
 
 def _largest_face(box: PrimitiveFit, frame: Frame, mask: NDArray[np.bool_]) -> tuple[int, NDArray[np.bool_]]:
@@ -210,3 +213,29 @@ def _largest_face(box: PrimitiveFit, frame: Frame, mask: NDArray[np.bool_]) -> t
     nearest = np.where(mask & (frame.depth > 0) & (off.min(axis=-1) < FACE_M), off.argmin(axis=-1), -1)
     axis = int(np.bincount(nearest[nearest >= 0], minlength=3).argmax())
     return axis, nearest == axis
+
+
+@experiment(
+    "primitives.patch",
+    uses=["osd"],
+    chosen_on="the same views, and the faces of osd's boxes",
+    reported_on="200 synthetic patches of each view, and the faces of osd's boxes",
+    short={"n": 1, "real": False},
+)
+def patch(*, data: Path, n: int = 200, real: bool = True) -> list[Table]:
+    """Plane patches: sizes and normals, open ends, faces of real boxes, and whether "auto" could include them.
+
+    Parameters
+    ----------
+    n
+        patches of each view; a quarter of it where one side is open and for "auto"
+    real
+        also the faces of the boxes of osd
+    """
+    few = max(1, n // 4)
+    tables = [
+        patches(n, NOISES, CAMERA),
+        open_patches(few, NOISES, CAMERA),
+        auto_with_patches(few, NOISES["1 mm"][0], CAMERA),
+    ]
+    return tables + ([osd_faces(data / "osd")] if real and has("osd", data) else [])

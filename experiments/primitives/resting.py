@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.primitives.solids import CAMERA, NOISES, measure
+from experiments.registry import experiment
+from experiments.table import Table
 from sdftrack import _core
 from sdftrack.camera import Camera
-from sdftrack.evaluation.tables import text_table
 from sdftrack.frame import Frame
 from sdftrack.geometry import pose
 from sdftrack.primitives import fit_primitive
@@ -50,27 +52,34 @@ def posed_scene(
     return rendered_scene(kind, upright.size, T, upright.plane, camera)
 
 
-def resting(
-    count: int,
-    noises: dict[str, tuple[Noise, float, float]],
-    camera: Camera,
-    cases: Iterable[tuple[str, str, float, float]] = CASES,
-) -> str:
-    """The table: one row per noise and case, the kind given."""
+@experiment(
+    "primitives.resting",
+    chosen_on="solids that stand (`primitives.synthetic`)",
+    reported_on="50 views of each way to lie, lean or hover",
+    short={"n": 1, "cases": 1},
+)
+def resting(*, n: int = 50, cases: int = len(CASES)) -> Table:
+    """Round bodies that lie, lean or hover on a table, the kind given.
+
+    Parameters
+    ----------
+    n
+        views of each case
+    cases
+        the first so many
+    """
     rows = [
-        [name, kind, _words(how, lean, above), *_row(kind, count, noise, camera, lean, above)]
-        for name, (noise, _, _) in noises.items()
-        for kind, how, lean, above in cases
+        [f"{name}, {kind} {_words(how, lean, above)}", *_row(kind, n, noise, CAMERA, lean, above)]
+        for name, (noise, _, _) in NOISES.items()
+        for kind, how, lean, above in CASES[:cases]
     ]
     head = [
-        "noise",
-        "kind",
-        "how",
+        "noise, kind, how",
         "n",
         "size err",
-        "p95",
+        "size p95",
         "axis err",
-        "p95",
+        "axis p95",
         "axis sd",
         "within 3 sd",
         "held lost",
@@ -79,7 +88,7 @@ def resting(
         "Round bodies that do not stand: errors, median and 95th percentile (%, deg); stated deviation of the axis "
         "(median, deg); views whose axis is within three of them"
     )
-    return text_table(title, head, rows)
+    return Table(title, head, rows)
 
 
 def _words(how: str, lean: float, above: float) -> str:
@@ -90,8 +99,6 @@ def _words(how: str, lean: float, above: float) -> str:
 
 
 def _row(kind: str, count: int, noise: Noise, camera: Camera, lean: float, above: float) -> list[str]:
-    from experiments.primitives.solids import measure
-
     errors, unheld = [], 0
     for i in range(count):
         rng = np.random.default_rng([KINDS.index(kind), i, 11])

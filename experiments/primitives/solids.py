@@ -1,33 +1,27 @@
 # SPDX-License-Identifier: MIT
-"""Primitives of unknown size, measured: ``python -m sdftrack.eval.primitives [synthetic|unbounded|osd|patch|limits|
-resting] [-n 200]``.
-
-synthetic: random solids on a table with known sizes; unbounded: views that leave a length open; osd: objects of real
-scenes (labels of the Object Segmentation Database), distance of their readings to the primitive's surface;
-patch: plane patches, synthetic and on the faces of those boxes; limits: how well views that are over their limit could
-be told at all; resting: cylinders and cones that lie, lean or hover on a table.
-"""
+"""Solids of unknown size, measured: their kind, lengths and axes, and the lengths that nothing bounds."""
 
 from __future__ import annotations
 
-import argparse
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import permutations
-from typing import Any
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.primitives.open_views import open_view
+from experiments.registry import experiment
+from experiments.table import Table
 from sdftrack.camera import Camera
-from sdftrack.evaluation.tables import text_table
 from sdftrack.frame import Frame
 from sdftrack.primitives import PrimitiveFit, fit_primitive
 from sdftrack.synth.noise import Gaussian, Kinect, Noise
 from sdftrack.synth.solids import KINDS, SolidScene, random_solid, standing_scene
 
-__all__ = ["Error", "measure", "scenes"]
+__all__ = ["CAMERA", "NOISES", "Error", "measure", "scenes", "synthetic", "unbounded"]
 
 Array = NDArray[np.float64]
 CAMERA = Camera(525, 525, 319.5, 239.5, 640, 480)
@@ -67,7 +61,7 @@ def measure(fit: PrimitiveFit, scene: SolidScene) -> Error:
     if scene.kind in ("box", "ellipsoid"):
         order = max(permutations(range(3)), key=lambda p: sum(abs(R[p[j], j]) for j in range(3)))
         found = found[list(order)]
-        own = [j for j in range(3) if scene.kind == "box" or _is_own(true, j)]
+        own = [j for j in range(3) if scene.kind == "box" or is_own(true, j)]
         angles = [_angle(abs(R[order[j], j])) for j in own]
         sds = [_axis_sd(fit, order[j]) for j in own]
     elif scene.kind == "sphere":
@@ -80,7 +74,7 @@ def measure(fit: PrimitiveFit, scene: SolidScene) -> Error:
     return Error(worst, max(angles, default=nan), size_sd, max(sds, default=nan))
 
 
-def _is_own(radii: Array, j: int) -> bool:
+def is_own(radii: Array, j: int) -> bool:
     """Whether an ellipsoid's radius differs from both others: a circle has no directions."""
     return min(abs(np.log(radii[j] / radii[k])) for k in range(3) if k != j) > ALIKE
 
@@ -96,22 +90,43 @@ def _angle(cosine: float) -> float:
     return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
 
 
-def synthetic(count: int, scaling: str = "exact", kinds: Sequence[str] = KINDS) -> str:
-    """The table of random solids, each fitted with kind="auto" and no mask."""
+@experiment(
+    "primitives.synthetic",
+    chosen_on="the same views, among others",
+    reported_on="random solids of five kinds, 200 of each, seeds by number",
+    short={"n": 1},
+)
+def synthetic(
+    *,
+    n: int = 200,
+    kinds: tuple[Literal["sphere", "cylinder", "cone", "box", "ellipsoid"], ...] = KINDS,
+    scaling: Literal["exact", "printed"] = "exact",
+) -> Table:
+    """Random solids of unknown size on a table, each fitted with kind="auto" and no mask.
+
+    Parameters
+    ----------
+    n
+        solids of each kind
+    kinds
+        of solids, comma separated
+    scaling
+        of the residuals
+    """
     rows = []
     for name, (noise, size_limit, axis_limit) in NOISES.items():
         for kind in kinds:
-            rows.append([name, kind, *_row(kind, count, noise, size_limit, axis_limit, scaling)])
+            rows.append([f"{name}, {kind}", *_row(kind, n, noise, size_limit, axis_limit, scaling)])
     head = [
-        "noise", "kind", "n", "right kind", "size err", "p95", "in limit", "told", "of them", "axis err", "p95",
-        "in limit", "told", "of them", "held lost", "sd ratio", "ms",
+        "noise, kind", "n", "right kind", "size err", "size p95", "size in limit", "size told", "size of them",
+        "axis err", "axis p95", "axis in limit", "axis told", "axis of them", "held lost", "sd ratio", "ms",
     ]  # fmt: skip
     title = (
         f"Random solids, 4-25 cm, on a table at 0.6-1.2 m, kind='auto', no mask, scaling={scaling!r}. Errors: median "
         "and 95th percentile (%, deg); limits: 1 %, 0.3 deg at 1 mm, 2 %, 1 deg with Kinect noise. told: views in "
         "which two stated deviations are within the limit; of them: the share that is within it"
     )
-    return text_table(title, head, rows)
+    return Table(title, head, rows)
 
 
 def _row(
@@ -160,15 +175,25 @@ def _shares(values: Array, limit: float, sd: Array) -> list[str]:
     ]
 
 
-def unbounded(count: int) -> str:
-    """Views that leave a length open: how often its variance is infinite, and the others' is not."""
-    from experiments.primitives.open_views import open_view
+@experiment(
+    "primitives.unbounded",
+    chosen_on="the same views",
+    reported_on="50 views each of a box, a cylinder and a cone",
+    short={"n": 1},
+)
+def unbounded(*, n: int = 50) -> Table:
+    """Views that leave a length open: how often its variance is infinite, and the others' is not.
 
+    Parameters
+    ----------
+    n
+        views of each kind
+    """
     rows = []
     for name, (noise, _, _) in NOISES.items():
         for kind, what in OPEN_VIEWS.items():
             said = kept = 0
-            for i in range(count):
+            for i in range(n):
                 rng = np.random.default_rng([KINDS.index(kind), i, 7])
                 depth, cosine, mask, hidden = open_view(kind, rng, CAMERA)
                 frame = Frame(noise(depth, cosine, rng))
@@ -177,65 +202,14 @@ def unbounded(count: int) -> str:
                 names = list(fit.size)
                 open_name = names[int(along.argmax())] if kind == "box" else hidden
                 said += not fit.bounded[open_name]
-                kept += all(v for n, v in fit.bounded.items() if n != open_name)
+                kept += all(v for length, v in fit.bounded.items() if length != open_name)
             rows.append(
                 [
-                    name,
-                    f"{kind}, {what}",
-                    str(count),
-                    f"{100 * said / count:.0f} %",
-                    f"{100 * kept / count:.0f} %",
+                    f"{name}: {kind}, {what}",
+                    str(n),
+                    f"{100 * said / n:.0f} %",
+                    f"{100 * kept / n:.0f} %",
                 ]
             )
-    head = ["noise", "view", "n", "open length infinite", "others bounded"]
-    return text_table("No table, a wall 1 m behind: lengths that nothing bounds", head, rows)
-
-
-def _patch_tables(count: int, data: str | None) -> str:
-    from experiments.primitives import patches as patch
-
-    few = max(1, count // 4)
-    tables = [
-        patch.patches(count, NOISES, CAMERA),
-        patch.open_patches(few, NOISES, CAMERA),
-        patch.auto_with_patches(few, NOISES["1 mm"][0], CAMERA),
-    ]
-    try:
-        tables.append(patch.osd_faces(data))
-    except FileNotFoundError as error:
-        tables.append(f"Faces of real boxes: skipped, {error}")
-    return "\n\n".join(tables)
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Print the tables."""
-    parser = argparse.ArgumentParser(prog="python -m sdftrack.eval.primitives", description=__doc__)
-    parser.add_argument("what", nargs="*", default=["synthetic", "unbounded", "osd", "patch"])
-    parser.add_argument("-n", type=int, default=200, help="solids of each kind")
-    parser.add_argument(
-        "--kinds", nargs="+", default=list(KINDS), choices=KINDS, help="of the synthetic ones"
-    )
-    parser.add_argument("--scaling", default="exact", choices=["exact", "printed"])
-    parser.add_argument("--data", default=None, help="folder of the OSD scenes")
-    given = parser.parse_args(arguments)
-    from experiments.primitives.limits import limits
-    from experiments.primitives.kinect_objects import osd
-    from experiments.primitives.resting import resting
-
-    tables: dict[str, Any] = {
-        "synthetic": lambda: synthetic(given.n, given.scaling, given.kinds),
-        "unbounded": lambda: unbounded(max(1, given.n // 4)),
-        "osd": lambda: osd(given.data),
-        "patch": lambda: _patch_tables(given.n, given.data),
-        "limits": lambda: limits(given.n, {name: noise for name, (noise, _, _) in NOISES.items()}, CAMERA),
-        "resting": lambda: resting(max(1, given.n // 4), NOISES, CAMERA),
-    }
-    for what in given.what:
-        if what not in tables:
-            parser.error(f"expected some of {', '.join(tables)}, got {what!r}")
-        print(tables[what](), flush=True)
-        print()
-
-
-if __name__ == "__main__":
-    main()
+    head = ["noise: view", "n", "open length infinite", "others bounded"]
+    return Table("No table, a wall 1 m behind: lengths that nothing bounds", head, rows)

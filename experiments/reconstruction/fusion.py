@@ -9,24 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import depth_camera
+from sdftrack.reproduce.measures.whole_scene import open3d
 
-__all__ = ["fused", "open3d"]
+__all__ = ["fused"]
 
 TRUNCATION_VOXELS = 5.0
 LEAST_WEIGHT = 3.0  # frames; the default of Open3D
 FARTHEST_M = 3.0
 BLOCKS = 4000  # of 16^3 voxels; the grid takes more when it needs them
-
-
-def open3d() -> Any:
-    """The module; ImportError says how to get it."""
-    try:
-        import open3d as module
-    except ImportError:
-        raise ImportError(
-            "--tsdf: the baseline needs Open3D, which is not installed; pip install open3d"
-        ) from None
-    return module
 
 
 def fused(seq: Any, n: int, poses: NDArray[np.float64], voxel_m: float) -> Any:

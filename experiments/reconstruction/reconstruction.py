@@ -1,40 +1,31 @@
 # SPDX-License-Identifier: MIT
-"""Unknown objects reconstructed while they are tracked, from the mask of the first frame: poses, shape, time.
-
-    python -m sdftrack.eval.reconstruction --meshes DIR --refine --tsdf --cache DIR
-
-Rendered frames before a wall, 0.7 m away: "turntable", one full turn seen from 29 degrees above, and "hand", a random
-walk of 2 mm and 2 degrees a frame. Errors of the poses are relative to the first frame, at the object's middle. Of the
-shape only the part is judged that the frames have shown (sdftrack.eval.seen_part). "settled" is the frame from which on
-the mean error of the part seen so far stays within 0.1 mm of its last value; "peak_MB" the memory of the whole process
-while a frame is worked on, "own_MB" how much of it came since before the first one, "cpu_ms" the time that all threads
-together have worked on a frame. Rows marked "refined" are those after refine(), rows "fusion" those of Open3D's fusion
-with the true poses.
-"""
+"""Unknown objects reconstructed while they are tracked: poses, shape, time."""
 
 from __future__ import annotations
 
-import argparse
-import sys
 import time
-from collections.abc import Sequence as Seq
-from typing import Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 
-from experiments.reconstruction.fusion import fused, open3d
-from sdftrack.evaluation.tracked_scene import arguments, load_sdf, write_rows
-from sdftrack.reproduce.measures.rebuilt import Live, rebuild, relative_errors, settled_at
-from sdftrack.evaluation.pose_errors import parse_settings
-from sdftrack.reproduce.measures.seen_part import Compared, Truth, compare
+import sdftrack as st
+from experiments.common.protocol import load_mesh, load_sdf, say
+from experiments.options import NO_SETTINGS, Settings
+from experiments.reconstruction.fusion import fused
+from experiments.registry import experiment
 from experiments.several.several import noise_of
-from sdftrack.evaluation.tables import text_table
+from experiments.table import Table
 from sdftrack.geometry import inverse
+from sdftrack.reproduce.measures.rebuilt import Live, rebuild, relative_errors, settled_at
+from sdftrack.reproduce.measures.seen_part import Compared, Truth, compare
+from sdftrack.reproduce.measures.whole_scene import open3d
 
-__all__ = ["HEAD", "PATHS", "cells", "main", "run_case"]
+__all__ = ["HEAD", "PATHS", "Setting", "cells", "reconstruction", "run_case"]
 
 MESHES = ("lm_cat", "lm_duck", "lm_can", "lm_driller", "spot")
-PATHS = ("turntable", "hand")
+PATHS: tuple[Literal["turntable", "hand"], ...] = ("turntable", "hand")
 DISTANCE_M, SEED = 0.7, 1
 TRUTH_VOXELS = 240
 HEAD = [
@@ -74,26 +65,37 @@ def path_of(name: str) -> Any:
     return random_walk(step_m=0.002, step_rad=float(np.radians(2.0)), distance_m=DISTANCE_M)
 
 
-def run_case(name: str, path: str, noise: str, a: argparse.Namespace) -> dict[str, dict[str, Any]]:
-    """Rows of one object, path and noise: live, and as asked for refined and fusion."""
-    import sdftrack as st
+@dataclass(frozen=True)
+class Setting:
+    """What all cases share."""
 
-    mesh = st.Mesh.load(a.meshes / f"{name}.ply")
+    data: Path
+    frames: int
+    mode: str
+    voxels: int
+    threads: int
+    options: Any
+    refine: bool
+    tsdf: bool
+    cache: Path | None
+
+
+def run_case(name: str, path: str, noise: str, s: Setting) -> dict[str, dict[str, Any]]:
+    """Rows of one object, path and noise: live, and as asked for refined and fusion."""
+    mesh = load_mesh(s.data, name)
     seq = st.synth.sequence(
-        mesh, a.frames, path_of(path), noise_of(noise, a.sigma), seed=SEED, clutter="wall",
-        threads=a.threads, cache=a.cache,
+        mesh, s.frames, path_of(path), noise_of(noise, 0.0), seed=SEED, clutter="wall",
+        threads=s.threads, cache=s.cache,
     )  # fmt: skip
-    poses = np.array([seq.ground_truth[i][0] for i in range(a.frames)])
-    truth = Truth.of(mesh, load_sdf(mesh, name, TRUTH_VOXELS, a.cache), seq.camera, poses)
-    star = st.Reconstructor(
-        seq.camera, voxels=a.voxels, mode=a.mode, threads=a.threads, **parse_settings(a.set)
-    )
-    live = rebuild(star, seq, truth, a.frames)
+    poses = np.array([seq.ground_truth[i][0] for i in range(s.frames)])
+    truth = Truth.of(mesh, load_sdf(mesh, name, TRUTH_VOXELS, s.cache), seq.camera, poses)
+    star = st.Reconstructor(seq.camera, voxels=s.voxels, mode=s.mode, threads=s.threads, **s.options)
+    live = rebuild(star, seq, truth, s.frames)
     own_true = inverse(live.poses[0]) @ poses[0]
     middle = mesh.bounds.mean(axis=0)
     key = f"{name} {path} {noise}"
     rows = {key: live_row(live, poses, middle) | shape_row(compare(_in_truth(star, own_true), truth))}
-    if a.refine:
+    if s.refine:
         begin = time.perf_counter()
         refined = star.refine()
         seconds = time.perf_counter() - begin
@@ -105,8 +107,8 @@ def run_case(name: str, path: str, noise: str, a: argparse.Namespace) -> dict[st
             | shape_row(compare(_in_truth(star, inverse(found[0]) @ poses[0]), truth))
             | {"seconds": seconds, "kept": len(kept)}
         )
-    if a.tsdf:
-        plain = fused(seq, a.frames, poses, star.shape.voxel_size)
+    if s.tsdf:
+        plain = fused(seq, s.frames, poses, star.shape.voxel_size)
         rows[f"{key}, fusion"] = shape_row(compare(plain, truth))
     return rows
 
@@ -159,45 +161,60 @@ def cells(name: str, row: dict[str, Any]) -> list[str]:
     ]  # fmt: skip
 
 
-def _parser() -> argparse.ArgumentParser:
-    p = arguments("sdftrack.eval.reconstruction", __doc__, frames=300, seeds=1)
-    p.add_argument("--names", dest="only", help="the same as --only")
-    p.add_argument("--paths", default=",".join(PATHS), help="comma separated")
-    p.add_argument(
-        "--noise", default="1mm,kinect", help='"kinect" or millimetres as in "1mm", comma separated'
-    )
-    p.add_argument("--refine", action="store_true", help="also the poses and the shape after refine()")
-    p.add_argument("--tsdf", action="store_true", help="also Open3D's fusion with the true poses")
-    p.set_defaults(mode="rgbd", only=",".join(MESHES))
-    for action in p._actions:
-        if action.dest == "mode":
-            action.choices, action.help = ["depth", "rgbd", "auto"], "what the poses are tracked by"
-        elif action.dest == "set":
-            action.help = "of the reconstructor"
-    return p
+@experiment(
+    "reconstruction",
+    needs=["meshes"],
+    uses=["package:open3d"],
+    chosen_on="the same five meshes, both paths, seed 1",
+    reported_on="lm_cat, lm_duck, lm_can, lm_driller, spot; both paths, seed 1: the same",
+    short={"only": ("spot",), "paths": ("hand",), "noise": ("1mm",), "frames": 4, "voxels": 60},
+)
+def reconstruction(
+    *,
+    data: Path,
+    only: tuple[str, ...] = MESHES,
+    paths: tuple[Literal["turntable", "hand"], ...] = PATHS,
+    noise: tuple[str, ...] = ("1mm", "kinect"),
+    mode: Literal["depth", "rgbd", "auto"] = "rgbd",
+    frames: int = 300,
+    voxels: int = 200,
+    threads: int = 0,
+    options: Settings = NO_SETTINGS,
+    refine: bool = False,
+    tsdf: bool = False,
+    cache: Path | None = None,
+) -> Table:
+    """Unknown objects reconstructed while they are tracked, from the mask of the first frame: poses, shape, time.
 
+    Rendered frames before a wall, 0.7 m away: "turntable", one full turn seen from 29 degrees above, and "hand", a
+    random walk of 2 mm and 2 degrees a frame. Errors of the poses are relative to the first frame, at the object's
+    middle; of the shape only the part is judged that the frames have shown. "settled" is the frame from which on the
+    mean error of the part shown so far stays within 0.1 mm of its last value; "peak_MB" the memory of the whole process
+    while a frame is worked on, "own_MB" how much of it came since before the first one, "cpu_ms" the time that all
+    threads together have worked on a frame.
 
-def main(given: Seq[str] | None = None) -> int:
-    """Run all cases and print their table."""
-    p = _parser()
-    a = p.parse_args(given)
-    paths = a.paths.split(",")
-    if unknown := [x for x in paths if x not in PATHS]:
-        p.error(f"--paths: expected some of {', '.join(PATHS)}, got {unknown[0]!r}")
-    if a.tsdf:
+    Parameters
+    ----------
+    noise
+        "kinect" or millimetres as in "1mm", comma separated
+    mode
+        what the poses are tracked by
+    options
+        of the reconstructor
+    refine
+        also the poses and the shape after refine()
+    tsdf
+        also Open3D's fusion with the true poses
+    """
+    if tsdf:
         open3d()  # missing: said before the first case, not after it
+    s = Setting(data, frames, mode, voxels, threads, options, refine, tsdf, cache)
     rows: dict[str, Any] = {}
-    for noise in a.noise.split(","):
+    for which in noise:
         for path in paths:
-            for name in a.only.split(","):
-                for key, row in run_case(name, path, noise, a).items():
+            for name in only:
+                for key, row in run_case(name, path, which, s).items():
                     rows[key] = row
-                    print("# " + "  ".join(cells(key, row)), file=sys.stderr, flush=True)
-                    write_rows(a.json, a, rows)
-    title = f"{a.frames} frames, {a.voxels} voxels, {a.mode}; mm, degrees, ms, MiB"
-    print(text_table(title, HEAD, [cells(k, r) for k, r in rows.items()]))
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+                    say("  ".join(cells(key, row)))
+    title = f"{frames} frames, {voxels} voxels, {mode}; mm, degrees, ms, MiB"
+    return Table(title, HEAD, [cells(k, r) for k, r in rows.items()], numbers=rows)

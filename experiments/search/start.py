@@ -1,30 +1,24 @@
 # SPDX-License-Identifier: MIT
-"""Starts without a pose: views of meshes from a mask, half hidden, and on a table from a box and from the image.
-
-python -m sdftrack.eval.start --data DIR --case mask|half|box|image
-
-One row per mesh: the share of views within 5 mm ADD after the search and after the tracker's own fit, the
-search's time, and how often the first two answers are nearly as good (ambiguous).
-"""
+"""Starts without a pose: random views of meshes, and what the search finds in them."""
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from collections.abc import Iterator
-from collections.abc import Sequence as Seq
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.evaluation.tracked_scene import load_sdf
+from experiments.common.protocol import load_mesh, load_sdf, say
+from experiments.registry import experiment
+from experiments.table import Table
 from sdftrack.reproduce.scenes.truth import _random_rotation, default_camera
 
-__all__ = ["CASES", "MESHES", "View", "main", "search", "views"]
+__all__ = ["CASES", "MESHES", "View", "random_views", "search", "start"]
 
 Array = NDArray[np.float64]
 MESHES = ("lm_ape", "lm_can", "lm_cat", "lm_driller", "lm_duck", "lm_glue")
@@ -47,7 +41,7 @@ class View:
     box: tuple[int, int, int, int]
 
 
-def views(mesh: Any, case: str, count: int, seed: int = 0) -> Iterator[View]:
+def random_views(mesh: Any, case: str, count: int, seed: int = 0) -> Iterator[View]:
     """Random views of a mesh at 0.6 to 1 m with Kinect-like noise; the same ones every time."""
     from sdftrack.synth.noise import Kinect
 
@@ -152,7 +146,7 @@ def run_mesh(mesh: Any, sdf: Any, case: str, count: int, threads: int, verbose: 
     searcher = _core.Searcher((sdf.values, sdf.voxel_size, sdf.origin.tolist()), options._to_core())
     tracker = st.Tracker(sdf, default_camera(), threads=threads, options=options, recover=False)
     rows = []
-    for i, view in enumerate(views(mesh, case, count)):
+    for i, view in enumerate(random_views(mesh, case, count)):
         seconds = []
         for _ in range(3):
             began = time.perf_counter()
@@ -205,55 +199,60 @@ def run_mesh(mesh: Any, sdf: Any, case: str, count: int, threads: int, verbose: 
     }
 
 
-def format_rows(rows: dict[str, dict[str, Any]]) -> str:
-    """The table that is printed."""
-    lines = [
-        f"{'mesh':12s} {'views':>5s} {'ADD<5mm':>8s} {'ADD-S':>7s} {'fitted':>7s} {'listed':>7s} {'med mm':>7s} "
-        f"{'fitted':>7s} {'5% score':>8s} {'wrong':>6s} {'ambig':>6s} {'w.amb':>6s} {'ms':>6s} {'p95':>6s} "
-        f"{'start':>6s} {'p95':>6s} {'w.ok':>6s}"
-    ]
-    for name, q in rows.items():
-        lines.append(
-            f"{name:12s} {q['views']:5d} {q['within']:8.3f} {q['within_adds']:7.3f} {q['within_fitted']:7.3f} "
-            f"{q['among_found']:7.3f} {q['median_mm']:7.2f} {q['median_fitted_mm']:7.2f} {q['score_right']:8.3f} "
-            f"{q['score_wrong']:6.3f} {q['ambiguous']:6.3f} {q['wrong_said_ambiguous']:6.2f} {q['median_ms']:6.1f} "
-            f"{q['p95_ms']:6.1f} {q['start_ms']:6.1f} {q['start_p95_ms']:6.1f} {q['wrong_ok']:6.3f}"
-        )
-    return "\n".join(lines)
+COLUMNS = (
+    "mesh", "views", "ADD<5mm", "ADD-S", "fitted", "listed", "median mm", "fitted mm", "5% score", "wrong score",
+    "ambiguous", "wrong ambiguous", "ms", "ms 95 %", "start ms", "start 95 %", "wrong ok",
+)  # fmt: skip
 
 
-def _parser() -> argparse.ArgumentParser:
-    p = argparse.ArgumentParser(
-        prog="python -m sdftrack.eval.start", description=(__doc__ or "").split("\n")[0]
-    )
-    p.add_argument("--data", type=Path, required=True, help="folder with meshes/")
-    p.add_argument("--case", choices=CASES, default="mask")
-    p.add_argument("--only", default=",".join(MESHES), help="names of meshes, comma separated")
-    p.add_argument("--views", type=int, default=100)
-    p.add_argument("--voxels", type=int, default=200)
-    p.add_argument("--threads", type=int, default=2)
-    p.add_argument("--cache", type=Path, help="folder that keeps volumes between runs")
-    p.add_argument("--verbose", action="store_true", help="a line for every view that fails")
-    return p
+def cells(name: str, q: dict[str, Any]) -> list[str]:
+    """A row of the table."""
+    shares = ("within", "within_adds", "within_fitted", "among_found")
+    return [
+        name, str(q["views"]), *(f"{q[k]:.3f}" for k in shares), f"{q['median_mm']:.2f}",
+        f"{q['median_fitted_mm']:.2f}", f"{q['score_right']:.3f}", f"{q['score_wrong']:.3f}", f"{q['ambiguous']:.3f}",
+        f"{q['wrong_said_ambiguous']:.2f}",
+        *(f"{q[k]:.1f}" for k in ("median_ms", "p95_ms", "start_ms", "start_p95_ms")), f"{q['wrong_ok']:.3f}",
+    ]  # fmt: skip
 
 
-def main(arguments: Seq[str] | None = None) -> int:
-    """Run one case and print its table."""
-    import sdftrack as st
+@experiment(
+    "start",
+    needs=["meshes"],
+    chosen_on="the same meshes, other views of them",
+    reported_on="lm_ape, lm_can, lm_cat, lm_driller, lm_duck, lm_glue; 100 views of each, seed 0",
+    short={"only": ("lm_cat",), "views": 2, "voxels": 60},
+)
+def start(
+    *,
+    data: Path,
+    case: Literal["mask", "half", "box", "image"] = "mask",
+    only: tuple[str, ...] = MESHES,
+    views: int = 100,
+    voxels: int = 200,
+    threads: int = 2,
+    cache: Path | None = None,
+    verbose: bool = False,
+) -> Table:
+    """Starts without a pose: views of meshes from a mask, half hidden, and on a table from a box and from the image.
 
-    a = _parser().parse_args(arguments)
+    The share of views within 5 mm ADD after the search and after the tracker's own fit, the search's time, and how
+    often the first two answers are nearly as good (ambiguous).
+
+    Parameters
+    ----------
+    case
+        what the search is given; half: a mask of which half is hidden
+    views
+        of each mesh
+    verbose
+        a line for every view that fails
+    """
     rows = {}
-    for name in [n for n in a.only.split(",") if n]:
-        mesh = st.Mesh.load(a.data / "meshes" / f"{name}.ply")
-        sdf = load_sdf(mesh, name, a.voxels, a.cache)
-        rows[name] = run_mesh(mesh, sdf, a.case, a.views, a.threads, a.verbose)
-        print(format_rows({name: rows[name]}).split("\n", 1)[1], file=sys.stderr, flush=True)
-    print(
-        f"{a.case}: {a.views} views of each mesh at {NEAR_M:g} to {FAR_M:g} m, Kinect-like noise, {a.threads} threads"
-    )
-    print(format_rows(rows))
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    for name in only:
+        mesh = load_mesh(data, name)
+        sdf = load_sdf(mesh, name, voxels, cache)
+        rows[name] = run_mesh(mesh, sdf, case, views, threads, verbose)
+        say("  ".join(cells(name, rows[name])))
+    title = f"{case}: {views} views of each mesh at {NEAR_M:g} to {FAR_M:g} m, Kinect-like noise, {threads} threads"
+    return Table(title, COLUMNS, [cells(name, row) for name, row in rows.items()], numbers=rows)

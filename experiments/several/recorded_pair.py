@@ -7,21 +7,22 @@ readings on a sponge's own pixels against its rendering, the steps from frame to
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from collections.abc import Sequence as Seq
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.reproduce.scenes.contact import Solid, deepest
-from sdftrack.reproduce.measures.identity import Tracked, track
-from experiments.tracking.recorded import HIDING_M, K1_HAND_LIMITS, K1_LEAST_IOU, K1_TO_FRAME, SIDES
+import sdftrack as st
+from experiments.options import NO_SETTINGS, Settings
+from experiments.registry import experiment
+from experiments.table import Table
+from experiments.tracking.still_and_in_hand import HIDING_M, K1_HAND_LIMITS, K1_LEAST_IOU, K1_TO_FRAME, SIDES
 from sdftrack.evaluation.pose_errors import pose_errors
-from sdftrack.evaluation.tables import text_table
+from sdftrack.reproduce.measures.identity import Tracked, track
+from sdftrack.reproduce.scenes.contact import Solid, deepest
 
-__all__ = ["overlaps", "run"]
+__all__ = ["overlaps", "recorded_pair"]
 
 Array = NDArray[np.float64]
 PICTURED = (150, 175, 200, 225, 250)
@@ -34,41 +35,53 @@ HEAD = [
 ]  # fmt: skip
 
 
-def run(
+@experiment(
+    "several.k1",
+    needs=["k1"],
+    chosen_on="k1, the same recording",
+    reported_on="k1",
+    short={"ways": ("joint",), "frames": 4, "voxels": 60},
+)
+def recorded_pair(
+    *,
     data: Path,
-    frames: int,
-    ways: Seq[str],
-    modes: Seq[str],
-    options: Mapping[str, Any],
-    pictures: Path | None = None,
+    ways: tuple[Literal["joint", "single"], ...] = ("joint", "single"),
+    mode: tuple[Literal["depth", "rgbd"], ...] = ("depth",),
+    frames: int = 251,
     voxels: int = 200,
-) -> dict[str, Any]:
-    """Track both from the reference poses of frame 0 in every way, print the table, write pictures."""
-    import sdftrack as st
+    threads: int = 0,
+    options: Settings = NO_SETTINGS,
+    pictures: Path | None = None,
+) -> Table:
+    """Two recorded sponges, handled, turned, held against each other and partly hidden; tracked from frame 0 on.
 
+    Parameters
+    ----------
+    pictures
+        folder for overlays
+    """
     rows: dict[str, Any] = {}
-    with st.open_sequence(data / "k1" if (data / "k1").is_dir() else data) as seq:
+    with st.open_sequence(data / "k1") as seq:
         mesh = next(iter(seq.models.values()))
         solid = Solid.of(mesh, st.SDF.from_mesh(mesh, voxels=voxels))
-        frames = min(frames, len(seq))
+        n = min(frames, len(seq))
         first = [np.asarray(seq.ground_truth[0][k]) for k in range(2)]
-        for mode in modes:
+        for by in mode:
             for way in ways:
-                images = (seq[i] for i in range(frames))
-                told = {"mode": mode, **options}
+                images = (seq[i] for i in range(n))
+                told = {"mode": by, "threads": threads, **options}
                 tracked = track([solid.sdf] * 2, seq.camera, images, first, way, told)
                 for k, row in enumerate(judged(seq, solid, tracked)):
-                    rows[f"{way}, {mode}, {SIDES[k]}"] = row
+                    rows[f"{way}, {by}, {SIDES[k]}"] = row
                 if pictures is not None:
-                    _draw(seq, solid, tracked, pictures / f"{way}_{mode}")
-    limits = (
-        f"k1, {frames} frames; wanted: lost 0, IoU >= {K1_LEAST_IOU:g} to frame {K1_TO_FRAME}, references within "
-        + ", ".join(f"{1e3 * m:g} mm / {np.rad2deg(r):.1f} deg" for m, r in K1_HAND_LIMITS.values())
-        + f";\nafter it readings within {1e3 * MEDIAN_LIMIT_M:g} mm (median), steps <= {1e3 * STEP_LIMIT_M:g} mm and "
-        f"{np.rad2deg(STEP_LIMIT_RAD):.0f} deg; penetration < {1e3 * DEEPEST_LIMIT_M:g} mm throughout"
-    )
-    print(text_table(limits, HEAD, [_cells(name, row) for name, row in rows.items()]))
-    return rows
+                    _draw(seq, solid, tracked, pictures / f"{way}_{by}")
+    limits = [
+        f"wanted: lost 0, IoU >= {K1_LEAST_IOU:g} to frame {K1_TO_FRAME}, references within "
+        + ", ".join(f"{1e3 * m:g} mm / {np.rad2deg(r):.1f} deg" for m, r in K1_HAND_LIMITS.values()),
+        f"after it readings within {1e3 * MEDIAN_LIMIT_M:g} mm (median), steps <= {1e3 * STEP_LIMIT_M:g} mm and "
+        f"{np.rad2deg(STEP_LIMIT_RAD):.0f} deg; penetration < {1e3 * DEEPEST_LIMIT_M:g} mm throughout",
+    ]
+    return Table(f"k1, {n} frames", HEAD, [_cells(name, row) for name, row in rows.items()], limits, rows)
 
 
 def judged(seq: Any, solid: Solid, tracked: Tracked) -> list[dict[str, Any]]:

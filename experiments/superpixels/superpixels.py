@@ -1,18 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Superpixels on photographs with human segmentations, and their time, beside scikit-image's.
-
-``python -m sdftrack.eval.superpixels --data FOLDER`` prints, for each number of segments, boundary recall (2 px),
-under-segmentation error (Neubert and Protzel) and achievable accuracy, each a mean over images of the mean over people;
-scikit-image with its defaults, interpolated (linear in the logarithm) to the number of segments that ours returns. Then
-the time of a call on a made picture at three sizes and on five of the photographs: best, median, and of all processors
-together, with one thread and two, and for other programs that are installed; and the memory of a call.
-"""
+"""Superpixels on photographs with human segmentations, beside scikit-image's."""
 
 from __future__ import annotations
 
-import argparse
-import json
-import os
 from collections.abc import Callable
 from collections.abc import Sequence as Seq
 from pathlib import Path
@@ -21,10 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.superpixels.times import speed
-from sdftrack.evaluation.tables import text_table
+from experiments.data import has
+from experiments.registry import experiment
+from experiments.superpixels import times
+from experiments.table import Table
 
-__all__ = ["curve", "main", "open_bsds"]
+__all__ = ["curve", "open_bsds", "superpixels"]
 
 Array = NDArray[Any]
 Way = Callable[[Array, int], Array]
@@ -65,13 +57,13 @@ def curve(scenes: Seq[tuple[Array, list[Array]]], way: Way, segments: Seq[int]) 
     return np.array(rows)
 
 
-def _quality(folder: Path) -> dict[str, Any]:
+def _quality(folder: Path, images: int | None, segments: Seq[int]) -> Table:
     from skimage.segmentation import slic as theirs
 
     import sdftrack as st
 
-    scenes = open_bsds(folder)
-    ours = curve(scenes, lambda image, n: st.superpixels.slic(image, n), SEGMENTS)
+    scenes = open_bsds(folder)[:images]
+    ours = curve(scenes, lambda image, n: st.superpixels.slic(image, n), segments)
     other = curve(scenes, lambda image, n: theirs(image, n), THEIRS)
     rows: list[dict[str, Any]] = []
     cells = []
@@ -79,38 +71,49 @@ def _quality(folder: Path) -> dict[str, Any]:
         beside = [float(np.interp(np.log(n), np.log(other[:, 0]), other[:, k])) for k in (1, 2, 3)]
         rows.append({"segments": float(n), "ours": [float(s) for s in scores], "scikit-image": beside})
         cells.append([f"{n:.0f}", *(f"{v:.4f}" for pair in zip(scores, beside, strict=True) for v in pair)])
-    head = ["segments", *(name for score in SCORES for name in (score, "scikit-image"))]
-    print(text_table(f"{len(scenes)} images, defaults of both", head, cells))
+    head = ["segments", *(name for score in SCORES for name in (score, f"{score}, scikit-image"))]
     best = [
         all(r["ours"][k] * s >= r["scikit-image"][k] * s for r in rows) for k, s in ((0, 1), (1, -1), (2, 1))
     ]
-    print(
-        "at least as good at every size: " + ", ".join(f"{n} {b}" for n, b in zip(SCORES, best, strict=True))
-    )
-    return {"rows": rows, "at_least_as_good": dict(zip(SCORES, best, strict=True))}
+    named = zip(SCORES, best, strict=True)
+    note = "at least as good at every size: " + ", ".join(f"{n} {'yes' if b else 'no'}" for n, b in named)
+    return Table(f"{len(scenes)} images, defaults of both", head, cells, [note], rows)
 
 
-def main(given: Seq[str] | None = None) -> int:
-    """Print the tables."""
-    p = argparse.ArgumentParser(
-        prog="python -m sdftrack.eval.superpixels", description=__doc__.split("\n\n")[0]
-    )
-    p.add_argument(
-        "--data", type=Path, default=os.environ.get("SDFTRACK_DATA"), help="folder bsds, or its parent"
-    )
-    p.add_argument("--no-speed", action="store_true", help="quality alone")
-    p.add_argument("--quick", action="store_true", help="other programs' time at the smallest size alone")
-    p.add_argument("--json", type=Path, help="write the numbers")
-    a = p.parse_args(given)
-    made: dict[str, Any] = {}
-    if a.data is not None:
-        made["quality"] = _quality(Path(a.data))
-    if not a.no_speed:
-        made["speed"] = speed(Path(a.data) if a.data is not None else None, a.quick)
-    if a.json is not None:
-        a.json.write_text(json.dumps(made, indent=1) + "\n")
-    return 0
+@experiment(
+    "superpixels",
+    uses=["bsds"],
+    chosen_on="the 20 photographs of bsds; speed on the made picture",
+    reported_on="the same photographs and picture",
+    short={"images": 1, "segments": (250,), "speed": False},
+)
+def superpixels(
+    *,
+    data: Path,
+    images: int | None = None,
+    segments: tuple[int, ...] = SEGMENTS,
+    speed: bool = True,
+    quick: bool = False,
+) -> list[Table]:
+    """Superpixels on photographs with human segmentations, and their time, beside scikit-image's.
 
+    For each number of segments: boundary recall (2 px), under-segmentation error (Neubert and Protzel) and achievable
+    accuracy, each a mean over images of the mean over people; scikit-image with its defaults, interpolated (linear in
+    the logarithm) to the number of segments that ours returns. Then the time of a call on a made picture at three sizes
+    and on five of the photographs: best, median, and of all processors together, with one thread and two, and for other
+    programs that are installed; and the memory of a call.
 
-if __name__ == "__main__":
-    raise SystemExit(main())
+    Parameters
+    ----------
+    images
+        the first so many photographs; none: all
+    segments
+        numbers asked for, comma separated
+    speed
+        the times too
+    quick
+        other programs' time at the smallest size alone
+    """
+    there = has("bsds", data)
+    tables = [_quality(data, images, segments)] if there else []
+    return tables + (times.speed(data if there else None, quick) if speed else [])

@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Time and memory of superpixels: a made picture and photographs at 640 x 480, beside other programs where they are
-installed. Part of ``python -m sdftrack.eval.superpixels``.
-"""
+"""Time and memory of superpixels, beside other programs where they are installed."""
 
 from __future__ import annotations
 
 import importlib
-import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -15,14 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.evaluation.tables import text_table
+from experiments.table import Table
+from sdftrack.reproduce.measures.call_times import PER_SEGMENT_PX, times_ms
+from sdftrack.synth.picture import picture
 
-__all__ = ["memory", "photographs", "speed", "times_ms"]
+__all__ = ["memory", "photographs", "speed"]
 
 Array = NDArray[Any]
 Run = Callable[[], object]
 SIZES = ((640, 480), (1920, 1080), (3840, 2160))
-PER_SEGMENT_PX = 256  # 1,200 segments at 640 x 480
 ITERATIONS = 5
 # Fixed: the first, all leaves, has the most regions of the 20, the last the fewest.
 PHOTOGRAPHS = {
@@ -43,19 +41,6 @@ def photographs(folder: Path) -> dict[str, Array]:
         large = cv2.resize(read, SIZES[0], interpolation=cv2.INTER_CUBIC)
         made[name] = np.ascontiguousarray(large[..., ::-1])
     return made
-
-
-def times_ms(run: Run, seconds: float = 2.0, least: int = 5) -> tuple[float, float, float]:
-    """Best and median time of a call, and the least time of all processors, which a busy machine moves least."""
-    run()
-    taken: list[float] = []
-    work: list[float] = []
-    while len(taken) < least or sum(taken) < 1e3 * seconds:
-        began, before = time.perf_counter(), time.process_time()
-        run()
-        taken.append(1e3 * (time.perf_counter() - began))
-        work.append(1e3 * (time.process_time() - before))
-    return min(taken), float(np.median(taken)), min(work)
 
 
 def memory(image: Array) -> float:
@@ -113,10 +98,8 @@ def _others(image: Array, n: int) -> dict[str, Run]:
     return found
 
 
-def speed(data: Path | None, quick: bool) -> dict[str, Any]:
-    """Print and return times of the made picture at three sizes and of the photographs."""
-    from sdftrack.synth.picture import picture
-
+def speed(data: Path | None, quick: bool) -> list[Table]:
+    """Times of the made picture at three sizes and of the photographs, how they grow, and the memory of a call."""
     pictures = {f"made {w} x {h}": picture(h, w)[0] for w, h in SIZES}
     if data is not None:
         pictures.update(photographs(data))
@@ -130,27 +113,31 @@ def speed(data: Path | None, quick: bool) -> dict[str, Any]:
             made.update({name: times_ms(run, 0.0, 3) for name, run in _others(image, n).items()})
         rows[picture_name] = made
         cells += [
-            [f"{picture_name}, {n}", name, *(f"{t:.2f}" for t in times)] for name, times in made.items()
+            [f"{picture_name}, {n}, {name}", *(f"{t:.2f}" for t in times)] for name, times in made.items()
         ]
-    title = f"\nTime of a call, ms, {ITERATIONS} iterations of every pixel, connectivity included"
-    print(text_table(title, ["picture, segments", "", "best", "median", "processor"], cells))
+    title = f"Time of a call, ms, {ITERATIONS} iterations of every pixel, connectivity included"
+    head = ["picture, segments, way", "best", "median", "processor"]
+    return [Table(title, head, cells, numbers=rows), _exponents(rows), _memories(pictures)]
+
+
+def _exponents(rows: dict[str, Any]) -> Table:
     slope = {}
     for what, sizes in (("all sizes", SIZES), ("the two large ones", SIZES[1:])):
         pixels = np.log([w * h for w, h in sizes])
         for k in _ours():
             spent = [rows[f"made {w} x {h}"][k][2] for w, h in sizes]
             slope[f"{k}, {what}"] = float(np.polyfit(pixels, np.log(spent), 1)[0])
-    print("exponent of the processor's time in the number of pixels")
-    for name, value in slope.items():
-        print(f"  {name}: {value:.3f}")
-    return {"times_ms": rows, "exponent": slope, "bytes_per_pixel": _memories(pictures)}
+    cells = [[name, f"{value:.3f}"] for name, value in slope.items()]
+    return Table(
+        "Exponent of the processor's time in the number of pixels", ["way, sizes", "exponent"], cells
+    )
 
 
-def _memories(pictures: dict[str, Array]) -> dict[str, float]:
+def _memories(pictures: dict[str, Array]) -> Table:
     width, height = SIZES[0]
     all_of = {k: v for k, v in pictures.items() if v.shape[:2] == (height, width)}
     all_of["noise"] = np.random.default_rng(0).integers(0, 256, (height, width, 3), dtype=np.uint8)
-    made = {name: memory(image) for name, image in all_of.items()}
-    said = ", ".join(f"{name} {value:.1f}" for name, value in made.items())
-    print(f"memory of a call, {width} x {height}, bytes a pixel, labels included: {said}")
-    return made
+    cells = [[name, f"{memory(image):.1f}"] for name, image in all_of.items()]
+    return Table(
+        f"Memory of a call, {width} x {height}, labels included", ["picture", "bytes a pixel"], cells
+    )

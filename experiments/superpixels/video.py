@@ -1,34 +1,29 @@
 # SPDX-License-Identifier: MIT
-"""Superpixels of videos: two rounds from the last image's centres beside two and five from the grid.
-
-``python -m sdftrack.eval.superpixel_video --data FOLDER`` prints for each sequence of ``davis`` how much of the true
-outline is found, the under-segmentation error and the number of segments, means over every other image.
-"""
+"""Superpixels of a video, against those of every image by itself."""
 
 from __future__ import annotations
 
-import argparse
-import os
-from collections.abc import Sequence as Seq
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 import sdftrack as st
 from experiments.contour.contour import SEQUENCES, open_davis
-from sdftrack.evaluation.tables import text_table
+from experiments.registry import experiment
+from experiments.table import Table
 from sdftrack.metrics import boundary_recall, undersegmentation
 
-__all__ = ["main", "row"]
+__all__ = ["row", "superpixel_video"]
 
 WARM_UP = 3  # images before the first that counts
 WAYS = ("video", "2 rounds", "5 rounds")
 
 
-def row(folder: Path, name: str, segments: int) -> list[str]:
+def row(folder: Path, name: str, segments: int, frames: int | None = None) -> list[str]:
     """Of one sequence: recall, error and segments of the three ways."""
     video = st.superpixels.Video(segments)
-    scene = open_davis(folder, name)
+    scene = open_davis(folder, name, frames)
     scores = []
     for k, (image, mask) in enumerate(zip(scene.images, scene.masks, strict=True)):
         warm = video.next(image)
@@ -45,25 +40,32 @@ def row(folder: Path, name: str, segments: int) -> list[str]:
     return [name, *shown]
 
 
-def main(given: Seq[str] | None = None) -> int:
-    """Print the table."""
-    p = argparse.ArgumentParser(
-        prog="python -m sdftrack.eval.superpixel_video", description=__doc__.split("\n\n")[0]
-    )
-    p.add_argument(
-        "--data", type=Path, default=os.environ.get("SDFTRACK_DATA"), help="folder davis, or its parent"
-    )
-    p.add_argument("--segments", type=int, default=400)
-    a = p.parse_args(given)
-    if a.data is None:
-        p.error("--data: expected the folder davis, got none")
+@experiment(
+    "superpixel_video",
+    needs=["davis"],
+    chosen_on="cows, camel, libby, bmx-trees (rounds of a warm start)",
+    reported_on="the same four sequences",
+    short={"only": ("cows",), "frames": 6, "segments": 100},
+)
+def superpixel_video(
+    *,
+    data: Path,
+    only: tuple[Literal["cows", "camel", "libby", "bmx-trees"], ...] = SEQUENCES,
+    segments: int = 400,
+    frames: int | None = None,
+) -> Table:
+    """Superpixels of videos: two rounds from the last image's centres beside two and five from the grid.
+
+    For each sequence of ``davis`` how much of the true outline is found, the under-segmentation error and the number of
+    segments, means over every other image.
+
+    Parameters
+    ----------
+    segments
+        asked for
+    frames
+        of each sequence, at most
+    """
     head = ["sequence", *(f"{what}: {way}" for what in ("recall", "error", "segments") for way in WAYS)]
-    root = Path(a.data)
-    folder = root / "davis" if (root / "davis").is_dir() else root
-    rows = [row(folder, name, a.segments) for name in SEQUENCES]
-    print(text_table(f"{a.segments} segments asked", head, rows))
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    rows = [row(data / "davis", name, segments, frames) for name in only]
+    return Table(f"{segments} segments asked", head, rows)

@@ -1,25 +1,24 @@
 # SPDX-License-Identifier: MIT
-"""What each option of the tracker does to the error: one row per option, everything else at its default.
-
-python -m sdftrack.eval.ablation --data DIR     # DIR holds meshes/, ycbv10/ and k1/
-"""
+"""What each option of the tracker does to the error."""
 
 from __future__ import annotations
 
-import argparse
-import warnings
-from collections.abc import Sequence as Seq
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from experiments.tracking.recorded import run_k1, run_ycbv10
+import sdftrack as st
+from experiments.common.protocol import load_mesh, say
+from experiments.registry import experiment
+from experiments.table import Table
+from experiments.tracking.random_starts import run_ycbv10
+from experiments.tracking.still_and_in_hand import run_k1
 from experiments.tracking.synthetic import run_mesh
-from sdftrack.reproduce.scenes.truth import default_camera, motion, render_truth
 from sdftrack.options import TrackerOptions
+from sdftrack.reproduce.scenes.truth import default_camera, motion, render_truth
 
-__all__ = ["VARIANTS", "main"]
+__all__ = ["VARIANTS", "ablation"]
 
 # Changing these numbers breaks comparisons with docs/results.md.
 MESH, FRAMES, SIGMAS_M = "lm_driller", 100, (0.001, 0.00316)
@@ -43,14 +42,16 @@ VARIANTS: dict[str, dict[str, Any]] = {
 }
 
 
-def _row(options: dict[str, Any], sdf: Any, truths: dict[str, list[Any]], data: Path) -> list[str]:
+def _row(
+    options: dict[str, Any], sdf: Any, truths: dict[str, list[Any]], data: Path, starts: int
+) -> list[str]:
     cells = []
     for sigma in SIGMAS_M:
         q = run_mesh(sdf, truths["slow"], sigma, options)
         cells.append(f"{q['mean_mm']:.3f} / {q['mean_deg']:.3f}, {q['bias_mm'][2]:+.3f}")
     q = run_mesh(sdf, truths["fast"], SIGMAS_M[0], options)
     cells.append(f"{q['astray'] + q['lost']}")
-    real = run_ycbv10(data / "ycbv10", STARTS, YCB_FRAMES, options=options)
+    real = run_ycbv10(data / "ycbv10", starts, YCB_FRAMES, options=options)
     cells.append(" / ".join(f"{real[n]['back_percent']:.0f}" for n in ("box", "mug", "brick")))
     k1 = run_k1(data / "k1", options=options)
     cells.append(" / ".join(f"{k1[n]['spread_deg']:.2f}" for n in ("left", "right")))
@@ -60,35 +61,48 @@ def _row(options: dict[str, Any], sdf: Any, truths: dict[str, list[Any]], data: 
     return cells
 
 
-def main(arguments: Seq[str] | None = None) -> int:
-    """Print the table in Markdown, row by row."""
-    import sdftrack as st
+COLUMNS = (
+    "option", "drill 1 mm: mean mm / deg, z bias", "drill 3.16 mm", "drill 18 mm / 6 deg: lost or astray",
+    "box / mug / brick back, %", "sponges still, deg", "sponges in the hand, worst mm", "ms",
+)  # fmt: skip
 
-    parser = argparse.ArgumentParser(prog="python -m sdftrack.eval.ablation")
-    parser.add_argument("--data", type=Path, required=True, help="folder with meshes/, ycbv10/ and k1/")
-    parser.add_argument("--cache", type=Path, help="folder that keeps noise-free images between runs")
-    a = parser.parse_args(arguments)
-    warnings.simplefilter("ignore")
-    mesh = st.Mesh.load(a.data / "meshes" / f"{MESH}.ply")
+
+@experiment(
+    "ablation",
+    needs=["meshes", "ycbv10", "k1"],
+    chosen_on="lm_driller, ycbv10 and k1",
+    reported_on="the same: the table says what each option does, not how well it generalises",
+    short={"only": ("default",), "frames": 10, "starts": 3},
+)
+def ablation(
+    *,
+    data: Path,
+    only: tuple[str, ...] = (),
+    frames: int = FRAMES,
+    starts: int = STARTS,
+    cache: Path | None = None,
+) -> Table:
+    """What each option of the tracker does to the error: one row per option, everything else at its default.
+
+    Parameters
+    ----------
+    only
+        rows, by the beginning of their names, comma separated; none: all
+    starts
+        of each object of ycbv10
+    """
+    mesh = load_mesh(data, MESH)
     sdf = st.SDF.from_mesh(mesh)
     centre = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
     steps = {"slow": (0.005, 1.5), "fast": (0.018, 6.0)}
     truths = {
-        name: [
-            render_truth(mesh, motion(FRAMES, m, np.deg2rad(deg), 0, centre), default_camera(), 0, a.cache)
-        ]
+        name: [render_truth(mesh, motion(frames, m, np.deg2rad(deg), 0, centre), default_camera(), 0, cache)]
         for name, (m, deg) in steps.items()
     }
-    print(
-        "| option | drill 1 mm: mean mm / deg, z bias | drill 3.16 mm | drill 18 mm / 6 deg: lost or astray | "
-        "box / mug / brick back, % | sponges still, deg | sponges in the hand, worst mm | ms |"
-    )
-    print("|---|---|---|---|---|---|---|---|")
+    rows = []
     for name, options in VARIANTS.items():
-        cells = _row({"threads": 1, **options}, sdf, truths, a.data)
-        print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+        if only and not name.startswith(only):
+            continue
+        rows.append([name, *_row({"threads": 1, **options}, sdf, truths, data, starts)])
+        say("  ".join(rows[-1]))
+    return Table("One option changed at a time", COLUMNS, rows)

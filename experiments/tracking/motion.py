@@ -1,26 +1,34 @@
 # SPDX-License-Identifier: MIT
-"""Fast motion: how far an object may move from frame to frame.
-
-    python -m sdftrack.eval.motion --meshes DIR --cache DIR
-
-By default 30 mm and 10 deg per frame over a cluttered table, noise 1 mm. One row per mesh, mode and motion
-model; "lost" counts frames that the tracker calls lost, "astray" those farther than 20 mm or 10 deg off.
-"""
+"""Fast motion: how far an object may move from frame to frame."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence as Seq
-from typing import Any
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 
-from sdftrack.evaluation.tracked_scene import arguments, load_sdf, settings_of, summary, track_scene, write_rows
-from sdftrack.evaluation.tables import text_table
+import sdftrack as st
+from experiments.common.protocol import MESHES, load_mesh, load_sdf, summary
+from experiments.options import NO_SETTINGS, Settings
+from experiments.registry import experiment
+from experiments.table import Table
+from sdftrack.evaluation.tracked_scene import track_scene
 
-__all__ = ["main"]
+__all__ = ["fast_motion"]
 
 STEP_MM, STEP_DEG = 30.0, 10.0
-HEAD = ["mesh, mode, motion model", "mean mm", "max", "mean deg", "max", "lost", "weak", "astray", "ms"]
+HEAD = [
+    "mesh, mode, motion model",
+    "mean mm",
+    "max mm",
+    "mean deg",
+    "max deg",
+    "lost",
+    "weak",
+    "astray",
+    "ms",
+]
 
 
 def _cells(name: str, row: dict[str, Any]) -> list[str]:
@@ -30,38 +38,52 @@ def _cells(name: str, row: dict[str, Any]) -> list[str]:
     ]  # fmt: skip
 
 
-def main(given: Seq[str] | None = None) -> int:
-    """Run the protocol and print the table."""
-    import sdftrack as st
+@experiment(
+    "motion",
+    needs=["meshes"],
+    chosen_on="lm_driller (the wide attempt of the tracker)",
+    reported_on="lm_driller, lm_can, lm_cat, spot; seed 0",
+    short={"only": ("spot",), "frames": 5, "voxels": 80},
+)
+def fast_motion(
+    *,
+    data: Path,
+    only: tuple[str, ...] = MESHES,
+    mode: tuple[Literal["depth", "rgbd"], ...] = ("depth", "rgbd"),
+    motion: tuple[Literal["static", "constant_velocity"], ...] = ("static", "constant_velocity"),
+    seeds: int = 1,
+    frames: int = 300,
+    step_mm: float = STEP_MM,
+    step_deg: float = STEP_DEG,
+    sigma: float = 0.001,
+    voxels: int = 200,
+    threads: int = 0,
+    options: Settings = NO_SETTINGS,
+    cache: Path | None = None,
+) -> Table:
+    """Fast motion: how far an object may move from frame to frame.
 
-    p = arguments("sdftrack.eval.motion", __doc__, frames=300, seeds=1)
-    p.add_argument("--step-mm", type=float, default=STEP_MM)
-    p.add_argument("--step-deg", type=float, default=STEP_DEG)
-    p.add_argument("--motion", default="static,constant_velocity", help="motion models, comma separated")
-    a = p.parse_args(given)
-    walk = st.synth.random_walk(step_m=1e-3 * a.step_mm, step_rad=float(np.deg2rad(a.step_deg)))
+    A cluttered table; "lost" counts frames that the tracker calls lost, "astray" those more than 20 mm or 10 deg off.
+
+    Parameters
+    ----------
+    motion
+        motion models, comma separated
+    """
+    walk = st.synth.random_walk(step_m=1e-3 * step_mm, step_rad=float(np.deg2rad(step_deg)))
     rows: dict[str, dict[str, Any]] = {}
-    for name in [n for n in a.only.split(",") if n]:
-        mesh = st.Mesh.load(a.meshes / f"{name}.ply")
-        sdf = load_sdf(mesh, name, a.voxels, a.cache)
+    for name in only:
+        mesh = load_mesh(data, name)
+        sdf = load_sdf(mesh, name, voxels, cache)
         sequences = [
             st.synth.sequence(
-                mesh, a.frames, walk, a.sigma, seed=seed, clutter=True, threads=a.threads, cache=a.cache
+                mesh, frames, walk, sigma, seed=seed, clutter=True, threads=threads, cache=cache
             )
-            for seed in range(a.seeds)
+            for seed in range(seeds)
         ]
-        for mode in a.mode.split(","):
-            for motion in a.motion.split(","):
-                options = {"motion": motion, **settings_of(a)}
-                row = summary([track_scene(sdf, s, mode, options) for s in sequences])
-                rows[f"{name}, {mode}, {motion}"] = row
-    title = (
-        f"{a.frames} frames, {a.step_mm:g} mm and {a.step_deg:g} deg per frame, noise {1e3 * a.sigma:g} mm"
-    )
-    print(text_table(f"{title}, {a.seeds} seeds", HEAD, [_cells(name, row) for name, row in rows.items()]))
-    write_rows(a.json, a, rows)
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+        for way in mode:
+            for model in motion:
+                told = {"motion": model, "threads": threads, **options}
+                rows[f"{name}, {way}, {model}"] = summary([track_scene(sdf, s, way, told) for s in sequences])
+    title = f"{frames} frames, {step_mm:g} mm and {step_deg:g} deg per frame, noise {1e3 * sigma:g} mm, {seeds} seeds"
+    return Table(title, HEAD, [_cells(name, row) for name, row in rows.items()], numbers=rows)

@@ -1,44 +1,32 @@
 # SPDX-License-Identifier: MIT
-"""Tracking through a hand that holds the object, of another colour and of the object's own colours.
-
-    python -m sdftrack.eval.occlusion --meshes DIR --cache DIR
-
-300 frames at 5 mm and 1.5 deg per frame over a cluttered table, noise 1 mm. Within the first second a hand
-closes around the object; from then on its fingers hide 60 % of what would be seen, in contact with the
-surface. One row per mesh, colour of the hand and mode.
-"""
+"""Tracking through a hand that holds the object."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence as Seq
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from sdftrack.evaluation.tracked_scene import (
-    Run,
-    arguments,
-    load_sdf,
-    settings_of,
-    summary,
-    track_scene,
-    write_rows,
-)
-from sdftrack.evaluation.tables import text_table
+from experiments.common.protocol import MESHES, load_mesh, load_sdf, say, summary
+from experiments.options import NO_SETTINGS, Settings
+from experiments.registry import experiment
+from experiments.table import Table
+from sdftrack.evaluation.tracked_scene import Run, track_scene
 
-__all__ = ["MAX_DEG", "MAX_MM", "MEAN_DEG", "MEAN_MM", "main", "scene"]
+__all__ = ["MAX_DEG", "MAX_MM", "MEAN_DEG", "MEAN_MM", "kept", "occlusion", "scene"]
 
 # Changing these numbers breaks comparisons with docs/results.md.
-SHARE, GROW, COLORS = 0.6, 30, ("other", "similar")
+SHARE, GROW = 0.6, 30
+COLORS: tuple[Literal["other", "similar"], ...] = ("other", "similar")
 MEAN_MM, MEAN_DEG, MAX_MM, MAX_DEG = 0.5, 0.5, 1.5, 1.5
 HEAD = [
     "mesh, hand, mode",
     "hidden %",
     "mean mm",
-    "max",
+    "max mm",
     "mean deg",
-    "max",
+    "max deg",
     "lost",
     "weak",
     "astray",
@@ -88,38 +76,64 @@ def _cells(name: str, row: dict[str, Any]) -> list[str]:
     ]  # fmt: skip
 
 
-def main(given: Seq[str] | None = None) -> int:
-    """Run the protocol and print the table."""
-    import sdftrack as st
+@experiment(
+    "occlusion",
+    needs=["meshes"],
+    chosen_on="the first 60 frames with the cat (colour likelihood); the rest on other scenes",
+    reported_on="lm_driller, lm_can, lm_cat, spot; seed 0",
+    short={"only": ("spot",), "color": ("other",), "mode": ("rgbd",), "frames": 8, "grow": 4, "voxels": 80},
+)
+def occlusion(
+    *,
+    data: Path,
+    only: tuple[str, ...] = MESHES,
+    mode: tuple[Literal["depth", "rgbd"], ...] = ("depth", "rgbd"),
+    color: tuple[Literal["other", "similar", "skin"], ...] = COLORS,
+    share: float = SHARE,
+    grow: int = GROW,
+    seeds: int = 1,
+    frames: int = 300,
+    sigma: float = 0.001,
+    voxels: int = 200,
+    threads: int = 0,
+    options: Settings = NO_SETTINGS,
+    cache: Path | None = None,
+) -> Table:
+    """Tracking through a hand that holds the object, of another colour and of the object's own colours.
 
-    p = arguments("sdftrack.eval.occlusion", __doc__, frames=300, seeds=1)
-    p.add_argument("--share", type=float, default=SHARE, help="share of the visible object that is hidden")
-    p.add_argument("--grow", type=int, default=GROW, help="frames in which the hand closes")
-    p.add_argument("--color", default=",".join(COLORS), help="of the hand: other, similar, skin")
-    a = p.parse_args(given)
+    5 mm and 1.5 deg per frame over a cluttered table. Within the first second a hand closes around the object; from
+    then on its fingers hide 60 % of what would be visible, in contact with the surface.
+
+    Parameters
+    ----------
+    color
+        of the hand
+    share
+        of the visible object that is hidden
+    grow
+        frames in which the hand closes
+    """
     rows: dict[str, dict[str, Any]] = {}
-    for name in [n for n in a.only.split(",") if n]:
-        mesh = st.Mesh.load(a.meshes / f"{name}.ply")
-        sdf = load_sdf(mesh, name, a.voxels, a.cache)
-        for color in a.color.split(","):
+    for name in only:
+        mesh = load_mesh(data, name)
+        sdf = load_sdf(mesh, name, voxels, cache)
+        for hand in color:
             sequences = [
                 scene(
-                    mesh, a.frames, seed, share=a.share, grow=a.grow, color=color, sigma_m=a.sigma,
-                    threads=a.threads, cache=a.cache,
+                    mesh, frames, seed, share=share, grow=grow, color=hand, sigma_m=sigma, threads=threads, cache=cache
                 )
-                for seed in range(a.seeds)
+                for seed in range(seeds)
             ]  # fmt: skip
-            hidden = 100 * float(np.mean([_hidden(s, mesh, a.threads) for s in sequences]))
-            for mode in a.mode.split(","):
-                runs: list[Run] = [track_scene(sdf, s, mode, settings_of(a)) for s in sequences]
+            hidden = 100 * float(np.mean([_hidden(s, mesh, threads) for s in sequences]))
+            for way in mode:
+                told = {"threads": threads, **options}
+                runs: list[Run] = [track_scene(sdf, s, way, told) for s in sequences]
                 row = {**summary(runs), "hidden_percent": hidden}
                 row["kept"] = kept(row)
-                rows[f"{name}, {color}, {mode}"] = row
-                print(text_table("", HEAD, [_cells(f"{name}, {color}, {mode}", row)]), flush=True)
-    title = f"{a.frames} frames, noise {1e3 * a.sigma:g} mm, a hand that hides {100 * a.share:g} %, {a.seeds} seeds"
-    print(text_table(title, HEAD, [_cells(name, row) for name, row in rows.items()]))
-    write_rows(a.json, a, rows)
-    return 0
+                rows[f"{name}, {hand}, {way}"] = row
+                say("  ".join(_cells(f"{name}, {hand}, {way}", row)))
+    title = f"{frames} frames, noise {1e3 * sigma:g} mm, a hand that hides {100 * share:g} %, {seeds} seeds"
+    return Table(title, HEAD, [_cells(name, row) for name, row in rows.items()], numbers=rows)
 
 
 def _hidden(seq: Any, mesh: Any, threads: int) -> float:
@@ -127,7 +141,3 @@ def _hidden(seq: Any, mesh: Any, threads: int) -> float:
     i = len(seq) - 1
     bare = mesh.raycast(seq.camera, seq.ground_truth[i][0], threads=threads)[0] > 0
     return 1 - np.count_nonzero(seq.masks(i)[0]) / np.count_nonzero(bare)
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -1,12 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""What the brightness of a coloured shape adds: a can that turns about its axis, and meshes with their own colours.
-
-``python -m sdftrack.eval.photometric [--meshes DIR --names lm_cat,lm_driller]``
-"""
+"""What the brightness of a coloured shape adds: a can that turns about its axis, and meshes with their own colours."""
 
 from __future__ import annotations
 
-import argparse
 import time
 from pathlib import Path
 from typing import Any
@@ -15,8 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sdftrack as st
+from experiments.common.protocol import load_mesh
+from experiments.data import has
+from experiments.registry import experiment
+from experiments.table import Table
 
-__all__ = ["Row", "can_mesh", "exposed", "follow", "turning_can"]
+__all__ = ["Row", "can_mesh", "exposed", "follow", "photometric", "turning_can"]
 
 Array = NDArray[np.float64]
 CAN_RADIUS_M, CAN_HEIGHT_M = 0.033, 0.11
@@ -80,13 +80,15 @@ class Row:
         self.turn_sd_deg: list[float] = []
         self.unsure = 0
 
-    def __str__(self) -> str:
+    def cells(self) -> list[str]:
+        """Of a row of the table."""
         e = np.array(self.errors) * [1e3, 180 / np.pi]
-        return (
-            f"mean {e[:, 0].mean():.2f} mm / {e[:, 1].mean():.2f} deg, at most {e[:, 0].max():.2f} / "
-            f"{e[:, 1].max():.2f}; stated sd of the turn {np.median(self.turn_sd_deg):.2g} deg; not ok: "
-            f"{self.unsure}; {np.median(self.milliseconds):.2f} ms"
-        )
+        return [
+            *(f"{x:.2f}" for x in (*e.mean(axis=0), *e.max(axis=0))),
+            f"{np.median(self.turn_sd_deg):.2g}",
+            str(self.unsure),
+            f"{np.median(self.milliseconds):.2f}",
+        ]
 
 
 def follow(
@@ -108,32 +110,48 @@ def follow(
     return row
 
 
-def _compare(name: str, mesh: st.Mesh, trajectory: Any, n: int, noise: Any, voxels: int) -> None:
+WAYS = {"shape alone": (False, False), "with its colours": (True, False), "exposure varies": (True, True)}
+COLUMNS = ("object, noise, way", "mean mm", "mean deg", "max mm", "max deg", "stated sd, deg", "not ok", "ms")
+
+
+def _compared(name: str, mesh: st.Mesh, trajectory: Any, n: int, noise: Any, voxels: int) -> list[list[str]]:
     sequence = st.synth.sequence(mesh, n, trajectory, noise, clutter="wall", seed=1)
     frames = [sequence[i] for i in range(n)]
     plain = st.SDF.from_mesh(mesh, voxels)
     painted = plain.colored(mesh)
-    print(f"{name}, noise {noise}", flush=True)
-    print("  shape alone                 ", follow(plain, sequence, frames, threads=1), flush=True)
-    print("  with its colours            ", follow(painted, sequence, frames, threads=1), flush=True)
-    print("  the same, exposure wandering", follow(painted, sequence, frames, True, threads=1), flush=True)
+    return [
+        [
+            f"{name}, {noise}, {way}",
+            *follow(painted if colored else plain, sequence, frames, varies, threads=1).cells(),
+        ]
+        for way, (colored, varies) in WAYS.items()
+    ]
 
 
-def main(arguments: list[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--meshes", type=Path, help="folder of coloured meshes, NAME.ply")
-    parser.add_argument("--names", default="lm_cat,lm_can,lm_duck,lm_driller")
-    parser.add_argument("--frames", type=int, default=120)
-    parser.add_argument("--voxels", type=int, default=100)
-    job = parser.parse_args(arguments)
+@experiment(
+    "photometric",
+    uses=["meshes"],
+    chosen_on="the can of this experiment, seed 1",
+    reported_on="the same can; lm_cat, lm_can, lm_duck, lm_driller where the meshes are at hand",
+    short={"only": (), "frames": 4, "voxels": 60},
+)
+def photometric(
+    *,
+    data: Path,
+    only: tuple[str, ...] = ("lm_cat", "lm_can", "lm_duck", "lm_driller"),
+    frames: int = 120,
+    voxels: int = 100,
+) -> Table:
+    """What the brightness of a coloured shape adds: a can that rotates about its axis, and meshes with their colours.
+
+    Parameters
+    ----------
+    only
+        meshes beside the can, comma separated
+    """
+    rows = []
     for noise in (0.001, "kinect"):
-        _compare("can", can_mesh(), turning_can(job.frames), job.frames, noise, job.voxels)
-        for name in job.names.split(",") if job.meshes else ():
-            mesh = st.Mesh.load(job.meshes / f"{name}.ply")
-            _compare(name, mesh, "random", job.frames, noise, job.voxels)
-
-
-if __name__ == "__main__":
-    main()
+        rows += _compared("can", can_mesh(), turning_can(frames), frames, noise, voxels)
+        for name in only if has("meshes", data) else ():
+            rows += _compared(name, load_mesh(data, name), "random", frames, noise, voxels)
+    return Table(f"{frames} frames before a wall", COLUMNS, rows)

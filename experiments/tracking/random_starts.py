@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.evaluation.bound import pose_information
 from experiments.common.pose_sets import half_turns, off_pose
+from experiments.table import Table
+from sdftrack.evaluation.bound import pose_information
 from sdftrack.evaluation.pose_errors import pose_errors, track_frames
 
-__all__ = ["YCB_NAMES", "cup_axis", "run_ycbv10", "ycbv10_text"]
+__all__ = ["YCB_NAMES", "cup_axis", "run_ycbv10", "table"]
 
 Array = NDArray[np.float64]
 START_OFF_M, START_OFF_RAD = 0.010, np.deg2rad(5.0)
@@ -155,22 +156,24 @@ def _percent(flags: Array) -> float:
     return 100.0 * float(np.mean(flags)) if len(flags) else float("nan")
 
 
-def ycbv10_text(rows: dict[str, dict[str, Any]]) -> str:
-    """A row per object."""
-    lines = [
-        f"{'object':7s} {'back %':>7s} {'(1st)':>6s} {'median mm':>9s} {'max':>7s} {'median deg':>10s} "
-        + f"{'max':>7s} {'lost':>4s} {'weak':>4s} {'ms':>6s}"
-    ]
+COLUMNS = (
+    "object", "back %", "1st frame %", "median mm", "max mm", "median deg", "max deg", "lost", "weak", "ms",
+)  # fmt: skip
+
+
+def table(rows: dict[str, dict[str, Any]], title: str) -> Table:
+    """A row per object, a note about the turn of the symmetric one."""
+    cells, notes = [], []
     for name, q in rows.items():
-        lines.append(
-            f"{name:7s} {q['back_percent']:7.1f} {q['back_at_start_percent']:6.1f} {q['median_mm']:9.2f} "
-            f"{q['max_mm']:7.2f} {q['median_deg']:10.2f} {q['max_deg']:7.2f} {q['lost']:4d} {q['weak']:4d} "
-            f"{q['ms_per_frame']:6.2f}"
-        )
+        cells.append([
+            name, f"{q['back_percent']:.1f}", f"{q['back_at_start_percent']:.1f}", f"{q['median_mm']:.2f}",
+            f"{q['max_mm']:.2f}", f"{q['median_deg']:.2f}", f"{q['max_deg']:.2f}", str(q["lost"]), str(q["weak"]),
+            f"{q['ms_per_frame']:.2f}",
+        ])  # fmt: skip
         if "turn_within_percent" in q:
-            lines.append(
-                f"{'':7s} turn about the axis: <= 2 deg in {q['turn_within_percent']:.1f} %, median "
+            notes.append(
+                f"{name}, turn about the axis: <= 2 deg in {q['turn_within_percent']:.1f} %, median "
                 f"{q['turn_median_deg']:.2f} deg; its standard deviation: "
                 f"{q['turn_sd_deg']:.2f} deg by the tracker, {q['turn_bound_deg']:.2f} deg by the bound"
             )
-    return "\n".join(lines)
+    return Table(title, COLUMNS, cells, notes, rows)

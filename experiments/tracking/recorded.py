@@ -1,86 +1,84 @@
 # SPDX-License-Identifier: MIT
-"""Tracking of two recorded sequences against their reference poses, by depth (default) or with `--set mode=rgbd`.
-
-python -m sdftrack.eval.real ycbv10 --data DIR     # random starts 10 mm / 5 deg off the truth
-python -m sdftrack.eval.real k1 --data DIR         # each of two sponges by itself, still and in the hand
-python -m sdftrack.eval.real ycbv10 --data DIR --from-mask    # the same without a pose: from the first frame's mask
-"""
+"""Tracking of two recorded sequences against their reference poses."""
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
-from collections.abc import Sequence as Seq
 from pathlib import Path
+from typing import Literal
 
-from experiments.tracking.still_and_in_hand import HIDING_M, K1_HAND_LIMITS, K1_LEAST_IOU, K1_TO_FRAME, SIDES, k1_text, run_k1
-from experiments.common.pose_sets import half_turns, off_pose
-from sdftrack.evaluation.pose_errors import parse_settings
-from experiments.tracking.random_starts import YCB_NAMES, cup_axis, run_ycbv10, ycbv10_text
+from experiments.common.protocol import say
+from experiments.options import NO_SETTINGS, Settings
+from experiments.registry import experiment
+from experiments.table import Table
+from experiments.tracking import random_starts, still_and_in_hand
+from experiments.tracking.random_starts import YCB_NAMES, run_ycbv10
+from experiments.tracking.still_and_in_hand import SIDES, run_k1
 
-__all__ = [
-    "HIDING_M",
-    "K1_HAND_LIMITS",
-    "K1_LEAST_IOU",
-    "K1_TO_FRAME",
-    "SIDES",
-    "YCB_NAMES",
-    "cup_axis",
-    "half_turns",
-    "main",
-    "off_pose",
-    "run_k1",
-    "run_ycbv10",
-]
+__all__ = ["in_hand", "random_start"]
 
 
-def _parser() -> argparse.ArgumentParser:
-    p = argparse.ArgumentParser(
-        prog="python -m sdftrack.eval.real", description=(__doc__ or "").split("\n")[0]
-    )
-    p.add_argument("case", choices=["ycbv10", "k1"])
-    p.add_argument("--data", type=Path, required=True, help="folder of the sequence (or its parent)")
-    p.add_argument("--only", default="", help="ycbv10: box,mug,brick; k1: left,right")
-    p.add_argument("--starts", type=int, default=50)
-    p.add_argument(
-        "--frames", type=int, default=0, help="ycbv10: frames after which a start is judged (5); k1: 141"
-    )
-    p.add_argument(
-        "--from-mask", action="store_true", help="start from the first frame's mask, not from a pose"
-    )
-    p.add_argument("--voxels", type=int, default=200)
-    p.add_argument("--threads", type=int, default=0)
-    p.add_argument(
-        "--set", action="append", default=[], metavar="OPTION=VALUE", help="an option of the tracker"
-    )
-    p.add_argument("--json", type=Path)
-    return p
+@experiment(
+    "real.ycbv10",
+    needs=["ycbv10"],
+    chosen_on="ycbv10 and k1 (`ablation`)",
+    reported_on="ycbv10, the same recording",
+    short={"only": ("box",), "starts": 2, "frames": 2, "voxels": 80},
+)
+def random_start(
+    *,
+    data: Path,
+    only: tuple[Literal["box", "mug", "brick"], ...] = ("box", "mug", "brick"),
+    starts: int = 50,
+    frames: int = 5,
+    from_mask: bool = False,
+    voxels: int = 200,
+    threads: int = 0,
+    options: Settings = NO_SETTINGS,
+) -> Table:
+    """Three recorded objects from random starts 10 mm / 5 deg off the reference pose, or from a mask.
+
+    By depth alone; ``--set mode=rgbd`` uses colour.
+
+    Parameters
+    ----------
+    frames
+        after which a start is judged
+    from_mask
+        start from the first frame's mask, not from a pose
+    """
+    ids = [i for i, name in YCB_NAMES.items() if name in only]
+    told = {"threads": threads, **options}
+    rows = run_ycbv10(data / "ycbv10", starts, frames, ids, voxels, told, say, from_mask)
+    return random_starts.table(rows, f"ycbv10, judged after {frames} frames")
 
 
-def main(arguments: Seq[str] | None = None) -> int:
-    """Run the protocol and print the table."""
-    a = _parser().parse_args(arguments)
-    data = a.data / a.case if (a.data / a.case).is_dir() else a.data
-    options = {"threads": a.threads, **parse_settings(a.set)}
-    names = [n for n in a.only.split(",") if n]
+@experiment(
+    "real.k1",
+    needs=["k1"],
+    chosen_on="ycbv10 and k1 (`ablation`)",
+    reported_on="k1, the same recording",
+    short={"only": ("left",), "frames": 4, "voxels": 80},
+)
+def in_hand(
+    *,
+    data: Path,
+    only: tuple[Literal["left", "right"], ...] = ("left", "right"),
+    frames: int = 141,
+    from_mask: bool = False,
+    voxels: int = 200,
+    threads: int = 0,
+    options: Settings = NO_SETTINGS,
+) -> Table:
+    """Each of two recorded sponges by itself, still and in the hand.
 
-    def say(text: str) -> None:
-        print(f"# {text}", file=sys.stderr, flush=True)
+    By depth alone; ``--set mode=rgbd`` uses colour.
 
-    if a.case == "ycbv10":
-        ids = [i for i, n in YCB_NAMES.items() if not names or n in names]
-        rows = run_ycbv10(data, a.starts, a.frames or 5, ids, a.voxels, options, say, a.from_mask)
-        print(ycbv10_text(rows))
-    else:
-        sides = [k for k, n in enumerate(SIDES) if not names or n in names]
-        keep = a.json is not None
-        rows = run_k1(data, a.frames or 141, sides, a.voxels, options, say, keep, a.from_mask)
-        print(k1_text(rows))
-    if a.json is not None:
-        a.json.write_text(json.dumps({"settings": vars(a), "rows": rows}, default=str, indent=1))
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    Parameters
+    ----------
+    from_mask
+        start from the first frame's mask, not from a pose
+    """
+    sides = [k for k, name in enumerate(SIDES) if name in only]
+    told = {"threads": threads, **options}
+    rows = run_k1(data / "k1", frames, sides, voxels, told, say, True, from_mask)
+    return still_and_in_hand.table(rows, frames)

@@ -1,35 +1,22 @@
 # SPDX-License-Identifier: MIT
-"""Loss and recovery: the object leaves, or is hidden, for 15 frames and comes back elsewhere.
-
-    python -m sdftrack.eval.recovery --meshes DIR --cache DIR
-
-Every trial is 60 frames over a cluttered table: 20 of tracking, 15 without the object (it is out of the image
-in even trials, behind a board in odd ones), 25 with the object at another place, turned at random. Counted are
-the frames until it is called lost, the frames until it is found again, and frames that are called ok with a
-pose more than 20 mm or 10 deg off, or with no object to be seen: false recoveries.
-"""
+"""Loss and recovery: the object leaves, or is hidden, and comes back elsewhere."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence as Seq
 from dataclasses import asdict, dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 
-from sdftrack.evaluation.tracked_scene import (
-    ASTRAY_M,
-    ASTRAY_RAD,
-    Run,
-    arguments,
-    load_sdf,
-    settings_of,
-    track_scene,
-    write_rows,
-)
-from sdftrack.evaluation.tables import text_table
+from experiments.common.protocol import MESHES, load_mesh, load_sdf, say
+from experiments.options import NO_SETTINGS, Settings
+from experiments.registry import experiment
+from experiments.table import Table
+from sdftrack import synth
+from sdftrack.evaluation.tracked_scene import ASTRAY_M, ASTRAY_RAD, Run, track_scene
 
-__all__ = ["Trial", "judge", "main"]
+__all__ = ["Trial", "judge", "recovery"]
 
 # Changing these numbers breaks comparisons with docs/results.md.
 FIRST, AWAY, AFTER = 20, 15, 25
@@ -95,53 +82,71 @@ def _cells(mode: str, trials: list[Trial], milliseconds: Any) -> list[str]:
     ]  # fmt: skip
 
 
-def main(given: Seq[str] | None = None) -> int:
-    """Run the protocol and print the table."""
-    import sdftrack as st
+@experiment(
+    "recovery",
+    needs=["meshes"],
+    chosen_on="the weights of confidence: `trust.fit`; the search: `start`",
+    reported_on="lm_driller, lm_can, lm_cat, spot; seeds 0 to 24",
+    short={"only": ("spot",), "mode": ("depth",), "seeds": 1, "frames": 40, "voxels": 80},
+)
+def recovery(
+    *,
+    data: Path,
+    only: tuple[str, ...] = MESHES,
+    mode: tuple[Literal["depth", "rgbd"], ...] = ("depth", "rgbd"),
+    seeds: int = 25,
+    frames: int = FIRST + AWAY + AFTER,
+    sigma: float = 0.001,
+    voxels: int = 200,
+    threads: int = 0,
+    options: Settings = NO_SETTINGS,
+    cache: Path | None = None,
+) -> Table:
+    """Loss and recovery: the object leaves, or is hidden, for 15 frames and comes back elsewhere.
 
-    p = arguments("sdftrack.eval.recovery", __doc__, frames=FIRST + AWAY + AFTER, seeds=25)
-    p.add_argument("--trials", action="store_true", help="print every trial")
-    a = p.parse_args(given)
-    if a.frames <= FIRST + AWAY:
-        p.error(f"--frames: expected more than {FIRST + AWAY}, got {a.frames}")
-    tables: list[list[str]] = []
-    rows: dict[str, Any] = {}
-    names = [n for n in a.only.split(",") if n]
-    for mode in a.mode.split(","):
+    Every trial has 20 frames of tracking, 15 without the object (out of the image in even trials, behind a board in odd
+    ones), 25 with the object at another place, rotated at random, over a cluttered table. Counted are the frames until
+    it is called lost, the frames until it is found again, and frames that are called ok with a pose more than 20 mm or
+    10 deg off, or without a visible object: false recoveries.
+
+    Parameters
+    ----------
+    frames
+        of each trial
+    seeds
+        trials of each mesh
+    """
+    if frames <= FIRST + AWAY:
+        raise ValueError(f"frames: expected more than {FIRST + AWAY}, got {frames}")
+    lines: list[list[str]] = []
+    numbers: dict[str, Any] = {}
+    for way in mode:
         trials: list[Trial] = []
         milliseconds: list[float] = []
-        for name in names:
-            mesh = st.Mesh.load(a.meshes / f"{name}.ply")
-            sdf = load_sdf(mesh, name, a.voxels, a.cache)
-            for seed in range(a.seeds):
-                run = track_scene(sdf, _scene(mesh, seed, a), mode, settings_of(a))
+        for name in only:
+            mesh = load_mesh(data, name)
+            sdf = load_sdf(mesh, name, voxels, cache)
+            for seed in range(seeds):
+                scene = _scene(mesh, seed, frames, sigma, threads, cache)
+                run = track_scene(sdf, scene, way, {"threads": threads, **options})
                 trials.append(judge(run))
                 milliseconds += [1e3 * s for s in run.seconds[1:]]
-                if a.trials:
-                    print(f"{mode} {name} seed {seed} {trials[-1]}", flush=True)
-        tables.append(_cells(mode, trials, milliseconds))
-        rows[mode] = {"trials": [asdict(t) for t in trials], "milliseconds": milliseconds}
-    print(text_table(f"{len(names) * a.seeds} trials, noise {1e3 * a.sigma:g} mm", HEAD, tables))
-    write_rows(a.json, a, rows)
-    return 0
+                say(f"{way} {name} seed {seed} {trials[-1]}")
+        lines.append(_cells(way, trials, milliseconds))
+        numbers[way] = {"trials": [asdict(t) for t in trials], "milliseconds": milliseconds}
+    return Table(f"{len(only) * seeds} trials, noise {1e3 * sigma:g} mm", HEAD, lines, numbers=numbers)
 
 
-def _scene(mesh: Any, seed: int, a: Any) -> Any:
-    from sdftrack import synth
-
+def _scene(mesh: Any, seed: int, frames: int, sigma: float, threads: int, cache: Path | None) -> Any:
     hidden = seed % 2 == 1
     return synth.sequence(
         mesh,
-        a.frames,
+        frames,
         synth.leave_and_return(FIRST, AWAY, out_m=0.0 if hidden else 3.0),
-        a.sigma,
+        sigma,
         occluder=synth.Cover(FIRST, AWAY) if hidden else None,
         seed=seed,
         clutter=True,
-        threads=a.threads,
-        cache=a.cache,
+        threads=threads,
+        cache=cache,
     )
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

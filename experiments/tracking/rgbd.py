@@ -1,30 +1,25 @@
 # SPDX-License-Identifier: MIT
-"""RGB-D tracking beside depth alone, on the same rendered frames, against the depth-only bound.
-
-    python -m sdftrack.eval.rgbd --meshes DIR --sigma 0.001,0.00316 --frames 300 --seeds 1
-
-The objects of the depth-only tables on their paths (sdftrack.eval.truth), before a wall, a table and ten things
-of random colours, with the meshes' own colours. One row per mesh, noise and way of using the colours: "depth"
-does not, "odds" and "printed" are the two likelihoods (docs/math/color.md).
-"""
+"""RGB-D tracking beside depth alone, on the same rendered frames."""
 
 from __future__ import annotations
 
-import argparse
-import sys
 from collections.abc import Mapping
 from collections.abc import Sequence as Seq
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.evaluation.tracked_scene import ASTRAY_M, ASTRAY_RAD, MESHES, load_sdf, settings_of, write_rows
+from experiments.common.protocol import MESHES, load_mesh, load_sdf, say
+from experiments.options import NO_SETTINGS, Settings
+from experiments.registry import experiment
+from experiments.table import Table
 from sdftrack.evaluation.pose_errors import pose_errors
+from sdftrack.evaluation.tracked_scene import ASTRAY_M, ASTRAY_RAD
 from sdftrack.reproduce.scenes.truth import default_camera, motion, render_truth
 
-__all__ = ["WAYS", "follow", "format_rows", "main", "summary"]
+__all__ = ["WAYS", "cells", "follow", "rgbd", "summary"]
 
 Array = NDArray[np.float64]
 WAYS: dict[str, dict[str, Any]] = {
@@ -77,22 +72,6 @@ def joined(rows: Seq[dict[str, Any]]) -> dict[str, Any]:
     return out
 
 
-def format_rows(rows: Mapping[str, dict[str, Any]]) -> str:
-    """The table that is printed."""
-    lines = [
-        f"{'mesh, sigma mm, way':28s} {'mean mm':>8s} {'max':>7s} {'mean deg':>8s} {'max':>7s} {'x bound':>13s} "
-        f"{'x depth':>13s} {'lost':>4s} {'weak':>4s} {'astray':>6s} {'ms':>6s}"
-    ]
-    for name, q in rows.items():
-        lines.append(
-            f"{name:28s} {q['mean_mm']:8.4f} {q['max_mm']:7.3f} {q['mean_deg']:8.4f} {q['max_deg']:7.3f} "
-            f"{q['times_bound'][0]:6.2f} {q['times_bound'][1]:6.2f} "
-            f"{q['times_depth'][0]:6.3f} {q['times_depth'][1]:6.3f} "
-            f"{q['lost']:4d} {q['weak']:4d} {q['astray']:6d} {q['ms_per_frame']:6.2f}"
-        )
-    return "\n".join(lines)
-
-
 def run_mesh(
     mesh: Any,
     sdf: Any,
@@ -134,47 +113,66 @@ def run_mesh(
     return rows
 
 
-def _parser() -> argparse.ArgumentParser:
-    p = argparse.ArgumentParser(
-        prog="python -m sdftrack.eval.rgbd", description=(__doc__ or "").split("\n")[0]
-    )
-    p.add_argument("--meshes", type=Path, required=True, help="folder with NAME.ply, metres")
-    p.add_argument("--only", default=",".join(MESHES), help="names, comma separated")
-    p.add_argument("--ways", default=",".join(WAYS), help="of these, comma separated")
-    p.add_argument("--sigma", default="0.001", help="depth noise, m; several comma separated")
-    p.add_argument("--seeds", type=int, default=1)
-    p.add_argument("--frames", type=int, default=300)
-    p.add_argument("--step-mm", type=float, default=5.0)
-    p.add_argument("--step-deg", type=float, default=1.5)
-    p.add_argument("--voxels", type=int, default=200)
-    p.add_argument("--threads", type=int, default=0)
-    p.add_argument("--set", action="append", default=[], metavar="OPTION=VALUE", help="of the tracker")
-    p.add_argument("--cache", type=Path, help="folder that keeps volumes and bounds between runs")
-    p.add_argument("--json", type=Path)
-    return p
+COLUMNS = (
+    "mesh, sigma mm, way", "mean mm", "max mm", "mean deg", "max deg", "x bound mm", "x bound deg", "x depth mm",
+    "x depth deg", "lost", "weak", "astray", "ms",
+)  # fmt: skip
 
 
-def main(arguments: Seq[str] | None = None) -> int:
-    """Run the protocol and print the table."""
-    import sdftrack as st
+def cells(name: str, q: dict[str, Any]) -> list[str]:
+    """A row of the table."""
+    return [
+        name, f"{q['mean_mm']:.4f}", f"{q['max_mm']:.3f}", f"{q['mean_deg']:.4f}", f"{q['max_deg']:.3f}",
+        *(f"{x:.2f}" for x in q["times_bound"]), *(f"{x:.3f}" for x in q["times_depth"]), str(q["lost"]),
+        str(q["weak"]), str(q["astray"]), f"{q['ms_per_frame']:.2f}",
+    ]  # fmt: skip
 
-    a = _parser().parse_args(arguments)
-    ways = {way: {**WAYS[way], **settings_of(a)} for way in a.ways.split(",")}
+
+@experiment(
+    "rgbd",
+    needs=["meshes"],
+    chosen_on="the same four meshes and the hand of `occlusion`",
+    reported_on="lm_driller, lm_can, lm_cat, spot before clutter; seed 0",
+    short={"only": ("spot",), "frames": 5, "voxels": 80},
+)
+def rgbd(
+    *,
+    data: Path,
+    only: tuple[str, ...] = MESHES,
+    ways: tuple[Literal["depth", "odds", "printed"], ...] = ("depth", "odds", "printed"),
+    sigma: tuple[float, ...] = (0.001,),
+    seeds: int = 1,
+    frames: int = 300,
+    step_mm: float = 5.0,
+    step_deg: float = 1.5,
+    voxels: int = 200,
+    threads: int = 0,
+    options: Settings = NO_SETTINGS,
+    cache: Path | None = None,
+) -> Table:
+    """RGB-D tracking beside depth alone, on the same rendered frames, against the depth-only bound.
+
+    The objects and paths of `synthetic` before a wall, a table and ten things of random colours, with the meshes' own
+    colours. The way "depth" uses no colours, "odds" and "printed" are the two likelihoods (docs/math/color.md).
+
+    Parameters
+    ----------
+    ways
+        of using the colours, comma separated
+    sigma
+        depth noise, m; several, comma separated
+    """
+    chosen = {way: {**WAYS[way], "threads": threads, **options} for way in ways}
     rows: dict[str, dict[str, Any]] = {}
-    for name in a.only.split(","):
-        mesh = st.Mesh.load(a.meshes / f"{name}.ply")
-        sdf = load_sdf(mesh, name, a.voxels, a.cache)
-        for sigma in map(float, a.sigma.split(",")):
-            step = 1e-3 * a.step_mm, float(np.deg2rad(a.step_deg))
-            found = run_mesh(mesh, sdf, sigma, ways, a.frames, a.seeds, step, a.cache, a.threads)
-            mine = {f"{name} {1e3 * sigma:.2f} {way}": row for way, row in found.items()}
-            print(format_rows(mine).split("\n", 1)[1], file=sys.stderr, flush=True)
+    for name in only:
+        mesh = load_mesh(data, name)
+        sdf = load_sdf(mesh, name, voxels, cache)
+        for s in sigma:
+            step = 1e-3 * step_mm, float(np.deg2rad(step_deg))
+            found = run_mesh(mesh, sdf, s, chosen, frames, seeds, step, cache, threads)
+            mine = {f"{name} {1e3 * s:.2f} {way}": row for way, row in found.items()}
+            for key, row in mine.items():
+                say("  ".join(cells(key, row)))
             rows.update(mine)
-    print(f"{a.frames} frames, {a.step_mm:g} mm and {a.step_deg:g} deg per frame, {a.seeds} seeds, clutter")
-    print(format_rows(rows))
-    write_rows(a.json, a, rows)
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    title = f"{frames} frames, {step_mm:g} mm and {step_deg:g} deg per frame, {seeds} seeds, clutter"
+    return Table(title, COLUMNS, [cells(name, row) for name, row in rows.items()], numbers=rows)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.table import Table
 from sdftrack.evaluation.pose_errors import pose_errors, track_frames
 
 __all__ = [
@@ -19,9 +20,9 @@ __all__ = [
     "K1_LEAST_IOU",
     "K1_TO_FRAME",
     "SIDES",
-    "k1_text",
     "mask_iou",
     "run_k1",
+    "table",
 ]
 
 Array = NDArray[np.float64]
@@ -119,31 +120,31 @@ def run_k1(
     return out
 
 
-def k1_text(rows: dict[str, dict[str, Any]]) -> str:
-    """A paragraph per sponge."""
-    lines = []
+COLUMNS = (
+    "sponge", "spread mm", "spread deg", "still most mm", "still most deg", "in the hand, mm / deg at frame",
+    "IoU least", "at", "masks", "lost", "weak", "first lost", "ms",
+)  # fmt: skip
+
+
+def table(rows: dict[str, dict[str, Any]], frames: int) -> Table:
+    """A row per sponge, the limits as notes."""
+    cells, notes = [], []
     for k, name in enumerate(SIDES):
         if name not in rows:
             continue
         q = rows[name]
+        at = "  ".join(f"{i}: {mm:.1f} / {deg:.1f}" for i, (mm, deg) in q["hand"].items())
+        cells.append([
+            name, f"{q['spread_mm']:.3f}", f"{q['spread_deg']:.3f}", f"{q['still_max_mm']:.2f}",
+            f"{q['still_max_deg']:.2f}", at, f"{q['iou_least']:.3f}", str(q["iou_at"]), str(q["iou_frames"]),
+            str(q["lost"]), str(q["weak"]), str(q["first_lost"]), f"{q['ms_per_frame']:.2f}",
+        ])  # fmt: skip
         still, hand = (
             f"{1e3 * m:g} mm / {np.rad2deg(r):g} deg" for m, r in (K1_STILL_LIMITS[k], K1_HAND_LIMITS[k])
         )
-        at = "  ".join(f"{i}: {mm:.1f} / {deg:.1f}" for i, (mm, deg) in q["hand"].items())
-        indent = " " * len(name)
-        lines.append(
-            f"{name}: still (0-40) spread {q['spread_mm']:.3f} mm / {q['spread_deg']:.3f} deg "
-            f"(want {1e3 * K1_SPREAD_LIMIT[0]:g} / {np.rad2deg(K1_SPREAD_LIMIT[1]):g}), "
-            f"from the reference at most {q['still_max_mm']:.2f} mm / {q['still_max_deg']:.2f} deg "
-            f"(want {still})"
-        )
-        lines.append(f"{indent}  in the hand, mm / deg at frame  {at}  (want {hand})")
-        lines.append(
-            f"{indent}  mask IoU at least {q['iou_least']:.3f} (frame {q['iou_at']}, {q['iou_frames']} trusted masks "
-            f"to frame {K1_TO_FRAME}; want {K1_LEAST_IOU:g})"
-        )
-        lines.append(
-            f"{indent}  lost {q['lost']}, weak {q['weak']}, first lost {q['first_lost']}, "
-            f"{q['ms_per_frame']:.2f} ms per frame"
-        )
-    return "\n".join(lines)
+        notes.append(f"{name}: wanted still within {still} of the reference, in the hand within {hand}")
+    notes.append(
+        f"wanted: spread {1e3 * K1_SPREAD_LIMIT[0]:g} mm / {np.rad2deg(K1_SPREAD_LIMIT[1]):g} deg in frames 0-40, "
+        f"mask IoU {K1_LEAST_IOU:g} to frame {K1_TO_FRAME}"
+    )
+    return Table(f"k1, {frames} frames", COLUMNS, cells, notes, rows)

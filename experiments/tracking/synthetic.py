@@ -1,18 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Depth tracking of rendered meshes against the Cramer-Rao bound.
-
-    python -m sdftrack.eval.synthetic --meshes DIR --sigma 0.001 --seeds 3 --step-mm 5 --step-deg 1.5 --frames
-    300
-
-One row per mesh: mean and largest errors over all frames and seeds, their multiple of the bound, the bias
-along the camera's axes, and the frames that were called lost.
-"""
+"""Depth tracking of rendered meshes against the Cramer-Rao bound."""
 
 from __future__ import annotations
 
-import argparse
-import sys
-import time
 from collections.abc import Sequence as Seq
 from pathlib import Path
 from typing import Any
@@ -20,11 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.evaluation.tracked_scene import ASTRAY_M, ASTRAY_RAD, MESHES, load_sdf, settings_of, write_rows
-from sdftrack.evaluation.pose_errors import parse_settings, pose_errors, track_frames
+from experiments.common.protocol import MESHES, load_mesh, load_sdf, say
+from experiments.options import NO_SETTINGS, Settings
+from experiments.registry import experiment
+from experiments.table import Table
+from sdftrack.evaluation.pose_errors import pose_errors, track_frames
+from sdftrack.evaluation.tracked_scene import ASTRAY_M, ASTRAY_RAD
 from sdftrack.reproduce.scenes.truth import Truth, default_camera, motion, noisy, render_truth
 
-__all__ = ["MESHES", "main", "run_mesh"]
+__all__ = ["MESHES", "cells", "run_mesh", "synthetic"]
 
 Array = NDArray[np.float64]
 
@@ -79,97 +73,95 @@ def run_mesh(
     }
 
 
-def format_rows(rows: dict[str, dict[str, Any]]) -> str:
-    """The table that is printed."""
-    head = (
-        f"{'mesh':12s} {'sigma':>6s} {'mean mm':>8s} {'max':>7s} {'mean deg':>8s} {'max':>7s} "
-        f"{'bound mm':>8s} {'deg':>7s} {'x bound':>13s} {'bias x y z mm':>22s} "
-        f"{'lost':>4s} {'weak':>4s} {'astray':>6s} {'px':>6s} {'ms':>6s}"
-    )
-    lines = [head]
-    for name, q in rows.items():
-        bias = " ".join(f"{b:+.3f}" for b in q["bias_mm"])
-        lines.append(
-            f"{name:12s} {q['sigma_mm']:6.2f} {q['mean_mm']:8.4f} {q['max_mm']:7.3f} {q['mean_deg']:8.4f} "
-            f"{q['max_deg']:7.3f} {q['bound_mm']:8.4f} {q['bound_deg']:7.4f} "
-            f"{q['times_bound_mm']:6.2f} {q['times_bound_deg']:6.2f} {bias:>22s} "
-            f"{q['lost']:4d} {q['weak']:4d} {q['astray']:6d} {q['pixels']:6.0f} {q['ms_per_frame']:6.2f}"
-        )
-        if q["turn_max_deg"] is not None:
-            lines.append(f"{'':12s} turn about the axis, excepted above: at most {q['turn_max_deg']:.2f} deg")
-    return "\n".join(lines)
+COLUMNS = (
+    "mesh", "sigma mm", "mean mm", "max mm", "mean deg", "max deg", "bound mm", "bound deg", "x bound mm",
+    "x bound deg", "bias x mm", "bias y mm", "bias z mm", "lost", "weak", "astray", "px", "ms",
+)  # fmt: skip
 
 
-def _parser() -> argparse.ArgumentParser:
-    p = argparse.ArgumentParser(
-        prog="python -m sdftrack.eval.synthetic", description=(__doc__ or "").split("\n")[0]
-    )
-    p.add_argument("--meshes", type=Path, required=True, help="folder with NAME.ply, metres")
-    p.add_argument("--only", default=",".join(MESHES), help="names, comma separated")
-    p.add_argument("--sigma", default="0.001", help="depth noise, m; several comma separated")
-    p.add_argument("--seeds", type=int, default=3)
-    p.add_argument("--frames", type=int, default=300)
-    p.add_argument("--step-mm", type=float, default=5.0)
-    p.add_argument("--step-deg", type=float, default=1.5)
-    p.add_argument("--voxels", type=int, default=200)
-    p.add_argument("--threads", type=int, default=0)
-    p.add_argument(
-        "--axis", action="append", default=[], metavar="NAME=x,y,z", help="axis of symmetry of a mesh"
-    )
-    p.add_argument(
-        "--set", action="append", default=[], metavar="OPTION=VALUE", help="an option of the tracker"
-    )
-    p.add_argument("--cache", type=Path, help="folder that keeps volumes and noise-free images between runs")
-    p.add_argument("--bound-only", action="store_true", help="print the bound alone: needs no tracker")
-    p.add_argument("--json", type=Path)
-    return p
+def cells(name: str, q: dict[str, Any]) -> list[str]:
+    """A row of the table."""
+    return [
+        name, f"{q['sigma_mm']:.2f}", f"{q['mean_mm']:.4f}", f"{q['max_mm']:.3f}", f"{q['mean_deg']:.4f}",
+        f"{q['max_deg']:.3f}", f"{q['bound_mm']:.4f}", f"{q['bound_deg']:.4f}", f"{q['times_bound_mm']:.2f}",
+        f"{q['times_bound_deg']:.2f}", *(f"{b:+.3f}" for b in q["bias_mm"]), str(q["lost"]), str(q["weak"]),
+        str(q["astray"]), f"{q['pixels']:.0f}", f"{q['ms_per_frame']:.2f}",
+    ]  # fmt: skip
 
 
-def main(arguments: Seq[str] | None = None) -> int:
-    """Run the protocol and print the table."""
-    import sdftrack as st
+@experiment(
+    "synthetic",
+    needs=["meshes"],
+    chosen_on="the same four meshes, other seeds and shorter paths",
+    reported_on="lm_driller, lm_can, lm_cat, spot; seeds 0 to 2",
+    short={"only": ("spot",), "seeds": 1, "frames": 15, "voxels": 80},
+)
+def synthetic(
+    *,
+    data: Path,
+    only: tuple[str, ...] = MESHES,
+    sigma: tuple[float, ...] = (0.001,),
+    seeds: int = 3,
+    frames: int = 300,
+    step_mm: float = 5.0,
+    step_deg: float = 1.5,
+    voxels: int = 200,
+    threads: int = 0,
+    axis: Settings = NO_SETTINGS,
+    options: Settings = NO_SETTINGS,
+    cache: Path | None = None,
+    bound_only: bool = False,
+) -> Table:
+    """Depth tracking of rendered meshes against the Cramer-Rao bound.
 
-    a = _parser().parse_args(arguments)
-    axes = {k: np.array(v, np.float64) for k, v in parse_settings(a.axis).items()}
+    Errors over all frames and seeds, their multiple of the bound, the bias along the camera's axes, and the frames
+    that were called lost.
+
+    Parameters
+    ----------
+    sigma
+        depth noise, m; several, comma separated
+    axis
+        axis of symmetry of a mesh, NAME=x,y,z
+    bound_only
+        the bound alone: needs no tracker
+    """
+    axes = {k: np.array(v, np.float64) for k, v in axis.items()}
     camera = default_camera()
     rows: dict[str, dict[str, Any]] = {}
-    for name in [n for n in a.only.split(",") if n]:
-        began = time.perf_counter()
-        mesh = st.Mesh.load(a.meshes / f"{name}.ply")
+    bounds: list[list[str]] = []
+    for name in only:
+        mesh = load_mesh(data, name)
         centre = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
         truths = [
             render_truth(
                 mesh,
-                motion(a.frames, 1e-3 * a.step_mm, np.deg2rad(a.step_deg), seed, centre),
+                motion(frames, 1e-3 * step_mm, np.deg2rad(step_deg), seed, centre),
                 camera,
-                a.threads,
-                a.cache,
+                threads,
+                cache,
             )
-            for seed in range(a.seeds)
+            for seed in range(seeds)
         ]
-        if a.bound_only:
-            bounds = np.mean([[t.bound_m.mean(), t.bound_rad.mean()] for t in truths], axis=0)
-            for sigma in map(float, a.sigma.split(",")):
-                print(
-                    f"{name:12s} sigma {1e3 * sigma:.2f} mm: bound {1e3 * sigma * bounds[0]:.4f} mm "
-                    f"{np.rad2deg(sigma * bounds[1]):.4f} deg, "
-                    f"{np.mean([t.pixels.mean() for t in truths]):.0f} px",
-                    flush=True,
-                )
+        if bound_only:
+            m, rad = np.mean([[t.bound_m.mean(), t.bound_rad.mean()] for t in truths], axis=0)
+            pixels = np.mean([t.pixels.mean() for t in truths])
+            bounds += [
+                [name, f"{1e3 * s:.2f}", f"{1e3 * s * m:.4f}", f"{np.rad2deg(s * rad):.4f}", f"{pixels:.0f}"]
+                for s in sigma
+            ]
             continue
-        sdf = load_sdf(mesh, name, a.voxels, a.cache)
-        print(f"# {name}: prepared in {time.perf_counter() - began:.1f} s", file=sys.stderr, flush=True)
-        options = settings_of(a)
-        for sigma in map(float, a.sigma.split(",")):
-            row = run_mesh(sdf, truths, sigma, options, axes.get(name))
-            rows[name if "," not in a.sigma else f"{name}@{1e3 * sigma:g}"] = row
-            print(format_rows({name: row}).split("\n", 1)[1], file=sys.stderr, flush=True)
-    if rows:
-        print(f"{a.frames} frames, {a.step_mm:g} mm and {a.step_deg:g} deg per frame, {a.seeds} seeds")
-        print(format_rows(rows))
-    write_rows(a.json, a, rows)
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+        sdf = load_sdf(mesh, name, voxels, cache)
+        for s in sigma:
+            key = name if len(sigma) == 1 else f"{name}@{1e3 * s:g}"
+            rows[key] = run_mesh(sdf, truths, s, {"threads": threads, **options}, axes.get(name))
+            say("  ".join(cells(key, rows[key])))
+    title = f"{frames} frames, {step_mm:g} mm and {step_deg:g} deg per frame, {seeds} seeds"
+    if bound_only:
+        return Table(title, ["mesh", "sigma mm", "bound mm", "bound deg", "px"], bounds)
+    turns = [
+        f"{name}: turn about the axis, excepted above: at most {q['turn_max_deg']:.2f} deg"
+        for name, q in rows.items()
+        if q["turn_max_deg"] is not None
+    ]
+    return Table(title, COLUMNS, [cells(name, q) for name, q in rows.items()], turns, rows)

@@ -16,15 +16,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.tracking.recorded import off_pose
+from experiments.common.pose_sets import off_pose
 
 __all__ = [
     "FEATURES",
     "Sample",
+    "area_cells",
     "area_under_roc",
     "features",
     "fit_weights",
-    "format_areas",
     "judged",
     "lookalikes",
     "recorded",
@@ -227,18 +227,24 @@ def recorded(
     return out
 
 
-def format_areas(name: str, samples: Seq[Sample]) -> str:
-    """One line: areas under ROC, and shares on the wrong side of one half."""
+AREAS = (
+    "group", "poses", "AUC of fits", "true against wrong", "true against disturbed", "right fits doubted %",
+    "wrong fits not doubted %", "wrong fits",
+)  # fmt: skip
+
+
+def area_cells(name: str, samples: Seq[Sample]) -> list[str]:
+    """A row under `AREAS`: areas under ROC, and shares on the wrong side of one half."""
     score = np.array([s.confidence for s in samples])
     right = np.array([s.right for s in samples])
     kind = np.array([s.kind for s in samples])
     fits = np.isin(kind, ("tracked", "astray"))
     given = (kind == "true") | (kind == "disturbed")
     against = (kind == "true") | ((kind == "disturbed") & ~right)
-    return (
-        f"{name:14s} {len(samples):5d} poses: AUC of fits {area_under_roc(score[fits], right[fits]):.4f}, "
-        f"true against wrong {area_under_roc(score[against], right[against]):.4f}, "
-        f"true against disturbed {area_under_roc(score[given], kind[given] == 'true'):.4f}; of fits "
-        f"{100 * np.mean(score[fits & right] < 0.5):.1f} % of the right are doubted, "
-        f"{100 * np.mean(score[fits & ~right] > 0.5):.1f} % of the wrong are not ({(fits & ~right).sum()} wrong)"
-    )
+    return [
+        name, str(len(samples)), f"{area_under_roc(score[fits], right[fits]):.4f}",
+        f"{area_under_roc(score[against], right[against]):.4f}",
+        f"{area_under_roc(score[given], kind[given] == 'true'):.4f}",
+        f"{100 * np.mean(score[fits & right] < 0.5):.1f}", f"{100 * np.mean(score[fits & ~right] > 0.5):.1f}",
+        str((fits & ~right).sum()),
+    ]  # fmt: skip

@@ -11,17 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.tracking.recorded import YCB_NAMES
+from experiments.table import Table
+from experiments.tracking.random_starts import YCB_NAMES
 from sdftrack.reproduce.scenes.truth import Truth, noisy
 
 __all__ = [
     "CHI2_95",
     "Coverage",
+    "cells",
     "coverage",
     "error_vector",
-    "format_coverage",
-    "run_recorded",
+    "recorded",
     "synthetic_coverage",
+    "table",
 ]
 
 Array = NDArray[np.float64]
@@ -138,7 +140,7 @@ def _mean_pose(poses: Array) -> Array:
     return mean
 
 
-def run_recorded(data: Path, options: dict[str, Any] | None = None) -> dict[str, Coverage]:
+def recorded(data: Path, options: dict[str, Any], frames: int = 0) -> dict[str, Coverage]:
     """Two sponges at rest about their mean and in the hand at their references; three objects of ycbv10."""
     import sdftrack as st
 
@@ -146,34 +148,37 @@ def run_recorded(data: Path, options: dict[str, Any] | None = None) -> dict[str,
     with st.open_sequence(data / "k1") as seq:
         sdf = st.SDF.from_mesh(next(iter(seq.models.values())))
         for k, name in enumerate(("left sponge", "right sponge")):
-            out[f"{name}, at rest"] = recorded_coverage(seq, k, sdf, STILL, None, options or {})
+            out[f"{name}, at rest"] = recorded_coverage(
+                seq, k, sdf, min(frames or STILL, STILL), None, options
+            )
             poses = {i: np.asarray(T[k]) for i, T in seq.ground_truth.items() if k in T and i <= LAST}
-            out[f"{name}, references"] = recorded_coverage(seq, k, sdf, LAST + 1, poses, options or {})
+            out[f"{name}, references"] = recorded_coverage(
+                seq, k, sdf, min(frames or LAST + 1, LAST + 1), poses, options
+            )
     with st.open_sequence(data / "ycbv10") as seq:
         for k, obj_id in enumerate(seq.objects):
             sdf = st.SDF.from_mesh(seq.models[obj_id])
             poses = {i: np.asarray(seq.ground_truth[i][k]) for i in range(len(seq))}
-            out[YCB_NAMES[obj_id]] = recorded_coverage(seq, k, sdf, len(seq), poses, options or {})
+            out[YCB_NAMES[obj_id]] = recorded_coverage(
+                seq, k, sdf, min(frames or len(seq), len(seq)), poses, options
+            )
     return out
 
 
-def format_coverage(rows: dict[str, Coverage]) -> str:
-    """The table that is printed: per cent, spreads and offsets in stated sds."""
-    head = (
-        f"{'':22s} {'errors':>6s} {'joint %':>7s} {'pos':>6s} {'rot':>6s}   "
-        + " ".join(f"{d:>5s}" for d in DIRECTIONS)
-        + "   spread"
-        + " " * 25
-        + "offset"
-    )
-    lines = [head]
-    for name, c in rows.items():
-        lines.append(
-            f"{name:22s} {c.count:6d} {100 * c.joint:7.1f} {100 * c.position:6.1f} {100 * c.rotation:6.1f}   "
-            + " ".join(f"{100 * d:5.1f}" for d in c.directions)
-            + "   "
-            + " ".join(f"{s:4.2f}" for s in c.spread)
-            + "   "
-            + " ".join(f"{o:+5.2f}" for o in c.offset)
-        )
-    return "\n".join(lines)
+COLUMNS = (
+    "object", "errors", "joint %", "position %", "rotation %", *(f"{d} %" for d in DIRECTIONS),
+    *(f"spread {d}" for d in DIRECTIONS), *(f"offset {d}" for d in DIRECTIONS),
+)  # fmt: skip
+
+
+def cells(name: str, c: Coverage) -> list[str]:
+    """A row: per cent, spreads and offsets in stated standard deviations."""
+    return [
+        name, str(c.count), *(f"{100 * x:.1f}" for x in (c.joint, c.position, c.rotation, *c.directions)),
+        *(f"{s:.2f}" for s in c.spread), *(f"{o:+.2f}" for o in c.offset),
+    ]  # fmt: skip
+
+
+def table(title: str, rows: dict[str, Coverage]) -> Table:
+    """A row per object."""
+    return Table(title, COLUMNS, [cells(name, c) for name, c in rows.items()])

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["fit_noise", "local_sd", "residual_table", "run_sensor", "temporal_sd"]
+__all__ = ["fit_noise", "lines", "local_sd", "residual_table", "temporal_sd"]
 
 Array = NDArray[np.float64]
 REACH_PX = 3
@@ -81,11 +81,11 @@ def residual_table(seq: Any, k: int, sdf: Any, frames: int, threads: int) -> dic
     return {"z_m": float(z), "sd_m": float(sd), "area_px": float(area)}
 
 
-def run_sensor(data: Path, threads: int = 0) -> str:
+def lines(data: Path, frames: int = 10, threads: int = 0) -> list[str]:
     """The tables for k1 and ycbv10, as text."""
     import sdftrack as st
 
-    lines = []
+    out: list[str] = []
     edges = np.array([0.5, 0.7, 0.9, 1.1, 1.4, 1.8, 2.3, 3.0, 4.0])
     for name, still in (("k1", 25), ("ycbv10", 0)):
         with st.open_sequence(data / name) as seq:
@@ -98,13 +98,13 @@ def run_sensor(data: Path, threads: int = 0) -> str:
             for kind, (z, sd) in curves.items():
                 rows = binned(z, sd / (MAD if kind == "between neighbours" else 1), edges)
                 s0, s2 = fit_noise(np.array([r[0] for r in rows]), np.array([r[1] for r in rows]))
-                lines.append(f"{name}, {kind}: s(Z) = {1e3 * s0:.2f} mm + {1e3 * s2:.2f} mm/m^2 Z^2")
-                lines += [f"   {z:5.2f} m  {1e3 * s:6.2f} mm  {n:8d} readings" for z, s, n in rows]
+                out.append(f"{name}, {kind}: s(Z) = {1e3 * s0:.2f} mm + {1e3 * s2:.2f} mm/m^2 Z^2")
+                out += [f"   {z:5.2f} m  {1e3 * s:6.2f} mm  {n:8d} readings" for z, s, n in rows]
             for k, obj_id in enumerate(seq.objects):
                 sdf = st.SDF.from_mesh(seq.models[obj_id])
-                r = residual_table(seq, k, sdf, min(10, len(seq)), threads)
-                lines.append(
+                r = residual_table(seq, k, sdf, min(frames, len(seq)), threads)
+                out.append(
                     f"{name}, object {k}: residuals at {r['z_m']:.2f} m: sd {1e3 * r['sd_m']:.2f} mm, "
                     f"shared by {r['area_px']:.0f} px"
                 )
-    return "\n".join(lines)
+    return out

@@ -1,36 +1,24 @@
 # SPDX-License-Identifier: MIT
-"""What status, confidence and covariance are worth, measured: the tables of docs/trust.md.
-
-python -m sdftrack.eval.trust coverage --data DATA   # how often the 95 % ellipsoid holds the truth
-python -m sdftrack.eval.trust recorded --data DATA   # the same against recorded sequences' references
-python -m sdftrack.eval.trust sensor --data DATA     # noise over distance, and its reach between pixels
-python -m sdftrack.eval.trust auc --data DATA        # right poses against wrong ones, by confidence
-python -m sdftrack.eval.trust absent --data DATA     # an object that is not there
-python -m sdftrack.eval.trust fit --data DATA        # the weights of cpp/tracking/trust.cpp
-"""
+"""What status, confidence and covariance are worth, measured: the tables of docs/trust.md."""
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
-import warnings
-from collections.abc import Callable
 from collections.abc import Sequence as Seq
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from experiments.trust import absent
-from experiments.trust import confidence
-from experiments.trust import coverage
-from sdftrack.evaluation.tracked_scene import load_sdf
-from sdftrack.evaluation.pose_errors import parse_settings
-from experiments.tracking.synthetic import MESHES
+import sdftrack as st
+from experiments.common.protocol import MESHES, load_mesh, load_sdf, say
+from experiments.options import NO_SETTINGS, Settings
+from experiments.registry import experiment
+from experiments.table import Table
+from experiments.trust import absent, confidence, coverage
+from experiments.trust import sensor as sensor_noise
 from sdftrack.reproduce.scenes.truth import default_camera, motion, render_truth
 
-__all__ = ["main"]
+__all__ = ["absent_objects", "coverage_of_references", "coverage_of_truth", "fit", "sensor", "separation"]
 
 # Changing these numbers breaks comparisons with docs/trust.md.
 STEP_M, STEP_RAD, TRUTH_FRAMES = 0.005, np.deg2rad(1.5), 300
@@ -52,98 +40,208 @@ def occluders() -> tuple[Any, ...]:
 
 def volume(data: Path, name: str, cache: Path | None) -> tuple[Any, Any]:
     """(mesh, SDF of 200 voxels) of DATA/meshes."""
-    import sdftrack as st
-
-    mesh = st.Mesh.load(data / "meshes" / f"{name}.ply")
+    mesh = load_mesh(data, name)
     return mesh, load_sdf(mesh, name, VOXELS, cache)
 
 
-def run_coverage(a: argparse.Namespace, say: Callable[[str], None]) -> str:
-    """Table of the synthetic coverage."""
+@experiment(
+    "trust.coverage",
+    needs=["meshes"],
+    chosen_on="the same four meshes",
+    reported_on="lm_driller, lm_can, lm_cat, spot; seeds 0 to 2",
+    short={"only": ("spot",), "seeds": 1, "frames": 4, "path_frames": 6},
+)
+def coverage_of_truth(
+    *,
+    data: Path,
+    only: tuple[str, ...] = MESHES,
+    seeds: int = 3,
+    frames: int = 100,
+    path_frames: int = TRUTH_FRAMES,
+    threads: int = 1,
+    options: Settings = NO_SETTINGS,
+    cache: Path | None = None,
+) -> Table:
+    """How often the stated 95 % ellipsoid holds the true pose, on rendered sequences.
+
+    Parameters
+    ----------
+    path_frames
+        of the rendered path, of which the first `frames` are tracked
+    """
     camera, rows = default_camera(), {}
-    options = {"threads": a.threads, **parse_settings(a.set)}
-    for name in MESHES:
-        mesh, sdf = volume(a.data, name, a.cache)
+    for name in only:
+        mesh, sdf = volume(data, name, cache)
         centre = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
         truths = [
-            render_truth(
-                mesh, motion(TRUTH_FRAMES, STEP_M, STEP_RAD, seed, centre), camera, a.threads, a.cache
-            )
-            for seed in range(a.seeds)
+            render_truth(mesh, motion(path_frames, STEP_M, STEP_RAD, seed, centre), camera, threads, cache)
+            for seed in range(seeds)
         ]
         for sigma in (0.001, 0.00316):
             key = f"{name} {1e3 * sigma:.2f} mm"
-            rows[key] = coverage.synthetic_coverage(sdf, truths, sigma, options, a.frames)
-            say(coverage.format_coverage({key: rows[key]}).split("\n")[1])
-    return coverage.format_coverage(rows)
+            rows[key] = coverage.synthetic_coverage(
+                sdf, truths, sigma, {"threads": threads, **options}, frames
+            )
+            say("  ".join(coverage.cells(key, rows[key])))
+    return coverage.table("Stated covariance against the truth", rows)
 
 
-def run_recorded(a: argparse.Namespace, say: Callable[[str], None]) -> str:
-    """Table of the recorded coverage."""
-    options = {"threads": a.threads, **parse_settings(a.set)}
-    return coverage.format_coverage(coverage.run_recorded(a.data, options))
+@experiment(
+    "trust.recorded",
+    needs=["k1", "ycbv10"],
+    chosen_on="k1 and ycbv10 (`trust.sensor`: noise and its reach between pixels)",
+    reported_on="the same recordings",
+    short={"frames": 3},
+)
+def coverage_of_references(
+    *,
+    data: Path,
+    frames: int = 0,
+    threads: int = 1,
+    options: Settings = NO_SETTINGS,
+) -> Table:
+    """How often the stated 95 % ellipsoid holds the reference pose of recorded sequences.
+
+    Parameters
+    ----------
+    frames
+        of each sequence, at most; 0: as many as have a reference
+    """
+    rows = coverage.recorded(data, {"threads": threads, **options}, frames)
+    return coverage.table("Stated covariance against recorded references", rows)
 
 
-def run_sensor(a: argparse.Namespace, say: Callable[[str], None]) -> str:
-    """Tables of the sensors' noise."""
-    from experiments.trust.sensor import run_sensor
+@experiment(
+    "trust.sensor",
+    needs=["k1", "ycbv10"],
+    chosen_on="nothing is chosen here: the tracker's noise model is",
+    reported_on="k1 and ycbv10",
+    short={"frames": 2},
+)
+def sensor(*, data: Path, frames: int = 10, threads: int = 1) -> Table:
+    """Noise of recorded depth over distance, and how far its errors reach from pixel to pixel.
 
-    return run_sensor(a.data, a.threads)
+    Parameters
+    ----------
+    frames
+        tracked of each object, at most
+    """
+    return Table("Noise of recorded depth", notes=sensor_noise.lines(data, frames, threads))
 
 
 def _synthetic(
-    a: argparse.Namespace, names: Seq[str], seed: int, say: Callable[[str], None]
+    data: Path, names: Seq[str], scenes: int, seed: int, threads: int, cache: Path | None
 ) -> list[confidence.Sample]:
     out = []
     for name in names:
-        mesh, sdf = volume(a.data, name, a.cache)
-        out += confidence.synthetic(name, mesh, sdf, a.scenes, seed, occluders(), a.threads)
+        mesh, sdf = volume(data, name, cache)
+        out += confidence.synthetic(name, mesh, sdf, scenes, seed, occluders(), threads)
         say(f"{name}: {len(out)} poses so far")
     return out
 
 
-def run_auc(a: argparse.Namespace, say: Callable[[str], None]) -> str:
-    """Areas under ROC, by the kind of wrong pose."""
-    import sdftrack as st
+@experiment(
+    "trust.auc",
+    needs=["meshes", "k1", "ycbv10"],
+    chosen_on="the poses of `trust.fit`: lm_cat, lm_can, lm_driller, spot, seed 1",
+    reported_on="lm_ape, lm_duck, lm_glue, bunny, seed 2; k1; ycbv10's brick",
+    short={"only": ("bunny",), "scenes": 1, "recorded": False},
+)
+def separation(
+    *,
+    data: Path,
+    only: tuple[str, ...] = TEST,
+    scenes: int = SCENES,
+    recorded: bool = True,
+    threads: int = 1,
+    cache: Path | None = None,
+) -> Table:
+    """Correct poses against wrong ones, by confidence: areas under the ROC curve.
 
-    groups = {"synthetic": _synthetic(a, TEST, TEST_SEED, say)}
-    with st.open_sequence(a.data / "k1") as seq:
-        sdf = st.SDF.from_mesh(next(iter(seq.models.values())))
-        groups["k1"] = confidence.recorded(seq, sdf, 0, 20, 10, threads=a.threads)
-    with st.open_sequence(a.data / "ycbv10") as seq:
-        groups["ycbv10 brick"] = confidence.recorded(
-            seq, st.SDF.from_mesh(seq.models[3]), 0, 10, 10, only=[2], threads=a.threads
-        )
-    if a.json is not None:
-        rows = {g: [[s.kind, s.right, s.confidence] for s in many] for g, many in groups.items()}
-        a.json.write_text(json.dumps(rows))
-    return "\n".join(confidence.format_areas(name, many) for name, many in groups.items())
+    Parameters
+    ----------
+    scenes
+        of each mesh
+    recorded
+        also the recorded sequences
+    """
+    groups = {"synthetic": _synthetic(data, only, scenes, TEST_SEED, threads, cache)}
+    if recorded:
+        with st.open_sequence(data / "k1") as seq:
+            sdf = st.SDF.from_mesh(next(iter(seq.models.values())))
+            groups["k1"] = confidence.recorded(seq, sdf, 0, 20, 10, threads=threads)
+        with st.open_sequence(data / "ycbv10") as seq:
+            groups["ycbv10 brick"] = confidence.recorded(
+                seq, st.SDF.from_mesh(seq.models[3]), 0, 10, 10, only=[2], threads=threads
+            )
+    numbers = {g: [[s.kind, s.right, s.confidence] for s in many] for g, many in groups.items()}
+    rows = [confidence.area_cells(name, many) for name, many in groups.items()]
+    return Table("Confidence of correct and of wrong poses", confidence.AREAS, rows, numbers=numbers)
 
 
-def run_absent(a: argparse.Namespace, say: Callable[[str], None]) -> str:
-    """Counts of the statuses that absent objects end with."""
-    sdfs = {name: volume(a.data, name, a.cache)[1] for name in absent.MODELS}
-    scenes = list(absent.osd_scenes(a.data / "osd"))
-    lines = []
-    for how, trials in (("put at random", absent.placed), ("searched for", absent.searched)):
-        samples = trials(scenes, sdfs, a.trials, ABSENT_TEST, threads=a.threads)
-        count = {s: sum(x.said["status"] == s for x in samples) for s in ("lost", "weak", "ok")}
+@experiment(
+    "trust.absent",
+    needs=["meshes", "osd"],
+    chosen_on="the same scenes and models, seed 7 (`trust.fit`)",
+    reported_on="osd's scenes with six models that are not in them, seed 0",
+    short={"trials": 2},
+)
+def absent_objects(
+    *, data: Path, trials: int = ABSENT_TRIALS, threads: int = 1, cache: Path | None = None
+) -> Table:
+    """Status and confidence of an object that is not in the scene.
+
+    Parameters
+    ----------
+    trials
+        of each way
+    """
+    sdfs = {name: volume(data, name, cache)[1] for name in absent.MODELS}
+    scenes = list(absent.osd_scenes(data / "osd"))
+    rows = []
+    for how, made in (("put at random", absent.placed), ("searched for", absent.searched)):
+        samples = made(scenes, sdfs, trials, ABSENT_TEST, threads=threads)
+        counts = [str(sum(x.said["status"] == s for x in samples)) for s in ("lost", "weak", "ok")]
         sure = sum(x.confidence > 0.5 for x in samples)
-        lines.append(f"{how}: {len(samples)} trials, {count}, confidence above 0.5: {sure}")
-        say(lines[-1])
-    return "\n".join(lines)
+        rows.append([how, str(len(samples)), *counts, str(sure)])
+        say("  ".join(rows[-1]))
+    return Table("Absent objects", ["way", "trials", "lost", "weak", "ok", "confidence above 0.5"], rows)
 
 
-def run_fit(a: argparse.Namespace, say: Callable[[str], None]) -> str:
-    """The weights, in the order of `Weights` in cpp/tracking/trust.cpp."""
-    samples = _synthetic(a, TRAIN, TRAIN_SEED, say)
-    sdfs = {name: volume(a.data, name, a.cache)[1] for name in absent.MODELS}
-    scenes = list(absent.osd_scenes(a.data / "osd"))
-    samples += absent.placed(scenes, sdfs, ABSENT_TRAIN, ABSENT_TRAIN_SEED, credulous=True, threads=a.threads)
-    samples += confidence.lookalikes(LOOKALIKES, TRAIN_SEED, a.threads)
-    if a.json is not None:
-        rows = [[s.kind, s.right, *confidence.features(s.said).tolist()] for s in samples if s.said]
-        a.json.write_text(json.dumps(rows))
+@experiment(
+    "trust.fit",
+    needs=["meshes", "osd"],
+    chosen_on="this experiment chooses the weights: lm_cat, lm_can, lm_driller, spot, seed 1; osd, seed 7",
+    reported_on="nothing: see `trust.auc` and `trust.absent`",
+    short={"only": ("spot",), "scenes": 2, "placed": 2, "lookalikes": 2},
+)
+def fit(
+    *,
+    data: Path,
+    only: tuple[str, ...] = TRAIN,
+    scenes: int = SCENES,
+    placed: int = ABSENT_TRAIN,
+    lookalikes: int = LOOKALIKES,
+    threads: int = 1,
+    cache: Path | None = None,
+) -> Table:
+    """The weights of the confidence, in the order of `Weights` in cpp/tracking/trust.cpp.
+
+    Parameters
+    ----------
+    scenes
+        of each mesh
+    placed
+        trials with absent objects
+    lookalikes
+        boxes of another size
+    """
+    samples = _synthetic(data, only, scenes, TRAIN_SEED, threads, cache)
+    sdfs = {name: volume(data, name, cache)[1] for name in absent.MODELS}
+    places = list(absent.osd_scenes(data / "osd"))
+    samples += absent.placed(places, sdfs, placed, ABSENT_TRAIN_SEED, credulous=True, threads=threads)
+    samples += confidence.lookalikes(lookalikes, TRAIN_SEED, threads)
+    numbers = [[s.kind, s.right, *confidence.features(s.said).tolist()] for s in samples if "agree" in s.said]
     known = [s for s in samples if "agree" in s.said]
     right = np.array([s.right for s in known])
     kinds = np.array([s.kind for s in known])
@@ -151,48 +249,6 @@ def run_fit(a: argparse.Namespace, say: Callable[[str], None]) -> str:
     weight[kinds == "absent"] = WEIGHT_ABSENT
     x = np.array([confidence.features(s.said) for s in known])
     slopes, constant = confidence.fit_weights(x, right, weight)
-    named = [f"{name} {w:.2f}" for name, w in zip(confidence.FEATURES, slopes, strict=True)]
-    return f"{len(known)} poses, {right.sum()} right: constant {constant:.2f}, " + ", ".join(named)
-
-
-COMMANDS: dict[str, Callable[[argparse.Namespace, Callable[[str], None]], str]] = {
-    "coverage": run_coverage,
-    "recorded": run_recorded,
-    "sensor": run_sensor,
-    "auc": run_auc,
-    "absent": run_absent,
-    "fit": run_fit,
-}
-
-
-def _parser() -> argparse.ArgumentParser:
-    p = argparse.ArgumentParser(
-        prog="python -m sdftrack.eval.trust", description=(__doc__ or "").split("\n")[0]
-    )
-    p.add_argument("what", choices=list(COMMANDS))
-    p.add_argument("--data", type=Path, required=True, help="folder with meshes/, k1/, ycbv10/, osd/")
-    p.add_argument("--cache", type=Path, help="folder that keeps volumes and noise-free images between runs")
-    p.add_argument("--seeds", type=int, default=3, help="coverage: sequences of each mesh")
-    p.add_argument("--frames", type=int, default=100, help="coverage: frames of each sequence")
-    p.add_argument("--scenes", type=int, default=SCENES, help="auc, fit: scenes of each mesh")
-    p.add_argument("--trials", type=int, default=ABSENT_TRIALS, help="absent: trials of each way")
-    p.add_argument("--threads", type=int, default=1)
-    p.add_argument("--set", action="append", default=[], metavar="OPTION=VALUE", help="coverage, recorded")
-    p.add_argument("--json", type=Path, help="auc: every pose's kind, whether it is right, its confidence")
-    return p
-
-
-def main(arguments: Seq[str] | None = None) -> int:
-    """Run one protocol and print its table."""
-    a = _parser().parse_args(arguments)
-    warnings.simplefilter("ignore")
-
-    def say(text: str) -> None:
-        print(f"# {text}", file=sys.stderr, flush=True)
-
-    print(COMMANDS[a.what](a, say))
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    rows = [["constant", f"{constant:.2f}"]]
+    rows += [[name, f"{w:.2f}"] for name, w in zip(confidence.FEATURES, slopes, strict=True)]
+    return Table(f"{len(known)} poses, {right.sum()} right", ["feature", "weight"], rows, numbers=numbers)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -13,24 +12,9 @@ from numpy.typing import NDArray
 
 from sdftrack.results import TrackResult
 
-__all__ = ["Errors", "parse_settings", "pose_errors", "swing_and_turn", "track_frames"]
+__all__ = ["Errors", "pose_errors", "swing_and_turn", "track_frames"]
 
 Array = NDArray[np.float64]
-
-
-def parse_settings(pairs: Iterable[str]) -> dict[str, Any]:
-    """``["name=value", ...]`` as keyword arguments; values are Python literals, else text."""
-    out: dict[str, Any] = {}
-    for pair in pairs:
-        name, equals, text = pair.partition("=")
-        if not equals or not name.strip():
-            raise ValueError(f"setting: expected NAME=VALUE, got {pair!r}")
-        try:
-            out[name.strip()] = ast.literal_eval(text.strip())
-        except (ValueError, SyntaxError):
-            text = text.strip()
-            out[name.strip()] = {"true": True, "false": False}.get(text.lower(), text)
-    return out
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from sdftrack.evaluation.pose_errors import pose_errors
 from sdftrack.evaluation.tables import text_table
-from sdftrack.reproduce.scenes.truth import Truth, default_camera, motion, noisy, render_truth
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.curves import rotation_vectors
+from sdftrack.reproduce.scenes.truth import Truth, default_camera, motion, noisy, render_truth
 
 __all__ = ["run"]
 

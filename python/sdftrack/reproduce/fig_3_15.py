@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.planes.planes import removed
-from sdftrack.reproduce.scenes.table_scenes import Scene, made_scene, open_scenes
 from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
+from sdftrack.reproduce.measures.table_shares import removed
+from sdftrack.reproduce.scenes.table_scenes import Scene, made_scene, open_scenes
 
 __all__ = ["middle_of_table", "run"]
 

@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import geometry
-from sdftrack.reproduce.measures.rebuilt import rebuild
 from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.growing import Scene, reconstructor, scene_of
+from sdftrack.reproduce.measures.rebuilt import rebuild
 
 __all__ = ["aligned", "around", "carried", "run"]
 

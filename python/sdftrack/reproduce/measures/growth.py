@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from sdftrack.reproduce.scenes import several as scenes
-from sdftrack.reproduce.scenes.contact import Solid
 from sdftrack.reproduce.measures.identity import run_way
 from sdftrack.reproduce.measures.judged import measure, total
+from sdftrack.reproduce.scenes import several as scenes
+from sdftrack.reproduce.scenes.contact import Solid
 
 __all__ = ["COUNTS", "fit_text", "growth", "time_row"]
 

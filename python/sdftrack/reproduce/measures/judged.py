@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.reproduce.scenes.contact import Solid, deepest
-from sdftrack.reproduce.measures.identity import Tracked, swapped, swaps
 from sdftrack.evaluation.tracked_scene import ASTRAY_M, ASTRAY_RAD
+from sdftrack.reproduce.measures.identity import Tracked, swapped, swaps
+from sdftrack.reproduce.scenes.contact import Solid, deepest
 from sdftrack.reproduce.scenes.staged import Scene
 
 __all__ = ["HEAD", "Measured", "cells", "errors", "judge", "measure", "total"]

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import depth_camera
-from experiments.reconstruction.fusion import open3d
 
-__all__ = ["camera_path"]
+__all__ = ["camera_path", "open3d"]
 
 Array = NDArray[np.float64]
 VOXEL_M = 1 / 384  # of the source
@@ -21,6 +20,15 @@ LEAST_WEIGHT = 1.0
 NEAREST_M, FARTHEST_M = 0.1, 3.0
 JUMP_M = 0.07  # farther apart a reading and the model are no pair; the default of Open3D
 BLOCKS = 6000  # of 16^3 voxels; the grid takes more when it needs them
+
+
+def open3d() -> Any:
+    """The module; ImportError says how to get it."""
+    try:
+        import open3d as module
+    except ImportError:
+        raise ImportError("this baseline needs Open3D, which is not installed; pip install open3d") from None
+    return module
 
 
 def camera_path(seq: Any, n: int, step: Callable[[int], None] | None = None) -> Array:
