@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.contour import LWPR
+from sdftrack.synth.functions import cross, cross_data, surface_data
 
-__all__ = ["CROSS", "SURFACE", "cross", "cross_data", "lwpr", "measure", "surface", "surface_data"]
+__all__ = ["CROSS", "SURFACE", "lwpr", "measure"]
 
 Array = NDArray[np.float64]
 NOISE = 0.1  # sd of the samples' noise
@@ -33,38 +34,6 @@ SURFACE: dict[str, dict[str, Any]] = {
     "full metric learnt": {"init_D": 20, "w_cutoff": 0.02, "init_alpha": 200, "penalty": 0},
     "metric fixed": {"init_D": 20, "w_cutoff": 0.02, "diagonal": True, "update_D": False},
 }
-
-
-def cross(x: Array) -> Array:
-    """The cross of two ridges and a bump (Vijayakumar et al. 2005): (N, 2) -> (N, 1)."""
-    a, b = x.T
-    ridges = np.maximum(np.exp(-10 * a**2), np.exp(-50 * b**2))
-    return np.maximum(ridges, 1.25 * np.exp(-5 * (a**2 + b**2)))[:, None]
-
-
-def cross_data(seed: int, count: int) -> tuple[Array, Array]:
-    """Places (N, 2), even in [-1, 1]^2, and the cross there, (N, 1), without noise."""
-    x = np.random.default_rng(seed).uniform(-1, 1, (count, 2))
-    return x, cross(x)
-
-
-def surface(latent: Array) -> tuple[Array, Array]:
-    """Places (N, 10) on a curved surface and five functions (N, 5) of its two coordinates (N, 2).
-
-    The surface is (a, b, 0.3 sin(2a + b), 0.3 a b) in four dimensions, turned into ten by a fixed orthonormal map.
-    """
-    a, b = latent.T
-    bent = np.stack([a, b, 0.3 * np.sin(2 * a + b), 0.3 * a * b], axis=1)
-    into_ten = np.linalg.qr(np.random.default_rng(1234).normal(size=(10, 4)))[0]
-    functions = (
-        np.sin(3 * a), np.cos(2 * b) * a, np.exp(-3 * (a**2 + b**2)), a * b, np.tanh(3 * (a - b)),
-    )  # fmt: skip
-    return bent @ into_ten.T, np.stack(functions, axis=1)
-
-
-def surface_data(seed: int, count: int) -> tuple[Array, Array]:
-    """Places (N, 10) and the functions there (N, 5), without noise."""
-    return surface(np.random.default_rng(seed).uniform(-1, 1, (count, 2)))
 
 
 def measure(

@@ -12,21 +12,22 @@ from numpy.typing import NDArray
 
 from experiments.data import has
 from experiments.primitives.kinect_objects import BOXES, objects_of
-from experiments.primitives.open_views import open_view
 from experiments.primitives.solids import CAMERA, NOISES
 from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.camera import Camera
+from sdftrack.evaluation.primitive_errors import angle_deg, measure_patch
 from sdftrack.frame import Frame
 from sdftrack.primitives import PrimitiveFit, fit_primitive
 from sdftrack.primitives.result import KINDS
 from sdftrack.primitives.seen import Seen, pieces
 from sdftrack.primitives.solving import Wish, solve
 from sdftrack.synth.noise import Noise
+from sdftrack.synth.open_views import open_view
 from sdftrack.synth.patches import VIEWS, cut_scene, hidden_scene, patch_scene
 from sdftrack.synth.solids import SolidScene, random_solid, standing_scene
 
-__all__ = ["auto_with_patches", "measure_patch", "open_patches", "osd_faces", "patch", "patches"]
+__all__ = ["auto_with_patches", "open_patches", "osd_faces", "patch", "patches"]
 
 Array = NDArray[np.float64]
 Limits = Mapping[
@@ -35,22 +36,6 @@ Limits = Mapping[
 SEEDS = (9, 11)  # of closed and of open views
 FACE_M = 0.01  # a reading so near a fitted box's face is that face's
 LEAST_FACE = 2000  # readings
-
-
-def measure_patch(fit: PrimitiveFit, scene: SolidScene) -> tuple[Array, Array, float]:
-    """Relative errors of width and height, the errors over their stated deviations, angle of the normal (deg).
-
-    The sides may come in either order.
-    """
-    R = fit.T_cam_obj[:3, :3].T @ scene.T_cam_obj[:3, :3]
-    order = slice(None) if abs(R[0, 0]) > abs(R[0, 1]) else slice(None, None, -1)
-    true = np.array(list(scene.size.values()))
-    found, sd = np.array(list(fit.size.values()))[order], np.sqrt(np.diag(fit.covariance)[6:])[order]
-    return found / true - 1, (found - true) / sd, _angle(R[2, 2])
-
-
-def _angle(cosine: float) -> float:
-    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
 
 
 def patches(count: int, noises: Limits, camera: Camera) -> Table:
@@ -180,7 +165,7 @@ def osd_faces(folder: Path) -> Table:
                 continue
             fit = fit_primitive(frame, "plane", mask=face)
             R = fit.T_cam_obj[:3, :3].T @ box.T_cam_obj[:3, :3]
-            turned.append(_angle(abs(R[2, axis])))
+            turned.append(angle_deg(abs(R[2, axis])))
             cells = []
             for k, (name, side) in enumerate(fit.size.items()):
                 edge = int(np.where(np.arange(3) == axis, 0, np.abs(R[k])).argmax())

@@ -8,18 +8,18 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.primitives.solids import CAMERA, NOISES, measure
+from experiments.primitives.solids import CAMERA, NOISES
 from experiments.registry import experiment
 from experiments.table import Table
-from sdftrack import _core
 from sdftrack.camera import Camera
+from sdftrack.evaluation.primitive_errors import measure
 from sdftrack.frame import Frame
-from sdftrack.geometry import pose
 from sdftrack.primitives import fit_primitive
+from sdftrack.synth.leaning import posed_scene
 from sdftrack.synth.noise import Noise
-from sdftrack.synth.solids import KINDS, SolidScene, random_solid, rendered_scene, standing_scene
+from sdftrack.synth.solids import KINDS
 
-__all__ = ["posed_scene", "resting"]
+__all__ = ["resting"]
 
 Array = NDArray[np.float64]
 CASES: tuple[tuple[str, str, float, float], ...] = (  # kind, how, lean (deg), height above the table (m)
@@ -34,22 +34,6 @@ CASES: tuple[tuple[str, str, float, float], ...] = (  # kind, how, lean (deg), h
     ("cone", "leans by", 3.0, 0.0),
     ("cone", "hovers, leans by", 4.0, 0.05),
 )
-
-
-def posed_scene(
-    kind: str, camera: Camera, rng: np.random.Generator, lean_deg: float, above_m: float
-) -> SolidScene:
-    """A random solid whose axis leans from the table's normal in a random direction, its lowest point `above_m`."""
-    upright = standing_scene(kind, random_solid(kind, rng), camera, rng)
-    about = rng.uniform(0, 2 * np.pi)
-    turn = np.radians(lean_deg) * np.array([np.cos(about), np.sin(about), 0.0])
-    T = upright.T_cam_obj @ pose(turn.tolist(), [0.0, 0.0, 0.0])
-    normal, offset = upright.plane
-    reach = _core.primitive_reach(
-        _core.PrimitiveKind.__members__[kind], list(upright.size.values()), (-(T[:3, :3].T @ normal)).tolist()
-    )[0]
-    T[:3, 3] += (above_m + reach - (normal @ T[:3, 3] + offset)) * normal
-    return rendered_scene(kind, upright.size, T, upright.plane, camera)
 
 
 @experiment(

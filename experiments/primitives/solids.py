@@ -5,23 +5,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import permutations
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.primitives.open_views import open_view
 from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.camera import Camera
+from sdftrack.evaluation.primitive_errors import measure
 from sdftrack.frame import Frame
-from sdftrack.primitives import PrimitiveFit, fit_primitive
+from sdftrack.primitives import fit_primitive
 from sdftrack.synth.noise import Gaussian, Kinect, Noise
+from sdftrack.synth.open_views import open_view
 from sdftrack.synth.solids import KINDS, SolidScene, random_solid, standing_scene
 
-__all__ = ["CAMERA", "NOISES", "Error", "measure", "scenes", "synthetic", "unbounded"]
+__all__ = ["CAMERA", "NOISES", "scenes", "synthetic", "unbounded"]
 
 Array = NDArray[np.float64]
 CAMERA = Camera(525, 525, 319.5, 239.5, 640, 480)
@@ -29,21 +28,7 @@ NOISES: dict[str, tuple[Noise, float, float]] = {  # noise, limit of the size (s
     "1 mm": (Gaussian(0.001), 0.01, 0.3),
     "Kinect": (Kinect(), 0.02, 1.0),
 }
-ALIKE = 0.1  # two radii of an ellipsoid that differ by less have no directions of their own
 OPEN_VIEWS = {"box": "its front alone", "cylinder": "its round end alone", "cone": "its base alone"}
-
-
-@dataclass(frozen=True)
-class Error:
-    """Of one fit: the largest relative error of a length, and the angle (deg; nan: no axis) to the true axes.
-
-    `size_sd` and `axis_sd_deg`: the largest deviation that the fit states for any of these.
-    """
-
-    size: float
-    axis_deg: float
-    size_sd: float
-    axis_sd_deg: float
 
 
 def scenes(kind: str, count: int) -> Iterator[tuple[SolidScene, np.random.Generator]]:
@@ -51,43 +36,6 @@ def scenes(kind: str, count: int) -> Iterator[tuple[SolidScene, np.random.Genera
     for i in range(count):
         rng = np.random.default_rng([KINDS.index(kind), i])
         yield standing_scene(kind, random_solid(kind, rng), CAMERA, rng), rng
-
-
-def measure(fit: PrimitiveFit, scene: SolidScene) -> Error:
-    """Errors of a fit of the right kind; the axes of a box or ellipsoid may come in any order."""
-    found, true = np.array(list(fit.size.values())), np.array(list(scene.size.values()))
-    size_sd = float((np.sqrt(np.diag(fit.covariance)[6:]) / found).max())
-    R = fit.T_cam_obj[:3, :3].T @ scene.T_cam_obj[:3, :3]
-    if scene.kind in ("box", "ellipsoid"):
-        order = max(permutations(range(3)), key=lambda p: sum(abs(R[p[j], j]) for j in range(3)))
-        found = found[list(order)]
-        own = [j for j in range(3) if scene.kind == "box" or is_own(true, j)]
-        angles = [_angle(abs(R[order[j], j])) for j in own]
-        sds = [_axis_sd(fit, order[j]) for j in own]
-    elif scene.kind == "sphere":
-        angles, sds = [], []
-    else:
-        angles = [_angle(R[2, 2] if scene.kind == "cone" else abs(R[2, 2]))]
-        sds = [_axis_sd(fit, 2)]
-    nan = float("nan")
-    worst = float(np.abs(found / true - 1).max())
-    return Error(worst, max(angles, default=nan), size_sd, max(sds, default=nan))
-
-
-def is_own(radii: Array, j: int) -> bool:
-    """Whether an ellipsoid's radius differs from both others: a circle has no directions."""
-    return min(abs(np.log(radii[j] / radii[k])) for k in range(3) if k != j) > ALIKE
-
-
-def _axis_sd(fit: PrimitiveFit, axis: int) -> float:
-    """Stated deviation (deg) of the direction of an axis: turns about itself do not count."""
-    a = fit.T_cam_obj[:3, axis]
-    across = np.eye(3) - np.outer(a, a)
-    return float(np.degrees(np.sqrt(np.trace(across @ fit.covariance[3:6, 3:6] @ across))))
-
-
-def _angle(cosine: float) -> float:
-    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
 
 
 @experiment(

@@ -11,7 +11,7 @@ import pytest
 import sdftrack as st
 from sdftrack import _core
 from sdftrack.cli.app import run
-from experiments.primitives.patches import measure_patch
+from sdftrack.evaluation.primitive_errors import measure_patch
 from sdftrack.reference import primitives as twin
 from sdftrack.synth.noise import Gaussian, Kinect
 from sdftrack.synth.patches import VIEWS, cut_scene, hidden_scene, patch_scene

@@ -8,8 +8,8 @@ import pytest
 
 import sdftrack as st
 from sdftrack import _core
-from experiments.primitives.solids import measure
-from experiments.primitives.resting import posed_scene
+from sdftrack.evaluation.primitive_errors import measure
+from sdftrack.synth.leaning import posed_scene
 from sdftrack.primitives.fusing import fuse_sizes
 from sdftrack.primitives.seen import ON, TABLE_M, Seen, pieces
 from sdftrack.reference import primitives as twin
@@ -504,7 +504,7 @@ def test_the_measuring_command_prints_a_row_per_noise_and_kind(capsys):
 
 
 def test_a_box_seen_from_the_front_alone_has_an_open_depth_and_the_table_bounds_a_height():
-    from experiments.primitives.open_views import open_view
+    from sdftrack.synth.open_views import open_view
 
     depth, _, mask, _ = open_view("box", np.random.default_rng([3, 0, 7]), CAMERA)
     fit = st.fit_primitive(st.Frame(depth), "box", camera=CAMERA, mask=mask, plane=None)
