@@ -11,9 +11,9 @@ import numpy as np
 from PIL import Image
 
 import sdftrack as st
+from sdftrack.reproduce.duck import duck_mesh
 from sdftrack.reproduce.scenes.contact import Solid
 from sdftrack.reproduce.scenes.several import meetings
-from sdftrack.reproduce.duck import duck_mesh
 
 SHOWN, MARGIN, SIZE = (6, 52), 50, 240  # frames; pixels around the objects; of a panel
 

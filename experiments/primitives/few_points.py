@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 import sdftrack as st
+from experiments.primitives.solids import EVERY_KIND, Kind
 from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.primitives.solving import FREE
@@ -94,7 +94,7 @@ def run(kind: str, count: int, runs: int) -> Few:
 def few(
     *,
     n: int = 40,
-    kinds: tuple[Literal["sphere", "cylinder", "cone", "box", "ellipsoid"], ...] = KINDS,
+    kinds: tuple[Kind, ...] = EVERY_KIND,
     counts: tuple[int, ...] = COUNTS,
 ) -> Table:
     """How often a primitive is found in few points, and whether its covariance is right.

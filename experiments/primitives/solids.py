@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from typing import Literal
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,8 @@ from sdftrack.synth.solids import KINDS, SolidScene, random_solid, standing_scen
 __all__ = ["CAMERA", "NOISES", "scenes", "synthetic", "unbounded"]
 
 Array = NDArray[np.float64]
+Kind: TypeAlias = Literal["sphere", "cylinder", "cone", "box", "ellipsoid"]
+EVERY_KIND: tuple[Kind, ...] = get_args(Kind)
 CAMERA = Camera(525, 525, 319.5, 239.5, 640, 480)
 NOISES: dict[str, tuple[Noise, float, float]] = {  # noise, limit of the size (share), limit of the axis (deg)
     "1 mm": (Gaussian(0.001), 0.01, 0.3),
@@ -47,7 +49,7 @@ def scenes(kind: str, count: int) -> Iterator[tuple[SolidScene, np.random.Genera
 def synthetic(
     *,
     n: int = 200,
-    kinds: tuple[Literal["sphere", "cylinder", "cone", "box", "ellipsoid"], ...] = KINDS,
+    kinds: tuple[Kind, ...] = EVERY_KIND,
     scaling: Literal["exact", "printed"] = "exact",
 ) -> Table:
     """Random solids of unknown size on a table, each fitted with kind="auto" and no mask.

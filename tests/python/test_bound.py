@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sdftrack.evaluation.bound import expected_length, pose_bound, pose_information
-from sdftrack.evaluation.pose_errors import parse_settings, swing_and_turn
+from sdftrack.evaluation.pose_errors import swing_and_turn
 from sdftrack.reproduce.scenes.truth import motion
 
 SIGMA_M = 1e-3
@@ -112,14 +112,3 @@ def test_swing_and_turn_are_apart():
     swing, turn = swing_and_turn(_exp(np.array([0.1, 0.0, 0.0])) @ _exp(np.array([0.0, 0.0, 0.7])), axis)
     assert (swing, turn) == pytest.approx((0.1, 0.7))
     assert swing_and_turn(_exp(np.array([0.0, 0.0, 3.1])), axis) == pytest.approx((0.0, 3.1), abs=1e-7)
-
-
-def test_settings_are_literals_or_text():
-    assert parse_settings(["a=1", "b=0.5", "c=true", "d=printed"]) == {
-        "a": 1,
-        "b": 0.5,
-        "c": True,
-        "d": "printed",
-    }
-    with pytest.raises(ValueError, match="NAME=VALUE"):
-        parse_settings(["oops"])

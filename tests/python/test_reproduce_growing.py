@@ -11,10 +11,10 @@ import pytest
 import sdftrack as st
 from sdftrack import geometry
 from sdftrack.cli.app import run
-from sdftrack.reproduce.measures.seen_part import sampled
 from sdftrack.reproduce import fig_4_16
 from sdftrack.reproduce.duck import duck_mesh
 from sdftrack.reproduce.fig_4_14 import SIGMAS_VOXELS, aligned_error
+from sdftrack.reproduce.measures.seen_part import sampled
 from sdftrack.reproduce.speed_4_6 import evidence
 
 SMALL = st.Camera(262.0, 262.0, 159.5, 119.5, 320, 240)

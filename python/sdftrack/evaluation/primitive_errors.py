@@ -65,6 +65,7 @@ def _axis_sd(fit: PrimitiveFit, axis: int) -> float:
 
 
 def angle_deg(cosine: float) -> float:
+    """Of a cosine, which rounding may have moved past one."""
     return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
 
 
@@ -78,7 +79,3 @@ def measure_patch(fit: PrimitiveFit, scene: SolidScene) -> tuple[Array, Array, f
     true = np.array(list(scene.size.values()))
     found, sd = np.array(list(fit.size.values()))[order], np.sqrt(np.diag(fit.covariance)[6:])[order]
     return found / true - 1, (found - true) / sd, angle_deg(R[2, 2])
-
-
-def angle_deg(cosine: float) -> float:
-    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))

@@ -4,15 +4,14 @@
 from __future__ import annotations
 
 import importlib.util
-import json
 
 import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.__main__ import main
 from sdftrack import geometry
-from experiments.reconstruction import fusion
-from experiments.reconstruction import reconstruction
+from sdftrack.reproduce.measures import whole_scene
 from sdftrack.reproduce.measures.rebuilt import relative_errors, settled_at
 from sdftrack.reproduce.measures.seen_part import LARGEST_INCIDENCE_RAD, Truth, compare, first_seen, sampled
 
@@ -124,15 +123,24 @@ def test_settled_is_where_all_that_follows_is_near_the_end():
     assert settled_at(frames, np.full(5, 1e-3)) == 0
 
 
-def test_a_small_run_prints_its_rows(tmp_path, capsys):
-    st.SDF.box((0.10, 0.07, 0.05)).to_mesh().save(tmp_path / "box.ply")
-    out = tmp_path / "rows.json"
+def test_a_small_run_prints_its_rows(tmp_path, measured, capsys):
+    (tmp_path / "meshes").mkdir()
+    st.SDF.box((0.10, 0.07, 0.05)).to_mesh().save(tmp_path / "meshes" / "box.ply")
     given = [
-        *("--meshes", str(tmp_path), "--names", "box", "--paths", "hand", "--noise", "1mm", "--frames", "4"),
-        *("--voxels", "80", "--refine", "--json", str(out)),
+        "--only",
+        "box",
+        "--paths",
+        "hand",
+        "--noise",
+        "1mm",
+        "--frames",
+        "4",
+        "--voxels",
+        "80",
+        "--refine",
     ]
-    assert reconstruction.main(given) == 0
-    rows = json.loads(out.read_text())["rows"]
+    (made,) = measured("reconstruction", *given, data=tmp_path)["tables"]
+    rows = made["numbers"]
     assert list(rows) == ["box hand 1mm", "box hand 1mm, refined"]
     for row in rows.values():
         assert row["mean_mm"] < 2
@@ -141,13 +149,14 @@ def test_a_small_run_prints_its_rows(tmp_path, capsys):
     assert "chamfer_mm" in capsys.readouterr().out
 
 
-def test_an_unknown_path_is_named(capsys):
+def test_an_unknown_path_is_named(tmp_path, capsys):
+    (tmp_path / "meshes").mkdir()
     with pytest.raises(SystemExit):
-        reconstruction.main(["--meshes", ".", "--paths", "helix"])
+        main(["run", "reconstruction", "--data", str(tmp_path), "--paths", "helix"])
     assert "expected some of turntable, hand, got 'helix'" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(importlib.util.find_spec("open3d") is not None, reason="Open3D is installed")
 def test_the_baseline_says_what_it_needs():
     with pytest.raises(ImportError, match="pip install open3d"):
-        fusion.open3d()
+        whole_scene.open3d()

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.tracking.photometric import follow
 from sdftrack import _core
-from experiments.tracking.photometric import CAN_RADIUS_M, can_mesh, follow, turning_can
 from sdftrack.reference.photometric import brightness_at, photometric_cost, ray_hit, surface_normal
+from sdftrack.synth.printed_can import CAN_RADIUS_M, can_mesh, turning_can
 from sdftrack.tracking.to_core import rgb_seen
 
 RADIUS_M, VOXELS = 0.04, 48

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack import _core
 from experiments.primitives.limits import _depth_slopes, bound
+from sdftrack import _core
 from sdftrack.synth.noise import Gaussian, Kinect
 from sdftrack.synth.solids import standing_scene
 

@@ -3,24 +3,22 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 
 import sdftrack as st
-from experiments.tracking import motion
-from experiments.tracking import occlusion
-from experiments.tracking import recovery
-from sdftrack.evaluation.tracked_scene import Run
+from experiments.__main__ import main
+from experiments.tracking import occlusion, recovery
 from sdftrack.evaluation.pose_errors import Errors
+from sdftrack.evaluation.tracked_scene import Run
 from sdftrack.reproduce.duck import duck_mesh
 
 
 @pytest.fixture(scope="module")
 def meshes(tmp_path_factory):
     folder = tmp_path_factory.mktemp("meshes")
-    duck_mesh().save(folder / "duck.ply")
+    (folder / "meshes").mkdir()
+    duck_mesh().save(folder / "meshes" / "duck.ply")
     return folder
 
 
@@ -47,8 +45,8 @@ def test_a_trial_is_judged_by_the_truth():
 
 
 def test_the_hand_closes_around_the_object(meshes):
-    seq = occlusion.scene(st.Mesh.load(meshes / "duck.ply"), 3, 0, grow=2)
-    bare = occlusion.scene(st.Mesh.load(meshes / "duck.ply"), 3, 0, share=0)
+    seq = occlusion.scene(st.Mesh.load(meshes / "meshes" / "duck.ply"), 3, 0, grow=2)
+    bare = occlusion.scene(st.Mesh.load(meshes / "meshes" / "duck.ply"), 3, 0, share=0)
     shares = [1 - seq.masks(i)[0].sum() / bare.masks(i)[0].sum() for i in range(3)]
     np.testing.assert_allclose(shares, [0, 0.3, 0.6], atol=0.02)
 
@@ -61,30 +59,40 @@ def test_a_row_is_kept_only_within_all_limits():
 
 
 @pytest.mark.parametrize(
-    ("command", "more"),
+    ("name", "more"),
     [
-        (occlusion, ["--color", "similar", "--share", "0.3"]),
-        (motion, ["--step-mm", "5", "--step-deg", "1.5", "--motion", "static"]),
+        ("occlusion", ["--color", "similar", "--share", "0.3"]),
+        ("motion", ["--step-mm", "5", "--step-deg", "1.5", "--motion", "static"]),
     ],
 )
-def test_the_commands_print_a_table_and_write_json(command, more, meshes, tmp_path, capsys):
-    common = ["--meshes", str(meshes), "--only", "duck", "--mode", "depth", "--frames", "3", "--voxels", "60"]
-    assert command.main([*common, *more, "--json", str(tmp_path / "out.json"), "--cache", str(tmp_path)]) == 0
-    (row,) = json.loads((tmp_path / "out.json").read_text())["rows"].values()
+def test_the_commands_print_a_table_and_write_json(name, more, meshes, measured, tmp_path, capsys):
+    common = [
+        "--only",
+        "duck",
+        "--mode",
+        "depth",
+        "--frames",
+        "3",
+        "--voxels",
+        "60",
+        "--cache",
+        str(tmp_path),
+    ]
+    (made,) = measured(name, *common, *more, data=meshes)["tables"]
+    (row,) = made["numbers"].values()
     assert row["frames"] == 3
     assert row["lost"] == row["astray"] == 0
     assert row["max_mm"] < 2
-    table = capsys.readouterr().out.splitlines()
-    assert table[-1].startswith("duck, ")
+    assert "\nduck, " in capsys.readouterr().out
     assert (tmp_path / "sdf_duck_60.npz").is_file()
 
 
-def test_a_recovery_trial_runs_from_the_command(meshes, tmp_path, capsys):
-    common = ["--meshes", str(meshes), "--only", "duck", "--mode", "depth", "--seeds", "1", "--voxels", "60"]
-    assert recovery.main([*common, "--frames", "37", "--json", str(tmp_path / "out.json")]) == 0
-    (trial,) = json.loads((tmp_path / "out.json").read_text())["rows"]["depth"]["trials"]
+def test_a_recovery_trial_runs_from_the_command(meshes, measured, capsys):
+    common = ["--only", "duck", "--mode", "depth", "--seeds", "1", "--voxels", "60"]
+    (made,) = measured("recovery", *common, "--frames", "37", data=meshes)["tables"]
+    (trial,) = made["numbers"]["depth"]["trials"]
     assert trial["lost_before"] == 0
     assert trial["flagged"] is not None
     assert "1 trials" in capsys.readouterr().out
-    with pytest.raises(SystemExit):
-        recovery.main([*common, "--frames", "35"])
+    assert main(["run", "recovery", "--data", str(meshes), "--frames", "35"]) == 1
+    assert "frames: expected more than 35, got 35" in capsys.readouterr().err

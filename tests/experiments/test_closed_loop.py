@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.contour.closed_loop import follow
 from sdftrack import _core
 from sdftrack.contour.alignment import COARSE, FINE, FRAME, LAST, MARGIN_PX, _Search, find, template
 from sdftrack.contour.course import Course, Expected
 from sdftrack.contour.masks import signed_distances
 from sdftrack.contour.placement import Placement, placement_of, put_back, seen_from
-from experiments.contour.closed_loop import follow
 from sdftrack.metrics import iou
 from sdftrack.reference import alignment as slow
 from sdftrack.synth.gait_video import gait_video, occluder

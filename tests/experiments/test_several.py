@@ -9,20 +9,21 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.__main__ import main
+from experiments.several import several
+from experiments.several.shuffle import hands
 from sdftrack import geometry
 from sdftrack.cli.app import run
-from sdftrack.reproduce.scenes import paths
-from sdftrack.reproduce.scenes import several as scenes
-from experiments.several import several
-from sdftrack.reproduce.scenes.contact import Solid, deepest, first_contact, gap
-from sdftrack.reproduce.measures.growth import growth
-from sdftrack.reproduce.measures.identity import Tracked, swapped, swaps, track
-from sdftrack.reproduce.measures.judged import judge, measure, total
-from experiments.several.shuffle import hands
-from sdftrack.reproduce.scenes.staged import Scene
 from sdftrack.reproduce import fig_5_4, look_alikes
 from sdftrack.reproduce.duck import duck_mesh
 from sdftrack.reproduce.fig_5_8 import relative_motion
+from sdftrack.reproduce.measures.growth import growth
+from sdftrack.reproduce.measures.identity import Tracked, swapped, swaps, track
+from sdftrack.reproduce.measures.judged import judge, measure, total
+from sdftrack.reproduce.scenes import paths
+from sdftrack.reproduce.scenes import several as scenes
+from sdftrack.reproduce.scenes.contact import Solid, deepest, first_contact, gap
+from sdftrack.reproduce.scenes.staged import Scene
 
 RADIUS_M = 0.05
 BALL_ATOL_M = 4e-4  # 3000 points on the ball lie 3 mm apart, the volume's voxels 2 mm
@@ -228,7 +229,8 @@ def test_an_unknown_way_is_named(ball):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory, duck):
     made = tmp_path_factory.mktemp("meshes")
-    duck[0].save(made / "duck.ply")
+    (made / "meshes").mkdir()
+    duck[0].save(made / "meshes" / "duck.ply")
     return made
 
 
@@ -244,10 +246,10 @@ def folder(tmp_path_factory, duck):
         ("row", ["--frames", "3", "--counts", "1,2"]),
     ],
 )
-def test_every_case_runs_from_the_command(case, more, folder, tmp_path, capsys):
-    common = ["--meshes", str(folder), "--only", "duck", "--voxels", "60", "--cache", str(folder / "cache")]
-    assert several.main([case, *common, *more, "--json", str(tmp_path / "out.json")]) == 0
-    rows = json.loads((tmp_path / "out.json").read_text())["rows"]
+def test_every_case_runs_from_the_command(case, more, folder, measured, capsys):
+    common = ["--only", "duck", "--voxels", "60", "--cache", str(folder / "cache")]
+    (made,) = measured(f"several.{case}", *common, *more, data=folder)["tables"]
+    rows = made["numbers"]
     assert {name for key in rows for name in ("joint", "single") if name in key} == {"joint", "single"}
     for row in rows.values():
         assert row.get("lost", 0) == row.get("swaps", 0) == 0
@@ -256,31 +258,22 @@ def test_every_case_runs_from_the_command(case, more, folder, tmp_path, capsys):
     assert "single, depth" in table
 
 
-def test_wrong_arguments_are_refused(folder):
-    for given in (["k1"], ["meetings"], ["push", "--meshes", str(folder), "--ways", "both"], ["none"]):
-        with pytest.raises(SystemExit):
-            several.main(given)
-    with pytest.raises(ValueError, match=r'--noise: expected "kinect" or millimetres'):
+def test_wrong_arguments_are_refused(folder, capsys):
+    assert main(["run", "several.k1", "--data", str(folder)]) == 1
+    assert "several.k1: expected the folders k1 in" in capsys.readouterr().err
+    assert main(["run", "several.none"]) == 2
+    with pytest.raises(SystemExit):
+        main(["run", "several.push", "--data", str(folder), "--ways", "both"])
+    with pytest.raises(ValueError, match=r'noise: expected "kinect" or millimetres'):
         several.noise_of("2", 0.001)
     assert several.noise_of("2mm", 0.001) == pytest.approx(0.002)
 
 
-def test_both_sponges_from_the_command(data_dir, tmp_path, capsys):
+def test_both_sponges_from_the_command(data_dir, measured, capsys):
     if not (data_dir / "k1").is_dir():
         pytest.skip(f"recorded data absent: {data_dir / 'k1'}")
-    given = [
-        "k1",
-        "--data",
-        str(data_dir),
-        "--frames",
-        "4",
-        "--ways",
-        "joint",
-        "--json",
-        str(tmp_path / "out.json"),
-    ]
-    assert several.main(given) == 0
-    rows = json.loads((tmp_path / "out.json").read_text())["rows"]
+    (made,) = measured("several.k1", "--frames", "4", "--ways", "joint", data=data_dir)["tables"]
+    rows = made["numbers"]
     assert set(rows) == {"joint, depth, left", "joint, depth, right"}
     for row in rows.values():
         assert row["lost"] == 0

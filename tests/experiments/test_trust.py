@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack import _core, geometry, synth
 from experiments.trust import confidence
+from sdftrack import _core, geometry, synth
 from sdftrack.reference import energies as twin
 from sdftrack.reference import tracking as twin_tracking
 from sdftrack.reference import trust as twin_trust
