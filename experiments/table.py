@@ -20,7 +20,7 @@ class Table:
     ----------
     title : str
     columns : sequence of str
-        Empty: there are notes only.
+        No two alike, so that a target can name one. Empty: there are notes only.
     rows : sequence of sequence of str
         Formatted cells; the first names the row.
     notes : sequence of str
@@ -34,6 +34,12 @@ class Table:
     rows: Sequence[Sequence[str]] = ()
     notes: Sequence[str] = ()
     numbers: Any = None
+
+    def __post_init__(self) -> None:
+        if twice := sorted({c for c in self.columns if list(self.columns).count(c) > 1}):
+            raise ValueError(
+                f"columns of {self.title!r}: expected no two alike, got {', '.join(twice)} twice"
+            )
 
     def __str__(self) -> str:
         body = text_table(self.title, self.columns, self.rows) if self.columns else self.title

@@ -52,7 +52,7 @@ def patches(count: int, noises: Limits, camera: Camera) -> Table:
             within = size <= 100 * size_limit
             rows.append(
                 [
-                    name, view, str(count),
+                    f"{name}, {view}", str(count),
                     f"{np.median(size):.2f}", f"{np.percentile(size, 95):.2f}", f"{100 * np.mean(within):.1f} %",
                     str(np.count_nonzero(sure)), f"{100 * np.mean(within[sure]):.1f} %" if sure.any() else "-",
                     f"{np.median(angle):.2f}", f"{np.percentile(angle, 95):.2f}",
@@ -62,8 +62,8 @@ def patches(count: int, noises: Limits, camera: Camera) -> Table:
                 ]
             )  # fmt: skip
     head = [
-        "noise", "view", "n", "size err", "p95", "in limit", "told", "of them", "normal err", "p95", "in limit",
-        "held lost", "sd ratio",
+        "noise, view", "n", "size err", "size p95", "size in limit", "told", "of them", "normal err", "normal p95",
+        "normal in limit", "held lost", "sd ratio",
     ]  # fmt: skip
     title = (
         "Random patches, 4-25 cm, at 0.6-1.2 m, kind='plane'; standing on a table (no mask), lying like its top, held "
@@ -108,10 +108,10 @@ def open_patches(count: int, noises: Limits, camera: Camera) -> Table:
                 kept += held[1 - along]
                 errors.append(abs(100 * (size[1 - along] / scene.size["height"] - 1)))
             rows.append(
-                [name, what, str(count), f"{100 * said / count:.0f} %", f"{100 * kept / count:.0f} %",
+                [f"{name}, {what}", str(count), f"{100 * said / count:.0f} %", f"{100 * kept / count:.0f} %",
                  f"{np.median(errors):.2f} %", f"{np.percentile(errors, 95):.2f} %"]
             )  # fmt: skip
-    head = ["noise", "patch", "n", "open side infinite", "other bounded", "its error", "p95"]
+    head = ["noise, patch", "n", "open side infinite", "other bounded", "its error", "p95"]
     return Table("Patches of which one side's end is not seen", head, rows)
 
 
@@ -180,7 +180,7 @@ def osd_faces(folder: Path) -> Table:
                 [f"learn{scene} {number}", str(np.count_nonzero(face)), *cells, f"{turned[-1]:.2f}",
                  f"{1e3 * fit.rms:.1f}"]
             )  # fmt: skip
-    head = ["object", "readings", "side / edge (mm)", "side / edge (mm)", "normals apart (deg)", "rms mm"]
+    head = ["object", "readings", "width / edge (mm)", "height / edge (mm)", "normals apart (deg)", "rms mm"]
     note = (
         f"{len(off)} sides that both fits bound: patch less box, median {np.median(off):+.1f} mm, median of |.| "
         f"{np.median(np.abs(off)):.1f}, 95th percentile {np.percentile(np.abs(off), 95):.1f}; normals apart: median "

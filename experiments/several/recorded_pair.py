@@ -30,8 +30,9 @@ MEDIAN_LIMIT_M, STEP_LIMIT_M, STEP_LIMIT_RAD = 0.003, 0.060, np.deg2rad(25.0)
 DEEPEST_LIMIT_M = 0.002
 OWN_PIXELS = 100  # fewer say nothing of a pose
 HEAD = [
-    "way, sponge", "lost", "weak", "IoU least", "at", "of readings", "references mm / deg", "readings mm", "at",
-    "unjudged", "step mm", "at", "step deg", "at", "deepest mm", "at", "ms", "kept",
+    "way, sponge", "lost", "weak", "IoU least", "IoU at", "of readings", "references mm / deg", "readings mm",
+    "readings at", "unjudged", "step mm", "step mm at", "step deg", "step deg at", "deepest mm", "deepest at", "ms",
+    "kept",
 ]  # fmt: skip
 
 

@@ -162,7 +162,7 @@ def rgbd(
     sigma
         depth noise, m; several, comma separated
     """
-    chosen = {way: {**WAYS[way], "threads": threads, **options} for way in ways}
+    chosen: dict[str, dict[str, Any]] = {way: {**WAYS[way], "threads": threads, **options} for way in ways}
     rows: dict[str, dict[str, Any]] = {}
     for name in only:
         mesh = load_mesh(data, name)

@@ -147,6 +147,11 @@ def test_settings_are_literals_or_text():
         parse_settings(["oops"])
 
 
+def test_columns_of_one_name_are_refused():
+    with pytest.raises(ValueError, match="columns of 'falls': expected no two alike, got max twice"):
+        Table("falls", ["stone", "max", "max"])
+
+
 def test_the_list_names_all_with_their_data(capsys):
     assert main(["list", "--long"]) == 0
     printed = capsys.readouterr().out
