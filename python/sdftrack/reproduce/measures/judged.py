@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 VISIBLE = 0.3  # of an object's silhouette: what is hidden more is not asked for
 COMPARED = 100  # points of the surface over which two poses are compared
 HEAD = [
-    "case, way", "frames", "swaps", "lost", "weak", "astray", "mean mm", "max mm", "mean deg", "max deg", "deepest mm", "ms",
-    "Hz",
+    "case, way", "frames", "swaps", "lost", "weak", "astray", "mean mm", "max mm", "mean deg", "max deg", "deepest mm",
+    "ms", "Hz",
 ]  # fmt: skip
 
 
