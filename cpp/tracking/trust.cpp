@@ -17,7 +17,7 @@ constexpr int kFewEnds = 3;  // directions in which the object is seen to end
 constexpr int kEnough = 6;   // agreeing points; fewer say nothing
 
 // Logistic regression over poses with known error, true ones, disturbed ones and those where a fit went
-// astray or was made to another object (python -m sdftrack.eval.trust fit; docs/trust.md).
+// astray or was made to another object (python -m experiments run trust.fit; docs/trust.md).
 struct Weights {
   double constant = -25.97;
   double log_gap = -1.22;   // of the mean gap in mm, plus 0.5

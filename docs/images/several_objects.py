@@ -11,9 +11,9 @@ import numpy as np
 from PIL import Image
 
 import sdftrack as st
-from sdftrack.eval.contact import Solid
-from sdftrack.eval.scenes import meetings
+from sdftrack.synth.contact import Solid
 from sdftrack.synth.duck import duck_mesh
+from sdftrack.synth.several import meetings
 
 SHOWN, MARGIN, SIZE = (6, 52), 50, 240  # frames; pixels around the objects; of a panel
 

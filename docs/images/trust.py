@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""The picture of docs/trust.md, from `python -m sdftrack.eval.trust auc --data DATA --json auc.json`.
+"""The picture of docs/trust.md, from `python -m experiments run trust.auc --data DATA --out FOLDER`.
 
-python docs/images/trust.py auc.json docs/images/trust.png
+python docs/images/trust.py FOLDER/trust.auc.json docs/images/trust.png
 """
 
 import json
@@ -11,7 +11,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-rows = [r for r in json.loads(Path(sys.argv[1]).read_text())["synthetic"] if r[0] in ("tracked", "astray")]
+samples = json.loads(Path(sys.argv[1]).read_text())["tables"][0]["numbers"]["synthetic"]
+rows = [r for r in samples if r[0] in ("tracked", "astray")]
 right, confidence = np.array([r[1] for r in rows]), np.array([r[2] for r in rows])
 left, middle = plt.subplots(1, 2, figsize=(8, 3.2), layout="constrained")[1]
 edges = np.linspace(0, 1, 21)

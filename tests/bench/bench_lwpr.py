@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Local regression, time of a sample on one thread. Changing these numbers breaks comparisons.
 
-The functions, noises and settings of `sdftrack.eval.lwpr`, 20,000 samples.
+The functions, noises and settings of the experiment `lwpr`, 20,000 samples.
 """
 
 from collections.abc import Callable
@@ -11,7 +11,8 @@ import numpy as np
 from harness import benchmark
 
 import sdftrack as st
-from sdftrack.eval import lwpr as cases
+from experiments.lwpr import lwpr as cases
+from sdftrack.synth.functions import cross_data, surface_data
 
 
 def noisy(make: Any) -> tuple[Any, Any]:
@@ -32,19 +33,19 @@ def predicting(make: Any, options: dict[str, Any]) -> Callable[[], object]:
 
 @benchmark("lwpr/update_cross", items=cases.SAMPLES, unit="sample")
 def update_cross() -> Callable[[], object]:
-    return updating(cases.cross_data, cases.CROSS["metric learnt"])
+    return updating(cross_data, cases.CROSS["metric learnt"])
 
 
 @benchmark("lwpr/predict_cross", items=cases.SAMPLES, unit="sample")
 def predict_cross() -> Callable[[], object]:
-    return predicting(cases.cross_data, cases.CROSS["metric learnt"])
+    return predicting(cross_data, cases.CROSS["metric learnt"])
 
 
 @benchmark("lwpr/update_surface", items=cases.SAMPLES, unit="sample")
 def update_surface() -> Callable[[], object]:
-    return updating(cases.surface_data, cases.SURFACE["diagonal metric learnt"])
+    return updating(surface_data, cases.SURFACE["diagonal metric learnt"])
 
 
 @benchmark("lwpr/predict_surface", items=cases.SAMPLES, unit="sample")
 def predict_surface() -> Callable[[], object]:
-    return predicting(cases.surface_data, cases.SURFACE["diagonal metric learnt"])
+    return predicting(surface_data, cases.SURFACE["diagonal metric learnt"])

@@ -12,7 +12,7 @@ from pathlib import Path
 from harness import benchmark
 
 import sdftrack as st
-from sdftrack.eval.superpixel_times import PHOTOGRAPHS, photographs
+from experiments.superpixels.times import PHOTOGRAPHS, photographs
 from sdftrack.synth import region_picture
 
 

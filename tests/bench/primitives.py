@@ -9,7 +9,7 @@ import time
 import numpy as np
 
 import sdftrack as st
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
 from sdftrack.synth.solids import KINDS, random_solid, standing_scene
 
 CAMERA = st.Camera(525, 525, 319.5, 239.5, 640, 480)

@@ -22,6 +22,7 @@ def main() -> int:
     parser.add_argument("--list", action="store_true", help="print the names and stop")
     arguments = parser.parse_args()
 
+    sys.path.append(str(Path(__file__).resolve().parents[2]))  # some take the settings of an experiment
     for path in sorted(Path(__file__).parent.glob("bench_*.py")):
         importlib.import_module(path.stem)
     chosen = [bench for bench in harness.REGISTERED if arguments.only in bench.name]

@@ -451,13 +451,3 @@ def test_an_object_that_leaves_the_image_does_no_harm():
         result = tracker.track(picture(disc(x, 45, 20))[0])
     assert result.status in ("weak", "lost")
     assert result.mask.shape == MASK.shape
-
-
-@pytest.mark.parametrize(("sequence", "by", "least"), [("cows", "mask", 0.82), ("camel", "mask", 0.75)])
-def test_recorded_animals_are_followed(data_dir, sequence, by, least):
-    from sdftrack.eval.contour import follow_davis, open_davis
-
-    if not (data_dir / "davis" / sequence).is_dir():
-        pytest.skip(f"recorded data absent: {data_dir / 'davis' / sequence}")
-    video = open_davis(data_dir / "davis", sequence, most=40)
-    assert follow_davis(video, by).ious.mean() > least

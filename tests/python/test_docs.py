@@ -37,7 +37,7 @@ def test_every_note_can_be_reached_from_the_index():
 
 
 def test_files_that_the_documents_name_exist():
-    named = re.compile(r"`((?:cpp|bindings|python|tests|notebooks|docs)/[\w./]+\.\w+)`")
+    named = re.compile(r"`((?:cpp|bindings|python|experiments|tests|notebooks|docs)/[\w./]+\.\w+)`")
     missing = {
         f"{name_of(document)}: {path}"
         for document in DOCUMENTS

@@ -10,7 +10,7 @@ import pytest
 from tracking_fakes import CAMERA, frame, pose, result
 
 from sdftrack.cli.app import run
-from sdftrack.eval.report import compare, read_results, table_rows
+from sdftrack.evaluation.report import compare, read_results, table_rows
 from sdftrack.geometry import pose as rotated
 from sdftrack.io.datasets import Sequence
 from sdftrack.io.save import save_sequence

@@ -8,8 +8,8 @@ import pytest
 
 import sdftrack as st
 from sdftrack import _core
-from sdftrack.eval import lwpr as cases
 from sdftrack.reference import lwpr as plain
+from sdftrack.synth.functions import surface_data
 
 # Sums run in another order in the core, some 600 samples long; the traces forget what they differ by.
 TWIN_RTOL = 1e-9
@@ -168,20 +168,6 @@ def test_the_training_error_is_the_noise_that_is_left():
     assert st.LWPR(init_D=0.01).update(x, y).training_error[0] == pytest.approx(0.2, rel=0.05)
 
 
-def test_the_cross_is_learnt_as_well_as_is_wanted():
-    line = np.linspace(-1, 1, 41)
-    grid = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
-    run = cases.measure(cases.cross_data, grid, cases.cross(grid), cases.CROSS["metric learnt"], 0, 1)
-    assert run["nmse"][0] <= 0.0108  # the LWPR library's at its best settings
-    assert run["within"] >= 95
-
-
-def test_five_outputs_on_a_surface_in_ten_dimensions_are_learnt():
-    places, truth = cases.surface_data(10_000, 2000)
-    run = cases.measure(cases.surface_data, places, truth, cases.SURFACE["diagonal metric learnt"], 0, 1)
-    assert max(run["nmse"]) <= 0.02
-
-
 def test_a_learnt_metric_follows_the_bend_of_the_function():
     """Along x0 the function bends, along x1 it does not: the fields become narrow along x0."""
     x = np.random.default_rng(0).uniform(-1, 1, (20_000, 2))
@@ -226,7 +212,7 @@ def test_scales_of_inputs_and_outputs_do_not_matter_when_given():
 
 @pytest.mark.parametrize("options", [{}, {"diagonal": True, "meta": True}])
 def test_neither_threads_nor_the_size_of_a_batch_change_a_bit(options):
-    x, y = cases.surface_data(0, 1500)
+    x, y = surface_data(0, 1500)
     one = st.LWPR(init_D=20, threads=1, **options).update(x, y)
     many = st.LWPR(init_D=20, threads=4, **options)
     for first in range(0, len(x), 77):
@@ -300,7 +286,7 @@ def test_an_update_beside_anything_else_is_refused_and_nothing_is_damaged():
 @pytest.mark.gpu
 @pytest.mark.skipif(not st.cuda_available(), reason="a build without CUDA, or no device")
 def test_the_gpu_predicts_what_the_cpu_does():
-    x, y = cases.surface_data(0, 3000)
+    x, y = surface_data(0, 3000)
     model = st.LWPR(init_D=20, diagonal=True).update(x, y)
     places = np.concatenate([x, 40 + x[:5]])
     cpu, gpu = model.predict(places), model.predict(places, device="cuda")

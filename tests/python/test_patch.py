@@ -11,7 +11,7 @@ import pytest
 import sdftrack as st
 from sdftrack import _core
 from sdftrack.cli.app import run
-from sdftrack.eval.primitives_patch import measure_patch
+from sdftrack.evaluation.primitive_errors import measure_patch
 from sdftrack.reference import primitives as twin
 from sdftrack.synth.noise import Gaussian, Kinect
 from sdftrack.synth.patches import VIEWS, cut_scene, hidden_scene, patch_scene
@@ -399,17 +399,6 @@ def test_the_command_line_fits_a_patch_to_a_sequence(tmp_path):
     assert truth.mask.any()
 
 
-def test_the_measuring_command_prints_a_row_per_view_and_refuses_a_folder_without_scenes():
-    from sdftrack.eval.primitives_patch import osd_faces, patches
-
-    table = patches(1, {"1 mm": (Gaussian(NOISE_M), 0.01, 0.3)}, CAMERA)
-    rows = [line.split() for line in table.splitlines() if line.startswith("1 mm")]
-    assert [row[2] for row in rows] == list(VIEWS)
-    assert all(row.count("100.0") >= 2 for row in rows)  # the size and the normal within their limits
-    with pytest.raises(FileNotFoundError, match="nowhere: no OSD scenes here"):
-        osd_faces("nowhere")
-
-
 # ---- bad input ----
 
 
@@ -440,28 +429,3 @@ def test_the_measuring_command_prints_a_row_per_view_and_refuses_a_folder_withou
 def test_bad_calls_give_one_clear_error(call, error, match):
     with pytest.raises(error, match=match):
         call()
-
-
-# ---- real scenes ----
-
-FACE_ATOL_M = (
-    0.008  # a side that is shared with another face ends at the last reading; rounded, lost at steps
-)
-FACE_ATOL_DEG = 1.0  # the target with a Kinect's noise
-
-
-def test_the_face_of_a_real_box_has_the_edges_of_the_box(data_dir):
-    from sdftrack.eval.primitives_osd import objects_of
-    from sdftrack.eval.primitives_patch import _largest_face
-
-    folder = data_dir / "osd"
-    if not (folder / "camera.json").is_file():
-        pytest.skip(f"recorded data absent: {folder}")
-    frame, masks = objects_of(folder, "00")
-    box = st.fit_primitive(frame, "box", mask=masks[2])
-    axis, face = _largest_face(box, frame, masks[2])
-    fit = st.fit_primitive(frame, "plane", mask=face)
-    assert fit.ok, fit.reason
-    edges = np.delete(list(box.size.values()), axis)
-    np.testing.assert_allclose(sorted(fit.size.values()), sorted(edges), atol=FACE_ATOL_M)
-    assert abs(fit.T_cam_obj[:3, 2] @ box.T_cam_obj[:3, axis]) > np.cos(np.radians(FACE_ATOL_DEG))

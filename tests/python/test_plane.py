@@ -287,21 +287,11 @@ def test_the_lower_edge_of_an_object_stays_with_it():
 
 
 def osd_scenes(data_dir):
-    from sdftrack.eval.table_scenes import open_scenes
+    from sdftrack.reproduce.scenes.table_scenes import open_scenes
 
     if not (data_dir / "osd").is_dir():
         pytest.skip(f"recorded scenes absent: {data_dir / 'osd'}")
     return open_scenes(data_dir)
-
-
-@pytest.mark.parametrize("method", ["rigid", "bent"])
-def test_recorded_tables_are_taken_out_and_objects_stay(data_dir, method):
-    from sdftrack.eval.planes import LEAST_TABLE, MOST_HIGH, removed
-
-    for scene in osd_scenes(data_dir):
-        share = removed(scene, st.remove_plane(scene.frame, scene.camera, method=method)[0])
-        assert share["table"] >= LEAST_TABLE, scene.name
-        assert share["high"] <= MOST_HIGH, scene.name
 
 
 def with_ball():
@@ -427,28 +417,6 @@ def test_the_tracker_can_leave_the_table_out():
         pixels[drop] = result.steps[0][-1].pixels
     assert pixels[True] < 0.95 * pixels[False]  # those of the table beside the box
     assert np.linalg.norm(result.pose[:3, 3] - T[:3, 3]) < 5e-4  # m; a strip along the foot is gone with it
-
-
-def test_the_evaluation_prints_both_tables(data_dir, capsys, tmp_path):
-    import json
-
-    from sdftrack.eval import planes
-
-    folder = tmp_path / "osd"
-    folder.mkdir()
-    if not (data_dir / "osd").is_dir():
-        pytest.skip(f"recorded scenes absent: {data_dir / 'osd'}")
-    for name in ("camera.json", "learn00_depth.png", "learn00_label.png"):
-        (folder / name).symlink_to(data_dir / "osd" / name)
-    assert planes.main(["--data", str(tmp_path), "--corners", "1", "--json", str(tmp_path / "out.json")]) == 0
-    printed = capsys.readouterr().out
-    assert "learn00" in printed
-    assert "600 600 300 200" in printed
-    rows = json.loads((tmp_path / "out.json").read_text())
-    assert (
-        rows["scenes"]["rigid"]["learn00"]["objects"] < 0.5 * rows["scenes"]["ransac"]["learn00"]["objects"]
-    )
-    assert rows["corners"]["kinect, true intrinsics"]["sum_most_deg"] < 0.1
 
 
 def test_the_figure_is_made_without_recordings(tmp_path, monkeypatch):

@@ -8,11 +8,11 @@ import pytest
 
 import sdftrack as st
 from sdftrack import _core
-from sdftrack.eval.primitives import measure
-from sdftrack.eval.primitives_resting import posed_scene
+from sdftrack.evaluation.primitive_errors import measure
 from sdftrack.primitives.fusing import fuse_sizes
 from sdftrack.primitives.seen import ON, TABLE_M, Seen, pieces
 from sdftrack.reference import primitives as twin
+from sdftrack.synth.leaning import posed_scene
 from sdftrack.synth.noise import Gaussian, Kinect
 from sdftrack.synth.solids import KINDS, random_solid, ray_depth, standing_scene
 
@@ -493,18 +493,8 @@ def test_the_readings_just_above_the_table_are_not_chosen_by_their_noise():
     assert abs(off_m.mean()) < 4 * off_m.std() / np.sqrt(foot.sum())
 
 
-def test_the_measuring_command_prints_a_row_per_noise_and_kind(capsys):
-    from sdftrack.eval.primitives import main
-
-    main(["synthetic", "-n", "1", "--kinds", "cylinder"])
-    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
-    rows = [line for line in lines if "cylinder" in line]
-    assert [row[0] for row in rows] == ["1", "Kinect"]  # "1 mm"
-    assert all("100.0" in row for row in rows)
-
-
 def test_a_box_seen_from_the_front_alone_has_an_open_depth_and_the_table_bounds_a_height():
-    from sdftrack.eval.primitives_open import open_view
+    from sdftrack.synth.open_views import open_view
 
     depth, _, mask, _ = open_view("box", np.random.default_rng([3, 0, 7]), CAMERA)
     fit = st.fit_primitive(st.Frame(depth), "box", camera=CAMERA, mask=mask, plane=None)
@@ -685,19 +675,3 @@ def test_bad_frames_give_one_clear_error():
         st.fit_primitives(frame, camera=CAMERA, most=0)
     with pytest.raises(TypeError, match="frame: expected"):
         st.fit_primitives(3, camera=CAMERA)
-
-
-# ---- real scenes ----
-
-
-def test_a_box_and_a_can_of_a_real_scene_are_found(data_dir):
-    from sdftrack.eval.primitives_osd import LIMIT_M, objects_of, surface_distance
-
-    folder = data_dir / "osd"
-    if not (folder / "camera.json").is_file():
-        pytest.skip(f"recorded data absent: {folder}")
-    for scene_name, number, kind in (("00", 2, "box"), ("33", 2, "cylinder")):
-        frame, masks = objects_of(folder, scene_name)
-        fit = st.fit_primitive(frame, mask=masks[number])
-        assert fit.kind == kind
-        assert np.median(surface_distance(fit, frame, masks[number])) < LIMIT_M

@@ -11,10 +11,10 @@ import pytest
 import sdftrack as st
 from sdftrack.cli.app import run
 from sdftrack.demo_scene import SWEEP, make_scene
-from sdftrack.eval import intrinsics, real, synthetic
-from sdftrack.eval.sweeps import TRUTH, box_mesh, swept, values_of
-from sdftrack.eval.truth import default_camera, motion, noisy, render_truth
+from sdftrack.evaluation.pose_sets import half_turns, off_pose
 from sdftrack.reproduce import FIGURES, fig_3_12, fig_4_13a, find, speed_3_9
+from sdftrack.reproduce.scenes.sweeps import TRUTH, box_mesh, swept, values_of
+from sdftrack.reproduce.scenes.truth import default_camera, motion, noisy, render_truth
 from sdftrack.synth.duck import duck_mesh, field
 
 FIELD_ATOL_M = 5e-4  # linear interpolation of a curved field over 2 mm; measured 3.5e-4
@@ -134,30 +134,6 @@ def test_another_draw_of_the_noise_lies_on_the_same_path():
     assert difference.std() == pytest.approx(np.sqrt(2) * 0.001, rel=0.1)  # of some 1,000 readings: 2 %
 
 
-def test_the_intrinsics_protocol_counts_refused_runs_as_missed():
-    good = intrinsics.Run(
-        np.full(4, 0.05), np.full(4, 0.05), np.ones(4, bool), np.zeros(4), np.full(4, 0.1), np.full(4, 0.1),
-        np.ones(4, bool), 1.0, 1.0, 0, "ok",
-    )  # fmt: skip
-    row = intrinsics.row_of([good, good, "too few frames"], "1 mm")
-    assert (row["runs"], row["refused"], row["within"]) == (3, 1, pytest.approx(2 / 3))
-    assert row["rms"] == pytest.approx([0.05] * 4)
-    assert row["accurate"] is False
-    assert intrinsics.row_of([good], "1 mm")["accurate"] is True
-    assert intrinsics.row_of(["no"], "1 mm") == {"runs": 1, "refused": 1, "reasons": ["no"]}
-
-
-def test_the_intrinsics_protocol_runs_as_a_command(tmp_path, capsys):
-    common = ["--only", "box, 1 mm", "--runs", "1", "--frames", "15", "--voxels", "80"]
-    assert intrinsics.main([*common, "--json", str(tmp_path / "out.json")]) == 0
-    row = json.loads((tmp_path / "out.json").read_text())["rows"]["box, 1 mm"]
-    assert row["runs"] == 1
-    assert "wanted" in capsys.readouterr().out
-    with pytest.raises(SystemExit):
-        intrinsics.main(["--only", "no such setting"])
-    assert "--only: expected a part of box, 1 mm" in capsys.readouterr().err
-
-
 def test_figure_4_13a_in_small_keeps_what_is_printed(tmp_path, capsys):
     assert run(["reproduce", "4.13a", "--frames", "8", "--out", str(tmp_path)]) == 0
     out = tmp_path / "4.13a"
@@ -203,52 +179,20 @@ def test_noise_has_the_asked_spread_and_leaves_holes_alone():
     assert abs(out[10:].mean() - 0.8) < 1e-4
 
 
-def test_a_tracked_row_stands_near_the_bound(duck, capsys):
-    centre = duck.bounds.mean(axis=0)
-    truth = render_truth(duck, motion(12, 0.005, np.deg2rad(1.5), 0, centre), default_camera())
-    row = synthetic.run_mesh(st.SDF.from_mesh(duck, voxels=120), [truth], 0.001)
-    assert row["lost"] == row["astray"] == 0
-    assert 0.3 < row["times_bound_mm"] < 3  # 12 frames: a wide net; the table is for the figures
-    assert 0.3 < row["times_bound_deg"] < 3
-    table = synthetic.format_rows({"duck": row})
-    assert "duck" in table
-    assert len(table.splitlines()) == 2
-
-
-def test_the_synthetic_protocol_runs_as_a_command(tmp_path, box, capsys):
-    box.save(tmp_path / "box.ply")
-    common = ["--meshes", str(tmp_path), "--only", "box", "--frames", "3", "--seeds", "1", "--voxels", "60"]
-    assert synthetic.main([*common, "--bound-only", "--sigma", "0.001,0.002"]) == 0
-    one, two = (float(line.split("bound")[1].split()[0]) for line in capsys.readouterr().out.splitlines())
-    assert two == pytest.approx(2 * one, rel=1e-2)
-    assert synthetic.main([*common, "--set", "max_pixels=2000", "--json", str(tmp_path / "out.json")]) == 0
-    assert json.loads((tmp_path / "out.json").read_text())["rows"]["box"]["frames"] == 3
-
-
 def test_random_starts_are_off_by_what_was_asked():
     T = motion(1, 0.0, 0.0, seed=5)[0]
-    metres, radians = st.metrics.pose_error(real.off_pose(T, 0.01, 0.1, np.random.default_rng(0)), T)
+    metres, radians = st.metrics.pose_error(off_pose(T, 0.01, 0.1, np.random.default_rng(0)), T)
     assert (metres, radians) == pytest.approx((0.01, 0.1))
 
 
 def test_turns_of_a_box_leave_it_where_it_is():
     centre, half = np.array([0.01, -0.02, 0.03]), np.array([0.05, 0.03, 0.05])
     corners = centre + half * np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
-    turns = real.half_turns(centre, quarter_axis=1)
+    turns = half_turns(centre, quarter_axis=1)
     assert len({np.round(S, 6).tobytes() for S in turns}) == 8
     for S in turns:
         moved = corners @ S[:3, :3].T + S[:3, 3]
         assert sorted(map(tuple, np.round(moved, 6))) == sorted(map(tuple, np.round(corners, 6)))
-
-
-def test_the_axis_of_a_cup_is_found():
-    a = np.linspace(0, 2 * np.pi, 60, endpoint=False)
-    ring = 0.04 * np.column_stack([np.cos(a), np.sin(a)])
-    walls = [np.column_stack([ring, np.full(60, z)]) for z in np.linspace(0, 0.09, 20)]
-    handle = [[0.04 + 0.03 * np.sin(s), 0.0, 0.045 + 0.03 * np.cos(s)] for s in np.linspace(0, np.pi, 30)]
-    cup = np.vstack([*walls, handle])
-    for roll in range(3):  # along z, x, y in turn
-        np.testing.assert_array_equal(real.cup_axis(np.roll(cup, roll, axis=1)), np.roll([0, 0, 1.0], roll))
 
 
 def test_demo_frames_are_repeatable_and_a_hand_hides_part_of_the_duck():

@@ -11,9 +11,9 @@ import pytest
 import sdftrack as st
 from sdftrack import geometry
 from sdftrack.cli.app import run
-from sdftrack.eval.seen_part import sampled
 from sdftrack.reproduce import fig_4_16
 from sdftrack.reproduce.fig_4_14 import SIGMAS_VOXELS, aligned_error
+from sdftrack.reproduce.measures.seen_part import sampled
 from sdftrack.reproduce.speed_4_6 import evidence
 from sdftrack.synth.duck import duck_mesh
 
@@ -48,7 +48,7 @@ def test_figure_4_14_in_small_has_a_row_for_each_reach(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("there", [False, True])
 def test_figure_4_16_in_small_says_when_the_whole_scene_is_left_out(tmp_path, capsys, monkeypatch, there):
-    from sdftrack.eval import whole_scene
+    from sdftrack.reproduce.measures import whole_scene
 
     def path(seq, n, step):
         if not there:
@@ -67,7 +67,7 @@ def test_figure_4_16_in_small_says_when_the_whole_scene_is_left_out(tmp_path, ca
 
 def test_the_whole_scene_is_followed_where_open3d_is_there():
     pytest.importorskip("open3d")
-    from sdftrack.eval.whole_scene import camera_path
+    from sdftrack.reproduce.measures.whole_scene import camera_path
 
     mesh = duck_mesh()
     poses = fig_4_16.carried(mesh, 4)

@@ -7,7 +7,7 @@ from tracking_scene import CAMERA, NOISE_M, POSE, SIZE_M, WALL_M, box_mesh, dept
 
 import sdftrack as st
 from sdftrack import _core, metrics
-from sdftrack.eval.real import half_turns
+from sdftrack.evaluation.pose_sets import half_turns
 from sdftrack.reference import search as reference
 
 FOUND_M = 0.003  # ADD of a found box; noise is 1 mm, a wrong local minimum is beyond 10 mm

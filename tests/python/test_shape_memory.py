@@ -17,9 +17,16 @@ from sdftrack.contour.remembered import (
     RememberedShapes,
     with_hidden,
 )
-from sdftrack.eval import shape_memory as tables
-from sdftrack.eval.shape_protocol import Answer, asked, baseline, cases, davis_masks, detection, learnt
 from sdftrack.reference import shape_memory as twin
+from sdftrack.reproduce.measures.shape_protocol import (
+    Answer,
+    asked,
+    baseline,
+    cases,
+    davis_masks,
+    detection,
+    learnt,
+)
 
 # Overlaps under bars that hide 20 to 60 %, 60 frames learnt: measured 0.904 and, by LWPR, 0.61.
 RECOVERED, RECOVERED_BY_LWPR = 0.88, 0.58
@@ -480,13 +487,6 @@ def test_precision_and_recall_of_a_case_done_by_hand():
     assert found.average_precision == pytest.approx((1 + 2 / 3) / 3)
     assert found.at == pytest.approx((1 / 3, 1 / 2))
     assert found.best == pytest.approx(2 / 3)
-
-
-def test_the_tables_are_printed_without_recorded_data(capsys):
-    assert tables.main(["--data", "/nowhere/davis", "--frames", "30"]) == 0
-    out = capsys.readouterr().out
-    assert "the gaits alone" in out
-    assert out.count("\nwalker") == 7
 
 
 def test_recorded_masks_are_recovered_better_than_by_simple_ways(data_dir):

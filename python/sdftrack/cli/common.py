@@ -13,7 +13,7 @@ from typing import Annotated, Any, Protocol, TypeVar
 
 import typer
 
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
 
 __all__ = [
     "ConfigOption",

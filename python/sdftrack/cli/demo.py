@@ -54,8 +54,8 @@ def demo(
     import sdftrack as st
     from sdftrack.cli.demo_turn import WHOLE_TURN, reconstruct_duck
     from sdftrack.demo_scene import make_scene
-    from sdftrack.eval.run import pose_errors
-    from sdftrack.eval.tables import text_table
+    from sdftrack.evaluation.pose_errors import pose_errors
+    from sdftrack.evaluation.tables import text_table
     from sdftrack.io.files import write_text
     from sdftrack.recorder import prepare_folder
     from sdftrack.viz.pictures import plot_run, plot_sdf_slices, save_picture, strip

@@ -37,8 +37,15 @@ def evaluate(
 ) -> None:
     """Compare results with ground truth: a table, plots, result.json (by default in DIR/evaluation)."""
     import sdftrack as st
-    from sdftrack.eval.report import HEAD, compare, plot_errors, plot_trajectories, read_results, table_rows
-    from sdftrack.eval.tables import text_table
+    from sdftrack.evaluation.report import (
+        HEAD,
+        compare,
+        plot_errors,
+        plot_trajectories,
+        read_results,
+        table_rows,
+    )
+    from sdftrack.evaluation.tables import text_table
     from sdftrack.io.files import write_json, write_text
     from sdftrack.recorder import prepare_folder
 

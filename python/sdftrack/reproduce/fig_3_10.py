@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.eval.run import pose_errors
-from sdftrack.eval.tables import text_table
-from sdftrack.eval.truth import Truth, default_camera, motion, noisy, render_truth
+from sdftrack.evaluation.pose_errors import pose_errors
+from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.curves import rotation_vectors
+from sdftrack.reproduce.scenes.truth import Truth, default_camera, motion, noisy, render_truth
 
 __all__ = ["run"]
 

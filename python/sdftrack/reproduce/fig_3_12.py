@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
-from sdftrack.eval.sweeps import TRUTH, box_mesh, swept, values_of
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
+from sdftrack.reproduce.scenes.sweeps import TRUTH, box_mesh, swept, values_of
 
 __all__ = ["FIRST_GUESS", "calibration_object", "run"]
 

@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
-from sdftrack.eval.sweeps import TRUTH, swept
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.fig_3_12 import FIRST_GUESS, calibration_object
+from sdftrack.reproduce.scenes.sweeps import TRUTH, swept
 from sdftrack.three_planes import three_planes
 
 __all__ = ["run"]

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.eval.planes import removed
-from sdftrack.eval.table_scenes import open_scenes
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
+from sdftrack.reproduce.measures.table_shares import removed
+from sdftrack.reproduce.scenes.table_scenes import open_scenes
 from sdftrack.synth.table_scene import TableScene, table_scene
 
 __all__ = ["middle_of_table", "run"]

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.eval.protocol import Run, track_scene
-from sdftrack.eval.tables import text_table
-from sdftrack.eval.truth import motion
+from sdftrack.evaluation.tables import text_table
+from sdftrack.evaluation.tracked_scene import Run, track_scene
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.curves import rotation_vectors
+from sdftrack.reproduce.scenes.truth import motion
 
 __all__ = ["run"]
 

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.eval.protocol import track_scene
-from sdftrack.eval.rebuilt import Errors, rebuild, relative_errors
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
+from sdftrack.evaluation.tracked_scene import track_scene
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.curves import rotation_vectors
 from sdftrack.reproduce.growing import VOXELS, Scene, reconstructor, scene_of
+from sdftrack.reproduce.measures.rebuilt import Errors, rebuild, relative_errors
 
 __all__ = ["run"]
 

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import geometry
-from sdftrack.eval.protocol import ASTRAY_M, ASTRAY_RAD
-from sdftrack.eval.rebuilt import rebuild, relative_errors, settled_at
-from sdftrack.eval.seen_part import sampled
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
+from sdftrack.evaluation.tracked_scene import ASTRAY_M, ASTRAY_RAD
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.growing import VOXELS, Scene, reconstructor, scene_of
+from sdftrack.reproduce.measures.rebuilt import rebuild, relative_errors, settled_at
+from sdftrack.reproduce.measures.seen_part import sampled
 
 __all__ = ["aligned_error", "run"]
 

@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import geometry
-from sdftrack.eval.rebuilt import rebuild
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.growing import Scene, reconstructor, scene_of
+from sdftrack.reproduce.measures.rebuilt import rebuild
 
 __all__ = ["aligned", "around", "carried", "run"]
 
@@ -107,7 +107,7 @@ def _frames(scene: Scene, cache: str | Path) -> Any:
 
 
 def _whole_scene(seq: Any, n: int, context: Context) -> Array | None:
-    from sdftrack.eval.whole_scene import camera_path
+    from sdftrack.reproduce.measures.whole_scene import camera_path
 
     try:
         return camera_path(seq, n, lambda i: context.step(i + 1, n, WHOLE))

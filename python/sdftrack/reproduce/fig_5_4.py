@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from sdftrack.eval.growth import fit_text, growth, time_row
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.look_alikes import name_of, pair_of
+from sdftrack.reproduce.measures.growth import fit_text, growth, time_row
 
 __all__ = ["run"]
 

@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.eval.identity import run_way
-from sdftrack.eval.judged import errors, measure
-from sdftrack.eval.scenes import approach
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.look_alikes import name_of, pair_of, ways
+from sdftrack.reproduce.measures.identity import run_way
+from sdftrack.reproduce.measures.judged import errors, measure
+from sdftrack.synth.several import approach
 
 __all__ = ["run"]
 

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import geometry
-from sdftrack.eval.identity import run_way
-from sdftrack.eval.scenes import still_pair
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.look_alikes import name_of, pair_of, ways
+from sdftrack.reproduce.measures.identity import run_way
+from sdftrack.synth.several import still_pair
 
 __all__ = ["relative_motion", "run"]
 

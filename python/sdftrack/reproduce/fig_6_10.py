@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.eval.shape_protocol import SHARES, Answer, cases, detection
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
+from sdftrack.reproduce.measures.shape_protocol import SHARES, Answer, cases, detection
 from sdftrack.reproduce.silhouettes import ask_all, sets, split_name
 
 __all__ = ["run"]

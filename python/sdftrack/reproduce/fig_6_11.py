@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from sdftrack.eval.shape_protocol import FRAMES, asked, baseline, cases, gaits, learnt
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
 from sdftrack.metrics import iou
 from sdftrack.reproduce import Context
+from sdftrack.reproduce.measures.shape_protocol import FRAMES, asked, baseline, cases, gaits, learnt
 from sdftrack.reproduce.silhouettes import NOTE, by_share
 
 __all__ = ["run"]

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from sdftrack.eval.shape_protocol import SHARES, cases
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
 from sdftrack.metrics import iou
 from sdftrack.reproduce import Context
+from sdftrack.reproduce.measures.shape_protocol import SHARES, cases
 from sdftrack.reproduce.silhouettes import SPLITS, ask_all, by_share, sets, split_name
 
 __all__ = ["run"]

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.eval.truth import motion
 from sdftrack.reproduce import Context
+from sdftrack.reproduce.scenes.truth import motion
 
 __all__ = ["VOXELS", "Scene", "reconstructor", "scene_of"]
 

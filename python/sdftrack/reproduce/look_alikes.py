@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from sdftrack.eval.contact import Solid
 from sdftrack.reproduce import Context
+from sdftrack.synth.contact import Solid
 
 __all__ = ["name_of", "pair_of", "ways"]
 

@@ -14,8 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.contour.memory import ShapeMemory
-from sdftrack.eval.shape_protocol import Answer, Case, asked, davis_folder, davis_masks, gaits, learnt
 from sdftrack.reproduce import Context
+from sdftrack.reproduce.measures.shape_protocol import (
+    Answer,
+    Case,
+    asked,
+    davis_folder,
+    davis_masks,
+    gaits,
+    learnt,
+)
 
 __all__ = ["HARMONICS", "NOTE", "SPLITS", "ask_all", "by_share", "sets", "split_name"]
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.device import resolve_device
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
 
 __all__ = ["run"]

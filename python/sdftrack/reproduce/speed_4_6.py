@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.eval.rebuilt import rebuild
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.growing import VOXELS, reconstructor, scene_of
+from sdftrack.reproduce.measures.rebuilt import rebuild
 
 __all__ = ["evidence", "run"]
 

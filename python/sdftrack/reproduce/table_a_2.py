@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from sdftrack.device import resolve_device
-from sdftrack.eval.superpixel_times import PER_SEGMENT_PX, times_ms
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
+from sdftrack.reproduce.measures.call_times import PER_SEGMENT_PX, times_ms
 
 __all__ = ["COMPACTNESS", "ITERATIONS", "SIZES", "run"]
 

@@ -13,9 +13,9 @@ from functools import partial
 from typing import Any
 
 from sdftrack.device import resolve_device
-from sdftrack.eval.superpixel_times import PER_SEGMENT_PX, times_ms
-from sdftrack.eval.tables import text_table
+from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
+from sdftrack.reproduce.measures.call_times import PER_SEGMENT_PX, times_ms
 from sdftrack.reproduce.table_a_2 import COMPACTNESS, ITERATIONS, QUICK_SECONDS, SECONDS, SIZES
 
 __all__ = ["run"]

@@ -3,7 +3,6 @@
 
 from sdftrack.synth.ball import BallScene, ball_scene
 from sdftrack.synth.blob import BlobVideo, blob_video
-from sdftrack.synth.can import can_mesh, turning_can
 from sdftrack.synth.covers import hide
 from sdftrack.synth.duck import duck_mesh
 from sdftrack.synth.gait import gait
@@ -11,6 +10,7 @@ from sdftrack.synth.gait_video import GaitVideo, gait_video
 from sdftrack.synth.grip import Grip
 from sdftrack.synth.noise import Gaussian, Kinect
 from sdftrack.synth.occluders import Cover, Hand
+from sdftrack.synth.printed_can import can_mesh, turning_can
 from sdftrack.synth.region_picture import region_picture
 from sdftrack.synth.room import corner
 from sdftrack.synth.scene import sequence

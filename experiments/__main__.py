@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: MIT
+"""``python -m experiments list | run NAME [options] | run --short NAME``."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import sys
+import time
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from experiments import data, record
+from experiments.options import add_options
+from experiments.registry import Experiment, UnknownExperimentError, all_experiments, find
+from experiments.table import Table
+from experiments.targets import judge
+
+__all__ = ["main", "run"]
+
+
+def main(given: Sequence[str] | None = None) -> int:
+    """Entry of the command; the exit code: 0, 1 for an error, 2 for wrong usage."""
+    arguments = list(sys.argv[1:] if given is None else given)
+    parser = argparse.ArgumentParser(
+        prog="python -m experiments", description="Measure what the documents claim."
+    )
+    commands = parser.add_subparsers(dest="command", required=True)
+    listing = commands.add_parser("list", help="names, what they need, and the data they were chosen on")
+    listing.add_argument("--long", action="store_true", help="also the data of each")
+    running = commands.add_parser("run", help="run one; NAME --help prints its options", add_help=False)
+    running.add_argument(
+        "--short", action="store_true", help="seconds, not minutes; the result is not recorded"
+    )
+    running.add_argument("name", nargs="?", help="as `list` prints it")
+    asked, rest = parser.parse_known_args(arguments)
+    if asked.command == "list":
+        if rest:
+            listing.error(f"unrecognized arguments: {' '.join(rest)}")
+        print(listed(asked.long))
+        return 0
+    if asked.name is None or asked.name.startswith("-"):
+        running.print_help()
+        return 0 if {"-h", "--help"} & set(rest) else 2
+    try:
+        run(find(asked.name), rest, asked.short)
+    except UnknownExperimentError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except (OSError, ValueError, ImportError) as error:
+        print(f"{asked.name}: {error}" if not str(error).startswith(asked.name) else error, file=sys.stderr)
+        return 1
+    return 0
+
+
+def listed(details: bool = False) -> str:
+    """A line for each experiment; with `details` also its needs and data."""
+    lines = []
+    for e in all_experiments().values():
+        lines.append(f"{e.name:24s} {e.summary}")
+        if details:
+            needs = ", ".join([*e.needs, *(f"{use} (optional)" for use in e.uses)]) or "nothing"
+            lines += [f"    needs        {needs}", f"    chosen on    {e.chosen_on}"]
+            lines += [f"    reported on  {e.reported_on}"]
+    return "\n".join(lines)
+
+
+def run(chosen: Experiment, arguments: Sequence[str], short: bool = False) -> list[Table]:
+    """Run an experiment with command line `arguments`; print its tables and verdicts, and record them."""
+    parser = argparse.ArgumentParser(
+        prog=f"python -m experiments run {chosen.name}",
+        description=inspect.cleandoc(chosen.function.__doc__ or "").split("\n\nParameters")[0],
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--data", type=Path, metavar="PATH", help="data folder (default: SDFTRACK_DATA)")
+    parser.add_argument("--out", type=Path, metavar="PATH", help="folder for the record, NAME.json")
+    add_options(parser, chosen.function)
+    if short:
+        parser.set_defaults(**chosen.short)
+    settings = vars(parser.parse_args(arguments))
+    folder, out = data.root(settings.pop("data")), settings.pop("out")
+    data.check(chosen.name, chosen.needs, folder)
+    given = {"data": folder} if "data" in inspect.signature(chosen.function).parameters else {}
+    began = time.perf_counter()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        made = chosen.function(**given, **settings)
+    seconds = time.perf_counter() - began
+    tables = [made] if isinstance(made, Table) else made
+    print("\n\n".join(map(str, tables)))
+    for verdict in [] if short else judge(chosen.name, tables):
+        print(verdict)
+    if out is not None or not short:
+        where: dict[str, Any] = {} if out is None else {"folder": out}
+        plain = [table.to_dict() for table in tables]
+        print(f"recorded: {record.save(chosen.name, settings, plain, seconds, **where)}")
+    return tables
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Contour tracking and the memory of shapes."""

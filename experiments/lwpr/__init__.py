@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Regression by local models."""

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Planes in scenes, corners of three planes."""

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Primitives of unknown size."""

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Unknown objects reconstructed while they are tracked."""

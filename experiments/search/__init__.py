@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Starts without a pose."""

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Several objects at once."""

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""One object, tracked by depth or RGB-D."""

@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: MIT
+"""What status, confidence and covariance are worth, measured: the tables of docs/trust.md."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence as Seq
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import sdftrack as st
+from experiments.common.protocol import MESHES, load_mesh, load_sdf, say
+from experiments.options import NO_SETTINGS, Settings
+from experiments.registry import experiment
+from experiments.table import Table
+from experiments.trust import absent, confidence, coverage
+from experiments.trust import sensor as sensor_noise
+from sdftrack.reproduce.scenes.truth import default_camera, motion, render_truth
+
+__all__ = ["absent_objects", "coverage_of_references", "coverage_of_truth", "fit", "sensor", "separation"]
+
+# Changing these numbers breaks comparisons with docs/trust.md.
+STEP_M, STEP_RAD, TRUTH_FRAMES = 0.005, np.deg2rad(1.5), 300
+SCENES, TRAIN_SEED, TEST_SEED = 75, 1, 2
+TRAIN, TEST = ("lm_cat", "lm_can", "lm_driller", "spot"), ("lm_ape", "lm_duck", "lm_glue", "bunny")
+LOOKALIKES = 100
+VOXELS = 200
+ABSENT_TRIALS, ABSENT_TRAIN, ABSENT_TEST, ABSENT_TRAIN_SEED = 50, 120, 0, 7
+# A pose that is right though disturbed is nothing that a tracker returns; a false find is worse than a missed one.
+WEIGHT_RIGHT_DISTURBED, WEIGHT_ABSENT = 0.15, 2.0
+
+
+def occluders() -> tuple[Any, ...]:
+    """Nothing (twice), a hand in front, fingers around it, and a hand over half of it."""
+    from sdftrack import synth
+
+    return (None, None, synth.Hand(0.3), synth.Grip(0.3), synth.Hand(0.5))
+
+
+def volume(data: Path, name: str, cache: Path | None) -> tuple[Any, Any]:
+    """(mesh, SDF of 200 voxels) of DATA/meshes."""
+    mesh = load_mesh(data, name)
+    return mesh, load_sdf(mesh, name, VOXELS, cache)
+
+
+@experiment(
+    "trust.coverage",
+    needs=["meshes"],
+    chosen_on="the same four meshes",
+    reported_on="lm_driller, lm_can, lm_cat, spot; seeds 0 to 2",
+    short={"only": ("spot",), "seeds": 1, "frames": 4, "path_frames": 6},
+)
+def coverage_of_truth(
+    *,
+    data: Path,
+    only: tuple[str, ...] = MESHES,
+    seeds: int = 3,
+    frames: int = 100,
+    path_frames: int = TRUTH_FRAMES,
+    threads: int = 1,
+    options: Settings = NO_SETTINGS,
+    cache: Path | None = None,
+) -> Table:
+    """How often the stated 95 % ellipsoid holds the true pose, on rendered sequences.
+
+    Parameters
+    ----------
+    path_frames
+        of the rendered path, of which the first `frames` are tracked
+    """
+    camera, rows = default_camera(), {}
+    for name in only:
+        mesh, sdf = volume(data, name, cache)
+        centre = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
+        truths = [
+            render_truth(mesh, motion(path_frames, STEP_M, STEP_RAD, seed, centre), camera, threads, cache)
+            for seed in range(seeds)
+        ]
+        for sigma in (0.001, 0.00316):
+            key = f"{name} {1e3 * sigma:.2f} mm"
+            rows[key] = coverage.synthetic_coverage(
+                sdf, truths, sigma, {"threads": threads, **options}, frames
+            )
+            say("  ".join(coverage.cells(key, rows[key])))
+    return coverage.table("Stated covariance against the truth", rows)
+
+
+@experiment(
+    "trust.recorded",
+    needs=["k1", "ycbv10"],
+    chosen_on="k1 and ycbv10 (`trust.sensor`: noise and its reach between pixels)",
+    reported_on="the same recordings",
+    short={"frames": 3},
+)
+def coverage_of_references(
+    *,
+    data: Path,
+    frames: int = 0,
+    threads: int = 1,
+    options: Settings = NO_SETTINGS,
+) -> Table:
+    """How often the stated 95 % ellipsoid holds the reference pose of recorded sequences.
+
+    Parameters
+    ----------
+    frames
+        of each sequence, at most; 0: as many as have a reference
+    """
+    rows = coverage.recorded(data, {"threads": threads, **options}, frames)
+    return coverage.table("Stated covariance against recorded references", rows)
+
+
+@experiment(
+    "trust.sensor",
+    needs=["k1", "ycbv10"],
+    chosen_on="nothing is chosen here: the tracker's noise model is",
+    reported_on="k1 and ycbv10",
+    short={"frames": 2},
+)
+def sensor(*, data: Path, frames: int = 10, threads: int = 1) -> Table:
+    """Noise of recorded depth over distance, and how far its errors reach from pixel to pixel.
+
+    Parameters
+    ----------
+    frames
+        tracked of each object, at most
+    """
+    return Table("Noise of recorded depth", notes=sensor_noise.lines(data, frames, threads))
+
+
+def _synthetic(
+    data: Path, names: Seq[str], scenes: int, seed: int, threads: int, cache: Path | None
+) -> list[confidence.Sample]:
+    out = []
+    for name in names:
+        mesh, sdf = volume(data, name, cache)
+        out += confidence.synthetic(name, mesh, sdf, scenes, seed, occluders(), threads)
+        say(f"{name}: {len(out)} poses so far")
+    return out
+
+
+@experiment(
+    "trust.auc",
+    needs=["meshes", "k1", "ycbv10"],
+    chosen_on="the poses of `trust.fit`: lm_cat, lm_can, lm_driller, spot, seed 1",
+    reported_on="lm_ape, lm_duck, lm_glue, bunny, seed 2; k1; ycbv10's brick",
+    short={"only": ("bunny",), "scenes": 1, "recorded": False},
+)
+def separation(
+    *,
+    data: Path,
+    only: tuple[str, ...] = TEST,
+    scenes: int = SCENES,
+    recorded: bool = True,
+    threads: int = 1,
+    cache: Path | None = None,
+) -> Table:
+    """Correct poses against wrong ones, by confidence: areas under the ROC curve.
+
+    Parameters
+    ----------
+    scenes
+        of each mesh
+    recorded
+        also the recorded sequences
+    """
+    groups = {"synthetic": _synthetic(data, only, scenes, TEST_SEED, threads, cache)}
+    if recorded:
+        with st.open_sequence(data / "k1") as seq:
+            sdf = st.SDF.from_mesh(next(iter(seq.models.values())))
+            groups["k1"] = confidence.recorded(seq, sdf, 0, 20, 10, threads=threads)
+        with st.open_sequence(data / "ycbv10") as seq:
+            groups["ycbv10 brick"] = confidence.recorded(
+                seq, st.SDF.from_mesh(seq.models[3]), 0, 10, 10, only=[2], threads=threads
+            )
+    numbers = {g: [[s.kind, s.right, s.confidence] for s in many] for g, many in groups.items()}
+    rows = [confidence.area_cells(name, many) for name, many in groups.items()]
+    return Table("Confidence of correct and of wrong poses", confidence.AREAS, rows, numbers=numbers)
+
+
+@experiment(
+    "trust.absent",
+    needs=["meshes", "osd"],
+    chosen_on="the same scenes and models, seed 7 (`trust.fit`)",
+    reported_on="osd's scenes with six models that are not in them, seed 0",
+    short={"trials": 2},
+)
+def absent_objects(
+    *, data: Path, trials: int = ABSENT_TRIALS, threads: int = 1, cache: Path | None = None
+) -> Table:
+    """Status and confidence of an object that is not in the scene.
+
+    Parameters
+    ----------
+    trials
+        of each way
+    """
+    sdfs = {name: volume(data, name, cache)[1] for name in absent.MODELS}
+    scenes = list(absent.osd_scenes(data / "osd"))
+    rows = []
+    for how, made in (("put at random", absent.placed), ("searched for", absent.searched)):
+        samples = made(scenes, sdfs, trials, ABSENT_TEST, threads=threads)
+        counts = [str(sum(x.said["status"] == s for x in samples)) for s in ("lost", "weak", "ok")]
+        sure = sum(x.confidence > 0.5 for x in samples)
+        rows.append([how, str(len(samples)), *counts, str(sure)])
+        say("  ".join(rows[-1]))
+    return Table("Absent objects", ["way", "trials", "lost", "weak", "ok", "confidence above 0.5"], rows)
+
+
+@experiment(
+    "trust.fit",
+    needs=["meshes", "osd"],
+    chosen_on="this experiment chooses the weights: lm_cat, lm_can, lm_driller, spot, seed 1; osd, seed 7",
+    reported_on="nothing: see `trust.auc` and `trust.absent`",
+    short={"only": ("spot",), "scenes": 2, "placed": 2, "lookalikes": 2},
+)
+def fit(
+    *,
+    data: Path,
+    only: tuple[str, ...] = TRAIN,
+    scenes: int = SCENES,
+    placed: int = ABSENT_TRAIN,
+    lookalikes: int = LOOKALIKES,
+    threads: int = 1,
+    cache: Path | None = None,
+) -> Table:
+    """The weights of the confidence, in the order of `Weights` in cpp/tracking/trust.cpp.
+
+    Parameters
+    ----------
+    scenes
+        of each mesh
+    placed
+        trials with absent objects
+    lookalikes
+        boxes of another size
+    """
+    samples = _synthetic(data, only, scenes, TRAIN_SEED, threads, cache)
+    sdfs = {name: volume(data, name, cache)[1] for name in absent.MODELS}
+    places = list(absent.osd_scenes(data / "osd"))
+    samples += absent.placed(places, sdfs, placed, ABSENT_TRAIN_SEED, credulous=True, threads=threads)
+    samples += confidence.lookalikes(lookalikes, TRAIN_SEED, threads)
+    numbers = [[s.kind, s.right, *confidence.features(s.said).tolist()] for s in samples if "agree" in s.said]
+    known = [s for s in samples if "agree" in s.said]
+    right = np.array([s.right for s in known])
+    kinds = np.array([s.kind for s in known])
+    weight = np.where(right & (kinds == "disturbed"), WEIGHT_RIGHT_DISTURBED, 1.0)
+    weight[kinds == "absent"] = WEIGHT_ABSENT
+    x = np.array([confidence.features(s.said) for s in known])
+    slopes, constant = confidence.fit_weights(x, right, weight)
+    rows = [["constant", f"{constant:.2f}"]]
+    rows += [[name, f"{w:.2f}"] for name, w in zip(confidence.FEATURES, slopes, strict=True)]
+    return Table(f"{len(known)} poses, {right.sum()} right", ["feature", "weight"], rows, numbers=numbers)

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""The synthetic and labelled scenes of the figures."""

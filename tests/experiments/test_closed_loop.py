@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: MIT
+"""The loop of contour tracker and shape memory: its search against a slow twin, places, courses, and whole videos."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from experiments.contour.closed_loop import follow
+from sdftrack import _core
+from sdftrack.contour.alignment import COARSE, FINE, FRAME, LAST, MARGIN_PX, _Search, find, template
+from sdftrack.contour.course import Course, Expected
+from sdftrack.contour.masks import signed_distances
+from sdftrack.contour.placement import Placement, placement_of, put_back, seen_from
+from sdftrack.metrics import iou
+from sdftrack.reference import alignment as slow
+from sdftrack.synth.gait_video import gait_video, occluder
+
+FLOAT_SUM = 2e-6  # relative: sums of some thousand float32 in another order
+# OpenCV's bilinear warp knows 1/32 of a pixel, so that a sample between the values 0 and 1 is off by up to 0.03; over a
+# silhouette the errors have both signs.
+WARP_COST = 0.01
+# The last step of the search is 1 px of the frame, 1.3 px here, and what is hidden leaves the rest to the prior.
+PLACE_PX = 2.0
+ROUND_TRIP_IOU = 0.95  # two resamplings of a mask of some 30 pixels across
+# Of a smooth path at 2 px a frame: what the damping of the velocity keeps back.
+COURSE_PX = 1.0
+GAIN = 0.1  # of the mean overlap with the whole figure while a bar sweeps over it; measured 0.3 and more for these
+NOTHING_LOST = 0.01
+ANYWHERE = Expected(np.array([80.0, 60.0]), 30.0, 0.2, 0.1)  # predictions that are often far off
+
+
+def test_products_are_those_of_a_slow_loop_and_the_same_each_time():
+    rng = np.random.default_rng(0)
+    pictures, templates = (rng.normal(size=(n, 37)).astype(np.float32) for n in (5, 3))
+    given = _core.contour_products(pictures, templates)
+    np.testing.assert_allclose(given, slow.products(pictures, templates), rtol=FLOAT_SUM, atol=FLOAT_SUM)
+    np.testing.assert_array_equal(given, _core.contour_products(pictures, templates))
+
+
+@pytest.mark.parametrize("templates", [np.zeros((3, 36), np.float32), np.zeros(37, np.float32)])
+def test_templates_of_another_length_are_refused(templates):
+    with pytest.raises(ValueError, match="templates"):
+        _core.contour_products(np.zeros((5, 37), np.float32), templates)
+
+
+def test_colours_that_neither_side_has_are_no_evidence():
+    y, x = np.mgrid[:60, :80]
+    mask = np.hypot(x - 40, y - 30) < 14
+    image = np.where(mask[..., None], [200, 60, 40], [90, 100, 110]).astype(np.uint8)
+    core = _core.ContourCore({})
+    core.start_mask(image, mask)
+    covered = image.copy()
+    covered[:, 38:46] = [20, 30, 220]
+    core.observe(covered)
+    posterior = core.look_at_all(covered)
+    cells = np.array([[30, 20], [42, 20], [5, 5]])  # (column, row)
+    u, v = np.round((core.warp() @ [*cells.T, [1, 1, 1]])[:2]).astype(int)
+    truth = [0.5 if 38 <= a < 46 else float(mask[b, a]) for a, b in zip(u, v, strict=True)]
+    assert 0.5 in truth
+    np.testing.assert_allclose(posterior[cells[:, 1], cells[:, 0]], truth, atol=0.05)
+
+
+@pytest.mark.parametrize("stage", [COARSE, FINE, *LAST])
+def test_the_cost_of_a_silhouette_at_a_place_is_that_of_a_slow_loop(stage):
+    rng = np.random.default_rng(1)
+    side = FRAME + 2 * MARGIN_PX
+    evidence = np.zeros((side, side, 2), np.float32)
+    wave = np.sin(np.add.outer(np.arange(side) * 0.21, np.arange(side) * 0.13)).astype(np.float32)
+    evidence[..., 0], evidence[..., 1] = np.maximum(wave, 0), np.maximum(-wave, 0)
+    phi = signed_distances(st.synth.gait("cat", 1)[0])
+    start = Placement(ANYWHERE.center_px, ANYWHERE.size_px, np.eye(2))
+    search = _Search(evidence, start, ANYWHERE)
+    around = np.array([1.5, -2.25, 0.03, 0.05])
+    costs, moves = search.costs(stage, around, template(phi, stage)[None])
+    for k in rng.choice(len(moves), 2, replace=False):
+        expected = slow.silhouette_cost(evidence, phi, tuple(moves[k]), stage.block)
+        without_priors = costs[k, 0] - search._priors(moves[k : k + 1])[0]
+        assert without_priors == pytest.approx(expected, abs=WARP_COST)
+
+
+@pytest.mark.parametrize(("move", "hidden"), [((4.0, -3.0, 0.05, 0.0), 0), ((-3.0, 2.0, -0.03, 0.03), 6)])
+def test_a_known_silhouette_is_found_where_it_lies_though_a_part_is_hidden(move, hidden):
+    masks = st.synth.gait("walker", 60)
+    memory = st.contour.ShapeMemory()
+    for mask in masks:
+        memory.learn(mask)
+    warp, grid = np.array([[1.0, 0, 30], [0, 1, 10], [0, 0, 1]]), (110, 110)
+    there = Placement(ANYWHERE.center_px, ANYWHERE.size_px, np.eye(2)).moved(*move, FRAME)
+    whole = put_back(masks[20], warp, there, grid)
+    signed = np.where(whole, 1, -1).astype(np.float32)
+    x = int(np.nonzero(whole.any(axis=0))[0].mean())
+    signed[:, x : x + hidden] = 0  # colours of neither side
+    shapes = memory.shapes
+    found = find(signed, warp, ANYWHERE, np.eye(2), shapes, shapes.unlike(masks[19]))
+    assert np.linalg.norm(found.placement.center_px - there.center_px) < PLACE_PX
+    assert found.placement.size_px == pytest.approx(there.size_px, rel=0.04)
+    assert iou(put_back(found.phi < 0, warp, found.placement, grid), whole) > 0.8
+
+
+def test_a_mask_comes_back_from_the_frame_of_its_placement():
+    y, x = np.mgrid[:90, :110]
+    mask = np.hypot((x - 50) / 20, (y - 40) / 12) < 1
+    turned = np.array([[0.8, -0.6, 33.0], [0.6, 0.8, -7.0], [0, 0, 1]]) * [[1.5], [1.5], [1]]
+    place = placement_of(mask, turned)
+    np.testing.assert_allclose(place.center_px, (turned @ [50, 40, 1])[:2])
+    assert place.size_px == pytest.approx(1.5 * np.sqrt(mask.sum()))
+    seen = seen_from(mask.astype(np.float32), turned, place, FRAME) > 0.5
+    assert np.sqrt(seen.sum()) == pytest.approx(0.35 * FRAME, rel=0.03)  # the area of `align`
+    assert iou(put_back(seen, turned, place, mask.shape), mask) > ROUND_TRIP_IOU
+
+
+def test_a_steady_path_goes_straight_on_and_a_jump_does_not_change_the_size():
+    course = Course()
+    for t in range(20):
+        course.add(t, Placement(np.array([10.0 + 2 * t, 50.0 - t]), 30.0, np.eye(2)))
+    there = course.expected(20)
+    np.testing.assert_allclose(there.center_px, [50, 30], atol=COURSE_PX)
+    assert there.size_px == pytest.approx(30)
+    before = there.off_place
+    course.add(20, Placement(np.array([80.0, 30.0]), 10.0, np.eye(2)), 0.02)  # next to everything is hidden
+    assert course.expected(21).size_px == pytest.approx(30, rel=0.05)
+    assert course.expected(21).off_place == before  # what is not sure says nothing of the scatter
+
+
+@pytest.fixture(scope="module")
+def videos():
+    return {k: gait_video(k, 105, during=(65, 100), size=(240, 180)) for k in ("jumper", "cat")}
+
+
+@pytest.mark.parametrize("kind", ["jumper", "cat"])
+def test_a_memory_gains_while_a_bar_sweeps_over_the_figure_and_loses_nothing_before(kind, videos):
+    plain = follow(videos[kind], None, burn_in=50)
+    memory = follow(videos[kind], st.contour.ShapeMemory(), burn_in=50)
+    assert memory.during > plain.during + GAIN
+    assert memory.before > plain.before - NOTHING_LOST
+    assert memory.judgements["occluded"] > 5
+    assert memory.judged_before["occluded"] == 0
+
+
+def test_what_a_bar_begins_to_cover_is_not_learned(videos):
+    video, memory = videos["jumper"], st.contour.ShapeMemory()
+    tracker = st.contour.ContourTracker(memory=memory, burn_in=50)
+    tracker.start(video.images[0], mask=video.whole[0])
+    learnt = []
+    for image in video.images[1:]:
+        said = tracker.track(image).judgement
+        learnt.append((said, memory.n_learnt))
+    while_occluded = [b[1] - a[1] for a, b in pairwise(learnt) if b[0] in ("occluded", "novel")]
+    assert len(while_occluded) > 5
+    assert sum(while_occluded) == 0
+
+
+def test_the_same_video_gives_the_same_masks(videos):
+    video = videos["cat"]
+    runs = []
+    for _ in range(2):
+        tracker = st.contour.ContourTracker(memory=st.contour.ShapeMemory(), burn_in=50)
+        tracker.start(video.images[0], mask=video.whole[0])
+        runs.append([tracker.track(i).mask for i in video.images[1:80]])
+    np.testing.assert_array_equal(runs[0], runs[1])
+
+
+def test_a_fence_or_a_hole_leaves_no_other_shape_behind():
+    for thing in ("fence", "window"):
+        video = gait_video("hand", 85, thing, during=(65, 80), size=(240, 180))
+        tracker = st.contour.ContourTracker(memory=st.contour.ShapeMemory(), burn_in=50)
+        tracker.start(video.images[0], mask=video.whole[0])
+        for k, image in enumerate(video.images[1:], start=1):
+            result = tracker.track(image)
+            if result.judgement == "occluded":
+                # What was filled in is nearer to the whole than what is seen is.
+                assert iou(result.mask, video.whole[k]) > iou(video.seen[k], video.whole[k])
+
+
+def test_a_memory_that_was_taught_before_serves_another_tracker():
+    video = gait_video("jumper", 60, during=(20, 50), size=(240, 180), seed=0)
+    memory = st.contour.ShapeMemory()
+    for mask in st.synth.gait("jumper", 120, seed=3):
+        memory.learn(mask)
+    plain, with_it = follow(video, None, burn_in=5), follow(video, memory, burn_in=5)
+    assert with_it.during > plain.during + GAIN
+
+
+def test_a_memory_of_masks_in_another_frame_is_refused():
+    memory = st.contour.ShapeMemory()
+    memory.learn(np.pad(np.ones((20, 30), bool), 10))
+    with pytest.raises(ValueError, match=r"memory: expected one taught with masks of 64 x 64, got .*align"):
+        st.contour.ContourTracker(memory=memory)
+
+
+def test_the_warp_before_the_start_is_refused():
+    with pytest.raises(RuntimeError, match="warp: expected start"):
+        _ = st.contour.ContourTracker().warp
+
+
+@pytest.mark.parametrize("thing", ["bar", "fence", "window", "none"])
+def test_the_seen_part_is_the_whole_without_what_the_thing_covers(thing):
+    video = gait_video("cat", 4, thing, during=(1, 3), size=(96, 72))
+    for k, (whole, seen) in enumerate(zip(video.whole, video.seen, strict=True)):
+        assert not (seen & ~whole).any()
+        assert (seen.sum() < whole.sum()) <= (k in video.during and thing != "none")
+    assert occluder(thing, (72, 96), (10, 10, 48, 48), 0.3).shape == (72, 96)
+
+
+def test_another_thing_is_refused():
+    with pytest.raises(ValueError, match="thing: expected one of none, bar, fence, window, got 'wall'"):
+        gait_video("cat", 2, "wall")

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""The measuring commands on synthetic scenes, in small."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from experiments.__main__ import main
+from experiments.tracking import occlusion, recovery
+from sdftrack.evaluation.pose_errors import Errors
+from sdftrack.evaluation.tracked_scene import Run
+from sdftrack.synth.duck import duck_mesh
+
+
+@pytest.fixture(scope="module")
+def meshes(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("meshes")
+    (folder / "meshes").mkdir()
+    duck_mesh().save(folder / "meshes" / "duck.ply")
+    return folder
+
+
+def _run(status, off_frames=()):
+    n = len(status)
+    metres = np.full(n, 0.001)
+    metres[list(off_frames)] = 0.5
+    errors = Errors(metres, np.zeros(n), np.zeros((n, 3)), np.zeros(n))
+    return Run(errors, list(status), [0.001] * n)
+
+
+def test_a_trial_is_judged_by_the_truth():
+    good = _run(["ok"] * 5 + ["weak", "lost", "lost", "lost"] + ["lost", "ok", "ok"], [5, 6, 7, 8, 9])
+    assert recovery.judge(good, 5, 4) == recovery.Trial(flagged=2, found=2, false_frames=0, lost_before=0)
+    late = _run(["ok"] * 8 + ["lost"] + ["lost"] * 3, range(5, 12))
+    assert recovery.judge(late, 5, 4) == recovery.Trial(flagged=4, found=None, false_frames=0, lost_before=0)
+    # A wrong place after it was flagged, sure of it: in view again, and before.
+    sure = _run(["ok"] * 5 + ["lost", "lost", "ok", "lost"] + ["ok", "ok", "weak"], [5, 6, 7, 8, 9, 10])
+    assert recovery.judge(sure, 5, 4) == recovery.Trial(flagged=1, found=3, false_frames=3, lost_before=0)
+    # Sure of a pose with nothing to see, however near the truth it is.
+    unseen = _run(["ok"] * 5 + ["lost", "lost", "ok", "ok"] + ["ok"] * 3)
+    assert recovery.judge(unseen, 5, 4).false_frames == 2
+    assert recovery.judge(_run(["ok", "lost", "ok"] + ["lost"] * 3, [2]), 3, 1).lost_before == 2
+
+
+def test_the_hand_closes_around_the_object(meshes):
+    seq = occlusion.scene(st.Mesh.load(meshes / "meshes" / "duck.ply"), 3, 0, grow=2)
+    bare = occlusion.scene(st.Mesh.load(meshes / "meshes" / "duck.ply"), 3, 0, share=0)
+    shares = [1 - seq.masks(i)[0].sum() / bare.masks(i)[0].sum() for i in range(3)]
+    np.testing.assert_allclose(shares, [0, 0.3, 0.6], atol=0.02)
+
+
+def test_a_row_is_kept_only_within_all_limits():
+    row = {"lost": 0, "astray": 0, "mean_mm": 0.4, "mean_deg": 0.4, "max_mm": 1.4, "max_deg": 1.4}
+    assert occlusion.kept(row)
+    for change in ({"lost": 1}, {"astray": 1}, {"mean_mm": 0.6}, {"max_deg": 1.6}):
+        assert not occlusion.kept({**row, **change})
+
+
+@pytest.mark.parametrize(
+    ("name", "more"),
+    [
+        ("occlusion", ["--color", "similar", "--share", "0.3"]),
+        ("motion", ["--step-mm", "5", "--step-deg", "1.5", "--motion", "static"]),
+    ],
+)
+def test_the_commands_print_a_table_and_write_json(name, more, meshes, measured, tmp_path, capsys):
+    common = [
+        "--only",
+        "duck",
+        "--mode",
+        "depth",
+        "--frames",
+        "3",
+        "--voxels",
+        "60",
+        "--cache",
+        str(tmp_path),
+    ]
+    (made,) = measured(name, *common, *more, data=meshes)["tables"]
+    (row,) = made["numbers"].values()
+    assert row["frames"] == 3
+    assert row["lost"] == row["astray"] == 0
+    assert row["max_mm"] < 2
+    assert "\nduck, " in capsys.readouterr().out
+    assert (tmp_path / "sdf_duck_60.npz").is_file()
+
+
+def test_a_recovery_trial_runs_from_the_command(meshes, measured, capsys):
+    common = ["--only", "duck", "--mode", "depth", "--seeds", "1", "--voxels", "60"]
+    (made,) = measured("recovery", *common, "--frames", "37", data=meshes)["tables"]
+    (trial,) = made["numbers"]["depth"]["trials"]
+    assert trial["lost_before"] == 0
+    assert trial["flagged"] is not None
+    assert "1 trials" in capsys.readouterr().out
+    assert main(["run", "recovery", "--data", str(meshes), "--frames", "35"]) == 1
+    assert "frames: expected more than 35, got 35" in capsys.readouterr().err

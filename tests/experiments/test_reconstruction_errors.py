@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: MIT
+"""How reconstructions are judged: the measures on shapes whose distances are known, and a small run."""
+
+from __future__ import annotations
+
+import importlib.util
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from experiments.__main__ import main
+from sdftrack import geometry
+from sdftrack.reproduce.measures import whole_scene
+from sdftrack.reproduce.measures.rebuilt import relative_errors, settled_at
+from sdftrack.reproduce.measures.seen_part import LARGEST_INCIDENCE_RAD, Truth, compare, first_seen, sampled
+
+RADIUS_M = 0.05
+CAMERA = st.Camera(300.0, 300.0, 159.5, 119.5, 320, 240)
+FIELD_ATOL_M = 3e-5  # two volumes of 100 voxels stand for the surfaces
+
+
+def ball(radius=RADIUS_M, middle=(0, 0, 0)):
+    return st.SDF.sphere(radius, voxels=100).to_mesh().transformed(geometry.pose(t_m=middle))
+
+
+def views(turns):
+    """Poses half a metre in front of the camera, turned about y."""
+    return np.array([geometry.pose([0, w, 0], [0, 0, 0.5]) for w in turns])
+
+
+@pytest.fixture(scope="module")
+def truth():
+    mesh = ball()
+    turns = views(np.arange(0, 2 * np.pi, np.pi / 6).repeat(5))
+    return Truth.of(mesh, st.SDF.sphere(RADIUS_M, voxels=100), CAMERA, turns, count=20_000)
+
+
+def test_samples_are_even_and_look_outward():
+    points, normals = sampled(ball(), 20_000)
+    np.testing.assert_allclose(np.linalg.norm(points, axis=1), RADIUS_M, atol=FIELD_ATOL_M)
+    assert (np.einsum("ij,ij->i", points, normals) > 0.99 * RADIUS_M).all()
+    assert np.abs(points.mean(axis=0)).max() < 1e-3 * RADIUS_M * 5
+
+
+def test_a_ball_shows_its_cap():
+    mesh, pose = ball(), views([0.0])
+    points, normals = sampled(mesh, 20_000)
+    seen = first_seen(mesh, points, normals, CAMERA, pose) == 0
+    ray = points + pose[0, :3, 3]
+    incidence = np.arccos(-np.einsum("ij,ij->i", ray, points) / np.linalg.norm(ray, axis=1) / RADIUS_M)
+    np.testing.assert_array_equal(seen[incidence < LARGEST_INCIDENCE_RAD - 0.03], True)
+    np.testing.assert_array_equal(seen[incidence > LARGEST_INCIDENCE_RAD + 0.03], False)
+
+
+def test_what_is_hidden_or_seen_later_is_told_apart():
+    near, far = ball(0.03), ball(0.02, (0, 0, 0.1))
+    both = st.Mesh(
+        np.vstack([near.vertices, far.vertices]), np.vstack([near.faces, far.faces + len(near.vertices)])
+    )
+    points, normals = sampled(far, 2000)
+    poses = views([0.0, 0.0, 0.0, 0.0, 0.0, np.pi / 2])
+    found = first_seen(both, points, normals, CAMERA, poses)
+    assert not (found == 0).any()  # behind the nearer one
+    assert 0.2 < (found == 5).mean() < 0.5  # from the side
+    assert (found[found != 5] == len(poses)).all()
+
+
+def test_the_same_shape_has_no_distance(truth):
+    got = compare(ball(), truth, voxels=100)
+    assert got.chamfer_m < FIELD_ATOL_M
+    assert got.complete == 1.0
+    assert 0.85 < got.seen_share < 1.0  # not the poles
+
+
+def test_a_larger_ball_is_as_far_as_it_is_larger(truth):
+    got = compare(ball(RADIUS_M + 0.001), truth, voxels=100)
+    assert got.to_truth_m == pytest.approx(0.001, abs=FIELD_ATOL_M)
+    assert got.to_rebuilt_m == pytest.approx(0.001, abs=FIELD_ATOL_M)
+    assert got.offset_m == pytest.approx(0.001, abs=FIELD_ATOL_M)
+    assert compare(ball(RADIUS_M - 0.004), truth, voxels=100).complete == 0.0
+
+
+def test_a_ball_moved_along_the_axis_of_turning_is_off_by_the_mean_of_its_normals(truth):
+    got = compare(ball(middle=(0, 0.001, 0)), truth, voxels=100)
+    points = truth.points[truth.seen]
+    expected = 0.001 * np.abs(points[:, 1] / RADIUS_M).mean()
+    assert got.to_truth_m == pytest.approx(expected, abs=FIELD_ATOL_M)
+    assert got.to_rebuilt_m == pytest.approx(expected, abs=FIELD_ATOL_M)
+    assert abs(got.offset_m) < FIELD_ATOL_M
+
+
+def test_what_nobody_saw_is_not_judged():
+    mesh = ball()
+    front = Truth.of(mesh, st.SDF.sphere(RADIUS_M, voxels=100), CAMERA, views([0.0]), count=20_000)
+    away = mesh.vertices.copy()
+    away[:, 2] = np.minimum(away[:, 2], 0.03)  # flat at the back
+    got = compare(st.Mesh(away, mesh.faces), front, voxels=100)
+    assert got.chamfer_m < FIELD_ATOL_M
+
+
+def test_errors_are_relative_to_the_first_frame():
+    rng = np.random.default_rng(0)
+    truth = np.array([geometry.pose(rng.normal(size=3), [0, 0, 0.5]) for _ in range(3)])
+    other = geometry.pose([0.3, -0.2, 0.5], [0.02, 0.01, -0.03])  # another object frame
+    found = truth @ other
+    same = relative_errors(found, truth, np.array([0.1, 0, 0]))
+    assert max(same.metres.max(), same.radians.max()) < 1e-9
+    found[2] = geometry.pose(t_m=[0.001, 0, 0]) @ found[2]
+    moved = relative_errors(found, truth, np.array([0.1, 0, 0]))
+    np.testing.assert_allclose(moved.metres, [0, 0, 0.001], atol=1e-9)
+    # Turned about the middle of the object: that stays where it is.
+    middle = np.array([0.1, 0, 0])
+    about = geometry.pose(t_m=middle) @ geometry.pose([0, 0, 0.01]) @ geometry.pose(t_m=-middle)
+    turned = relative_errors(np.array([truth[0], truth[1] @ about]), truth[:2], middle)
+    np.testing.assert_allclose(turned.metres, 0, atol=1e-9)
+    np.testing.assert_allclose(turned.radians, [0, 0.01], atol=1e-9)
+
+
+def test_settled_is_where_all_that_follows_is_near_the_end():
+    frames = np.arange(5) * 10
+    assert settled_at(frames, np.array([5, 1.05, 2, 1.05, 1]) * 1e-3) == 30
+    assert settled_at(frames, np.full(5, 1e-3)) == 0
+
+
+def test_a_small_run_prints_its_rows(tmp_path, measured, capsys):
+    (tmp_path / "meshes").mkdir()
+    st.SDF.box((0.10, 0.07, 0.05)).to_mesh().save(tmp_path / "meshes" / "box.ply")
+    given = [
+        "--only",
+        "box",
+        "--paths",
+        "hand",
+        "--noise",
+        "1mm",
+        "--frames",
+        "4",
+        "--voxels",
+        "80",
+        "--refine",
+    ]
+    (made,) = measured("reconstruction", *given, data=tmp_path)["tables"]
+    rows = made["numbers"]
+    assert list(rows) == ["box hand 1mm", "box hand 1mm, refined"]
+    for row in rows.values():
+        assert row["mean_mm"] < 2
+        assert row["chamfer_mm"] < 2
+    assert rows["box hand 1mm"]["not_ok"] == 0
+    assert "chamfer_mm" in capsys.readouterr().out
+
+
+def test_an_unknown_path_is_named(tmp_path, capsys):
+    (tmp_path / "meshes").mkdir()
+    with pytest.raises(SystemExit):
+        main(["run", "reconstruction", "--data", str(tmp_path), "--paths", "helix"])
+    assert "expected some of turntable, hand, got 'helix'" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(importlib.util.find_spec("open3d") is not None, reason="Open3D is installed")
+def test_the_baseline_says_what_it_needs():
+    with pytest.raises(ImportError, match="pip install open3d"):
+        whole_scene.open3d()

@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: MIT
+"""Registry, options, runner and targets of the experiments, and that the installed package knows nothing of them."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import json
+import tomllib
+from pathlib import Path
+from typing import Literal
+
+import pytest
+
+import sdftrack
+from experiments import registry, targets
+from experiments.__main__ import main, run
+from experiments.data import MissingError, check
+from experiments.options import NO_SETTINGS, Settings, parse_settings
+from experiments.registry import Experiment, UnknownExperimentError, all_experiments, experiment, find
+from experiments.table import Table
+from experiments.targets import Target, judge, targets_of
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+ROWS = [["a", "1.5 %"], ["b", "no"]]
+
+
+def stones(
+    *,
+    data: Path,
+    n: int = 3,
+    height: float | None = None,
+    only: tuple[str, ...] = ("granite",),
+    ground: Literal["sand", "rock"] = "sand",
+    wind: bool = False,
+    options: Settings = NO_SETTINGS,
+) -> Table:
+    """How far stones fall.
+
+    Parameters
+    ----------
+    n
+        stones of each kind,
+        at least one
+    ground
+        where they end
+    """
+    told = f"{n} {height} {','.join(only)} {ground} {wind} {dict(options)} {data.name}"
+    return Table(told, ["stone", "fell"], ROWS, ["a note"], {"a": 1.5})
+
+
+STONES = Experiment("stones", stones, ("quarry",), (), "one heap", "another", {"n": 1})
+
+
+def test_every_experiment_has_a_summary_and_says_what_it_was_chosen_and_reported_on():
+    for name, known in all_experiments().items():
+        assert known.summary.endswith((".", "?")), name
+        assert known.chosen_on, name
+        assert known.reported_on, name
+
+
+def test_an_unknown_name_gets_the_nearest_one(capsys):
+    with pytest.raises(
+        UnknownExperimentError, match=r"named 'several.meeting'; did you mean 'several.meetings'"
+    ):
+        find("several.meeting")
+    assert main(["run", "oclusion"]) == 2
+    assert "did you mean 'occlusion'?" in capsys.readouterr().err
+
+
+def test_a_name_is_given_once(monkeypatch):
+    monkeypatch.setattr(registry, "_EXPERIMENTS", {"stones": STONES})
+    with pytest.raises(ValueError, match="the name 'stones' is taken by"):
+        experiment("stones", chosen_on="", reported_on="")(stones)
+
+
+def test_missing_data_and_packages_are_named_with_the_fix(tmp_path):
+    with pytest.raises(MissingError) as caught:
+        check("stones", ["quarry", "package:no_such_package"], tmp_path)
+    said = str(caught.value)
+    assert f"stones: expected the folders quarry in {tmp_path}; set SDFTRACK_DATA or pass --data" in said
+    assert "pip install no_such_package" in said
+
+
+def test_options_come_from_the_signature_and_the_record_has_all_that_a_reader_needs(tmp_path, capsys):
+    (tmp_path / "quarry").mkdir()
+    given = [
+        "--n",
+        "5",
+        "--height",
+        "2",
+        "--only",
+        "slate,flint",
+        "--ground",
+        "rock",
+        "--wind",
+        "--set",
+        "spin=0.5",
+    ]
+    run(STONES, ["--data", str(tmp_path), "--out", str(tmp_path / "made"), *given])
+    printed = capsys.readouterr().out
+    assert f"5 2.0 slate,flint rock True {{'spin': 0.5}} {tmp_path.name}" in printed
+    assert "a note" in printed
+    record = json.loads((tmp_path / "made" / "stones.json").read_text())
+    made = record["runs"][0]
+    assert set(made) == {"machine", "commit", "date", "settings", "seconds"}
+    assert set(made["machine"]) == {"cpu", "cores"}
+    assert made["settings"]["only"] == ["slate", "flint"]
+    assert record["tables"][0]["rows"] == ROWS
+    assert record["tables"][0]["numbers"] == {"a": 1.5}
+
+
+def test_help_has_the_text_of_the_docstring(tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        run(STONES, ["--help"])
+    said = " ".join(capsys.readouterr().out.split())
+    assert "--n N stones of each kind, at least one (default: 3)" in said
+    assert "--ground {sand,rock} where they end (default: sand)" in said
+    assert "names, comma separated (default: granite)" in said
+
+
+def test_a_short_run_takes_the_short_options_and_records_nothing_unasked(tmp_path, capsys):
+    (tmp_path / "quarry").mkdir()
+    run(STONES, ["--data", str(tmp_path)], short=True)
+    printed = capsys.readouterr().out
+    assert printed.startswith("1 None granite")
+    assert "recorded" not in printed
+
+
+@pytest.mark.parametrize(
+    ("given", "said"), [(["--n", "many"], "invalid int"), (["--set", "spin"], "NAME=VALUE")]
+)
+def test_wrong_options_are_refused(given, said, tmp_path, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        run(STONES, given)
+    assert said in capsys.readouterr().err
+
+
+def test_settings_are_literals_or_text():
+    assert parse_settings(["a=1", "b=0.5", "c=true", "d=printed"]) == {
+        "a": 1,
+        "b": 0.5,
+        "c": True,
+        "d": "printed",
+    }
+    with pytest.raises(ValueError, match="NAME=VALUE"):
+        parse_settings(["oops"])
+
+
+def test_columns_of_one_name_are_refused():
+    with pytest.raises(ValueError, match="columns of 'falls': expected no two alike, got max twice"):
+        Table("falls", ["stone", "max", "max"])
+
+
+def test_the_list_names_all_with_their_data(capsys):
+    assert main(["list", "--long"]) == 0
+    printed = capsys.readouterr().out
+    assert "several.meetings" in printed
+    assert "reported on" in printed
+
+
+def test_targets_are_met_or_missed_by_rows():
+    tables = [Table("falls", ["stone", "fell"], ROWS)]
+    assert Target("a", "fell", row="a", max=2).met_by("1.5 %")
+    assert not Target("a", "fell", min=2).met_by("no")
+    assert Target("b", "fell", equals="no").met_by("no")
+    assert (
+        str(targets._judge_one(Target("falls", "fell", row="a", max=2), tables))
+        == "target met: falls <= 2 (1 rows)"
+    )
+    missed = targets._judge_one(Target("falls", "fell", max=1), tables)
+    assert str(missed) == "target missed: falls <= 1: a (1.5 %), b (no)"
+    assert "not measured" in str(targets._judge_one(Target("falls", "rose", max=1), tables))
+
+
+def test_targets_are_read_from_their_file_and_belong_to_experiments(tmp_path):
+    known = all_experiments()
+    for name in tomllib.loads(targets.FILE.read_text()):
+        found = targets_of(name) if "." in name or name in known else []
+        assert name in known, name
+        assert found, name
+    wrong = tmp_path / "targets.toml"
+    wrong.write_text('[[stones]]\nfigure = "a"\ncolumn = "b"\nmost = 1\n')
+    with pytest.raises(ValueError, match=r"targets.toml, stones: .*most"):
+        targets_of("stones", wrong)
+    assert judge("stones", []) == []
+
+
+@pytest.mark.parametrize(
+    "name", ["primitives_few", "rgbd", "real.ycbv10", "k1_offset", "superpixel_video", "start"]
+)
+def test_short_versions_run(name, data_dir, capsys):
+    known = find(name)
+    if any(not (data_dir / need).is_dir() for need in known.needs):
+        pytest.skip(f"recorded data absent: {', '.join(known.needs)} in {data_dir}")
+    (first, *_) = run(known, ["--data", str(data_dir)], short=True)
+    assert first.rows
+    assert all(len(row) == len(first.columns) for row in first.rows)
+
+
+def test_the_package_knows_nothing_of_the_experiments():
+    package = Path(sdftrack.__file__).parent
+    assert importlib.util.find_spec("sdftrack.eval") is None
+    assert importlib.util.find_spec("sdftrack.experiments") is None
+    for path in package.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            named = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+            named += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            assert not any(n.split(".")[0] == "experiments" for n in named), path
+
+
+def test_the_wheel_holds_the_package_alone():
+    built = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["tool"]["scikit-build"]
+    assert built["wheel"]["packages"] == ["python/sdftrack"]

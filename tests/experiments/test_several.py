@@ -1,0 +1,293 @@
+# SPDX-License-Identifier: MIT
+"""Scenes of several look-alikes, and what is counted on them, in small."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from experiments.__main__ import main
+from experiments.several import several
+from experiments.several.shuffle import hands
+from sdftrack import geometry
+from sdftrack.cli.app import run
+from sdftrack.reproduce import fig_5_4, look_alikes
+from sdftrack.reproduce.fig_5_8 import relative_motion
+from sdftrack.reproduce.measures.growth import growth
+from sdftrack.reproduce.measures.identity import Tracked, swapped, swaps, track
+from sdftrack.reproduce.measures.judged import judge, measure, total
+from sdftrack.synth import contact_paths as paths
+from sdftrack.synth import several as scenes
+from sdftrack.synth.contact import Solid, deepest, first_contact, gap
+from sdftrack.synth.duck import duck_mesh
+from sdftrack.synth.staged import Scene
+
+RADIUS_M = 0.05
+BALL_ATOL_M = 4e-4  # 3000 points on the ball lie 3 mm apart, the volume's voxels 2 mm
+LABEL_ATOL_M = 1e-6  # both are the same ray cast
+
+
+@pytest.fixture(scope="module")
+def duck():
+    mesh = duck_mesh()
+    mesh = st.Mesh(0.5 * mesh.vertices, mesh.faces)
+    return mesh, Solid.of(mesh, st.SDF.from_mesh(mesh, voxels=80), points=1000)
+
+
+@pytest.fixture(scope="module")
+def ball():
+    sdf = st.SDF.sphere(RADIUS_M)
+    return Solid.of(sdf.to_mesh(), sdf)
+
+
+@pytest.fixture(scope="module")
+def met(duck):
+    return scenes.meetings(*duck, 90, 0, noise=None)
+
+
+def at(*place):
+    return geometry.pose(t_m=place)
+
+
+@pytest.mark.parametrize("overlap_m", [0.004, 0.0, -0.003])
+def test_the_gap_of_two_balls_is_that_of_their_centres(ball, overlap_m):
+    a, b = at(0, 0, 0.8), at(0.6 * (2 * RADIUS_M - overlap_m), 0, 0.8 + 0.8 * (2 * RADIUS_M - overlap_m))
+    assert gap(ball, a, b) == pytest.approx(-overlap_m, abs=BALL_ATOL_M)
+    found = deepest(ball, np.array([[a, b], [a, at(0.5, 0, 0.8)]]))
+    np.testing.assert_allclose(found, [max(0.0, overlap_m), 0], atol=BALL_ATOL_M)
+    gone = np.array([[True, False], [True, True]])  # a lost object sinks into nothing
+    np.testing.assert_array_equal(deepest(ball, np.array([[a, b], [a, at(0.5, 0, 0.8)]]), gone), [0, 0])
+
+
+def test_copies_at_one_pose_are_as_deep_in_each_other_as_they_are_thick(ball):
+    """Their surfaces lie on each other: no point of one is deep in the other."""
+    assert gap(ball, at(0, 0, 0.8), at(0, 0, 0.8)) == pytest.approx(
+        -2 * RADIUS_M, abs=2 * ball.sdf.voxel_size
+    )
+    assert gap(ball, at(0, 0, 0.8), at(0.01, 0, 0.8)) == pytest.approx(
+        0.01 - 2 * RADIUS_M, abs=4 * ball.sdf.voxel_size
+    )
+
+
+def test_balls_come_to_rest_at_the_wanted_gap(ball):
+    s = first_contact(ball, [np.eye(4)], np.eye(3), np.zeros(3), np.array([-1.0, 0, 0]), 0.5, 0.001)
+    assert s == pytest.approx(2 * RADIUS_M + 0.001, abs=BALL_ATOL_M)
+
+
+CASES = {
+    "meetings": lambda duck: scenes.meetings(*duck, 40, 1, noise=None),
+    "push": lambda duck: scenes.push(*duck, 40, 0, noise=None),
+    "approach": lambda duck: scenes.approach(*duck, 40, noise=None),
+    "still": lambda duck: scenes.still_pair(*duck, 20, noise=None),
+    "row": lambda duck: scenes.row(*duck, 5, 3, noise=None),
+    "hands": lambda duck: hands(*duck, 40, noise=None),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_solids_never_penetrate_and_move_by_no_more_than_stated(duck, case):
+    scene = CASES[case](duck)
+    assert scene.gaps.min() > 0
+    assert deepest(duck[1], scene.poses).max() == 0
+    assert paths.steps(duck[1], scene.poses) <= 1
+    assert scene.share.max() > 0.9
+
+
+def test_two_that_meet_touch_and_pass_before_each_other(met):
+    assert met.contacts >= 1
+    assert met.crossings >= 1
+    assert met.gaps.min() <= 0.001
+    assert met.gaps.max() > 0.02
+    assert met.share.min() < 0.5
+
+
+def test_labels_agree_with_the_depth(met, duck):
+    i = int(np.argmin(met.share.min(axis=1)))
+    alone = np.array([duck[0].raycast(met.camera.depth, T)[0] for T in met.poses[i]])
+    labels, depth = met.labels(i), met[i].depth
+    for k in range(2):
+        own = labels == k
+        np.testing.assert_allclose(depth[own], alone[k][own], atol=LABEL_ATOL_M)
+        other = alone[1 - k][own]
+        assert ((other == 0) | (other >= depth[own])).all()
+        # The silhouette alone is counted at half the size.
+        assert met.share[i, k] == pytest.approx(own.sum() / (alone[k] > 0).sum(), abs=0.03)
+
+
+def test_colours_carry_five_grey_levels(duck):
+    plain = scenes.row(*duck, 1, 1, noise=None, color=True)
+    back = np.s_[:40, :40]
+    a, b = plain[0].color[back].astype(float), plain.seq[0].color[back].astype(float)
+    assert (a - b).std() == pytest.approx(np.sqrt(21), rel=0.1)
+    assert plain.labels(0).max() == 0
+
+
+def test_a_pair_that_is_pushed_is_shown_overlapping(duck):
+    scene, bare = (scenes.push(*duck, 60, 0, push_m=m, noise=None) for m in (0.004, 0.0))
+    np.testing.assert_array_equal(scene.poses, bare.poses)
+    off = []
+    for i in (0, 50):  # from nothing to all of it
+        both = (scene.labels(i) >= 0) & (bare.labels(i) >= 0)
+        off.append(float(np.abs(scene[i].depth - bare[i].depth)[both].max()))
+    assert off[0] == 0
+    assert off[1] > 0.001
+
+
+def test_what_is_hidden_comes_out_elsewhere(duck):
+    scene = scenes.hidden(*duck, seed=3, after=3, noise=None)
+    first, back = scenes.FIRST, scenes.FIRST + scenes.AWAY
+    assert (scene.share[first:back, 0] == 0).all()
+    assert (scene.share[[first - 1, back], 0] > 0.3).all()
+    assert scene.gaps.min() > 0
+    moved = np.linalg.norm(np.diff(duck[1].place(scene.poses[[first, back], 0]), axis=0))
+    assert 0.03 < moved < 0.18  # 50 to 150 mm, and the slow path of both
+
+
+def test_still_objects_are_still_and_the_measure_says_so(duck):
+    scene = scenes.still_pair(*duck, 5, noise=None)
+    np.testing.assert_allclose(relative_motion(scene.poses), 0, atol=1e-6)
+    shaken = scene.poses.copy()
+    shaken[::2, 1, 0, 3] += 0.002
+    assert 0.0005 < relative_motion(shaken)[0].max() < 0.002
+
+
+# --- identity ------------------------------------------------------------------------------------------------
+
+
+def _truth(n=20):
+    poses = np.tile(np.eye(4), (n, 3, 1, 1))
+    poses[:, :, 0, 3] = [-0.1, 0.0, 0.1]
+    poses[:, :, 2, 3] = 0.8
+    return poses
+
+
+def _said(poses, status=None, confidence=None):
+    shape = poses.shape[:2]
+    return Tracked(
+        poses,
+        np.full(shape, "ok", dtype="<U9") if status is None else status,
+        np.ones(shape) if confidence is None else confidence,
+        np.full(shape[0], 0.001),
+    )
+
+
+def test_a_swap_on_purpose_is_counted_and_nothing_else(ball):
+    truth = _truth()
+    points = ball.points[::30]
+    poses = truth.copy()
+    poses[:, :, :3, 3] += 0.01  # off, but nearest to its own
+    poses[3, 0, 0, 3] -= 0.5  # far away from all
+    assert not swapped(points, poses, truth).any()
+    poses[5:9, [0, 1]] = poses[5:9, [1, 0]]  # two change places for four frames
+    poses[15:, 2] = truth[15:, 1]  # and one collapses onto its neighbour
+    wrong = swapped(points, poses, truth)
+    said = _said(poses)
+    assert swaps(wrong, said.reported) == 3
+    status = said.status.copy()
+    status[6, 0] = "lost"  # the same event goes on
+    assert swaps(wrong, _said(poses, status).reported) == 3
+    status[:, 2], confidence = "weak", said.confidence.copy()
+    confidence[:, 2] = 0.2  # claims nothing
+    assert swaps(wrong, _said(poses, status, confidence).reported) == 2
+
+
+def test_measures_leave_out_what_is_hidden(ball):
+    truth = _truth()
+    share = np.ones((20, 3))
+    share[5, 0] = share[6, 1] = 0.1
+    poses, status = truth.copy(), np.full((20, 3), "ok", dtype="<U9")
+    poses[:, :, 1, 3] += 0.001
+    poses[5, 0, 1, 3] += 0.05
+    status[6, 1] = status[7, 1] = "lost"
+    scene = Scene("made", ball, truth, share, np.ones(20), None, 0)
+    row = total([measure(scene, _said(poses, status))])
+    assert (row["lost"], row["swaps"], row["weak"], row["astray"]) == (1, 0, 0, 0)
+    assert row["mean_mm"] == row["max_mm"] == pytest.approx(1.0)
+    assert row["deepest_mm"] == pytest.approx(0, abs=1e3 * BALL_ATOL_M)
+    assert row["hz"] == pytest.approx(1000)
+    assert judge(scene, _said(poses, status), 5, 10) == (2, False)
+
+
+def test_growth_finds_line_and_exponent():
+    counts = [1, 2, 4, 8]
+    fit = growth(counts, [1.0 + 2.0 * c for c in counts])
+    assert (fit["fixed_ms"], fit["ms_per_object"], fit["residual_ms"]) == pytest.approx((1, 2, 0), abs=1e-9)
+    assert growth(counts, [0.3 * c**1.2 for c in counts])["exponent"] == pytest.approx(1.2)
+
+
+def test_an_unknown_way_is_named(ball):
+    with pytest.raises(ValueError, match=r"way: expected one of joint, .*got 'both'"):
+        track([ball.sdf], None, [], [], "both", {})
+
+
+# --- commands ------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, duck):
+    made = tmp_path_factory.mktemp("meshes")
+    (made / "meshes").mkdir()
+    duck[0].save(made / "meshes" / "duck.ply")
+    return made
+
+
+@pytest.mark.parametrize(
+    ("case", "more"),
+    [
+        ("meetings", ["--frames", "4", "--noise", "kinect", "--mode", "depth,rgbd"]),
+        ("hands", ["--frames", "3"]),
+        ("push", ["--frames", "3", "--push-mm", "2"]),
+        ("approach", ["--frames", "3", "--noise", "0.5mm"]),
+        ("still", ["--frames", "3"]),
+        ("hidden", ["--trials", "1", "--frames", "2"]),
+        ("row", ["--frames", "3", "--counts", "1,2"]),
+    ],
+)
+def test_every_case_runs_from_the_command(case, more, folder, measured, capsys):
+    common = ["--only", "duck", "--voxels", "60", "--cache", str(folder / "cache")]
+    (made,) = measured(f"several.{case}", *common, *more, data=folder)["tables"]
+    rows = made["numbers"]
+    assert {name for key in rows for name in ("joint", "single") if name in key} == {"joint", "single"}
+    for row in rows.values():
+        assert row.get("lost", 0) == row.get("swaps", 0) == 0
+    table = capsys.readouterr().out
+    assert "joint, depth" in table
+    assert "single, depth" in table
+
+
+def test_wrong_arguments_are_refused(folder, capsys):
+    assert main(["run", "several.k1", "--data", str(folder)]) == 1
+    assert "several.k1: expected the folders k1 in" in capsys.readouterr().err
+    assert main(["run", "several.none"]) == 2
+    with pytest.raises(SystemExit):
+        main(["run", "several.push", "--data", str(folder), "--ways", "both"])
+    with pytest.raises(ValueError, match=r'noise: expected "kinect" or millimetres'):
+        several.noise_of("2", 0.001)
+    assert several.noise_of("2mm", 0.001) == pytest.approx(0.002)
+
+
+def test_both_sponges_from_the_command(data_dir, measured, capsys):
+    if not (data_dir / "k1").is_dir():
+        pytest.skip(f"recorded data absent: {data_dir / 'k1'}")
+    (made,) = measured("several.k1", "--frames", "4", "--ways", "joint", data=data_dir)["tables"]
+    rows = made["numbers"]
+    assert set(rows) == {"joint, depth, left", "joint, depth, right"}
+    for row in rows.values():
+        assert row["lost"] == 0
+        assert row["iou_least"] > 0.7
+        assert row["deepest_mm"] < 2
+    assert "joint, depth, left" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("figure", ["5.4", "5.6", "5.8"])
+def test_the_figures_of_chapter_5_in_small(figure, tmp_path, monkeypatch):
+    monkeypatch.setattr(fig_5_4, "COUNTS", (1, 2, 3))
+    monkeypatch.setattr(look_alikes, "VOXELS", 60)
+    assert run(["reproduce", figure, "--frames", "3", "--out", str(tmp_path), "-q"]) == 0
+    out = tmp_path / figure
+    assert {p.name for p in out.iterdir()} == {"figure.png", "table.txt", "result.json"}
+    result = json.loads((out / "result.json").read_text())
+    assert all(row["lost"] == 0 for row in result["levels"])

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: MIT
+"""Rows of the tracking experiments."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from experiments.tracking import synthetic
+from experiments.tracking.random_starts import cup_axis
+from sdftrack.reproduce.scenes.sweeps import box_mesh
+from sdftrack.reproduce.scenes.truth import default_camera, motion, render_truth
+from sdftrack.synth.duck import duck_mesh
+
+
+def test_a_tracked_row_stands_near_the_bound():
+    duck = duck_mesh()
+    centre = duck.bounds.mean(axis=0)
+    truth = render_truth(duck, motion(12, 0.005, np.deg2rad(1.5), 0, centre), default_camera())
+    row = synthetic.run_mesh(st.SDF.from_mesh(duck, voxels=120), [truth], 0.001)
+    assert row["lost"] == row["astray"] == 0
+    assert 0.3 < row["times_bound_mm"] < 3  # 12 frames: a wide net; the table is for the figures
+    assert 0.3 < row["times_bound_deg"] < 3
+    assert len(synthetic.cells("duck", row)) == len(synthetic.COLUMNS)
+
+
+def test_the_synthetic_protocol_runs_as_a_command(tmp_path, measured):
+    (tmp_path / "meshes").mkdir()
+    box_mesh(0.1).save(tmp_path / "meshes" / "box.ply")
+    common = ["--only", "box", "--frames", "3", "--seeds", "1", "--voxels", "60"]
+    (made,) = measured("synthetic", *common, "--bound-only", "--sigma", "0.001,0.002", data=tmp_path)[
+        "tables"
+    ]
+    one, two = (float(row[2]) for row in made["rows"])
+    assert two == pytest.approx(2 * one, rel=1e-2)
+    (made,) = measured("synthetic", *common, "--set", "max_pixels=2000", data=tmp_path)["tables"]
+    assert made["numbers"]["box"]["frames"] == 3
+
+
+def test_the_axis_of_a_cup_is_found():
+    a = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    ring = 0.04 * np.column_stack([np.cos(a), np.sin(a)])
+    walls = [np.column_stack([ring, np.full(60, z)]) for z in np.linspace(0, 0.09, 20)]
+    handle = [[0.04 + 0.03 * np.sin(s), 0.0, 0.045 + 0.03 * np.cos(s)] for s in np.linspace(0, np.pi, 30)]
+    cup = np.vstack([*walls, handle])
+    for roll in range(3):  # along z, x, y in turn
+        np.testing.assert_array_equal(cup_axis(np.roll(cup, roll, axis=1)), np.roll([0, 0, 1.0], roll))
