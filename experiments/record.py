@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: MIT
+"""What an experiment measured, as JSON: one file for each experiment, ``experiments/results/NAME.json``.
+
+::
+
+    {"name": "synthetic",
+     "runs": [{"machine": {"cpu": "...", "cores": 2}, "commit": "1a2b3c4", "date": "2026-11-23",
+               "settings": {"frames": 300}, "seconds": 41.2}],
+     "tables": [{"id": "300-frames", "title": "...", "columns": ["mesh", "mean mm"],
+                 "rows": [["spot", "0.0244"]], "notes": ["..."], "numbers": null, "run": 0}]}
+
+``run`` is the index of the run that measured the table. Cells are text: they are shown as they were printed. A run with
+``"transcribed": true`` was measured before there were records, and its tables were copied from the text of the documents:
+its machine is the one that the text names, its commit the one that last changed the table there, and ``seconds`` is null.
+"""
+
+from __future__ import annotations
+
+import datetime
+import json
+import os
+import platform
+import re
+import subprocess
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+__all__ = ["RESULTS", "load", "machine", "names", "path_of", "save", "table_id"]
+
+RESULTS = Path(__file__).resolve().parent / "results"
+
+
+def save(
+    name: str,
+    settings: Mapping[str, Any],
+    tables: Sequence[Mapping[str, Any]],
+    seconds: float,
+    *,
+    folder: Path = RESULTS,
+) -> Path:
+    """Record a run: its tables replace those of the same id, other tables of the experiment stay.
+
+    Parameters
+    ----------
+    name : str
+        Name of the experiment.
+    settings : mapping
+        Options of the run; values that JSON does not know become text.
+    tables : sequence of mappings
+        ``title``, ``columns``, ``rows`` and optionally ``id`` (default: `table_id` of the title), ``notes`` (lines below
+        the table) and ``numbers`` (unrounded values).
+    seconds : float
+        Wall-clock time of the run.
+    folder : Path
+        Where the file NAME.json is, or is to be.
+
+    Returns
+    -------
+    Path
+        The file. It is written whole or not at all.
+
+    Raises
+    ------
+    ValueError
+        A row whose number of cells differs from the number of columns; two tables with one id.
+    """
+    run = {
+        "machine": machine(),
+        "commit": _commit(),
+        "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
+        "settings": dict(settings),
+        "seconds": round(seconds, 3),
+    }
+    measured = [_checked(name, table) for table in tables]
+    if len({table["id"] for table in measured}) < len(measured):
+        ids = [table["id"] for table in measured]
+        twice = next(one for one in ids if ids.count(one) > 1)
+        raise ValueError(
+            f"{name}: tables: expected different ids, got {twice!r} twice; give them different titles"
+        )
+    before = load(name, folder) if path_of(name, folder).exists() else {"runs": [], "tables": []}
+    return _write(_merged(name, before, run, measured), path_of(name, folder))
+
+
+def load(name: str, folder: Path = RESULTS) -> dict[str, Any]:
+    """The record of an experiment; FileNotFoundError names the records that there are."""
+    path = path_of(name, folder)
+    if not path.exists():
+        there = ", ".join(names(folder)) or "none"
+        raise FileNotFoundError(
+            f"{name}: no record in {folder}; expected one of: {there}; run the experiment first"
+        )
+    record: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return record
+
+
+def names(folder: Path = RESULTS) -> list[str]:
+    """Names of the experiments that have a record."""
+    return sorted(path.name.removesuffix(".json") for path in folder.glob("*.json"))
+
+
+def path_of(name: str, folder: Path = RESULTS) -> Path:
+    """The file of an experiment's record."""
+    return folder / f"{name}.json"
+
+
+def table_id(title: str) -> str:
+    """Lower-case words of a title joined by hyphens; "table" for a title without any."""
+    return "-".join(re.findall(r"[a-z0-9.]+", title.lower())).replace(".", "-") or "table"
+
+
+def machine() -> dict[str, Any]:
+    """This machine: model of the processor and the number of cores that this process may use."""
+    model = platform.processor() or platform.machine()
+    try:
+        found = re.search(
+            r"^model name\s*:\s*(.*)$", Path("/proc/cpuinfo").read_text(encoding="utf-8"), re.MULTILINE
+        )
+        model = found[1] if found else model
+    except OSError:
+        pass  # not Linux
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return {"cpu": model, "cores": cores}
+
+
+def _commit() -> str | None:
+    """The commit of the source folder, with "+changes" if files differ from it; None outside a repository."""
+    root = Path(__file__).resolve().parents[1]
+
+    def git(*arguments: str) -> str:
+        done = subprocess.run(
+            ["git", "-C", str(root), *arguments], capture_output=True, text=True, check=True
+        )
+        return done.stdout.strip()
+
+    try:
+        changed = git("status", "--porcelain", "--untracked-files=no")
+        return git("rev-parse", "--short", "HEAD") + ("+changes" if changed else "")
+    except (OSError, subprocess.CalledProcessError):
+        return None
+
+
+def _checked(name: str, table: Mapping[str, Any]) -> dict[str, Any]:
+    title, columns = str(table["title"]), list(table["columns"])
+    rows = [[str(cell) for cell in row] for row in table["rows"]]
+    for number, row in enumerate(rows):
+        if len(row) != len(columns):
+            raise ValueError(
+                f"{name}: {title!r}: row {number}: expected {len(columns)} cells, got {len(row)}: {row}"
+            )
+    return {
+        "id": table.get("id") or table_id(title),
+        "title": title,
+        "columns": columns,
+        "rows": rows,
+        "notes": list(table.get("notes") or []),
+        "numbers": table.get("numbers"),
+    }
+
+
+def _merged(
+    name: str, before: Mapping[str, Any], run: dict[str, Any], measured: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """The record with new tables in their places; runs of which no table is left are dropped."""
+    runs = [*before["runs"], run]
+    new = {table["id"]: {**table, "run": len(runs) - 1} for table in measured}
+    tables = [new.pop(table["id"], table) for table in before["tables"]] + list(new.values())
+    used = sorted({table["run"] for table in tables})
+    for table in tables:
+        table["run"] = used.index(table["run"])
+    return {"name": name, "runs": [runs[i] for i in used], "tables": tables}
+
+
+def _write(record: dict[str, Any], path: Path) -> Path:
+    text = json.dumps(record, indent=1, ensure_ascii=False, default=str) + "\n"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".tmp")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        Path(temporary).chmod(0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+    return path
