@@ -9,9 +9,10 @@
      "tables": [{"id": "300-frames", "title": "...", "columns": ["mesh", "mean mm"],
                  "rows": [["spot", "0.0244"]], "notes": ["..."], "numbers": null, "run": 0}]}
 
-``run`` is the index of the run that measured the table. Cells are text: they are shown as they were printed. A run with
-``"transcribed": true`` was measured before there were records, and its tables were copied from the text of the documents:
-its machine is the one that the text names, its commit the one that last changed the table there, and ``seconds`` is null.
+``run`` is the index of the run that measured the table. Cells are text: they are shown as they were printed. A run
+with ``"transcribed": true`` was measured before there were records; its tables were copied from the text of the
+documents, its machine is the one that the text names, its commit and date are those at which the table last changed
+there, and ``seconds`` is null.
 """
 
 from __future__ import annotations
@@ -49,8 +50,8 @@ def save(
     settings : mapping
         Options of the run; values that JSON does not know become text.
     tables : sequence of mappings
-        ``title``, ``columns``, ``rows`` and optionally ``id`` (default: `table_id` of the title), ``notes`` (lines below
-        the table) and ``numbers`` (unrounded values).
+        ``title``, ``columns``, ``rows`` and optionally ``id`` (default: `table_id` of the title; of equal ones the
+        later end in -2, -3), ``notes`` (lines below the table) and ``numbers`` (unrounded values).
     seconds : float
         Wall-clock time of the run.
     folder : Path
@@ -64,7 +65,7 @@ def save(
     Raises
     ------
     ValueError
-        A row whose number of cells differs from the number of columns; two tables with one id.
+        A row whose number of cells differs from the number of columns.
     """
     run = {
         "machine": machine(),
@@ -74,12 +75,8 @@ def save(
         "seconds": round(seconds, 3),
     }
     measured = [_checked(name, table) for table in tables]
-    if len({table["id"] for table in measured}) < len(measured):
-        ids = [table["id"] for table in measured]
-        twice = next(one for one in ids if ids.count(one) > 1)
-        raise ValueError(
-            f"{name}: tables: expected different ids, got {twice!r} twice; give them different titles"
-        )
+    for number, table in enumerate(measured):
+        table["id"] = _unused(table["id"], [other["id"] for other in measured[:number]])
     before = load(name, folder) if path_of(name, folder).exists() else {"runs": [], "tables": []}
     return _write(_merged(name, before, run, measured), path_of(name, folder))
 
@@ -160,6 +157,14 @@ def _checked(name: str, table: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
+def _unused(wanted: str, taken: Sequence[str]) -> str:
+    number, name = 1, wanted
+    while name in taken:
+        number += 1
+        name = f"{wanted}-{number}"
+    return name
+
+
 def _merged(
     name: str, before: Mapping[str, Any], run: dict[str, Any], measured: list[dict[str, Any]]
 ) -> dict[str, Any]:
@@ -173,8 +178,13 @@ def _merged(
     return {"name": name, "runs": [runs[i] for i in used], "tables": tables}
 
 
+def _plain(value: Any) -> Any:
+    """Arrays and scalars of numpy as lists and numbers, anything else as text."""
+    return value.tolist() if hasattr(value, "tolist") else str(value)
+
+
 def _write(record: dict[str, Any], path: Path) -> Path:
-    text = json.dumps(record, indent=1, ensure_ascii=False, default=str) + "\n"
+    text = json.dumps(record, indent=1, ensure_ascii=False, default=_plain) + "\n"
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".tmp")
     try:
