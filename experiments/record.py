@@ -31,6 +31,8 @@ from typing import Any
 __all__ = ["RESULTS", "load", "machine", "names", "path_of", "save", "table_id"]
 
 RESULTS = Path(__file__).resolve().parent / "results"
+_VALUE = r'(?:"(?:[^"\\\n]|\\.)*"|[-+\w.]+)'
+FLAT_LIST = re.compile(rf"\[\n\s*({_VALUE}(?:,\n\s*{_VALUE})*)\n\s*\]")
 
 
 def save(
@@ -185,6 +187,7 @@ def _plain(value: Any) -> Any:
 
 def _write(record: dict[str, Any], path: Path) -> Path:
     text = json.dumps(record, indent=1, ensure_ascii=False, default=_plain) + "\n"
+    text = FLAT_LIST.sub(lambda found: "[" + re.sub(r"\n\s*", " ", found[1]) + "]", text)  # a row on one line
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".tmp")
     try:

@@ -6,7 +6,8 @@ In a page of docs/ a block ::
     <!-- table: NAME#ID -->
     <!-- end -->
 
-holds the table ID of experiments/results/NAME.json. What is between the two lines is replaced.
+holds the table ID of experiments/results/NAME.json; ``NAME#ID NAME#ID`` with equal columns become one table. What is
+between the two lines is replaced.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from experiments import record
 __all__ = ["DOCS", "blocks", "filled", "main", "table_text"]
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
-BLOCK = re.compile(r"(<!-- table: (\S+?)#(\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
+BLOCK = re.compile(r"(<!-- table: (.+?) -->\n).*?(<!-- end -->)", re.DOTALL)
 NUMBER = re.compile(r"[-+]?[\d.,]+( ?%| x)?|-|nan|")
 
 
@@ -54,38 +55,72 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def blocks(text: str) -> list[tuple[str, str]]:
-    """(name of the experiment, id of the table) of each block of a page."""
-    return [(found[2], found[3]) for found in BLOCK.finditer(text)]
+    """(name of the experiment, id of the table) of each table of a page."""
+    return [_reference(part) for found in BLOCK.finditer(text) for part in found[2].split()]
 
 
 def filled(text: str, results: Path = record.RESULTS) -> str:
-    """The page with every block filled from its record; ValueError for a table that the record does not have."""
+    """The page with every block filled from its records; ValueError for a table that a record does not have."""
 
     def fill(found: re.Match[str]) -> str:
-        name, wanted = found[2], found[3]
-        measured = record.load(name, results)
-        for table in measured["tables"]:
-            if table["id"] == wanted:
-                return found[1] + table_text(name, table, measured["runs"][table["run"]]) + found[4]
-        ids = ", ".join(table["id"] for table in measured["tables"])
-        raise ValueError(f"{name}: no table {wanted!r} in its record; expected one of: {ids}")
+        return (
+            found[1]
+            + table_text([_table(*_reference(part), results) for part in found[2].split()])
+            + found[3]
+        )
 
     return BLOCK.sub(fill, text)
 
 
-def table_text(name: str, table: Mapping[str, Any], run: Mapping[str, Any]) -> str:
-    """Markdown of a table: title, rows, notes, and which run measured it."""
-    parts = [f"**{table['title']}**"]
-    if table["columns"]:
-        sides = [_side([row[i] for row in table["rows"]]) for i in range(len(table["columns"]))]
-        parts.append("\n".join(map(_line, [table["columns"], sides, *table["rows"]])))
-    if table["notes"]:
-        parts.append("\\\n".join(table["notes"]))
-    cpu, cores = run["machine"]["cpu"], run["machine"]["cores"]
-    where = cpu if cores is None else f"{cpu}, {cores} cores" if cores != 1 else f"{cpu}, 1 core"
-    copied = ", transcribed" if run.get("transcribed") else ""
-    parts.append(f"<sub>`{name}` · {where} · {run['date']} · commit {run['commit']}{copied}</sub>")
+def table_text(tables: Sequence[tuple[str, Mapping[str, Any], Mapping[str, Any]]]) -> str:
+    """Markdown of (name, table, run): the first title, all rows, all notes, and which runs measured them."""
+    columns = tables[0][1]["columns"]
+    for name, table, _ in tables:
+        if table["columns"] != columns:
+            raise ValueError(f"{name}#{table['id']}: expected the columns {columns}, got {table['columns']}")
+    rows = [row for _, table, _ in tables for row in table["rows"]]
+    notes = [note for _, table, _ in tables for note in table["notes"]]
+    parts = [f"**{tables[0][1]['title']}**"]
+    if columns:
+        sides = [_side([row[i] for row in rows]) for i in range(len(columns))]
+        parts.append("\n".join(map(_line, [columns, sides, *rows])))
+    if notes:
+        parts.append("\\\n".join(notes))
+    parts.append(f"<sub>{'; '.join(_sources(tables))}</sub>")
     return "\n\n".join(parts) + "\n"
+
+
+def _reference(text: str) -> tuple[str, str]:
+    name, mark, wanted = text.partition("#")
+    if not mark or not wanted:
+        raise ValueError(f"table: expected NAME#ID, got {text!r}")
+    return name, wanted
+
+
+def _table(name: str, wanted: str, results: Path) -> tuple[str, Mapping[str, Any], Mapping[str, Any]]:
+    measured = record.load(name, results)
+    for table in measured["tables"]:
+        if table["id"] == wanted:
+            return name, table, measured["runs"][table["run"]]
+    ids = ", ".join(table["id"] for table in measured["tables"])
+    raise ValueError(f"{name}: no table {wanted!r} in its record; expected one of: {ids}")
+
+
+def _sources(tables: Sequence[tuple[str, Mapping[str, Any], Mapping[str, Any]]]) -> list[str]:
+    """Experiments and their runs as text; experiments of one run stand together."""
+    names: dict[str, list[str]] = {}
+    for name, _, run in tables:
+        machine = run["machine"]
+        cores = (
+            f", {machine['cores']} core{'s' if machine['cores'] != 1 else ''}" if machine.get("cores") else ""
+        )
+        load = f", {machine['load']}" if machine.get("load") else ""
+        copied = ", transcribed" if run.get("transcribed") else ""
+        where = f"{machine['cpu']}{cores}{load} · {run['date']} · commit {run['commit']}{copied}"
+        names.setdefault(where, [])
+        if f"`{name}`" not in names[where]:
+            names[where].append(f"`{name}`")
+    return [f"{', '.join(found)} · {where}" for where, found in names.items()]
 
 
 def _line(cells: Sequence[str]) -> str:
