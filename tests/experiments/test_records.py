@@ -40,24 +40,27 @@ def test_a_record_says_what_was_measured_where_and_with_which_settings(tmp_path)
     ]
 
 
-def test_a_new_run_replaces_its_own_tables_and_no_others(tmp_path):
+def measured(folder):
+    """(id, first figure, settings) of each table."""
+    found = record.load("fall", folder)
+    return [(t["id"], t["rows"][0][1], found["runs"][t["run"]]["settings"]["way"]) for t in found["tables"]]
+
+
+def test_a_run_replaces_that_with_the_same_settings_and_no_other(tmp_path):
     record.save("fall", {"way": "one"}, [table("A"), table("B")], 1.0, folder=tmp_path)
     record.save("fall", {"way": "two"}, [table("B", "2.0")], 1.0, folder=tmp_path)
-    both = record.load("fall", tmp_path)
-    assert [
-        (t["id"], t["rows"][0][1], both["runs"][t["run"]]["settings"]["way"]) for t in both["tables"]
-    ] == [
-        ("a", "1.0", "one"),
-        ("b", "2.0", "two"),
-    ]
+    assert measured(tmp_path) == [("a", "1.0", "one"), ("b", "1.0", "one"), ("b-2", "2.0", "two")]
 
-    record.save("fall", {"way": "three"}, [table("A", "3.0")], 1.0, folder=tmp_path)
-    assert [run["settings"]["way"] for run in record.load("fall", tmp_path)["runs"]] == ["two", "three"]
+    record.save("fall", {"way": "one"}, [table("A", "3.0")], 1.0, folder=tmp_path)
+    assert measured(tmp_path) == [("b-2", "2.0", "two"), ("a", "3.0", "one")]
+    record.save("fall", {"way": "two"}, [table("B", "4.0")], 1.0, folder=tmp_path)
+    assert measured(tmp_path) == [("a", "3.0", "one"), ("b-2", "4.0", "two")]
 
 
 def test_tables_of_one_title_keep_apart(tmp_path):
-    record.save("fall", {}, [table(), table()], 1.0, folder=tmp_path)
-    assert [t["id"] for t in record.load("fall", tmp_path)["tables"]] == ["fall-3-16-mm", "fall-3-16-mm-2"]
+    for _ in range(2):
+        record.save("fall", {"way": "one"}, [table("A", "1.0"), table("A", "2.0")], 1.0, folder=tmp_path)
+        assert measured(tmp_path) == [("a", "1.0", "one"), ("a-2", "2.0", "one")]
 
 
 def test_a_row_is_one_line_of_the_file_whatever_its_cells_hold(tmp_path):
