@@ -73,14 +73,14 @@ def filled(text: str, results: Path = record.RESULTS) -> str:
 
 
 def table_text(tables: Sequence[tuple[str, Mapping[str, Any], Mapping[str, Any]]]) -> str:
-    """Markdown of (name, table, run): the first title, all rows, all notes, and which runs measured them."""
+    """Markdown of (name, table, run): titles, rows and notes of all, and which runs measured them."""
     columns = tables[0][1]["columns"]
     for name, table, _ in tables:
         if table["columns"] != columns:
             raise ValueError(f"{name}#{table['id']}: expected the columns {columns}, got {table['columns']}")
     rows = [row for _, table, _ in tables for row in table["rows"]]
     notes = [note for _, table, _ in tables for note in table["notes"]]
-    parts = [f"**{tables[0][1]['title']}**"]
+    parts = [f"**{'; '.join(dict.fromkeys(table['title'] for _, table, _ in tables))}**"]
     if columns:
         sides = [_side([row[i] for row in rows]) for i in range(len(columns))]
         parts.append("\n".join(map(_line, [columns, sides, *rows])))
