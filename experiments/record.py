@@ -31,6 +31,8 @@ from typing import Any
 __all__ = ["RESULTS", "load", "machine", "names", "path_of", "save", "table_id"]
 
 RESULTS = Path(__file__).resolve().parent / "results"
+_VALUE = r'(?:"(?:[^"\\\n]|\\.)*"|[-+\w.]+)'
+FLAT_LIST = re.compile(rf"\[\n\s*({_VALUE}(?:,\n\s*{_VALUE})*)\n\s*\]")
 
 
 def save(
@@ -41,7 +43,7 @@ def save(
     *,
     folder: Path = RESULTS,
 ) -> Path:
-    """Record a run: its tables replace those of the same id, other tables of the experiment stay.
+    """Record a run. It replaces the run with the same settings; those with others stay beside it.
 
     Parameters
     ----------
@@ -71,12 +73,10 @@ def save(
         "machine": machine(),
         "commit": _commit(),
         "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
-        "settings": dict(settings),
+        "settings": json.loads(json.dumps(dict(settings), default=_plain)),
         "seconds": round(seconds, 3),
     }
     measured = [_checked(name, table) for table in tables]
-    for number, table in enumerate(measured):
-        table["id"] = _unused(table["id"], [other["id"] for other in measured[:number]])
     before = load(name, folder) if path_of(name, folder).exists() else {"runs": [], "tables": []}
     return _write(_merged(name, before, run, measured), path_of(name, folder))
 
@@ -148,12 +148,35 @@ def _checked(name: str, table: Mapping[str, Any]) -> dict[str, Any]:
                 f"{name}: {title!r}: row {number}: expected {len(columns)} cells, got {len(row)}: {row}"
             )
     return {
-        "id": table.get("id") or table_id(title),
+        "id": table.get("id"),
         "title": title,
         "columns": columns,
         "rows": rows,
         "notes": list(table.get("notes") or []),
         "numbers": table.get("numbers"),
+    }
+
+
+def _merged(
+    name: str, before: Mapping[str, Any], run: dict[str, Any], measured: Sequence[dict[str, Any]]
+) -> dict[str, Any]:
+    """The record with the new run instead of that with the same settings, if there is one; tables keep their ids."""
+    runs = [old for old in before["runs"] if old["settings"] != run["settings"]]
+    places = {number: runs.index(old) for number, old in enumerate(before["runs"]) if old in runs}
+    kept = [{**table, "run": places[table["run"]]} for table in before["tables"] if table["run"] in places]
+    known = [(table["title"], table["id"]) for table in before["tables"] if table["run"] not in places]
+    taken = [table["id"] for table in kept]
+    for table in measured:
+        same = next((pair for pair in known if pair[0] == table["title"]), None)
+        if same:
+            known.remove(same)
+        wanted = table["id"] or (same[1] if same else table_id(table["title"]))
+        table["id"] = _unused(wanted, [*taken, *(other for _, other in known)])
+        taken.append(table["id"])
+    return {
+        "name": name,
+        "runs": [*runs, run],
+        "tables": kept + [{**table, "run": len(runs)} for table in measured],
     }
 
 
@@ -165,19 +188,6 @@ def _unused(wanted: str, taken: Sequence[str]) -> str:
     return name
 
 
-def _merged(
-    name: str, before: Mapping[str, Any], run: dict[str, Any], measured: list[dict[str, Any]]
-) -> dict[str, Any]:
-    """The record with new tables in their places; runs of which no table is left are dropped."""
-    runs = [*before["runs"], run]
-    new = {table["id"]: {**table, "run": len(runs) - 1} for table in measured}
-    tables = [new.pop(table["id"], table) for table in before["tables"]] + list(new.values())
-    used = sorted({table["run"] for table in tables})
-    for table in tables:
-        table["run"] = used.index(table["run"])
-    return {"name": name, "runs": [runs[i] for i in used], "tables": tables}
-
-
 def _plain(value: Any) -> Any:
     """Arrays and scalars of numpy as lists and numbers, anything else as text."""
     return value.tolist() if hasattr(value, "tolist") else str(value)
@@ -185,6 +195,7 @@ def _plain(value: Any) -> Any:
 
 def _write(record: dict[str, Any], path: Path) -> Path:
     text = json.dumps(record, indent=1, ensure_ascii=False, default=_plain) + "\n"
+    text = FLAT_LIST.sub(lambda found: "[" + re.sub(r"\n\s*", " ", found[1]) + "]", text)  # a row on one line
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".tmp")
     try:

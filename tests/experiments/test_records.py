@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: MIT
+"""A record holds every table of an experiment with the run that measured it, and a file is never half written."""
+
+import json
+
+import numpy as np
+import pytest
+
+from experiments import record, render
+
+
+def table(title="Fall, 3.16 mm", cell="1.0", **more):
+    return {"title": title, "columns": ["mesh", "mm"], "rows": [["cat", cell]], **more}
+
+
+def test_a_record_says_what_was_measured_where_and_with_which_settings(tmp_path):
+    path = record.save(
+        "fall", {"seeds": np.int64(3), "data": tmp_path}, [table(numbers=np.eye(2))], 1.25, folder=tmp_path
+    )
+
+    assert path == tmp_path / "fall.json"
+    assert record.names(tmp_path) == ["fall"]
+    found = record.load("fall", tmp_path)
+    (run,) = found["runs"]
+    assert run["settings"] == {"seeds": 3, "data": str(tmp_path)}
+    assert run["seconds"] == 1.25
+    assert run["machine"]["cpu"]
+    assert run["machine"]["cores"] >= 1
+    assert len(run["date"]) == len("2026-01-31")
+    assert found["tables"] == [
+        {
+            "id": "fall-3-16-mm",
+            "title": "Fall, 3.16 mm",
+            "columns": ["mesh", "mm"],
+            "rows": [["cat", "1.0"]],
+            "notes": [],
+            "numbers": [[1.0, 0.0], [0.0, 1.0]],
+            "run": 0,
+        }
+    ]
+
+
+def measured(folder):
+    """(id, first figure, settings) of each table."""
+    found = record.load("fall", folder)
+    return [(t["id"], t["rows"][0][1], found["runs"][t["run"]]["settings"]["way"]) for t in found["tables"]]
+
+
+def test_a_run_replaces_that_with_the_same_settings_and_no_other(tmp_path):
+    record.save("fall", {"way": "one"}, [table("A"), table("B")], 1.0, folder=tmp_path)
+    record.save("fall", {"way": "two"}, [table("B", "2.0")], 1.0, folder=tmp_path)
+    assert measured(tmp_path) == [("a", "1.0", "one"), ("b", "1.0", "one"), ("b-2", "2.0", "two")]
+
+    record.save("fall", {"way": "one"}, [table("A", "3.0")], 1.0, folder=tmp_path)
+    assert measured(tmp_path) == [("b-2", "2.0", "two"), ("a", "3.0", "one")]
+    record.save("fall", {"way": "two"}, [table("B", "4.0")], 1.0, folder=tmp_path)
+    assert measured(tmp_path) == [("a", "3.0", "one"), ("b-2", "4.0", "two")]
+
+
+def test_tables_of_one_title_keep_apart(tmp_path):
+    for _ in range(2):
+        record.save("fall", {"way": "one"}, [table("A", "1.0"), table("A", "2.0")], 1.0, folder=tmp_path)
+        assert measured(tmp_path) == [("a", "1.0", "one"), ("a-2", "2.0", "one")]
+
+
+def test_a_row_is_one_line_of_the_file_whatever_its_cells_hold(tmp_path):
+    cells = ['a "quoted", [bracketed]', "back\\slash | bar"]
+    path = record.save("fall", {}, [table() | {"rows": [cells, ["b", "-"]]}], 1.0, folder=tmp_path)
+    assert record.load("fall", tmp_path)["tables"][0]["rows"] == [cells, ["b", "-"]]
+    assert json.dumps(cells) in [line.strip().rstrip(",") for line in path.read_text().splitlines()]
+
+
+def test_a_record_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatch):
+    path = record.save("fall", {}, [table()], 1.0, folder=tmp_path)
+    before = path.read_bytes()
+
+    def fails(*_):
+        raise OSError("disk full")
+
+    monkeypatch.setattr("os.replace", fails)
+    with pytest.raises(OSError, match="disk full"):
+        record.save("fall", {}, [table(cell="2.0")], 1.0, folder=tmp_path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_row_with_a_cell_too_few_is_refused_by_its_number(tmp_path):
+    with pytest.raises(ValueError, match=r"fall: 'Fall, 3.16 mm': row 0: expected 2 cells, got 1"):
+        record.save("fall", {}, [table() | {"rows": [["cat"]]}], 1.0, folder=tmp_path)
+
+
+def test_a_page_is_filled_from_its_records(tmp_path):
+    record.save("fall", {}, [table(notes=["one note"])], 1.0, folder=tmp_path)
+    record.save("rise", {}, [table(cell="2|0")], 1.0, folder=tmp_path)
+    page = tmp_path / "page.md"
+    page.write_text("before\n<!-- table: fall#fall-3-16-mm rise#fall-3-16-mm -->\nold\n<!-- end -->\nafter\n")
+    options = ["--docs", str(tmp_path), "--results", str(tmp_path)]
+
+    assert render.main([*options, "--check"]) == 1
+    assert render.main(options) == 0
+    assert render.main([*options, "--check"]) == 0
+    lines = page.read_text().splitlines()
+    assert lines[:2] + lines[-2:] == [
+        "before",
+        "<!-- table: fall#fall-3-16-mm rise#fall-3-16-mm -->",
+        "<!-- end -->",
+        "after",
+    ]
+    assert "| cat | 1.0 |" in lines
+    assert "| cat | 2\\|0 |" in lines
+    assert "one note" in lines
+
+
+@pytest.mark.parametrize(
+    ("block", "message"),
+    [
+        ("fall#other", "fall: no table 'other' in its record; expected one of: fall-3-16-mm"),
+        ("fell#other", "fell: no record in"),
+        ("fall", "expected NAME#ID, got 'fall'"),
+    ],
+)
+def test_a_block_that_names_no_table_is_reported_with_those_that_there_are(tmp_path, capsys, block, message):
+    record.save("fall", {}, [table()], 1.0, folder=tmp_path)
+    (tmp_path / "page.md").write_text(f"<!-- table: {block} -->\n<!-- end -->\n")
+    assert render.main(["--docs", str(tmp_path), "--results", str(tmp_path)]) == 1
+    assert message in capsys.readouterr().err
