@@ -56,7 +56,6 @@ std::vector<PoseHint> PyTracker::hints_from(const py::list& places) const {
 template <class Work>
 void PyTracker::run(const PyFrame& frame, const Work& work) {
   const ColorImage image = color_view(frame.color, frame.color_map);
-  const Busy busy(&busy_, "tracker");
   if (frame.depth.is_none()) {
     py::gil_scoped_release release;
     work(tracker_->make_unreadable_frame(frame.error, frame.time_s));
@@ -70,11 +69,13 @@ void PyTracker::run(const PyFrame& frame, const Work& work) {
 
 py::dict PyTracker::start(const PyFrame& frame, const py::list& places, const Names& names) {
   const std::vector<PoseHint> hints = hints_from(places);
+  const Busy busy(&busy_, "tracker");
   run(frame, [&](const DepthFrame& f) { tracker_->start(f, hints); });
   return result_to_dict(tracker_->last_result(), names);
 }
 
 py::dict PyTracker::track(const PyFrame& frame, const Names& names) {
+  const Busy busy(&busy_, "tracker");
   run(frame, [&](const DepthFrame& f) { tracker_->track(f); });
   return result_to_dict(tracker_->last_result(), names);
 }
@@ -86,6 +87,7 @@ py::dict PyTracker::recover(const PyFrame& frame, const std::vector<int>& object
   if (hints.size() != objects.size())
     throw py::value_error("places: expected one per object (" + std::to_string(objects.size()) + "), got " +
                           std::to_string(hints.size()));
+  const Busy busy(&busy_, "tracker");
   run(frame, [&](const DepthFrame& f) { tracker_->recover(f, objects, hints); });
   return result_to_dict(tracker_->last_result(), names);
 }
@@ -96,6 +98,7 @@ py::tuple PyTracker::revisit(const PyFrame& frame) {
   py::array_t<bool> sure(count);
   double* const to = poses.mutable_data();
   bool* const is_sure = sure.mutable_data();
+  const Busy busy(&busy_, "tracker");
   run(frame, [&](const DepthFrame& f) {
     const std::vector<ObjectResult>& results = tracker_->revisit(f);
     for (std::size_t k = 0; k < results.size(); ++k) {
@@ -111,6 +114,7 @@ py::object PyTracker::judge(const PyFrame& frame, int k, const py::array& T) {
   const Rigidd T_cam_obj = rigid_from(T, "T");
   std::optional<Fitted> f;
   Trust trust;
+  const Busy busy(&busy_, "tracker");
   run(frame, [&](const DepthFrame& depth) {
     f = tracker_->look(depth, k, T_cam_obj);
     if (f) trust = sdftrack::judge(*f, tracker_->options());
@@ -134,6 +138,7 @@ py::tuple PyTracker::look_at(const PyFrame& frame, int k, const std::array<int, 
   const py::ssize_t h = rect.y1 - rect.y0, w = rect.x1 - rect.x0;
   std::vector<float> foreground;
   std::vector<std::uint8_t> rgb;
+  const Busy busy(&busy_, "tracker");
   run(frame, [&](const DepthFrame& f) {
     tracker_->find_foreground(f, k, rect, &foreground);
     if (f.color) fetch_colors(f, rect, &rgb);
@@ -148,6 +153,7 @@ py::tuple PyTracker::membership(const PyFrame& frame) {
   const py::ssize_t h = camera.height, w = camera.width;
   py::array_t<float> weights({h, w, static_cast<py::ssize_t>(tracker_->object_count())}), foreground({h, w});
   float *const to = weights.mutable_data(), *const chance = foreground.mutable_data();
+  const Busy busy(&busy_, "tracker");
   run(frame, [&](const DepthFrame& f) { tracker_->find_membership(f, to, chance); });
   return py::make_tuple(weights, foreground);
 }

@@ -63,7 +63,7 @@ class PyTracker {
 
   // The record of the sequence. best: (M, 4, 4), NaN: no good pose yet.
   int index() const { return tracker_->last_result().index; }
-  py::array_t<double> best() const;
+  py::array_t<double> best();
   void resume(int index, double time_s, const std::vector<bool>& followed, const py::array& best);
   void interrupt(int index);
 

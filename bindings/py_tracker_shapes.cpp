@@ -107,7 +107,8 @@ void PyTracker::mark_unfound(int k, const std::string& kind) {
   tracker_->mark_unfound(k, kind);
 }
 
-py::array_t<double> PyTracker::best() const {
+py::array_t<double> PyTracker::best() {
+  const Busy busy(&busy_, "tracker");
   const Poses& best = tracker_->last_good_poses();
   const auto count = static_cast<py::ssize_t>(best.size());
   py::array_t<double> out({count, py::ssize_t{4}, py::ssize_t{4}});

@@ -18,8 +18,8 @@ py::dict result_to_dict(const FrameResult& result, const std::vector<std::string
   const std::vector<ObjectResult>& results = result.objects;
   const auto n = static_cast<py::ssize_t>(results.size());
   py::array_t<double> poses({n, py::ssize_t{4}, py::ssize_t{4}}),
-      covariances({n, py::ssize_t{6}, py::ssize_t{6}}), twists({n, py::ssize_t{6}}), inliers(n), confidence(n),
-      runner_up(n), energy(n);
+      covariances({n, py::ssize_t{6}, py::ssize_t{6}}), twists({n, py::ssize_t{6}}), inliers(n),
+      confidence(n), runner_up(n), energy(n);
   py::list status, reason, steps, color_used;
   for (py::ssize_t k = 0; k < n; ++k) {
     const ObjectResult& r = results[static_cast<std::size_t>(k)];

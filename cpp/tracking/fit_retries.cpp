@@ -41,8 +41,7 @@ std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const D
   if (std::optional<Fitted> straight =
           fit(*context, frame, target, {0, options_.padding_m, 0, {expected, moved}})) {
     if (best) prepend(best->steps, &straight->steps);
-    if (!best ||
-        (!inside(*straight) && held_quality(*straight, options_) > held_quality(*best, options_)))
+    if (!best || (!inside(*straight) && held_quality(*straight, options_) > held_quality(*best, options_)))
       best = std::move(straight);
     else
       best->steps = straight->steps;
@@ -77,8 +76,8 @@ std::optional<Fitted> ObjectFollower::fit(const FrameContext& context, const Dep
 // place.
 Fitted ObjectFollower::polished(const FrameContext& context, const DepthFrame& frame,
                                 const TrackedObject& object, const Neighbors* neighbors, const Fitted& wide) {
-  std::optional<Fitted> again =
-      fit(context, frame, target_of(context, object, wide.T_cam_obj, neighbors), narrow_attempt(wide.T_cam_obj));
+  std::optional<Fitted> again = fit(context, frame, target_of(context, object, wide.T_cam_obj, neighbors),
+                                    narrow_attempt(wide.T_cam_obj));
   if (!again || fit_quality(*again, options_) < fit_quality(wide, options_)) return wide;
   prepend(wide.steps, &again->steps);
   return *again;

@@ -41,7 +41,7 @@ struct FitTarget {
   Rigidd expected;  // T_cam_obj, centred frame
   Matrix6d prior;   // information of the prior on the increment of T_obj_cam; 0: none
   FitMemory memory;
-  const ColorModel* colors = nullptr;  // nullptr: depth alone
+  const ColorModel* colors = nullptr;    // nullptr: depth alone
   const Neighbors* neighbors = nullptr;  // nullptr: none
 };
 

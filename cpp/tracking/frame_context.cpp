@@ -40,9 +40,8 @@ void FrameContext::set_camera(const Camera& camera) {
 void FrameContext::open(const DepthFrame& frame, const std::vector<TrackedObject>& objects) {
   frame_ = frame, objects_ = &objects;
   together_.assign(objects.size(), std::nullopt);
-  readable_ =
-      frame.depth_m.data &&
-      has_depth(frame.depth_m, objects.empty() ? 0 : pixel_of(camera_, objects.front().T_cam_obj));
+  readable_ = frame.depth_m.data &&
+              has_depth(frame.depth_m, objects.empty() ? 0 : pixel_of(camera_, objects.front().T_cam_obj));
 }
 
 void FrameContext::follow_plane() {

@@ -12,8 +12,8 @@
 
 namespace sdftrack {
 
-// Opened once per frame and passed on: the frame, its camera, the table, and what the objects near one another
-// mean for a fit. Memory is kept from frame to frame.
+// Opened once per frame and passed on: the frame, its camera, the table, and what the objects near one
+// another mean for a fit. Memory is kept from frame to frame.
 class FrameContext {
  public:
   FrameContext(const Camera& camera, const TrackerOptions& options);

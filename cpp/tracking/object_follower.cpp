@@ -27,10 +27,9 @@ ObjectResult ObjectFollower::follow(FrameContext* context, TrackedObject* object
       crowd ? context->unclaimed(context->frame(), context->claimed_by_others(*object)) : context->frame();
   const Neighbors* const neighbors = crowd ? &context->neighbors_of(*object) : nullptr;
   const Rigidd expected = expected_pose(*object, left.time_s);
-  std::optional<Fitted> best =
-      fit_further(context, left, *object, expected, neighbors,
-                  fit(*context, left, target_of(*context, *object, expected, neighbors),
-                      narrow_attempt(expected)));
+  std::optional<Fitted> best = fit_further(
+      context, left, *object, expected, neighbors,
+      fit(*context, left, target_of(*context, *object, expected, neighbors), narrow_attempt(expected)));
   if (best && crowd && stands_in(*neighbors, *object->shape, best->T_cam_obj)) best.reset();
   object->prior.reset();
   if (!best) return result_without_pose(*object, {ReasonCode::kFewReadings}, Status::kLost);
@@ -46,9 +45,9 @@ Rigidd ObjectFollower::expected_pose(const TrackedObject& object, double time_s)
 FitTarget ObjectFollower::target_of(const FrameContext& context, const TrackedObject& object,
                                     const Rigidd& expected, const Neighbors* neighbors) const {
   const Matrix6d weak = PosePrior::isotropic(options_.motion_sigma_m, options_.motion_sigma_rad);
-  return {*object.shape, expected,
-          object.prior ? *object.prior : weak, object.memory,
-          context.colors_of(object), neighbors};
+  return {
+      *object.shape, expected, object.prior ? *object.prior : weak, object.memory, context.colors_of(object),
+      neighbors};
 }
 
 std::optional<Fitted> ObjectFollower::look(const DepthFrame& frame, const Camera& camera, const Shape& shape,
@@ -62,8 +61,8 @@ std::optional<Found> ObjectFollower::search(FrameContext* context, const DepthFr
   query.plane = context->plane();
   query.taken = context->claimed_by_others(object);
   query.others = &context->neighbors_of(object);
-  return finder_.find(context->unclaimed(frame, query.taken), context->camera(), *object.shape,
-                      object.memory, context->colors_of(object), query, prior_log_odds, &fitter_);
+  return finder_.find(context->unclaimed(frame, query.taken), context->camera(), *object.shape, object.memory,
+                      context->colors_of(object), query, prior_log_odds, &fitter_);
 }
 
 ObjectResult ObjectFollower::accept(Fitted fitted, const Trust& trust, double time_s,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One object from its last pose to the next: the attempts of a fit, what is said of them, what is kept of them.
+// One object from its last pose to the next: the attempts of a fit, what is said of them, what is kept of
+// them.
 #pragma once
 
 #include <memory>

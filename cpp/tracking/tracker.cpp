@@ -69,7 +69,8 @@ const std::vector<ObjectResult>& Tracker::revisit(const DepthFrame& frame) {
 const FrameResult& Tracker::recover(const DepthFrame& frame, const std::vector<int>& objects,
                                     const std::vector<PoseHint>& hints) {
   if (!verdict_.has_result() && objects.size() < objects_.size())
-    throw std::runtime_error("recover: call track(frame) first, for nothing is known of the other objects");
+    throw std::runtime_error(
+        "recover: call track(frame) first: nothing is known of the other objects in the last frame");
   served_ = objects;
   context_.open(frame, objects_);
   answer_each([&](std::size_t i, Object* object) {
@@ -88,7 +89,7 @@ const FrameResult& Tracker::concluded(const DepthFrame& frame) {
 void Tracker::answer_all() {
   served_.resize(objects_.size());
   std::iota(served_.begin(), served_.end(), 0);
-  groups_.fit(&context_, objects_);
+  if (objects_.size() > 1) groups_.fit(&context_, objects_);
   answer_each([&](std::size_t, Object* object) { return track_one(object); });
 }
 
@@ -121,7 +122,8 @@ void Tracker::answer_each(const Work& work) {
       answers_[i] = recovery_.find_lost(&context_, &one, std::move(answers_[i]));
   }
   if (readable && objects_.size() > 1) assign_finds(served_, &objects_, &answers_);
-  for (std::size_t i = 0; i < served_.size(); ++i) doubt_identity(&object(served_[i]), &answers_[i]);
+  for (std::size_t i = 0; i < served_.size(); ++i)
+    if (object(served_[i]).doubtful_frames > 0) doubt_identity(&object(served_[i]), &answers_[i]);
 }
 
 ObjectResult Tracker::unread(Object* object) const {
@@ -142,7 +144,8 @@ ObjectResult Tracker::track_one(Object* object) {
     object->wanted.reset();
     return begin_at(object, hint);
   }
-  ObjectResult result = recovery_.confirm(follow(object), object);
+  ObjectResult result = follow(object);
+  if (object->before_found) result = recovery_.confirm(std::move(result), object);
   if (result.trust.status != Status::kLost) {
     object->lost_frames = 0;
     return result;

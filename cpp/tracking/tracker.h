@@ -42,7 +42,8 @@ class Tracker {
   // Searches for objects[i] at hints[i] now; the others, and the frame's number, stay as they are.
   const FrameResult& recover(const DepthFrame& frame, const std::vector<int>& objects,
                              const std::vector<PoseHint>& hints);
-  // Follows the objects into a frame outside of the sequence, whose record stays as it is: one answer for each.
+  // Follows the objects into a frame outside of the sequence, whose record stays as it is: one answer for
+  // each.
   const std::vector<ObjectResult>& revisit(const DepthFrame& frame);
   const FrameResult& last_result() const { return verdict_.result(); }
   const Poses& last_good_poses() const { return verdict_.last_good(); }

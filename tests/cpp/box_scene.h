@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Boxes before a wall as a small depth camera sees them, in closed form; tests/python/box_scene.py is its twin.
+// Boxes before a wall as a small depth camera sees them, in closed form; tests/python/box_scene.py is its
+// twin.
 #pragma once
 
 #include <algorithm>
@@ -26,9 +27,7 @@ inline const Volume& box_volume() {
 inline Camera small_camera() { return {{130, 130, 79.5, 59.5}, 160, 120, {}}; }
 
 // A turn whose matrix is written out, so that no library's sine has a say.
-inline Rigidd pose_at(Vec3d t_m) {
-  return {{{0.64, -0.48, 0.6}, {0.6, 0.8, 0.0}, {-0.48, 0.36, 0.8}}, t_m};
-}
+inline Rigidd pose_at(Vec3d t_m) { return {{{0.64, -0.48, 0.6}, {0.6, 0.8, 0.0}, {-0.48, 0.36, 0.8}}, t_m}; }
 
 // Next to the one at T_cam_obj along the box's shortest edge.
 inline Rigidd beside(const Rigidd& T_cam_obj, double gap_m) {

@@ -95,8 +95,7 @@ TEST_P(Allocations, a_warm_tracker_allocates_nothing) {
     const DepthFrame frame = tracker.make_frame({image.depth_m.data(), kWidth_px, kHeight_px}, nullptr,
                                                 k / 30.0, colors ? &color : nullptr);
     const long before = allocations.load();
-    const FrameResult& result =
-        k == 0 ? tracker.start(frame, {place, other_place}) : tracker.track(frame);
+    const FrameResult& result = k == 0 ? tracker.start(frame, {place, other_place}) : tracker.track(frame);
     counted = allocations.load() - before;
     for (const ObjectResult& object : result.objects)
       ASSERT_EQ(object.trust.status, Status::kOk) << sentence(object.trust.reason) << ", frame " << k;

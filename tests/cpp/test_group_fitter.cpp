@@ -62,13 +62,5 @@ TEST(GroupFitter, a_hidden_one_is_carried_for_some_frames_and_then_lost) {
   EXPECT_EQ(said.back(), Status::kLost);
 }
 
-TEST(GroupFitter, overlapping_pairs_are_those_whose_middle_lies_deep_in_another) {
-  PartsFixture parts;
-  parts.add(kFirst), parts.add(kSecond), parts.add(kFirst);
-  const auto pairs = overlapping_pairs(parts.objects, {0, 1, 2});
-  EXPECT_EQ(pairs, (std::vector<std::pair<int, int>>{{0, 2}, {2, 0}}));
-  EXPECT_TRUE(overlapping_pairs(parts.objects, {0, 1}).empty());
-}
-
 }  // namespace
 }  // namespace sdftrack

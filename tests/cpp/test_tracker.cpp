@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A whole tracker, on the sequence that tests/python/test_core_tracker.py gives to the Python Tracker: both are
-// compared with the same file.
+// A whole tracker, on the sequence that tests/python/test_core_tracker.py gives to the Python Tracker: both
+// are compared with the same file.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -26,7 +26,8 @@ struct Scene {
 
   DepthFrame frame(int i, const std::vector<Rigidd>& boxes, bool covered = false) {
     image = image_of(camera, boxes, i, covered);
-    return tracker.make_frame({image.depth_m.data(), camera.width, camera.height}, nullptr, i / 30.0, nullptr);
+    return tracker.make_frame({image.depth_m.data(), camera.width, camera.height}, nullptr, i / 30.0,
+                              nullptr);
   }
 };
 

@@ -109,7 +109,12 @@ def lines(results):
     """Numbers with all their digits, the reasons behind them."""
     for call, result in enumerate(results):
         for k, status in enumerate(result.status):
-            numbers = [*result.poses[k][:3].ravel(), *result.twists[k], result.confidence[k], result.inliers[k]]
+            numbers = [
+                *result.poses[k][:3].ravel(),
+                *result.twists[k],
+                result.confidence[k],
+                result.inliers[k],
+            ]
             yield (
                 f"{call} {result.index} {k} {status} {' '.join(f'{float(x):.17g}' for x in numbers)} "
                 f"{result.reason[k]}".rstrip()

@@ -37,11 +37,10 @@ ObjectResult Recovery::find(FrameContext* context, const PoseHint& hint, Tracked
   if (!found) {
     object->lost_frames = 1;
     const bool empty = !has_reading(context->frame().depth_m, hint.mask);
-    return result_without_pose(
-        *object, {empty ? ReasonCode::kNoReadingInMask : ReasonCode::kNothingFound}, Status::kLost);
+    return result_without_pose(*object, {empty ? ReasonCode::kNoReadingInMask : ReasonCode::kNothingFound},
+                               Status::kLost);
   }
-  ObjectResult result =
-      follower_->accept(found->fitted, found->trust, context->frame().time_s, object);
+  ObjectResult result = follower_->accept(found->fitted, found->trust, context->frame().time_s, object);
   result.runner_up = found->runner_up;
   object->lost_frames = result.trust.status == Status::kLost;
   return result;
@@ -76,7 +75,6 @@ ObjectResult Recovery::find_lost(FrameContext* context, TrackedObject* object, O
 }
 
 ObjectResult Recovery::confirm(ObjectResult result, TrackedObject* object) const {
-  if (!object->before_found) return result;
   if (result.trust.status == Status::kOk) {
     object->before_found.reset();
     return result;

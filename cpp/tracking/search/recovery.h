@@ -16,8 +16,8 @@ class Recovery {
   ObjectResult find(FrameContext* context, const PoseHint& hint, TrackedObject* object) const;
   // An object that this frame has lost, around its last pose or everywhere: what is found of it, or `lost`.
   ObjectResult find_lost(FrameContext* context, TrackedObject* object, ObjectResult lost) const;
-  // What was found again in the last frame must hold in this one too: a look-alike seldom holds its ground in
-  // two frames, and a wrong recovery is worse than a late one.
+  // Of an object with before_found: what was found again in the last frame must hold in this one too: a
+  // look-alike seldom holds its ground in two frames, and a wrong recovery is worse than a late one.
   ObjectResult confirm(ObjectResult result, TrackedObject* object) const;
 
  private:

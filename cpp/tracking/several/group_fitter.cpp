@@ -2,6 +2,7 @@
 #include "tracking/several/group_fitter.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace sdftrack {
 
@@ -16,7 +17,6 @@ bool seen_through(const Visibility& seen) { return seen.farther > seen.nearer + 
 }  // namespace
 
 void GroupFitter::fit(FrameContext* context, const Objects& objects) {
-  if (objects.size() < 2) return;
   find_groups(objects, context->frame().time_s);
   if (!context->readable()) return;
   for (std::size_t g = 0; g < group_count_; ++g) fit_group(context, objects, &groups_[g]);
@@ -109,9 +109,9 @@ bool GroupFitter::mend(FrameContext* context, const Objects& objects, const std:
     JointFitted& joint = *context->together(i);
     if (joint.hidden || convincing(joint.fitted, objects[i], options_)) continue;
     const Rigidd before = joint.fitted.T_cam_obj;
-    std::optional<Fitted> better = follower_->fit_further(
-        context, context->without_members(members, k), objects[i], expected_[i],
-        &context->neighbors_of(objects[i]), std::move(joint.fitted));
+    std::optional<Fitted> better =
+        follower_->fit_further(context, context->without_members(members, k), objects[i], expected_[i],
+                               &context->neighbors_of(objects[i]), std::move(joint.fitted));
     joint.fitted = std::move(*better);
     const Vec3d away = joint.fitted.T_cam_obj.t - before.t;
     const bool changed = norm(away) > 1e-9;
@@ -162,20 +162,6 @@ ObjectResult GroupFitter::accept(JointFitted* joint, double time_s, TrackedObjec
   }
   const Trust trust = judge(joint->fitted, options_, object->prior_log_odds);
   return follower_->accept(std::move(joint->fitted), trust, time_s, object);
-}
-
-std::vector<std::pair<int, int>> overlapping_pairs(const std::vector<TrackedObject>& objects,
-                                                   const std::vector<int>& of) {
-  std::vector<std::pair<int, int>> found;
-  for (const int k : of) {
-    const TrackedObject& object = objects.at(static_cast<std::size_t>(k));
-    const SingleObject<float> field = field_of(*object.shape, object.T_cam_obj);
-    for (const int j : of) {
-      const TrackedObject& other = objects.at(static_cast<std::size_t>(j));
-      if (j != k && middle_in(field, *other.shape, other.T_cam_obj)) found.emplace_back(k, j);
-    }
-  }
-  return found;
 }
 
 }  // namespace sdftrack

@@ -2,7 +2,6 @@
 // Objects that may touch or hide each other: fitted together, and one by one where that does not convince.
 #pragma once
 
-#include <utility>
 #include <vector>
 
 #include "tracking/object_follower.h"
@@ -41,9 +40,5 @@ class GroupFitter {
   std::vector<FitTarget> targets_;
   Neighbors places_;
 };
-
-// Pairs (k, j) among `of` where the middle of j lies deep in k.
-std::vector<std::pair<int, int>> overlapping_pairs(const std::vector<TrackedObject>& objects,
-                                                   const std::vector<int>& of);
 
 }  // namespace sdftrack

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tracking/trust/verdict.h"
 
-#include <algorithm>
 #include <utility>
-
-#include "tracking/several/group_fitter.h"
 
 namespace sdftrack {
 
@@ -24,14 +21,15 @@ void doubt_overlap(int other, ObjectResult* result) {
 }  // namespace
 
 void doubt_overlaps(const std::vector<TrackedObject>& objects, std::vector<ObjectResult>* results) {
-  std::vector<int> followed;
-  if (objects.size() < 2) return;
-  for (std::size_t k = 0; k < results->size(); ++k)
-    if (is_followed((*results)[k].trust.status)) followed.push_back(static_cast<int>(k));
-  if (followed.size() < 2) return;
-  for (const auto& [k, j] : overlapping_pairs(objects, followed)) {
-    doubt_overlap(j, &(*results)[static_cast<std::size_t>(k)]);
-    doubt_overlap(k, &(*results)[static_cast<std::size_t>(j)]);
+  const auto followed = [&](std::size_t k) { return is_followed((*results)[k].trust.status); };
+  for (std::size_t k = 0; objects.size() > 1 && k < objects.size(); ++k) {
+    if (!followed(k)) continue;
+    const SingleObject<float> field = field_of(*objects[k].shape, objects[k].T_cam_obj);
+    for (std::size_t j = 0; j < objects.size(); ++j) {
+      if (j == k || !followed(j) || !middle_in(field, *objects[j].shape, objects[j].T_cam_obj)) continue;
+      doubt_overlap(static_cast<int>(j), &(*results)[k]);
+      doubt_overlap(static_cast<int>(k), &(*results)[j]);
+    }
   }
 }
 

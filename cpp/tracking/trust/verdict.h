@@ -48,7 +48,11 @@ class Verdict {
   const Poses& last_good() const { return best_; }
 
  private:
-  enum class Last { kNone, kResumed, kKnown };  // frame: none, its time and who was followed, all of its result
+  enum class Last {
+    kNone,
+    kResumed,
+    kKnown
+  };  // frame: none, its time and who was followed, all of its result
 
   FrameResult result_;
   Last last_ = Last::kNone;

@@ -37,6 +37,9 @@ class FreeSizes:
         volumes = [s.placeholder() if isinstance(s, Primitive) else s for s in many]
         self.shapes = volumes if several else volumes[0]
 
+    def __len__(self) -> int:
+        return len(self._free)
+
     def fits(self, count: int) -> list[PrimitiveFit | None]:
         """What is known of each of the `count` shapes."""
         return [self._free[k].fit if k in self._free else None for k in range(count)]

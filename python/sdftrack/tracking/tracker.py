@@ -270,10 +270,12 @@ class Tracker:
         with self._alone():
             camera, colors = self._camera_of(frame), self._colors_of(frame)
             begin = time.perf_counter()
-            self._free_sizes.find(TrackerInterface(self), frame, camera, self.recover_lost)
+            if self._free_sizes:
+                self._free_sizes.find(TrackerInterface(self), frame, camera, self.recover_lost)
             view = self._core_frame(frame, camera, colors)
             result = self._finish(frame, view, self._core.track(view, self.names), begin)
-            self._free_sizes.look(TrackerInterface(self), frame, camera, result)
+            if self._free_sizes:
+                self._free_sizes.look(TrackerInterface(self), frame, camera, result)
             return result
 
     def recover(
