@@ -15,11 +15,7 @@ namespace sdftrack {
 
 PyTracker::PyTracker(const std::vector<PyVolume>& shapes, const Camera& camera, const TrackerOptions& options,
                      int threads, bool recover, MotionModel motion, bool cuda, Collision collision) {
-  std::vector<SdfView> views;
-  for (const auto& [values, voxel_m, origin] : shapes) {
-    volumes_.push_back(values);
-    views.push_back(volume_view(values, voxel_m, origin));
-  }
+  const std::vector<SdfView> views = views_of(shapes);
   const ReleaseGil release;
   tracker_ = std::make_unique<Tracker>(views, camera, options,
                                        TrackerSettings{threads, recover, cuda, collision, motion});
@@ -31,8 +27,8 @@ void PyTracker::check_object(int k) const {
                           std::to_string(k));
 }
 
-Whereabouts PyTracker::place_from(const py::object& place) const {
-  Whereabouts where;
+PoseHint PyTracker::hint_from(const py::object& place) const {
+  PoseHint where;
   if (place.is_none()) return where;
   if (py::isinstance<py::tuple>(place)) {
     const auto [x, y, w, h] = place.cast<std::tuple<int, int, int, int>>();
@@ -50,72 +46,80 @@ Whereabouts PyTracker::place_from(const py::object& place) const {
   return where;
 }
 
-std::vector<Whereabouts> PyTracker::places_from(const py::list& places) const {
-  std::vector<Whereabouts> where;
+std::vector<PoseHint> PyTracker::hints_from(const py::list& places) const {
+  std::vector<PoseHint> where;
   for (const py::handle& place : places)
-    where.push_back(place_from(py::reinterpret_borrow<py::object>(place)));
+    where.push_back(hint_from(py::reinterpret_borrow<py::object>(place)));
   return where;
 }
 
+// `work` runs on the frame as the core knows it, without the interpreter's lock.
 template <class Work>
-py::dict PyTracker::run(const py::array& depth, const py::object& mask, double time_s,
-                        const ColorImage& image, const Work& work) {
-  const Busy busy(&busy_, "tracker");
-  const ImageView<float> view = image_view(depth, "depth", tracker_->camera());
-  const unsigned char* mask_data = mask_view(mask, tracker_->camera());
-  const std::vector<ObjectResult>* results;
-  {
+void PyTracker::run(const PyFrame& frame, const Work& work) {
+  const ColorImage image = color_view(frame.color, frame.color_map);
+  if (frame.depth.is_none()) {
     const ReleaseGil release;
-    results = &work(tracker_->make_frame(view, mask_data, time_s, image.rgb ? &image : nullptr));
+    work(tracker_->make_unreadable_frame(frame.error, frame.time_s));
+    return;
   }
-  return results_to_dict(*results);
+  const ImageView<float> view = image_view(frame.depth.cast<py::array>(), "depth", tracker_->camera());
+  const unsigned char* mask_data = mask_view(frame.mask, tracker_->camera());
+  const ReleaseGil release;
+  work(tracker_->make_frame(view, mask_data, frame.time_s, image.rgb ? &image : nullptr));
 }
 
-py::dict PyTracker::start(const py::array& depth, const py::object& mask, double time_s,
-                          const py::list& places, const py::object& color, const py::object& color_map) {
-  const std::vector<Whereabouts> where = places_from(places);
-  const ColorImage image = color_view(color, color_map);
-  return run(
-      depth, mask, time_s,
-      image, [&](const DepthFrame& frame) -> const auto& { return tracker_->start(frame, where); });
+py::dict PyTracker::start(const PyFrame& frame, const py::list& places, const Names& names) {
+  const std::vector<PoseHint> hints = hints_from(places);
+  const Busy busy(&busy_, "tracker");
+  run(frame, [&](const DepthFrame& f) { tracker_->start(f, hints); });
+  return result_to_dict(tracker_->last_result(), names);
 }
 
-py::dict PyTracker::track(const py::array& depth, const py::object& mask, double time_s,
-                          const py::object& color, const py::object& color_map) {
-  const ColorImage image = color_view(color, color_map);
-  return run(
-      depth, mask, time_s,
-      image, [&](const DepthFrame& frame) -> const auto& { return tracker_->track(frame); });
+py::dict PyTracker::track(const PyFrame& frame, const Names& names) {
+  const Busy busy(&busy_, "tracker");
+  run(frame, [&](const DepthFrame& f) { tracker_->track(f); });
+  return result_to_dict(tracker_->last_result(), names);
 }
 
-py::dict PyTracker::recover(const py::array& depth, const py::object& mask, double time_s,
-                            const std::vector<int>& objects, const py::list& places, const py::object& color,
-                            const py::object& color_map) {
+py::dict PyTracker::recover(const PyFrame& frame, const std::vector<int>& objects, const py::list& places,
+                            const Names& names) {
   for (const int k : objects) check_object(k);
-  const std::vector<Whereabouts> where = places_from(places);
-  if (where.size() != objects.size())
+  const std::vector<PoseHint> hints = hints_from(places);
+  if (hints.size() != objects.size())
     throw py::value_error("places: expected one per object (" + std::to_string(objects.size()) + "), got " +
-                          std::to_string(where.size()));
-  const ColorImage image = color_view(color, color_map);
-  return run(
-      depth, mask, time_s, image, [&](const DepthFrame& frame) -> const auto& {
-        return tracker_->recover(frame, objects, where);
-      });
+                          std::to_string(hints.size()));
+  const Busy busy(&busy_, "tracker");
+  run(frame, [&](const DepthFrame& f) { tracker_->recover(f, objects, hints); });
+  return result_to_dict(tracker_->last_result(), names);
 }
 
-py::object PyTracker::judge(const py::array& depth, const py::object& mask, int k, const py::array& T) {
+py::tuple PyTracker::revisit(const PyFrame& frame) {
+  const auto count = static_cast<py::ssize_t>(tracker_->object_count());
+  py::array_t<double> poses({count, py::ssize_t{4}, py::ssize_t{4}});
+  py::array_t<bool> sure(count);
+  double* const to = poses.mutable_data();
+  bool* const is_sure = sure.mutable_data();
+  const Busy busy(&busy_, "tracker");
+  run(frame, [&](const DepthFrame& f) {
+    const std::vector<ObjectResult>& results = tracker_->revisit(f);
+    for (std::size_t k = 0; k < results.size(); ++k) {
+      write_matrix(results[k].T_cam_obj, to + 16 * k);
+      is_sure[k] = results[k].trust.status == Status::kOk;
+    }
+  });
+  return py::make_tuple(poses, sure);
+}
+
+py::object PyTracker::judge(const PyFrame& frame, int k, const py::array& T) {
   check_object(k);
   const Rigidd T_cam_obj = rigid_from(T, "T");
-  const Busy busy(&busy_, "tracker");
-  const ImageView<float> view = image_view(depth, "depth", tracker_->camera());
-  const unsigned char* mask_data = mask_view(mask, tracker_->camera());
   std::optional<Fitted> f;
   Trust trust;
-  {
-    const ReleaseGil release;
-    f = tracker_->look(tracker_->make_frame(view, mask_data, 0, nullptr), k, T_cam_obj);
+  const Busy busy(&busy_, "tracker");
+  run(frame, [&](const DepthFrame& depth) {
+    f = tracker_->look(depth, k, T_cam_obj);
     if (f) trust = sdftrack::judge(*f, tracker_->options());
-  }
+  });
   if (!f) return py::none();
   return judgement_to_dict(*f, trust, tracker_->options());
 }
@@ -129,41 +133,29 @@ std::array<int, 4> PyTracker::region(int k, const py::array& T, double padding_m
   return {r.x0, r.y0, r.x1, r.y1};
 }
 
-py::tuple PyTracker::look_at(const py::array& depth, const py::object& color, const py::object& color_map,
-                             int k, const std::array<int, 4>& region) {
+py::tuple PyTracker::look_at(const PyFrame& frame, int k, const std::array<int, 4>& region) {
   check_object(k);
-  const ColorImage image = color_view(color, color_map);
-  const Busy busy(&busy_, "tracker");
-  const ImageView<float> view = image_view(depth, "depth", tracker_->camera());
   const Rect rect{region[0], region[1], region[2], region[3]};
   const py::ssize_t h = rect.y1 - rect.y0, w = rect.x1 - rect.x0;
   std::vector<float> foreground;
   std::vector<std::uint8_t> rgb;
-  {
-    const ReleaseGil release;
-    const DepthFrame frame = tracker_->make_frame(view, nullptr, 0, image.rgb ? &image : nullptr);
-    tracker_->find_foreground(frame, k, rect, &foreground);
-    if (image.rgb) fetch_colors(frame, rect, &rgb);
-  }
+  const Busy busy(&busy_, "tracker");
+  run(frame, [&](const DepthFrame& f) {
+    tracker_->find_foreground(f, k, rect, &foreground);
+    if (f.color) fetch_colors(f, rect, &rgb);
+  });
   const bool colored = !rgb.empty();
   return py::make_tuple(to_numpy(std::move(foreground), {h, w}),
                         colored ? py::object(to_numpy(std::move(rgb), {h, w, 3})) : py::none());
 }
 
-py::tuple PyTracker::membership(const py::array& depth, const py::object& color,
-                                const py::object& color_map) {
-  const ColorImage image = color_view(color, color_map);
-  const Busy busy(&busy_, "tracker");
+py::tuple PyTracker::membership(const PyFrame& frame) {
   const Camera& camera = tracker_->camera();
-  const ImageView<float> view = image_view(depth, "depth", camera);
   const py::ssize_t h = camera.height, w = camera.width;
   py::array_t<float> weights({h, w, static_cast<py::ssize_t>(tracker_->object_count())}), foreground({h, w});
   float *const to = weights.mutable_data(), *const chance = foreground.mutable_data();
-  {
-    const ReleaseGil release;
-    tracker_->find_membership(tracker_->make_frame(view, nullptr, 0, image.rgb ? &image : nullptr), to,
-                              chance);
-  }
+  const Busy busy(&busy_, "tracker");
+  run(frame, [&](const DepthFrame& f) { tracker_->find_membership(f, to, chance); });
   return py::make_tuple(weights, foreground);
 }
 

@@ -6,8 +6,8 @@
 #include <atomic>
 #include <memory>
 #include <optional>
+#include <string>
 #include <tuple>
-#include <utility>
 #include <vector>
 
 #include "array.h"
@@ -17,30 +17,40 @@ namespace sdftrack {
 
 using PyVolume = std::tuple<py::array, double, std::array<double, 3>>;  // values, voxel (m), origin (m)
 
+using Names = std::vector<std::string>;
+
+// A frame as Python gives it. depth, mask and colour may be None; without depth, `error` may say why.
+struct PyFrame {
+  py::object depth, mask, color, color_map;
+  double time_s;
+  std::string error;
+};
+
 class PyTracker {
  public:
   PyTracker(const std::vector<PyVolume>& shapes, const Camera& camera, const TrackerOptions& options,
             int threads, bool recover, MotionModel motion, bool cuda, Collision collision);
-  py::dict start(const py::array& depth, const py::object& mask, double time_s, const py::list& places,
-                 const py::object& color, const py::object& color_map);
-  py::dict track(const py::array& depth, const py::object& mask, double time_s, const py::object& color,
-                 const py::object& color_map);
-  py::dict recover(const py::array& depth, const py::object& mask, double time_s,
-                   const std::vector<int>& objects, const py::list& places, const py::object& color,
-                   const py::object& color_map);
+  // names: of the objects, for the sentences of the reasons.
+  py::dict start(const PyFrame& frame, const py::list& places, const Names& names);
+  py::dict track(const PyFrame& frame, const Names& names);
+  py::dict recover(const PyFrame& frame, const std::vector<int>& objects, const py::list& places,
+                   const Names& names);
+  // Poses (M, 4, 4) of a frame outside of the sequence, and whether each is sure.
+  py::tuple revisit(const PyFrame& frame);
   // What the tracker would say of object k at a pose as it is, and what it says it by; None: too few
   // readings.
-  py::object judge(const py::array& depth, const py::object& mask, int k, const py::array& T);
+  py::object judge(const PyFrame& frame, int k, const py::array& T);
   // Where object k, padded, may be seen at a pose: x0, y0, x1, y1, half open.
   std::array<int, 4> region(int k, const py::array& T, double padding_m);
   // P_f (h, w) of a region by object k's colours (NaN: not known), and the region's colours (h, w, 3).
-  py::tuple look_at(const py::array& depth, const py::object& color, const py::object& color_map, int k,
-                    const std::array<int, 4>& region);
+  py::tuple look_at(const PyFrame& frame, int k, const std::array<int, 4>& region);
   // Soft weights (H, W, M) and P_f (H, W) of the last poses in this frame.
-  py::tuple membership(const py::array& depth, const py::object& color, const py::object& color_map);
+  py::tuple membership(const PyFrame& frame);
 
   int add(const PyVolume& shape, const py::object& place);
   void remove(int k);
+  // poses: (M, 4, 4), NaN: not known; the others are gone on from.
+  void replace_shapes(const std::vector<PyVolume>& shapes, const py::array& poses);
   // seen: uint16 [z, y, x], how much of the surface was seen near each voxel; less than `least` is unknown.
   // boxes: int32 (n, 6), voxels x0 y0 z0 x1 y1 z1 that hold the surface.
   void reshape(int k, const PyVolume& shape, const py::array& seen, int least, const py::array& boxes,
@@ -49,16 +59,23 @@ class PyTracker {
   void paint(int k, const py::array& colors);
   void set_camera(const Camera& camera);
   void set_pose(int k, const py::array& T, const std::optional<Matrix6d>& covariance);
-  std::vector<std::pair<int, int>> overlaps(const std::vector<int>& of);
+  void mark_unfound(int k, const std::string& kind);
+
+  // The record of the sequence. best: (M, 4, 4), NaN: no good pose yet.
+  int index() const { return tracker_->last_result().index; }
+  py::array_t<double> best();
+  void resume(int index, double time_s, const std::vector<bool>& followed, const py::array& best);
+  void interrupt(int index);
 
  private:
   void check_object(int k) const;
   // None: anywhere; (4, 4) float64: a pose; H x W uint8: a mask; (x, y, w, h): a box.
-  Whereabouts place_from(const py::object& place) const;
-  std::vector<Whereabouts> places_from(const py::list& places) const;
+  PoseHint hint_from(const py::object& place) const;
+  std::vector<PoseHint> hints_from(const py::list& places) const;
+  std::vector<SdfView> views_of(const std::vector<PyVolume>& shapes);
+  Poses poses_from(const py::array& poses) const;
   template <class Work>
-  py::dict run(const py::array& depth, const py::object& mask, double time_s, const ColorImage& image,
-               const Work& work);
+  void run(const PyFrame& frame, const Work& work);
 
   std::vector<py::array> volumes_;
   std::unique_ptr<Tracker> tracker_;

@@ -2,6 +2,9 @@
 // The calls that change which shapes are tracked, and from where.
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "busy.h"
 #include "py_tracker.h"
 #include "release_gil.h"
@@ -9,14 +12,43 @@
 
 namespace sdftrack {
 
+std::vector<SdfView> PyTracker::views_of(const std::vector<PyVolume>& shapes) {
+  std::vector<SdfView> views;
+  for (const auto& [values, voxel_m, origin] : shapes) {
+    volumes_.push_back(values);
+    views.push_back(volume_view(values, voxel_m, origin));
+  }
+  return views;
+}
+
+Poses PyTracker::poses_from(const py::array& poses) const {
+  const auto count = static_cast<py::ssize_t>(tracker_->object_count());
+  const double* m = borrow<double>(poses, "poses", {count, 4, 4});
+  Poses out(static_cast<std::size_t>(count));
+  for (std::optional<Rigidd>& pose : out) {
+    if (std::all_of(m, m + 16, [](double x) { return std::isfinite(x); })) pose = read_matrix(m);
+    m += 16;
+  }
+  return out;
+}
+
+void PyTracker::replace_shapes(const std::vector<PyVolume>& shapes, const py::array& poses) {
+  const Busy busy(&busy_, "tracker");
+  const Poses from = poses_from(poses);
+  std::vector<py::array> before = std::exchange(volumes_, {});
+  const std::vector<SdfView> views = views_of(shapes);
+  const ReleaseGil release;
+  tracker_->replace_shapes(views, from);
+}
+
 int PyTracker::add(const PyVolume& shape, const py::object& place) {
   const auto& [values, voxel_m, origin] = shape;
   const SdfView view = volume_view(values, voxel_m, origin);
-  const Whereabouts where = place_from(place);
+  const PoseHint hint = hint_from(place);
   const Busy busy(&busy_, "tracker");
   volumes_.push_back(values);
   const ReleaseGil release;
-  return tracker_->add(view, where);
+  return tracker_->add(view, hint);
 }
 
 void PyTracker::remove(int k) {
@@ -70,10 +102,32 @@ void PyTracker::set_pose(int k, const py::array& T, const std::optional<Matrix6d
   tracker_->set_pose(k, T_cam_obj, covariance);
 }
 
-std::vector<std::pair<int, int>> PyTracker::overlaps(const std::vector<int>& of) {
-  for (const int k : of) check_object(k);
+void PyTracker::mark_unfound(int k, const std::string& kind) {
+  check_object(k);
   const Busy busy(&busy_, "tracker");
-  return tracker_->overlaps(of);
+  tracker_->mark_unfound(k, kind);
+}
+
+py::array_t<double> PyTracker::best() {
+  const Busy busy(&busy_, "tracker");
+  const Poses& best = tracker_->last_good_poses();
+  const auto count = static_cast<py::ssize_t>(best.size());
+  py::array_t<double> out({count, py::ssize_t{4}, py::ssize_t{4}});
+  double* to = out.mutable_data();
+  std::fill_n(to, out.size(), kUnknown);
+  for (std::size_t k = 0; k < best.size(); ++k)
+    if (best[k]) write_matrix(*best[k], to + 16 * k);
+  return out;
+}
+
+void PyTracker::resume(int index, double time_s, const std::vector<bool>& followed, const py::array& best) {
+  const Busy busy(&busy_, "tracker");
+  tracker_->resume(index, time_s, followed, poses_from(best));
+}
+
+void PyTracker::interrupt(int index) {
+  const Busy busy(&busy_, "tracker");
+  tracker_->interrupt(index);
 }
 
 }  // namespace sdftrack

@@ -3,6 +3,9 @@
 
 #include <pybind11/eigen.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace sdftrack {
 
 namespace {
@@ -11,20 +14,25 @@ constexpr const char* kStatus[] = {"ok", "weak", "lost", "bad_frame"};
 
 }  // namespace
 
-py::dict results_to_dict(const std::vector<ObjectResult>& results) {
+py::dict result_to_dict(const FrameResult& result, const std::vector<std::string>& names) {
+  const std::vector<ObjectResult>& results = result.objects;
   const auto n = static_cast<py::ssize_t>(results.size());
   py::array_t<double> poses({n, py::ssize_t{4}, py::ssize_t{4}}),
-      covariances({n, py::ssize_t{6}, py::ssize_t{6}}), inliers(n), confidence(n), runner_up(n), energy(n);
+      covariances({n, py::ssize_t{6}, py::ssize_t{6}}), twists({n, py::ssize_t{6}}), inliers(n),
+      confidence(n), runner_up(n), energy(n);
   py::list status, reason, steps, color_used;
   for (py::ssize_t k = 0; k < n; ++k) {
     const ObjectResult& r = results[static_cast<std::size_t>(k)];
-    write_matrix(r.T_cam_obj, poses.mutable_data(k, 0, 0));
+    double* const pose = poses.mutable_data(k, 0, 0);
+    write_matrix(r.T_cam_obj, pose);
+    if (std::isnan(r.T_cam_obj.t.x)) std::fill_n(pose, 16, kUnknown);
+    std::copy(r.twist.begin(), r.twist.end(), twists.mutable_data(k, 0));
     Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(covariances.mutable_data(k, 0, 0)) =
         r.covariance;
     inliers.mutable_at(k) = r.trust.inliers, confidence.mutable_at(k) = r.trust.confidence;
     runner_up.mutable_at(k) = r.runner_up;
     status.append(kStatus[static_cast<int>(r.trust.status)]);
-    reason.append(r.trust.reason);
+    reason.append(sentence(r.trust.reason, names));
     color_used.append(r.color_used);
     energy.mutable_at(k) = r.cost;
     py::array_t<double> trials({static_cast<py::ssize_t>(r.steps.size()), py::ssize_t{5}});
@@ -36,7 +44,8 @@ py::dict results_to_dict(const std::vector<ObjectResult>& results) {
     steps.append(trials);
   }
   py::dict out;
-  out["poses"] = poses, out["covariances"] = covariances, out["inliers"] = inliers;
+  out["poses"] = poses, out["covariances"] = covariances, out["twists"] = twists, out["inliers"] = inliers;
+  out["index"] = result.index;
   out["confidence"] = confidence, out["runner_up"] = runner_up, out["status"] = status;
   out["reason"] = reason, out["steps"] = steps, out["color_used"] = color_used, out["energy"] = energy;
   return out;
@@ -44,7 +53,7 @@ py::dict results_to_dict(const std::vector<ObjectResult>& results) {
 
 py::dict judgement_to_dict(const Fitted& f, const Trust& trust, const TrackerOptions& options) {
   py::dict out;
-  out["status"] = kStatus[static_cast<int>(trust.status)], out["reason"] = trust.reason;
+  out["status"] = kStatus[static_cast<int>(trust.status)], out["reason"] = sentence(trust.reason);
   out["inliers"] = trust.inliers, out["confidence"] = trust.confidence;
   out["covariance"] = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>(f.covariance);
   out["expected"] = f.seen.expected, out["agree"] = f.seen.agree, out["farther"] = f.seen.farther;

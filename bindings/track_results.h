@@ -2,6 +2,7 @@
 // What the tracker found, as dictionaries of arrays.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "array.h"
@@ -9,8 +10,8 @@
 
 namespace sdftrack {
 
-// Numbers of all objects in arrays, the rest in lists.
-py::dict results_to_dict(const std::vector<ObjectResult>& results);
+// Numbers of all objects in arrays, the rest in lists. names: for the sentences of the reasons.
+py::dict result_to_dict(const FrameResult& result, const std::vector<std::string>& names);
 // A fit as it is, what is said of it, and what it is said by.
 py::dict judgement_to_dict(const Fitted& f, const Trust& trust, const TrackerOptions& options);
 

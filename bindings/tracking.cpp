@@ -39,50 +39,38 @@ void bind_tracking(py::module_& m) {
       .value("none", Collision::kNone)
       .value("contact", Collision::kContact)
       .value("printed", Collision::kPrinted);
+  py::class_<PyFrame>(m, "TrackerFrame", "A frame for Tracker; without depth, `error` may say why.")
+      .def(py::init<py::object, py::object, py::object, py::object, double, std::string>(), py::arg("depth"),
+           py::arg("mask") = py::none(), py::arg("color") = py::none(), py::arg("color_map") = py::none(),
+           py::arg("time_s") = kUnknown, py::arg("error") = "");
   py::class_<PyTracker>(m, "Tracker", "Tracks shapes; see sdftrack.Tracker.")
       .def(py::init<const std::vector<PyVolume>&, const Camera&, const TrackerOptions&, int, bool,
                     MotionModel, bool, Collision>(),
            py::arg("shapes"), py::arg("camera"), py::arg("options"), py::arg("threads"), py::arg("recover"),
            py::arg("motion"), py::arg("cuda"), py::arg("collision"))
-      .def("start", &PyTracker::start, py::arg("depth"), py::arg("mask"), py::arg("time_s"),
-           py::arg("places"), py::arg("color") = py::none(), py::arg("color_map") = py::none())
-      .def("track", &PyTracker::track, py::arg("depth"), py::arg("mask"), py::arg("time_s"),
-           py::arg("color") = py::none(), py::arg("color_map") = py::none())
-      .def("recover", &PyTracker::recover, py::arg("depth"), py::arg("mask"), py::arg("time_s"),
-           py::arg("objects"), py::arg("places"), py::arg("color") = py::none(),
-           py::arg("color_map") = py::none())
+      .def("start", &PyTracker::start, py::arg("frame"), py::arg("places"), py::arg("names"))
+      .def("track", &PyTracker::track, py::arg("frame"), py::arg("names"))
+      .def("recover", &PyTracker::recover, py::arg("frame"), py::arg("objects"), py::arg("places"),
+           py::arg("names"))
+      .def("revisit", &PyTracker::revisit, py::arg("frame"))
       .def("add", &PyTracker::add, py::arg("shape"), py::arg("place"))
       .def("remove", &PyTracker::remove, py::arg("k"))
-      .def("judge", &PyTracker::judge, py::arg("depth"), py::arg("mask"), py::arg("k"), py::arg("T"))
+      .def("replace_shapes", &PyTracker::replace_shapes, py::arg("shapes"), py::arg("poses"))
+      .def("mark_unfound", &PyTracker::mark_unfound, py::arg("k"), py::arg("kind"))
+      .def("judge", &PyTracker::judge, py::arg("frame"), py::arg("k"), py::arg("T"))
       .def("reshape", &PyTracker::reshape, py::arg("k"), py::arg("shape"), py::arg("seen"), py::arg("least"),
            py::arg("boxes"), py::arg("colors") = py::none())
       .def("region", &PyTracker::region, py::arg("k"), py::arg("T"), py::arg("padding_m"))
-      .def("look_at", &PyTracker::look_at, py::arg("depth"), py::arg("color"), py::arg("color_map"),
-           py::arg("k"), py::arg("region"))
+      .def("look_at", &PyTracker::look_at, py::arg("frame"), py::arg("k"), py::arg("region"))
       .def("paint", &PyTracker::paint, py::arg("k"), py::arg("colors"))
-      .def("overlaps", &PyTracker::overlaps, py::arg("of"))
-      .def("membership", &PyTracker::membership, py::arg("depth"), py::arg("color") = py::none(),
-           py::arg("color_map") = py::none())
+      .def("membership", &PyTracker::membership, py::arg("frame"))
+      .def_property_readonly("index", &PyTracker::index)
+      .def_property_readonly("best", &PyTracker::best)
+      .def("resume", &PyTracker::resume, py::arg("index"), py::arg("time_s"), py::arg("followed"),
+           py::arg("best"))
+      .def("interrupt", &PyTracker::interrupt, py::arg("index"))
       .def("set_camera", &PyTracker::set_camera, py::arg("camera"))
       .def("set_pose", &PyTracker::set_pose, py::arg("k"), py::arg("T"), py::arg("covariance"));
-  m.def(
-      "twists",
-      [](const py::array& before, const py::array& now, double elapsed_s) {
-        const py::ssize_t n = before.ndim() > 0 ? before.shape(0) : 0;
-        const double* a = borrow<double>(before, "before", {n, 4, 4});
-        const double* b = borrow<double>(now, "now", {n, 4, 4});
-        py::array_t<double> out({n, py::ssize_t{6}});
-        for (py::ssize_t k = 0; k < n; ++k) {
-          const Rigidd from = read_matrix(a + 16 * k), to = read_matrix(b + 16 * k);
-          const Vec3d v = (1 / elapsed_s) * (to.t - from.t);
-          const Vec3d w = (1 / elapsed_s) * rotation_log(to.R * transpose(from.R));
-          const double twist[6] = {v.x, v.y, v.z, w.x, w.y, w.z};
-          std::copy(twist, twist + 6, out.mutable_data(k, 0));
-        }
-        return out;
-      },
-      py::arg("before"), py::arg("now"), py::arg("elapsed_s"),
-      "(v, w) from poses to poses, (M, 4, 4) each, camera axes.");
   m.def("correlation_area", &correlation_area, py::arg("u_px"), py::arg("v_px"), py::arg("residual_m"),
         py::arg("scale_m"), py::arg("outlier_floor"), "Pixels that share one error; 0: too few to tell.");
 

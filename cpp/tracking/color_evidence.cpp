@@ -104,7 +104,7 @@ bool near_a_step(const ImageView<float>& depth_m, int x, int y) {
 
 void count_colors(const DepthFrame& frame, const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj,
                   double padding_m, int budget, const ColorModel& known, ColorReader* reader,
-                  ColorCounts* counts, const Others& others) {
+                  ColorCounts* counts, const Neighbors& others) {
   counts->clear();
   const Rect region = projected_box(camera, shape, T_cam_obj, padding_m);
   if (region.empty()) return;

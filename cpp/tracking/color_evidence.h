@@ -6,7 +6,7 @@
 #include "appearance/color_sight.h"
 #include "energies/photometric.h"
 #include "energies/pixel_set.h"
-#include "tracking/others.h"
+#include "tracking/neighbors.h"
 #include "tracking/region.h"
 
 namespace sdftrack {
@@ -53,7 +53,7 @@ void fetch_foreground(const ColorModel& model, const ColorReader& reader, PixelS
 // in front. Visits about `budget` pixels, evenly.
 void count_colors(const DepthFrame& frame, const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj,
                   double padding_m, int budget, const ColorModel& known, ColorReader* reader,
-                  ColorCounts* counts, const Others& others = {});
+                  ColorCounts* counts, const Neighbors& others = {});
 
 // Colours in and around a mask (0: not the object): the object's inside it, the background's in a ring around
 // it, wide by 30 % of its box. std::invalid_argument where the mask is empty or no reading in it has a

@@ -65,7 +65,7 @@ void doubt(double runner_up, Trust* trust) {
   trust->confidence /= 1 + runner_up;
   if (trust->status != Status::kOk) return;
   trust->status = Status::kWeak;
-  trust->reason = "ambiguous: another pose explains the view nearly as well";
+  trust->reason = {ReasonCode::kAmbiguous};
 }
 
 }  // namespace

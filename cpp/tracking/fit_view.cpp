@@ -149,8 +149,8 @@ void FitView::measure_pose(const SdfEnergyOptions& options, const State& x, Ener
 }
 
 void FitView::examine(Fitted* fitted) {
-  static const Others kNobody;
-  examine(target_->others ? *target_->others : kNobody, fitted);
+  static const Neighbors kNobody;
+  examine(target_->neighbors ? *target_->neighbors : kNobody, fitted);
 }
 
 // As stated, or measured and followed from frame to frame.
@@ -170,7 +170,7 @@ double FitView::correlation_area(const SdfEnergyOptions& options, const State& x
 // A wrong pose has large residuals; so that these do not pass for the sensor's noise and excuse themselves,
 // what was known before and the noise among neighbouring readings bound what may count as agreement, and a
 // doubtful view teaches no noise.
-void FitView::examine(const Others& others, Fitted* fitted) {
+void FitView::examine(const Neighbors& others, Fitted* fitted) {
   const FitMemory& before = target_->memory;
   const double stated_m = sensor_noise_m(options_, fitted->T_cam_obj.t.z);
   const double local = local_noise_m(pixels_, &floats_) / stated_noise_m_;  // over stated, as the factor

@@ -41,8 +41,8 @@ struct FitTarget {
   Rigidd expected;  // T_cam_obj, centred frame
   Matrix6d prior;   // information of the prior on the increment of T_obj_cam; 0: none
   FitMemory memory;
-  const ColorModel* colors = nullptr;  // nullptr: depth alone
-  const Others* others = nullptr;      // objects known to be near; nullptr: none
+  const ColorModel* colors = nullptr;    // nullptr: depth alone
+  const Neighbors* neighbors = nullptr;  // nullptr: none
 };
 
 struct Fitted {
@@ -84,8 +84,8 @@ class FitView {
                     Fitted* fitted);
   // Visible surface, outline, roughness. Readings on the surface of one of `others` say nothing of where this
   // object ends.
-  void examine(const Others& others, Fitted* fitted);
-  void examine(Fitted* fitted);  // beside target().others
+  void examine(const Neighbors& others, Fitted* fitted);
+  void examine(Fitted* fitted);  // beside target().neighbors
 
   // The brightness of some of these pixels against that of the surface at x, and how much it weighs beside
   // all of them; 0: too few show a surface whose colours are known. Valid until the next call.

@@ -224,12 +224,12 @@ double JointFitter::cost_of(std::size_t m, SdfEnergy* data) {
 void JointFitter::examine(const State& x) {
   const std::vector<FitTarget>& targets = *targets_;
   for (std::size_t m = 0; m < targets.size(); ++m) {
-    neighbours_.clear();
+    neighbors_.clear();
     for (std::size_t k = 0; k < targets.size(); ++k)
       if (k != m &&
           may_touch(targets[m].shape, out_[m].fitted.T_cam_obj, targets[k].shape, out_[k].fitted.T_cam_obj))
-        neighbours_.push_back({targets[k].shape.sdf, x.T_obj_cam[k].cast<float>()});
-    views_[m]->examine(neighbours_, &out_[m].fitted);
+        neighbors_.push_back({targets[k].shape.sdf, x.T_obj_cam[k].cast<float>()});
+    views_[m]->examine(neighbors_, &out_[m].fitted);
   }
 }
 

@@ -77,7 +77,7 @@ class JointFitter {
   std::vector<FreeSpaceEnergy> free_space_;
   std::vector<PhotometricEnergy> brightness_;
   std::vector<PosePrior> priors_;
-  Others neighbours_;
+  Neighbors neighbors_;
   GroupEnergy group_;
   State state_, one_;
   LmWork lm_work_;

@@ -76,7 +76,7 @@ bool is_part_of_something(const Outline& outline, double least_ends) {
 }
 
 Outline compare_outline(const DepthFrame& frame, const Camera& camera, const Shape& shape,
-                        const Rigidd& T_cam_obj, double noise_m, const Others& others) {
+                        const Rigidd& T_cam_obj, double noise_m, const Neighbors& others) {
   Outline outline;
   if (!(T_cam_obj.t.z > 1e-3)) return outline;
   const Eye eye{camera, project(camera.K, T_cam_obj.t)};

@@ -2,7 +2,7 @@
 // Whether an object ends where the pose says that it ends: what the camera reads just outside its silhouette.
 #pragma once
 
-#include "tracking/others.h"
+#include "tracking/neighbors.h"
 #include "tracking/region.h"
 #include "tracking/shape.h"
 
@@ -24,6 +24,6 @@ bool is_part_of_something(const Outline& outline, double least_ends = kLeastEnds
 
 // A reading on the surface of one of `others` may hide where this object ends: unknown.
 Outline compare_outline(const DepthFrame& frame, const Camera& camera, const Shape& shape,
-                        const Rigidd& T_cam_obj, double noise_m, const Others& others = {});
+                        const Rigidd& T_cam_obj, double noise_m, const Neighbors& others = {});
 
 }  // namespace sdftrack

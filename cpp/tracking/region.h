@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <limits>
+#include <string_view>
 
 #include "appearance/color_map.h"
 #include "base/camera.h"
@@ -16,11 +17,12 @@
 namespace sdftrack {
 
 struct DepthFrame {
-  ImageView<float> depth_m;   // 0 or NaN: no measurement
+  ImageView<float> depth_m;   // 0 or NaN: no measurement; without data: the frame has no depth image
   const unsigned char* mask;  // 0: not the object; nullptr: all pixels
   const float* rays;          // x, y of every pixel's ray (ray_table), nullptr without distortion
   double time_s = std::numeric_limits<double>::quiet_NaN();
   const ColorImage* color = nullptr;
+  std::string_view error = {};  // without a depth image: why it could not be read
 };
 
 // Pixel of a pixel's ray in the ideal pinhole: where distortion would have put it, had there been none.

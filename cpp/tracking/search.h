@@ -29,7 +29,7 @@ struct SearchQuery {
   // A slice of the rotations, so that a caller can spread a search over frames; seeds 0: all of them.
   int first_seed = 0, seeds = 0;
   const unsigned char* taken = nullptr;  // H * W, not 0: another object explains this pixel
-  const Others* others = nullptr;        // objects that are followed, wherever they are
+  const Neighbors* others = nullptr;     // objects that are followed, wherever they are
 };
 
 constexpr int kSearchSeeds = 240;  // rotations of a whole search

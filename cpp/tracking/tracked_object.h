@@ -4,19 +4,13 @@
 
 #include <memory>
 #include <optional>
-#include <vector>
+#include <string>
 
 #include "tracking/fit.h"
 #include "tracking/motion.h"
+#include "tracking/pose_hint.h"
 
 namespace sdftrack {
-
-// Where an object is at a start: at a pose, else within a mask, else within a box, else anywhere.
-struct Whereabouts {
-  std::optional<Rigidd> T_cam_obj;  // of the caller's object frame
-  std::vector<unsigned char> mask;  // H * W, 0: not the object; empty: none
-  std::optional<Rect> box;          // of depth pixels
-};
 
 struct TrackedObject {
   std::shared_ptr<const Shape> shape;  // objects of the same volume share it
@@ -24,19 +18,22 @@ struct TrackedObject {
   FitMemory memory;
   ConstantVelocity motion;
   ColorModel colors;
-  double usual_share = 0;             // of agreeing surface points, lately; 0: not known yet
-  double usual_cost = 0;              // mean per pixel, lately
-  bool weak = false;                  // in the last frame
-  double prior_log_odds = 0;          // see evidence_share; until a frame has shown that it is the object
-  int lost_frames = 0;                // in a row, up to the last frame
-  int hidden_frames = 0;              // in a row: placed by its neighbours and its motion alone
-  std::optional<Matrix6d> prior;      // information about T_cam_obj, for the next frame alone
-  std::optional<Whereabouts> wanted;  // to be looked for in the next frame
-  bool to_search = false;             // in this frame, once all others have been followed
-  int doubtful_frames = 0;            // to come, in which it is not sure which of two look-alikes this is
-  int double_of = -1;                 // the other one
+  double usual_share = 0;          // of agreeing surface points, lately; 0: not known yet
+  double usual_cost = 0;           // mean per pixel, lately
+  bool weak = false;               // in the last frame
+  double prior_log_odds = 0;       // see evidence_share; until a frame has shown that it is the object
+  int lost_frames = 0;             // in a row, up to the last frame
+  int hidden_frames = 0;           // in a row: placed by its neighbours and its motion alone
+  std::optional<Matrix6d> prior;   // information about T_cam_obj, for the next frame alone
+  std::optional<PoseHint> wanted;  // to be looked for in the next frame
+  bool to_search = false;          // in this frame, once all others have been followed
+  int doubtful_frames = 0;         // to come, in which it is not sure which of two look-alikes this is
+  int double_of = -1;              // the other one
   // Found again, and not yet confirmed by a later frame: what to go back to.
   std::optional<Rigidd> before_found;
+  // Of a placeholder for a primitive that has not been found yet: the primitive's kind. Empty: a shape like
+  // any.
+  std::string unfound;
 
   // Whether T_cam_obj is where it was in the last frame.
   bool followed() const { return lost_frames == 0 && !wanted; }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Which shapes a tracker follows, by which camera, and from where.
+// Which shapes a tracker follows, and from where.
+#include <stdexcept>
 #include <utility>
 
 #include "tracking/tracker.h"
@@ -21,15 +22,28 @@ std::shared_ptr<const Shape> Tracker::shape_of(const SdfView& sdf) const {
       make_shape(sdf, 3 * options_.trust_points, options_.free_space_points));
 }
 
+void Tracker::replace_shapes(const std::vector<SdfView>& shapes, const Poses& poses) {
+  if (shapes.size() != objects_.size() || poses.size() != objects_.size())
+    throw std::invalid_argument("shapes: expected one per object (" + std::to_string(objects_.size()) +
+                                ") with its pose, got " + std::to_string(shapes.size()));
+  const std::vector<Object> before = std::exchange(objects_, {});
+  for (std::size_t k = 0; k < shapes.size(); ++k) {
+    objects_.push_back(new_object(shapes[k]));
+    objects_.back().unfound = before[k].unfound;
+  }
+  go_on_from(poses);
+  context_.forget_plane();
+}
+
 void Tracker::reshape(int k, PartialShape known) {
-  Object& object = objects_.at(static_cast<std::size_t>(k));
-  known.centre_obj = object.shape->centre_obj;  // what is remembered of the motion is about it
-  object.shape =
+  Object& reshaped = object(k);
+  known.centre_obj = reshaped.shape->centre_obj;  // what is remembered of the motion is about it
+  reshaped.shape =
       std::make_shared<const Shape>(make_shape(known, 3 * options_.trust_points, options_.free_space_points));
 }
 
 void Tracker::paint(int k, const ColorView& colors) {
-  Object& painted = objects_.at(static_cast<std::size_t>(k));
+  Object& painted = object(k);
   for (const Object& other : objects_)
     if (other.shape->sdf.phi == painted.shape->sdf.phi && other.shape->colors.rgb_seen == colors.rgb_seen) {
       painted.shape = other.shape;
@@ -40,32 +54,50 @@ void Tracker::paint(int k, const ColorView& colors) {
   painted.shape = std::make_shared<const Shape>(std::move(shape));
 }
 
-void Tracker::set_camera(const Camera& camera) {
-  camera_ = camera;
-  rays_ = camera.distorted() ? ray_table(camera) : std::vector<float>{};
+// Counts as followed there.
+void Tracker::place(const Rigidd& T_cam_obj, Object* object) const {
+  object->T_cam_obj = centred(T_cam_obj, *object->shape);
+  object->motion.reset();
+  object->lost_frames = 0;
+  object->wanted.reset(), object->before_found.reset(), object->prior.reset();
+}
+
+void Tracker::go_on_from(const Poses& poses) {
+  for (std::size_t k = 0; k < objects_.size(); ++k)
+    if (poses.at(k)) place({nearest_rotation(poses[k]->R), poses[k]->t}, &objects_[k]);
 }
 
 void Tracker::set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matrix6d>& covariance_cam) {
-  Object& object = objects_.at(static_cast<std::size_t>(k));
-  object.T_cam_obj = centred(T_cam_obj, *object.shape);
-  object.motion.reset();
-  object.lost_frames = 0;
-  object.wanted.reset(), object.before_found.reset(), object.prior.reset();
+  Object& moved = object(k);
+  place(T_cam_obj, &moved);
   if (covariance_cam)
-    object.prior = increment_information(*covariance_cam, object.T_cam_obj, -object.shape->centre_obj);
+    moved.prior = increment_information(*covariance_cam, moved.T_cam_obj, -moved.shape->centre_obj);
+  verdict_.set_pose(static_cast<std::size_t>(k), T_cam_obj);
 }
 
-int Tracker::add(const SdfView& shape, const Whereabouts& place) {
-  Object object = new_object(shape);
-  if (place.T_cam_obj) object.T_cam_obj = centred(*place.T_cam_obj, *object.shape);
-  object.wanted = place;
-  objects_.push_back(std::move(object));
+int Tracker::add(const SdfView& shape, const PoseHint& hint) {
+  Object added = new_object(shape);
+  if (hint.T_cam_obj) added.T_cam_obj = centred(*hint.T_cam_obj, *added.shape);
+  added.wanted = hint;
+  objects_.push_back(std::move(added));
+  verdict_.add(hint.T_cam_obj);
   return object_count() - 1;
 }
 
 void Tracker::remove(int k) {
-  objects_.at(static_cast<std::size_t>(k));
+  static_cast<void>(object(k));  // is there
   objects_.erase(objects_.begin() + k);
+  verdict_.remove(static_cast<std::size_t>(k));
+}
+
+void Tracker::resume(int index, double time_s, const std::vector<bool>& followed, const Poses& best) {
+  go_on_from(best);
+  verdict_.resume(index, time_s, followed, best);
+}
+
+void Tracker::interrupt(int index) {
+  verdict_.interrupt();
+  verdict_.result().index = index;
 }
 
 }  // namespace sdftrack

@@ -29,9 +29,7 @@ struct Weights {
 };
 constexpr Weights kWeights;
 
-std::string percent(double share) {
-  return std::to_string(static_cast<int>(std::lround(100 * share))) + " %";
-}
+int percent(double share) { return static_cast<int>(std::lround(100 * share)); }
 
 double ratio(int part, int whole) { return whole > 0 ? static_cast<double>(part) / whole : 0.0; }
 
@@ -43,12 +41,12 @@ double rise(double x) { return 1 / (1 + std::exp(-x)); }
 double within(double limit, double variance) { return std::erf(limit / std::sqrt(2 * variance)); }
 
 // The reason that weighs most against a pose without plain fault.
-std::string doubt(const PoseEvidence& e) {
+Reason doubt(const PoseEvidence& e) {
   const Outline& o = e.outline;
-  if (e.color_gain && *e.color_gain < 0) return "the colours are not those of the object";
-  if (o.runs_on > o.ends) return "the surface goes on where the object should end";
-  if (e.seen.missing > e.seen.agree) return "most of the surface that the camera should see has no reading";
-  return "the readings do not fit the shape well";
+  if (e.color_gain && *e.color_gain < 0) return {ReasonCode::kWrongColors};
+  if (o.runs_on > o.ends) return {ReasonCode::kRunsOn};
+  if (e.seen.missing > e.seen.agree) return {ReasonCode::kMissingReadings};
+  return {ReasonCode::kPoorFit};
 }
 
 }  // namespace
@@ -75,17 +73,15 @@ Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const Trac
   double belief = trust.evidence = evidence_share(evidence, prior_log_odds);
   if (seen.agree < kEnough || unhidden < options.lost_inliers || read < kHardlyRead) {
     trust.status = Status::kLost;
-    trust.reason =
-        "only " + percent(read) + " of the surface that the camera should see is where the pose puts it";
+    trust.reason = reason_with_percent(ReasonCode::kLittleVisible, percent(read));
   } else if (belief < options.lost_evidence) {
     trust.status = Status::kLost;
     trust.reason = doubt(evidence);
   } else if (unhidden < options.weak_inliers || read < kRead) {
     trust.status = Status::kWeak;
-    trust.reason =
-        seen.nearer > seen.farther
-            ? percent(ratio(seen.nearer, seen.expected)) + " of the object is hidden"
-            : "the camera sees past " + percent(1 - unhidden) + " of the surface that it should see";
+    trust.reason = seen.nearer > seen.farther
+                       ? reason_with_percent(ReasonCode::kHidden, percent(ratio(seen.nearer, seen.expected)))
+                       : reason_with_percent(ReasonCode::kSeenPast, percent(1 - unhidden));
   } else if (belief < options.weak_evidence) {
     trust.status = Status::kWeak;
     trust.reason = doubt(evidence);
@@ -95,8 +91,7 @@ Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const Trac
     belief = std::min(belief, options.weak_evidence);
   } else if (evidence.centre_sd > 1 && evidence.outline.ends < kFewEnds) {
     trust.status = Status::kWeak;
-    trust.reason =
-        "the view hardly shows an edge and leaves the position open by more than the object's size";
+    trust.reason = {ReasonCode::kOpenPosition};
   }
   if (trust.status == Status::kLost) return trust;
   // That this is the object at this pose, that enough of it is read to tell, that the error left is small.

@@ -3,15 +3,13 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
 #include "tracking/covariance.h"
 #include "tracking/outline.h"
+#include "tracking/trust/reason.h"
 #include "tracking/visibility.h"
 
 namespace sdftrack {
-
-enum class Status { kOk, kWeak, kLost, kBadFrame };
 
 // What speaks for and against a pose; none of it is what the fit has minimised.
 struct PoseEvidence {
@@ -25,7 +23,7 @@ struct PoseEvidence {
 
 struct Trust {
   Status status = Status::kOk;
-  std::string reason;
+  Reason reason;
   double inliers = 0;     // agree / expected
   double evidence = 0;    // evidence_share, with the prior odds
   double confidence = 0;  // probability that the pose is within 20 mm and 10 degrees

@@ -19,7 +19,7 @@ constexpr double kMostGap_m = 0.03;
 
 Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera, const Shape& shape,
                                    const Rigidd& T_cam_obj, double noise_m, int points,
-                                   const Others& others) {
+                                   const Neighbors& others) {
   Visibility seen;
   const double tolerance = std::max(kTolerance_m, kTolerancePerNoise * noise_m);
   const int n = static_cast<int>(shape.points.size()), stride = std::max(1, n / std::max(1, points));

@@ -2,7 +2,7 @@
 // What the camera reads where a pose says that it should see the surface.
 #pragma once
 
-#include "tracking/others.h"
+#include "tracking/neighbors.h"
 #include "tracking/region.h"
 
 namespace sdftrack {
@@ -30,6 +30,6 @@ inline double agreeing_share(const Visibility& seen) {
 
 Visibility compare_visible_surface(const DepthFrame& frame, const Camera& camera, const Shape& shape,
                                    const Rigidd& T_cam_obj, double noise_m, int points,
-                                   const Others& others = {});
+                                   const Neighbors& others = {});
 
 }  // namespace sdftrack

@@ -119,9 +119,9 @@ def error_about(T: Array, T_true: Array, centre: Array, axis: Array | None = Non
 
 def judged(tracker: Any, frame: Any, T: Array, k: int = 0) -> dict[str, Any]:
     """What the tracker would say of a pose as it is."""
-    mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
-    said = tracker._core.judge(frame.depth, mask, k, np.ascontiguousarray(T))
-    return {} if said is None else dict(said)
+    from sdftrack.tracking.interface import TrackerInterface
+
+    return TrackerInterface(tracker).judge(k, frame, T)
 
 
 def trackers(sdf: Any, camera: Any, threads: int) -> tuple[Any, Any]:

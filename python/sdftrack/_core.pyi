@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourOptions', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_products', 'contour_registration', 'contour_steps', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'option_expected', 'option_schema', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'surface_samples', 'thread_count', 'twists', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourOptions', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_products', 'contour_registration', 'contour_steps', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'option_expected', 'option_schema', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'surface_samples', 'thread_count', 'winding_numbers']
 class Calibration:
     """
     Frames of a known object, and the lens that explains them.
@@ -1267,31 +1267,51 @@ class Tracker:
         ...
     def add(self, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], place: typing.Any) -> int:
         ...
-    def judge(self, depth: numpy.ndarray, mask: typing.Any, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray) -> typing.Any:
+    def interrupt(self, index: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
-    def look_at(self, depth: numpy.ndarray, color: typing.Any, color_map: typing.Any, k: typing.SupportsInt | typing.SupportsIndex, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"]) -> tuple:
+    def judge(self, frame: TrackerFrame, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray) -> typing.Any:
         ...
-    def membership(self, depth: numpy.ndarray, color: typing.Any = None, color_map: typing.Any = None) -> tuple:
+    def look_at(self, frame: TrackerFrame, k: typing.SupportsInt | typing.SupportsIndex, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"]) -> tuple:
         ...
-    def overlaps(self, of: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> list[tuple[int, int]]:
+    def mark_unfound(self, k: typing.SupportsInt | typing.SupportsIndex, kind: str) -> None:
+        ...
+    def membership(self, frame: TrackerFrame) -> tuple:
         ...
     def paint(self, k: typing.SupportsInt | typing.SupportsIndex, colors: numpy.ndarray) -> None:
         ...
-    def recover(self, depth: numpy.ndarray, mask: typing.Any, time_s: typing.SupportsFloat | typing.SupportsIndex, objects: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], places: list, color: typing.Any = None, color_map: typing.Any = None) -> dict:
+    def recover(self, frame: TrackerFrame, objects: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], places: list, names: collections.abc.Sequence[str]) -> dict:
         ...
     def region(self, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray, padding_m: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[list[int], "FixedSize(4)"]:
         ...
     def remove(self, k: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
+    def replace_shapes(self, shapes: collections.abc.Sequence[tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]]], poses: numpy.ndarray) -> None:
+        ...
     def reshape(self, k: typing.SupportsInt | typing.SupportsIndex, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], seen: numpy.ndarray, least: typing.SupportsInt | typing.SupportsIndex, boxes: numpy.ndarray, colors: numpy.ndarray | None = None) -> None:
+        ...
+    def resume(self, index: typing.SupportsInt | typing.SupportsIndex, time_s: typing.SupportsFloat | typing.SupportsIndex, followed: collections.abc.Sequence[bool], best: numpy.ndarray) -> None:
+        ...
+    def revisit(self, frame: TrackerFrame) -> tuple:
         ...
     def set_camera(self, camera: Camera) -> None:
         ...
     def set_pose(self, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray, covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"] | None) -> None:
         ...
-    def start(self, depth: numpy.ndarray, mask: typing.Any, time_s: typing.SupportsFloat | typing.SupportsIndex, places: list, color: typing.Any = None, color_map: typing.Any = None) -> dict:
+    def start(self, frame: TrackerFrame, places: list, names: collections.abc.Sequence[str]) -> dict:
         ...
-    def track(self, depth: numpy.ndarray, mask: typing.Any, time_s: typing.SupportsFloat | typing.SupportsIndex, color: typing.Any = None, color_map: typing.Any = None) -> dict:
+    def track(self, frame: TrackerFrame, names: collections.abc.Sequence[str]) -> dict:
+        ...
+    @property
+    def best(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def index(self) -> int:
+        ...
+class TrackerFrame:
+    """
+    A frame for Tracker; without depth, `error` may say why.
+    """
+    def __init__(self, depth: typing.Any, mask: typing.Any = None, color: typing.Any = None, color_map: typing.Any = None, time_s: typing.SupportsFloat | typing.SupportsIndex = ..., error: str = '') -> None:
         ...
 class TrackerOptions:
     """
@@ -1705,10 +1725,6 @@ def surface_samples(values: numpy.ndarray, voxel_size: typing.SupportsFloat | ty
 def thread_count(requested: typing.SupportsInt | typing.SupportsIndex = 0) -> int:
     """
     Threads used when `requested` are asked for.
-    """
-def twists(before: numpy.ndarray, now: numpy.ndarray, elapsed_s: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float64]:
-    """
-    (v, w) from poses to poses, (M, 4, 4) each, camera axes.
     """
 def winding_numbers(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.int8]:
     """

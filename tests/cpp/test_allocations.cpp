@@ -85,7 +85,7 @@ TEST_P(Allocations, a_warm_tracker_allocates_nothing) {
     images.push_back(image_of(camera, pose, i));
     pose = {rotation_exp(Vec3d{0, 0.01, 0.01}) * pose.R, pose.t + Vec3d{0.001, 0, 0.001}};
   }
-  Whereabouts place, other_place;
+  PoseHint place, other_place;
   place.T_cam_obj = Rigidd{rotation_exp(Vec3d{0.5, -0.6, 0.2}), {0.01, 0, 0.55}};
   other_place.T_cam_obj = beside(*place.T_cam_obj);
   long counted = -1;
@@ -95,11 +95,11 @@ TEST_P(Allocations, a_warm_tracker_allocates_nothing) {
     const DepthFrame frame = tracker.make_frame({image.depth_m.data(), kWidth_px, kHeight_px}, nullptr,
                                                 k / 30.0, colors ? &color : nullptr);
     const long before = allocations.load();
-    const auto& results = k == 0 ? tracker.start(frame, {place, other_place}) : tracker.track(frame);
+    const FrameResult& result = k == 0 ? tracker.start(frame, {place, other_place}) : tracker.track(frame);
     counted = allocations.load() - before;
-    for (const ObjectResult& result : results)
-      ASSERT_EQ(result.trust.status, Status::kOk) << result.trust.reason << ", frame " << k;
-    ASSERT_EQ(results[0].color_used, colors && k > 0);
+    for (const ObjectResult& object : result.objects)
+      ASSERT_EQ(object.trust.status, Status::kOk) << sentence(object.trust.reason) << ", frame " << k;
+    ASSERT_EQ(result.objects[0].color_used, colors && k > 0);
     if (k == 0) EXPECT_GT(counted, 0);  // the counter counts
     if (k >= 20) EXPECT_EQ(counted, 0) << "frame " << k;
   }

@@ -11,7 +11,7 @@ from experiments.tracking.photometric import follow
 from sdftrack import _core
 from sdftrack.reference.photometric import brightness_at, photometric_cost, ray_hit, surface_normal
 from sdftrack.synth.printed_can import CAN_RADIUS_M, can_mesh, turning_can
-from sdftrack.tracking.to_core import rgb_seen
+from sdftrack.tracking.core_conversion import rgb_seen
 
 RADIUS_M, VOXELS = 0.04, 48
 K = (500.0, 495.0, 159.5, 119.5)

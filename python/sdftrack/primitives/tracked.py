@@ -15,7 +15,7 @@ from sdftrack.primitives.shape import FreeSize, Primitive
 from sdftrack.results import Status, TrackResult
 
 if TYPE_CHECKING:
-    from sdftrack.tracking import Tracker
+    from sdftrack.tracking.interface import TrackerInterface
 
 __all__ = ["FreeSizes"]
 
@@ -36,6 +36,9 @@ class FreeSizes:
         self._missing: dict[int, Any] = {}  # those not found yet, and where the next frame is to show them
         volumes = [s.placeholder() if isinstance(s, Primitive) else s for s in many]
         self.shapes = volumes if several else volumes[0]
+
+    def __len__(self) -> int:
+        return len(self._free)
 
     def fits(self, count: int) -> list[PrimitiveFit | None]:
         """What is known of each of the `count` shapes."""
@@ -58,28 +61,30 @@ class FreeSizes:
         if k in self._missing:
             self._missing[k] = place
 
-    def start(self, tracker: Tracker, frame: Frame, camera: Camera, places: list[Any]) -> None:
+    def start(self, tracker: TrackerInterface, frame: Frame, camera: Camera, places: list[Any]) -> None:
         """Fit each in its place, which becomes its pose."""
         self._missing = {k: places[k] for k in self._free}
         found = self._found(frame, camera, tracker.threads, dict(self._missing))
+        self.mark_unfound(tracker)
         if not found:
             return
-        shapes = list(tracker.shapes)
+        shapes = tracker.shapes
         for k, fit in found.items():
             shapes[k], places[k] = self._free[k].volume(), fit.T_cam_obj
-        tracker._replace_shapes(shapes, None)
+        tracker.replace_shapes(shapes, np.full((len(shapes), 4, 4), np.nan))
 
     def find(
-        self, tracker: Tracker, frame: Frame, camera: Camera, anywhere: bool
+        self, tracker: TrackerInterface, frame: Frame, camera: Camera, anywhere: bool
     ) -> dict[int, NDArray[np.float64]]:
         """Poses of those not found before this frame; `anywhere`: also of those without a place."""
         places = {k: place for k, place in self._missing.items() if anywhere or place is not None}
         found = self._found(frame, camera, tracker.threads, places)
+        self.mark_unfound(tracker)
         if found:
-            shapes, poses = list(tracker.shapes), tracker._best.copy()
+            shapes, poses = tracker.shapes, tracker.last_poses
             for k, fit in found.items():
                 shapes[k], poses[k] = self._free[k].volume(), fit.T_cam_obj
-            tracker._replace_shapes(shapes, poses)
+            tracker.replace_shapes(shapes, poses)
         return {k: fit.T_cam_obj for k, fit in found.items()}
 
     def _found(
@@ -98,26 +103,20 @@ class FreeSizes:
                 found[k] = fit
         return found
 
-    def confess(self, found: dict[str, Any]) -> None:
-        """Of one not found yet the core follows a stand-in: whatever it says, the object is lost."""
+    def mark_unfound(self, tracker: TrackerInterface) -> None:
+        """Of those not found yet the tracker follows a placeholder, which it reports as lost."""
         for k, free in self._free.items():
-            if free.fit is not None or found["status"][k] == "bad_frame":
-                continue
             kind = free.primitive.kind.replace("auto", "primitive")
-            found["status"][k], found["confidence"][k], found["inliers"][k] = "lost", 0.0, 0.0
-            found["covariances"][k], found["runner_up"][k] = np.nan, np.nan
-            found["reason"][k] = (
-                f"no {kind} found there; give a mask of it, or a frame in which it stands free on the table"
-            )
+            tracker.mark_unfound(k, kind if free.fit is None else "")
 
-    def look(self, tracker: Tracker, frame: Frame, camera: Camera, result: TrackResult) -> None:
+    def look(self, tracker: TrackerInterface, frame: Frame, camera: Camera, result: TrackResult) -> None:
         """After a frame: sizes again, and new volumes where they have changed by more than a voxel."""
-        shapes = list(tracker.shapes)
+        shapes, before = tracker.shapes, tracker.shapes
         for k, free in self._free.items():
             if result.status[k] is not Status.OK:
                 continue
             volume = free.look(frame, camera, np.ascontiguousarray(result.poses[k]), tracker.threads)
             if volume is not None:
                 shapes[k] = volume
-        if any(new is not old for new, old in zip(shapes, tracker.shapes, strict=True)):
-            tracker._replace_shapes(shapes, result.poses)
+        if any(new is not old for new, old in zip(shapes, before, strict=True)):
+            tracker.replace_shapes(shapes, result.poses)

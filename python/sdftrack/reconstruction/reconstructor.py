@@ -30,6 +30,7 @@ from sdftrack.reconstruction.volume import BLOCK, Volume, lattice_for
 from sdftrack.results import Status, TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
+from sdftrack.tracking.interface import TrackerInterface
 
 __all__ = ["Reconstructor"]
 
@@ -220,7 +221,7 @@ class Reconstructor:
         self._reshape(shape.values, np.array(self._volume.core.rgb_seen))
         self._tracker = self._new_tracker()
         self._reshape()
-        self._go_on(tracker._best[0])
+        self._go_on(TrackerInterface(tracker).last_poses[0])
         return tracker
 
     def refine(self, progress: Callable[[float], None] | None = None, rounds: int = ROUNDS) -> Refined:
@@ -236,7 +237,7 @@ class Reconstructor:
         rounds : int
         """
         tracker = self._started("refine")
-        last, newest = tracker._best[0], self._shots[-1]
+        last, newest = TrackerInterface(tracker).last_poses[0], self._shots[-1]
         before = newest.T_cam_obj
         refined = refining.refine(self._shots, tracker, self._size, self._fuse_all, rounds, progress)
         # The last frame need not be among the kept ones; the object frame has moved in it as in the newest of them.
@@ -264,9 +265,8 @@ class Reconstructor:
     def _go_on(self, pose: Pose) -> None:
         """Bring a new tracker, which has the shape, to where the old one stood."""
         assert self._tracker is not None
-        learn_colors(self._tracker, self._shots, self._frame_camera)
+        learn_colors(self._tracker, self._shots, self._frame_camera, self._index)
         self._tracker.set_pose(0, pose)
-        self._tracker._index = self._index
 
     @property
     def _least(self) -> int:
@@ -279,17 +279,17 @@ class Reconstructor:
         core = self._volume.core
         volume = (core.phi if phi is None else phi, core.voxel_m, list(core.origin))
         colors = core.rgb_seen if rgb_seen is None else rgb_seen
-        self._tracker._core.reshape(0, volume, colors[..., 3], self._least, core.surface_boxes, colors)
+        inside = TrackerInterface(self._tracker)
+        inside.replace_shape(0, volume, colors, self._least, core.surface_boxes)
 
     def _add(self, frame: Frame, T: Pose) -> None:
         assert self._tracker is not None
         assert frame.depth is not None
-        core = self._tracker._core
-        x0, y0, x1, y1 = core.region(0, T, self.options.padding_m)
-        region = (x0, y0, x1, y1)
+        inside = TrackerInterface(self._tracker)
+        region = x0, y0, x1, y1 = inside.region(0, T, self.options.padding_m)
         if x1 - x0 < BLOCK or y1 - y0 < BLOCK:
             return
-        foreground, rgb = core.look_at(frame.depth, *self._tracker._colors_of(frame), 0, region)
+        foreground, rgb = inside.pixel_evidence(0, frame, region)
         shot = Shot(self._index, region, cut(frame.depth, region), rgb, foreground, np.array(T))
         self._volume.fuse(shot, frame.depth)
         self._keyframes.add(shot)
@@ -350,7 +350,7 @@ class Reconstructor:
         state = dict(self.__dict__)
         volume, tracker = state.pop("_volume"), state.pop("_tracker")
         if tracker is not None:
-            state["saved"] = volume.lattice, volume.fused, tracker._best[0]
+            state["saved"] = volume.lattice, volume.fused, TrackerInterface(tracker).last_poses[0]
         return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:

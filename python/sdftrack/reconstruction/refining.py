@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sdftrack import _core, metrics
 from sdftrack.reconstruction.shots import Refined, Shot
 from sdftrack.tracking import Tracker
+from sdftrack.tracking.interface import TrackerInterface
 
 __all__ = ["refine"]
 
@@ -55,8 +56,8 @@ def _track_again(shot: Shot, tracker: Tracker, size: tuple[int, int]) -> tuple[f
     tracker.set_pose(0, shot.T_cam_obj)
     color = None if tracker.mode == "depth" else shot.full_color(*size)
     places = None if color is None else _core.ColorMap.aligned(size[1], size[0])
-    found = tracker._core.track(shot.full_depth(*size), None, float("nan"), color, places)
-    if found["status"][0] != "ok":
+    poses, sure = TrackerInterface(tracker).revisit(shot.full_depth(*size), color, places)
+    if not sure[0]:
         return 0.0, 0.0
-    before, shot.T_cam_obj = shot.T_cam_obj, np.array(found["poses"][0])
+    before, shot.T_cam_obj = shot.T_cam_obj, poses[0]
     return metrics.pose_error(shot.T_cam_obj, before)

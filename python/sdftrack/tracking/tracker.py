@@ -25,7 +25,7 @@ from sdftrack.places import Place, one_place, place_list
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.primitives.shape import Primitive
 from sdftrack.primitives.tracked import FreeSizes
-from sdftrack.results import Status, Steps, TrackResult
+from sdftrack.results import Status, TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.tracking.arguments import (
     COLLISIONS,
@@ -37,21 +37,14 @@ from sdftrack.tracking.arguments import (
     pose_covariance,
     shape_list,
 )
-from sdftrack.tracking.outcome import (
-    FOLLOWED,
-    doubt_overlaps,
-    merged,
-    pose_or_nan,
-    twists_between,
-    unknown_poses,
-)
-from sdftrack.tracking.saving import rebuild
-from sdftrack.tracking.to_core import rgb_seen, volume_of
+from sdftrack.tracking.core_conversion import core_frame, rgb_seen, volume_of
+from sdftrack.tracking.interface import TrackerInterface
+from sdftrack.tracking.pickling import followed, rebuild
+from sdftrack.tracking.result_assembly import assembled, modes_of
 
 __all__ = ["Tracker"]
 
 LOG = logging.getLogger("sdftrack")
-STATUS = {s.value: s for s in Status}
 
 
 class Tracker:
@@ -156,15 +149,8 @@ class Tracker:
         self.membership = membership
         self.motion = motion
         self._cuda, self.collision, self._always = cuda, collision, always
-        self._make_core()
-        self._index = -1
         self._last: TrackResult | None = None
-        self._found: dict[str, Any] = {}  # what the core said of it
-        self._best = unknown_poses(len(self.shapes))  # last good poses
         self._lock = threading.Lock()
-
-    def _make_core(self) -> None:
-        """The core's tracker of the shapes as they are, with their colours."""
         self._core = _core.Tracker(
             [volume_of(s) for s in self.shapes],
             self._frame_camera._core,
@@ -175,17 +161,19 @@ class Tracker:
             self._cuda,
             _core.Collision.__members__[COLLISIONS[self.collision]],
         )
+        self._paint_all()
+        self._free_sizes.mark_unfound(TrackerInterface(self))
+
+    def _paint_all(self) -> None:
         self._painted: list[tuple[NDArray[np.uint8], NDArray[np.uint16]]] = []
         for k, shape in enumerate(self.shapes):
             self._paint(k, shape)
 
-    def _replace_shapes(self, shapes: list[SDF], poses: NDArray[np.float64] | None) -> None:
+    def _replace_shapes(self, shapes: list[SDF], poses: NDArray[np.float64]) -> None:
         """Other volumes for the same objects; `poses`: where to go on from."""
+        self._core.replace_shapes([volume_of(s) for s in shapes], np.ascontiguousarray(poses))
         self.shapes = shapes
-        self._make_core()
-        for k, T in enumerate([] if poses is None else poses):
-            if np.isfinite(T).all():
-                self._core.set_pose(k, np.ascontiguousarray(T), None)
+        self._paint_all()
 
     def __repr__(self) -> str:
         return f"Tracker({len(self.shapes)} shape{'s' * (len(self.shapes) != 1)}, {self._frame_camera!r})"
@@ -241,16 +229,16 @@ class Tracker:
                 f"expected one of poses, masks and boxes, got {' and '.join(name for name, _ in given)}"
             )
         camera = self._camera_of(frame)
+        colors = self._colors_of(frame)
         count = len(self.shapes)
         places: list[Place] = [None] * count
         if given:
             places = place_list(*given[0], count, camera)
         with self._alone():
-            self._free_sizes.start(self, frame, camera, places)
-            self._index, self._last = 0, None
-            self._best = np.stack([pose_or_nan(place) for place in places])
+            self._free_sizes.start(TrackerInterface(self), frame, camera, places)
             begin = time.perf_counter()
-            return self._finish(frame, self._run(frame, camera, self._core.start, places), begin)
+            view = self._core_frame(frame, camera, colors)
+            return self._finish(frame, view, self._core.start(view, places, self.names), begin)
 
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
         """Follow the objects into the next frame.
@@ -276,16 +264,18 @@ class Tracker:
             A depth or colour image of another size than the camera says; no colour image with ``mode="rgbd"``. The
             tracker is as it was before.
         """
-        if self._index < 0:
+        if self._core.index < 0:
             raise RuntimeError("track: call start(frame, poses=[...]) first")
         frame = depth if isinstance(depth, Frame) else Frame(depth, color)
         with self._alone():
-            camera = self._camera_of(frame)
-            self._index += 1
+            camera, colors = self._camera_of(frame), self._colors_of(frame)
             begin = time.perf_counter()
-            self._free_sizes.find(self, frame, camera, self.recover_lost)
-            result = self._finish(frame, self._run(frame, camera, self._core.track), begin)
-            self._free_sizes.look(self, frame, camera, result)
+            if self._free_sizes:
+                self._free_sizes.find(TrackerInterface(self), frame, camera, self.recover_lost)
+            view = self._core_frame(frame, camera, colors)
+            result = self._finish(frame, view, self._core.track(view, self.names), begin)
+            if self._free_sizes:
+                self._free_sizes.look(TrackerInterface(self), frame, camera, result)
             return result
 
     def recover(
@@ -319,11 +309,11 @@ class Tracker:
         if self._last is None:
             first = (
                 "track(frame), for the objects are not the last frame's"
-                if self._index >= 0
+                if self._core.index >= 0
                 else "start(frame)"
             )
             raise RuntimeError(f"recover: call {first} first")
-        camera = self._camera_of(frame)
+        camera, colors = self._camera_of(frame), self._colors_of(frame)
         place = one_place(None, mask, box, camera)
         with self._alone():
             last = self._last
@@ -340,10 +330,10 @@ class Tracker:
             begin = time.perf_counter()
             for j in wanted:
                 self._free_sizes.look_at(j, place)
-            placed = self._free_sizes.find(self, frame, camera, anywhere=True)
+            placed = self._free_sizes.find(TrackerInterface(self), frame, camera, anywhere=True)
             places = [placed.get(j, place) for j in wanted]
-            now = self._run(frame, camera, self._core.recover, wanted, places)
-            return self._finish(frame, merged(self._found, now, wanted), begin)
+            view = self._core_frame(frame, camera, colors)
+            return self._finish(frame, view, self._core.recover(view, wanted, places, self.names), begin)
 
     def set_pose(self, k: int, T: ArrayLike, covariance: ArrayLike | None = None) -> None:
         """Replace object k's last pose; it counts as followed again.
@@ -363,8 +353,6 @@ class Tracker:
         with self._alone():
             self._core.set_pose(index, pose, prior)
             self._free_sizes.look_at(index, pose)
-            self._best = self._best.copy()  # results that were handed out keep theirs
-            self._best[index] = pose
 
     def add(
         self,
@@ -393,7 +381,7 @@ class Tracker:
             self.shapes = [*self.shapes, volume]
             self.names = [*self.names, f"object {k}" if name is None else str(name)]
             self.mode_used = [*self.mode_used, "depth"]
-            self._best = np.concatenate([self._best, pose_or_nan(place)[None]])
+            self._free_sizes.mark_unfound(TrackerInterface(self))
             self._last = None
             return k
 
@@ -407,7 +395,6 @@ class Tracker:
             self._free_sizes.remove(index)
             for values in (self.shapes, self.names, self.mode_used):
                 del values[index]
-            self._best = np.delete(self._best, index, axis=0)
             self._last = None
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -436,8 +423,25 @@ class Tracker:
             "collision": self.collision,
         }
         with self._alone():
-            state = (self._index, self._last, self._best, self._free_sizes)
+            state = (self._core.index, self._last, self._core.best, self._free_sizes)
             return rebuild, (self.shapes, self.camera, kwargs, *state)
+
+    def _resume(
+        self, index: int, last: TrackResult | None, best: NDArray[np.float64], free_sizes: FreeSizes | None
+    ) -> None:
+        """Go on with a sequence whose record was kept in a file."""
+        if free_sizes is not None:
+            self._free_sizes = free_sizes
+            free_sizes.mark_unfound(TrackerInterface(self))
+        time_s = float("nan") if last is None or last.timestamp is None else float(last.timestamp)
+        self._core.resume(index, time_s, followed(last), best)
+        self._last = last
+
+    def _interrupt(self, index: int) -> None:
+        """No motion leads from the last frame, which has this number from now on, to the next one."""
+        with self._alone():
+            self._core.interrupt(index)
+            self._last = None
 
     def _alone(self) -> Alone:
         return Alone(self._lock, "tracker")
@@ -449,7 +453,6 @@ class Tracker:
                 f"depth: expected the camera's size {camera.width} x {camera.height}, got "
                 f"{frame.depth.shape[1]} x {frame.depth.shape[0]}; scale the camera with Camera.scaled"
             )
-        self._colors_of(frame)
         return camera
 
     def _colors_of(self, frame: Frame) -> tuple[Any, Any]:
@@ -480,67 +483,36 @@ class Tracker:
         self._painted.append((shape.colors, rgb_seen(shape.colors)))
         self._core.paint(k, self._painted[-1][1])
 
-    def _run(self, frame: Frame, camera: Camera, work: Any, *arguments: Any) -> dict[str, Any]:
+    def _core_frame(self, frame: Frame, camera: Camera, colors: tuple[Any, Any]) -> _core.TrackerFrame:
         if camera is not self._frame_camera and camera != self._frame_camera:
             self._core.set_camera(camera._core)
             self._frame_camera = camera
-        depth, why = frame.depth, ""
-        if depth is None:  # an empty image: the core keeps what it knows
-            depth, why = (
-                np.zeros((camera.height, camera.width), np.float32),
-                frame.error or "the frame has no depth image",
-            )
-        mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
-        time_s = float("nan") if frame.timestamp is None else float(frame.timestamp)
-        found: dict[str, Any] = work(depth, mask, time_s, *arguments, *self._colors_of(frame))
-        if why:
-            found["reason"] = [why] * len(found["reason"])
-        return found
+        return core_frame(frame, *colors)
 
-    def _membership(self, frame: Frame) -> tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]:
+    def _membership(
+        self, frame: Frame, view: _core.TrackerFrame
+    ) -> tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]:
         if not self.membership or frame.depth is None:
             return None, None
-        weights, foreground = self._core.membership(frame.depth, *self._colors_of(frame))
+        weights, foreground = self._core.membership(view)
         return weights, None if np.isnan(foreground).all() else foreground
 
-    def _note_modes(self, found: dict[str, Any]) -> None:
-        now = ["rgbd" if used else "depth" for used in found["color_used"]]
-        if now == self.mode_used:
-            return
+    def _note_modes(self, index: int, now: list[str]) -> None:
         for name, before, used in zip(self.names, self.mode_used, now, strict=True):
             if used != before:
-                LOG.info("frame %d: %s is tracked by %s", self._index, name, used)
+                LOG.info("frame %d: %s is tracked by %s", index, name, used)
         self.mode_used = now
 
-    def _finish(self, frame: Frame, found: dict[str, Any], begin: float) -> TrackResult:
-        self._free_sizes.confess(found)
-        doubt_overlaps(found, self._core, self.names)
-        self._note_modes(found)
-        status = [STATUS[s] for s in found["status"]]
-        poses = found["poses"]
-        for k, s in enumerate(status):
-            if s not in FOLLOWED:
-                poses[k] = self._best[k]
-        steps = [Steps(trials) for trials in found["steps"]]
-        weights, foreground = self._membership(frame)
-        result = TrackResult(
-            poses=poses,
-            status=status,
-            reason=found["reason"],
-            confidence=found["confidence"],
-            covariances=found["covariances"],
-            twists=twists_between(self._last, self._best, poses, status, frame.timestamp),
-            inliers=found["inliers"],
-            runner_up=found["runner_up"],
-            energy=float(found["energy"].mean()),
-            iterations=sum(map(len, steps)),
-            steps=steps,
+    def _finish(
+        self, frame: Frame, view: _core.TrackerFrame, found: dict[str, Any], begin: float
+    ) -> TrackResult:
+        self._note_modes(found["index"], modes_of(found))
+        weights, foreground = self._membership(frame, view)
+        self._last = assembled(
+            found,
             seconds=time.perf_counter() - begin,
             timestamp=frame.timestamp,
-            index=self._index,
             membership=weights,
             foreground=foreground,
         )
-        self._best = poses
-        self._last, self._found = result, found
-        return result
+        return self._last

@@ -9,19 +9,19 @@
 
 namespace sdftrack {
 
-using Others = std::vector<SingleObject<float>>;
+using Neighbors = std::vector<SingleObject<float>>;
 
 inline SingleObject<float> field_of(const Shape& shape, const Rigidd& T_cam_obj) {
   return {shape.sdf, inverse(T_cam_obj).cast<float>()};
 }
 
 // Whether a point lies this near to the surface of one of them.
-bool on_one_of(const Others& others, Vec3d p_cam, double tolerance_m);
+bool on_one_of(const Neighbors& others, Vec3d p_cam, double tolerance_m);
 // How deep the deepest of a shape's points stands in one of them; 0: outside all.
-double depth_in(const Others& others, const Shape& shape, const Rigidd& T_cam_obj);
+double depth_in(const Neighbors& others, const Shape& shape, const Rigidd& T_cam_obj);
 // Whether its middle lies deep in another: they are in one place.
 bool middle_in(const SingleObject<float>& other, const Shape& shape, const Rigidd& T_cam_obj);
 // Whether it stands deeper in one than errors of the poses explain.
-bool stands_in(const Others& others, const Shape& shape, const Rigidd& T_cam_obj);
+bool stands_in(const Neighbors& others, const Shape& shape, const Rigidd& T_cam_obj);
 
 }  // namespace sdftrack

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Whose each pixel is, softly (thesis Eq. 5.21): for those who want to see it, or to cut objects out of an
-// image.
+#include "tracking/several/membership.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "tracking/tracker.h"
 
 namespace sdftrack {
 
@@ -36,29 +34,30 @@ void share_out(const std::vector<float>& phi_m, float sharpness_per_m, float* sh
 
 }  // namespace
 
-void Tracker::find_membership(const DepthFrame& frame, float* membership, float* foreground) {
-  const std::size_t count = objects_.size();
-  const auto pixels = static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
-  std::fill_n(membership, pixels * count, 0.0f);
-  std::fill_n(foreground, pixels, std::numeric_limits<float>::quiet_NaN());
+void Membership::find(const FrameContext& context, const std::vector<TrackedObject>& objects,
+                      float* membership, float* foreground) {
+  const std::size_t count = objects.size();
+  const Camera& camera = context.camera();
+  std::fill_n(membership, context.pixels() * count, 0.0f);
+  std::fill_n(foreground, context.pixels(), std::numeric_limits<float>::quiet_NaN());
   std::vector<SingleObject<float>> fields;
   std::vector<Rect> boxes;
   Rect all{0, 0, 0, 0};
   float voxel_m = std::numeric_limits<float>::max();
-  for (const Object& object : objects_) {
+  for (const TrackedObject& object : objects) {
     fields.push_back(field_of(*object.shape, object.T_cam_obj));
-    boxes.push_back(object.followed() ? projected_box(camera_, *object.shape, object.T_cam_obj, kNear_m)
+    boxes.push_back(object.followed() ? projected_box(camera, *object.shape, object.T_cam_obj, kNear_m)
                                       : Rect{0, 0, 0, 0});
     all = united(all, boxes.back());
     voxel_m = std::min(voxel_m, object.shape->sdf.voxel_m);
   }
   const float sharpness_per_m = static_cast<float>(options_.coarse_union_sharpness) / voxel_m;
-  const Intrinsics<float> K = camera_.K.cast<float>();
-  const IdealPixel ideal{frame, K, camera_.width};
+  const Intrinsics<float> K = camera.K.cast<float>();
+  const IdealPixel ideal{context.frame(), K, camera.width};
   std::vector<float> phi_m(count);
   for (int y = all.y0; y < all.y1; ++y)
     for (int x = all.x0; x < all.x1; ++x) {
-      const float z = frame.depth_m(x, y);
+      const float z = context.frame().depth_m(x, y);
       if (!(z > 0)) continue;
       const Vec2f u = ideal(x, y);
       for (std::size_t k = 0; k < count; ++k) {
@@ -69,39 +68,41 @@ void Tracker::find_membership(const DepthFrame& frame, float* membership, float*
         fields[k].value(z * ray(K, u.x, u.y), &phi_m[k], &unused);
       }
       const auto at =
-          static_cast<std::size_t>(y) * static_cast<std::size_t>(camera_.width) + static_cast<std::size_t>(x);
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x);
       share_out(phi_m, sharpness_per_m, membership + at * count);
     }
-  for (std::size_t k = 0; k < count; ++k) read_foreground(frame, static_cast<int>(k), boxes[k], foreground);
+  for (std::size_t k = 0; k < count; ++k) add_foreground(context, objects[k], boxes[k], foreground);
 }
 
-// P_f around one object by its colours; where several are asked, the larger.
-void Tracker::read_foreground(const DepthFrame& frame, int k, const Rect& box, float* foreground) {
-  find_foreground(frame, k, box, &foreground_);
+// Where several are asked, the larger.
+void Membership::add_foreground(const FrameContext& context, const TrackedObject& object, const Rect& box,
+                                float* foreground) {
+  find_foreground(context, object, box, &foreground_);
   const float* own = foreground_.data();
   for (int y = box.y0; y < box.y1; ++y)
     for (int x = box.x0; x < box.x1; ++x, ++own) {
-      float& to = foreground[y * camera_.width + x];
+      float& to = foreground[y * context.camera().width + x];
       if (!std::isnan(*own)) to = std::isnan(to) ? *own : std::max(to, *own);
     }
 }
 
-void Tracker::find_foreground(const DepthFrame& frame, int k, const Rect& box,
-                              std::vector<float>* foreground) {
-  const Object& object = objects_.at(static_cast<std::size_t>(k));
+void Membership::find_foreground(const FrameContext& context, const TrackedObject& object, const Rect& box,
+                                 std::vector<float>* foreground) {
+  const DepthFrame& frame = context.frame();
+  const Camera& camera = context.camera();
   const auto width = static_cast<std::size_t>(std::max(0, box.x1 - box.x0));
   foreground->assign(width * static_cast<std::size_t>(std::max(0, box.y1 - box.y0)),
                      std::numeric_limits<float>::quiet_NaN());
-  const ColorModel* const colors = colors_of(frame, object);
+  const ColorModel* const colors = context.colors_of(object);
   if (!colors || foreground->empty()) return;
-  color_reader_.open(frame, camera_, box, depth_range(*object.shape, object.T_cam_obj, options_.padding_m));
-  const IdealPixel ideal{frame, camera_.K.cast<float>(), camera_.width};
+  color_reader_.open(frame, camera, box, depth_range(*object.shape, object.T_cam_obj, options_.padding_m));
+  const IdealPixel ideal{frame, camera.K.cast<float>(), camera.width};
   float* to = foreground->data();
   for (int y = box.y0; y < box.y1; ++y)
     for (int x = box.x0; x < box.x1; ++x, ++to) {
       const float z = frame.depth_m(x, y);
       if (!(z > 0)) continue;
-      const int bin = color_reader_.bin(y * camera_.width + x, ideal(x, y), z);
+      const int bin = color_reader_.bin(y * camera.width + x, ideal(x, y), z);
       if (bin >= 0) *to = colors->posterior()[static_cast<std::size_t>(bin)];
     }
 }

@@ -1,14 +1,25 @@
 # SPDX-License-Identifier: MIT
-"""What the core wants to have: volumes and colours."""
+"""Frames, volumes and colours in the form that the core takes."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack import _core
+from sdftrack.frame import Frame
 from sdftrack.sdf import SDF
 
-__all__ = ["rgb_seen", "volume_of"]
+__all__ = ["core_frame", "rgb_seen", "volume_of"]
+
+
+def core_frame(frame: Frame, color: NDArray[np.uint8] | None, color_map: Any) -> _core.TrackerFrame:
+    """A frame with the colour image that is to be used, if any, and where its pixels lie."""
+    mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
+    time_s = float("nan") if frame.timestamp is None else float(frame.timestamp)
+    return _core.TrackerFrame(frame.depth, mask, color, color_map, time_s, frame.error or "")
 
 
 def volume_of(shape: SDF) -> tuple[NDArray[np.float32], float, list[float]]:

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "tracking/others.h"
+#include "tracking/neighbors.h"
 
 #include <algorithm>
 
 namespace sdftrack {
 
-bool on_one_of(const Others& others, Vec3d p_cam, double tolerance_m) {
+bool on_one_of(const Neighbors& others, Vec3d p_cam, double tolerance_m) {
   for (const SingleObject<float>& other : others) {
     float phi;
     Vec3f unused;
@@ -15,7 +15,7 @@ bool on_one_of(const Others& others, Vec3d p_cam, double tolerance_m) {
   return false;
 }
 
-double depth_in(const Others& others, const Shape& shape, const Rigidd& T_cam_obj) {
+double depth_in(const Neighbors& others, const Shape& shape, const Rigidd& T_cam_obj) {
   float deepest = 0;
   const Rigidf T = T_cam_obj.cast<float>();
   for (const SingleObject<float>& other : others)
@@ -36,7 +36,7 @@ bool middle_in(const SingleObject<float>& other, const Shape& shape, const Rigid
   return phi < -kMost * shape.depth_m;
 }
 
-bool stands_in(const Others& others, const Shape& shape, const Rigidd& T_cam_obj) {
+bool stands_in(const Neighbors& others, const Shape& shape, const Rigidd& T_cam_obj) {
   constexpr double kMost = 0.3;  // of the thinnest extent
   const Vec3d& h = shape.half_box_m;
   return std::any_of(others.begin(), others.end(),

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.results import TrackResult
+from sdftrack.results import Status, TrackResult
 from sdftrack.sdf import SDF
 
 if TYPE_CHECKING:
     from sdftrack.primitives.tracked import FreeSizes
     from sdftrack.tracking.tracker import Tracker
 
-__all__ = ["rebuild"]
+__all__ = ["followed", "rebuild"]
 
 
 def rebuild(
@@ -35,10 +35,10 @@ def rebuild(
     from sdftrack.tracking.tracker import Tracker
 
     tracker = Tracker(shapes, camera, **kwargs)
-    if free_sizes is not None:
-        tracker._free_sizes = free_sizes
-    tracker._index, tracker._last, tracker._best = index, last, best
-    for k, T in enumerate(best):
-        if np.isfinite(T).all():
-            tracker._core.set_pose(k, np.ascontiguousarray(T), None)
+    tracker._resume(index, last, np.ascontiguousarray(best), free_sizes)
     return tracker
+
+
+def followed(result: TrackResult | None) -> list[bool]:
+    """Who had a pose in a frame; empty where there was none."""
+    return [] if result is None else [s in (Status.OK, Status.WEAK) for s in result.status]

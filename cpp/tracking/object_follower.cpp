@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/object_follower.h"
+
+#include <cmath>
+#include <utility>
+
+namespace sdftrack {
+
+namespace {
+
+constexpr double kProof = 0.9;  // evidence by which what a search has found proves to be the object
+constexpr double kSlow = 0.02, kFast = 0.3;                    // how fast the usual values follow
+constexpr int kColorBudget = 1500, kFirstColorBudget = 20000;  // pixels visited for the histograms
+
+}  // namespace
+
+ObjectFollower::ObjectFollower(const TrackerOptions& options, const TrackerSettings& settings)
+    : options_(options),
+      settings_(settings),
+      device_(settings.cuda ? std::make_unique<CudaWork>() : nullptr),
+      fitter_(options, settings.threads, device_.get()),
+      finder_(options, settings.threads) {}
+
+ObjectResult ObjectFollower::follow(FrameContext* context, TrackedObject* object) {
+  const bool crowd = object->lost_frames > 0 && context->has_several();
+  const DepthFrame left =
+      crowd ? context->unclaimed(context->frame(), context->claimed_by_others(*object)) : context->frame();
+  const Neighbors* const neighbors = crowd ? &context->neighbors_of(*object) : nullptr;
+  const Rigidd expected = expected_pose(*object, left.time_s);
+  std::optional<Fitted> best = fit_further(
+      context, left, *object, expected, neighbors,
+      fit(*context, left, target_of(*context, *object, expected, neighbors), narrow_attempt(expected)));
+  if (best && crowd && stands_in(*neighbors, *object->shape, best->T_cam_obj)) best.reset();
+  object->prior.reset();
+  if (!best) return result_without_pose(*object, {ReasonCode::kFewReadings}, Status::kLost);
+  const Trust trust = judge(*best, options_, object->prior_log_odds);
+  return accept(std::move(*best), trust, left.time_s, object);
+}
+
+Rigidd ObjectFollower::expected_pose(const TrackedObject& object, double time_s) const {
+  const bool moves = settings_.motion == MotionModel::kConstantVelocity || object.weak;
+  return moves ? object.motion.predict(object.T_cam_obj, time_s) : object.T_cam_obj;
+}
+
+FitTarget ObjectFollower::target_of(const FrameContext& context, const TrackedObject& object,
+                                    const Rigidd& expected, const Neighbors* neighbors) const {
+  const Matrix6d weak = PosePrior::isotropic(options_.motion_sigma_m, options_.motion_sigma_rad);
+  return {
+      *object.shape, expected, object.prior ? *object.prior : weak, object.memory, context.colors_of(object),
+      neighbors};
+}
+
+std::optional<Fitted> ObjectFollower::look(const DepthFrame& frame, const Camera& camera, const Shape& shape,
+                                           const Rigidd& T_cam_obj) {
+  return fitter_.look(frame, camera, {shape, centred(T_cam_obj, shape), Matrix6d::Zero(), {}});
+}
+
+std::optional<Found> ObjectFollower::search(FrameContext* context, const DepthFrame& frame,
+                                            const TrackedObject& object, SearchQuery query,
+                                            double prior_log_odds) {
+  query.plane = context->plane();
+  query.taken = context->claimed_by_others(object);
+  query.others = &context->neighbors_of(object);
+  return finder_.find(context->unclaimed(frame, query.taken), context->camera(), *object.shape, object.memory,
+                      context->colors_of(object), query, prior_log_odds, &fitter_);
+}
+
+ObjectResult ObjectFollower::accept(Fitted fitted, const Trust& trust, double time_s,
+                                    TrackedObject* object) const {
+  ObjectResult result;
+  if (trust.status == Status::kLost) {
+    result = result_without_pose(*object, trust.reason, Status::kLost);
+    result.trust.inliers = trust.inliers;
+  } else {
+    keep(fitted, trust, time_s, object);
+    result.T_cam_obj = uncentred(fitted.T_cam_obj, *object->shape);
+    result.covariance = fitted.covariance;
+    result.trust = trust;
+    result.runner_up = kUnknown;
+  }
+  result.cost = fitted.cost;
+  result.foreground = fitted.foreground;
+  result.steps = std::move(fitted.steps);
+  return result;
+}
+
+void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_s,
+                          TrackedObject* object) const {
+  object->T_cam_obj = fitted.T_cam_obj;
+  object->memory = fitted.memory;
+  object->hidden_frames = 0;
+  object->weak = trust.status != Status::kOk;
+  if (!object->weak && trust.evidence >= kProof) object->prior_log_odds = 0;
+  if (object->weak)
+    object->motion.pass();
+  else
+    object->motion.observe(fitted.T_cam_obj, time_s);
+  // What further attempts could not better is the state of things: an object that a hand covers is not
+  // searched for in every frame.
+  const double share = agreeing_share(fitted.seen);
+  const bool first = !(object->usual_share > 0);
+  const double rate = first ? 1 : convincing(fitted, *object, options_) ? kSlow : kFast;
+  object->usual_share += rate * (share - object->usual_share);
+  object->usual_cost += rate * (fitted.cost - object->usual_cost);
+}
+
+// Only from a pose that is sure: from another it would learn the colours of what hides the object, or of what
+// was taken for it, and these would speak for that pose from then on.
+void ObjectFollower::learn_colors(FrameContext* context, TrackedObject* object) {
+  if (!context->frame().color || object->prior_log_odds < 0) return;
+  const int budget = object->colors.known() ? kColorBudget : kFirstColorBudget;
+  count_colors(context->frame(), context->camera(), *object->shape, object->T_cam_obj, options_.padding_m,
+               budget, object->colors, &color_reader_, &color_counts_, context->neighbors_of(*object));
+  object->colors.update(color_counts_, options_.color_object_rate, options_.color_background_rate);
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// One object from its last pose to the next: the attempts of a fit, what is said of them, what is kept of
+// them.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "energies/cuda_work.h"
+#include "tracking/finder.h"
+#include "tracking/frame_context.h"
+#include "tracking/result.h"
+
+namespace sdftrack {
+
+struct TrackerSettings {
+  int threads = 1;
+  bool recover = true;  // search for lost objects in every frame
+  bool cuda = false;    // large sums on the GPU
+  Collision collision = Collision::kContact;
+  MotionModel motion = MotionModel::kStatic;
+};
+
+class ObjectFollower {
+ public:
+  ObjectFollower(const TrackerOptions& options, const TrackerSettings& settings);
+
+  // The object fitted alone from where it is expected. The object takes over what it is found to be.
+  ObjectResult follow(FrameContext* context, TrackedObject* object);
+  // A fit that is judged already: the object takes it over unless it is lost.
+  ObjectResult accept(Fitted fitted, const Trust& trust, double time_s, TrackedObject* object) const;
+  // The object's colours, and those around it, at its pose in this frame.
+  void learn_colors(FrameContext* context, TrackedObject* object);
+  // A pose as it is: nothing is fitted or remembered. None where too few readings are near.
+  std::optional<Fitted> look(const DepthFrame& frame, const Camera& camera, const Shape& shape,
+                             const Rigidd& T_cam_obj);
+
+  // What other parts build on
+  Rigidd expected_pose(const TrackedObject& object, double time_s) const;
+  // neighbors: of this object; nullptr: it is fitted as if alone.
+  FitTarget target_of(const FrameContext& context, const TrackedObject& object, const Rigidd& expected,
+                      const Neighbors* neighbors) const;
+  // Further attempts (fit_retries.cpp) while `best` does not look as the object used to.
+  std::optional<Fitted> fit_further(FrameContext* context, const DepthFrame& frame,
+                                    const TrackedObject& object, const Rigidd& expected,
+                                    const Neighbors* neighbors, std::optional<Fitted> best);
+  // What a search finds in those readings of `frame` that no other object explains.
+  std::optional<Found> search(FrameContext* context, const DepthFrame& frame, const TrackedObject& object,
+                              SearchQuery query, double prior_log_odds);
+  // Records of trials go round: given back, and taken by the next fit.
+  std::vector<TrackStep> spare_steps() { return fitter_.spare_steps(); }
+  void give_back(std::vector<TrackStep>&& steps) { fitter_.give_back(std::move(steps)); }
+
+ private:
+  std::optional<Fitted> fit(const FrameContext& context, const DepthFrame& frame, const FitTarget& target,
+                            const Attempt& attempt);
+  Fitted polished(const FrameContext& context, const DepthFrame& frame, const TrackedObject& object,
+                  const Neighbors* neighbors, const Fitted& wide);
+  Attempt narrow_attempt(const Rigidd& T_cam_obj) const;
+  Attempt wide_attempt(const TrackedObject& object, const Rigidd& expected, double time_s) const;
+  void keep(const Fitted& fitted, const Trust& trust, double time_s, TrackedObject* object) const;
+
+  TrackerOptions options_;
+  TrackerSettings settings_;
+  std::unique_ptr<CudaWork> device_;  // nullptr without
+  PoseFitter fitter_;
+  ObjectFinder finder_;
+  ColorReader color_reader_;
+  ColorCounts color_counts_;
+};
+
+}  // namespace sdftrack

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "base/rigid.h"
+#include "tracking/region.h"
+
+namespace sdftrack {
+
+// Where an object is at a start: at a pose, else within a mask, else within a box, else anywhere.
+struct PoseHint {
+  std::optional<Rigidd> T_cam_obj;  // of the caller's object frame
+  std::vector<unsigned char> mask;  // H * W, 0: not the object; empty: none
+  std::optional<Rect> box;          // of depth pixels
+};
+
+}  // namespace sdftrack

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// What a tracker answers about a frame.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <vector>
+
+#include "tracking/tracked_object.h"
+
+namespace sdftrack {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+// (v, w) about the object's origin, camera axes, m/s and rad/s.
+using Twist = std::array<double, 6>;
+
+struct ObjectResult {
+  Rigidd T_cam_obj;     // of the caller's object frame; the last good one when lost, NaN before the first
+  Matrix6d covariance;  // NaN when lost
+  Trust trust;
+  Twist twist{kUnknown, kUnknown, kUnknown, kUnknown, kUnknown, kUnknown};
+  double cost = 0;       // mean per pixel of the last stage
+  double runner_up = 0;  // after a search: score of the best other pose over this one's; NaN: no search
+  std::vector<TrackStep> steps;
+  bool color_used = false;
+  double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
+};
+
+struct FrameResult {
+  std::vector<ObjectResult> objects;
+  int index = -1;            // of the frame since the start (0)
+  double time_s = kUnknown;  // of the frame
+};
+
+inline bool is_followed(Status status) { return status == Status::kOk || status == Status::kWeak; }
+
+// Of an object whose pose this frame does not show.
+ObjectResult result_without_pose(const TrackedObject& object, Reason reason, Status status);
+
+}  // namespace sdftrack

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/tracked_object.h"
+
+namespace sdftrack {
+
+namespace {
+
+constexpr double kOfUsual = 0.85;   // an agreeing share this far below the usual one is not convincing,
+constexpr double kOverUsual = 1.4;  // nor is a mean cost this far above the usual one
+
+}  // namespace
+
+bool convincing(const Fitted& fitted, const TrackedObject& object, const TrackerOptions& options) {
+  const Visibility& seen = fitted.seen;
+  if (object.usual_share > 0)
+    return agreeing_share(seen) >= kOfUsual * object.usual_share &&
+           fitted.cost <= kOverUsual * object.usual_cost;
+  return seen.agree >= options.retry_inliers * (seen.agree + seen.farther) && seen.agree > 0;
+}
+
+}  // namespace sdftrack

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+// How far a pose may be trusted, and why: codes that decisions read, and the sentences that people read.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace sdftrack {
+
+enum class Status { kOk, kWeak, kLost, kBadFrame };
+
+enum class ReasonCode {
+  kNone,
+  // The frame
+  kNoDepthImage,
+  kUnreadable,  // text: what its reader says
+  kNoReading,
+  // What the frame says of a pose
+  kFewReadings,
+  kLittleVisible,  // percent
+  kHidden,         // percent
+  kSeenPast,       // percent
+  kWrongColors,
+  kRunsOn,
+  kMissingReadings,
+  kPoorFit,
+  kOpenPosition,
+  // A search
+  kAmbiguous,
+  kNothingFound,
+  kNoReadingInMask,
+  kFoundAgain,
+  kNotConfirmed,
+  kPrimitiveNotFound,  // text: its kind
+  // Several objects
+  kSamePlace,  // object: which one is tracked there; this one is given up
+  kOverlaps,   // object: the other one, by its name; both are doubted
+  kPlacedByNeighbors,
+  kMaybeExchanged,  // object
+  kCount
+};
+
+// A code with its arguments.
+struct Reason {
+  ReasonCode code = ReasonCode::kNone;
+  int percent = 0;
+  int object = -1;
+  std::string text = {};
+
+  bool empty() const { return code == ReasonCode::kNone; }
+};
+
+inline Reason reason_with_percent(ReasonCode code, int percent) { return {code, percent, -1, {}}; }
+inline Reason reason_about(ReasonCode code, int object) { return {code, 0, object, {}}; }
+
+// Empty, or one sentence. names: of the tracker's objects; without one "object 0", "object 1", ...
+std::string sentence(const Reason& reason, const std::vector<std::string>& names = {});
+
+}  // namespace sdftrack

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: MIT
+"""A `TrackResult` of what the core answers about a frame: arrays and lists with an entry per object."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.results import Status, Steps, TrackResult
+
+__all__ = ["assembled", "modes_of"]
+
+STATUS = {s.value: s for s in Status}
+
+
+def assembled(
+    found: dict[str, Any],
+    *,
+    seconds: float,
+    timestamp: float | None,
+    membership: NDArray[np.float32] | None,
+    foreground: NDArray[np.float32] | None,
+) -> TrackResult:
+    """Wrap up `found`; all that is decided about a frame is decided in the core."""
+    steps = [Steps(trials) for trials in found["steps"]]
+    return TrackResult(
+        poses=found["poses"],
+        status=[STATUS[s] for s in found["status"]],
+        reason=found["reason"],
+        confidence=found["confidence"],
+        covariances=found["covariances"],
+        twists=found["twists"],
+        inliers=found["inliers"],
+        runner_up=found["runner_up"],
+        energy=float(found["energy"].mean()),
+        iterations=sum(map(len, steps)),
+        steps=steps,
+        seconds=seconds,
+        timestamp=timestamp,
+        index=found["index"],
+        membership=membership,
+        foreground=foreground,
+    )
+
+
+def modes_of(found: dict[str, Any]) -> list[str]:
+    """What each object was tracked by, as ``mode_used`` says it."""
+    return ["rgbd" if used else "depth" for used in found["color_used"]]
