@@ -23,12 +23,17 @@ constexpr std::uint32_t joined_of(std::uint64_t ticket) {
 constexpr std::uint64_t kClosed = 0xffffff;  // a next chunk that no loop has
 constexpr std::uint64_t kOneChunk = 1, kOneHelper = 1u << 24, kOneGeneration = std::uint64_t{1} << 32;
 
+thread_local int own_number = 0;
+
 }  // namespace
+
+int ThreadPool::thread_number() { return own_number; }
 
 ThreadPool::ThreadPool(int workers) {
   threads_.reserve(static_cast<std::size_t>(std::clamp(workers, 0, kMaxHelpers)));
   try {
-    while (threads_.size() < threads_.capacity()) threads_.emplace_back([this] { work(); });
+    while (threads_.size() < threads_.capacity())
+      threads_.emplace_back([this, number = static_cast<int>(threads_.size()) + 1] { work(number); });
   } catch (const std::exception&) {
     // The system lends no more threads or no memory for them: the callers do without.
   }
@@ -152,7 +157,8 @@ bool ThreadPool::help_anywhere() {
   return any;
 }
 
-void ThreadPool::work() {
+void ThreadPool::work(int number) {
+  own_number = number;
   while (!stopped_.load(std::memory_order_relaxed)) {
     for (int look = 0; look < kLooks; ++look) {
       if (help_anywhere()) look = 0;

@@ -40,6 +40,8 @@ class ThreadPool {
   ThreadPool& operator=(const ThreadPool&) = delete;
 
   int workers() const { return static_cast<int>(threads_.size()); }
+  // 1, 2, ... on the threads of a pool, 0 on all others: whose caches hold what, from loop to loop.
+  static int thread_number();
   // body(0) to body(chunks - 1), by the caller and at most `helpers` of the threads.
   void run(std::size_t chunks, int helpers, const ChunkBody& body);
 
@@ -65,7 +67,7 @@ class ThreadPool {
   static void run_chunk(Slot* slot, const ChunkBody& body, std::uint32_t chunk, std::uint32_t chunks);
   static void close(Slot* slot, std::uint32_t chunks);
   bool help_anywhere();
-  void work();
+  void work(int number);
 
   std::array<Slot, kSlots> slots_;
   std::atomic<std::uint32_t> offers_{

@@ -40,14 +40,15 @@ class Phases {
   static int part_of(int all, int part, int parts) {
     return static_cast<int>(static_cast<std::int64_t>(all) * part / parts);
   }
-  // Whoever comes first takes the first part, the caller as a rule, so that a thread mostly sees the rows
-  // that it has seen before; then what others have left, which is all of theirs where nobody else came.
+  // A thread's own part first, whose rows its caches hold from the phases before; then what others have left,
+  // which is all of theirs where nobody else came.
   template <class Work>
   void hand_out(int count, const Work& work) {
     for (Counter& next : next_) next.value.store(0, std::memory_order_relaxed);
-    parallel_for(static_cast<std::size_t>(threads_), threads_, [&](std::size_t self) {
+    parallel_for(static_cast<std::size_t>(threads_), threads_, [&](std::size_t) {
+      const int self = ThreadPool::thread_number();
       for (int other = 0; other < threads_; ++other) {
-        const int part = (static_cast<int>(self) + other) % threads_, begin = part_of(count, part, threads_),
+        const int part = (self + other) % threads_, begin = part_of(count, part, threads_),
                   end = part_of(count, part + 1, threads_);
         std::atomic<int>& next = next_[static_cast<std::size_t>(part)].value;
         for (int i = begin + next.fetch_add(1, std::memory_order_relaxed); i < end;
