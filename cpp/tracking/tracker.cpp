@@ -170,6 +170,7 @@ ObjectResult Tracker::follow(Object* object) {
 }
 
 std::optional<Fitted> Tracker::look(const DepthFrame& frame, int k, const Rigidd& T_cam_obj) {
+  if (!frame.depth_m.data) return std::nullopt;  // a frame that could not be read
   return follower_.look(frame, camera(), shape(k), T_cam_obj);
 }
 

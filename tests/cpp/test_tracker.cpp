@@ -3,6 +3,7 @@
 // are compared with the same file.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <sstream>
 
@@ -128,6 +129,21 @@ TEST(Tracker, a_frame_outside_of_the_sequence_leaves_its_record) {
   EXPECT_LT(norm(answers[0].T_cam_obj.t - left.t), 5e-4);
   EXPECT_EQ(scene.tracker.last_result().index, 0);
   EXPECT_EQ(norm(scene.tracker.last_good_poses()[0]->t - best.t), 0);
+}
+
+TEST(Tracker, a_frame_that_could_not_be_read_says_nothing_of_a_pose_and_gives_nobody_a_pixel) {
+  Scene scene;
+  Tracker& tracker = scene.tracker;
+  tracker.start(scene.frame(0, {kLeft, kRight}), {{kLeft, {}, {}}, {kRight, {}, {}}});
+  const DepthFrame unreadable = tracker.make_unreadable_frame("torn", 1.0);
+  EXPECT_FALSE(tracker.look(unreadable, 0, kLeft));
+  const auto pixels = static_cast<std::size_t>(scene.camera.width) * scene.camera.height;
+  std::vector<float> membership(2 * pixels, 1.0f), foreground(pixels, 1.0f);
+  tracker.find_membership(unreadable, membership.data(), foreground.data());
+  for (const float share : membership) ASSERT_EQ(share, 0.0f);
+  for (const float chance : foreground) ASSERT_TRUE(std::isnan(chance));
+  for (const ObjectResult& result : tracker.revisit(unreadable))
+    EXPECT_EQ(result.trust.status, Status::kBadFrame);
 }
 
 TEST(Tracker, other_volumes_for_the_same_objects_go_on_from_the_poses_that_are_given) {

@@ -40,6 +40,7 @@ void Membership::find(const FrameContext& context, const std::vector<TrackedObje
   const Camera& camera = context.camera();
   std::fill_n(membership, context.pixels() * count, 0.0f);
   std::fill_n(foreground, context.pixels(), std::numeric_limits<float>::quiet_NaN());
+  if (!context.frame().depth_m.data) return;  // a frame that could not be read
   std::vector<SingleObject<float>> fields;
   std::vector<Rect> boxes;
   Rect all{0, 0, 0, 0};
