@@ -77,7 +77,8 @@ def segmented(_: st.Mesh) -> Case:
 
 
 def command(mesh: st.Mesh) -> Case:
-    folder = Path(tempfile.mkdtemp())
+    kept = tempfile.TemporaryDirectory()
+    folder = Path(kept.name)
     seq = st.synth.sequence(mesh, 60, None, 0.001, seed=1, camera=CAMERA, color=False)
     st.save_sequence(folder / "seq", seq, layout="bop")
     mesh.save(folder / "model.ply")
@@ -86,7 +87,7 @@ def command(mesh: st.Mesh) -> Case:
         line = [sys.executable, "-m", "sdftrack", "track", str(folder / "seq"), "--model", str(folder / "model.ply"),
                 "--init", "gt", "--no-video", "--quiet", "--overwrite", "--threads", str(threads),
                 "--out", str(folder / f"out{threads}")]  # fmt: skip
-        return lambda i: subprocess.run(line, check=True)
+        return lambda i, _kept=kept: subprocess.run(line, check=True)  # the folder lives as long as this does
 
     return case
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import platform
 import sys
 import time
@@ -22,34 +21,24 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # for experiments, which is not installed
 
 import picture_runs
 import shape_runs
 import tracking_runs
 
-HERE = Path(__file__).parent
-KEPT = HERE / "hashes.json"
+from experiments.data import root
+from experiments.record import machine
+
+KEPT = Path(__file__).with_name("hashes.json")
 ROOMS = (tracking_runs, shape_runs, picture_runs)
 PACKAGES = ("numpy", "opencv-python-headless", "scikit-image", "trimesh")
 
 
-def data_folder() -> Path | None:
-    """Recorded data, as the tests find it; None: absent."""
-    given = os.environ.get("SDFTRACK_DATA")
-    folder = Path(given) if given else HERE.parents[1].parent / "shared" / "data"
-    return folder if folder.is_dir() else None
-
-
 def made_with() -> dict[str, str]:
     """What the bits depend on beside the code."""
-    model = platform.processor() or platform.machine()
-    cpuinfo = Path("/proc/cpuinfo")
-    if cpuinfo.is_file():
-        lines = [line for line in cpuinfo.read_text().splitlines() if line.startswith("model name")]
-        model = lines[0].split(":", 1)[1].strip() if lines else model
     return {
-        "processor": model,
+        "processor": machine()["cpu"],
         "python": platform.python_version(),
         **{name: version(name) for name in PACKAGES},
     }
@@ -58,8 +47,8 @@ def made_with() -> dict[str, str]:
 def runs() -> dict[str, Callable[[], dict[str, str]]]:
     """Every run that is possible here, by name."""
     out: dict[str, Callable[[], dict[str, str]]] = {f.__name__: f for room in ROOMS for f in room.SYNTHETIC}
-    data = data_folder()
-    if data is not None:
+    data = root()
+    if data.is_dir():
         for room in ROOMS:
             out.update({f.__name__: (lambda f=f: f(data)) for f in room.RECORDED})
     return out
