@@ -15,6 +15,7 @@
 #include "release_gil.h"
 #include "tracking/color_evidence.h"
 #include "tracking/selection.h"
+#include "tracking/sensor_noise.h"
 #include "tracking/shape.h"
 #include "volume.h"
 
@@ -93,7 +94,7 @@ class FrameEnergy {
   void add_pixels(const DepthFrame& frame, const TrackerOptions& options, std::size_t k) {
     PixelSelection selection;
     PixelSet around;
-    selection.choose(frame, camera_, shapes_[k], inverse(start_.T_obj_cam[k]), options, options.padding_m,
+    selection.choose(frame, camera_, shapes_[k], inverse(start_.T_obj_cam[k]), sensor_noise(options), options.padding_m,
                      nullptr);
     selection.pack(options.max_pixels, &around);
     const std::set<int> known(pixels_.at.begin(), pixels_.at.end());

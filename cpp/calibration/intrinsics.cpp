@@ -16,6 +16,8 @@ namespace sdftrack {
 
 namespace {
 
+// Only its ratios between depths count here, and it is taken as even.
+constexpr SensorNoise kSensorNoise{0.001, 0};
 constexpr int kMostTwinDraws = 1000;
 constexpr int kBalanceRounds = 8;
 constexpr double kBalanced = 0.005;  // log-likelihood that the last step could still gain: 0.1 sd
@@ -75,7 +77,7 @@ IntrinsicsProblem::IntrinsicsProblem(Shape shape, const Lens& lens, const std::v
 int IntrinsicsProblem::add(const DepthFrame& depth, const Rigidd& T_cam_obj) {
   const Rigidd centred{T_cam_obj.R, T_cam_obj * shape_.centre_obj};
   PixelSelection selection;
-  selection.choose(depth, lens_.camera, shape_, centred, TrackerOptions{}, options_.padding_m, nullptr);
+  selection.choose(depth, lens_.camera, shape_, centred, kSensorNoise, options_.padding_m, nullptr);
   PixelSet pixels;
   selection.pack(options_.max_pixels, &pixels);
   LensFrame frame;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tracking/sensor_noise.h"
+
 namespace sdftrack {
 
 namespace {
@@ -27,9 +29,9 @@ bool clear_view(const Visibility& seen) {
 int FitView::open(const DepthFrame& frame, const Camera& camera, const FitTarget& target, double padding_m,
                   const Plane* plane) {
   frame_ = &frame, camera_ = &camera, target_ = &target;
-  stated_noise_m_ = sensor_noise_m(options_, target.expected.t.z);
+  stated_noise_m_ = sensor_noise(options_).at(target.expected.t.z);
   free_grid_.distance_px.clear();
-  selection_.choose(frame, camera, target.shape, target.expected, options_, padding_m, plane);
+  selection_.choose(frame, camera, target.shape, target.expected, sensor_noise(options_), padding_m, plane);
   coarse_.clear(), pixels_.clear();  // of another frame, whose colours may be gone
   if (selection_.count() == 0) return 0;
   if (reads_colors())
@@ -172,7 +174,7 @@ double FitView::correlation_area(const SdfEnergyOptions& options, const State& x
 // doubtful view teaches no noise.
 void FitView::examine(const Neighbors& others, Fitted* fitted) {
   const FitMemory& before = target_->memory;
-  const double stated_m = sensor_noise_m(options_, fitted->T_cam_obj.t.z);
+  const double stated_m = sensor_noise(options_).at(fitted->T_cam_obj.t.z);
   const double local = local_noise_m(pixels_, &floats_) / stated_noise_m_;  // over stated, as the factor
   const double measured = fitted->memory.noise_factor;
   fitted->roughness = local > 0 ? measured / std::max(local, kLeastNoise_m / stated_m) : 1;

@@ -39,10 +39,6 @@ DepthRange depth_range(const Shape& shape, const Rigidd& T_cam_obj, double paddi
   return {T_cam_obj.t.z - reach, T_cam_obj.t.z + reach};
 }
 
-double sensor_noise_m(const TrackerOptions& options, double depth_m) {
-  return options.noise_m + options.noise_per_m * depth_m * depth_m;
-}
-
 namespace {
 
 // Index of the stored pixel at an ideal pixel: where the lens puts its ray. -1 outside the image.

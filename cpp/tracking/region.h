@@ -11,7 +11,6 @@
 #include "base/rigid.h"
 #include "base/views.h"
 #include "energies/distance_transform.h"
-#include "tracking/options.h"
 #include "tracking/shape.h"
 
 namespace sdftrack {
@@ -59,8 +58,12 @@ struct Plane {
   double offset_m;
 };
 
-// Sensor noise (sd, m) at a depth, as the options say.
-double sensor_noise_m(const TrackerOptions& options, double depth_m);
+// Sd of the sensor's depth noise, noise_m + noise_per_m * Z^2.
+struct SensorNoise {
+  double noise_m, noise_per_m;
+
+  double at(double depth_m) const { return noise_m + noise_per_m * depth_m * depth_m; }
+};
 
 // The distance to the nearest pixel that might show the object, on a grid of about 40 x 40 nodes over the
 // region.

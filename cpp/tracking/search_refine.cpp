@@ -6,6 +6,7 @@
 
 #include "base/parallel.h"
 #include "tracking/search_stages.h"
+#include "tracking/sensor_noise.h"
 
 namespace sdftrack {
 
@@ -38,7 +39,7 @@ void near_surface(const SdfView& sdf, const std::vector<SearchRefined>& refined,
 }  // namespace
 
 void Search::judge(Hypothesis* h) const {
-  const double noise_m = sensor_noise_m(options, h->T_cam_obj.t.z);
+  const double noise_m = sensor_noise(options).at(h->T_cam_obj.t.z);
   h->seen = compare_visible_surface(frame, camera, shape, h->T_cam_obj, noise_m, kJudgedPoints);
   h->score = one_place()
                  ? score_of_mask(h->seen, explained_share(shape.sdf, s->dense, h->T_cam_obj, noise_m))

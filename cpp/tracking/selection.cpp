@@ -23,12 +23,12 @@ int within_mask(const unsigned char* mask, int* at, int n) {
 }  // namespace
 
 void PixelSelection::choose(const DepthFrame& frame, const Camera& camera, const Shape& shape,
-                            const Rigidd& T_cam_obj, const TrackerOptions& options, double padding_m,
+                            const Rigidd& T_cam_obj, const SensorNoise& noise, double padding_m,
                             const Plane* plane) {
-  const double reference = sensor_noise_m(options, T_cam_obj.t.z);
+  const double reference = noise.at(T_cam_obj.t.z);
   frame_ = frame, K_ = camera.K.cast<float>(), count_ = 0;
-  noise_ = static_cast<float>(options.noise_m / reference);
-  noise_per_m2_ = static_cast<float>(options.noise_per_m / reference);
+  noise_ = static_cast<float>(noise.noise_m / reference);
+  noise_per_m2_ = static_cast<float>(noise.noise_per_m / reference);
 
   const Rect rect = projected_box(camera, shape, T_cam_obj, padding_m);
   if (rect.empty()) return;

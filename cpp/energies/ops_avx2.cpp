@@ -1,6 +1,0 @@
-// SPDX-License-Identifier: MIT
-#include "base/pack.h"
-
-#define SDFTRACK_SET avx2
-#define SDFTRACK_LANES Pack<8>
-#include "energies/term_loops.h"

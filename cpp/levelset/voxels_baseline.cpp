@@ -1,6 +1,0 @@
-// SPDX-License-Identifier: MIT
-#include "base/lane.h"
-
-#define SDFTRACK_SET baseline
-#define SDFTRACK_LANES float
-#include "levelset/voxel_loops.h"
