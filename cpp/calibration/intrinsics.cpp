@@ -17,7 +17,7 @@ namespace sdftrack {
 namespace {
 
 // Only its ratios between depths count here, and it is taken as even.
-constexpr SensorNoise kSensorNoise{0.001, 0};
+constexpr DepthNoiseLaw kSensorNoise{0.001, 0};
 constexpr int kMostTwinDraws = 1000;
 constexpr int kBalanceRounds = 8;
 constexpr double kBalanced = 0.005;  // log-likelihood that the last step could still gain: 0.1 sd

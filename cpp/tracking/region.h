@@ -59,7 +59,7 @@ struct Plane {
 };
 
 // Sd of the sensor's depth noise, noise_m + noise_per_m * Z^2.
-struct SensorNoise {
+struct DepthNoiseLaw {
   double noise_m, noise_per_m;
 
   double at(double depth_m) const { return noise_m + noise_per_m * depth_m * depth_m; }

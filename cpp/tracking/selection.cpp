@@ -23,7 +23,7 @@ int within_mask(const unsigned char* mask, int* at, int n) {
 }  // namespace
 
 void PixelSelection::choose(const DepthFrame& frame, const Camera& camera, const Shape& shape,
-                            const Rigidd& T_cam_obj, const SensorNoise& noise, double padding_m,
+                            const Rigidd& T_cam_obj, const DepthNoiseLaw& noise, double padding_m,
                             const Plane* plane) {
   const double reference = noise.at(T_cam_obj.t.z);
   frame_ = frame, K_ = camera.K.cast<float>(), count_ = 0;

@@ -14,7 +14,7 @@ class PixelSelection {
   // Pixels whose points lie in the padded box, but for those within 5 mm of the plane, if one is given. The
   // frame's images must live as long as pixels are packed from it.
   void choose(const DepthFrame& frame, const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj,
-              const SensorNoise& noise, double padding_m, const Plane* plane);
+              const DepthNoiseLaw& noise, double padding_m, const Plane* plane);
   int count() const { return count_; }
   // `wanted` of them (all, where there are fewer), evenly spread over the image's order; their noise is
   // relative to that at the object's centre.

@@ -7,7 +7,7 @@
 
 namespace sdftrack {
 
-inline SensorNoise sensor_noise(const TrackerOptions& options) {
+inline DepthNoiseLaw sensor_noise(const TrackerOptions& options) {
   return {options.noise_m, options.noise_per_m};
 }
 
