@@ -5,32 +5,32 @@
 
 #include "appearance/color_model.h"
 #include "release_gil.h"
-#include "tracking/color_evidence.h"
+#include "tracking/trust/color_evidence.h"
 #include "volume.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
-ColorMap projective_from(const py::array& P, const py::array& q, int width, int height) {
+appearance::ColorMap projective_from(const py::array& P, const py::array& q, int width, int height) {
   const double* p = borrow<double>(P, "P", {3, 3});
   const double* o = borrow<double>(q, "q", {3});
-  return projective_map({{p[0], p[1], p[2]}, {p[3], p[4], p[5]}, {p[6], p[7], p[8]}}, {o[0], o[1], o[2]},
-                        width, height);
+  return appearance::projective_map({{p[0], p[1], p[2]}, {p[3], p[4], p[5]}, {p[6], p[7], p[8]}},
+                                    {o[0], o[1], o[2]}, width, height);
 }
 
-py::object find_pixel(const ColorMap& map, float u, float v, float depth_m) {
+py::object find_pixel(const appearance::ColorMap& map, float u, float v, float depth_m) {
   int x, y;
   float depth;
   if (!map.find({u, v}, depth_m, &x, &y, &depth)) return py::none();
   return py::make_tuple(x, y);
 }
 
-ColorCounts counts_from(const py::array& object, const py::array& background) {
-  const float* f = borrow<float>(object, "object", {kColorBins});
-  const float* b = borrow<float>(background, "background", {kColorBins});
-  ColorCounts counts;
-  for (int i = 0; i < kColorBins; ++i) {
+appearance::ColorCounts counts_from(const py::array& object, const py::array& background) {
+  const float* f = borrow<float>(object, "object", {appearance::kColorBins});
+  const float* b = borrow<float>(background, "background", {appearance::kColorBins});
+  appearance::ColorCounts counts;
+  for (int i = 0; i < appearance::kColorBins; ++i) {
     const auto k = static_cast<std::size_t>(i);
     counts.object[k] = f[i], counts.background[k] = b[i];
     counts.object_pixels += static_cast<int>(f[i]), counts.object_weight += static_cast<double>(f[i]);
@@ -39,72 +39,73 @@ ColorCounts counts_from(const py::array& object, const py::array& background) {
   return counts;
 }
 
-py::tuple counts_to(ColorCounts counts) {
-  return py::make_tuple(to_numpy(std::move(counts.object), {kColorBins}),
-                        to_numpy(std::move(counts.background), {kColorBins}));
+py::tuple counts_to(appearance::ColorCounts counts) {
+  return py::make_tuple(to_numpy(std::move(counts.object), {appearance::kColorBins}),
+                        to_numpy(std::move(counts.background), {appearance::kColorBins}));
 }
 
 py::tuple color_counts(const py::array& values, double voxel_m, const std::array<double, 3>& origin,
                        const Camera& camera, const py::array& depth_m, const py::object& mask,
-                       const py::array& color, const ColorMap& map, const py::array& T_cam_obj,
+                       const py::array& color, const appearance::ColorMap& map, const py::array& T_cam_obj,
                        double padding_m, int budget) {
-  const Shape shape = make_shape(volume_view(values, voxel_m, origin), 1, 1);
+  const frame::Shape shape = frame::make_shape(volume_view(values, voxel_m, origin), 1, 1);
   const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
-  const ColorImage image = color_view(color, py::cast(map));
+  const appearance::ColorImage image = color_view(color, py::cast(map));
   const std::vector<float> rays = camera.distorted() ? ray_table(camera) : std::vector<float>{};
-  DepthFrame frame{image_view(depth_m, "depth", camera), mask_view(mask, camera),
-                   rays.empty() ? nullptr : rays.data()};
+  frame::DepthFrame frame{image_view(depth_m, "depth", camera), mask_view(mask, camera),
+                          rays.empty() ? nullptr : rays.data()};
   frame.color = &image;
-  ColorReader reader;
-  ColorCounts counts;
+  tracking::ColorReader reader;
+  appearance::ColorCounts counts;
   {
     const ReleaseGil release;
     if (frame.mask)
-      count_mask_colors(frame, camera, frame.mask, &reader, &counts);
+      tracking::count_mask_colors(frame, camera, frame.mask, &reader, &counts);
     else
-      count_colors(frame, camera, shape, {T.R, T * shape.centre_obj}, padding_m, budget, ColorModel(),
-                   &reader, &counts);
+      tracking::count_colors(frame, camera, shape, {T.R, T * shape.centre_obj}, padding_m, budget,
+                             appearance::ColorModel(), &reader, &counts);
   }
   return counts_to(std::move(counts));
 }
 
 }  // namespace
 
-ColorImage color_view(const py::object& color, const py::object& map) {
+appearance::ColorImage color_view(const py::object& color, const py::object& map) {
   if (color.is_none()) return {};
-  ColorImage image{nullptr, map.cast<ColorMap>()};
+  appearance::ColorImage image{nullptr, map.cast<appearance::ColorMap>()};
   image.rgb = borrow<unsigned char>(color.cast<py::array>(), "color", {image.map.height, image.map.width, 3});
   return image;
 }
 
 void bind_appearance(py::module_& m) {
-  py::class_<ColorMap>(m, "ColorMap", "Depth pixel to colour pixel; see sdftrack.RGBDCamera.")
-      .def_static("aligned", &aligned_map, py::arg("width"), py::arg("height"))
+  py::class_<appearance::ColorMap>(m, "ColorMap", "Depth pixel to colour pixel; see sdftrack.RGBDCamera.")
+      .def_static("aligned", &appearance::aligned_map, py::arg("width"), py::arg("height"))
       .def_static(
           "rigid",
           [](const Camera& depth, const Camera& color, const py::array& T_color_depth) {
-            return rigid_map(depth, color, rigid_from(T_color_depth, "T_color_depth"));
+            return appearance::rigid_map(depth, color, rigid_from(T_color_depth, "T_color_depth"));
           },
           py::arg("depth"), py::arg("color"), py::arg("T_color_depth"))
       .def_static("projective", &projective_from, py::arg("P"), py::arg("q"), py::arg("width"),
                   py::arg("height"))
-      .def_property_readonly("shape",
-                             [](const ColorMap& map) { return py::make_tuple(map.height, map.width); })
+      .def_property_readonly(
+          "shape", [](const appearance::ColorMap& map) { return py::make_tuple(map.height, map.width); })
       .def("find", &find_pixel, py::arg("u_px"), py::arg("v_px"), py::arg("depth_m"),
            "Colour pixel (x, y) of a depth pixel (its lens removed where the rig is rigid), or None.");
-  py::class_<ColorModel>(m, "ColorModel", "Histograms of object and background; see docs/math/color.md.")
+  py::class_<appearance::ColorModel>(m, "ColorModel",
+                                     "Histograms of object and background; see docs/math/color.md.")
       .def(py::init<float>(), py::arg("prior") = 0.7f)
       .def(
           "update",
-          [](ColorModel& self, const py::array& object, const py::array& background, double object_rate,
-             double background_rate) {
+          [](appearance::ColorModel& self, const py::array& object, const py::array& background,
+             double object_rate, double background_rate) {
             self.update(counts_from(object, background), object_rate, background_rate);
           },
           py::arg("object"), py::arg("background"), py::arg("object_rate") = 0.05,
           py::arg("background_rate") = 0.3, "Mix in the counts of one frame, (4096,) float32 each.")
-      .def_property_readonly("known", &ColorModel::known)
-      .def_property_readonly("overlap", &ColorModel::overlap)
-      .def_property_readonly("posterior", [](const ColorModel& self) {
+      .def_property_readonly("known", &appearance::ColorModel::known)
+      .def_property_readonly("overlap", &appearance::ColorModel::overlap)
+      .def_property_readonly("posterior", [](const appearance::ColorModel& self) {
         return to_numpy(std::vector<float>(self.posterior()),
                         {static_cast<py::ssize_t>(self.posterior().size())});
       });
@@ -114,4 +115,4 @@ void bind_appearance(py::module_& m) {
         "Colours on the object and around it, (4096,) float32 each: at the pose, or by the mask if given.");
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

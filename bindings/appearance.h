@@ -4,9 +4,9 @@
 #include "appearance/color_map.h"
 #include "array.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 // Borrows a colour image (H, W, 3) uint8 of the map's size; rgb is nullptr where `color` is None.
-ColorImage color_view(const py::object& color, const py::object& map);
+appearance::ColorImage color_view(const py::object& color, const py::object& map);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

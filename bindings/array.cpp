@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 std::string shape_text(const std::vector<py::ssize_t>& shape) {
   std::string text = "(";
@@ -68,4 +68,4 @@ py::array_t<double> matrix_from(const Rigidd& T) {
   return out;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

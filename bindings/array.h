@@ -13,7 +13,7 @@
 #include "base/camera.h"
 #include "base/rigid.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace py = pybind11;
 
@@ -46,4 +46,4 @@ py::array_t<double> matrix_from(const Rigidd& T);
 void write_matrix(const Rigidd& T, double* m);
 Rigidd read_matrix(const double* m);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

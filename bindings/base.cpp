@@ -7,7 +7,7 @@
 #include "base/camera.h"
 #include "base/parallel.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
@@ -74,4 +74,4 @@ void bind_base(py::module_& m) {
       "4x4 float64, rigid to within 1e-3, projected onto the rotations; ValueError beyond.");
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -5,7 +5,7 @@
 #include "array.h"
 #include "base/isa.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
@@ -47,4 +47,4 @@ void bind_build(py::module_& m) {
   used_isa();  // a wrong name is told at the import, not in the middle of a frame
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 // A thread's turn, from construction to the end of the scope. Take it before anything of the object is read.
 class Busy {
@@ -24,4 +24,4 @@ class Busy {
   std::atomic<bool>* flag_;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

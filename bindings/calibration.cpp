@@ -10,47 +10,49 @@
 #include "release_gil.h"
 #include "volume.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
-Lens lens_from(const Camera& camera, double skew, double depth_scale, double depth_offset_m) {
+calibration::Lens lens_from(const Camera& camera, double skew, double depth_scale, double depth_offset_m) {
   return {camera, skew, depth_scale, depth_offset_m};
 }
 
-std::vector<double> lens_values(const Lens& lens) {
+std::vector<double> lens_values(const calibration::Lens& lens) {
   std::vector<double> out;
-  for (int j = 0; j < kLensUnknowns; ++j) out.push_back(lens.get(static_cast<LensUnknown>(j)));
+  for (int j = 0; j < calibration::kLensUnknowns; ++j)
+    out.push_back(lens.get(static_cast<calibration::LensUnknown>(j)));
   return out;
 }
 
 // The problem with the volume it refers to; one call at a time.
 class Calibration {
  public:
-  Calibration(const std::tuple<py::array, double, std::array<double, 3>>& volume, const Lens& lens,
-              const std::vector<int>& free, const IntrinsicsOptions& options)
+  Calibration(const std::tuple<py::array, double, std::array<double, 3>>& volume,
+              const calibration::Lens& lens, const std::vector<int>& free,
+              const calibration::IntrinsicsOptions& options)
       : values_(std::get<0>(volume)), problem_(shape_of(volume), lens, unknowns(free), options) {}
 
   Busy turn() { return Busy(&busy_, "Calibration"); }
-  IntrinsicsProblem& problem() { return problem_; }
-  const IntrinsicsProblem& problem() const { return problem_; }
+  calibration::IntrinsicsProblem& problem() { return problem_; }
+  const calibration::IntrinsicsProblem& problem() const { return problem_; }
 
  private:
-  static Shape shape_of(const std::tuple<py::array, double, std::array<double, 3>>& volume) {
+  static frame::Shape shape_of(const std::tuple<py::array, double, std::array<double, 3>>& volume) {
     const auto& [values, voxel_m, origin] = volume;
-    return make_shape(volume_view(values, voxel_m, origin), 1, 1);
+    return frame::make_shape(volume_view(values, voxel_m, origin), 1, 1);
   }
-  static std::vector<LensUnknown> unknowns(const std::vector<int>& free) {
-    std::vector<LensUnknown> out;
+  static std::vector<calibration::LensUnknown> unknowns(const std::vector<int>& free) {
+    std::vector<calibration::LensUnknown> out;
     for (const int which : free) {
-      if (which < 0 || which >= kLensUnknowns) throw py::value_error("free: expected 0 to 8");
-      out.push_back(static_cast<LensUnknown>(which));
+      if (which < 0 || which >= calibration::kLensUnknowns) throw py::value_error("free: expected 0 to 8");
+      out.push_back(static_cast<calibration::LensUnknown>(which));
     }
     return out;
   }
 
   py::array values_;
-  IntrinsicsProblem problem_;
+  calibration::IntrinsicsProblem problem_;
   std::atomic<bool> busy_{false};
 };
 
@@ -58,16 +60,16 @@ int add(Calibration& self, const py::array& depth_m, const py::object& mask, con
   const Busy busy = self.turn();
   const Camera& camera = self.problem().lens().camera;
   const std::vector<float> rays = camera.distorted() ? ray_table(camera) : std::vector<float>{};
-  const DepthFrame frame{image_view(depth_m, "depth", camera), mask_view(mask, camera),
-                         rays.empty() ? nullptr : rays.data()};
+  const frame::DepthFrame frame{image_view(depth_m, "depth", camera), mask_view(mask, camera),
+                                rays.empty() ? nullptr : rays.data()};
   return self.problem().add(frame, rigid_from(T_cam_obj, "T_cam_obj"));
 }
 
-py::dict as_dict(const std::vector<FrameEstimate>& frames, int n) {
+py::dict as_dict(const std::vector<calibration::FrameEstimate>& frames, int n) {
   const auto m = static_cast<py::ssize_t>(frames.size());
   std::vector<double> value, information, gradient, scatter, noise;
   std::vector<int> hits, open_shifts;
-  for (const FrameEstimate& f : frames) {
+  for (const calibration::FrameEstimate& f : frames) {
     value.insert(value.end(), f.value.data(), f.value.data() + n);
     information.insert(information.end(), f.information.data(), f.information.data() + n * n);
     gradient.insert(gradient.end(), f.gradient.data(), f.gradient.data() + n);
@@ -88,7 +90,7 @@ py::dict as_dict(const std::vector<FrameEstimate>& frames, int n) {
 template <class Work>
 py::dict estimates(Calibration& self, const Work& work) {
   const Busy busy = self.turn();
-  std::vector<FrameEstimate> frames;
+  std::vector<calibration::FrameEstimate> frames;
   {
     const ReleaseGil release;
     frames = work(self.problem());
@@ -96,25 +98,25 @@ py::dict estimates(Calibration& self, const Work& work) {
   return as_dict(frames, self.problem().free().count());
 }
 
-LensPrior prior_from(const Calibration& self, const std::vector<double>& value,
-                     const std::vector<double>& sd) {
+calibration::LensPrior prior_from(const Calibration& self, const std::vector<double>& value,
+                                  const std::vector<double>& sd) {
   const auto n = static_cast<std::size_t>(self.problem().free().count());
   if (sd.size() != value.size() || (!sd.empty() && sd.size() != n))
     throw py::value_error("prior: expected one value and one sd for each free unknown");
   return {value, sd};
 }
 
-py::tuple as_tuple(const LmRecord& record) {
+py::tuple as_tuple(const optim::LmRecord& record) {
   py::list steps;
-  for (const LmStep& s : record.steps) steps.append(py::make_tuple(s.cost, s.damping, s.accepted));
-  return py::make_tuple(steps, stop_name(record.stop), record.cost, static_cast<long>(record.count));
+  for (const optim::LmStep& s : record.steps) steps.append(py::make_tuple(s.cost, s.damping, s.accepted));
+  return py::make_tuple(steps, optim::stop_name(record.stop), record.cost, static_cast<long>(record.count));
 }
 
 py::tuple solve(Calibration& self, double scale_m, const std::vector<double>& prior_value,
                 const std::vector<double>& prior_sd, bool quick) {
   const Busy busy = self.turn();
-  const LensPrior prior = prior_from(self, prior_value, prior_sd);
-  LmRecord record;
+  const calibration::LensPrior prior = prior_from(self, prior_value, prior_sd);
+  optim::LmRecord record;
   {
     const ReleaseGil release;
     record = self.problem().solve(scale_m, prior_sd.empty() ? nullptr : &prior, quick);
@@ -124,7 +126,7 @@ py::tuple solve(Calibration& self, double scale_m, const std::vector<double>& pr
 
 py::tuple polish(Calibration& self) {
   const Busy busy = self.turn();
-  LmRecord record;
+  optim::LmRecord record;
   {
     const ReleaseGil release;
     record = self.problem().polish();
@@ -135,14 +137,15 @@ py::tuple polish(Calibration& self) {
 // Of the readings of a frame that count: pixel, reading, and residual at the state in hand.
 py::dict readings(Calibration& self, int frame) {
   const Busy busy = self.turn();
-  const std::vector<LensFrame::Reading> found = self.problem().readings(frame);
-  const LensPixels& pixels = self.problem().pixels(frame);
+  const std::vector<calibration::LensFrame::Reading> found = self.problem().readings(frame);
+  const calibration::LensPixels& pixels = self.problem().pixels(frame);
   std::vector<double> u, v, reading, residual;
   std::vector<unsigned char> hit;
   for (std::size_t i = 0; i < pixels.used.size(); ++i)
     if (pixels.used[i])
       u.push_back(pixels.u_px[i]), v.push_back(pixels.v_px[i]), reading.push_back(pixels.reading_m[i]);
-  for (const LensFrame::Reading& r : found) residual.push_back(r.residual_m), hit.push_back(r.hit);
+  for (const calibration::LensFrame::Reading& r : found)
+    residual.push_back(r.residual_m), hit.push_back(r.hit);
   const auto n = static_cast<py::ssize_t>(found.size());
   py::dict out;
   out["u_px"] = to_numpy(std::move(u), {n}), out["v_px"] = to_numpy(std::move(v), {n});
@@ -155,34 +158,34 @@ py::dict readings(Calibration& self, int frame) {
 }  // namespace
 
 void bind_calibration(py::module_& m) {
-  py::class_<Lens>(m, "Lens", "A depth camera with skew and the law of its depth.")
+  py::class_<calibration::Lens>(m, "Lens", "A depth camera with skew and the law of its depth.")
       .def(py::init(&lens_from), py::arg("camera"), py::arg("skew") = 0.0, py::arg("depth_scale") = 1.0,
            py::arg("depth_offset_m") = 0.0)
       .def_property_readonly("values", &lens_values,
                              "fx, fy, cx, cy, skew, k1, k2, depth scale, depth offset (m).")
       .def(
           "look_through",
-          [](const Lens& lens, double u_px, double v_px) {
-            const LensRay r = look_through(lens, true, u_px, v_px);
+          [](const calibration::Lens& lens, double u_px, double v_px) {
+            const calibration::LensRay r = calibration::look_through(lens, true, u_px, v_px);
             return py::make_tuple(py::make_tuple(r.ray.x, r.ray.y), r.dx, r.dy);
           },
           py::arg("u_px"), py::arg("v_px"), "(x, y) of a pixel's ray, and their derivatives by the values.");
-  py::class_<IntrinsicsOptions>(m, "IntrinsicsOptions", "Options of a calibration.")
+  py::class_<calibration::IntrinsicsOptions>(m, "IntrinsicsOptions", "Options of a calibration.")
       .def(py::init<>())
-      .def_readwrite("residual", &IntrinsicsOptions::residual)
-      .def_readwrite("max_pixels", &IntrinsicsOptions::max_pixels)
-      .def_readwrite("padding_m", &IntrinsicsOptions::padding_m)
-      .def_readwrite("least_scale_m", &IntrinsicsOptions::least_scale_m)
-      .def_readwrite("outlier_floor", &IntrinsicsOptions::outlier_floor)
-      .def_readwrite("coarse_steps", &IntrinsicsOptions::coarse_steps)
-      .def_readwrite("fine_steps", &IntrinsicsOptions::fine_steps)
-      .def_readwrite("coarse_pixels", &IntrinsicsOptions::coarse_pixels)
-      .def_readwrite("fine_pixels", &IntrinsicsOptions::fine_pixels)
-      .def_readwrite("twin_pixels", &IntrinsicsOptions::twin_pixels)
-      .def_readwrite("threads", &IntrinsicsOptions::threads);
+      .def_readwrite("residual", &calibration::IntrinsicsOptions::residual)
+      .def_readwrite("max_pixels", &calibration::IntrinsicsOptions::max_pixels)
+      .def_readwrite("padding_m", &calibration::IntrinsicsOptions::padding_m)
+      .def_readwrite("least_scale_m", &calibration::IntrinsicsOptions::min_scale_m)
+      .def_readwrite("outlier_floor", &calibration::IntrinsicsOptions::outlier_floor)
+      .def_readwrite("coarse_steps", &calibration::IntrinsicsOptions::coarse_steps)
+      .def_readwrite("fine_steps", &calibration::IntrinsicsOptions::fine_steps)
+      .def_readwrite("coarse_pixels", &calibration::IntrinsicsOptions::coarse_pixels)
+      .def_readwrite("fine_pixels", &calibration::IntrinsicsOptions::fine_pixels)
+      .def_readwrite("twin_pixels", &calibration::IntrinsicsOptions::twin_pixels)
+      .def_readwrite("threads", &calibration::IntrinsicsOptions::threads);
   py::class_<Calibration>(m, "Calibration", "Frames of a known object, and the lens that explains them.")
-      .def(py::init<const std::tuple<py::array, double, std::array<double, 3>>&, const Lens&,
-                    const std::vector<int>&, const IntrinsicsOptions&>(),
+      .def(py::init<const std::tuple<py::array, double, std::array<double, 3>>&, const calibration::Lens&,
+                    const std::vector<int>&, const calibration::IntrinsicsOptions&>(),
            py::arg("volume"), py::arg("lens"), py::arg("free"), py::arg("options"))
       .def("add", &add, py::arg("depth"), py::arg("mask"), py::arg("T_cam_obj"))
       .def("drop", [](Calibration& self, const std::vector<int>& frames) { self.problem().drop(frames); })
@@ -190,12 +193,13 @@ void bind_calibration(py::module_& m) {
            py::arg("prior_sd") = std::vector<double>{}, py::arg("quick") = false)
       .def("polish", &polish)
       .def("readings", &readings, py::arg("frame"))
-      .def(
-          "examine",
-          [](Calibration& self) { return estimates(self, [](IntrinsicsProblem& p) { return p.examine(); }); })
+      .def("examine",
+           [](Calibration& self) {
+             return estimates(self, [](calibration::IntrinsicsProblem& p) { return p.examine(); });
+           })
       .def("solve_each",
            [](Calibration& self) {
-             return estimates(self, [](IntrinsicsProblem& p) { return p.solve_each(); });
+             return estimates(self, [](calibration::IntrinsicsProblem& p) { return p.solve_each(); });
            })
       .def(
           "coverage",
@@ -214,7 +218,7 @@ void bind_calibration(py::module_& m) {
           py::arg("seed"), py::arg("pairs"))
       .def_property(
           "lens", [](Calibration& self) { return self.problem().lens(); },
-          [](Calibration& self, const Lens& lens) { self.problem().set_lens(lens); })
+          [](Calibration& self, const calibration::Lens& lens) { self.problem().set_lens(lens); })
       .def_property_readonly("poses", [](Calibration& self) {
         py::list out;
         for (int k = 0; k < self.problem().frame_count(); ++k)
@@ -223,4 +227,4 @@ void bind_calibration(py::module_& m) {
       });
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -12,45 +12,45 @@
 #include "option_binding.h"
 #include "release_gil.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
-RgbView color_view(const py::array& image) {
+contour::RgbView color_view(const py::array& image) {
   const unsigned char* rgb = borrow<unsigned char>(image, "image", {-1, -1, 3});
   return {rgb, static_cast<int>(image.shape(1)), static_cast<int>(image.shape(0))};
 }
 
-ContourOptions options_from(const py::dict& given) {
-  const py::object options = py::cast(ContourOptions{});
+contour::ContourOptions options_from(const py::dict& given) {
+  const py::object options = py::cast(contour::ContourOptions{});
   for (const auto& [name, value] : given) {
     if (!py::hasattr(options, name))
       throw std::invalid_argument("options: expected options of ContourTracker, got \"" +
                                   py::cast<std::string>(name) + "\"");
     py::setattr(options, name, value);
   }
-  const auto out = py::cast<ContourOptions>(options);
+  const auto out = py::cast<contour::ContourOptions>(options);
   out.check();
   return out;
 }
 
-py::dict options_of(const ContourOptions& o) {
+py::dict options_of(const contour::ContourOptions& o) {
   py::dict out;
   for (const OptionDescription& option : describe_options(o)) out[option.name.c_str()] = option.value;
   return out;
 }
 
 struct ContourCore {
-  ContourTracker tracker;
+  contour::ContourTracker tracker;
   std::atomic<bool> busy{false};
   explicit ContourCore(const py::dict& options) : tracker(options_from(options)) {}
 };
 
-py::array_t<float> phi_of(const ContourGrid& grid) { return to_numpy(grid.phi, {grid.ny, grid.nx}); }
+py::array_t<float> phi_of(const contour::ContourGrid& grid) { return to_numpy(grid.phi, {grid.ny, grid.nx}); }
 
 // From cells, counted from the corner of the grid, to pixels.
-py::array_t<double> matrix_of(const ContourGrid& grid) {
-  const GridWarp& w = grid.warp;
+py::array_t<double> matrix_of(const contour::ContourGrid& grid) {
+  const contour::GridWarp& w = grid.warp;
   std::vector<double> m = {w.a[0], w.a[1], w.t[0] - w.a[0] * grid.mid_x() - w.a[1] * grid.mid_y(),
                            w.a[2], w.a[3], w.t[1] - w.a[2] * grid.mid_x() - w.a[3] * grid.mid_y(),
                            0,      0,      1};
@@ -59,8 +59,8 @@ py::array_t<double> matrix_of(const ContourGrid& grid) {
 
 constexpr const char* kStatus[] = {"ok", "weak", "lost"};
 
-py::dict report_of(const ContourTracker& tracker) {
-  const ContourReport& r = tracker.report();
+py::dict report_of(const contour::ContourTracker& tracker) {
+  const contour::ContourReport& r = tracker.report();
   py::dict out;
   out["status"] = kStatus[static_cast<int>(r.status)], out["reason"] = r.reason;
   out["confidence"] = r.confidence, out["contrast"] = r.contrast, out["likeness"] = r.likeness;
@@ -68,7 +68,7 @@ py::dict report_of(const ContourTracker& tracker) {
   return out;
 }
 
-py::array_t<bool> mask_of(const ContourTracker& tracker, const RgbView& image) {
+py::array_t<bool> mask_of(const contour::ContourTracker& tracker, const contour::RgbView& image) {
   py::array_t<bool> mask({image.height, image.width});
   auto* const to = reinterpret_cast<unsigned char*>(mask.mutable_data());
   {
@@ -78,9 +78,9 @@ py::array_t<bool> mask_of(const ContourTracker& tracker, const RgbView& image) {
   return mask;
 }
 
-ContourGrid grid_from(const py::array& phi, const std::array<double, 6>& warp) {
+contour::ContourGrid grid_from(const py::array& phi, const std::array<double, 6>& warp) {
   const float* values = borrow<float>(phi, "phi", {-1, -1});
-  ContourGrid grid;
+  contour::ContourGrid grid;
   grid.ny = static_cast<int>(phi.shape(0)), grid.nx = static_cast<int>(phi.shape(1));
   if (grid.nx < 3 || grid.ny < 3) throw std::invalid_argument("phi: expected at least 3 x 3 cells");
   grid.phi.assign(values, values + phi.size());
@@ -90,8 +90,8 @@ ContourGrid grid_from(const py::array& phi, const std::array<double, 6>& warp) {
 }
 
 template <int P>
-py::tuple sums_of(const ContourGrid& grid, const RegistrationWork& work, double softness) {
-  const Sums<double, P> sums = registration_sums<P>(grid, work, softness);
+py::tuple sums_of(const contour::ContourGrid& grid, const contour::RegistrationWork& work, double softness) {
+  const energies::Sums<double, P> sums = contour::registration_sums<P>(grid, work, softness);
   std::vector<double> gradient(sums.gradient, sums.gradient + P), hessian(P * P);
   for (int a = 0, k = 0; a < P; ++a)
     for (int b = 0; b <= a; ++b, ++k)
@@ -103,36 +103,36 @@ py::tuple sums_of(const ContourGrid& grid, const RegistrationWork& work, double 
 py::tuple contour_registration(const py::array& phi, const std::array<double, 6>& warp,
                                const py::array& pixels, const py::array& foreground, double softness,
                                bool affine) {
-  const ContourGrid grid = grid_from(phi, warp);
+  const contour::ContourGrid grid = grid_from(phi, warp);
   const float* uv = borrow<float>(pixels, "pixels", {2, -1});
   const py::ssize_t n = pixels.shape(1);
   const float* p = borrow<float>(foreground, "foreground", {n});
-  RegistrationWork work;
+  contour::RegistrationWork work;
   work.u.assign(uv, uv + n), work.v.assign(uv + n, uv + 2 * n), work.foreground.assign(p, p + n);
   return affine ? sums_of<6>(grid, work, softness) : sums_of<4>(grid, work, softness);
 }
 
 py::array_t<float> contour_steps(const py::array& phi, const py::array& foreground, int steps,
                                  const py::dict& given, const std::string& device) {
-  const ContourOptions options = options_from(given);
-  ContourGrid grid = grid_from(phi, {1, 0, 0, 1, 0, 0});
+  const contour::ContourOptions options = options_from(given);
+  contour::ContourGrid grid = grid_from(phi, {1, 0, 0, 1, 0, 0});
   const float* p = borrow<float>(foreground, "foreground", {phi.shape(0), phi.shape(1)});
   if (device != "cpu" && device != "cuda")
     throw std::invalid_argument("device: expected \"cpu\" or \"cuda\", got \"" + device + "\"");
   if (device == "cuda")
-    return to_numpy(contour_steps_cuda(options, steps, grid.nx, grid.ny, grid.phi.data(), p),
+    return to_numpy(contour::contour_steps_cuda(options, steps, grid.nx, grid.ny, grid.phi.data(), p),
                     {grid.ny, grid.nx});
-  EvolutionWork work;
+  contour::EvolutionWork work;
   work.foreground.assign(p, p + grid.phi.size());
-  find_band(grid, options.band, &work.band);
-  evolve_contour(options, steps, &work, &grid);
+  contour::find_band(grid, options.band, &work.band);
+  contour::evolve_contour(options, steps, &work, &grid);
   return phi_of(grid);
 }
 
 py::array_t<float> contour_distance(const py::array& phi, int radius) {
-  ContourGrid grid = grid_from(phi, {1, 0, 0, 1, 0, 0});
-  FlatDistanceWork work;
-  redistance(radius, &work, &grid);
+  contour::ContourGrid grid = grid_from(phi, {1, 0, 0, 1, 0, 0});
+  contour::FlatDistanceWork work;
+  contour::redistance(radius, &work, &grid);
   return phi_of(grid);
 }
 
@@ -141,16 +141,16 @@ py::array_t<float> contour_distance(const py::array& phi, int radius) {
 py::array_t<float> contour_posterior(const py::array& learned, const py::array& image, const py::array& phi,
                                      const std::array<double, 6>& warp, const py::dict& given,
                                      const std::vector<py::array>& pooled) {
-  const ContourOptions options = options_from(given);
-  const ContourGrid grid = grid_from(phi, warp);
-  RegionModel model(options);
+  const contour::ContourOptions options = options_from(given);
+  const contour::ContourGrid grid = grid_from(phi, warp);
+  contour::RegionModel model(options);
   if (!model.learn(color_view(learned), grid, 1, 1))
     throw std::invalid_argument("phi: expected pixels inside and outside on the image, got none of a kind");
   for (const py::array& more : pooled)
     model.learn(color_view(more), grid, static_cast<double>(options.object_rate),
                 static_cast<double>(options.background_rate));
-  const RgbView view = color_view(image);
-  PosteriorImage posterior;
+  const contour::RgbView view = color_view(image);
+  contour::PosteriorImage posterior;
   model.posterior(view, grid, grid.all(), &posterior);
   std::vector<float> all(static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height), 0.5f);
   for (int y = posterior.rect.y0; y < posterior.rect.y1; ++y)
@@ -163,23 +163,23 @@ py::array_t<float> contour_products(const py::array& pictures, const py::array& 
   const float* a = borrow<float>(pictures, "pictures", {-1, -1});
   const float* b = borrow<float>(templates, "templates", {-1, pictures.shape(1)});
   py::array_t<float> out({pictures.shape(0), templates.shape(0)});
-  picture_products(a, static_cast<int>(pictures.shape(0)), b, static_cast<int>(templates.shape(0)),
-                   static_cast<int>(pictures.shape(1)), out.mutable_data());
+  contour::picture_products(a, static_cast<int>(pictures.shape(0)), b, static_cast<int>(templates.shape(0)),
+                            static_cast<int>(pictures.shape(1)), out.mutable_data());
   return out;
 }
 
 }  // namespace
 
 void bind_contour(py::module_& m) {
-  bind_options<ContourOptions>(m, "ContourOptions",
-                               "Options of the contour tracker; see st.contour.ContourTracker.");
+  bind_options<contour::ContourOptions>(m, "ContourOptions",
+                                        "Options of the contour tracker; see st.contour.ContourTracker.");
   py::class_<ContourCore>(m, "ContourCore", "A contour tracker; use contour.ContourTracker.")
       .def(py::init<const py::dict&>(), py::arg("options"))
       .def(
           "start_mask",
           [](ContourCore& self, const py::array& image, const py::array& mask) {
             const Busy turn(&self.busy, "tracker");
-            const RgbView view = color_view(image);
+            const contour::RgbView view = color_view(image);
             const bool* values = borrow<bool>(mask, "mask", {view.height, view.width});
             const ReleaseGil release;
             self.tracker.start(view, reinterpret_cast<const unsigned char*>(values));
@@ -189,16 +189,16 @@ void bind_contour(py::module_& m) {
           "start_box",
           [](ContourCore& self, const py::array& image, int x0, int y0, int x1, int y1) {
             const Busy turn(&self.busy, "tracker");
-            const RgbView view = color_view(image);
+            const contour::RgbView view = color_view(image);
             const ReleaseGil release;
-            self.tracker.start(view, ImagePart{x0, y0, x1, y1});
+            self.tracker.start(view, contour::ImagePart{x0, y0, x1, y1});
           },
           py::arg("image"), py::arg("x0"), py::arg("y0"), py::arg("x1"), py::arg("y1"))
       .def(
           "observe",
           [](ContourCore& self, const py::array& image) {
             const Busy turn(&self.busy, "tracker");
-            const RgbView view = color_view(image);
+            const contour::RgbView view = color_view(image);
             const ReleaseGil release;
             self.tracker.observe(view);
           },
@@ -214,7 +214,7 @@ void bind_contour(py::module_& m) {
           "replace_shape",
           [](ContourCore& self, const py::array& phi) {
             const Busy turn(&self.busy, "tracker");
-            const ContourGrid& grid = self.tracker.grid();
+            const contour::ContourGrid& grid = self.tracker.grid();
             self.tracker.replace_shape(borrow<float>(phi, "phi", {grid.ny, grid.nx}));
           },
           py::arg("phi"))
@@ -229,9 +229,9 @@ void bind_contour(py::module_& m) {
           "look_at_all",
           [](ContourCore& self, const py::array& image) {
             const Busy turn(&self.busy, "tracker");
-            const ContourGrid& grid = self.tracker.grid();
+            const contour::ContourGrid& grid = self.tracker.grid();
             py::array_t<float> foreground({grid.ny, grid.nx});
-            const RgbView view = color_view(image);
+            const contour::RgbView view = color_view(image);
             float* const to = foreground.mutable_data();
             {
               const ReleaseGil release;
@@ -257,7 +257,8 @@ void bind_contour(py::module_& m) {
            })
       .def("options", [](const ContourCore& self) { return options_of(self.tracker.options()); });
   m.def(
-      "contour_options", [] { return options_of(ContourOptions{}); }, "The defaults of ContourTracker.");
+      "contour_options", [] { return options_of(contour::ContourOptions{}); },
+      "The defaults of ContourTracker.");
   m.def("contour_registration", &contour_registration, py::arg("phi"), py::arg("warp"), py::arg("pixels"),
         py::arg("foreground"), py::arg("softness"), py::arg("affine"),
         "Cost, gradient and Gauss-Newton Hessian of a registration.");
@@ -270,4 +271,4 @@ void bind_contour(py::module_& m) {
         py::arg("warp"), py::arg("options"), py::arg("pooled") = std::vector<py::array>{});
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

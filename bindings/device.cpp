@@ -2,7 +2,7 @@
 #include "array.h"
 #include "base/cuda_probe.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
@@ -36,4 +36,4 @@ void bind_device(py::module_& m) {
         py::arg("cuda") = false, "a x + y of (N,) float32 arrays: the smallest kernel, to test the device.");
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -6,7 +6,7 @@
 #include "array.h"
 #include "base/cuda_probe.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
@@ -96,4 +96,4 @@ void bind_dlpack(py::module_& m) {
         "A DLPack capsule as an array of its own on the host; `name` is for messages.");
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

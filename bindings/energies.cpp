@@ -11,15 +11,15 @@
 #include "busy.h"
 #include "energies/cuda_work.h"
 #include "energies/sdf_energy.h"
+#include "frame/selection.h"
+#include "frame/shape.h"
 #include "optim/lm.h"
 #include "release_gil.h"
-#include "tracking/color_evidence.h"
-#include "tracking/selection.h"
 #include "tracking/sensor_noise.h"
-#include "tracking/shape.h"
+#include "tracking/trust/color_evidence.h"
 #include "volume.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
@@ -31,25 +31,25 @@ using Volumes = std::vector<std::tuple<py::array, double, std::array<double, 3>>
 class FrameEnergy {
  public:
   FrameEnergy(const Volumes& volumes, const Camera& camera, const py::array& depth_m, const py::object& mask,
-              const py::list& T_cam_obj, const TrackerOptions& options, double scale_m, bool scale,
+              const py::list& T_cam_obj, const tracking::TrackerOptions& options, double scale_m, bool scale,
               bool intrinsics, int threads, const py::object& color, const py::object& color_map, bool cuda)
       : camera_(camera) {
     for (const auto& [values, voxel_m, origin] : volumes) {
       values_.push_back(values);
-      shapes_.push_back(make_shape(volume_view(values, voxel_m, origin), 1, 1));
+      shapes_.push_back(frame::make_shape(volume_view(values, voxel_m, origin), 1, 1));
     }
     start_ = state(T_cam_obj, {camera.K.fx, camera.K.fy, camera.K.cx, camera.K.cy},
                    scale ? std::vector<double>{1.0} : std::vector<double>{});
     const std::vector<float> rays = camera.distorted() ? ray_table(camera) : std::vector<float>{};
-    const ColorImage image = color_view(color, color_map);
-    DepthFrame frame{image_view(depth_m, "depth", camera), mask_view(mask, camera),
-                     rays.empty() ? nullptr : rays.data()};
+    const appearance::ColorImage image = color_view(color, color_map);
+    frame::DepthFrame frame{image_view(depth_m, "depth", camera), mask_view(mask, camera),
+                            rays.empty() ? nullptr : rays.data()};
     frame.color = image.rgb ? &image : nullptr;
     for (std::size_t k = 0; k < shapes_.size(); ++k) add_pixels(frame, options, k);
     if (pixels_.count() == 0)
       throw py::value_error(
           "frame: no depth reading near the object at this pose; is the pose in metres, T_cam_obj?");
-    SdfEnergyOptions energy{options.residual, options.curvature};
+    energies::SdfEnergyOptions energy{options.residual, options.curvature};
     energy.scale_m = static_cast<float>(scale_m);
     energy.outlier_floor = static_cast<float>(options.outlier_floor);
     energy.warm_hits = false;
@@ -61,18 +61,19 @@ class FrameEnergy {
     }
     energy.sharpness = static_cast<float>(options.union_sharpness);
     std::vector<SdfView> sdfs;
-    for (const Shape& shape : shapes_) sdfs.push_back(shape.sdf);
-    energy_ = std::make_unique<SdfEnergy>(sdfs.data(), static_cast<int>(sdfs.size()), &pixels_, energy);
+    for (const frame::Shape& shape : shapes_) sdfs.push_back(shape.sdf);
+    energy_ =
+        std::make_unique<energies::SdfEnergy>(sdfs.data(), static_cast<int>(sdfs.size()), &pixels_, energy);
     energy_->classify(start_, 8);
-    if (cuda) device_ = std::make_unique<CudaWork>(), energy_->enter_device(device_.get());
+    if (cuda) device_ = std::make_unique<energies::CudaWork>(), energy_->enter_device(device_.get());
   }
 
-  State state(const py::list& T_cam_obj, const std::array<double, 4>& K,
-              const std::vector<double>& scales) const {
+  optim::State state(const py::list& T_cam_obj, const std::array<double, 4>& K,
+                     const std::vector<double>& scales) const {
     if (T_cam_obj.size() != shapes_.size())
       throw py::value_error("poses: expected one per shape (" + std::to_string(shapes_.size()) + "), got " +
                             std::to_string(T_cam_obj.size()));
-    State x{{}, {K[0], K[1], K[2], K[3]}, {}};
+    optim::State x{{}, {K[0], K[1], K[2], K[3]}, {}};
     for (std::size_t k = 0; k < shapes_.size(); ++k) {
       const Rigidd T = rigid_from(py::array(py::reinterpret_borrow<py::object>(T_cam_obj[k])), "poses");
       x.T_obj_cam.push_back(inverse(Rigidd{T.R, T * shapes_[k].centre_obj}));
@@ -80,7 +81,7 @@ class FrameEnergy {
     for (const double scale : scales) x.log_scale.push_back(std::log(scale));
     return x;
   }
-  py::tuple from_state(const State& x) const {
+  py::tuple from_state(const optim::State& x) const {
     py::list poses;
     for (std::size_t k = 0; k < shapes_.size(); ++k) {
       const Rigidd T = inverse(x.T_obj_cam[k]);
@@ -91,11 +92,11 @@ class FrameEnergy {
   }
 
   // Those around object k that no object before it has brought.
-  void add_pixels(const DepthFrame& frame, const TrackerOptions& options, std::size_t k) {
-    PixelSelection selection;
-    PixelSet around;
-    selection.choose(frame, camera_, shapes_[k], inverse(start_.T_obj_cam[k]), sensor_noise(options), options.padding_m,
-                     nullptr);
+  void add_pixels(const frame::DepthFrame& frame, const tracking::TrackerOptions& options, std::size_t k) {
+    frame::PixelSelection selection;
+    energies::PixelSet around;
+    selection.choose(frame, camera_, shapes_[k], inverse(start_.T_obj_cam[k]),
+                     tracking::sensor_noise(options), options.padding_m, nullptr);
     selection.pack(options.max_pixels, &around);
     const std::set<int> known(pixels_.at.begin(), pixels_.at.end());
     for (int i = 0; i < around.count(); ++i) {
@@ -106,45 +107,45 @@ class FrameEnergy {
   }
 
   // The model is made from this very frame: inside and around its mask, or at the start pose.
-  void look_at_colors(const DepthFrame& frame, const TrackerOptions& options) {
+  void look_at_colors(const frame::DepthFrame& frame, const tracking::TrackerOptions& options) {
     const Rigidd T_cam_obj = inverse(start_.T_obj_cam[0]);
-    ColorReader reader;
-    ColorCounts counts;
-    ColorModel model(static_cast<float>(options.color_prior));
+    tracking::ColorReader reader;
+    appearance::ColorCounts counts;
+    appearance::ColorModel model(static_cast<float>(options.color_prior));
     if (frame.mask)
-      count_mask_colors(frame, camera_, frame.mask, &reader, &counts);
+      tracking::count_mask_colors(frame, camera_, frame.mask, &reader, &counts);
     else
-      count_colors(frame, camera_, shapes_[0], T_cam_obj, options.padding_m, camera_.width * camera_.height,
-                   model, &reader, &counts);
+      tracking::count_colors(frame, camera_, shapes_[0], T_cam_obj, options.padding_m,
+                             camera_.width * camera_.height, model, &reader, &counts);
     model.update(counts, 1, 1);
     if (!model.known())
       throw py::value_error("color: too few pixels of the object at this pose to make a histogram from (" +
                             std::to_string(counts.object_pixels) +
                             "); give the frame a mask, or a better pose");
-    reader.open(frame, camera_, projected_box(camera_, shapes_[0], T_cam_obj, options.padding_m),
-                depth_range(shapes_[0], T_cam_obj, options.padding_m));
-    fetch_foreground(model, reader, &pixels_);
+    reader.open(frame, camera_, frame::projected_box(camera_, shapes_[0], T_cam_obj, options.padding_m),
+                frame::depth_range(shapes_[0], T_cam_obj, options.padding_m));
+    tracking::fetch_foreground(model, reader, &pixels_);
   }
 
-  SdfEnergy& energy() { return *energy_; }
-  const PixelSet& pixels() const { return pixels_; }
+  energies::SdfEnergy& energy() { return *energy_; }
+  const energies::PixelSet& pixels() const { return pixels_; }
   // Every use of energy() writes to its working memory.
   Busy turn() { return {&busy_, "energy"}; }
 
  private:
   std::vector<py::array> values_;  // keep the volumes alive
-  std::vector<Shape> shapes_;
+  std::vector<frame::Shape> shapes_;
   Camera camera_;
-  PixelSet pixels_;
-  State start_;
-  std::unique_ptr<CudaWork> device_;  // nullptr without
-  std::unique_ptr<SdfEnergy> energy_;
+  energies::PixelSet pixels_;
+  optim::State start_;
+  std::unique_ptr<energies::CudaWork> device_;  // nullptr without
+  std::unique_ptr<energies::SdfEnergy> energy_;
   std::atomic<bool> busy_{false};
 };
 
-py::dict linearize(FrameEnergy& self, const State& x) {
+py::dict linearize(FrameEnergy& self, const optim::State& x) {
   const Busy busy = self.turn();
-  NormalEquations eq;
+  optim::NormalEquations eq;
   {
     const ReleaseGil release;
     eq.reset(self.energy().unknowns().size());
@@ -156,9 +157,9 @@ py::dict linearize(FrameEnergy& self, const State& x) {
   return out;
 }
 
-py::dict residuals(FrameEnergy& self, const State& x) {
+py::dict residuals(FrameEnergy& self, const optim::State& x) {
   const Busy busy = self.turn();
-  PixelReadings r;
+  energies::PixelReadings r;
   {
     const ReleaseGil release;
     self.energy().read(x, &r);
@@ -175,77 +176,77 @@ py::dict residuals(FrameEnergy& self, const State& x) {
   return out;
 }
 
-py::tuple run_minimize(FrameEnergy& self, const State& x, const LmOptions& options) {
+py::tuple run_minimize(FrameEnergy& self, const optim::State& x, const optim::LmOptions& options) {
   const Busy busy = self.turn();
-  LmResult result;
+  optim::LmResult result;
   {
     const ReleaseGil release;
-    result = minimize(self.energy(), x, options);
+    result = optim::minimize(self.energy(), x, options);
   }
   py::list steps;
-  for (const LmStep& s : result.steps) steps.append(py::make_tuple(s.cost, s.damping, s.accepted));
-  return py::make_tuple(self.from_state(result.x), steps, stop_name(result.stop), result.cost,
+  for (const optim::LmStep& s : result.steps) steps.append(py::make_tuple(s.cost, s.damping, s.accepted));
+  return py::make_tuple(self.from_state(result.x), steps, optim::stop_name(result.stop), result.cost,
                         static_cast<long>(result.count));
 }
 
 }  // namespace
 
 void bind_energies(py::module_& m) {
-  py::enum_<Residual>(m, "Residual", "What a pixel's residual is.")
-      .value("point", Residual::kPoint)
-      .value("slope", Residual::kSlope)
-      .value("ray_hit", Residual::kRayHit);
-  py::enum_<Curvature>(m, "Curvature", "How the normal equations see a penalty.")
-      .value("irls", Curvature::kIrls)
-      .value("printed", Curvature::kPrinted);
-  py::enum_<ColorLikelihood>(m, "ColorLikelihood", "How a pixel's colour enters its likelihood.")
-      .value("odds", ColorLikelihood::kOdds)
-      .value("printed", ColorLikelihood::kPrinted);
-  py::class_<State>(m, "State", "A point in the space of unknowns, in the core's own frames.");
-  py::class_<LmOptions>(m, "LmOptions", "Options of the optimiser.")
+  py::enum_<energies::Residual>(m, "Residual", "What a pixel's residual is.")
+      .value("point", energies::Residual::kPoint)
+      .value("slope", energies::Residual::kSlope)
+      .value("ray_hit", energies::Residual::kRayHit);
+  py::enum_<energies::Curvature>(m, "Curvature", "How the normal equations see a penalty.")
+      .value("irls", energies::Curvature::kIrls)
+      .value("printed", energies::Curvature::kPrinted);
+  py::enum_<energies::ColorLikelihood>(m, "ColorLikelihood", "How a pixel's colour enters its likelihood.")
+      .value("odds", energies::ColorLikelihood::kOdds)
+      .value("printed", energies::ColorLikelihood::kPrinted);
+  py::class_<optim::State>(m, "State", "A point in the space of unknowns, in the core's own frames.");
+  py::class_<optim::LmOptions>(m, "LmOptions", "Options of the optimiser.")
       .def(py::init<>())
-      .def_readwrite("max_steps", &LmOptions::max_steps)
-      .def_readwrite("damping", &LmOptions::damping)
-      .def_readwrite("damping_up", &LmOptions::damping_up)
-      .def_readwrite("damping_down", &LmOptions::damping_down)
-      .def_readwrite("damping_min", &LmOptions::damping_min)
-      .def_readwrite("damping_max", &LmOptions::damping_max)
-      .def_readwrite("step_m", &LmOptions::step_m)
-      .def_readwrite("step_rad", &LmOptions::step_rad)
-      .def_readwrite("step_relative", &LmOptions::step_relative)
-      .def_readwrite("cost_relative", &LmOptions::cost_relative)
-      .def_readwrite("cost_gain", &LmOptions::cost_gain)
-      .def_readwrite("sure_gain", &LmOptions::sure_gain)
-      .def_readwrite("fixed", &LmOptions::fixed);
+      .def_readwrite("max_steps", &optim::LmOptions::max_steps)
+      .def_readwrite("damping", &optim::LmOptions::damping)
+      .def_readwrite("damping_up", &optim::LmOptions::damping_up)
+      .def_readwrite("damping_down", &optim::LmOptions::damping_down)
+      .def_readwrite("damping_min", &optim::LmOptions::damping_min)
+      .def_readwrite("damping_max", &optim::LmOptions::damping_max)
+      .def_readwrite("step_m", &optim::LmOptions::step_m)
+      .def_readwrite("step_rad", &optim::LmOptions::step_rad)
+      .def_readwrite("step_relative", &optim::LmOptions::step_relative)
+      .def_readwrite("cost_relative", &optim::LmOptions::cost_relative)
+      .def_readwrite("cost_gain", &optim::LmOptions::cost_gain)
+      .def_readwrite("sure_gain", &optim::LmOptions::sure_gain)
+      .def_readwrite("fixed", &optim::LmOptions::fixed);
 }
 
 // After TrackerOptions are known, so that the signature can name them.
 void bind_frame_energy(py::module_& m) {
   py::class_<FrameEnergy>(m, "FrameEnergy", "Data energy of one object in one frame; see sdftrack.Energy.")
       .def(py::init<const Volumes&, const Camera&, const py::array&, const py::object&, const py::list&,
-                    const TrackerOptions&, double, bool, bool, int, const py::object&, const py::object&,
-                    bool>(),
+                    const tracking::TrackerOptions&, double, bool, bool, int, const py::object&,
+                    const py::object&, bool>(),
            py::arg("volumes"), py::arg("camera"), py::arg("depth"), py::arg("mask"), py::arg("T_cam_obj"),
            py::arg("options"), py::arg("scale_m"), py::arg("scale"), py::arg("intrinsics"),
            py::arg("threads"), py::arg("color") = py::none(), py::arg("color_map") = py::none(),
            py::arg("cuda") = false)
       .def("state", &FrameEnergy::state, py::arg("T_cam_obj"), py::arg("K"), py::arg("scales"))
       .def("cost",
-           [](FrameEnergy& self, const State& x) {
+           [](FrameEnergy& self, const optim::State& x) {
              const Busy busy = self.turn();
              const ReleaseGil release;
              return self.energy().cost(x);
            })
       .def("linearize", &linearize)
       .def("retract",
-           [](FrameEnergy& self, const State& x, const Eigen::VectorXd& delta) {
+           [](FrameEnergy& self, const optim::State& x, const Eigen::VectorXd& delta) {
              if (delta.size() != self.energy().unknowns().size())
                throw py::value_error("delta: expected " + std::to_string(self.energy().unknowns().size()) +
                                      " numbers, got " + std::to_string(delta.size()));
-             return self.from_state(retract(self.energy().unknowns(), x, delta));
+             return self.from_state(optim::retract(self.energy().unknowns(), x, delta));
            })
       .def("residuals", &residuals)
       .def("minimize", &run_minimize, py::arg("start"), py::arg("options"));
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -4,21 +4,22 @@
 #include "release_gil.h"
 #include "volume.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
 using namespace py::literals;
 
-py::array_t<float> evolve_values(const py::array& phi, const py::array& log_ratio, double voxel_size,
-                                 int steps, const EvolveOptions& options, int threads) {
+py::array_t<float> evolve_values(const py::array& phi, const py::array& levelset::log_ratio,
+                                 double voxel_size, int steps, const levelset::EvolveOptions& options,
+                                 int threads) {
   const SdfView volume = volume_view(phi, voxel_size, {0, 0, 0});
   const float* ratio = borrow<float>(log_ratio, "log_ratio", {volume.nz, volume.ny, volume.nx});
-  const Grid grid{volume.nx, volume.ny, volume.nz, voxel_size, {0, 0, 0}};
+  const sdf::Grid grid{volume.nx, volume.ny, volume.nz, voxel_size, {0, 0, 0}};
   std::vector<float> out;
   {
     const ReleaseGil release;
-    out = evolve(grid, volume.phi, ratio, steps, options, threads);
+    out = levelset::evolve(grid, volume.phi, ratio, steps, options, threads);
   }
   return to_numpy(std::move(out), {volume.nz, volume.ny, volume.nx});
 }
@@ -26,15 +27,15 @@ py::array_t<float> evolve_values(const py::array& phi, const py::array& log_rati
 }  // namespace
 
 void bind_levelset(py::module_& m) {
-  py::class_<EvolveOptions>(m, "EvolveOptions")
+  py::class_<levelset::EvolveOptions>(m, "EvolveOptions")
       .def(py::init<>())
-      .def_readwrite("sigma_h", &EvolveOptions::sigma_h)
-      .def_readwrite("sigma_phi", &EvolveOptions::sigma_phi)
-      .def_readwrite("dt", &EvolveOptions::dt)
-      .def_readwrite("printed", &EvolveOptions::printed)
-      .def_property_readonly("longest_step", &longest_step);
+      .def_readwrite("sigma_h", &levelset::EvolveOptions::sigma_h)
+      .def_readwrite("sigma_phi", &levelset::EvolveOptions::sigma_phi)
+      .def_readwrite("dt", &levelset::EvolveOptions::dt)
+      .def_readwrite("printed", &levelset::EvolveOptions::printed)
+      .def_property_readonly("longest_step", &levelset::longest_step);
   m.def("evolve", &evolve_values, "phi"_a, "log_ratio"_a, "voxel_size"_a, "steps"_a, "options"_a,
         "threads"_a = 0);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -10,7 +10,7 @@
 #include "option_binding.h"
 #include "release_gil.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
@@ -19,7 +19,7 @@ using namespace py::literals;
 // A model and who is at work in it: any number that read, or one that writes.
 class SharedLwpr {
  public:
-  explicit SharedLwpr(LwprModel model) : model(std::move(model)) {}
+  explicit SharedLwpr(lwpr::LwprModel model) : model(std::move(model)) {}
   SharedLwpr(const SharedLwpr& other) : model(other.read_only()) {}
 
   class Reading {
@@ -52,7 +52,7 @@ class SharedLwpr {
     SharedLwpr& of_;
   };
 
-  LwprModel model;
+  lwpr::LwprModel model;
 
  private:
   [[noreturn]] static void refuse() {
@@ -60,7 +60,7 @@ class SharedLwpr {
         "this LWPR is in use by another thread: predictions may run at once, an update only alone; take "
         "turns, or make one LWPR per thread");
   }
-  LwprModel read_only() const {
+  lwpr::LwprModel read_only() const {
     const Reading turn(*this);
     return model;
   }
@@ -79,7 +79,7 @@ void update(SharedLwpr& self, const py::array& x, const py::array& y, int thread
 
 py::object predict(const SharedLwpr& self, const py::array& x, bool with_sd, int threads, bool cuda) {
   const SharedLwpr::Reading turn(self);
-  const LwprModel& model = self.model;
+  const lwpr::LwprModel& model = self.model;
   const double* const from = borrow<double>(x, "x", {-1, model.n_in()});
   const py::ssize_t count = x.shape(0), m = model.n_out();
   std::vector<double> mean(static_cast<std::size_t>(count * m)), sd(with_sd ? mean.size() : 0);
@@ -108,11 +108,11 @@ py::array_t<double> activations(const SharedLwpr& self, const py::array& x, int 
 }
 
 // Everything about a field, in the units of the inputs divided by norm_in and the output divided by norm_out.
-py::dict field(const LwprUnit& unit, int k) {
-  const FieldLayout& at = unit.layout();
+py::dict field(const lwpr::LwprUnit& unit, int k) {
+  const lwpr::FieldLayout& at = unit.layout();
   const double* const head = unit.record(k);
-  const int R = static_cast<int>(head[FieldLayout::kProjections]),
-            T = static_cast<int>(head[FieldLayout::kTrusted]);
+  const int R = static_cast<int>(head[lwpr::FieldLayout::kProjections]),
+            T = static_cast<int>(head[lwpr::FieldLayout::kTrusted]);
   const auto n = static_cast<std::size_t>(at.n);
   std::vector<double> center, M(n * n, 0.0), slope, mse;
   for (int i = 0; i < at.n; ++i) {
@@ -124,20 +124,22 @@ py::dict field(const LwprUnit& unit, int k) {
   }
   for (int r = 0; r < R; ++r) {
     const double* const pr = head + at.record_size(r);
-    mse.push_back(pr[FieldLayout::kMSE] / pr[FieldLayout::kSumW]);
+    mse.push_back(pr[lwpr::FieldLayout::kMSE] / pr[lwpr::FieldLayout::kSumW]);
   }
   const auto ssize = static_cast<py::ssize_t>(n);
-  return py::dict(
-      "center"_a = to_numpy(std::move(center), {ssize}), "M"_a = to_numpy(std::move(M), {ssize, ssize}),
-      "slope"_a = to_numpy(std::move(slope), {ssize}), "value"_a = unit.lane(k, at.value()),
-      "mse"_a = to_numpy(std::move(mse), {R}), "n_data"_a = static_cast<long>(head[FieldLayout::kCount]),
-      "n_projections"_a = R, "n_trusted"_a = T, "forgetting"_a = head[FieldLayout::kLambda],
-      "weight"_a = head[FieldLayout::kW], "loo_mse"_a = head[FieldLayout::kLooE] / head[FieldLayout::kLooW]);
+  return py::dict("center"_a = to_numpy(std::move(center), {ssize}),
+                  "M"_a = to_numpy(std::move(M), {ssize, ssize}),
+                  "slope"_a = to_numpy(std::move(slope), {ssize}), "value"_a = unit.lane(k, at.value()),
+                  "mse"_a = to_numpy(std::move(mse), {R}),
+                  "n_data"_a = static_cast<long>(head[lwpr::FieldLayout::kCount]), "n_projections"_a = R,
+                  "n_trusted"_a = T, "forgetting"_a = head[lwpr::FieldLayout::kLambda],
+                  "weight"_a = head[lwpr::FieldLayout::kW],
+                  "loo_mse"_a = head[lwpr::FieldLayout::kLooE] / head[lwpr::FieldLayout::kLooW]);
 }
 
 py::list fields(const SharedLwpr& self, int output) {
   const SharedLwpr::Reading turn(self);
-  const LwprUnit& unit = self.model.unit(output);
+  const lwpr::LwprUnit& unit = self.model.unit(output);
   py::list out;
   for (int k = 0; k < unit.size(); ++k) out.append(field(unit, k));
   return out;
@@ -159,18 +161,18 @@ SharedLwpr from_bytes(const py::bytes& data) {
   char* start = nullptr;
   py::ssize_t size = 0;
   if (PyBytes_AsStringAndSize(data.ptr(), &start, &size) != 0) throw py::error_already_set();
-  return SharedLwpr(LwprModel::from_bytes(start, static_cast<std::size_t>(size)));
+  return SharedLwpr(lwpr::LwprModel::from_bytes(start, static_cast<std::size_t>(size)));
 }
 
 }  // namespace
 
 void bind_lwpr(py::module_& m) {
-  bind_options<LwprOptions>(m, "LwprOptions", "Options of LWPR; see sdftrack.LWPR.")
-      .def("check", [](const LwprOptions& o) { check_lwpr_options(o); });
+  bind_options<lwpr::LwprOptions>(m, "LwprOptions", "Options of LWPR; see sdftrack.LWPR.")
+      .def("check", [](const lwpr::LwprOptions& o) { lwpr::check_lwpr_options(o); });
   py::class_<SharedLwpr>(m, "LwprModel")
-      .def(py::init([](int n_in, int n_out, const LwprOptions& options, const std::vector<double>& norm_in,
-                       const std::vector<double>& norm_out) {
-             return std::make_unique<SharedLwpr>(LwprModel(n_in, n_out, options, norm_in, norm_out));
+      .def(py::init([](int n_in, int n_out, const lwpr::LwprOptions& options,
+                       const std::vector<double>& norm_in, const std::vector<double>& norm_out) {
+             return std::make_unique<SharedLwpr>(lwpr::LwprModel(n_in, n_out, options, norm_in, norm_out));
            }),
            "n_in"_a, "n_out"_a, "options"_a, "norm_in"_a, "norm_out"_a)
       .def_property_readonly("n_in", [](const SharedLwpr& s) { return s.model.n_in(); })
@@ -200,4 +202,4 @@ void bind_lwpr(py::module_& m) {
           "data"_a);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

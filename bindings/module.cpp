@@ -5,7 +5,7 @@
 #include "array.h"
 #include "release_gil.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 void bind_base(py::module_& m);
 void bind_calibration(py::module_& m);
@@ -29,7 +29,7 @@ void bind_sdf(py::module_& m);
 void bind_superpixels(py::module_& m);
 void bind_build(py::module_& m);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings
 
 PYBIND11_MODULE(_core, m) {
   m.doc() = "Private core of sdftrack; use the names of the package sdftrack.";

@@ -10,7 +10,7 @@
 #include "array.h"
 #include "base/option_schema.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 // As an attribute: numbers with the fewest digits that are the same value, choices by name.
 inline bool to_attribute(bool value, TrueOrFalse) { return value; }
@@ -91,4 +91,4 @@ py::class_<Options> bind_options(py::module_& m, const char* class_name, const c
   return bound;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

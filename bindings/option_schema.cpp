@@ -13,7 +13,7 @@
 #include "reconstruction/option_schema.h"
 #include "tracking/option_schema.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
@@ -41,9 +41,10 @@ py::list schema_of() {
 }
 
 py::dict option_schema() {
-  return py::dict("tracker"_a = schema_of<TrackerOptions>(),
-                  "reconstruct"_a = schema_of<ReconstructionOptions>(),
-                  "contour"_a = schema_of<ContourOptions>(), "lwpr"_a = schema_of<LwprOptions>());
+  return py::dict("tracker"_a = schema_of<tracking::TrackerOptions>(),
+                  "reconstruct"_a = schema_of<reconstruction::ReconstructionOptions>(),
+                  "contour"_a = schema_of<contour::ContourOptions>(),
+                  "lwpr"_a = schema_of<lwpr::LwprOptions>());
 }
 
 std::string option_expected(const std::string& kind, double min, double max, bool min_open, bool max_open,
@@ -64,4 +65,4 @@ void bind_option_schema(py::module_& m) {
         "What a message about such an option says was expected.");
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

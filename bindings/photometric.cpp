@@ -9,17 +9,17 @@
 #include "sdf/paint.h"
 #include "volume.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
 py::array_t<std::uint8_t> painted(const py::array& vertices, const py::array& faces,
                                   const py::array& vertex_rgb, const py::array& phi, double voxel_m,
                                   const std::array<double, 3>& origin, double reach_m, int threads) {
-  const MeshView mesh = mesh_view(vertices, faces);
+  const sdf::MeshView mesh = mesh_view(vertices, faces);
   const std::uint8_t* rgb = borrow<std::uint8_t>(vertex_rgb, "colors", {vertices.shape(0), 3});
   const SdfView view = volume_view(phi, voxel_m, origin);
-  const Grid grid{view.nx, view.ny, view.nz, voxel_m, {origin[0], origin[1], origin[2]}};
+  const sdf::Grid grid{view.nx, view.ny, view.nz, voxel_m, {origin[0], origin[1], origin[2]}};
   std::vector<std::uint8_t> rgba;
   {
     const ReleaseGil release;
@@ -36,18 +36,18 @@ py::tuple photometric(const std::tuple<py::array, double, std::array<double, 3>,
   const auto& [values, voxel_m, origin, colors] = shape;
   const SdfView sdf = volume_view(values, voxel_m, origin);
   const py::ssize_t n = u.size();
-  GreyPixels pixels;
+  energies::GreyPixels pixels;
   for (py::ssize_t i = 0; i < n; ++i)
     pixels.push(borrow<float>(u, "u_px", {n})[i], borrow<float>(v, "v_px", {n})[i],
                 borrow<float>(depth, "depth_m", {n})[i], borrow<float>(grey, "grey", {n})[i]);
-  std::vector<PhotometricHit> hits;
-  PhotometricEnergy energy(sdf, painted_view(colors, sdf), &pixels, {sigma}, &hits);
-  State x;
+  std::vector<energies::PhotometricHit> hits;
+  energies::PhotometricEnergy energy(sdf, painted_view(colors, sdf), &pixels, {sigma}, &hits);
+  optim::State x;
   x.K = {K[0], K[1], K[2], K[3]};
   x.T_obj_cam.assign(1, rigid_from(settled, "settled"));
   const int used = energy.settle(x);
   x.T_obj_cam[0] = rigid_from(T, "T_obj_cam");
-  NormalEquations at;
+  optim::NormalEquations at;
   at.reset(6);
   const double cost = energy.cost(x);
   energy.linearize(x, &at);
@@ -65,4 +65,4 @@ void bind_photometric(py::module_& m) {
         "Cost, gradient, Hessian, tone (gain, shading, offset) and pixels used, of the photometric energy.");
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include "tracking/plane.h"
+#include "plane/plane.h"
 
 #include <pybind11/stl.h>
 
 #include "array.h"
+#include "plane/plane_mask.h"
 #include "release_gil.h"
-#include "tracking/plane_mask.h"
 #include "volume.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
@@ -17,17 +17,17 @@ constexpr const char* kMiss[] = {"", "few readings", "no start", "start not flat
 
 std::array<double, 3> as_array(Vec3d v) { return {v.x, v.y, v.z}; }
 
-DepthFrame depth_frame(const py::array& depth, const Camera& camera, const py::object& rays) {
-  DepthFrame frame{image_view(depth, "depth", camera), nullptr, nullptr};
+frame::DepthFrame depth_frame(const py::array& depth, const Camera& camera, const py::object& rays) {
+  frame::DepthFrame frame{image_view(depth, "depth", camera), nullptr, nullptr};
   if (!rays.is_none())
     frame.rays = borrow<float>(py::cast<py::array>(rays), "rays", {camera.height, camera.width, 2});
   return frame;
 }
 
-PlaneMethod method_of(const std::string& name) {
-  if (name == "printed") return PlaneMethod::kPrinted;
-  if (name == "rigid") return PlaneMethod::kRigid;
-  if (name == "bent") return PlaneMethod::kBent;
+plane::PlaneMethod method_of(const std::string& name) {
+  if (name == "printed") return plane::PlaneMethod::kPrinted;
+  if (name == "rigid") return plane::PlaneMethod::kRigid;
+  if (name == "bent") return plane::PlaneMethod::kBent;
   throw std::invalid_argument("method: expected \"rigid\", \"bent\" or \"printed\", got \"" + name + "\"");
 }
 
@@ -35,23 +35,24 @@ PlaneMethod method_of(const std::string& name) {
 py::object remove_plane(const py::array& depth, const Camera& camera, const py::object& rays, int start_x,
                         int start_y, double tolerance_m, const std::string& method,
                         const std::array<double, 3>& noise, bool measure_noise, bool feet, int threads) {
-  const DepthFrame frame = depth_frame(depth, camera, rays);
-  PlaneOptions options{tolerance_m, start_x, start_y, {}, method_of(method), {noise[0], noise[1], noise[2]}};
+  const frame::DepthFrame frame = depth_frame(depth, camera, rays);
+  plane::PlaneOptions options{tolerance_m, start_x,           start_y,
+                              {},          method_of(method), {noise[0], noise[1], noise[2]}};
   py::array_t<bool> mask({camera.height, camera.width});
   auto* out = reinterpret_cast<unsigned char*>(mask.mutable_data());
-  FoundPlane found;
+  plane::FoundPlane found;
   {
     const ReleaseGil release;
-    found = search_plane(frame, camera, options);
-    if (found.miss == PlaneMiss::kNone) {
-      const bool printed = options.method == PlaneMethod::kPrinted;
+    found = plane::search_plane(frame, camera, options);
+    if (found.miss == plane::PlaneMiss::kNone) {
+      const bool printed = options.method == plane::PlaneMethod::kPrinted;
       const double scale = printed ? 0.0 : measure_noise ? found.noise_scale : 1.0;
-      mask_plane(frame, camera, found.plane, {tolerance_m, options.noise, scale, feet && !printed}, threads,
-                 out);
+      plane::mask_plane(frame, camera, found.plane, {tolerance_m, options.noise, scale, feet && !printed},
+                        threads, out);
     }
   }
-  if (found.miss != PlaneMiss::kNone) return py::str(kMiss[static_cast<int>(found.miss)]);
-  const Plane plane = normal_form(found.plane);
+  if (found.miss != plane::PlaneMiss::kNone) return py::str(kMiss[static_cast<int>(found.miss)]);
+  const frame::Plane plane = plane::normal_form(found.plane);
   return py::make_tuple(mask, as_array(plane.normal_cam), plane.offset_m, found.plane.bend, found.noise_scale,
                         found.share);
 }
@@ -61,27 +62,27 @@ py::object remove_plane(const py::array& depth, const Camera& camera, const py::
 py::object fit_masked_plane(const py::array& depth, const Camera& camera, const py::object& rays,
                             const py::object& mask, const std::array<double, 3>& normal, double offset_m,
                             double tolerance_m, const std::array<double, 3>& noise, bool bent) {
-  const DepthFrame frame = depth_frame(depth, camera, rays);
+  const frame::DepthFrame frame = depth_frame(depth, camera, rays);
   const unsigned char* wanted = mask_view(mask, camera);
-  const DepthNoise law{noise[0], noise[1], noise[2]};
-  InversePlane plane;
+  const plane::DepthNoise law{noise[0], noise[1], noise[2]};
+  plane::InversePlane plane;
   plane.g = (-1 / offset_m) * Vec3d{normal[0], normal[1], normal[2]};
   double scale = 1;
   bool fitted = false;
   {
     const ReleaseGil release;
-    std::vector<PlaneReading> readings;
+    std::vector<plane::PlaneReading> readings;
     for (int y = 0; y < camera.height; ++y)
       for (int x = 0; x < camera.width; ++x)
         if (!wanted || wanted[static_cast<std::ptrdiff_t>(y) * camera.width + x]) {
-          const PlaneReading p = plane_reading(frame, camera, x, y);
+          const plane::PlaneReading p = plane::plane_reading(frame, camera, x, y);
           if (p.depth_m > 0) readings.push_back(p);
         }
-    fitted = fit_plane(readings, plane_ruler(camera, tolerance_m, law), kMaskedRounds,
-                       bent ? PlaneStart::kBend : PlaneStart::kRough, &plane, &scale);
+    fitted = plane::fit_plane(readings, plane::plane_ruler(camera, tolerance_m, law), kMaskedRounds,
+                              bent ? plane::PlaneStart::kBend : plane::PlaneStart::kRough, &plane, &scale);
   }
   if (!fitted) return py::none();
-  const Plane found = normal_form(plane);
+  const frame::Plane found = plane::normal_form(plane);
   return py::make_tuple(as_array(found.normal_cam), found.offset_m, plane.bend, scale);
 }
 
@@ -102,4 +103,4 @@ void bind_plane(py::module_& m) {
         "line.");
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

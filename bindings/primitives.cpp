@@ -12,17 +12,17 @@
 #include "primitives/support.h"
 #include "release_gil.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
 using namespace py::literals;
 
-PrimitiveSize checked_size(PrimitiveKind kind, const std::vector<double>& size) {
-  if (static_cast<int>(size.size()) != size_count(kind))
-    throw py::value_error("size: expected " + std::to_string(size_count(kind)) + " lengths, got " +
-                          std::to_string(size.size()));
-  PrimitiveSize out{1, 1, 1};
+primitives::PrimitiveSize checked_size(primitives::PrimitiveKind kind, const std::vector<double>& size) {
+  if (static_cast<int>(size.size()) != primitives::size_count(kind))
+    throw py::value_error("size: expected " + std::to_string(primitives::size_count(kind)) +
+                          " lengths, got " + std::to_string(size.size()));
+  primitives::PrimitiveSize out{1, 1, 1};
   for (std::size_t i = 0; i < size.size(); ++i) {
     if (!(size[i] > 0) || !std::isfinite(size[i]))
       throw py::value_error("size: expected lengths above 0 m, got " + std::to_string(size[i]));
@@ -38,16 +38,16 @@ const Vec3d* borrow_points(const py::array& points, std::size_t* n) {
 }
 
 // phi (N,), d phi / d p (N, 3), d phi / d size (N, sizes), object frame.
-py::tuple distances(PrimitiveKind kind, const std::vector<double>& size, const py::array& points,
-                    Scaling scaling) {
-  const PrimitiveSize s = checked_size(kind, size);
+py::tuple distances(primitives::PrimitiveKind kind, const std::vector<double>& size, const py::array& points,
+                    primitives::Scaling scaling) {
+  const primitives::PrimitiveSize s = checked_size(kind, size);
   std::size_t n;
   const Vec3d* p = borrow_points(points, &n);
-  const auto sizes = static_cast<std::size_t>(size_count(kind));
+  const auto sizes = static_cast<std::size_t>(primitives::size_count(kind));
   std::vector<double> phi(n), grad(3 * n), by_size(sizes * n);
-  const PrimitiveField field{kind, scaling, {}, {s[0], s[1], s[2]}};
+  const primitives::PrimitiveField field{kind, scaling, {}, {s[0], s[1], s[2]}};
   for (std::size_t i = 0; i < n; ++i) {
-    const SolidSample<double> at = field.sample(p[i]);
+    const sdf::SolidSample<double> at = field.sample(p[i]);
     phi[i] = at.phi_m;
     grad[3 * i] = at.grad.x, grad[3 * i + 1] = at.grad.y, grad[3 * i + 2] = at.grad.z;
     for (std::size_t k = 0; k < sizes; ++k) by_size[sizes * i + k] = at.size[k];
@@ -64,8 +64,8 @@ class View {
     View out;
     std::size_t n;
     const Vec3d* p = borrow_points(points, &n);
-    for (const std::size_t i : spread_order(n)) out.view.points.push_back(p[i]);
-    out.view.bare = FloatPoints(out.view.points);
+    for (const std::size_t i : primitives::spread_order(n)) out.view.points.push_back(p[i]);
+    out.view.bare = primitives::FloatPoints(out.view.points);
     return out;
   }
   static View of_image(const py::array& depth_m, const py::array& labels, const Camera& camera,
@@ -76,9 +76,9 @@ class View {
     const auto* label = borrow<std::uint8_t>(labels, "labels", {camera.height, camera.width});
     const ReleaseGil release;
     const std::vector<float> rays = camera.distorted() ? ray_table(camera) : std::vector<float>{};
-    const DepthFrame frame{image, nullptr, rays.empty() ? nullptr : rays.data()};
-    out.view.points = labelled_points(frame, camera, label);
-    out.view.outline = outline_rays(frame, camera, label, reach_px);
+    const frame::DepthFrame frame{image, nullptr, rays.empty() ? nullptr : rays.data()};
+    out.view.points = primitives::labelled_points(frame, camera, label);
+    out.view.outline = primitives::outline_rays(frame, camera, label, reach_px);
     out.view.along_rays = true;
     return out;
   }
@@ -92,12 +92,12 @@ class View {
     return to_numpy(std::move(out), {static_cast<py::ssize_t>(view.points.size()), 3});
   }
 
-  PrimitiveView view;
+  primitives::PrimitiveView view;
 };
 
-py::dict fit_dict(const PrimitiveFit& fit, const SeedCloud& cloud) {
+py::dict fit_dict(const primitives::PrimitiveFit& fit, const primitives::SeedCloud& cloud) {
   py::dict d;
-  const int n = size_count(fit.kind);
+  const int n = primitives::size_count(fit.kind);
   const Rigidd T = inverse(fit.x.T_obj_cam[0]);
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(6 + n, 6 + n);
   const Vec3d rows[3] = {T.R.r0, T.R.r1, T.R.r2};
@@ -106,7 +106,7 @@ py::dict fit_dict(const PrimitiveFit& fit, const SeedCloud& cloud) {
       J(block + i, block) = -rows[i].x, J(block + i, block + 1) = -rows[i].y,
                    J(block + i, block + 2) = -rows[i].z;
     }
-  const PrimitiveSize size = fit.size();
+  const primitives::PrimitiveSize size = fit.size();
   std::vector<double> lengths;
   std::vector<bool> bounded;
   for (int i = 0; i < n; ++i) {
@@ -130,28 +130,29 @@ py::dict fit_dict(const PrimitiveFit& fit, const SeedCloud& cloud) {
 
 // One dict per kind (None where there was nothing to start from), with its evidence at the least scale of
 // all.
-py::list fit_kinds(const View& self, const std::vector<PrimitiveKind>& kinds,
-                   const PrimitiveFitOptions& options, const py::object& T_cam_obj,
+py::list fit_kinds(const View& self, const std::vector<primitives::PrimitiveKind>& kinds,
+                   const primitives::PrimitiveFitOptions& options, const py::object& T_cam_obj,
                    const std::optional<std::vector<double>>& size, int threads) {
-  std::optional<PrimitiveGuess> initial;
+  std::optional<primitives::PrimitiveGuess> initial;
   if (!T_cam_obj.is_none()) {
     if (kinds.size() != 1 || !size) throw py::value_error("initial: expected one kind, with its size");
     initial = {inverse(rigid_from(py::array(T_cam_obj), "T_cam_obj")), checked_size(kinds[0], *size)};
   }
-  std::vector<PrimitiveFit> fits(kinds.size());
+  std::vector<primitives::PrimitiveFit> fits(kinds.size());
   std::vector<double> against(kinds.size());
-  SeedCloud cloud;
+  primitives::SeedCloud cloud;
   {
     const ReleaseGil release;
-    cloud = seed_cloud(self.view);
+    cloud = primitives::seed_cloud(self.view);
     parallel_for(kinds.size(), threads, [&](std::size_t k) {
-      fits[k] = fit_primitive(kinds[k], self.view, cloud, options, initial ? &*initial : nullptr);
+      fits[k] = primitives::fit_primitive(kinds[k], self.view, cloud, options, initial ? &*initial : nullptr);
     });
     double scale = 1;  // that all kinds share
-    for (const PrimitiveFit& fit : fits)
+    for (const primitives::PrimitiveFit& fit : fits)
       if (fit.found) scale = std::min(scale, fit.scale_m);
     parallel_for(kinds.size(), threads, [&](std::size_t k) {
-      if (fits[k].found && fits.size() > 1) against[k] = evidence_against(fits[k], self.view, options, scale);
+      if (fits[k].found && fits.size() > 1)
+        against[k] = primitives::evidence_against(fits[k], self.view, options, scale);
     });
   }
   py::list out;
@@ -168,14 +169,15 @@ py::list fit_kinds(const View& self, const std::vector<PrimitiveKind>& kinds,
 }
 
 // What a test compares: residuals, gradient and cost at a pose and lengths.
-py::dict energy_at(const View& self, PrimitiveKind kind, const py::array& T_obj_cam,
-                   const std::vector<double>& size, const PrimitiveEnergyOptions& options) {
-  const PrimitiveSize s = checked_size(kind, size);
-  State x;
+py::dict energy_at(const View& self, primitives::PrimitiveKind kind, const py::array& T_obj_cam,
+                   const std::vector<double>& size, const primitives::PrimitiveEnergyOptions& options) {
+  const primitives::PrimitiveSize s = checked_size(kind, size);
+  optim::State x;
   x.T_obj_cam = {rigid_from(T_obj_cam, "T_obj_cam")};
-  for (int i = 0; i < size_count(kind); ++i) x.log_size.push_back(std::log(s[static_cast<std::size_t>(i)]));
-  PrimitiveEnergy energy(kind, &self.view, options);
-  NormalEquations eq;
+  for (int i = 0; i < primitives::size_count(kind); ++i)
+    x.log_size.push_back(std::log(s[static_cast<std::size_t>(i)]));
+  primitives::PrimitiveEnergy energy(kind, &self.view, options);
+  optim::NormalEquations eq;
   eq.reset(energy.unknowns().size());
   energy.linearize(x, &eq);
   std::vector<double> residuals;
@@ -189,13 +191,14 @@ py::dict energy_at(const View& self, PrimitiveKind kind, const py::array& T_obj_
 }
 
 // Of one ray of the picture's edge: least phi along it (m), and its derivative by (v, w) and the lengths.
-py::tuple clearance_of(PrimitiveKind kind, const std::vector<double>& size, const py::array& T_obj_cam,
-                       std::array<double, 3> ray, double near_m, double far_m) {
-  const PrimitiveSize s = checked_size(kind, size);
-  const PrimitiveField field{kind, Scaling::kExact, rigid_from(T_obj_cam, "T_obj_cam"), {s[0], s[1], s[2]}};
-  SolidResidual r;
-  clearance(field, {{ray[0], ray[1], ray[2]}, near_m, far_m, 0, Sight::kOn}, &r);
-  std::vector<double> J(r.J, r.J + 6 + size_count(kind));
+py::tuple clearance_of(primitives::PrimitiveKind kind, const std::vector<double>& size,
+                       const py::array& T_obj_cam, std::array<double, 3> ray, double near_m, double far_m) {
+  const primitives::PrimitiveSize s = checked_size(kind, size);
+  const primitives::PrimitiveField field{
+      kind, primitives::Scaling::kExact, rigid_from(T_obj_cam, "T_obj_cam"), {s[0], s[1], s[2]}};
+  primitives::SolidResidual r;
+  primitives::clearance(field, {{ray[0], ray[1], ray[2]}, near_m, far_m, 0, primitives::Sight::kOn}, &r);
+  std::vector<double> J(r.J, r.J + 6 + primitives::size_count(kind));
   for (std::size_t i = 6; i < J.size(); ++i) J[i] /= s[i - 6];
   return py::make_tuple(r.m, J);
 }
@@ -203,36 +206,38 @@ py::tuple clearance_of(PrimitiveKind kind, const std::vector<double>& size, cons
 }  // namespace
 
 void bind_primitives(py::module_& m) {
-  py::enum_<PrimitiveKind>(m, "PrimitiveKind")
-      .value("sphere", PrimitiveKind::kSphere)
-      .value("cylinder", PrimitiveKind::kCylinder)
-      .value("cone", PrimitiveKind::kCone)
-      .value("box", PrimitiveKind::kBox)
-      .value("ellipsoid", PrimitiveKind::kEllipsoid)
-      .value("plane", PrimitiveKind::kPlane);
-  py::enum_<Scaling>(m, "Scaling").value("exact", Scaling::kExact).value("printed", Scaling::kPrinted);
-  py::enum_<Rest>(m, "Rest")
-      .value("point", Rest::kPoint)
-      .value("base", Rest::kBase)
-      .value("side", Rest::kSide);
-  py::class_<PrimitiveFitOptions>(m, "PrimitiveFitOptions")
+  py::enum_<primitives::PrimitiveKind>(m, "PrimitiveKind")
+      .value("sphere", primitives::PrimitiveKind::kSphere)
+      .value("cylinder", primitives::PrimitiveKind::kCylinder)
+      .value("cone", primitives::PrimitiveKind::kCone)
+      .value("box", primitives::PrimitiveKind::kBox)
+      .value("ellipsoid", primitives::PrimitiveKind::kEllipsoid)
+      .value("plane", primitives::PrimitiveKind::kPlane);
+  py::enum_<primitives::Scaling>(m, "Scaling")
+      .value("exact", primitives::Scaling::kExact)
+      .value("printed", primitives::Scaling::kPrinted);
+  py::enum_<primitives::Rest>(m, "Rest")
+      .value("point", primitives::Rest::kPoint)
+      .value("base", primitives::Rest::kBase)
+      .value("side", primitives::Rest::kSide);
+  py::class_<primitives::PrimitiveFitOptions>(m, "PrimitiveFitOptions")
       .def(py::init<>())
-      .def_readwrite("scaling", &PrimitiveFitOptions::scaling)
-      .def_readwrite("seed", &PrimitiveFitOptions::seed)
-      .def_readwrite("most_points", &PrimitiveFitOptions::most_points)
-      .def_readwrite("tolerance_m", &PrimitiveFitOptions::tolerance_m);
-  py::class_<PrimitiveEnergyOptions>(m, "PrimitiveEnergyOptions")
+      .def_readwrite("scaling", &primitives::PrimitiveFitOptions::scaling)
+      .def_readwrite("seed", &primitives::PrimitiveFitOptions::seed)
+      .def_readwrite("most_points", &primitives::PrimitiveFitOptions::max_points)
+      .def_readwrite("tolerance_m", &primitives::PrimitiveFitOptions::tolerance_m);
+  py::class_<primitives::PrimitiveEnergyOptions>(m, "PrimitiveEnergyOptions")
       .def(py::init<>())
-      .def_readwrite("scaling", &PrimitiveEnergyOptions::scaling)
-      .def_readwrite("scale_m", &PrimitiveEnergyOptions::scale_m)
-      .def_readwrite("outlier_floor", &PrimitiveEnergyOptions::outlier_floor)
-      .def_readwrite("outline_scale_px", &PrimitiveEnergyOptions::outline_scale_px)
-      .def_readwrite("outline_floor", &PrimitiveEnergyOptions::outline_floor)
-      .def_readwrite("standing_sigma_m", &PrimitiveEnergyOptions::standing_sigma_m)
-      .def_readwrite("resting_sigma_rad", &PrimitiveEnergyOptions::resting_sigma_rad)
-      .def_readwrite("rest", &PrimitiveEnergyOptions::rest)
-      .def_readwrite("shrink", &PrimitiveEnergyOptions::shrink)
-      .def_readwrite("in_double", &PrimitiveEnergyOptions::in_double);
+      .def_readwrite("scaling", &primitives::PrimitiveEnergyOptions::scaling)
+      .def_readwrite("scale_m", &primitives::PrimitiveEnergyOptions::scale_m)
+      .def_readwrite("outlier_floor", &primitives::PrimitiveEnergyOptions::outlier_floor)
+      .def_readwrite("outline_scale_px", &primitives::PrimitiveEnergyOptions::outline_scale_px)
+      .def_readwrite("outline_floor", &primitives::PrimitiveEnergyOptions::outline_floor)
+      .def_readwrite("standing_sigma_m", &primitives::PrimitiveEnergyOptions::standing_sigma_m)
+      .def_readwrite("resting_sigma_rad", &primitives::PrimitiveEnergyOptions::resting_sigma_rad)
+      .def_readwrite("rest", &primitives::PrimitiveEnergyOptions::rest)
+      .def_readwrite("shrink", &primitives::PrimitiveEnergyOptions::shrink)
+      .def_readwrite("in_double", &primitives::PrimitiveEnergyOptions::in_double);
   py::class_<View>(m, "PrimitiveView", "Readings and edge pixels of an object, for solids of unknown size.")
       .def_static("of_points", &View::of_points, "points"_a)
       .def_static("of_image", &View::of_image, "depth"_a, "labels"_a, "camera"_a, "reach_px"_a = 2)
@@ -243,18 +248,18 @@ void bind_primitives(py::module_& m) {
            "threads"_a = 0)
       .def("energy", &energy_at, "kind"_a, "T_obj_cam"_a, "size"_a, "options"_a);
   m.def("primitive_distances", &distances, "kind"_a, "size"_a, "points"_a,
-        py::arg_v("scaling", Scaling::kExact, "Scaling.exact"),
+        py::arg_v("scaling", primitives::Scaling::kExact, "Scaling.exact"),
         "-> phi (N,), gradient (N, 3), derivative by every length (N, sizes).");
   m.def("primitive_clearance", &clearance_of, "kind"_a, "size"_a, "T_obj_cam"_a, "ray"_a, "near_m"_a,
         "far_m"_a, "-> least phi along a stretch of a ray (m), derivative by (v, w) and every length.");
   m.def(
       "primitive_reach",
-      [](PrimitiveKind kind, const std::vector<double>& size, std::array<double, 3> v) {
-        const Reach r = reach_of(kind, {v[0], v[1], v[2]}, checked_size(kind, size));
+      [](primitives::PrimitiveKind kind, const std::vector<double>& size, std::array<double, 3> v) {
+        const primitives::Reach r = primitives::reach_of(kind, {v[0], v[1], v[2]}, checked_size(kind, size));
         return py::make_tuple(r.reach_m, std::array<double, 3>{r.at.x, r.at.y, r.at.z},
-                              std::vector<double>(r.size, r.size + size_count(kind)));
+                              std::vector<double>(r.size, r.size + primitives::size_count(kind)));
       },
       "kind"_a, "size"_a, "direction"_a, "-> reach (m), point, derivative by every length.");
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -11,14 +11,15 @@
 #include "track_results.h"
 #include "volume.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
-PyTracker::PyTracker(const std::vector<PyVolume>& shapes, const Camera& camera, const TrackerOptions& options,
-                     int threads, bool recover, MotionModel motion, bool cuda, Collision collision) {
+PyTracker::PyTracker(const std::vector<PyVolume>& shapes, const Camera& camera,
+                     const tracking::TrackerOptions& options, int threads, bool recover,
+                     tracking::MotionModel motion, bool cuda, tracking::Collision collision) {
   const std::vector<SdfView> views = views_of(shapes);
   const ReleaseGil release;
-  tracker_ = std::make_unique<Tracker>(views, camera, options,
-                                       TrackerSettings{threads, recover, cuda, collision, motion});
+  tracker_ = std::make_unique<tracking::Tracker>(
+      views, camera, options, tracking::TrackerSettings{threads, recover, cuda, collision, motion});
 }
 
 void PyTracker::check_object(int k) const {
@@ -27,12 +28,12 @@ void PyTracker::check_object(int k) const {
                           std::to_string(k));
 }
 
-PoseHint PyTracker::hint_from(const py::object& place) const {
-  PoseHint where;
+tracking::PoseHint PyTracker::hint_from(const py::object& place) const {
+  tracking::PoseHint where;
   if (place.is_none()) return where;
   if (py::isinstance<py::tuple>(place)) {
     const auto [x, y, w, h] = place.cast<std::tuple<int, int, int, int>>();
-    where.box = Rect{x, y, x + w, y + h};
+    where.box = frame::Rect{x, y, x + w, y + h};
     return where;
   }
   const auto array = place.cast<py::array>();
@@ -46,8 +47,8 @@ PoseHint PyTracker::hint_from(const py::object& place) const {
   return where;
 }
 
-std::vector<PoseHint> PyTracker::hints_from(const py::list& places) const {
-  std::vector<PoseHint> where;
+std::vector<tracking::PoseHint> PyTracker::hints_from(const py::list& places) const {
+  std::vector<tracking::PoseHint> where;
   for (const py::handle& place : places)
     where.push_back(hint_from(py::reinterpret_borrow<py::object>(place)));
   return where;
@@ -56,7 +57,7 @@ std::vector<PoseHint> PyTracker::hints_from(const py::list& places) const {
 // `work` runs on the frame as the core knows it, without the interpreter's lock.
 template <class Work>
 void PyTracker::run(const PyFrame& frame, const Work& work) {
-  const ColorImage image = color_view(frame.color, frame.color_map);
+  const appearance::ColorImage image = color_view(frame.color, frame.color_map);
   if (frame.depth.is_none()) {
     const ReleaseGil release;
     work(tracker_->make_unreadable_frame(frame.error, frame.time_s));
@@ -69,27 +70,27 @@ void PyTracker::run(const PyFrame& frame, const Work& work) {
 }
 
 py::dict PyTracker::start(const PyFrame& frame, const py::list& places, const Names& names) {
-  const std::vector<PoseHint> hints = hints_from(places);
+  const std::vector<tracking::PoseHint> hints = hints_from(places);
   const Busy busy(&busy_, "tracker");
-  run(frame, [&](const DepthFrame& f) { tracker_->start(f, hints); });
+  run(frame, [&](const frame::DepthFrame& f) { tracker_->start(f, hints); });
   return result_to_dict(tracker_->last_result(), names);
 }
 
 py::dict PyTracker::track(const PyFrame& frame, const Names& names) {
   const Busy busy(&busy_, "tracker");
-  run(frame, [&](const DepthFrame& f) { tracker_->track(f); });
+  run(frame, [&](const frame::DepthFrame& f) { tracker_->track(f); });
   return result_to_dict(tracker_->last_result(), names);
 }
 
 py::dict PyTracker::recover(const PyFrame& frame, const std::vector<int>& objects, const py::list& places,
                             const Names& names) {
   for (const int k : objects) check_object(k);
-  const std::vector<PoseHint> hints = hints_from(places);
+  const std::vector<tracking::PoseHint> hints = hints_from(places);
   if (hints.size() != objects.size())
     throw py::value_error("places: expected one per object (" + std::to_string(objects.size()) + "), got " +
                           std::to_string(hints.size()));
   const Busy busy(&busy_, "tracker");
-  run(frame, [&](const DepthFrame& f) { tracker_->recover(f, objects, hints); });
+  run(frame, [&](const frame::DepthFrame& f) { tracker_->recover(f, objects, hints); });
   return result_to_dict(tracker_->last_result(), names);
 }
 
@@ -100,11 +101,11 @@ py::tuple PyTracker::revisit(const PyFrame& frame) {
   double* const to = poses.mutable_data();
   bool* const is_sure = sure.mutable_data();
   const Busy busy(&busy_, "tracker");
-  run(frame, [&](const DepthFrame& f) {
-    const std::vector<ObjectResult>& results = tracker_->revisit(f);
+  run(frame, [&](const frame::DepthFrame& f) {
+    const std::vector<tracking::ObjectResult>& results = tracker_->revisit(f);
     for (std::size_t k = 0; k < results.size(); ++k) {
       write_matrix(results[k].T_cam_obj, to + 16 * k);
-      is_sure[k] = results[k].trust.status == Status::kOk;
+      is_sure[k] = results[k].trust.status == tracking::Status::kOk;
     }
   });
   return py::make_tuple(poses, sure);
@@ -113,10 +114,10 @@ py::tuple PyTracker::revisit(const PyFrame& frame) {
 py::object PyTracker::judge(const PyFrame& frame, int k, const py::array& T) {
   check_object(k);
   const Rigidd T_cam_obj = rigid_from(T, "T");
-  std::optional<Fitted> f;
-  Trust trust;
+  std::optional<tracking::Fitted> f;
+  tracking::Trust trust;
   const Busy busy(&busy_, "tracker");
-  run(frame, [&](const DepthFrame& depth) {
+  run(frame, [&](const frame::DepthFrame& depth) {
     f = tracker_->look(depth, k, T_cam_obj);
     if (f) trust = sdftrack::judge(*f, tracker_->options());
   });
@@ -128,19 +129,20 @@ std::array<int, 4> PyTracker::region(int k, const py::array& T, double padding_m
   check_object(k);
   const Rigidd T_cam_obj = rigid_from(T, "T");
   const Busy busy(&busy_, "tracker");
-  const Shape& shape = tracker_->shape(k);
-  const Rect r = projected_box(tracker_->camera(), shape, centred(T_cam_obj, shape), padding_m);
+  const frame::Shape& shape = tracker_->shape(k);
+  const frame::Rect r =
+      frame::projected_box(tracker_->camera(), shape, tracking::centred(T_cam_obj, shape), padding_m);
   return {r.x0, r.y0, r.x1, r.y1};
 }
 
 py::tuple PyTracker::look_at(const PyFrame& frame, int k, const std::array<int, 4>& region) {
   check_object(k);
-  const Rect rect{region[0], region[1], region[2], region[3]};
+  const frame::Rect rect{region[0], region[1], region[2], region[3]};
   const py::ssize_t h = rect.y1 - rect.y0, w = rect.x1 - rect.x0;
   std::vector<float> foreground;
   std::vector<std::uint8_t> rgb;
   const Busy busy(&busy_, "tracker");
-  run(frame, [&](const DepthFrame& f) {
+  run(frame, [&](const frame::DepthFrame& f) {
     tracker_->find_foreground(f, k, rect, &foreground);
     if (f.color) fetch_colors(f, rect, &rgb);
   });
@@ -155,8 +157,8 @@ py::tuple PyTracker::membership(const PyFrame& frame) {
   py::array_t<float> weights({h, w, static_cast<py::ssize_t>(tracker_->object_count())}), foreground({h, w});
   float *const to = weights.mutable_data(), *const chance = foreground.mutable_data();
   const Busy busy(&busy_, "tracker");
-  run(frame, [&](const DepthFrame& f) { tracker_->find_membership(f, to, chance); });
+  run(frame, [&](const frame::DepthFrame& f) { tracker_->find_membership(f, to, chance); });
   return py::make_tuple(weights, foreground);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -13,7 +13,7 @@
 #include "array.h"
 #include "tracking/tracker.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 using PyVolume = std::tuple<py::array, double, std::array<double, 3>>;  // values, voxel (m), origin (m)
 
@@ -28,8 +28,9 @@ struct PyFrame {
 
 class PyTracker {
  public:
-  PyTracker(const std::vector<PyVolume>& shapes, const Camera& camera, const TrackerOptions& options,
-            int threads, bool recover, MotionModel motion, bool cuda, Collision collision);
+  PyTracker(const std::vector<PyVolume>& shapes, const Camera& camera,
+            const tracking::TrackerOptions& options, int threads, bool recover, tracking::MotionModel motion,
+            bool cuda, tracking::Collision collision);
   // names: of the objects, for the sentences of the reasons.
   py::dict start(const PyFrame& frame, const py::list& places, const Names& names);
   py::dict track(const PyFrame& frame, const Names& names);
@@ -58,7 +59,7 @@ class PyTracker {
   // colors: uint16 (z, y, x, 4) beside object k's volume.
   void paint(int k, const py::array& colors);
   void set_camera(const Camera& camera);
-  void set_pose(int k, const py::array& T, const std::optional<Matrix6d>& covariance);
+  void set_pose(int k, const py::array& T, const std::optional<tracking::Matrix6d>& covariance);
   void mark_unfound(int k, const std::string& kind);
 
   // The record of the sequence. best: (M, 4, 4), NaN: no good pose yet.
@@ -70,16 +71,16 @@ class PyTracker {
  private:
   void check_object(int k) const;
   // None: anywhere; (4, 4) float64: a pose; H x W uint8: a mask; (x, y, w, h): a box.
-  PoseHint hint_from(const py::object& place) const;
-  std::vector<PoseHint> hints_from(const py::list& places) const;
+  tracking::PoseHint hint_from(const py::object& place) const;
+  std::vector<tracking::PoseHint> hints_from(const py::list& places) const;
   std::vector<SdfView> views_of(const std::vector<PyVolume>& shapes);
-  Poses poses_from(const py::array& poses) const;
+  tracking::Poses poses_from(const py::array& poses) const;
   template <class Work>
   void run(const PyFrame& frame, const Work& work);
 
   std::vector<py::array> volumes_;
-  std::unique_ptr<Tracker> tracker_;
+  std::unique_ptr<tracking::Tracker> tracker_;
   std::atomic<bool> busy_{false};
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -10,7 +10,7 @@
 #include "release_gil.h"
 #include "volume.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 std::vector<SdfView> PyTracker::views_of(const std::vector<PyVolume>& shapes) {
   std::vector<SdfView> views;
@@ -21,10 +21,10 @@ std::vector<SdfView> PyTracker::views_of(const std::vector<PyVolume>& shapes) {
   return views;
 }
 
-Poses PyTracker::poses_from(const py::array& poses) const {
+tracking::Poses PyTracker::poses_from(const py::array& poses) const {
   const auto count = static_cast<py::ssize_t>(tracker_->object_count());
   const double* m = borrow<double>(poses, "poses", {count, 4, 4});
-  Poses out(static_cast<std::size_t>(count));
+  tracking::Poses out(static_cast<std::size_t>(count));
   for (std::optional<Rigidd>& pose : out) {
     if (std::all_of(m, m + 16, [](double x) { return std::isfinite(x); })) pose = read_matrix(m);
     m += 16;
@@ -34,7 +34,7 @@ Poses PyTracker::poses_from(const py::array& poses) const {
 
 void PyTracker::replace_shapes(const std::vector<PyVolume>& shapes, const py::array& poses) {
   const Busy busy(&busy_, "tracker");
-  const Poses from = poses_from(poses);
+  const tracking::Poses from = poses_from(poses);
   std::vector<py::array> before = std::exchange(volumes_, {});
   const std::vector<SdfView> views = views_of(shapes);
   const ReleaseGil release;
@@ -44,7 +44,7 @@ void PyTracker::replace_shapes(const std::vector<PyVolume>& shapes, const py::ar
 int PyTracker::add(const PyVolume& shape, const py::object& place) {
   const auto& [values, voxel_m, origin] = shape;
   const SdfView view = volume_view(values, voxel_m, origin);
-  const PoseHint hint = hint_from(place);
+  const tracking::PoseHint hint = hint_from(place);
   const Busy busy(&busy_, "tracker");
   volumes_.push_back(values);
   const ReleaseGil release;
@@ -67,11 +67,12 @@ void PyTracker::reshape(int k, const PyVolume& shape, const py::array& seen, int
   const SdfView view = volume_view(values, voxel_m, origin);
   if (!py::isinstance<py::array_t<std::uint16_t>>(seen) || seen.ndim() != 3 || seen.size() != values.size())
     throw py::type_error("seen: expected uint16 of the volume's shape, got " + describe(seen));
-  const SeenView amount{static_cast<const std::uint16_t*>(seen.data()),
-                        static_cast<int>(seen.strides(2) / static_cast<py::ssize_t>(sizeof(std::uint16_t))),
-                        static_cast<std::uint16_t>(least)};
-  const auto* first = reinterpret_cast<const VoxelBox*>(borrow<std::int32_t>(boxes, "boxes", {-1, 6}));
-  PartialShape known{view, amount, {}, {first, first + boxes.shape(0)}, {}};
+  const frame::SeenView amount{
+      static_cast<const std::uint16_t*>(seen.data()),
+      static_cast<int>(seen.strides(2) / static_cast<py::ssize_t>(sizeof(std::uint16_t))),
+      static_cast<std::uint16_t>(least)};
+  const auto* first = reinterpret_cast<const sdf::VoxelBox*>(borrow<std::int32_t>(boxes, "boxes", {-1, 6}));
+  frame::PartialShape known{view, amount, {}, {first, first + boxes.shape(0)}, {}};
   if (colors) known.colors = painted_view(*colors, view), known.colors.least = amount.least;
   const Busy busy(&busy_, "tracker");
   {
@@ -84,7 +85,7 @@ void PyTracker::reshape(int k, const PyVolume& shape, const py::array& seen, int
 
 void PyTracker::paint(int k, const py::array& colors) {
   check_object(k);
-  const ColorView view = painted_view(colors, tracker_->shape(k).sdf);
+  const energies::ColorView view = painted_view(colors, tracker_->shape(k).sdf);
   const Busy busy(&busy_, "tracker");
   volumes_.push_back(colors);
   tracker_->paint(k, view);
@@ -95,7 +96,7 @@ void PyTracker::set_camera(const Camera& camera) {
   tracker_->set_camera(camera);
 }
 
-void PyTracker::set_pose(int k, const py::array& T, const std::optional<Matrix6d>& covariance) {
+void PyTracker::set_pose(int k, const py::array& T, const std::optional<tracking::Matrix6d>& covariance) {
   check_object(k);
   const Rigidd T_cam_obj = rigid_from(T, "T");
   const Busy busy(&busy_, "tracker");
@@ -110,11 +111,11 @@ void PyTracker::mark_unfound(int k, const std::string& kind) {
 
 py::array_t<double> PyTracker::best() {
   const Busy busy(&busy_, "tracker");
-  const Poses& best = tracker_->last_good_poses();
+  const tracking::Poses& best = tracker_->last_good_poses();
   const auto count = static_cast<py::ssize_t>(best.size());
   py::array_t<double> out({count, py::ssize_t{4}, py::ssize_t{4}});
   double* to = out.mutable_data();
-  std::fill_n(to, out.size(), kUnknown);
+  std::fill_n(to, out.size(), tracking::kUnknown);
   for (std::size_t k = 0; k < best.size(); ++k)
     if (best[k]) write_matrix(*best[k], to + 16 * k);
   return out;
@@ -130,4 +131,4 @@ void PyTracker::interrupt(int index) {
   tracker_->interrupt(index);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -13,13 +13,13 @@
 #include "release_gil.h"
 #include "volume.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
 // Arrays that show the volumes as they are now; they keep their owner alive.
 template <class T>
-py::array shown(const T* data, const Grid& grid, py::ssize_t channels, const py::object& owner) {
+py::array shown(const T* data, const sdf::Grid& grid, py::ssize_t channels, const py::object& owner) {
   const auto n = static_cast<py::ssize_t>(sizeof(T));
   std::vector<py::ssize_t> shape{grid.nz, grid.ny, grid.nx},
       strides{n * channels * grid.nx * grid.ny, n * channels * grid.nx, n * channels};
@@ -31,12 +31,13 @@ py::array shown(const T* data, const Grid& grid, py::ssize_t channels, const py:
 class PyReconstruction {
  public:
   PyReconstruction(const std::array<int, 3>& voxels, double voxel_m, const std::array<double, 3>& origin,
-                   const std::optional<py::array>& prior, const ReconstructionOptions& options, int threads)
+                   const std::optional<py::array>& prior,
+                   const reconstruction::ReconstructionOptions& options, int threads)
       : threads_(threads) {
-    const Grid grid{voxels[0], voxels[1], voxels[2], voxel_m, {origin[0], origin[1], origin[2]}};
+    const sdf::Grid grid{voxels[0], voxels[1], voxels[2], voxel_m, {origin[0], origin[1], origin[2]}};
     const float* const guess = prior ? borrow<float>(*prior, "prior", {grid.nz, grid.ny, grid.nx}) : nullptr;
     const ReleaseGil release;
-    core_ = std::make_unique<Reconstruction>(grid, guess, options);
+    core_ = std::make_unique<reconstruction::Reconstruction>(grid, guess, options);
   }
 
   void fuse(const py::array& depth, const Camera& camera, const py::array& T,
@@ -44,7 +45,8 @@ class PyReconstruction {
             const std::optional<py::array>& foreground, const std::optional<py::array>& rgb) {
     const Rigidd T_cam_obj = rigid_from(T, "T");
     const Busy busy(&busy_, "reconstruction");
-    FrameEvidence frame{image_view(depth, "depth", camera), {region[0], region[1], region[2], region[3]}};
+    reconstruction::FrameEvidence frame{image_view(depth, "depth", camera),
+                                        {region[0], region[1], region[2], region[3]}};
     const py::ssize_t h = region[3] - region[1], w = region[2] - region[0];
     frame.mask = mask_view(mask, camera);
     if (foreground) frame.foreground = borrow<float>(*foreground, "foreground", {h, w});
@@ -58,13 +60,13 @@ class PyReconstruction {
     return std::unique_ptr<PyReconstruction>(
         new PyReconstruction(core_->grown(before, after, threads_), threads_));
   }
-  const Reconstruction& core() const { return *core_; }
+  const reconstruction::Reconstruction& core() const { return *core_; }
 
  private:
-  PyReconstruction(std::unique_ptr<Reconstruction> core, int threads)
+  PyReconstruction(std::unique_ptr<reconstruction::Reconstruction> core, int threads)
       : core_(std::move(core)), threads_(threads) {}
 
-  std::unique_ptr<Reconstruction> core_;
+  std::unique_ptr<reconstruction::Reconstruction> core_;
   std::atomic<bool> busy_{false};
   int threads_;
 };
@@ -75,22 +77,26 @@ const PyReconstruction& of(const py::object& self) { return self.cast<const PyRe
 
 void bind_reconstruction(py::module_& m) {
   // Beside the options of a Reconstructor, what it measures and what its tests vary.
-  bind_options<ReconstructionOptions>(m, "ReconstructionOptions",
-                                      "Options of a reconstruction; see sdftrack.ReconstructorOptions.")
+  bind_options<reconstruction::ReconstructionOptions>(
+      m, "ReconstructionOptions", "Options of a reconstruction; see sdftrack.ReconstructorOptions.")
       .def_property(
-          "usual_noise_m", [](const ReconstructionOptions& o) { return o.evidence.noise.usual_m; },
-          [](ReconstructionOptions& o, float v) { o.evidence.noise.usual_m = v; })
+          "usual_noise_m",
+          [](const reconstruction::ReconstructionOptions& o) { return o.evidence.noise.usual_m; },
+          [](reconstruction::ReconstructionOptions& o, float v) { o.evidence.noise.usual_m = v; })
       .def_property(
-          "color_reach_voxels", [](const ReconstructionOptions& o) { return o.evidence.color_reach_voxels; },
-          [](ReconstructionOptions& o, float v) { o.evidence.color_reach_voxels = v; })
+          "color_reach_voxels",
+          [](const reconstruction::ReconstructionOptions& o) { return o.evidence.color_reach_voxels; },
+          [](reconstruction::ReconstructionOptions& o, float v) { o.evidence.color_reach_voxels = v; })
       .def_property(
-          "least_slant", [](const ReconstructionOptions& o) { return o.image.least_slant; },
-          [](ReconstructionOptions& o, float v) { o.image.least_slant = o.evidence.least_slant = v; })
-      .def_readwrite("rounds", &ReconstructionOptions::rounds)
-      .def_readwrite("far_every", &ReconstructionOptions::far_every);
+          "least_slant", [](const reconstruction::ReconstructionOptions& o) { return o.image.min_slant; },
+          [](reconstruction::ReconstructionOptions& o, float v) {
+            o.image.min_slant = o.evidence.min_slant = v;
+          })
+      .def_readwrite("rounds", &reconstruction::ReconstructionOptions::rounds)
+      .def_readwrite("far_every", &reconstruction::ReconstructionOptions::far_every);
   py::class_<PyReconstruction>(m, "Reconstruction")
       .def(py::init<const std::array<int, 3>&, double, const std::array<double, 3>&,
-                    const std::optional<py::array>&, const ReconstructionOptions&, int>(),
+                    const std::optional<py::array>&, const reconstruction::ReconstructionOptions&, int>(),
            py::arg("voxels"), py::arg("voxel_m"), py::arg("origin"), py::arg("prior"), py::arg("options"),
            py::arg("threads"))
       .def("fuse", &PyReconstruction::fuse, py::arg("depth"), py::arg("camera"), py::arg("T"),
@@ -101,7 +107,7 @@ void bind_reconstruction(py::module_& m) {
                              [](const PyReconstruction& self) { return self.core().distance().change_m(); })
       .def_property_readonly("voxels",
                              [](const PyReconstruction& self) {
-                               const Grid& g = self.core().grid();
+                               const sdf::Grid& g = self.core().grid();
                                return std::array<int, 3>{g.nx, g.ny, g.nz};
                              })
       .def_property_readonly("voxel_m",
@@ -113,39 +119,39 @@ void bind_reconstruction(py::module_& m) {
                              })
       .def_property_readonly("phi",
                              [](const py::object& self) {
-                               const Reconstruction& core = of(self).core();
+                               const reconstruction::Reconstruction& core = of(self).core();
                                return shown(core.distance().phi().data(), core.grid(), 1, self);
                              })
       .def_property_readonly(
           "surface_boxes",
           [](const PyReconstruction& self) {
-            const std::vector<VoxelBox> cells = self.core().distance().surface_boxes();
+            const std::vector<sdf::VoxelBox> cells = self.core().distance().surface_boxes();
             py::array_t<std::int32_t> out({static_cast<py::ssize_t>(cells.size()), py::ssize_t{6}});
-            std::copy(cells.begin(), cells.end(), reinterpret_cast<VoxelBox*>(out.mutable_data()));
+            std::copy(cells.begin(), cells.end(), reinterpret_cast<sdf::VoxelBox*>(out.mutable_data()));
             return out;
           })
       .def_property_readonly("log_ratio",
                              [](const py::object& self) {
-                               const Reconstruction& core = of(self).core();
+                               const reconstruction::Reconstruction& core = of(self).core();
                                return shown(core.evidence().log_ratio().data(), core.grid(), 1, self);
                              })
       .def_property_readonly("weight",
                              [](const py::object& self) {
-                               const Reconstruction& core = of(self).core();
+                               const reconstruction::Reconstruction& core = of(self).core();
                                return shown(core.evidence().weight().data(), core.grid(), 1, self);
                              })
       .def_property_readonly("seen",
                              [](const py::object& self) {
-                               const Reconstruction& core = of(self).core();
+                               const reconstruction::Reconstruction& core = of(self).core();
                                return shown(&core.evidence().colors().data()->seen, core.grid(), 4, self);
                              })
       .def_property_readonly("rgb_seen", [](const py::object& self) {
-        const Reconstruction& core = of(self).core();
-        const Grid& g = core.grid();
+        const reconstruction::Reconstruction& core = of(self).core();
+        const sdf::Grid& g = core.grid();
         py::array_t<std::uint16_t> out({g.nz, g.ny, g.nx, 4}, &core.evidence().colors().data()->r, self);
         out.attr("setflags")(py::arg("write") = false);
         return out;
       });
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -3,10 +3,10 @@
 
 #include "appearance/color_map.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
-void fetch_colors(const DepthFrame& frame, const Rect& rect, std::vector<std::uint8_t>* rgb) {
-  const ColorImage& image = *frame.color;
+void fetch_colors(const frame::DepthFrame& frame, const frame::Rect& rect, std::vector<std::uint8_t>* rgb) {
+  const appearance::ColorImage& image = *frame.color;
   rgb->clear();
   for (int y = rect.y0; y < rect.y1; ++y)
     for (int x = rect.x0; x < rect.x1; ++x) {
@@ -21,4 +21,4 @@ void fetch_colors(const DepthFrame& frame, const Rect& rect, std::vector<std::ui
     }
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

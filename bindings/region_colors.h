@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "tracking/fit.h"
+#include "tracking/fit/fit.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 // The colour of each reading of a region, 0 where there is none; rows of `rect`, 3 bytes each.
-void fetch_colors(const DepthFrame& frame, const Rect& rect, std::vector<std::uint8_t>* rgb);
+void fetch_colors(const frame::DepthFrame& frame, const frame::Rect& rect, std::vector<std::uint8_t>* rgb);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

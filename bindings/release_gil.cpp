@@ -5,7 +5,7 @@
 #include <chrono>
 #include <thread>
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
@@ -38,4 +38,4 @@ void watch_for_the_end() {
   pybind11::module_::import("atexit").attr("register")(pybind11::cpp_function(&end));
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -4,7 +4,7 @@
 
 #include <pybind11/pybind11.h>
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 // Without the lock from construction to the end of the scope. In place of py::gil_scoped_release: when the
 // interpreter ends, Python makes a daemon thread that asks for the lock exit by unwinding its stack, which
@@ -25,4 +25,4 @@ class ReleaseGil {
 // Registers with the interpreter what is to be done when it ends. Once, while the module is loaded.
 void watch_for_the_end();
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

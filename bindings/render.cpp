@@ -9,7 +9,7 @@
 #include "release_gil.h"
 #include "render/raycast_mesh.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
@@ -20,7 +20,7 @@ class MeshCaster {
     const double* v = borrow<double>(vertices_, "vertices", {-1, 3});
     const std::int32_t* f = borrow<std::int32_t>(faces_, "faces", {-1, 3});
     mesh_ = {reinterpret_cast<const Vec3d*>(v), static_cast<std::size_t>(vertices_.shape(0)),
-             reinterpret_cast<const Face*>(f), static_cast<std::size_t>(faces_.shape(0))};
+             reinterpret_cast<const sdf::Face*>(f), static_cast<std::size_t>(faces_.shape(0))};
     for (py::ssize_t i = 0; i < vertices_.size(); ++i)
       if (!std::isfinite(v[i])) throw py::value_error("vertices: every coordinate must be finite");
     for (py::ssize_t i = 0; i < faces_.size(); ++i)
@@ -28,7 +28,7 @@ class MeshCaster {
         throw py::value_error("faces: vertex index " + std::to_string(f[i]) + " is outside 0.." +
                               std::to_string(vertices_.shape(0) - 1));
     const ReleaseGil release;
-    bvh_ = std::make_unique<Bvh>(mesh_);
+    bvh_ = std::make_unique<sdf::Bvh>(mesh_);
   }
 
   py::tuple raycast(const Camera& camera, const py::array& T_cam_obj, const std::optional<py::array>& colors,
@@ -36,10 +36,10 @@ class MeshCaster {
     const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
     const std::uint8_t* rgb =
         colors ? borrow<std::uint8_t>(*colors, "colors", {vertices_.shape(0), 3}) : nullptr;
-    MeshImage image;
+    render::MeshImage image;
     {
       const ReleaseGil release;
-      image = raycast_mesh(mesh_, *bvh_, rgb, camera, T, threads);
+      image = render::raycast_mesh(mesh_, *bvh_, rgb, camera, T, threads);
     }
     const py::ssize_t h = camera.height, w = camera.width;
     return py::make_tuple(to_numpy(std::move(image.depth_m), {h, w}),
@@ -56,7 +56,7 @@ class MeshCaster {
     {
       const ReleaseGil release;
       for (std::size_t i = 0; i < n; ++i) {
-        const Closest c = bvh_->closest(p[i]);
+        const sdf::Closest c = bvh_->closest(p[i]);
         distance[i] = std::sqrt(c.distance2), face[i] = c.face;
         point[3 * i] = c.point.x, point[3 * i + 1] = c.point.y, point[3 * i + 2] = c.point.z;
       }
@@ -68,8 +68,8 @@ class MeshCaster {
 
  private:
   py::array vertices_, faces_;
-  MeshView mesh_;
-  std::unique_ptr<Bvh> bvh_;
+  sdf::MeshView mesh_;
+  std::unique_ptr<sdf::Bvh> bvh_;
 };
 
 }  // namespace
@@ -84,4 +84,4 @@ void bind_render(py::module_& m) {
            "(N, 3) float64 -> distances (N,) m, faces (N,) int32, points (N, 3).");
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -20,11 +20,11 @@
 #include "sdf/sweep.h"
 #include "volume.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
-Grid grid_of(std::array<int, 3> shape_zyx, double voxel_size, std::array<double, 3> origin) {
+sdf::Grid grid_of(std::array<int, 3> shape_zyx, double voxel_size, std::array<double, 3> origin) {
   for (int n : shape_zyx)
     if (n < 2) throw py::value_error("values: expected at least 2 voxels along each axis");
   if (!(voxel_size > 0) || !std::isfinite(voxel_size))
@@ -36,7 +36,7 @@ Grid grid_of(std::array<int, 3> shape_zyx, double voxel_size, std::array<double,
 // A borrowed volume; `values` must outlive it.
 struct Volume {
   const float* phi;
-  Grid grid;
+  sdf::Grid grid;
 
   Volume(const py::array& values, double voxel_size, std::array<double, 3> origin)
       : phi(borrow<float>(values, "values", {-1, -1, -1})),
@@ -49,7 +49,7 @@ struct Volume {
 
 using Origin = std::array<double, 3>;
 
-py::dict report_dict(const MeshReport& r) {
+py::dict report_dict(const sdf::MeshReport& r) {
   py::dict d;
   d["merged_vertices"] = r.merged_vertices;
   d["degenerate_faces"] = r.degenerate_faces;
@@ -64,18 +64,18 @@ py::dict report_dict(const MeshReport& r) {
 }
 
 py::tuple clean(const py::array& vertices, const py::array& faces, double fraction) {
-  const MeshView mesh = mesh_view(vertices, faces);
-  CleanMesh out;
+  const sdf::MeshView mesh = mesh_view(vertices, faces);
+  sdf::CleanMesh out;
   double thin_m = std::numeric_limits<double>::infinity();
   {
     const ReleaseGil release;
-    out = clean_mesh(mesh);
-    if (!out.faces.empty()) thin_m = thin_quantile(out.view(), Bvh(out.view()), fraction);
+    out = sdf::clean_mesh(mesh);
+    if (!out.faces.empty()) thin_m = sdf::thin_quantile(out.view(), sdf::Bvh(out.view()), fraction);
   }
   std::vector<double> v;
   for (const Vec3d& p : out.vertices) v.insert(v.end(), {p.x, p.y, p.z});
   std::vector<std::int32_t> f;
-  for (const Face& t : out.faces) f.insert(f.end(), {t.a, t.b, t.c});
+  for (const sdf::Face& t : out.faces) f.insert(f.end(), {t.a, t.b, t.c});
   py::dict report = report_dict(out.report);
   report["thinnest"] = thin_m;
   return py::make_tuple(to_numpy(std::move(v), {static_cast<py::ssize_t>(out.vertices.size()), 3}),
@@ -84,54 +84,55 @@ py::tuple clean(const py::array& vertices, const py::array& faces, double fracti
 
 py::tuple from_mesh(const py::array& vertices, const py::array& faces, std::array<int, 3> shape,
                     double voxel_size, Origin origin, double band, int threads) {
-  const MeshView mesh = mesh_view(vertices, faces);
-  const Grid grid = grid_of(shape, voxel_size, origin);
-  MeshSdf out;
+  const sdf::MeshView mesh = mesh_view(vertices, faces);
+  const sdf::Grid grid = grid_of(shape, voxel_size, origin);
+  sdf::MeshSdf out;
   {
     const ReleaseGil release;
-    out = mesh_to_sdf(mesh, Bvh(mesh), grid, band, threads);
+    out = sdf::mesh_to_sdf(mesh, sdf::Bvh(mesh), grid, band, threads);
   }
   return py::make_tuple(to_numpy(std::move(out.phi), {grid.nz, grid.ny, grid.nx}), out.inside_out);
 }
 
 py::array_t<float> from_open_mesh(const py::array& vertices, const py::array& faces, std::array<int, 3> shape,
                                   double voxel_size, Origin origin, double band, int threads) {
-  const MeshView mesh = mesh_view(vertices, faces);
-  const Grid grid = grid_of(shape, voxel_size, origin);
+  const sdf::MeshView mesh = mesh_view(vertices, faces);
+  const sdf::Grid grid = grid_of(shape, voxel_size, origin);
   std::vector<float> phi;
   {
     const ReleaseGil release;
-    phi = open_mesh_to_sdf(mesh, Bvh(mesh), grid, band, threads);
+    phi = sdf::open_mesh_to_sdf(mesh, sdf::Bvh(mesh), grid, band, threads);
   }
   return to_numpy(std::move(phi), {grid.nz, grid.ny, grid.nx});
 }
 
 py::array_t<std::int8_t> winding(const py::array& vertices, const py::array& faces, std::array<int, 3> shape,
                                  double voxel_size, Origin origin, int threads) {
-  const MeshView mesh = mesh_view(vertices, faces);
-  const Grid grid = grid_of(shape, voxel_size, origin);
+  const sdf::MeshView mesh = mesh_view(vertices, faces);
+  const sdf::Grid grid = grid_of(shape, voxel_size, origin);
   std::vector<std::int8_t> out;
   {
     const ReleaseGil release;
-    out = winding_numbers(mesh, grid, threads);
+    out = sdf::winding_numbers(mesh, grid, threads);
   }
   return to_numpy(std::move(out), {grid.nz, grid.ny, grid.nx});
 }
 
 std::function<double(Vec3d)> primitive_of(const std::string& kind, const std::vector<double>& size) {
   const auto s = [&](std::size_t i) { return size.at(i); };
-  if (kind == "sphere") return [r = s(0)](Vec3d p) { return sphere_distance(p, r); };
-  if (kind == "box") return [e = Vec3d{s(0), s(1), s(2)}](Vec3d p) { return box_distance(p, e); };
-  if (kind == "cylinder") return [r = s(0), h = s(1)](Vec3d p) { return cylinder_distance(p, r, h); };
-  if (kind == "cone") return [r = s(0), h = s(1)](Vec3d p) { return cone_distance(p, r, h); };
-  if (kind == "ellipsoid") return [r = Vec3d{s(0), s(1), s(2)}](Vec3d p) { return ellipsoid_distance(p, r); };
+  if (kind == "sphere") return [r = s(0)](Vec3d p) { return sdf::sphere_distance(p, r); };
+  if (kind == "box") return [e = Vec3d{s(0), s(1), s(2)}](Vec3d p) { return sdf::box_distance(p, e); };
+  if (kind == "cylinder") return [r = s(0), h = s(1)](Vec3d p) { return sdf::cylinder_distance(p, r, h); };
+  if (kind == "cone") return [r = s(0), h = s(1)](Vec3d p) { return sdf::cone_distance(p, r, h); };
+  if (kind == "ellipsoid")
+    return [r = Vec3d{s(0), s(1), s(2)}](Vec3d p) { return sdf::ellipsoid_distance(p, r); };
   throw py::value_error("kind: expected sphere, box, cylinder, cone or ellipsoid, got " + kind);
 }
 
 py::array_t<float> primitive(const std::string& kind, const std::vector<double>& size,
                              std::array<int, 3> shape, double voxel_size, Origin origin, int threads) {
   const std::function<double(Vec3d)> distance = primitive_of(kind, size);
-  const Grid grid = grid_of(shape, voxel_size, origin);
+  const sdf::Grid grid = grid_of(shape, voxel_size, origin);
   std::vector<float> phi(grid.size());
   {
     const ReleaseGil release;
@@ -153,10 +154,10 @@ py::tuple sample_sdf(const py::array& values, double voxel_size, Origin origin, 
   std::vector<double> phi(n), gradient(3 * n);
   {
     const ReleaseGil release;
-    constexpr std::size_t kChunk = 4096;
+    constexpr std::size_t energies::kChunk = 4096;
     const SdfView sdf = volume.view();
-    parallel_for((n + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
-      for (std::size_t i = chunk * kChunk; i < std::min(n, (chunk + 1) * kChunk); ++i) {
+    parallel_for((n + energies::kChunk - 1) / energies::kChunk, threads, [&](std::size_t chunk) {
+      for (std::size_t i = chunk * energies::kChunk; i < std::min(n, (chunk + 1) * energies::kChunk); ++i) {
         Vec3d g;
         sample(sdf, p[i], &phi[i], &g);
         gradient[3 * i] = g.x, gradient[3 * i + 1] = g.y, gradient[3 * i + 2] = g.z;
@@ -171,10 +172,10 @@ py::tuple render_sdf(const py::array& values, double voxel_size, Origin origin, 
                      const py::array& T_cam_obj, int threads) {
   const Volume volume(values, voxel_size, origin);
   const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
-  SdfImage image;
+  render::SdfImage image;
   {
     const ReleaseGil release;
-    image = raycast_sdf(volume.view(), camera, T, threads);
+    image = render::raycast_sdf(volume.view(), camera, T, threads);
   }
   return py::make_tuple(to_numpy(std::move(image.depth_m), {camera.height, camera.width}),
                         to_numpy(std::move(image.normals_cam), {camera.height, camera.width, 3}));
@@ -185,7 +186,7 @@ py::array_t<float> redistance_values(const py::array& values, double voxel_size,
   std::vector<float> out;
   {
     const ReleaseGil release;
-    out = redistance(volume.grid, volume.phi, threads);
+    out = sdf::redistance(volume.grid, volume.phi, threads);
   }
   return to_numpy(std::move(out), volume.shape());
 }
@@ -198,20 +199,20 @@ py::array_t<float> sweep(const py::array& known, const py::array& values, double
   std::vector<float> u(volume.phi, volume.phi + volume.grid.size());
   {
     const ReleaseGil release;
-    fast_sweep(volume.grid, fixed, &u);
+    sdf::fast_sweep(volume.grid, fixed, &u);
   }
   return to_numpy(std::move(u), shape);
 }
 
 py::tuple samples(const py::array& values, double voxel_size, Origin origin, int count) {
   const Volume volume(values, voxel_size, origin);
-  std::vector<SurfaceSample> found;
+  std::vector<sdf::SurfaceSample> found;
   {
     const ReleaseGil release;
-    found = ZeroSurface(volume.view()).samples(count);
+    found = sdf::ZeroSurface(volume.view()).samples(count);
   }
   std::vector<float> p, n;
-  for (const SurfaceSample& s : found) {
+  for (const sdf::SurfaceSample& s : found) {
     p.insert(p.end(), {s.p_obj.x, s.p_obj.y, s.p_obj.z});
     n.insert(n.end(), {s.n_obj.x, s.n_obj.y, s.n_obj.z});
   }
@@ -223,16 +224,16 @@ py::tuple samples(const py::array& values, double voxel_size, Origin origin, int
 
 void bind_sdf(py::module_& m) {
   using namespace py::literals;
-  m.attr("BAND_VOXELS") = kBandVoxels;
+  m.attr("BAND_VOXELS") = sdf::kBandVoxels;
   m.def("clean_mesh", &clean, "vertices"_a, "faces"_a, "fraction"_a = 0.02,
         "Merged vertices, faces without duplicates and turned one way, report; thinnest: the thickness (m) "
         "below "
         "which `fraction` of the surface lies.");
   m.def("mesh_to_sdf", &from_mesh, "vertices"_a, "faces"_a, "shape"_a, "voxel_size"_a, "origin"_a,
-        "band_voxels"_a = kBandVoxels, "threads"_a = 0,
+        "band_voxels"_a = sdf::kBandVoxels, "threads"_a = 0,
         "-> phi [z, y, x] float32 m, number of voxels inside an inside-out part.");
   m.def("open_mesh_to_sdf", &from_open_mesh, "vertices"_a, "faces"_a, "shape"_a, "voxel_size"_a, "origin"_a,
-        "band_voxels"_a = kBandVoxels, "threads"_a = 0,
+        "band_voxels"_a = sdf::kBandVoxels, "threads"_a = 0,
         "phi [z, y, x] float32 m of a mesh with holes, closed by its generalised winding number.");
   m.def("winding_numbers", &winding, "vertices"_a, "faces"_a, "shape"_a, "voxel_size"_a, "origin"_a,
         "threads"_a = 0, "Winding number of a closed mesh at every voxel, int8 [z, y, x].");
@@ -250,4 +251,4 @@ void bind_sdf(py::module_& m) {
         "-> points (N, 3) float32 m, normals (N, 3) float32.");
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

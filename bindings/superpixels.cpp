@@ -11,20 +11,21 @@
 #include "release_gil.h"
 #include "superpixels/slic.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
 using namespace py::literals;
 
-ColorSpace space_of(const std::string& name) {
-  return name == "lab" ? ColorSpace::kLab : (name == "xyz" ? ColorSpace::kXyz : ColorSpace::kRgb);
+superpixels::ColorSpace space_of(const std::string& name) {
+  return name == "lab" ? superpixels::ColorSpace::kLab
+                       : (name == "xyz" ? superpixels::ColorSpace::kXyz : superpixels::ColorSpace::kRgb);
 }
 
 // The image as the core wants it; the arrays must outlive it.
-SlicImage image_of(const py::array& image, const std::optional<py::array>& mask,
-                   const std::optional<py::array>& depth) {
-  SlicImage out;
+superpixels::SlicImage image_of(const py::array& image, const std::optional<py::array>& mask,
+                                const std::optional<py::array>& depth) {
+  superpixels::SlicImage out;
   const bool color = image.ndim() == 3;
   const std::vector<py::ssize_t> shape =
       color ? std::vector<py::ssize_t>{-1, -1, 3} : std::vector<py::ssize_t>{-1, -1};
@@ -44,27 +45,27 @@ class SlicWork {
  public:
   static constexpr std::size_t kKept = std::size_t{1} << 27;
 
-  SlicResult run(const SlicImage& image, const SlicOptions& options, bool resume, int threads, bool cuda,
-                 int* labels) {
+  superpixels::SlicResult run(const superpixels::SlicImage& image, const superpixels::SlicOptions& options,
+                              bool resume, int threads, bool cuda, int* labels) {
     const Busy turn(&busy_, "superpixel segmenter");
-    if (cuda) return slic_cuda(image, options, labels);
+    if (cuda) return superpixels::slic_cuda(image, options, labels);
     return slic_.run(image, options, resume, threads, labels);
   }
   std::size_t bytes() const { return slic_.bytes(); }
 
  private:
-  Slic slic_;
+  superpixels::Slic slic_;
   std::atomic<bool> busy_{false};
 };
 
-py::tuple run_slic(SlicWork* work, const py::array& image, const SlicOptions& options,
+py::tuple run_slic(SlicWork* work, const py::array& image, const superpixels::SlicOptions& options,
                    const std::optional<py::array>& mask, const std::optional<py::array>& depth, bool resume,
                    int threads, bool cuda) {
-  const SlicImage given = image_of(image, mask, depth);
-  check_slic(given, options);
+  const superpixels::SlicImage given = image_of(image, mask, depth);
+  superpixels::check_slic(given, options);
   py::array_t<std::int32_t> labels({image.shape(0), image.shape(1)});
   int* const out = labels.mutable_data();
-  SlicResult result;
+  superpixels::SlicResult result;
   {
     const ReleaseGil release;
     result = work->run(given, options, resume, threads, cuda, out);
@@ -73,8 +74,9 @@ py::tuple run_slic(SlicWork* work, const py::array& image, const SlicOptions& op
 }
 
 // One call: with the memory of the last one where no other thread has it.
-py::tuple slic_once(const py::array& image, const SlicOptions& options, const std::optional<py::array>& mask,
-                    const std::optional<py::array>& depth, int threads, bool cuda) {
+py::tuple slic_once(const py::array& image, const superpixels::SlicOptions& options,
+                    const std::optional<py::array>& mask, const std::optional<py::array>& depth, int threads,
+                    bool cuda) {
   static std::mutex mutex;
   static std::unique_ptr<SlicWork> spare;
   std::unique_ptr<SlicWork> work;
@@ -94,22 +96,23 @@ py::tuple slic_once(const py::array& image, const SlicOptions& options, const st
 }  // namespace
 
 void bind_superpixels(py::module_& m) {
-  py::class_<SlicOptions>(m, "SlicOptions")
+  py::class_<superpixels::SlicOptions>(m, "SlicOptions")
       .def(py::init<>())
-      .def_readwrite("n_segments", &SlicOptions::n_segments)
-      .def_readwrite("compactness", &SlicOptions::compactness)
-      .def_readwrite("max_iterations", &SlicOptions::max_iterations)
-      .def_readwrite("connected", &SlicOptions::connected)
-      .def_readwrite("min_size", &SlicOptions::min_size)
-      .def_readwrite("first_label", &SlicOptions::first_label)
-      .def_readwrite("depth_weight", &SlicOptions::depth_weight)
+      .def_readwrite("n_segments", &superpixels::SlicOptions::n_segments)
+      .def_readwrite("compactness", &superpixels::SlicOptions::compactness)
+      .def_readwrite("max_iterations", &superpixels::SlicOptions::max_iterations)
+      .def_readwrite("connected", &superpixels::SlicOptions::connected)
+      .def_readwrite("min_size", &superpixels::SlicOptions::min_size)
+      .def_readwrite("first_label", &superpixels::SlicOptions::first_label)
+      .def_readwrite("depth_weight", &superpixels::SlicOptions::depth_weight)
       .def_property(
-          "space", [](const SlicOptions& o) { return static_cast<int>(o.space); },
-          [](SlicOptions& o, const std::string& name) { o.space = space_of(name); })
+          "space", [](const superpixels::SlicOptions& o) { return static_cast<int>(o.space); },
+          [](superpixels::SlicOptions& o, const std::string& name) { o.space = space_of(name); })
       .def_property(
-          "distance", [](const SlicOptions& o) { return static_cast<int>(o.distance); },
-          [](SlicOptions& o, const std::string& name) {
-            o.distance = name == "thesis" ? SlicDistance::kThesis : SlicDistance::kSquared;
+          "distance", [](const superpixels::SlicOptions& o) { return static_cast<int>(o.distance); },
+          [](superpixels::SlicOptions& o, const std::string& name) {
+            o.distance =
+                name == "thesis" ? superpixels::SlicDistance::kThesis : superpixels::SlicDistance::kSquared;
           });
   py::class_<SlicWork>(m, "SlicWork")
       .def(py::init<>())
@@ -118,4 +121,4 @@ void bind_superpixels(py::module_& m) {
   m.def("slic", &slic_once, "image"_a, "options"_a, "mask"_a, "depth"_a, "threads"_a, "cuda"_a);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -2,10 +2,11 @@
 #include "option_binding.h"
 #include "tracking/option_schema.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 void bind_tracker_options(py::module_& m) {
-  bind_options<TrackerOptions>(m, "TrackerOptions", "Options of the tracker; see sdftrack.TrackerOptions.");
+  bind_options<tracking::TrackerOptions>(m, "TrackerOptions",
+                                         "Options of the tracker; see sdftrack.TrackerOptions.");
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

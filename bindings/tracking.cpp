@@ -6,9 +6,9 @@
 #include "array.h"
 #include "py_tracker.h"
 #include "region_colors.h"
-#include "tracking/correlation.h"
+#include "tracking/fit/correlation.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 namespace {
 
@@ -18,12 +18,13 @@ double correlation_area(const py::array& u_px, const py::array& v_px, const py::
   const float* u = borrow<float>(u_px, "u_px", {-1});
   const float* v = borrow<float>(v_px, "v_px", {n});
   const float* residual = borrow<float>(residual_m, "residual_m", {n});
-  PixelSet pixels;
+  energies::PixelSet pixels;
   for (py::ssize_t i = 0; i < n; ++i) {
     pixels.push(u[i], v[i], 0.0f, 1.0f);
     pixels.hit_m.back() = residual[i], pixels.gain.back() = 0;
   }
-  return CorrelationArea().measure(pixels, {static_cast<float>(scale_m), static_cast<float>(outlier_floor)});
+  return tracking::CorrelationArea().measure(
+      pixels, {static_cast<float>(scale_m), static_cast<float>(outlier_floor)});
 }
 
 }  // namespace
@@ -32,20 +33,20 @@ void bind_tracker_options(py::module_& m);
 
 void bind_tracking(py::module_& m) {
   bind_tracker_options(m);
-  py::enum_<MotionModel>(m, "MotionModel", "Where an object is expected in the next frame.")
-      .value("static", MotionModel::kStatic)
-      .value("constant_velocity", MotionModel::kConstantVelocity);
-  py::enum_<Collision>(m, "Collision", "What it costs objects to stand in one another.")
-      .value("none", Collision::kNone)
-      .value("contact", Collision::kContact)
-      .value("printed", Collision::kPrinted);
+  py::enum_<tracking::MotionModel>(m, "MotionModel", "Where an object is expected in the next frame.")
+      .value("static", tracking::MotionModel::kStatic)
+      .value("constant_velocity", tracking::MotionModel::kConstantVelocity);
+  py::enum_<tracking::Collision>(m, "Collision", "What it costs objects to stand in one another.")
+      .value("none", tracking::Collision::kNone)
+      .value("contact", tracking::Collision::kContact)
+      .value("printed", tracking::Collision::kPrinted);
   py::class_<PyFrame>(m, "TrackerFrame", "A frame for Tracker; without depth, `error` may say why.")
       .def(py::init<py::object, py::object, py::object, py::object, double, std::string>(), py::arg("depth"),
            py::arg("mask") = py::none(), py::arg("color") = py::none(), py::arg("color_map") = py::none(),
-           py::arg("time_s") = kUnknown, py::arg("error") = "");
+           py::arg("time_s") = tracking::kUnknown, py::arg("error") = "");
   py::class_<PyTracker>(m, "Tracker", "Tracks shapes; see sdftrack.Tracker.")
-      .def(py::init<const std::vector<PyVolume>&, const Camera&, const TrackerOptions&, int, bool,
-                    MotionModel, bool, Collision>(),
+      .def(py::init<const std::vector<PyVolume>&, const Camera&, const tracking::TrackerOptions&, int, bool,
+                    tracking::MotionModel, bool, tracking::Collision>(),
            py::arg("shapes"), py::arg("camera"), py::arg("options"), py::arg("threads"), py::arg("recover"),
            py::arg("motion"), py::arg("cuda"), py::arg("collision"))
       .def("start", &PyTracker::start, py::arg("frame"), py::arg("places"), py::arg("names"))
@@ -78,9 +79,9 @@ void bind_tracking(py::module_& m) {
       "colors_at",
       [](const py::array& depth, const py::object& color, const py::object& map,
          const std::array<int, 4>& region) {
-        const ColorImage image = color_view(color, map);
+        const appearance::ColorImage image = color_view(color, map);
         const auto h = static_cast<int>(depth.shape(0)), w = static_cast<int>(depth.shape(1));
-        DepthFrame frame{{borrow<float>(depth, "depth", {h, w}), w, h}, nullptr, nullptr};
+        frame::DepthFrame frame{{borrow<float>(depth, "depth", {h, w}), w, h}, nullptr, nullptr};
         frame.color = &image;
         std::vector<std::uint8_t> rgb;
         fetch_colors(frame, {region[0], region[1], region[2], region[3]}, &rgb);
@@ -89,4 +90,4 @@ void bind_tracking(py::module_& m) {
       py::arg("depth"), py::arg("color"), py::arg("color_map"), py::arg("region"));
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

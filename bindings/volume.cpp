@@ -3,7 +3,7 @@
 
 #include <limits>
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 SdfView volume_view(const py::array& values, double voxel_m, const std::array<double, 3>& origin) {
   const float* phi = borrow<float>(values, "values", {-1, -1, -1});
@@ -21,7 +21,7 @@ SdfView volume_view(const py::array& values, double voxel_m, const std::array<do
           Vec3d{origin[0], origin[1], origin[2]}.cast<float>()};
 }
 
-MeshView mesh_view(const py::array& vertices, const py::array& faces) {
+sdf::MeshView mesh_view(const py::array& vertices, const py::array& faces) {
   const double* v = borrow<double>(vertices, "vertices", {-1, 3});
   const std::int32_t* f = borrow<std::int32_t>(faces, "faces", {-1, 3});
   for (py::ssize_t i = 0; i < vertices.size(); ++i)
@@ -30,10 +30,10 @@ MeshView mesh_view(const py::array& vertices, const py::array& faces) {
     if (f[i] < 0 || f[i] >= vertices.shape(0))
       throw py::value_error("faces: a vertex index is outside 0.." + std::to_string(vertices.shape(0) - 1));
   return {reinterpret_cast<const Vec3d*>(v), static_cast<std::size_t>(vertices.shape(0)),
-          reinterpret_cast<const Face*>(f), static_cast<std::size_t>(faces.shape(0))};
+          reinterpret_cast<const sdf::Face*>(f), static_cast<std::size_t>(faces.shape(0))};
 }
 
-ColorView painted_view(const py::array& colors, const SdfView& sdf) {
+energies::ColorView painted_view(const py::array& colors, const SdfView& sdf) {
   constexpr py::ssize_t kVoxel = 4 * sizeof(std::uint16_t);
   const bool fits = py::isinstance<py::array_t<std::uint16_t>>(colors) && colors.ndim() == 4 &&
                     colors.shape(0) == sdf.nz && colors.shape(1) == sdf.ny && colors.shape(2) == sdf.nx &&
@@ -53,4 +53,4 @@ const unsigned char* mask_view(const py::object& mask, const Camera& camera) {
   return borrow<unsigned char>(mask.cast<py::array>(), "mask", {camera.height, camera.width});
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -9,17 +9,17 @@
 #include "energies/color_field.h"
 #include "sdf/mesh.h"
 
-namespace sdftrack {
+namespace sdftrack::bindings {
 
 // float32 [z, y, x]; origin: object coordinates of voxel (0, 0, 0)'s centre, metres. The array stays the
 // caller's.
 SdfView volume_view(const py::array& values, double voxel_m, const std::array<double, 3>& origin);
-MeshView mesh_view(const py::array& vertices, const py::array& faces);
+sdf::MeshView mesh_view(const py::array& vertices, const py::array& faces);
 // uint16 (z, y, x, 4), red, green, blue times 256 and how much was seen, beside a volume.
-ColorView painted_view(const py::array& colors, const SdfView& sdf);
+energies::ColorView painted_view(const py::array& colors, const SdfView& sdf);
 // float32 (H, W) of the camera's size.
 ImageView<float> image_view(const py::array& image, const char* name, const Camera& camera);
 // uint8 (H, W) of the camera's size, or None.
 const unsigned char* mask_view(const py::object& mask, const Camera& camera);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::bindings

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace sdftrack {
+namespace sdftrack::appearance {
 
 namespace {
 
@@ -62,4 +62,4 @@ ColorMap projective_map(const Mat3d& P, Vec3d q, int width, int height) {
   return map;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::appearance

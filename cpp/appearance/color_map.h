@@ -7,7 +7,7 @@
 #include "base/camera.h"
 #include "base/rigid.h"
 
-namespace sdftrack {
+namespace sdftrack::appearance {
 
 // y = P (u Z, v Z, Z) + q for the depth pixel (u, v) with the reading Z (m); the colour pixel is
 // (y.x / y.z, y.y / y.z), thesis Eq. 3.25. One formula for every rig: with T_color_depth, P = K_c R K_d^-1
@@ -67,4 +67,4 @@ struct ColorImage {
   }
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::appearance

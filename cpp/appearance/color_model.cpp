@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
-namespace sdftrack {
+namespace sdftrack::appearance {
 
 namespace {
 
 constexpr float kUniformShare = 1e-3f;
-constexpr float kLeastPosterior = 0.02f;
-constexpr int kLeastPixels = 30;
+constexpr float kMinPosterior = 0.02f;
+constexpr int kMinPixels = 30;
 
 void pool(const std::vector<float>& counts, double total, double rate, std::vector<float>* share) {
   const auto keep = static_cast<float>(1 - rate), gain = static_cast<float>(rate / total);
@@ -62,15 +62,15 @@ void smooth_histogram(const std::vector<float>& share, std::vector<float>* scrat
 
 void ColorModel::update(const ColorCounts& counts, double object_rate, double background_rate) {
   if (!known_) {
-    if (counts.object_pixels < kLeastPixels) return;
+    if (counts.object_pixels < kMinPixels) return;
     known_ = true;
     object_.assign(kColorBins, 0.0f);
     // Nothing seen around the object: any colour is as likely there as any other.
     background_.assign(kColorBins, 1.0f / static_cast<float>(kColorBins));
     object_rate = background_rate = 1;
   }
-  if (counts.object_pixels >= kLeastPixels) pool(counts.object, counts.object_weight, object_rate, &object_);
-  if (counts.background_pixels >= kLeastPixels)
+  if (counts.object_pixels >= kMinPixels) pool(counts.object, counts.object_weight, object_rate, &object_);
+  if (counts.background_pixels >= kMinPixels)
     pool(counts.background, counts.background_pixels, background_rate, &background_);
   make_posterior();
 }
@@ -83,9 +83,9 @@ void ColorModel::make_posterior() {
   for (std::size_t i = 0; i < posterior_.size(); ++i) {
     const float f = smooth_object_[i], b = smooth_background_[i];
     posterior_[i] =
-        std::clamp(prior_ * f / (prior_ * f + (1 - prior_) * b), kLeastPosterior, 1 - kLeastPosterior);
+        std::clamp(prior_ * f / (prior_ * f + (1 - prior_) * b), kMinPosterior, 1 - kMinPosterior);
     overlap_ += static_cast<double>(std::sqrt(f * b));
   }
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::appearance

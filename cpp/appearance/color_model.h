@@ -9,7 +9,7 @@
 
 #include "base/hd.h"
 
-namespace sdftrack {
+namespace sdftrack::appearance {
 
 constexpr int kColorBinsPerChannel = 16;
 constexpr int kColorBins = kColorBinsPerChannel * kColorBinsPerChannel * kColorBinsPerChannel;
@@ -70,4 +70,4 @@ class ColorModel {
 // 1e-3 of a uniform distribution, then [1 2 1] / 4 along each axis with mirrored ends: keeps the sum.
 void smooth_histogram(const std::vector<float>& share, std::vector<float>* scratch, std::vector<float>* out);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::appearance

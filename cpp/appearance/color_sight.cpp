@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace sdftrack {
+namespace sdftrack::appearance {
 
 namespace {
 
@@ -40,4 +40,4 @@ bool ColorSight::sees(int x, int y, float depth) const {
   return cell < 0 || depth < kBehind * nearest_[static_cast<std::size_t>(cell)];
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::appearance

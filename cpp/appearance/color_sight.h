@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace sdftrack {
+namespace sdftrack::appearance {
 
 // The two cameras stand apart: a point that the depth camera reads may be hidden from the colour camera,
 // whose pixel then shows what stands in front. All readings of the region are entered; one that lies clearly
@@ -24,4 +24,4 @@ class ColorSight {
   std::vector<float> nearest_;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::appearance

@@ -10,18 +10,18 @@
 #include <stdexcept>
 
 #include "base/parallel.h"
-#include "tracking/selection.h"
+#include "frame/selection.h"
 
-namespace sdftrack {
+namespace sdftrack::calibration {
 
 namespace {
 
 // Only its ratios between depths count here, and it is taken as even.
-constexpr DepthNoiseLaw kSensorNoise{0.001, 0};
-constexpr int kMostTwinDraws = 1000;
+constexpr frame::DepthNoiseLaw kSensorNoise{0.001, 0};
+constexpr int kMaxTwinDraws = 1000;
 constexpr int kBalanceRounds = 8;
 constexpr double kBalanced = 0.005;  // log-likelihood that the last step could still gain: 0.1 sd
-constexpr double kLeastHits = 0.8;   // of the most that any lens had, for one to be called better
+constexpr double kMinHits = 0.8;     // of the most that any lens had, for one to be called better
 constexpr double kOpenShift = 1e-3;
 constexpr double kKnown = 1e-6;  // of a direction's information, over that of one unknown alone
 
@@ -32,9 +32,9 @@ std::vector<LensFrame*> all_of(std::vector<LensFrame>* frames) {
 }
 
 // Information of one observation of a pose with the sd of "somewhere in the object's box, turned anyhow".
-Vector6d weak_information(const Shape& shape) {
+optim::Vector6d weak_information(const frame::Shape& shape) {
   constexpr double kPi = 3.14159265358979323846;
-  Vector6d weak;
+  optim::Vector6d weak;
   weak.head<3>().setConstant(1 / (shape.diameter_m * shape.diameter_m));
   weak.tail<3>().setConstant(1 / (kPi * kPi));
   return weak;
@@ -53,11 +53,12 @@ int open_shifts(const Eigen::Matrix<double, 6, 6>& pose) {
 
 // Newton's step, nothing along what the frames leave open. Unknowns are measured by what is said of each
 // alone.
-SharedVector step_within_the_known(const SharedMatrix& information, const SharedVector& pull) {
-  const SharedVector unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const SharedMatrix scaled = unit.asDiagonal() * information * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<SharedMatrix> solver(scaled);
-  SharedVector along = solver.eigenvectors().transpose() * unit.asDiagonal() * pull;
+optim::SharedVector step_within_the_known(const optim::SharedMatrix& information,
+                                          const optim::SharedVector& pull) {
+  const optim::SharedVector unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const optim::SharedMatrix scaled = unit.asDiagonal() * information * unit.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<optim::SharedMatrix> solver(scaled);
+  optim::SharedVector along = solver.eigenvectors().transpose() * unit.asDiagonal() * pull;
   for (int j = 0; j < along.size(); ++j)
     along[j] = solver.eigenvalues()[j] > kKnown ? along[j] / solver.eigenvalues()[j] : 0.0;
   return -(unit.asDiagonal() * (solver.eigenvectors() * along));
@@ -65,8 +66,8 @@ SharedVector step_within_the_known(const SharedMatrix& information, const Shared
 
 }  // namespace
 
-IntrinsicsProblem::IntrinsicsProblem(Shape shape, const Lens& lens, const std::vector<LensUnknown>& free,
-                                     const IntrinsicsOptions& options)
+IntrinsicsProblem::IntrinsicsProblem(frame::Shape shape, const Lens& lens,
+                                     const std::vector<LensUnknown>& free, const IntrinsicsOptions& options)
     : shape_(std::move(shape)), lens_(lens), options_(options) {
   free_.unknowns = free;
   free_.distorted = lens.camera.distorted();
@@ -74,11 +75,11 @@ IntrinsicsProblem::IntrinsicsProblem(Shape shape, const Lens& lens, const std::v
     free_.distorted |= which == LensUnknown::kK1 || which == LensUnknown::kK2;
 }
 
-int IntrinsicsProblem::add(const DepthFrame& depth, const Rigidd& T_cam_obj) {
+int IntrinsicsProblem::add(const frame::DepthFrame& depth, const Rigidd& T_cam_obj) {
   const Rigidd centred{T_cam_obj.R, T_cam_obj * shape_.centre_obj};
-  PixelSelection selection;
+  frame::PixelSelection selection;
   selection.choose(depth, lens_.camera, shape_, centred, kSensorNoise, options_.padding_m, nullptr);
-  PixelSet pixels;
+  energies::PixelSet pixels;
   selection.pack(options_.max_pixels, &pixels);
   LensFrame frame;
   frame.T_obj_cam = inverse(centred);
@@ -106,7 +107,7 @@ Rigidd IntrinsicsProblem::T_cam_obj(int frame) const {
   return {centred.R, centred * (-shape_.centre_obj)};
 }
 
-LmRecord IntrinsicsProblem::solve(double scale_m, const LensPrior* prior, bool quick) {
+optim::LmRecord IntrinsicsProblem::solve(double scale_m, const LensPrior* prior, bool quick) {
   for (LensFrame& frame : frames_) frame.noise_m = 0;
   LensSolver solver(shape_.sdf, free_, options_, all_of(&frames_), &lens_, prior);
   solver.solve(scale_m, options_.stride(quick ? options_.coarse_pixels : options_.fine_pixels));
@@ -114,7 +115,7 @@ LmRecord IntrinsicsProblem::solve(double scale_m, const LensPrior* prior, bool q
   return solver.record();
 }
 
-LmRecord IntrinsicsProblem::polish() {
+optim::LmRecord IntrinsicsProblem::polish() {
   LensSolver solver(shape_.sdf, free_, options_, all_of(&frames_), &lens_, nullptr);
   solver.fine(options_.stride(options_.fine_pixels));
   balance(&solver);
@@ -128,20 +129,20 @@ void IntrinsicsProblem::balance(LensSolver* solver) {
   const int n = free_.count();
   Lens best = lens_;
   double least = std::numeric_limits<double>::infinity();
-  long most_hits = 0;
+  long max_hits = 0;
   for (int round = 0; round < kBalanceRounds; ++round) {
     solver->poses();
-    SharedMatrix information = SharedMatrix::Zero(n, n);
-    SharedVector pull = SharedVector::Zero(n);
+    optim::SharedMatrix information = optim::SharedMatrix::Zero(n, n);
+    optim::SharedVector pull = optim::SharedVector::Zero(n);
     long hits = 0;
     const std::vector<FrameEstimate> estimates = examine();
     for (const FrameEstimate& frame : estimates)
       information += frame.information, pull += frame.gradient, hits += frame.hits;
-    most_hits = std::max(most_hits, hits);
-    const SharedVector step = step_within_the_known(information, pull);
+    max_hits = std::max(max_hits, hits);
+    const optim::SharedVector step = step_within_the_known(information, pull);
     const double gain = -0.5 * step.dot(pull);
     // Nothing pulls a lens under which the rays miss: that is no balance.
-    if (!(gain >= 0 && gain < least) || hits < kLeastHits * most_hits) {
+    if (!(gain >= 0 && gain < least) || hits < kMinHits * max_hits) {
       lens_ = best;
       solver->poses();
       return;
@@ -153,7 +154,7 @@ void IntrinsicsProblem::balance(LensSolver* solver) {
       lens_.set(which, lens_.get(which) + step[j]);
     }
     for (std::size_t m = 0; m < frames_.size(); ++m) {  // so that next to nothing is left for them to search
-      const Vector6d d = -estimates[m].follow * step;
+      const optim::Vector6d d = -estimates[m].follow * step;
       Rigidd* const T = &frames_[m].T_obj_cam;
       *T = increment(Vec3d{d[0], d[1], d[2]}, Vec3d{d[3], d[4], d[5]}) * *T;
     }
@@ -163,14 +164,14 @@ void IntrinsicsProblem::balance(LensSolver* solver) {
 FrameEstimate IntrinsicsProblem::estimate_of(LensFrame* frame, Lens lens) const {
   const LensSolver solver(shape_.sdf, free_, options_, {frame}, &lens, nullptr);
   const LensEnergy energy = solver.fine_energy();
-  const DepthLogistic<double> penalty = energy.penalty_of(*frame);
+  const energies::DepthLogistic<double> penalty = energy.penalty_of(*frame);
   const FrameSpread spread = frame->spread(energy.view(), penalty);
   const Eigen::MatrixXd& bread = spread.bread;
   const int n = free_.count();
   Eigen::Matrix<double, 6, 6> pose = bread.topLeftCorner<6, 6>();
   pose.diagonal() += weak_information(shape_);
   const Eigen::MatrixXd follow = pose.ldlt().solve(bread.topRightCorner(6, n));  // how the pose follows
-  ArrowBlock block;
+  optim::ArrowBlock block;
   frame->linearize(energy.view(), penalty, false, &block);
   Eigen::MatrixXd along(6 + n, n);
   along << -follow, Eigen::MatrixXd::Identity(n, n);
@@ -223,18 +224,18 @@ std::vector<int> IntrinsicsProblem::coverage(int columns, int rows) const {
   return cells;
 }
 
-SharedVector IntrinsicsProblem::bias(std::uint64_t seed, int pairs) {
-  if (pairs < 1 || pairs > kMostTwinDraws)
+optim::SharedVector IntrinsicsProblem::bias(std::uint64_t seed, int pairs) {
+  if (pairs < 1 || pairs > kMaxTwinDraws)
     throw std::invalid_argument("pairs: expected 1 to 1000, got " + std::to_string(pairs));
   const int n = free_.count();
-  SharedVector sum = SharedVector::Zero(n);
+  optim::SharedVector sum = optim::SharedVector::Zero(n);
   for (int pair = 0; pair < pairs; ++pair)
     for (const double sign : {1.0, -1.0}) {
       std::mt19937_64 random(seed + static_cast<std::uint64_t>(pair));
       std::normal_distribution<double> normal;
       std::vector<LensFrame> twins = frames_;
       for (LensFrame& twin : twins) {
-        if (options_.residual == Residual::kPoint)
+        if (options_.residual == energies::Residual::kPoint)
           twin.classify({shape_.sdf, lens_, free_}, Outline::kWithin);
         for (std::size_t i = 0; i < twin.pixels.reading_m.size(); ++i) {
           const double reading = (twin.pixels.hit_m[i] - lens_.depth_offset_m) / lens_.depth_scale;
@@ -253,4 +254,4 @@ SharedVector IntrinsicsProblem::bias(std::uint64_t seed, int pairs) {
   return sum / (2.0 * pairs);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::calibration

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace sdftrack {
+namespace sdftrack::calibration {
 
 namespace {
 
@@ -126,4 +126,4 @@ LensRay look_through(const Lens& lens, bool distorted, double u_px, double v_px)
   return out;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::calibration

@@ -9,12 +9,12 @@
 #include "base/camera.h"
 #include "optim/arrow.h"
 
-namespace sdftrack {
+namespace sdftrack::calibration {
 
 // The order in which unknowns are named, and in which a subset of them stands in a vector.
 enum class LensUnknown { kFx, kFy, kCx, kCy, kSkew, kK1, kK2, kDepthScale, kDepthOffset };
 constexpr int kLensUnknowns = 9;
-static_assert(kLensUnknowns == kMostShared);
+static_assert(kLensUnknowns == optim::kMaxShared);
 
 struct Lens {
   Camera camera;
@@ -35,4 +35,4 @@ struct LensRay {
 // `distorted`: whether distortion is among the camera's numbers or the unknowns.
 LensRay look_through(const Lens& lens, bool distorted, double u_px, double v_px);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::calibration

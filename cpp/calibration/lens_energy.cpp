@@ -6,7 +6,7 @@
 
 #include "base/parallel.h"
 
-namespace sdftrack {
+namespace sdftrack::calibration {
 
 namespace {
 
@@ -14,8 +14,8 @@ constexpr double kSmallStep_m = 1e-7, kSmallStep_rad = 1e-7;
 
 }  // namespace
 
-DepthLogistic<double> LensEnergy::penalty_of(const LensFrame& frame) const {
-  return {std::max(settings_.least_scale_m, frame.noise_m), settings_.outlier_floor};
+energies::DepthLogistic<double> LensEnergy::penalty_of(const LensFrame& frame) const {
+  return {std::max(settings_.min_scale_m, frame.noise_m), settings_.outlier_floor};
 }
 
 void LensEnergy::classify() {
@@ -23,7 +23,7 @@ void LensEnergy::classify() {
                [&](std::size_t m) { frames_[m]->classify(view(), settings_.outline); });
 }
 
-void LensEnergy::linearize(bool trial, std::vector<ArrowBlock>* blocks, ArrowBlock* prior) {
+void LensEnergy::linearize(bool trial, std::vector<optim::ArrowBlock>* blocks, optim::ArrowBlock* prior) {
   blocks->resize(frames_.size());
   parallel_for(frames_.size(), settings_.threads, [&](std::size_t m) {
     frames_[m]->linearize(view(trial), penalty_of(*frames_[m]), trial, &(*blocks)[m]);
@@ -39,14 +39,14 @@ void LensEnergy::linearize(bool trial, std::vector<ArrowBlock>* blocks, ArrowBlo
   }
 }
 
-void LensEnergy::retract(const std::vector<Vector6d>& poses, const SharedVector& shared) {
+void LensEnergy::retract(const std::vector<optim::Vector6d>& poses, const optim::SharedVector& shared) {
   trial_lens_ = *lens_;
   for (std::size_t j = 0; j < free_.unknowns.size(); ++j) {
     const LensUnknown which = free_.unknowns[j];
     trial_lens_.set(which, lens_->get(which) + shared[static_cast<Eigen::Index>(j)]);
   }
   for (std::size_t m = 0; m < frames_.size(); ++m) {
-    const Vector6d& d = poses[m];
+    const optim::Vector6d& d = poses[m];
     frames_[m]->trial_T_obj_cam =
         increment(Vec3d{d[0], d[1], d[2]}, Vec3d{d[3], d[4], d[5]}) * frames_[m]->T_obj_cam;
   }
@@ -57,15 +57,16 @@ void LensEnergy::accept() {
   for (LensFrame* frame : frames_) frame->accept();
 }
 
-bool LensEnergy::is_small(const std::vector<Vector6d>& poses, const SharedVector& shared) const {
+bool LensEnergy::is_small(const std::vector<optim::Vector6d>& poses,
+                          const optim::SharedVector& shared) const {
   for (std::size_t j = 0; j < free_.unknowns.size(); ++j) {
     const bool pixels = free_.unknowns[j] <= LensUnknown::kCy;
     const double unit = pixels ? lens_->camera.K.fx : 1;
     if (std::abs(shared[static_cast<Eigen::Index>(j)]) > 1e-7 * unit) return false;
   }
-  return std::all_of(poses.begin(), poses.end(), [](const Vector6d& d) {
+  return std::all_of(poses.begin(), poses.end(), [](const optim::Vector6d& d) {
     return d.head<3>().norm() < kSmallStep_m && d.tail<3>().norm() < kSmallStep_rad;
   });
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::calibration

@@ -7,17 +7,17 @@
 #include "calibration/lens_frame.h"
 #include "optim/arrow.h"
 
-namespace sdftrack {
+namespace sdftrack::calibration {
 
 // What is known of the free unknowns before any frame: a value and an sd each (infinite: nothing).
 struct LensPrior {
   std::vector<double> value, sd;
 };
 
-class LensEnergy final : public ArrowEnergy {
+class LensEnergy final : public optim::ArrowEnergy {
  public:
   struct Settings {
-    double least_scale_m;  // s of the penalty, or the frame's noise where that is more
+    double min_scale_m;  // s of the penalty, or the frame's noise where that is more
     double outlier_floor;
     Outline outline;
     int stride, threads;
@@ -27,17 +27,17 @@ class LensEnergy final : public ArrowEnergy {
              const LensPrior* prior, const Settings& settings)
       : sdf_(sdf), free_(free), frames_(frames), lens_(lens), prior_(prior), settings_(settings) {}
 
-  DepthLogistic<double> penalty_of(const LensFrame& frame) const;
+  energies::DepthLogistic<double> penalty_of(const LensFrame& frame) const;
   void classify();
   LensView view(bool trial = false) const {
     return {sdf_, trial ? trial_lens_ : *lens_, free_, settings_.stride};
   }
 
   int shared_unknowns() const override { return free_.count(); }
-  void linearize(bool trial, std::vector<ArrowBlock>* blocks, ArrowBlock* prior) override;
-  void retract(const std::vector<Vector6d>& poses, const SharedVector& shared) override;
+  void linearize(bool trial, std::vector<optim::ArrowBlock>* blocks, optim::ArrowBlock* prior) override;
+  void retract(const std::vector<optim::Vector6d>& poses, const optim::SharedVector& shared) override;
   void accept() override;
-  bool is_small(const std::vector<Vector6d>& poses, const SharedVector& shared) const override;
+  bool is_small(const std::vector<optim::Vector6d>& poses, const optim::SharedVector& shared) const override;
 
  private:
   SdfView sdf_;
@@ -48,4 +48,4 @@ class LensEnergy final : public ArrowEnergy {
   Settings settings_;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::calibration

@@ -8,7 +8,7 @@
 
 #include "energies/field.h"
 
-namespace sdftrack {
+namespace sdftrack::calibration {
 
 namespace {
 
@@ -19,7 +19,7 @@ constexpr double kMargin_px = 2;  // to the outline
 constexpr double kStep_m = 0.02;  // between neighbours: an outline within the object
 
 // From sums over all unknowns, lower triangle row by row, to the blocks.
-void unpack(const double* gradient, const double* hessian, int size, ArrowBlock* out) {
+void unpack(const double* gradient, const double* hessian, int size, optim::ArrowBlock* out) {
   for (int a = 0; a < size; ++a) {
     if (a < 6)
       out->pose_gradient[a] = gradient[a];
@@ -51,7 +51,7 @@ void LensPixels::push(double u, double v, double reading) {
 }
 
 LensFrame::Loop LensFrame::loop_over(const LensView& view, const Rigidd& T) {
-  return {{view.sdf, T}, {1, 0}, view.lens.camera.K, {}, Residual::kRayHit, false, kNewtonSteps};
+  return {{view.sdf, T}, {1, 0}, view.lens.camera.K, {}, energies::Residual::kRayHit, false, kNewtonSteps};
 }
 
 // visit(reading, hit, J): of a pixel that counts, the residual, whether its ray meets the model, and
@@ -68,13 +68,15 @@ void LensFrame::each_row(const LensView& view, bool trial, const Visit& visit) {
     const double depth_m = view.lens.depth_m(pixels.reading_m[at]);
     const bool hit = pixels.gain[at] == 0;
     double z = hit ? pixels.hit_m[at] : depth_m;
-    FieldRow<double, 6> row;
+    energies::FieldRow<double, 6> row;
     double per_slope = loop.find_hit<true>(look.ray, depth_m, hit, &z, &row);
-    const auto lost = [&] { return !(std::abs(row.phi_m) < kHitTolerance_m) || z == depth_m - kHitLead_m; };
+    const auto lost = [&] {
+      return !(std::abs(row.phi_m) < energies::kHitTolerance_m) || z == depth_m - energies::kHitLead_m;
+    };
     if (hit && lost()) {  // once more, from the reading
-      z = depth_m - kHitLead_m;
+      z = depth_m - energies::kHitLead_m;
       per_slope = loop.find_hit<true>(look.ray, depth_m, true, &z, &row);
-      if (lost()) z = depth_m - kHitReach_m;  // an outlier, until it meets again
+      if (lost()) z = depth_m - energies::kHitReach_m;  // an outlier, until it meets again
     }
     if (hit) hits[at] = z;
     // In units of the reading, which is what is noisy: a lens that shrinks all depths gains nothing by it.
@@ -102,9 +104,10 @@ bool LensFrame::neighbours_meet(const LensView& view, const Loop& loop, std::siz
     const Vec3d ray =
         look_through(view.lens, view.free.distorted, pixels.u_px[at] + step.x, pixels.v_px[at] + step.y).ray;
     double z = pixels.hit_m[at];
-    FieldRow<double, 6> row;
+    energies::FieldRow<double, 6> row;
     loop.find_hit<false>(ray, z, true, &z, &row);
-    if (!(std::abs(row.phi_m) < kHitTolerance_m) || std::abs(z - pixels.hit_m[at]) > kStep_m) return false;
+    if (!(std::abs(row.phi_m) < energies::kHitTolerance_m) || std::abs(z - pixels.hit_m[at]) > kStep_m)
+      return false;
   }
   return true;
 }
@@ -121,7 +124,7 @@ void LensFrame::classify(const LensView& view, Outline outline) {
       pixels.gain[at] = 1, pixels.used[at] = 1;
       continue;
     }
-    FieldRow<double, 6> row;
+    energies::FieldRow<double, 6> row;
     loop.read_along(look_through(view.lens, view.free.distorted, pixels.u_px[at], pixels.v_px[at]).ray, 0, 1,
                     &row);
     pixels.gain[at] = gain, pixels.hit_m[at] = hit_m;
@@ -134,13 +137,13 @@ void LensFrame::accept() {
   std::swap(pixels.hit_m, pixels.trial_hit_m);
 }
 
-void LensFrame::linearize(const LensView& view, const DepthLogistic<double>& penalty, bool trial,
-                          ArrowBlock* out) {
+void LensFrame::linearize(const LensView& view, const energies::DepthLogistic<double>& penalty, bool trial,
+                          optim::ArrowBlock* out) {
   const int size = 6 + view.free.count();
   double gradient[kUnknowns] = {}, hessian[kUnknowns * (kUnknowns + 1) / 2] = {};
   out->reset(view.free.count());
   each_row(view, trial, [&](const Loop::Reading& reading, bool, const double* J) {
-    const Curve<double> c = penalty(reading.residual_m, 1.0);
+    const energies::Curve<double> c = penalty(reading.residual_m, 1.0);
     out->cost += c.cost, out->count += 1;
     const double slope = c.slope * reading.gain, curvature = c.curvature * reading.gain * reading.gain;
     for (int a = 0, k = 0; a < size; ++a) {
@@ -161,14 +164,14 @@ std::vector<LensFrame::Reading> LensFrame::readings(const LensView& view) {
   return out;
 }
 
-FrameSpread LensFrame::spread(const LensView& view, const DepthLogistic<double>& penalty) {
+FrameSpread LensFrame::spread(const LensView& view, const energies::DepthLogistic<double>& penalty) {
   const int size = 6 + view.free.count();
   FrameSpread out;
   out.meat.setZero(size, size), out.bread.setZero(size, size);
   Eigen::MatrixXd weighted = Eigen::MatrixXd::Zero(size, size);
   double bends = 0, weights = 0;
   each_row(view, false, [&](const Loop::Reading& reading, bool, const double* J) {
-    const Curve<double> c = penalty(reading.residual_m, 1.0);
+    const energies::Curve<double> c = penalty(reading.residual_m, 1.0);
     const double psi = c.slope * reading.gain, per_gain = reading.gain * reading.gain;
     const double bend = penalty.second_derivative(reading.residual_m, 1.0);
     bends += bend, weights += c.curvature;
@@ -186,4 +189,4 @@ FrameSpread LensFrame::spread(const LensView& view, const DepthLogistic<double>&
   return out;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::calibration

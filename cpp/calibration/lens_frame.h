@@ -8,7 +8,7 @@
 #include "energies/penalty.h"
 #include "energies/term.h"
 
-namespace sdftrack {
+namespace sdftrack::calibration {
 
 // The unknowns of a lens that are free, and what the rays need to know.
 struct FreeLens {
@@ -58,7 +58,8 @@ class LensFrame {
   // Decides anew which pixels count and which rays meet the model; costs may be compared until the next call.
   void classify(const LensView& view, Outline outline);
   // At T_obj_cam, or at trial_T_obj_cam.
-  void linearize(const LensView& view, const DepthLogistic<double>& penalty, bool trial, ArrowBlock* out);
+  void linearize(const LensView& view, const energies::DepthLogistic<double>& penalty, bool trial,
+                 optim::ArrowBlock* out);
   void accept();  // the trial becomes the state
 
   struct Reading {
@@ -70,14 +71,14 @@ class LensFrame {
   std::vector<Reading> readings(const LensView& view);
 
   // At the state in hand, all unknowns (pose, then lens).
-  FrameSpread spread(const LensView& view, const DepthLogistic<double>& penalty);
+  FrameSpread spread(const LensView& view, const energies::DepthLogistic<double>& penalty);
 
  private:
-  using Loop = Term<SingleObject<double>, DepthLogistic<double>>;
+  using Loop = energies::Term<energies::SingleObject<double>, energies::DepthLogistic<double>>;
   static Loop loop_over(const LensView& view, const Rigidd& T);
   template <class Visit>
   void each_row(const LensView& view, bool trial, const Visit& visit);
   bool neighbours_meet(const LensView& view, const Loop& loop, std::size_t at) const;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::calibration

@@ -8,12 +8,11 @@
 #include "base/parallel.h"
 #include "base/robust.h"
 
-namespace sdftrack {
+namespace sdftrack::calibration {
 
 namespace {
 
-constexpr double kLeastGain =
-    0.01;  // a step that promises less (log-likelihood) moves nothing by over 0.15 sd
+constexpr double kMinGain = 0.01;  // a step that promises less (log-likelihood) moves nothing by over 0.15 sd
 constexpr double kCoarseGain = 1e-3;  // a coarse step that gains less than this share of the cost is the last
 constexpr int kFineRounds = 2;        // at the noise as it is then, and with the pixels that then count
 constexpr double kNarrowing = 0.4;    // of s, from stage to stage
@@ -34,17 +33,17 @@ void LensSolver::measure_noise(const LensView& view, bool points) {
 }
 
 // classify: choose anew which pixels count; else those of run_poses.
-void LensSolver::run_joint(const LensEnergy::Settings& settings, const LmOptions& lm, bool classify) {
-  std::vector<LmStep> steps = std::move(record_.steps);
+void LensSolver::run_joint(const LensEnergy::Settings& settings, const optim::LmOptions& lm, bool classify) {
+  std::vector<optim::LmStep> steps = std::move(record_.steps);
   LensEnergy energy(sdf_, free_, frames_, lens_, prior_, settings);
   if (classify) energy.classify();
-  minimize(energy, lm, &record_);
+  optim::minimize(energy, lm, &record_);
   steps.insert(steps.end(), record_.steps.begin(), record_.steps.end());
   record_.steps = std::move(steps);
 }
 
 // The lens stands still. Each frame has its own damping: one that fails does not hold up the others.
-void LensSolver::run_poses(const LensEnergy::Settings& settings, const LmOptions& lm) {
+void LensSolver::run_poses(const LensEnergy::Settings& settings, const optim::LmOptions& lm) {
   const FreeLens none{{}, free_.distorted};
   LensEnergy::Settings alone = settings;
   alone.threads = 1;
@@ -53,8 +52,8 @@ void LensSolver::run_poses(const LensEnergy::Settings& settings, const LmOptions
     Lens lens = *lens_;
     LensEnergy energy(sdf_, none, one, &lens, nullptr, alone);
     energy.classify();
-    LmRecord record;
-    minimize(energy, lm, &record);
+    optim::LmRecord record;
+    optim::minimize(energy, lm, &record);
   });
 }
 
@@ -64,9 +63,9 @@ bool LensSolver::coarser_than_noise(double scale_m) const {
 }
 
 void LensSolver::coarse(double scale_m) {
-  LmOptions lm;
+  optim::LmOptions lm;
   lm.max_steps = options_.coarse_steps, lm.cost_relative = kCoarseGain;
-  for (double s = scale_m; s > options_.least_scale_m && coarser_than_noise(s); s *= kNarrowing) {
+  for (double s = scale_m; s > options_.min_scale_m && coarser_than_noise(s); s *= kNarrowing) {
     const LensEnergy::Settings settings = coarse_settings(s);
     run_poses(settings, lm);
     run_joint(settings, lm, true);
@@ -77,9 +76,9 @@ void LensSolver::coarse(double scale_m) {
 // What only the outline holds, a box along an edge for instance, comes to its place while the lens stands
 // still: then nothing that the outline says enters the lens.
 void LensSolver::align(double scale_m) {
-  LmOptions lm;
+  optim::LmOptions lm;
   lm.max_steps = options_.coarse_steps, lm.cost_relative = kCoarseGain;
-  for (double s = scale_m; s > options_.least_scale_m; s *= kNarrowing) {
+  for (double s = scale_m; s > options_.min_scale_m; s *= kNarrowing) {
     run_poses(coarse_settings(s), lm);
     measure_noise({sdf_, *lens_, free_, options_.stride(options_.coarse_pixels)});
     if (!coarser_than_noise(s)) break;
@@ -92,22 +91,23 @@ LensEnergy::Settings LensSolver::coarse_settings(double scale_m) const {
 }
 
 LensEnergy::Settings LensSolver::fine_settings(int stride) const {
-  const Outline outline = options_.residual == Residual::kPoint ? Outline::kPoints : Outline::kWithin;
-  return {options_.least_scale_m, options_.outlier_floor, outline, stride, options_.threads};
+  const Outline outline =
+      options_.residual == energies::Residual::kPoint ? Outline::kPoints : Outline::kWithin;
+  return {options_.min_scale_m, options_.outlier_floor, outline, stride, options_.threads};
 }
 
 LensEnergy LensSolver::fine_energy() const { return {sdf_, free_, frames_, lens_, prior_, fine_settings(1)}; }
 
-LmOptions LensSolver::fine_steps() const {
-  LmOptions lm;
-  lm.max_steps = options_.fine_steps, lm.cost_relative = 0, lm.cost_gain = kLeastGain;
+optim::LmOptions LensSolver::fine_steps() const {
+  optim::LmOptions lm;
+  lm.max_steps = options_.fine_steps, lm.cost_relative = 0, lm.cost_gain = kMinGain;
   return lm;
 }
 
 void LensSolver::poses() { run_poses(fine_settings(1), fine_steps()); }
 
 void LensSolver::fine(int stride) {
-  const LmOptions lm = fine_steps();
+  const optim::LmOptions lm = fine_steps();
   const LensEnergy::Settings settings = fine_settings(stride);
   for (int round = 0; round < kFineRounds; ++round) {
     run_poses(settings, lm);
@@ -122,4 +122,4 @@ void LensSolver::solve(double scale_m, int fine_stride) {
   fine(fine_stride);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::calibration

@@ -7,13 +7,13 @@
 
 #include "calibration/lens_energy.h"
 
-namespace sdftrack {
+namespace sdftrack::calibration {
 
 struct IntrinsicsOptions {
-  Residual residual = Residual::kRayHit;  // or kPoint, the source's, in the last stage
-  int max_pixels = 5000;                  // of a frame
-  double padding_m = 0.03;                // a pixel counts when its point is this near the object's box
-  double least_scale_m = 2e-4;            // s of the last stage, or the noise where that is more
+  energies::Residual residual = energies::Residual::kRayHit;  // or kPoint, the source's, in the last stage
+  int max_pixels = 5000;                                      // of a frame
+  double padding_m = 0.03;    // a pixel counts when its point is this near the object's box
+  double min_scale_m = 2e-4;  // s of the last stage, or the noise where that is more
   double outlier_floor = 0.1;
   int coarse_steps = 12, fine_steps = 12;  // trials of a stage
   // Of a frame, what suffices: for the early stages, for the joint steps at the noise, for the bias.
@@ -42,14 +42,14 @@ class LensSolver {
   void solve(double scale_m, int fine_stride = 1);
 
   LensEnergy fine_energy() const;
-  const LmRecord& record() const { return record_; }  // of the last stage, with the steps of all
+  const optim::LmRecord& record() const { return record_; }  // of the last stage, with the steps of all
 
  private:
   LensEnergy::Settings coarse_settings(double scale_m) const;
   LensEnergy::Settings fine_settings(int stride) const;
-  LmOptions fine_steps() const;
-  void run_joint(const LensEnergy::Settings& settings, const LmOptions& lm, bool classify);
-  void run_poses(const LensEnergy::Settings& settings, const LmOptions& lm);
+  optim::LmOptions fine_steps() const;
+  void run_joint(const LensEnergy::Settings& settings, const optim::LmOptions& lm, bool classify);
+  void run_poses(const LensEnergy::Settings& settings, const optim::LmOptions& lm);
   void measure_noise(const LensView& view, bool points = false);
   bool coarser_than_noise(double scale_m) const;
 
@@ -59,7 +59,7 @@ class LensSolver {
   std::vector<LensFrame*> frames_;
   Lens* lens_;
   const LensPrior* prior_;
-  LmRecord record_;
+  optim::LmRecord record_;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::calibration

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 ColorDifference color_difference(const RgbView& image, const ImagePart& inner, const ImagePart& outer) {
   constexpr std::size_t kBins = 16 * 16 * 16;
@@ -30,4 +30,4 @@ ColorDifference color_difference(const RgbView& image, const ImagePart& inner, c
   return out;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -4,7 +4,7 @@
 
 #include "contour/region_model.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 struct ColorDifference {
   double distance;   // total variation between the two histograms of 16^3 colours, 0 to 1
@@ -19,4 +19,4 @@ struct ColorDifference {
 // empty.
 ColorDifference color_difference(const RgbView& image, const ImagePart& inner, const ImagePart& outer);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -5,17 +5,17 @@
 #include "contour/contour_ops.h"
 #include "energies/block.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 namespace {
 
 template <class L>
 struct ContourLoops {
   template <int P>
-  static Sums<double, P> linearize(const RegistrationTerm<float, P>& given) {
+  static energies::Sums<double, P> linearize(const RegistrationTerm<float, P>& given) {
     RegistrationTerm<L, P> term{
         given.grid,  given.pixels, {given.b[0], given.b[1], given.b[2], given.b[3], given.b[4], given.b[5]},
         given.mid_x, given.mid_y,  given.inv_s};
-    Sums<double, P> sums;
+    energies::Sums<double, P> sums;
     Block<P> block;
     Row<> costs;
     const auto finish = [&]() SDFTRACK_INLINE {
@@ -23,7 +23,7 @@ struct ContourLoops {
       block.template add_to<L>(&sums);
     };
     each_pack<L>(0, given.pixels.count, [&](int i, int n) SDFTRACK_INLINE {
-      const Contribution<L, P> c = term.at(i, n);
+      const energies::Contribution<L, P> c = term.at(i, n);
       costs.put(c.cost, n);
       block.put(c, n);
       if (block.full()) finish();
@@ -41,7 +41,7 @@ struct ContourLoops {
     });
   }
 
-  static void least_square(const float* row_square, int row, int above, int below, int count, float* least) {
+  static void min_square(const float* row_square, int row, int above, int below, int count, float* least) {
     each_pack<L>(0, count, [&](int i, int n) SDFTRACK_INLINE {
       L best = load<L>(row_square + i, n);
       for (int k = 1; k <= above; ++k) {
@@ -62,6 +62,6 @@ struct ContourLoops {
 // SDFTRACK_LANES and SDFTRACK_SET: the lane type and the member of ContourOps that it serves.
 const ContourOps ContourOps::SDFTRACK_SET = {
     ContourLoops<SDFTRACK_LANES>::linearize<4>, ContourLoops<SDFTRACK_LANES>::linearize<6>,
-    ContourLoops<SDFTRACK_LANES>::step, ContourLoops<SDFTRACK_LANES>::least_square};
+    ContourLoops<SDFTRACK_LANES>::step, ContourLoops<SDFTRACK_LANES>::min_square};
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -5,17 +5,17 @@
 #include "base/isa.h"
 #include "contour/contour_terms.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 struct ContourOps {
-  Sums<double, 4> (*similarity)(const RegistrationTerm<float, 4>&);
-  Sums<double, 6> (*affinity)(const RegistrationTerm<float, 6>&);
+  energies::Sums<double, 4> (*similarity)(const RegistrationTerm<float, 4>&);
+  energies::Sums<double, 6> (*affinity)(const RegistrationTerm<float, 6>&);
   // `count` cells of a row, from `phi` to `out`.
   void (*step)(const ContourStep<float>&, const float* phi, const float* foreground, int row, int count,
                float* out);
   // least[x] = min over k = -radius .. radius of row_square[x + k * row] + k^2, for `count` cells of a row,
   // with rows up to `above` before it and `below` behind it.
-  void (*least_square)(const float* row_square, int row, int above, int below, int count, float* least);
+  void (*min_square)(const float* row_square, int row, int above, int below, int count, float* least);
 
   // Defined in contour_*.cpp.
   static const ContourOps baseline, avx2;
@@ -28,4 +28,4 @@ inline const ContourOps& contour_ops_for([[maybe_unused]] Isa isa) {
   return ContourOps::baseline;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -5,18 +5,18 @@
 #include "energies/term.h"
 #include "levelset/evolve_terms.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
-constexpr float kLeastMixture = 1e-6f;  // below it a pixel of posterior 0 or 1 would cost without end
+constexpr float kMinMixture = 1e-6f;  // below it a pixel of posterior 0 or 1 would cost without end
 
 // What a pixel says about phi: cost -log f with f = H P + (1 - H) (1 - P), H = 1 / (1 + e^(phi / s)); its
 // slope in phi is (gamma - H) / s with gamma = H P / f, and H (1 - H) / s^2 is what Gauss-Newton takes as its
 // curvature (section 2).
 template <class T>
-HD Curve<T> posterior_cost(T phi, T foreground, T inv_s) {
-  const T inside = heaviside(T(-1) * inv_s * phi), own = inside * foreground;
+HD energies::Curve<T> posterior_cost(T phi, T foreground, T inv_s) {
+  const T inside = levelset::heaviside(T(-1) * inv_s * phi), own = inside * foreground;
   const T mixture = own + (T(1) - inside) * (T(1) - foreground);
-  const T f = select(mixture < T(kLeastMixture), T(kLeastMixture), mixture);
+  const T f = select(mixture < T(kMinMixture), T(kMinMixture), mixture);
   return {T(-1) * log_positive(f), inv_s * (own / f - inside), inv_s * inv_s * inside * (T(1) - inside)};
 }
 
@@ -29,12 +29,12 @@ struct FlatView {
 // Bilinear value and its exact gradient; beyond the grid the border goes on.
 template <class T>
 HD void sample_flat(const FlatView& grid, T x, T y, T* phi, T* gx, T* gy) {
-  const T most_x(static_cast<float>(grid.nx) - 1.0f), most_y(static_cast<float>(grid.ny) - 1.0f);
-  const auto in_x = (x >= T(0)) & (x <= most_x), in_y = (y >= T(0)) & (y <= most_y);
-  const T cx = select(x < T(0), T(0), select(x > most_x, most_x, x)),
-          cy = select(y < T(0), T(0), select(y > most_y, most_y, y));
+  const T max_x(static_cast<float>(grid.nx) - 1.0f), max_y(static_cast<float>(grid.ny) - 1.0f);
+  const auto in_x = (x >= T(0)) & (x <= max_x), in_y = (y >= T(0)) & (y <= max_y);
+  const T cx = select(x < T(0), T(0), select(x > max_x, max_x, x)),
+          cy = select(y < T(0), T(0), select(y > max_y, max_y, y));
   // The last cell's far corner belongs to it, so that all four corners exist.
-  const T last_x = most_x - T(1), last_y = most_y - T(1);
+  const T last_x = max_x - T(1), last_y = max_y - T(1);
   const IntOf<T> ix = truncate(select(cx > last_x, last_x, cx)),
                  iy = truncate(select(cy > last_y, last_y, cy));
   const IntOf<T> at = iy * grid.nx + ix;
@@ -63,12 +63,12 @@ struct RegistrationTerm {
   float mid_x, mid_y;  // of the grid, in cells from its corner
   float inv_s;
 
-  HD Contribution<T, P> at(int i, int n) const {
+  HD energies::Contribution<T, P> at(int i, int n) const {
     const T u = load<T>(pixels.u + i, n), v = load<T>(pixels.v + i, n);
     const T x = T(b[0]) * u + T(b[1]) * v + T(b[2]), y = T(b[3]) * u + T(b[4]) * v + T(b[5]);
     T phi, gx, gy;
     sample_flat(grid, x + T(mid_x), y + T(mid_y), &phi, &gx, &gy);
-    const Curve<T> c = posterior_cost(phi, load<T>(pixels.foreground + i, n), T(inv_s));
+    const energies::Curve<T> c = posterior_cost(phi, load<T>(pixels.foreground + i, n), T(inv_s));
     if constexpr (P == 4)
       return {c.cost, c.slope, c.curvature, {x * gx + y * gy, x * gy - y * gx, gx, gy}};
     else
@@ -93,9 +93,9 @@ struct ContourStep {
     // The Laplacian less the curvature: what diffuses across the level lines, not along them.
     const T along = (xx * gy * gy - T(2) * xy * gx * gy + yy * gx * gx) / kept;
     const T curvature = along / sqrt(kept);
-    const Curve<T> c = posterior_cost(own, foreground, T(inv_s));
+    const energies::Curve<T> c = posterior_cost(own, foreground, T(inv_s));
     return own + T(dt) * (T(mu) * (xx + yy - T(1.0f - tension) * curvature) - c.slope);
   }
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

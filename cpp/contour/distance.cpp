@@ -6,12 +6,12 @@
 
 #include "contour/contour_ops.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 namespace {
 
-constexpr float kLeastSlope = 0.3f;  // a flatter phi says nothing about where its zero is
-constexpr float kBeside = 1.2f;      // cells whose distance phi itself gives
+constexpr float kMinSlope = 0.3f;  // a flatter phi says nothing about where its zero is
+constexpr float kBeside = 1.2f;    // cells whose distance phi itself gives
 
 // Squared distance along a row to the nearest cell that is inside, or outside; `far` where none is nearer.
 void along_row(const float* phi, int nx, bool inside, float far, float* square) {
@@ -32,7 +32,7 @@ float beside(const float* phi, int nx, int ny, int x, int y) {
   const float* p = phi + static_cast<std::ptrdiff_t>(y) * nx + x;
   const float gx = 0.5f * (p[x + 1 < nx ? 1 : 0] - p[x > 0 ? -1 : 0]);
   const float gy = 0.5f * (p[y + 1 < ny ? nx : 0] - p[y > 0 ? -nx : 0]);
-  const float slope = std::max(std::sqrt(gx * gx + gy * gy), kLeastSlope);
+  const float slope = std::max(std::sqrt(gx * gx + gy * gy), kMinSlope);
   return std::clamp(*p / slope, -kBeside, kBeside);
 }
 
@@ -74,8 +74,8 @@ void redistance(int radius, FlatDistanceWork* work, ContourGrid* grid) {
   for (int y = box.y0; y <= box.y1; ++y) {
     const int above = std::min(radius, y - box.y0), below = std::min(radius, box.y1 - y);
     float *const out = work->least.data(), *const in = out + width;
-    ops.least_square(work->to_outside.data() + first(y), nx, above, below, count, out);
-    ops.least_square(work->to_inside.data() + first(y), nx, above, below, count, in);
+    ops.min_square(work->to_outside.data() + first(y), nx, above, below, count, out);
+    ops.min_square(work->to_inside.data() + first(y), nx, above, below, count, in);
     for (int k = 0; k < count; ++k) {
       const auto i = first(y) + static_cast<std::size_t>(k);
       const bool inside = work->kept[i] < 0;
@@ -85,4 +85,4 @@ void redistance(int radius, FlatDistanceWork* work, ContourGrid* grid) {
   }
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -6,7 +6,7 @@
 
 #include "contour/region.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 struct FlatDistanceWork {
   std::vector<float> to_outside, to_inside, least, kept;
@@ -17,4 +17,4 @@ struct FlatDistanceWork {
 // sign less half a cell. Sets grid->inside.
 void redistance(int radius, FlatDistanceWork* work, ContourGrid* grid);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -6,7 +6,7 @@
 
 #include "contour/contour_ops.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 namespace {
 
@@ -78,7 +78,7 @@ void evolve_contour(const ContourOptions& options, int steps, EvolutionWork* wor
   }
 }
 
-int drop_small_pieces(float least_part, int reach, EvolutionWork* work, ContourGrid* grid) {
+int drop_small_pieces(float min_part, int reach, EvolutionWork* work, ContourGrid* grid) {
   auto& runs = work->pieces;
   auto& parent = work->parent;
   auto& area = work->area;
@@ -109,7 +109,7 @@ int drop_small_pieces(float least_part, int reach, EvolutionWork* work, ContourG
   int inside = 0;
   for (std::size_t k = 0; k < runs.size(); ++k) {
     const int whole = area[static_cast<std::size_t>(root_of(&parent, static_cast<int>(k)))];
-    if (static_cast<float>(whole) >= least_part * static_cast<float>(largest)) {
+    if (static_cast<float>(whole) >= min_part * static_cast<float>(largest)) {
       inside += runs[k].last - runs[k].first;
       continue;
     }
@@ -119,4 +119,4 @@ int drop_small_pieces(float least_part, int reach, EvolutionWork* work, ContourG
   return inside;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

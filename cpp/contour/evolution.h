@@ -8,7 +8,7 @@
 #include "contour/options.h"
 #include "contour/region_model.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 // Cells first .. last - 1 of a row.
 struct CellRun {
@@ -29,7 +29,7 @@ void sample_posterior(const ContourGrid& grid, const PosteriorImage& posterior, 
 // `steps` steps in the band of `work`.
 void evolve_contour(const ContourOptions& options, int steps, EvolutionWork* work, ContourGrid* grid);
 // Among cells no farther than `reach` from the box of those that were inside, takes out pieces smaller than
-// `least_part` of the largest. Returns the cells that are inside.
-int drop_small_pieces(float least_part, int reach, EvolutionWork* work, ContourGrid* grid);
+// `min_part` of the largest. Returns the cells that are inside.
+int drop_small_pieces(float min_part, int reach, EvolutionWork* work, ContourGrid* grid);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 // p_image = A X + t, in pixels. X: cells from the middle of the grid. A is stored row by row.
 struct GridWarp {
@@ -48,4 +48,4 @@ GridWarp moved(const GridWarp& warp, const double* delta) {
   }
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

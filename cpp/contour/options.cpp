@@ -3,7 +3,7 @@
 
 #include "contour/option_schema.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 void ContourOptions::check() const {
   check_options(*this);
@@ -13,4 +13,4 @@ void ContourOptions::check() const {
                 .range = from_to(0, 0.2001)});
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 enum class OpinionPool { kLinear, kLogarithmic };
 
@@ -16,11 +16,11 @@ struct ContourOptions {
   OpinionPool pool = OpinionPool::kLinear;
   float object_rate = 0.02f;  // of a frame in the opinion pools
   float background_rate = 0.2f;
-  float least_posterior = 0.018f;  // no colour proves anything
+  float min_posterior = 0.018f;  // no colour proves anything
 
   // Grid.
-  float ring = 0.3f;     // width of the background around the object, over the longer side of its box
-  int most_cells = 160;  // along the longer side of the object's box
+  float ring = 0.3f;    // width of the background around the object, over the longer side of its box
+  int max_cells = 160;  // along the longer side of the object's box
 
   // Registration and evolution.
   float softness = 1.5f;  // s of the Heaviside
@@ -28,10 +28,10 @@ struct ContourOptions {
   int registration_steps = 12;
   float reach = 24;  // how far the object may jump between two frames, beyond what Gauss-Newton bridges
   int shape_steps = 5;
-  float dt = 4;              // of a shape step
-  float mu = 0.05f;          // of the distance regulariser; mu dt <= 0.2
-  float tension = 1;         // of the contour: 0, none, as printed; 1, the regulariser is a Laplacian
-  float least_part = 0.01f;  // pieces smaller than this share of the largest are dropped
+  float dt = 4;            // of a shape step
+  float mu = 0.05f;        // of the distance regulariser; mu dt <= 0.2
+  float tension = 1;       // of the contour: 0, none, as printed; 1, the regulariser is a Laplacian
+  float min_part = 0.01f;  // pieces smaller than this share of the largest are dropped
 
   // Start from a box.
   int box_rounds = 8;
@@ -43,4 +43,4 @@ struct ContourOptions {
   void check() const;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

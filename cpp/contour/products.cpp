@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 namespace {
 
@@ -33,4 +33,4 @@ void picture_products(const float* pictures, int count, const float* templates, 
           product(pictures + i * row, templates + j * row, length);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

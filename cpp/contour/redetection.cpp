@@ -5,16 +5,16 @@
 #include <cmath>
 #include <tuple>
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 namespace {
 
 constexpr double kScales[] = {0.4, 0.5, 0.63, 0.8, 1, 1.25, 1.6, 2, 2.5};
 constexpr double kFineScales[] = {0.84, 0.92, 1.09, 1.19};
-constexpr double kMostSquares = 24000;  // that an image is divided into
-constexpr double kRing = 1.5;           // the box around a box, over its size
-constexpr std::size_t kTried = 5;       // boxes that the shape itself is tried in
-constexpr double kLeastSize = 3;        // squares, of a box
+constexpr double kMaxSquares = 24000;  // that an image is divided into
+constexpr double kRing = 1.5;          // the box around a box, over its size
+constexpr std::size_t kTried = 5;      // boxes that the shape itself is tried in
+constexpr double kMinSize = 3;         // squares, of a box
 
 // Squares of `stride` pixels, the first with its corner at pixel (x0, y0).
 struct Squares {
@@ -41,7 +41,7 @@ struct Reach {
 
 Squares divide(const ImagePart& part) {
   const double pixels = static_cast<double>(part.width()) * part.height();
-  return {std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / kMostSquares)))), part.x0, part.y0};
+  return {std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / kMaxSquares)))), part.x0, part.y0};
 }
 
 GridWarp scaled(GridWarp warp, double by) {
@@ -91,7 +91,7 @@ BoxSum box_sum(const std::vector<double>& table, int w, int h, int x0, int y0, i
 void best_boxes(const Reach& r, double scale, RedetectionWork* work) {
   const int w = work->posterior.rect.width(), h = work->posterior.rect.height();
   const double size_x = scale * (r.x1 - r.x0), size_y = scale * (r.y1 - r.y0);
-  if (std::max(size_x, size_y) < kLeastSize || size_x > 1.2 * w || size_y > 1.2 * h) return;
+  if (std::max(size_x, size_y) < kMinSize || size_x > 1.2 * w || size_y > 1.2 * h) return;
   const int hx = std::max(1, static_cast<int>(std::lround(0.5 * size_x))),
             hy = std::max(1, static_cast<int>(std::lround(0.5 * size_y)));
   const int rx = hx + std::max(1, static_cast<int>(std::lround((kRing - 1) * hx))),
@@ -173,4 +173,4 @@ double find_anywhere(const RgbView& image, const RegionModel& model, const Shape
   return most;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -6,7 +6,7 @@
 
 #include "contour/search.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 // A box of the image with more of the object's colours inside than around.
 struct BoxFound {
@@ -24,4 +24,4 @@ struct RedetectionWork {
 double find_anywhere(const RgbView& image, const RegionModel& model, const ShapeSamples& samples,
                      RedetectionWork* work, GridWarp* warp);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

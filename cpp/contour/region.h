@@ -8,7 +8,7 @@
 
 #include "contour/grid_warp.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 struct RgbView {
   const unsigned char* rgb;
@@ -86,4 +86,4 @@ void each_row_on(const ContourGrid& grid, const CellBox& cells, const ImagePart&
   }
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 namespace {
 
-constexpr double kUniform = 1e-2;     // share of a uniform distribution in the shared histograms
-constexpr double kLeastKnown = 1e-4;  // of the pixels of a side, of one colour
-constexpr double kLeastPixels = 30;   // of either kind, to learn from
+constexpr double kUniform = 1e-2;   // share of a uniform distribution in the shared histograms
+constexpr double kMinKnown = 1e-4;  // of the pixels of a side, of one colour
+constexpr double kMinPixels = 30;   // of either kind, to learn from
 constexpr float kPseudoCount =
     0.05f;  // of the logarithmic pool: a colour not seen once is not ruled out for good
 
@@ -39,7 +39,7 @@ RegionModel::RegionModel(const ContourOptions& options)
       shared_only_(options.windows < 2),
       shrink_(static_cast<double>(options.shrink)),
       pool_(options.pool),
-      least_(options.least_posterior),
+      least_(options.min_posterior),
       stride_(2 * windows_ * windows_),
       slots_(static_cast<std::size_t>(bins_ * bins_ * bins_), -1),
       totals_(static_cast<std::size_t>(stride_)) {}
@@ -76,7 +76,7 @@ bool RegionModel::count(const RgbView& image, const ContourGrid& grid) {
                   to[2 * windows_] += at.weight[2], to[2 * windows_ + 2] += at.weight[3];
                 }
               });
-  if (objects < kLeastPixels || others < kLeastPixels) return false;
+  if (objects < kMinPixels || others < kMinPixels) return false;
   if (!remembered_.empty()) {
     double sum = 0;
     for (std::size_t slot = 0; slot < remembered_.size(); ++slot) {
@@ -160,7 +160,7 @@ void RegionModel::make_shares() {
 
 bool RegionModel::known(int slot) const {
   const auto at = 2 * static_cast<std::size_t>(slot);
-  return static_cast<double>(std::max(whole_[at], whole_[at + 1])) > kLeastKnown + floor_share();
+  return static_cast<double>(std::max(whole_[at], whole_[at + 1])) > kMinKnown + floor_share();
 }
 
 void RegionModel::posterior(const RgbView& image, const ContourGrid& grid, const CellBox& cells,
@@ -232,4 +232,4 @@ void RegionModel::remember() {
   likeness_ = 1;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -7,7 +7,7 @@
 #include "contour/options.h"
 #include "contour/region.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 // The posterior that a pixel is the object's, over a rectangle of the image; one half where nothing is known.
 struct PosteriorImage {
@@ -78,4 +78,4 @@ class RegionModel {
   double likeness_ = 1;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

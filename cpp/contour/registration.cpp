@@ -6,7 +6,7 @@
 
 #include "optim/lm_loop.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 namespace {
 
@@ -28,11 +28,11 @@ class WarpSystem {
   bool has_data() const { return here_.count > P && here_.hessian[0] > 0; }
   bool find_step(double damping) {
     Matrix A = hessian();
-    damp(damping, &A);
+    optim::damp(damping, &A);
     step_ = A.ldlt().solve(-gradient());
     return step_.allFinite();
   }
-  Promise promised() const {
+  optim::Promise promised() const {
     const double all = -(gradient().dot(step_) + 0.5 * step_.dot(hessian() * step_));
     return {all, all};
   }
@@ -51,7 +51,7 @@ class WarpSystem {
   }
 
  private:
-  Sums<double, P> sums() const {
+  energies::Sums<double, P> sums() const {
     return registration_sums<P>(*grid_, work_, static_cast<double>(options_.softness));
   }
   Vector gradient() const { return Eigen::Map<const Vector>(here_.gradient); }
@@ -66,19 +66,19 @@ class WarpSystem {
   const RegistrationWork& work_;
   ContourGrid* grid_;
   double reach_;  // cells that a unit of scale or angle moves the farthest cell by
-  Sums<double, P> here_, next_;
+  energies::Sums<double, P> here_, next_;
   Vector step_;
   GridWarp before_, after_;
 };
 
 template <int P>
 void run(const ContourOptions& options, RegistrationWork* work, ContourGrid* grid) {
-  LmOptions lm;
+  optim::LmOptions lm;
   lm.max_steps = options.registration_steps;
   lm.damping_max = 1e3;
   lm.cost_relative = 1e-4;
   WarpSystem<P> system(options, *work, grid);
-  run_lm(system, lm, &work->record);
+  optim::run_lm(system, lm, &work->record);
 }
 
 }  // namespace
@@ -105,7 +105,8 @@ void choose_pixels(const ContourGrid& grid, const PosteriorImage& posterior, flo
 }
 
 template <int P>
-Sums<double, P> registration_sums(const ContourGrid& grid, const RegistrationWork& work, double softness) {
+energies::Sums<double, P> registration_sums(const ContourGrid& grid, const RegistrationWork& work,
+                                            double softness) {
   const GridWarp b = grid.warp.inverse();
   RegistrationTerm<float, P> term{
       {grid.phi.data(), grid.nx, grid.ny},
@@ -121,8 +122,8 @@ Sums<double, P> registration_sums(const ContourGrid& grid, const RegistrationWor
   else
     return ops.affinity(term);
 }
-template Sums<double, 4> registration_sums<4>(const ContourGrid&, const RegistrationWork&, double);
-template Sums<double, 6> registration_sums<6>(const ContourGrid&, const RegistrationWork&, double);
+template energies::Sums<double, 4> registration_sums<4>(const ContourGrid&, const RegistrationWork&, double);
+template energies::Sums<double, 6> registration_sums<6>(const ContourGrid&, const RegistrationWork&, double);
 
 void register_grid(const ContourOptions& options, RegistrationWork* work, ContourGrid* grid) {
   if (options.affine)
@@ -131,4 +132,4 @@ void register_grid(const ContourOptions& options, RegistrationWork* work, Contou
     run<4>(options, work, grid);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -9,11 +9,11 @@
 #include "contour/region_model.h"
 #include "optim/lm.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 struct RegistrationWork {
   std::vector<float> u, v, foreground;  // the pixels of the sum
-  LmRecord record;
+  optim::LmRecord record;
 };
 
 // Lists the pixels within `band` cells of the contour as it lies now, but those on cells that are known to be
@@ -23,9 +23,10 @@ void choose_pixels(const ContourGrid& grid, const PosteriorImage& posterior, flo
 
 // -sum log f over the listed pixels with its gradient and Gauss-Newton Hessian; P: 4 or 6.
 template <int P>
-Sums<double, P> registration_sums(const ContourGrid& grid, const RegistrationWork& work, double softness);
+energies::Sums<double, P> registration_sums(const ContourGrid& grid, const RegistrationWork& work,
+                                            double softness);
 
 // Moves grid->warp; the shape stays.
 void register_grid(const ContourOptions& options, RegistrationWork* work, ContourGrid* grid);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

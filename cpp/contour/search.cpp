@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 namespace {
 
@@ -81,4 +81,4 @@ double search_place(const ShapeSamples& samples, const PosteriorImage& posterior
   return most;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

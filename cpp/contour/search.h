@@ -7,7 +7,7 @@
 
 #include "contour/region_model.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 // A few hundred cells inside the contour and beside it, from the middle of the grid.
 struct ShapeSamples {
@@ -24,4 +24,4 @@ double contrast_at(const ShapeSamples& samples, const GridWarp& warp, const Post
 double search_place(const ShapeSamples& samples, const PosteriorImage& posterior, int reach, int step,
                     GridWarp* warp);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -12,11 +12,11 @@
 #include "contour/color_difference.h"
 #include "contour/tracker.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 namespace {
 
-constexpr double kLeastContrast = 0.02;
+constexpr double kMinContrast = 0.02;
 constexpr const char* kOneColor =
     "box: expected an object whose colours are not those around the box, got next to nothing that differs; "
     "draw it closer, or start from a mask";
@@ -27,8 +27,8 @@ constexpr const char* kOneColor =
 std::string ContourTracker::unfit(const RgbView& image, int pixels) const {
   const std::int64_t others = static_cast<std::int64_t>(image.width) * image.height - pixels;
   std::ostringstream text;
-  if (others < kLeastPixels) {
-    text << "mask: expected background around the object, at least " << kLeastPixels << " pixels, got "
+  if (others < kMinPixels) {
+    text << "mask: expected background around the object, at least " << kMinPixels << " pixels, got "
          << others << "; mark the object alone";
   } else {
     text << "mask: expected one object, got " << pixels
@@ -59,8 +59,8 @@ void ContourTracker::start_here(const RgbView& image, const unsigned char* mask)
         box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x + 1), std::max(box.y1, y + 1)};
         ++pixels;
       }
-  if (pixels < kLeastPixels)
-    throw std::invalid_argument("mask: expected at least " + std::to_string(kLeastPixels) +
+  if (pixels < kMinPixels)
+    throw std::invalid_argument("mask: expected at least " + std::to_string(kMinPixels) +
                                 " pixels of the object, got " + std::to_string(pixels));
   make_grid(box);
   for (int iy = 0; iy < grid_.ny; ++iy)
@@ -78,8 +78,8 @@ void ContourTracker::start_here(const RgbView& image, const unsigned char* mask)
 }
 
 void ContourTracker::start_here(const RgbView& image, const ImagePart& box) {
-  if (box.width() * box.height() < kLeastPixels)
-    throw std::invalid_argument("box: expected a box of at least " + std::to_string(kLeastPixels) +
+  if (box.width() * box.height() < kMinPixels)
+    throw std::invalid_argument("box: expected a box of at least " + std::to_string(kMinPixels) +
                                 " pixels inside the image, got " + std::to_string(box.width()) + " x " +
                                 std::to_string(box.height()));
   make_grid(box);
@@ -91,9 +91,9 @@ void ContourTracker::start_here(const RgbView& image, const ImagePart& box) {
 
 void ContourTracker::make_grid(const ImagePart& box) {
   const int longest = std::max(box.width(), box.height());
-  const double cell = std::max(1.0, longest / static_cast<double>(options_.most_cells));
+  const double cell = std::max(1.0, longest / static_cast<double>(options_.max_cells));
   const int ring =
-      std::max(kLeastRing_px, static_cast<int>(static_cast<double>(options_.ring) * longest / cell));
+      std::max(kMinRing_px, static_cast<int>(static_cast<double>(options_.ring) * longest / cell));
   grid_.nx = static_cast<int>(std::ceil(box.width() / cell)) + 2 * ring;
   grid_.ny = static_cast<int>(std::ceil(box.height() / cell)) + 2 * ring;
   grid_.warp = {{cell, 0, 0, cell}, {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)}};
@@ -125,7 +125,7 @@ void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
       for (int x = kBlur; x + kBlur < g.nx; ++x) {
         g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? 0.5f - mean_posterior(x, y) : 0.5f;
       }
-    if (drop_small_pieces(options_.least_part, std::max(g.nx, g.ny), &evolution_, &g) < kLeastPixels)
+    if (drop_small_pieces(options_.min_part, std::max(g.nx, g.ny), &evolution_, &g) < kMinPixels)
       throw std::invalid_argument(kOneColor);
   }
   redistance(reach_cells(), &evolution_.distance, &g);
@@ -134,7 +134,7 @@ void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
     if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
     model_.posterior(image, g, g.all(), &posterior_);
     shape(kSteps);
-    if (inside_ < kLeastPixels) throw std::invalid_argument(kOneColor);
+    if (inside_ < kMinPixels) throw std::invalid_argument(kOneColor);
   }
   recentre();
   if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
@@ -150,13 +150,13 @@ void ContourTracker::begin(const RgbView& image) {
   make_room(image);
   model_.posterior(image, grid_, grid_.all(), &posterior_);
   choose_samples(grid_, options_.band, nullptr, &samples_);
-  usual_contrast_ = first_contrast_ = std::max(contrast_at(samples_, grid_.warp, posterior_), kLeastContrast);
+  usual_contrast_ = first_contrast_ = std::max(contrast_at(samples_, grid_.warp, posterior_), kMinContrast);
   started_ = true;
 }
 
 // As much as any frame may want, so that none allocates.
 void ContourTracker::make_room(const RgbView& image) {
-  constexpr std::size_t kRunsOfRow = 8, kMostSamples = 1024;
+  constexpr std::size_t kRunsOfRow = 8, kMaxSamples = 1024;
   const auto pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
   const std::size_t runs = kRunsOfRow * static_cast<std::size_t>(grid_.ny);
   posterior_.foreground.reserve(pixels);
@@ -165,7 +165,7 @@ void ContourTracker::make_room(const RgbView& image) {
   evolution_.band.reserve(runs), evolution_.pieces.reserve(runs);
   evolution_.parent.reserve(runs), evolution_.area.reserve(runs);
   for (auto* list : {&samples_.in_x, &samples_.in_y, &samples_.out_x, &samples_.out_y})
-    list->reserve(kMostSamples);
+    list->reserve(kMaxSamples);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -3,7 +3,7 @@
 #include "contour/contour_terms.h"
 #include "contour/steps_cuda.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 namespace {
 
@@ -40,4 +40,4 @@ std::vector<float> contour_steps_cuda(const ContourOptions& options, int steps, 
   return now.to_host();
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -4,10 +4,10 @@
 
 #include "contour/steps_cuda.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 std::vector<float> contour_steps_cuda(const ContourOptions&, int, int, int, const float*, const float*) {
   throw std::runtime_error("this build of sdftrack has no CUDA path");
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 namespace {
 
@@ -15,7 +15,7 @@ constexpr double kSure = 0.55, kDoubtful = 0.3;  // confidence
 constexpr double kFound = 0.4;                   // of the first contrast, to try a place
 constexpr double kFoundFar = 0.7;                // the same in the whole image, where more looks alike
 constexpr int kPatience = 2;                     // frames around the last place alone, what hides it may pass
-constexpr double kMostGrowth = 1.5;              // of the scale in a frame
+constexpr double kMaxGrowth = 1.5;               // of the scale in a frame
 constexpr int kJumpStep_px = 6;
 constexpr double kSuspicious = 0.8;  // of the usual contrast
 constexpr int kHiddenMargin = 6;     // cells that what hides a part may move by in a frame
@@ -43,7 +43,7 @@ void ContourTracker::shape(int steps) {
   find_band(grid_, options_.band, &evolution_.band);
   sample_posterior(grid_, posterior_, &evolution_);
   evolve_contour(options_, steps, &evolution_, &grid_);
-  inside_ = drop_small_pieces(options_.least_part, reach_cells(), &evolution_, &grid_);
+  inside_ = drop_small_pieces(options_.min_part, reach_cells(), &evolution_, &grid_);
   redistance(reach_cells(), &evolution_.distance, &grid_);
 }
 
@@ -115,7 +115,7 @@ void ContourTracker::place(const RgbView& image) {
   register_grid(options_, &registration_, &grid_);
   // Where nothing holds it, a contour may shrink to nothing or blow up: then it stays.
   const double grown = grid_.warp.scale() / before.scale();
-  if (!(grown > 1 / kMostGrowth && grown < kMostGrowth)) grid_.warp = before;
+  if (!(grown > 1 / kMaxGrowth && grown < kMaxGrowth)) grid_.warp = before;
   choose_samples(grid_, options_.band, hidden, &samples_);
   report_.contrast = contrast_at(samples_, grid_.warp, posterior_);
 }
@@ -137,10 +137,10 @@ void ContourTracker::judge(const RgbView& image) {
   const double contrast = std::clamp(report_.contrast / first_contrast_, 0.0, 1.0);
   report_.confidence = contrast * report_.likeness;
   const bool was_lost = report_.status == ContourStatus::kLost;
-  if (report_.confidence >= kSure && inside_ >= kLeastPixels) {
+  if (report_.confidence >= kSure && inside_ >= kMinPixels) {
     report_.status = ContourStatus::kOk, report_.reason = "";
     lost_frames_ = 0;
-  } else if (report_.confidence >= (was_lost ? kSure : kDoubtful) && inside_ >= kLeastPixels) {
+  } else if (report_.confidence >= (was_lost ? kSure : kDoubtful) && inside_ >= kMinPixels) {
     report_.status = ContourStatus::kWeak;
     report_.reason = contrast < report_.likeness
                          ? "colours inside and beside the outline differ less than at the start"
@@ -171,12 +171,12 @@ void ContourTracker::recentre() {
     for (int x = 0; x < g.nx; ++x)
       if (g.phi[static_cast<std::size_t>(y * g.nx + x)] < 0)
         x0 = std::min(x0, x), y0 = std::min(y0, y), x1 = std::max(x1, x), y1 = std::max(y1, y), ++inside;
-  if (inside < kLeastPixels) return;
+  if (inside < kMinPixels) return;
   const double cx = 0.5 * (x0 + x1) - g.mid_x(), cy = 0.5 * (y0 + y1) - g.mid_y();
   double k = first_area_ > 0 ? std::sqrt(inside / first_area_) : 1;
   // Never so large that the background around it would leave the grid.
-  k = std::max(k, std::max((x1 - x0 + 2 * kLeastRing_px) / static_cast<double>(g.nx),
-                           (y1 - y0 + 2 * kLeastRing_px) / static_cast<double>(g.ny)));
+  k = std::max(k, std::max((x1 - x0 + 2 * kMinRing_px) / static_cast<double>(g.nx),
+                           (y1 - y0 + 2 * kMinRing_px) / static_cast<double>(g.ny)));
   if (std::max(std::abs(cx), std::abs(cy)) < static_cast<double>(options_.drift_cells) &&
       std::abs(std::log(k)) < static_cast<double>(options_.drift_log_scale))
     return;
@@ -202,11 +202,11 @@ void ContourTracker::recentre() {
 // anywhere.
 bool ContourTracker::look_around(const RgbView& image) {
   constexpr double kScales[] = {0.8, 1.25};
-  constexpr int kStep_px = 8, kMostReach_px = 240;
+  constexpr int kStep_px = 8, kMaxReach_px = 240;
   grid_.phi = good_phi_, grid_.inside = good_inside_, grid_.warp = good_warp_;
   seen_.clear();
   const double half = 0.5 * good_warp_.scale() * std::max(grid_.nx, grid_.ny);
-  const int reach = std::min(kMostReach_px, static_cast<int>(half * (0.5 + 0.1 * lost_frames_)));
+  const int reach = std::min(kMaxReach_px, static_cast<int>(half * (0.5 + 0.1 * lost_frames_)));
   ImagePart part = rect_of(grid_, grid_.all(), image);
   part = {std::max(0, part.x0 - reach), std::max(0, part.y0 - reach), std::min(image.width, part.x1 + reach),
           std::min(image.height, part.y1 + reach)};
@@ -268,4 +268,4 @@ void ContourTracker::write_mask(const RgbView& image, unsigned char* mask) const
               });
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

@@ -10,7 +10,7 @@
 #include "contour/redetection.h"
 #include "contour/registration.h"
 
-namespace sdftrack {
+namespace sdftrack::contour {
 
 enum class ContourStatus { kOk, kWeak, kLost };
 
@@ -55,9 +55,9 @@ class ContourTracker {
   void write_mask(const RgbView& image, unsigned char* mask) const;
 
  private:
-  static constexpr int kLeastPixels = 30;   // an object of fewer has no colours to speak of
-  static constexpr int kLeastRing_px = 12;  // of background around it
-  static constexpr int kBlur = 2;           // cells, to each side
+  static constexpr int kMinPixels = 30;   // an object of fewer has no colours to speak of
+  static constexpr int kMinRing_px = 12;  // of background around it
+  static constexpr int kBlur = 2;         // cells, to each side
 
   template <class Place>
   void start_anew(const RgbView& image, const Place& place);
@@ -102,4 +102,4 @@ class ContourTracker {
   bool started_ = false;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::contour

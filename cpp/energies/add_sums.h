@@ -5,10 +5,10 @@
 #include "energies/term.h"
 #include "optim/normal_equations.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 template <int P>
-void add_to(const Sums<double, P>& sums, NormalEquations* out) {
+void add_to(const Sums<double, P>& sums, optim::NormalEquations* out) {
   int k = 0;
   for (int a = 0; a < P; ++a) {
     out->gradient[a] += sums.gradient[a];
@@ -21,4 +21,4 @@ void add_to(const Sums<double, P>& sums, NormalEquations* out) {
   out->count += sums.count;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

@@ -5,7 +5,7 @@
 
 #include "energies/term_ops.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 namespace {
 
 constexpr int kBlock = 512;  // contributions summed in float before they go into double
@@ -117,4 +117,4 @@ struct Block {
 };
 
 }  // namespace
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

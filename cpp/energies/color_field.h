@@ -9,7 +9,7 @@
 
 #include "base/views.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 // Colours (0..255 times 256; 0, 0, 0: not known) at the voxels of a distance volume, and how much was seen
 // there; 4 numbers each.
@@ -26,7 +26,7 @@ float brightness(const C* rgb, float full) {
          full;
 }
 
-constexpr double kLeastKnown = 0.5;  // of the eight corners, by their weights
+constexpr double kMinKnown = 0.5;  // of the eight corners, by their weights
 
 // Brightness (0..1) at p_obj and its gradient (1/m): the trilinear interpolant of those corners that are
 // known, over the sum of their weights. False where too few are.
@@ -55,10 +55,10 @@ bool sample_brightness(const SdfView& sdf, const ColorView& colors, Vec3<T> p_ob
     sum += w * g, weight += w;
     d_sum = d_sum + g * dw, d_weight = d_weight + dw;
   }
-  if (!(weight >= T(kLeastKnown))) return false;
+  if (!(weight >= T(kMinKnown))) return false;
   *grey = sum / weight;
   *gradient = (T(1) / weight) * (d_sum - *grey * d_weight);
   return true;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

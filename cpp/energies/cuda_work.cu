@@ -8,11 +8,11 @@
 #include "energies/cuda_work.h"
 #include "energies/reduce_cuda.cuh"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 namespace {
 
-constexpr int kMostSummed = kSummed<Four::P>;
+constexpr int kMaxSummed = kSummed<Four::P>;
 constexpr int kColumns = 7;  // u, v, depth, 1 / noise, foreground, hit, gain
 
 }  // namespace
@@ -23,8 +23,8 @@ struct CudaWork::Impl {
   int room = 0, count = 0;  // pixels
   DeviceBuffer<float> pixels;
   PinnedBuffer<float> staging;
-  DeviceBuffer<double> partial{static_cast<std::size_t>(kMostBlocks) * kMostSummed}, total{kMostSummed};
-  PinnedBuffer<double> sums{kMostSummed};
+  DeviceBuffer<double> partial{static_cast<std::size_t>(kMaxBlocks) * kMaxSummed}, total{kMaxSummed};
+  PinnedBuffer<double> sums{kMaxSummed};
   std::map<const float*, DeviceBuffer<float>> volumes;
 
   void make_room(int n) {
@@ -121,4 +121,4 @@ void CudaOps<Field, Penalty>::settle(CudaWork* work, const Loop& term, int steps
 #include "energies/compiled.inc"
 #undef SDFTRACK_PAIR
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

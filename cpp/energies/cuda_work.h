@@ -7,7 +7,7 @@
 
 #include "energies/pixel_set.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 class CudaWork {
  public:
@@ -40,4 +40,4 @@ struct CudaOps {
   static void settle(CudaWork* work, const Loop& term, int steps);
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

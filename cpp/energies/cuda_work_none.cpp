@@ -4,7 +4,7 @@
 
 #include "energies/cuda_work.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 namespace {
 
@@ -36,4 +36,4 @@ void CudaOps<Field, Penalty>::settle(CudaWork*, const Loop&, int) {
 #include "energies/compiled.inc"
 #undef SDFTRACK_PAIR
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

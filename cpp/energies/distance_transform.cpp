@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 namespace {
 
@@ -50,4 +50,4 @@ void distance_transform(const std::vector<unsigned char>& free, DistanceScratch*
   }
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

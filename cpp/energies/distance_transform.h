@@ -7,7 +7,7 @@
 
 #include "energies/free_space_residual.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 // A grid over a region of the image, at least 2 x 2 nodes, one every `step` pixels; beyond the grid the
 // border's value goes on.
@@ -30,4 +30,4 @@ struct DistanceScratch {
 };
 void distance_transform(const std::vector<unsigned char>& free, DistanceScratch* scratch, DistanceGrid* grid);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

@@ -8,7 +8,7 @@
 #include "base/rigid.h"
 #include "base/views.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 template <class T, int P>
 struct FieldRow {
@@ -170,4 +170,4 @@ struct WithIntrinsics {
   }
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

@@ -5,7 +5,7 @@
 #include "base/camera.h"
 #include "base/views.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 // What a loop or a kernel sees of a DistanceGrid (distance_transform.h).
 struct DistanceView {
@@ -47,4 +47,4 @@ HD auto free_space_residual(const DistanceView& grid, const Intrinsics<T>& K, T 
   return (z > T(1e-3)) & (beyond > T(0));
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

@@ -4,7 +4,7 @@
 
 #include "base/fast_math.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 template <class T>
 struct Curve {
@@ -82,4 +82,4 @@ struct DepthLogistic {
   }
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

@@ -4,7 +4,7 @@
 
 #include "energies/penalty.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 enum class ColorLikelihood {
   kOdds,     // the colour sets each pixel's share of outliers
@@ -94,4 +94,4 @@ struct ColorPrinted {
   }
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

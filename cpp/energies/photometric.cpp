@@ -4,15 +4,15 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 namespace {
 
 using Tone = PhotometricEnergy::Tone;
 
 constexpr int kSettleSteps = 4, kFollowSteps = 2;
-constexpr double kLeastSlant = 0.25;  // of a ray's direction on the surface normal
-constexpr double kNearVoxels = 3;     // a reading farther from the surface shows something else
+constexpr double kMinSlant = 0.25;  // of a ray's direction on the surface normal
+constexpr double kNearVoxels = 3;   // a reading farther from the surface shows something else
 constexpr int kFirstRounds = 6, kRounds = 2;
 
 // The residual is linear in the tone: what each of its parts is multiplied by.
@@ -42,7 +42,7 @@ bool PhotometricEnergy::find(const Rigidd& T_obj_cam, int steps, PhotometricHit*
   for (int step = 0; step < steps; ++step) {
     sample(sdf_, T_obj_cam.t + depth_m * along, &phi, &normal);
     slope = dot(normal, along);
-    if (!(slope < -kLeastSlant * norm(along) * norm(normal))) return false;
+    if (!(slope < -kMinSlant * norm(along) * norm(normal))) return false;
     depth_m -= phi / slope;
   }
   if (!(std::abs(phi) < static_cast<double>(sdf_.voxel_m))) return false;
@@ -55,7 +55,7 @@ bool PhotometricEnergy::find(const Rigidd& T_obj_cam, int steps, PhotometricHit*
   return true;
 }
 
-int PhotometricEnergy::settle(const State& x) {
+int PhotometricEnergy::settle(const optim::State& x) {
   const Rigidd& T = x.T_obj_cam[0];
   const double reach = kNearVoxels * static_cast<double>(sdf_.voxel_m);
   hits_->clear();
@@ -121,13 +121,13 @@ double PhotometricEnergy::cost_of(const Tone& tone) const {
   return sum;
 }
 
-double PhotometricEnergy::cost(const State& x) {
+double PhotometricEnergy::cost(const optim::State& x) {
   follow(x.T_obj_cam[0]);
   return cost_of(toned(tone_, kRounds));
 }
 
 // With the tone eliminated: it follows the pose.
-void PhotometricEnergy::linearize(const State& x, NormalEquations* out) {
+void PhotometricEnergy::linearize(const optim::State& x, optim::NormalEquations* out) {
   const double inv = 1 / (options_.sigma * options_.sigma);
   follow(x.T_obj_cam[0]);
   tone_ = toned(tone_, kRounds);
@@ -150,4 +150,4 @@ void PhotometricEnergy::linearize(const State& x, NormalEquations* out) {
   out->cost += cost_of(tone_);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

@@ -9,7 +9,7 @@
 #include "energies/color_field.h"
 #include "optim/energy.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 // Pixels with a reading and a brightness (0..1).
 struct GreyPixels {
@@ -40,7 +40,7 @@ struct PhotometricHit {
 // E = sum_i log(1 + r_i^2 / (2 sigma^2)), r_i = (gain + shading . n_i) g(hit_i) + offset - grey_i, with the
 // gain, shading and offset of the frame that make it least: light that falls from somewhere else, or another
 // exposure, moves no pose. The hits stay on the surface while the object moves.
-class PhotometricEnergy final : public Energy {
+class PhotometricEnergy final : public optim::Energy {
  public:
   // How the frame shows the surface's brightness: gain, shading (3), offset.
   using Tone = Eigen::Matrix<double, 5, 1>;
@@ -50,12 +50,12 @@ class PhotometricEnergy final : public Energy {
       : sdf_(sdf), colors_(colors), pixels_(pixels), options_(options), hits_(hits) {}
 
   // Which pixels show the surface at x: decided once, so that costs may be compared. Returns how many.
-  int settle(const State& x);
+  int settle(const optim::State& x);
   int used() const { return static_cast<int>(hits_->size()); }
 
-  Unknowns unknowns() const override { return {1, false, false}; }
-  void linearize(const State& x, NormalEquations* out) override;
-  double cost(const State& x) override;
+  optim::Unknowns unknowns() const override { return {1, false, false}; }
+  void linearize(const optim::State& x, optim::NormalEquations* out) override;
+  double cost(const optim::State& x) override;
   const Tone& tone() const { return tone_; }
 
  private:
@@ -74,4 +74,4 @@ class PhotometricEnergy final : public Energy {
   Rigidd followed_{};  // where the hits are
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

@@ -9,7 +9,7 @@
 
 #include "energies/term.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 struct PixelSet {
   std::vector<float> u_px, v_px, depth_m, per_noise;
@@ -64,4 +64,4 @@ struct PixelSet {
   }
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

@@ -8,7 +8,7 @@
 
 #include "base/parallel.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 constexpr int kChunk = 2048;  // pixels; part of the result's bits, so not a tuning knob
 // A chunk takes some microseconds, as long as waking a thread does: fewer chunks are summed by the caller.
@@ -33,4 +33,4 @@ S reduce_cpu(int count, int threads, const SumOf& sum_of) {
   return total;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

@@ -5,14 +5,14 @@
 
 #include "energies/term.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 constexpr int kBlockThreads = 256, kBlockWarps = kBlockThreads / 32;
-constexpr int kMostBlocks = 264;  // two for each multiprocessor of a large GPU; more pixels per thread beyond
+constexpr int kMaxBlocks = 264;  // two for each multiprocessor of a large GPU; more pixels per thread beyond
 
 inline int blocks_for(int count) {
   const int blocks = (count + kBlockThreads - 1) / kBlockThreads;
-  return blocks < kMostBlocks ? blocks : kMostBlocks;
+  return blocks < kMaxBlocks ? blocks : kMaxBlocks;
 }
 
 // The numbers that a linearisation sums: cost, gradient, lower triangle of the Hessian.
@@ -89,4 +89,4 @@ __global__ void __launch_bounds__(kBlockThreads)
 }
 
 }  // namespace
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

@@ -12,7 +12,7 @@
 #include "energies/reduce_cpu.h"
 #include "energies/term_ops.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 namespace {
 
@@ -23,10 +23,9 @@ enum class Pair {
 };
 
 Pair pair_of_union(const SdfEnergyOptions& options, int objects) {
-  constexpr Pair kPairs[kMostJoined - 1][3] = {
-      {Pair::kTwo, Pair::kTwoColorOdds, Pair::kTwoColorPrinted},
-      {Pair::kThree, Pair::kThreeColorOdds, Pair::kThreeColorPrinted},
-      {Pair::kFour, Pair::kFourColorOdds, Pair::kFourColorPrinted}};
+  constexpr Pair kPairs[kMaxJoined - 1][3] = {{Pair::kTwo, Pair::kTwoColorOdds, Pair::kTwoColorPrinted},
+                                              {Pair::kThree, Pair::kThreeColorOdds, Pair::kThreeColorPrinted},
+                                              {Pair::kFour, Pair::kFourColorOdds, Pair::kFourColorPrinted}};
   if (options.scale || options.intrinsics)
     throw std::invalid_argument(
         "unknowns: of several objects only the poses are compiled; expected neither scale nor intrinsics");
@@ -49,19 +48,21 @@ Pair pair_of(const SdfEnergyOptions& options, int objects) {
   return options.scale ? Pair::kPoseAndScale : (options.intrinsics ? Pair::kPoseAndIntrinsics : Pair::kPose);
 }
 
-void make(const SdfView* sdf, const State& x, const SdfEnergyOptions&, SingleObject<float>* field) {
+void make(const SdfView* sdf, const optim::State& x, const SdfEnergyOptions&, SingleObject<float>* field) {
   *field = {*sdf, x.T_obj_cam[0].cast<float>()};
 }
-void make(const SdfView* sdf, const State& x, const SdfEnergyOptions&, ScaledObject<float>* field) {
+void make(const SdfView* sdf, const optim::State& x, const SdfEnergyOptions&, ScaledObject<float>* field) {
   *field = {*sdf, x.T_obj_cam[0].cast<float>(), static_cast<float>(std::exp(x.log_scale.at(0)))};
 }
 template <class Inner>
-void make(const SdfView* sdf, const State& x, const SdfEnergyOptions& options, WithIntrinsics<Inner>* field) {
+void make(const SdfView* sdf, const optim::State& x, const SdfEnergyOptions& options,
+          WithIntrinsics<Inner>* field) {
   make(sdf, x, options, &field->field);
   field->K = x.K.cast<float>();
 }
 template <int K>
-void make(const SdfView* sdfs, const State& x, const SdfEnergyOptions& options, SoftMin<K, float>* field) {
+void make(const SdfView* sdfs, const optim::State& x, const SdfEnergyOptions& options,
+          SoftMin<K, float>* field) {
   float voxel_m = sdfs[0].voxel_m;
   for (std::size_t k = 0; k < K; ++k) {
     field->object[k] = {sdfs[k], x.T_obj_cam[k].cast<float>()};
@@ -109,9 +110,9 @@ void start_hits(PixelSet* pixels) {
 
 SdfEnergy::SdfEnergy(const SdfView* sdfs, int objects, PixelSet* pixels, const SdfEnergyOptions& options)
     : objects_(objects), pixels_(pixels), options_(options) {
-  if (objects < 1 || objects > kMostJoined)
-    throw std::invalid_argument("objects: expected 1 to " + std::to_string(kMostJoined) +
-                                " in a union, got " + std::to_string(objects));
+  if (objects < 1 || objects > kMaxJoined)
+    throw std::invalid_argument("objects: expected 1 to " + std::to_string(kMaxJoined) + " in a union, got " +
+                                std::to_string(objects));
   std::copy_n(sdfs, objects, sdfs_.begin());
 }
 
@@ -125,7 +126,7 @@ template <class Loop>
 using CudaOpsOf = typename CudaOpsOfTerm<std::decay_t<Loop>>::type;
 
 template <class Visit>
-void SdfEnergy::with_term(const State& x, bool reclassify, const Visit& visit) {
+void SdfEnergy::with_term(const optim::State& x, bool reclassify, const Visit& visit) {
   const auto run = [&]<class Field, class Penalty>(std::type_identity<std::pair<Field, Penalty>>) {
     Term<Field, Penalty> term{{},
                               {},
@@ -148,7 +149,7 @@ void SdfEnergy::with_term(const State& x, bool reclassify, const Visit& visit) {
   }
 }
 
-void SdfEnergy::linearize(const State& x, NormalEquations* out) {
+void SdfEnergy::linearize(const optim::State& x, optim::NormalEquations* out) {
   with_term(x, options_.warm_hits && std::exchange(undecided_, false),
             [&](const auto& term, const auto& ops) {
               using Sum = Sums<double, std::decay_t<decltype(term)>::P>;
@@ -159,7 +160,7 @@ void SdfEnergy::linearize(const State& x, NormalEquations* out) {
             });
 }
 
-double SdfEnergy::cost(const State& x) {
+double SdfEnergy::cost(const optim::State& x) {
   double cost = 0;
   with_term(x, false, [&](const auto& term, const auto& ops) {
     cost = device_ ? CudaOpsOf<decltype(term)>::cost(device_, term)
@@ -169,14 +170,14 @@ double SdfEnergy::cost(const State& x) {
   return cost;
 }
 
-const float* SdfEnergy::distances(const State& x) {
+const float* SdfEnergy::distances(const optim::State& x) {
   float* const phi = pixels_->gain.data();  // free until the rays are told apart
   with_term(x, false,
             [&](const auto& term, const auto& ops) { ops.distances(term, 0, term.pixels.count, phi); });
   return phi;
 }
 
-int SdfEnergy::count_near(const State& x, double reach_m) {
+int SdfEnergy::count_near(const optim::State& x, double reach_m) {
   const auto reach = static_cast<float>(reach_m);
   const float* const phi = distances(x);
   return static_cast<int>(
@@ -195,7 +196,7 @@ void SdfEnergy::leave_device() {
   if (CudaWork* const device = std::exchange(device_, nullptr)) device->download(pixels_);
 }
 
-void SdfEnergy::keep_near(const State& x, double reach_m) {
+void SdfEnergy::keep_near(const optim::State& x, double reach_m) {
   const auto reach = static_cast<float>(reach_m);
   const float* const phi = distances(x);
   int kept = 0;
@@ -204,7 +205,7 @@ void SdfEnergy::keep_near(const State& x, double reach_m) {
   pixels_->resize(kept);
 }
 
-void SdfEnergy::settle(const State& x, int steps, CudaWork* device) {
+void SdfEnergy::settle(const optim::State& x, int steps, CudaWork* device) {
   start_hits(pixels_);
   undecided_ = true;
   if (device) enter_device(device);
@@ -215,11 +216,11 @@ void SdfEnergy::settle(const State& x, int steps, CudaWork* device) {
   });
 }
 
-void SdfEnergy::follow_hits(const State& x) {
+void SdfEnergy::follow_hits(const optim::State& x) {
   with_term(x, false, [&](const auto& term, const auto& ops) { ops.settle(term, 0, term.pixels.count); });
 }
 
-void SdfEnergy::classify(const State& x, int steps) {
+void SdfEnergy::classify(const optim::State& x, int steps) {
   start_hits(pixels_);
   undecided_ = false;
   if (options_.residual != Residual::kRayHit || !options_.warm_hits) steps = 1;  // else each step goes on
@@ -228,7 +229,7 @@ void SdfEnergy::classify(const State& x, int steps) {
   });
 }
 
-EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget, SummaryScratch* scratch) {
+EnergySummary SdfEnergy::summarize(const optim::State& x, int pixel_budget, SummaryScratch* scratch) {
   if (objects_ > 1) throw std::logic_error("SdfEnergy: a union is not summarised, its objects are");
   EnergySummary out;
   const int budget = whole_lanes(pixel_budget);
@@ -246,14 +247,14 @@ EnergySummary SdfEnergy::summarize(const State& x, int pixel_budget, SummaryScra
       if (told && (term.pixels.gain[i] == 0.0f || !ray_hit))
         scratch->noises.push_back(std::abs(scratch->residuals[k]) * term.pixels.per_noise[i]);
     }
-    if constexpr (std::decay_t<decltype(term)>::P <= kMostUnknowns) out = summary_of(sums, term.pixels.count);
+    if constexpr (std::decay_t<decltype(term)>::P <= kMaxUnknowns) out = summary_of(sums, term.pixels.count);
     colors.finish(&out);
   });
   out.noise_m = robust_sd(&scratch->noises);
   return out;
 }
 
-void SdfEnergy::read(const State& x, PixelReadings* out) {
+void SdfEnergy::read(const optim::State& x, PixelReadings* out) {
   const auto n = static_cast<std::size_t>(pixels_->count());
   out->residual_m.resize(n), out->weight.resize(n), out->hit.resize(n);
   CudaWork* const device = std::exchange(device_, nullptr);  // the host's copy is looked at
@@ -270,4 +271,4 @@ void SdfEnergy::read(const State& x, PixelReadings* out) {
   device_ = device;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

@@ -11,7 +11,7 @@
 #include "energies/summary.h"
 #include "optim/energy.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 struct SdfEnergyOptions {
   Residual residual = Residual::kRayHit;
@@ -37,7 +37,7 @@ struct PixelReadings {
 
 class CudaWork;
 
-constexpr int kMostJoined = 4;  // objects in a union: of more near one point the nearest count
+constexpr int kMaxJoined = 4;  // objects in a union: of more near one point the nearest count
 
 // Working memory of a summary, for whoever makes one in every frame.
 struct SummaryScratch {
@@ -45,17 +45,17 @@ struct SummaryScratch {
   std::vector<int> places;
 };
 
-class SdfEnergy final : public Energy {
+class SdfEnergy final : public optim::Energy {
  public:
   // `pixels` is kept, not copied; its hits and classes are working memory of this energy.
   SdfEnergy(SdfView sdf, PixelSet* pixels, const SdfEnergyOptions& options)
       : SdfEnergy(&sdf, 1, pixels, options) {}
-  // Of the union of the first `objects` (at most kMostJoined) of sdfs.
+  // Of the union of the first `objects` (at most kMaxJoined) of sdfs.
   SdfEnergy(const SdfView* sdfs, int objects, PixelSet* pixels, const SdfEnergyOptions& options);
 
-  Unknowns unknowns() const override { return {objects_, options_.scale, options_.intrinsics}; }
-  void linearize(const State& x, NormalEquations* out) override;
-  double cost(const State& x) override;
+  optim::Unknowns unknowns() const override { return {objects_, options_.scale, options_.intrinsics}; }
+  void linearize(const optim::State& x, optim::NormalEquations* out) override;
+  double cost(const optim::State& x) override;
 
   // From now on the sums run on the GPU, until leave_device() brings the hits and classes back. The pixels
   // must stay as they are.
@@ -63,33 +63,33 @@ class SdfEnergy final : public Energy {
   void leave_device();
 
   // phi at the measured points, valid until the pixels' classes are decided: it is written in their place.
-  const float* distances(const State& x);
+  const float* distances(const optim::State& x);
   // How many pixels' points lie within reach_m of the surface at x; and leaves out the others.
-  int count_near(const State& x, double reach_m);
-  void keep_near(const State& x, double reach_m);
+  int count_near(const optim::State& x, double reach_m);
+  void keep_near(const optim::State& x, double reach_m);
   // `steps` Newton steps of every ray from the measured depths. The
   // next linearisation decides which rays meet the model; it stays so from then on, so that costs may be
   // compared.
-  void settle(const State& x, int steps, CudaWork* device = nullptr);
+  void settle(const optim::State& x, int steps, CudaWork* device = nullptr);
   // One more Newton step of every ray from where it is: the hits at x, when they were taken close to it.
-  void follow_hits(const State& x);
+  void follow_hits(const optim::State& x);
   // Decide which rays meet the model, at x, after `steps` steps.
-  void classify(const State& x, int steps);
-  EnergySummary summarize(const State& x, int pixel_budget, SummaryScratch* scratch);
-  void read(const State& x, PixelReadings* out);
+  void classify(const optim::State& x, int steps);
+  EnergySummary summarize(const optim::State& x, int pixel_budget, SummaryScratch* scratch);
+  void read(const optim::State& x, PixelReadings* out);
 
  private:
   template <class Visit>
-  void with_term(const State& x, bool reclassify, const Visit& visit);
+  void with_term(const optim::State& x, bool reclassify, const Visit& visit);
 
-  std::array<SdfView, kMostJoined> sdfs_{};
+  std::array<SdfView, kMaxJoined> sdfs_{};
   int objects_;
   PixelSet* pixels_;
   SdfEnergyOptions options_;
   bool undecided_ = true;  // which rays meet the model
   CudaWork* device_ = nullptr;
   PixelsView<float> device_pixels_{};
-  std::array<SdfView, kMostJoined> device_sdfs_{};
+  std::array<SdfView, kMaxJoined> device_sdfs_{};
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

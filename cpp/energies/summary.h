@@ -7,10 +7,10 @@
 
 #include "energies/term_sums.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
-using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostUnknowns, kMostUnknowns>;
-using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostUnknowns, 1>;
+using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUnknowns, kMaxUnknowns>;
+using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxUnknowns, 1>;
 
 // What the final state says about itself, from an even subset of the pixels. Sums that a covariance is made
 // of, with psi = d cost / d residual, scaled up to all pixels: A = sum psi' J J^T with, for psi', the weight
@@ -33,7 +33,7 @@ struct EnergySummary {
 // `pixels` is how many the sums stand for.
 template <int P>
 EnergySummary summary_of(const TermSums<P>& sums, int pixels) {
-  constexpr double kLeastSlope = 0.05;
+  constexpr double kMinSlope = 0.05;
   EnergySummary out;
   const double scale_up = sums.count > 0 ? static_cast<double>(pixels) / sums.count : 0;
   const auto matrix = [](const Sums<double, P>& s, double factor) {
@@ -49,7 +49,7 @@ EnergySummary summary_of(const TermSums<P>& sums, int pixels) {
   for (const auto& c : sums.classes) {
     if (!(c.weight > 0)) continue;
     const SmallMatrix JJ = matrix(c.JJ, scale_up / c.weight);
-    out.A += std::max(kLeastSlope * c.weight, c.curvature) * JJ;
+    out.A += std::max(kMinSlope * c.weight, c.curvature) * JJ;
     out.B += c.slope2 * JJ;
   }
   out.geometry = matrix(sums.inliers, sums.inliers.count > 0 ? 1 / sums.inliers.count : 0);
@@ -59,4 +59,4 @@ EnergySummary summary_of(const TermSums<P>& sums, int pixels) {
   return out;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

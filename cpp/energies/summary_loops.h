@@ -5,7 +5,7 @@
 #include "energies/block.h"
 #include "energies/term_sums.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 namespace {
 
 constexpr int kNoteBlock = 128;
@@ -139,4 +139,4 @@ HD void note_missed(const LaneTerm& term, TermSums<P>* out) {
 }
 
 }  // namespace
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

@@ -9,7 +9,7 @@
 #include "energies/penalty.h"
 #include "energies/penalty_rgbd.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 // What a pixel's residual is.
 enum class Residual {
@@ -256,4 +256,4 @@ struct Term {
   }
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

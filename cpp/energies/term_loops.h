@@ -7,7 +7,7 @@
 #include "energies/summary_loops.h"
 #include "energies/term_ops.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 namespace {
 
 template <class L, class Field, class Penalty>
@@ -65,7 +65,7 @@ struct Loops {
                                int* at) {
     const auto term = given.template cast<L>();
     TermSums<P> sums;
-    if constexpr (P <= kMostUnknowns) {
+    if constexpr (P <= kMaxUnknowns) {
       note<L>(term, budget, voxel_m, residual_m, at, &sums);
       if (missed) note_missed<L>(term, &sums);
     }
@@ -74,10 +74,10 @@ struct Loops {
 };
 
 }  // namespace
-}  // namespace sdftrack
+}  // namespace sdftrack::energies
 
 // SDFTRACK_LANES and SDFTRACK_SET: the lane type and the member of OpsOf that it serves.
-namespace sdftrack {
+namespace sdftrack::energies {
 #define SDFTRACK_PAIR(name, field, penalty)                                                              \
   template <>                                                                                            \
   const TermOps<field, penalty> OpsOf<field, penalty>::SDFTRACK_SET = {                                  \
@@ -86,4 +86,4 @@ namespace sdftrack {
       Loops<SDFTRACK_LANES, field, penalty>::distances, Loops<SDFTRACK_LANES, field, penalty>::summarize};
 #include "energies/compiled.inc"
 #undef SDFTRACK_PAIR
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

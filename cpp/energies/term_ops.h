@@ -6,7 +6,7 @@
 #include "base/isa.h"
 #include "energies/term_sums.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
 // Partial sums that every sum runs over, whatever the width of a pack.
 constexpr int kLanes = 16;
@@ -38,4 +38,4 @@ const TermOps<Field, Penalty>& ops_for(Isa isa) {
   return for_isa<OpsOf<Field, Penalty>>(isa);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

@@ -4,9 +4,9 @@
 
 #include "energies/term.h"
 
-namespace sdftrack {
+namespace sdftrack::energies {
 
-constexpr int kMostUnknowns = 10;  // of one object with its camera: more are not summarised
+constexpr int kMaxUnknowns = 10;  // of one object with its camera: more are not summarised
 
 template <int P>
 struct TermSums {
@@ -38,4 +38,4 @@ HD T interpolation_error(const Field& field, Vec3<T> p_cam, T voxel_m) {
   return sum * T(1.0 / 12);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::energies

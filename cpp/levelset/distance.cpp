@@ -9,14 +9,14 @@
 #include "levelset/voxel_ops.h"
 #include "sdf/sweep.h"
 
-namespace sdftrack {
+namespace sdftrack::levelset {
 
 namespace {
 
 constexpr std::size_t kAtOnce = 8;  // blocks
 constexpr float kStays = 0.02f;     // voxels: a surface that moved less is not followed yet
 constexpr float kSettled = 0.2f;    // voxels: distances that change by more are followed on
-constexpr float kMost_m = 1e6f;     // of a distance while it is relaxed
+constexpr float kMax_m = 1e6f;      // of a distance while it is relaxed
 
 }  // namespace
 
@@ -71,7 +71,7 @@ bool EvidenceDistance::cross(const EvidenceVolume& evidence, const Range& r, Cha
     const float distance = voxel / std::sqrt(std::max(sum, 1.0f));
     const float now = own > 0 ? -distance : distance, moved = std::abs(now - phi_[i]);
     if (std::abs(phi_[i]) < 2 * voxel) change->sum_m += moved, change->count += 1;
-    change->most_m = std::max(change->most_m, moved);
+    change->max_m = std::max(change->max_m, moved);
     phi_[i] = now;
   }
   return n > 0;
@@ -116,8 +116,8 @@ void EvidenceDistance::cross_beside(const EvidenceVolume& evidence, const std::v
   });
 }
 
-std::vector<VoxelBox> EvidenceDistance::surface_boxes() const {
-  std::vector<VoxelBox> cells;
+std::vector<sdf::VoxelBox> EvidenceDistance::surface_boxes() const {
+  std::vector<sdf::VoxelBox> cells;
   for (int b = 0; b < static_cast<int>(surface_.size()); ++b) {
     if (!surface_[static_cast<std::size_t>(b)]) continue;
     const int x = kBlock * (b % bx_), y = kBlock * (b / bx_ % by_), z = kBlock * (b / (bx_ * by_));
@@ -133,7 +133,7 @@ void EvidenceDistance::relax(int block, bool forward, float band_m) {
   const float voxel_m = static_cast<float>(grid_.voxel_m);
   unsettled_[static_cast<std::size_t>(block)] =
       voxel_ops_for(used_isa())
-          .relax({voxel_m, kMost_m}, rows, forward, kSettled * voxel_m, band_m, phi_.data() + first);
+          .relax({voxel_m, kMax_m}, rows, forward, kSettled * voxel_m, band_m, phi_.data() + first);
 }
 
 float EvidenceDistance::least(int block) const {
@@ -165,11 +165,11 @@ void EvidenceDistance::find_active(const EvidenceVolume& evidence, const std::ve
   std::fill(marked_.begin(), marked_.end(), static_cast<unsigned char>(0));
   for (int b = 0; b < static_cast<int>(unsettled_.size()); ++b)
     if (unsettled_[static_cast<std::size_t>(b)]) mark_around(b);
-  const float least_m = kStays * static_cast<float>(grid_.voxel_m);
+  const float min_m = kStays * static_cast<float>(grid_.voxel_m);
   for (const int b : changed) {
     float& moved_m = moved_m_[static_cast<std::size_t>(b)];
-    moved_m += changes_[static_cast<std::size_t>(b)].most_m;
-    if (moved_m < least_m && !evidence.turned(b)) continue;
+    moved_m += changes_[static_cast<std::size_t>(b)].max_m;
+    if (moved_m < min_m && !evidence.turned(b)) continue;
     moved_m = 0;
     mark_around(b);
   }
@@ -227,7 +227,7 @@ void EvidenceDistance::update(const EvidenceVolume& evidence, const std::vector<
 // Coarse nodes within the band keep their distances, the others are swept.
 void EvidenceDistance::sweep_far(float band_voxels) {
   const float band_m = band_voxels * static_cast<float>(grid_.voxel_m);
-  const Grid coarse = coarse_grid();
+  const sdf::Grid coarse = coarse_grid();
   coarse_.resize(coarse.size()), known_.resize(coarse.size()), inside_.resize(coarse.size());
   std::size_t i = 0;
   has_surface_ = false;
@@ -241,7 +241,7 @@ void EvidenceDistance::sweep_far(float band_voxels) {
         has_surface_ |= known_[i] != 0;
       }
   if (!has_surface_) return;
-  fast_sweep(coarse, known_, &coarse_);
+  sdf::fast_sweep(coarse, known_, &coarse_);
   for (std::size_t k = 0; k < coarse_.size(); ++k)
     if (inside_[k]) coarse_[k] = -coarse_[k];
 }
@@ -250,7 +250,7 @@ void EvidenceDistance::sweep_far(float band_voxels) {
 void EvidenceDistance::fill_far(float band_voxels, int z0, int z1, int threads) {
   if (!has_surface_) return;
   const float band_m = band_voxels * static_cast<float>(grid_.voxel_m), per = 1.0f / kCoarse;
-  const Grid coarse = coarse_grid();
+  const sdf::Grid coarse = coarse_grid();
   const auto mix = [](float a, float b, float t) { return a + t * (b - a); };
   parallel_for(static_cast<std::size_t>(std::max(0, z1 - z0)), threads, [&](std::size_t k) {
     const int z = z0 + static_cast<int>(k), iz = std::min(z / kCoarse, coarse.nz - 2);
@@ -277,9 +277,9 @@ void EvidenceDistance::fill_far(float band_voxels, int z0, int z1, int threads) 
   });
 }
 
-Grid EvidenceDistance::coarse_grid() const {
+sdf::Grid EvidenceDistance::coarse_grid() const {
   const auto nodes = [](int n) { return (n - 1 + kCoarse - 1) / kCoarse + 1; };
   return {nodes(grid_.nx), nodes(grid_.ny), nodes(grid_.nz), kCoarse * grid_.voxel_m, grid_.origin_obj};
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::levelset

@@ -8,7 +8,7 @@
 #include "levelset/evidence.h"
 #include "sdf/surface_samples.h"
 
-namespace sdftrack {
+namespace sdftrack::levelset {
 
 class EvidenceDistance {
  public:
@@ -25,7 +25,7 @@ class EvidenceDistance {
   void fill_far(float band_voxels, int z0, int z1, int threads);
 
   // Boxes of cells that hold all of the surface.
-  std::vector<VoxelBox> surface_boxes() const;
+  std::vector<sdf::VoxelBox> surface_boxes() const;
   // How far the surface moved in the last update, on the mean where it changed.
   double change_m() const { return change_m_; }
   const LargeArray<float>& phi() const { return phi_; }
@@ -34,7 +34,7 @@ class EvidenceDistance {
  private:
   static constexpr int kCoarse = 4;
   struct Change {
-    float sum_m = 0, most_m = 0;
+    float sum_m = 0, max_m = 0;
     int count = 0;
   };
   struct Range {
@@ -50,7 +50,7 @@ class EvidenceDistance {
   bool beside_surface(int block) const;
   void mark_around(int block);
 
-  Grid grid_;
+  sdf::Grid grid_;
   int bx_, by_, bz_;
   LargeArray<float> phi_;
   bool has_surface_ = false;
@@ -63,9 +63,9 @@ class EvidenceDistance {
   std::vector<int> beside_;             // blocks with a face on one that has changed
   std::vector<unsigned char> surface_;  // blocks that hold a voxel beside the surface
   std::vector<int> active_[8];          // by colour: no two of one colour are neighbours
-  Grid coarse_grid() const;
+  sdf::Grid coarse_grid() const;
   std::vector<float> coarse_;
   std::vector<std::uint8_t> known_, inside_;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::levelset

@@ -4,7 +4,7 @@
 
 #include "base/lane.h"
 
-namespace sdftrack {
+namespace sdftrack::levelset {
 
 template <class T>
 HD T least(T a, T b) {
@@ -37,7 +37,7 @@ struct RowAt {
 
 template <class T>
 struct EikonalTerm {
-  float voxel_m, most_m;  // no distance grows beyond the latter
+  float voxel_m, max_m;  // no distance grows beyond the latter
 
   // The voxel's new value; one beside a change of sign keeps its own.
   HD T relax(const RowAt& at, int x, int n) const {
@@ -51,9 +51,9 @@ struct EikonalTerm {
     const auto crossed = select(inside, high, T(-1)) >= T(0), entered = select(inside, T(0), low) < T(0);
     const T u = upwind_distance(least(abs(x0), abs(x1)), least(abs(y0), abs(y1)), least(abs(z0), abs(z1)),
                                 T(voxel_m));
-    const T kept = least(u, T(most_m));
+    const T kept = least(u, T(max_m));
     return select(crossed | entered, own, select(inside, T(0) - kept, kept));
   }
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::levelset

@@ -8,7 +8,7 @@
 #include "base/parallel.h"
 #include "levelset/voxel_ops.h"
 
-namespace sdftrack {
+namespace sdftrack::levelset {
 
 namespace {
 
@@ -23,7 +23,7 @@ std::uint16_t mixed(std::uint16_t before, unsigned char now, float share) {
 
 }  // namespace
 
-EvidenceVolume::EvidenceVolume(const Grid& grid, const float* prior)
+EvidenceVolume::EvidenceVolume(const sdf::Grid& grid, const float* prior)
     : grid_(grid),
       bx_(blocks_along(grid.nx)),
       by_(blocks_along(grid.ny)),
@@ -38,7 +38,7 @@ EvidenceVolume::EvidenceVolume(const Grid& grid, const float* prior)
 
 EvidenceVolume EvidenceVolume::padded(const std::array<int, 3>& before,
                                       const std::array<int, 3>& after) const {
-  Grid grid = grid_;
+  sdf::Grid grid = grid_;
   grid.nx += kBlock * (before[0] + after[0]);
   grid.ny += kBlock * (before[1] + after[1]);
   grid.nz += kBlock * (before[2] + after[2]);
@@ -113,7 +113,7 @@ const std::vector<int>& EvidenceVolume::fuse(const EvidenceImage& image, const F
                                  options.form,
                                  options.noise,
                                  options.carve_from_m,
-                                 options.least_slant};
+                                 options.min_slant};
   const int blocks = bx_ * by_ * bz_;
   touched_.assign(static_cast<std::size_t>(blocks), 0);
 
@@ -162,7 +162,7 @@ bool EvidenceVolume::fuse_block(int block, const EvidenceTerm<float>& term, cons
   float distance[kBlock * kBlock * kBlock];
   const BlockChange change =
       voxel_ops_for(used_isa())
-          .fuse(term, place, rows, options.most_weight, &log_ratio_[first], &weight_[first], distance);
+          .fuse(term, place, rows, options.max_weight, &log_ratio_[first], &weight_[first], distance);
   empty_[static_cast<std::size_t>(block)] = change.empty;
   const float reach = options.color_reach_voxels * static_cast<float>(grid_.voxel_m);
   for (int row = 0; row < rows.ny * rows.nz; ++row)
@@ -203,4 +203,4 @@ void EvidenceVolume::add_color(std::size_t voxel, const unsigned char* rgb, floa
     color.b = mixed(color.b, rgb[2], share);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::levelset

@@ -12,14 +12,14 @@
 #include "levelset/voxel_ops.h"
 #include "sdf/grid.h"
 
-namespace sdftrack {
+namespace sdftrack::levelset {
 
 struct EvidenceOptions {
   EvidenceForm form;
   SensorNoise noise{0.001f, 0, 0, 0.001f};
   float carve_from_m = 0.003f;
-  float least_slant = 0.2f;
-  float most_weight = 100;          // frames that a voxel remembers
+  float min_slant = 0.2f;
+  float max_weight = 100;           // frames that a voxel remembers
   float color_reach_voxels = 2.5f;  // from the surface
 };
 
@@ -33,7 +33,7 @@ class EvidenceVolume {
   static constexpr int kBlock = 8;
 
   // No evidence; prior: log ratio by voxel, or nullptr for none.
-  EvidenceVolume(const Grid& grid, const float* prior);
+  EvidenceVolume(const sdf::Grid& grid, const float* prior);
 
   // Adds a frame. Returns the blocks of which the surface may have changed, in order.
   const std::vector<int>& fuse(const EvidenceImage& image, const FrameColors& colors, const Camera& camera,
@@ -45,7 +45,7 @@ class EvidenceVolume {
   // Whether in one of these a voxel went from inside to outside or back, or was seen for the first time.
   bool turned(int block) const { return turned_[static_cast<std::size_t>(block)]; }
 
-  const Grid& grid() const { return grid_; }
+  const sdf::Grid& grid() const { return grid_; }
   int blocks_x() const { return bx_; }
   int blocks_y() const { return by_; }
   int blocks_z() const { return bz_; }
@@ -73,7 +73,7 @@ class EvidenceVolume {
   void prefetch_block(int block) const;
   void add_color(std::size_t voxel, const unsigned char* rgb, float weight);
 
-  Grid grid_;
+  sdf::Grid grid_;
   int bx_, by_, bz_;
   LargeArray<float> log_ratio_, weight_;
   LargeArray<Color> colors_;
@@ -90,4 +90,4 @@ class EvidenceVolume {
   std::vector<int> changed_;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::levelset

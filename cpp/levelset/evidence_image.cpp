@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace sdftrack {
+namespace sdftrack::levelset {
 
 namespace {
 
@@ -101,9 +101,9 @@ void EvidenceImage::find_slopes(const Camera& camera, const EvidenceImageOptions
       const float u = static_cast<float>(rect_.x0 + x) - cx, v = static_cast<float>(rect_.y0 + y) - cy;
       const Vec3f n{fx * du, fy * dv, pixel.depth_m + u * du + v * dv};
       const float slant = pixel.depth_m / norm(n);
-      if (slant < options.least_slant) continue;
+      if (slant < options.min_slant) continue;
       pixel.slant = slant, pixel.du_m = du, pixel.dv_m = dv;
     }
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::levelset

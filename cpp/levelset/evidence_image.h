@@ -8,7 +8,7 @@
 #include "base/views.h"
 #include "levelset/evidence_terms.h"
 
-namespace sdftrack {
+namespace sdftrack::levelset {
 
 // What a reading belongs to.
 enum class PixelRole : unsigned char {
@@ -25,7 +25,7 @@ struct PixelRect {
 struct EvidenceImageOptions {
   int border_px = 2;     // object pixels nearer than this to others, and those at jumps of depth, say nothing
   float jump_m = 0.01f;  // between neighbours
-  float least_slant = 0.2f;  // cosine between the ray and the normal below which a surface says nothing
+  float min_slant = 0.2f;  // cosine between the ray and the normal below which a surface says nothing
 };
 
 class EvidenceImage {
@@ -57,4 +57,4 @@ class EvidenceImage {
   std::vector<unsigned char> edge_, border_, spread_;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::levelset

@@ -6,17 +6,17 @@
 #include "base/fast_math.h"
 #include "base/vec.h"
 
-namespace sdftrack {
+namespace sdftrack::levelset {
 
 struct EvidenceForm {
   bool printed = false;      // the thesis' Eqs. 4.30 and 4.31: infinite at the surface, here cut at +-10
   float sigma_d_m = 0.003f;  // how far behind and before a reading it still says something
 };
 
-constexpr float kMostSmooth = 0.9f;         // of |q|; a log ratio of 2.9
-constexpr float kMostPrinted = 0.9999092f;  // a log ratio of 10
-constexpr float kReachPerSigma = 2.0f;      // behind the surface nothing is said from here on; nor before it,
-                                            // but that it is empty
+constexpr float kMaxSmooth = 0.9f;         // of |q|; a log ratio of 2.9
+constexpr float kMaxPrinted = 0.9999092f;  // a log ratio of 10
+constexpr float kReachPerSigma = 2.0f;     // behind the surface nothing is said from here on; nor before it,
+                                           // but that it is empty
 
 // log(L_in / L_out) of a voxel d metres behind a reading (before it: negative) whose noise is `noise_m`.
 template <class T>
@@ -26,7 +26,7 @@ HD T log_ratio(T d_m, T noise_m, const EvidenceForm& form) {
   const T fading = exp_negative(T(-1) * select(away < T(40), away, T(40)));
   const T sure = form.printed ? select(d_m > T(0), T(1), select(d_m < T(0), T(-1), T(0)))
                               : fast_erf(d_m / (T(S(1.4142135623730951)) * noise_m));
-  const T most = T(S(form.printed ? kMostPrinted : kMostSmooth)), q = fading * sure;
+  const T most = T(S(form.printed ? kMaxPrinted : kMaxSmooth)), q = fading * sure;
   const T kept = select(q > most, most, select(q < T(-1) * most, T(-1) * most, q));
   return log_positive((T(1) + kept) / (T(1) - kept));
 }
@@ -46,7 +46,7 @@ constexpr float kUnknownWeight = 0.02f;  // of a voxel that nothing but faint ca
 
 struct SensorNoise {
   float noise_m, noise_per_m;  // sd of a reading at depth Z: noise_m + noise_per_m Z^2
-  float least_m;               // of the distance from the surface: a voxel tells no less apart
+  float min_m;                 // of the distance from the surface: a voxel tells no less apart
   float usual_m;               // the noise at which a reading has weight 1, seen head on
 };
 
@@ -73,11 +73,11 @@ struct EvidenceTerm {
   EvidenceForm form;
   SensorNoise noise;
   float carve_from_m;  // before the surface
-  float least_slant;
+  float min_slant;
 
   template <class U>
   HD EvidenceTerm<U> cast() const {
-    return {pixels, x0, y0, width, height, K, form, noise, carve_from_m, least_slant};
+    return {pixels, x0, y0, width, height, K, form, noise, carve_from_m, min_slant};
   }
 
   HD Evidence<T> at(Vec3<T> p_cam) const {
@@ -99,9 +99,9 @@ struct EvidenceTerm {
     const auto surface = slant > T(0), readable = surface | (slant < T(0));
     const T d = behind_m * select(surface, slant, T(1));
     const T sensor = T(noise.noise_m) + T(noise.noise_per_m) * depth * depth;
-    const T blur = select(sensor > T(noise.least_m), sensor, T(noise.least_m));
+    const T blur = select(sensor > T(noise.min_m), sensor, T(noise.min_m));
     const T quality = T(noise.usual_m) / blur;
-    const auto near = surface & (slant > T(least_slant)) & (d < T(kReachPerSigma * form.sigma_d_m));
+    const auto near = surface & (slant > T(min_slant)) & (d < T(kReachPerSigma * form.sigma_d_m));
     const T weight = select(near, slant * quality * quality, T(0));
     const auto close = near & (d > T(-kReachPerSigma * form.sigma_d_m));
     const T said = any(close) ? select(close, weight * log_ratio(d, blur, form), T(0)) : T(0);
@@ -119,4 +119,4 @@ struct EvidenceTerm {
   }
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::levelset

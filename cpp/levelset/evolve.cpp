@@ -8,7 +8,7 @@
 #include "base/parallel.h"
 #include "levelset/voxel_ops.h"
 
-namespace sdftrack {
+namespace sdftrack::levelset {
 
 namespace {
 
@@ -22,7 +22,7 @@ Neighbours neighbours(int i, int n, int stride) {
 
 // body(at, i, count) for the voxels of a slice, in runs that have their neighbours at the same offsets.
 template <class Body>
-void each_run(const Grid& grid, int z, const Body& body) {
+void each_run(const sdf::Grid& grid, int z, const Body& body) {
   Neighbours at[3];
   at[2] = neighbours(z, grid.nz, grid.nx * grid.ny);
   for (int y = 0; y < grid.ny; ++y) {
@@ -57,7 +57,7 @@ float longest_step(const EvolveOptions& o) {
   return 2 / (12 / (o.sigma_phi * o.sigma_phi) + 1 / (4 * o.sigma_h * o.sigma_h));
 }
 
-std::vector<float> evolve(const Grid& grid, const float* phi_m, const float* log_ratio, int steps,
+std::vector<float> evolve(const sdf::Grid& grid, const float* phi_m, const float* log_ratio, int steps,
                           const EvolveOptions& options, int threads) {
   check(options);
   if (steps < 0) throw std::invalid_argument("steps: expected at least 0, got " + std::to_string(steps));
@@ -90,4 +90,4 @@ std::vector<float> evolve(const Grid& grid, const float* phi_m, const float* log
   return phi;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::levelset

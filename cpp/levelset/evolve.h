@@ -6,7 +6,7 @@
 
 #include "sdf/grid.h"
 
-namespace sdftrack {
+namespace sdftrack::levelset {
 
 // Lengths in voxels.
 struct EvolveOptions {
@@ -21,7 +21,7 @@ float longest_step(const EvolveOptions& options);
 
 // phi_m after `steps` steps; log_ratio: of inside to outside by voxel, what was guessed beforehand included.
 // std::invalid_argument: an option that is not positive, a step that is too long.
-std::vector<float> evolve(const Grid& grid, const float* phi_m, const float* log_ratio, int steps,
+std::vector<float> evolve(const sdf::Grid& grid, const float* phi_m, const float* log_ratio, int steps,
                           const EvolveOptions& options, int threads);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::levelset

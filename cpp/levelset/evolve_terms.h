@@ -5,7 +5,7 @@
 #include "base/fast_math.h"
 #include "base/lane.h"
 
-namespace sdftrack {
+namespace sdftrack::levelset {
 
 // The neighbours of a voxel along one axis, as offsets into the volume. At a face of the volume the slope is
 // that to the one neighbour there is, and the energy counts half of the voxel: what follows from these two
@@ -72,4 +72,4 @@ struct EvolveTerm {
   }
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::levelset

@@ -7,16 +7,16 @@
 #include "energies/block.h"
 #include "levelset/voxel_ops.h"
 
-namespace sdftrack {
+namespace sdftrack::levelset {
 namespace {
 
 template <class L>
 struct VoxelLoops {
   static BlockChange fuse(const EvidenceTerm<float>& given, const BlockPlace& place, const BlockRows& rows,
-                          float most_weight, float* log_ratio, float* weight, float* distance_m) {
+                          float max_weight, float* log_ratio, float* weight, float* distance_m) {
     const auto term = given.template cast<L>();
     const Vec3f step = place.x.cast<float>();
-    const L sx(step.x), sy(step.y), sz(step.z), limit(most_weight);
+    const L sx(step.x), sy(step.y), sz(step.z), limit(max_weight);
     BlockChange change{0, false, false, true};
     for (int row = 0; row < rows.ny * rows.nz; ++row) {
       const Vec3f p = place.at(rows, row);
@@ -54,7 +54,7 @@ struct VoxelLoops {
 
   static bool relax(const EikonalTerm<float>& given, const BlockRows& rows, bool forward, float settled_m,
                     float band_m, float* phi) {
-    const EikonalTerm<L> term{given.voxel_m, given.most_m};
+    const EikonalTerm<L> term{given.voxel_m, given.max_m};
     const int count = rows.ny * rows.nz;
     bool changed = false;
     for (int k = 0; k < count; ++k) {
@@ -123,4 +123,4 @@ const VoxelOps VoxelOps::SDFTRACK_SET = {VoxelLoops<SDFTRACK_LANES>::fuse, Voxel
                                          VoxelLoops<SDFTRACK_LANES>::crossed,
                                          VoxelLoops<SDFTRACK_LANES>::flux, VoxelLoops<SDFTRACK_LANES>::step};
 
-}  // namespace sdftrack
+}  // namespace sdftrack::levelset

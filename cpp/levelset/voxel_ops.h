@@ -9,7 +9,7 @@
 #include "levelset/evidence_terms.h"
 #include "levelset/evolve_terms.h"
 
-namespace sdftrack {
+namespace sdftrack::levelset {
 
 // A box of at most kBlockSide^3 voxels: how many there are along each axis, and how far apart in memory rows
 // and slices are.
@@ -51,7 +51,7 @@ inline void prefetch_rows(const float* first, const BlockRows& rows) {
 struct VoxelOps {
   // Adds what a frame says to the log ratios and weights of a block, and gives how far behind a surface that
   // is read each voxel lies (kBlockSide to a row; only of rows that are near).
-  BlockChange (*fuse)(const EvidenceTerm<float>&, const BlockPlace&, const BlockRows&, float most_weight,
+  BlockChange (*fuse)(const EvidenceTerm<float>&, const BlockPlace&, const BlockRows&, float max_weight,
                       float* log_ratio, float* weight, float* distance_m);
   // A sweep over a block, none of whose voxels lies at the volume's border. Returns whether any voxel
   // within band_m of the surface changed by more than settled_m.
@@ -79,4 +79,4 @@ inline const VoxelOps& voxel_ops_for([[maybe_unused]] Isa isa) {
   return VoxelOps::baseline;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::levelset

@@ -7,7 +7,7 @@
 
 #include "lwpr/layout.h"
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 
 // Reads number `row` of a block, beginning at its lane.
 template <class T>
@@ -50,4 +50,4 @@ HD T field_value(const FieldLayout& at, LanesAt<T> read, const double* x) {
   return y;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

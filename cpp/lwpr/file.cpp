@@ -8,14 +8,14 @@
 
 #include "lwpr/model.h"
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 
 namespace {
 
 constexpr std::uint64_t kMark = 0x3152505754464453ULL;  // "SDFTWPR1" from the low byte on
 constexpr std::uint64_t kVersion = 1;
 constexpr std::size_t kHeadBytes = 3 * sizeof(std::uint64_t);
-constexpr double kMostCount = 1e6;  // of inputs or outputs: anything larger is no model
+constexpr double kMaxCount = 1e6;  // of inputs or outputs: anything larger is no model
 
 [[noreturn]] void refuse(const char* why) {
   throw std::invalid_argument(std::string("expected what LWPR.save wrote, got ") + why);
@@ -63,7 +63,7 @@ class Reader {
   }
   std::size_t count() {
     const double value = next();
-    if (!(value >= 0 && value <= kMostCount * kMostCount && value == std::floor(value)))
+    if (!(value >= 0 && value <= kMaxCount * kMaxCount && value == std::floor(value)))
       refuse("a model with a count that is none");
     return static_cast<std::size_t>(value);
   }
@@ -124,7 +124,7 @@ LwprModel LwprModel::from_bytes(const char* data, std::size_t size) {
   const double* const end = numbers.data() + numbers.size();
   Reader in(numbers.data(), end);
   const std::size_t n_in = in.count(), n_out = in.count();
-  if (n_in > kMostCount || n_out > kMostCount) refuse("a model with a count that is none");
+  if (n_in > kMaxCount || n_out > kMaxCount) refuse("a model with a count that is none");
   const double samples = in.next();
   const LwprOptions options = read_options(&in);
   std::vector<double> norm_in = in.numbers(n_in), norm_out = in.numbers(n_out);
@@ -137,4 +137,4 @@ LwprModel LwprModel::from_bytes(const char* data, std::size_t size) {
   return model;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

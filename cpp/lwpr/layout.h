@@ -6,7 +6,7 @@
 
 #include "base/hd.h"
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 
 constexpr int kFieldLanes = 8;
 
@@ -14,16 +14,16 @@ struct FieldLayout {
   int n = 0;              // inputs
   bool diagonal = false;  // whether the metric is
   bool meta = false;      // whether learning rates are learnt
-  int row = 0;            // n, rounded up to a whole number of packs of 4 beyond kMostUnrolled inputs
+  int row = 0;            // n, rounded up to a whole number of packs of 4 beyond kMaxUnrolled inputs
 
-  static constexpr int kMostUnrolled = 3;
+  static constexpr int kMaxUnrolled = 3;
 
   FieldLayout() = default;
   FieldLayout(int n_in, bool is_diagonal, bool with_meta)
       : n(n_in),
         diagonal(is_diagonal),
         meta(with_meta),
-        row(n_in <= kMostUnrolled ? n_in : (n_in + 3) / 4 * 4) {}
+        row(n_in <= kMaxUnrolled ? n_in : (n_in + 3) / 4 * 4) {}
 
   // A block: rows of kFieldLanes numbers. The centre of a lane without a field is NaN.
   HD int metric_size() const { return diagonal ? n : n * (n + 1) / 2; }
@@ -71,13 +71,13 @@ struct FieldSettings {
   double meta_rate, penalty, add_threshold, final_lambda, tau_lambda;
 };
 
-constexpr double kSsFloor = 1e-10;       // of the sum of squared projections: nothing is divided by 0
-constexpr double kFirstU = 1e-10;        // length of a projection at first: the first sample turns it
-constexpr double kMostLeverage = 0.9;    // beyond it leaving a sample out means nothing
-constexpr double kMostMetricStep = 0.1;  // of M_ii, that an entry of row i of M may move in a step
-constexpr double kMostLogRate = 50;      // of a learnt rate: its exponential must stay finite
-constexpr int kTrustAfter = 2;           // samples per input, after which a slope is used
-constexpr int kJudgeAfter = 10;          // samples per input, after which the newest projection is judged
+constexpr double kSsFloor = 1e-10;      // of the sum of squared projections: nothing is divided by 0
+constexpr double kFirstU = 1e-10;       // length of a projection at first: the first sample turns it
+constexpr double kMaxLeverage = 0.9;    // beyond it leaving a sample out means nothing
+constexpr double kMaxMetricStep = 0.1;  // of M_ii, that an entry of row i of M may move in a step
+constexpr double kMaxLogRate = 50;      // of a learnt rate: its exponential must stay finite
+constexpr int kTrustAfter = 2;          // samples per input, after which a slope is used
+constexpr int kJudgeAfter = 10;         // samples per input, after which the newest projection is judged
 constexpr int kMetricAfter = 20;  // samples per input, after which the metric is learnt: steps go with 1 / W
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

@@ -8,7 +8,7 @@
 
 #include "lwpr/layout.h"
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 namespace {
 
 // What a sample says about the metric: its activation, the slope and the curvature of the cost by it, and the
@@ -93,7 +93,7 @@ class MetricStep {
       const double ddw = pull.w * (md * md - 1) * d_[j] * d_[j];
       alpha = adapted(k, gradient, pull.curve * dw * dw + pull.slope * ddw + pull.shrink * second);
     }
-    const double by = -alpha * gradient, most = kMostMetricStep * size;
+    const double by = -alpha * gradient, most = kMaxMetricStep * size;
     metric(k) += by > most ? most : (by < -most ? -most : by);
   }
 
@@ -102,8 +102,8 @@ class MetricStep {
     double& log_alpha = head_[at_.log_alpha() + k];
     double& memory = head_[at_.memory() + k];
     log_alpha -= o_.meta_rate * gradient * memory;
-    if (log_alpha > kMostLogRate) log_alpha = kMostLogRate;
-    if (log_alpha < -kMostLogRate) log_alpha = -kMostLogRate;
+    if (log_alpha > kMaxLogRate) log_alpha = kMaxLogRate;
+    if (log_alpha < -kMaxLogRate) log_alpha = -kMaxLogRate;
     const double alpha = std::exp(log_alpha), keep = 1 - alpha * second;
     memory = memory * (keep > 0 ? (keep < 1 ? keep : 1) : 0) - alpha * gradient;
     return alpha;
@@ -118,4 +118,4 @@ class MetricStep {
 };
 
 }  // namespace
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

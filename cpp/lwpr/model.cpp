@@ -8,15 +8,15 @@
 
 #include "base/parallel.h"
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 
 namespace {
 
 constexpr std::size_t kChunk = 256;        // samples of a prediction that are one thread's turn
 constexpr std::size_t kWorthThreads = 64;  // samples, below which starting threads costs more than it saves
 
-constexpr std::size_t kMostKept = 1 << 17;  // numbers of a batch that are kept room for: a megabyte
-constexpr int kMostFull = 1000, kMostInputs = 100000;  // inputs: the memory of a field
+constexpr std::size_t kMaxKept = 1 << 17;            // numbers of a batch that are kept room for: a megabyte
+constexpr int kMaxFull = 1000, kMaxInputs = 100000;  // inputs: the memory of a field
 
 void check_norm(const char* name, const std::vector<double>& norm, int expected) {
   if (norm.size() != static_cast<std::size_t>(expected))
@@ -34,7 +34,7 @@ void check_count(const char* name, int value) {
 }
 
 // Squares of squares of them must stay finite.
-constexpr double kMostSize = 1e25;
+constexpr double kMaxSize = 1e25;
 
 std::string text_of(double value) {
   if (std::isnan(value)) return "NaN";
@@ -51,7 +51,7 @@ void check_finite(const char* name, const double* values, std::size_t count,
     for (std::size_t j = 0; j < columns; ++j) {
       const double value = values[i * columns + j];
       // The bound itself is infinite beside a norm above 1e283.
-      if (std::isfinite(value) && std::abs(value) <= kMostSize * norm[j]) continue;
+      if (std::isfinite(value) && std::abs(value) <= kMaxSize * norm[j]) continue;
       throw std::invalid_argument(std::string(name) + ": expected finite numbers, at most 1e25 times norm_" +
                                   (name[0] == 'x' ? "in" : "out") + ", got " + text_of(value) +
                                   " in sample " + std::to_string(i) +
@@ -66,9 +66,9 @@ LwprModel::LwprModel(int n_in, int n_out, const LwprOptions& options, std::vecto
     : options_(options), norm_in_(std::move(norm_in)), norm_out_(std::move(norm_out)) {
   check_count("n_in", n_in);
   check_count("n_out", n_out);
-  if (n_in > (options.diagonal ? kMostInputs : kMostFull))
-    throw std::invalid_argument("n_in: expected at most " + std::to_string(kMostFull) +
-                                " with a full metric, " + std::to_string(kMostInputs) +
+  if (n_in > (options.diagonal ? kMaxInputs : kMaxFull))
+    throw std::invalid_argument("n_in: expected at most " + std::to_string(kMaxFull) +
+                                " with a full metric, " + std::to_string(kMaxInputs) +
                                 " with diagonal=True, got " + std::to_string(n_in));
   check_lwpr_options(options);
   check_norm("norm_in", norm_in_, n_in);
@@ -92,7 +92,7 @@ void LwprModel::update(const double* x, const double* y, std::size_t count, int 
     unit.settle();
   });
   samples_ += static_cast<double>(count);
-  if (rows_.size() > kMostKept) rows_ = {};
+  if (rows_.size() > kMaxKept) rows_ = {};
 }
 
 std::vector<double> LwprModel::scaled_rows(const double* x, std::size_t count, const char* name) const {
@@ -142,4 +142,4 @@ std::vector<double> LwprModel::training_error() const {
   return out;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

@@ -10,7 +10,7 @@
 #include "lwpr/options.h"
 #include "lwpr/unit.h"
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 
 class LwprModel {
  public:
@@ -58,4 +58,4 @@ class LwprModel {
   std::vector<double> rows_;  // the scaled inputs of an update
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

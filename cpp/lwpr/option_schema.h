@@ -5,7 +5,7 @@
 #include "base/option_schema.h"
 #include "lwpr/options.h"
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 
 // A number without an upper end, but finite.
 constexpr OptionRange kFinitePositive = above(0).below(kNoBound);
@@ -31,4 +31,4 @@ void visit_options(Options& o, Visit& f) {
 }
 // clang-format on
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

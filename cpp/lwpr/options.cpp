@@ -8,7 +8,7 @@
 
 #include "lwpr/option_schema.h"
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 
 namespace {
 
@@ -68,4 +68,4 @@ std::vector<double> initial_metric(const LwprOptions& options, int n_in) {
   return out;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 
 struct LwprOptions {
   double w_gen = 0.2;      // no activation above it: a new field
@@ -35,4 +35,4 @@ void check_lwpr_options(const LwprOptions& options);
 // where the metric stays diagonal. std::invalid_argument where init_D is not a metric of n inputs.
 std::vector<double> initial_metric(const LwprOptions& options, int n_in);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

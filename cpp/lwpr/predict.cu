@@ -9,7 +9,7 @@
 #include "lwpr/field_terms.h"
 #include "lwpr/model.h"
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 
 namespace {
 
@@ -64,4 +64,4 @@ void LwprModel::predict_cuda(const double* x, std::size_t count, double* mean) c
   }
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

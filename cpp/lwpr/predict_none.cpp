@@ -4,10 +4,10 @@
 
 #include "lwpr/model.h"
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 
 void LwprModel::predict_cuda(const double*, std::size_t, double*) const {
   throw std::runtime_error("this build has no CUDA path; build with SDFTRACK_CUDA=ON");
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

@@ -8,7 +8,7 @@
 
 #include "lwpr/metric_step.h"
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 namespace {
 
 using Four = double __attribute__((vector_size(32), aligned(8)));
@@ -129,7 +129,7 @@ class FieldUpdate {
     for (int r = 0; r < T; ++r) h += s_[r] * ps_[r];
     h = w * h;
     const double s_P_s = h / w;
-    if (h > kMostLeverage) h = kMostLeverage;
+    if (h > kMaxLeverage) h = kMaxLeverage;
     const double inv = 1 / (1 - h), e_cv = e * inv, e_cv2 = e_cv * e_cv;
     const double W = lambda * head_[FieldLayout::kLooW] + w;
     const double E = lambda * head_[FieldLayout::kLooE] + w * e_cv2;
@@ -176,4 +176,4 @@ class FieldUpdate {
 };
 
 }  // namespace
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

@@ -5,15 +5,15 @@
 #include <cmath>
 #include <utility>
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 
 namespace {
 
 constexpr double kSpare = 0.25;     // of the extent, that is left free at each end for fields to come
 constexpr double kCellReach = 0.5;  // cells to the reach of a middling field
-constexpr int kMostCells[] = {4096, 128, 24};  // along each of 1, 2, 3 axes
+constexpr int kMaxCells[] = {4096, 128, 24};  // along each of 1, 2, 3 axes
 
-constexpr double kMostReach = 1e100;
+constexpr double kMaxReach = 1e100;
 
 struct Extent {
   double low, high, reach;  // of the fields with their reach; the middling reach
@@ -50,14 +50,14 @@ void LwprSearch::build(int n, const std::vector<FieldReach>& reaches) {
   ready_ = false;
   for (const FieldReach& r : reaches)
     for (int j = 0; j < n; ++j)
-      if (!(r.half[j] < kMostReach)) return;  // a field without end: all are looked at
+      if (!(r.half[j] < kMaxReach)) return;  // a field without end: all are looked at
   choose_axes(n, reaches);
   std::size_t cells = 1;
   for (int a = 0; a < axes_; ++a) {
     const Extent e = extent_of(axis_[a], reaches);
     const double spare = kSpare * (e.high - e.low), length = e.high - e.low + 2 * spare;
     const double wanted = std::ceil(length / (kCellReach * e.reach));
-    cells_[a] = static_cast<int>(std::clamp(wanted, 1.0, static_cast<double>(kMostCells[axes_ - 1])));
+    cells_[a] = static_cast<int>(std::clamp(wanted, 1.0, static_cast<double>(kMaxCells[axes_ - 1])));
     origin_[a] = e.low - spare;
     per_cell_[a] = cells_[a] / length;
     cells *= static_cast<std::size_t>(cells_[a]);
@@ -94,4 +94,4 @@ bool LwprSearch::add(int field, const FieldReach& reach) {
   return true;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 
 // Where a field is and how far it reaches along each input, at the cutoff.
 struct FieldReach {
@@ -50,4 +50,4 @@ class LwprSearch {
   std::vector<std::vector<int>> lists_;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

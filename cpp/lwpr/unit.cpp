@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 namespace {
 
 constexpr int kSearchFrom = 48;  // fields, from which on a grid is faster than looking at all
@@ -226,4 +226,4 @@ bool LwprUnit::read_from(const double** from, const double* end) {
   return true;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

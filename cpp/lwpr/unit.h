@@ -12,7 +12,7 @@
 #include "lwpr/search.h"
 #include "lwpr/unit_ops.h"
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 
 struct LwprPrediction {
   double mean = 0, sd = 0;
@@ -93,4 +93,4 @@ class LwprUnit {
   int since_build_ = 0;                 // samples
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

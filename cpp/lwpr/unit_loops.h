@@ -11,7 +11,7 @@
 #include "lwpr/receptive_field.h"
 #include "lwpr/unit_ops.h"
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 namespace {
 
 using Eight = double __attribute__((vector_size(64)));
@@ -167,4 +167,4 @@ bool learn_sample(const FieldLayout& at, const FieldSettings& o, double* blocks,
 // SDFTRACK_SET: the member of UnitOps that the file defines.
 const UnitOps UnitOps::SDFTRACK_SET = {active_fields, predicted_sums, learn_sample};
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

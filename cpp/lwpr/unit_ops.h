@@ -6,7 +6,7 @@
 #include "base/isa.h"
 #include "lwpr/layout.h"
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 
 // The fields that a sample looks at: 0 to count - 1, or a list in ascending order.
 struct FieldList {
@@ -42,4 +42,4 @@ struct UnitOps {
 // Memory that `learn` works in.
 inline int scratch_size(const FieldLayout& at) { return 5 * at.row + (at.diagonal ? 0 : 2 * at.n * at.n); }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

@@ -6,7 +6,7 @@
 
 #include "lwpr/unit.h"
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 
 double LwprUnit::predict(const double* x, LwprScratch* scratch) const {
   const FieldSums sums = ops_->predict(at_, fields_near(x), x, q_max_, room_in(scratch));
@@ -38,7 +38,7 @@ double leverage(const FieldLayout& at, const double* head, const double* x, std:
 double noise_variance(const FieldLayout& at, const double* head) {
   const double* const pr = head + at.record_size(static_cast<int>(head[FieldLayout::kTrusted]) - 1);
   const double W = pr[FieldLayout::kSumW];
-  return pr[FieldLayout::kMSE] / std::max(W - head[FieldLayout::kLeverage], (1 - kMostLeverage) * W);
+  return pr[FieldLayout::kMSE] / std::max(W - head[FieldLayout::kLeverage], (1 - kMaxLeverage) * W);
 }
 
 }  // namespace
@@ -91,4 +91,4 @@ double LwprUnit::training_error() const {
   return weights > 0 ? std::sqrt(squares / weights) : 0.0;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

@@ -4,7 +4,7 @@
 
 #include "lwpr/unit.h"
 
-namespace sdftrack {
+namespace sdftrack::lwpr {
 
 namespace {
 
@@ -92,4 +92,4 @@ void LwprUnit::build_search() {
   since_build_ = 0;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::lwpr

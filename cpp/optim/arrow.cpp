@@ -4,7 +4,7 @@
 #include <Eigen/Cholesky>
 #include <utility>
 
-namespace sdftrack {
+namespace sdftrack::optim {
 
 namespace {
 
@@ -108,4 +108,4 @@ void minimize(ArrowEnergy& energy, const LmOptions& options, LmRecord* out) {
   run_lm(system, options, out);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::optim

@@ -8,14 +8,14 @@
 
 #include "optim/lm_loop.h"
 
-namespace sdftrack {
+namespace sdftrack::optim {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-constexpr int kMostShared = 9;
-using SharedVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostShared, 1>;
-using SharedMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostShared, kMostShared>;
-using CrossMatrix = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMostShared>;
+constexpr int kMaxShared = 9;
+using SharedVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxShared, 1>;
+using SharedMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxShared, kMaxShared>;
+using CrossMatrix = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxShared>;
 
 // The share of one pose in the normal equations.
 struct ArrowBlock {
@@ -44,4 +44,4 @@ class ArrowEnergy {
 
 void minimize(ArrowEnergy& energy, const LmOptions& options, LmRecord* out);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::optim

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace sdftrack {
+namespace sdftrack::optim {
 
 void SumEnergy::linearize(const State& x, NormalEquations* out) {
   for (auto& [energy, weight] : terms_) {
@@ -57,4 +57,4 @@ double GroupEnergy::cost(const State& x) {
   return sum;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::optim

@@ -9,7 +9,7 @@
 #include "optim/normal_equations.h"
 #include "optim/parameters.h"
 
-namespace sdftrack {
+namespace sdftrack::optim {
 
 // An energy says what a state costs and how the cost changes; it never loops over a damping.
 // linearize() and cost() visit the same pixels with the same penalty, so that they may be compared. An energy
@@ -72,4 +72,4 @@ class GroupEnergy final : public Energy {
   std::array<NormalEquations, kMost> one_;  // by the number of a term's objects: their sizes stay
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::optim

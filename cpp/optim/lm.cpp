@@ -9,7 +9,7 @@
 
 #include "optim/lm_loop.h"
 
-namespace sdftrack {
+namespace sdftrack::optim {
 
 namespace {
 
@@ -71,7 +71,7 @@ bool is_small(const Eigen::VectorXd& delta, const Unknowns& unknowns, const Stat
 }
 
 // The most that the step promises for one object: beside many that stand still one that moves must not drown.
-double most_promised(const NormalEquations& eq, const LmWork& work, int block) {
+double max_promised(const NormalEquations& eq, const LmWork& work, int block) {
   double most = 0;
   for (Eigen::Index i = 0; i + block <= work.delta.size(); i += block) {
     const auto delta = work.delta.segment(i, block);
@@ -123,7 +123,7 @@ class DenseSystem {
     const NormalEquations& eq = work_->here;
     work_->curved.noalias() = eq.hessian * work_->delta;
     const double all = -(eq.gradient.dot(work_->delta) + 0.5 * work_->delta.dot(work_->curved));
-    return {all, options_.block > 0 ? most_promised(eq, *work_, options_.block) : all};
+    return {all, options_.block > 0 ? max_promised(eq, *work_, options_.block) : all};
   }
   double look() {
     move();
@@ -166,4 +166,4 @@ LmResult minimize(Energy& energy, const State& start, const LmOptions& options) 
   return out;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::optim

@@ -7,7 +7,7 @@
 
 #include "optim/energy.h"
 
-namespace sdftrack {
+namespace sdftrack::optim {
 
 struct LmOptions {
   int max_steps = 20;         // trials, accepted or not
@@ -62,4 +62,4 @@ struct LmWork {
 void minimize(Energy& energy, const LmOptions& options, LmWork* work, LmResult* out);
 LmResult minimize(Energy& energy, const State& start, const LmOptions& options);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::optim

@@ -7,7 +7,7 @@
 
 #include "optim/lm.h"
 
-namespace sdftrack {
+namespace sdftrack::optim {
 
 // Damping scales with each unknown's own curvature, so metres, radians and pixels need no common unit.
 template <class Matrix>
@@ -72,4 +72,4 @@ void run_lm(System& system, const LmOptions& options, LmRecord* out) {
   }
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::optim

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-namespace sdftrack {
+namespace sdftrack::optim {
 
 struct NormalEquations {
   Eigen::MatrixXd hessian;  // positive semi-definite approximation, full symmetric matrix
@@ -25,4 +25,4 @@ struct NormalEquations {
   }
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::optim

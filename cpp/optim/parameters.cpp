@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "optim/parameters.h"
 
-namespace sdftrack {
+namespace sdftrack::optim {
 
 Unit unit_of(const Unknowns& unknowns, int i) {
   if (i >= unknowns.intrinsics_offset()) return Unit::kPixel;
@@ -32,4 +32,4 @@ State retract(const Unknowns& unknowns, const State& x, const Eigen::VectorXd& d
   return moved;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::optim

@@ -8,7 +8,7 @@
 #include "base/camera.h"
 #include "base/rigid.h"
 
-namespace sdftrack {
+namespace sdftrack::optim {
 
 // A point in the space of unknowns. `log_scale` has one entry per object, or none; `log_size` the lengths (m)
 // of a shape that is a formula, as logarithms.
@@ -41,4 +41,4 @@ Unit unit_of(const Unknowns& unknowns, int i);
 State retract(const Unknowns& unknowns, const State& x, const Eigen::VectorXd& delta);
 void retract(const Unknowns& unknowns, const State& x, const Eigen::VectorXd& delta, State* moved);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::optim

@@ -3,7 +3,7 @@
 
 #include <Eigen/Dense>
 
-namespace sdftrack {
+namespace sdftrack::optim {
 
 namespace {
 
@@ -55,4 +55,4 @@ void PosePrior::linearize(const State& x, NormalEquations* out) {
   out->cost += 0.5 * e.dot(information_ * e);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::optim

@@ -4,7 +4,7 @@
 
 #include "optim/energy.h"
 
-namespace sdftrack {
+namespace sdftrack::optim {
 
 // E = e^T I e / 2, e = (v, w) the increment that takes the prior pose to x: T_obj_cam = increment(v, w)
 // T_prior, w = 4 MRP, I its information.
@@ -29,4 +29,4 @@ class PosePrior final : public Energy {
   Matrix6d information_;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::optim

@@ -7,31 +7,31 @@
 #include <limits>
 #include <vector>
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 namespace {
 
 constexpr double kGrowth = 1.0 / 3;
-constexpr double kLeastGrowth_m = 0.01;
+constexpr double kMinGrowth_m = 0.01;
 constexpr double kRise = 8;  // nats: a solid that grew costs at least this much more where its size is known
 constexpr int kSteps = 6;
 constexpr int kFew = 300;  // readings, of which each counts in the covariance as if it had not been fitted to
 constexpr int kPoints = 500, kRays = 400;  // a part is enough to see a rise
 
-State moved(const State& x, Vec3d shift_obj) {
-  State out = x;
+optim::State moved(const optim::State& x, Vec3d shift_obj) {
+  optim::State out = x;
   out.T_obj_cam[0].t = out.T_obj_cam[0].t - shift_obj;
   return out;
 }
 
 // Grown along length i; one of them keeps each end, and one the middle.
-std::vector<State> grown(PrimitiveKind kind, const State& x, int i) {
+std::vector<optim::State> grown(PrimitiveKind kind, const optim::State& x, int i) {
   const auto at = static_cast<std::size_t>(i);
-  State bigger = x;
+  optim::State bigger = x;
   const double length = std::exp(x.log_size[at]);
-  const double more = std::max(kGrowth * length, kLeastGrowth_m);
+  const double more = std::max(kGrowth * length, kMinGrowth_m);
   bigger.log_size[at] = std::log(length + more);
-  std::vector<State> out = {bigger};
+  std::vector<optim::State> out = {bigger};
   if (has_ends(kind, i)) {
     const int k = axis_of_size(kind, i);
     const Vec3d half{k == 0 ? more / 2 : 0, k == 1 ? more / 2 : 0, k == 2 ? more / 2 : 0};
@@ -45,7 +45,7 @@ std::vector<State> grown(PrimitiveKind kind, const State& x, int i) {
   }
   if (kind == PrimitiveKind::kCone) {
     // The same side, longer: the apex stays.
-    State longer = x;
+    optim::State longer = x;
     const double factor = 1 + more / length, height = std::exp(x.log_size[1]);
     for (double& s : longer.log_size) s += std::log(factor);
     out.push_back(moved(longer, {0, 0, -0.5 * (factor - 1) * height}));
@@ -55,7 +55,7 @@ std::vector<State> grown(PrimitiveKind kind, const State& x, int i) {
 
 }  // namespace
 
-void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy, LmWork* work,
+void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy, optim::LmWork* work,
                  PrimitiveFit* fit) {
   PrimitiveEnergyOptions part = energy;
   part.crowded = false;  // where points end is no evidence of where the thing does
@@ -65,21 +65,21 @@ void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy
   const auto rays = static_cast<int>(view.outline.size());
   const double rise =
       kRise * std::min(1.0, static_cast<double>(part.rays) / std::max(1, std::min(rays, energy.rays)));
-  LmOptions lm;
+  optim::LmOptions lm;
   lm.max_steps = kSteps, lm.cost_gain = 0.5;
   for (int i = 0; i < size_count(fit->kind); ++i) {
-    State best;
+    optim::State best;
     double least = std::numeric_limits<double>::infinity();
-    for (const State& x : grown(fit->kind, fit->x, i)) {
+    for (const optim::State& x : grown(fit->kind, fit->x, i)) {
       const double c = cost.cost(x);
       if (c < least) least = c, best = x;
     }
     if (least - here > rise) {
       lm.fixed.assign(static_cast<std::size_t>(cost.unknowns().size()), false);
       lm.fixed[static_cast<std::size_t>(6 + i)] = true;
-      LmResult result;
+      optim::LmResult result;
       result.x = best;
-      minimize(cost, lm, work, &result);
+      optim::minimize(cost, lm, work, &result);
       least = result.cost;
     }
     fit->bounded[static_cast<std::size_t>(i)] = least - here > rise;
@@ -112,4 +112,4 @@ Eigen::MatrixXd fit_covariance(const PrimitiveView& view, const PrimitiveEnergyO
   return share * inverse * at.B * inverse.transpose();
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

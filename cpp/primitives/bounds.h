@@ -4,14 +4,14 @@
 
 #include "primitives/fit.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 // A length is bounded if the solid, grown by a third along it and moved to where it fits best, fits worse.
-void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy, LmWork* work,
+void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy, optim::LmWork* work,
                  PrimitiveFit* fit);
 
 // Sandwich covariance; directions without data have the variances of `diameter_m` and pi.
 Eigen::MatrixXd fit_covariance(const PrimitiveView& view, const PrimitiveEnergyOptions& energy,
                                const PrimitiveFit& fit, double diameter_m);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

@@ -7,26 +7,26 @@
 #include "sdf/solid_ellipsoid.h"
 #include "sdf/solids.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 template <PrimitiveKind kKind, class T>
-HD SolidSample<T> sample_of(Vec3<T> p, const T (&size)[kMostSizes]) {
+HD sdf::SolidSample<T> sample_of(Vec3<T> p, const T (&size)[sdf::kMaxSizes]) {
   if constexpr (kKind == PrimitiveKind::kSphere)
-    return sphere_sample(p, size[0]);
+    return sdf::sphere_sample(p, size[0]);
   else if constexpr (kKind == PrimitiveKind::kCylinder)
-    return cylinder_sample(p, size[0], size[1]);
+    return sdf::cylinder_sample(p, size[0], size[1]);
   else if constexpr (kKind == PrimitiveKind::kCone)
-    return cone_sample(p, size[0], size[1]);
+    return sdf::cone_sample(p, size[0], size[1]);
   else if constexpr (kKind == PrimitiveKind::kBox)
-    return box_sample(p, size);
+    return sdf::box_sample(p, size);
   else if constexpr (kKind == PrimitiveKind::kPlane)
-    return patch_sample(p, size);
+    return sdf::patch_sample(p, size);
   else
-    return ellipsoid_sample(p, size);
+    return sdf::ellipsoid_sample(p, size);
 }
 
 template <class T>
-HD SolidSample<T> exact_sample(PrimitiveKind kind, Vec3<T> p, const T (&size)[kMostSizes]) {
+HD sdf::SolidSample<T> exact_sample(PrimitiveKind kind, Vec3<T> p, const T (&size)[sdf::kMaxSizes]) {
   switch (kind) {
     case PrimitiveKind::kSphere:
       return sample_of<PrimitiveKind::kSphere>(p, size);
@@ -44,4 +44,4 @@ HD SolidSample<T> exact_sample(PrimitiveKind kind, Vec3<T> p, const T (&size)[kM
   return sample_of<PrimitiveKind::kEllipsoid>(p, size);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

@@ -6,7 +6,7 @@
 
 #include "base/hd.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 template <int N>
 struct Dual {
@@ -72,4 +72,4 @@ HD Dual<N> sqrt(const Dual<N>& a) {
   return chain(root, root > 0 ? 0.5 / root : 0.0, a);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

@@ -9,13 +9,13 @@
 #include "primitives/residuals.h"
 #include "primitives/support.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 namespace {
 
 constexpr int P = PrimitiveField::P;
 constexpr double kSlanted = 0.35;  // cosine of 70 degrees
-constexpr double kLeastSay = 0.1;
+constexpr double kMinSay = 0.1;
 // Of the pixels without a reading at a receding rim the object hides the most; but beside a step of depth
 // half of what is behind it is lost too.
 constexpr double kLostBeside = 0.65;
@@ -23,18 +23,18 @@ constexpr double kLying = 0.7;  // cosine of 45 degrees
 // Nats per reading. 1 would be the density of an even crowd, under which all are given up for outliers; at
 // 0.1 the rim stops 0.6 s inside of the crowd's, and a haze of 4 % of its density stays out.
 constexpr double kCrowd = 0.1;
-constexpr double kMostLeverage = 0.9;  // of one reading: more of it is rounding
-constexpr double kThin = 8;            // nats, twice: what a length e times thinner than that costs
+constexpr double kMaxLeverage = 0.9;  // of one reading: more of it is rounding
+constexpr double kThin = 8;           // nats, twice: what a length e times thinner than that costs
 
 // A patch that is seen close above the table and parallel to it is the top of something: what stands is
 // steep.
-bool may_stand(const PrimitiveField& field, const Plane& plane) {
+bool may_stand(const PrimitiveField& field, const frame::Plane& plane) {
   return field.kind != PrimitiveKind::kPlane ||
          std::abs(dot(field.T_obj_cam.R.r2, plane.normal_cam)) < kLying;
 }
 
 // The gap between the solid and the plane, and its derivative: the plane's distance at the lowest point.
-void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, const Plane& plane,
+void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, const frame::Plane& plane,
                        SolidResidual* out) {
   const Vec3d m = field.T_obj_cam.R * plane.normal_cam;
   const Reach reach = reach_of(field.kind, -m, size);
@@ -42,15 +42,15 @@ void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, c
   const Vec3d turn = cross(m, reach.at);
   const double J[6] = {-m.x, -m.y, -m.z, turn.x, turn.y, turn.z};
   for (int j = 0; j < 6; ++j) out->J[j] = J[j];
-  for (int i = 0; i < kMostSizes; ++i)
+  for (int i = 0; i < sdf::kMaxSizes; ++i)
     out->J[6 + i] = i < size_count(field.kind) ? -size[static_cast<std::size_t>(i)] * reach.size[i] : 0.0;
 }
 
 // Of what lies on the plane with a base or along a line: the gap (m) below the base's middle or the line,
 // then the turns away from lying flat (their sines). Free of the kink that the lowest point's gap has where
 // the base is level or the line lies. Returns how many of `out` there are.
-int resting_residuals(const PrimitiveField& field, const PrimitiveSize& size, const Plane& plane, Rest rest,
-                      SolidResidual (&out)[3]) {
+int resting_residuals(const PrimitiveField& field, const PrimitiveSize& size, const frame::Plane& plane,
+                      Rest rest, SolidResidual (&out)[3]) {
   const Vec3d m = field.T_obj_cam.R * plane.normal_cam;
   const double radius = size[0], half = 0.5 * size[1];
   const auto set = [&](int i, double value, const Vec3d& at) {
@@ -123,13 +123,13 @@ void PrimitiveEnergy::visit_points(const PrimitiveField& field, const Add& add) 
       point_residual(field, view_->points[i], &r);
     const double per_noise = options_.per_noise ? per_s * static_cast<double>(options_.per_noise[i]) : per_s;
     add(
-        logistic_mixture(r.m, per_noise, 1 - e, e, Curvature::kIrls),
-        [&] { return logistic_mixture_second(r.m, per_noise, 1 - e, e); }, r.J, -1.0);
+        energies::logistic_mixture(r.m, per_noise, 1 - e, e, energies::Curvature::kIrls),
+        [&] { return energies::logistic_mixture_second(r.m, per_noise, 1 - e, e); }, r.J, -1.0);
   }
 }
 
 template <class Add>
-void PrimitiveEnergy::visit(const PrimitiveField& field, const State& x, const Add& add) const {
+void PrimitiveEnergy::visit(const PrimitiveField& field, const optim::State& x, const Add& add) const {
   const PrimitiveEnergyOptions& o = options_;
   SolidResidual r;
   if (!in_packs()) visit_points(field, add);
@@ -151,7 +151,7 @@ void PrimitiveEnergy::visit(const PrimitiveField& field, const State& x, const A
     const auto pull = [&](const SolidResidual& off, double sigma) {
       const double w = 1 / (sigma * sigma);
       add(
-          Curve<double>{0.5 * w * off.m * off.m, w * off.m, w}, [&] { return w; }, off.J, w);
+          energies::Curve<double>{0.5 * w * off.m * off.m, w * off.m, w}, [&] { return w; }, off.J, w);
     };
     if (o.rest != Rest::kPoint) {
       SolidResidual off[3];
@@ -171,56 +171,59 @@ void PrimitiveEnergy::visit(const PrimitiveField& field, const State& x, const A
     const double pull = o.shrink + spread;
     // The pull is linear here; a curvature as large keeps a step below an e-fold.
     add(
-        Curve<double>{pull * log_size + 0.5 * kThin * thin * thin, pull + kThin * thin,
-                      spread + (thin < 0 ? kThin : 0)},
+        energies::Curve<double>{pull * log_size + 0.5 * kThin * thin * thin, pull + kThin * thin,
+                                spread + (thin < 0 ? kThin : 0)},
         [] { return 0.0; }, J, 0.0);
   }
 }
 
-void PrimitiveEnergy::linearize(const State& x, NormalEquations* out) {
+void PrimitiveEnergy::linearize(const optim::State& x, optim::NormalEquations* out) {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   PrimitiveSums sums;
   const int n = unknowns().size();
   if (in_packs()) add_packs(field, Weighing::kSolve, &sums), out->count += static_cast<double>(points());
-  visit(field, x, [&](const Curve<double>& c, const auto&, const double(&J)[P], double) {
+  visit(field, x, [&](const energies::Curve<double>& c, const auto&, const double(&J)[P], double) {
     sums.add(c.cost, c.slope, c.curvature, J, n);
     out->count += 1;
   });
   sums.add_to(n, out);
 }
 
-double PrimitiveEnergy::cost(const State& x) {
+double PrimitiveEnergy::cost(const optim::State& x) {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   double cost = 0;
   if (in_packs()) cost += for_isa<ReadingOps>(used_isa()).cost[static_cast<int>(kind_)](term(field));
-  visit(field, x, [&](const Curve<double>& c, const auto&, const double(&)[P], double) { cost += c.cost; });
+  visit(field, x,
+        [&](const energies::Curve<double>& c, const auto&, const double(&)[P], double) { cost += c.cost; });
   return cost;
 }
 
-PrimitiveEnergy::Sandwich PrimitiveEnergy::sandwich(const State& x, const Eigen::MatrixXd* inverse) const {
+PrimitiveEnergy::Sandwich PrimitiveEnergy::sandwich(const optim::State& x,
+                                                    const Eigen::MatrixXd* inverse) const {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   PrimitiveSums A, B;
   const int n = unknowns().size();
   if (in_packs()) add_packs(field, Weighing::kSecond, &A), add_packs(field, Weighing::kSquare, &B);
-  visit(field, x, [&](const Curve<double>& c, const auto& second, const double(&J)[P], double spread) {
-    const double curvature = second();
-    A.add(0, 0, curvature, J, n);
-    double square = spread < 0 ? c.slope * c.slope : spread;
-    if (inverse && spread < 0) {
-      const Eigen::Map<const Eigen::VectorXd> j(J, n);
-      const double leverage = std::clamp(curvature * j.dot(*inverse * j), 0.0, kMostLeverage);
-      square /= (1 - leverage) * (1 - leverage);
-    }
-    B.add(0, 0, square, J, n);
-  });
-  NormalEquations a, b;
+  visit(field, x,
+        [&](const energies::Curve<double>& c, const auto& second, const double(&J)[P], double spread) {
+          const double curvature = second();
+          A.add(0, 0, curvature, J, n);
+          double square = spread < 0 ? c.slope * c.slope : spread;
+          if (inverse && spread < 0) {
+            const Eigen::Map<const Eigen::VectorXd> j(J, n);
+            const double leverage = std::clamp(curvature * j.dot(*inverse * j), 0.0, kMaxLeverage);
+            square /= (1 - leverage) * (1 - leverage);
+          }
+          B.add(0, 0, square, J, n);
+        });
+  optim::NormalEquations a, b;
   a.reset(n), b.reset(n);
   A.add_to(n, &a), B.add_to(n, &b);
   return {a.hessian, b.hessian};
 }
 
 template <class Look>
-void PrimitiveEnergy::visit_edge(const State& x, const Look& look) const {
+void PrimitiveEnergy::visit_edge(const optim::State& x, const Look& look) const {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   const std::size_t rays = std::min(view_->outline.size(), static_cast<std::size_t>(options_.rays));
   SolidResidual r;
@@ -233,7 +236,7 @@ void PrimitiveEnergy::visit_edge(const State& x, const Look& look) const {
   }
 }
 
-double PrimitiveEnergy::outline_cost(const State& x) const {
+double PrimitiveEnergy::outline_cost(const optim::State& x) const {
   double cost = 0;
   visit_edge(x, [&](const OutlineRay& ray, double d, bool on) {
     cost += outline_curve(d, options_.outline_scale_px * ray.pixel_m, options_.outline_floor, on).cost;
@@ -241,7 +244,7 @@ double PrimitiveEnergy::outline_cost(const State& x) const {
   return cost;
 }
 
-double PrimitiveEnergy::outline_agreement(const State& x) const {
+double PrimitiveEnergy::outline_agreement(const optim::State& x) const {
   double agree = 0, all = 0;
   visit_edge(x, [&](const OutlineRay& ray, double d, bool on) {
     all += 1, agree += on ? d < ray.pixel_m : d > -ray.pixel_m;
@@ -249,7 +252,7 @@ double PrimitiveEnergy::outline_agreement(const State& x) const {
   return all > 0 ? agree / all : 1.0;
 }
 
-void PrimitiveEnergy::slants(const State& x, std::vector<float>* per_noise) const {
+void PrimitiveEnergy::slants(const optim::State& x, std::vector<float>* per_noise) const {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   per_noise->assign(std::min(view_->points.size(), static_cast<std::size_t>(options_.points)), 1.0f);
   if (!view_->along_rays) return;
@@ -259,11 +262,11 @@ void PrimitiveEnergy::slants(const State& x, std::vector<float>* per_noise) cons
     Vec3d grad;
     field.value(p, &phi, &grad);
     const double cosine = std::abs(dot(grad, p)) / norm(p);
-    (*per_noise)[i] = static_cast<float>(std::clamp(cosine / kSlanted, kLeastSay, 1.0));
+    (*per_noise)[i] = static_cast<float>(std::clamp(cosine / kSlanted, kMinSay, 1.0));
   }
 }
 
-void PrimitiveEnergy::residuals(const State& x, std::vector<double>* out) const {
+void PrimitiveEnergy::residuals(const optim::State& x, std::vector<double>* out) const {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   out->clear();
   if (in_packs()) {
@@ -282,4 +285,4 @@ void PrimitiveEnergy::residuals(const State& x, std::vector<double>* out) const 
   }
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

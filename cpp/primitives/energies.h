@@ -7,7 +7,7 @@
 #include "primitives/reading_ops.h"
 #include "primitives/view.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 // What of a solid lies on the plane that it stands on.
 enum class Rest {
@@ -45,16 +45,16 @@ struct PrimitiveSums {
 
   // n: how many of the columns count.
   void add(double value, double slope, double curvature, const double (&J)[P], int n);
-  void add_to(int n, NormalEquations* out) const;
+  void add_to(int n, optim::NormalEquations* out) const;
 };
 
-class PrimitiveEnergy : public Energy {
+class PrimitiveEnergy : public optim::Energy {
  public:
   PrimitiveEnergy(PrimitiveKind kind, const PrimitiveView* view, const PrimitiveEnergyOptions& options)
       : kind_(kind), view_(view), options_(options) {}
-  Unknowns unknowns() const override { return {1, false, false, size_count(kind_)}; }
-  void linearize(const State& x, NormalEquations* out) override;
-  double cost(const State& x) override;
+  optim::Unknowns unknowns() const override { return {1, false, false, size_count(kind_)}; }
+  void linearize(const optim::State& x, optim::NormalEquations* out) override;
+  double cost(const optim::State& x) override;
 
   // A: the true second derivative's Gauss-Newton part; B: sum of the squared slopes
   // (docs/math/depth_tracker.md).
@@ -62,25 +62,25 @@ class PrimitiveEnergy : public Energy {
     Eigen::MatrixXd A, B;
   };
   // `inverse` of A: slopes as if each had not been fitted to (of few readings; in_double), docs eq. 3.
-  Sandwich sandwich(const State& x, const Eigen::MatrixXd* inverse = nullptr) const;
+  Sandwich sandwich(const optim::State& x, const Eigen::MatrixXd* inverse = nullptr) const;
   // Of the edge of the picture alone.
-  double outline_cost(const State& x) const;
+  double outline_cost(const optim::State& x) const;
   // Share of its rays that hit or miss the solid as they should, to a pixel; 1 without any.
-  double outline_agreement(const State& x) const;
+  double outline_agreement(const optim::State& x) const;
   // Of each reading that is used how much less it says than one that is met squarely: a reading at a slant
   // takes over what its neighbours see, so its depth is in doubt by a multiple of the slope.
-  void slants(const State& x, std::vector<float>* per_noise) const;
+  void slants(const optim::State& x, std::vector<float>* per_noise) const;
   // Residual (m) of each reading that is used.
-  void residuals(const State& x, std::vector<double>* out) const;
+  void residuals(const optim::State& x, std::vector<double>* out) const;
 
  private:
   // Every contribution; or those that no loop over packs of points sums up.
   template <class Add>
-  void visit(const PrimitiveField& field, const State& x, const Add& add) const;
+  void visit(const PrimitiveField& field, const optim::State& x, const Add& add) const;
   template <class Add>
   void visit_points(const PrimitiveField& field, const Add& add) const;
   template <class Look>  // look(ray, clearance in m, whether the ray hits)
-  void visit_edge(const State& x, const Look& look) const;
+  void visit_edge(const optim::State& x, const Look& look) const;
   std::size_t points() const;
   bool in_packs() const {
     return !view_->bare.x_m.empty() && options_.scaling == Scaling::kExact && !options_.in_double;
@@ -93,4 +93,4 @@ class PrimitiveEnergy : public Energy {
   PrimitiveEnergyOptions options_;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

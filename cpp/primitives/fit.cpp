@@ -5,10 +5,10 @@
 #include <cmath>
 #include <limits>
 
+#include "plane/plane.h"
 #include "primitives/bounds.h"
-#include "tracking/plane.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 namespace {
 
@@ -18,7 +18,7 @@ constexpr std::size_t kRefined = 2;       // of them, those that are looked at c
 constexpr std::size_t kMoreOfFew = 5;     // times as many of both where points are few: more places to end in
 constexpr double kLogisticOfSd = 0.5513;  // sqrt(3) / pi: s of a density with sd 1
 constexpr double kMadToSd = 1.4826;
-constexpr double kLeastScale_m = 2e-4, kMostScale_m = 0.004;
+constexpr double kMinScale_m = 2e-4, kMaxScale_m = 0.004;
 constexpr double kFirstScale_m = 0.01;
 constexpr double kFirstScale = 0.04;  // of the diameter, where that is more
 constexpr double kWrongLabels =
@@ -38,12 +38,12 @@ constexpr int kWitnesses = 2000;    // readings, and pixels of the outline, that
 constexpr double kEffective = 500;  // readings that count as independent witnesses of a kind
 
 struct Candidate {
-  State x;
+  optim::State x;
   double cost;
 };
 
-State state_of(PrimitiveKind kind, const PrimitiveGuess& guess) {
-  State x;
+optim::State state_of(PrimitiveKind kind, const PrimitiveGuess& guess) {
+  optim::State x;
   x.T_obj_cam = {guess.T_obj_cam};
   for (int i = 0; i < size_count(kind); ++i)
     x.log_size.push_back(std::log(guess.size[static_cast<std::size_t>(i)]));
@@ -66,7 +66,7 @@ class Fitter {
   PrimitiveEnergyOptions energy(double scale_m, double outline_px, int points, int rays) const {
     PrimitiveEnergyOptions e;
     e.scaling = options_.scaling, e.scale_m = scale_m, e.outline_scale_px = outline_px;
-    e.points = std::min(points, options_.most_points), e.rays = std::min(rays, options_.most_rays);
+    e.points = std::min(points, options_.max_points), e.rays = std::min(rays, options_.max_rays);
     e.outline_floor = outline_px > 1 ? 0.0 : kWrongLabels;
     e.thin_m = kind_ == PrimitiveKind::kPlane ? 0 : kThin * diameter_m_;  // a strip is a patch like any other
     e.crowded = kind_ == PrimitiveKind::kPlane && !view_.along_rays;
@@ -75,20 +75,20 @@ class Fitter {
     return e;
   }
 
-  double cost(const State& x, const PrimitiveEnergyOptions& e) const {
+  double cost(const optim::State& x, const PrimitiveEnergyOptions& e) const {
     return PrimitiveEnergy(kind_, &view_, e).cost(x);
   }
 
   void improve(const PrimitiveEnergyOptions& e, int trials, bool rigid, Candidate* c, bool rough = true) {
     PrimitiveEnergy energy(kind_, &view_, e);
-    LmOptions lm;
+    optim::LmOptions lm;
     lm.max_steps = trials, lm.cost_gain = rough ? kRough : kLittle;
     if (!rough) lm.sure_gain = kSure;
     lm.fixed.assign(static_cast<std::size_t>(energy.unknowns().size()), false);
     for (std::size_t i = 0; i < c->x.log_size.size(); ++i) lm.fixed[6 + i] = rigid;
-    LmResult& result = result_;
+    optim::LmResult& result = result_;
     result.x = c->x;
-    minimize(energy, lm, &work_, &result);
+    optim::minimize(energy, lm, &work_, &result);
     steps_ += static_cast<int>(result.steps.size());
     c->x = result.x, c->cost = result.cost;
   }
@@ -105,7 +105,7 @@ class Fitter {
   }
 
   // s of the residuals' own spread: their median, which outliers do not move.
-  double own_scale(const State& x, int points) const {
+  double own_scale(const optim::State& x, int points) const {
     std::vector<double> r;
     PrimitiveEnergy(kind_, &view_, energy(1, 1, points, 0)).residuals(x, &r);
     for (double& m : r) m = std::abs(m);
@@ -115,7 +115,7 @@ class Fitter {
     if (few_) at = std::min(r.size() - 1, (r.size() + static_cast<std::size_t>(free_count(kind_))) / 2);
     const auto middle = r.begin() + static_cast<std::ptrdiff_t>(at);
     std::nth_element(r.begin(), middle, r.end());
-    return std::clamp(kLogisticOfSd * kMadToSd * *middle, kLeastScale_m, kMostScale_m);
+    return std::clamp(kLogisticOfSd * kMadToSd * *middle, kMinScale_m, kMaxScale_m);
   }
 
   Candidate coarse(std::vector<Candidate> all, bool is_given) {
@@ -139,7 +139,7 @@ class Fitter {
 
   // How sharp the edge of the picture is: as its pixels say. A width that is too large pulls the tip of a
   // cone in, around which there are more pixels beside it than on it.
-  double own_outline_px(const State& x) const {
+  double own_outline_px(const optim::State& x) const {
     double best_px = kOutlines_px[0], least = std::numeric_limits<double>::infinity();
     for (const double px : kOutlines_px) {
       const double cost = PrimitiveEnergy(kind_, &view_, energy(1, px, 0, 600)).outline_cost(x);
@@ -151,11 +151,10 @@ class Fitter {
   // Energy of the last steps.
   PrimitiveEnergyOptions fine(Candidate* best) {
     double s = own_scale(best->x, 700);
-    PrimitiveEnergy(kind_, &view_, energy(1, 1, options_.most_points, 0)).slants(best->x, &per_noise_);
+    PrimitiveEnergy(kind_, &view_, energy(1, 1, options_.max_points, 0)).slants(best->x, &per_noise_);
     improve(energy(s, 0.7, 1500, 600), 10, false, best, false);
     s = own_scale(best->x, 1500);
-    PrimitiveEnergyOptions last =
-        energy(s, own_outline_px(best->x), options_.most_points, options_.most_rays);
+    PrimitiveEnergyOptions last = energy(s, own_outline_px(best->x), options_.max_points, options_.max_rays);
     improve(last, 10, false, best, false);
     last.rest = lay_flat(last, best);
     return last;
@@ -185,7 +184,7 @@ class Fitter {
     return e.rest;
   }
 
-  LmWork* work() { return &work_; }
+  optim::LmWork* work() { return &work_; }
   int steps() const { return steps_; }
 
  private:
@@ -196,22 +195,22 @@ class Fitter {
   std::size_t tried_, refined_;
   bool few_;
   std::vector<float> per_noise_;
-  LmWork work_;
-  LmResult result_;
+  optim::LmWork work_;
+  optim::LmResult result_;
   int steps_ = 0;
 };
 
 void count_inliers(const PrimitiveView& view, const PrimitiveFitOptions& options, PrimitiveFit* fit) {
   PrimitiveEnergyOptions e;
-  e.scaling = options.scaling, e.points = options.most_points, e.rays = options.most_rays;
+  e.scaling = options.scaling, e.points = options.max_points, e.rays = options.max_rays;
   std::vector<double> r;
   const PrimitiveEnergy energy(fit->kind, &view, e);
   energy.residuals(fit->x, &r);
   fit->outline = energy.outline_agreement(fit->x);
   double squares = 0, inside = 0;
   for (std::size_t i = 0; i < r.size(); ++i) {
-    const double tolerance =
-        view.along_rays ? plane_tolerance_m(options.tolerance_m, view.points[i].z) : options.tolerance_m;
+    const double tolerance = view.along_rays ? plane::plane_tolerance_m(options.tolerance_m, view.points[i].z)
+                                             : options.tolerance_m;
     if (!(std::abs(r[i]) < tolerance)) continue;
     squares += r[i] * r[i], inside += 1;
   }
@@ -262,7 +261,7 @@ double evidence_against(const PrimitiveFit& fit, const PrimitiveView& view,
                         const PrimitiveFitOptions& options, double scale_m) {
   PrimitiveEnergyOptions e;
   e.scaling = options.scaling, e.scale_m = scale_m;
-  e.points = std::min(options.most_points, kWitnesses), e.rays = std::min(options.most_rays, kWitnesses);
+  e.points = std::min(options.max_points, kWitnesses), e.rays = std::min(options.max_rays, kWitnesses);
   e.outline_floor = 0.1, e.lost_rays = false;
   const double cost = PrimitiveEnergy(fit.kind, &view, e).cost(fit.x);
   const double count = static_cast<double>(std::min(view.points.size(), static_cast<std::size_t>(e.points)) +
@@ -271,4 +270,4 @@ double evidence_against(const PrimitiveFit& fit, const PrimitiveView& view,
   return cost * effective / count + 0.5 * free_count(fit.kind) * std::log(effective);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

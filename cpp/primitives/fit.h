@@ -11,22 +11,22 @@
 #include "primitives/energies.h"
 #include "primitives/seeds.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 constexpr int kUntold = 2;  // degrees of freedom, up to which a variance that is told by them has no mean
 
 struct PrimitiveFitOptions {
   Scaling scaling = Scaling::kExact;
   unsigned seed = 0;
-  int most_points = 20000;  // that the last steps look at
-  int most_rays = 1500;
+  int max_points = 20000;  // that the last steps look at
+  int max_rays = 1500;
   double tolerance_m = 0.003;  // at up to 1 m, growing with the square of the depth: a reading of the solid
 };
 
 struct PrimitiveFit {
   PrimitiveKind kind = PrimitiveKind::kSphere;
-  State x;
-  std::array<bool, kMostSizes> bounded{false, false, false};
+  optim::State x;
+  std::array<bool, sdf::kMaxSizes> bounded{false, false, false};
   Eigen::MatrixXd covariance;  // of v, w (T_obj_cam's increment) and the logarithms of the lengths
   double scale_m = 0;          // s of the readings' residuals
   double rms_m = 0;            // of the readings within the tolerance
@@ -48,4 +48,4 @@ PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const 
 double evidence_against(const PrimitiveFit& fit, const PrimitiveView& view,
                         const PrimitiveFitOptions& options, double scale_m);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

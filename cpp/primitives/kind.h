@@ -8,7 +8,7 @@
 
 #include "sdf/solid_sample.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 enum class PrimitiveKind { kSphere, kCylinder, kCone, kBox, kEllipsoid, kPlane };
 constexpr int kPrimitiveKinds = 6;
@@ -21,9 +21,9 @@ enum class Scaling {
 };
 
 using PrimitiveSize =
-    std::array<double, kMostSizes>;  // m; sphere: radius; cylinder, cone: radius, height; box:
-                                     // edges; ellipsoid: radii; plane: width
-                                     // along x, height along y. What a kind lacks is 1.
+    std::array<double, sdf::kMaxSizes>;  // m; sphere: radius; cylinder, cone: radius, height; box:
+                                         // edges; ellipsoid: radii; plane: width
+                                         // along x, height along y. What a kind lacks is 1.
 
 constexpr int size_count(PrimitiveKind kind) {
   switch (kind) {
@@ -74,4 +74,4 @@ constexpr bool has_ends(PrimitiveKind kind, int i) {
 // The axis of the object's frame that such a length runs along.
 constexpr int axis_of_size(PrimitiveKind kind, int i) { return is_round(kind) ? (i == 1 ? 2 : 0) : i; }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

@@ -7,9 +7,9 @@
 #include <numeric>
 #include <utility>
 
-#include "tracking/plane.h"
+#include "plane/plane.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 namespace {
 
@@ -21,7 +21,7 @@ constexpr double kStretch_m = 0.6;  // before and behind the object's readings
 constexpr double kRamps = 2;        // steps of depth from pixel to pixel before a reading that say nothing
 constexpr int kLost_px = 3;         // a rim without readings may be so wide
 
-Vec3d ray_at(const DepthFrame& frame, const Camera& camera, int x, int y) {
+Vec3d ray_at(const frame::DepthFrame& frame, const Camera& camera, int x, int y) {
   if (!frame.rays) return ray(camera.K, static_cast<double>(x), static_cast<double>(y));
   const float* r = frame.rays + 2 * (static_cast<std::ptrdiff_t>(y) * camera.width + x);
   return {r[0], r[1], 1};
@@ -29,7 +29,7 @@ Vec3d ray_at(const DepthFrame& frame, const Camera& camera, int x, int y) {
 
 // By how much depth changes from pixel to pixel on the surface that is seen at (x, y): on a face that is met
 // at a grazing angle by centimetres. The smaller of both sides, for the other one may be the edge itself.
-double ramp_m(const DepthFrame& frame, int x, int y, int width, int height) {
+double ramp_m(const frame::DepthFrame& frame, int x, int y, int width, int height) {
   const float z = frame.depth_m(x, y);
   const auto step = [&](int u, int v) {
     const bool has = u >= 0 && v >= 0 && u < width && v < height && frame.depth_m(u, v) > 0;
@@ -54,7 +54,8 @@ struct Window {
 // Looks for the three kinds of rays, in this order.
 class OutlineFinder {
  public:
-  OutlineFinder(const DepthFrame& frame, const Camera& camera, const std::uint8_t* labels, int reach_px)
+  OutlineFinder(const frame::DepthFrame& frame, const Camera& camera, const std::uint8_t* labels,
+                int reach_px)
       : frame_(frame),
         camera_(camera),
         labels_(labels),
@@ -110,20 +111,20 @@ class OutlineFinder {
     const float z = frame_.depth_m(x, y);
     if (!(z > 0)) return;
     const float nearest = nearest_on(x, y, std::max(reach_px_, kLost_px));
-    if (!std::isfinite(nearest) || z < nearest - plane_tolerance_m(kNearer_m, nearest)) return;
-    const bool touches = z < nearest + plane_tolerance_m(kStep_m, nearest);
+    if (!std::isfinite(nearest) || z < nearest - plane::plane_tolerance_m(kNearer_m, nearest)) return;
+    const bool touches = z < nearest + plane::plane_tolerance_m(kStep_m, nearest);
     if (!touches) off_[at(x, y)] = 1;
     // It may be a face of the object that no mask holds: the ray is free up to a little before it.
     const double free_m = z - kRamps * ramp_m(frame_, x, y, window_.width, window_.height);
     add(x, y, nearest - kStretch_m, std::min<double>(free_m, nearest + kStretch_m), nearest, Sight::kBeside,
-        touches ? plane_tolerance_m(kSlack_m, nearest) : 0.0);
+        touches ? plane::plane_tolerance_m(kSlack_m, nearest) : 0.0);
   }
 
   void look_on(int x, int y) {
     if (!is_on(x, y) || !is_beside(x, y, reach_px_)) return;
     // A mask may hold readings of what is behind the object: the pixel is not the object's then.
     const double z = nearest_on(x, y, reach_px_);
-    if (frame_.depth_m(x, y) < z + plane_tolerance_m(kBehind_m, z))
+    if (frame_.depth_m(x, y) < z + plane::plane_tolerance_m(kBehind_m, z))
       add(x, y, z - kStretch_m, z + kStretch_m, z, Sight::kOn);
   }
 
@@ -133,7 +134,7 @@ class OutlineFinder {
     if (std::isfinite(z)) add(x, y, z - kStretch_m, z + kStretch_m, z, Sight::kLost);
   }
 
-  const DepthFrame& frame_;
+  const frame::DepthFrame& frame_;
   const Camera& camera_;
   const std::uint8_t* labels_;
   int reach_px_;
@@ -155,7 +156,7 @@ std::vector<std::size_t> spread_order(std::size_t n) {
   return out;
 }
 
-std::vector<Vec3d> labelled_points(const DepthFrame& frame, const Camera& camera,
+std::vector<Vec3d> labelled_points(const frame::DepthFrame& frame, const Camera& camera,
                                    const std::uint8_t* labels) {
   std::vector<Vec3d> found, out;
   for (int y = 0; y < camera.height; ++y)
@@ -169,7 +170,7 @@ std::vector<Vec3d> labelled_points(const DepthFrame& frame, const Camera& camera
   return out;
 }
 
-std::vector<OutlineRay> outline_rays(const DepthFrame& frame, const Camera& camera,
+std::vector<OutlineRay> outline_rays(const frame::DepthFrame& frame, const Camera& camera,
                                      const std::uint8_t* labels, int reach_px) {
   const std::vector<OutlineRay> found = OutlineFinder(frame, camera, labels, reach_px).rays();
   std::vector<OutlineRay> out;
@@ -178,4 +179,4 @@ std::vector<OutlineRay> outline_rays(const DepthFrame& frame, const Camera& came
   return out;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

@@ -7,11 +7,11 @@
 
 #include "energies/penalty.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 // A pixel's ray hits the solid or not, with the chance 1 / (1 + e^(d / s)) at the clearance d:
 //   -log((1 - e) chance + e / 2), as a majorised quadratic like that of DepthLogistic.
-inline Curve<double> outline_curve(double d, double s, double floor, bool on) {
+inline energies::Curve<double> outline_curve(double d, double s, double floor, bool on) {
   const double x = (on ? d : -d) / s;
   const double chance = 1 / (1 + std::exp(std::clamp(x, -50.0, 50.0)));
   const double likelihood = (1 - floor) * chance + 0.5 * floor;
@@ -28,4 +28,4 @@ inline double outline_second(double d, double s, double floor, bool on) {
   return (outline_curve(d + h, s, floor, on).slope - outline_curve(d - h, s, floor, on).slope) / (2 * h);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

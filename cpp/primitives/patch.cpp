@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 namespace {
 
@@ -105,4 +105,4 @@ void patch_clearance(const PrimitiveField& field, const OutlineRay& ray, SolidRe
   std::copy(J, J + PrimitiveField::P, out->J);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

@@ -5,7 +5,7 @@
 
 #include "primitives/residuals.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 // The way along the reading's ray to the patch, as ray_residual: of readings before and behind it alike.
 // False where the ray passes beside it, or meets it at more than the angle whose cosine is `grazing`.
@@ -15,4 +15,4 @@ bool patch_way(const PrimitiveField& field, Vec3d p_cam, double grazing, SolidRe
 // falls to 0 steeply where the stretch ends in the patch.
 void patch_clearance(const PrimitiveField& field, const OutlineRay& ray, SolidResidual* out);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

@@ -5,12 +5,12 @@
 #include "primitives/distance.h"
 #include "primitives/dual.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 // S = diag(s): radii and edges of 1, so that s are the lengths themselves; a round body's x and y share one,
 // and a patch has no third.
 template <class T>
-HD Vec3<T> diagonal_of(PrimitiveKind kind, const T (&size)[kMostSizes]) {
+HD Vec3<T> diagonal_of(PrimitiveKind kind, const T (&size)[sdf::kMaxSizes]) {
   switch (kind) {
     case PrimitiveKind::kSphere:
       return {size[0], size[0], size[0]};
@@ -29,21 +29,23 @@ HD Vec3<T> diagonal_of(PrimitiveKind kind, const T (&size)[kMostSizes]) {
 // phi_u(S^-1 p) is no distance: its slope is |S^-1 grad phi_u|, by which it is divided. Exact on the surface
 // and to first order beside it. An ellipsoid is a scaled ball.
 template <class T>
-HD T printed_phi(PrimitiveKind kind, Vec3<T> p, const T (&size)[kMostSizes]) {
+HD T printed_phi(PrimitiveKind kind, Vec3<T> p, const T (&size)[sdf::kMaxSizes]) {
   const Vec3<T> s = diagonal_of(kind, size);
-  const T one[kMostSizes] = {T(1), T(1), T(1)};
+  const T one[sdf::kMaxSizes] = {T(1), T(1), T(1)};
   const Vec3<T> unit{p.x / s.x, p.y / s.y, p.z / s.z};
-  const SolidSample<T> u =
-      kind == PrimitiveKind::kEllipsoid ? sphere_sample(unit, T(1)) : exact_sample(kind, unit, one);
+  const sdf::SolidSample<T> u =
+      kind == PrimitiveKind::kEllipsoid ? sdf::sphere_sample(unit, T(1)) : exact_sample(kind, unit, one);
   return u.phi_m / norm(Vec3<T>{u.grad.x / s.x, u.grad.y / s.y, u.grad.z / s.z});
 }
 
-HD SolidSample<double> printed_sample(PrimitiveKind kind, Vec3d p, const double (&size)[kMostSizes]) {
-  using D = Dual<3 + kMostSizes>;
+HD sdf::SolidSample<double> printed_sample(PrimitiveKind kind, Vec3d p,
+                                           const double (&size)[sdf::kMaxSizes]) {
+  using D = Dual<3 + sdf::kMaxSizes>;
   const Vec3<D> at{D::variable(p.x, 0), D::variable(p.y, 1), D::variable(p.z, 2)};
-  const D lengths[kMostSizes] = {D::variable(size[0], 3), D::variable(size[1], 4), D::variable(size[2], 5)};
+  const D lengths[sdf::kMaxSizes] = {D::variable(size[0], 3), D::variable(size[1], 4),
+                                     D::variable(size[2], 5)};
   const D phi = printed_phi(kind, at, lengths);
   return {phi.value, {phi.d[0], phi.d[1], phi.d[2]}, {phi.d[3], phi.d[4], phi.d[5]}};
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

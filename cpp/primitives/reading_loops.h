@@ -5,7 +5,7 @@
 #include "energies/block.h"
 #include "primitives/reading_ops.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 namespace {
 
 template <class L, PrimitiveKind kKind>
@@ -17,7 +17,7 @@ struct ReadingLoops {
     const ReadingTerm& given;
     Mat3<L> R;
     Vec3<L> t;
-    L size[kMostSizes], per_s, inlier, floor;
+    L size[sdf::kMaxSizes], per_s, inlier, floor;
 
     HD explicit Solid(const ReadingTerm& g)
         : given(g),
@@ -31,22 +31,25 @@ struct ReadingLoops {
     HD Vec3<L> point(int i, int n) const {
       return R * Vec3<L>{load<L>(given.x_m + i, n), load<L>(given.y_m + i, n), load<L>(given.z_m + i, n)} + t;
     }
-    HD Curve<L> curve(L phi) const { return logistic_mixture(phi, per_s, inlier, floor, Curvature::kIrls); }
+    HD energies::Curve<L> curve(L phi) const {
+      return energies::logistic_mixture(phi, per_s, inlier, floor, energies::Curvature::kIrls);
+    }
   };
 
   static void linearize(const ReadingTerm& given, Weighing weighing, ReadingSums* out) {
     const Solid solid(given);
     Row<> costs;
     Block<P> block;
-    Sums<double, P> sums;
+    energies::Sums<double, P> sums;
     each_pack<L>(0, given.count, [&](int i, int n) SDFTRACK_INLINE {
       const Vec3<L> p = solid.point(i, n);
-      const SolidSample<L> s = sample_of<kKind>(p, solid.size);
+      const sdf::SolidSample<L> s = sample_of<kKind>(p, solid.size);
       const Vec3<L> m = cross(p, s.grad);
-      const Curve<L> c = solid.curve(s.phi_m);
-      Contribution<L, P> row{c.cost, c.slope, c.curvature, {s.grad.x, s.grad.y, s.grad.z, m.x, m.y, m.z}};
+      const energies::Curve<L> c = solid.curve(s.phi_m);
+      energies::Contribution<L, P> row{
+          c.cost, c.slope, c.curvature, {s.grad.x, s.grad.y, s.grad.z, m.x, m.y, m.z}};
       if (weighing == Weighing::kSecond)
-        row.curvature = logistic_mixture_second(s.phi_m, solid.per_s, solid.inlier, solid.floor);
+        row.curvature = energies::logistic_mixture_second(s.phi_m, solid.per_s, solid.inlier, solid.floor);
       if (weighing == Weighing::kSquare) row.curvature = c.slope * c.slope;
       for (int k = 0; k < kSizes; ++k) row.J[6 + k] = solid.size[k] * s.size[k];  // by the logarithm
       costs.put(c.cost, n);
@@ -94,4 +97,4 @@ const ReadingOps ReadingOps::SDFTRACK_SET = {SDFTRACK_EACH_KIND(linearize), SDFT
                                              SDFTRACK_EACH_KIND(residuals)};
 #undef SDFTRACK_EACH_KIND
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

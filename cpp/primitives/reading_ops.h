@@ -8,7 +8,7 @@
 #include "energies/term.h"
 #include "primitives/distance.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 // What the normal equations are made of.
 enum class Weighing {
@@ -21,12 +21,12 @@ struct ReadingTerm {
   const float *x_m, *y_m, *z_m;  // from `pose`'s origin on
   int count;
   Vec3f R[3], t_m;  // T_obj_points: rows, translation
-  float size_m[kMostSizes];
+  float size_m[sdf::kMaxSizes];
   float per_s, outlier_floor;
 };
 
 struct ReadingSums {
-  static constexpr int P = 6 + kMostSizes;
+  static constexpr int P = 6 + sdf::kMaxSizes;
   double cost = 0;
   double gradient[P] = {}, hessian[P * (P + 1) / 2] = {};  // lower triangle; of fewer unknowns its first part
 };
@@ -41,4 +41,4 @@ struct ReadingOps {
   static const ReadingOps baseline, avx2, avx512;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

@@ -6,7 +6,7 @@
 
 #include "primitives/patch.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 namespace {
 
@@ -97,4 +97,4 @@ void clearance(const PrimitiveField& field, const OutlineRay& ray, SolidResidual
   for (int j = 0; j < PrimitiveField::P; ++j) out->J[j] = share * low.J[j] + (1 - share) * high.J[j];
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

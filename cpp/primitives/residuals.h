@@ -5,7 +5,7 @@
 #include "primitives/field.h"
 #include "primitives/view.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 struct SolidResidual {
   double m;
@@ -22,4 +22,4 @@ void ray_residual(const PrimitiveField& field, Vec3d p_cam, SolidResidual* out);
 // Least phi along a ray: below 0, the ray hits the solid. docs/math/primitives.md, section 3.
 void clearance(const PrimitiveField& field, const OutlineRay& ray, SolidResidual* out);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

@@ -5,19 +5,19 @@
 #include <algorithm>
 #include <cmath>
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 namespace {
 
 constexpr std::size_t kPoints = 1500;  // that normals are found among
 constexpr std::size_t kNormals = 160;
-constexpr std::size_t kLeastHeld = 60;
+constexpr std::size_t kMinHeld = 60;
 constexpr std::size_t kFew = 300;  // points, up to which normals are not relied on
-constexpr std::size_t kLeastNormals = 12;
+constexpr std::size_t kMinNormals = 12;
 constexpr std::size_t kSpanPoints = 400;
 constexpr double kReach = 0.07;  // of the diameter: radius of a patch
-constexpr double kLeastReach_m = 0.006;
-constexpr int kLeastNeighbours = 6;
+constexpr double kMinReach_m = 0.006;
+constexpr int kMinNeighbours = 6;
 
 Eigen::Vector3d eigen(Vec3d p) { return {p.x, p.y, p.z}; }
 Vec3d vec(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
@@ -34,7 +34,7 @@ bool normal_at(const std::vector<Vec3d>& points, Vec3d p, double reach, Vec3d* n
     second[0] += d.x * d.x, second[1] += d.x * d.y, second[2] += d.x * d.z;
     second[3] += d.y * d.y, second[4] += d.y * d.z, second[5] += d.z * d.z;
   }
-  if (count < kLeastNeighbours) return false;
+  if (count < kMinNeighbours) return false;
   Eigen::Matrix3d M;
   M << second[0], second[1], second[2], second[1], second[3], second[4], second[2], second[4], second[5];
   const Eigen::Vector3d s(sum[0], sum[1], sum[2]);
@@ -104,7 +104,7 @@ SeedCloud seed_cloud(const PrimitiveView& view) {
     const Span s = span_along(cloud.points, axis);
     cloud.diameter_m = std::hypot(cloud.diameter_m, s.high - s.low);
   }
-  const double reach = std::max(kLeastReach_m, kReach * cloud.diameter_m);
+  const double reach = std::max(kMinReach_m, kReach * cloud.diameter_m);
   for (std::size_t i = 0; i < std::min(n, 2 * kNormals) && cloud.normals.size() < kNormals; ++i) {
     Oriented o{cloud.points[i], {0, 0, 1}};
     if (!normal_at(cloud.points, o.p, reach, &o.n)) continue;
@@ -113,8 +113,8 @@ SeedCloud seed_cloud(const PrimitiveView& view) {
     cloud.normals.push_back(o);
   }
   for (const Oriented& o : cloud.normals) cloud.held.push_back(o.p);
-  if (cloud.held.size() < kLeastHeld) cloud.held = cloud.points;
-  cloud.sparse = n <= kFew || cloud.normals.size() < kLeastNormals;
+  if (cloud.held.size() < kMinHeld) cloud.held = cloud.points;
+  cloud.sparse = n <= kFew || cloud.normals.size() < kMinNormals;
   return cloud;
 }
 
@@ -146,4 +146,4 @@ std::vector<PrimitiveGuess> guesses(PrimitiveKind kind, const SeedCloud& cloud, 
   return out;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

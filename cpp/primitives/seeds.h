@@ -7,7 +7,7 @@
 #include "primitives/kind.h"
 #include "primitives/view.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 struct PrimitiveGuess {
   Rigidd T_obj_cam;
@@ -70,4 +70,4 @@ class Picker {
   unsigned long long state_;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

@@ -6,7 +6,7 @@
 
 #include "primitives/seeds.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 namespace {
 
@@ -138,4 +138,4 @@ void guess_ellipsoids(const SeedCloud& cloud, unsigned seed, std::vector<Primiti
   }
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

@@ -7,7 +7,7 @@
 
 #include "primitives/seeds.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 namespace {
 
@@ -127,4 +127,4 @@ void guess_boxes(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGue
   for (const Frame3& f : frames) out->push_back(box_around(cloud, f.x, f.y, f.z));
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

@@ -7,7 +7,7 @@
 
 #include "primitives/seeds.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 namespace {
 
@@ -101,4 +101,4 @@ void guess_boxes_of_few(const SeedCloud& cloud, unsigned seed, std::vector<Primi
   }
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

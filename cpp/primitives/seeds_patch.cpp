@@ -6,7 +6,7 @@
 
 #include "primitives/seeds.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 namespace {
 
@@ -14,11 +14,11 @@ constexpr int kPicked = 40;       // normals whose planes are looked at
 constexpr std::size_t kKept = 3;  // of these
 constexpr int kTurns = 12;        // in a quarter; the edge of the picture may cut corners off, so the least
                                   // rectangle need not be the right one
-constexpr double kNear = 0.02, kLeastNear_m = 0.005;  // of the diameter: a point is on the plane
-constexpr std::size_t kLeastPoints = 8;
+constexpr double kNear = 0.02, kMinNear_m = 0.005;  // of the diameter: a point is on the plane
+constexpr std::size_t kMinPoints = 8;
 
 std::vector<Vec3d> near_plane(const SeedCloud& cloud, Vec3d n, Vec3d at) {
-  const double tolerance = std::max(kLeastNear_m, kNear * cloud.diameter_m);
+  const double tolerance = std::max(kMinNear_m, kNear * cloud.diameter_m);
   std::vector<Vec3d> out;
   for (const Vec3d& p : cloud.points)
     if (std::abs(dot(n, p - at)) < tolerance) out.push_back(p);
@@ -61,10 +61,10 @@ void guess_patches(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveG
                    [](const auto& a, const auto& b) { return a.size() > b.size(); });
   if (held.size() > kKept + 1) held.resize(kKept + 1);
   for (const std::vector<Vec3d>& some : held) {
-    if (some.size() < std::min(kLeastPoints, cloud.points.size())) continue;
+    if (some.size() < std::min(kMinPoints, cloud.points.size())) continue;
     const Oriented plane = plane_through(some);
     const std::vector<Vec3d> own = near_plane(cloud, plane.n, plane.p);
-    if (own.size() < std::min(kLeastPoints, cloud.points.size())) continue;
+    if (own.size() < std::min(kMinPoints, cloud.points.size())) continue;
     Vec3d a, b;
     across(plane.n, &a, &b);
     for (int k = 0; k < kTurns; ++k) {
@@ -74,4 +74,4 @@ void guess_patches(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveG
   }
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

@@ -6,7 +6,7 @@
 
 #include "primitives/seeds.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 namespace {
 
@@ -183,4 +183,4 @@ void guess_round(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed,
   }
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "primitives/energies.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 void PrimitiveSums::add(double value, double slope, double curvature, const double (&J)[P], int n) {
   cost += value;
@@ -13,7 +13,7 @@ void PrimitiveSums::add(double value, double slope, double curvature, const doub
   }
 }
 
-void PrimitiveSums::add_to(int n, NormalEquations* out) const {
+void PrimitiveSums::add_to(int n, optim::NormalEquations* out) const {
   int k = 0;
   for (int a = 0; a < P; ++a)
     for (int b = 0; b <= a; ++b, ++k) {
@@ -25,4 +25,4 @@ void PrimitiveSums::add_to(int n, NormalEquations* out) const {
   out->cost += cost;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

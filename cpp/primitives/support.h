@@ -8,12 +8,12 @@
 #include "base/vec.h"
 #include "primitives/kind.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 struct Reach {
-  double reach_m;           // max of v . x over the solid
-  Vec3d at;                 // a point where it is reached
-  double size[kMostSizes];  // d reach / d lengths
+  double reach_m;               // max of v . x over the solid
+  Vec3d at;                     // a point where it is reached
+  double size[sdf::kMaxSizes];  // d reach / d lengths
 };
 
 // `v`: unit length, object frame.
@@ -51,4 +51,4 @@ inline Reach reach_of(PrimitiveKind kind, Vec3d v, const PrimitiveSize& s) {
           {w.x * v.x / reach, w.y * v.y / reach, w.z * v.z / reach}};
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

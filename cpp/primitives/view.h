@@ -5,9 +5,9 @@
 
 #include <vector>
 
-#include "tracking/region.h"
+#include "frame/region.h"
 
-namespace sdftrack {
+namespace sdftrack::primitives {
 
 // What a pixel beside the edge of the object's picture showed: the object, something else, or nothing.
 enum class Sight : unsigned char { kOn, kBeside, kLost };
@@ -42,7 +42,7 @@ struct PrimitiveView {
   std::vector<OutlineRay> outline;
   bool has_plane = false;  // that the solid cannot reach through
   bool stands = false;     // it touches the plane
-  Plane plane{{0, 0, 0}, 0};
+  frame::Plane plane{{0, 0, 0}, 0};
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::primitives

@@ -6,7 +6,7 @@
 #include "base/option_schema.h"
 #include "reconstruction/reconstruction.h"
 
-namespace sdftrack {
+namespace sdftrack::reconstruction {
 
 inline constexpr Choice<bool> kEvidenceForms[] = {{false, "smooth"}, {true, "printed"}};
 
@@ -19,9 +19,9 @@ void visit_options(Options& o, Visit& f) {
   f("noise_m", e.noise.noise_m, above(0).or_none(), "m", "sd of the depth; None: measured on the first frame's mask");
   f("noise_per_m", e.noise.noise_per_m, at_least(0), "1/m", "the noise grows as noise_m + noise_per_m Z^2");
   f("carve_from_m", e.carve_from_m, above(0), "m", "nearer before a reading nothing is carved");
-  f("memory", e.most_weight, above(0), "", "frames that a voxel remembers; fewer forget mistakes sooner, more average better");
+  f("memory", e.max_weight, above(0), "", "frames that a voxel remembers; fewer forget mistakes sooner, more average better");
   f("border_px", o.image.border_px, at_least(0), "px", "the object's pixels this near to an outline or a jump of depth say nothing");
 }
 // clang-format on
 
-}  // namespace sdftrack
+}  // namespace sdftrack::reconstruction

@@ -7,7 +7,7 @@
 
 #include "reconstruction/option_schema.h"
 
-namespace sdftrack {
+namespace sdftrack::reconstruction {
 
 namespace {
 
@@ -15,14 +15,15 @@ constexpr int kFirstRounds = 8;
 
 }  // namespace
 
-Reconstruction::Reconstruction(const Grid& grid, const float* prior, const ReconstructionOptions& options)
-    : Reconstruction(EvidenceVolume(grid, prior), options) {}
+Reconstruction::Reconstruction(const sdf::Grid& grid, const float* prior,
+                               const ReconstructionOptions& options)
+    : Reconstruction(levelset::EvidenceVolume(grid, prior), options) {}
 
-Reconstruction::Reconstruction(EvidenceVolume evidence, const ReconstructionOptions& options)
+Reconstruction::Reconstruction(levelset::EvidenceVolume evidence, const ReconstructionOptions& options)
     : options_(check_options(options)), evidence_(std::move(evidence)), distance_(evidence_) {
-  SensorNoise& noise = options_.evidence.noise;
-  noise.least_m = std::max(noise.least_m, static_cast<float>(grid().voxel_m));
-  noise.usual_m = std::max(noise.usual_m, noise.least_m);  // seen head on, a reading weighs 1 in any volume
+  levelset::SensorNoise& noise = options_.evidence.noise;
+  noise.min_m = std::max(noise.min_m, static_cast<float>(grid().voxel_m));
+  noise.usual_m = std::max(noise.usual_m, noise.min_m);  // seen head on, a reading weighs 1 in any volume
 }
 
 std::unique_ptr<Reconstruction> Reconstruction::grown(const std::array<int, 3>& before,
@@ -89,4 +90,4 @@ void Reconstruction::fuse(const FrameEvidence& frame, const Camera& camera, cons
   ++frames_;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::reconstruction

@@ -9,11 +9,11 @@
 #include "levelset/distance.h"
 #include "reconstruction/roles.h"
 
-namespace sdftrack {
+namespace sdftrack::reconstruction {
 
 struct ReconstructionOptions {
-  EvidenceOptions evidence;
-  EvidenceImageOptions image;
+  levelset::EvidenceOptions evidence;
+  levelset::EvidenceImageOptions image;
   RoleOptions roles;
   float band_voxels = 8;  // of distances that are kept up to date in every frame
   int rounds = 2;         // of relaxation per frame
@@ -23,7 +23,7 @@ struct ReconstructionOptions {
 // A frame, of a rectangle of pixels.
 struct FrameEvidence {
   ImageView<float> depth_m;
-  PixelRect rect;
+  levelset::PixelRect rect;
   const unsigned char* mask = nullptr;  // of the whole image; nullptr: by colour and depth
   const float* foreground = nullptr;    // of the rectangle
   const unsigned char* rgb = nullptr;   // of the rectangle
@@ -32,7 +32,7 @@ struct FrameEvidence {
 class Reconstruction {
  public:
   // prior: log ratios by voxel before anything is seen, or nullptr.
-  Reconstruction(const Grid& grid, const float* prior, const ReconstructionOptions& options);
+  Reconstruction(const sdf::Grid& grid, const float* prior, const ReconstructionOptions& options);
 
   // The same in a volume with whole blocks (8 voxels) more before and after it along each axis.
   std::unique_ptr<Reconstruction> grown(const std::array<int, 3>& before, const std::array<int, 3>& after,
@@ -40,25 +40,25 @@ class Reconstruction {
 
   void fuse(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj, int threads);
 
-  const Grid& grid() const { return evidence_.grid(); }
-  const EvidenceVolume& evidence() const { return evidence_; }
-  const EvidenceDistance& distance() const { return distance_; }
-  const std::vector<PixelRole>& roles() const { return *roles_; }
+  const sdf::Grid& grid() const { return evidence_.grid(); }
+  const levelset::EvidenceVolume& evidence() const { return evidence_; }
+  const levelset::EvidenceDistance& distance() const { return distance_; }
+  const std::vector<levelset::PixelRole>& roles() const { return *roles_; }
 
  private:
-  Reconstruction(EvidenceVolume evidence, const ReconstructionOptions& options);
+  Reconstruction(levelset::EvidenceVolume evidence, const ReconstructionOptions& options);
   void measure_all(int threads);
   void update_far(int threads);
   void measure(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj);
 
   ReconstructionOptions options_;
-  EvidenceVolume evidence_;
-  EvidenceDistance distance_;
-  EvidenceImage image_;
+  levelset::EvidenceVolume evidence_;
+  levelset::EvidenceDistance distance_;
+  levelset::EvidenceImage image_;
   RoleFinder finder_;
-  const std::vector<PixelRole>* roles_ = nullptr;
+  const std::vector<levelset::PixelRole>* roles_ = nullptr;
   std::vector<float> reading_distance_m_;
   int frames_ = 0;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::reconstruction

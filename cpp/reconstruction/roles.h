@@ -6,12 +6,12 @@
 
 #include "levelset/evidence_image.h"
 
-namespace sdftrack {
+namespace sdftrack::reconstruction {
 
 struct RoleOptions {
-  float least_foreground = 0.6f;  // chance by colour
-  float joined_m = 0.01f;         // steps of depth between neighbouring readings of one surface
-  float near_m = 0.006f;          // readings this near to the surface so far are where it goes on from
+  float min_foreground = 0.6f;  // chance by colour
+  float joined_m = 0.01f;       // steps of depth between neighbouring readings of one surface
+  float near_m = 0.006f;        // readings this near to the surface so far are where it goes on from
 };
 
 class RoleFinder {
@@ -19,16 +19,17 @@ class RoleFinder {
   // distance_m: of each reading of the rectangle from the surface so far, NaN where there is no reading;
   // foreground: chance by colour, NaN where not known, or nullptr. A reading is the object's where its colour
   // may be and it hangs together with readings on the surface so far; any other lies beyond it or before it.
-  const std::vector<PixelRole>& find(const PixelRect& rect, const std::vector<float>& distance_m,
-                                     const float* foreground, const ImageView<float>& depth_m,
-                                     const RoleOptions& options);
+  const std::vector<levelset::PixelRole>& find(const levelset::PixelRect& rect,
+                                               const std::vector<float>& distance_m, const float* foreground,
+                                               const ImageView<float>& depth_m, const RoleOptions& options);
   // The same from a mask (not 0: the object's), of the whole image.
-  const std::vector<PixelRole>& from_mask(const PixelRect& rect, const ImageView<float>& depth_m,
-                                          const unsigned char* mask);
+  const std::vector<levelset::PixelRole>& from_mask(const levelset::PixelRect& rect,
+                                                    const ImageView<float>& depth_m,
+                                                    const unsigned char* mask);
 
  private:
-  std::vector<PixelRole> roles_;
+  std::vector<levelset::PixelRole> roles_;
   std::vector<int> open_;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::reconstruction

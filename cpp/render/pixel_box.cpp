@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace sdftrack {
+namespace sdftrack::render {
 
 namespace {
 
@@ -77,4 +77,4 @@ PixelBox pixel_box(const Camera& camera, const Rigidd& T_cam_obj, Vec3d low_obj,
           clip(std::ceil(px.y1 + kMargin) + 1, camera.height)};
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::render

@@ -5,7 +5,7 @@
 #include "base/camera.h"
 #include "base/rigid.h"
 
-namespace sdftrack {
+namespace sdftrack::render {
 
 // Half open: x0 <= x < x1, y0 <= y < y1; empty when the box is behind the camera or beside the image.
 struct PixelBox {
@@ -16,4 +16,4 @@ struct PixelBox {
 
 PixelBox pixel_box(const Camera& camera, const Rigidd& T_cam_obj, Vec3d low_obj, Vec3d high_obj);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::render

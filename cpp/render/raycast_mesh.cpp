@@ -7,19 +7,20 @@
 #include "base/parallel.h"
 #include "render/pixel_box.h"
 
-namespace sdftrack {
+namespace sdftrack::render {
 
 namespace {
 
 constexpr int kRowsPerChunk = 8;
 
-Vec3d face_normal(const Triangle& t) {
+Vec3d face_normal(const sdf::Triangle& t) {
   const Vec3d n = cross(t.b - t.a, t.c - t.a);
   return (1 / norm(n)) * n;
 }
 
-void blend(const MeshView& mesh, const FirstHit& first, const std::uint8_t* colors, std::uint8_t* out) {
-  const Face& f = mesh.faces[first.face];
+void blend(const sdf::MeshView& mesh, const sdf::FirstHit& first, const std::uint8_t* colors,
+           std::uint8_t* out) {
+  const sdf::Face& f = mesh.faces[first.face];
   for (int k = 0; k < 3; ++k) {
     const double c = first.hit.wa * colors[3 * f.a + k] + first.hit.wb * colors[3 * f.b + k] +
                      first.hit.wc * colors[3 * f.c + k];
@@ -29,8 +30,8 @@ void blend(const MeshView& mesh, const FirstHit& first, const std::uint8_t* colo
 
 }  // namespace
 
-MeshImage raycast_mesh(const MeshView& mesh, const Bvh& bvh, const std::uint8_t* colors, const Camera& camera,
-                       const Rigidd& T_cam_obj, int threads) {
+MeshImage raycast_mesh(const sdf::MeshView& mesh, const sdf::Bvh& bvh, const std::uint8_t* colors,
+                       const Camera& camera, const Rigidd& T_cam_obj, int threads) {
   const std::size_t pixels = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
   MeshImage out{std::vector<float>(pixels), std::vector<float>(3 * pixels), {}};
   if (colors) out.colors.resize(3 * pixels);
@@ -44,7 +45,7 @@ MeshImage raycast_mesh(const MeshView& mesh, const Bvh& bvh, const std::uint8_t*
     for (int v = begin; v < end; ++v)
       for (int u = px.x0; u < px.x1; ++u) {
         // The ray has z = 1 in the camera frame, so its parameter is the depth itself.
-        const FirstHit first = bvh.first_hit(T_obj_cam.t, T_obj_cam.R * camera.pixel_ray(u, v));
+        const sdf::FirstHit first = bvh.first_hit(T_obj_cam.t, T_obj_cam.R * camera.pixel_ray(u, v));
         if (first.face < 0) continue;
         const std::size_t i = static_cast<std::size_t>(v) * static_cast<std::size_t>(camera.width) +
                               static_cast<std::size_t>(u);
@@ -61,4 +62,4 @@ MeshImage raycast_mesh(const MeshView& mesh, const Bvh& bvh, const std::uint8_t*
   return out;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::render

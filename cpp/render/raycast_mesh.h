@@ -9,7 +9,7 @@
 #include "base/rigid.h"
 #include "sdf/bvh.h"
 
-namespace sdftrack {
+namespace sdftrack::render {
 
 struct MeshImage {
   std::vector<float> depth_m;        // H x W, z, 0 where nothing is hit
@@ -18,7 +18,7 @@ struct MeshImage {
 };
 
 // `colors`: 3 bytes a vertex, or nullptr. threads 0: all cores; the image does not depend on it.
-MeshImage raycast_mesh(const MeshView& mesh, const Bvh& bvh, const std::uint8_t* colors, const Camera& camera,
-                       const Rigidd& T_cam_obj, int threads);
+MeshImage raycast_mesh(const sdf::MeshView& mesh, const sdf::Bvh& bvh, const std::uint8_t* colors,
+                       const Camera& camera, const Rigidd& T_cam_obj, int threads);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::render

@@ -9,7 +9,7 @@
 #include "base/parallel.h"
 #include "render/pixel_box.h"
 
-namespace sdftrack {
+namespace sdftrack::render {
 
 namespace {
 
@@ -121,4 +121,4 @@ SdfImage raycast_sdf(const SdfView& sdf, const Camera& camera, const Rigidd& T_c
   return out;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::render

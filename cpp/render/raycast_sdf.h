@@ -8,7 +8,7 @@
 #include "base/rigid.h"
 #include "base/views.h"
 
-namespace sdftrack {
+namespace sdftrack::render {
 
 struct SdfImage {
   std::vector<float> depth_m;      // H x W, z, 0 where nothing is hit
@@ -18,4 +18,4 @@ struct SdfImage {
 // threads 0: all cores; the image does not depend on it.
 SdfImage raycast_sdf(const SdfView& sdf, const Camera& camera, const Rigidd& T_cam_obj, int threads);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::render

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 namespace {
 
@@ -232,4 +232,4 @@ FirstHit Bvh::first_hit(Vec3d origin, Vec3d direction) const {
   return best;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

@@ -9,7 +9,7 @@
 
 #include "sdf/mesh.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 struct Box3 {
   Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
@@ -56,4 +56,4 @@ class Bvh {
   std::vector<std::int32_t> places_;  // face -> position in triangles_
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

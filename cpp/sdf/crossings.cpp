@@ -6,7 +6,7 @@
 
 #include "base/parallel.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 namespace {
 
@@ -103,4 +103,4 @@ std::vector<std::int8_t> winding_numbers(const MeshView& mesh, const Grid& grid,
   return winding;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

@@ -9,9 +9,9 @@
 #include "sdf/grid.h"
 #include "sdf/mesh.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 // One number a voxel: 0 outside, 1 inside, more where parts overlap, negative inside an inside-out part.
 std::vector<std::int8_t> winding_numbers(const MeshView& mesh, const Grid& grid, int threads);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

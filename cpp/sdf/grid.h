@@ -8,7 +8,7 @@
 #include "base/vec.h"
 #include "base/views.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 struct Grid {
   int nx, ny, nz;
@@ -31,4 +31,4 @@ struct Grid {
   }
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

@@ -7,7 +7,7 @@
 
 #include "sdf/triangle.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 struct Face {
   std::int32_t a, b, c;
@@ -25,4 +25,4 @@ struct MeshView {
   }
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

@@ -10,7 +10,7 @@
 
 #include "sdf/bvh.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 namespace {
 
@@ -228,4 +228,4 @@ double thin_quantile(const MeshView& mesh, const Bvh& bvh, double fraction) {
   return thickness[at];
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

@@ -7,7 +7,7 @@
 
 #include "sdf/mesh.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 struct MeshReport {
   std::size_t merged_vertices = 0;     // equal to another one, bit for bit
@@ -35,4 +35,4 @@ CleanMesh clean_mesh(const MeshView& mesh);
 // infinity where nothing lies behind. A few thousand faces, spread over the area, are looked at.
 double thin_quantile(const MeshView& mesh, const class Bvh& bvh, double fraction);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

@@ -8,7 +8,7 @@
 #include "sdf/crossings.h"
 #include "sdf/sweep.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 namespace {
 
@@ -64,4 +64,4 @@ MeshSdf mesh_to_sdf(const MeshView& mesh, const Bvh& bvh, const Grid& grid, doub
   return out;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

@@ -8,7 +8,7 @@
 #include "sdf/grid.h"
 #include "sdf/mesh.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 constexpr double kBandVoxels = 6;  // half width of the exact band (docs/math/mesh_to_sdf.md, section 3)
 
@@ -23,4 +23,4 @@ std::vector<float> mesh_distance(const Bvh& bvh, const Grid& grid, double band_v
 // The mesh must be closed: as many edges one way as the other (mesh_report). threads 0: all cores.
 MeshSdf mesh_to_sdf(const MeshView& mesh, const Bvh& bvh, const Grid& grid, double band_vox, int threads);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

@@ -10,7 +10,7 @@
 #include "sdf/sweep.h"
 #include "sdf/winding.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 namespace {
 
@@ -81,4 +81,4 @@ std::vector<float> open_mesh_to_sdf(const MeshView& mesh, const Bvh& bvh, const 
   return u;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

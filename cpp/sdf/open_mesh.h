@@ -7,10 +7,10 @@
 #include "sdf/bvh.h"
 #include "sdf/grid.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 // The surface is the mesh and, across its holes, the set of winding number 1/2.
 std::vector<float> open_mesh_to_sdf(const MeshView& mesh, const Bvh& bvh, const Grid& grid, double band_vox,
                                     int threads);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

@@ -6,7 +6,7 @@
 
 #include "base/parallel.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 namespace {
 
@@ -49,4 +49,4 @@ std::vector<std::uint8_t> paint(const MeshView& mesh, const std::uint8_t* vertex
   return rgba;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

@@ -5,11 +5,11 @@
 
 #include "sdf/solid_sample.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 // `size`: full edges along x and y; the third counts for nothing.
 template <class T>
-HD SolidSample<T> patch_sample(Vec3<T> p, const T (&size)[kMostSizes]) {
+HD SolidSample<T> patch_sample(Vec3<T> p, const T (&size)[kMaxSizes]) {
   const T qx = abs(p.x) - T(0.5) * size[0], qy = abs(p.y) - T(0.5) * size[1];
   const T out_x = select(qx > T(0), qx, T(0)), out_y = select(qy > T(0), qy, T(0));
   const T rim2 = out_x * out_x + out_y * out_y, away = abs(p.z);
@@ -22,4 +22,4 @@ HD SolidSample<T> patch_sample(Vec3<T> p, const T (&size)[kMostSizes]) {
           {T(-0.5) * n_x, T(-0.5) * n_y, T(0)}};
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

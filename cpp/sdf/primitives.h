@@ -6,13 +6,13 @@
 #include "sdf/solid_ellipsoid.h"
 #include "sdf/solids.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 inline double sphere_distance(Vec3d p, double radius) { return sphere_sample(p, radius).phi_m; }
 
 // `size`: full edges.
 inline double box_distance(Vec3d p, Vec3d size) {
-  const double edges[kMostSizes] = {size.x, size.y, size.z};
+  const double edges[kMaxSizes] = {size.x, size.y, size.z};
   return box_sample(p, edges).phi_m;
 }
 
@@ -26,8 +26,8 @@ inline double cone_distance(Vec3d p, double radius, double height) {
 }
 
 inline double ellipsoid_distance(Vec3d p, Vec3d radii) {
-  const double lengths[kMostSizes] = {radii.x, radii.y, radii.z};
+  const double lengths[kMaxSizes] = {radii.x, radii.y, radii.z};
   return ellipsoid_sample(p, lengths).phi_m;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

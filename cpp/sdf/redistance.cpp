@@ -8,7 +8,7 @@
 #include "sdf/mesh_to_sdf.h"
 #include "sdf/zero_set.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 namespace {
 
@@ -38,4 +38,4 @@ std::vector<float> redistance(const Grid& grid, const float* phi, int threads) {
   return u;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

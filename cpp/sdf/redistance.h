@@ -6,10 +6,10 @@
 
 #include "sdf/grid.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 // phi: any field, negative inside. The result has its signs, and near its zero set the distance to its
 // zero set (linear between the voxels). A field of one sign only has no zero set: std::invalid_argument.
 std::vector<float> redistance(const Grid& grid, const float* phi, int threads);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

@@ -4,7 +4,7 @@
 
 #include "sdf/solid_sample.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 // A relative step below this, squared by the next one, is below rounding.
 HD double last_step(double) { return 1e-8; }
@@ -18,7 +18,7 @@ HD T last_step(T) {
 // = t |m|. F is convex and falls for t > -min a_i^2: from the left of the root no step overshoots, and near
 // the surface two or three of them do.
 template <class T>
-HD SolidSample<T> ellipsoid_sample(Vec3<T> point, const T (&radii)[kMostSizes]) {
+HD SolidSample<T> ellipsoid_sample(Vec3<T> point, const T (&radii)[kMaxSizes]) {
   T unit = select(radii[1] < radii[0], radii[1], radii[0]);
   unit = select(radii[2] < unit, radii[2], unit);
   // In units of the shortest radius, and in s = t + 1, so that no digits are lost where t + a^2 is tiny.
@@ -63,4 +63,4 @@ HD SolidSample<T> ellipsoid_sample(Vec3<T> point, const T (&radii)[kMostSizes]) 
   return out;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

@@ -4,15 +4,15 @@
 
 #include "base/vec.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
-constexpr int kMostSizes = 3;  // lengths of a solid
+constexpr int kMaxSizes = 3;  // lengths of a solid
 
 template <class T>
 struct SolidSample {
   T phi_m;
-  Vec3<T> grad;        // d phi / d p, object frame
-  T size[kMostSizes];  // d phi / d lengths
+  Vec3<T> grad;       // d phi / d p, object frame
+  T size[kMaxSizes];  // d phi / d lengths
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

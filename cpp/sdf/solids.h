@@ -8,7 +8,7 @@
 
 #include "sdf/solid_sample.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 template <class T>
 HD SolidSample<T> sphere_sample(Vec3<T> p, T radius) {
@@ -21,7 +21,7 @@ HD SolidSample<T> sphere_sample(Vec3<T> p, T radius) {
 
 // `size`: full edges.
 template <class T>
-HD SolidSample<T> box_sample(Vec3<T> p, const T (&size)[kMostSizes]) {
+HD SolidSample<T> box_sample(Vec3<T> p, const T (&size)[kMaxSizes]) {
   const T at[3] = {p.x, p.y, p.z};
   T q[3], out[3];
   for (int i = 0; i < 3; ++i) {
@@ -93,4 +93,4 @@ HD SolidSample<T> cone_sample(Vec3<T> p, T radius, T height) {
   return {phi, turned(p, r, n_r, n_z), {-n_r * (T(1) - s), -n_z * (s - T(0.5)), T(0)}};
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

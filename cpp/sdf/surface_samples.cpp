@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 namespace {
 
@@ -129,4 +129,4 @@ std::vector<SurfaceSample> sample_near(const SdfView& sdf, const std::vector<Vox
   return samples;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

@@ -8,7 +8,7 @@
 #include "base/views.h"
 #include "sdf/zero_set.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 struct SurfaceSample {
   Vec3f p_obj;  // m, on the zero set of the trilinear interpolant
@@ -42,4 +42,4 @@ struct VoxelBox {
 std::vector<SurfaceSample> sample_near(const SdfView& sdf, const std::vector<VoxelBox>& boxes,
                                        const std::function<bool(std::size_t voxel)>& wanted, int count);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 namespace {
 
@@ -84,4 +84,4 @@ void fast_sweep(const Grid& grid, const std::vector<std::uint8_t>& known, std::v
   }
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

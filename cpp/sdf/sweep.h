@@ -7,11 +7,11 @@
 
 #include "sdf/grid.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 // u (m, >= 0) is kept where known[i] != 0 and found everywhere else; the input there is ignored. Gauss-Seidel
 // in eight orders with Godunov's upwind difference. One thread: the order is the method, and memory the
 // limit.
 void fast_sweep(const Grid& grid, const std::vector<std::uint8_t>& known, std::vector<float>* u);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

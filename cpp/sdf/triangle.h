@@ -4,7 +4,7 @@
 
 #include "base/vec.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 struct Triangle {
   Vec3d a, b, c;
@@ -55,4 +55,4 @@ inline bool intersect(const Triangle& t, Vec3d origin, Vec3d direction, RayHit* 
   return true;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

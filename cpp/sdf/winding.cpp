@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 namespace {
 
@@ -83,4 +83,4 @@ double WindingTree::operator()(Vec3d p) const {
   return angle / (4 * std::numbers::pi);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

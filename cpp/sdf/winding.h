@@ -7,7 +7,7 @@
 
 #include "sdf/mesh.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 class WindingTree {
  public:
@@ -29,4 +29,4 @@ class WindingTree {
   std::vector<Triangle> triangles_;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

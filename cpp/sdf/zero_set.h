@@ -9,7 +9,7 @@
 #include "base/views.h"
 #include "sdf/triangle.h"
 
-namespace sdftrack {
+namespace sdftrack::sdf {
 
 namespace zero_set {
 
@@ -76,4 +76,4 @@ void for_each_zero_triangle(const SdfView& sdf, const Visit& visit) {
       }
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::sdf

@@ -6,7 +6,7 @@
 
 #include "superpixels/grid.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 
 // Colour times CellGrid::scale, place in units of CellGrid::unit. `used`: some pixel of its cell is inside
 // the mask. `beneath`: the colour of the pixel at its place, for the next image of a video.
@@ -56,4 +56,4 @@ HD std::int64_t move_center(const CenterSums& sums, double unit, Center* center)
   return moved;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

@@ -8,7 +8,7 @@
 
 #include "base/lane.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 
 enum class ColorSpace { kLab, kXyz, kRgb };
 
@@ -90,4 +90,4 @@ HD I pair_of(I low, I high) {
 HD int low_of(std::int32_t pair) { return static_cast<std::int16_t>(pair & 0xffff); }
 HD int high_of(std::int32_t pair) { return pair >> 16; }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

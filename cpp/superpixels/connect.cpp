@@ -9,7 +9,7 @@
 
 #include "base/isa.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 
 namespace {
 
@@ -118,4 +118,4 @@ void Connect::write(Phases* phases, int first_label, int* labels) {
   });
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

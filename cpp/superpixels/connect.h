@@ -18,7 +18,7 @@
 #include "superpixels/phases.h"
 #include "superpixels/run_ops.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 
 class Connect {
  public:
@@ -94,4 +94,4 @@ void Connect::take_centers(Phases* phases, int centers, const CenterOf& center_o
   });
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

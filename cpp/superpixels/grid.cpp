@@ -3,14 +3,14 @@
 
 #include <algorithm>
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 
 namespace {
 
 constexpr double kFinest = 32;  // parts of a unit of L*a*b*: 8 * 108 * 32 fits into 16 bits
 // m * scale at most: a centre is at most 2.6 S away from the middle of a pixel's cell along an axis, and 8
 // times that must fit into 16 bits; the squared distance, (259^2 + 2 * (3.1 m)^2) scale^2, into 27.
-constexpr double kMostReach = 1500;
+constexpr double kMaxReach = 1500;
 
 std::vector<int> borders(int length, int parts) {
   std::vector<int> begin(static_cast<std::size_t>(parts) + 1);
@@ -44,11 +44,11 @@ CellGrid make_grid(int width, int height, std::int64_t pixels, int n_segments, d
   else
     g.nx = cells(width / step, width), g.ny = cells(wanted / g.nx, height);
   g.side_px = std::max(static_cast<double>(width) / g.nx, static_cast<double>(height) / g.ny);
-  while (compactness * g.scale > kMostReach) g.scale /= 2;
+  while (compactness * g.scale > kMaxReach) g.scale /= 2;
   g.unit = compactness * g.scale / g.side_px;
   g.x_begin = borders(width, g.nx), g.y_begin = borders(height, g.ny);
   g.x_middle = middles(g.x_begin, g.unit), g.y_middle = middles(g.y_begin, g.unit);
   return g;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

@@ -9,7 +9,7 @@
 
 #include "base/hd.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 
 // The largest whole number that is not larger, |x| < 2^31: what floor() does, with no call.
 HD int whole_below(double x) {
@@ -38,6 +38,6 @@ struct CellGrid {
 CellGrid make_grid(int width, int height, std::int64_t pixels, int n_segments, double compactness);
 
 // The largest that is taken: from here on colours have no say.
-constexpr double kMostCompact = 4000;
+constexpr double kMaxCompact = 4000;
 
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

@@ -9,7 +9,7 @@
 
 #include "base/parallel.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 
 class Phases {
  public:
@@ -62,4 +62,4 @@ class Phases {
   std::vector<Counter> next_;  // of each part
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

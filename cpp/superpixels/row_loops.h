@@ -6,7 +6,7 @@
 #include "superpixels/row_sums.h"
 #include "superpixels/run_small.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 namespace {
 
 template <ColorSpace kSpace>
@@ -46,4 +46,4 @@ const RowOps RowOps::SDFTRACK_SET = {convert_row, linearize_row, nearest_centers
 const RunOps RunOps::SDFTRACK_SET = {mark_row,   start_row,           join_row, find_small_in_row,
                                      choose_row, join_choices_of_row, write_row};
 
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

@@ -4,7 +4,7 @@
 
 #include "superpixels/row_packs.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 namespace {
 
 // Notes what a pack of pixels belongs to, and which of them that is new to.
@@ -126,4 +126,4 @@ void nearest_centers(SlicDistance distance, const CellRows& cell, const NearCent
 }
 
 }  // namespace
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

@@ -9,7 +9,7 @@
 #include "superpixels/center.h"
 #include "superpixels/color.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 
 constexpr int kNear = 9;                // centres that a pixel may belong to
 constexpr std::uint8_t kOutside = 255;  // in place of a code: outside the mask
@@ -58,7 +58,7 @@ struct Tile {
 constexpr int kTile = 8192;                                                   // pixels, rows of `now` in full
 HD int padded_rows(const CellRows& cell) { return (cell.rows + 3) / 4 * 4; }  // read four at a time
 HD int changed_slots(const CellRows& cell) { return (cell.width + 15) / 16 * padded_rows(cell); }
-constexpr int kMostSlots = 4096;  // changed_slots() of a tile is less: its rows have more than 16 in `now`
+constexpr int kMaxSlots = 4096;  // changed_slots() of a tile is less: its rows have more than 16 in `now`
 
 // What the sums of a centre gain in a tile, in the order of CenterSums: 2^13 pixels of less than 2^13 each
 // fit. x and y in pixels from the tile's first.
@@ -86,4 +86,4 @@ struct RowOps {
   static const RowOps baseline, avx2, avx512;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

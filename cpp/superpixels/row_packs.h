@@ -5,7 +5,7 @@
 
 #include "superpixels/row_ops.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 namespace {
 
 #define SLIC_INLINE __attribute__((always_inline))
@@ -133,4 +133,4 @@ HD void each_part(int width, const Body& body) {
 }
 
 }  // namespace
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

@@ -4,7 +4,7 @@
 
 #include "superpixels/row_packs.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 namespace {
 
 void sum_tile(const CellRows& cell, int* color) {
@@ -102,4 +102,4 @@ void settle_gains(Gains* gains, const NearCenters& near, int x, int y, CenterSum
 }
 
 }  // namespace
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

@@ -8,7 +8,7 @@
 #include "superpixels/row_packs.h"
 #include "superpixels/run_ops.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 namespace {
 
 using Bits = std::uint64_t;
@@ -112,4 +112,4 @@ HD void each_beside(const RunTable& t, int there, int before, int x, int end, co
 }
 
 }  // namespace
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

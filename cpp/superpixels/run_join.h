@@ -8,7 +8,7 @@
 
 #include "superpixels/run_bits.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 namespace {
 
 HD int get(const int* p, int run) {
@@ -78,4 +78,4 @@ void write_row(RunTable t, int y, int first_label, bool last, int* labels) {
 }
 
 }  // namespace
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 
 // What a root holds: ~(pixels of its region). Of what is outside the mask that is a region of none.
 constexpr int kNobody = ~0;
@@ -54,4 +54,4 @@ struct RunOps {
   static const RunOps baseline, avx2, avx512;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

@@ -6,7 +6,7 @@
 
 #include "superpixels/run_join.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 namespace {
 
 HD Bits all_if(bool yes) { return Bits{0} - static_cast<Bits>(yes); }
@@ -109,4 +109,4 @@ bool join_choices_of_row(RunTable t, int y, int from, int until) {
 }
 
 }  // namespace
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

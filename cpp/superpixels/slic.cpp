@@ -12,7 +12,7 @@
 #include "base/parallel.h"
 #include "superpixels/slic_steps.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 
 namespace {
 
@@ -117,7 +117,7 @@ void Slic::sum_home(int i, int band, const CellRows& cell, int x, int y, bool ma
 void Slic::assign(int band, const SlicOptions& options, const int* c2x, bool first) {
   const RowOps& row_ops = ops();
   alignas(64) std::uint8_t now[kTile + 64];
-  std::uint16_t changed[kMostSlots];
+  std::uint16_t changed[kMaxSlots];
   Gains gains[kCodes]{};
   NearCenters near;
   CenterSums* const sums = sums_.data() + std::int64_t{3} * band * grid_.nx;
@@ -235,7 +235,7 @@ void check_slic(const SlicImage& image, const SlicOptions& o) {
     fail("image: expected fewer than 2^31 pixels, got " + std::to_string(image.height) + " x " +
          std::to_string(image.width) + "; cut it into parts");
   if (o.n_segments < 1) fail("n_segments: expected at least 1, got " + std::to_string(o.n_segments));
-  if (!(o.compactness > 0 && o.compactness <= kMostCompact))
+  if (!(o.compactness > 0 && o.compactness <= kMaxCompact))
     fail("compactness: expected a number above 0 and up to 4000, got " + std::to_string(o.compactness) +
          "; 10 is usual");
   if (o.max_iterations < 1)
@@ -243,4 +243,4 @@ void check_slic(const SlicImage& image, const SlicOptions& o) {
   if (o.depth_weight > 0 && !image.depth_m) fail("depth_weight: expected depth with it, got none");
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

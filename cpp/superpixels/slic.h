@@ -11,7 +11,7 @@
 #include "superpixels/connect.h"
 #include "superpixels/row_ops.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 
 struct SlicOptions {
   int n_segments = 100;
@@ -85,4 +85,4 @@ SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int* la
 // std::invalid_argument for options out of range, by name.
 void check_slic(const SlicImage& image, const SlicOptions& options);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

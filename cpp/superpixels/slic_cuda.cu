@@ -8,7 +8,7 @@
 #include "superpixels/slic.h"
 #include "superpixels/slic_cuda.cuh"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 
 namespace {
 
@@ -162,4 +162,4 @@ SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int* la
   return result;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

@@ -8,7 +8,7 @@
 
 #include "superpixels/slic_steps.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 
 using Word = unsigned long long;  // what atomics take
 
@@ -383,4 +383,4 @@ void slic_on_device(const Run& run, const SlicPlanes& p, const SlicShape& s, int
   run(by_pixel, WriteLabels{p, s, true});
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

@@ -4,10 +4,10 @@
 
 #include "superpixels/slic.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 
 SlicResult slic_cuda(const SlicImage&, const SlicOptions&, int*) {
   throw std::runtime_error("this build of sdftrack has no CUDA path");
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

@@ -10,7 +10,7 @@
 #include "superpixels/center.h"
 #include "superpixels/row_ops.h"
 
-namespace sdftrack {
+namespace sdftrack::superpixels {
 
 // Of a video's next image: how far from the middle of its cell, in cells, a centre may be that is kept; from
 // where on the colour beneath it has changed, and then how unlike the centre's own it may be (units of
@@ -196,4 +196,4 @@ inline void add_whole(const RowOps& ops, const CellRows& cell, int x, int y, Cen
   for (int k = 0; k < 3; ++k) sums->color[k] += color[k];
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::superpixels

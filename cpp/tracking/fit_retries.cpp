@@ -5,7 +5,7 @@
 
 #include "tracking/object_follower.h"
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 namespace {
 
@@ -23,7 +23,7 @@ double held_quality(const Fitted& fitted, const TrackerOptions& options) {
 
 }  // namespace
 
-std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const DepthFrame& frame,
+std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const frame::DepthFrame& frame,
                                                   const TrackedObject& object, const Rigidd& expected,
                                                   const Neighbors* neighbors, std::optional<Fitted> best) {
   const auto done = [&] { return best && convincing(*best, object, options_); };
@@ -67,14 +67,14 @@ std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const D
   return best;
 }
 
-std::optional<Fitted> ObjectFollower::fit(const FrameContext& context, const DepthFrame& frame,
+std::optional<Fitted> ObjectFollower::fit(const FrameContext& context, const frame::DepthFrame& frame,
                                           const FitTarget& target, const Attempt& attempt) {
   return fitter_.fit(frame, context.camera(), target, attempt, context.plane());
 }
 
 // A wide attempt may end far from where its pixels were chosen: once more from there, with the pixels of that
 // place.
-Fitted ObjectFollower::polished(const FrameContext& context, const DepthFrame& frame,
+Fitted ObjectFollower::polished(const FrameContext& context, const frame::DepthFrame& frame,
                                 const TrackedObject& object, const Neighbors* neighbors, const Fitted& wide) {
   std::optional<Fitted> again = fit(context, frame, target_of(context, object, wide.T_cam_obj, neighbors),
                                     narrow_attempt(wide.T_cam_obj));
@@ -99,4 +99,4 @@ Attempt ObjectFollower::wide_attempt(const TrackedObject& object, const Rigidd& 
   return attempt;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

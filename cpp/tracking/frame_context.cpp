@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 namespace {
 
@@ -37,7 +37,7 @@ void FrameContext::set_camera(const Camera& camera) {
   rays_ = camera.distorted() ? ray_table(camera) : std::vector<float>{};
 }
 
-void FrameContext::open(const DepthFrame& frame, const std::vector<TrackedObject>& objects) {
+void FrameContext::open(const frame::DepthFrame& frame, const std::vector<TrackedObject>& objects) {
   frame_ = frame, objects_ = &objects;
   together_.assign(objects.size(), std::nullopt);
   readable_ = frame.depth_m.data &&
@@ -47,7 +47,7 @@ void FrameContext::open(const DepthFrame& frame, const std::vector<TrackedObject
 void FrameContext::follow_plane() {
   regions_.clear();
   for (const TrackedObject& object : *objects_)
-    regions_.push_back(projected_box(camera_, *object.shape, object.T_cam_obj, options_.padding_m));
+    regions_.push_back(frame::projected_box(camera_, *object.shape, object.T_cam_obj, options_.padding_m));
   plane_.update(frame_, camera_, regions_);
 }
 
@@ -55,7 +55,7 @@ std::size_t FrameContext::pixels() const {
   return static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
 }
 
-const ColorModel* FrameContext::colors_of(const TrackedObject& object) const {
+const appearance::ColorModel* FrameContext::colors_of(const TrackedObject& object) const {
   const bool tell =
       frame_.color && object.colors.known() && object.colors.overlap() <= options_.color_max_overlap;
   return tell ? &object.colors : nullptr;
@@ -81,11 +81,11 @@ const Neighbors& FrameContext::neighbors_of(const TrackedObject& object) {
 }
 
 // Marks the readings on an object's surface.
-void FrameContext::claim(const Shape& shape, const Rigidd& T_cam_obj) {
+void FrameContext::claim(const frame::Shape& shape, const Rigidd& T_cam_obj) {
   const Intrinsics<float> K = camera_.K.cast<float>();
-  const IdealPixel ideal{frame_, K, camera_.width};
-  const Rect box = projected_box(camera_, shape, T_cam_obj, 0);
-  const SingleObject<float> field = field_of(shape, T_cam_obj);
+  const frame::IdealPixel ideal{frame_, K, camera_.width};
+  const frame::Rect box = frame::projected_box(camera_, shape, T_cam_obj, 0);
+  const energies::SingleObject<float> field = field_of(shape, T_cam_obj);
   for (int y = box.y0; y < box.y1; ++y)
     for (int x = box.x0; x < box.x1; ++x) {
       const float z = frame_.depth_m(x, y);
@@ -112,16 +112,16 @@ const unsigned char* FrameContext::claimed_by_others(const TrackedObject& object
 }
 
 // `frame` may be what an earlier call has returned.
-DepthFrame FrameContext::unclaimed(const DepthFrame& frame, const unsigned char* claimed) {
+frame::DepthFrame FrameContext::unclaimed(const frame::DepthFrame& frame, const unsigned char* claimed) {
   if (!claimed) return frame;
   free_.resize(pixels());
   for (std::size_t i = 0; i < free_.size(); ++i) free_[i] = !claimed[i] && (!frame.mask || frame.mask[i]);
-  DepthFrame alone = frame;
+  frame::DepthFrame alone = frame;
   alone.mask = free_.data();
   return alone;
 }
 
-DepthFrame FrameContext::without_members(const std::vector<int>& members, int k) {
+frame::DepthFrame FrameContext::without_members(const std::vector<int>& members, int k) {
   claimed_.assign(pixels(), 0);
   for (const int m : members) {
     const JointFitted& joint = *together_[static_cast<std::size_t>(m)];
@@ -131,4 +131,4 @@ DepthFrame FrameContext::without_members(const std::vector<int>& members, int k)
   return unclaimed(frame_, claimed_.data());
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

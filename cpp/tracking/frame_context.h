@@ -6,11 +6,11 @@
 #include <optional>
 #include <vector>
 
-#include "tracking/joint_fit.h"
-#include "tracking/plane.h"
+#include "plane/plane.h"
+#include "tracking/several/joint_fit.h"
 #include "tracking/tracked_object.h"
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 // Opened once per frame and passed on: the frame, its camera, the table, and what the objects near one
 // another mean for a fit. Memory is kept from frame to frame.
@@ -22,29 +22,29 @@ class FrameContext {
   const float* rays() const { return rays_.empty() ? nullptr : rays_.data(); }
 
   // The objects are kept by address: what is asked below sees them as they are then.
-  void open(const DepthFrame& frame, const std::vector<TrackedObject>& objects);
+  void open(const frame::DepthFrame& frame, const std::vector<TrackedObject>& objects);
   // Looks for the table where the objects are not.
   void follow_plane();
   void forget_plane() { plane_ = {}; }
 
-  const DepthFrame& frame() const { return frame_; }
+  const frame::DepthFrame& frame() const { return frame_; }
   const Camera& camera() const { return camera_; }
-  const Plane* plane() const { return plane_.plane(); }
+  const frame::Plane* plane() const { return plane_.plane(); }
   bool readable() const { return readable_; }
   bool has_several() const { return objects_->size() > 1; }
   std::size_t pixels() const;
 
   // nullptr: by depth alone.
-  const ColorModel* colors_of(const TrackedObject& object) const;
+  const appearance::ColorModel* colors_of(const TrackedObject& object) const;
   // The fields of the other objects that are followed surely, where they are in this frame if that is known.
   // Valid until the next call.
   const Neighbors& neighbors_of(const TrackedObject& object);
   // Pixels that the other objects explain where they are followed; nullptr: none. Valid until the next call.
   const unsigned char* claimed_by_others(const TrackedObject& object);
   // A frame without the readings that others claim: a fit would be drawn to them.
-  DepthFrame unclaimed(const DepthFrame& frame, const unsigned char* claimed);
+  frame::DepthFrame unclaimed(const frame::DepthFrame& frame, const unsigned char* claimed);
   // The frame without the readings on the other members' surfaces, as they have been fitted together.
-  DepthFrame without_members(const std::vector<int>& members, int k);
+  frame::DepthFrame without_members(const std::vector<int>& members, int k);
 
   // What has been fitted together in this frame, by object.
   std::optional<JointFitted>& together(std::size_t k) { return together_[k]; }
@@ -55,20 +55,20 @@ class FrameContext {
   std::size_t number_of(const TrackedObject& object) const {
     return static_cast<std::size_t>(&object - objects_->data());
   }
-  void claim(const Shape& shape, const Rigidd& T_cam_obj);
+  void claim(const frame::Shape& shape, const Rigidd& T_cam_obj);
 
   TrackerOptions options_;
   Camera camera_;
   std::vector<float> rays_;  // empty without distortion
-  PlaneFollower plane_;
+  plane::PlaneFollower plane_;
 
-  DepthFrame frame_{};
+  frame::DepthFrame frame_{};
   const std::vector<TrackedObject>* objects_ = nullptr;
   bool readable_ = false;
   std::vector<std::optional<JointFitted>> together_;
   std::vector<unsigned char> claimed_, free_;
   Neighbors neighbors_;
-  std::vector<Rect> regions_;
+  std::vector<frame::Rect> regions_;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 namespace {
 
@@ -44,4 +44,4 @@ Rigidd ConstantVelocity::predict(const Rigidd& last, double time_s) const {
   return {rotation_exp(step * w_) * last.R, last.t + step * v_};
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

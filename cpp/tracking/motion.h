@@ -6,7 +6,7 @@
 
 #include "base/rigid.h"
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 constexpr double kNoTime = std::numeric_limits<double>::quiet_NaN();
 
@@ -37,4 +37,4 @@ class ConstantVelocity {
   Vec3d v_{0, 0, 0}, w_{0, 0, 0};
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 namespace {
 
@@ -17,13 +17,13 @@ constexpr int kColorBudget = 1500, kFirstColorBudget = 20000;  // pixels visited
 ObjectFollower::ObjectFollower(const TrackerOptions& options, const TrackerSettings& settings)
     : options_(options),
       settings_(settings),
-      device_(settings.cuda ? std::make_unique<CudaWork>() : nullptr),
+      device_(settings.cuda ? std::make_unique<energies::CudaWork>() : nullptr),
       fitter_(options, settings.threads, device_.get()),
       finder_(options, settings.threads) {}
 
 ObjectResult ObjectFollower::follow(FrameContext* context, TrackedObject* object) {
   const bool crowd = object->lost_frames > 0 && context->has_several();
-  const DepthFrame left =
+  const frame::DepthFrame left =
       crowd ? context->unclaimed(context->frame(), context->claimed_by_others(*object)) : context->frame();
   const Neighbors* const neighbors = crowd ? &context->neighbors_of(*object) : nullptr;
   const Rigidd expected = expected_pose(*object, left.time_s);
@@ -44,18 +44,18 @@ Rigidd ObjectFollower::expected_pose(const TrackedObject& object, double time_s)
 
 FitTarget ObjectFollower::target_of(const FrameContext& context, const TrackedObject& object,
                                     const Rigidd& expected, const Neighbors* neighbors) const {
-  const Matrix6d weak = PosePrior::isotropic(options_.motion_sigma_m, options_.motion_sigma_rad);
+  const Matrix6d weak = optim::PosePrior::isotropic(options_.motion_sigma_m, options_.motion_sigma_rad);
   return {
       *object.shape, expected, object.prior ? *object.prior : weak, object.memory, context.colors_of(object),
       neighbors};
 }
 
-std::optional<Fitted> ObjectFollower::look(const DepthFrame& frame, const Camera& camera, const Shape& shape,
-                                           const Rigidd& T_cam_obj) {
+std::optional<Fitted> ObjectFollower::look(const frame::DepthFrame& frame, const Camera& camera,
+                                           const frame::Shape& shape, const Rigidd& T_cam_obj) {
   return fitter_.look(frame, camera, {shape, centred(T_cam_obj, shape), Matrix6d::Zero(), {}});
 }
 
-std::optional<Found> ObjectFollower::search(FrameContext* context, const DepthFrame& frame,
+std::optional<Found> ObjectFollower::search(FrameContext* context, const frame::DepthFrame& frame,
                                             const TrackedObject& object, SearchQuery query,
                                             double prior_log_odds) {
   query.plane = context->plane();
@@ -114,4 +114,4 @@ void ObjectFollower::learn_colors(FrameContext* context, TrackedObject* object) 
   object->colors.update(color_counts_, options_.color_object_rate, options_.color_background_rate);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

@@ -7,11 +7,11 @@
 #include <optional>
 
 #include "energies/cuda_work.h"
-#include "tracking/finder.h"
 #include "tracking/frame_context.h"
 #include "tracking/result.h"
+#include "tracking/search/finder.h"
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 struct TrackerSettings {
   int threads = 1;
@@ -32,7 +32,7 @@ class ObjectFollower {
   // The object's colours, and those around it, at its pose in this frame.
   void learn_colors(FrameContext* context, TrackedObject* object);
   // A pose as it is: nothing is fitted or remembered. None where too few readings are near.
-  std::optional<Fitted> look(const DepthFrame& frame, const Camera& camera, const Shape& shape,
+  std::optional<Fitted> look(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                              const Rigidd& T_cam_obj);
 
   // What other parts build on
@@ -41,20 +41,20 @@ class ObjectFollower {
   FitTarget target_of(const FrameContext& context, const TrackedObject& object, const Rigidd& expected,
                       const Neighbors* neighbors) const;
   // Further attempts (fit_retries.cpp) while `best` does not look as the object used to.
-  std::optional<Fitted> fit_further(FrameContext* context, const DepthFrame& frame,
+  std::optional<Fitted> fit_further(FrameContext* context, const frame::DepthFrame& frame,
                                     const TrackedObject& object, const Rigidd& expected,
                                     const Neighbors* neighbors, std::optional<Fitted> best);
   // What a search finds in those readings of `frame` that no other object explains.
-  std::optional<Found> search(FrameContext* context, const DepthFrame& frame, const TrackedObject& object,
-                              SearchQuery query, double prior_log_odds);
+  std::optional<Found> search(FrameContext* context, const frame::DepthFrame& frame,
+                              const TrackedObject& object, SearchQuery query, double prior_log_odds);
   // Records of trials go round: given back, and taken by the next fit.
   std::vector<TrackStep> spare_steps() { return fitter_.spare_steps(); }
   void give_back(std::vector<TrackStep>&& steps) { fitter_.give_back(std::move(steps)); }
 
  private:
-  std::optional<Fitted> fit(const FrameContext& context, const DepthFrame& frame, const FitTarget& target,
-                            const Attempt& attempt);
-  Fitted polished(const FrameContext& context, const DepthFrame& frame, const TrackedObject& object,
+  std::optional<Fitted> fit(const FrameContext& context, const frame::DepthFrame& frame,
+                            const FitTarget& target, const Attempt& attempt);
+  Fitted polished(const FrameContext& context, const frame::DepthFrame& frame, const TrackedObject& object,
                   const Neighbors* neighbors, const Fitted& wide);
   Attempt narrow_attempt(const Rigidd& T_cam_obj) const;
   Attempt wide_attempt(const TrackedObject& object, const Rigidd& expected, double time_s) const;
@@ -62,11 +62,11 @@ class ObjectFollower {
 
   TrackerOptions options_;
   TrackerSettings settings_;
-  std::unique_ptr<CudaWork> device_;  // nullptr without
+  std::unique_ptr<energies::CudaWork> device_;  // nullptr without
   PoseFitter fitter_;
   ObjectFinder finder_;
   ColorReader color_reader_;
-  ColorCounts color_counts_;
+  appearance::ColorCounts color_counts_;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

@@ -5,14 +5,15 @@
 #include "base/option_schema.h"
 #include "tracking/options.h"
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
-inline constexpr Choice<Residual> kResiduals[] = {
-    {Residual::kPoint, "point"}, {Residual::kSlope, "slope"}, {Residual::kRayHit, "ray_hit"}};
-inline constexpr Choice<Curvature> kCurvatures[] = {{Curvature::kIrls, "irls"},
-                                                    {Curvature::kPrinted, "printed"}};
-inline constexpr Choice<ColorLikelihood> kColorLikelihoods[] = {{ColorLikelihood::kOdds, "odds"},
-                                                                {ColorLikelihood::kPrinted, "printed"}};
+inline constexpr Choice<energies::Residual> kResiduals[] = {{energies::Residual::kPoint, "point"},
+                                                            {energies::Residual::kSlope, "slope"},
+                                                            {energies::Residual::kRayHit, "ray_hit"}};
+inline constexpr Choice<energies::Curvature> kCurvatures[] = {{energies::Curvature::kIrls, "irls"},
+                                                              {energies::Curvature::kPrinted, "printed"}};
+inline constexpr Choice<energies::ColorLikelihood> kColorLikelihoods[] = {
+    {energies::ColorLikelihood::kOdds, "odds"}, {energies::ColorLikelihood::kPrinted, "printed"}};
 
 // Beyond it a length, a weight or a count is a mistake.
 constexpr double kOptionLimit = 1e9;
@@ -22,8 +23,8 @@ constexpr OptionRange kNonNegative = at_least(0).below(kOptionLimit);
 // clang-format off
 template <OptionsOf<TrackerOptions> Options, class Visit>
 void visit_options(Options& o, Visit& f) {
-  f("residual", o.residual, Choices<Residual>(kResiduals), "", "ray_hit: depth where the ray meets the model minus measured; slope; point: as printed (Eq. 3.11)");
-  f("curvature", o.curvature, Choices<Curvature>(kCurvatures), "", "irls, or printed: J^T J of the log-likelihood's gradient (Eq. 3.18)");
+  f("residual", o.residual, Choices<energies::Residual>(kResiduals), "", "ray_hit: depth where the ray meets the model minus measured; slope; point: as printed (Eq. 3.11)");
+  f("curvature", o.curvature, Choices<energies::Curvature>(kCurvatures), "", "irls, or printed: J^T J of the log-likelihood's gradient (Eq. 3.18)");
   f("outlier_floor", o.outlier_floor, at_least(0).below(1), "", "share of outliers in the likelihood; 0: as printed");
   f("scale_start_m", o.scale_start_m, kNonNegative, "m", "s of the first coarse stage, halved stage by stage; 0: none");
   f("scale_per_noise", o.scale_per_noise, kPositive, "", "s of the last stage over the sensor's noise");
@@ -54,7 +55,7 @@ void visit_options(Options& o, Visit& f) {
   f("collision_tolerance_m", o.collision_tolerance_m, kPositive, "m", "how deep objects may stand in one another, as one standard deviation");
   f("union_sharpness", o.union_sharpness, kPositive, "", "of the soft minimum of several objects, per voxel, in the last stages");
   f("coarse_union_sharpness", o.coarse_union_sharpness, kPositive, "", "the same in the coarse stages; 2 is the source's (thesis, section 5.2)");
-  f("color_likelihood", o.color_likelihood, Choices<ColorLikelihood>(kColorLikelihoods), "", "odds: the colour sets each pixel's share of outliers; printed: P_f d_on + P_b H_out (Eq. 4.18)");
+  f("color_likelihood", o.color_likelihood, Choices<energies::ColorLikelihood>(kColorLikelihoods), "", "odds: the colour sets each pixel's share of outliers; printed: P_f d_on + P_b H_out (Eq. 4.18)");
   f("color_prior", o.color_prior, above(0).below(1), "", "posterior of a colour that says nothing");
   f("color_object_rate", o.color_object_rate, from_to(0, 1), "", "share of each new frame in the object's histogram (Eq. 4.22)");
   f("color_background_rate", o.color_background_rate, from_to(0, 1), "", "the same for the background's");
@@ -74,4 +75,4 @@ void visit_options(Options& o, Visit& f) {
 }
 // clang-format on
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

@@ -4,7 +4,7 @@
 
 #include "energies/sdf_energy.h"
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 enum class Collision {
   kNone,
@@ -18,8 +18,8 @@ enum class Collision {
 
 struct TrackerOptions {
   // Residual and likelihood (docs/math/depth_tracker.md, sections 1-3)
-  Residual residual = Residual::kRayHit;
-  Curvature curvature = Curvature::kIrls;
+  energies::Residual residual = energies::Residual::kRayHit;
+  energies::Curvature curvature = energies::Curvature::kIrls;
   double outlier_floor = 0.1;    // e in -log((1 - e) sech^2 + e); 0: the printed likelihood
   double scale_start_m = 0.005;  // s of the first stage; halved from stage to stage; 0: no coarse stage
   double scale_per_noise = 1.0;  // s of the last stage over the sensor's noise
@@ -58,7 +58,7 @@ struct TrackerOptions {
   double union_sharpness = 40;          // of the soft minimum, per voxel, in the last stages;
   double coarse_union_sharpness = 2;    // in the coarse ones: the source's only one
   // Colour (docs/math/color.md)
-  ColorLikelihood color_likelihood = ColorLikelihood::kOdds;
+  energies::ColorLikelihood color_likelihood = energies::ColorLikelihood::kOdds;
   double color_prior = 0.7;         // P_f of a colour that says nothing
   double color_object_rate = 0.05;  // of the opinion pool, per frame
   double color_background_rate = 0.3;
@@ -80,4 +80,4 @@ struct TrackerOptions {
   int trust_points = 320;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

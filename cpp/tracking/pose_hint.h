@@ -5,15 +5,15 @@
 #include <vector>
 
 #include "base/rigid.h"
-#include "tracking/region.h"
+#include "frame/region.h"
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 // Where an object is at a start: at a pose, else within a mask, else within a box, else anywhere.
 struct PoseHint {
   std::optional<Rigidd> T_cam_obj;  // of the caller's object frame
   std::vector<unsigned char> mask;  // H * W, 0: not the object; empty: none
-  std::optional<Rect> box;          // of depth pixels
+  std::optional<frame::Rect> box;   // of depth pixels
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 ObjectResult result_without_pose(const TrackedObject& object, Reason reason, Status status) {
   ObjectResult result;
@@ -14,4 +14,4 @@ ObjectResult result_without_pose(const TrackedObject& object, Reason reason, Sta
   return result;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

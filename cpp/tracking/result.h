@@ -8,7 +8,7 @@
 
 #include "tracking/tracked_object.h"
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
@@ -38,4 +38,4 @@ inline bool is_followed(Status status) { return status == Status::kOk || status 
 // Of an object whose pose this frame does not show.
 ObjectResult result_without_pose(const TrackedObject& object, Reason reason, Status status);
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

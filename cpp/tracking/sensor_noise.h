@@ -2,13 +2,13 @@
 // The sensor's noise as the tracker's options give it.
 #pragma once
 
+#include "frame/region.h"
 #include "tracking/options.h"
-#include "tracking/region.h"
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
-inline DepthNoiseLaw sensor_noise(const TrackerOptions& options) {
+inline frame::DepthNoiseLaw sensor_noise(const TrackerOptions& options) {
   return {options.noise_m, options.noise_per_m};
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tracking/tracked_object.h"
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 namespace {
 
@@ -18,4 +18,4 @@ bool convincing(const Fitted& fitted, const TrackedObject& object, const Tracker
   return seen.agree >= options.retry_inliers * (seen.agree + seen.farther) && seen.agree > 0;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

@@ -6,18 +6,18 @@
 #include <optional>
 #include <string>
 
-#include "tracking/fit.h"
+#include "tracking/fit/fit.h"
 #include "tracking/motion.h"
 #include "tracking/pose_hint.h"
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 struct TrackedObject {
-  std::shared_ptr<const Shape> shape;  // objects of the same volume share it
-  Rigidd T_cam_obj;                    // centred frame; the last that was not lost
+  std::shared_ptr<const frame::Shape> shape;  // objects of the same volume share it
+  Rigidd T_cam_obj;                           // centred frame; the last that was not lost
   FitMemory memory;
   ConstantVelocity motion;
-  ColorModel colors;
+  appearance::ColorModel colors;
   double usual_share = 0;          // of agreeing surface points, lately; 0: not known yet
   double usual_cost = 0;           // mean per pixel, lately
   bool weak = false;               // in the last frame
@@ -59,11 +59,11 @@ struct TrackedObject {
 bool convincing(const Fitted& fitted, const TrackedObject& object, const TrackerOptions& options);
 
 // The caller's object frame and the centred one.
-inline Rigidd centred(const Rigidd& T_cam_obj, const Shape& shape) {
+inline Rigidd centred(const Rigidd& T_cam_obj, const frame::Shape& shape) {
   return {T_cam_obj.R, T_cam_obj * shape.centre_obj};
 }
-inline Rigidd uncentred(const Rigidd& T_cam_centre, const Shape& shape) {
+inline Rigidd uncentred(const Rigidd& T_cam_centre, const frame::Shape& shape) {
   return {T_cam_centre.R, T_cam_centre * -shape.centre_obj};
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

@@ -5,10 +5,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include "tracking/identity.h"
 #include "tracking/option_schema.h"
-#include "tracking/search/identity.h"
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 Tracker::Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const TrackerOptions& options,
                  const TrackerSettings& settings)
@@ -25,16 +25,16 @@ Tracker::Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const
   }
 }
 
-DepthFrame Tracker::make_frame(const ImageView<float>& depth_m, const unsigned char* mask, double time_s,
-                               const ColorImage* color) const {
+frame::DepthFrame Tracker::make_frame(const ImageView<float>& depth_m, const unsigned char* mask,
+                                      double time_s, const appearance::ColorImage* color) const {
   return {depth_m, mask, context_.rays(), time_s, color};
 }
 
-DepthFrame Tracker::make_unreadable_frame(std::string_view error, double time_s) const {
+frame::DepthFrame Tracker::make_unreadable_frame(std::string_view error, double time_s) const {
   return {{nullptr, camera().width, camera().height}, nullptr, context_.rays(), time_s, nullptr, error};
 }
 
-const FrameResult& Tracker::start(const DepthFrame& frame, const std::vector<PoseHint>& hints) {
+const FrameResult& Tracker::start(const frame::DepthFrame& frame, const std::vector<PoseHint>& hints) {
   if (hints.size() != objects_.size())
     throw std::invalid_argument("poses: expected one per shape (" + std::to_string(objects_.size()) +
                                 "), got " + std::to_string(hints.size()));
@@ -54,20 +54,20 @@ const FrameResult& Tracker::start(const DepthFrame& frame, const std::vector<Pos
   return concluded(frame);
 }
 
-const FrameResult& Tracker::track(const DepthFrame& frame) {
+const FrameResult& Tracker::track(const frame::DepthFrame& frame) {
   verdict_.next_frame();
   context_.open(frame, objects_);
   answer_all();
   return concluded(frame);
 }
 
-const std::vector<ObjectResult>& Tracker::revisit(const DepthFrame& frame) {
+const std::vector<ObjectResult>& Tracker::revisit(const frame::DepthFrame& frame) {
   context_.open(frame, objects_);
   answer_all();
   return answers_;
 }
 
-const FrameResult& Tracker::recover(const DepthFrame& frame, const std::vector<int>& objects,
+const FrameResult& Tracker::recover(const frame::DepthFrame& frame, const std::vector<int>& objects,
                                     const std::vector<PoseHint>& hints) {
   if (!verdict_.has_result() && objects.size() < objects_.size())
     throw std::runtime_error(
@@ -81,7 +81,7 @@ const FrameResult& Tracker::recover(const DepthFrame& frame, const std::vector<i
   return concluded(frame);
 }
 
-const FrameResult& Tracker::concluded(const DepthFrame& frame) {
+const FrameResult& Tracker::concluded(const frame::DepthFrame& frame) {
   verdict_.conclude(objects_, served_, frame.time_s, &answers_);
   return verdict_.result();
 }
@@ -131,7 +131,7 @@ ObjectResult Tracker::unread(Object* object) const {
   // A place to begin at is kept for the next frame; a pose is one already.
   if (object->wanted && object->wanted->T_cam_obj)
     object->T_cam_obj = centred(*object->wanted->T_cam_obj, *object->shape), object->wanted.reset();
-  const DepthFrame& frame = context_.frame();
+  const frame::DepthFrame& frame = context_.frame();
   Reason reason{ReasonCode::kNoReading};
   if (!frame.depth_m.data && frame.error.empty()) reason = {ReasonCode::kNoDepthImage};
   if (!frame.depth_m.data && !frame.error.empty())
@@ -169,20 +169,20 @@ ObjectResult Tracker::follow(Object* object) {
   return follower_.follow(&context_, object);
 }
 
-std::optional<Fitted> Tracker::look(const DepthFrame& frame, int k, const Rigidd& T_cam_obj) {
+std::optional<Fitted> Tracker::look(const frame::DepthFrame& frame, int k, const Rigidd& T_cam_obj) {
   if (!frame.depth_m.data) return std::nullopt;  // a frame that could not be read
   return follower_.look(frame, camera(), shape(k), T_cam_obj);
 }
 
-void Tracker::find_membership(const DepthFrame& frame, float* membership, float* foreground) {
+void Tracker::find_membership(const frame::DepthFrame& frame, float* membership, float* foreground) {
   context_.open(frame, objects_);
   membership_.find(context_, objects_, membership, foreground);
 }
 
-void Tracker::find_foreground(const DepthFrame& frame, int k, const Rect& box,
+void Tracker::find_foreground(const frame::DepthFrame& frame, int k, const frame::Rect& box,
                               std::vector<float>* foreground) {
   context_.open(frame, objects_);
   membership_.find_foreground(context_, object(k), box, foreground);
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

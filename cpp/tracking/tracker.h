@@ -9,12 +9,12 @@
 #include <string_view>
 #include <vector>
 
-#include "tracking/search/recovery.h"
-#include "tracking/several/group_fitter.h"
-#include "tracking/several/membership.h"
-#include "tracking/trust/verdict.h"
+#include "tracking/group_fitter.h"
+#include "tracking/membership.h"
+#include "tracking/recovery.h"
+#include "tracking/verdict.h"
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 // Tracks shapes, each from its own last pose: those that may touch together, the others one by one.
 class Tracker {
@@ -30,32 +30,33 @@ class Tracker {
   const TrackerOptions& options() const { return options_; }
   void set_camera(const Camera& camera) { context_.set_camera(camera); }  // of the frames to come
   // color: nullptr, or the frame's: used as soon as an accepted pose has shown the object's colours.
-  DepthFrame make_frame(const ImageView<float>& depth_m, const unsigned char* mask, double time_s,
-                        const ColorImage* color) const;
+  frame::DepthFrame make_frame(const ImageView<float>& depth_m, const unsigned char* mask, double time_s,
+                               const appearance::ColorImage* color) const;
   // One without a depth image; `error`: why, kept by the caller. Empty: it never had one.
-  DepthFrame make_unreadable_frame(std::string_view error, double time_s) const;
+  frame::DepthFrame make_unreadable_frame(std::string_view error, double time_s) const;
 
   // What start, track and recover return is valid until the next call.
   // Forgets all history and begins at the given places.
-  const FrameResult& start(const DepthFrame& frame, const std::vector<PoseHint>& hints);
-  const FrameResult& track(const DepthFrame& frame);
+  const FrameResult& start(const frame::DepthFrame& frame, const std::vector<PoseHint>& hints);
+  const FrameResult& track(const frame::DepthFrame& frame);
   // Searches for objects[i] at hints[i] now; the others, and the frame's number, stay as they are.
-  const FrameResult& recover(const DepthFrame& frame, const std::vector<int>& objects,
+  const FrameResult& recover(const frame::DepthFrame& frame, const std::vector<int>& objects,
                              const std::vector<PoseHint>& hints);
   // Follows the objects into a frame outside of the sequence, whose record stays as it is: one answer for
   // each.
-  const std::vector<ObjectResult>& revisit(const DepthFrame& frame);
+  const std::vector<ObjectResult>& revisit(const frame::DepthFrame& frame);
   const FrameResult& last_result() const { return verdict_.result(); }
   const Poses& last_good_poses() const { return verdict_.last_good(); }
 
   // Object k at a pose as it is: nothing is fitted or remembered. None where too few readings are near.
-  std::optional<Fitted> look(const DepthFrame& frame, int k, const Rigidd& T_cam_obj);
+  std::optional<Fitted> look(const frame::DepthFrame& frame, int k, const Rigidd& T_cam_obj);
   // H * W * M soft weights of the last poses in this frame, and H * W the chance by colour that a pixel is an
   // object's (NaN: not known).
-  void find_membership(const DepthFrame& frame, float* membership, float* foreground);
+  void find_membership(const frame::DepthFrame& frame, float* membership, float* foreground);
   // The chance by colour that a pixel of the box is object k's: of the box alone, row by row, NaN where not
   // known.
-  void find_foreground(const DepthFrame& frame, int k, const Rect& box, std::vector<float>* foreground);
+  void find_foreground(const frame::DepthFrame& frame, int k, const frame::Rect& box,
+                       std::vector<float>* foreground);
 
   // Replaces the last pose; `information` of the increment of T_obj_cam (centred) makes it a prior.
   void set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matrix6d>& covariance_cam);
@@ -66,10 +67,10 @@ class Tracker {
   // Other volumes for the same objects, which go on from these poses; the sequence's record stays.
   void replace_shapes(const std::vector<SdfView>& shapes, const Poses& poses);
   // Object k has another shape from now on, in the object frame as it was; its centre is kept.
-  void reshape(int k, PartialShape known);
+  void reshape(int k, frame::PartialShape known);
   // The surface of object k has these colours.
-  void paint(int k, const ColorView& colors);
-  const Shape& shape(int k) const { return *object(k).shape; }
+  void paint(int k, const energies::ColorView& colors);
+  const frame::Shape& shape(int k) const { return *object(k).shape; }
   // Object k is a placeholder for a primitive of this kind, not found yet; empty: it is found.
   void mark_unfound(int k, const std::string& kind) { object(k).unfound = kind; }
 
@@ -84,11 +85,11 @@ class Tracker {
   TrackedObject& object(int k) { return objects_.at(static_cast<std::size_t>(k)); }
   const TrackedObject& object(int k) const { return objects_.at(static_cast<std::size_t>(k)); }
   Object new_object(const SdfView& sdf) const;
-  std::shared_ptr<const Shape> shape_of(const SdfView& sdf) const;
+  std::shared_ptr<const frame::Shape> shape_of(const SdfView& sdf) const;
   void place(const Rigidd& T_cam_obj, Object* object) const;
   void go_on_from(const Poses& poses);
 
-  const FrameResult& concluded(const DepthFrame& frame);
+  const FrameResult& concluded(const frame::DepthFrame& frame);
   void answer_all();
   template <class Work>
   void answer_each(const Work& work);
@@ -112,4 +113,4 @@ class Tracker {
   std::vector<ObjectResult> answers_;
 };
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

@@ -5,21 +5,21 @@
 
 #include "tracking/tracker.h"
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 TrackedObject Tracker::new_object(const SdfView& sdf) const {
   Object object;
   object.shape = shape_of(sdf);
-  object.colors = ColorModel(static_cast<float>(options_.color_prior));
+  object.colors = appearance::ColorModel(static_cast<float>(options_.color_prior));
   object.forget(options_.damping_start);
   return object;
 }
 
-std::shared_ptr<const Shape> Tracker::shape_of(const SdfView& sdf) const {
+std::shared_ptr<const frame::Shape> Tracker::shape_of(const SdfView& sdf) const {
   for (const Object& object : objects_)
     if (object.shape->sdf.phi == sdf.phi && !object.shape->colors.rgb_seen) return object.shape;
-  return std::make_shared<const Shape>(
-      make_shape(sdf, 3 * options_.trust_points, options_.free_space_points));
+  return std::make_shared<const frame::Shape>(
+      frame::make_shape(sdf, 3 * options_.trust_points, options_.free_space_points));
 }
 
 void Tracker::replace_shapes(const std::vector<SdfView>& shapes, const Poses& poses) {
@@ -35,23 +35,23 @@ void Tracker::replace_shapes(const std::vector<SdfView>& shapes, const Poses& po
   context_.forget_plane();
 }
 
-void Tracker::reshape(int k, PartialShape known) {
+void Tracker::reshape(int k, frame::PartialShape known) {
   Object& reshaped = object(k);
   known.centre_obj = reshaped.shape->centre_obj;  // what is remembered of the motion is about it
-  reshaped.shape =
-      std::make_shared<const Shape>(make_shape(known, 3 * options_.trust_points, options_.free_space_points));
+  reshaped.shape = std::make_shared<const frame::Shape>(
+      frame::make_shape(known, 3 * options_.trust_points, options_.free_space_points));
 }
 
-void Tracker::paint(int k, const ColorView& colors) {
+void Tracker::paint(int k, const energies::ColorView& colors) {
   Object& painted = object(k);
   for (const Object& other : objects_)
     if (other.shape->sdf.phi == painted.shape->sdf.phi && other.shape->colors.rgb_seen == colors.rgb_seen) {
       painted.shape = other.shape;
       return;
     }
-  Shape shape = *painted.shape;
+  frame::Shape shape = *painted.shape;
   shape.colors = colors;
-  painted.shape = std::make_shared<const Shape>(std::move(shape));
+  painted.shape = std::make_shared<const frame::Shape>(std::move(shape));
 }
 
 // Counts as followed there.
@@ -100,4 +100,4 @@ void Tracker::interrupt(int index) {
   verdict_.result().index = index;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

@@ -64,7 +64,7 @@ class Sample:
 
 
 def features(said: dict[str, Any]) -> Array:
-    """The (5,) numbers that the evidence is a logistic function of, as cpp/tracking/trust.cpp takes them."""
+    """The (5,) numbers that the evidence is a logistic function of, as cpp/tracking/trust/trust.cpp takes them."""
     ends = (said["ends"] + 1.0) / (said["ends"] + said["runs_on"] + 2.0)
     return np.array(
         [

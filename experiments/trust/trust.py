@@ -225,7 +225,7 @@ def fit(
     threads: int = 1,
     cache: Path | None = None,
 ) -> Table:
-    """The weights of the confidence, in the order of `Weights` in cpp/tracking/trust.cpp.
+    """The weights of the confidence, in the order of `Weights` in cpp/tracking/trust/trust.cpp.
 
     Parameters
     ----------

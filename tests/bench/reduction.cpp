@@ -35,7 +35,7 @@ struct Scene {
   SdfView sdf{};
   Rigidf T_obj_cam = inverse(Rigidd{rotation_exp(Vec3d{0.4, -0.7, 0.3}), {0.01, -0.02, 0.8}}).cast<float>();
   Intrinsics<float> K{525, 525, 319.5f, 239.5f};
-  PixelSet pixels;
+  energies::PixelSet pixels;
 
   explicit Scene(int points) {
     const Vec3f origin = -(0.5f * kVoxel_m * (kVoxels - 1)) * Vec3f{1, 1, 1};
@@ -84,13 +84,13 @@ double nanoseconds(int points, const Work& work) {
 
 template <class Penalty>
 void run(Scene* scene, const Penalty& penalty, const std::string& only) {
-  using Field = SingleObject<float>;
+  using Field = energies::SingleObject<float>;
   const int n = scene->pixels.count();
-  Term<Field, Penalty> term{
-      {scene->sdf, scene->T_obj_cam}, penalty, scene->K, scene->pixels.view(), Residual::kRayHit, true, 1};
+  energies::Term<Field, Penalty> term{{scene->sdf, scene->T_obj_cam}, penalty, scene->K, scene->pixels.view(),
+                                      energies::Residual::kRayHit,    true,    1};
   for (const Isa isa : supported_isas()) {
     if (!only.empty() && isa_name(isa) != only) continue;
-    const TermOps<Field, Penalty>& ops = ops_for<Field, Penalty>(isa);
+    const energies::TermOps<Field, Penalty>& ops = energies::ops_for<Field, Penalty>(isa);
     for (int k = 0; k < 2; ++k) ops.settle(term, 0, n);
     double sum = 0;
     const auto linearize = [&] { sum += ops.linearize(term, 0, n).cost; };
@@ -111,8 +111,8 @@ int main(int argc, char** argv) {
   Scene scene(argc > 1 ? std::atoi(argv[1]) : 2048);
   const std::string mode = argc > 2 ? argv[2] : "depth", only = argc > 3 ? argv[3] : "";
   if (mode == "rgbd")
-    run(&scene, ColorOdds<float>{0.001f, 0.1f, 0.7f}, only);
+    run(&scene, energies::ColorOdds<float>{0.001f, 0.1f, 0.7f}, only);
   else
-    run(&scene, DepthLogistic<float>{0.001f, 0.1f}, only);
+    run(&scene, energies::DepthLogistic<float>{0.001f, 0.1f}, only);
   return 0;
 }

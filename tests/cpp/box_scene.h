@@ -20,7 +20,7 @@ inline constexpr float kWall_m = 1.2f;
 inline constexpr double kNearBoard_m = 0.4;
 
 inline const Volume& box_volume() {
-  static const Volume volume = make_volume(60, 0.1, [](Vec3d p) { return box_distance(p, kHalfBox_m); });
+  static const Volume volume = make_volume(60, 0.1, [](Vec3d p) { return sdf::box_distance(p, kHalfBox_m); });
   return volume;
 }
 
@@ -88,8 +88,8 @@ inline BoxImage image_of(const Camera& camera, const std::vector<Rigidd>& boxes,
   return image;
 }
 
-inline PoseHint at_pose(const Rigidd& T_cam_obj) {
-  PoseHint hint;
+inline tracking::PoseHint at_pose(const Rigidd& T_cam_obj) {
+  tracking::PoseHint hint;
   hint.T_cam_obj = T_cam_obj;
   return hint;
 }
@@ -97,31 +97,32 @@ inline PoseHint at_pose(const Rigidd& T_cam_obj) {
 // A frame of boxes and the objects that are to be found in it, for parts of a tracker by themselves.
 struct PartsFixture {
   Camera camera = small_camera();
-  TrackerOptions options;
-  TrackerSettings settings;
-  FrameContext context{camera, options};
-  ObjectFollower follower{options, settings};
-  std::vector<TrackedObject> objects;
+  tracking::TrackerOptions options;
+  tracking::TrackerSettings settings;
+  tracking::FrameContext context{camera, options};
+  tracking::ObjectFollower follower{options, settings};
+  std::vector<tracking::TrackedObject> objects;
   BoxImage image;
 
   PartsFixture() { settings.recover = true; }
 
   void add(const Rigidd& T_cam_obj) {
-    TrackedObject object;
+    tracking::TrackedObject object;
     object.shape = objects.empty()
-                       ? std::make_shared<const Shape>(make_shape(
+                       ? std::make_shared<const frame::Shape>(frame::make_shape(
                              box_volume().view(), 3 * options.trust_points, options.free_space_points))
                        : objects.front().shape;
-    object.colors = ColorModel(static_cast<float>(options.color_prior));
+    object.colors = appearance::ColorModel(static_cast<float>(options.color_prior));
     object.forget(options.damping_start);
-    object.T_cam_obj = centred(T_cam_obj, *object.shape);
+    object.T_cam_obj = tracking::centred(T_cam_obj, *object.shape);
     objects.push_back(object);
   }
-  void open(const std::vector<Rigidd>& boxes, int frame, double time_s = kUnknown, bool covered = false) {
+  void open(const std::vector<Rigidd>& boxes, int frame, double time_s = tracking::kUnknown,
+            bool covered = false) {
     image = image_of(camera, boxes, frame, covered);
     context.open({{image.depth_m.data(), camera.width, camera.height}, nullptr, nullptr, time_s}, objects);
   }
-  Rigidd pose_of(std::size_t k) const { return uncentred(objects[k].T_cam_obj, *objects[k].shape); }
+  Rigidd pose_of(std::size_t k) const { return tracking::uncentred(objects[k].T_cam_obj, *objects[k].shape); }
 };
 
 }  // namespace sdftrack

@@ -23,10 +23,11 @@ struct Hash {
 template <class Field, class Penalty>
 void print(const char* name) {
   constexpr std::size_t P = Field::P;
-  const TermOps<Field, Penalty>& ops = OpsOf<Field, Penalty>::baseline;
-  for (const Residual residual : {Residual::kRayHit, Residual::kPoint, Residual::kSlope}) {
+  const energies::TermOps<Field, Penalty>& ops = energies::OpsOf<Field, Penalty>::baseline;
+  for (const energies::Residual residual :
+       {energies::Residual::kRayHit, energies::Residual::kPoint, energies::Residual::kSlope}) {
     constexpr int kCount = 1100;
-    PixelSet pixels = some_pixels(kCount);
+    energies::PixelSet pixels = some_pixels(kCount);
     const auto term = term_on<Field, Penalty>(pixels.view(), residual, true, 1);
     Hash hash;
     ops.settle(term, 0, kCount);

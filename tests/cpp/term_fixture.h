@@ -16,10 +16,10 @@ const Rigidf kPose =
 const Intrinsics<float> kCamera{525, 520, 160, 120};
 
 // Readings on the body, beside it and far outside the volume.
-PixelSet some_pixels(int count) {
+energies::PixelSet some_pixels(int count) {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> u(90, 230), v(60, 180), z(0.42f, 0.58f), noise(0.5f, 2), share(0, 1);
-  PixelSet pixels;
+  energies::PixelSet pixels;
   for (int i = 0; i < count; ++i) {
     // One after the other: in the order of a call's arguments compilers differ.
     const float at_u = u(random), at_v = v(random), depth = z(random), scale = noise(random),
@@ -29,15 +29,16 @@ PixelSet some_pixels(int count) {
   return pixels;
 }
 
-SingleObject<float> field_of(SingleObject<float>*) { return {kBox.view(), kPose}; }
-ScaledObject<float> field_of(ScaledObject<float>*) { return {kBox.view(), kPose, 1.1f}; }
-WithIntrinsics<SingleObject<float>> field_of(WithIntrinsics<SingleObject<float>>*) {
+energies::SingleObject<float> field_of(energies::SingleObject<float>*) { return {kBox.view(), kPose}; }
+energies::ScaledObject<float> field_of(energies::ScaledObject<float>*) { return {kBox.view(), kPose, 1.1f}; }
+energies::WithIntrinsics<energies::SingleObject<float>> field_of(
+    energies::WithIntrinsics<energies::SingleObject<float>>*) {
   return {{kBox.view(), kPose}, kCamera};
 }
 // Copies of the box that touch and overlap.
 template <int K>
-SoftMin<K, float> field_of(SoftMin<K, float>*) {
-  SoftMin<K, float> field;
+energies::SoftMin<K, float> field_of(energies::SoftMin<K, float>*) {
+  energies::SoftMin<K, float> field;
   for (int k = 0; k < K; ++k) {
     const auto side = static_cast<float>(k);
     field.object[k] = {kBox.view(),
@@ -46,31 +47,34 @@ SoftMin<K, float> field_of(SoftMin<K, float>*) {
   field.sharpness_per_m = 300;
   return field;
 }
-DepthLogistic<float> penalty_of(DepthLogistic<float>*) { return {0.003f, 0.1f, Curvature::kIrls, 0.02f}; }
-ColorOdds<float> penalty_of(ColorOdds<float>*) { return {0.003f, 0.1f, 0.7f}; }
-ColorPrinted<float> penalty_of(ColorPrinted<float>*) { return {0.003f}; }
+energies::DepthLogistic<float> penalty_of(energies::DepthLogistic<float>*) {
+  return {0.003f, 0.1f, energies::Curvature::kIrls, 0.02f};
+}
+energies::ColorOdds<float> penalty_of(energies::ColorOdds<float>*) { return {0.003f, 0.1f, 0.7f}; }
+energies::ColorPrinted<float> penalty_of(energies::ColorPrinted<float>*) { return {0.003f}; }
 
 // The same box with its values on a device (CudaWork).
 template <class Device>
-void on_device(Device* device, SingleObject<float>* field) {
+void on_device(Device* device, energies::SingleObject<float>* field) {
   field->sdf = device->volume(field->sdf);
 }
 template <class Device>
-void on_device(Device* device, ScaledObject<float>* field) {
+void on_device(Device* device, energies::ScaledObject<float>* field) {
   field->sdf = device->volume(field->sdf);
 }
 template <class Device>
-void on_device(Device* device, WithIntrinsics<SingleObject<float>>* field) {
+void on_device(Device* device, energies::WithIntrinsics<energies::SingleObject<float>>* field) {
   on_device(device, &field->field);
 }
 
 template <class Device, int K>
-void on_device(Device* device, SoftMin<K, float>* field) {
+void on_device(Device* device, energies::SoftMin<K, float>* field) {
   for (auto& object : field->object) on_device(device, &object);
 }
 
 template <class Field, class Penalty>
-Term<Field, Penalty> term_on(PixelsView<float> pixels, Residual residual, bool reclassify, int newton_steps) {
+energies::Term<Field, Penalty> term_on(energies::PixelsView<float> pixels, energies::Residual residual,
+                                       bool reclassify, int newton_steps) {
   Field* const field = nullptr;
   Penalty* const penalty = nullptr;
   return {field_of(field), penalty_of(penalty), kCamera, pixels, residual, reclassify, newton_steps};

@@ -28,7 +28,7 @@ extern "C" void* malloc(std::size_t size) {
 namespace sdftrack {
 namespace {
 
-const Volume kBox = make_volume(60, 0.16, [](Vec3d p) { return box_distance(p, {0.05, 0.03, 0.04}); });
+const Volume kBox = make_volume(60, 0.16, [](Vec3d p) { return sdf::box_distance(p, {0.05, 0.03, 0.04}); });
 constexpr int kWidth_px = 320, kHeight_px = 240;
 
 // The second box stands beside the first and is fitted together with it.
@@ -72,8 +72,8 @@ TEST_P(Allocations, a_warm_tracker_allocates_nothing) {
   const bool colors = GetParam() != Shows::kDepth;
   const Camera camera{{260, 260, 159.5, 119.5}, kWidth_px, kHeight_px, {}};
   Rigidd pose{rotation_exp(Vec3d{0.5, -0.6, 0.2}), {0.01, 0, 0.55}};
-  TrackerSettings settings;
-  Tracker tracker({kBox.view(), kBox.view()}, camera, {}, settings);
+  tracking::TrackerSettings settings;
+  tracking::Tracker tracker({kBox.view(), kBox.view()}, camera, {}, settings);
   std::vector<std::uint16_t> paint;  // darker to one side
   for (int i = 0; i < kBox.n * kBox.n * kBox.n; ++i) {
     const auto part = static_cast<std::uint16_t>(40000 + 200 * (i % kBox.n));
@@ -85,20 +85,22 @@ TEST_P(Allocations, a_warm_tracker_allocates_nothing) {
     images.push_back(image_of(camera, pose, i));
     pose = {rotation_exp(Vec3d{0, 0.01, 0.01}) * pose.R, pose.t + Vec3d{0.001, 0, 0.001}};
   }
-  PoseHint place, other_place;
+  tracking::PoseHint place, other_place;
   place.T_cam_obj = Rigidd{rotation_exp(Vec3d{0.5, -0.6, 0.2}), {0.01, 0, 0.55}};
   other_place.T_cam_obj = beside(*place.T_cam_obj);
   long counted = -1;
   for (int k = 0; k < 40; ++k) {
     const Image& image = images[static_cast<std::size_t>(k % 14 < 8 ? k % 14 : 14 - k % 14)];
-    const ColorImage color{image.rgb.data(), aligned_map(kWidth_px, kHeight_px)};
-    const DepthFrame frame = tracker.make_frame({image.depth_m.data(), kWidth_px, kHeight_px}, nullptr,
-                                                k / 30.0, colors ? &color : nullptr);
+    const appearance::ColorImage color{image.rgb.data(), appearance::aligned_map(kWidth_px, kHeight_px)};
+    const frame::DepthFrame frame = tracker.make_frame({image.depth_m.data(), kWidth_px, kHeight_px}, nullptr,
+                                                       k / 30.0, colors ? &color : nullptr);
     const long before = allocations.load();
-    const FrameResult& result = k == 0 ? tracker.start(frame, {place, other_place}) : tracker.track(frame);
+    const tracking::FrameResult& result =
+        k == 0 ? tracker.start(frame, {place, other_place}) : tracker.track(frame);
     counted = allocations.load() - before;
-    for (const ObjectResult& object : result.objects)
-      ASSERT_EQ(object.trust.status, Status::kOk) << sentence(object.trust.reason) << ", frame " << k;
+    for (const tracking::ObjectResult& object : result.objects)
+      ASSERT_EQ(object.trust.status, tracking::Status::kOk)
+          << tracking::sentence(object.trust.reason) << ", frame " << k;
     ASSERT_EQ(result.objects[0].color_used, colors && k > 0);
     if (k == 0) EXPECT_GT(counted, 0);  // the counter counts
     if (k >= 20) EXPECT_EQ(counted, 0) << "frame " << k;
@@ -113,11 +115,11 @@ INSTANTIATE_TEST_SUITE_P(, Allocations, testing::Values(Shows::kDepth, Shows::kC
                          name_of);
 
 TEST(SampleAllocations, a_sample_to_fields_that_are_there_makes_none) {
-  LwprOptions options;
+  lwpr::LwprOptions options;
   options.init_D = {100};
   options.update_D = false;  // a field that grows is entered into more cells of the search
-  LwprUnit unit(FieldLayout(2, false, false), options);
-  LwprScratch scratch;
+  lwpr::LwprUnit unit(lwpr::FieldLayout(2, false, false), options);
+  lwpr::LwprScratch scratch;
   std::mt19937 random(1);
   std::uniform_real_distribution<double> place(-1, 1);
   const auto learn = [&](double within) {
@@ -150,17 +152,17 @@ TEST(ContourAllocations, a_warm_contour_tracker_allocates_nothing) {
         if (k == 0) mask[at] = inside;
       }
   }
-  ContourTracker tracker{ContourOptions{}};
-  tracker.start(RgbView{images[0].data(), kWidth_px, kHeight_px}, mask.data());
+  contour::ContourTracker tracker{contour::ContourOptions{}};
+  tracker.start(contour::RgbView{images[0].data(), kWidth_px, kHeight_px}, mask.data());
   for (int k = 1; k < 40; ++k) {
     const int at =
         k % (2 * kFrames - 2) < kFrames ? k % (2 * kFrames - 2) : 2 * kFrames - 2 - k % (2 * kFrames - 2);
-    const RgbView image{images[static_cast<std::size_t>(at)].data(), kWidth_px, kHeight_px};
+    const contour::RgbView image{images[static_cast<std::size_t>(at)].data(), kWidth_px, kHeight_px};
     const long before = allocations.load();
     tracker.observe(image);
     tracker.finish(true);
     if (k >= 20) EXPECT_EQ(allocations.load() - before, 0) << "frame " << k;
-    ASSERT_EQ(tracker.report().status, ContourStatus::kOk) << "frame " << k;
+    ASSERT_EQ(tracker.report().status, contour::ContourStatus::kOk) << "frame " << k;
   }
 }
 

@@ -14,7 +14,7 @@ namespace {
 const Camera kDepth{{590, 585, 320, 240}, 640, 480, {}};
 const Rigidd kColorFromDepth{rotation_exp(Vec3d{0.01, -0.02, 0.005}), {0.025, -0.001, 0.003}};
 
-void expect_pixel(const ColorMap& map, Vec2d u, double depth, Vec2d expected) {
+void expect_pixel(const appearance::ColorMap& map, Vec2d u, double depth, Vec2d expected) {
   int x = -1, y = -1;
   float z;
   ASSERT_TRUE(
@@ -23,11 +23,11 @@ void expect_pixel(const ColorMap& map, Vec2d u, double depth, Vec2d expected) {
   EXPECT_EQ(y, static_cast<int>(std::floor(expected.y + 0.5)));
 }
 
-TEST(ColorMap, a_rig_maps_as_its_cameras_project) {
+TEST(appearance::ColorMap, a_rig_maps_as_its_cameras_project) {
   for (const bool lens : {false, true}) {
     const Camera color{
         {520, 525, 315, 250}, 640, 480, lens ? Distortion{0.05, -0.1, 1e-3, -2e-3} : Distortion{}};
-    const ColorMap map = rigid_map(kDepth, color, kColorFromDepth);
+    const appearance::ColorMap map = appearance::rigid_map(kDepth, color, kColorFromDepth);
     for (const Vec2d u : {Vec2d{320, 240}, Vec2d{150.3, 90.7}, Vec2d{500, 400}}) {
       const double z = 0.7;
       expect_pixel(map, u, z, color.project_point(kColorFromDepth * (z * ray(kDepth.K, u.x, u.y))));
@@ -35,27 +35,28 @@ TEST(ColorMap, a_rig_maps_as_its_cameras_project) {
   }
 }
 
-TEST(ColorMap, the_pair_P_q_is_known_up_to_its_sign) {
+TEST(appearance::ColorMap, the_pair_P_q_is_known_up_to_its_sign) {
   const Mat3d P{{1.44, 0.02, 60.9}, {-0.02, 1.46, 48.2}, {-3e-5, 5e-5, 1.64}};
   const Vec3d q{11.7, -8.8, -0.03};
   const Vec3d at = P * Vec3d{0.8 * 300, 0.8 * 200, 0.8} + q;
   for (const double sign : {1.0, -1.0})
-    expect_pixel(projective_map(sign * P, sign * q, 640, 480), {300, 200}, 0.8, {at.x / at.z, at.y / at.z});
+    expect_pixel(appearance::projective_map(sign * P, sign * q, 640, 480), {300, 200}, 0.8,
+                 {at.x / at.z, at.y / at.z});
 }
 
-TEST(ColorMap, a_pixel_outside_the_colour_image_is_not_found) {
-  const ColorMap map = aligned_map(640, 480);
+TEST(appearance::ColorMap, a_pixel_outside_the_colour_image_is_not_found) {
+  const appearance::ColorMap map = appearance::aligned_map(640, 480);
   int x, y;
   float z;
   EXPECT_TRUE(map.find({639, 479}, 1, &x, &y, &z));
   EXPECT_FALSE(map.find({640, 479}, 1, &x, &y, &z));
   EXPECT_FALSE(map.find({-1, 10}, 1, &x, &y, &z));
-  const ColorMap behind = rigid_map(kDepth, kDepth, {Mat3d::identity(), {0, 0, -2}});
+  const appearance::ColorMap behind = appearance::rigid_map(kDepth, kDepth, {Mat3d::identity(), {0, 0, -2}});
   EXPECT_FALSE(behind.find({320, 240}, 1, &x, &y, &z));
 }
 
-TEST(ColorSight, what_lies_behind_a_reading_of_its_cell_is_hidden) {
-  ColorSight sight;
+TEST(appearance::ColorSight, what_lies_behind_a_reading_of_its_cell_is_hidden) {
+  appearance::ColorSight sight;
   sight.clear(100, 100, 200, 160, 2);
   sight.add(120, 120, 0.5f);
   EXPECT_FALSE(sight.sees(121, 121, 0.6f));
@@ -69,28 +70,28 @@ TEST(ColorSight, what_lies_behind_a_reading_of_its_cell_is_hidden) {
 
 double sum(const std::vector<float>& v) { return std::accumulate(v.begin(), v.end(), 0.0); }
 
-TEST(ColorModel, smoothing_keeps_the_sum_also_in_the_corners_of_the_cube) {
+TEST(appearance::ColorModel, smoothing_keeps_the_sum_also_in_the_corners_of_the_cube) {
   for (const std::size_t bin : {0u, 4095u, 1234u}) {
-    std::vector<float> share(kColorBins), scratch, out;
+    std::vector<float> share(appearance::kColorBins), scratch, out;
     share[bin] = 1;
-    smooth_histogram(share, &scratch, &out);
+    appearance::smooth_histogram(share, &scratch, &out);
     EXPECT_NEAR(sum(out), 1, 1e-6);
     EXPECT_LT(out[bin], 0.5);
   }
 }
 
-ColorCounts counts_of(int object_bin, int background_bin) {
-  ColorCounts counts;
+appearance::ColorCounts counts_of(int object_bin, int background_bin) {
+  appearance::ColorCounts counts;
   for (int i = 0; i < 100; ++i) counts.add_object(object_bin), counts.add_background(background_bin);
   return counts;
 }
 
-TEST(ColorModel, a_colour_of_the_object_proves_much_but_not_all_and_an_unknown_one_nothing) {
+TEST(appearance::ColorModel, a_colour_of_the_object_proves_much_but_not_all_and_an_unknown_one_nothing) {
   const unsigned char red[3] = {200, 20, 20}, blue[3] = {20, 20, 200}, green[3] = {20, 200, 20};
-  ColorModel model(0.7f);
-  model.update(counts_of(color_bin(red), color_bin(blue)), 0.05, 0.3);
+  appearance::ColorModel model(0.7f);
+  model.update(counts_of(appearance::color_bin(red), appearance::color_bin(blue)), 0.05, 0.3);
   const auto posterior = [&](const unsigned char* c) {
-    return model.posterior()[static_cast<std::size_t>(color_bin(c))];
+    return model.posterior()[static_cast<std::size_t>(appearance::color_bin(c))];
   };
   EXPECT_FLOAT_EQ(posterior(red), 0.98f);
   EXPECT_FLOAT_EQ(posterior(blue), 0.02f);
@@ -98,17 +99,17 @@ TEST(ColorModel, a_colour_of_the_object_proves_much_but_not_all_and_an_unknown_o
   EXPECT_LT(model.overlap(), 0.05);
 }
 
-TEST(ColorModel, equal_histograms_say_nothing_and_overlap_wholly) {
-  ColorModel model;
+TEST(appearance::ColorModel, equal_histograms_say_nothing_and_overlap_wholly) {
+  appearance::ColorModel model;
   model.update(counts_of(77, 77), 1, 1);
   for (const float p : model.posterior()) EXPECT_NEAR(p, 0.7, 1e-6);
   EXPECT_NEAR(model.overlap(), 1, 1e-4);
 }
 
-TEST(ColorModel, too_few_pixels_of_the_object_make_no_model_and_later_change_none) {
-  ColorCounts few;
+TEST(appearance::ColorModel, too_few_pixels_of_the_object_make_no_model_and_later_change_none) {
+  appearance::ColorCounts few;
   for (int i = 0; i < 10; ++i) few.add_object(5);
-  ColorModel model;
+  appearance::ColorModel model;
   model.update(few, 1, 1);
   EXPECT_FALSE(model.known());
   model.update(counts_of(1000, 3000), 1, 1);

@@ -15,32 +15,34 @@ const Volume kBody = make_volume(60, 0.12, [](Vec3d p) {
   return (norm(Vec3d{p.x, 1.5 * p.y, 1.8 * p.z}) - 0.09) * 0.7;
 });
 
-Lens some_lens() {
-  Lens lens{{{525, 515, 321, 238}, 640, 480, {0.08, -0.05, 0.002, -0.001, 0.02}}, 1.5, 1.02, 0.004};
+calibration::Lens some_lens() {
+  calibration::Lens lens{
+      {{525, 515, 321, 238}, 640, 480, {0.08, -0.05, 0.002, -0.001, 0.02}}, 1.5, 1.02, 0.004};
   return lens;
 }
-FreeLens everything() {
-  FreeLens free;
-  for (int j = 0; j < kLensUnknowns; ++j) free.unknowns.push_back(static_cast<LensUnknown>(j));
+calibration::FreeLens everything() {
+  calibration::FreeLens free;
+  for (int j = 0; j < calibration::kLensUnknowns; ++j)
+    free.unknowns.push_back(static_cast<calibration::LensUnknown>(j));
   free.distorted = true;
   return free;
 }
 const Rigidd kPose = inverse(Rigidd{rotation_exp(Vec3d{0.5, -0.4, 0.3}), {0.05, -0.03, 0.6}});
 
 // Readings of the body through the lens, each with an error, and some that are not the body's.
-LensFrame some_frame(const Lens& lens) {
-  LensFrame frame;
+calibration::LensFrame some_frame(const calibration::Lens& lens) {
+  calibration::LensFrame frame;
   frame.T_obj_cam = kPose;
   std::mt19937 random(5);
   std::normal_distribution<double> error(0, 0.002);
   for (int v = 140; v < 290; v += 7)
     for (int u = 270; u < 460; u += 7) {
-      const Vec3d ray = look_through(lens, true, u, v).ray;
+      const Vec3d ray = calibration::look_through(lens, true, u, v).ray;
       double z = 0.5;
       for (int k = 0; k < 50; ++k) {
         double phi;
         Vec3d unused;
-        SingleObject<double>{kBody.view(), kPose}.value(z * ray, &phi, &unused);
+        energies::SingleObject<double>{kBody.view(), kPose}.value(z * ray, &phi, &unused);
         z += 0.7 * phi;
       }
       if (z < 0.8) frame.pixels.push(u, v, (z + error(random) - lens.depth_offset_m) / lens.depth_scale);
@@ -49,59 +51,61 @@ LensFrame some_frame(const Lens& lens) {
   return frame;
 }
 
-TEST(Lens, a_ray_projects_back_to_its_pixel) {
-  const Lens lens = some_lens();
-  const Vec3d ray = look_through(lens, true, 100, 400).ray;
+TEST(calibration::Lens, a_ray_projects_back_to_its_pixel) {
+  const calibration::Lens lens = some_lens();
+  const Vec3d ray = calibration::look_through(lens, true, 100, 400).ray;
   const Vec2d xy = distort(lens.camera.distortion, {ray.x, ray.y});
   EXPECT_NEAR(lens.camera.K.fx * xy.x + lens.skew * xy.y + lens.camera.K.cx, 100, 1e-8);
   EXPECT_NEAR(lens.camera.K.fy * xy.y + lens.camera.K.cy, 400, 1e-8);
 }
 
-TEST(Lens, derivatives_of_a_ray_are_those_of_finite_differences) {
-  const Lens lens = some_lens();
-  const LensRay at = look_through(lens, true, 150, 380);
-  for (std::size_t j = 0; j < kLensUnknowns; ++j) {
-    const auto which = static_cast<LensUnknown>(j);
+TEST(calibration::Lens, derivatives_of_a_ray_are_those_of_finite_differences) {
+  const calibration::Lens lens = some_lens();
+  const calibration::LensRay at = calibration::look_through(lens, true, 150, 380);
+  for (std::size_t j = 0; j < calibration::kLensUnknowns; ++j) {
+    const auto which = static_cast<calibration::LensUnknown>(j);
     const double h = j < 5 ? 1e-4 : 1e-7;  // pixels, or plain numbers
-    Lens up = lens, down = lens;
+    calibration::Lens up = lens, down = lens;
     up.set(which, lens.get(which) + h), down.set(which, lens.get(which) - h);
-    const Vec3d a = look_through(up, true, 150, 380).ray, b = look_through(down, true, 150, 380).ray;
+    const Vec3d a = calibration::look_through(up, true, 150, 380).ray,
+                b = calibration::look_through(down, true, 150, 380).ray;
     EXPECT_NEAR(at.dx[j], (a.x - b.x) / (2 * h), 1e-7) << "unknown " << j;
     EXPECT_NEAR(at.dy[j], (a.y - b.y) / (2 * h), 1e-7) << "unknown " << j;
   }
 }
 
-double cost_at(LensFrame frame, const Lens& lens, const FreeLens& free, const DepthLogistic<double>& penalty,
-               const Rigidd& T) {
-  ArrowBlock block;
+double cost_at(calibration::LensFrame frame, const calibration::Lens& lens, const calibration::FreeLens& free,
+               const energies::DepthLogistic<double>& penalty, const Rigidd& T) {
+  optim::ArrowBlock block;
   frame.T_obj_cam = T;
   frame.linearize({kBody.view(), lens, free}, penalty, false, &block);
   return block.cost;
 }
 
 // Which pixels count and which rays meet the model is fixed before.
-void expect_the_gradient_of_finite_differences(Outline outline) {
-  const Lens lens = some_lens();
-  const FreeLens free = everything();
-  const DepthLogistic<double> penalty{0.002, 0.1};
-  LensFrame frame = some_frame(lens);
+void expect_the_gradient_of_finite_differences(calibration::Outline outline) {
+  const calibration::Lens lens = some_lens();
+  const calibration::FreeLens free = everything();
+  const energies::DepthLogistic<double> penalty{0.002, 0.1};
+  calibration::LensFrame frame = some_frame(lens);
   frame.classify({kBody.view(), lens, free}, outline);
-  ArrowBlock block;
+  optim::ArrowBlock block;
   frame.linearize({kBody.view(), lens, free}, penalty, false, &block);
   ASSERT_GT(block.count, 100);
-  for (int j = 0; j < 6 + kLensUnknowns; ++j) {
+  for (int j = 0; j < 6 + calibration::kLensUnknowns; ++j) {
     const bool pose = j < 6;
     const double h = pose ? 1e-7 : (j < 11 ? 1e-4 : 1e-7);
     double side[2];
     for (int s = 0; s < 2; ++s) {
       const double step = s == 0 ? h : -h;
-      Lens moved = lens;
+      calibration::Lens moved = lens;
       Rigidd T = frame.T_obj_cam;
       double d[6] = {};
       if (pose)
         d[j] = step;
       else
-        moved.set(static_cast<LensUnknown>(j - 6), lens.get(static_cast<LensUnknown>(j - 6)) + step);
+        moved.set(static_cast<calibration::LensUnknown>(j - 6),
+                  lens.get(static_cast<calibration::LensUnknown>(j - 6)) + step);
       T = increment(Vec3d{d[0], d[1], d[2]}, Vec3d{d[3], d[4], d[5]}) * T;
       side[s] = cost_at(frame, moved, free, penalty, T);
     }
@@ -113,22 +117,22 @@ void expect_the_gradient_of_finite_differences(Outline outline) {
   }
 }
 
-TEST(LensFrame, its_gradient_is_that_of_finite_differences) {
-  expect_the_gradient_of_finite_differences(Outline::kAll);
+TEST(calibration::LensFrame, its_gradient_is_that_of_finite_differences) {
+  expect_the_gradient_of_finite_differences(calibration::Outline::kAll);
 }
-TEST(LensFrame, its_gradient_is_that_of_finite_differences_within_the_outline) {
-  expect_the_gradient_of_finite_differences(Outline::kWithin);
+TEST(calibration::LensFrame, its_gradient_is_that_of_finite_differences_within_the_outline) {
+  expect_the_gradient_of_finite_differences(calibration::Outline::kWithin);
 }
-TEST(LensFrame, its_gradient_is_that_of_finite_differences_at_the_measured_points) {
-  expect_the_gradient_of_finite_differences(Outline::kPoints);
+TEST(calibration::LensFrame, its_gradient_is_that_of_finite_differences_at_the_measured_points) {
+  expect_the_gradient_of_finite_differences(calibration::Outline::kPoints);
 }
 
 // Blocks of made-up numbers whose sum is positive definite.
-std::vector<ArrowBlock> some_blocks(int shared) {
+std::vector<optim::ArrowBlock> some_blocks(int shared) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
-  std::vector<ArrowBlock> blocks(4);
-  for (ArrowBlock& block : blocks) {
+  std::vector<optim::ArrowBlock> blocks(4);
+  for (optim::ArrowBlock& block : blocks) {
     const int n = 6 + shared;
     const Eigen::MatrixXd J = Eigen::MatrixXd::NullaryExpr(2 * n, n, [&] { return normal(random); });
     const Eigen::MatrixXd H = J.transpose() * J;
@@ -142,19 +146,19 @@ std::vector<ArrowBlock> some_blocks(int shared) {
 }
 
 // A quadratic whose minimum one undamped step reaches: what the step is can be read off the state.
-class Quadratic final : public ArrowEnergy {
+class Quadratic final : public optim::ArrowEnergy {
  public:
-  explicit Quadratic(std::vector<ArrowBlock> blocks) : blocks_(std::move(blocks)) {
+  explicit Quadratic(std::vector<optim::ArrowBlock> blocks) : blocks_(std::move(blocks)) {
     state_.setZero(24 + shared_unknowns());
   }
   int shared_unknowns() const override { return static_cast<int>(blocks_[0].shared.rows()); }
-  void linearize(bool trial, std::vector<ArrowBlock>* blocks, ArrowBlock*) override {
+  void linearize(bool trial, std::vector<optim::ArrowBlock>* blocks, optim::ArrowBlock*) override {
     *blocks = blocks_;
     const Eigen::VectorXd& at = trial ? trial_ : state_;
     for (std::size_t m = 0; m < blocks->size(); ++m) {
-      ArrowBlock& b = (*blocks)[m];
-      const Vector6d pose = at.segment<6>(6 * static_cast<Eigen::Index>(m));
-      const SharedVector shared = at.tail(shared_unknowns());
+      optim::ArrowBlock& b = (*blocks)[m];
+      const optim::Vector6d pose = at.segment<6>(6 * static_cast<Eigen::Index>(m));
+      const optim::SharedVector shared = at.tail(shared_unknowns());
       b.cost = b.pose_gradient.dot(pose) + b.shared_gradient.dot(shared) + 0.5 * pose.dot(b.pose * pose) +
                pose.dot(b.cross * shared) + 0.5 * shared.dot(b.shared * shared);
       b.pose_gradient += b.pose * pose + b.cross * shared;
@@ -162,38 +166,40 @@ class Quadratic final : public ArrowEnergy {
       b.count = 1;
     }
   }
-  void retract(const std::vector<Vector6d>& poses, const SharedVector& shared) override {
+  void retract(const std::vector<optim::Vector6d>& poses, const optim::SharedVector& shared) override {
     trial_ = state_;
     for (std::size_t m = 0; m < poses.size(); ++m)
       trial_.segment<6>(6 * static_cast<Eigen::Index>(m)) += poses[m];
     trial_.tail(shared_unknowns()) += shared;
   }
   void accept() override { state_ = trial_; }
-  bool is_small(const std::vector<Vector6d>&, const SharedVector&) const override { return false; }
+  bool is_small(const std::vector<optim::Vector6d>&, const optim::SharedVector&) const override {
+    return false;
+  }
 
   Eigen::VectorXd state_, trial_;
 
  private:
-  std::vector<ArrowBlock> blocks_;
+  std::vector<optim::ArrowBlock> blocks_;
 };
 
 TEST(Arrow, its_step_is_that_of_the_dense_equations) {
   constexpr int kShared = 4;
-  const std::vector<ArrowBlock> blocks = some_blocks(kShared);
+  const std::vector<optim::ArrowBlock> blocks = some_blocks(kShared);
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(24 + kShared, 24 + kShared);
   Eigen::VectorXd g = Eigen::VectorXd::Zero(24 + kShared);
   for (int m = 0; m < 4; ++m) {
-    const ArrowBlock& b = blocks[static_cast<std::size_t>(m)];
+    const optim::ArrowBlock& b = blocks[static_cast<std::size_t>(m)];
     H.block<6, 6>(6 * m, 6 * m) = b.pose;
     H.block(6 * m, 24, 6, kShared) = b.cross, H.block(24, 6 * m, kShared, 6) = b.cross.transpose();
     H.bottomRightCorner(kShared, kShared) += b.shared;
     g.segment<6>(6 * m) = b.pose_gradient, g.tail(kShared) += b.shared_gradient;
   }
   Quadratic energy(blocks);
-  LmOptions options;
+  optim::LmOptions options;
   options.damping = options.damping_min = 1e-12, options.max_steps = 2;
-  LmRecord record;
-  minimize(energy, options, &record);
+  optim::LmRecord record;
+  optim::minimize(energy, options, &record);
   const Eigen::VectorXd dense = -H.ldlt().solve(g);
   EXPECT_LT((energy.state_ - dense).norm(), 1e-8 * dense.norm());
 }

@@ -13,8 +13,8 @@
 namespace sdftrack {
 namespace {
 
-ContourGrid disc(int nx, int ny, double x0, double y0, double radius) {
-  ContourGrid grid;
+contour::ContourGrid disc(int nx, int ny, double x0, double y0, double radius) {
+  contour::ContourGrid grid;
   grid.nx = nx, grid.ny = ny;
   grid.warp = {{1, 0, 0, 1}, {grid.mid_x(), grid.mid_y()}};
   for (int y = 0; y < ny; ++y)
@@ -36,31 +36,33 @@ TEST(PosteriorCost, its_slope_is_the_derivative_of_its_cost) {
   const double h = 1e-6;
   for (const double phi : {-7.0, -1.5, -0.1, 0.0, 0.8, 5.0})
     for (const double p : {0.02, 0.4, 0.5, 0.98}) {
-      const double slope =
-          (posterior_cost(phi + h, p, 1 / 1.5).cost - posterior_cost(phi - h, p, 1 / 1.5).cost) / (2 * h);
-      EXPECT_NEAR(posterior_cost(phi, p, 1 / 1.5).slope, slope, 1e-8) << phi << " " << p;
-      EXPECT_GE(posterior_cost(phi, p, 1 / 1.5).curvature, 0);
+      const double slope = (contour::posterior_cost(phi + h, p, 1 / 1.5).cost -
+                            contour::posterior_cost(phi - h, p, 1 / 1.5).cost) /
+                           (2 * h);
+      EXPECT_NEAR(contour::posterior_cost(phi, p, 1 / 1.5).slope, slope, 1e-8) << phi << " " << p;
+      EXPECT_GE(contour::posterior_cost(phi, p, 1 / 1.5).curvature, 0);
     }
 }
 
 TEST(ContourLoops, all_instruction_sets_give_the_same_bits) {
-  const ContourGrid grid = disc(61, 47, 30, 23, 13);
+  const contour::ContourGrid grid = disc(61, 47, 30, 23, 13);
   const std::vector<float> foreground = posteriors(grid.phi.size());
   std::vector<float> u, v;
   for (int y = 0; y < grid.ny; ++y)
     for (int x = 0; x < grid.nx; ++x) u.push_back(static_cast<float>(x)), v.push_back(static_cast<float>(y));
-  const RegistrationTerm<float, 6> term{{grid.phi.data(), grid.nx, grid.ny},
-                                        {static_cast<int>(u.size()), u.data(), v.data(), foreground.data()},
-                                        {0.97f, 0.1f, -28, -0.12f, 1.02f, -21},
-                                        30,
-                                        23,
-                                        1 / 1.5f};
-  const ContourStep<float> step{1 / 1.5f, 4, 0.05f, 1};
-  Sums<double, 6> first;
+  const contour::RegistrationTerm<float, 6> term{
+      {grid.phi.data(), grid.nx, grid.ny},
+      {static_cast<int>(u.size()), u.data(), v.data(), foreground.data()},
+      {0.97f, 0.1f, -28, -0.12f, 1.02f, -21},
+      30,
+      23,
+      1 / 1.5f};
+  const contour::ContourStep<float> step{1 / 1.5f, 4, 0.05f, 1};
+  energies::Sums<double, 6> first;
   std::vector<float> stepped;
   for (const Isa isa : supported_isas()) {
-    const ContourOps& ops = contour_ops_for(isa);
-    const Sums<double, 6> sums = ops.affinity(term);
+    const contour::ContourOps& ops = contour::contour_ops_for(isa);
+    const energies::Sums<double, 6> sums = ops.affinity(term);
     std::vector<float> out(grid.phi.size());
     ops.step(step, grid.phi.data() + 62, foreground.data() + 62, 61, 59 + 61 * 40, out.data());
     if (isa == supported_isas().front()) first = sums, stepped = out;
@@ -76,7 +78,7 @@ TEST(PictureProducts, are_sums_of_products_whatever_the_length) {
     const auto n = static_cast<std::size_t>(length);
     const std::vector<float> pictures = posteriors(3 * n), templates = posteriors(2 * n);
     std::vector<float> out(6);
-    picture_products(pictures.data(), 3, templates.data(), 2, length, out.data());
+    contour::picture_products(pictures.data(), 3, templates.data(), 2, length, out.data());
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t j = 0; j < 2; ++j) {
         double sum = 0;
@@ -87,10 +89,10 @@ TEST(PictureProducts, are_sums_of_products_whatever_the_length) {
   }
 }
 
-TEST(GridWarp, an_increment_and_its_opposite_cancel) {
-  const GridWarp warp{{1.1, -0.2, 0.3, 0.9}, {40, 30}};
+TEST(contour::GridWarp, an_increment_and_its_opposite_cancel) {
+  const contour::GridWarp warp{{1.1, -0.2, 0.3, 0.9}, {40, 30}};
   const double delta[4] = {0.1, 0.2, 3, -2};
-  const GridWarp there = moved<4>(warp, delta);
+  const contour::GridWarp there = contour::moved<4>(warp, delta);
   // The point X of the old grid is M X + m of the new one: both lie at the same place in the image.
   const double c = std::exp(0.1) * std::cos(0.2), s = std::exp(0.1) * std::sin(0.2), x = 7, y = -4;
   double u0, v0, u1, v1;
@@ -98,14 +100,14 @@ TEST(GridWarp, an_increment_and_its_opposite_cancel) {
   there.to_image(c * x - s * y + 3, s * x + c * y - 2, &u1, &v1);
   EXPECT_NEAR(u0, u1, 1e-12);
   EXPECT_NEAR(v0, v1, 1e-12);
-  const GridWarp back = warp.inverse();
+  const contour::GridWarp back = warp.inverse();
   back.to_image(u0, v0, &u1, &v1);
   EXPECT_NEAR(u1, x, 1e-12);
   EXPECT_NEAR(v1, y, 1e-12);
 }
 
 TEST(Pieces, a_speck_goes_and_a_ring_stays_one) {
-  ContourGrid grid = disc(60, 40, 20, 20, 12);
+  contour::ContourGrid grid = disc(60, 40, 20, 20, 12);
   for (int y = 0; y < grid.ny; ++y)
     for (int x = 0; x < grid.nx; ++x) {
       float& phi = grid.phi[static_cast<std::size_t>(y * grid.nx + x)];
@@ -114,22 +116,22 @@ TEST(Pieces, a_speck_goes_and_a_ring_stays_one) {
     }
   int ring = 0;
   for (const float phi : grid.phi) ring += phi < 0;
-  EvolutionWork work;
-  EXPECT_EQ(drop_small_pieces(0.1f, 100, &work, &grid), ring - 9);
+  contour::EvolutionWork work;
+  EXPECT_EQ(contour::drop_small_pieces(0.1f, 100, &work, &grid), ring - 9);
   EXPECT_GT(grid.phi[6 * 60 + 50], 0);
   EXPECT_LT(grid.phi[20 * 60 + 9], 0);
 }
 
-TEST(RegionModel, squares_are_means_of_pixels_and_stay_in_the_part) {
+TEST(contour::RegionModel, squares_are_means_of_pixels_and_stay_in_the_part) {
   constexpr int kWidth = 53, kHeight = 37;
   std::vector<unsigned char> rgb(3 * kWidth * kHeight);
   std::mt19937 random(3);
   for (unsigned char& c : rgb) c = static_cast<unsigned char>(random() % 4 * 60);
-  const RgbView image{rgb.data(), kWidth, kHeight};
-  RegionModel model{ContourOptions{}};
+  const contour::RgbView image{rgb.data(), kWidth, kHeight};
+  contour::RegionModel model{contour::ContourOptions{}};
   ASSERT_TRUE(model.learn(image, disc(41, 31, 20, 15, 8), 1, 1));
-  PosteriorImage pixels, squares;
-  const ImagePart part{3, 2, 50, 36};
+  contour::PosteriorImage pixels, squares;
+  const contour::ImagePart part{3, 2, 50, 36};
   model.posterior_anywhere(image, part, &pixels);
   model.posterior_of_squares(image, part, 1, &squares);
   EXPECT_EQ(squares.foreground, pixels.foreground);
@@ -147,39 +149,40 @@ TEST(RegionModel, squares_are_means_of_pixels_and_stay_in_the_part) {
 
 // Under a turn of 1e-9 a row beside the cells meets them farther away than an int holds.
 TEST(Region, rows_stay_in_the_picture_under_a_turn_of_next_to_nothing) {
-  const ImagePart rect{0, 0, 41, 31};
+  const contour::ImagePart rect{0, 0, 41, 31};
   for (const double turn : {0.0, 1e-15, 2e-9, 1.1e-9, 1e-7, -1e-9, -3e-9, -1e-5}) {
-    ContourGrid grid = disc(21, 15, 10, 7, 5);
+    contour::ContourGrid grid = disc(21, 15, 10, 7, 5);
     grid.warp = {{1, -turn, turn, 1}, {20, 15}};
     int pixels = 0;
-    each_row_on(grid, grid.all(), rect, [&](int y, int xa, int xb, double gx, double gy, double, double) {
-      ASSERT_GE(xa, rect.x0);
-      ASSERT_LE(xb, rect.x1);
-      ASSERT_TRUE(gx >= 0 && gx <= 20 && gy >= 0 && gy <= 14) << y;
-      pixels += xb - xa;
-    });
+    contour::each_row_on(grid, grid.all(), rect,
+                         [&](int y, int xa, int xb, double gx, double gy, double, double) {
+                           ASSERT_GE(xa, rect.x0);
+                           ASSERT_LE(xb, rect.x1);
+                           ASSERT_TRUE(gx >= 0 && gx <= 20 && gy >= 0 && gy <= 14) << y;
+                           pixels += xb - xa;
+                         });
     EXPECT_NEAR(pixels, 20 * 14, 40) << turn;
   }
 }
 
 TEST(FlatDistance, of_an_empty_grid_is_as_far_as_it_goes) {
-  ContourGrid grid = disc(20, 16, -90, -90, 1);
-  FlatDistanceWork work;
-  redistance(12, &work, &grid);
+  contour::ContourGrid grid = disc(20, 16, -90, -90, 1);
+  contour::FlatDistanceWork work;
+  contour::redistance(12, &work, &grid);
   for (const float phi : grid.phi) EXPECT_EQ(phi, 12);
 }
 
-TEST(ContourOptions, steps_beyond_the_stable_ones_are_refused) {
-  ContourOptions options;
+TEST(contour::ContourOptions, steps_beyond_the_stable_ones_are_refused) {
+  contour::ContourOptions options;
   options.mu = 0.1f;
   EXPECT_THROW(options.check(), std::invalid_argument);
 }
 
 #ifndef SDFTRACK_WITH_CUDA
 TEST(ContourCuda, a_build_without_it_says_so) {
-  const ContourGrid grid = disc(9, 9, 4, 4, 2);
+  const contour::ContourGrid grid = disc(9, 9, 4, 4, 2);
   const std::vector<float> p = posteriors(81);
-  EXPECT_THROW(contour_steps_cuda({}, 1, 9, 9, grid.phi.data(), p.data()), std::runtime_error);
+  EXPECT_THROW(contour::contour_steps_cuda({}, 1, 9, 9, grid.phi.data(), p.data()), std::runtime_error);
 }
 #endif
 

@@ -15,12 +15,12 @@ constexpr double kRelative = 1e-4;  // the GPU contracts a * b + c, and sums in 
 template <class Field, class Penalty>
 void expect_the_cpus_sums(int count) {
   if (!cuda_available()) GTEST_SKIP() << (cuda_built() ? "no CUDA device" : "a build without CUDA");
-  PixelSet pixels = some_pixels(count), others = pixels;
-  const TermOps<Field, Penalty>& cpu = OpsOf<Field, Penalty>::baseline;
-  using Gpu = CudaOps<Field, Penalty>;
-  CudaWork work;
-  auto here = term_on<Field, Penalty>(others.view(), Residual::kSlope, true, 1);
-  auto there = term_on<Field, Penalty>(work.upload(pixels), Residual::kSlope, true, 1);
+  energies::PixelSet pixels = some_pixels(count), others = pixels;
+  const energies::TermOps<Field, Penalty>& cpu = energies::OpsOf<Field, Penalty>::baseline;
+  using Gpu = energies::CudaOps<Field, Penalty>;
+  energies::CudaWork work;
+  auto here = term_on<Field, Penalty>(others.view(), energies::Residual::kSlope, true, 1);
+  auto there = term_on<Field, Penalty>(work.upload(pixels), energies::Residual::kSlope, true, 1);
   on_device(&work, &there.field);
   const auto expected = cpu.linearize(here, 0, count);
   const auto sums = Gpu::linearize(&work, there);
@@ -36,15 +36,15 @@ void expect_the_cpus_sums(int count) {
 }
 
 #define SDFTRACK_PAIR(name, field, penalty)                                                \
-  TEST(CudaWork, name##_is_what_the_cpu_sums) {                                            \
+  TEST(energies::CudaWork, name##_is_what_the_cpu_sums) {                                  \
     for (const int count : {1, 700, 100'000}) expect_the_cpus_sums<field, penalty>(count); \
   }
 #include "energies/compiled.inc"
 #undef SDFTRACK_PAIR
 
-TEST(CudaWork, a_build_without_cuda_says_so) {
+TEST(energies::CudaWork, a_build_without_cuda_says_so) {
   if (cuda_built()) GTEST_SKIP() << "a build with CUDA";
-  EXPECT_THROW(CudaWork(), std::runtime_error);
+  EXPECT_THROW(energies::CudaWork(), std::runtime_error);
 }
 
 }  // namespace

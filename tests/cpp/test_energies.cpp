@@ -8,7 +8,7 @@
 #include "energies/reduce_cpu.h"
 #include "energies/sdf_energy.h"
 #include "energies/term.h"
-#include "tracking/free_space.h"
+#include "tracking/fit/free_space.h"
 #include "volume_fixture.h"
 
 namespace sdftrack {
@@ -24,7 +24,7 @@ constexpr double kDerivativeTolerance = 1e-5;
 
 template <class Field, class Move>
 void expect_columns(const Field& field, Vec3d p_cam, const Move& move) {
-  FieldRow<double, Field::P> row, up, down;
+  energies::FieldRow<double, Field::P> row, up, down;
   field.row(p_cam, &row);
   double value;
   Vec3d g;
@@ -58,8 +58,8 @@ std::vector<Vec3d> some_points() {
 
 TEST(Field, the_columns_of_one_object_are_derivatives) {
   for (const Vec3d& p : some_points())
-    expect_columns(SingleObject<double>{kBox.view(), kPose}, p,
-                   [](SingleObject<double> f, Vec3d point, int j, double* h) {
+    expect_columns(energies::SingleObject<double>{kBox.view(), kPose}, p,
+                   [](energies::SingleObject<double> f, Vec3d point, int j, double* h) {
                      f.T_obj_cam = moved(f.T_obj_cam, j, *h);
                      return std::pair{f, point};
                    });
@@ -67,8 +67,8 @@ TEST(Field, the_columns_of_one_object_are_derivatives) {
 
 TEST(Field, the_column_of_the_size_is_a_derivative) {
   for (const Vec3d& p : some_points())
-    expect_columns(ScaledObject<double>{kBox.view(), kPose, 1.1}, p,
-                   [](ScaledObject<double> f, Vec3d point, int j, double* h) {
+    expect_columns(energies::ScaledObject<double>{kBox.view(), kPose, 1.1}, p,
+                   [](energies::ScaledObject<double> f, Vec3d point, int j, double* h) {
                      if (j < 6)
                        f.T_obj_cam = moved(f.T_obj_cam, j, *h);
                      else
@@ -78,7 +78,7 @@ TEST(Field, the_column_of_the_size_is_a_derivative) {
 }
 
 TEST(Field, the_columns_of_the_intrinsics_are_derivatives) {
-  using F = WithIntrinsics<SingleObject<double>>;
+  using F = energies::WithIntrinsics<energies::SingleObject<double>>;
   for (const Vec3d& p : some_points())
     expect_columns(F{{kBox.view(), kPose}, kCamera}, p, [](F f, Vec3d point, int j, double* h) {
       if (j < 6) {
@@ -94,8 +94,8 @@ TEST(Field, the_columns_of_the_intrinsics_are_derivatives) {
 }
 
 template <int K>
-SoftMin<K, double> touching_boxes(double sharpness_per_m) {
-  SoftMin<K, double> field;
+energies::SoftMin<K, double> touching_boxes(double sharpness_per_m) {
+  energies::SoftMin<K, double> field;
   for (int k = 0; k < K; ++k) {
     const Rigidd there{rotation_exp(Vec3d{0.3 * k, 0.1, -0.2 * k}), {0.05 * k, 0.01 * k, -0.02 * k}};
     field.object[k] = {kBox.view(), there * kPose};
@@ -109,7 +109,7 @@ void expect_columns_of_a_union() {
   for (const double sharpness_per_m : {100.0, 2000.0})
     for (const Vec3d& p : some_points())
       expect_columns(touching_boxes<K>(sharpness_per_m), p,
-                     [](SoftMin<K, double> f, Vec3d point, int j, double* h) {
+                     [](energies::SoftMin<K, double> f, Vec3d point, int j, double* h) {
                        f.object[j / 6].T_obj_cam = moved(f.object[j / 6].T_obj_cam, j % 6, *h);
                        return std::pair{f, point};
                      });
@@ -122,10 +122,10 @@ TEST(Field, the_columns_of_a_union_are_derivatives) {
 
 // 40 per voxel: at the default four surfaces that meet in one point stay within 0.05 voxel of it.
 TEST(Field, a_union_lies_below_its_nearest_object_by_the_logarithm_of_their_number) {
-  SoftMin<4, double> field;
+  energies::SoftMin<4, double> field;
   for (auto& object : field.object) object = {kBox.view(), kPose};
   const float voxel_m = kBox.view().voxel_m;
-  field.sharpness_per_m = static_cast<double>(SdfEnergyOptions{}.sharpness / voxel_m);
+  field.sharpness_per_m = static_cast<double>(energies::SdfEnergyOptions{}.sharpness / voxel_m);
   for (const Vec3d& p : some_points()) {
     double joined, own;
     Vec3d unused;
@@ -137,7 +137,7 @@ TEST(Field, a_union_lies_below_its_nearest_object_by_the_logarithm_of_their_numb
 }
 
 TEST(Field, far_from_all_others_a_union_is_its_object) {
-  const SoftMin<3, double> field = touching_boxes<3>(1e4);
+  const energies::SoftMin<3, double> field = touching_boxes<3>(1e4);
   for (const Vec3d& p : some_points()) {
     double joined, least = 1, own;
     Vec3d unused;
@@ -152,7 +152,7 @@ TEST(Field, far_from_all_others_a_union_is_its_object) {
 TEST(Penalty, slope_and_second_derivative_are_derivatives_of_the_cost) {
   for (const double floor : {0.0, 0.1})
     for (double r = -0.02; r < 0.02; r += 0.0007) {
-      const DepthLogistic<double> penalty{0.002, floor};
+      const energies::DepthLogistic<double> penalty{0.002, floor};
       const double noise = 1.3, h = 1e-8;
       EXPECT_NEAR((penalty(r + h, noise).cost - penalty(r - h, noise).cost) / (2 * h),
                   penalty(r, noise).slope, 1e-3);
@@ -162,7 +162,7 @@ TEST(Penalty, slope_and_second_derivative_are_derivatives_of_the_cost) {
 }
 
 TEST(Penalty, without_a_floor_it_is_the_printed_logistic_density) {
-  const DepthLogistic<double> penalty{0.002, 0.0};
+  const energies::DepthLogistic<double> penalty{0.002, 0.0};
   for (const double phi : {-0.01, -0.001, 0.0, 0.0003, 0.02}) {
     const double e = std::exp(phi / 0.002);
     const double density = e / ((e + 1) * (e + 1));  // Eq. 3.11 but for a constant factor
@@ -171,16 +171,18 @@ TEST(Penalty, without_a_floor_it_is_the_printed_logistic_density) {
 }
 
 TEST(Penalty, the_irls_curvature_is_slope_over_residual_and_finite_at_zero) {
-  const DepthLogistic<double> penalty{0.002, 0.1};
-  const Curve<double> c = penalty(0.003, 1.0);
+  const energies::DepthLogistic<double> penalty{0.002, 0.1};
+  const energies::Curve<double> c = penalty(0.003, 1.0);
   EXPECT_NEAR(c.curvature, c.slope / 0.003, 1e-9 * c.curvature);
   EXPECT_NEAR(penalty(0.0, 1.0).curvature, 0.9 / (2 * 0.002 * 0.002), 1.0);
-  EXPECT_EQ((DepthLogistic<double>{0.002, 0.0, Curvature::kPrinted}(0.003, 1.0).curvature),
-            std::pow(DepthLogistic<double>{0.002, 0.0}(0.003, 1.0).slope, 2));
+  EXPECT_EQ(
+      (energies::DepthLogistic<double>{0.002, 0.0, energies::Curvature::kPrinted}(0.003, 1.0).curvature),
+      std::pow(energies::DepthLogistic<double>{0.002, 0.0}(0.003, 1.0).slope, 2));
 }
 
 TEST(Penalty, behind_the_surface_it_may_have_another_floor) {
-  const DepthLogistic<double> one{0.002, 0.3}, other{0.002, 0.02}, both{0.002, 0.3, Curvature::kIrls, 0.02};
+  const energies::DepthLogistic<double> one{0.002, 0.3}, other{0.002, 0.02},
+      both{0.002, 0.3, energies::Curvature::kIrls, 0.02};
   for (const double r : {1e-4, 0.003, 0.01}) {
     EXPECT_EQ(both(r, 1.0).cost, one(r, 1.0).cost);
     EXPECT_EQ(both(-r, 1.0).cost, other(-r, 1.0).cost);
@@ -190,7 +192,7 @@ TEST(Penalty, behind_the_surface_it_may_have_another_floor) {
 }
 
 TEST(Penalty, with_a_floor_a_far_residual_pulls_no_more) {
-  const DepthLogistic<double> penalty{0.002, 0.1};
+  const energies::DepthLogistic<double> penalty{0.002, 0.1};
   EXPECT_NEAR(penalty(0.1, 1.0).cost, -std::log(0.1), 1e-9);
   EXPECT_LT(penalty(0.1, 1.0).slope, 1e-12);
   EXPECT_TRUE(std::isfinite(penalty(1e6, 1.0).cost));
@@ -211,17 +213,17 @@ void expect_derivatives(const P& penalty, double r, double foreground) {
 TEST(ColorPenalty, slope_and_second_derivative_are_derivatives_of_the_cost) {
   for (const double foreground : {0.02, 0.1, 0.3, 0.7, 0.98})
     for (double r = -0.02; r < 0.02; r += 0.0007) {
-      expect_derivatives(ColorOdds<double>{0.002, 0.1, 0.7}, r, foreground);
-      expect_derivatives(ColorPrinted<double>{0.002}, r, foreground);
+      expect_derivatives(energies::ColorOdds<double>{0.002, 0.1, 0.7}, r, foreground);
+      expect_derivatives(energies::ColorPrinted<double>{0.002}, r, foreground);
     }
 }
 
 TEST(ColorPenalty, a_colour_that_says_little_or_speaks_for_the_object_leaves_the_depth_penalty) {
-  const DepthLogistic<double> depth{0.002, 0.1};
-  const ColorOdds<double> odds{0.002, 0.1, 0.7};
+  const energies::DepthLogistic<double> depth{0.002, 0.1};
+  const energies::ColorOdds<double> odds{0.002, 0.1, 0.7};
   for (const double foreground : {0.13, 0.3, 0.7, 0.9, 0.98})
     for (const double r : {-0.01, -0.001, 0.0, 0.0003, 0.02}) {
-      const Curve<double> a = depth(r, 1.0), b = odds(r, 1.0, foreground);
+      const energies::Curve<double> a = depth(r, 1.0), b = odds(r, 1.0, foreground);
       EXPECT_EQ(a.cost, b.cost);
       EXPECT_EQ(a.slope, b.slope);
       EXPECT_EQ(a.curvature, b.curvature);
@@ -230,18 +232,18 @@ TEST(ColorPenalty, a_colour_that_says_little_or_speaks_for_the_object_leaves_the
 }
 
 TEST(ColorPenalty, the_odds_let_go_of_the_backgrounds_colour) {
-  const ColorOdds<double> odds{0.002, 0.1, 0.7};
+  const energies::ColorOdds<double> odds{0.002, 0.1, 0.7};
   const double r = 0.004;  // 2 s
   EXPECT_LT(odds(r, 1, 0.02).slope, 0.1 * odds(r, 1, 0.7).slope);
   EXPECT_LT(odds(0.001, 1, 0.02).curvature, 0.15 * odds(0.001, 1, 0.7).curvature);
 }
 
 TEST(ColorPenalty, the_printed_form_is_the_sum_of_its_two_terms) {
-  const ColorPrinted<double> printed{0.002};
+  const energies::ColorPrinted<double> printed{0.002};
   for (const double r : {-0.004, -0.0002, 0.001, 0.006}) {
     const double on = 1 / std::pow(std::cosh(r / 0.004), 2), f = 0.6;
     const double L = f * on + (r >= 0 ? 0.4 * (1 - on) : 0.0);
-    EXPECT_NEAR(printed(r, 1.0, f).cost, -std::log(L + kPosteriorFloor), 1e-12);
+    EXPECT_NEAR(printed(r, 1.0, f).cost, -std::log(L + energies::kPosteriorFloor), 1e-12);
   }
   EXPECT_LT(printed(0.003, 1.0, 0.3).slope, 0) << "a background pixel in front pushes away";
   EXPECT_EQ(printed(0.003, 1.0, 0.5).slope, 0) << "and one that may be either does not pull at all";
@@ -249,8 +251,8 @@ TEST(ColorPenalty, the_printed_form_is_the_sum_of_its_two_terms) {
 
 // A synthetic frame of the box: exact hits by marching, moved by a known error.
 struct BoxFrame {
-  PixelSet pixels;
-  State x{{kPose}, kCamera, {}};
+  energies::PixelSet pixels;
+  optim::State x{{kPose}, kCamera, {}};
 
   explicit BoxFrame(double noise_m) {
     std::mt19937 random(7);
@@ -270,24 +272,24 @@ struct BoxFrame {
   }
 };
 
-SdfEnergyOptions stateless(Residual residual) {
-  SdfEnergyOptions options;
+energies::SdfEnergyOptions stateless(energies::Residual residual) {
+  energies::SdfEnergyOptions options;
   options.residual = residual;
   options.warm_hits = false;
   return options;
 }
 
-class EveryResidual : public testing::TestWithParam<Residual> {};
+class EveryResidual : public testing::TestWithParam<energies::Residual> {};
 
 TEST_P(EveryResidual, the_gradient_is_the_slope_of_the_cost) {
   BoxFrame frame(0.001);
   ASSERT_GT(frame.pixels.count(), 500);
-  SdfEnergy energy(kBox.view(), &frame.pixels, stateless(GetParam()));
+  energies::SdfEnergy energy(kBox.view(), &frame.pixels, stateless(GetParam()));
   Eigen::VectorXd off(6);
   off << 0.001, -0.0005, 0.001, 0.004, 0.003, -0.005;
-  const State x = retract(energy.unknowns(), frame.x, off);
+  const optim::State x = optim::retract(energy.unknowns(), frame.x, off);
   energy.classify(x, 8);
-  NormalEquations eq;
+  optim::NormalEquations eq;
   eq.reset(6);
   energy.linearize(x, &eq);
   EXPECT_NEAR(eq.cost, energy.cost(x), 1e-6 * eq.cost);
@@ -296,9 +298,9 @@ TEST_P(EveryResidual, the_gradient_is_the_slope_of_the_cost) {
     Eigen::VectorXd d = Eigen::VectorXd::Zero(6);
     const double h = 2e-5;
     d[j] = h;
-    slope[j] =
-        (energy.cost(retract(energy.unknowns(), x, d)) - energy.cost(retract(energy.unknowns(), x, -d))) /
-        (2 * h);
+    slope[j] = (energy.cost(optim::retract(energy.unknowns(), x, d)) -
+                energy.cost(optim::retract(energy.unknowns(), x, -d))) /
+               (2 * h);
   }
   // Float sums and kinks at voxel borders within the step; 4e-3 measured for the printed residual.
   EXPECT_LT((slope - eq.gradient).cwiseAbs().maxCoeff(), 1e-2 * eq.gradient.cwiseAbs().maxCoeff())
@@ -309,19 +311,19 @@ TEST_P(EveryResidual, the_gradient_is_the_slope_of_the_cost) {
 TEST_P(EveryResidual, the_sum_has_the_same_bits_for_any_number_of_threads) {
   BoxFrame frame(0.001);
   for (int doubled = 0; doubled < 3; ++doubled) {  // several chunks
-    PixelSet more = frame.pixels;
+    energies::PixelSet more = frame.pixels;
     for (int i = 0; i < more.count(); ++i) {
       const auto j = static_cast<std::size_t>(i);
       frame.pixels.push(more.u_px[j] + 0.25f, more.v_px[j], more.depth_m[j], 1.0f);
     }
   }
-  ASSERT_GT(frame.pixels.count(), 3 * kChunk);
-  NormalEquations one, many;
+  ASSERT_GT(frame.pixels.count(), 3 * energies::kChunk);
+  optim::NormalEquations one, many;
   for (auto& [threads, eq] : {std::pair{1, &one}, std::pair{8, &many}}) {
-    PixelSet pixels = frame.pixels;
-    SdfEnergyOptions options = stateless(GetParam());
+    energies::PixelSet pixels = frame.pixels;
+    energies::SdfEnergyOptions options = stateless(GetParam());
     options.threads = threads;
-    SdfEnergy energy(kBox.view(), &pixels, options);
+    energies::SdfEnergy energy(kBox.view(), &pixels, options);
     energy.classify(frame.x, 8);
     eq->reset(6);
     energy.linearize(frame.x, eq);
@@ -332,13 +334,14 @@ TEST_P(EveryResidual, the_sum_has_the_same_bits_for_any_number_of_threads) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, EveryResidual,
-                         testing::Values(Residual::kPoint, Residual::kSlope, Residual::kRayHit));
+                         testing::Values(energies::Residual::kPoint, energies::Residual::kSlope,
+                                         energies::Residual::kRayHit));
 
 TEST(RayHit, without_noise_every_residual_is_zero_at_the_truth) {
   BoxFrame frame(0);
-  SdfEnergy energy(kBox.view(), &frame.pixels, stateless(Residual::kRayHit));
+  energies::SdfEnergy energy(kBox.view(), &frame.pixels, stateless(energies::Residual::kRayHit));
   energy.classify(frame.x, 8);
-  PixelReadings r;
+  energies::PixelReadings r;
   energy.read(frame.x, &r);
   int hits = 0;
   for (std::size_t i = 0; i < r.hit.size(); ++i)
@@ -353,9 +356,9 @@ TEST(RayHit, the_residual_of_a_reading_in_front_of_a_wall_is_its_depth_error) {
   // A box seen at 60 degrees: 2 mm along the ray, whatever the incidence.
   BoxFrame frame(0);
   for (float& z : frame.pixels.depth_m) z -= 0.002f;
-  SdfEnergy energy(kBox.view(), &frame.pixels, stateless(Residual::kRayHit));
+  energies::SdfEnergy energy(kBox.view(), &frame.pixels, stateless(energies::Residual::kRayHit));
   energy.classify(frame.x, 8);
-  PixelReadings r;
+  energies::PixelReadings r;
   energy.read(frame.x, &r);
   int near = 0, hits = 0;
   for (std::size_t i = 0; i < r.hit.size(); ++i)
@@ -364,14 +367,14 @@ TEST(RayHit, the_residual_of_a_reading_in_front_of_a_wall_is_its_depth_error) {
 }
 
 TEST(DistanceTransform, equals_the_brute_force_distance) {
-  DistanceGrid grid;
+  energies::DistanceGrid grid;
   grid.step = 3, grid.width = 21, grid.height = 17, grid.limit_px = 1e6;
   std::mt19937 random(2);
   std::vector<unsigned char> free(21 * 17);
   for (auto& f : free) f = random() % 30 != 0;
   free[0] = 0;
-  DistanceScratch scratch;
-  distance_transform(free, &scratch, &grid);
+  energies::DistanceScratch scratch;
+  energies::distance_transform(free, &scratch, &grid);
   for (int y = 0; y < 17; ++y)
     for (int x = 0; x < 21; ++x) {
       double best = 1e9;
@@ -384,32 +387,32 @@ TEST(DistanceTransform, equals_the_brute_force_distance) {
 
 TEST(FreeSpace, the_gradient_is_the_slope_of_the_cost_and_pulls_a_point_back) {
   // Half of the image is free: points projected there are charged.
-  DistanceGrid grid;
+  energies::DistanceGrid grid;
   grid.step = 2, grid.width = 160, grid.height = 120;
   std::vector<unsigned char> free(160 * 120);
   for (int y = 0; y < 120; ++y)
     for (int x = 0; x < 160; ++x) free[static_cast<std::size_t>(y * 160 + x)] = x > 80 + y / 8;
-  DistanceScratch scratch;
-  distance_transform(free, &scratch, &grid);
+  energies::DistanceScratch scratch;
+  energies::distance_transform(free, &scratch, &grid);
   std::vector<Vec3f> points;
   for (int i = 0; i < 40; ++i)
     points.push_back({0.002f * static_cast<float>(i), 0.001f * static_cast<float>(i % 7), 0.01f});
-  FreeSpaceEnergy energy(&points, &grid, {});
-  const State x{{kPose}, kCamera, {}};
-  NormalEquations eq;
+  tracking::FreeSpaceEnergy energy(&points, &grid, {});
+  const optim::State x{{kPose}, kCamera, {}};
+  optim::NormalEquations eq;
   eq.reset(6);
   energy.linearize(x, &eq);
   EXPECT_GT(eq.cost, 1);
   EXPECT_EQ(eq.cost, energy.cost(x));
   // The same formula in double, point by point.
-  const auto exact = [&](const State& at) {
+  const auto exact = [&](const optim::State& at) {
     double sum = 0;
     for (const Vec3f& p : points) {
       double r;
       Vec3d dr_cam;
       const Vec3d p_cam = inverse(at.T_obj_cam[0]) * p.cast<double>();
-      if (free_space_residual(grid.view(), kCamera, 1.0, p_cam, &r, &dr_cam))
-        sum += DepthLogistic<double>{0.003, 0}(r, 1.0).cost;
+      if (energies::free_space_residual(grid.view(), kCamera, 1.0, p_cam, &r, &dr_cam))
+        sum += energies::DepthLogistic<double>{0.003, 0}(r, 1.0).cost;
     }
     return sum;
   };
@@ -419,7 +422,8 @@ TEST(FreeSpace, the_gradient_is_the_slope_of_the_cost_and_pulls_a_point_back) {
     const double h = 1e-8;
     d[j] = h;
     const double slope =
-        (exact(retract(energy.unknowns(), x, d)) - exact(retract(energy.unknowns(), x, -d))) / (2 * h);
+        (exact(optim::retract(energy.unknowns(), x, d)) - exact(optim::retract(energy.unknowns(), x, -d))) /
+        (2 * h);
     EXPECT_NEAR(slope, eq.gradient[j], 1e-4 * eq.gradient.cwiseAbs().maxCoeff());
   }
   // Moving the object to the left of the image, out of the free half, lowers the cost.

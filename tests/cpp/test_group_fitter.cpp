@@ -10,56 +10,59 @@ const Rigidd kFirst = pose_at({-0.02, 0.01, 0.55}), kSecond = beside(kFirst, 0.0
 constexpr double kClose_m = 5e-4;
 
 struct Groups : PartsFixture {
-  GroupFitter groups{options, settings, &follower};
+  tracking::GroupFitter groups{options, settings, &follower};
 
   void fit(const std::vector<Rigidd>& boxes, int frame, bool covered = false) {
-    open(boxes, frame, kUnknown, covered);
+    open(boxes, frame, tracking::kUnknown, covered);
     groups.fit(&context, objects);
   }
-  ObjectResult accept(std::size_t k) { return groups.accept(&*context.together(k), kUnknown, &objects[k]); }
+  tracking::ObjectResult accept(std::size_t k) {
+    return groups.accept(&*context.together(k), tracking::kUnknown, &objects[k]);
+  }
 };
 
-TEST(GroupFitter, what_may_touch_is_fitted_together_and_who_is_alone_is_left) {
+TEST(tracking::GroupFitter, what_may_touch_is_fitted_together_and_who_is_alone_is_left) {
   Groups parts;
   parts.add(kFirst), parts.add(kSecond), parts.add(pose_at({0.3, 0, 0.9}));
   const Rigidd truth = beside(kFirst, 0.001);
   parts.fit({kFirst, truth}, 0);
   ASSERT_TRUE(parts.context.together(0) && parts.context.together(1));
   EXPECT_FALSE(parts.context.together(2));
-  EXPECT_EQ(parts.accept(0).trust.status, Status::kOk);
-  const ObjectResult second = parts.accept(1);
-  EXPECT_EQ(second.trust.status, Status::kOk) << sentence(second.trust.reason);
+  EXPECT_EQ(parts.accept(0).trust.status, tracking::Status::kOk);
+  const tracking::ObjectResult second = parts.accept(1);
+  EXPECT_EQ(second.trust.status, tracking::Status::kOk) << tracking::sentence(second.trust.reason);
   EXPECT_LT(norm(second.T_cam_obj.t - truth.t), kClose_m);
 }
 
-TEST(GroupFitter, of_two_that_start_in_one_place_the_second_is_refused) {
+TEST(tracking::GroupFitter, of_two_that_start_in_one_place_the_second_is_refused) {
   Groups parts;
   for (int k = 0; k < 2; ++k) {
     parts.add(kFirst);
     parts.objects.back().wanted = at_pose(kFirst);
   }
   parts.fit({kFirst}, 0);
-  EXPECT_EQ(parts.accept(0).trust.status, Status::kOk);
-  const ObjectResult refused = parts.accept(1);
-  EXPECT_EQ(refused.trust.status, Status::kLost);
-  EXPECT_EQ(refused.trust.reason.code, ReasonCode::kSamePlace);
+  EXPECT_EQ(parts.accept(0).trust.status, tracking::Status::kOk);
+  const tracking::ObjectResult refused = parts.accept(1);
+  EXPECT_EQ(refused.trust.status, tracking::Status::kLost);
+  EXPECT_EQ(refused.trust.reason.code, tracking::ReasonCode::kSamePlace);
   EXPECT_EQ(refused.trust.reason.object, 0);
 }
 
-TEST(GroupFitter, a_hidden_one_is_carried_for_some_frames_and_then_lost) {
+TEST(tracking::GroupFitter, a_hidden_one_is_carried_for_some_frames_and_then_lost) {
   Groups parts;
   parts.add(kFirst), parts.add(kSecond);
-  std::vector<Status> said;
+  std::vector<tracking::Status> said;
   for (int i = 0; i < 7; ++i) {
     parts.fit({kFirst, kSecond}, i, true);
-    EXPECT_EQ(parts.accept(0).trust.status, Status::kOk);
-    const ObjectResult hidden = parts.accept(1);
+    EXPECT_EQ(parts.accept(0).trust.status, tracking::Status::kOk);
+    const tracking::ObjectResult hidden = parts.accept(1);
     said.push_back(hidden.trust.status);
-    EXPECT_EQ(hidden.trust.reason.code, i < 5 ? ReasonCode::kPlacedByNeighbors : ReasonCode::kFewReadings);
+    EXPECT_EQ(hidden.trust.reason.code,
+              i < 5 ? tracking::ReasonCode::kPlacedByNeighbors : tracking::ReasonCode::kFewReadings);
     EXPECT_LT(norm(parts.pose_of(1).t - kSecond.t), 0.01);
   }
-  EXPECT_EQ(said.front(), Status::kWeak);
-  EXPECT_EQ(said.back(), Status::kLost);
+  EXPECT_EQ(said.front(), tracking::Status::kWeak);
+  EXPECT_EQ(said.back(), tracking::Status::kLost);
 }
 
 }  // namespace

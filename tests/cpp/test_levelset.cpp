@@ -44,18 +44,18 @@ TEST(Levelset, the_error_function_has_the_stated_error) {
 
 TEST(Levelset, the_log_ratio_is_odd_bounded_and_the_same_in_double) {
   for (const bool printed : {false, true}) {
-    const EvidenceForm form{printed, 0.005f};
+    const levelset::EvidenceForm form{printed, 0.005f};
     const double most = printed ? 10 : std::log(19.0);
     // 1 - q is rounded: by 6e-8 of as little as 9e-5 where the printed form is cut.
     const double rounding = printed ? 2e-3 : 2e-5;
     for (double d = 1e-6; d < 0.2; d *= 1.05) {
-      const auto near = log_ratio(static_cast<float>(d), 0.002f, form);
-      EXPECT_NEAR(near, -log_ratio(static_cast<float>(-d), 0.002f, form), rounding) << d;
-      const double exact = log_ratio(d, 0.002, form);
+      const auto near = levelset::log_ratio(static_cast<float>(d), 0.002f, form);
+      EXPECT_NEAR(near, -levelset::log_ratio(static_cast<float>(-d), 0.002f, form), rounding) << d;
+      const double exact = levelset::log_ratio(d, 0.002, form);
       EXPECT_LE(exact, most + 1e-3);
       EXPECT_NEAR(near, exact, rounding) << d;
     }
-    EXPECT_EQ(log_ratio(0.0f, 0.002f, form), 0.0f);
+    EXPECT_EQ(levelset::log_ratio(0.0f, 0.002f, form), 0.0f);
   }
 }
 
@@ -64,10 +64,11 @@ TEST(Levelset, the_upwind_difference_is_exact_for_a_plane) {
   for (const Vec3d n : {Vec3d{1, 0, 0}, Vec3d{0.6, 0.8, 0}, Vec3d{0.48, 0.6, 0.64}, Vec3d{0.1, 0.2, 0.97}}) {
     const double h = 0.002, length = norm(n), at = 0.01;
     const auto nearer = [&](double along) { return at - h * along / length; };
-    EXPECT_NEAR(upwind_distance(nearer(n.x), nearer(n.y), nearer(n.z), h), at, kThird * at);
-    EXPECT_NEAR(upwind_distance(nearer(n.z), nearer(n.x), nearer(n.y), h), at, kThird * at);
+    EXPECT_NEAR(levelset::upwind_distance(nearer(n.x), nearer(n.y), nearer(n.z), h), at, kThird * at);
+    EXPECT_NEAR(levelset::upwind_distance(nearer(n.z), nearer(n.x), nearer(n.y), h), at, kThird * at);
   }
-  EXPECT_NEAR(upwind_distance(0.01, 1.0, 1.0, 0.002), 0.012, 1e-12);  // one neighbour alone is known
+  EXPECT_NEAR(levelset::upwind_distance(0.01, 1.0, 1.0, 0.002), 0.012,
+              1e-12);  // one neighbour alone is known
 }
 
 TEST(Levelset, the_upwind_difference_errs_by_the_curvature_near_a_ball) {
@@ -81,7 +82,8 @@ TEST(Levelset, the_upwind_difference_errs_by_the_curvature_near_a_ball) {
     const auto distance = [&](Vec3d step) {
       return std::min(std::abs(norm(p + step) - radius), std::abs(norm(p - step) - radius));
     };
-    const double given = upwind_distance(distance({h, 0, 0}), distance({0, h, 0}), distance({0, 0, h}), h);
+    const double given =
+        levelset::upwind_distance(distance({h, 0, 0}), distance({0, h, 0}), distance({0, 0, h}), h);
     // Between voxels the distance curves by up to h^2 / (2 r); the error is outwards, of that order.
     EXPECT_NEAR(given, 4 * h, h * h / radius);
     EXPECT_GT(given, (1 - kThird) * 4 * h);
@@ -94,31 +96,33 @@ TEST(Levelset, every_instruction_set_gives_the_same_bits) {
   const std::vector<float> image = random_values(4 * 40 * 30, 1, 4);
   std::vector<float> pixels(image.size());
   for (std::size_t i = 0; i < pixels.size(); i += 4) {
-    pixels[i] = 0.3f + 0.03f * image[i], pixels[i + 1] = image[i + 1] < -0.5f ? kCarves : image[i + 1];
+    pixels[i] = 0.3f + 0.03f * image[i],
+    pixels[i + 1] = image[i + 1] < -0.5f ? levelset::kCarves : image[i + 1];
     pixels[i + 2] = 1e-3f * image[i + 2], pixels[i + 3] = 1e-3f * image[i + 3];
   }
-  const EvidenceTerm<float> term{pixels.data(),
-                                 0,
-                                 0,
-                                 40,
-                                 30,
-                                 {120, 118, 19.6f, 14.7f},
-                                 {false, 0.005f},
-                                 {0.001f, 0.01f, 0.002f, 0.001f},
-                                 0.003f,
-                                 0.2f};
-  const BlockPlace place{{-0.04, 0.01, 0.29}, {0.004, 1e-4, 1e-3}, {-1e-4, 0.004, 5e-4}, {1e-3, 5e-4, 0.002}};
+  const levelset::EvidenceTerm<float> term{pixels.data(),
+                                           0,
+                                           0,
+                                           40,
+                                           30,
+                                           {120, 118, 19.6f, 14.7f},
+                                           {false, 0.005f},
+                                           {0.001f, 0.01f, 0.002f, 0.001f},
+                                           0.003f,
+                                           0.2f};
+  const levelset::BlockPlace place{
+      {-0.04, 0.01, 0.29}, {0.004, 1e-4, 1e-3}, {-1e-4, 0.004, 5e-4}, {1e-3, 5e-4, 0.002}};
   constexpr int kFirst = kSize * kSize * (kSize / 2 - 4) + kSize * (kSize / 2 - 4);
   for (const Isa isa : supported_isas())
     for (const int nx : {1, 5, 7, 8}) {
-      const BlockRows rows{nx, 8, 3, kSize, kSize * kSize};
+      const levelset::BlockRows rows{nx, 8, 3, kSize, kSize * kSize};
       std::vector<float> out[2];
       std::vector<int> at[2];
       for (const int k : {0, 1}) {
-        const VoxelOps& ops = k ? voxel_ops_for(isa) : VoxelOps::baseline;
+        const levelset::VoxelOps& ops = k ? levelset::voxel_ops_for(isa) : levelset::VoxelOps::baseline;
         std::vector<float> ratio(ratios), weight(ratios), distance(512), phi(volume.phi);
         for (float& w : weight) w = w > 0 ? w : 0;
-        const BlockChange change =
+        const levelset::BlockChange change =
             ops.fuse(term, place, rows, 3, ratio.data() + kFirst, weight.data() + kFirst, distance.data());
         EXPECT_NE(change.near, 0u);
         for (int row = 0; row < 24; ++row)  // of the others nothing is promised
@@ -142,12 +146,12 @@ TEST(Levelset, every_instruction_set_gives_the_same_bits) {
 }
 
 std::vector<float> evolved(const Volume& v, float most, int steps, bool printed, int threads) {
-  const Grid grid{v.n, v.n, v.n, v.voxel_m, v.origin.cast<double>()};
+  const sdf::Grid grid{v.n, v.n, v.n, v.voxel_m, v.origin.cast<double>()};
   std::vector<float> ratio(v.phi);
   for (float& x : ratio) x = -most * std::tanh(x / (2 * v.voxel_m));
-  EvolveOptions options;
+  levelset::EvolveOptions options;
   options.printed = printed;
-  return evolve(grid, v.phi.data(), ratio.data(), steps, options, threads);
+  return levelset::evolve(grid, v.phi.data(), ratio.data(), steps, options, threads);
 }
 
 TEST(Levelset, an_evolution_has_the_same_bits_for_any_number_of_threads) {
@@ -175,17 +179,17 @@ TEST(Levelset, a_plane_without_evidence_stays_where_it_is_up_to_the_faces_of_the
 
 TEST(Levelset, an_evolution_refuses_what_is_not_stable) {
   const Volume v = ball(0.03);
-  const Grid grid{v.n, v.n, v.n, v.voxel_m, v.origin.cast<double>()};
-  const auto refused = [&](EvolveOptions o) {
-    EXPECT_THROW(evolve(grid, v.phi.data(), v.phi.data(), 1, o, 1), std::invalid_argument);
+  const sdf::Grid grid{v.n, v.n, v.n, v.voxel_m, v.origin.cast<double>()};
+  const auto refused = [&](levelset::EvolveOptions o) {
+    EXPECT_THROW(levelset::evolve(grid, v.phi.data(), v.phi.data(), 1, o, 1), std::invalid_argument);
   };
-  EvolveOptions o;
-  o.dt = 1.001f * longest_step(o);
+  levelset::EvolveOptions o;
+  o.dt = 1.001f * levelset::longest_step(o);
   refused(o);
   o.dt = -1;
   refused(o);
-  EXPECT_NEAR(longest_step({}), 2 / (12.0 / 9 + 1.0 / 64), 1e-5);
-  EXPECT_THROW(evolve(grid, v.phi.data(), v.phi.data(), -1, {}, 1), std::invalid_argument);
+  EXPECT_NEAR(levelset::longest_step({}), 2 / (12.0 / 9 + 1.0 / 64), 1e-5);
+  EXPECT_THROW(levelset::evolve(grid, v.phi.data(), v.phi.data(), -1, {}, 1), std::invalid_argument);
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace sdftrack {
 namespace {
 
 // Point-to-point alignment: E = sum |T_obj_cam a_i - b_i|^2 / 2. Its minimum is known when b = T a.
-class Alignment final : public Energy {
+class Alignment final : public optim::Energy {
  public:
   explicit Alignment(const Rigidd& truth) {
     std::mt19937 random(3);
@@ -22,8 +22,8 @@ class Alignment final : public Energy {
       b_.push_back(truth * a_.back());
     }
   }
-  Unknowns unknowns() const override { return {1, false, false}; }
-  double cost(const State& x) override {
+  optim::Unknowns unknowns() const override { return {1, false, false}; }
+  double cost(const optim::State& x) override {
     double sum = 0;
     for (std::size_t i = 0; i < a_.size(); ++i) {
       const Vec3d e = x.T_obj_cam[0] * a_[i] - b_[i];
@@ -31,7 +31,7 @@ class Alignment final : public Energy {
     }
     return sum;
   }
-  void linearize(const State& x, NormalEquations* out) override {
+  void linearize(const optim::State& x, optim::NormalEquations* out) override {
     for (std::size_t i = 0; i < a_.size(); ++i) {
       const Vec3d p = x.T_obj_cam[0] * a_[i], e = p - b_[i];
       Eigen::Matrix<double, 3, 6> J;
@@ -51,9 +51,9 @@ const Rigidd kTruth{rotation_exp(Vec3d{0.4, -0.3, 0.9}), {0.02, -0.03, 0.05}};
 
 TEST(Lm, finds_the_pose_of_an_alignment_with_known_answer) {
   Alignment energy(kTruth);
-  LmOptions options;
+  optim::LmOptions options;
   options.max_steps = 50;
-  const LmResult r = minimize(energy, {{Rigidd{}}, {}, {}}, options);
+  const optim::LmResult r = optim::minimize(energy, {{Rigidd{}}, {}, {}}, options);
   const Rigidd off = r.x.T_obj_cam[0] * inverse(kTruth);
   EXPECT_LT(norm(off.t), 1e-6);
   EXPECT_LT(rotation_angle(off.R), 1e-5);
@@ -61,61 +61,64 @@ TEST(Lm, finds_the_pose_of_an_alignment_with_known_answer) {
 
 TEST(Lm, a_kept_step_never_raises_the_cost_and_every_trial_is_recorded) {
   Alignment energy(kTruth);
-  const LmResult r = minimize(energy, {{Rigidd{}}, {}, {}}, {});
+  const optim::LmResult r = optim::minimize(energy, {{Rigidd{}}, {}, {}}, {});
   ASSERT_FALSE(r.steps.empty());
   for (std::size_t i = 1; i < r.steps.size(); ++i) EXPECT_LE(r.steps[i].cost, r.steps[i - 1].cost);
 }
 
 TEST(Lm, a_fixed_unknown_keeps_its_value) {
   Alignment energy(kTruth);
-  LmOptions options;
+  optim::LmOptions options;
   options.fixed = {false, false, true, true, true, true};
-  const LmResult r = minimize(energy, {{Rigidd{}}, {}, {}}, options);
+  const optim::LmResult r = optim::minimize(energy, {{Rigidd{}}, {}, {}}, options);
   EXPECT_EQ(r.x.T_obj_cam[0].t.z, 0.0);
   EXPECT_LT(orthogonality_error(r.x.T_obj_cam[0].R), 1e-15);
   EXPECT_NE(r.x.T_obj_cam[0].t.x, 0.0);
 }
 
 TEST(Lm, an_energy_without_data_stops_and_says_so) {
-  class Nothing final : public Energy {
-    Unknowns unknowns() const override { return {1, false, false}; }
-    void linearize(const State&, NormalEquations*) override {}
-    double cost(const State&) override { return 0; }
+  class Nothing final : public optim::Energy {
+    optim::Unknowns unknowns() const override { return {1, false, false}; }
+    void linearize(const optim::State&, optim::NormalEquations*) override {}
+    double cost(const optim::State&) override { return 0; }
   } nothing;
-  EXPECT_EQ(minimize(nothing, {{Rigidd{}}, {}, {}}, {}).stop, Stop::kNoData);
+  EXPECT_EQ(optim::minimize(nothing, {{Rigidd{}}, {}, {}}, {}).stop, optim::Stop::kNoData);
 }
 
 TEST(Lm, an_energy_that_is_not_finite_stops_and_says_so) {
-  class Broken final : public Energy {
-    Unknowns unknowns() const override { return {1, false, false}; }
-    void linearize(const State&, NormalEquations* out) override {
+  class Broken final : public optim::Energy {
+    optim::Unknowns unknowns() const override { return {1, false, false}; }
+    void linearize(const optim::State&, optim::NormalEquations* out) override {
       out->hessian.setIdentity();
       out->gradient.setConstant(std::nan(""));
     }
-    double cost(const State&) override { return 0; }
+    double cost(const optim::State&) override { return 0; }
   } broken;
-  EXPECT_EQ(minimize(broken, {{Rigidd{}}, {}, {}}, {}).stop, Stop::kNotFinite);
+  EXPECT_EQ(optim::minimize(broken, {{Rigidd{}}, {}, {}}, {}).stop, optim::Stop::kNotFinite);
 }
 
 TEST(Lm, a_sum_of_energies_balances_their_minima) {
   // Equal and opposite pulls on t.x: the minimum lies where the weights say.
-  PosePrior left({1, false, false}, 0, {Mat3d::identity(), {-0.01, 0, 0}}, PosePrior::isotropic(1, 1));
-  PosePrior right({1, false, false}, 0, {Mat3d::identity(), {0.01, 0, 0}}, PosePrior::isotropic(1, 1));
-  SumEnergy sum;
+  optim::PosePrior left({1, false, false}, 0, {Mat3d::identity(), {-0.01, 0, 0}},
+                        optim::PosePrior::isotropic(1, 1));
+  optim::PosePrior right({1, false, false}, 0, {Mat3d::identity(), {0.01, 0, 0}},
+                         optim::PosePrior::isotropic(1, 1));
+  optim::SumEnergy sum;
   sum.add(&left, 1);
   sum.add(&right, 3);
-  LmOptions options;
+  optim::LmOptions options;
   options.step_m = options.step_rad = 1e-9;
   options.cost_relative = 0;
-  EXPECT_NEAR(minimize(sum, {{Rigidd{}}, {}, {}}, options).x.T_obj_cam[0].t.x, 0.005, 1e-8);
+  EXPECT_NEAR(optim::minimize(sum, {{Rigidd{}}, {}, {}}, options).x.T_obj_cam[0].t.x, 0.005, 1e-8);
 }
 
 TEST(Prior, the_gradient_is_the_slope_of_the_cost_far_from_the_prior_too) {
-  PosePrior::Matrix6d correlated = PosePrior::isotropic(0.03, 0.3);
+  optim::PosePrior::Matrix6d correlated = optim::PosePrior::isotropic(0.03, 0.3);
   correlated(0, 4) = correlated(4, 0) = 40, correlated(1, 2) = correlated(2, 1) = -500;
-  PosePrior prior({1, false, false}, 0, {rotation_exp(Vec3d{0.2, 0.1, -0.3}), {0.1, 0.2, 0.3}}, correlated);
-  const State x{{{rotation_exp(Vec3d{-0.7, 0.4, 0.5}), {0.15, 0.1, 0.35}}}, {}, {}};
-  NormalEquations eq;
+  optim::PosePrior prior({1, false, false}, 0, {rotation_exp(Vec3d{0.2, 0.1, -0.3}), {0.1, 0.2, 0.3}},
+                         correlated);
+  const optim::State x{{{rotation_exp(Vec3d{-0.7, 0.4, 0.5}), {0.15, 0.1, 0.35}}}, {}, {}};
+  optim::NormalEquations eq;
   eq.reset(6);
   prior.linearize(x, &eq);
   EXPECT_NEAR(eq.cost, prior.cost(x), 1e-12);
@@ -123,8 +126,8 @@ TEST(Prior, the_gradient_is_the_slope_of_the_cost_far_from_the_prior_too) {
     Eigen::VectorXd d = Eigen::VectorXd::Zero(6);
     const double h = 1e-6;
     d[j] = h;
-    const double up = prior.cost(retract(prior.unknowns(), x, d)),
-                 down = prior.cost(retract(prior.unknowns(), x, -d));
+    const double up = prior.cost(optim::retract(prior.unknowns(), x, d)),
+                 down = prior.cost(optim::retract(prior.unknowns(), x, -d));
     EXPECT_NEAR((up - down) / (2 * h), eq.gradient[j], 1e-6 * eq.gradient.cwiseAbs().maxCoeff());
   }
 }

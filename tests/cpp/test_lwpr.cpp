@@ -15,7 +15,7 @@ namespace {
 
 // Blocks and records of some fields with one projection for each of up to two inputs.
 struct Fields {
-  FieldLayout at;
+  lwpr::FieldLayout at;
   std::vector<double> blocks, records;
   long stride;
   int count = 19;  // not a multiple of a block
@@ -26,14 +26,14 @@ struct Fields {
     blocks.assign(static_cast<std::size_t>(3 * at.block_size()), std::nan(""));
     records.assign(static_cast<std::size_t>(count * stride), 0.0);
     for (int k = 0; k < count; ++k) {
-      double* const lane = blocks.data() + k / kFieldLanes * at.block_size() + k % kFieldLanes;
-      for (int row = 0; row < at.block_rows(); ++row) lane[row * kFieldLanes] = place(random);
-      for (int i = 0; i < n; ++i) lane[(n + at.entry(i, i)) * kFieldLanes] = some(random);
+      double* const lane = blocks.data() + k / lwpr::kFieldLanes * at.block_size() + k % lwpr::kFieldLanes;
+      for (int row = 0; row < at.block_rows(); ++row) lane[row * lwpr::kFieldLanes] = place(random);
+      for (int i = 0; i < n; ++i) lane[(n + at.entry(i, i)) * lwpr::kFieldLanes] = some(random);
       double* const head = records.data() + k * stride;
-      head[FieldLayout::kLambda] = 0.99;
-      head[FieldLayout::kProjections] = n < 2 ? n : 2;
+      head[lwpr::FieldLayout::kLambda] = 0.99;
+      head[lwpr::FieldLayout::kProjections] = n < 2 ? n : 2;
       for (int r = 0; r < (n < 2 ? n : 2); ++r) {
-        head[at.record_size(r) + FieldLayout::kSS] = kSsFloor;
+        head[at.record_size(r) + lwpr::FieldLayout::kSS] = lwpr::kSsFloor;
         head[at.record_size(r) + at.u() + r] = 1;
       }
       for (int e = 0; e < at.metric_size(); ++e) head[at.alpha() + e] = 5;
@@ -41,23 +41,23 @@ struct Fields {
   }
 };
 
-std::vector<unsigned char> bytes_of(const UnitOps& ops, int n, bool diagonal) {
+std::vector<unsigned char> bytes_of(const lwpr::UnitOps& ops, int n, bool diagonal) {
   Fields fields(n, diagonal);
   std::vector<int> index(64);
-  std::vector<double> w(64), scratch(static_cast<std::size_t>(scratch_size(fields.at)));
-  const ActiveFields active{index.data(), w.data()};
-  const FieldSettings settings{true, true, 1, 1e-3, 0.9, 0.9999, 0.99};
+  std::vector<double> w(64), scratch(static_cast<std::size_t>(lwpr::scratch_size(fields.at)));
+  const lwpr::ActiveFields active{index.data(), w.data()};
+  const lwpr::FieldSettings settings{true, true, 1, 1e-3, 0.9, 0.9999, 0.99};
   std::mt19937 random(6);
   std::uniform_real_distribution<double> place(-1, 1);
   std::vector<double> said;
   for (int i = 0; i < 200; ++i) {
     std::vector<double> x(static_cast<std::size_t>(fields.at.row), 0.0);
     for (int j = 0; j < n; ++j) x[static_cast<std::size_t>(j)] = place(random);
-    const FieldList all{fields.blocks.data(), nullptr, fields.count};
+    const lwpr::FieldList all{fields.blocks.data(), nullptr, fields.count};
     const int found = ops.active(fields.at, all, x.data(), 9, active);
     ops.learn(fields.at, settings, fields.blocks.data(), fields.records.data(), fields.stride, scratch.data(),
               x.data(), std::sin(3 * x[0]), active, found);
-    const FieldSums sums = ops.predict(fields.at, all, x.data(), 9, active);
+    const lwpr::FieldSums sums = ops.predict(fields.at, all, x.data(), 9, active);
     said.insert(said.end(), {static_cast<double>(found), sums.w, sums.wy});
   }
   said.insert(said.end(), fields.records.begin(), fields.records.end());
@@ -71,9 +71,10 @@ std::vector<unsigned char> bytes_of(const UnitOps& ops, int n, bool diagonal) {
 TEST(LwprUnitOps, every_instruction_set_gives_the_same_bits) {
   for (const int n : {1, 2, 3, 4, 7})
     for (const bool diagonal : {false, true}) {
-      const auto expected = bytes_of(for_isa<UnitOps>(Isa::kBaseline), n, diagonal);
+      const auto expected = bytes_of(for_isa<lwpr::UnitOps>(Isa::kBaseline), n, diagonal);
       for (const Isa isa : supported_isas())
-        EXPECT_EQ(expected, bytes_of(for_isa<UnitOps>(isa), n, diagonal)) << isa_name(isa) << " n " << n;
+        EXPECT_EQ(expected, bytes_of(for_isa<lwpr::UnitOps>(isa), n, diagonal))
+            << isa_name(isa) << " n " << n;
     }
 }
 
@@ -83,7 +84,7 @@ TEST(LwprUnitOps, a_list_of_all_fields_finds_what_looking_at_all_does) {
   for (int k = 0; k < fields.count; ++k) list.push_back(k);
   std::vector<double> w(64), v(64);
   const double x[] = {0.1, -0.2, 0.3};
-  const UnitOps& ops = for_isa<UnitOps>(used_isa());
+  const lwpr::UnitOps& ops = for_isa<lwpr::UnitOps>(used_isa());
   const int a =
       ops.active(fields.at, {fields.blocks.data(), nullptr, fields.count}, x, 9, {index.data(), w.data()});
   const int b = ops.active(fields.at, {fields.blocks.data(), list.data(), fields.count}, x, 9,
@@ -102,32 +103,32 @@ TEST(LwprUnitOps, an_activation_is_that_of_the_formula) {
   std::vector<double> w(64);
   const double x[] = {0.1, -0.2};
   const int found =
-      for_isa<UnitOps>(used_isa())
+      for_isa<lwpr::UnitOps>(used_isa())
           .active(fields.at, {fields.blocks.data(), nullptr, fields.count}, x, 20, {index.data(), w.data()});
   for (std::size_t i = 0; i < static_cast<std::size_t>(found); ++i) {
-    const double* const lane =
-        fields.blocks.data() + index[i] / kFieldLanes * fields.at.block_size() + index[i] % kFieldLanes;
-    const auto at = [&](int row) { return lane[row * kFieldLanes]; };
+    const double* const lane = fields.blocks.data() + index[i] / lwpr::kFieldLanes * fields.at.block_size() +
+                               index[i] % lwpr::kFieldLanes;
+    const auto at = [&](int row) { return lane[row * lwpr::kFieldLanes]; };
     const double d0 = x[0] - at(0), d1 = x[1] - at(1);
     const double m0 = at(2) * d0 + at(3) * d1, m1 = at(4) * d1;
     EXPECT_NEAR(w[i], std::exp(-0.5 * (m0 * m0 + m1 * m1)), 1e-15);  // a few units in the last place of 1
   }
 }
 
-TEST(LwprSearch, no_field_that_reaches_a_place_is_left_out) {
+TEST(lwpr::LwprSearch, no_field_that_reaches_a_place_is_left_out) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> place(-1, 1), reach(0.02, 0.3);
   for (const int n : {1, 2, 3, 6}) {
     const auto size = static_cast<std::size_t>(n);
     std::vector<std::vector<double>> centers, halves;
-    std::vector<FieldReach> reaches;
+    std::vector<lwpr::FieldReach> reaches;
     for (int k = 0; k < 120; ++k) {
       centers.emplace_back(size), halves.emplace_back(size);
       for (std::size_t j = 0; j < size; ++j)
         centers.back()[j] = place(random), halves.back()[j] = reach(random);
     }
     for (std::size_t k = 0; k < 100; ++k) reaches.push_back({centers[k].data(), halves[k].data()});
-    LwprSearch search;
+    lwpr::LwprSearch search;
     search.build(n, reaches);
     ASSERT_TRUE(search.ready());
     for (int k = 100; k < 120; ++k)
@@ -136,7 +137,7 @@ TEST(LwprSearch, no_field_that_reaches_a_place_is_left_out) {
     for (int i = 0; i < 2000; ++i) {
       std::vector<double> x(size);
       for (double& value : x) value = 1.4 * place(random);
-      const LwprSearch::Fields near = search.near(x.data());
+      const lwpr::LwprSearch::Fields near = search.near(x.data());
       for (int k = 0; k < 120; ++k) {
         bool reaches_x = true;
         for (std::size_t j = 0; j < size; ++j)
@@ -148,18 +149,18 @@ TEST(LwprSearch, no_field_that_reaches_a_place_is_left_out) {
   }
 }
 
-TEST(LwprModel, bytes_that_are_cut_off_or_changed_are_refused) {
-  LwprModel model(2, 1, {}, {1, 1}, {1});
+TEST(lwpr::LwprModel, bytes_that_are_cut_off_or_changed_are_refused) {
+  lwpr::LwprModel model(2, 1, {}, {1, 1}, {1});
   const double x[] = {0.1, 0.2, 0.9, -0.8}, y[] = {1, 2};
   model.update(x, y, 2, 1);
   const std::string whole = model.bytes();
-  EXPECT_EQ(whole, LwprModel::from_bytes(whole.data(), whole.size()).bytes());
+  EXPECT_EQ(whole, lwpr::LwprModel::from_bytes(whole.data(), whole.size()).bytes());
   for (std::size_t size = 0; size < whole.size(); ++size)
-    EXPECT_THROW(LwprModel::from_bytes(whole.data(), size), std::invalid_argument) << size;
+    EXPECT_THROW(lwpr::LwprModel::from_bytes(whole.data(), size), std::invalid_argument) << size;
   for (std::size_t i = 0; i < whole.size(); ++i) {
     std::string changed = whole;
     changed[i] = static_cast<char>(changed[i] ^ 1);
-    EXPECT_THROW(LwprModel::from_bytes(changed.data(), changed.size()), std::invalid_argument) << i;
+    EXPECT_THROW(lwpr::LwprModel::from_bytes(changed.data(), changed.size()), std::invalid_argument) << i;
   }
 }
 

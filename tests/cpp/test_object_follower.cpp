@@ -11,13 +11,13 @@ constexpr double kClose_m = 3e-4;  // of a fit to some 2,000 readings of 0.6 mm 
 
 Rigidd moved(const Rigidd& T, Vec3d by_m) { return {T.R, T.t + by_m}; }
 
-TEST(ObjectFollower, it_follows_a_small_motion_and_takes_over_what_it_found) {
+TEST(tracking::ObjectFollower, it_follows_a_small_motion_and_takes_over_what_it_found) {
   PartsFixture parts;
   parts.add(kPose);
   const Rigidd truth = moved(kPose, {0.006, -0.004, 0.003});
   parts.open({truth}, 0, 0.0);
-  const ObjectResult result = parts.follower.follow(&parts.context, &parts.objects[0]);
-  EXPECT_EQ(result.trust.status, Status::kOk) << sentence(result.trust.reason);
+  const tracking::ObjectResult result = parts.follower.follow(&parts.context, &parts.objects[0]);
+  EXPECT_EQ(result.trust.status, tracking::Status::kOk) << tracking::sentence(result.trust.reason);
   EXPECT_LT(norm(result.T_cam_obj.t - truth.t), kClose_m);
   EXPECT_EQ(norm(parts.pose_of(0).t - result.T_cam_obj.t), 0);
   EXPECT_GT(parts.objects[0].usual_share, 0.9);
@@ -25,47 +25,48 @@ TEST(ObjectFollower, it_follows_a_small_motion_and_takes_over_what_it_found) {
   EXPECT_FALSE(result.steps.empty());
 }
 
-TEST(ObjectFollower, without_readings_near_it_the_object_is_lost_and_keeps_its_pose) {
+TEST(tracking::ObjectFollower, without_readings_near_it_the_object_is_lost_and_keeps_its_pose) {
   PartsFixture parts;
   parts.add(kPose);
   parts.open({}, 0);
-  const ObjectResult result = parts.follower.follow(&parts.context, &parts.objects[0]);
-  EXPECT_EQ(result.trust.status, Status::kLost);
-  EXPECT_EQ(result.trust.reason.code, ReasonCode::kFewReadings);
+  const tracking::ObjectResult result = parts.follower.follow(&parts.context, &parts.objects[0]);
+  EXPECT_EQ(result.trust.status, tracking::Status::kLost);
+  EXPECT_EQ(result.trust.reason.code, tracking::ReasonCode::kFewReadings);
   EXPECT_EQ(norm(parts.pose_of(0).t - kPose.t), 0);
   EXPECT_EQ(parts.objects[0].usual_share, 0);
 }
 
-TEST(ObjectFollower, a_jump_that_the_first_attempt_misses_is_found_by_further_ones) {
+TEST(tracking::ObjectFollower, a_jump_that_the_first_attempt_misses_is_found_by_further_ones) {
   const Rigidd truth = moved(kPose, {0, 0, -0.04});
   for (const bool retries : {false, true}) {
     PartsFixture parts;
     parts.options.retry_inliers = retries ? parts.options.retry_inliers : 0;
     parts.options.scale_start_m = 0.0005;  // one that sees no farther than its residuals' noise
-    ObjectFollower follower(parts.options, parts.settings);
+    tracking::ObjectFollower follower(parts.options, parts.settings);
     parts.add(kPose);
     parts.open({truth}, 0);
-    const ObjectResult result = follower.follow(&parts.context, &parts.objects[0]);
-    const bool right = result.trust.status == Status::kOk && norm(result.T_cam_obj.t - truth.t) < kClose_m;
+    const tracking::ObjectResult result = follower.follow(&parts.context, &parts.objects[0]);
+    const bool right =
+        result.trust.status == tracking::Status::kOk && norm(result.T_cam_obj.t - truth.t) < kClose_m;
     EXPECT_EQ(right, retries);
   }
 }
 
-TEST(ObjectFollower, a_lost_object_does_not_take_the_readings_of_its_neighbor) {
+TEST(tracking::ObjectFollower, a_lost_object_does_not_take_the_readings_of_its_neighbor) {
   PartsFixture parts;
   parts.add(kPose), parts.add(moved(kPose, {0.01, 0, 0}));
   parts.objects[1].lost_frames = 3;
   parts.open({kPose}, 0);
-  const ObjectResult result = parts.follower.follow(&parts.context, &parts.objects[1]);
-  EXPECT_EQ(result.trust.status, Status::kLost);
+  const tracking::ObjectResult result = parts.follower.follow(&parts.context, &parts.objects[1]);
+  EXPECT_EQ(result.trust.status, tracking::Status::kLost);
   parts.objects[0].lost_frames = 3;  // without the neighbor they are free
-  EXPECT_EQ(parts.follower.follow(&parts.context, &parts.objects[1]).trust.status, Status::kOk);
+  EXPECT_EQ(parts.follower.follow(&parts.context, &parts.objects[1]).trust.status, tracking::Status::kOk);
 }
 
-TEST(ObjectFollower, a_prior_serves_one_frame) {
+TEST(tracking::ObjectFollower, a_prior_serves_one_frame) {
   PartsFixture parts;
   parts.add(kPose);
-  parts.objects[0].prior = 1e12 * Matrix6d::Identity();
+  parts.objects[0].prior = 1e12 * tracking::Matrix6d::Identity();
   parts.open({moved(kPose, {0.002, 0, 0})}, 0);
   parts.follower.follow(&parts.context, &parts.objects[0]);
   EXPECT_LT(norm(parts.pose_of(0).t - kPose.t), 1e-4);

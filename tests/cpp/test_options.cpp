@@ -42,7 +42,8 @@ std::string refusal(const Options& options) {
 
 template <class Options>
 class OptionSchema : public testing::Test {};
-using AllOptions = testing::Types<TrackerOptions, ContourOptions, LwprOptions, ReconstructionOptions>;
+using AllOptions = testing::Types<tracking::TrackerOptions, contour::ContourOptions, lwpr::LwprOptions,
+                                  reconstruction::ReconstructionOptions>;
 TYPED_TEST_SUITE(OptionSchema, AllOptions);
 
 TYPED_TEST(OptionSchema, the_defaults_are_within_their_bounds) { EXPECT_EQ(refusal(TypeParam{}), ""); }
@@ -84,53 +85,53 @@ TYPED_TEST(OptionSchema, a_number_beyond_its_bounds_is_refused_by_name) {
 }
 
 TEST(Options, every_member_of_the_plain_structs_is_described) {
-  EXPECT_EQ(describe_options(TrackerOptions{}).size(), member_count<TrackerOptions>());
-  EXPECT_EQ(describe_options(ContourOptions{}).size(), member_count<ContourOptions>());
-  EXPECT_EQ(describe_options(LwprOptions{}).size(), member_count<LwprOptions>());
+  EXPECT_EQ(describe_options(tracking::TrackerOptions{}).size(), member_count<tracking::TrackerOptions>());
+  EXPECT_EQ(describe_options(contour::ContourOptions{}).size(), member_count<contour::ContourOptions>());
+  EXPECT_EQ(describe_options(lwpr::LwprOptions{}).size(), member_count<lwpr::LwprOptions>());
 }
 
 TEST(Options, a_message_says_name_bounds_and_value) {
-  TrackerOptions tracker;
+  tracking::TrackerOptions tracker;
   tracker.outlier_floor = 1;
   EXPECT_EQ(refusal(tracker), "outlier_floor: expected a number >= 0 and < 1, got 1.0");
   tracker = {};
   tracker.max_pixels = 0;
   EXPECT_EQ(refusal(tracker), "max_pixels: expected a whole number > 0 and < 1e+09, got 0");
   tracker = {};
-  tracker.residual = static_cast<Residual>(7);
+  tracker.residual = static_cast<energies::Residual>(7);
   EXPECT_EQ(refusal(tracker),
             "residual: expected one of ['point', 'slope', 'ray_hit'], got 'a value without a name'");
-  ContourOptions contour;
+  contour::ContourOptions contour;
   contour.bins = 24;
   EXPECT_EQ(refusal(contour), "bins: expected 16 or 32, got 24");
   contour = {};
   contour.softness = 0.2f;
   EXPECT_EQ(refusal(contour), "softness: expected 0.3 to 10, got 0.2");
-  LwprOptions lwpr;
+  lwpr::LwprOptions lwpr;
   lwpr.penalty = std::numeric_limits<double>::infinity();
   EXPECT_EQ(refusal(lwpr), "penalty: expected a number >= 0, got inf");
 }
 
 TEST(Options, a_float_is_shown_and_compared_with_its_fewest_digits) {
   EXPECT_EQ(decimal_of(0.05f), 0.05);
-  ContourOptions contour;
-  contour.ring = 0.05f, contour.least_posterior = 0.4f;  // the bounds themselves, no float
+  contour::ContourOptions contour;
+  contour.ring = 0.05f, contour.min_posterior = 0.4f;  // the bounds themselves, no float
   EXPECT_EQ(refusal(contour), "");
 }
 
 TEST(Options, bounds_between_options_are_checked_too) {
-  LwprOptions lwpr;
+  lwpr::LwprOptions lwpr;
   lwpr.w_prune = 0.1;
-  EXPECT_THROW(check_lwpr_options(lwpr), std::invalid_argument);
+  EXPECT_THROW(lwpr::check_lwpr_options(lwpr), std::invalid_argument);
   lwpr = {};
   lwpr.w_cutoff = 0.5;
-  EXPECT_THROW(check_lwpr_options(lwpr), std::invalid_argument);
+  EXPECT_THROW(lwpr::check_lwpr_options(lwpr), std::invalid_argument);
 }
 
 TEST(Options, a_tracker_refuses_options_out_of_bounds) {
-  TrackerOptions options;
+  tracking::TrackerOptions options;
   options.noise_m = 0;
-  EXPECT_THROW(Tracker({}, Camera{}, options, TrackerSettings{}), std::invalid_argument);
+  EXPECT_THROW(tracking::Tracker({}, Camera{}, options, tracking::TrackerSettings{}), std::invalid_argument);
 }
 
 }  // namespace

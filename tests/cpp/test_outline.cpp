@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tracking/covariance.h"
-#include "tracking/outline.h"
+#include "tracking/trust/covariance.h"
+#include "tracking/trust/outline.h"
 #include "volume_fixture.h"
 
 namespace sdftrack {
@@ -20,11 +20,11 @@ struct Scene {
   Volume ball = make_volume(71, 0.07, [](Vec3d p) { return norm(p) - kRadius_m; });
   std::vector<float> depth;
   Camera camera{{200, 200, 79.5, 59.5}, 160, 120, {}};
-  Shape shape;
+  frame::Shape shape;
   Rigidd T{Mat3d::identity(), {0.01, -0.02, kBall_m}};
 
   Scene() : depth(160 * 120, static_cast<float>(kWall_m)) {
-    shape = make_shape(ball.view(), 480, 120);
+    shape = frame::make_shape(ball.view(), 480, 120);
     each_pixel([&](Vec3d r) {
       const double b = dot(r, T.t), c = dot(T.t, T.t) - kRadius_m * kRadius_m;
       const double d = b * b - dot(r, r) * c;
@@ -39,42 +39,42 @@ struct Scene {
         depth[static_cast<std::size_t>(y * camera.width + x)] =
             static_cast<float>(at(ray(camera.K, static_cast<double>(x), static_cast<double>(y))));
   }
-  Outline outline() const {
-    return compare_outline({{depth.data(), camera.width, camera.height}, nullptr, nullptr}, camera, shape, T,
-                           kNoise_m);
+  tracking::Outline outline() const {
+    return tracking::compare_outline({{depth.data(), camera.width, camera.height}, nullptr, nullptr}, camera,
+                                     shape, T, kNoise_m);
   }
 };
 
-TEST(Outline, a_free_body_ends_all_around) {
-  const Outline o = Scene().outline();
+TEST(tracking::Outline, a_free_body_ends_all_around) {
+  const tracking::Outline o = Scene().outline();
   EXPECT_EQ(o.ends, 24);
   EXPECT_EQ(o.runs_on + o.unknown, 0);
 }
 
-TEST(Outline, a_body_let_into_a_wall_runs_on_all_around) {
+TEST(tracking::Outline, a_body_let_into_a_wall_runs_on_all_around) {
   Scene scene;
   const double rim_m = kBall_m - kRadius_m * kRadius_m / kBall_m;  // depth of the ball's silhouette
   for (float& z : scene.depth) z = std::min(z, static_cast<float>(rim_m));
-  const Outline o = scene.outline();
+  const tracking::Outline o = scene.outline();
   EXPECT_EQ(o.runs_on, 24);
 }
 
-TEST(Outline, what_is_hidden_or_not_read_says_nothing) {
+TEST(tracking::Outline, what_is_hidden_or_not_read_says_nothing) {
   Scene scene;
   for (int y = 0; y < 120; ++y)
     for (int x = 0; x < 80; ++x) scene.depth[static_cast<std::size_t>(y * 160 + x)] = x % 2 ? 0.3f : 0.0f;
-  const Outline o = scene.outline();
+  const tracking::Outline o = scene.outline();
   EXPECT_GE(o.unknown, 10);
   EXPECT_EQ(o.unknown + o.ends, 24);
 }
 
 TEST(Covariance, a_prior_in_camera_axes_and_its_increment_say_the_same) {
-  Matrix6d half = Matrix6d::Random();
-  const Matrix6d camera = half * half.transpose() + 0.1 * Matrix6d::Identity();
+  tracking::Matrix6d half = tracking::Matrix6d::Random();
+  const tracking::Matrix6d camera = half * half.transpose() + 0.1 * tracking::Matrix6d::Identity();
   const Rigidd T{rotation_exp(Vec3d{0.3, -0.5, 0.9}), {0.1, 0.2, 0.7}};
   const Vec3d origin{0.02, -0.03, 0.01};
-  const Matrix6d increment = increment_information(camera, T, origin).inverse();
-  EXPECT_LT((camera_covariance(increment, T, origin) - camera).norm(), 1e-10 * camera.norm());
+  const tracking::Matrix6d increment = tracking::increment_information(camera, T, origin).inverse();
+  EXPECT_LT((tracking::camera_covariance(increment, T, origin) - camera).norm(), 1e-10 * camera.norm());
 }
 
 }  // namespace

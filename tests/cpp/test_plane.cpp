@@ -8,8 +8,8 @@
 #include <random>
 #include <vector>
 
-#include "tracking/plane.h"
-#include "tracking/plane_mask.h"
+#include "plane/plane.h"
+#include "plane/plane_mask.h"
 
 namespace sdftrack {
 namespace {
@@ -39,42 +39,43 @@ std::vector<float> table(const Camera& camera, double sigma_m) {
   return depth;
 }
 
-DepthFrame frame_of(const std::vector<float>& depth, const Camera& camera) {
+frame::DepthFrame frame_of(const std::vector<float>& depth, const Camera& camera) {
   return {{depth.data(), camera.width, camera.height}, nullptr, nullptr};
 }
 
-TEST(Plane, is_exact_without_noise) {
+TEST(frame::Plane, is_exact_without_noise) {
   const Camera camera = camera_of(160, 120);
   const std::vector<float> depth = table(camera, 0);
-  for (const PlaneMethod method : {PlaneMethod::kPrinted, PlaneMethod::kRigid, PlaneMethod::kBent}) {
-    PlaneOptions options;
+  for (const plane::PlaneMethod method :
+       {plane::PlaneMethod::kPrinted, plane::PlaneMethod::kRigid, plane::PlaneMethod::kBent}) {
+    plane::PlaneOptions options;
     options.method = method;
-    const FoundPlane found = search_plane(frame_of(depth, camera), camera, options);
-    ASSERT_EQ(found.miss, PlaneMiss::kNone);
-    const Plane plane = normal_form(found.plane);
+    const plane::FoundPlane found = plane::search_plane(frame_of(depth, camera), camera, options);
+    ASSERT_EQ(found.miss, plane::PlaneMiss::kNone);
+    const frame::Plane plane = plane::normal_form(found.plane);
     const double tolerance =
-        method == PlaneMethod::kRigid ? kFloat_m : 100 * kFloat_m;  // few readings; ten unknowns
+        method == plane::PlaneMethod::kRigid ? kFloat_m : 100 * kFloat_m;  // few readings; ten unknowns
     EXPECT_NEAR(norm(plane.normal_cam - kNormal), 0, tolerance);
     EXPECT_NEAR(plane.offset_m, kOffset_m, tolerance);
   }
 }
 
-TEST(Plane, has_a_mask_of_the_same_bytes_for_any_number_of_threads) {
+TEST(frame::Plane, has_a_mask_of_the_same_bytes_for_any_number_of_threads) {
   const Camera camera = camera_of(161, 123);
   std::vector<float> depth = table(camera, 0.003);
   for (int y = 40; y < 80; ++y)
     for (int x = 50; x < 100; ++x) depth[static_cast<std::size_t>(y * 161 + x)] = 0.5f;
-  const DepthFrame frame = frame_of(depth, camera);
-  const FoundPlane found = search_plane(frame, camera, {});
-  ASSERT_EQ(found.miss, PlaneMiss::kNone);
+  const frame::DepthFrame frame = frame_of(depth, camera);
+  const plane::FoundPlane found = plane::search_plane(frame, camera, {});
+  ASSERT_EQ(found.miss, plane::PlaneMiss::kNone);
   std::vector<unsigned char> one(depth.size(), 7), many(depth.size(), 9);
-  mask_plane(frame, camera, found.plane, {0.01, {}, found.noise_scale, true}, 1, one.data());
-  mask_plane(frame, camera, found.plane, {0.01, {}, found.noise_scale, true}, 4, many.data());
+  plane::mask_plane(frame, camera, found.plane, {0.01, {}, found.noise_scale, true}, 1, one.data());
+  plane::mask_plane(frame, camera, found.plane, {0.01, {}, found.noise_scale, true}, 4, many.data());
   EXPECT_EQ(one, many);
   for (const unsigned char m : one) EXPECT_LE(m, 1);
 }
 
-TEST(Plane, is_looked_for_in_images_of_all_sizes_and_all_kinds_of_readings) {
+TEST(frame::Plane, is_looked_for_in_images_of_all_sizes_and_all_kinds_of_readings) {
   std::mt19937 random(2);
   std::uniform_real_distribution<float> anywhere(0.3f, 3.0f), chance(0, 1);
   const float odd[] = {
@@ -90,19 +91,19 @@ TEST(Plane, is_looked_for_in_images_of_all_sizes_and_all_kinds_of_readings) {
           if (kind == 1) z = anywhere(random);
           if (kind == 2 || chance(random) < 0.2f) z = odd[random() % 6];
         }
-        PlaneOptions options;
-        options.method = static_cast<PlaneMethod>(random() % 3);
+        plane::PlaneOptions options;
+        options.method = static_cast<plane::PlaneMethod>(random() % 3);
         if (chance(random) < 0.5f) {
           options.start_x = static_cast<int>(random() % static_cast<unsigned>(width));
           options.start_y = static_cast<int>(random() % static_cast<unsigned>(height));
         }
-        const DepthFrame frame = frame_of(depth, camera);
-        const FoundPlane found = search_plane(frame, camera, options);
-        if (found.miss != PlaneMiss::kNone) continue;
-        const Plane plane = normal_form(found.plane);
+        const frame::DepthFrame frame = frame_of(depth, camera);
+        const plane::FoundPlane found = plane::search_plane(frame, camera, options);
+        if (found.miss != plane::PlaneMiss::kNone) continue;
+        const frame::Plane plane = plane::normal_form(found.plane);
         EXPECT_NEAR(norm(plane.normal_cam), 1, 1e-12);
         std::vector<unsigned char> mask(depth.size());
-        mask_plane(frame, camera, found.plane, {0.01, {}, found.noise_scale, true}, 2, mask.data());
+        plane::mask_plane(frame, camera, found.plane, {0.01, {}, found.noise_scale, true}, 2, mask.data());
         for (std::size_t i = 0; i < depth.size(); ++i)
           if (!(depth[i] > 0)) EXPECT_EQ(mask[i], 0);
       }

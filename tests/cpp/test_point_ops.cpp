@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "tracking/point_ops.h"
+#include "frame/point_ops.h"
 #include "volume_fixture.h"
 
 namespace sdftrack {
@@ -41,13 +41,13 @@ struct Scene {
     }
   }
 
-  static PointsView view(const std::vector<Vec3f>& list, int stride) {
+  static frame::PointsView view(const std::vector<Vec3f>& list, int stride) {
     return {list.data(), static_cast<int>(list.size()), stride};
   }
-  QuickTerms terms() const {
+  frame::QuickTerms terms() const {
     const Rigidf T_cam_obj = kPose.cast<float>(), T_obj_cam = inverse(kPose).cast<float>();
-    const SingleObject<float> field{kBox.view(), T_obj_cam};
-    const DepthLogistic<float> penalty{0.01f, 0.1f, Curvature::kIrls, 0.02f};
+    const energies::SingleObject<float> field{kBox.view(), T_obj_cam};
+    const energies::DepthLogistic<float> penalty{0.01f, 0.1f, energies::Curvature::kIrls, 0.02f};
     return {
         {field, penalty, view(readings, 1), false, 0},
         {field, penalty, view(readings, 2), true, 0.003f},
@@ -60,11 +60,11 @@ struct Scene {
          view(points, 1),
          0.7f}};
   }
-  SightTerm<float> sight() const {
+  frame::SightTerm<float> sight() const {
     return {kBox.view(), kBox.view(),     kPose.cast<float>(), inverse(kPose).t.cast<float>(),
             0.15f,       view(points, 1), view(normals, 1)};
   }
-  BearingTerm<float> bearing() const {
+  frame::BearingTerm<float> bearing() const {
     return {kPose.cast<float>(), kCamera, project(kCamera, kPose.t.cast<float>()), view(points, 1)};
   }
 };
@@ -74,17 +74,17 @@ void expect_same_bytes(const T& a, const T& b, Isa isa) {
   EXPECT_EQ(std::memcmp(&a, &b, sizeof a), 0) << isa_name(isa);
 }
 
-TEST(PointOps, every_instruction_set_gives_the_same_bits) {
+TEST(frame::PointOps, every_instruction_set_gives_the_same_bits) {
   const Scene scene;
-  const PointOps& slow = PointOps::baseline;
+  const frame::PointOps& slow = frame::PointOps::baseline;
   for (const Isa isa : supported_isas()) {
-    const PointOps& fast = point_ops_for(isa);
+    const frame::PointOps& fast = frame::point_ops_for(isa);
     expect_same_bytes(fast.linearize(scene.terms()), slow.linearize(scene.terms()), isa);
     expect_same_bytes(fast.cost(scene.terms()), slow.cost(scene.terms()), isa);
-    for (int first = 0; first < 301; first += kPointsAtOnce) {
-      Sights a, b;
+    for (int first = 0; first < 301; first += frame::kPointsAtOnce) {
+      frame::Sights a, b;
       fast.sights(scene.sight(), first, &a), slow.sights(scene.sight(), first, &b);
-      Bearings c, d;
+      frame::Bearings c, d;
       fast.bearings(scene.bearing(), first, &c), slow.bearings(scene.bearing(), first, &d);
       ASSERT_EQ(a.count, b.count);
       for (int k = 0; k < a.count; ++k) {
@@ -101,16 +101,16 @@ TEST(PointOps, every_instruction_set_gives_the_same_bits) {
 }
 
 // A convex body hides a point exactly where the surface turns away from the camera.
-TEST(PointOps, a_sight_is_what_geometry_says) {
+TEST(frame::PointOps, a_sight_is_what_geometry_says) {
   const Scene scene;
   const Vec3d eye = inverse(kPose).t;
-  Sights sights;
-  point_ops_for(used_isa()).sights(scene.sight(), 0, &sights);
+  frame::Sights sights;
+  frame::point_ops_for(used_isa()).sights(scene.sight(), 0, &sights);
   int k = 0;
-  for (std::size_t i = 0; i < kPointsAtOnce; ++i) {
+  for (std::size_t i = 0; i < frame::kPointsAtOnce; ++i) {
     const Vec3d p = scene.points[i].cast<double>(), d = eye - p;
     const double facing = dot(scene.normals[i].cast<double>(), d) / norm(d);
-    if (facing < kSeenFacing) continue;
+    if (facing < frame::kSeenFacing) continue;
     ASSERT_LT(k, sights.count);
     EXPECT_NEAR(sights.facing[k], facing, 1e-5);
     EXPECT_NEAR(sights.z_m[k], (kPose * p).z, 1e-6);
@@ -119,11 +119,11 @@ TEST(PointOps, a_sight_is_what_geometry_says) {
   EXPECT_EQ(k, sights.count);
 }
 
-TEST(PointOps, a_bearing_is_the_angle_about_the_middle) {
+TEST(frame::PointOps, a_bearing_is_the_angle_about_the_middle) {
   const Scene scene;
   const Vec2f middle = project(kCamera, kPose.t.cast<float>());
-  Bearings seen;
-  point_ops_for(used_isa()).bearings(scene.bearing(), 0, &seen);
+  frame::Bearings seen;
+  frame::point_ops_for(used_isa()).bearings(scene.bearing(), 0, &seen);
   for (int k = 0; k < seen.count; ++k) {
     const Vec2f u =
         project(kCamera, (kPose * scene.points[static_cast<std::size_t>(k)].cast<double>()).cast<float>());

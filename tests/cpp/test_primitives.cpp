@@ -13,30 +13,30 @@ namespace {
 constexpr double kStep = 1e-6;      // m, of central differences
 constexpr double kSlopeTol = 1e-6;  // their error for curvatures of a few mm
 
-const double kSize[kPrimitiveKinds][kMostSizes] = {{0.05, 1, 1},       {0.04, 0.11, 1},     {0.06, 0.13, 1},
-                                                   {0.10, 0.06, 0.08}, {0.05, 0.08, 0.035}, {0.12, 0.08, 1}};
+const double kSize[primitives::kPrimitiveKinds][sdf::kMaxSizes] = {
+    {0.05, 1, 1}, {0.04, 0.11, 1}, {0.06, 0.13, 1}, {0.10, 0.06, 0.08}, {0.05, 0.08, 0.035}, {0.12, 0.08, 1}};
 
 Vec3d point(int i) {
   const auto part = [&](double a) { return 0.24 * (std::fmod(0.5 + a * i, 1.0) - 0.5); };
   return {part(0.8191725134), part(0.6710436067), part(0.5497004779)};
 }
 
-double phi(PrimitiveKind kind, Vec3d p, const double (&size)[kMostSizes]) {
-  return exact_sample(kind, p, size).phi_m;
+double phi(primitives::PrimitiveKind kind, Vec3d p, const double (&size)[sdf::kMaxSizes]) {
+  return primitives::exact_sample(kind, p, size).phi_m;
 }
 
 TEST(Primitives, derivatives_are_those_of_the_distance) {
-  for (int k = 0; k < kPrimitiveKinds; ++k) {
-    const auto kind = static_cast<PrimitiveKind>(k);
+  for (int k = 0; k < primitives::kPrimitiveKinds; ++k) {
+    const auto kind = static_cast<primitives::PrimitiveKind>(k);
     for (int i = 1; i < 100; ++i) {
       const Vec3d p = point(i);
-      const SolidSample<double> at = exact_sample(kind, p, kSize[k]);
+      const sdf::SolidSample<double> at = primitives::exact_sample(kind, p, kSize[k]);
       const Vec3d dx{kStep, 0, 0};
       EXPECT_NEAR(at.grad.x, (phi(kind, p + dx, kSize[k]) - phi(kind, p - dx, kSize[k])) / (2 * kStep),
                   kSlopeTol);
-      for (int j = 0; j < size_count(kind); ++j) {
-        double more[kMostSizes] = {kSize[k][0], kSize[k][1], kSize[k][2]},
-               less[kMostSizes] = {more[0], more[1], more[2]};
+      for (int j = 0; j < primitives::size_count(kind); ++j) {
+        double more[sdf::kMaxSizes] = {kSize[k][0], kSize[k][1], kSize[k][2]},
+               less[sdf::kMaxSizes] = {more[0], more[1], more[2]};
         more[j] += kStep, less[j] -= kStep;
         EXPECT_NEAR(at.size[j], (phi(kind, p, more) - phi(kind, p, less)) / (2 * kStep), kSlopeTol);
       }
@@ -48,26 +48,26 @@ TEST(Primitives, points_in_packs_give_the_same_bits_on_every_instruction_set) {
   constexpr int kCount = 1003;  // no multiple of a pack, and more than a block
   std::vector<Vec3d> points;
   for (int i = 0; i < kCount; ++i) points.push_back(point(i));
-  const FloatPoints bare(points);
-  for (int k = 0; k < kPrimitiveKinds; ++k) {
+  const primitives::FloatPoints bare(points);
+  for (int k = 0; k < primitives::kPrimitiveKinds; ++k) {
     const auto size = [&](int i) { return static_cast<float>(kSize[k][i]); };
-    const ReadingTerm term{bare.x_m.data(),
-                           bare.y_m.data(),
-                           bare.z_m.data(),
-                           kCount,
-                           {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-                           bare.origin.cast<float>(),
-                           {size(0), size(1), size(2)},
-                           500.0f,
-                           0.1f};
-    ReadingSums first;
-    ReadingOps::baseline.linearize[k](term, Weighing::kSolve, &first);
+    const primitives::ReadingTerm term{bare.x_m.data(),
+                                       bare.y_m.data(),
+                                       bare.z_m.data(),
+                                       kCount,
+                                       {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                                       bare.origin.cast<float>(),
+                                       {size(0), size(1), size(2)},
+                                       500.0f,
+                                       0.1f};
+    primitives::ReadingSums first;
+    primitives::ReadingOps::baseline.linearize[k](term, primitives::Weighing::kSolve, &first);
     EXPECT_GT(first.cost, 0);
     for (const Isa isa : supported_isas()) {
-      ReadingSums sums;
-      for_isa<ReadingOps>(isa).linearize[k](term, Weighing::kSolve, &sums);
+      primitives::ReadingSums sums;
+      for_isa<primitives::ReadingOps>(isa).linearize[k](term, primitives::Weighing::kSolve, &sums);
       EXPECT_EQ(sums.cost, first.cost) << isa_name(isa) << " kind " << k;
-      EXPECT_EQ(for_isa<ReadingOps>(isa).cost[k](term), first.cost);
+      EXPECT_EQ(for_isa<primitives::ReadingOps>(isa).cost[k](term), first.cost);
       for (int i = 0; i < 45; ++i) EXPECT_EQ(sums.hessian[i], first.hessian[i]);
     }
   }
@@ -76,15 +76,15 @@ TEST(Primitives, points_in_packs_give_the_same_bits_on_every_instruction_set) {
 TEST(Primitives, an_order_that_is_spread_names_each_number_once) {
   for (const std::size_t n : {0u, 1u, 2u, 10u, 97u, 1000u}) {
     std::vector<int> seen(n, 0);
-    for (const std::size_t i : spread_order(n)) ++seen[i];
+    for (const std::size_t i : primitives::spread_order(n)) ++seen[i];
     for (const int count : seen) EXPECT_EQ(count, 1);
   }
 }
 
 // A patch of 120 x 80 mm, face on, 0.5 m before the camera.
-PrimitiveField patch_ahead() {
-  return {PrimitiveKind::kPlane,
-          Scaling::kExact,
+primitives::PrimitiveField patch_ahead() {
+  return {primitives::PrimitiveKind::kPlane,
+          primitives::Scaling::kExact,
           {Mat3d{{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}, {0, 0, 0.5}},
           {0.12, 0.08, 1}};
 }
@@ -92,38 +92,38 @@ PrimitiveField patch_ahead() {
 TEST(Primitives, a_ray_clears_a_patch_by_its_way_to_the_rim) {
   const double slope = 0.07 / 0.5;                     // meets the plane 10 mm beside the patch
   const double square = std::sqrt(1 + slope * slope);  // the way across the ray is shorter
-  SolidResidual r;
-  clearance(patch_ahead(), {{slope, 0, 1}, 0.1, 0.9, 0.001, Sight::kOn}, &r);
+  primitives::SolidResidual r;
+  primitives::clearance(patch_ahead(), {{slope, 0, 1}, 0.1, 0.9, 0.001, primitives::Sight::kOn}, &r);
   EXPECT_NEAR(r.m, 0.01 / square, 1e-12);
   EXPECT_NEAR(r.J[6], -0.06 / square, 1e-12);  // by the logarithm of the width: the rim is at its half
   EXPECT_NEAR(r.J[7], 0, 1e-12);
-  clearance(patch_ahead(), {{0, 0, 1}, 0.1, 0.9, 0.001, Sight::kOn}, &r);
+  primitives::clearance(patch_ahead(), {{0, 0, 1}, 0.1, 0.9, 0.001, primitives::Sight::kOn}, &r);
   EXPECT_NEAR(r.m, -0.04, 1e-12);  // through the middle: the nearer sides are 40 mm off
-  clearance(patch_ahead(), {{0, 0, 1}, 0.1, 0.3, 0.001, Sight::kOn}, &r);
+  primitives::clearance(patch_ahead(), {{0, 0, 1}, 0.1, 0.3, 0.001, primitives::Sight::kOn}, &r);
   EXPECT_NEAR(r.m, 0.2, 1e-12);  // it ends 0.2 m before the patch
-  clearance(patch_ahead(), {{0, 0.08, 1}, 0.1, 0.9, 0.001, Sight::kOn}, &r);
+  primitives::clearance(patch_ahead(), {{0, 0.08, 1}, 0.1, 0.9, 0.001, primitives::Sight::kOn}, &r);
   EXPECT_NEAR(r.m, 0, 1e-12);  // over the rim to the last bit: it has a derivative still
   EXPECT_NEAR(r.J[7], -0.04 / std::sqrt(1 + 0.08 * 0.08), 1e-9);
 }
 
 TEST(Primitives, readings_before_and_behind_a_patch_are_as_far_from_it) {
-  SolidResidual before, behind;
-  ray_residual(patch_ahead(), {0.01, 0.02, 0.49}, &before);
-  ray_residual(patch_ahead(), {0.01, 0.02, 0.51}, &behind);
+  primitives::SolidResidual before, behind;
+  primitives::ray_residual(patch_ahead(), {0.01, 0.02, 0.49}, &before);
+  primitives::ray_residual(patch_ahead(), {0.01, 0.02, 0.51}, &behind);
   EXPECT_NEAR(before.m, 0.01, 1e-12);
   EXPECT_NEAR(behind.m, -0.01, 1e-12);
   for (int j = 0; j < 3; ++j) EXPECT_NEAR(before.J[j], behind.J[j], 1e-12);
 }
 
 TEST(Primitives, sizes_have_their_place_behind_the_pose) {
-  const Unknowns unknowns{1, false, false, 2};
+  const optim::Unknowns unknowns{1, false, false, 2};
   EXPECT_EQ(unknowns.size(), 8);
-  EXPECT_EQ(unit_of(unknowns, 7), Unit::kLogScale);
-  State x;
+  EXPECT_EQ(optim::unit_of(unknowns, 7), optim::Unit::kLogScale);
+  optim::State x;
   x.T_obj_cam = {Rigidd{}}, x.log_size = {0.0, 1.0};
   Eigen::VectorXd delta = Eigen::VectorXd::Zero(8);
   delta[7] = 0.25;
-  EXPECT_EQ(retract(unknowns, x, delta).log_size[1], 1.25);
+  EXPECT_EQ(optim::retract(unknowns, x, delta).log_size[1], 1.25);
 }
 
 }  // namespace

@@ -13,7 +13,7 @@
 namespace sdftrack {
 namespace {
 
-static_assert(kBlockThreads == gpu_on_cpu::kThreads);
+static_assert(energies::kBlockThreads == gpu_on_cpu::kThreads);
 
 constexpr double kRelative = 1e-5;  // sums of floats in another order
 
@@ -27,18 +27,18 @@ std::vector<double> totals(const std::vector<double>& partial, int blocks, int n
 template <class Field, class Penalty>
 void expect_the_cpus_sums(int count, int blocks) {
   constexpr int P = Field::P;
-  PixelSet pixels = some_pixels(count), others = pixels;
-  const TermOps<Field, Penalty>& cpu = OpsOf<Field, Penalty>::baseline;
-  auto here = term_on<Field, Penalty>(others.view(), Residual::kRayHit, true, 1);
-  auto there = term_on<Field, Penalty>(pixels.view(), Residual::kRayHit, true, 1);
+  energies::PixelSet pixels = some_pixels(count), others = pixels;
+  const energies::TermOps<Field, Penalty>& cpu = energies::OpsOf<Field, Penalty>::baseline;
+  auto here = term_on<Field, Penalty>(others.view(), energies::Residual::kRayHit, true, 1);
+  auto there = term_on<Field, Penalty>(pixels.view(), energies::Residual::kRayHit, true, 1);
   for (int step = 0; step < 2; ++step) cpu.settle(here, 0, count);
   gpu_on_cpu::launch(blocks, [&] { settle_kernel(there, 2); });
   EXPECT_EQ(pixels.hit_m, others.hit_m);
 
   const auto sums = cpu.linearize(here, 0, count);
-  std::vector<double> partial(static_cast<std::size_t>(blocks) * kSummed<P>);
+  std::vector<double> partial(static_cast<std::size_t>(blocks) * energies::kSummed<P>);
   gpu_on_cpu::launch(blocks, [&] { linearize_kernel(there, partial.data()); });
-  const std::vector<double> total = totals(partial, blocks, kSummed<P>);
+  const std::vector<double> total = totals(partial, blocks, energies::kSummed<P>);
   EXPECT_EQ(pixels.gain, others.gain);
   EXPECT_NEAR(total[0], sums.cost, kRelative * sums.cost);
   double most = 0;
@@ -66,10 +66,10 @@ void expect_the_cpus_sums(int count, int blocks) {
 #undef SDFTRACK_PAIR
 
 TEST(ReduceCuda, the_blocks_are_as_many_as_the_pixels_ask_for_up_to_a_limit) {
-  EXPECT_EQ(blocks_for(1), 1);
-  EXPECT_EQ(blocks_for(256), 1);
-  EXPECT_EQ(blocks_for(257), 2);
-  EXPECT_EQ(blocks_for(10'000'000), kMostBlocks);
+  EXPECT_EQ(energies::blocks_for(1), 1);
+  EXPECT_EQ(energies::blocks_for(256), 1);
+  EXPECT_EQ(energies::blocks_for(257), 2);
+  EXPECT_EQ(energies::blocks_for(10'000'000), energies::kMaxBlocks);
 }
 
 }  // namespace

@@ -19,9 +19,9 @@ namespace {
 
 struct Soup {
   std::vector<Vec3d> vertices;
-  std::vector<Face> faces;
+  std::vector<sdf::Face> faces;
 
-  MeshView view() const { return {vertices.data(), vertices.size(), faces.data(), faces.size()}; }
+  sdf::MeshView view() const { return {vertices.data(), vertices.size(), faces.data(), faces.size()}; }
 };
 
 Soup random_triangles(int n) {
@@ -38,101 +38,101 @@ Soup tetrahedron() {
   return {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
 }
 
-TEST(Triangle, a_point_is_nearest_to_a_corner_an_edge_or_the_inside) {
-  const Triangle t{{0, 0, 0}, {2, 0, 0}, {0, 2, 0}};
-  EXPECT_LT(norm(closest_point(t, {-1, -1, 1}) - Vec3d{0, 0, 0}), 1e-15);
-  EXPECT_LT(norm(closest_point(t, {1, -3, 0}) - Vec3d{1, 0, 0}), 1e-15);
-  EXPECT_LT(norm(closest_point(t, {2, 2, 5}) - Vec3d{1, 1, 0}), 1e-15);
-  EXPECT_LT(norm(closest_point(t, {0.5, 0.5, -7}) - Vec3d{0.5, 0.5, 0}), 1e-15);
+TEST(sdf::Triangle, a_point_is_nearest_to_a_corner_an_edge_or_the_inside) {
+  const sdf::Triangle t{{0, 0, 0}, {2, 0, 0}, {0, 2, 0}};
+  EXPECT_LT(norm(sdf::closest_point(t, {-1, -1, 1}) - Vec3d{0, 0, 0}), 1e-15);
+  EXPECT_LT(norm(sdf::closest_point(t, {1, -3, 0}) - Vec3d{1, 0, 0}), 1e-15);
+  EXPECT_LT(norm(sdf::closest_point(t, {2, 2, 5}) - Vec3d{1, 1, 0}), 1e-15);
+  EXPECT_LT(norm(sdf::closest_point(t, {0.5, 0.5, -7}) - Vec3d{0.5, 0.5, 0}), 1e-15);
 }
 
-TEST(Triangle, one_without_area_answers_with_its_edge) {
+TEST(sdf::Triangle, one_without_area_answers_with_its_edge) {
   const Vec3d a{0, 0, 0}, b{2, 0, 0}, p{1, 1, 0};
-  for (const Triangle& t : {Triangle{a, a, b}, Triangle{a, b, b}, Triangle{a, b, a}})
-    EXPECT_LT(norm(closest_point(t, p) - Vec3d{1, 0, 0}), 1e-15);
-  EXPECT_LT(norm(closest_point({b, b, b}, p) - b), 1e-15);
+  for (const sdf::Triangle& t : {sdf::Triangle{a, a, b}, sdf::Triangle{a, b, b}, sdf::Triangle{a, b, a}})
+    EXPECT_LT(norm(sdf::closest_point(t, p) - Vec3d{1, 0, 0}), 1e-15);
+  EXPECT_LT(norm(sdf::closest_point({b, b, b}, p) - b), 1e-15);
 }
 
-TEST(Bvh, finds_the_nearest_of_all_triangles_with_any_guess) {
+TEST(sdf::Bvh, finds_the_nearest_of_all_triangles_with_any_guess) {
   const Soup soup = random_triangles(200);
-  const Bvh bvh(soup.view());
+  const sdf::Bvh bvh(soup.view());
   for (int i = 0; i < 100; ++i) {
     const Vec3d p{std::sin(i * 1.3), std::cos(i * 2.1), std::sin(i * 0.7 + 1)};
     double best = 1e9;
     for (std::size_t k = 0; k < soup.faces.size(); ++k)
-      best = std::min(best, norm(p - closest_point(soup.view().triangle(k), p)));
+      best = std::min(best, norm(p - sdf::closest_point(soup.view().triangle(k), p)));
     EXPECT_EQ(std::sqrt(bvh.closest(p).distance2), best);
     EXPECT_EQ(std::sqrt(bvh.closest(p, 1e9, i).distance2), best);
     EXPECT_EQ(bvh.closest(p, 0.5 * best * best).face, -1);
   }
 }
 
-TEST(Bvh, finds_the_first_of_all_hits) {
+TEST(sdf::Bvh, finds_the_first_of_all_hits) {
   const Soup soup = random_triangles(200);
-  const Bvh bvh(soup.view());
+  const sdf::Bvh bvh(soup.view());
   int hits = 0;
   for (int i = 0; i < 200; ++i) {
     const Vec3d o{2 * std::sin(i * 1.3), 2 * std::cos(i * 2.1), -2}, d{-o.x, -o.y, 1.5 + std::sin(i)};
     double best = std::numeric_limits<double>::infinity();
-    RayHit hit;
+    sdf::RayHit hit;
     for (std::size_t k = 0; k < soup.faces.size(); ++k)
-      if (intersect(soup.view().triangle(k), o, d, &hit)) best = std::min(best, hit.t);
+      if (sdf::intersect(soup.view().triangle(k), o, d, &hit)) best = std::min(best, hit.t);
     EXPECT_EQ(bvh.first_hit(o, d).hit.t, best);
     hits += std::isfinite(best);
   }
   EXPECT_GT(hits, 100);
 }
 
-TEST(Bvh, many_equal_triangles_do_not_make_it_deep) {
+TEST(sdf::Bvh, many_equal_triangles_do_not_make_it_deep) {
   Soup soup;
   soup.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   soup.faces.assign(5000, {0, 1, 2});
-  EXPECT_NEAR(Bvh(soup.view()).closest({0.2, 0.2, 2}).distance2, 4, 1e-12);
-  EXPECT_THROW(Bvh(MeshView{}), std::invalid_argument);
+  EXPECT_NEAR(sdf::Bvh(soup.view()).closest({0.2, 0.2, 2}).distance2, 4, 1e-12);
+  EXPECT_THROW(sdf::Bvh(sdf::MeshView{}), std::invalid_argument);
 }
 
 TEST(Winding, both_countings_agree_on_a_closed_mesh) {
   const Soup mesh = tetrahedron();
-  const Grid grid{9, 9, 9, 0.15, {-0.11, -0.12, -0.13}};
-  const auto counted = winding_numbers(mesh.view(), grid, 2);
-  const WindingTree tree(mesh.view());
+  const sdf::Grid grid{9, 9, 9, 0.15, {-0.11, -0.12, -0.13}};
+  const auto counted = sdf::winding_numbers(mesh.view(), grid, 2);
+  const sdf::WindingTree tree(mesh.view());
   for (int iz = 0; iz < 9; ++iz)
     for (int iy = 0; iy < 9; ++iy)
       for (int ix = 0; ix < 9; ++ix)
         EXPECT_NEAR(tree(grid.point(ix, iy, iz)), counted[grid.index(ix, iy, iz)], 0.02);
 }
 
-TEST(MeshReport, a_tetrahedron_is_closed_and_holds_a_sixth) {
-  const CleanMesh mesh = clean_mesh(tetrahedron().view());
+TEST(sdf::MeshReport, a_tetrahedron_is_closed_and_holds_a_sixth) {
+  const sdf::CleanMesh mesh = sdf::clean_mesh(tetrahedron().view());
   EXPECT_EQ(mesh.report.unbalanced_edges, 0u);
   EXPECT_EQ(mesh.report.parts, 1u);
   EXPECT_NEAR(mesh.report.volume_m3, 1.0 / 6, 1e-15);
 }
 
-TEST(MeshReport, a_face_and_its_reverse_cancel_and_a_missing_one_leaves_three_open_edges) {
+TEST(sdf::MeshReport, a_face_and_its_reverse_cancel_and_a_missing_one_leaves_three_open_edges) {
   Soup mesh = tetrahedron();
   mesh.faces.push_back({0, 1, 2});
-  const CleanMesh open = clean_mesh(mesh.view());
+  const sdf::CleanMesh open = sdf::clean_mesh(mesh.view());
   EXPECT_EQ(open.faces.size(), 3u);
   EXPECT_EQ(open.report.duplicate_faces, 2u);
   EXPECT_EQ(open.report.open_edges, 3u);
 }
 
 TEST(Redistance, gives_a_field_of_one_sign_back_as_an_error) {
-  const Grid grid{3, 3, 3, 1, {0, 0, 0}};
+  const sdf::Grid grid{3, 3, 3, 1, {0, 0, 0}};
   const std::vector<float> outside(27, 1.f);
-  EXPECT_THROW(redistance(grid, outside.data(), 1), std::invalid_argument);
+  EXPECT_THROW(sdf::redistance(grid, outside.data(), 1), std::invalid_argument);
 }
 
 TEST(SurfaceSamples, of_a_plane_lie_in_it) {
-  const Grid grid{6, 6, 6, 0.1, {0, 0, 0}};
+  const sdf::Grid grid{6, 6, 6, 0.1, {0, 0, 0}};
   std::vector<float> phi(grid.size());
   for (int iz = 0; iz < 6; ++iz)
     for (int iy = 0; iy < 6; ++iy)
       for (int ix = 0; ix < 6; ++ix) phi[grid.index(ix, iy, iz)] = static_cast<float>(0.1 * iz - 0.23);
-  const auto samples = ZeroSurface(grid.view(phi.data())).samples(50);
+  const auto samples = sdf::ZeroSurface(grid.view(phi.data())).samples(50);
   ASSERT_EQ(samples.size(), 50u);
-  for (const SurfaceSample& s : samples) {
+  for (const sdf::SurfaceSample& s : samples) {
     EXPECT_NEAR(s.p_obj.z, 0.23, 1e-6);
     EXPECT_NEAR(s.n_obj.z, 1, 1e-6);
   }
@@ -140,12 +140,12 @@ TEST(SurfaceSamples, of_a_plane_lie_in_it) {
 
 TEST(Primitives, the_ellipsoid_with_equal_axes_is_a_sphere) {
   for (const Vec3d& p : {Vec3d{0, 0, 0}, Vec3d{0.3, 0, 0}, Vec3d{0.1, -2, 0.4}, Vec3d{0, 0, 5}})
-    EXPECT_NEAR(ellipsoid_distance(p, {0.7, 0.7, 0.7}), sphere_distance(p, 0.7), 1e-8);
+    EXPECT_NEAR(sdf::ellipsoid_distance(p, {0.7, 0.7, 0.7}), sdf::sphere_distance(p, 0.7), 1e-8);
 }
 
 TEST(Primitives, the_centre_of_an_ellipsoid_is_its_shortest_axis_deep) {
-  EXPECT_NEAR(ellipsoid_distance({0, 0, 0}, {3, 1, 2}), -1, 1e-8);
-  EXPECT_NEAR(ellipsoid_distance({4, 0, 0}, {3, 1, 2}), 1, 1e-8);
+  EXPECT_NEAR(sdf::ellipsoid_distance({0, 0, 0}, {3, 1, 2}), -1, 1e-8);
+  EXPECT_NEAR(sdf::ellipsoid_distance({4, 0, 0}, {3, 1, 2}), 1, 1e-8);
 }
 
 }  // namespace

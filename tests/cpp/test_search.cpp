@@ -3,20 +3,20 @@
 
 #include <cmath>
 
-#include "tracking/search.h"
-#include "tracking/search_score.h"
-#include "tracking/so3_grid.h"
+#include "tracking/search/search.h"
+#include "tracking/search/search_score.h"
+#include "tracking/search/so3_grid.h"
 #include "volume_fixture.h"
 
 namespace sdftrack {
 namespace {
 
 TEST(So3Grid, seeds_are_rotations) {
-  for (int k = 0; k < 240; ++k) EXPECT_LT(orthogonality_error(seed_rotation(k, 240)), 1e-12);
+  for (int k = 0; k < 240; ++k) EXPECT_LT(orthogonality_error(tracking::seed_rotation(k, 240)), 1e-12);
 }
 
 TEST(So3Grid, the_order_starts_again_after_the_last) {
-  const Mat3d a = seed_rotation(3, 240), b = seed_rotation(243, 240);
+  const Mat3d a = tracking::seed_rotation(3, 240), b = tracking::seed_rotation(243, 240);
   EXPECT_LT(rotation_angle(transpose(a) * b), 1e-9);
 }
 
@@ -25,7 +25,7 @@ TEST(So3Grid, no_direction_is_preferred) {
   Mat3d mean = 0.0 * Mat3d::identity();
   double first = 0;
   for (int k = 0; k < 240; ++k) {
-    const Mat3d R = seed_rotation(k, 240);
+    const Mat3d R = tracking::seed_rotation(k, 240);
     mean = mean + (1.0 / 240) * R;
     first += R.r0.x * R.r0.x / 240;
   }
@@ -35,24 +35,25 @@ TEST(So3Grid, no_direction_is_preferred) {
 }
 
 TEST(SearchScore, what_the_sensor_sees_past_lowers_it_and_what_hides_hardly_does) {
-  const Outline ends{24, 0, 0};
-  const double gap_m = 0.001, right = score_of_place({100, 98, 0, 2, 0, gap_m}, ends);
+  const tracking::Outline ends{24, 0, 0};
+  const double gap_m = 0.001, right = tracking::score_of_place({100, 98, 0, 2, 0, gap_m}, ends);
   EXPECT_GT(right, 0.9);
-  EXPECT_GT(score_of_place({100, 50, 0, 50, 0, gap_m}, ends), 0.75 * right);
-  EXPECT_LT(score_of_place({100, 50, 50, 0, 0, gap_m}, ends), 0.1 * right);
-  EXPECT_LT(score_of_place({100, 98, 0, 2, 0, 5 * gap_m}, ends), right);
+  EXPECT_GT(tracking::score_of_place({100, 50, 0, 50, 0, gap_m}, ends), 0.75 * right);
+  EXPECT_LT(tracking::score_of_place({100, 50, 50, 0, 0, gap_m}, ends), 0.1 * right);
+  EXPECT_LT(tracking::score_of_place({100, 98, 0, 2, 0, 5 * gap_m}, ends), right);
 }
 
 TEST(SearchScore, a_face_in_a_wall_is_no_object) {
-  const Visibility seen{100, 100, 0, 0, 0, 0.001};
-  EXPECT_LT(score_of_place(seen, Outline{0, 24, 0}), score_of_place(seen, Outline{24, 0, 0}));
-  EXPECT_TRUE(is_part_of_something(Outline{0, 24, 0}));
-  EXPECT_FALSE(is_part_of_something(Outline{0, 3, 21}));  // too little to tell
+  const tracking::Visibility seen{100, 100, 0, 0, 0, 0.001};
+  EXPECT_LT(tracking::score_of_place(seen, tracking::Outline{0, 24, 0}),
+            tracking::score_of_place(seen, tracking::Outline{24, 0, 0}));
+  EXPECT_TRUE(tracking::is_part_of_something(tracking::Outline{0, 24, 0}));
+  EXPECT_FALSE(tracking::is_part_of_something(tracking::Outline{0, 3, 21}));  // too little to tell
 }
 
 TEST(SearchScore, a_mask_must_be_explained) {
-  EXPECT_DOUBLE_EQ(score_of_mask({100, 80, 20, 0, 0}, 0.5), 0.4);
-  EXPECT_EQ(score_of_mask({100, 5, 0, 95, 0}, 1.0), 0);
+  EXPECT_DOUBLE_EQ(tracking::score_of_mask({100, 80, 20, 0, 0}, 0.5), 0.4);
+  EXPECT_EQ(tracking::score_of_mask({100, 5, 0, 95, 0}, 1.0), 0);
 }
 
 }  // namespace

@@ -13,9 +13,9 @@ namespace {
 
 // All that the loops write or return, as bytes.
 template <class Field, class Penalty>
-std::vector<unsigned char> bytes_of(const TermOps<Field, Penalty>& ops, int count, Residual residual,
-                                    int newton_steps) {
-  PixelSet pixels = some_pixels(count);
+std::vector<unsigned char> bytes_of(const energies::TermOps<Field, Penalty>& ops, int count,
+                                    energies::Residual residual, int newton_steps) {
+  energies::PixelSet pixels = some_pixels(count);
   auto term = term_on<Field, Penalty>(pixels.view(), residual, true, newton_steps);
   std::vector<float> distances(static_cast<std::size_t>(count));
   ops.distances(term, 0, count, distances.data());
@@ -46,31 +46,35 @@ template <class Field, class Penalty>
 void expect_the_same_bits() {
   for (const Isa isa : supported_isas())
     for (const int count : {1, 5, 16, 17, 500, 513, 1100})
-      for (const Residual residual : {Residual::kRayHit, Residual::kPoint, Residual::kSlope})
+      for (const energies::Residual residual :
+           {energies::Residual::kRayHit, energies::Residual::kPoint, energies::Residual::kSlope})
         for (const int newton_steps : {1, 8})
-          EXPECT_EQ(bytes_of(ops_for<Field, Penalty>(isa), count, residual, newton_steps),
-                    bytes_of(OpsOf<Field, Penalty>::baseline, count, residual, newton_steps))
+          EXPECT_EQ(bytes_of(energies::ops_for<Field, Penalty>(isa), count, residual, newton_steps),
+                    bytes_of(energies::OpsOf<Field, Penalty>::baseline, count, residual, newton_steps))
               << isa_name(isa) << ", " << count << " pixels";
 }
 
-#define SDFTRACK_PAIR(name, field, penalty) \
-  TEST(TermOps, name##_has_the_same_bits_on_every_instruction_set) { expect_the_same_bits<field, penalty>(); }
+#define SDFTRACK_PAIR(name, field, penalty)                                    \
+  TEST(energies::TermOps, name##_has_the_same_bits_on_every_instruction_set) { \
+    expect_the_same_bits<field, penalty>();                                    \
+  }
 #include "energies/compiled.inc"
 #undef SDFTRACK_PAIR
 
 // What the loops sum is what their pixels give one by one, in double.
-TEST(TermOps, the_sums_are_those_of_the_pixels) {
+TEST(energies::TermOps, the_sums_are_those_of_the_pixels) {
   constexpr int kCount = 700;
-  PixelSet pixels = some_pixels(kCount), others = pixels;
-  const auto term_of = [](PixelSet* set) {
-    return Term<SingleObject<float>, DepthLogistic<float>>{
-        {kBox.view(), kPose}, {0.003f, 0.1f}, kCamera, set->view(), Residual::kSlope, true, 1};
+  energies::PixelSet pixels = some_pixels(kCount), others = pixels;
+  const auto term_of = [](energies::PixelSet* set) {
+    return energies::Term<energies::SingleObject<float>, energies::DepthLogistic<float>>{
+        {kBox.view(), kPose}, {0.003f, 0.1f}, kCamera, set->view(), energies::Residual::kSlope, true, 1};
   };
-  Sums<double, 6> slow;
+  energies::Sums<double, 6> slow;
   for (int i = 0; i < kCount; ++i) slow.add(term_of(&others).linearize(i));
   for (const Isa isa : supported_isas()) {
     const auto fast =
-        ops_for<SingleObject<float>, DepthLogistic<float>>(isa).linearize(term_of(&pixels), 0, kCount);
+        energies::ops_for<energies::SingleObject<float>, energies::DepthLogistic<float>>(isa).linearize(
+            term_of(&pixels), 0, kCount);
     EXPECT_EQ(fast.count, kCount);
     EXPECT_NEAR(fast.cost, slow.cost, 1e-6 * slow.cost);
     for (int k = 0; k < 21; ++k) EXPECT_NEAR(fast.hessian[k], slow.hessian[k], 1e-5 * (1 + slow.hessian[0]));

@@ -19,13 +19,13 @@ const Rigidd kLeft = pose_at({-0.02, 0.01, 0.55}), kRight = beside(kLeft, 0.004)
 
 struct Scene {
   Camera camera = small_camera();
-  Tracker tracker;
+  tracking::Tracker tracker;
   BoxImage image;
 
-  explicit Scene(TrackerSettings settings = {})
+  explicit Scene(tracking::TrackerSettings settings = {})
       : tracker({box_volume().view(), box_volume().view()}, camera, {}, settings) {}
 
-  DepthFrame frame(int i, const std::vector<Rigidd>& boxes, bool covered = false) {
+  frame::DepthFrame frame(int i, const std::vector<Rigidd>& boxes, bool covered = false) {
     image = image_of(camera, boxes, i, covered);
     return tracker.make_frame({image.depth_m.data(), camera.width, camera.height}, nullptr, i / 30.0,
                               nullptr);
@@ -37,7 +37,7 @@ class Expected {
  public:
   Expected() : file_(SDFTRACK_TEST_DATA "/tracked_boxes.txt") {}
 
-  void compare(const FrameResult& result) {
+  void compare(const tracking::FrameResult& result) {
     for (std::size_t k = 0; k < result.objects.size(); ++k) compare(result, k);
     ++call_;
   }
@@ -47,14 +47,14 @@ class Expected {
   }
 
  private:
-  void compare(const FrameResult& result, std::size_t k) {
+  void compare(const tracking::FrameResult& result, std::size_t k) {
     std::string line, status, reason;
     ASSERT_TRUE(std::getline(file_, line));
     std::istringstream in(line);
     int call, index;
     std::size_t object;
     in >> call >> index >> object >> status;
-    const ObjectResult& r = result.objects[k];
+    const tracking::ObjectResult& r = result.objects[k];
     SCOPED_TRACE("call " + std::to_string(call_) + ", object " + std::to_string(k));
     EXPECT_EQ(call, call_);
     EXPECT_EQ(index, result.index);
@@ -75,16 +75,16 @@ class Expected {
     }
     in >> std::ws;
     std::getline(in, reason);
-    EXPECT_EQ(reason, sentence(r.trust.reason, {"left", "right"}));
+    EXPECT_EQ(reason, tracking::sentence(r.trust.reason, {"left", "right"}));
   }
 
   std::ifstream file_;
   int call_ = 0;
 };
 
-TEST(Tracker, it_answers_a_sequence_as_the_python_tracker_does) {
+TEST(tracking::Tracker, it_answers_a_sequence_as_the_python_tracker_does) {
   Scene scene;
-  Tracker& tracker = scene.tracker;
+  tracking::Tracker& tracker = scene.tracker;
   Expected expected;
   std::vector<Rigidd> both{kLeft, kRight};
   expected.compare(tracker.start(scene.frame(0, both), {at_pose(kLeft), at_pose(kRight)}));
@@ -102,25 +102,25 @@ TEST(Tracker, it_answers_a_sequence_as_the_python_tracker_does) {
   for (const int i : {9, 10}) expected.compare(tracker.track(scene.frame(i, {})));
   const std::vector<Rigidd> away{pose_at({0.03, 0.0, 0.6}), pose_at({-0.16, 0.02, 0.65})};
   for (const int i : {11, 12, 13, 14}) expected.compare(tracker.track(scene.frame(i, away)));
-  expected.compare(tracker.recover(scene.frame(14, away), {1}, {PoseHint{}}));
-  tracker.set_pose(1, away[0], 1e-9 * Matrix6d::Identity());
+  expected.compare(tracker.recover(scene.frame(14, away), {1}, {tracking::PoseHint{}}));
+  tracker.set_pose(1, away[0], 1e-9 * tracking::Matrix6d::Identity());
   expected.compare(tracker.track(scene.frame(15, away)));
-  expected.compare(tracker.recover(scene.frame(15, {}), {0}, {PoseHint{}}));
+  expected.compare(tracker.recover(scene.frame(15, {}), {0}, {tracking::PoseHint{}}));
   EXPECT_TRUE(expected.at_end());
 }
 
-TEST(Tracker, some_objects_can_be_recovered_only_beside_a_result_about_the_others) {
+TEST(tracking::Tracker, some_objects_can_be_recovered_only_beside_a_result_about_the_others) {
   Scene scene;
-  const DepthFrame frame = scene.frame(0, {kLeft, kRight});
-  EXPECT_THROW(scene.tracker.recover(frame, {0}, {PoseHint{}}), std::runtime_error);
+  const frame::DepthFrame frame = scene.frame(0, {kLeft, kRight});
+  EXPECT_THROW(scene.tracker.recover(frame, {0}, {tracking::PoseHint{}}), std::runtime_error);
   scene.tracker.start(frame, {at_pose(kLeft), at_pose(kRight)});
   EXPECT_EQ(scene.tracker.recover(frame, {0}, {at_pose(kLeft)}).objects.size(), 2u);
   scene.tracker.remove(1);
   scene.tracker.add(box_volume().view(), at_pose(kRight));
-  EXPECT_THROW(scene.tracker.recover(frame, {0}, {PoseHint{}}), std::runtime_error);
+  EXPECT_THROW(scene.tracker.recover(frame, {0}, {tracking::PoseHint{}}), std::runtime_error);
 }
 
-TEST(Tracker, a_frame_outside_of_the_sequence_leaves_its_record) {
+TEST(tracking::Tracker, a_frame_outside_of_the_sequence_leaves_its_record) {
   Scene scene;
   scene.tracker.start(scene.frame(0, {kLeft, kRight}), {at_pose(kLeft), at_pose(kRight)});
   const Rigidd best = *scene.tracker.last_good_poses()[0];
@@ -131,30 +131,30 @@ TEST(Tracker, a_frame_outside_of_the_sequence_leaves_its_record) {
   EXPECT_EQ(norm(scene.tracker.last_good_poses()[0]->t - best.t), 0);
 }
 
-TEST(Tracker, a_frame_that_could_not_be_read_says_nothing_of_a_pose_and_gives_nobody_a_pixel) {
+TEST(tracking::Tracker, a_frame_that_could_not_be_read_says_nothing_of_a_pose_and_gives_nobody_a_pixel) {
   Scene scene;
-  Tracker& tracker = scene.tracker;
+  tracking::Tracker& tracker = scene.tracker;
   tracker.start(scene.frame(0, {kLeft, kRight}), {{kLeft, {}, {}}, {kRight, {}, {}}});
-  const DepthFrame unreadable = tracker.make_unreadable_frame("torn", 1.0);
+  const frame::DepthFrame unreadable = tracker.make_unreadable_frame("torn", 1.0);
   EXPECT_FALSE(tracker.look(unreadable, 0, kLeft));
   const auto pixels = static_cast<std::size_t>(scene.camera.width) * scene.camera.height;
   std::vector<float> membership(2 * pixels, 1.0f), foreground(pixels, 1.0f);
   tracker.find_membership(unreadable, membership.data(), foreground.data());
   for (const float share : membership) ASSERT_EQ(share, 0.0f);
   for (const float chance : foreground) ASSERT_TRUE(std::isnan(chance));
-  for (const ObjectResult& result : tracker.revisit(unreadable))
-    EXPECT_EQ(result.trust.status, Status::kBadFrame);
+  for (const tracking::ObjectResult& result : tracker.revisit(unreadable))
+    EXPECT_EQ(result.trust.status, tracking::Status::kBadFrame);
 }
 
-TEST(Tracker, other_volumes_for_the_same_objects_go_on_from_the_poses_that_are_given) {
-  const Volume finer = make_volume(80, 0.1, [](Vec3d p) { return box_distance(p, kHalfBox_m); });
+TEST(tracking::Tracker, other_volumes_for_the_same_objects_go_on_from_the_poses_that_are_given) {
+  const Volume finer = make_volume(80, 0.1, [](Vec3d p) { return sdf::box_distance(p, kHalfBox_m); });
   Scene scene;
   scene.tracker.start(scene.frame(0, {kLeft, kRight}), {at_pose(kLeft), at_pose(kRight)});
   scene.tracker.replace_shapes({finer.view(), box_volume().view()}, scene.tracker.last_good_poses());
-  const FrameResult& result = scene.tracker.track(scene.frame(1, {kLeft, kRight}));
+  const tracking::FrameResult& result = scene.tracker.track(scene.frame(1, {kLeft, kRight}));
   EXPECT_EQ(result.index, 1);
-  for (const ObjectResult& object : result.objects) {
-    EXPECT_EQ(object.trust.status, Status::kOk) << sentence(object.trust.reason);
+  for (const tracking::ObjectResult& object : result.objects) {
+    EXPECT_EQ(object.trust.status, tracking::Status::kOk) << tracking::sentence(object.trust.reason);
     EXPECT_FALSE(std::isnan(object.twist[0]));
   }
   EXPECT_THROW(scene.tracker.replace_shapes({finer.view()}, {std::nullopt}), std::invalid_argument);

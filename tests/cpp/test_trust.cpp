@@ -4,24 +4,24 @@
 #include <cmath>
 #include <random>
 
-#include "tracking/local_noise.h"
-#include "tracking/trust.h"
+#include "tracking/fit/local_noise.h"
+#include "tracking/trust/trust.h"
 
 namespace sdftrack {
 namespace {
 
-PoseEvidence good_evidence() {
-  PoseEvidence e;
+tracking::PoseEvidence good_evidence() {
+  tracking::PoseEvidence e;
   e.seen = {80, 76, 1, 2, 1, 0.0012};
   e.outline = {20, 1, 3};
   return e;
 }
 
-Matrix6d small_covariance() { return 1e-6 * Matrix6d::Identity(); }
+tracking::Matrix6d small_covariance() { return 1e-6 * tracking::Matrix6d::Identity(); }
 
 TEST(Judge, a_pose_with_everything_in_place_is_ok_and_believed) {
-  const Trust trust = judge(good_evidence(), small_covariance(), {}, 0);
-  EXPECT_EQ(trust.status, Status::kOk);
+  const tracking::Trust trust = tracking::judge(good_evidence(), small_covariance(), {}, 0);
+  EXPECT_EQ(trust.status, tracking::Status::kOk);
   EXPECT_TRUE(trust.reason.empty());
   EXPECT_GT(trust.confidence, 0.95);
   EXPECT_NEAR(trust.inliers, 0.95, 1e-9);
@@ -29,43 +29,43 @@ TEST(Judge, a_pose_with_everything_in_place_is_ok_and_believed) {
 
 // Each fault by itself lowers the evidence.
 TEST(Judge, every_feature_points_its_way) {
-  const double good = evidence_share(good_evidence(), 0);
-  PoseEvidence e = good_evidence();
+  const double good = tracking::evidence_share(good_evidence(), 0);
+  tracking::PoseEvidence e = good_evidence();
   e.seen.gap_m = 0.006;
-  EXPECT_LT(evidence_share(e, 0), good);
+  EXPECT_LT(tracking::evidence_share(e, 0), good);
   e = good_evidence(), e.seen.farther = 25;
-  EXPECT_LT(evidence_share(e, 0), good);
+  EXPECT_LT(tracking::evidence_share(e, 0), good);
   e = good_evidence(), e.outline = {2, 19, 3};
-  EXPECT_LT(evidence_share(e, 0), good);
+  EXPECT_LT(tracking::evidence_share(e, 0), good);
   e = good_evidence(), e.seen.missing = 40;
-  EXPECT_LT(evidence_share(e, 0), good);
+  EXPECT_LT(tracking::evidence_share(e, 0), good);
   e = good_evidence(), e.roughness = 5;
-  EXPECT_LT(evidence_share(e, 0), good);
+  EXPECT_LT(tracking::evidence_share(e, 0), good);
   e = good_evidence(), e.color_gain = -0.4;
-  EXPECT_LT(evidence_share(e, 0), good);
+  EXPECT_LT(tracking::evidence_share(e, 0), good);
   e.color_gain = 0.2;
-  EXPECT_GT(evidence_share(e, 0), good);
+  EXPECT_GT(tracking::evidence_share(e, 0), good);
   e.color_gain = 0;  // colours that say nothing
-  EXPECT_EQ(evidence_share(e, 0), good);
+  EXPECT_EQ(tracking::evidence_share(e, 0), good);
 }
 
 TEST(Judge, what_a_hand_hides_is_weak_for_that_reason_and_what_is_seen_past_is_lost) {
-  PoseEvidence e = good_evidence();
+  tracking::PoseEvidence e = good_evidence();
   e.seen = {80, 14, 0, 66, 0, 0.0012};
-  Trust trust = judge(e, small_covariance(), {}, 0);
-  EXPECT_EQ(trust.status, Status::kWeak);
-  EXPECT_NE(sentence(trust.reason).find("hidden"), std::string::npos);
+  tracking::Trust trust = tracking::judge(e, small_covariance(), {}, 0);
+  EXPECT_EQ(trust.status, tracking::Status::kWeak);
+  EXPECT_NE(tracking::sentence(trust.reason).find("hidden"), std::string::npos);
   e.seen = {80, 16, 60, 0, 4, 0.02};
-  trust = judge(e, small_covariance(), {}, 0);
-  EXPECT_EQ(trust.status, Status::kLost);
+  trust = tracking::judge(e, small_covariance(), {}, 0);
+  EXPECT_EQ(trust.status, tracking::Status::kLost);
   EXPECT_EQ(trust.confidence, 0);
 }
 
 TEST(Judge, a_free_direction_is_not_believed_though_the_evidence_is_good) {
-  Matrix6d C = small_covariance();
+  tracking::Matrix6d C = small_covariance();
   C(5, 5) = 9.87;
-  const Trust trust = judge(good_evidence(), C, {}, 0);
-  EXPECT_EQ(trust.status, Status::kOk);
+  const tracking::Trust trust = tracking::judge(good_evidence(), C, {}, 0);
+  EXPECT_EQ(trust.status, tracking::Status::kOk);
   EXPECT_LT(trust.confidence, 0.1);
 }
 
@@ -74,22 +74,22 @@ TEST(LocalNoise, it_is_the_sd_of_the_readings_of_a_slanted_plane_whatever_the_st
   std::normal_distribution<float> noise(0, 0.002f);
   std::vector<float> scratch;
   for (const int stride : {1, 2}) {
-    PixelSet pixels;
+    energies::PixelSet pixels;
     for (int v = 0; v < 60; ++v)
       for (int u = 0; u < 60; u += stride)
         pixels.push(static_cast<float>(u), static_cast<float>(v),
                     0.8f + 0.001f * static_cast<float>(u) - 0.0007f * static_cast<float>(v) + noise(random),
                     1.0f);
     // The sd of a median of 400 is 5 %, three of them.
-    EXPECT_NEAR(local_noise_m(pixels, &scratch), 0.002, 3e-4) << "stride " << stride;
+    EXPECT_NEAR(tracking::local_noise_m(pixels, &scratch), 0.002, 3e-4) << "stride " << stride;
   }
 }
 
 TEST(LocalNoise, too_few_readings_say_nothing) {
-  PixelSet pixels;
+  energies::PixelSet pixels;
   for (int u = 0; u < 10; ++u) pixels.push(static_cast<float>(u), 0, 0.8f, 1.0f);
   std::vector<float> scratch;
-  EXPECT_EQ(local_noise_m(pixels, &scratch), 0);
+  EXPECT_EQ(tracking::local_noise_m(pixels, &scratch), 0);
 }
 
 }  // namespace

@@ -8,118 +8,121 @@ namespace {
 
 const Rigidd kPose = pose_at({0, 0, 0.5});
 
-ObjectResult answer(const Rigidd& T_cam_obj, Status status = Status::kOk) {
-  ObjectResult result;
+tracking::ObjectResult answer(const Rigidd& T_cam_obj, tracking::Status status = tracking::Status::kOk) {
+  tracking::ObjectResult result;
   result.T_cam_obj = T_cam_obj;
-  result.covariance = Matrix6d::Identity();
+  result.covariance = tracking::Matrix6d::Identity();
   result.trust = {status, {}, 0.9, 0.9, 0.8};
   return result;
 }
 
 struct Verdicts : PartsFixture {
-  Verdict verdict;
+  tracking::Verdict verdict;
 
-  const FrameResult& conclude(std::vector<ObjectResult> answers, double time_s,
-                              const std::vector<int>& served = {0}) {
+  const tracking::FrameResult& conclude(std::vector<tracking::ObjectResult> answers, double time_s,
+                                        const std::vector<int>& served = {0}) {
     verdict.conclude(objects, served, time_s, &answers);
     return verdict.result();
   }
 };
 
-TEST(Verdict, who_is_lost_has_the_last_good_pose_and_none_before_the_first) {
+TEST(tracking::Verdict, who_is_lost_has_the_last_good_pose_and_none_before_the_first) {
   Verdicts v;
   v.add(kPose);
   v.verdict.start({std::nullopt});
-  EXPECT_TRUE(std::isnan(v.conclude({answer(kPose, Status::kLost)}, 0).objects[0].T_cam_obj.t.x));
+  EXPECT_TRUE(std::isnan(v.conclude({answer(kPose, tracking::Status::kLost)}, 0).objects[0].T_cam_obj.t.x));
   v.conclude({answer(kPose)}, 1);
   const Rigidd other = pose_at({0.1, 0, 0.5});
-  for (const Status status : {Status::kLost, Status::kBadFrame})
+  for (const tracking::Status status : {tracking::Status::kLost, tracking::Status::kBadFrame})
     EXPECT_EQ(v.conclude({answer(other, status)}, 2).objects[0].T_cam_obj.t.x, 0);
   v.verdict.set_pose(0, other);
-  EXPECT_EQ(v.conclude({answer(kPose, Status::kLost)}, 2).objects[0].T_cam_obj.t.x, 0.1);
+  EXPECT_EQ(v.conclude({answer(kPose, tracking::Status::kLost)}, 2).objects[0].T_cam_obj.t.x, 0.1);
 }
 
-TEST(Verdict, a_twist_needs_two_frames_in_a_row_with_a_pose_and_times_in_order) {
+TEST(tracking::Verdict, a_twist_needs_two_frames_in_a_row_with_a_pose_and_times_in_order) {
   Verdicts v;
   v.add(kPose);
   v.verdict.start({kPose});
-  const auto speed = [&](double x_m, double time_s, Status status = Status::kOk) {
+  const auto speed = [&](double x_m, double time_s, tracking::Status status = tracking::Status::kOk) {
     v.verdict.next_frame();
     return v.conclude({answer(pose_at({x_m, 0, 0.5}), status)}, time_s).objects[0].twist[0];
   };
   EXPECT_TRUE(std::isnan(speed(0.0, 1.0)));
   EXPECT_NEAR(speed(0.01, 1.5), 0.02, 1e-12);
-  EXPECT_TRUE(std::isnan(speed(0.02, 1.5)));       // no time has passed
-  EXPECT_TRUE(std::isnan(speed(0.02, kUnknown)));  // nor is it known here,
-  EXPECT_TRUE(std::isnan(speed(0.03, 2.0)));       // and of the frame before
+  EXPECT_TRUE(std::isnan(speed(0.02, 1.5)));                 // no time has passed
+  EXPECT_TRUE(std::isnan(speed(0.02, tracking::kUnknown)));  // nor is it known here,
+  EXPECT_TRUE(std::isnan(speed(0.03, 2.0)));                 // and of the frame before
   EXPECT_NEAR(speed(0.04, 2.5), 0.02, 1e-12);
-  EXPECT_TRUE(std::isnan(speed(0.04, 3.0, Status::kLost)));
+  EXPECT_TRUE(std::isnan(speed(0.04, 3.0, tracking::Status::kLost)));
   EXPECT_TRUE(std::isnan(speed(0.04, 3.5)));
   v.verdict.interrupt();
   EXPECT_TRUE(std::isnan(speed(0.05, 4.0)));
   EXPECT_NEAR(speed(0.06, 4.5), 0.02, 1e-12);
 }
 
-TEST(Verdict, two_in_one_place_are_both_doubted_once) {
+TEST(tracking::Verdict, two_in_one_place_are_both_doubted_once) {
   Verdicts v;
   v.add(kPose), v.add(kPose), v.add(pose_at({0.3, 0, 0.5}));
   v.verdict.start({kPose, kPose, kPose});
-  const FrameResult& result = v.conclude({answer(kPose), answer(kPose), answer(kPose)}, 0, {0, 1, 2});
+  const tracking::FrameResult& result =
+      v.conclude({answer(kPose), answer(kPose), answer(kPose)}, 0, {0, 1, 2});
   for (const std::size_t k : {0u, 1u}) {
-    const Trust& trust = result.objects[k].trust;
-    EXPECT_EQ(trust.status, Status::kWeak);
-    EXPECT_EQ(trust.reason.code, ReasonCode::kOverlaps);
+    const tracking::Trust& trust = result.objects[k].trust;
+    EXPECT_EQ(trust.status, tracking::Status::kWeak);
+    EXPECT_EQ(trust.reason.code, tracking::ReasonCode::kOverlaps);
     EXPECT_EQ(trust.reason.object, 1 - static_cast<int>(k));
     EXPECT_EQ(trust.confidence, 0.4);
   }
-  EXPECT_EQ(result.objects[2].trust.status, Status::kOk);
+  EXPECT_EQ(result.objects[2].trust.status, tracking::Status::kOk);
   // A call that serves the third leaves what was said of the others.
-  v.conclude({answer(kPose, Status::kLost)}, 1, {2});
+  v.conclude({answer(kPose, tracking::Status::kLost)}, 1, {2});
   EXPECT_EQ(result.objects[0].trust.confidence, 0.4);
-  EXPECT_EQ(result.objects[2].trust.status, Status::kLost);
+  EXPECT_EQ(result.objects[2].trust.status, tracking::Status::kLost);
 }
 
-TEST(Verdict, a_primitive_not_found_yet_is_lost_whatever_its_placeholder_looks_like) {
+TEST(tracking::Verdict, a_primitive_not_found_yet_is_lost_whatever_its_placeholder_looks_like) {
   Verdicts v;
   v.add(kPose);
   v.objects[0].unfound = "cylinder";
   v.verdict.start({std::nullopt});
-  const ObjectResult& result = v.conclude({answer(kPose)}, 0).objects[0];
-  EXPECT_EQ(result.trust.status, Status::kLost);
+  const tracking::ObjectResult& result = v.conclude({answer(kPose)}, 0).objects[0];
+  EXPECT_EQ(result.trust.status, tracking::Status::kLost);
   EXPECT_EQ(result.trust.confidence, 0);
   EXPECT_TRUE(std::isnan(result.covariance(0, 0)));
   EXPECT_TRUE(std::isnan(result.T_cam_obj.t.x));
-  EXPECT_EQ(sentence(result.trust.reason),
+  EXPECT_EQ(tracking::sentence(result.trust.reason),
             "no cylinder found there; give a mask of it, or a frame in which it stands free on the table");
-  EXPECT_EQ(v.conclude({answer(kPose, Status::kBadFrame)}, 0).objects[0].trust.status, Status::kBadFrame);
+  EXPECT_EQ(v.conclude({answer(kPose, tracking::Status::kBadFrame)}, 0).objects[0].trust.status,
+            tracking::Status::kBadFrame);
 }
 
-TEST(Verdict, a_sequence_that_was_kept_elsewhere_goes_on) {
+TEST(tracking::Verdict, a_sequence_that_was_kept_elsewhere_goes_on) {
   Verdicts v;
   v.add(kPose);
   v.verdict.resume(7, 1.0, {true}, {kPose});
   EXPECT_FALSE(v.verdict.has_result());
   v.verdict.next_frame();
-  const FrameResult& result = v.conclude({answer(pose_at({0.01, 0, 0.5}))}, 1.5);
+  const tracking::FrameResult& result = v.conclude({answer(pose_at({0.01, 0, 0.5}))}, 1.5);
   EXPECT_EQ(result.index, 8);
   EXPECT_NEAR(result.objects[0].twist[0], 0.02, 1e-12);
   EXPECT_TRUE(v.verdict.has_result());
 }
 
 TEST(Sentence, arguments_stand_in_it_and_names_where_they_are_known) {
-  EXPECT_EQ(sentence({}), "");
-  EXPECT_EQ(sentence(reason_with_percent(ReasonCode::kHidden, 41)), "41 % of the object is hidden");
-  EXPECT_EQ(sentence({ReasonCode::kUnreadable, 0, -1, "torn"}), "torn");
-  const Reason overlap = reason_about(ReasonCode::kOverlaps, 1);
-  EXPECT_EQ(sentence(overlap), "it stands where another is tracked: object 1");
-  EXPECT_EQ(sentence(overlap, {"cup", "can"}), "it stands where another is tracked: can");
+  EXPECT_EQ(tracking::sentence({}), "");
+  EXPECT_EQ(tracking::sentence(tracking::reason_with_percent(tracking::ReasonCode::kHidden, 41)),
+            "41 % of the object is hidden");
+  EXPECT_EQ(tracking::sentence({tracking::ReasonCode::kUnreadable, 0, -1, "torn"}), "torn");
+  const tracking::Reason overlap = tracking::reason_about(tracking::ReasonCode::kOverlaps, 1);
+  EXPECT_EQ(tracking::sentence(overlap), "it stands where another is tracked: object 1");
+  EXPECT_EQ(tracking::sentence(overlap, {"cup", "can"}), "it stands where another is tracked: can");
 }
 
 TEST(Sentence, every_code_has_its_own) {
-  for (int a = 1; a < static_cast<int>(ReasonCode::kCount); ++a)
+  for (int a = 1; a < static_cast<int>(tracking::ReasonCode::kCount); ++a)
     for (int b = 0; b < a; ++b)
-      EXPECT_NE(sentence({static_cast<ReasonCode>(a), 7, 1, "text"}, {"cup", "can"}),
-                sentence({static_cast<ReasonCode>(b), 7, 1, "text"}, {"cup", "can"}))
+      EXPECT_NE(tracking::sentence({static_cast<tracking::ReasonCode>(a), 7, 1, "text"}, {"cup", "can"}),
+                tracking::sentence({static_cast<tracking::ReasonCode>(b), 7, 1, "text"}, {"cup", "can"}))
           << a << " and " << b;
 }
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <string_view>
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 namespace {
 
@@ -67,4 +67,4 @@ std::string sentence(const Reason& reason, const std::vector<std::string>& names
   return out;
 }
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace sdftrack {
+namespace sdftrack::tracking {
 
 enum class Status { kOk, kWeak, kLost, kBadFrame };
 
@@ -56,4 +56,4 @@ inline Reason reason_about(ReasonCode code, int object) { return {code, 0, objec
 // Empty, or one sentence. names: of the tracker's objects; without one "object 0", "object 1", ...
 std::string sentence(const Reason& reason, const std::vector<std::string>& names = {});
 
-}  // namespace sdftrack
+}  // namespace sdftrack::tracking

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// Loops over a shape's points and a search's readings, compiled once per instruction set like
+// energies/term_ops.h.
+#pragma once
+
+#include "base/isa.h"
+#include "frame/pull_terms.h"
+#include "frame/quick_terms.h"
+#include "frame/select_terms.h"
+#include "frame/sight_terms.h"
+
+namespace sdftrack::frame {
+
+// All that is summed at one pose. A list without points is left out.
+struct QuickTerms {
+  ReadingTerm<float> readings, solids;
+  SurfaceTerm<float> surface;
+  OutlineTerm<float> outline;
+};
+
+struct QuickCost {
+  double readings = 0, surface = 0, outline = 0;
+  double surface_points = 0;  // that have a reading
+};
+
+constexpr int kPointsAtOnce = 128;
+
+// Those of the points that face the camera.
+struct Sights {
+  int count;
+  alignas(64) float facing[kPointsAtOnce], x_m[kPointsAtOnce], y_m[kPointsAtOnce], z_m[kPointsAtOnce];
+};
+
+struct Bearings {
+  int count;
+  alignas(64) float turn[kPointsAtOnce], radius_px[kPointsAtOnce], depth_m[kPointsAtOnce];
+};
+
+struct PointOps {
+  energies::Sums<double, 6> (*linearize)(const QuickTerms&);  // without the cost
+  QuickCost (*cost)(const QuickTerms&);
+  // Of kPointsAtOnce points from `first` on, or as many as there are.
+  void (*sights)(const SightTerm<float>&, int first, Sights*);
+  void (*bearings)(const BearingTerm<float>&, int first, Bearings*);
+
+  // Slope of the cost times the scale, of `count` rays that meet the model.
+  void (*pulls)(const PullTerm<float>&, int count, float* pull);
+  // The wanted pixels [x0, x1) of row y as indices into the image; returns how many. `at` has room for
+  // kLanes more.
+  int (*candidates)(const SelectTerm<float>&, int y, int x0, int x1, int* at);
+
+  // Defined in points_*.cpp.
+  static const PointOps baseline, avx2, avx512;
+};
+
+inline const PointOps& point_ops_for(Isa isa) { return for_isa<PointOps>(isa); }
+
+}  // namespace sdftrack::frame

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+// What one point contributes to a rough fit: a reading, a surface point, an outline point.
+#pragma once
+
+#include "energies/free_space_residual.h"
+#include "energies/term.h"
+#include "frame/points_view.h"
+
+namespace sdftrack::frame {
+
+// The nodes of a SearchScene.
+struct NodesView {
+  const float* depth_m;
+  int x0, y0, step, width, height;
+};
+
+template <class T>
+HD energies::Contribution<T, 6> contribution_of(const energies::Curve<T>& c, Vec3<T> g, Vec3<T> p_obj,
+                                                decltype(T() < T()) counts) {
+  const Vec3<T> m = cross(p_obj, g);
+  const T none = T(0);
+  return {select(counts, c.cost, none),
+          select(counts, c.slope, none),
+          select(counts, c.curvature, none),
+          {g.x, g.y, g.z, m.x, m.y, m.z}};
+}
+
+// phi at a reading. Of solids, readings of other things, only what lies deeper than the margin counts: there
+// the object is not in front of them.
+template <class T>
+struct ReadingTerm {
+  energies::SingleObject<T> field;
+  energies::DepthLogistic<T> penalty;
+  PointsView readings_cam;
+  bool solid;
+  T margin_m;
+
+  template <class U>
+  HD ReadingTerm<U> cast() const {
+    return {field.template cast<U>(), penalty.template cast<U>(), readings_cam, solid, U(margin_m)};
+  }
+  HD energies::Contribution<T, 6> linearize(IntOf<T> k) const {
+    const Vec3<T> p_obj = field.T_obj_cam * readings_cam.at<T>(k);
+    T phi;
+    Vec3<T> g;
+    sample(field.sdf, p_obj, &phi, &g);
+    if (solid) phi = phi + margin_m;
+    return contribution_of(penalty(phi, T(1)), g, p_obj, solid ? phi < T(0) : T(0) <= T(0));
+  }
+};
+
+constexpr float kFacing = 0.2f;  // cosine of the incidence below which a surface point is not asked
+
+// Of the reading that the camera has where it should see a surface point, its distance from that surface,
+// were it flat there: what readings of other things cannot spoil, for they are not asked.
+template <class T>
+struct SurfaceTerm {
+  Rigid<T> T_cam_obj;
+  Intrinsics<T> K;
+  energies::DepthLogistic<T> penalty;
+  NodesView nodes;
+  PointsView points_obj, normals_obj;
+
+  template <class U>
+  HD SurfaceTerm<U> cast() const {
+    return {T_cam_obj.template cast<U>(),
+            K.template cast<U>(),
+            penalty.template cast<U>(),
+            nodes,
+            points_obj,
+            normals_obj};
+  }
+  HD energies::Contribution<T, 6> linearize(IntOf<T> k) const {
+    const Vec3<T> p_obj = points_obj.at<T>(k), n_obj = normals_obj.at<T>(k), p = T_cam_obj * p_obj,
+                  n_cam = T_cam_obj.R * n_obj;
+    const T inv = T(1.0f / static_cast<float>(nodes.step)), half = T(0.5f);
+    const Vec2<T> u = project(K, p);
+    const T x = (u.x - T(static_cast<float>(nodes.x0))) * inv + half,
+            y = (u.y - T(static_cast<float>(nodes.y0))) * inv + half;
+    const auto within = (x > T(0)) & (y > T(0)) & (x < T(static_cast<float>(nodes.width))) &
+                        (y < T(static_cast<float>(nodes.height))) & (p.z > T(1e-3f)) &
+                        (dot(n_cam, p) <= T(-kFacing) * p.z);
+    const IntOf<T> i = truncate(select(within, x, T(0))), j = truncate(select(within, y, T(0)));
+    const T z = gather<T>(nodes.depth_m, j * nodes.width + i), step = T(static_cast<float>(nodes.step));
+    const Vec3<T> r = ray(K, T(static_cast<float>(nodes.x0)) + real<T>(i) * step,
+                          T(static_cast<float>(nodes.y0)) + real<T>(j) * step);
+    const T residual = dot(n_cam, z * r - p);
+    return contribution_of(penalty(residual, T(1)), n_obj, p_obj, within & (z > T(0)));
+  }
+};
+
+// How far an outline point stands where the sensor sees past it, sideways (energies/free_space_residual.h).
+template <class T>
+struct OutlineTerm {
+  Rigid<T> T_cam_obj, T_obj_cam;
+  Intrinsics<T> K;
+  energies::DepthLogistic<T> penalty;
+  energies::DistanceView grid;
+  PointsView points_obj;
+  T weight;
+  T dead_px;  // distances up to this cost nothing
+
+  template <class U>
+  HD OutlineTerm<U> cast() const {
+    return {T_cam_obj.template cast<U>(),
+            T_obj_cam.template cast<U>(),
+            K.template cast<U>(),
+            penalty.template cast<U>(),
+            grid,
+            points_obj,
+            U(weight),
+            U(dead_px)};
+  }
+  HD energies::Contribution<T, 6> linearize(IntOf<T> k) const {
+    const Vec3<T> p_obj = points_obj.at<T>(k);
+    T r;
+    Vec3<T> dr_cam;
+    const auto counts = energies::free_space_residual(grid, K, dead_px, T_cam_obj * p_obj, &r, &dr_cam);
+    const energies::Curve<T> c = penalty(r, T(1));
+    return contribution_of({weight * c.cost, weight * c.slope, weight * c.curvature}, -(T_obj_cam.R * dr_cam),
+                           p_obj, counts);
+  }
+};
+
+}  // namespace sdftrack::frame

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+// Where in the image an object may be, and where the sensor sees past it.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <string_view>
+
+#include "appearance/color_map.h"
+#include "base/camera.h"
+#include "base/rigid.h"
+#include "base/views.h"
+#include "energies/distance_transform.h"
+#include "frame/shape.h"
+
+namespace sdftrack::frame {
+
+struct DepthFrame {
+  ImageView<float> depth_m;   // 0 or NaN: no measurement; without data: the frame has no depth image
+  const unsigned char* mask;  // 0: not the object; nullptr: all pixels
+  const float* rays;          // x, y of every pixel's ray (ray_table), nullptr without distortion
+  double time_s = std::numeric_limits<double>::quiet_NaN();
+  const appearance::ColorImage* color = nullptr;
+  std::string_view error = {};  // without a depth image: why it could not be read
+};
+
+// Pixel of a pixel's ray in the ideal pinhole: where distortion would have put it, had there been none.
+struct IdealPixel {
+  const DepthFrame& frame;
+  Intrinsics<float> K;
+  int width;
+
+  Vec2f operator()(int x, int y) const {
+    if (!frame.rays) return {static_cast<float>(x), static_cast<float>(y)};
+    const float* r = frame.rays + 2 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                                       static_cast<std::size_t>(x));
+    return {K.fx * r[0] + K.cx, K.fy * r[1] + K.cy};
+  }
+};
+
+struct Rect {
+  int x0, y0, x1, y1;  // half open
+  bool empty() const { return x0 >= x1 || y0 >= y1; }
+};
+
+// The image region that the box, padded, can project to; the whole image when the box reaches behind the
+// camera.
+Rect projected_box(const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj, double padding_m);
+
+struct DepthRange {
+  double near_m, far_m;
+};
+DepthRange depth_range(const Shape& shape, const Rigidd& T_cam_obj, double padding_m);
+
+// n . p + d = 0, camera frame.
+struct Plane {
+  Vec3d normal_cam;
+  double offset_m;
+};
+
+// Sd of the sensor's depth noise, noise_m + noise_per_m * Z^2.
+struct DepthNoiseLaw {
+  double noise_m, noise_per_m;
+
+  double at(double depth_m) const { return noise_m + noise_per_m * depth_m * depth_m; }
+};
+
+// The distance to the nearest pixel that might show the object, on a grid of about 40 x 40 nodes over the
+// region.
+struct FreeSpaceScratch {
+  std::vector<unsigned char> free, columns;
+  energies::DistanceScratch transform;
+};
+// `is_background(at, u, depth_m)`, if given, is asked about pixels without a reading, as if they lay at the
+// object's depth: where it says yes, the pixel counts as free.
+using IsBackground = std::function<bool(int at, Vec2f ideal_px, float depth_m)>;
+void free_space_grid(const DepthFrame& frame, const Camera& camera, const Shape& shape,
+                     const Rigidd& T_cam_obj, double padding_m, const IsBackground* is_background,
+                     FreeSpaceScratch* scratch, energies::DistanceGrid* grid);
+
+}  // namespace sdftrack::frame

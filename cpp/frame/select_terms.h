@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// Whether a pixel's reading may show the object: one pixel's formula.
+#pragma once
+
+#include "base/camera.h"
+#include "base/rigid.h"
+
+namespace sdftrack::frame {
+
+constexpr int kRowsAhead = 3;
+
+// Readings in the object's padded box, but for those on a plane.
+template <class T>
+struct SelectTerm {
+  const float* depth_m;
+  const float* rays;  // x, y of every pixel's ray, interleaved; nullptr without distortion
+  int width;
+  Intrinsics<T> K;
+  T near_m, far_m;
+  Rigid<T> T_obj_cam;
+  Vec3<T> half_box_m;
+  Vec3<T> plane_normal_cam;
+  T plane_offset_m;
+  T plane_tolerance_m;  // negative: no plane
+  T inv_fx = T(1) / K.fx, inv_fy = T(1) / K.fy;
+
+  template <class U>
+  HD SelectTerm<U> cast() const {
+    return {depth_m,
+            rays,
+            width,
+            K.template cast<U>(),
+            U(near_m),
+            U(far_m),
+            T_obj_cam.template cast<U>(),
+            half_box_m.template cast<U>(),
+            plane_normal_cam.template cast<U>(),
+            U(plane_offset_m),
+            U(plane_tolerance_m),
+            U(inv_fx),
+            U(inv_fy)};
+  }
+
+  // Pixels x to x + n - 1 of row y.
+  HD auto wants(int x, int y, int n) const {
+    const int at = y * width + x;
+    const T z = load<T>(depth_m + at, n);
+    prefetch(depth_m + at +
+             kRowsAhead * width);              // rows are far apart: the machine does not guess the next one
+    auto wanted = (z > near_m) & (z < far_m);  // NaN fails
+    if (!any(wanted)) return wanted;
+    const Vec3<T> p_cam = z * ray_of(x, y, n);
+    const Vec3<T> p = T_obj_cam * p_cam;
+    wanted = wanted & (abs(p.x) <= half_box_m.x) & (abs(p.y) <= half_box_m.y) & (abs(p.z) <= half_box_m.z);
+    return wanted & (abs(dot(plane_normal_cam, p_cam) + plane_offset_m) > plane_tolerance_m);
+  }
+
+ private:
+  HD Vec3<T> ray_of(int x, int y, int n) const {
+    if (!rays) {
+      const T u = real<T>(indices<T>(x, n)), v = T(static_cast<float>(y));
+      return {(u - K.cx) * inv_fx, (v - K.cy) * inv_fy, T(1)};
+    }
+    const float* r = rays + 2 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                                 static_cast<std::size_t>(x));
+    T a, b;
+    gather_pair(r, 2 * indices<T>(0, n), &a, &b);
+    return {a, b, T(1)};
+  }
+};
+
+}  // namespace sdftrack::frame

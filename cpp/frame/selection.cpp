@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "frame/selection.h"
+
+#include <algorithm>
+
+#include "energies/term_ops.h"
+#include "frame/point_ops.h"
+
+namespace sdftrack::frame {
+
+namespace {
+
+constexpr float kPlaneTolerance_m = 0.005f;
+
+// Of the n indices from `at` on those where the mask says yes.
+int within_mask(const unsigned char* mask, int* at, int n) {
+  int kept = 0;
+  for (int k = 0; k < n; ++k)
+    if (mask[at[k]]) at[kept++] = at[k];
+  return kept;
+}
+
+}  // namespace
+
+void PixelSelection::choose(const DepthFrame& frame, const Camera& camera, const Shape& shape,
+                            const Rigidd& T_cam_obj, const DepthNoiseLaw& noise, double padding_m,
+                            const Plane* plane) {
+  const double reference = noise.at(T_cam_obj.t.z);
+  frame_ = frame, K_ = camera.K.cast<float>(), count_ = 0;
+  noise_ = static_cast<float>(noise.noise_m / reference);
+  noise_per_m2_ = static_cast<float>(noise.noise_per_m / reference);
+
+  const Rect rect = projected_box(camera, shape, T_cam_obj, padding_m);
+  if (rect.empty()) return;
+  const DepthRange range = depth_range(shape, T_cam_obj, padding_m);
+  const auto pad = static_cast<float>(padding_m);
+  const SelectTerm<float> term{frame.depth_m.data,
+                               frame.rays,
+                               camera.width,
+                               K_,
+                               static_cast<float>(std::max(1e-3, range.near_m)),
+                               static_cast<float>(range.far_m),
+                               inverse(T_cam_obj).cast<float>(),
+                               shape.half_box_m.cast<float>() + Vec3f{pad, pad, pad},
+                               plane ? plane->normal_cam.cast<float>() : Vec3f{0, 0, 0},
+                               plane ? static_cast<float>(plane->offset_m) : 0.0f,
+                               plane ? kPlaneTolerance_m : -1.0f};
+  const PointOps& ops = point_ops_for(used_isa());
+  const auto area = static_cast<std::size_t>(rect.x1 - rect.x0) * static_cast<std::size_t>(rect.y1 - rect.y0);
+  if (at_.size() < area + energies::kLanes) at_.resize(area + energies::kLanes);  // a pack is stored whole
+  for (int y = rect.y0; y < rect.y1; ++y) {
+    int* const row = at_.data() + count_;
+    const int found = ops.candidates(term, y, rect.x0, rect.x1, row);
+    count_ += frame.mask ? within_mask(frame.mask, row, found) : found;
+  }
+}
+
+void PixelSelection::pack(int wanted, energies::PixelSet* out) const {
+  const int n = std::clamp(wanted, 0, count_);
+  out->resize(n);
+  const IdealPixel ideal{frame_, K_, frame_.depth_m.width};
+  const double stride = n > 0 ? static_cast<double>(count_) / n : 1;
+  const int width = frame_.depth_m.width;
+  int y = 0, next_row = width;  // of the pixel in hand
+  for (int k = 0; k < n; ++k) {
+    const int at = at_[static_cast<std::size_t>(k * stride)];
+    while (at >= next_row) ++y, next_row += width;
+    const float z = frame_.depth_m.data[at];
+    out->set(k, ideal(at - (next_row - width), y), z, noise_ + noise_per_m2_ * z * z, at);
+  }
+}
+
+}  // namespace sdftrack::frame

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// Which pixels a frame's energies use: first where they are, then as many as are wanted, packed.
+#pragma once
+
+#include <vector>
+
+#include "energies/pixel_set.h"
+#include "frame/region.h"
+
+namespace sdftrack::frame {
+
+class PixelSelection {
+ public:
+  // Pixels whose points lie in the padded box, but for those within 5 mm of the plane, if one is given. The
+  // frame's images must live as long as pixels are packed from it.
+  void choose(const DepthFrame& frame, const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj,
+              const DepthNoiseLaw& noise, double padding_m, const Plane* plane);
+  int count() const { return count_; }
+  // `wanted` of them (all, where there are fewer), evenly spread over the image's order; their noise is
+  // relative to that at the object's centre.
+  void pack(int wanted, energies::PixelSet* out) const;
+
+ private:
+  std::vector<int> at_;  // index in the depth image; the first count_ entries
+  int count_ = 0;
+  DepthFrame frame_{};
+  Intrinsics<float> K_{};
+  float noise_ = 1, noise_per_m2_ = 0;
+};
+
+}  // namespace sdftrack::frame

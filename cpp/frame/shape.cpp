@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#include "frame/shape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "sdf/surface_samples.h"
+
+namespace sdftrack::frame {
+
+namespace {
+
+struct Box {
+  float low[3], high[3];  // voxels
+  float middle[3];        // the deepest one
+  float depth_m = 0;
+};
+
+// The ball of radius |phi| about a point inside lies inside, and such balls reach the surface on every side:
+// their extent is the object's, to a small part of a voxel.
+Box box_of_inside(const SdfView& sdf) {
+  constexpr float kFar = std::numeric_limits<float>::max();
+  Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}, {}};
+  const float* row = sdf.phi;
+  for (int z = 0; z < sdf.nz; ++z)
+    for (int y = 0; y < sdf.ny; ++y, row += sdf.nx)
+      for (int x = 0; x < sdf.nx; ++x)
+        if (row[x] <= 0) {
+          const float at[3] = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+          const float radius = -row[x] / sdf.voxel_m;
+          if (-row[x] > box.depth_m) box.depth_m = -row[x], std::copy(at, at + 3, box.middle);
+          for (int a = 0; a < 3; ++a) {
+            box.low[a] = std::min(box.low[a], at[a] - radius);
+            box.high[a] = std::max(box.high[a], at[a] + radius);
+          }
+        }
+  if (box.high[0] < box.low[0])
+    throw std::invalid_argument(
+        "shape: the field has no inside (no value <= 0); distances are negative inside");
+  return box;
+}
+
+constexpr int kSearchPoints = 480;
+constexpr double kContactSpacing_m = 0.0025;
+constexpr int kMinContacts = 1000, kMaxContacts = 20000;
+
+int contact_count(double area_m2) {
+  return static_cast<int>(
+      std::clamp(area_m2 / (kContactSpacing_m * kContactSpacing_m), 1.0 * kMinContacts, 1.0 * kMaxContacts));
+}
+
+constexpr int kCoarseVoxels = 80;  // along the longest side
+constexpr int kCoarseInPart = 40;  // of a shape that is made anew again and again
+
+void make_coarse(int voxels, Shape* shape) {
+  const SdfView& sdf = shape->sdf;
+  const int longest = std::max({sdf.nx, sdf.ny, sdf.nz});
+  const float step = std::max(1.0f, static_cast<float>(longest - 1) / static_cast<float>(voxels - 1));
+  const auto count = [&](int n) {
+    return std::max(2, static_cast<int>(std::ceil(static_cast<float>(n - 1) / step)) + 1);
+  };
+  SdfView& coarse = shape->coarse_sdf;
+  coarse = {nullptr, count(sdf.nx), count(sdf.ny), count(sdf.nz), step * sdf.voxel_m, sdf.origin_obj};
+  shape->coarse_phi.clear();
+  shape->coarse_phi.reserve(static_cast<std::size_t>(coarse.nx) * static_cast<std::size_t>(coarse.ny) *
+                            static_cast<std::size_t>(coarse.nz));
+  for (int z = 0; z < coarse.nz; ++z)
+    for (int y = 0; y < coarse.ny; ++y)
+      for (int x = 0; x < coarse.nx; ++x) {
+        const Vec3f at{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+        float phi;
+        Vec3f gradient;
+        sample(sdf, coarse.origin_obj + coarse.voxel_m * at, &phi, &gradient);
+        shape->coarse_phi.push_back(phi);
+      }
+}
+
+void put_points(const std::vector<sdf::SurfaceSample>& samples, std::vector<Vec3f>* points,
+                std::vector<Vec3f>* normals) {
+  for (const sdf::SurfaceSample& s : samples) {
+    points->push_back(s.p_obj);
+    normals->push_back(s.n_obj);
+  }
+}
+
+void choose_outline(int count, Shape* shape) {
+  const std::size_t n = shape->points.size(), m = std::min(n, static_cast<std::size_t>(std::max(0, count)));
+  for (std::size_t k = 0; k < m; ++k) shape->outline.push_back(shape->points[k * n / m]);
+}
+
+}  // namespace
+
+Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
+  const Box box = box_of_inside(sdf);
+  const double voxel = sdf.voxel_m;
+  double centre[3], half[3];
+  const Vec3d origin = sdf.origin_obj.cast<double>();
+  const double o[3] = {origin.x, origin.y, origin.z};
+  for (int a = 0; a < 3; ++a) {
+    centre[a] = o[a] + 0.5 * voxel * (box.low[a] + box.high[a]);
+    half[a] = 0.5 * voxel * (box.high[a] - box.low[a]);
+  }
+  Shape shape{};
+  shape.sdf = sdf;
+  shape.centre_obj = {centre[0], centre[1], centre[2]};
+  shape.half_box_m = {half[0], half[1], half[2]};
+  shape.depth_m = box.depth_m;
+  shape.diameter_m = 2 * norm(shape.half_box_m);
+  shape.sdf.origin_obj = (origin - shape.centre_obj).cast<float>();
+  shape.middle = shape.sdf.origin_obj + sdf.voxel_m * Vec3f{box.middle[0], box.middle[1], box.middle[2]};
+  const sdf::ZeroSurface surface(shape.sdf);
+  put_points(surface.samples(point_count), &shape.points, &shape.normals);
+  choose_outline(outline_count, &shape);
+  put_points(surface.samples(kSearchPoints), &shape.search_points, &shape.search_normals);
+  for (const sdf::SurfaceSample& s : surface.samples(contact_count(surface.area_m2())))
+    shape.contact.push_back(s.p_obj);
+  make_coarse(kCoarseVoxels, &shape);
+  return shape;
+}
+
+Shape make_shape(const PartialShape& known, int point_count, int outline_count) {
+  Shape shape{};
+  shape.sdf = known.sdf;
+  shape.seen = known.seen;
+  shape.colors = known.colors;
+  shape.centre_obj = known.centre_obj;
+  shape.sdf.origin_obj = (known.sdf.origin_obj.cast<double>() - known.centre_obj).cast<float>();
+  // The box of all of the surface, seen or not, about the centre.
+  Vec3d half{0, 0, 0};
+  const Vec3d first = shape.sdf.origin_obj.cast<double>();
+  const double voxel = known.sdf.voxel_m;
+  for (const sdf::VoxelBox& box : known.boxes) {
+    const Vec3d low = first + voxel * Vec3d{1.0 * box.x0, 1.0 * box.y0, 1.0 * box.z0},
+                high = first + voxel * Vec3d{1.0 * box.x1, 1.0 * box.y1, 1.0 * box.z1};
+    half = {std::max({half.x, -low.x, high.x}), std::max({half.y, -low.y, high.y}),
+            std::max({half.z, -low.z, high.z})};
+  }
+  shape.half_box_m = half;
+  shape.diameter_m = 2 * norm(half);
+  const auto is_seen = [&](std::size_t voxel) { return known.seen.at(voxel); };
+  put_points(sdf::sample_near(shape.sdf, known.boxes, is_seen, point_count), &shape.points, &shape.normals);
+  choose_outline(outline_count, &shape);
+  const std::size_t searched = std::min<std::size_t>(kSearchPoints, shape.points.size());
+  shape.search_points.assign(shape.points.begin(),
+                             shape.points.begin() + static_cast<std::ptrdiff_t>(searched));
+  shape.search_normals.assign(shape.normals.begin(),
+                              shape.normals.begin() + static_cast<std::ptrdiff_t>(searched));
+  make_coarse(kCoarseInPart, &shape);
+  const std::vector<float>& phi = shape.coarse_phi;
+  const auto deepest = static_cast<int>(std::min_element(phi.begin(), phi.end()) - phi.begin());
+  const SdfView& c = shape.coarse_sdf;
+  shape.depth_m = std::max(0.0f, -phi[static_cast<std::size_t>(deepest)]);
+  shape.middle = c.origin_obj + c.voxel_m * Vec3f{static_cast<float>(deepest % c.nx),
+                                                  static_cast<float>(deepest / c.nx % c.ny),
+                                                  static_cast<float>(deepest / (c.nx * c.ny))};
+  return shape;
+}
+
+}  // namespace sdftrack::frame

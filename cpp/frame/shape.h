@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// A shape made ready for tracking: its field about the centre of its box, and points on its surface.
+#pragma once
+
+#include <vector>
+
+#include "energies/color_field.h"
+#include "frame/seen.h"
+#include "sdf/surface_samples.h"
+
+namespace sdftrack::frame {
+
+// The tracker's own object frame has its origin at the centre of the object's box, so that translation and
+// rotation are hardly coupled: p_centred = p_obj - centre_obj.
+struct Shape {
+  SdfView sdf;                                       // in the centred frame; the values belong to the caller
+  SeenView seen;                                     // beside it,
+  energies::ColorView colors;                        // likewise
+  Vec3d centre_obj;                                  // of the box of {phi <= 0}, in the caller's object frame
+  Vec3d half_box_m;                                  // of that box
+  double diameter_m;                                 // its diagonal
+  Vec3f middle{};                                    // the point deepest inside, centred frame,
+  float depth_m = 0;                                 // and how deep
+  std::vector<Vec3f> points, normals;                // on the surface, uniform by area, centred frame
+  std::vector<Vec3f> outline;                        // fewer of them, for the free-space term
+  std::vector<Vec3f> contact;                        // more of them: what may come to lie in other objects
+  std::vector<Vec3f> search_points, search_normals;  // the same with fewer points: for a search
+  std::vector<float> coarse_phi;  // the field on fewer voxels, which stay in the cache: for a search
+  SdfView coarse_sdf;             // without its pointer; see coarse()
+
+  SdfView coarse() const {
+    SdfView view = coarse_sdf;
+    view.phi = coarse_phi.data();
+    return view;
+  }
+};
+
+// ValueError (std::invalid_argument) when the field has no inside.
+Shape make_shape(const SdfView& sdf, int point_count, int outline_count);
+
+// A shape that is known in part, and made anew while more of it is seen.
+struct PartialShape {
+  SdfView sdf;
+  SeenView seen;
+  energies::ColorView colors;
+  std::vector<sdf::VoxelBox> boxes;  // that hold the surface
+  Vec3d centre_obj;                  // the origin of the centred frame, wherever the box's centre has gone
+};
+// Points only where the surface has been seen; none for contact with others.
+Shape make_shape(const PartialShape& known, int point_count, int outline_count);
+
+}  // namespace sdftrack::frame

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/fit/fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tracking/fit/stages.h"
+
+namespace sdftrack::tracking {
+
+namespace {
+
+constexpr int kMinOnDevice = 1500;       // pixels; fewer are summed here before a kernel would have started
+constexpr std::size_t kUsualSteps = 64;  // trials of a frame
+
+}  // namespace
+
+double fit_quality(const Fitted& fitted, const TrackerOptions& options) {
+  const double worst = options.outlier_floor > 0 ? -std::log(options.outlier_floor) : 0;
+  return agreeing_share(fitted.seen) - (worst > 0 ? fitted.cost / worst : 0);
+}
+
+std::optional<Fitted> PoseFitter::fit(const frame::DepthFrame& frame, const Camera& camera,
+                                      const FitTarget& target, const Attempt& attempt,
+                                      const frame::Plane* plane) {
+  camera_ = &camera, target_ = &target;
+  if (view_.open(frame, camera, target, attempt.padding_m, plane) < options_.min_pixels) return std::nullopt;
+  view_.read_free_space(attempt.padding_m);
+  Fitted fitted = blank();
+  optim::State& x = state_;
+  fit_coarsely(frame, attempt, &x, &fitted);
+  view_.choose_fine_pixels(view_.last_scale(fitted.memory), x);
+  fit_between(&x, &fitted);
+  fit_fine(&x, &fitted, true);
+  fitted.T_cam_obj = inverse(x.T_obj_cam[0]);
+  view_.examine(&fitted);
+  return fitted;
+}
+
+std::optional<Fitted> PoseFitter::look(const frame::DepthFrame& frame, const Camera& camera,
+                                       const FitTarget& target) {
+  camera_ = &camera, target_ = &target;
+  if (view_.open(frame, camera, target, options_.padding_m, nullptr) < options_.min_pixels)
+    return std::nullopt;
+  Fitted fitted = blank();
+  fitted.T_cam_obj = target.expected;
+  optim::State& x = state_;
+  begin_at(target.expected, &x);
+  view_.choose_fine_pixels(view_.last_scale(fitted.memory), x);
+  fit_fine(&x, &fitted, false);
+  view_.examine(&fitted);
+  return fitted;
+}
+
+Fitted PoseFitter::blank() {
+  Fitted fitted;
+  fitted.memory = target_->memory;
+  fitted.steps = spare_steps();
+  return fitted;
+}
+
+std::vector<TrackStep> PoseFitter::spare_steps() {
+  std::vector<TrackStep> steps;
+  if (!spare_steps_.empty()) {
+    steps = std::move(spare_steps_.back());
+    spare_steps_.pop_back();
+    steps.clear();
+  }
+  steps.reserve(kUsualSteps);  // whichever comes next, it has room
+  return steps;
+}
+
+void PoseFitter::begin_at(const Rigidd& T_cam_obj, optim::State* x) const {
+  x->T_obj_cam.assign(1, inverse(T_cam_obj));
+  x->K = camera_->K;
+  x->log_scale.clear();
+}
+
+// From the best of the attempt's starts.
+void PoseFitter::fit_coarsely(const frame::DepthFrame& frame, const Attempt& attempt, optim::State* x,
+                              Fitted* fitted) {
+  const double noise_m = fitted->memory.noise_factor * view_.stated_noise_m();
+  double most = -1;
+  for (const Rigidd& start : attempt.starts) {
+    optim::State& now = attempt.starts.size() == 1 ? *x : trial_;
+    begin_at(start, &now);
+    if (!options_.keep_damping) fitted->memory.damping = options_.damping_start;
+    fit_coarse(attempt, &now, fitted);
+    if (attempt.starts.size() == 1) return;
+    const double share = agreeing_share(compare_visible_surface(
+        frame, *camera_, target_->shape, inverse(now.T_obj_cam[0]), noise_m, options_.trust_points));
+    if (share > most) most = share, *x = now;
+  }
+}
+
+void PoseFitter::fit_coarse(const Attempt& attempt, optim::State* x, Fitted* fitted) {
+  energies::PixelSet& coarse = view_.coarse();
+  each_coarse_stage(options_, attempt.scale_m, view_.last_scale(fitted->memory),
+                    coarse.count() < view_.candidates(), view_.energy_options(),
+                    [&](const energies::SdfEnergyOptions& energy) {
+                      run_stage(&coarse, energy, attempt.coarse_steps, x, fitted);
+                    });
+}
+
+void PoseFitter::fit_between(optim::State* x, Fitted* fitted) {
+  const int all = view_.pixels().count();
+  energies::SdfEnergyOptions energy = view_.energy_options();
+  energy.scale_m = static_cast<float>(view_.last_scale(fitted->memory));
+  each_share_between(all / static_cast<double>(std::max(1, options_.coarse_pixels)), [&](double share) {
+    view_.coarse().assign_subset(view_.pixels(), static_cast<int>(share * all));
+    run_stage(&view_.coarse(), energy, options_.coarse_steps, x, fitted);
+  });
+}
+
+// With `move` false the noise and the covariance of the state as it is.
+void PoseFitter::fit_fine(optim::State* x, Fitted* fitted, bool move) {
+  energies::SdfEnergyOptions options = view_.energy_options();
+  options.threads = threads_;
+  // The first frame does not know the sensor's noise yet: fit, measure, fit again.
+  for (int round = fitted->memory.noise_known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
+    options.scale_m = static_cast<float>(view_.last_scale(fitted->memory));
+    energies::SdfEnergy energy(target_->shape.sdf, &view_.pixels(), options);
+    if (move)
+      run_stage(&view_.pixels(), options, options_.fine_steps, x, fitted);
+    else
+      energy.classify(*x, kClassifySteps);
+    const energies::EnergySummary summary = energy.summarize(*x, kSummaryPixels, &view_.summary_scratch());
+    view_.measure_noise(summary, &fitted->memory);
+    if (round == 1) view_.measure_pose(options, *x, summary, &energy, fitted);
+  }
+}
+
+void PoseFitter::run_stage(energies::PixelSet* pixels, const energies::SdfEnergyOptions& energy_options,
+                           int steps, optim::State* x, Fitted* fitted) {
+  const frame::Shape& shape = target_->shape;
+  energies::SdfEnergy data(shape.sdf, pixels, energy_options);
+  energies::CudaWork* const device = pixels->count() >= kMinOnDevice ? device_ : nullptr;
+  if (energy_options.residual == energies::Residual::kRayHit)
+    data.settle(*x, kSettleSteps, device);
+  else if (device)
+    data.enter_device(device);
+  sum_.clear();
+  sum_.add(&data);
+
+  FreeSpaceEnergy free_space(&shape.outline, &view_.free_grid(),
+                             free_space_options(options_, view_.free_grid()));
+  if (!view_.free_grid().empty())
+    sum_.add(&free_space,
+             options_.free_space_weight * pixels->count() / static_cast<double>(shape.outline.size()));
+  double brightness_weight;
+  energies::PhotometricEnergy brightness = view_.brightness(*pixels, *x, &brightness_weight);
+  if (brightness_weight > 0) sum_.add(&brightness, brightness_weight);
+  optim::PosePrior prior({1, false, false}, 0, inverse(target_->expected), target_->prior);
+  if (target_->prior.diagonal().maxCoeff() > 0) sum_.add(&prior);
+
+  optim::LmResult& found = lm_result_;
+  found.x = *x;
+  const bool all = pixels == &view_.pixels();
+  optim::minimize(sum_, stage_lm(steps, fitted->memory.damping, target_->memory.noise_known, all), &lm_work_,
+                  &found);
+  data.leave_device();
+  for (const optim::LmStep& step : found.steps)
+    fitted->steps.push_back({step, energy_options.scale_m, pixels->count()});
+  *x = found.x;
+  if (options_.keep_damping) fitted->memory.damping = std::clamp(found.damping, 1e-6, options_.damping_start);
+  if (brightness_weight > 0) found.cost -= brightness_weight * brightness.cost(*x);
+  fitted->cost = found.count > 0 ? found.cost / found.count : 0;
+}
+
+}  // namespace sdftrack::tracking

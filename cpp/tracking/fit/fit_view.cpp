@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/fit/fit_view.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tracking/sensor_noise.h"
+
+namespace sdftrack::tracking {
+
+namespace {
+
+constexpr int kMinBright = 20;     // pixels
+constexpr double kMaxSpread = 10;  // readings packed per one of the budget, to find those near the surface
+constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
+constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot be the object's
+constexpr double kAreaFollows = 0.4;
+constexpr int kAreaEvery = 4;          // frames from one measurement to the next
+constexpr double kSharedPerLocal = 2;  // a sensor's whole noise is at most this much of that among neighbours
+constexpr double kMinNoise_m = 1e-4;   // s never falls below: the volume itself is no better than this
+
+// Whether the frame shows enough of the object, where it is expected, to measure the sensor by it.
+bool clear_view(const Visibility& seen) {
+  return agreeing_share(seen) > 0.6 && seen.farther < 0.1 * seen.agree;
+}
+
+}  // namespace
+
+int FitView::open(const frame::DepthFrame& frame, const Camera& camera, const FitTarget& target,
+                  double padding_m, const frame::Plane* plane) {
+  frame_ = &frame, camera_ = &camera, target_ = &target;
+  stated_noise_m_ = sensor_noise(options_).at(target.expected.t.z);
+  free_grid_.distance_px.clear();
+  selection_.choose(frame, camera, target.shape, target.expected, sensor_noise(options_), padding_m, plane);
+  coarse_.clear(), pixels_.clear();  // of another frame, whose colours may be gone
+  if (selection_.count() == 0) return 0;
+  if (reads_colors())
+    color_reader_.open(frame, camera, frame::projected_box(camera, target.shape, target.expected, padding_m),
+                       frame::depth_range(target.shape, target.expected, padding_m));
+  pack(options_.coarse_pixels, &coarse_);
+  keep_seen(inverse(target.expected), &coarse_);
+  return selection_.count();
+}
+
+void FitView::pack(int wanted, energies::PixelSet* out) {
+  selection_.pack(wanted, out);
+  if (target_->colors) fetch_foreground(*target_->colors, color_reader_, out);
+}
+
+energies::PhotometricEnergy FitView::brightness(const energies::PixelSet& pixels, const optim::State& x,
+                                                double* weight) {
+  if (uses_brightness())
+    fetch_grey(color_reader_, pixels, options_.photometric_pixels, &grey_);
+  else
+    grey_.clear();
+  energies::PhotometricEnergy energy(target_->shape.sdf, target_->shape.colors, &grey_,
+                                     {options_.photometric_sigma}, &photometric_hits_);
+  const bool enough = energy.settle(x) >= kMinBright;
+  *weight = enough ? options_.photometric_weight * pixels.count() / grey_.count() : 0;
+  return energy;
+}
+
+// What the brightness holds is no blind direction: its slope counts as one of the depth at the same noise.
+void FitView::add_brightness(const optim::State& x, double scale_m, energies::EnergySummary* summary) {
+  double weight;
+  energies::PhotometricEnergy energy = brightness(pixels_, x, &weight);
+  if (!(weight > 0)) return;
+  photometric_.reset(6);
+  energy.linearize(x, &photometric_);
+  summary->A += weight * photometric_.hessian;
+  summary->B += weight * weight * photometric_.hessian;  // of one reading that stands for `weight`
+  summary->geometry += scale_m * scale_m / energy.used() * photometric_.hessian;
+}
+
+// Of a shape that is known only in part: the readings of that part.
+void FitView::keep_seen(const Rigidd& T_obj_cam, energies::PixelSet* pixels) const {
+  const frame::Shape& shape = target_->shape;
+  if (!shape.seen.amount) return;
+  const Intrinsics<float> K = camera_->K.cast<float>();
+  const Rigidf T = T_obj_cam.cast<float>();
+  int kept = 0;
+  for (int i = 0; i < pixels->count(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Vec3f p_cam = pixels->depth_m[k] * ray(K, pixels->u_px[k], pixels->v_px[k]);
+    if (shape.seen.below(shape.sdf, T * p_cam)) pixels->copy(*pixels, i, kept++);
+  }
+  pixels->resize(kept);
+}
+
+void FitView::read_free_space(double padding_m) {
+  if (!options_.free_space) return;
+  const frame::IsBackground of_background = [&](int at, Vec2f u, float depth_m) {
+    const int bin = color_reader_.bin(at, u, depth_m);
+    return bin >= 0 && target_->colors->posterior()[static_cast<std::size_t>(bin)] < kSurelyBackground;
+  };
+  const bool ask = target_->colors && options_.color_free_space;
+  frame::free_space_grid(*frame_, *camera_, target_->shape, target_->expected, padding_m,
+                         ask ? &of_background : nullptr, &free_scratch_, &free_grid_);
+}
+
+double FitView::fine_reach_m(double scale_m) { return std::max(kFineReach_m, kFineReachPerScale * scale_m); }
+
+void FitView::pack_for_budget(double reach_m, const optim::State& x) {
+  int wanted = options_.max_pixels;
+  if (options_.outlier_floor > 0 && selection_.count() > wanted) {
+    const int near = energies::SdfEnergy(target_->shape.sdf, &coarse_, {}).count_near(x, reach_m);
+    wanted = static_cast<int>(wanted * std::min(kMaxSpread, coarse_.count() / std::max(1.0, 1.0 * near)));
+  }
+  pack(wanted, &pixels_);
+}
+
+void FitView::choose_fine_pixels(double scale_m, const optim::State& x) {
+  const double reach_m = fine_reach_m(scale_m);
+  pack_for_budget(reach_m, x);
+  if (options_.outlier_floor > 0) energies::SdfEnergy(target_->shape.sdf, &pixels_, {}).keep_near(x, reach_m);
+  keep_seen(x.T_obj_cam[0], &pixels_);
+  if (pixels_.count() > options_.max_pixels) {
+    scratch_.assign_subset(pixels_, options_.max_pixels);
+    std::swap(scratch_, pixels_);
+  }
+}
+
+energies::SdfEnergyOptions FitView::energy_options() const {
+  energies::SdfEnergyOptions energy{options_.residual, options_.curvature};
+  energy.outlier_floor = static_cast<float>(options_.outlier_floor);
+  energy.color = target_->colors != nullptr;
+  energy.color_likelihood = options_.color_likelihood;
+  energy.color_prior = static_cast<float>(options_.color_prior);
+  return energy;
+}
+
+double FitView::last_scale(const FitMemory& memory) const {
+  return options_.scale_per_noise * std::max(kMinNoise_m, memory.noise_factor * stated_noise_m_);
+}
+
+void FitView::measure_noise(const energies::EnergySummary& summary, FitMemory* memory) const {
+  if (!options_.adapt_noise || !(summary.noise_m > 0)) return;
+  const double measured = std::clamp(summary.noise_m / stated_noise_m_, 0.1, 10.0);
+  memory->noise_factor = memory->noise_known ? 0.8 * memory->noise_factor + 0.2 * measured : measured;
+  memory->noise_known = true;
+}
+
+void FitView::measure_pose(const energies::SdfEnergyOptions& options, const optim::State& x,
+                           energies::EnergySummary summary, energies::SdfEnergy* energy, Fitted* fitted) {
+  add_brightness(x, options.scale_m, &summary);
+  if (options.color) fitted->cost = summary.cost, fitted->foreground = summary.foreground;
+  const double area_px = correlation_area(options, x, energy, &fitted->memory);
+  const Matrix6d increment = increment_covariance(summary, target_->shape, area_px);
+  fitted->centre_sd =
+      std::sqrt(increment.topLeftCorner<3, 3>().diagonal().maxCoeff()) / (0.5 * target_->shape.diameter_m);
+  fitted->covariance = camera_covariance(increment, inverse(x.T_obj_cam[0]), -target_->shape.centre_obj);
+}
+
+void FitView::examine(Fitted* fitted) {
+  static const Neighbors kNobody;
+  examine(target_->neighbors ? *target_->neighbors : kNobody, fitted);
+}
+
+// As stated, or measured and followed from frame to frame.
+double FitView::correlation_area(const energies::SdfEnergyOptions& options, const optim::State& x,
+                                 energies::SdfEnergy* energy, FitMemory* memory) {
+  if (options_.correlation_area_px > 0) return options_.correlation_area_px;
+  double& area = memory->correlation_area_px;
+  if (area > 0 && ++memory->area_age < kAreaEvery) return std::max(1.0, area);
+  memory->area_age = 0;
+  energy->follow_hits(x);  // the last look may have been a step away
+  const double now = correlation_.measure(pixels_, {options.scale_m, options.outlier_floor},
+                                          options.color ? options.color_prior : 0.0f);
+  if (now > 0) area = area > 0 ? area + kAreaFollows * (now - area) : now;
+  return std::max(1.0, area);
+}
+
+// A wrong pose has large residuals; so that these do not pass for the sensor's noise and excuse themselves,
+// what was known before and the noise among neighbouring readings bound what may count as agreement, and a
+// doubtful view teaches no noise.
+void FitView::examine(const Neighbors& others, Fitted* fitted) {
+  const FitMemory& before = target_->memory;
+  const double stated_m = sensor_noise(options_).at(fitted->T_cam_obj.t.z);
+  const double local = local_noise_m(pixels_, &floats_) / stated_noise_m_;  // over stated, as the factor
+  const double measured = fitted->memory.noise_factor;
+  fitted->roughness = local > 0 ? measured / std::max(local, kMinNoise_m / stated_m) : 1;
+  const double known = before.noise_known ? before.noise_factor : measured;
+  const double noise_m = (local > 0 ? std::min(known, kSharedPerLocal * local) : known) * stated_m;
+  fitted->seen = compare_visible_surface(*frame_, *camera_, target_->shape, fitted->T_cam_obj, noise_m,
+                                         options_.trust_points, others);
+  fitted->outline = compare_outline(*frame_, *camera_, target_->shape, fitted->T_cam_obj, noise_m, others);
+  if (before.noise_known && !clear_view(fitted->seen)) fitted->memory.noise_factor = known;
+}
+
+}  // namespace sdftrack::tracking

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+// One object in one frame, as a fit sees it: its pixels, the free space around it, and what a pose is judged
+// by.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "frame/selection.h"
+#include "optim/lm.h"
+#include "tracking/fit/correlation.h"
+#include "tracking/fit/local_noise.h"
+#include "tracking/trust/color_evidence.h"
+#include "tracking/trust/trust.h"
+
+namespace sdftrack::tracking {
+
+struct TrackStep {
+  optim::LmStep step;
+  double scale_m;
+  int pixels;
+};
+
+// One record of every trial, in order.
+inline void prepend(const std::vector<TrackStep>& first, std::vector<TrackStep>* steps) {
+  steps->insert(steps->begin(), first.begin(), first.end());
+}
+
+// What a fit takes from the frames before and hands on to the next one.
+struct FitMemory {
+  double noise_factor = 1;  // sensor noise, measured over stated
+  bool noise_known = false;
+  double correlation_area_px = 0;  // 0: not measured yet
+  int area_age = 0;                // frames since that was measured
+  double damping = 0;              // only with TrackerOptions::keep_damping
+};
+
+// Whom to fit, and where it is expected: pixels are taken around `expected`, the prior is centred there.
+struct FitTarget {
+  const frame::Shape& shape;
+  Rigidd expected;  // T_cam_obj, centred frame
+  Matrix6d prior;   // information of the prior on the increment of T_obj_cam; 0: none
+  FitMemory memory;
+  const appearance::ColorModel* colors = nullptr;  // nullptr: depth alone
+  const Neighbors* neighbors = nullptr;            // nullptr: none
+};
+
+struct Fitted {
+  Rigidd T_cam_obj;     // centred frame
+  Matrix6d covariance;  // camera axes, about the caller's object origin
+  double cost = 0;      // mean per pixel of the last stage; with colours that of depth where they are its own
+  double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
+  Visibility seen;
+  Outline outline;
+  double roughness = 1;  // see PoseEvidence
+  double centre_sd = 0;  // likewise
+  FitMemory memory;
+  std::vector<TrackStep> steps;
+};
+
+class FitView {
+ public:
+  explicit FitView(const TrackerOptions& options) : options_(options) {}
+
+  // Finds the pixels around the expected pose, and packs those of the coarse stages. The frame, the camera
+  // and the target are kept by address. Returns how many there are.
+  int open(const frame::DepthFrame& frame, const Camera& camera, const FitTarget& target, double padding_m,
+           const frame::Plane* plane);
+  void read_free_space(double padding_m);
+  // Readings far from the surface at x have lost all weight at this scale: of the others as many as the
+  // budget allows, into pixels().
+  void choose_fine_pixels(double scale_m, const optim::State& x);
+  void pack(int wanted, energies::PixelSet* out);
+  // What choose_fine_pixels begins with: as many pixels as hold the budget of those near the surface.
+  void keep_seen(const Rigidd& T_obj_cam, energies::PixelSet* pixels) const;
+  void pack_for_budget(double reach_m, const optim::State& x);
+  static double fine_reach_m(double scale_m);
+
+  energies::SdfEnergyOptions energy_options() const;
+  double last_scale(const FitMemory& memory) const;
+  void measure_noise(const energies::EnergySummary& summary, FitMemory* memory) const;
+  // Cost by colour, covariance: of pixels() at x.
+  void measure_pose(const energies::SdfEnergyOptions& options, const optim::State& x,
+                    energies::EnergySummary summary, energies::SdfEnergy* energy, Fitted* fitted);
+  // Visible surface, outline, roughness. Readings on the surface of one of `others` say nothing of where this
+  // object ends.
+  void examine(const Neighbors& others, Fitted* fitted);
+  void examine(Fitted* fitted);  // beside target().neighbors
+
+  // The brightness of some of these pixels against that of the surface at x, and how much it weighs beside
+  // all of them; 0: too few show a surface whose colours are known. Valid until the next call.
+  energies::PhotometricEnergy brightness(const energies::PixelSet& pixels, const optim::State& x,
+                                         double* weight);
+
+  const FitTarget& target() const { return *target_; }
+  double stated_noise_m() const { return stated_noise_m_; }
+  int candidates() const { return selection_.count(); }
+  energies::PixelSet& coarse() { return coarse_; }
+  energies::PixelSet& pixels() { return pixels_; }
+  energies::DistanceGrid& free_grid() { return free_grid_; }
+  energies::SummaryScratch& summary_scratch() { return summary_scratch_; }
+
+ private:
+  bool reads_colors() const { return target_->colors || uses_brightness(); }
+  bool uses_brightness() const {
+    return options_.photometric && frame_->color && target_->shape.colors.rgb_seen;
+  }
+  void add_brightness(const optim::State& x, double scale_m, energies::EnergySummary* summary);
+  double correlation_area(const energies::SdfEnergyOptions& options, const optim::State& x,
+                          energies::SdfEnergy* energy, FitMemory* memory);
+
+  TrackerOptions options_;
+
+  const frame::DepthFrame* frame_ = nullptr;
+  const Camera* camera_ = nullptr;
+  const FitTarget* target_ = nullptr;
+  double stated_noise_m_ = 0;
+
+  // Working memory, kept from frame to frame.
+  frame::PixelSelection selection_;
+  energies::PixelSet pixels_, coarse_, scratch_;
+  frame::FreeSpaceScratch free_scratch_;
+  energies::DistanceGrid free_grid_;
+  CorrelationArea correlation_;
+  ColorReader color_reader_;
+  energies::SummaryScratch summary_scratch_;
+  std::vector<float> floats_;
+  energies::GreyPixels grey_;
+  std::vector<energies::PhotometricHit> photometric_hits_;
+  optim::NormalEquations photometric_;
+};
+
+}  // namespace sdftrack::tracking

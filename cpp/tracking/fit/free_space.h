@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// Observed free space: a model point may not stand where the sensor sees past it.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "energies/distance_transform.h"
+#include "frame/point_ops.h"
+#include "optim/energy.h"
+#include "tracking/options.h"
+
+namespace sdftrack::tracking {
+
+struct FreeSpaceOptions {
+  float scale_m = 0.003f;  // s of the logistic cost of the sideways distance
+  float dead_px = 1.0f;    // distances up to this many pixels cost nothing
+};
+
+// A surface point at the silhouette lies up to half a node outside the node that it belongs to, where the
+// interpolant has begun to rise: that much is no evidence, and would push by where the points happen to lie.
+inline FreeSpaceOptions free_space_options(const TrackerOptions& options,
+                                           const energies::DistanceGrid& grid) {
+  return {static_cast<float>(options.free_space_scale_m),
+          std::max(1.0f, 0.5f * static_cast<float>(grid.step))};
+}
+
+// Back-projected pixels pull data to the model; nothing there sees a model that sticks out into free space.
+// Here each surface point X is projected, and where the reading lies behind the object it costs the sideways
+// distance
+//   r = Z / f max(0, DT(u(X)) - dead)
+// to the nearest pixel that might show the object. docs/math/depth_tracker.md, section 5.
+class FreeSpaceEnergy final : public optim::Energy {
+ public:
+  FreeSpaceEnergy(const std::vector<Vec3f>* points_obj, const energies::DistanceGrid* grid,
+                  const FreeSpaceOptions& options)
+      : points_obj_(points_obj), grid_(grid), options_(options) {}
+
+  optim::Unknowns unknowns() const override { return {1, false, false}; }
+  void linearize(const optim::State& x, optim::NormalEquations* out) override;
+  double cost(const optim::State& x) override;
+
+ private:
+  frame::QuickTerms terms(const optim::State& x) const;
+
+  const std::vector<Vec3f>* points_obj_;
+  const energies::DistanceGrid* grid_;
+  FreeSpaceOptions options_;
+};
+
+}  // namespace sdftrack::tracking

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// The stages of a fit, coarse to fine: the same for one object and for several that touch.
+#pragma once
+
+#include <cmath>
+
+#include "energies/sdf_energy.h"
+#include "optim/lm.h"
+#include "tracking/options.h"
+
+namespace sdftrack::tracking {
+
+// A step that promises a smaller gain in log-likelihood moves the pose by less than 5 % of its standard
+// deviation.
+constexpr double kMinGain = 1e-3;
+// A step that promises less than this gain in log-likelihood (five standard deviations) is taken without a
+// look at where it leads, and is the last of its stage: what Gauss-Newton leaves of it is of second order
+// (docs/math/depth_tracker.md, section 4).
+constexpr double kSureGain = 12;
+// Noise alone promises this much, one half for each unknown: a stage on a part of the pixels leaves it to
+// those that follow, or what stands still would tremble.
+constexpr double kNoiseGain = 3;
+constexpr double kMaxRatio = 6.5;  // of pixels from one stage to the next
+// Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias.
+constexpr int kSettleSteps = 2;
+constexpr int kClassifySteps = 4;
+constexpr int kSummaryPixels = 1000;
+
+// run(energy): stages on an even subset, phi at the measured points, the better start from afar, and last, if
+// more pixels follow, the residual of the fine stage. `energy` as in the fine stage.
+template <class Run>
+void each_coarse_stage(const TrackerOptions& options, double scale_m, double last_scale_m, bool more_follow,
+                       energies::SdfEnergyOptions energy, const Run& run) {
+  if (!(scale_m > 0)) return;
+  energy.residual = energies::Residual::kPoint;
+  if (options.outlier_floor > 0) {
+    energy.outlier_floor = static_cast<float>(options.coarse_floor);
+    energy.floor_behind = static_cast<float>(options.coarse_floor_behind);
+  }
+  for (double s = scale_m; s > 1.5 * last_scale_m; s *= 0.5) {
+    energy.scale_m = static_cast<float>(s);
+    run(energy);
+  }
+  if (!more_follow) return;
+  energy.scale_m = static_cast<float>(last_scale_m);
+  energy.residual = options.residual;
+  run(energy);
+}
+
+// run(share): from the few pixels of the coarse stages to all in even ratios, so that each stage begins where
+// one look is enough. ratio: all over the coarse ones.
+template <class Run>
+void each_share_between(double ratio, const Run& run) {
+  const int stages = ratio > 1 ? static_cast<int>(std::ceil(std::log(ratio) / std::log(kMaxRatio))) : 1;
+  for (int k = 1; k < stages; ++k) run(std::pow(ratio, static_cast<double>(k) / stages - 1));
+}
+
+// Gains are those of single objects. The first frame, whose noise is not known yet, may begin far off: there
+// every step counts, and is looked at.
+inline optim::LmOptions stage_lm(int steps, double damping, bool noise_known, bool all_pixels) {
+  optim::LmOptions lm;
+  lm.max_steps = steps;
+  lm.damping = damping;
+  lm.cost_relative = 0;
+  lm.cost_gain = kMinGain;
+  lm.block = 6;
+  if (!noise_known) return lm;
+  lm.sure_gain = kSureGain;
+  if (!all_pixels) lm.cost_gain = kNoiseGain;
+  return lm;
+}
+
+}  // namespace sdftrack::tracking

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/group_fitter.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace sdftrack::tracking {
+
+namespace {
+
+constexpr int kCarriedFrames = 5;  // in which a hidden object is taken along by the others
+constexpr int kRounds = 2;         // of fitting together, mending single ones and fitting together again
+
+// Whether the sensor sees past the place of an object that nothing shows: then it is not hidden but gone.
+bool seen_through(const Visibility& seen) { return seen.farther > seen.nearer + seen.agree; }
+
+}  // namespace
+
+void GroupFitter::fit(FrameContext* context, const Objects& objects) {
+  find_groups(objects, context->frame().time_s);
+  if (!context->readable()) return;
+  for (std::size_t g = 0; g < group_count_; ++g) fit_group(context, objects, &groups_[g]);
+}
+
+// Connected sets of two and more: the first group_count_ of groups_.
+void GroupFitter::find_groups(const Objects& objects, double time_s) {
+  group_count_ = 0, expected_.clear();
+  for (const TrackedObject& object : objects) {
+    const bool placed = object.wanted && object.wanted->T_cam_obj;
+    expected_.push_back(placed ? centred(*object.wanted->T_cam_obj, *object.shape)
+                               : follower_->expected_pose(object, time_s));
+  }
+  visited_.assign(objects.size(), 0);
+  for (std::size_t first = 0; first < objects.size(); ++first) {
+    if (visited_[first] || !objects[first].placed()) continue;
+    if (groups_.size() == group_count_) groups_.emplace_back();
+    std::vector<int>& members = groups_[group_count_];
+    members.assign(1, static_cast<int>(first));
+    visited_[first] = 1;
+    for (std::size_t next = 0; next < members.size(); ++next) {
+      const auto a = static_cast<std::size_t>(members[next]);
+      for (std::size_t b = 0; b < objects.size(); ++b) {
+        if (visited_[b] || !objects[b].placed() ||
+            !may_touch(*objects[a].shape, expected_[a], *objects[b].shape, expected_[b]))
+          continue;
+        visited_[b] = 1;
+        members.push_back(static_cast<int>(b));
+      }
+    }
+    std::sort(members.begin(), members.end());
+    if (members.size() > 1) ++group_count_;
+  }
+}
+
+void GroupFitter::fit_group(FrameContext* context, const Objects& objects, std::vector<int>* group) {
+  refuse_doubles(context, objects, group);
+  const std::vector<int>& members = *group;
+  fit_together(context, objects, members);
+  for (int round = 1; round < kRounds && mend(context, objects, members); ++round)
+    fit_together(context, objects, members);
+  give_up_doubles(context, objects, members);
+}
+
+// Of starts in one place the first alone is fitted.
+void GroupFitter::refuse_doubles(FrameContext* context, const Objects& objects, std::vector<int>* members) {
+  std::size_t kept = 0;
+  places_.clear();
+  for (const int k : *members) {
+    const auto i = static_cast<std::size_t>(k);
+    const Rigidd& T_cam_obj = expected_[i];
+    int inside = -1;
+    for (std::size_t j = 0; objects[i].wanted && j < kept; ++j)
+      if (middle_in(places_[j], *objects[i].shape, T_cam_obj)) inside = (*members)[j];
+    if (inside >= 0) {
+      JointFitted& refused = context->together(i).emplace();
+      refused.fitted.T_cam_obj = T_cam_obj;
+      refused.inside = inside;
+      continue;
+    }
+    places_.push_back(field_of(*objects[i].shape, T_cam_obj));
+    (*members)[kept++] = k;
+  }
+  members->resize(kept);
+}
+
+void GroupFitter::fit_together(FrameContext* context, const Objects& objects,
+                               const std::vector<int>& members) {
+  targets_.clear();
+  for (const int k : members) {
+    const auto i = static_cast<std::size_t>(k);
+    targets_.push_back(follower_->target_of(*context, objects[i], expected_[i], nullptr));
+  }
+  std::vector<JointFitted>& fitted =
+      joint_.fit(context->frame(), context->camera(), targets_, context->plane());
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    std::optional<JointFitted>& kept = context->together(static_cast<std::size_t>(members[m]));
+    if (kept) prepend(kept->fitted.steps, &fitted[m].fitted.steps);
+    kept = std::move(fitted[m]);
+    fitted[m].fitted.steps = follower_->spare_steps();
+  }
+}
+
+// Single objects that do not look as they used to are looked for nearby, in what the others leave. Whether
+// one was found at another place, from which the next round begins.
+bool GroupFitter::mend(FrameContext* context, const Objects& objects, const std::vector<int>& members) {
+  bool moved = false;
+  for (const int k : members) {
+    const auto i = static_cast<std::size_t>(k);
+    JointFitted& joint = *context->together(i);
+    if (joint.hidden || convincing(joint.fitted, objects[i], options_)) continue;
+    const Rigidd before = joint.fitted.T_cam_obj;
+    std::optional<Fitted> better =
+        follower_->fit_further(context, context->without_members(members, k), objects[i], expected_[i],
+                               &context->neighbors_of(objects[i]), std::move(joint.fitted));
+    joint.fitted = std::move(*better);
+    const Vec3d away = joint.fitted.T_cam_obj.t - before.t;
+    const bool changed = norm(away) > 1e-9;
+    moved |= changed;
+    if (changed) expected_[i] = joint.fitted.T_cam_obj;
+  }
+  return moved;
+}
+
+// Of two that ended in one place the one with fewer readings of its own is lost.
+void GroupFitter::give_up_doubles(FrameContext* context, const Objects& objects,
+                                  const std::vector<int>& members) const {
+  const auto pixels = [&](int k) {
+    const JointFitted& joint = *context->together(static_cast<std::size_t>(k));
+    return joint.hidden || joint.fitted.steps.empty() ? 0 : joint.fitted.steps.back().pixels;
+  };
+  for (const int a : members)
+    for (const int b : members) {
+      const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
+      JointFitted &one = *context->together(i), &two = *context->together(j);
+      if (a == b || one.inside >= 0 || two.inside >= 0) continue;
+      const energies::SingleObject<float> other = field_of(*objects[j].shape, two.fitted.T_cam_obj);
+      if (!middle_in(other, *objects[i].shape, one.fitted.T_cam_obj)) continue;
+      const bool b_goes = pixels(b) < pixels(a);
+      (b_goes ? two : one).inside = b_goes ? a : b;
+    }
+}
+
+ObjectResult GroupFitter::accept(JointFitted* joint, double time_s, TrackedObject* object) const {
+  object->prior.reset();
+  const auto without_pose = [&](Reason reason, Status status) {
+    ObjectResult result = result_without_pose(*object, std::move(reason), status);
+    result.steps = std::move(joint->fitted.steps);
+    return result;
+  };
+  if (joint->inside >= 0)
+    return without_pose(reason_about(ReasonCode::kSamePlace, joint->inside), Status::kLost);
+  if (joint->hidden) {
+    if (seen_through(joint->fitted.seen) || ++object->hidden_frames > kCarriedFrames)
+      return without_pose({ReasonCode::kFewReadings}, Status::kLost);
+    ObjectResult carried = without_pose({ReasonCode::kPlacedByNeighbors}, Status::kWeak);
+    object->T_cam_obj = joint->fitted.T_cam_obj;
+    object->weak = true;
+    object->motion.pass();
+    carried.T_cam_obj = uncentred(object->T_cam_obj, *object->shape);
+    carried.covariance = joint->fitted.covariance;
+    return carried;
+  }
+  const Trust trust = judge(joint->fitted, options_, object->prior_log_odds);
+  return follower_->accept(std::move(joint->fitted), trust, time_s, object);
+}
+
+}  // namespace sdftrack::tracking

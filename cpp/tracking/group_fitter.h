@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// Objects that may touch or hide each other: fitted together, and one by one where that does not convince.
+#pragma once
+
+#include <vector>
+
+#include "tracking/object_follower.h"
+
+namespace sdftrack::tracking {
+
+class GroupFitter {
+ public:
+  // The follower makes the single fits, and outlives this.
+  GroupFitter(const TrackerOptions& options, const TrackerSettings& settings, ObjectFollower* follower)
+      : options_(options), follower_(follower), joint_(options, settings.collision, settings.threads) {}
+
+  // What may touch is fitted: FrameContext::together. Objects that are alone are left.
+  void fit(FrameContext* context, const std::vector<TrackedObject>& objects);
+  // Of an object that was fitted together with others; it takes over what it is found to be.
+  ObjectResult accept(JointFitted* joint, double time_s, TrackedObject* object) const;
+
+ private:
+  using Objects = std::vector<TrackedObject>;
+
+  void find_groups(const Objects& objects, double time_s);
+  void fit_group(FrameContext* context, const Objects& objects, std::vector<int>* group);
+  void refuse_doubles(FrameContext* context, const Objects& objects, std::vector<int>* members);
+  void fit_together(FrameContext* context, const Objects& objects, const std::vector<int>& members);
+  bool mend(FrameContext* context, const Objects& objects, const std::vector<int>& members);
+  void give_up_doubles(FrameContext* context, const Objects& objects, const std::vector<int>& members) const;
+
+  TrackerOptions options_;
+  ObjectFollower* follower_;
+  JointFitter joint_;
+  // Of the frame in hand
+  std::vector<std::vector<int>> groups_;
+  std::size_t group_count_ = 0;
+  std::vector<unsigned char> visited_;
+  std::vector<Rigidd> expected_;
+  std::vector<FitTarget> targets_;
+  Neighbors places_;
+};
+
+}  // namespace sdftrack::tracking

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/identity.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace sdftrack::tracking {
+
+namespace {
+
+constexpr double kAlike = 0.7;      // ratio of two travels from which on either may be the right one
+constexpr int kDoubtfulFrames = 5;  // in which this is said
+
+// An object of the tracker that this call serves.
+struct Served {
+  int number;
+  TrackedObject& object;
+  ObjectResult& result;
+};
+
+// How far the object has come, its turn taken at half its diameter.
+double travel_m(const TrackedObject& object, const Rigidd& from, const Rigidd& to) {
+  return norm(to.t - from.t) + 0.5 * object.shape->diameter_m * norm(rotation_log(to.R * transpose(from.R)));
+}
+
+// The same volume, or one made of the same mesh.
+bool look_alike(const TrackedObject& a, const TrackedObject& b) {
+  const frame::Shape &s = *a.shape, &t = *b.shape;
+  return a.shape == b.shape || (s.sdf.voxel_m == t.sdf.voxel_m && s.diameter_m == t.diameter_m &&
+                                s.depth_m == t.depth_m && s.contact.size() == t.contact.size());
+}
+
+// Two finds of look-alikes: as they came or the other way round, whichever is the shorter way for both.
+void exchange_finds(const Served& one, const Served& two) {
+  TrackedObject &a = one.object, &b = two.object;
+  const Rigidd last_a = *a.before_found, last_b = *b.before_found;
+  const double kept = travel_m(a, last_a, a.T_cam_obj) + travel_m(b, last_b, b.T_cam_obj);
+  const double exchanged = travel_m(a, last_a, b.T_cam_obj) + travel_m(b, last_b, a.T_cam_obj);
+  if (exchanged < kept) {
+    std::swap(one.result, two.result);
+    std::swap(a.T_cam_obj, b.T_cam_obj);
+    std::swap(a.memory, b.memory);
+  }
+  if (std::min(kept, exchanged) < kAlike * std::max(kept, exchanged)) return;
+  a.doubtful_frames = b.doubtful_frames = kDoubtfulFrames;
+  a.double_of = two.number, b.double_of = one.number;
+}
+
+// `to` is lost still, and was nearer: the find is its own, and `from` is looked for on.
+void hand_over_find(const Served& from, const Served& to) {
+  TrackedObject &a = from.object, &b = to.object;
+  if (travel_m(b, b.T_cam_obj, a.T_cam_obj) >= kAlike * travel_m(a, *a.before_found, a.T_cam_obj)) return;
+  ObjectResult gone = std::move(to.result);
+  to.result = std::move(from.result);
+  b.before_found = b.T_cam_obj;
+  b.T_cam_obj = a.T_cam_obj, b.memory = a.memory, b.weak = a.weak;
+  b.prior_log_odds = a.prior_log_odds, b.lost_frames = 0;
+  a.T_cam_obj = *a.before_found;
+  a.before_found.reset();
+  a.lost_frames = 1;
+  gone.T_cam_obj = uncentred(a.T_cam_obj, *a.shape);
+  from.result = std::move(gone);
+}
+
+}  // namespace
+
+void assign_finds(const std::vector<int>& served, std::vector<TrackedObject>* objects,
+                  std::vector<ObjectResult>* results) {
+  const auto at = [&](std::size_t i) -> Served {
+    return {served[i], (*objects)[static_cast<std::size_t>(served[i])], (*results)[i]};
+  };
+  for (std::size_t i = 0; i < served.size(); ++i) {
+    const Served one = at(i);
+    if (!one.object.before_found) continue;
+    for (std::size_t j = 0; j < served.size(); ++j) {
+      const Served two = at(j);
+      if (i == j || !look_alike(one.object, two.object)) continue;
+      if (two.object.before_found && i < j)
+        exchange_finds(one, two);
+      else if (two.object.lost_frames > 1)
+        hand_over_find(one, two);
+      if (!one.object.before_found) break;
+    }
+  }
+}
+
+void doubt_identity(TrackedObject* object, ObjectResult* result) {
+  if (object->doubtful_frames == 0 || !is_followed(result->trust.status)) return;
+  --object->doubtful_frames;
+  result->trust.status = Status::kWeak;
+  result->trust.confidence *= 0.5;  // it is one of two
+  result->trust.reason = reason_about(ReasonCode::kMaybeExchanged, object->double_of);
+}
+
+}  // namespace sdftrack::tracking

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/recovery.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace sdftrack::tracking {
+
+namespace {
+
+// An object that was just lost is looked for around its last pose, ever farther away as a hand may have
+// carried it; later, in turns, there and everywhere.
+constexpr double kReach_m = 0.10, kReachPerFrame_m = 0.05, kFarthest_m = 0.5;
+constexpr int kNearFrames = 3;
+
+// What a search finds is believed only when it is sure of it.
+constexpr double kSure = 0.5;
+
+// Within the mask, if there is one.
+bool has_reading(const ImageView<float>& depth_m, const std::vector<unsigned char>& mask) {
+  for (std::size_t i = 0; i < mask.size(); ++i)
+    if (mask[i] && depth_m.data[i] > 0) return true;
+  return mask.empty();
+}
+
+}  // namespace
+
+ObjectResult Recovery::find(FrameContext* context, const PoseHint& hint, TrackedObject* object) const {
+  SearchQuery query;
+  query.mask = hint.mask.empty() ? nullptr : hint.mask.data();
+  query.box = hint.box;
+  // Whoever gives a mask or a box knows that it is there.
+  object->prior_log_odds = query.mask || query.box ? 0 : std::log(options_.search_odds);
+  const std::optional<Found> found =
+      follower_->search(context, context->frame(), *object, query, object->prior_log_odds);
+  if (!found) {
+    object->lost_frames = 1;
+    const bool empty = !has_reading(context->frame().depth_m, hint.mask);
+    return result_without_pose(*object, {empty ? ReasonCode::kNoReadingInMask : ReasonCode::kNothingFound},
+                               Status::kLost);
+  }
+  ObjectResult result = follower_->accept(found->fitted, found->trust, context->frame().time_s, object);
+  result.runner_up = found->runner_up;
+  object->lost_frames = result.trust.status == Status::kLost;
+  return result;
+}
+
+ObjectResult Recovery::find_lost(FrameContext* context, TrackedObject* object, ObjectResult lost) const {
+  const int n = object->lost_frames;
+  SearchQuery query;
+  if (n <= kNearFrames || n % 2 == 0) {
+    query.near = object->T_cam_obj;
+    query.reach_m = std::min(kFarthest_m, kReach_m + kReachPerFrame_m * n);
+  }
+  if (options_.recover_seeds < kSearchSeeds) {
+    query.seeds = options_.recover_seeds;
+    query.first_seed = (n - 1) * options_.recover_seeds % kSearchSeeds;
+  }
+  std::optional<Found> found =
+      follower_->search(context, context->frame(), *object, query, std::log(options_.search_odds));
+  if (!found || found->trust.status != Status::kOk || found->trust.confidence < kSure) return lost;
+
+  const Rigidd last = object->T_cam_obj;
+  ObjectResult result =
+      follower_->accept(std::move(found->fitted), found->trust, context->frame().time_s, object);
+  result.runner_up = found->runner_up;
+  result.trust.status = Status::kWeak;
+  result.trust.reason = {ReasonCode::kFoundAgain};
+  prepend(lost.steps, &result.steps);
+  object->before_found = last;
+  object->prior_log_odds = std::log(options_.search_odds);
+  object->lost_frames = 0;
+  return result;
+}
+
+ObjectResult Recovery::confirm(ObjectResult result, TrackedObject* object) const {
+  if (result.trust.status == Status::kOk) {
+    object->before_found.reset();
+    return result;
+  }
+  object->T_cam_obj = *object->before_found;
+  object->before_found.reset();
+  ObjectResult gone = result_without_pose(*object, {ReasonCode::kNotConfirmed}, Status::kLost);
+  gone.steps = std::move(result.steps);
+  return gone;
+}
+
+}  // namespace sdftrack::tracking

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// An object without a pose: the search's best hypotheses, fitted at full resolution and judged.
+#pragma once
+
+#include <optional>
+
+#include "tracking/fit/fit.h"
+#include "tracking/search/search.h"
+
+namespace sdftrack::tracking {
+
+struct Found {
+  Fitted fitted;
+  Trust trust;
+  double runner_up = 0;  // score of the best other pose over this one's; near 1: the view does not decide
+};
+
+class ObjectFinder {
+ public:
+  ObjectFinder(const TrackerOptions& options, int threads) : options_(options), threads_(threads) {}
+
+  // None where nothing in the frame could be the object. A runner-up close to query.near's rotation goes
+  // before an equally good one: of the turns of a symmetric body, the one it was last seen in.
+  std::optional<Found> find(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
+                            const FitMemory& memory, const appearance::ColorModel* colors,
+                            const SearchQuery& query, double prior_log_odds, PoseFitter* fitter);
+
+ private:
+  TrackerOptions options_;
+  int threads_;
+  SearchScratch scratch_;
+};
+
+}  // namespace sdftrack::tracking

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// Many rough fits: the energies of a frame on a hundred points, a few Gauss-Newton steps without line search.
+#pragma once
+
+#include <vector>
+
+#include "base/camera.h"
+#include "base/rigid.h"
+#include "base/views.h"
+#include "energies/distance_transform.h"
+#include "tracking/search/search_scene.h"
+
+namespace sdftrack::tracking {
+
+struct QuickData {
+  SdfView sdf;
+  Intrinsics<float> K;
+  const std::vector<Vec3f>* readings_cam;  // back-projected readings that may be the object's
+  const std::vector<Vec3f>* solids_cam;    // readings of other things: the object is not in front of them
+  const std::vector<Vec3f>* outline_obj;   // surface points for the free-space term
+  int outline_stride;                      // every how many of them
+  const energies::DistanceGrid* free_space;
+  const SearchScene* scene;   // for the surface term
+  const frame::Shape* shape;  // its points
+  int surface_stride;         // every how many of them; 0: no surface term
+};
+
+struct QuickStage {
+  float scale_m;  // s of the penalties
+  // e of a reading in front of the surface, which may show something else, and of one inside the object: it
+  // is seen through the surface, so it contradicts the pose whatever it shows. Of two different ones comes a
+  // small bias.
+  float outside_floor, inside_floor;
+  int steps;
+};
+
+// Gauss-Newton steps from T_obj_cam; the steps are damped and bounded, not tested.
+void quick_fit(const QuickData& data, const QuickStage& stage, Rigidf* T_obj_cam);
+
+// Mean cost of a reading plus mean cost of an outline point.
+float quick_cost(const QuickData& data, const QuickStage& stage, const Rigidf& T_obj_cam);
+
+}  // namespace sdftrack::tracking

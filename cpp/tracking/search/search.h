@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+// A pose from nothing but a frame: a search over rotations and places, for a start and to find a lost object.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "plane/plane.h"
+#include "tracking/trust/trust.h"
+
+namespace sdftrack::tracking {
+
+struct Hypothesis {
+  Rigidd T_cam_obj;  // of the centred object frame of Shape
+  double score = 0;  // 0..1, comparable between frames and objects (search_score.h)
+  Visibility seen;
+};
+
+// Where to look: in a mask, else in a box, else near a pose, else everywhere.
+struct SearchQuery {
+  const unsigned char* mask = nullptr;  // H * W, 0: not the object
+  std::optional<frame::Rect> box;       // the object lies within it; so may other things
+  std::optional<Rigidd> near;           // centred frame; its rotation is tried first
+  double reach_m = 0;                   // the object's centre is this near to near's
+  const float* foreground =
+      nullptr;  // H * W, chance by colour that a pixel shows the object; NaN: no evidence
+  const frame::Plane* plane = nullptr;  // readings on it are not the object
+  // A slice of the rotations, so that a caller can spread a search over frames; seeds 0: all of them.
+  int first_seed = 0, seeds = 0;
+  const unsigned char* taken = nullptr;  // H * W, not 0: another object explains this pixel
+  const Neighbors* others = nullptr;     // objects that are followed, wherever they are
+};
+
+constexpr int kSearchSeeds = 240;  // rotations of a whole search
+
+// Working memory, kept by the caller from search to search.
+struct SearchScratchData;
+class SearchScratch {
+ public:
+  SearchScratch();
+  ~SearchScratch();
+  SearchScratch(SearchScratch&&) noexcept;
+  SearchScratch& operator=(SearchScratch&&) noexcept;
+  SearchScratchData& data() { return *data_; }
+
+ private:
+  std::unique_ptr<SearchScratchData> data_;
+};
+
+// Whether two poses are two answers: more than 10 mm or 15 degrees apart.
+bool distinct(const Rigidd& a, const Rigidd& b);
+
+// Best first, distinct from one another by 10 mm or 15 degrees: a runner-up that scores nearly as much as the
+// first says that the view does not decide between them. Empty where there are too few readings to look at.
+std::vector<Hypothesis> search_pose(const frame::DepthFrame& frame, const Camera& camera,
+                                    const frame::Shape& shape, const TrackerOptions& options,
+                                    const SearchQuery& query, int threads, SearchScratch* scratch);
+
+}  // namespace sdftrack::tracking

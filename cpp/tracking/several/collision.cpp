@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/several/collision.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sdftrack::tracking {
+
+namespace {
+
+using Bounds = CollisionEnergy::Bounds;
+
+constexpr double kMinPixels = 40;   // what an object that hardly shows weighs nevertheless: it gives way
+constexpr double kMinShare = 1e-6;  // of the printed form's points outside: keeps its logarithm finite
+
+// Whether a point is this near to the box of an object.
+bool near_box(const frame::Shape& shape, Vec3d p_obj, double reach_m) {
+  const Vec3d& h = shape.half_box_m;
+  return std::abs(p_obj.x) <= h.x + reach_m && std::abs(p_obj.y) <= h.y + reach_m &&
+         std::abs(p_obj.z) <= h.z + reach_m;
+}
+
+// Of the padded box of an object, in the frame of another.
+Bounds bounds_of(const frame::Shape& shape, const Rigidd& T_to_other, double padding_m) {
+  const Vec3d h = shape.half_box_m + Vec3d{padding_m, padding_m, padding_m};
+  const auto reach = [&](Vec3d row) {
+    return std::abs(row.x) * h.x + std::abs(row.y) * h.y + std::abs(row.z) * h.z;
+  };
+  const Vec3d extent{reach(T_to_other.R.r0), reach(T_to_other.R.r1), reach(T_to_other.R.r2)};
+  return {(T_to_other.t - extent).cast<float>(), (T_to_other.t + extent).cast<float>()};
+}
+
+double field_at(const frame::Shape& shape, Vec3d p_obj, Vec3d* gradient) {
+  double phi;
+  sample(shape.sdf, p_obj, &phi, gradient);
+  return phi;
+}
+
+// Adds weight r^T r of a row over two objects' unknowns.
+void add_row(const double* own, const double* other, int a, int b, double weight,
+             optim::NormalEquations* out) {
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j) {
+      out->hessian(a + i, a + j) += weight * own[i] * own[j];
+      out->hessian(b + i, b + j) += weight * other[i] * other[j];
+      out->hessian(a + i, b + j) += weight * own[i] * other[j];
+      out->hessian(b + i, a + j) += weight * other[i] * own[j];
+    }
+}
+
+}  // namespace
+
+void CollisionEnergy::prepare(const std::vector<const frame::Shape*>& shapes, const std::vector<int>& pixels,
+                              const optim::State& x, double reach_m, int stride) {
+  shapes_ = shapes;
+  pixels_.assign(pixels.begin(), pixels.end());
+  pairs_.clear(), near_.clear();
+  stride_ = stride;
+  if (options_.kind == Collision::kNone) return;
+  const int count = static_cast<int>(shapes.size());
+  for (int m = 0; m < count; ++m) {
+    const frame::Shape& shape = *shapes[static_cast<std::size_t>(m)];
+    const Rigidd T_cam_obj = inverse(x.T_obj_cam[static_cast<std::size_t>(m)]);
+    const int first = static_cast<int>(pairs_.size());
+    const int last = options_.kind == Collision::kPrinted ? m : count;
+    for (int j = 0; j < last; ++j) {
+      if (j == m) continue;
+      const frame::Shape& other = *shapes[static_cast<std::size_t>(j)];
+      const Rigidd T = x.T_obj_cam[static_cast<std::size_t>(j)] * T_cam_obj;
+      if (norm(T.t) < 0.5 * (shape.diameter_m + other.diameter_m) + reach_m)
+        pairs_.push_back({m, j, T, bounds_of(other, inverse(T), reach_m)});
+    }
+    for (int k = 0; k < static_cast<int>(shape.contact.size()); k += stride) {
+      const Vec3f& C = shape.contact[static_cast<std::size_t>(k)];
+      for (int p = first; p < static_cast<int>(pairs_.size()); ++p) {
+        const Pair& pair = pairs_[static_cast<std::size_t>(p)];
+        if (!pair.bounds.holds(C)) continue;
+        const frame::Shape& other = *shapes[static_cast<std::size_t>(pair.other)];
+        const Vec3d at = pair.T_other_object * C.cast<double>();
+        Vec3d unused;
+        if (near_box(other, at, reach_m) && field_at(other, at, &unused) < reach_m) near_.push_back({p, k});
+      }
+    }
+  }
+}
+
+void CollisionEnergy::pose_pairs(const optim::State& x) {
+  for (Pair& pair : pairs_)
+    pair.T_other_object = x.T_obj_cam[static_cast<std::size_t>(pair.other)] *
+                          inverse(x.T_obj_cam[static_cast<std::size_t>(pair.object)]);
+}
+
+// For every point the nearest of the others that it may lie in.
+template <class Visit>
+void CollisionEnergy::each_contact(const Visit& visit) const {
+  for (std::size_t i = 0; i < near_.size();) {
+    Contact least{nullptr, 0, {}};
+    const Pair& first = pairs_[static_cast<std::size_t>(near_[i].pair)];
+    const int point = near_[i].point;
+    for (; i < near_.size() && near_[i].point == point; ++i) {
+      const Pair& pair = pairs_[static_cast<std::size_t>(near_[i].pair)];
+      if (pair.object != first.object) break;
+      const frame::Shape& own = *shapes_[static_cast<std::size_t>(pair.object)];
+      const Vec3d C = own.contact[static_cast<std::size_t>(point)].cast<double>();
+      Vec3d g;
+      const double phi =
+          field_at(*shapes_[static_cast<std::size_t>(pair.other)], pair.T_other_object * C, &g);
+      if (!least.near || phi < least.phi_m) least = {&near_[i], phi, g};
+    }
+    visit(least);
+  }
+}
+
+// d phi / d unknowns of the object that the point belongs to, and of the one that it lies in: a point moves
+// with the inverse of its object's increment.
+void CollisionEnergy::rows(const Contact& c, double* own, double* other) const {
+  const Pair& pair = pairs_[static_cast<std::size_t>(c.near->pair)];
+  const frame::Shape& shape = *shapes_[static_cast<std::size_t>(pair.object)];
+  const Vec3d C = shape.contact[static_cast<std::size_t>(c.near->point)].cast<double>();
+  const Vec3d g = c.grad_other, m = cross(pair.T_other_object * C, g);
+  const Vec3d g_own = transpose_times(pair.T_other_object.R, g), m_own = cross(C, g_own);
+  const double to_other[6] = {g.x, g.y, g.z, m.x, m.y, m.z};
+  const double to_own[6] = {-g_own.x, -g_own.y, -g_own.z, -m_own.x, -m_own.y, -m_own.z};
+  std::copy(to_other, to_other + 6, other);
+  std::copy(to_own, to_own + 6, own);
+}
+
+double CollisionEnergy::add_contact(optim::NormalEquations* out) const {
+  double cost = 0;
+  each_contact([&](const Contact& c) {
+    if (!(c.phi_m < 0)) return;
+    const Pair& pair = pairs_[static_cast<std::size_t>(c.near->pair)];
+    const auto m = static_cast<std::size_t>(pair.object);
+    const double points = static_cast<double>(shapes_[m]->contact.size()) / stride_;
+    const double weight =
+        std::max(kMinPixels, pixels_[m]) / points / (options_.tolerance_m * options_.tolerance_m);
+    cost += 0.5 * weight * c.phi_m * c.phi_m;
+    if (!out) return;
+    double own[6], other[6];
+    rows(c, own, other);
+    const int a = 6 * pair.object, b = 6 * pair.other;
+    for (int i = 0; i < 6; ++i) {
+      out->gradient[a + i] += weight * c.phi_m * own[i];
+      out->gradient[b + i] += weight * c.phi_m * other[i];
+    }
+    add_row(own, other, a, b, weight, out);
+  });
+  return cost;
+}
+
+double CollisionEnergy::add_printed(optim::NormalEquations* out) const {
+  std::vector<double> inside(shapes_.size(), 0);  // sum of 1 - H_out
+  std::vector<Eigen::VectorXd> slopes;            // of it
+  if (out) slopes.assign(shapes_.size(), Eigen::VectorXd::Zero(out->gradient.size()));
+  each_contact([&](const Contact& c) {
+    const Pair& pair = pairs_[static_cast<std::size_t>(c.near->pair)];
+    const auto m = static_cast<std::size_t>(pair.object);
+    const double t = std::tanh(std::max(0.0, c.phi_m) / (2 * options_.scale_m)), sech2 = 1 - t * t;
+    inside[m] += sech2;
+    if (!out || !(c.phi_m > 0)) return;
+    double own[6], other[6];
+    rows(c, own, other);
+    const double slope = -sech2 * t / options_.scale_m;
+    for (int i = 0; i < 6; ++i) {
+      slopes[m][6 * pair.object + i] += slope * own[i];
+      slopes[m][6 * pair.other + i] += slope * other[i];
+    }
+  });
+  double cost = 0;
+  for (std::size_t m = 0; m < shapes_.size(); ++m) {
+    const double points = static_cast<double>(shapes_[m]->contact.size()) / stride_;
+    const double share = std::max(kMinShare, 1 - inside[m] / points);
+    cost -= std::log(share);
+    if (!out) continue;
+    const Eigen::VectorXd gradient = slopes[m] / (points * share);
+    out->gradient += gradient;
+    out->hessian += gradient * gradient.transpose();
+  }
+  return cost;
+}
+
+void CollisionEnergy::linearize(const optim::State& x, optim::NormalEquations* out) {
+  pose_pairs(x);
+  out->cost += options_.kind == Collision::kPrinted ? add_printed(out) : add_contact(out);
+}
+
+double CollisionEnergy::cost(const optim::State& x) {
+  pose_pairs(x);
+  return options_.kind == Collision::kPrinted ? add_printed(nullptr) : add_contact(nullptr);
+}
+
+}  // namespace sdftrack::tracking

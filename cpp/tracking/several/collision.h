@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// What it costs objects to stand in one another: points of each object's surface in the fields of the others.
+#pragma once
+
+#include <vector>
+
+#include "frame/shape.h"
+#include "optim/energy.h"
+#include "tracking/options.h"
+
+namespace sdftrack::tracking {
+
+struct CollisionOptions {
+  Collision kind = Collision::kContact;
+  double tolerance_m = 3e-5;  // t
+  double scale_m = 0.002;     // s of the printed form's Heaviside function
+};
+
+// docs/math/several_objects.md, section 3.
+class CollisionEnergy final : public optim::Energy {
+ public:
+  struct Bounds {
+    Vec3f low, high;
+    bool holds(const Vec3f& p) const {
+      return p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y && p.z >= low.z && p.z <= high.z;
+    }
+  };
+
+  explicit CollisionEnergy(const CollisionOptions& options) : options_(options) {}
+
+  // The objects, how many pixels each has, and which points may come to lie in which other object: those
+  // within reach_m of it at x, to be asked anew where a pose has moved farther.
+  void prepare(const std::vector<const frame::Shape*>& shapes, const std::vector<int>& pixels,
+               const optim::State& x, double reach_m, int stride = 1);
+  void set_tolerance(double tolerance_m) { options_.tolerance_m = tolerance_m; }
+  bool empty() const { return near_.empty(); }
+
+  optim::Unknowns unknowns() const override { return {static_cast<int>(shapes_.size()), false, false}; }
+  void linearize(const optim::State& x, optim::NormalEquations* out) override;
+  double cost(const optim::State& x) override;
+
+ private:
+  struct Pair {
+    int object, other;
+    Rigidd T_other_object;
+    Bounds bounds;  // of the other, in the object's frame
+  };
+  // A point of pair.object that may lie in pair.other. Those of one point follow one another.
+  struct Near {
+    int pair, point;
+  };
+  struct Contact {
+    const Near* near;
+    double phi_m;      // of the nearest other object
+    Vec3d grad_other;  // of its field, in its frame
+  };
+
+  void pose_pairs(const optim::State& x);
+  template <class Visit>
+  void each_contact(const Visit& visit) const;
+  void rows(const Contact& c, double* own, double* other) const;
+  double add_contact(optim::NormalEquations* out) const;
+  double add_printed(optim::NormalEquations* out) const;
+
+  CollisionOptions options_;
+  std::vector<const frame::Shape*> shapes_;
+  std::vector<double> pixels_;
+  std::vector<Pair> pairs_;
+  std::vector<Near> near_;
+  int stride_ = 1;
+};
+
+}  // namespace sdftrack::tracking

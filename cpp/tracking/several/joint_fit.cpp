@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/several/joint_fit.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tracking/fit/stages.h"
+
+namespace sdftrack::tracking {
+
+namespace {
+
+// A reading may be of any object that is this much farther from it than the nearest one: more while the poses
+// are rough.
+constexpr double kCoarseMargin_m = 0.03, kFineMargin_m = 0.008;
+constexpr int kStepsPerSingle = 2;          // trials of a coarse stage over those of one object alone
+constexpr double kMinGainInContact = 0.02;  // a fifth of a standard deviation
+constexpr double kEverywhere_m = 1;         // reach of the coarse stages
+
+}  // namespace
+
+std::vector<JointFitted>& JointFitter::fit(const frame::DepthFrame& frame, const Camera& camera,
+                                           const std::vector<FitTarget>& targets, const frame::Plane* plane) {
+  camera_ = &camera, targets_ = &targets;
+  open(frame, camera, plane);
+  optim::State& x = state_;
+  x.K = camera.K;
+  x.T_obj_cam.clear();
+  for (const FitTarget& target : targets) x.T_obj_cam.push_back(inverse(target.expected));
+  fit_coarse(&x);
+  all_.clear(targets.size());
+  const double reach_m = FitView::fine_reach_m(last_scale());
+  for (std::size_t m = 0; m < targets.size(); ++m) {
+    if (views_[m]->candidates() == 0) continue;
+    one_.K = x.K, one_.T_obj_cam.assign(1, x.T_obj_cam[m]);
+    views_[m]->pack_for_budget(reach_m, one_);
+    all_.take(static_cast<int>(m), targets, x, reach_m, kFineMargin_m, options_.max_pixels, noise_ratio(m),
+              &views_[m]->pixels());
+  }
+  fit_between(&x);
+  fit_fine(&x);
+  examine(x);
+  return out_;
+}
+
+void JointFitter::open(const frame::DepthFrame& frame, const Camera& camera, const frame::Plane* plane) {
+  const std::vector<FitTarget>& targets = *targets_;
+  while (views_.size() < targets.size()) views_.push_back(std::make_unique<FitView>(options_));
+  out_.resize(targets.size());
+  shapes_.clear();
+  double factor = 0;
+  int known = 0;
+  for (std::size_t m = 0; m < targets.size(); ++m) {
+    views_[m]->open(frame, camera, targets[m], options_.padding_m, plane);
+    views_[m]->read_free_space(options_.padding_m);
+    shapes_.push_back(&targets[m].shape);
+    Fitted& fitted = out_[m].fitted;
+    fitted.memory = targets[m].memory;
+    fitted.steps.clear();
+    fitted.foreground = -1;
+    out_[m].inside = -1;
+    if (targets[m].memory.noise_known) factor += targets[m].memory.noise_factor, ++known;
+  }
+  memory_ = targets.front().memory;
+  memory_.noise_known = known > 0;
+  memory_.noise_factor = known > 0 ? factor / known : 1;
+  memory_.damping = options_.damping_start;
+  contact_reach_m_ = -1;
+}
+
+void JointFitter::fit_coarse(optim::State* x) {
+  coarse_.clear(targets_->size());
+  bool more = false;
+  for (std::size_t m = 0; m < targets_->size(); ++m) {
+    FitView& view = *views_[m];
+    if (view.candidates() == 0) continue;
+    more |= view.coarse().count() < view.candidates();
+    coarse_.take(static_cast<int>(m), *targets_, *x, kEverywhere_m, kCoarseMargin_m, options_.coarse_pixels,
+                 noise_ratio(m), &view.coarse());
+  }
+  each_coarse_stage(options_, options_.scale_start_m, last_scale(), more, views_.front()->energy_options(),
+                    [&](energies::SdfEnergyOptions energy) {
+                      energy.sharpness = static_cast<float>(options_.coarse_union_sharpness);
+                      run_stage(&coarse_, energy, {kStepsPerSingle * options_.coarse_steps, 0.02, 4}, x);
+                    });
+}
+
+void JointFitter::fit_between(optim::State* x) {
+  energies::SdfEnergyOptions energy = views_.front()->energy_options();
+  energy.sharpness = static_cast<float>(options_.union_sharpness);
+  energy.scale_m = static_cast<float>(last_scale());
+  const double few = static_cast<double>(options_.coarse_pixels) * static_cast<double>(targets_->size());
+  each_share_between(all_.count() / std::max(1.0, few), [&](double share) {
+    part_.assign_share(all_, share);
+    run_stage(&part_, energy, {options_.coarse_steps, 0.006, 2}, x);
+  });
+}
+
+void JointFitter::fit_fine(optim::State* x) {
+  energies::SdfEnergyOptions energy = views_.front()->energy_options();
+  energy.sharpness = static_cast<float>(options_.union_sharpness);
+  energy.threads = threads_;
+  for (int round = memory_.noise_known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
+    energy.scale_m = static_cast<float>(last_scale());
+    run_stage(&all_, energy, {options_.fine_steps, 0.003, 1, true}, x);
+    measure(*x, round == 1);
+  }
+}
+
+void JointFitter::settle(JointPixels* pixels, const energies::SdfEnergyOptions& energy,
+                         const optim::State& x) {
+  std::array<SdfView, energies::kMaxJoined> sdfs;
+  energies_.clear();
+  for (const auto& part : *pixels) {
+    one_.K = x.K, one_.T_obj_cam.clear();
+    for (int k = 0; k < part->objects; ++k) {
+      const auto m = static_cast<std::size_t>(part->of[static_cast<std::size_t>(k)]);
+      sdfs[static_cast<std::size_t>(k)] = shapes_[m]->sdf;
+      one_.T_obj_cam.push_back(x.T_obj_cam[m]);
+    }
+    energies_.emplace_back(sdfs.data(), part->objects, &part->pixels, energy);
+    if (energy.residual == energies::Residual::kRayHit) energies_.back().settle(one_, kSettleSteps);
+  }
+}
+
+// Free space, brightness and prior of every object, as in a fit of its own.
+void JointFitter::make_terms(const JointPixels& pixels, const optim::State& x, bool all) {
+  free_space_.clear(), priors_.clear(), brightness_.clear();
+  free_space_.reserve(targets_->size()), priors_.reserve(targets_->size());
+  brightness_.reserve(targets_->size());
+  for (int m = 0; m < static_cast<int>(targets_->size()); ++m) {
+    const auto i = static_cast<std::size_t>(m);
+    const FitTarget& target = (*targets_)[i];
+    free_space_.emplace_back(&target.shape.outline, &views_[i]->free_grid(),
+                             free_space_options(options_, views_[i]->free_grid()));
+    if (!views_[i]->free_grid().empty())
+      group_.add(&free_space_.back(), free_space_weight(i, pixels.counts()[i]), &m, 1);
+    const energies::PixelSet& own = all ? views_[i]->pixels() : views_[i]->coarse();
+    one_.K = x.K, one_.T_obj_cam.assign(1, x.T_obj_cam[i]);
+    double weight = 0;
+    if (own.count() > 0) brightness_.push_back(views_[i]->brightness(own, one_, &weight));
+    if (weight > 0) group_.add(&brightness_.back(), weight * pixels.counts()[i] / own.count(), &m, 1);
+    priors_.emplace_back(optim::Unknowns{1, false, false}, 0, inverse(target.expected), target.prior);
+    if (target.prior.diagonal().maxCoeff() > 0) group_.add(&priors_.back(), 1, &m, 1);
+  }
+}
+
+void JointFitter::run_stage(JointPixels* pixels, const energies::SdfEnergyOptions& energy, const Stage& stage,
+                            optim::State* x) {
+  const std::vector<FitTarget>& targets = *targets_;
+  const int objects = static_cast<int>(targets.size());
+  settle(pixels, energy, *x);
+  group_.clear(objects);
+  std::size_t k = 0;
+  for (const auto& part : *pixels) group_.add(&energies_[k++], 1, part->of.data(), part->objects);
+  make_terms(*pixels, *x, stage.all);
+  if (contact_reach_m_ != stage.contact_reach_m || stage.all) {
+    collision_.prepare(shapes_, pixels->counts(), *x, stage.contact_reach_m, stage.contact_stride);
+    contact_reach_m_ = stage.contact_reach_m;
+  }
+  // As soft as the data are: a stiff contact would keep rough poses from passing along each other.
+  collision_.set_tolerance(options_.collision_tolerance_m *
+                           std::max(1.0, static_cast<double>(energy.scale_m) / last_scale()));
+  if (!collision_.empty()) group_.add(&collision_);
+
+  lm_result_.x = *x;
+  optim::LmOptions lm = stage_lm(stage.steps, memory_.damping, memory_.noise_known, stage.all);
+  // A hinge bends where it begins: every step is looked at, and the last ones go back and forth over its
+  // edge.
+  if (!collision_.empty()) lm.sure_gain = 0, lm.cost_gain = std::max(lm.cost_gain, kMinGainInContact);
+  optim::minimize(group_, lm, &lm_work_, &lm_result_);
+  *x = lm_result_.x;
+  for (std::size_t m = 0; m < targets.size(); ++m)
+    for (const optim::LmStep& step : lm_result_.steps)
+      out_[m].fitted.steps.push_back({step, static_cast<double>(energy.scale_m), pixels->counts()[m]});
+}
+
+// Each object's noise, and in the last round its covariance, from the pixels that are its own.
+void JointFitter::measure(const optim::State& x, bool last) {
+  double factor = 0;
+  int known = 0;
+  for (std::size_t m = 0; m < targets_->size(); ++m) {
+    measure_one(m, x, last);
+    const FitMemory& memory = out_[m].fitted.memory;
+    if (memory.noise_known) factor += memory.noise_factor, ++known;
+  }
+  if (!last && known > 0) memory_.noise_factor = factor / known;
+}
+
+void JointFitter::measure_one(std::size_t m, const optim::State& x, bool last) {
+  const FitTarget& target = (*targets_)[m];
+  FitView& view = *views_[m];
+  Fitted& fitted = out_[m].fitted;
+  fitted.T_cam_obj = inverse(x.T_obj_cam[m]);
+  out_[m].hidden = view.candidates() == 0 || view.pixels().count() < options_.min_pixels;
+  if (out_[m].hidden) {
+    // Of what it is placed by only the prior is known to be its own.
+    const Matrix6d prior = target.prior + 1e-9 * Matrix6d::Identity();
+    fitted.covariance = camera_covariance(prior.inverse(), fitted.T_cam_obj, -target.shape.centre_obj);
+    fitted.cost = 0, fitted.centre_sd = std::numeric_limits<double>::infinity();
+    return;
+  }
+  energies::SdfEnergyOptions options = view.energy_options();
+  options.threads = threads_;
+  options.scale_m = static_cast<float>(view.last_scale(memory_));
+  energies::SdfEnergy energy(target.shape.sdf, &view.pixels(), options);
+  one_.K = x.K, one_.T_obj_cam.assign(1, x.T_obj_cam[m]);
+  energy.classify(one_, kClassifySteps);
+  fitted.cost = cost_of(m, &energy);
+  const energies::EnergySummary summary = energy.summarize(one_, kSummaryPixels, &view.summary_scratch());
+  view.measure_noise(summary, &fitted.memory);
+  if (last) view.measure_pose(options, one_, summary, &energy, &fitted);
+}
+
+// Mean per pixel at one_, of the terms that a fit of this object alone has.
+double JointFitter::cost_of(std::size_t m, energies::SdfEnergy* data) {
+  const int pixels = views_[m]->pixels().count();
+  double sum = data->cost(one_) + priors_[m].cost(one_);
+  if (!views_[m]->free_grid().empty()) sum += free_space_weight(m, pixels) * free_space_[m].cost(one_);
+  return sum / pixels;
+}
+
+void JointFitter::examine(const optim::State& x) {
+  const std::vector<FitTarget>& targets = *targets_;
+  for (std::size_t m = 0; m < targets.size(); ++m) {
+    neighbors_.clear();
+    for (std::size_t k = 0; k < targets.size(); ++k)
+      if (k != m &&
+          may_touch(targets[m].shape, out_[m].fitted.T_cam_obj, targets[k].shape, out_[k].fitted.T_cam_obj))
+        neighbors_.push_back({targets[k].shape.sdf, x.T_obj_cam[k].cast<float>()});
+    views_[m]->examine(neighbors_, &out_[m].fitted);
+  }
+}
+
+}  // namespace sdftrack::tracking

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// The colours of depth pixels: for the energy's pixels, and for the histograms of object and background.
+#pragma once
+
+#include "appearance/color_model.h"
+#include "appearance/color_sight.h"
+#include "energies/photometric.h"
+#include "energies/pixel_set.h"
+#include "frame/region.h"
+#include "tracking/trust/neighbors.h"
+
+namespace sdftrack::tracking {
+
+// The colour of depth pixels in one region of one frame. `open` enters the region's readings into the colour
+// camera's z-buffer; the work is that of the region (of an even subset where it is large), not of the image.
+class ColorReader {
+ public:
+  // range: depths whose colours will be asked for.
+  void open(const frame::DepthFrame& frame, const Camera& camera, frame::Rect region,
+            frame::DepthRange range);
+  // Bin of the colour of depth pixel `at` (index) with its ideal pixel and reading; -1: the colour camera
+  // does not see it.
+  int bin(int at, Vec2f ideal_px, float depth_m) const {
+    if (color_->map.aligned) return appearance::color_bin(color_->rgb + 3 * static_cast<std::size_t>(at));
+    int x, y;
+    float depth;
+    return find(at, ideal_px, depth_m, &x, &y, &depth) ? appearance::color_bin(color_->at(x, y)) : -1;
+  }
+  // Its brightness, 0..1, between the pixels around it; -1: the colour camera does not see it.
+  float grey(int at, Vec2f ideal_px, float depth_m) const;
+
+ private:
+  Vec2f mapped_from(int at, Vec2f ideal_px) const {
+    return color_->map.raw_pixel ? Vec2f{static_cast<float>(at % width_), static_cast<float>(at / width_)}
+                                 : ideal_px;
+  }
+  bool find(int at, Vec2f ideal_px, float depth_m, int* x, int* y, float* depth) const {
+    return color_->map.find(mapped_from(at, ideal_px), depth_m, x, y, depth) && sight_.sees(*x, *y, *depth);
+  }
+
+  const appearance::ColorImage* color_ = nullptr;
+  int width_ = 1;
+  appearance::ColorSight sight_;
+};
+
+// About `wanted` of the pixels, evenly, with their brightness.
+void fetch_grey(const ColorReader& reader, const energies::PixelSet& pixels, int wanted,
+                energies::GreyPixels* out);
+
+// Posterior of every pixel by an open reader; the prior where there is no colour.
+void fetch_foreground(const appearance::ColorModel& model, const ColorReader& reader,
+                      energies::PixelSet* pixels);
+
+// Colours at a pose: the object's are those of readings on the surface, away from depth steps, weighed by
+// what is known so far; the background's those of readings clearly off it and off the others, around it and
+// in front. Visits about `budget` pixels, evenly.
+void count_colors(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
+                  const Rigidd& T_cam_obj, double padding_m, int budget, const appearance::ColorModel& known,
+                  ColorReader* reader, appearance::ColorCounts* counts, const Neighbors& others = {});
+
+// Colours in and around a mask (0: not the object): the object's inside it, the background's in a ring around
+// it, wide by 30 % of its box. std::invalid_argument where the mask is empty or no reading in it has a
+// colour.
+void count_mask_colors(const frame::DepthFrame& frame, const Camera& camera, const unsigned char* mask,
+                       ColorReader* reader, appearance::ColorCounts* counts);
+
+}  // namespace sdftrack::tracking

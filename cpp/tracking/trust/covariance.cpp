@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/trust/covariance.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <numbers>
+
+namespace sdftrack::tracking {
+
+namespace {
+
+constexpr double kBlindSlope = 0.03;
+
+Eigen::Matrix3d to_eigen(const Mat3d& R) {
+  Eigen::Matrix3d M;
+  M << R.r0.x, R.r0.y, R.r0.z, R.r1.x, R.r1.y, R.r1.z, R.r2.x, R.r2.y, R.r2.z;
+  return M;
+}
+
+// T_cam_obj <- T_cam_obj increment(v, w)^-1: the centre moves by -R v, the turn is -R w, and a point at
+// R origin from the centre moves by the turn crossed with that lever.
+Matrix6d camera_by_increment(const Rigidd& T_cam_obj, Vec3d origin_obj) {
+  const Eigen::Matrix3d R = to_eigen(T_cam_obj.R);
+  const Vec3d lever = T_cam_obj.R * origin_obj;
+  Matrix6d J = Matrix6d::Zero();
+  J.topLeftCorner<3, 3>() = -R;
+  J.bottomRightCorner<3, 3>() = -R;
+  J.topRightCorner<3, 3>() = to_eigen(hat(lever)) * R;  // -[lever]x (-R)
+  return J;
+}
+
+}  // namespace
+
+Matrix6d increment_covariance(const energies::EnergySummary& sums, const frame::Shape& shape,
+                              double correlation_area_px) {
+  const double diameter_m = shape.diameter_m;
+  // In units of metres at the object's rim and of one diameter, directions may be compared.
+  Eigen::Matrix<double, 6, 1> unit;
+  unit << 1, 1, 1, Eigen::Vector3d::Constant(2 / diameter_m);
+  Eigen::Matrix<double, 6, 1> prior_sd;
+  prior_sd << Eigen::Vector3d::Constant(diameter_m), Eigen::Vector3d::Constant(std::numbers::pi);
+  const Matrix6d prior = prior_sd.cwiseAbs2().cwiseInverse().asDiagonal();
+  if (!(sums.inliers > 0)) return prior_sd.cwiseAbs2().asDiagonal();
+
+  const Matrix6d geometry = unit.asDiagonal() * sums.geometry * unit.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> directions(geometry);
+  Matrix6d seen = Matrix6d::Zero();  // projects out the blind directions
+  for (int i = 0; i < 6; ++i)
+    if (directions.eigenvalues()[i] >= kBlindSlope * kBlindSlope)
+      seen += directions.eigenvectors().col(i) * directions.eigenvectors().col(i).transpose();
+  const Matrix6d P = unit.cwiseInverse().asDiagonal() * seen * unit.asDiagonal();
+
+  const Matrix6d A = P * sums.A * P.transpose() + prior;
+  const Matrix6d B = correlation_area_px * (P * sums.B * P.transpose()) + prior;
+  const Matrix6d A_inverse = A.ldlt().solve(Matrix6d::Identity());
+  Matrix6d C = A_inverse * B * A_inverse.transpose();
+  for (const energies::SmallVector* bias : {&sums.rounding, &sums.missed}) {
+    const Eigen::Matrix<double, 6, 1> shift = A_inverse * (P * *bias);
+    C += shift * shift.transpose();
+  }
+  return 0.5 * (C + C.transpose());
+}
+
+Matrix6d camera_covariance(const Matrix6d& increment, const Rigidd& T_cam_obj, Vec3d origin_obj) {
+  const Matrix6d J = camera_by_increment(T_cam_obj, origin_obj);
+  const Matrix6d C = J * increment * J.transpose();
+  return 0.5 * (C + C.transpose());
+}
+
+Matrix6d increment_information(const Matrix6d& camera, const Rigidd& T_cam_obj, Vec3d origin_obj) {
+  const Matrix6d J = camera_by_increment(T_cam_obj, origin_obj);
+  const Matrix6d C = J.transpose() * camera.ldlt().solve(J);
+  return 0.5 * (C + C.transpose());
+}
+
+}  // namespace sdftrack::tracking

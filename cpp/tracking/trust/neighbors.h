@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// Objects that are known to be near the one in hand: their readings say nothing against it.
+#pragma once
+
+#include <vector>
+
+#include "energies/field.h"
+#include "frame/shape.h"
+
+namespace sdftrack::tracking {
+
+using Neighbors = std::vector<energies::SingleObject<float>>;
+
+inline energies::SingleObject<float> field_of(const frame::Shape& shape, const Rigidd& T_cam_obj) {
+  return {shape.sdf, inverse(T_cam_obj).cast<float>()};
+}
+
+// Whether a point lies this near to the surface of one of them.
+bool on_one_of(const Neighbors& others, Vec3d p_cam, double tolerance_m);
+// How deep the deepest of a shape's points stands in one of them; 0: outside all.
+double depth_in(const Neighbors& others, const frame::Shape& shape, const Rigidd& T_cam_obj);
+// Whether its middle lies deep in another: they are in one place.
+bool middle_in(const energies::SingleObject<float>& other, const frame::Shape& shape,
+               const Rigidd& T_cam_obj);
+// Whether it stands deeper in one than errors of the poses explain.
+bool stands_in(const Neighbors& others, const frame::Shape& shape, const Rigidd& T_cam_obj);
+
+}  // namespace sdftrack::tracking

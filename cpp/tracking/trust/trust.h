@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+// Whether the frame agrees with the pose: a status with its reason, and the chance that the pose is right.
+#pragma once
+
+#include <optional>
+
+#include "tracking/options.h"
+#include "tracking/trust/covariance.h"
+#include "tracking/trust/outline.h"
+#include "tracking/trust/reason.h"
+#include "tracking/trust/visibility.h"
+
+namespace sdftrack::tracking {
+
+// What speaks for and against a pose; none of it is what the fit has minimised.
+struct PoseEvidence {
+  Visibility seen;
+  Outline outline;
+  double roughness = 1;  // residuals of the fit over the noise that readings have among themselves
+  double centre_sd = 0;  // of the object's centre along its least certain axis, over its radius
+  // Mean chance by colour that the visible surface is the object, less that of a colour that says nothing.
+  std::optional<double> color_gain;
+};
+
+struct Trust {
+  Status status = Status::kOk;
+  Reason reason;
+  double inliers = 0;     // agree / expected
+  double evidence = 0;    // evidence_share, with the prior odds
+  double confidence = 0;  // probability that the pose is within 20 mm and 10 degrees
+};
+
+// 0..1: the chance that this is the object, about at this pose, for a pose that was expected
+// (prior_log_odds 0) or one of many places that a search has looked at (less).
+double evidence_share(const PoseEvidence& evidence, double prior_log_odds);
+
+Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const TrackerOptions& options,
+            double prior_log_odds);
+
+}  // namespace sdftrack::tracking

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/trust/visibility.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "frame/point_ops.h"
+
+namespace sdftrack::tracking {
+
+namespace {
+
+constexpr double kTolerance_m = 0.004;  // least distance that counts as disagreement
+constexpr double kTolerancePerNoise = 4;
+constexpr double kFinger_m = 0.025;  // nearer than this in front is not clearly another thing
+constexpr double kMaxGap_m = 0.03;
+
+}  // namespace
+
+Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera& camera,
+                                   const frame::Shape& shape, const Rigidd& T_cam_obj, double noise_m,
+                                   int points, const Neighbors& others) {
+  Visibility seen;
+  const double tolerance = std::max(kTolerance_m, kTolerancePerNoise * noise_m);
+  const int n = static_cast<int>(shape.points.size()), stride = std::max(1, n / std::max(1, points));
+  const frame::SightTerm<float> term{shape.sdf,
+                                     shape.coarse(),
+                                     T_cam_obj.cast<float>(),
+                                     inverse(T_cam_obj).t.cast<float>(),
+                                     static_cast<float>(shape.diameter_m),
+                                     {shape.points.data(), n, stride},
+                                     {shape.normals.data(), n, stride}};
+  const frame::PointOps& ops = frame::point_ops_for(used_isa());
+  frame::Sights sights;
+  int gaps = 0;
+  double gap_sum_m = 0;
+  for (int first = 0; first < term.points_obj.count(); first += frame::kPointsAtOnce) {
+    ops.sights(term, first, &sights);
+    for (int k = 0; k < sights.count; ++k) {
+      if (!(sights.facing[k] > 0)) continue;
+      ++seen.expected;
+      const Vec3d p_cam = Vec3f{sights.x_m[k], sights.y_m[k], sights.z_m[k]}.cast<double>();
+      const Vec2d u = p_cam.z > 1e-3 ? camera.project_point(p_cam) : Vec2d{-1, -1};
+      const int x = static_cast<int>(std::lround(std::clamp(u.x, -1.0, 1e6)));
+      const int y = static_cast<int>(std::lround(std::clamp(u.y, -1.0, 1e6)));
+      const bool inside = x >= 0 && y >= 0 && x < camera.width && y < camera.height;
+      const float z = inside ? frame.depth_m(x, y) : 0.0f;
+      const double facing = sights.facing[k];
+      const double beyond = (static_cast<double>(z) - p_cam.z) * facing;  // about along the normal
+      // A reading that is nearer to another object's surface is that object's, and hides this one.
+      const bool known = !others.empty() && z > 0 && beyond < tolerance &&
+                         on_one_of(others, (static_cast<double>(z) / p_cam.z) * p_cam,
+                                   std::min(std::abs(beyond), tolerance));
+      const bool hidden = known || (z > 0 && beyond < -tolerance);
+      if (z > 0 && beyond > -kFinger_m && !known) ++gaps, gap_sum_m += std::min(std::abs(beyond), kMaxGap_m);
+      if (!(z > 0))
+        ++seen.missing;
+      else if (hidden)
+        ++seen.nearer, seen.known += known;
+      else if (beyond > tolerance)
+        ++seen.farther;
+      else
+        ++seen.agree;
+    }
+  }
+  seen.gap_m = gaps > 0 ? gap_sum_m / gaps : kMaxGap_m;
+  return seen;
+}
+
+}  // namespace sdftrack::tracking

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// What the camera reads where a pose says that it should see the surface.
+#pragma once
+
+#include "frame/region.h"
+#include "tracking/trust/neighbors.h"
+
+namespace sdftrack::tracking {
+
+// Surface points that the camera should see (facing it, not hidden by the object itself), by what is read
+// there.
+struct Visibility {
+  int expected = 0;
+  int agree = 0;    // the reading lies on the surface
+  int farther = 0;  // the sensor sees past the surface: the pose is wrong there
+  int nearer = 0;   // something stands in front
+  int missing = 0;  // no reading, or outside the image
+  // Mean distance of reading and surface, at most 30 mm each, where nothing stands more than a finger in
+  // front, nor another object that is known.
+  double gap_m = 0.03;
+  int known = 0;  // of the nearer ones: another object, where it is known to be
+};
+
+// Of the surface points that the camera should see, past the objects that are known, share that it reads
+// where the pose puts them.
+inline double agreeing_share(const Visibility& seen) {
+  const int open = seen.expected - seen.known;
+  return open > 0 ? static_cast<double>(seen.agree) / open : 0.0;
+}
+
+Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera& camera,
+                                   const frame::Shape& shape, const Rigidd& T_cam_obj, double noise_m,
+                                   int points, const Neighbors& others = {});
+
+}  // namespace sdftrack::tracking

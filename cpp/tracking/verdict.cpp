@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/verdict.h"
+
+#include <utility>
+
+namespace sdftrack::tracking {
+
+namespace {
+
+constexpr Vec3d kNowhere{kUnknown, kUnknown, kUnknown};
+constexpr Rigidd kNoPose{{kNowhere, kNowhere, kNowhere}, kNowhere};
+
+void doubt_overlap(int other, ObjectResult* result) {
+  const ReasonCode said = result->trust.reason.code;
+  if (said == ReasonCode::kOverlaps || said == ReasonCode::kSamePlace) return;
+  result->trust.status = Status::kWeak;
+  result->trust.reason = reason_about(ReasonCode::kOverlaps, other);
+  result->trust.confidence *= 0.5;
+}
+
+}  // namespace
+
+void doubt_overlaps(const std::vector<TrackedObject>& objects, std::vector<ObjectResult>* results) {
+  const auto followed = [&](std::size_t k) { return is_followed((*results)[k].trust.status); };
+  for (std::size_t k = 0; objects.size() > 1 && k < objects.size(); ++k) {
+    if (!followed(k)) continue;
+    const energies::SingleObject<float> field = field_of(*objects[k].shape, objects[k].T_cam_obj);
+    for (std::size_t j = 0; j < objects.size(); ++j) {
+      if (j == k || !followed(j) || !middle_in(field, *objects[j].shape, objects[j].T_cam_obj)) continue;
+      doubt_overlap(static_cast<int>(j), &(*results)[k]);
+      doubt_overlap(static_cast<int>(k), &(*results)[j]);
+    }
+  }
+}
+
+void mark_unfound(const TrackedObject& object, ObjectResult* result) {
+  if (object.unfound.empty() || result->trust.status == Status::kBadFrame) return;
+  result->trust = {
+      Status::kLost, {ReasonCode::kPrimitiveNotFound, 0, -1, object.unfound}, 0, result->trust.evidence, 0};
+  result->covariance.setConstant(kUnknown);
+  result->runner_up = kUnknown;
+}
+
+Twist twist_between(const Rigidd& before, const Rigidd& now, double elapsed_s) {
+  const Vec3d v = (1 / elapsed_s) * (now.t - before.t);
+  const Vec3d w = (1 / elapsed_s) * rotation_log(now.R * transpose(before.R));
+  return {v.x, v.y, v.z, w.x, w.y, w.z};
+}
+
+void Verdict::start(Poses best) {
+  best_ = std::move(best);
+  result_.index = 0;
+  interrupt();
+}
+
+void Verdict::resume(int index, double time_s, const std::vector<bool>& followed, Poses best) {
+  result_.index = index, result_.time_s = time_s;
+  followed_ = followed;
+  best_ = std::move(best);
+  last_ = followed_.size() == best_.size() ? Last::kResumed : Last::kNone;
+}
+
+void Verdict::add(const std::optional<Rigidd>& pose) {
+  best_.push_back(pose);
+  interrupt();
+}
+
+void Verdict::remove(std::size_t k) {
+  best_.erase(best_.begin() + static_cast<std::ptrdiff_t>(k));
+  interrupt();
+}
+
+void Verdict::conclude(const std::vector<TrackedObject>& objects, const std::vector<int>& served,
+                       double time_s, std::vector<ObjectResult>* answers) {
+  std::vector<ObjectResult>& results = result_.objects;
+  const double elapsed_s = last_ == Last::kNone ? kUnknown : time_s - result_.time_s;
+  if (last_ == Last::kNone) followed_.assign(objects.size(), false);
+  results.resize(objects.size());
+  for (std::size_t i = 0; i < served.size(); ++i)
+    std::swap(results[static_cast<std::size_t>(served[i])], (*answers)[i]);
+  for (std::size_t k = 0; k < objects.size(); ++k) mark_unfound(objects[k], &results[k]);
+  doubt_overlaps(objects, &results);
+  for (std::size_t k = 0; k < objects.size(); ++k) {
+    ObjectResult& result = results[k];
+    const bool followed = is_followed(result.trust.status);
+    if (!followed) result.T_cam_obj = best_[k] ? *best_[k] : kNoPose;
+    result.twist.fill(kUnknown);
+    if (elapsed_s > 0 && followed && followed_[k] && best_[k])
+      result.twist = twist_between(*best_[k], result.T_cam_obj, elapsed_s);
+    if (followed) best_[k] = result.T_cam_obj;
+    followed_[k] = followed;
+  }
+  result_.time_s = time_s;
+  last_ = Last::kKnown;
+}
+
+}  // namespace sdftrack::tracking
