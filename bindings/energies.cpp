@@ -15,7 +15,7 @@
 #include "frame/shape.h"
 #include "optim/lm.h"
 #include "release_gil.h"
-#include "tracking/sensor_noise.h"
+#include "tracking/options/sensor_noise.h"
 #include "tracking/trust/color_evidence.h"
 #include "volume.h"
 

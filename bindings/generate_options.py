@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Write what follows from the schema of options: the fields of Python's classes, signatures, tables of the documents.
 
-    python bindings/generate_options.py            # after a change in cpp/*/option_schema.h and a build
+    python bindings/generate_options.py            # after a change in cpp/*/**/option_schema.h and a build
     python bindings/generate_options.py --check    # exits with 1 where a file is out of date
 
 Only the lines between the marks of a file are written. It stands here, beside the bindings, because it turns the core's

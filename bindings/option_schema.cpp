@@ -11,7 +11,7 @@
 #include "contour/option_schema.h"
 #include "lwpr/option_schema.h"
 #include "reconstruction/option_schema.h"
-#include "tracking/option_schema.h"
+#include "tracking/options/option_schema.h"
 
 namespace sdftrack::bindings {
 

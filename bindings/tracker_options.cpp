@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "option_binding.h"
-#include "tracking/option_schema.h"
+#include "tracking/options/option_schema.h"
 
 namespace sdftrack::bindings {
 

@@ -8,6 +8,8 @@
 namespace sdftrack::contour {
 namespace {
 
+using namespace energies;  // each_pack, Block, Row, PartialSums
+
 template <class L>
 struct ContourLoops {
   template <int P>

@@ -8,6 +8,8 @@
 namespace sdftrack::frame {
 namespace {
 
+using namespace energies;  // each_pack, Block, Row, PartialSums
+
 template <class L>
 struct PointLoops {
   template <class Term>

@@ -10,6 +10,8 @@
 namespace sdftrack::levelset {
 namespace {
 
+using namespace energies;  // each_pack, Block, Row, PartialSums
+
 template <class L>
 struct VoxelLoops {
   static BlockChange fuse(const EvidenceTerm<float>& given, const BlockPlace& place, const BlockRows& rows,

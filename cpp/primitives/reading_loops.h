@@ -8,6 +8,8 @@
 namespace sdftrack::primitives {
 namespace {
 
+using namespace energies;  // each_pack, Block, Row, PartialSums
+
 template <class L, PrimitiveKind kKind>
 struct ReadingLoops {
   static constexpr int kSizes = size_count(kKind), P = 6 + kSizes;

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "tracking/identity.h"
-#include "tracking/option_schema.h"
+#include "tracking/options/option_schema.h"
 
 namespace sdftrack::tracking {
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The options of the tracker, as the core describes them (cpp/tracking/option_schema.h)."""
+"""The options of the tracker, as the core describes them (cpp/tracking/options/option_schema.h)."""
 
 from __future__ import annotations
 

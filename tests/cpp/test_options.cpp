@@ -9,7 +9,7 @@
 #include "contour/option_schema.h"
 #include "lwpr/option_schema.h"
 #include "reconstruction/option_schema.h"
-#include "tracking/option_schema.h"
+#include "tracking/options/option_schema.h"
 #include "tracking/tracker.h"
 
 namespace sdftrack {

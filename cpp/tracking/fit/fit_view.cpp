@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tracking/sensor_noise.h"
+#include "tracking/options/sensor_noise.h"
 
 namespace sdftrack::tracking {
 

@@ -8,7 +8,7 @@
 #include "energies/distance_transform.h"
 #include "frame/point_ops.h"
 #include "optim/energy.h"
-#include "tracking/options.h"
+#include "tracking/options/options.h"
 
 namespace sdftrack::tracking {
 

@@ -6,7 +6,7 @@
 
 #include "energies/sdf_energy.h"
 #include "optim/lm.h"
-#include "tracking/options.h"
+#include "tracking/options/options.h"
 
 namespace sdftrack::tracking {
 

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "base/parallel.h"
+#include "tracking/options/sensor_noise.h"
 #include "tracking/search/search_stages.h"
-#include "tracking/sensor_noise.h"
 
 namespace sdftrack::tracking {
 

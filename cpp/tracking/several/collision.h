@@ -6,7 +6,7 @@
 
 #include "frame/shape.h"
 #include "optim/energy.h"
-#include "tracking/options.h"
+#include "tracking/options/options.h"
 
 namespace sdftrack::tracking {
 

@@ -60,14 +60,16 @@ void ColorReader::open(const frame::DepthFrame& frame, const Camera& camera, fra
 
 float ColorReader::grey(int at, Vec2f ideal_px, float depth_m) const {
   constexpr float kFull = 255;
-  if (color_->map.aligned) return brightness(color_->rgb + 3 * static_cast<std::size_t>(at), kFull);
+  if (color_->map.aligned) return energies::brightness(color_->rgb + 3 * static_cast<std::size_t>(at), kFull);
   Vec2f c;
   float depth;
   if (!color_->map.place(mapped_from(at, ideal_px), depth_m, &c, &depth)) return -1;
   if (!sight_.sees(static_cast<int>(c.x + 0.5f), static_cast<int>(c.y + 0.5f), depth)) return -1;
   const int w = color_->map.width, h = color_->map.height;
   const AxisSample<float> x = locate(c.x, w), y = locate(c.y, h);
-  const auto at_corner = [&](int i, int j) { return brightness(color_->at(x.cell + i, y.cell + j), kFull); };
+  const auto at_corner = [&](int i, int j) {
+    return energies::brightness(color_->at(x.cell + i, y.cell + j), kFull);
+  };
   const float top = at_corner(0, 0) + x.fraction * (at_corner(1, 0) - at_corner(0, 0)),
               bottom = at_corner(0, 1) + x.fraction * (at_corner(1, 1) - at_corner(0, 1));
   return top + y.fraction * (bottom - top);

@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "tracking/options.h"
+#include "tracking/options/options.h"
 #include "tracking/trust/covariance.h"
 #include "tracking/trust/outline.h"
 #include "tracking/trust/reason.h"

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "frame/region.h"
-#include "tracking/options.h"
+#include "tracking/options/options.h"
 
 namespace sdftrack::tracking {
 
