@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <atomic>
+#include <optional>
 
 #include "array.h"
 #include "busy.h"
 #include "contour/option_schema.h"
-#include "contour/products.h"
 #include "contour/steps_cuda.h"
+#include "contour/template_scores.h"
 #include "contour/tracker.h"
 #include "option_binding.h"
 #include "release_gil.h"
@@ -40,6 +42,13 @@ py::dict options_of(const contour::ContourOptions& o) {
   return out;
 }
 
+// What `call` returns, without the interpreter's lock.
+template <class Call>
+auto unlocked(const Call& call) {
+  const ReleaseGil release;
+  return call();
+}
+
 struct ContourCore {
   contour::ContourTracker tracker;
   std::atomic<bool> busy{false};
@@ -48,34 +57,56 @@ struct ContourCore {
 
 py::array_t<float> phi_of(const contour::ContourGrid& grid) { return to_numpy(grid.phi, {grid.ny, grid.nx}); }
 
-// From cells, counted from the corner of the grid, to pixels.
-py::array_t<double> matrix_of(const contour::ContourGrid& grid) {
-  const contour::GridWarp& w = grid.warp;
-  std::vector<double> m = {w.a[0], w.a[1], w.t[0] - w.a[0] * grid.mid_x() - w.a[1] * grid.mid_y(),
-                           w.a[2], w.a[3], w.t[1] - w.a[2] * grid.mid_x() - w.a[3] * grid.mid_y(),
-                           0,      0,      1};
-  return to_numpy(std::move(m), {3, 3});
-}
-
 constexpr const char* kStatus[] = {"ok", "weak", "lost"};
 
-py::dict report_of(const contour::ContourTracker& tracker) {
-  const contour::ContourReport& r = tracker.report();
-  py::dict out;
-  out["status"] = kStatus[static_cast<int>(r.status)], out["reason"] = r.reason;
-  out["confidence"] = r.confidence, out["contrast"] = r.contrast, out["likeness"] = r.likeness;
-  out["overlap"] = r.overlap, out["mean_log"] = r.mean_log;
+// A copy that cannot be written.
+template <class T, class Values>
+py::array_t<T> frozen(const Values& values, std::vector<py::ssize_t> shape) {
+  py::array_t<T> out(std::move(shape));
+  std::copy(values.begin(), values.end(), out.mutable_data());
+  out.attr("setflags")(py::arg("write") = false);
   return out;
 }
 
-py::array_t<bool> mask_of(const contour::ContourTracker& tracker, const contour::RgbView& image) {
-  py::array_t<bool> mask({image.height, image.width});
-  auto* const to = reinterpret_cast<unsigned char*>(mask.mutable_data());
-  {
-    const ReleaseGil release;
-    tracker.write_mask(image, to);
-  }
-  return mask;
+// The results of the phases, in numpy's arrays.
+struct Observation {
+  contour::ContourReport report;
+  py::array_t<float> phi;
+  py::array_t<double> warp;
+
+  Observation(const contour::ContourReport& r, const contour::ContourShape& shape)
+      : report(r),
+        phi(frozen<float>(shape.phi, {shape.ny, shape.nx})),
+        warp(frozen<double>(shape.warp, {3, 3})) {}
+  explicit Observation(const contour::ContourObservation& of) : Observation(of.report, of.shape) {}
+};
+
+struct Frame : Observation {
+  py::array_t<bool> mask;
+
+  explicit Frame(const contour::ContourFrame& of)
+      : Observation(of.report, of.shape), mask(frozen<bool>(of.mask, {of.height, of.width})) {}
+};
+
+void bind_phases(py::module_& m) {
+  py::enum_<contour::ShapeJudgement>(m, "ShapeJudgement", "What a memory says of a frame's shape.")
+      .value("none", contour::ShapeJudgement::kNone)
+      .value("unoccluded", contour::ShapeJudgement::kUnoccluded)
+      .value("occluded", contour::ShapeJudgement::kOccluded)
+      .value("novel", contour::ShapeJudgement::kNovel);
+  py::class_<Observation>(m, "ContourObservation", "Where the object is in an image; nothing is learned yet.")
+      .def_property_readonly("status",
+                             [](const Observation& o) { return kStatus[static_cast<int>(o.report.status)]; })
+      .def_property_readonly("reason", [](const Observation& o) { return o.report.reason; })
+      .def_property_readonly("confidence", [](const Observation& o) { return o.report.confidence; })
+      .def_property_readonly("contrast", [](const Observation& o) { return o.report.contrast; })
+      .def_property_readonly("likeness", [](const Observation& o) { return o.report.likeness; })
+      .def_property_readonly("overlap", [](const Observation& o) { return o.report.overlap; })
+      .def_property_readonly("mean_log", [](const Observation& o) { return o.report.mean_log; })
+      .def_property_readonly("phi", [](const Observation& o) { return o.phi; })
+      .def_property_readonly("warp", [](const Observation& o) { return o.warp; });
+  py::class_<Frame, Observation>(m, "ContourFrame", "A frame's result, once it is finished.")
+      .def_property_readonly("mask", [](const Frame& f) { return f.mask; });
 }
 
 contour::ContourGrid grid_from(const py::array& phi, const std::array<double, 6>& warp) {
@@ -159,12 +190,12 @@ py::array_t<float> contour_posterior(const py::array& learned, const py::array& 
   return to_numpy(std::move(all), {view.height, view.width});
 }
 
-py::array_t<float> contour_products(const py::array& pictures, const py::array& templates) {
+py::array_t<float> template_scores(const py::array& pictures, const py::array& templates) {
   const float* a = borrow<float>(pictures, "pictures", {-1, -1});
   const float* b = borrow<float>(templates, "templates", {-1, pictures.shape(1)});
   py::array_t<float> out({pictures.shape(0), templates.shape(0)});
-  contour::picture_products(a, static_cast<int>(pictures.shape(0)), b, static_cast<int>(templates.shape(0)),
-                            static_cast<int>(pictures.shape(1)), out.mutable_data());
+  contour::template_scores(a, static_cast<int>(pictures.shape(0)), b, static_cast<int>(templates.shape(0)),
+                           static_cast<int>(pictures.shape(1)), out.mutable_data());
   return out;
 }
 
@@ -173,6 +204,7 @@ py::array_t<float> contour_products(const py::array& pictures, const py::array& 
 void bind_contour(py::module_& m) {
   bind_options<contour::ContourOptions>(m, "ContourOptions",
                                         "Options of the contour tracker; see st.contour.ContourTracker.");
+  bind_phases(m);
   py::class_<ContourCore>(m, "ContourCore", "A contour tracker; use contour.ContourTracker.")
       .def(py::init<const py::dict&>(), py::arg("options"))
       .def(
@@ -180,9 +212,9 @@ void bind_contour(py::module_& m) {
           [](ContourCore& self, const py::array& image, const py::array& mask) {
             const Busy turn(&self.busy, "tracker");
             const contour::RgbView view = color_view(image);
-            const bool* values = borrow<bool>(mask, "mask", {view.height, view.width});
-            const ReleaseGil release;
-            self.tracker.start(view, reinterpret_cast<const unsigned char*>(values));
+            const auto* values =
+                reinterpret_cast<const unsigned char*>(borrow<bool>(mask, "mask", {view.height, view.width}));
+            return Frame(unlocked([&] { return self.tracker.start(view, values); }));
           },
           py::arg("image"), py::arg("mask"))
       .def(
@@ -190,71 +222,49 @@ void bind_contour(py::module_& m) {
           [](ContourCore& self, const py::array& image, int x0, int y0, int x1, int y1) {
             const Busy turn(&self.busy, "tracker");
             const contour::RgbView view = color_view(image);
-            const ReleaseGil release;
-            self.tracker.start(view, contour::ImagePart{x0, y0, x1, y1});
+            const contour::ImagePart box{x0, y0, x1, y1};
+            return Frame(unlocked([&] { return self.tracker.start(view, box); }));
           },
           py::arg("image"), py::arg("x0"), py::arg("y0"), py::arg("x1"), py::arg("y1"))
+      .def(
+          "track",
+          [](ContourCore& self, const py::array& image) {
+            const Busy turn(&self.busy, "tracker");
+            const contour::RgbView view = color_view(image);
+            return Frame(unlocked([&] { return self.tracker.track(view); }));
+          },
+          py::arg("image"), "A frame without a memory.")
       .def(
           "observe",
           [](ContourCore& self, const py::array& image) {
             const Busy turn(&self.busy, "tracker");
             const contour::RgbView view = color_view(image);
-            const ReleaseGil release;
-            self.tracker.observe(view);
+            return Observation(unlocked([&] { return self.tracker.observe(view); }));
           },
           py::arg("image"), "Where the object is in the next image; nothing is learned yet.")
       .def(
-          "finish",
-          [](ContourCore& self, bool learn) {
-            const Busy turn(&self.busy, "tracker");
-            self.tracker.finish(learn);
-          },
-          py::arg("learn"))
-      .def(
-          "replace_shape",
-          [](ContourCore& self, const py::array& phi) {
-            const Busy turn(&self.busy, "tracker");
-            const contour::ContourGrid& grid = self.tracker.grid();
-            self.tracker.replace_shape(borrow<float>(phi, "phi", {grid.ny, grid.nx}));
-          },
-          py::arg("phi"))
-      .def(
-          "mask",
+          "posterior_on_grid",
           [](ContourCore& self, const py::array& image) {
             const Busy turn(&self.busy, "tracker");
-            return mask_of(self.tracker, color_view(image));
-          },
-          py::arg("image"))
-      .def(
-          "look_at_all",
-          [](ContourCore& self, const py::array& image) {
-            const Busy turn(&self.busy, "tracker");
-            const contour::ContourGrid& grid = self.tracker.grid();
-            py::array_t<float> foreground({grid.ny, grid.nx});
             const contour::RgbView view = color_view(image);
-            float* const to = foreground.mutable_data();
-            {
-              const ReleaseGil release;
-              self.tracker.look_at_all(view, to);
-            }
-            return foreground;
+            const contour::ContourGrid& grid = self.tracker.grid();
+            return frozen<float>(unlocked([&] { return self.tracker.posterior_on_grid(view); }),
+                                 {grid.ny, grid.nx});
           },
-          py::arg("image"), "The posterior at every cell of the grid.")
-      .def("phi",
-           [](ContourCore& self) {
-             const Busy turn(&self.busy, "tracker");
-             return phi_of(self.tracker.grid());
-           })
-      .def("warp",
-           [](ContourCore& self) {
-             const Busy turn(&self.busy, "tracker");
-             return matrix_of(self.tracker.grid());
-           })
-      .def("report",
-           [](ContourCore& self) {
-             const Busy turn(&self.busy, "tracker");
-             return report_of(self.tracker);
-           })
+          py::arg("image"), "The posterior at every cell of the grid, between observe and finish.")
+      .def(
+          "finish",
+          [](ContourCore& self, contour::ShapeJudgement judgement,
+             const std::optional<py::array>& recovered) {
+            const Busy turn(&self.busy, "tracker");
+            const contour::ContourGrid& grid = self.tracker.grid();
+            const auto* inside = recovered ? reinterpret_cast<const unsigned char*>(
+                                                 borrow<bool>(*recovered, "recovered", {grid.ny, grid.nx}))
+                                           : nullptr;
+            return Frame(unlocked([&] { return self.tracker.finish(judgement, inside); }));
+          },
+          py::arg("judgement"), py::arg("recovered") = py::none(),
+          "The frame with a memory's judgement, and the whole silhouette where it recovered one.")
       .def("options", [](const ContourCore& self) { return options_of(self.tracker.options()); });
   m.def(
       "contour_options", [] { return options_of(contour::ContourOptions{}); },
@@ -264,7 +274,7 @@ void bind_contour(py::module_& m) {
         "Cost, gradient and Gauss-Newton Hessian of a registration.");
   m.def("contour_steps", &contour_steps, py::arg("phi"), py::arg("foreground"), py::arg("steps"),
         py::arg("options"), py::arg("device") = "cpu", "phi after steps of the evolution.");
-  m.def("contour_products", &contour_products, py::arg("pictures"), py::arg("templates"),
+  m.def("contour_template_scores", &template_scores, py::arg("pictures"), py::arg("templates"),
         "(n, m): the sum of products of each of n pictures with each of m templates.");
   m.def("contour_distance", &contour_distance, py::arg("phi"), py::arg("radius"));
   m.def("contour_posterior", &contour_posterior, py::arg("learned"), py::arg("image"), py::arg("phi"),

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -41,6 +42,13 @@ struct ContourGrid {
   CellBox all() const { return {0, 0, nx - 1, ny - 1}; }
   double mid_x() const { return 0.5 * (nx - 1); }
   double mid_y() const { return 0.5 * (ny - 1); }
+  // 3 x 3: cells, counted from the corner of the grid, to pixels.
+  std::array<double, 9> to_image() const {
+    const GridWarp& w = warp;
+    return {w.a[0], w.a[1], w.t[0] - w.a[0] * mid_x() - w.a[1] * mid_y(),
+            w.a[2], w.a[3], w.t[1] - w.a[2] * mid_x() - w.a[3] * mid_y(),
+            0,      0,      1};
+  }
 };
 
 // The pixels of the image that may lie on these cells.

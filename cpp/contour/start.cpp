@@ -41,14 +41,19 @@ std::string ContourTracker::unfit(const RgbView& image, int pixels) const {
 // Begun beside the track that runs: nothing of that one shows in the new one, and it goes on if this is
 // refused.
 template <class Place>
-void ContourTracker::start_anew(const RgbView& image, const Place& place) {
+ContourFrame ContourTracker::start_anew(const RgbView& image, const Place& place) {
   ContourTracker fresh(options_);
   fresh.start_here(image, place);
   *this = std::move(fresh);
+  return frame();
 }
 
-void ContourTracker::start(const RgbView& image, const unsigned char* mask) { start_anew(image, mask); }
-void ContourTracker::start(const RgbView& image, const ImagePart& box) { start_anew(image, box); }
+ContourFrame ContourTracker::start(const RgbView& image, const unsigned char* mask) {
+  return start_anew(image, mask);
+}
+ContourFrame ContourTracker::start(const RgbView& image, const ImagePart& box) {
+  return start_anew(image, box);
+}
 
 void ContourTracker::start_here(const RgbView& image, const unsigned char* mask) {
   ImagePart box{image.width, image.height, 0, 0};
@@ -151,7 +156,6 @@ void ContourTracker::begin(const RgbView& image) {
   model_.posterior(image, grid_, grid_.all(), &posterior_);
   choose_samples(grid_, options_.band, nullptr, &samples_);
   usual_contrast_ = first_contrast_ = std::max(contrast_at(samples_, grid_.warp, posterior_), kMinContrast);
-  started_ = true;
 }
 
 // As much as any frame may want, so that none allocates.
@@ -159,6 +163,8 @@ void ContourTracker::make_room(const RgbView& image) {
   constexpr std::size_t kRunsOfRow = 8, kMaxSamples = 1024;
   const auto pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
   const std::size_t runs = kRunsOfRow * static_cast<std::size_t>(grid_.ny);
+  width_ = image.width, height_ = image.height;
+  mask_.reserve(pixels);
   posterior_.foreground.reserve(pixels);
   for (auto* list : {&registration_.u, &registration_.v, &registration_.foreground}) list->reserve(pixels);
   registration_.record.steps.reserve(static_cast<std::size_t>(options_.registration_steps));

@@ -47,7 +47,18 @@ void ContourTracker::shape(int steps) {
   redistance(reach_cells(), &evolution_.distance, &grid_);
 }
 
-void ContourTracker::observe(const RgbView& image) {
+ContourFrame ContourTracker::track(const RgbView& image) {
+  follow(image);
+  return finish(ShapeJudgement::kNone);
+}
+
+ContourObservation ContourTracker::observe(const RgbView& image) {
+  follow(image);
+  return {report_, shape_now()};
+}
+
+void ContourTracker::follow(const RgbView& image) {
+  width_ = image.width, height_ = image.height;
   if (report_.status == ContourStatus::kLost && !look_around(image)) return;
   before_ = seen_.empty() ? grid_.phi : seen_;
   find_hidden();
@@ -153,14 +164,19 @@ void ContourTracker::judge(const RgbView& image) {
   }
 }
 
-void ContourTracker::finish(bool learn) {
-  if (report_.status == ContourStatus::kLost) return;
+ContourFrame ContourTracker::finish(ShapeJudgement judgement, const unsigned char* recovered) {
+  if (report_.status == ContourStatus::kLost) return frame();
+  const auto inside = [](unsigned char cell) { return cell != 0; };
+  if (recovered && std::any_of(recovered, recovered + grid_.phi.size(), inside)) replace_shape(recovered);
+  const bool sure = report_.status == ContourStatus::kOk;
+  const bool learn = judgement == ShapeJudgement::kNone || judgement == ShapeJudgement::kUnoccluded;
   // The whole shape, be it seen or remembered; half of one is not what to look for when it is lost.
-  if (report_.status == ContourStatus::kOk && (learn || !seen_.empty()))
+  if (sure && (learn || !seen_.empty()))
     good_phi_ = grid_.phi, good_warp_ = grid_.warp, good_inside_ = grid_.inside;
   recentre();
-  if (learn && report_.status == ContourStatus::kOk && counted_)
+  if (learn && sure && counted_)
     model_.pool(static_cast<double>(options_.object_rate), static_cast<double>(options_.background_rate));
+  return frame();
 }
 
 // Moves the grid so that the shape's box lies in its middle, and has as many cells inside as at the start.
@@ -233,32 +249,40 @@ bool ContourTracker::look_around(const RgbView& image) {
   return true;
 }
 
-void ContourTracker::replace_shape(const float* phi) {
+// Another shape in place of the one found.
+void ContourTracker::replace_shape(const unsigned char* inside) {
   seen_ = grid_.phi;
-  std::copy_n(phi, grid_.phi.size(), grid_.phi.data());
+  for (std::size_t cell = 0; cell < grid_.phi.size(); ++cell) grid_.phi[cell] = inside[cell] ? -0.5f : 0.5f;
   redistance(reach_cells(), &evolution_.distance, &grid_);
   inside_ = 0;
   for (const float p : grid_.phi) inside_ += p < 0;
 }
 
-void ContourTracker::look_at_all(const RgbView& image, float* foreground) {
+std::span<const float> ContourTracker::posterior_on_grid(const RgbView& image) {
   model_.posterior(image, grid_, grid_.all(), &posterior_, true);
   find_band(grid_, std::numeric_limits<float>::max(), &evolution_.band);
   evolution_.foreground.assign(grid_.phi.size(), 0.5f);
   sample_posterior(grid_, posterior_, &evolution_);
-  std::copy(evolution_.foreground.begin(), evolution_.foreground.end(), foreground);
+  return evolution_.foreground;
 }
 
-void ContourTracker::write_mask(const RgbView& image, unsigned char* mask) const {
-  // What is lost is nowhere.
-  std::fill_n(mask, static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
-              static_cast<unsigned char>(0));
-  if (report_.status == ContourStatus::kLost) return;
+ContourShape ContourTracker::shape_now() const { return {grid_.nx, grid_.ny, grid_.phi, grid_.to_image()}; }
+
+ContourFrame ContourTracker::frame() {
+  draw_mask();
+  return {report_, shape_now(), width_, height_, mask_};
+}
+
+// Where the grid does not reach, 0.
+void ContourTracker::draw_mask() {
+  mask_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0);
+  if (report_.status == ContourStatus::kLost) return;  // what is lost is nowhere
+  const RgbView image{nullptr, width_, height_};       // its size alone counts
   const FlatView view{grid_.phi.data(), grid_.nx, grid_.ny};
-  each_row_on(grid_, grid_.inside.grown(1, grid_.nx, grid_.ny),
-              rect_of(grid_, grid_.inside.grown(1, grid_.nx, grid_.ny), image),
+  const CellBox cells = grid_.inside.grown(1, grid_.nx, grid_.ny);
+  each_row_on(grid_, cells, rect_of(grid_, cells, image),
               [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
-                unsigned char* const to = mask + static_cast<std::ptrdiff_t>(y) * image.width;
+                unsigned char* const to = mask_.data() + static_cast<std::ptrdiff_t>(y) * width_;
                 for (int x = xa; x < xb; ++x, gx += dx, gy += dy) {
                   float phi, unused_x, unused_y;
                   sample_flat(view, static_cast<float>(gx), static_cast<float>(gy), &phi, &unused_x,

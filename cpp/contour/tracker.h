@@ -9,21 +9,9 @@
 #include "contour/evolution.h"
 #include "contour/redetection.h"
 #include "contour/registration.h"
+#include "contour/results.h"
 
 namespace sdftrack::contour {
-
-enum class ContourStatus { kOk, kWeak, kLost };
-
-// What a frame says about itself.
-struct ContourReport {
-  ContourStatus status = ContourStatus::kOk;
-  double confidence = 1;  // 0 .. 1
-  const char* reason = "";
-  // Of which it is made: mean posterior inside less that beside the contour; how far the colours inside are
-  // those at the start; how much of the outline before and after this frame is the same; mean log f in the
-  // band.
-  double contrast = 1, likeness = 1, overlap = 1, mean_log = 0;
-};
 
 class ContourTracker {
  public:
@@ -31,28 +19,24 @@ class ContourTracker {
 
   // Throws std::invalid_argument where the mask (or box) has next to no pixels, or leaves none; what was
   // tracked before is then tracked on.
-  void start(const RgbView& image, const unsigned char* mask);
-  void start(const RgbView& image, const ImagePart& box);
+  ContourFrame start(const RgbView& image, const unsigned char* mask);
+  ContourFrame start(const RgbView& image, const ImagePart& box);
 
-  // Where the object is in the next image, and its shape; nothing is learned yet.
-  void observe(const RgbView& image);
-  // Drift correction, and the histograms if the frame is to be learned from.
-  void finish(bool learn);
+  // A frame without a memory: both phases.
+  ContourFrame track(const RgbView& image);
 
-  // Another shape in place of the one found: negative inside, made a distance here.
-  void replace_shape(const float* phi);
-
-  // The posterior at every cell of the grid where it lies now, also far from the outline; one half beyond the
-  // image.
-  void look_at_all(const RgbView& image, float* foreground);
+  // A frame with one. Where the object is in the next image, and its shape;
+  ContourObservation observe(const RgbView& image);
+  // what the memory may ask for in between: the posterior at every cell of the grid where it lies now, also
+  // far from the outline, one half beyond the image;
+  std::span<const float> posterior_on_grid(const RgbView& image);
+  // then the memory's judgement, and the whole silhouette that replaces the shape where it recovered one
+  // (cells, not 0: inside; nullptr or nothing inside: the shape stays).
+  ContourFrame finish(ShapeJudgement judgement, const unsigned char* recovered = nullptr);
 
   const ContourGrid& grid() const { return grid_; }
   const ContourReport& report() const { return report_; }
   const ContourOptions& options() const { return options_; }
-  const PosteriorImage& posterior() const { return posterior_; }
-  bool started() const { return started_; }
-  // One byte per pixel, 0 or 1; where the grid does not reach, 0.
-  void write_mask(const RgbView& image, unsigned char* mask) const;
 
  private:
   static constexpr int kMinPixels = 30;   // an object of fewer has no colours to speak of
@@ -60,7 +44,7 @@ class ContourTracker {
   static constexpr int kBlur = 2;         // cells, to each side
 
   template <class Place>
-  void start_anew(const RgbView& image, const Place& place);
+  ContourFrame start_anew(const RgbView& image, const Place& place);
   void start_here(const RgbView& image, const unsigned char* mask);
   void start_here(const RgbView& image, const ImagePart& box);
   std::string unfit(const RgbView& image, int pixels) const;
@@ -73,11 +57,16 @@ class ContourTracker {
   void find_hidden();
   void look_behind();
   float mean_posterior(int x, int y) const;
+  void replace_shape(const unsigned char* inside);
   void recentre();
   bool look_around(const RgbView& image);
   int reach_cells() const;
   CellBox near_cells() const;
   void place(const RgbView& image);
+  void follow(const RgbView& image);
+  void draw_mask();
+  ContourShape shape_now() const;
+  ContourFrame frame();
 
   ContourOptions options_;
   RegionModel model_;
@@ -99,7 +88,8 @@ class ContourTracker {
   double usual_contrast_ = 0, first_contrast_ = 1;
   bool counted_ = false;
   int lost_frames_ = 0;  // in a row
-  bool started_ = false;
+  int width_ = 0, height_ = 0;
+  std::vector<unsigned char> mask_;
 };
 
 }  // namespace sdftrack::contour

@@ -159,8 +159,7 @@ TEST(ContourAllocations, a_warm_contour_tracker_allocates_nothing) {
         k % (2 * kFrames - 2) < kFrames ? k % (2 * kFrames - 2) : 2 * kFrames - 2 - k % (2 * kFrames - 2);
     const contour::RgbView image{images[static_cast<std::size_t>(at)].data(), kWidth_px, kHeight_px};
     const long before = allocations.load();
-    tracker.observe(image);
-    tracker.finish(true);
+    tracker.track(image);
     if (k >= 20) EXPECT_EQ(allocations.load() - before, 0) << "frame " << k;
     ASSERT_EQ(tracker.report().status, contour::ContourStatus::kOk) << "frame " << k;
   }

@@ -2,12 +2,14 @@
 // The contour's formulas in double, its loops on all instruction sets, pieces and distances.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <span>
 #include <stdexcept>
 
-#include "contour/products.h"
 #include "contour/steps_cuda.h"
+#include "contour/template_scores.h"
 #include "contour/tracker.h"
 
 namespace sdftrack {
@@ -73,12 +75,12 @@ TEST(ContourLoops, all_instruction_sets_give_the_same_bits) {
   }
 }
 
-TEST(PictureProducts, are_sums_of_products_whatever_the_length) {
+TEST(TemplateScores, are_sums_of_products_whatever_the_length) {
   for (const int length : {1, 15, 16, 50}) {
     const auto n = static_cast<std::size_t>(length);
     const std::vector<float> pictures = posteriors(3 * n), templates = posteriors(2 * n);
     std::vector<float> out(6);
-    contour::picture_products(pictures.data(), 3, templates.data(), 2, length, out.data());
+    contour::template_scores(pictures.data(), 3, templates.data(), 2, length, out.data());
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t j = 0; j < 2; ++j) {
         double sum = 0;
@@ -170,6 +172,83 @@ TEST(FlatDistance, of_an_empty_grid_is_as_far_as_it_goes) {
   contour::FlatDistanceWork work;
   contour::redistance(12, &work, &grid);
   for (const float phi : grid.phi) EXPECT_EQ(phi, 12);
+}
+
+// A red disc on grey, at `x`.
+struct DiscImage {
+  static constexpr int kWidth = 96, kHeight = 72;
+  std::vector<unsigned char> rgb, mask;
+
+  explicit DiscImage(double x) {
+    for (int v = 0; v < kHeight; ++v)
+      for (int u = 0; u < kWidth; ++u) {
+        const bool inside = std::hypot(u - x, v - 36) < 18;
+        mask.push_back(inside);
+        rgb.push_back(static_cast<unsigned char>(inside ? 190 + u % 9 : 90 + v % 7));
+        for (const int grey : {100, 110}) rgb.push_back(static_cast<unsigned char>(inside ? 50 : grey));
+      }
+  }
+  contour::RgbView view() const { return {rgb.data(), kWidth, kHeight}; }
+};
+
+std::vector<float> copy_of(std::span<const float> values) { return {values.begin(), values.end()}; }
+
+TEST(ContourPhases, a_frame_without_a_memory_is_both_phases) {
+  const DiscImage first(48), next(51);
+  contour::ContourTracker whole{contour::ContourOptions{}}, parts{contour::ContourOptions{}};
+  const contour::ContourFrame start = whole.start(first.view(), first.mask.data());
+  EXPECT_EQ(start.report.status, contour::ContourStatus::kOk);
+  EXPECT_EQ(start.mask.size(), first.mask.size());
+  parts.start(first.view(), first.mask.data());
+  const contour::ContourFrame frame = whole.track(next.view());
+  const contour::ContourObservation seen = parts.observe(next.view());
+  EXPECT_EQ(seen.report.confidence, frame.report.confidence);
+  const contour::ContourFrame finished = parts.finish(contour::ShapeJudgement::kNone);
+  EXPECT_EQ(copy_of(finished.shape.phi), copy_of(frame.shape.phi));
+  EXPECT_EQ(finished.shape.warp, frame.shape.warp);
+  EXPECT_TRUE(std::equal(frame.mask.begin(), frame.mask.end(), finished.mask.begin()));
+  std::size_t right = 0;
+  for (std::size_t i = 0; i < next.mask.size(); ++i) right += (frame.mask[i] != 0) == (next.mask[i] != 0);
+  EXPECT_GT(right, next.mask.size() * 99 / 100);
+}
+
+TEST(ContourPhases, a_recovered_silhouette_replaces_the_shape_unless_it_is_empty) {
+  const DiscImage image(48);
+  contour::ContourTracker tracker{contour::ContourOptions{}}, other{contour::ContourOptions{}};
+  for (contour::ContourTracker* const t : {&tracker, &other}) {
+    t->start(image.view(), image.mask.data());
+    t->observe(image.view());
+  }
+  const auto cells = tracker.grid().phi.size();
+  const std::vector<unsigned char> nothing(cells, 0);
+  std::vector<unsigned char> half(cells, 0);
+  const auto nx = static_cast<std::size_t>(tracker.grid().nx);
+  for (std::size_t i = 0; i < cells; ++i) half[i] = tracker.grid().phi[i] < 0 && i % nx < nx / 2;
+  const auto area = [](const contour::ContourFrame& frame) {
+    return std::count(frame.mask.begin(), frame.mask.end(), 1);
+  };
+  const auto whole = area(tracker.finish(contour::ShapeJudgement::kOccluded, nothing.data()));
+  const auto left = area(other.finish(contour::ShapeJudgement::kOccluded, half.data()));
+  EXPECT_NEAR(static_cast<double>(left) / static_cast<double>(whole), 0.5, 0.05);
+}
+
+TEST(ContourPhases, an_occluded_or_a_novel_shape_changes_no_colours) {
+  const DiscImage first(48);
+  DiscImage dark(48);
+  for (unsigned char& c : dark.rgb) c = static_cast<unsigned char>(c * 9 / 10);
+  using contour::ShapeJudgement;
+  std::vector<float> after[4];
+  for (const auto judgement : {ShapeJudgement::kNone, ShapeJudgement::kUnoccluded, ShapeJudgement::kOccluded,
+                               ShapeJudgement::kNovel}) {
+    contour::ContourTracker tracker{contour::ContourOptions{}};
+    tracker.start(first.view(), first.mask.data());
+    ASSERT_EQ(tracker.observe(dark.view()).report.status, contour::ContourStatus::kOk);
+    tracker.finish(judgement);
+    after[static_cast<int>(judgement)] = copy_of(tracker.posterior_on_grid(dark.view()));
+  }
+  EXPECT_EQ(after[0], after[1]);
+  EXPECT_EQ(after[2], after[3]);
+  EXPECT_NE(after[1], after[2]);
 }
 
 TEST(contour::ContourOptions, steps_beyond_the_stable_ones_are_refused) {

@@ -97,3 +97,50 @@ def test_a_tracker_that_works_refuses_another_thread():
     assert "another thread" in said[0]
     memory.inside = None
     assert tracker.track(disc()).ok
+
+
+def test_a_phase_is_one_call_whose_result_cannot_be_written():
+    core = _core.ContourCore({})
+    image = disc()
+    start = core.start_mask(image, image[..., 0] > 145)
+    seen = core.observe(disc(at=62))
+    frame = core.finish(_core.ShapeJudgement.none)
+    assert isinstance(frame, _core.ContourObservation)  # with a mask
+    assert start.mask.shape == frame.mask.shape == image.shape[:2]
+    for array in (seen.phi, seen.warp, frame.mask):
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0
+    with pytest.raises(AttributeError):
+        seen.confidence = 1.0
+    assert seen.phi.base is not frame.phi.base  # a result stays what it was
+
+
+def test_a_memory_that_finds_every_shape_whole_changes_no_bit():
+    plain, judged = begun(None), begun(Told())
+    for at in (61, 63, 66):
+        image = disc(at=at)
+        one, two = plain.track(image), judged.track(image)
+        for name in ("mask", "warp", "phi"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
+        assert (one.status, one.confidence) == (two.status, two.confidence)
+
+
+def test_while_a_memory_is_asked_the_warp_is_that_of_its_mask():
+    memory = Told()
+    tracker = begun(memory)
+    warps = []
+    memory.inside = lambda: warps.append(tracker.warp)
+    result = tracker.track(disc(at=64))
+    assert np.abs(warps[0] - tracker.warp).max() < 12  # the drift's correction lies between them
+    np.testing.assert_array_equal(tracker.warp, result.warp)
+    tracker.warp[...] = 0  # a copy
+    np.testing.assert_array_equal(tracker.warp, result.warp)
+
+
+def test_after_an_answer_that_is_refused_the_warp_is_that_of_the_frame():
+    memory = Told("perhaps")
+    tracker = begun(memory)
+    before = tracker.warp
+    with pytest.raises(ValueError, match="judgement"):
+        tracker.track(disc(at=64))
+    assert not np.array_equal(tracker.warp, before)

@@ -11,10 +11,10 @@ import sdftrack as st
 from sdftrack.contour import memory_file
 from sdftrack.contour.masks import signed_distances
 from sdftrack.contour.occluders import count_occluders
-from sdftrack.contour.remembered import (
-    LEAST_WEIGHT,
+from sdftrack.contour.silhouette_library import (
+    MIN_WEIGHT,
     SOFTNESS,
-    RememberedShapes,
+    SilhouetteLibrary,
     with_hidden,
 )
 from sdftrack.reference import shape_memory as twin
@@ -278,7 +278,7 @@ def test_a_bar_that_passes_by_is_noticed_and_filled_in_and_learning_goes_on(cat)
 
 
 def test_the_memory_compares_silhouettes_as_the_twin_does(cat, bars):
-    shapes = RememberedShapes(10, "max", 64, 64, 0.02)
+    shapes = SilhouetteLibrary(10, "max", 64, 64, 0.02)
     for mask in cat[:12]:
         shapes.add(mask)
     for case in bars[:2]:
@@ -286,7 +286,7 @@ def test_the_memory_compares_silhouettes_as_the_twin_does(cat, bars):
         out = twin.sticks_out(case.seen, shapes.masks)
         assert said.off_px * np.count_nonzero(case.seen & ~_eroded(case.seen)) == pytest.approx(out.min())
         phi = np.array([np.clip(signed_distances(m), -4, 4) for m in shapes.masks])
-        expected = twin.expected_distances(case.seen, shapes.masks, phi, SOFTNESS, LEAST_WEIGHT)
+        expected = twin.expected_distances(case.seen, shapes.masks, phi, SOFTNESS, MIN_WEIGHT)
         mean = said.weights @ shapes._phi[said.finalists].astype(np.float32) / 16
         np.testing.assert_allclose(mean.reshape(64, 64), expected, atol=HALF_STEP_PX + 1e-5)
 
@@ -297,7 +297,7 @@ def _eroded(mask):
 
 
 def test_harmonics_choose_the_silhouettes_that_pixels_would_choose(cat, bars):
-    shapes = RememberedShapes(10, "max", 64, 256, 0.0)
+    shapes = SilhouetteLibrary(10, "max", 64, 256, 0.0)
     for mask in cat:
         shapes.add(mask)
     for case in bars[::6]:

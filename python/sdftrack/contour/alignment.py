@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
-from sdftrack.contour.course import Expected
 from sdftrack.contour.masks import FILL
+from sdftrack.contour.motion_prediction import Prediction
 from sdftrack.contour.placement import Placement, seen_from
 
 __all__ = ["COARSE", "FINE", "Found", "Stage", "find", "template"]
@@ -33,12 +33,12 @@ FRAME = 64  # side of the frame that is searched in, whatever the memory's
 EDGE_PX = 3.0  # of a 64 x 64 frame: over which inside goes over into outside, to both sides
 LACKING = 0.6  # what a pixel of the background's colour inside costs, one of the object's outside costing 1
 PRIOR = 0.02  # of the area: what a miss of the prediction by its usual size costs
-LEAST_MISS = 0.03  # of the size: a prediction is never taken to be better
+MIN_MISS = 0.03  # of the size: a prediction is never taken to be better
 TURNED = 0.5  # cost of a square radian
 UNLIKE = 0.02  # cost of a pose that has no pixel in common with the last
 FINALISTS = 16
 LIKELY = 0.01  # cost above the least by which a silhouette counts for a third in the average
-LEAST_WEIGHT = 0.01  # of the best; less likely ones are left out
+MIN_WEIGHT = 0.01  # of the best; less likely ones are left out
 MARGIN_PX = 24  # of evidence around the frame: more than the search moves it by
 AREA = (FILL * FRAME) ** 2  # of a silhouette
 
@@ -118,7 +118,7 @@ def template(phi: Picture, stage: Stage) -> Picture:
 def find(
     signed: Picture,
     warp: Array,
-    expected: Expected,
+    predicted: Prediction,
     turn: Array,
     shapes: Shapes,
     poses: Picture,
@@ -131,7 +131,7 @@ def find(
         2 p - 1 on the tracker's grid.
     warp : (3, 3)
         From cells of the grid to pixels.
-    expected : Expected
+    predicted : Prediction
         Where it should be.
     turn : (2, 2)
         Of determinant 1: how the tracker says that it is turned.
@@ -140,11 +140,11 @@ def find(
     poses : (n,) float32
         How unlike the last pose each silhouette is, 0 to 2.
     """
-    start = Placement(expected.center_px, expected.size_px, turn)
+    start = Placement(predicted.center_px, predicted.size_px, turn)
     evidence = seen_from(
         np.dstack([np.maximum(signed, 0), np.maximum(-signed, 0)]), warp, start, FRAME, MARGIN_PX
     )
-    search = _Search(evidence, start, expected)
+    search = _Search(evidence, start, predicted)
     costs, moves = search.costs(COARSE, np.zeros(4), shapes.templates(COARSE))
     costs = costs + UNLIKE * poses
     near = np.argsort(costs.min(axis=0), kind="stable")[:FINALISTS]
@@ -153,7 +153,7 @@ def find(
     costs = costs + UNLIKE * poses[near]
     best = int(costs.min(axis=1).argmin())
     weights = np.exp((costs[best].min() - costs[best]) / LIKELY).astype(np.float32)
-    weights[weights < LEAST_WEIGHT] = 0
+    weights[weights < MIN_WEIGHT] = 0
     weights /= weights.sum()
     phi = np.tensordot(weights, shapes.distances(near), 1)
     move = moves[best]
@@ -168,11 +168,11 @@ def find(
 class _Search:
     """Costs of silhouettes at places around a start; moves are (x, y in pixels, log scale, angle) from it."""
 
-    def __init__(self, evidence: Picture, start: Placement, expected: Expected) -> None:
+    def __init__(self, evidence: Picture, start: Placement, predicted: Prediction) -> None:
         self._evidence = evidence
         per_px = start.size_px / (FILL * FRAME)
-        self._step = per_px / expected.size_px * start.turn
-        self._off = max(LEAST_MISS, expected.off_place), max(LEAST_MISS, expected.off_size)
+        self._step = per_px / predicted.size_px * start.turn
+        self._off = max(MIN_MISS, predicted.place_error), max(MIN_MISS, predicted.size_error)
 
     def costs(self, stage: Stage, around: Array, templates: Picture) -> tuple[Picture, Array]:
         """(places, shapes) costs but for that of the pose, and (places, 4) the moves."""
@@ -187,7 +187,7 @@ class _Search:
             there = np.column_stack([move[0] + c * x - s * y, move[1] + s * x + c * y])
             moves.append(np.column_stack([there, np.tile(move[2:], (len(x), 1))]))
         all_moves = np.concatenate(moves)
-        sums = _core.contour_products(np.concatenate(pictures), templates)
+        sums = _core.contour_template_scores(np.concatenate(pictures), templates)
         larger = np.exp(2 * all_moves[:, 2]).astype(np.float32) * (stage.block**2 / AREA)
         return 1 + sums * larger[:, None] + self._priors(all_moves)[:, None], all_moves
 

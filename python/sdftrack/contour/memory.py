@@ -16,11 +16,11 @@ from sdftrack.alone import Alone
 from sdftrack.contour import memory_file
 from sdftrack.contour.assessment import Assessment, Judgement
 from sdftrack.contour.dct import Order, block_of, series
+from sdftrack.contour.harmonic_regression import HarmonicRegression
 from sdftrack.contour.masks import checked_mask, resampled
 from sdftrack.contour.memory_options import MemoryOptions
 from sdftrack.contour.occluders import count_occluders
-from sdftrack.contour.regressed import RegressedHarmonics
-from sdftrack.contour.remembered import Explained, RememberedShapes
+from sdftrack.contour.silhouette_library import Explanation, SilhouetteLibrary
 
 __all__ = ["Rule", "ShapeMemory"]
 
@@ -28,11 +28,11 @@ Mask: TypeAlias = NDArray[np.bool_]
 Rule: TypeAlias = Literal["remembered", "printed"]
 
 FIRST = 5  # silhouettes, from which on the error of the next one is taken for that of a known shape
-LEAST_KNOWN = 0.5  # of the details; less is "novel" (Table 6.3: more than half of the units)
-LEAST_OUTLINE = 0.2  # of the expected outline; when less of it is seen, all details are hidden
-MOST_OFF_PX = 2.0  # sticking out of what is expected, per contour pixel of a 64 x 64 grid
-MOST_RIDDLED = 0.15  # of the inside, neither seen nor in one piece hidden: leaves, slats, holes
-LEAST_ERROR = 0.02  # share not seen, up to which a difference is that of two outlines of one shape
+MIN_KNOWN = 0.5  # of the details; less is "novel" (Table 6.3: more than half of the units)
+MIN_OUTLINE = 0.2  # of the expected outline; when less of it is seen, all details are hidden
+MAX_OFF_PX = 2.0  # sticking out of what is expected, per contour pixel of a 64 x 64 grid
+MAX_RIDDLED = 0.15  # of the inside, neither seen nor in one piece hidden: leaves, slats, holes
+MIN_ERROR = 0.02  # share not seen, up to which a difference is that of two outlines of one shape
 
 
 @refuses_unknown
@@ -105,12 +105,12 @@ class ShapeMemory:
         self._shape: tuple[int, int] | None = None
         self._learnt = 0
         self._calibrated, self._squares = 0, 0.0
-        self._shapes: RememberedShapes | None = None
-        self._regression: RegressedHarmonics | None = None
+        self._shapes: SilhouetteLibrary | None = None
+        self._regression: HarmonicRegression | None = None
         if o.rule == "remembered":
-            self._shapes = RememberedShapes(o.n_harmonics, o.order, o.size, o.capacity, o.spacing)
+            self._shapes = SilhouetteLibrary(o.n_harmonics, o.order, o.size, o.capacity, o.spacing)
         else:
-            self._regression = RegressedHarmonics(
+            self._regression = HarmonicRegression(
                 o.n_harmonics, o.n_inputs, o.order, o.w_gen, o.reach, o.settle, o.lwpr
             )
 
@@ -139,7 +139,7 @@ class ShapeMemory:
             self._shape = given.shape
             self._learnt += 1
 
-    def _learn_shape(self, shapes: RememberedShapes, on_grid: Mask) -> None:
+    def _learn_shape(self, shapes: SilhouetteLibrary, on_grid: Mask) -> None:
         if shapes.count >= FIRST and self._calibrated < self._options.calibrate_on:
             said = shapes.explain(on_grid)  # before it is kept: the error on a silhouette that is new
             if not self._is_novel(said, on_grid):
@@ -196,7 +196,7 @@ class ShapeMemory:
             assert self._regression is not None
             return self._printed(self._regression, given, on_grid)
 
-    def judged(self, given: Mask, on_grid: Mask, said: Explained, least_piece: float = 0.0) -> Assessment:
+    def judged(self, given: Mask, on_grid: Mask, said: Explanation, least_piece: float = 0.0) -> Assessment:
         """What an explanation of a mask comes to, by rule "remembered".
 
         `on_grid` is the mask on the memory's grid; pieces that are hidden count as occluders from `least_piece` times
@@ -217,7 +217,7 @@ class ShapeMemory:
             std.astype(np.float64) * bool(said.missing), said.missing, threshold, min(1.0, said.explained),
         )  # fmt: skip
 
-    def _printed(self, regression: RegressedHarmonics, given: Mask, on_grid: Mask) -> Assessment:
+    def _printed(self, regression: HarmonicRegression, given: Mask, on_grid: Mask) -> Assessment:
         code = self._code(on_grid)
         if not regression.ready:
             return Assessment("novel", given, given, code, np.zeros(len(code)), 0.0, np.inf, 0.0)
@@ -225,20 +225,20 @@ class ShapeMemory:
         threshold = self.threshold
         completed = series(said.coefficients, given.shape, self._options.order) > 0
         judgement: Judgement = "occluded" if said.error >= threshold else "unoccluded"
-        if said.active < LEAST_KNOWN or not completed.any():
+        if said.active < MIN_KNOWN or not completed.any():
             judgement = "novel"
         return Assessment(
             judgement, completed if judgement == "occluded" else given, completed, said.coefficients, said.std,
             said.error, threshold, said.active,
         )  # fmt: skip
 
-    def _is_novel(self, said: Explained, on_grid: Mask, least_piece: float = 0.0) -> bool:
+    def _is_novel(self, said: Explanation, on_grid: Mask, least_piece: float = 0.0) -> bool:
         """Too little of what is seen has been seen before, too little is seen, or too many things are before it."""
         return bool(
-            said.explained < LEAST_KNOWN
-            or said.outline < LEAST_OUTLINE
-            or said.riddled > MOST_RIDDLED
-            or said.off_px > MOST_OFF_PX * self._options.size / 64
+            said.explained < MIN_KNOWN
+            or said.outline < MIN_OUTLINE
+            or said.riddled > MAX_RIDDLED
+            or said.off_px > MAX_OFF_PX * self._options.size / 64
             or count_occluders(said.hidden, on_grid, least_piece) > self._options.max_occluders
         )
 
@@ -250,7 +250,7 @@ class ShapeMemory:
         if self._regression is not None:
             return np.sqrt(2) * self._regression.training_error() if self._regression.ready else np.inf
         rms = np.sqrt(self._squares / self._calibrated) if self._calibrated else 0.0
-        return float(np.sqrt(2) * max(LEAST_ERROR, rms))
+        return float(np.sqrt(2) * max(MIN_ERROR, rms))
 
     @property
     def n_learnt(self) -> int:
@@ -268,7 +268,7 @@ class ShapeMemory:
         return self._shape
 
     @property
-    def shapes(self) -> RememberedShapes | None:
+    def shapes(self) -> SilhouetteLibrary | None:
         """The silhouettes kept; None with ``rule="printed"``. For a tracker; what changes them is `learn`."""
         return self._shapes
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 __all__ = ["count_occluders"]
 
 Mask: TypeAlias = NDArray[np.bool_]
-LEAST_SHARE = 0.0015  # of the grid (6 of 64 x 64 pixels): pieces smaller than this are ragged edges
+MIN_SHARE = 0.0015  # of the grid (6 of 64 x 64 pixels): pieces smaller than this are ragged edges
 SEEN_BETWEEN = (
     0.25  # of the object in the hull of two pieces: when more of it is seen, they are two occluders
 )
@@ -28,7 +28,7 @@ def count_occluders(hidden: Mask, seen: Mask, of_largest: float = 0.0) -> int:
     import cv2
 
     n, labels, stats, _ = cv2.connectedComponentsWithStats(hidden.astype(np.uint8), connectivity=8)
-    least = max(LEAST_SHARE * hidden.size, of_largest * float(stats[1:, cv2.CC_STAT_AREA].max(initial=0)))
+    least = max(MIN_SHARE * hidden.size, of_largest * float(stats[1:, cv2.CC_STAT_AREA].max(initial=0)))
     big = [k for k in range(1, n) if stats[k, cv2.CC_STAT_AREA] >= least]
     if len(big) < 2:
         return len(big)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,15 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack._internal.option_declarations import BURN_IN
 from sdftrack.alone import Alone
-from sdftrack.contour.closed_loop import ClosedLoop
+from sdftrack.contour.assessment import Judgement
 from sdftrack.contour.memory import ShapeMemory
+from sdftrack.contour.occlusion_handler import OcclusionHandler
 from sdftrack.contour.options import checked_whole, contour_options
 from sdftrack.contour.record import ArrayRecord, mask_png
 from sdftrack.results import Status
 
 __all__ = ["ContourResult", "ContourTracker", "Memory"]
 
-JUDGEMENTS = ("unoccluded", "occluded", "novel")
+JUDGEMENTS = get_args(Judgement)
 
 
 class Memory(Protocol):
@@ -129,9 +130,10 @@ class ContourTracker:
         self._core = _core.ContourCore(settings)
         self._memory = memory
         self._shape: tuple[int, ...] | None = None
+        self._warp: NDArray[np.float64] = np.eye(3)
         self._frames = 0
         # A memory without silhouettes, the printed rule's or a caller's own, is asked about masks of the grid.
-        self._loop: ClosedLoop | None = None
+        self._occlusions: OcclusionHandler | None = None
         if isinstance(memory, ShapeMemory) and memory.shapes is not None:
             side = memory.options.size
             if memory.shape not in (None, (side, side)):
@@ -139,7 +141,7 @@ class ContourTracker:
                     f"memory: expected one taught with masks of {side} x {side}, got one of {memory.shape}; teach "
                     f"another with st.contour.align(mask, {side})[0]"
                 )
-            self._loop = ClosedLoop(memory)
+            self._occlusions = OcclusionHandler(memory)
 
     def __repr__(self) -> str:
         return f"ContourTracker({self.options['warp']!r}, {self._frames} frames)"
@@ -157,7 +159,7 @@ class ContourTracker:
         """
         if self._shape is None:
             raise RuntimeError("warp: expected start(image, box=...) first, got no start yet")
-        return np.asarray(self._core.warp())
+        return self._warp.copy()
 
     def start(
         self, image: ArrayLike, box: ArrayLike | None = None, mask: ArrayLike | None = None
@@ -191,13 +193,13 @@ class ContourTracker:
             raise ValueError(f"box, mask: expected one of them, got {'none' if box is None else 'both'}")
         with Alone(self._lock, "tracker"):
             if mask is not None:
-                self._core.start_mask(rgb, _mask(mask, rgb.shape[:2]))
+                frame = self._core.start_mask(rgb, _mask(mask, rgb.shape[:2]))
             else:
-                self._core.start_box(rgb, *_box(box, rgb.shape[1], rgb.shape[0]))
-            self._shape, self._frames = rgb.shape, 0
-            if self._loop is not None:
-                self._loop.begin(self._core.phi() < 0, self._core.warp())
-            return self._result(rgb, None)
+                frame = self._core.start_box(rgb, *_box(box, rgb.shape[1], rgb.shape[0]))
+            self._shape, self._warp, self._frames = rgb.shape, frame.warp, 0
+            if self._occlusions is not None:
+                self._occlusions.begin(frame.phi < 0, frame.warp)
+            return self._result(frame, None)
 
     def track(self, image: ArrayLike) -> ContourResult:
         """Find the object in the next image.
@@ -227,56 +229,53 @@ class ContourTracker:
                 f"{rgb.shape[1]} x {rgb.shape[0]}; start again for another video"
             )
         with Alone(self._lock, "tracker"):
-            self._core.observe(rgb)
-            learns = False
-            try:
-                judgement = self._remember(rgb)
-                learns = judgement in (None, "unoccluded")
-            finally:  # whatever a memory says, the frame comes to its end
-                self._core.finish(learns)
+            if self._memory is None:
+                frame, judgement = self._core.track(rgb), None
                 self._frames += 1
-            return self._result(rgb, judgement)
+            else:
+                frame, judgement = self._track_with(self._memory, rgb)
+            return self._result(frame, judgement)
 
-    def _remember(self, rgb: NDArray[np.uint8]) -> str | None:
-        """The memory's say about this frame's shape, which it may replace."""
-        if self._memory is None:
-            return None
-        status = self._core.report()["status"]
-        if status == "lost":
-            if self._loop is not None:
-                self._loop.lost()
-            return None
-        mask, sure = self._core.phi() < 0, status == "ok"
+    def _track_with(self, memory: Memory, rgb: NDArray[np.uint8]) -> tuple[_core.ContourFrame, str | None]:
+        seen = self._core.observe(rgb)
+        self._warp = seen.warp
+        judgement, recovered = "novel", None  # should the memory fail: the frame ends, and nothing is learned
+        try:
+            judgement, recovered = self._judge(memory, rgb, seen)
+        finally:
+            frame = self._core.finish(_core.ShapeJudgement.__members__[judgement or "none"], recovered)
+            self._warp = frame.warp
+            self._frames += 1
+        return frame, judgement
+
+    def _judge(
+        self, memory: Memory, rgb: NDArray[np.uint8], seen: _core.ContourObservation
+    ) -> tuple[str | None, NDArray[np.bool_] | None]:
+        """What the memory says of the shape that was found, and the whole one where it recovered one."""
+        if seen.status == "lost":
+            if self._occlusions is not None:
+                self._occlusions.mark_lost()
+            return None, None
+        mask, sure = seen.phi < 0, seen.status == "ok"
         if self._frames < self._burn_in:
-            if sure:
-                self._learn(mask)
-            return None
-        if self._loop is not None:
-            judgement, recovered = self._loop.judge(
-                mask, self._core.warp(), sure, lambda: self._core.look_at_all(rgb)
-            )
-        else:
-            judgement, recovered = _asked(self._memory, mask, sure)
-        if recovered is not None and recovered.any():  # nothing recovered is nothing to go by
-            self._core.replace_shape(np.where(recovered, -0.5, 0.5).astype(np.float32))
-        return judgement
+            if sure and self._occlusions is not None:
+                self._occlusions.learn(mask, seen.warp)
+            elif sure:
+                memory.learn(mask)
+            return None, None
+        if self._occlusions is None:
+            return _asked(memory, mask, sure)
+        return self._occlusions.judge(mask, seen.warp, sure, lambda: self._core.posterior_on_grid(rgb))
 
-    def _learn(self, mask: NDArray[np.bool_]) -> None:
-        assert self._memory is not None
-        if self._loop is not None:
-            self._loop.learn(mask, self._core.warp())
-        else:
-            self._memory.learn(mask)
-
-    def _result(self, rgb: NDArray[np.uint8], judgement: str | None) -> ContourResult:
-        report = self._core.report()
+    def _result(self, frame: _core.ContourFrame, judgement: str | None) -> ContourResult:
+        self._warp = frame.warp
         return ContourResult(
-            self._core.mask(rgb),
-            self._core.warp(),
-            self._core.phi(),
-            Status(report["status"]),
-            report["reason"],
-            float(report["confidence"]),
+            frame.mask,
+            frame.warp,
+            frame.phi,
+            Status(frame.status),
+            frame.reason,
+            frame.confidence,
             judgement,
         )
 
@@ -297,7 +296,7 @@ def _asked(memory: Memory, mask: NDArray[np.bool_], sure: bool) -> tuple[str, ND
         raise ValueError(
             f"memory: expected a recovered mask of {mask.shape}, got {recovered.shape} from recover()"
         )
-    return judgement, recovered > 0
+    return judgement, np.ascontiguousarray(recovered > 0)
 
 
 def _image(image: ArrayLike) -> NDArray[np.uint8]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from sdftrack.contour.dct import block_of, harmonic_numbers, series
 from sdftrack.contour.memory import ShapeMemory
-from sdftrack.contour.remembered import with_hidden
+from sdftrack.contour.silhouette_library import with_hidden
 from sdftrack.metrics import iou
 from sdftrack.reproduce.measures.shape_baselines import BASELINES
 from sdftrack.synth.covers import hide

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: MIT
-"""The loop of contour tracker and shape memory: its search against a slow twin, places, courses, and whole videos."""
+"""The loop of contour tracker and shape memory: its search against a slow twin, places, motion, and whole videos."""
 
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from experiments.contour.occlusion_handler import follow
 
 import sdftrack as st
-from experiments.contour.closed_loop import follow
 from sdftrack import _core
 from sdftrack.contour.alignment import COARSE, FINE, FRAME, LAST, MARGIN_PX, _Search, find, template
-from sdftrack.contour.course import Course, Expected
 from sdftrack.contour.masks import signed_distances
+from sdftrack.contour.motion_prediction import MotionPredictor, Prediction
 from sdftrack.contour.placement import Placement, placement_of, put_back, seen_from
 from sdftrack.metrics import iou
 from sdftrack.reference import alignment as slow
@@ -25,24 +25,24 @@ WARP_COST = 0.01
 PLACE_PX = 2.0
 ROUND_TRIP_IOU = 0.95  # two resamplings of a mask of some 30 pixels across
 # Of a smooth path at 2 px a frame: what the damping of the velocity keeps back.
-COURSE_PX = 1.0
+PATH_PX = 1.0
 GAIN = 0.1  # of the mean overlap with the whole figure while a bar sweeps over it; measured 0.3 and more for these
 NOTHING_LOST = 0.01
-ANYWHERE = Expected(np.array([80.0, 60.0]), 30.0, 0.2, 0.1)  # predictions that are often far off
+ANYWHERE = Prediction(np.array([80.0, 60.0]), 30.0, 0.2, 0.1)  # predictions that are often far off
 
 
 def test_products_are_those_of_a_slow_loop_and_the_same_each_time():
     rng = np.random.default_rng(0)
     pictures, templates = (rng.normal(size=(n, 37)).astype(np.float32) for n in (5, 3))
-    given = _core.contour_products(pictures, templates)
+    given = _core.contour_template_scores(pictures, templates)
     np.testing.assert_allclose(given, slow.products(pictures, templates), rtol=FLOAT_SUM, atol=FLOAT_SUM)
-    np.testing.assert_array_equal(given, _core.contour_products(pictures, templates))
+    np.testing.assert_array_equal(given, _core.contour_template_scores(pictures, templates))
 
 
 @pytest.mark.parametrize("templates", [np.zeros((3, 36), np.float32), np.zeros(37, np.float32)])
 def test_templates_of_another_length_are_refused(templates):
     with pytest.raises(ValueError, match="templates"):
-        _core.contour_products(np.zeros((5, 37), np.float32), templates)
+        _core.contour_template_scores(np.zeros((5, 37), np.float32), templates)
 
 
 def test_colours_that_neither_side_has_are_no_evidence():
@@ -53,10 +53,10 @@ def test_colours_that_neither_side_has_are_no_evidence():
     core.start_mask(image, mask)
     covered = image.copy()
     covered[:, 38:46] = [20, 30, 220]
-    core.observe(covered)
-    posterior = core.look_at_all(covered)
+    observation = core.observe(covered)
+    posterior = core.posterior_on_grid(covered)
     cells = np.array([[30, 20], [42, 20], [5, 5]])  # (column, row)
-    u, v = np.round((core.warp() @ [*cells.T, [1, 1, 1]])[:2]).astype(int)
+    u, v = np.round((observation.warp @ [*cells.T, [1, 1, 1]])[:2]).astype(int)
     truth = [0.5 if 38 <= a < 46 else float(mask[b, a]) for a, b in zip(u, v, strict=True)]
     assert 0.5 in truth
     np.testing.assert_allclose(posterior[cells[:, 1], cells[:, 0]], truth, atol=0.05)
@@ -93,7 +93,7 @@ def test_a_known_silhouette_is_found_where_it_lies_though_a_part_is_hidden(move,
     x = int(np.nonzero(whole.any(axis=0))[0].mean())
     signed[:, x : x + hidden] = 0  # colours of neither side
     shapes = memory.shapes
-    found = find(signed, warp, ANYWHERE, np.eye(2), shapes, shapes.unlike(masks[19]))
+    found = find(signed, warp, ANYWHERE, np.eye(2), shapes, shapes.dissimilarity(masks[19]))
     assert np.linalg.norm(found.placement.center_px - there.center_px) < PLACE_PX
     assert found.placement.size_px == pytest.approx(there.size_px, rel=0.04)
     assert iou(put_back(found.phi < 0, warp, found.placement, grid), whole) > 0.8
@@ -112,16 +112,16 @@ def test_a_mask_comes_back_from_the_frame_of_its_placement():
 
 
 def test_a_steady_path_goes_straight_on_and_a_jump_does_not_change_the_size():
-    course = Course()
+    motion = MotionPredictor()
     for t in range(20):
-        course.add(t, Placement(np.array([10.0 + 2 * t, 50.0 - t]), 30.0, np.eye(2)))
-    there = course.expected(20)
-    np.testing.assert_allclose(there.center_px, [50, 30], atol=COURSE_PX)
+        motion.add(t, Placement(np.array([10.0 + 2 * t, 50.0 - t]), 30.0, np.eye(2)))
+    there = motion.predict(20)
+    np.testing.assert_allclose(there.center_px, [50, 30], atol=PATH_PX)
     assert there.size_px == pytest.approx(30)
-    before = there.off_place
-    course.add(20, Placement(np.array([80.0, 30.0]), 10.0, np.eye(2)), 0.02)  # next to everything is hidden
-    assert course.expected(21).size_px == pytest.approx(30, rel=0.05)
-    assert course.expected(21).off_place == before  # what is not sure says nothing of the scatter
+    before = there.place_error
+    motion.add(20, Placement(np.array([80.0, 30.0]), 10.0, np.eye(2)), 0.02)  # next to everything is hidden
+    assert motion.predict(21).size_px == pytest.approx(30, rel=0.05)
+    assert motion.predict(21).place_error == before  # what is not sure says nothing of the scatter
 
 
 @pytest.fixture(scope="module")

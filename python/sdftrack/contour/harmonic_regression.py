@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from sdftrack.contour.dct import Order, harmonic_numbers
 
-__all__ = ["RegressedHarmonics", "Regression"]
+__all__ = ["HarmonicRegression", "PredictedHarmonics"]
 
 Array: TypeAlias = NDArray[np.float64]
-LEAST_SCALE = 0.1  # an input that hardly varied is not divided by less than this share of the inputs' rms
+MIN_SCALE = 0.1  # an input that hardly varied is not divided by less than this share of the inputs' rms
 
 
 @dataclass(frozen=True)
-class Regression:
-    """What the high harmonics of one silhouette say of its low ones; m of them.
+class PredictedHarmonics:
+    """The m harmonics of one silhouette, the low ones predicted from the high ones.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Regression:
     active: float
 
 
-class RegressedHarmonics:
+class HarmonicRegression:
     """One LWPR unit for each low coefficient, all with the same inputs: the coefficients of the high harmonics.
 
     Inputs are divided by their standard deviations over the first `settle` samples, which are then learnt at once;
@@ -61,7 +61,7 @@ class RegressedHarmonics:
 
     @property
     def ready(self) -> bool:
-        """Whether enough has been seen for the scale of the inputs."""
+        """Whether enough silhouettes were learnt to set the scale of the inputs."""
         return self.scale is not None
 
     def learn(self, c: Array) -> None:
@@ -74,11 +74,11 @@ class RegressedHarmonics:
             return
         first = np.array(self._waiting)
         sd = first[:, self.high].std(axis=0)
-        self.scale = np.maximum(sd, LEAST_SCALE * np.sqrt(np.mean(sd**2)) + 1e-9)
+        self.scale = np.maximum(sd, MIN_SCALE * np.sqrt(np.mean(sd**2)) + 1e-9)
         self.model.update(first[:, self.high] / self.scale, first[:, ~self.high])
         self._waiting = []
 
-    def explain(self, c: Array) -> Regression:
+    def explain(self, c: Array) -> PredictedHarmonics:
         """Predict the low harmonics of one silhouette; `ready` must be true."""
         assert self.scale is not None
         x = c[self.high] / self.scale
@@ -87,7 +87,7 @@ class RegressedHarmonics:
         out[~self.high] = mean
         std[~self.high] = sd
         active = float((self.model.activations(x) > self.w_gen).mean())
-        return Regression(out, std, float(np.linalg.norm(mean - c[~self.high])), active)
+        return PredictedHarmonics(out, std, float(np.linalg.norm(mean - c[~self.high])), active)
 
     def training_error(self) -> float:
         """|e| of Table 6.3: the root of the summed squares of what learning left of each low coefficient."""
@@ -100,7 +100,7 @@ class RegressedHarmonics:
         return {"waiting": waiting, "scale": scale, "lwpr": self.model.__getstate__()["core"]}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Take up what `state` gave."""
+        """Restore what `state` returned."""
         self._waiting = list(state["waiting"])
         self.scale = state["scale"] if len(state["scale"]) else None
         now = self.model.__getstate__()

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Silhouettes kept as they were seen, and what they say of one that is partly hidden (docs/shape_memory.md).
+"""A library of whole silhouettes, and how they explain one that is partly hidden (docs/shape_memory.md).
 
-An occluder takes pixels away from a silhouette and adds none. So a remembered silhouette explains an observed one where
-the observed one does not stick out of it; what it has beyond that may be hidden. No harmonic of the observed
-silhouette has to be right for this, in contrast to the regression of thesis 6.3.4.
+An occluder takes pixels away from a silhouette and adds none. A stored silhouette therefore explains an observed one as
+far as the observed one does not extend beyond it; what it has in excess may be hidden. In contrast to the regression of
+thesis 6.3.4, no harmonic of the observed silhouette has to be correct.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from sdftrack.contour.alignment import Stage, template
 from sdftrack.contour.dct import Order, block_of, count
 from sdftrack.contour.masks import signed_distances
 
-__all__ = ["Explained", "RememberedShapes", "with_hidden"]
+__all__ = ["Explanation", "SilhouetteLibrary", "with_hidden"]
 
 Array: TypeAlias = NDArray[np.float32]
 Mask: TypeAlias = NDArray[np.bool_]
@@ -30,11 +30,11 @@ STEPS_PER_PX = 16  # distances are kept as whole numbers of steps, one byte each
 COARSE = 2  # pixels per sample of the small pictures that are compared
 FINALISTS = 32  # compared by small pictures, after the harmonics have chosen them
 SOFTNESS = (2.0, 0.1)  # px, share: silhouettes are averaged whose sticking out differs by about this
-LEAST_WEIGHT = 0.1  # of the best: less likely ones are left out of the average
+MIN_WEIGHT = 0.1  # of the best: less likely ones are left out of the average
 SMOOTHING = (
     4.0  # px of blur of the expected distances, for each px that is stuck out by: an unknown pose is vague
 )
-LEAST_BLUR_PX = 0.5  # less than this changes nothing
+MIN_BLUR_PX = 0.5  # less than this changes nothing
 NEAR_PX = 2.0  # a contour pixel nearer than this to the expected contour is explained
 OCCLUDERS_EDGE = 2  # px beside what is hidden, in which the outline is the occluder's
 DEEP_PX = 1.5  # deeper than this, a pixel is inside in any pose that is likely
@@ -42,8 +42,8 @@ WELL_KNOWN_PX = 0.4  # sticking out per contour pixel, up to which slivers of 2 
 
 
 @dataclass(frozen=True)
-class Explained:
-    """An observed silhouette in the light of the remembered ones; all masks (size, size), all shares 0 to 1.
+class Explanation:
+    """How the stored silhouettes explain an observed one; all masks (size, size), all shares 0 to 1.
 
     Attributes
     ----------
@@ -51,10 +51,10 @@ class Explained:
     hidden : mask; the second part by itself
     missing : share of the whole that is not seen; slivers of more than 2 px count, whatever `hidden` leaves out
     riddled : share of what lies deep in the expected silhouette that is neither seen nor taken for hidden
-    off_px : what of the observed silhouette sticks out of the best remembered one, per pixel of its contour
+    off_px : area of the observed silhouette beyond the best stored one, per pixel of its contour
     explained : share of the observed contour that lies on the expected one
     outline : length of that part over the length of the expected contour
-    weights, finalists : of the remembered silhouettes that were averaged
+    weights, finalists : of the stored silhouettes that were averaged
     """
 
     completed: Mask
@@ -68,7 +68,7 @@ class Explained:
     finalists: NDArray[np.int64]
 
 
-class RememberedShapes:
+class SilhouetteLibrary:
     """Up to `capacity` silhouettes of one grid, none nearer to another than `spacing`.
 
     Parameters
@@ -108,14 +108,14 @@ class RememberedShapes:
         return self._codes[: self.count]
 
     def add(self, mask: Mask) -> bool:
-        """Keep a silhouette, unless one like it is kept already; whether it was."""
+        """Store a silhouette unless a similar one is stored already; returns whether it was stored."""
         area, n = float(np.count_nonzero(mask)), self.count
         unlike = (np.count_nonzero((self._phi[:n] < 0) != mask.reshape(-1), axis=1) / area).astype(np.float32)
         self._clock += 1
         if n and unlike.min() < self.spacing:
             self._ages[unlike.argmin()] = self._clock  # still in use
             return False
-        place = n if n < self.capacity else self._given_up()
+        place = n if n < self.capacity else self._place_to_reuse()
         self.count = max(n, place + 1)
         self._put(place, mask)
         self._unlike[place, :n] = self._unlike[:n, place] = unlike
@@ -131,36 +131,36 @@ class RememberedShapes:
         for stage, kept in self._templates.items():
             kept[place] = template(phi, stage)
 
-    def _given_up(self) -> int:
+    def _place_to_reuse(self) -> int:
         """Place of the older of the two that are most alike."""
         pair = np.unravel_index(int(self._unlike.argmin()), self._unlike.shape)
         return int(min(pair, key=lambda k: self._ages[k]))
 
-    def explain(self, mask: Mask) -> Explained:
-        """What the remembered silhouettes say of an observed one; there must be at least one."""
-        near, sticks_out = self._nearest(mask)
-        least = float(sticks_out.min())  # px
-        weights = np.exp((least - sticks_out) / (SOFTNESS[0] + SOFTNESS[1] * least)).astype(np.float32)
-        likely = weights >= LEAST_WEIGHT
+    def explain(self, mask: Mask) -> Explanation:
+        """Explain an observed silhouette by the stored ones; there must be at least one."""
+        near, beyond_px = self._nearest(mask)
+        least = float(beyond_px.min())  # px
+        weights = np.exp((least - beyond_px) / (SOFTNESS[0] + SOFTNESS[1] * least)).astype(np.float32)
+        likely = weights >= MIN_WEIGHT
         near, weights = near[likely], weights[likely] / weights[likely].sum()
         phi = np.tensordot(weights, self.distances(near), 1)
-        return self.in_the_light_of(mask, phi, least, weights, near)
+        return self.explain_by(mask, phi, least, weights, near)
 
-    def in_the_light_of(
+    def explain_by(
         self,
         mask: Mask,
         phi: Array,
-        sticks_out: float,
+        beyond_px: float,
         weights: Array,
         near: NDArray[np.int64],
         own_edge: bool = False,
-    ) -> Explained:
-        """What an expectation says of an observed silhouette: its distances, and by how many pixels the second sticks
-        out of it. `own_edge`: the outline beside what is hidden is the occluder's, and need not be explained."""
+    ) -> Explanation:
+        """Explain an observed silhouette by an expected one, given by its distances `phi` and the number of observed
+        pixels beyond it. `own_edge`: the outline beside what is hidden is the occluder's and need not be explained."""
         edge = _edge(mask)
         length = np.count_nonzero(edge)
-        off_px = sticks_out / length
-        phi = _vague(phi, SMOOTHING * off_px)
+        off_px = beyond_px / length
+        phi = _smoothed(phi, SMOOTHING * off_px)
         expected = phi < 0
         completed, hidden = with_hidden(mask, expected, off_px)
         lacking = np.count_nonzero(_thick(expected & ~mask, 1))
@@ -169,7 +169,7 @@ class RememberedShapes:
         on_it = np.count_nonzero(near_it)
         theirs = _grown(hidden, OCCLUDERS_EDGE) if own_edge else np.zeros_like(edge)
         own = np.count_nonzero(edge & ~theirs)
-        return Explained(
+        return Explanation(
             completed, hidden,
             missing=lacking / (lacking + np.count_nonzero(mask)),
             riddled=np.count_nonzero(deep & ~completed) / max(1, int(np.count_nonzero(deep))),
@@ -180,7 +180,7 @@ class RememberedShapes:
         )  # fmt: skip
 
     def templates(self, stage: Stage) -> Array:
-        """(count, stage.length) what they are looked for by in an image."""
+        """(count, stage.length) the templates that they are searched with in an image."""
         return self._templates[stage][: self.count]
 
     def distances(self, places: NDArray[np.int64]) -> Array:
@@ -188,7 +188,7 @@ class RememberedShapes:
         some = self._phi[places].astype(np.float32) / np.float32(STEPS_PER_PX)
         return np.asarray(some.reshape(-1, self.size, self.size))
 
-    def unlike(self, mask: Mask) -> Array:
+    def dissimilarity(self, mask: Mask) -> Array:
         """(count,) symmetric difference to a mask of the grid over its area, by the small pictures."""
         small, per = _small(mask).astype(np.float32), COARSE * COARSE
         common = self._small[: self.count].astype(np.float32) @ small / per
@@ -206,7 +206,7 @@ class RememberedShapes:
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Take up what `state` gave."""
+        """Restore what `state` returned."""
         n = len(state["kept"])
         bits = np.unpackbits(state["kept"], axis=1, count=self.size * self.size).astype(bool)
         for k, mask in enumerate(bits.reshape(n, self.size, self.size)):
@@ -228,8 +228,8 @@ class RememberedShapes:
             code = block_of(mask, self.n_harmonics, self.order, self.size).astype(np.float32)
             in_common = self._codes[:n] @ code + 2 * self._areas[:n]
             near = np.argpartition(in_common, n - FINALISTS)[n - FINALISTS :]
-        beyond = np.maximum(_small(mask) - self._small[near], 0)
-        return near, beyond.sum(axis=1, dtype=np.int32).astype(np.float32)
+        excess = np.maximum(_small(mask) - self._small[near], 0)
+        return near, excess.sum(axis=1, dtype=np.int32).astype(np.float32)
 
 
 def _small(mask: Mask) -> NDArray[np.int16]:
@@ -242,7 +242,7 @@ def _small(mask: Mask) -> NDArray[np.int16]:
 
 
 def with_hidden(seen: Mask, expected: Mask, off_px: float | None = None) -> tuple[Mask, Mask]:
-    """What is seen with what is expected and hidden, and the second by itself.
+    """The seen part together with the hidden part, and the hidden part alone.
 
     Slivers along the seen contour are differences between two poses: up to 2 px thick they are left out, up to 4 px
     where the seen silhouette sticks out of the expected one by much (`off_px` per contour pixel; None: measured here).
@@ -271,11 +271,11 @@ def _grown(mask: Mask, by: int) -> Mask:
     return np.asarray(cv2.dilate(mask.astype(np.uint8), square) > 0)
 
 
-def _vague(phi: Array, sigma_px: float) -> Array:
-    """Distances smoothed by as much as the silhouettes that they come from are off."""
+def _smoothed(phi: Array, sigma_px: float) -> Array:
+    """Distances smoothed in proportion to the error of the silhouettes that they come from."""
     import cv2
 
-    if sigma_px < LEAST_BLUR_PX:
+    if sigma_px < MIN_BLUR_PX:
         return phi
     return np.asarray(cv2.GaussianBlur(phi, (0, 0), sigma_px, borderType=cv2.BORDER_REPLICATE), np.float32)
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "contour/products.h"
+#include "contour/template_scores.h"
 
 #include <cstddef>
 
@@ -23,8 +23,8 @@ float product(const float* a, const float* b, int length) {
 
 }  // namespace
 
-void picture_products(const float* pictures, int count, const float* templates, int template_count,
-                      int length, float* out) {
+void template_scores(const float* pictures, int count, const float* templates, int template_count, int length,
+                     float* out) {
   const auto row = static_cast<std::ptrdiff_t>(length);
   // A template stays in the nearest cache while all pictures pass by.
   for (int j = 0; j < template_count; ++j)
