@@ -9,7 +9,7 @@
 #include "primitives/fit.h"
 #include "primitives/outline.h"
 #include "primitives/residuals.h"
-#include "primitives/support.h"
+#include "primitives/solids.h"
 #include "release_gil.h"
 
 namespace sdftrack::bindings {
@@ -203,16 +203,33 @@ py::tuple clearance_of(primitives::PrimitiveKind kind, const std::vector<double>
   return py::make_tuple(r.m, J);
 }
 
+// The facts of every kind, as plain data.
+py::list primitive_kinds() {
+  py::list out;
+  for (const primitives::SolidFacts& kind : primitives::kSolidFacts) {
+    py::list sizes, size_axes, extent;
+    for (const primitives::SolidSize& size : kind.sizes) sizes.append(size.name), size_axes.append(size.axis);
+    for (const primitives::SolidAxis& axis : kind.axes) extent.append(py::make_tuple(axis.size, axis.half));
+    out.append(py::dict("name"_a = kind.name, "sizes"_a = py::tuple(sizes),
+                        "size_axes"_a = py::tuple(size_axes), "extent"_a = py::tuple(extent),
+                        "unknowns"_a = kind.unknowns, "has_inside"_a = kind.inside));
+  }
+  return out;
+}
+
+void bind_kinds(py::module_& m) {
+  py::enum_<primitives::PrimitiveKind> kinds(m, "PrimitiveKind");
+  for (int k = 0; k < primitives::kPrimitiveKinds; ++k) {
+    const auto kind = static_cast<primitives::PrimitiveKind>(k);
+    kinds.value(primitives::facts(kind).name, kind);
+  }
+  m.def("primitive_kinds", &primitive_kinds, "What each kind of primitive is; see primitives/kinds.py.");
+}
+
 }  // namespace
 
 void bind_primitives(py::module_& m) {
-  py::enum_<primitives::PrimitiveKind>(m, "PrimitiveKind")
-      .value("sphere", primitives::PrimitiveKind::kSphere)
-      .value("cylinder", primitives::PrimitiveKind::kCylinder)
-      .value("cone", primitives::PrimitiveKind::kCone)
-      .value("box", primitives::PrimitiveKind::kBox)
-      .value("ellipsoid", primitives::PrimitiveKind::kEllipsoid)
-      .value("plane", primitives::PrimitiveKind::kPlane);
+  bind_kinds(m);
   py::enum_<primitives::Scaling>(m, "Scaling")
       .value("exact", primitives::Scaling::kExact)
       .value("printed", primitives::Scaling::kPrinted);

@@ -3,18 +3,17 @@
 
 #include <array>
 #include <cmath>
-#include <functional>
 #include <optional>
 
 #include "array.h"
 #include "base/parallel.h"
+#include "primitives/solids.h"
 #include "release_gil.h"
 #include "render/raycast_sdf.h"
 #include "sdf/crossings.h"
 #include "sdf/mesh_report.h"
 #include "sdf/mesh_to_sdf.h"
 #include "sdf/open_mesh.h"
-#include "sdf/primitives.h"
 #include "sdf/redistance.h"
 #include "sdf/surface_samples.h"
 #include "sdf/sweep.h"
@@ -118,20 +117,23 @@ py::array_t<std::int8_t> winding(const py::array& vertices, const py::array& fac
   return to_numpy(std::move(out), {grid.nz, grid.ny, grid.nx});
 }
 
-std::function<double(Vec3d)> primitive_of(const std::string& kind, const std::vector<double>& size) {
-  const auto s = [&](std::size_t i) { return size.at(i); };
-  if (kind == "sphere") return [r = s(0)](Vec3d p) { return sdf::sphere_distance(p, r); };
-  if (kind == "box") return [e = Vec3d{s(0), s(1), s(2)}](Vec3d p) { return sdf::box_distance(p, e); };
-  if (kind == "cylinder") return [r = s(0), h = s(1)](Vec3d p) { return sdf::cylinder_distance(p, r, h); };
-  if (kind == "cone") return [r = s(0), h = s(1)](Vec3d p) { return sdf::cone_distance(p, r, h); };
-  if (kind == "ellipsoid")
-    return [r = Vec3d{s(0), s(1), s(2)}](Vec3d p) { return sdf::ellipsoid_distance(p, r); };
-  throw py::value_error("kind: expected sphere, box, cylinder, cone or ellipsoid, got " + kind);
+// Those with an inside alone have a volume.
+primitives::PrimitiveKind solid_named(const std::string& name) {
+  std::string known;
+  for (int k = 0; k < primitives::kPrimitiveKinds; ++k) {
+    const auto kind = static_cast<primitives::PrimitiveKind>(k);
+    if (!primitives::has_inside(kind)) continue;
+    if (name == primitives::facts(kind).name) return kind;
+    known += (known.empty() ? "" : ", ") + std::string(primitives::facts(kind).name);
+  }
+  throw py::value_error("kind: expected one of " + known + ", got " + name);
 }
 
 py::array_t<float> primitive(const std::string& kind, const std::vector<double>& size,
                              std::array<int, 3> shape, double voxel_size, Origin origin, int threads) {
-  const std::function<double(Vec3d)> distance = primitive_of(kind, size);
+  const primitives::PrimitiveKind solid = solid_named(kind);
+  double lengths[sdf::kMaxSizes] = {1, 1, 1};
+  for (int i = 0; i < primitives::size_count(solid); ++i) lengths[i] = size.at(static_cast<std::size_t>(i));
   const sdf::Grid grid = grid_of(shape, voxel_size, origin);
   std::vector<float> phi(grid.size());
   {
@@ -140,7 +142,8 @@ py::array_t<float> primitive(const std::string& kind, const std::vector<double>&
       const int iz = static_cast<int>(chunk);
       for (int iy = 0; iy < grid.ny; ++iy)
         for (int ix = 0; ix < grid.nx; ++ix)
-          phi[grid.index(ix, iy, iz)] = static_cast<float>(distance(grid.point(ix, iy, iz)));
+          phi[grid.index(ix, iy, iz)] =
+              static_cast<float>(primitives::exact_sample(solid, grid.point(ix, iy, iz), lengths).phi_m);
     });
   }
   return to_numpy(std::move(phi), {grid.nz, grid.ny, grid.nx});

@@ -32,8 +32,8 @@ std::vector<optim::State> grown(PrimitiveKind kind, const optim::State& x, int i
   const double more = std::max(kGrowth * length, kMinGrowth_m);
   bigger.log_size[at] = std::log(length + more);
   std::vector<optim::State> out = {bigger};
-  if (has_ends(kind, i)) {
-    const int k = axis_of_size(kind, i);
+  if (size_of(kind, i).has_end) {
+    const int k = size_of(kind, i).axis;
     const Vec3d half{k == 0 ? more / 2 : 0, k == 1 ? more / 2 : 0, k == 2 ? more / 2 : 0};
     out.push_back(moved(bigger, half));
     out.push_back(moved(bigger, -half));
@@ -43,7 +43,7 @@ std::vector<optim::State> grown(PrimitiveKind kind, const optim::State& x, int i
     if (is_round(kind)) away.z = 0;
     if (norm(away) > 1e-9) out.push_back(moved(bigger, (more / norm(away)) * away));
   }
-  if (kind == PrimitiveKind::kCone) {
+  if (has_apex(kind)) {
     // The same side, longer: the apex stays.
     optim::State longer = x;
     const double factor = 1 + more / length, height = std::exp(x.log_size[1]);

@@ -7,7 +7,7 @@
 #include "energies/penalty.h"
 #include "primitives/outline_curve.h"
 #include "primitives/residuals.h"
-#include "primitives/support.h"
+#include "primitives/solids.h"
 
 namespace sdftrack::primitives {
 
@@ -29,8 +29,7 @@ constexpr double kThin = 8;           // nats, twice: what a length e times thin
 // A patch that is seen close above the table and parallel to it is the top of something: what stands is
 // steep.
 bool may_stand(const PrimitiveField& field, const frame::Plane& plane) {
-  return field.kind != PrimitiveKind::kPlane ||
-         std::abs(dot(field.T_obj_cam.R.r2, plane.normal_cam)) < kLying;
+  return has_inside(field.kind) || std::abs(dot(field.T_obj_cam.R.r2, plane.normal_cam)) < kLying;
 }
 
 // The gap between the solid and the plane, and its derivative: the plane's distance at the lowest point.
@@ -73,7 +72,7 @@ int resting_residuals(const PrimitiveField& field, const PrimitiveSize& size, co
     set(1, m.z, {0, 0, 1});
     return 2;
   }
-  const double down = field.kind == PrimitiveKind::kCone ? -half : -std::copysign(half, m.z);
+  const double down = has_apex(field.kind) ? -half : -std::copysign(half, m.z);
   set_gap({0, 0, down});
   gap.J[7] = down * m.z;
   set(1, m.x, {1, 0, 0});

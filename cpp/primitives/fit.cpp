@@ -68,8 +68,8 @@ class Fitter {
     e.scaling = options_.scaling, e.scale_m = scale_m, e.outline_scale_px = outline_px;
     e.points = std::min(points, options_.max_points), e.rays = std::min(rays, options_.max_rays);
     e.outline_floor = outline_px > 1 ? 0.0 : kWrongLabels;
-    e.thin_m = kind_ == PrimitiveKind::kPlane ? 0 : kThin * diameter_m_;  // a strip is a patch like any other
-    e.crowded = kind_ == PrimitiveKind::kPlane && !view_.along_rays;
+    e.thin_m = has_inside(kind_) ? kThin * diameter_m_ : 0;  // a strip is a patch like any other
+    e.crowded = !has_inside(kind_) && !view_.along_rays;
     if (!per_noise_.empty()) e.per_noise = per_noise_.data();
     e.standing_sigma_m = std::max(kStanding_m, kStanding * scale_m);
     return e;
@@ -166,9 +166,10 @@ class Fitter {
   Rest lay_flat(PrimitiveEnergyOptions e, Candidate* best) {
     if (!is_round(kind_) || !view_.has_plane || !view_.stands) return Rest::kPoint;
     const double up = (best->x.T_obj_cam[0].R * view_.plane.normal_cam).z;
-    if (kind_ == PrimitiveKind::kCylinder && std::abs(up) < kLying)
+    const bool two_bases = !has_apex(kind_);
+    if (two_bases && std::abs(up) < kLying)
       e.rest = Rest::kSide;
-    else if (up > kUpright || (kind_ == PrimitiveKind::kCylinder && up < -kUpright))
+    else if (up > kUpright || (two_bases && up < -kUpright))
       e.rest = Rest::kBase;
     else
       return Rest::kPoint;

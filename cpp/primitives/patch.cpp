@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "primitives/patch.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "primitives/residuals.h"
+#include "primitives/solids.h"
 
 namespace sdftrack::primitives {
 
@@ -59,7 +60,9 @@ Vec3d outwards(const Stretch& ray, Vec3d q, const PrimitiveField& field) {
 
 }  // namespace
 
-bool patch_way(const PrimitiveField& field, Vec3d p_cam, double grazing, SolidResidual* out) {
+using Patch = SolidTraits<PrimitiveKind::kPlane>;
+
+bool Patch::ray_residual(const PrimitiveField& field, Vec3d p_cam, double grazing, SolidResidual* out) {
   const Vec3d ray = field.T_obj_cam.R * ((1 / p_cam.z) * p_cam);
   if (std::abs(ray.z) < grazing) return false;
   const Vec3d p = field.T_obj_cam * p_cam;
@@ -72,7 +75,7 @@ bool patch_way(const PrimitiveField& field, Vec3d p_cam, double grazing, SolidRe
   return true;
 }
 
-void patch_clearance(const PrimitiveField& field, const OutlineRay& ray, SolidResidual* out) {
+void Patch::clearance(const PrimitiveField& field, const OutlineRay& ray, SolidResidual* out) {
   const Vec3d from = field.T_obj_cam * (ray.near_m * ray.ray), to = field.T_obj_cam * (ray.far_m * ray.ray);
   const Stretch stretch{from, to - from};
   const double half_x = 0.5 * field.size_m[0], half_y = 0.5 * field.size_m[1];

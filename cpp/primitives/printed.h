@@ -2,40 +2,39 @@
 // The source's form of a size: a unit solid scaled along its axes (thesis Eq. 3.27).
 #pragma once
 
-#include "primitives/distance.h"
 #include "primitives/dual.h"
+#include "primitives/solids.h"
 
 namespace sdftrack::primitives {
 
 // S = diag(s): radii and edges of 1, so that s are the lengths themselves; a round body's x and y share one,
 // and a patch has no third.
-template <class T>
-HD Vec3<T> diagonal_of(PrimitiveKind kind, const T (&size)[sdf::kMaxSizes]) {
-  switch (kind) {
-    case PrimitiveKind::kSphere:
-      return {size[0], size[0], size[0]};
-    case PrimitiveKind::kCylinder:
-    case PrimitiveKind::kCone:
-      return {size[0], size[0], size[1]};
-    case PrimitiveKind::kPlane:
-      return {size[0], size[1], T(1)};
-    case PrimitiveKind::kBox:
-    case PrimitiveKind::kEllipsoid:
-      break;
+template <class Solid, class T>
+HD Vec3<T> diagonal_of(const T (&size)[sdf::kMaxSizes]) {
+  const auto along = [&](const SolidAxis& axis) { return axis.size < 0 ? T(1) : size[axis.size]; };
+  return {along(Solid::kAxes[0]), along(Solid::kAxes[1]), along(Solid::kAxes[2])};
+}
+
+template <class Solid, class T>
+HD sdf::SolidSample<T> unit_sample_of(Vec3<T> p) {
+  if constexpr (requires { Solid::unit_sample(p); }) {
+    return Solid::unit_sample(p);
+  } else {
+    const T one[sdf::kMaxSizes] = {T(1), T(1), T(1)};
+    return Solid::sample(p, one);
   }
-  return {size[0], size[1], size[2]};
 }
 
 // phi_u(S^-1 p) is no distance: its slope is |S^-1 grad phi_u|, by which it is divided. Exact on the surface
-// and to first order beside it. An ellipsoid is a scaled ball.
+// and to first order beside it.
 template <class T>
 HD T printed_phi(PrimitiveKind kind, Vec3<T> p, const T (&size)[sdf::kMaxSizes]) {
-  const Vec3<T> s = diagonal_of(kind, size);
-  const T one[sdf::kMaxSizes] = {T(1), T(1), T(1)};
-  const Vec3<T> unit{p.x / s.x, p.y / s.y, p.z / s.z};
-  const sdf::SolidSample<T> u =
-      kind == PrimitiveKind::kEllipsoid ? sdf::sphere_sample(unit, T(1)) : exact_sample(kind, unit, one);
-  return u.phi_m / norm(Vec3<T>{u.grad.x / s.x, u.grad.y / s.y, u.grad.z / s.z});
+  return visit_solid(kind, [&](auto solid) __attribute__((always_inline)) {
+    using Solid = decltype(solid);
+    const Vec3<T> s = diagonal_of<Solid>(size);
+    const sdf::SolidSample<T> u = unit_sample_of<Solid>(Vec3<T>{p.x / s.x, p.y / s.y, p.z / s.z});
+    return u.phi_m / norm(Vec3<T>{u.grad.x / s.x, u.grad.y / s.y, u.grad.z / s.z});
+  });
 }
 
 HD sdf::SolidSample<double> printed_sample(PrimitiveKind kind, Vec3d p,

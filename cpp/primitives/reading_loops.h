@@ -45,7 +45,7 @@ struct ReadingLoops {
     energies::Sums<double, P> sums;
     each_pack<L>(0, given.count, [&](int i, int n) SDFTRACK_INLINE {
       const Vec3<L> p = solid.point(i, n);
-      const sdf::SolidSample<L> s = sample_of<kKind>(p, solid.size);
+      const sdf::SolidSample<L> s = SolidTraits<kKind>::sample(p, solid.size);
       const Vec3<L> m = cross(p, s.grad);
       const energies::Curve<L> c = solid.curve(s.phi_m);
       energies::Contribution<L, P> row{
@@ -69,7 +69,7 @@ struct ReadingLoops {
     Row<> costs;
     double total = 0;
     each_pack<L>(0, given.count, [&](int i, int n) SDFTRACK_INLINE {
-      costs.put(solid.curve(sample_of<kKind>(solid.point(i, n), solid.size).phi_m).cost, n);
+      costs.put(solid.curve(SolidTraits<kKind>::sample(solid.point(i, n), solid.size).phi_m).cost, n);
       if (costs.full()) total += costs.template sum<L>();
     });
     return total + costs.template sum<L>();
@@ -78,25 +78,22 @@ struct ReadingLoops {
   static void residuals(const ReadingTerm& given, float* phi_m) {
     const Solid solid(given);
     each_pack<L>(0, given.count, [&](int i, int n) SDFTRACK_INLINE {
-      store(sample_of<kKind>(solid.point(i, n), solid.size).phi_m, phi_m + i, n);
+      store(SolidTraits<kKind>::sample(solid.point(i, n), solid.size).phi_m, phi_m + i, n);
     });
   }
 };
 
+template <class L, int... k>
+constexpr ReadingOps ops_of(std::integer_sequence<int, k...>) {
+  return {{ReadingLoops<L, static_cast<PrimitiveKind>(k)>::linearize...},
+          {ReadingLoops<L, static_cast<PrimitiveKind>(k)>::cost...},
+          {ReadingLoops<L, static_cast<PrimitiveKind>(k)>::residuals...}};
+}
+
 }  // namespace
 
 // SDFTRACK_LANES and SDFTRACK_SET: the lane type and the member of ReadingOps that it serves.
-#define SDFTRACK_EACH_KIND(what)                                       \
-  {                                                                    \
-    ReadingLoops<SDFTRACK_LANES, PrimitiveKind::kSphere>::what,        \
-        ReadingLoops<SDFTRACK_LANES, PrimitiveKind::kCylinder>::what,  \
-        ReadingLoops<SDFTRACK_LANES, PrimitiveKind::kCone>::what,      \
-        ReadingLoops<SDFTRACK_LANES, PrimitiveKind::kBox>::what,       \
-        ReadingLoops<SDFTRACK_LANES, PrimitiveKind::kEllipsoid>::what, \
-        ReadingLoops<SDFTRACK_LANES, PrimitiveKind::kPlane>::what,     \
-  }
-const ReadingOps ReadingOps::SDFTRACK_SET = {SDFTRACK_EACH_KIND(linearize), SDFTRACK_EACH_KIND(cost),
-                                             SDFTRACK_EACH_KIND(residuals)};
-#undef SDFTRACK_EACH_KIND
+constinit const ReadingOps ReadingOps::SDFTRACK_SET =
+    ops_of<SDFTRACK_LANES>(std::make_integer_sequence<int, kPrimitiveKinds>{});
 
 }  // namespace sdftrack::primitives

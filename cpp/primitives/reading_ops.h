@@ -6,7 +6,7 @@
 #include "base/isa.h"
 #include "energies/penalty.h"
 #include "energies/term.h"
-#include "primitives/distance.h"
+#include "primitives/solids.h"
 
 namespace sdftrack::primitives {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "primitives/patch.h"
+#include "primitives/solids.h"
 
 namespace sdftrack::primitives {
 
@@ -31,10 +31,15 @@ void point_residual(const PrimitiveField& field, Vec3d p_cam, SolidResidual* out
 }
 
 void ray_residual(const PrimitiveField& field, Vec3d p_cam, SolidResidual* out) {
-  if (field.kind == PrimitiveKind::kPlane) {
-    if (!patch_way(field, p_cam, -kGrazing, out)) point_residual(field, p_cam, out);
-    return;
-  }
+  const bool in_closed_form = visit_solid(field.kind, [&](auto solid) {
+    if constexpr (requires { solid.ray_residual(field, p_cam, -kGrazing, out); }) {
+      if (!solid.ray_residual(field, p_cam, -kGrazing, out)) point_residual(field, p_cam, out);
+      return true;
+    } else {
+      return false;
+    }
+  });
+  if (in_closed_form) return;
   const double z = p_cam.z;
   const Vec3d ray = (1 / z) * p_cam;
   double at = z;
@@ -60,7 +65,12 @@ void ray_residual(const PrimitiveField& field, Vec3d p_cam, SolidResidual* out) 
 }
 
 void clearance(const PrimitiveField& field, const OutlineRay& ray, SolidResidual* out) {
-  if (field.kind == PrimitiveKind::kPlane) return patch_clearance(field, ray, out);
+  const bool in_closed_form = visit_solid(field.kind, [&](auto solid) {
+    constexpr bool kOwn = requires { solid.clearance(field, ray, out); };
+    if constexpr (kOwn) solid.clearance(field, ray, out);
+    return kOwn;
+  });
+  if (in_closed_form) return;
   // phi is convex along a line: the slopes at both ends of a bracket say where its least value lies.
   double a = ray.near_m, b = ray.far_m;
   PrimitiveField::Row low, high;

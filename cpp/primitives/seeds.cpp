@@ -120,26 +120,7 @@ SeedCloud seed_cloud(const PrimitiveView& view) {
 
 std::vector<PrimitiveGuess> guesses(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed) {
   std::vector<PrimitiveGuess> out;
-  switch (kind) {
-    case PrimitiveKind::kSphere:
-      guess_balls(cloud, seed, &out);
-      break;
-    case PrimitiveKind::kCylinder:
-    case PrimitiveKind::kCone:
-      guess_round(kind, cloud, seed, &out);
-      if (cloud.sparse) guess_round_of_few(kind, cloud, &out);
-      break;
-    case PrimitiveKind::kBox:
-      guess_boxes(cloud, seed, &out);
-      if (cloud.sparse) guess_boxes_of_few(cloud, seed, &out);
-      break;
-    case PrimitiveKind::kPlane:
-      guess_patches(cloud, seed, &out);
-      break;
-    case PrimitiveKind::kEllipsoid:
-      guess_ellipsoids(cloud, seed, &out);
-      break;
-  }
+  visit_solid(kind, [&](auto solid) { solid.guess(cloud, seed, &out); });
   const double least = std::max(1e-4, 0.02 * cloud.diameter_m), most = 5 * cloud.diameter_m + 1e-3;
   for (PrimitiveGuess& guess : out)
     for (double& length : guess.size) length = std::clamp(length, least, most);

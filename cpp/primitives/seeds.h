@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "primitives/kind.h"
+#include "primitives/solids.h"
 #include "primitives/view.h"
 
 namespace sdftrack::primitives {
@@ -34,14 +34,10 @@ SeedCloud seed_cloud(const PrimitiveView& view);
 // Guesses of one kind, best ones not first. The same `seed`, the same guesses.
 std::vector<PrimitiveGuess> guesses(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed);
 
-// Of the files seeds_*.cpp.
-void guess_balls(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
-void guess_round(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
+// Of the files seeds_*.cpp: what the guesses of several kinds are made of.
 void guess_boxes(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
-void guess_patches(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
 void guess_round_of_few(PrimitiveKind kind, const SeedCloud& cloud, std::vector<PrimitiveGuess>* out);
 void guess_boxes_of_few(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
-void guess_ellipsoids(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
 
 // The box with these axes around the points; thicker than they are where one face alone is seen.
 PrimitiveGuess box_around(const SeedCloud& cloud, Vec3d x, Vec3d y, Vec3d z);

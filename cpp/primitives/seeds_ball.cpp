@@ -98,7 +98,8 @@ PrimitiveGuess ellipsoid_guess(Eigen::Matrix3d axes, Vec3d centre, const Eigen::
 
 }  // namespace
 
-void guess_balls(const SeedCloud& cloud, unsigned, std::vector<PrimitiveGuess>* out) {
+void SolidTraits<PrimitiveKind::kSphere>::guess(const SeedCloud& cloud, unsigned,
+                                                std::vector<PrimitiveGuess>* out) {
   Vec3d centre;
   double radius;
   const auto add = [&](Vec3d c, double r) { out->push_back({{Mat3d::identity(), -c}, {r, 1, 1}}); };
@@ -109,7 +110,8 @@ void guess_balls(const SeedCloud& cloud, unsigned, std::vector<PrimitiveGuess>* 
   add(centre, median_distance(cloud.points, centre));
 }
 
-void guess_ellipsoids(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out) {
+void SolidTraits<PrimitiveKind::kEllipsoid>::guess(const SeedCloud& cloud, unsigned seed,
+                                                   std::vector<PrimitiveGuess>* out) {
   Quadric q;
   std::vector<Vec3d> abouts = {behind(cloud, 0.15 * cloud.diameter_m), behind(cloud, 0.3 * cloud.diameter_m),
                                cloud.mean};
@@ -128,7 +130,7 @@ void guess_ellipsoids(const SeedCloud& cloud, unsigned seed, std::vector<Primiti
     out->push_back(g);
   }
   std::vector<PrimitiveGuess> balls;
-  guess_balls(cloud, seed, &balls);
+  SolidTraits<PrimitiveKind::kSphere>::guess(cloud, seed, &balls);
   for (const PrimitiveGuess& ball : balls) {
     PrimitiveGuess g = boxes.empty() ? ball : boxes.front();
     const Vec3d c = -ball.T_obj_cam.t;

@@ -127,4 +127,10 @@ void guess_boxes(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGue
   for (const Frame3& f : frames) out->push_back(box_around(cloud, f.x, f.y, f.z));
 }
 
+void SolidTraits<PrimitiveKind::kBox>::guess(const SeedCloud& cloud, unsigned seed,
+                                             std::vector<PrimitiveGuess>* out) {
+  guess_boxes(cloud, seed, out);
+  if (cloud.sparse) guess_boxes_of_few(cloud, seed, out);
+}
+
 }  // namespace sdftrack::primitives

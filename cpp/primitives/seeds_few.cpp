@@ -54,7 +54,7 @@ void add_round(PrimitiveKind kind, const Round& r, Vec2d middle, double radius,
   const double height = r.high - r.low;
   const Vec3d centre = middle.x * r.u + middle.y * r.v + 0.5 * (r.low + r.high) * r.axis;
   out->push_back({frame_at(r.u, r.v, r.axis, centre), {radius, height, 1}});
-  if (kind == PrimitiveKind::kCone)  // the apex at either end
+  if (has_apex(kind))  // the apex at either end
     out->push_back({frame_at(r.u, -r.v, -r.axis, centre), {radius, height, 1}});
 }
 
@@ -81,7 +81,7 @@ void guess_round_of_few(PrimitiveKind kind, const SeedCloud& cloud, std::vector<
     double radius;
     if (!circle_through(flat, &middle, &radius)) continue;
     middle = {middle.x + mean.x, middle.y + mean.y};
-    add_round(kind, r, middle, kind == PrimitiveKind::kCone ? 1.5 * radius : radius, out);
+    add_round(kind, r, middle, has_apex(kind) ? 1.5 * radius : radius, out);
   }
 }
 

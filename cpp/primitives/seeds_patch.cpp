@@ -50,7 +50,8 @@ PrimitiveGuess patch_guess(const std::vector<Vec3d>& points, const Oriented& pla
 
 }  // namespace
 
-void guess_patches(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out) {
+void SolidTraits<PrimitiveKind::kPlane>::guess(const SeedCloud& cloud, unsigned seed,
+                                               std::vector<PrimitiveGuess>* out) {
   std::vector<std::vector<Vec3d>> held = {cloud.points};
   Picker pick(seed);
   for (int k = 0; k < kPicked && !cloud.normals.empty(); ++k) {

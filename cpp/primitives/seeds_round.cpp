@@ -33,7 +33,7 @@ std::vector<Vec3d> axes_of(PrimitiveKind kind, const SeedCloud& cloud, unsigned 
   for (int k = 0; k < kPairs; ++k)
     add(cross(normals[pick(normals.size())].n, normals[pick(normals.size())].n), 0.3);
   // Those of a cone have one angle with it: the differences of three lie across it.
-  if (kind == PrimitiveKind::kCone)
+  if (has_apex(kind))
     for (int k = 0; k < kTriples; ++k) {
       const Vec3d a = normals[pick(normals.size())].n, b = normals[pick(normals.size())].n,
                   c = normals[pick(normals.size())].n;
@@ -54,8 +54,8 @@ std::vector<Vec3d> axes_of(PrimitiveKind kind, const SeedCloud& cloud, unsigned 
 // Those of the normals that are the side's, not a cap's. If most of all lie between 14 and 26 degrees of the
 // axis they are the side of a flat cone; else so few may be noise of its base.
 std::vector<Oriented> sides_of(PrimitiveKind kind, const std::vector<Oriented>& normals, Vec3d axis) {
-  double most = kind == PrimitiveKind::kCylinder ? 0.35 : kCap;
-  if (kind == PrimitiveKind::kCone) {
+  double most = has_apex(kind) ? kCap : 0.35;
+  if (has_apex(kind)) {
     std::size_t nearly_level = 0;
     for (const Oriented& o : normals) {
       const double cosine = std::abs(dot(o.n, axis));
@@ -144,8 +144,6 @@ void add_cone(Vec3d axis, Vec3d u, Vec3d v, Vec2d middle, const std::vector<Ring
   out->push_back({frame_at(u, v, axis, centre), {k * height, height, 1}});
 }
 
-}  // namespace
-
 void guess_round(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed,
                  std::vector<PrimitiveGuess>* out) {
   for (const Vec3d& axis : axes_of(kind, cloud, seed)) {
@@ -174,13 +172,30 @@ void guess_round(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed,
       if (z.high - z.low < r) (dot(axis, cloud.mean) > 0 ? z.high = z.low + r : z.low = z.high - r);
       const bool base_near = dot(axis, cloud.mean) > 0;  // of a cone: its apex is out of sight
       rings = {{z.low, r}, {z.high, r}};
-      if (kind == PrimitiveKind::kCone) rings[base_near ? 1 : 0].r = 0;
+      if (has_apex(kind)) rings[base_near ? 1 : 0].r = 0;
     }
-    if (kind == PrimitiveKind::kCylinder)
-      add_cylinder(axis, u, v, middle, rings, z, out);
-    else
+    if (has_apex(kind))
       add_cone(axis, u, v, middle, rings, z, out);
+    else
+      add_cylinder(axis, u, v, middle, rings, z, out);
   }
+}
+
+void guess_all_round(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed,
+                     std::vector<PrimitiveGuess>* out) {
+  guess_round(kind, cloud, seed, out);
+  if (cloud.sparse) guess_round_of_few(kind, cloud, out);
+}
+
+}  // namespace
+
+void SolidTraits<PrimitiveKind::kCylinder>::guess(const SeedCloud& cloud, unsigned seed,
+                                                  std::vector<PrimitiveGuess>* out) {
+  guess_all_round(PrimitiveKind::kCylinder, cloud, seed, out);
+}
+void SolidTraits<PrimitiveKind::kCone>::guess(const SeedCloud& cloud, unsigned seed,
+                                              std::vector<PrimitiveGuess>* out) {
+  guess_all_round(PrimitiveKind::kCone, cloud, seed, out);
 }
 
 }  // namespace sdftrack::primitives

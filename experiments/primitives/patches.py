@@ -19,7 +19,7 @@ from sdftrack.camera import Camera
 from sdftrack.evaluation.primitive_errors import angle_deg, measure_patch
 from sdftrack.frame import Frame
 from sdftrack.primitives import PrimitiveFit, fit_primitive
-from sdftrack.primitives.result import KINDS
+from sdftrack.primitives.kinds import KINDS
 from sdftrack.primitives.seen import Seen, pieces
 from sdftrack.primitives.solving import Wish, solve
 from sdftrack.synth.noise import Noise

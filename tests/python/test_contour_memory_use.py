@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from sdftrack import _core
 
 FRAMES = 12
 FADED = (
@@ -104,6 +105,7 @@ def test_a_phase_is_one_call_whose_result_cannot_be_written():
     image = disc()
     start = core.start_mask(image, image[..., 0] > 145)
     seen = core.observe(disc(at=62))
+    phi = seen.phi.copy()
     frame = core.finish(_core.ShapeJudgement.none)
     assert isinstance(frame, _core.ContourObservation)  # with a mask
     assert start.mask.shape == frame.mask.shape == image.shape[:2]
@@ -112,7 +114,8 @@ def test_a_phase_is_one_call_whose_result_cannot_be_written():
             array[...] = 0
     with pytest.raises(AttributeError):
         seen.confidence = 1.0
-    assert seen.phi.base is not frame.phi.base  # a result stays what it was
+    core.track(disc(at=66))
+    np.testing.assert_array_equal(seen.phi, phi)  # a result stays what it was
 
 
 def test_a_memory_that_finds_every_shape_whole_changes_no_bit():
@@ -130,8 +133,9 @@ def test_while_a_memory_is_asked_the_warp_is_that_of_its_mask():
     tracker = begun(memory)
     warps = []
     memory.inside = lambda: warps.append(tracker.warp)
+    before = tracker.warp
     result = tracker.track(disc(at=64))
-    assert np.abs(warps[0] - tracker.warp).max() < 12  # the drift's correction lies between them
+    assert not np.array_equal(warps[0], before)
     np.testing.assert_array_equal(tracker.warp, result.warp)
     tracker.warp[...] = 0  # a copy
     np.testing.assert_array_equal(tracker.warp, result.warp)

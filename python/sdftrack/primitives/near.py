@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
+from sdftrack.primitives.kinds import TABLE
 from sdftrack.primitives.seen import Seen, pieces
 
 __all__ = ["distance_to", "mask_near"]
@@ -23,7 +24,7 @@ def distance_to(seen: Seen, kind: str, lengths: list[float], T_cam_obj: NDArray[
     """Of every reading to the surface (H, W), m as at 1 m of depth, above which it shrinks; inf without a reading."""
     T = np.linalg.inv(T_cam_obj)
     points = np.ascontiguousarray(seen.points.reshape(-1, 3) @ T[:3, :3].T + T[:3, 3])
-    phi, _, _ = _core.primitive_distances(_core.PrimitiveKind.__members__[kind], lengths, points)
+    phi, _, _ = _core.primitive_distances(TABLE[kind].member, lengths, points)
     away = np.abs(phi).reshape(seen.depth.shape) / seen.growth
     return np.where(seen.depth > 0, away, np.inf)
 

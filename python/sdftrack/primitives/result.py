@@ -11,23 +11,13 @@ from numpy.typing import NDArray
 
 from sdftrack.compared import Compared
 from sdftrack.mesh import Mesh
+from sdftrack.primitives.kinds import TABLE
 from sdftrack.primitives.plate import plate_of
 from sdftrack.results import Status
 from sdftrack.sdf import SDF
+from sdftrack.sdf.solids import distances_of_solid
 
-__all__ = ["KINDS", "SIZES", "SOLIDS", "PrimitiveFit", "volume_of"]
-
-# The lengths of each kind, m; the order of the columns of a covariance.
-SIZES = {
-    "sphere": ("radius",),
-    "cylinder": ("radius", "height"),
-    "cone": ("radius", "height"),
-    "box": ("x", "y", "z"),
-    "ellipsoid": ("rx", "ry", "rz"),
-    "plane": ("width", "height"),
-}
-KINDS = tuple(SIZES)
-SOLIDS = tuple(kind for kind in KINDS if kind != "plane")  # what has an inside, and so a distance volume
+__all__ = ["PrimitiveFit", "volume_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +76,7 @@ class PrimitiveFit(Compared):
 
         ValueError for a plane patch, which has no inside: see `plate`.
         """
-        if self.kind == "plane":
+        if not TABLE[self.kind].has_inside:
             raise ValueError(
                 "sdf: expected a solid, got a plane patch, which has no inside and so no signed distance; track "
                 "fit.plate() in its place"
@@ -116,7 +106,7 @@ class PrimitiveFit(Compared):
 
     def to_mesh(self) -> Mesh:
         """Its surface, own frame, m: of a solid by marching cubes in `sdf`, of a plane patch two triangles."""
-        if self.kind != "plane":
+        if TABLE[self.kind].has_inside:
             return self.sdf.to_mesh()
         x, y = self.size["width"] / 2, self.size["height"] / 2
         return Mesh([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]], [[0, 1, 2], [0, 2, 3]])
@@ -159,15 +149,9 @@ class PrimitiveFit(Compared):
 
 def volume_of(kind: str, size: dict[str, float], voxels: int = 100) -> SDF:
     """The distance volume of a solid of these lengths (m); of a plane patch that of a plate behind it."""
-    lengths = [size[name] for name in SIZES[kind]]
-    if kind == "sphere":
-        return SDF.sphere(lengths[0], voxels=voxels)
-    if kind == "cylinder":
-        return SDF.cylinder(lengths[0], lengths[1], voxels=voxels)
-    if kind == "cone":
-        return SDF.cone(lengths[0], lengths[1], voxels=voxels)
-    if kind == "box":
-        return SDF.box(lengths, voxels=voxels)
-    if kind == "plane":
+    known = TABLE[kind]
+    lengths = [size[name] for name in known.sizes]
+    if not known.has_inside:
         return plate_of(lengths[0], lengths[1], voxels)
-    return SDF.ellipsoid(lengths, voxels=voxels)
+    half = np.array(known.half_extent(lengths))
+    return SDF(*distances_of_solid(kind, lengths, half, voxels, None))

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack.checks import THREADS, number, numbers, of_kind, whole
-from sdftrack.primitives.result import KINDS, SIZES, SOLIDS, PrimitiveFit
+from sdftrack.primitives.kinds import FREE, KINDS, SIZES, SOLIDS, TABLE
+from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.results import Status
 
 __all__ = ["Wish", "solve"]
@@ -19,14 +20,6 @@ WEAK_INLIERS, LOST_INLIERS = 0.6, 0.2
 ENDLESS_M = 100.0  # of a length that was found: nothing before a depth camera is as long
 LEAST_M, MOST_M = 1e-7, 1e6  # of a start's lengths: beyond them nothing is left of a float's digits
 UNTOLD = 2  # readings more than unknowns, up to which their spread tells no variance (the core's kUntold)
-FREE = {
-    "sphere": 4,
-    "cylinder": 7,
-    "cone": 7,
-    "box": 9,
-    "ellipsoid": 9,
-    "plane": 8,
-}  # unknowns that readings can tell
 
 
 class Wish:
@@ -95,8 +88,7 @@ def solve(view: Any, wish: Wish) -> PrimitiveFit:
         raise ValueError(
             f"points: expected at least {wish.least_points()} readings of a {' or '.join(wish.kinds)}, got {points}"
         )
-    members = _core.PrimitiveKind.__members__
-    answers = view.fit([members[k] for k in kinds], wish.options, wish.pose, wish.size, wish.threads)
+    answers = view.fit([TABLE[k].member for k in kinds], wish.options, wish.pose, wish.size, wish.threads)
     found = {k: a for k, a in zip(kinds, answers, strict=True) if a is not None}
     if not found:
         raise ValueError(
@@ -134,7 +126,7 @@ def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> Prim
         covariance[6 + i, :] = covariance[:, 6 + i] = 0
         covariance[6 + i, 6 + i] = np.inf
         # Where its ends are not known, nor is the middle between them.
-        axis = T[:3, i] if kind in ("box", "ellipsoid", "plane") else T[:3, 2]
+        axis = T[:3, TABLE[kind].size_axes[i]]
         covariance[:3, :3] += answer["size"][i] ** 2 * np.outer(axis, axis)
     status, reason = Status.OK, ""
     inliers = float(answer["inliers"])

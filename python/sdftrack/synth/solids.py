@@ -9,20 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack import _core
 from sdftrack.camera import Camera
 
 __all__ = ["KINDS", "SolidScene", "random_solid", "ray_depth", "rendered_scene", "standing_scene"]
 
 Array = NDArray[np.float64]
-KINDS = ("sphere", "cylinder", "cone", "box", "ellipsoid")
-SIZES = {
-    "sphere": ("radius",),
-    "cylinder": ("radius", "height"),
-    "cone": ("radius", "height"),
-    "box": ("x", "y", "z"),
-    "ellipsoid": ("rx", "ry", "rz"),
-    "plane": ("width", "height"),
-}
+SIZES = {kind["name"]: kind["sizes"] for kind in _core.primitive_kinds()}
+KINDS = tuple(kind["name"] for kind in _core.primitive_kinds() if kind["has_inside"])
 FAR_M = 3.0  # no reading beyond
 LOOK_DOWN_RAD = (np.radians(25), np.radians(55))  # so that the top is seen, and a side
 

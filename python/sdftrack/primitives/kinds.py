@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: MIT
+"""The kinds of primitives, as the core describes them (cpp/primitives/solid_*.h)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sdftrack import _core
+
+__all__ = ["FREE", "KINDS", "SIZES", "SOLIDS", "TABLE", "Kind"]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind.
+
+    Attributes
+    ----------
+    name : str
+    sizes : tuple of str
+        Names of its lengths, m; the order of the columns of a covariance.
+    size_axes : tuple of int
+        For each length the axis of the object's frame along which its middle is in doubt where the length is.
+    extent : tuple of (int, float)
+        For x, y and z the number of the length that runs along it (-1: none), and how much of it lies on either side.
+    unknowns : int
+        Those that a view can determine: a ball has no direction, a round body no turn about its axis.
+    has_inside : bool
+        Whether it has a distance volume.
+    """
+
+    name: str
+    sizes: tuple[str, ...]
+    size_axes: tuple[int, ...]
+    extent: tuple[tuple[int, float], ...]
+    unknowns: int
+    has_inside: bool
+
+    @property
+    def member(self) -> _core.PrimitiveKind:
+        """In the core."""
+        return _core.PrimitiveKind.__members__[self.name]
+
+    def half_extent(self, lengths: list[float]) -> list[float]:
+        """From the middle to the farthest point along x, y and z, m."""
+        return [lengths[i] * half if i >= 0 else 0.0 for i, half in self.extent]
+
+
+TABLE = {kind["name"]: Kind(**kind) for kind in _core.primitive_kinds()}
+KINDS = tuple(TABLE)
+SOLIDS = tuple(name for name, kind in TABLE.items() if kind.has_inside)
+SIZES = {name: kind.sizes for name, kind in TABLE.items()}
+FREE = {name: kind.unknowns for name, kind in TABLE.items()}
