@@ -10,7 +10,7 @@ namespace {
 
 using namespace py::literals;
 
-py::array_t<float> evolve_values(const py::array& phi, const py::array& levelset::log_ratio,
+py::array_t<float> evolve_values(const py::array& phi, const py::array& log_ratio,
                                  double voxel_size, int steps, const levelset::EvolveOptions& options,
                                  int threads) {
   const SdfView volume = volume_view(phi, voxel_size, {0, 0, 0});

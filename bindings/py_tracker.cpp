@@ -119,7 +119,7 @@ py::object PyTracker::judge(const PyFrame& frame, int k, const py::array& T) {
   const Busy busy(&busy_, "tracker");
   run(frame, [&](const frame::DepthFrame& depth) {
     f = tracker_->look(depth, k, T_cam_obj);
-    if (f) trust = sdftrack::judge(*f, tracker_->options());
+    if (f) trust = tracking::judge(*f, tracker_->options());
   });
   if (!f) return py::none();
   return judgement_to_dict(*f, trust, tracker_->options());

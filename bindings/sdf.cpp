@@ -157,10 +157,10 @@ py::tuple sample_sdf(const py::array& values, double voxel_size, Origin origin, 
   std::vector<double> phi(n), gradient(3 * n);
   {
     const ReleaseGil release;
-    constexpr std::size_t energies::kChunk = 4096;
+    constexpr std::size_t kChunk = 4096;
     const SdfView sdf = volume.view();
-    parallel_for((n + energies::kChunk - 1) / energies::kChunk, threads, [&](std::size_t chunk) {
-      for (std::size_t i = chunk * energies::kChunk; i < std::min(n, (chunk + 1) * energies::kChunk); ++i) {
+    parallel_for((n + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
+      for (std::size_t i = chunk * kChunk; i < std::min(n, (chunk + 1) * kChunk); ++i) {
         Vec3d g;
         sample(sdf, p[i], &phi[i], &g);
         gradient[3 * i] = g.x, gradient[3 * i + 1] = g.y, gradient[3 * i + 2] = g.z;

@@ -20,7 +20,7 @@ inline constexpr float kWall_m = 1.2f;
 inline constexpr double kNearBoard_m = 0.4;
 
 inline const Volume& box_volume() {
-  static const Volume volume = make_volume(60, 0.1, [](Vec3d p) { return sdf::box_distance(p, kHalfBox_m); });
+  static const Volume volume = make_volume(60, 0.1, [](Vec3d p) { return box_distance(p, kHalfBox_m); });
   return volume;
 }
 

@@ -10,6 +10,8 @@
 namespace sdftrack {
 namespace {
 
+using namespace energies;  // compiled.inc names its pairs so
+
 struct Hash {
   std::uint64_t value = 14695981039346656037u;  // FNV-1a
 

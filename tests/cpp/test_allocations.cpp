@@ -28,7 +28,7 @@ extern "C" void* malloc(std::size_t size) {
 namespace sdftrack {
 namespace {
 
-const Volume kBox = make_volume(60, 0.16, [](Vec3d p) { return sdf::box_distance(p, {0.05, 0.03, 0.04}); });
+const Volume kBox = make_volume(60, 0.16, [](Vec3d p) { return box_distance(p, {0.05, 0.03, 0.04}); });
 constexpr int kWidth_px = 320, kHeight_px = 240;
 
 // The second box stands beside the first and is fitted together with it.

@@ -23,7 +23,7 @@ void expect_pixel(const appearance::ColorMap& map, Vec2d u, double depth, Vec2d 
   EXPECT_EQ(y, static_cast<int>(std::floor(expected.y + 0.5)));
 }
 
-TEST(appearance::ColorMap, a_rig_maps_as_its_cameras_project) {
+TEST(ColorMap, a_rig_maps_as_its_cameras_project) {
   for (const bool lens : {false, true}) {
     const Camera color{
         {520, 525, 315, 250}, 640, 480, lens ? Distortion{0.05, -0.1, 1e-3, -2e-3} : Distortion{}};
@@ -35,7 +35,7 @@ TEST(appearance::ColorMap, a_rig_maps_as_its_cameras_project) {
   }
 }
 
-TEST(appearance::ColorMap, the_pair_P_q_is_known_up_to_its_sign) {
+TEST(ColorMap, the_pair_P_q_is_known_up_to_its_sign) {
   const Mat3d P{{1.44, 0.02, 60.9}, {-0.02, 1.46, 48.2}, {-3e-5, 5e-5, 1.64}};
   const Vec3d q{11.7, -8.8, -0.03};
   const Vec3d at = P * Vec3d{0.8 * 300, 0.8 * 200, 0.8} + q;
@@ -44,7 +44,7 @@ TEST(appearance::ColorMap, the_pair_P_q_is_known_up_to_its_sign) {
                  {at.x / at.z, at.y / at.z});
 }
 
-TEST(appearance::ColorMap, a_pixel_outside_the_colour_image_is_not_found) {
+TEST(ColorMap, a_pixel_outside_the_colour_image_is_not_found) {
   const appearance::ColorMap map = appearance::aligned_map(640, 480);
   int x, y;
   float z;
@@ -55,7 +55,7 @@ TEST(appearance::ColorMap, a_pixel_outside_the_colour_image_is_not_found) {
   EXPECT_FALSE(behind.find({320, 240}, 1, &x, &y, &z));
 }
 
-TEST(appearance::ColorSight, what_lies_behind_a_reading_of_its_cell_is_hidden) {
+TEST(ColorSight, what_lies_behind_a_reading_of_its_cell_is_hidden) {
   appearance::ColorSight sight;
   sight.clear(100, 100, 200, 160, 2);
   sight.add(120, 120, 0.5f);
@@ -70,7 +70,7 @@ TEST(appearance::ColorSight, what_lies_behind_a_reading_of_its_cell_is_hidden) {
 
 double sum(const std::vector<float>& v) { return std::accumulate(v.begin(), v.end(), 0.0); }
 
-TEST(appearance::ColorModel, smoothing_keeps_the_sum_also_in_the_corners_of_the_cube) {
+TEST(ColorModel, smoothing_keeps_the_sum_also_in_the_corners_of_the_cube) {
   for (const std::size_t bin : {0u, 4095u, 1234u}) {
     std::vector<float> share(appearance::kColorBins), scratch, out;
     share[bin] = 1;
@@ -86,7 +86,7 @@ appearance::ColorCounts counts_of(int object_bin, int background_bin) {
   return counts;
 }
 
-TEST(appearance::ColorModel, a_colour_of_the_object_proves_much_but_not_all_and_an_unknown_one_nothing) {
+TEST(ColorModel, a_colour_of_the_object_proves_much_but_not_all_and_an_unknown_one_nothing) {
   const unsigned char red[3] = {200, 20, 20}, blue[3] = {20, 20, 200}, green[3] = {20, 200, 20};
   appearance::ColorModel model(0.7f);
   model.update(counts_of(appearance::color_bin(red), appearance::color_bin(blue)), 0.05, 0.3);
@@ -99,14 +99,14 @@ TEST(appearance::ColorModel, a_colour_of_the_object_proves_much_but_not_all_and_
   EXPECT_LT(model.overlap(), 0.05);
 }
 
-TEST(appearance::ColorModel, equal_histograms_say_nothing_and_overlap_wholly) {
+TEST(ColorModel, equal_histograms_say_nothing_and_overlap_wholly) {
   appearance::ColorModel model;
   model.update(counts_of(77, 77), 1, 1);
   for (const float p : model.posterior()) EXPECT_NEAR(p, 0.7, 1e-6);
   EXPECT_NEAR(model.overlap(), 1, 1e-4);
 }
 
-TEST(appearance::ColorModel, too_few_pixels_of_the_object_make_no_model_and_later_change_none) {
+TEST(ColorModel, too_few_pixels_of_the_object_make_no_model_and_later_change_none) {
   appearance::ColorCounts few;
   for (int i = 0; i < 10; ++i) few.add_object(5);
   appearance::ColorModel model;

@@ -51,7 +51,7 @@ calibration::LensFrame some_frame(const calibration::Lens& lens) {
   return frame;
 }
 
-TEST(calibration::Lens, a_ray_projects_back_to_its_pixel) {
+TEST(Lens, a_ray_projects_back_to_its_pixel) {
   const calibration::Lens lens = some_lens();
   const Vec3d ray = calibration::look_through(lens, true, 100, 400).ray;
   const Vec2d xy = distort(lens.camera.distortion, {ray.x, ray.y});
@@ -59,7 +59,7 @@ TEST(calibration::Lens, a_ray_projects_back_to_its_pixel) {
   EXPECT_NEAR(lens.camera.K.fy * xy.y + lens.camera.K.cy, 400, 1e-8);
 }
 
-TEST(calibration::Lens, derivatives_of_a_ray_are_those_of_finite_differences) {
+TEST(Lens, derivatives_of_a_ray_are_those_of_finite_differences) {
   const calibration::Lens lens = some_lens();
   const calibration::LensRay at = calibration::look_through(lens, true, 150, 380);
   for (std::size_t j = 0; j < calibration::kLensUnknowns; ++j) {
@@ -117,13 +117,13 @@ void expect_the_gradient_of_finite_differences(calibration::Outline outline) {
   }
 }
 
-TEST(calibration::LensFrame, its_gradient_is_that_of_finite_differences) {
+TEST(LensFrame, its_gradient_is_that_of_finite_differences) {
   expect_the_gradient_of_finite_differences(calibration::Outline::kAll);
 }
-TEST(calibration::LensFrame, its_gradient_is_that_of_finite_differences_within_the_outline) {
+TEST(LensFrame, its_gradient_is_that_of_finite_differences_within_the_outline) {
   expect_the_gradient_of_finite_differences(calibration::Outline::kWithin);
 }
-TEST(calibration::LensFrame, its_gradient_is_that_of_finite_differences_at_the_measured_points) {
+TEST(LensFrame, its_gradient_is_that_of_finite_differences_at_the_measured_points) {
   expect_the_gradient_of_finite_differences(calibration::Outline::kPoints);
 }
 

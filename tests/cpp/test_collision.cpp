@@ -15,7 +15,7 @@ namespace {
 constexpr double kRadius_m = 0.03;
 const Volume kBallVolume = make_volume(60, 0.05, [](Vec3d p) { return norm(p) - kRadius_m; });
 const Volume kBoxVolume = make_volume(60, 0.05, [](Vec3d p) {
-  return sdf::box_distance(p, {0.03, 0.02, 0.025});
+  return box_distance(p, {0.03, 0.02, 0.025});
 });
 const frame::Shape kBall = frame::make_shape(kBallVolume.view(), 960, 100);
 const frame::Shape kBox = frame::make_shape(kBoxVolume.view(), 960, 100);
@@ -63,7 +63,7 @@ TEST_P(CollisionKind, the_gradient_is_the_slope_of_the_cost) {
 INSTANTIATE_TEST_SUITE_P(Both, CollisionKind,
                          testing::Values(tracking::Collision::kContact, tracking::Collision::kPrinted));
 
-TEST(tracking::Collision, objects_apart_cost_nothing_and_push_nobody) {
+TEST(Collision, objects_apart_cost_nothing_and_push_nobody) {
   tracking::CollisionEnergy energy({tracking::Collision::kContact});
   const optim::State x =
       at({{rotation_exp(Vec3d{0, 0, 0}), {0, 0, 0.5}}, {rotation_exp(Vec3d{0, 0, 0}), {0.07, 0, 0.5}}});
@@ -76,7 +76,7 @@ TEST(tracking::Collision, objects_apart_cost_nothing_and_push_nobody) {
   EXPECT_EQ(eq.gradient.cwiseAbs().maxCoeff(), 0);
 }
 
-TEST(tracking::Collision, the_order_of_the_objects_does_not_matter_to_contact) {
+TEST(Collision, the_order_of_the_objects_does_not_matter_to_contact) {
   const optim::State x = three_in_one_another();
   optim::State reversed = x;
   std::swap(reversed.T_obj_cam[0], reversed.T_obj_cam[2]);
@@ -111,16 +111,16 @@ double depth_after_a_pull(tracking::Collision kind) {
   return 2 * kRadius_m - norm(inverse(now.T_obj_cam[0]).t - inverse(now.T_obj_cam[1]).t);
 }
 
-TEST(tracking::Collision, contact_holds_balls_apart_that_data_pull_together) {
+TEST(Collision, contact_holds_balls_apart_that_data_pull_together) {
   EXPECT_LT(depth_after_a_pull(tracking::Collision::kContact), 0.001);
 }
 
-TEST(tracking::Collision, the_printed_form_does_not) {
+TEST(Collision, the_printed_form_does_not) {
   EXPECT_GT(depth_after_a_pull(tracking::Collision::kPrinted), 0.02);
 }
 
 // A term of some objects enters the whole where they stand.
-TEST(optim::GroupEnergy, is_the_sum_of_its_terms_over_their_own_objects) {
+TEST(GroupEnergy, is_the_sum_of_its_terms_over_their_own_objects) {
   const optim::State x = three_in_one_another();
   optim::PosePrior last({1, false, false}, 0, x.T_obj_cam[0], optim::PosePrior::isotropic(0.01, 0.1));
   tracking::CollisionEnergy pair({tracking::Collision::kContact});
@@ -148,7 +148,7 @@ TEST(optim::GroupEnergy, is_the_sum_of_its_terms_over_their_own_objects) {
 }
 
 // 20 objects are solved by a sparse factorisation: each goes where its own prior says.
-TEST(optim::GroupEnergy, many_objects_find_their_own_minima) {
+TEST(GroupEnergy, many_objects_find_their_own_minima) {
   optim::State x, wanted;
   std::vector<optim::PosePrior> priors;
   for (int k = 0; k < 20; ++k) {

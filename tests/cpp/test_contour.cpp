@@ -91,7 +91,7 @@ TEST(TemplateScores, are_sums_of_products_whatever_the_length) {
   }
 }
 
-TEST(contour::GridWarp, an_increment_and_its_opposite_cancel) {
+TEST(GridWarp, an_increment_and_its_opposite_cancel) {
   const contour::GridWarp warp{{1.1, -0.2, 0.3, 0.9}, {40, 30}};
   const double delta[4] = {0.1, 0.2, 3, -2};
   const contour::GridWarp there = contour::moved<4>(warp, delta);
@@ -124,7 +124,7 @@ TEST(Pieces, a_speck_goes_and_a_ring_stays_one) {
   EXPECT_LT(grid.phi[20 * 60 + 9], 0);
 }
 
-TEST(contour::RegionModel, squares_are_means_of_pixels_and_stay_in_the_part) {
+TEST(RegionModel, squares_are_means_of_pixels_and_stay_in_the_part) {
   constexpr int kWidth = 53, kHeight = 37;
   std::vector<unsigned char> rgb(3 * kWidth * kHeight);
   std::mt19937 random(3);
@@ -251,7 +251,7 @@ TEST(ContourPhases, an_occluded_or_a_novel_shape_changes_no_colours) {
   EXPECT_NE(after[1], after[2]);
 }
 
-TEST(contour::ContourOptions, steps_beyond_the_stable_ones_are_refused) {
+TEST(ContourOptions, steps_beyond_the_stable_ones_are_refused) {
   contour::ContourOptions options;
   options.mu = 0.1f;
   EXPECT_THROW(options.check(), std::invalid_argument);

@@ -10,6 +10,8 @@
 namespace sdftrack {
 namespace {
 
+using namespace energies;  // compiled.inc names its pairs so
+
 constexpr double kRelative = 1e-4;  // the GPU contracts a * b + c, and sums in another order
 
 template <class Field, class Penalty>
@@ -36,13 +38,13 @@ void expect_the_cpus_sums(int count) {
 }
 
 #define SDFTRACK_PAIR(name, field, penalty)                                                \
-  TEST(energies::CudaWork, name##_is_what_the_cpu_sums) {                                  \
+  TEST(CudaWork, name##_is_what_the_cpu_sums) {                                  \
     for (const int count : {1, 700, 100'000}) expect_the_cpus_sums<field, penalty>(count); \
   }
 #include "energies/compiled.inc"
 #undef SDFTRACK_PAIR
 
-TEST(energies::CudaWork, a_build_without_cuda_says_so) {
+TEST(CudaWork, a_build_without_cuda_says_so) {
   if (cuda_built()) GTEST_SKIP() << "a build with CUDA";
   EXPECT_THROW(energies::CudaWork(), std::runtime_error);
 }

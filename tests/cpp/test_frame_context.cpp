@@ -10,7 +10,7 @@ namespace {
 
 const Rigidd kLeft = pose_at({-0.12, 0, 0.6}), kRight = pose_at({0.12, 0, 0.6});
 
-TEST(tracking::FrameContext, a_frame_is_readable_when_it_has_a_reading_and_not_without_an_image) {
+TEST(FrameContext, a_frame_is_readable_when_it_has_a_reading_and_not_without_an_image) {
   PartsFixture parts;
   parts.add(kLeft);
   parts.open({kLeft}, 0);
@@ -22,7 +22,7 @@ TEST(tracking::FrameContext, a_frame_is_readable_when_it_has_a_reading_and_not_w
   EXPECT_FALSE(parts.context.readable());
 }
 
-TEST(tracking::FrameContext, others_claim_the_readings_on_their_surface_and_no_more) {
+TEST(FrameContext, others_claim_the_readings_on_their_surface_and_no_more) {
   PartsFixture parts;
   parts.add(kLeft), parts.add(kRight);
   parts.open({kLeft, kRight}, 0);  // the mask is of the right one
@@ -40,7 +40,7 @@ TEST(tracking::FrameContext, others_claim_the_readings_on_their_surface_and_no_m
   EXPECT_EQ(parts.context.claimed_by_others(parts.objects[0]), nullptr);
 }
 
-TEST(tracking::FrameContext, neighbors_are_the_others_that_are_followed_where_this_frame_has_shown_them) {
+TEST(FrameContext, neighbors_are_the_others_that_are_followed_where_this_frame_has_shown_them) {
   PartsFixture parts;
   parts.add(kLeft), parts.add(kRight), parts.add(kRight);
   parts.objects[2].weak = true;

@@ -21,7 +21,7 @@ struct Groups : PartsFixture {
   }
 };
 
-TEST(tracking::GroupFitter, what_may_touch_is_fitted_together_and_who_is_alone_is_left) {
+TEST(GroupFitter, what_may_touch_is_fitted_together_and_who_is_alone_is_left) {
   Groups parts;
   parts.add(kFirst), parts.add(kSecond), parts.add(pose_at({0.3, 0, 0.9}));
   const Rigidd truth = beside(kFirst, 0.001);
@@ -34,7 +34,7 @@ TEST(tracking::GroupFitter, what_may_touch_is_fitted_together_and_who_is_alone_i
   EXPECT_LT(norm(second.T_cam_obj.t - truth.t), kClose_m);
 }
 
-TEST(tracking::GroupFitter, of_two_that_start_in_one_place_the_second_is_refused) {
+TEST(GroupFitter, of_two_that_start_in_one_place_the_second_is_refused) {
   Groups parts;
   for (int k = 0; k < 2; ++k) {
     parts.add(kFirst);
@@ -48,7 +48,7 @@ TEST(tracking::GroupFitter, of_two_that_start_in_one_place_the_second_is_refused
   EXPECT_EQ(refused.trust.reason.object, 0);
 }
 
-TEST(tracking::GroupFitter, a_hidden_one_is_carried_for_some_frames_and_then_lost) {
+TEST(GroupFitter, a_hidden_one_is_carried_for_some_frames_and_then_lost) {
   Groups parts;
   parts.add(kFirst), parts.add(kSecond);
   std::vector<tracking::Status> said;

@@ -115,7 +115,7 @@ TEST(LwprUnitOps, an_activation_is_that_of_the_formula) {
   }
 }
 
-TEST(lwpr::LwprSearch, no_field_that_reaches_a_place_is_left_out) {
+TEST(LwprSearch, no_field_that_reaches_a_place_is_left_out) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> place(-1, 1), reach(0.02, 0.3);
   for (const int n : {1, 2, 3, 6}) {
@@ -149,7 +149,7 @@ TEST(lwpr::LwprSearch, no_field_that_reaches_a_place_is_left_out) {
   }
 }
 
-TEST(lwpr::LwprModel, bytes_that_are_cut_off_or_changed_are_refused) {
+TEST(LwprModel, bytes_that_are_cut_off_or_changed_are_refused) {
   lwpr::LwprModel model(2, 1, {}, {1, 1}, {1});
   const double x[] = {0.1, 0.2, 0.9, -0.8}, y[] = {1, 2};
   model.update(x, y, 2, 1);

@@ -15,14 +15,14 @@ void expect_same(const Rigidd& a, const Rigidd& b) {
   EXPECT_LT(rotation_angle(transpose(a.R) * b.R), 1e-7);
 }
 
-TEST(tracking::ConstantVelocity, knows_nothing_before_two_poses) {
+TEST(ConstantVelocity, knows_nothing_before_two_poses) {
   tracking::ConstantVelocity motion;
   expect_same(motion.predict(screw(0.4), 1), screw(0.4));
   motion.observe(screw(0), 0);
   expect_same(motion.predict(screw(0), 0.1), screw(0));
 }
 
-TEST(tracking::ConstantVelocity, goes_on_by_the_time_that_passes) {
+TEST(ConstantVelocity, goes_on_by_the_time_that_passes) {
   tracking::ConstantVelocity motion;
   motion.observe(screw(0.0), 10.0);
   motion.observe(screw(0.1), 10.1);
@@ -30,14 +30,14 @@ TEST(tracking::ConstantVelocity, goes_on_by_the_time_that_passes) {
   expect_same(motion.predict(screw(0.1), 10.4), screw(0.4));  // three frames were dropped
 }
 
-TEST(tracking::ConstantVelocity, counts_frames_where_there_are_no_times) {
+TEST(ConstantVelocity, counts_frames_where_there_are_no_times) {
   tracking::ConstantVelocity motion;
   motion.observe(screw(0.0), tracking::kNoTime);
   motion.observe(screw(0.1), tracking::kNoTime);
   expect_same(motion.predict(screw(0.1), tracking::kNoTime), screw(0.2));
 }
 
-TEST(tracking::ConstantVelocity, is_believed_less_in_every_frame_without_a_sure_pose) {
+TEST(ConstantVelocity, is_believed_less_in_every_frame_without_a_sure_pose) {
   tracking::ConstantVelocity motion;
   motion.observe(screw(0.0), 0.0);
   motion.observe(screw(0.1), 0.1);
@@ -50,7 +50,7 @@ TEST(tracking::ConstantVelocity, is_believed_less_in_every_frame_without_a_sure_
   EXPECT_NEAR(twice, 0.49 * full, 1e-9);
 }
 
-TEST(tracking::ConstantVelocity, says_nothing_across_a_gap_or_a_change_of_unit) {
+TEST(ConstantVelocity, says_nothing_across_a_gap_or_a_change_of_unit) {
   tracking::ConstantVelocity motion;
   motion.observe(screw(0.0), 0.0);
   motion.observe(screw(0.1), 0.1);

@@ -11,7 +11,7 @@ constexpr double kClose_m = 3e-4;  // of a fit to some 2,000 readings of 0.6 mm 
 
 Rigidd moved(const Rigidd& T, Vec3d by_m) { return {T.R, T.t + by_m}; }
 
-TEST(tracking::ObjectFollower, it_follows_a_small_motion_and_takes_over_what_it_found) {
+TEST(ObjectFollower, it_follows_a_small_motion_and_takes_over_what_it_found) {
   PartsFixture parts;
   parts.add(kPose);
   const Rigidd truth = moved(kPose, {0.006, -0.004, 0.003});
@@ -25,7 +25,7 @@ TEST(tracking::ObjectFollower, it_follows_a_small_motion_and_takes_over_what_it_
   EXPECT_FALSE(result.steps.empty());
 }
 
-TEST(tracking::ObjectFollower, without_readings_near_it_the_object_is_lost_and_keeps_its_pose) {
+TEST(ObjectFollower, without_readings_near_it_the_object_is_lost_and_keeps_its_pose) {
   PartsFixture parts;
   parts.add(kPose);
   parts.open({}, 0);
@@ -36,7 +36,7 @@ TEST(tracking::ObjectFollower, without_readings_near_it_the_object_is_lost_and_k
   EXPECT_EQ(parts.objects[0].usual_share, 0);
 }
 
-TEST(tracking::ObjectFollower, a_jump_that_the_first_attempt_misses_is_found_by_further_ones) {
+TEST(ObjectFollower, a_jump_that_the_first_attempt_misses_is_found_by_further_ones) {
   const Rigidd truth = moved(kPose, {0, 0, -0.04});
   for (const bool retries : {false, true}) {
     PartsFixture parts;
@@ -52,7 +52,7 @@ TEST(tracking::ObjectFollower, a_jump_that_the_first_attempt_misses_is_found_by_
   }
 }
 
-TEST(tracking::ObjectFollower, a_lost_object_does_not_take_the_readings_of_its_neighbor) {
+TEST(ObjectFollower, a_lost_object_does_not_take_the_readings_of_its_neighbor) {
   PartsFixture parts;
   parts.add(kPose), parts.add(moved(kPose, {0.01, 0, 0}));
   parts.objects[1].lost_frames = 3;
@@ -63,7 +63,7 @@ TEST(tracking::ObjectFollower, a_lost_object_does_not_take_the_readings_of_its_n
   EXPECT_EQ(parts.follower.follow(&parts.context, &parts.objects[1]).trust.status, tracking::Status::kOk);
 }
 
-TEST(tracking::ObjectFollower, a_prior_serves_one_frame) {
+TEST(ObjectFollower, a_prior_serves_one_frame) {
   PartsFixture parts;
   parts.add(kPose);
   parts.objects[0].prior = 1e12 * tracking::Matrix6d::Identity();

@@ -45,13 +45,13 @@ struct Scene {
   }
 };
 
-TEST(tracking::Outline, a_free_body_ends_all_around) {
+TEST(Outline, a_free_body_ends_all_around) {
   const tracking::Outline o = Scene().outline();
   EXPECT_EQ(o.ends, 24);
   EXPECT_EQ(o.runs_on + o.unknown, 0);
 }
 
-TEST(tracking::Outline, a_body_let_into_a_wall_runs_on_all_around) {
+TEST(Outline, a_body_let_into_a_wall_runs_on_all_around) {
   Scene scene;
   const double rim_m = kBall_m - kRadius_m * kRadius_m / kBall_m;  // depth of the ball's silhouette
   for (float& z : scene.depth) z = std::min(z, static_cast<float>(rim_m));
@@ -59,7 +59,7 @@ TEST(tracking::Outline, a_body_let_into_a_wall_runs_on_all_around) {
   EXPECT_EQ(o.runs_on, 24);
 }
 
-TEST(tracking::Outline, what_is_hidden_or_not_read_says_nothing) {
+TEST(Outline, what_is_hidden_or_not_read_says_nothing) {
   Scene scene;
   for (int y = 0; y < 120; ++y)
     for (int x = 0; x < 80; ++x) scene.depth[static_cast<std::size_t>(y * 160 + x)] = x % 2 ? 0.3f : 0.0f;

@@ -43,7 +43,7 @@ frame::DepthFrame frame_of(const std::vector<float>& depth, const Camera& camera
   return {{depth.data(), camera.width, camera.height}, nullptr, nullptr};
 }
 
-TEST(frame::Plane, is_exact_without_noise) {
+TEST(Plane, is_exact_without_noise) {
   const Camera camera = camera_of(160, 120);
   const std::vector<float> depth = table(camera, 0);
   for (const plane::PlaneMethod method :
@@ -60,7 +60,7 @@ TEST(frame::Plane, is_exact_without_noise) {
   }
 }
 
-TEST(frame::Plane, has_a_mask_of_the_same_bytes_for_any_number_of_threads) {
+TEST(Plane, has_a_mask_of_the_same_bytes_for_any_number_of_threads) {
   const Camera camera = camera_of(161, 123);
   std::vector<float> depth = table(camera, 0.003);
   for (int y = 40; y < 80; ++y)
@@ -75,7 +75,7 @@ TEST(frame::Plane, has_a_mask_of_the_same_bytes_for_any_number_of_threads) {
   for (const unsigned char m : one) EXPECT_LE(m, 1);
 }
 
-TEST(frame::Plane, is_looked_for_in_images_of_all_sizes_and_all_kinds_of_readings) {
+TEST(Plane, is_looked_for_in_images_of_all_sizes_and_all_kinds_of_readings) {
   std::mt19937 random(2);
   std::uniform_real_distribution<float> anywhere(0.3f, 3.0f), chance(0, 1);
   const float odd[] = {

@@ -74,7 +74,7 @@ void expect_same_bytes(const T& a, const T& b, Isa isa) {
   EXPECT_EQ(std::memcmp(&a, &b, sizeof a), 0) << isa_name(isa);
 }
 
-TEST(frame::PointOps, every_instruction_set_gives_the_same_bits) {
+TEST(PointOps, every_instruction_set_gives_the_same_bits) {
   const Scene scene;
   const frame::PointOps& slow = frame::PointOps::baseline;
   for (const Isa isa : supported_isas()) {
@@ -101,7 +101,7 @@ TEST(frame::PointOps, every_instruction_set_gives_the_same_bits) {
 }
 
 // A convex body hides a point exactly where the surface turns away from the camera.
-TEST(frame::PointOps, a_sight_is_what_geometry_says) {
+TEST(PointOps, a_sight_is_what_geometry_says) {
   const Scene scene;
   const Vec3d eye = inverse(kPose).t;
   frame::Sights sights;
@@ -119,7 +119,7 @@ TEST(frame::PointOps, a_sight_is_what_geometry_says) {
   EXPECT_EQ(k, sights.count);
 }
 
-TEST(frame::PointOps, a_bearing_is_the_angle_about_the_middle) {
+TEST(PointOps, a_bearing_is_the_angle_about_the_middle) {
   const Scene scene;
   const Vec2f middle = project(kCamera, kPose.t.cast<float>());
   frame::Bearings seen;

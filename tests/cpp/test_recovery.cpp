@@ -20,7 +20,7 @@ tracking::ObjectResult with_status(tracking::Status status) {
   return result;
 }
 
-TEST(tracking::Recovery, an_object_is_found_in_its_mask) {
+TEST(Recovery, an_object_is_found_in_its_mask) {
   Searches parts;
   parts.add({});
   parts.open({kPose}, 0);
@@ -33,7 +33,7 @@ TEST(tracking::Recovery, an_object_is_found_in_its_mask) {
   EXPECT_EQ(parts.objects[0].lost_frames, 0);
 }
 
-TEST(tracking::Recovery, why_nothing_is_found_is_said_by_a_code) {
+TEST(Recovery, why_nothing_is_found_is_said_by_a_code) {
   Searches parts;
   parts.add({});
   parts.open({}, 0);
@@ -50,7 +50,7 @@ TEST(tracking::Recovery, why_nothing_is_found_is_said_by_a_code) {
   EXPECT_EQ(result.trust.reason.code, tracking::ReasonCode::kNoReadingInMask);
 }
 
-TEST(tracking::Recovery, a_find_must_be_confirmed_by_the_next_frame_or_is_taken_back) {
+TEST(Recovery, a_find_must_be_confirmed_by_the_next_frame_or_is_taken_back) {
   for (const bool holds : {true, false}) {
     Searches parts;
     parts.add(kPose);
@@ -72,7 +72,7 @@ TEST(tracking::Recovery, a_find_must_be_confirmed_by_the_next_frame_or_is_taken_
   }
 }
 
-TEST(tracking::Recovery, what_is_not_there_stays_lost_with_the_reason_that_it_had) {
+TEST(Recovery, what_is_not_there_stays_lost_with_the_reason_that_it_had) {
   Searches parts;
   parts.add(kPose);
   parts.objects[0].lost_frames = 1;

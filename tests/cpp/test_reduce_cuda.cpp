@@ -13,6 +13,8 @@
 namespace sdftrack {
 namespace {
 
+using namespace energies;  // compiled.inc names its pairs so
+
 static_assert(energies::kBlockThreads == gpu_on_cpu::kThreads);
 
 constexpr double kRelative = 1e-5;  // sums of floats in another order

@@ -38,7 +38,7 @@ Soup tetrahedron() {
   return {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
 }
 
-TEST(sdf::Triangle, a_point_is_nearest_to_a_corner_an_edge_or_the_inside) {
+TEST(Triangle, a_point_is_nearest_to_a_corner_an_edge_or_the_inside) {
   const sdf::Triangle t{{0, 0, 0}, {2, 0, 0}, {0, 2, 0}};
   EXPECT_LT(norm(sdf::closest_point(t, {-1, -1, 1}) - Vec3d{0, 0, 0}), 1e-15);
   EXPECT_LT(norm(sdf::closest_point(t, {1, -3, 0}) - Vec3d{1, 0, 0}), 1e-15);
@@ -46,14 +46,14 @@ TEST(sdf::Triangle, a_point_is_nearest_to_a_corner_an_edge_or_the_inside) {
   EXPECT_LT(norm(sdf::closest_point(t, {0.5, 0.5, -7}) - Vec3d{0.5, 0.5, 0}), 1e-15);
 }
 
-TEST(sdf::Triangle, one_without_area_answers_with_its_edge) {
+TEST(Triangle, one_without_area_answers_with_its_edge) {
   const Vec3d a{0, 0, 0}, b{2, 0, 0}, p{1, 1, 0};
   for (const sdf::Triangle& t : {sdf::Triangle{a, a, b}, sdf::Triangle{a, b, b}, sdf::Triangle{a, b, a}})
     EXPECT_LT(norm(sdf::closest_point(t, p) - Vec3d{1, 0, 0}), 1e-15);
   EXPECT_LT(norm(sdf::closest_point({b, b, b}, p) - b), 1e-15);
 }
 
-TEST(sdf::Bvh, finds_the_nearest_of_all_triangles_with_any_guess) {
+TEST(Bvh, finds_the_nearest_of_all_triangles_with_any_guess) {
   const Soup soup = random_triangles(200);
   const sdf::Bvh bvh(soup.view());
   for (int i = 0; i < 100; ++i) {
@@ -67,7 +67,7 @@ TEST(sdf::Bvh, finds_the_nearest_of_all_triangles_with_any_guess) {
   }
 }
 
-TEST(sdf::Bvh, finds_the_first_of_all_hits) {
+TEST(Bvh, finds_the_first_of_all_hits) {
   const Soup soup = random_triangles(200);
   const sdf::Bvh bvh(soup.view());
   int hits = 0;
@@ -83,7 +83,7 @@ TEST(sdf::Bvh, finds_the_first_of_all_hits) {
   EXPECT_GT(hits, 100);
 }
 
-TEST(sdf::Bvh, many_equal_triangles_do_not_make_it_deep) {
+TEST(Bvh, many_equal_triangles_do_not_make_it_deep) {
   Soup soup;
   soup.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   soup.faces.assign(5000, {0, 1, 2});
@@ -102,14 +102,14 @@ TEST(Winding, both_countings_agree_on_a_closed_mesh) {
         EXPECT_NEAR(tree(grid.point(ix, iy, iz)), counted[grid.index(ix, iy, iz)], 0.02);
 }
 
-TEST(sdf::MeshReport, a_tetrahedron_is_closed_and_holds_a_sixth) {
+TEST(MeshReport, a_tetrahedron_is_closed_and_holds_a_sixth) {
   const sdf::CleanMesh mesh = sdf::clean_mesh(tetrahedron().view());
   EXPECT_EQ(mesh.report.unbalanced_edges, 0u);
   EXPECT_EQ(mesh.report.parts, 1u);
   EXPECT_NEAR(mesh.report.volume_m3, 1.0 / 6, 1e-15);
 }
 
-TEST(sdf::MeshReport, a_face_and_its_reverse_cancel_and_a_missing_one_leaves_three_open_edges) {
+TEST(MeshReport, a_face_and_its_reverse_cancel_and_a_missing_one_leaves_three_open_edges) {
   Soup mesh = tetrahedron();
   mesh.faces.push_back({0, 1, 2});
   const sdf::CleanMesh open = sdf::clean_mesh(mesh.view());

@@ -11,6 +11,8 @@
 namespace sdftrack {
 namespace {
 
+using namespace energies;  // compiled.inc names its pairs so
+
 // All that the loops write or return, as bytes.
 template <class Field, class Penalty>
 std::vector<unsigned char> bytes_of(const energies::TermOps<Field, Penalty>& ops, int count,
@@ -55,14 +57,14 @@ void expect_the_same_bits() {
 }
 
 #define SDFTRACK_PAIR(name, field, penalty)                                    \
-  TEST(energies::TermOps, name##_has_the_same_bits_on_every_instruction_set) { \
+  TEST(TermOps, name##_has_the_same_bits_on_every_instruction_set) { \
     expect_the_same_bits<field, penalty>();                                    \
   }
 #include "energies/compiled.inc"
 #undef SDFTRACK_PAIR
 
 // What the loops sum is what their pixels give one by one, in double.
-TEST(energies::TermOps, the_sums_are_those_of_the_pixels) {
+TEST(TermOps, the_sums_are_those_of_the_pixels) {
   constexpr int kCount = 700;
   energies::PixelSet pixels = some_pixels(kCount), others = pixels;
   const auto term_of = [](energies::PixelSet* set) {

@@ -82,7 +82,7 @@ class Expected {
   int call_ = 0;
 };
 
-TEST(tracking::Tracker, it_answers_a_sequence_as_the_python_tracker_does) {
+TEST(Tracker, it_answers_a_sequence_as_the_python_tracker_does) {
   Scene scene;
   tracking::Tracker& tracker = scene.tracker;
   Expected expected;
@@ -109,7 +109,7 @@ TEST(tracking::Tracker, it_answers_a_sequence_as_the_python_tracker_does) {
   EXPECT_TRUE(expected.at_end());
 }
 
-TEST(tracking::Tracker, some_objects_can_be_recovered_only_beside_a_result_about_the_others) {
+TEST(Tracker, some_objects_can_be_recovered_only_beside_a_result_about_the_others) {
   Scene scene;
   const frame::DepthFrame frame = scene.frame(0, {kLeft, kRight});
   EXPECT_THROW(scene.tracker.recover(frame, {0}, {tracking::PoseHint{}}), std::runtime_error);
@@ -120,7 +120,7 @@ TEST(tracking::Tracker, some_objects_can_be_recovered_only_beside_a_result_about
   EXPECT_THROW(scene.tracker.recover(frame, {0}, {tracking::PoseHint{}}), std::runtime_error);
 }
 
-TEST(tracking::Tracker, a_frame_outside_of_the_sequence_leaves_its_record) {
+TEST(Tracker, a_frame_outside_of_the_sequence_leaves_its_record) {
   Scene scene;
   scene.tracker.start(scene.frame(0, {kLeft, kRight}), {at_pose(kLeft), at_pose(kRight)});
   const Rigidd best = *scene.tracker.last_good_poses()[0];
@@ -131,7 +131,7 @@ TEST(tracking::Tracker, a_frame_outside_of_the_sequence_leaves_its_record) {
   EXPECT_EQ(norm(scene.tracker.last_good_poses()[0]->t - best.t), 0);
 }
 
-TEST(tracking::Tracker, a_frame_that_could_not_be_read_says_nothing_of_a_pose_and_gives_nobody_a_pixel) {
+TEST(Tracker, a_frame_that_could_not_be_read_says_nothing_of_a_pose_and_gives_nobody_a_pixel) {
   Scene scene;
   tracking::Tracker& tracker = scene.tracker;
   tracker.start(scene.frame(0, {kLeft, kRight}), {{kLeft, {}, {}}, {kRight, {}, {}}});
@@ -146,8 +146,8 @@ TEST(tracking::Tracker, a_frame_that_could_not_be_read_says_nothing_of_a_pose_an
     EXPECT_EQ(result.trust.status, tracking::Status::kBadFrame);
 }
 
-TEST(tracking::Tracker, other_volumes_for_the_same_objects_go_on_from_the_poses_that_are_given) {
-  const Volume finer = make_volume(80, 0.1, [](Vec3d p) { return sdf::box_distance(p, kHalfBox_m); });
+TEST(Tracker, other_volumes_for_the_same_objects_go_on_from_the_poses_that_are_given) {
+  const Volume finer = make_volume(80, 0.1, [](Vec3d p) { return box_distance(p, kHalfBox_m); });
   Scene scene;
   scene.tracker.start(scene.frame(0, {kLeft, kRight}), {at_pose(kLeft), at_pose(kRight)});
   scene.tracker.replace_shapes({finer.view(), box_volume().view()}, scene.tracker.last_good_poses());

@@ -26,7 +26,7 @@ struct Verdicts : PartsFixture {
   }
 };
 
-TEST(tracking::Verdict, who_is_lost_has_the_last_good_pose_and_none_before_the_first) {
+TEST(Verdict, who_is_lost_has_the_last_good_pose_and_none_before_the_first) {
   Verdicts v;
   v.add(kPose);
   v.verdict.start({std::nullopt});
@@ -39,7 +39,7 @@ TEST(tracking::Verdict, who_is_lost_has_the_last_good_pose_and_none_before_the_f
   EXPECT_EQ(v.conclude({answer(kPose, tracking::Status::kLost)}, 2).objects[0].T_cam_obj.t.x, 0.1);
 }
 
-TEST(tracking::Verdict, a_twist_needs_two_frames_in_a_row_with_a_pose_and_times_in_order) {
+TEST(Verdict, a_twist_needs_two_frames_in_a_row_with_a_pose_and_times_in_order) {
   Verdicts v;
   v.add(kPose);
   v.verdict.start({kPose});
@@ -60,7 +60,7 @@ TEST(tracking::Verdict, a_twist_needs_two_frames_in_a_row_with_a_pose_and_times_
   EXPECT_NEAR(speed(0.06, 4.5), 0.02, 1e-12);
 }
 
-TEST(tracking::Verdict, two_in_one_place_are_both_doubted_once) {
+TEST(Verdict, two_in_one_place_are_both_doubted_once) {
   Verdicts v;
   v.add(kPose), v.add(kPose), v.add(pose_at({0.3, 0, 0.5}));
   v.verdict.start({kPose, kPose, kPose});
@@ -80,7 +80,7 @@ TEST(tracking::Verdict, two_in_one_place_are_both_doubted_once) {
   EXPECT_EQ(result.objects[2].trust.status, tracking::Status::kLost);
 }
 
-TEST(tracking::Verdict, a_primitive_not_found_yet_is_lost_whatever_its_placeholder_looks_like) {
+TEST(Verdict, a_primitive_not_found_yet_is_lost_whatever_its_placeholder_looks_like) {
   Verdicts v;
   v.add(kPose);
   v.objects[0].unfound = "cylinder";
@@ -96,7 +96,7 @@ TEST(tracking::Verdict, a_primitive_not_found_yet_is_lost_whatever_its_placehold
             tracking::Status::kBadFrame);
 }
 
-TEST(tracking::Verdict, a_sequence_that_was_kept_elsewhere_goes_on) {
+TEST(Verdict, a_sequence_that_was_kept_elsewhere_goes_on) {
   Verdicts v;
   v.add(kPose);
   v.verdict.resume(7, 1.0, {true}, {kPose});

@@ -49,12 +49,12 @@ int main() {
       phi.data(),     kVoxels, kVoxels, kVoxels, static_cast<float>(2 * kHalf_m / (kVoxels - 1)),
       {low, low, low}};
 
-  sdftrack::Tracker tracker({volume}, camera, {}, {});
+  sdftrack::tracking::Tracker tracker({volume}, camera, {}, {});
   sdftrack::Rigidd guess;
   guess.t = centre + Vec3d{0.01, 0.005, -0.01};
   const auto frame = tracker.make_frame({depth.data(), camera.width, camera.height}, nullptr, 0.0, nullptr);
-  const sdftrack::ObjectResult result = tracker.start(frame, {{guess, {}, {}}}).objects.at(0);
+  const sdftrack::tracking::ObjectResult result = tracker.start(frame, {{guess, {}, {}}}).objects.at(0);
   const double error_m = norm(result.T_cam_obj.t - centre);
   std::printf("off by %.2f mm\n", 1000 * error_m);
-  return result.trust.status == sdftrack::Status::kOk && error_m < 0.001 ? 0 : 1;
+  return result.trust.status == sdftrack::tracking::Status::kOk && error_m < 0.001 ? 0 : 1;
 }
