@@ -63,6 +63,13 @@ void bind_option_schema(py::module_& m) {
   m.def("option_expected", &option_expected, "kind"_a, "min"_a, "max"_a, "min_open"_a, "max_open"_a,
         "ends_only"_a, "may_be_none"_a, "choices"_a,
         "What a message about such an option says was expected.");
+  m.def(
+      "option_in_range",
+      [](double value, double min, double max, bool min_open, bool max_open, bool ends_only) {
+        return lies_in({min, max, min_open, max_open, ends_only}, value);
+      },
+      "value"_a, "min"_a, "max"_a, "min_open"_a, "max_open"_a, "ends_only"_a,
+      "Whether a number lies in the range of an option.");
 }
 
 }  // namespace sdftrack::bindings

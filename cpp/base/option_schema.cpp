@@ -48,11 +48,6 @@ std::string expected_number(const char* kind, const OptionRange& r) {
   return out + none;
 }
 
-bool lies_in(const OptionRange& r, double value) {
-  if (r.ends_only) return value == r.min || value == r.max;
-  return (r.min_open ? value > r.min : value >= r.min) && (r.max_open ? value < r.max : value <= r.max);
-}
-
 [[noreturn]] void refuse(const OptionDescription& option, const std::string& got) {
   throw std::invalid_argument(option.name + ": expected " +
                               expected_of(option.kind, option.range, option.choices) + ", got " + got);
@@ -83,6 +78,11 @@ std::string expected_of(OptionKind kind, const OptionRange& range, const std::ve
       return "an array of numbers";
   }
   return {};
+}
+
+bool lies_in(const OptionRange& r, double value) {
+  if (r.ends_only) return value == r.min || value == r.max;
+  return (r.min_open ? value > r.min : value >= r.min) && (r.max_open ? value < r.max : value <= r.max);
 }
 
 void check_option(const OptionDescription& option) {

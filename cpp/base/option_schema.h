@@ -77,6 +77,9 @@ struct OptionDescription {
 // "a number > 0", "2 to 32", "one of ['a', 'b']": what a message says after "expected".
 std::string expected_of(OptionKind kind, const OptionRange& range, const std::vector<std::string>& choices);
 
+// NaN never does.
+bool lies_in(const OptionRange& range, double value);
+
 // std::invalid_argument "NAME: expected ..., got ..." for a value out of range.
 void check_option(const OptionDescription& option);
 

@@ -112,6 +112,13 @@ TEST(Options, a_message_says_name_bounds_and_value) {
   EXPECT_EQ(refusal(lwpr), "penalty: expected a number >= 0, got inf");
 }
 
+TEST(Options, ends_lie_in_a_range_unless_it_is_open_there) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(lies_in(from_to(1, 2), 1) && lies_in(from_to(1, 2), 2));
+  EXPECT_FALSE(lies_in(above(1), 1) || lies_in(from_to(1, 2).below(2), 2));
+  EXPECT_FALSE(lies_in(either(1, 3), 2) || lies_in(OptionRange{}, nan));
+}
+
 TEST(Options, a_float_is_shown_and_compared_with_its_fewest_digits) {
   EXPECT_EQ(decimal_of(0.05f), 0.05);
   contour::ContourOptions contour;

@@ -44,6 +44,42 @@ TEST(Primitives, derivatives_are_those_of_the_distance) {
   }
 }
 
+TEST(Solids, a_kind_by_its_number_is_the_kind_by_its_traits) {
+  using Cone = primitives::SolidTraits<primitives::PrimitiveKind::kCone>;
+  constexpr auto kCone = primitives::PrimitiveKind::kCone;
+  static_assert(primitives::size_count(kCone) == 2 && primitives::has_apex(kCone));
+  static_assert(!primitives::has_inside(primitives::PrimitiveKind::kPlane));
+  const auto& size = kSize[static_cast<int>(kCone)];
+  for (int i = 1; i < 20; ++i) {
+    const sdf::SolidSample<double> own = Cone::sample(point(i), size),
+                                   by_number = primitives::exact_sample(kCone, point(i), size);
+    EXPECT_EQ(own.phi_m, by_number.phi_m);
+    EXPECT_EQ(own.grad.x, by_number.grad.x);
+  }
+  for (int k = 0; k < primitives::kPrimitiveKinds; ++k) {
+    const auto kind = static_cast<primitives::PrimitiveKind>(k);
+    EXPECT_STREQ(primitives::visit_solid(kind, [](auto solid) { return solid.kName; }),
+                 primitives::facts(kind).name);
+    EXPECT_EQ(primitives::is_round(kind), primitives::free_count(kind) == 7) << "all but the turn about z";
+  }
+}
+
+TEST(Solids, reach_as_far_as_their_axes_say_and_touch_there) {
+  for (int k = 0; k < primitives::kPrimitiveKinds; ++k) {
+    const auto kind = static_cast<primitives::PrimitiveKind>(k);
+    const primitives::PrimitiveSize size{kSize[k][0], kSize[k][1], kSize[k][2]};
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double sign : {1.0, -1.0}) {
+        const Vec3d v{sign * (axis == 0), sign * (axis == 1), sign * (axis == 2)};
+        const primitives::Reach reach = primitives::reach_of(kind, v, size);
+        const primitives::SolidAxis& own = primitives::facts(kind).axes[static_cast<std::size_t>(axis)];
+        const double half = own.size < 0 ? 0 : own.half * size[static_cast<std::size_t>(own.size)];
+        EXPECT_NEAR(reach.reach_m, half, 1e-15) << "kind " << k << " axis " << axis;
+        EXPECT_NEAR(phi(kind, reach.at, kSize[k]), 0, 1e-12);
+      }
+  }
+}
+
 TEST(Primitives, points_in_packs_give_the_same_bits_on_every_instruction_set) {
   constexpr int kCount = 1003;  // no multiple of a pack, and more than a block
   std::vector<Vec3d> points;

@@ -74,19 +74,23 @@ class Option:
             return int(value)
         if self.kind == "number" and not isinstance(value, bool | np.bool_ | str | bytes):
             try:
-                return float(value)
-            except OverflowError:  # an int of hundreds of digits
-                return np.inf if value > 0 else -np.inf
+                return _as_float(value)
             except (TypeError, ValueError):
                 pass  # refused below
         wanted = {"int": "a whole number", "number": "a number"}.get(self.kind, self.expected)
         raise TypeError(f"{self.name}: expected {wanted}, got {_shown(value)}")
 
     def _is_in_range(self, value: float) -> bool:
-        if self.ends_only:
-            return value in (self.min, self.max)
-        low = value > self.min if self.min_open else value >= self.min
-        return low and (value < self.max if self.max_open else value <= self.max)
+        return _core.option_in_range(
+            _as_float(value), self.min, self.max, self.min_open, self.max_open, self.ends_only
+        )
+
+
+def _as_float(value: Any) -> float:
+    try:
+        return float(value)
+    except OverflowError:  # an int of hundreds of digits
+        return np.inf if value > 0 else -np.inf
 
 
 def _shown(value: Any) -> str:

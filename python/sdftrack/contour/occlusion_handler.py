@@ -30,7 +30,9 @@ Picture: TypeAlias = NDArray[np.float32]
 MIN_LOSS = 0.05  # share of the area that must be missing suddenly for an occlusion to be considered
 LOSS_ERRORS = 5.0  # the same in rms errors of the predicted size
 LEARNT_AFTER = 10  # frames that a silhouette waits: one that an occluder begins to cover is not learned
-NEAR_PX = 2.5  # of a 64 x 64 frame: pixels of the object's colours so near to the expected silhouette are its own
+NEAR_PX = (
+    2.5  # of a 64 x 64 frame: pixels of the object's colours so near to the expected silhouette are its own
+)
 OFF_PX = (1.5, 8.0)  # distances at which pixels of the object's colours lie beyond the expected silhouette
 SMOOTHED_PX = 1.0  # of the posterior, before it is cut at one half
 MIN_KNOWN = 0.2  # mean |2 p - 1| around a pixel; where it is less, the colours are of neither side

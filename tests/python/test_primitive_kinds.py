@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: MIT
+"""The table of kinds that the core keeps: what Python, the command line and the synthetic scenes make of it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack import _core
+from sdftrack.cli.fit import Kind
+from sdftrack.primitives.kinds import FREE, KINDS, SIZES, SOLIDS, TABLE
+from sdftrack.primitives.result import volume_of
+from sdftrack.reference.primitives import distance
+from sdftrack.synth import solids
+
+LENGTHS_M = (0.05, 0.09, 0.07)
+MADE = {
+    "sphere": lambda a, b, c: st.SDF.sphere(a, voxels=24),
+    "cylinder": lambda a, b, c: st.SDF.cylinder(a, b, voxels=24),
+    "cone": lambda a, b, c: st.SDF.cone(a, b, voxels=24),
+    "box": lambda a, b, c: st.SDF.box((a, b, c), voxels=24),
+    "ellipsoid": lambda a, b, c: st.SDF.ellipsoid((a, b, c), voxels=24),
+}
+
+
+def test_the_kinds_and_their_order_are_those_of_the_core():
+    assert KINDS == ("sphere", "cylinder", "cone", "box", "ellipsoid", "plane")
+    assert tuple(_core.PrimitiveKind.__members__) == KINDS
+    assert SOLIDS == KINDS[:-1] == solids.KINDS
+    assert SIZES == solids.SIZES
+    assert FREE == {"sphere": 4, "cylinder": 7, "cone": 7, "box": 9, "ellipsoid": 9, "plane": 8}
+    for kind in TABLE.values():
+        assert len(kind.sizes) == len(kind.size_axes)
+        assert kind.member == _core.PrimitiveKind.__members__[kind.name]
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        TABLE["box"].unknowns = 3
+
+
+def test_the_command_line_offers_every_kind():
+    assert {kind.value for kind in Kind} == {"auto", *KINDS}
+
+
+@pytest.mark.parametrize("kind", SOLIDS)
+def test_a_volume_by_the_table_is_that_of_its_constructor(kind):
+    size = dict(zip(SIZES[kind], LENGTHS_M, strict=False))
+    made, given = MADE[kind](*LENGTHS_M), volume_of(kind, size, 24)
+    np.testing.assert_array_equal(given.values, made.values)
+    np.testing.assert_array_equal(given.origin, made.origin)
+    assert given.voxel_size == made.voxel_size
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_solid_ends_at_its_half_extent(kind):
+    size = dict(zip(SIZES[kind], LENGTHS_M, strict=False))
+    half = TABLE[kind].half_extent(list(size.values()))
+    # Of a cone the extent along x is reached at its base.
+    height = -half[2] if kind == "cone" else 0.0
+    tips = np.array([[half[0], 0, height], [0, half[1], height], [0, 0, half[2]]])
+    np.testing.assert_allclose(distance(kind, size, tips), 0, atol=1e-9)
+
+
+def test_a_volume_of_something_else_is_refused():
+    for kind in ("plane", "torus"):
+        with pytest.raises(ValueError, match="kind: expected one of sphere, cylinder, cone, box, ellipsoid"):
+            _core.primitive_sdf(kind, [0.1, 0.1], [8, 8, 8], 0.1, [0.0, 0.0, 0.0])
