@@ -121,7 +121,7 @@ class OcclusionHandler:
         return judgement, put_back(said.completed, warp, found.placement, mask.shape)
 
     def _seen(self, mask: Mask, warp: Array, signed: Picture, found: Found) -> tuple[Mask, float]:
-        """What is seen of the silhouette that was found, in its frame, and how many pixels of its colours lie beyond it."""
+        """The visible part of the silhouette found, in its frame, and the number of pixels of its colours beyond it."""
         import cv2
 
         size = self._memory.options.size
