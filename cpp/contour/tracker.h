@@ -22,16 +22,16 @@ class ContourTracker {
   ContourFrame start(const RgbView& image, const unsigned char* mask);
   ContourFrame start(const RgbView& image, const ImagePart& box);
 
-  // A frame without a memory: both phases.
+  // A frame without a memory: observe and finish.
   ContourFrame track(const RgbView& image);
 
-  // A frame with one. Where the object is in the next image, and its shape;
+  // A frame with a memory is three calls. First, where the object is in the next image, and its shape.
   ContourObservation observe(const RgbView& image);
-  // what the memory may ask for in between: the posterior at every cell of the grid where it lies now, also
-  // far from the outline, one half beyond the image;
+  // Second, if the memory asks for it: the posterior at every cell of the grid where it lies now, also far from
+  // the outline; one half beyond the image.
   std::span<const float> posterior_on_grid(const RgbView& image);
-  // then the memory's judgement, and the whole silhouette that replaces the shape where it recovered one
-  // (cells, not 0: inside; nullptr or nothing inside: the shape stays).
+  // Third, the memory's judgement, and the whole silhouette that replaces the shape where it recovered one
+  // (cells, not 0: inside; nullptr, or nothing inside: the shape stays).
   ContourFrame finish(ShapeJudgement judgement, const unsigned char* recovered = nullptr);
 
   const ContourGrid& grid() const { return grid_; }
