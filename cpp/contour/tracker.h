@@ -27,8 +27,8 @@ class ContourTracker {
 
   // A frame with a memory is three calls. First, where the object is in the next image, and its shape.
   ContourObservation observe(const RgbView& image);
-  // Second, if the memory asks for it: the posterior at every cell of the grid where it lies now, also far from
-  // the outline; one half beyond the image.
+  // Second, if the memory asks for it: the posterior at every cell of the grid where it lies now, also far
+  // from the outline; one half beyond the image.
   std::span<const float> posterior_on_grid(const RgbView& image);
   // Third, the memory's judgement, and the whole silhouette that replaces the shape where it recovered one
   // (cells, not 0: inside; nullptr, or nothing inside: the shape stays).
