@@ -20,8 +20,8 @@ from sdftrack.evaluation.primitive_errors import angle_deg, measure_patch
 from sdftrack.frame import Frame
 from sdftrack.primitives import PrimitiveFit, fit_primitive
 from sdftrack.primitives.kinds import KINDS
-from sdftrack.primitives.seen import Seen, pieces
-from sdftrack.primitives.solving import Wish, solve
+from sdftrack.primitives.segmentation import SegmentedFrame, pieces
+from sdftrack.primitives.solver import FitRequest, solve
 from sdftrack.synth.noise import Noise
 from sdftrack.synth.open_views import open_view
 from sdftrack.synth.patches import VIEWS, cut_scene, hidden_scene, patch_scene
@@ -126,11 +126,11 @@ def auto_with_patches(count: int, noise: Noise, camera: Camera) -> Table:
     for what, some in scenes.items():
         best = []
         for frame, mask, plane in some:
-            seen = Seen.of(frame, camera, plane, mask)
+            seen = SegmentedFrame.of(frame, camera, plane, mask)
             own = pieces(seen)[0] if mask is None else mask
-            wish = Wish("auto", None, 0, "exact", 0)
-            wish.kinds = KINDS
-            best.append(solve(seen.view(seen.labels(own, mask is None)), wish).kind)
+            request = FitRequest("auto", None, 0, "exact", 0)
+            request.kinds = KINDS
+            best.append(solve(seen.view(seen.labels(own, mask is None)), request).kind)
         rows.append([what, str(count), *(f"{100 * best.count(k) / count:.0f} %" for k in ("box", "plane"))])
     return Table("If patches were among the kinds of auto", ["scene", "n", "box", "plane"], rows)
 

@@ -10,24 +10,26 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from sdftrack._core import __version__  # at once: a broken build is an error of the import
+from sdftrack._internal.moved import find_moved_modules
+
+find_moved_modules()  # pickles of earlier versions name them
 
 if TYPE_CHECKING:  # what type checkers and editors read; a test compares it with _HOMES
     from sdftrack import contour, geometry, levelset, metrics, superpixels, synth, testing
-    from sdftrack.build_info import info
     from sdftrack.calibration.color_result import ColorCalibration
     from sdftrack.calibration.color_to_depth import calibrate_color_to_depth
     from sdftrack.calibration.intrinsics import calibrate_intrinsics
     from sdftrack.calibration.intrinsics_result import IntrinsicsResult
     from sdftrack.camera import Camera, RGBDCamera
     from sdftrack.contour import LWPR
-    from sdftrack.device import cuda_available
+    from sdftrack.device import cuda_available, info
     from sdftrack.energy import Energy, State, back_project, minimize
     from sdftrack.frame import Frame
+    from sdftrack.imaging.plane import remove_plane
     from sdftrack.io.datasets import Sequence, open_sequence
     from sdftrack.io.save import save_sequence
     from sdftrack.mesh import Mesh
     from sdftrack.options import TrackerOptions
-    from sdftrack.plane import remove_plane
     from sdftrack.primitives import Primitive, PrimitiveFit, fit_primitive, fit_primitives
     from sdftrack.reconstruction import Reconstructor, ReconstructorOptions
     from sdftrack.recorder import Recorder
@@ -38,21 +40,20 @@ if TYPE_CHECKING:  # what type checkers and editors read; a test compares it wit
 
 # The module that each public name comes from.
 _HOMES = {
-    "build_info": ("info",),
     "calibration.color_result": ("ColorCalibration",),
     "calibration.color_to_depth": ("calibrate_color_to_depth",),
     "calibration.intrinsics": ("calibrate_intrinsics",),
     "calibration.intrinsics_result": ("IntrinsicsResult",),
     "camera": ("Camera", "RGBDCamera"),
     "contour": ("LWPR",),
-    "device": ("cuda_available",),
+    "device": ("cuda_available", "info"),
     "energy": ("Energy", "State", "back_project", "minimize"),
     "frame": ("Frame",),
+    "imaging.plane": ("remove_plane",),
     "io.datasets": ("Sequence", "open_sequence"),
     "io.save": ("save_sequence",),
     "mesh": ("Mesh",),
     "options": ("TrackerOptions",),
-    "plane": ("remove_plane",),
     "primitives": ("Primitive", "PrimitiveFit", "fit_primitive", "fit_primitives"),
     "reconstruction": ("Reconstructor", "ReconstructorOptions"),
     "recorder": ("Recorder",),

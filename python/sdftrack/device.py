@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Where work runs: the CPU, or a CUDA device when the build and the machine both have one."""
+"""Where work runs: the CPU, or a CUDA device when the build and the machine both have one; what the build is."""
 
 from __future__ import annotations
 
+import os
+import platform
+import sys
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -10,7 +14,7 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 
-__all__ = ["cuda_available", "host_array", "resolve_device"]
+__all__ = ["cuda_available", "host_array", "info", "resolve_device"]
 
 _DEVICES = ("cpu", "cuda", "auto")
 _DLPACK_HOST, _DLPACK_CUDA = (1, 3), (2, 13)  # device types of DLPack: plain or pinned memory; CUDA
@@ -121,3 +125,40 @@ def _need_cuda_build(name: str) -> None:
             f"{name}: this array lies on a GPU, and this build of sdftrack has no CUDA path; copy it to the host "
             "first (CuPy: .get(), PyTorch: .cpu().numpy())"
         )
+
+
+def info() -> dict[str, Any]:
+    """Version, build options, CPU features in use, GPU and threads, as plain values.
+
+    >>> import sdftrack as st
+    >>> st.info()["threads"] >= 1
+    True
+    """
+    build = dict(getattr(_core, "build", {}))
+    return {
+        "version": _core.__version__,
+        "python": sys.version.split()[0],
+        "numpy": np.__version__,
+        "platform": platform.platform(),
+        "extension": str(_core.__file__),
+        "compiler": build.get("compiler", "unknown"),
+        "optimised": build.get("optimised"),
+        "cuda_build": bool(_core.cuda_build),
+        "cpu": _cpu_name(),
+        "cpu_features_in_use": [_core.isa()],
+        "cpu_features": list(_core.isas()),
+        "gpu": _core.cuda_device_name() if cuda_available() else None,
+        "cuda_available": cuda_available(),
+        "cores": os.cpu_count() or 1,
+        "threads": int(_core.thread_count(0)),
+    }
+
+
+def _cpu_name() -> str:
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack._internal.validation import number
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.checks import number
 from sdftrack.device import host_array
 
 __all__ = ["Frame"]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack.checks import numbers
+from sdftrack._internal.validation import numbers
 
 __all__ = ["exp", "inverse", "log", "look_at", "pose", "rigid", "transform_points"]
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._internal.validation import number, numbers, of_kind
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.checks import number, numbers, of_kind
 from sdftrack.frame import Frame
 from sdftrack.geometry import rigid
 from sdftrack.sdf import SDF

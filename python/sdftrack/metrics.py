@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack.checks import numbers
+from sdftrack._internal.validation import numbers
 
 __all__ = [
     "achievable_accuracy",
@@ -180,7 +180,7 @@ def plane_angles(frame: Any, camera: Any = None, tolerance: float = 0.01) -> Arr
     >>> plane_angles(seq[0], seq.camera).round(0)
     array([90., 90., 90.])
     """
-    from sdftrack.three_planes import three_planes
+    from sdftrack.imaging.corner_planes import three_planes
 
     normals = three_planes(frame, camera, tolerance)[0]
     pairs = ((0, 1), (0, 2), (1, 2))

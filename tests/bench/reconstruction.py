@@ -52,7 +52,7 @@ for i in range(n):
         assert star.track(now).ok
     times.append(1e3 * (time.perf_counter() - begin))
 lower, median, upper = np.percentile(times[n // 3:], [25, 50, 75])
-kept = sum(x.nbytes for s in star._shots for x in (s.depth, s.rgb, s.foreground))
+kept = sum(x.nbytes for s in star._kept for x in (s.depth, s.rgb, s.foreground))
 print(json.dumps({
     "first frame, ms": times[0], "steady, ms": median, "quartiles, ms": (round(lower, 1), round(upper, 1)),
     "mean of the first third, ms": np.mean(times[1:n // 3]),

@@ -8,7 +8,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack import _core, geometry
-from sdftrack.appearance import color_map
+from sdftrack.imaging.appearance import color_map
 from sdftrack.reference import appearance as twin
 from sdftrack.reference import energies as twin_energies
 from sdftrack.reference import tracking

@@ -172,7 +172,7 @@ def test_an_interrupt_is_no_traceback(monkeypatch, capsys):
     def interrupted():
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("sdftrack.build_info.info", interrupted)
+    monkeypatch.setattr("sdftrack.device.info", interrupted)
     assert run(["info"]) == 130
     assert "interrupted" in told(capsys)
 
@@ -199,7 +199,7 @@ def test_a_warning_is_one_line_without_the_place_in_the_code(monkeypatch, capsys
     import warnings
 
     monkeypatch.setattr(
-        "sdftrack.build_info.info", lambda: warnings.warn("mesh: thin\nwalls", stacklevel=1) or {"a": 1}
+        "sdftrack.device.info", lambda: warnings.warn("mesh: thin\nwalls", stacklevel=1) or {"a": 1}
     )
     assert run(["info"]) == 0
     assert capsys.readouterr().err == "sdftrack: warning: mesh: thin walls\n"

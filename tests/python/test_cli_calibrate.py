@@ -10,8 +10,8 @@ import pytest
 from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
 
 import sdftrack as st
+from sdftrack._internal.files import write_json
 from sdftrack.cli.app import run
-from sdftrack.io.files import write_json
 from sdftrack.io.frames import write_color, write_depth_units
 
 FRAMES = 16

@@ -71,7 +71,7 @@ def test_coordinates_may_be_parted_by_commas(tmp_path, separator):
 
 
 def test_a_model_that_is_cut_short_is_refused_too(tmp_path):
-    from sdftrack.io.meshes import read_mesh
+    from sdftrack.mesh.files import read_mesh
 
     path = tmp_path / "torn.ply"
     path.write_text(ply(200))

@@ -11,8 +11,8 @@ import pytest
 
 import sdftrack as st
 from sdftrack.cli.app import run
+from sdftrack.imaging.region_growing import connected_region
 from sdftrack.io.frames import write_mask
-from sdftrack.region import connected_region
 from sdftrack.synth.duck import duck_mesh
 
 CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)

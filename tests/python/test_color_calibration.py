@@ -9,10 +9,10 @@ from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
 
 import sdftrack as st
 from sdftrack.calibration.color_checks import check_spread
-from sdftrack.calibration.first_map import first_map
 from sdftrack.calibration.pairs import BallPairs, Path
 from sdftrack.calibration.projective import ProjectiveMap, RigidMap, decompose, dlt, resection
 from sdftrack.calibration.robust_fit import consensus, fit_map
+from sdftrack.calibration.robust_initialization import first_map
 from sdftrack.synth.ball import ball_path
 
 T_TRUE = st.geometry.pose((0.02, -0.03, 0.01), (-0.025, 0.002, -0.004))

@@ -10,26 +10,26 @@ import pytest
 from numpy.typing import NDArray
 
 from sdftrack import geometry
-from sdftrack.reconstruction.keyframes import Keyframes
-from sdftrack.reconstruction.shots import Shot
+from sdftrack.reconstruction.keyframe import Keyframe
+from sdftrack.reconstruction.keyframe_selection import Keyframes
 
 FAR_M = 0.6
 
 
-def shot(index: int, degrees: float, far_m: float = FAR_M, roll: float = 0.0) -> Shot:
+def keyframe(index: int, degrees: float, far_m: float = FAR_M, roll: float = 0.0) -> Keyframe:
     """A frame that shows a turntable's object, turned by so much, to a camera turned about its axis by `roll`."""
     turn = geometry.pose((0, np.radians(degrees), 0), (0, 0, far_m))
     T = geometry.pose((0, 0, np.radians(roll)), (0, 0, 0)) @ turn
     nothing = np.empty((0, 0), np.float32)
-    return Shot(index, (0, 0, 0, 0), nothing, None, nothing, T)
+    return Keyframe(index, (0, 0, 0, 0), nothing, None, nothing, T)
 
 
 def kept(most: int, angles: Iterable[float]) -> list[int]:
-    frames = Keyframes(most)
+    kept = Keyframes(most)
     for i, degrees in enumerate(angles):
-        frames.add(shot(i, degrees))
-        assert len(frames.shots) <= most
-    return [s.index for s in frames.shots]
+        kept.add(keyframe(i, degrees))
+        assert len(kept.frames) <= most
+    return [s.index for s in kept.frames]
 
 
 def gaps(degrees: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -68,14 +68,14 @@ def test_a_camera_that_stands_still_is_kept_at_all_times() -> None:
 
 
 def test_a_nearer_view_is_another_one_a_rolled_one_is_not() -> None:
-    frames = Keyframes(4)
+    kept = Keyframes(4)
     for i, near in enumerate((1.0, 1.0, 1.0, 0.5, 0.7)):
-        frames.add(shot(i, 0.0, near * FAR_M))
-    assert {3, 4} <= {s.index for s in frames.shots}
-    frames = Keyframes(3)
+        kept.add(keyframe(i, 0.0, near * FAR_M))
+    assert {3, 4} <= {s.index for s in kept.frames}
+    kept = Keyframes(3)
     for i, (degrees, roll) in enumerate(((0, 0), (0, 90), (20, 0), (40, 0))):
-        frames.add(shot(i, degrees, roll=roll))
-    assert [s.index for s in frames.shots] == [0, 2, 3]
+        kept.add(keyframe(i, degrees, roll=roll))
+    assert [s.index for s in kept.frames] == [0, 2, 3]
 
 
 def test_one_frame_is_the_first() -> None:
@@ -85,19 +85,19 @@ def test_one_frame_is_the_first() -> None:
 
 def test_what_each_knows_of_its_nearest_is_true_after_many_changes() -> None:
     rng = np.random.default_rng(3)
-    frames = Keyframes(40)
+    kept = Keyframes(40)
     for i in range(300):
         rotation, far = rng.normal(0, 1, 3), rng.uniform(0.4, 0.8)
-        s = shot(i, 0.0)
+        s = keyframe(i, 0.0)
         s.T_cam_obj = geometry.pose(rotation, (0.05, 0.0, far))
-        frames.add(s)
-    T = np.array([s.T_cam_obj for s in frames.shots])
+        kept.add(s)
+    T = np.array([s.T_cam_obj for s in kept.frames])
     center = -np.einsum("nji,nj->ni", T[:, :3, :3], T[:, :3, 3])
     away = np.linalg.norm(center, axis=1, keepdims=True)
     place = np.hstack([center / away, 0.5 * np.log(away)])
-    when = np.array([s.index for s in frames.shots])
+    when = np.array([s.index for s in kept.frames])
     apart = np.linalg.norm(place[:, None] - place, axis=2)
     apart += np.minimum(1e-4 * np.abs(when[:, None] - when), 0.02)
     np.fill_diagonal(apart, np.inf)
-    np.testing.assert_array_equal(frames._nearest, np.argsort(apart, axis=1)[:, :2])
-    np.testing.assert_allclose(frames._gaps, np.sort(apart, axis=1)[:, :2])
+    np.testing.assert_array_equal(kept._nearest, np.argsort(apart, axis=1)[:, :2])
+    np.testing.assert_allclose(kept._gaps, np.sort(apart, axis=1)[:, :2])

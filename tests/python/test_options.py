@@ -15,8 +15,8 @@ import sdftrack as st
 from sdftrack import _core
 from sdftrack._internal.option_declarations import BURN_IN, TABLES, schema_of
 from sdftrack._internal.option_schema import core_schema
+from sdftrack._internal.option_text import options_as_toml
 from sdftrack._internal.unknown_option import unknown_option
-from sdftrack.config import options_as_toml
 
 ROOT = Path(__file__).resolve().parents[2]
 CAMERA = st.Camera(fx=300, fy=300, cx=160, cy=120, width=320, height=240)

@@ -6,7 +6,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack import _core
-from sdftrack.plane import KINECT
+from sdftrack.imaging.plane import KINECT
 from sdftrack.reference import plane as twin
 from sdftrack.synth.noise import Kinect
 

@@ -9,8 +9,8 @@ import pytest
 import sdftrack as st
 from sdftrack import _core
 from sdftrack.evaluation.primitive_errors import measure
-from sdftrack.primitives.fusing import fuse_sizes
-from sdftrack.primitives.seen import ON, TABLE_M, Seen, pieces
+from sdftrack.primitives.multi_frame import fuse_sizes
+from sdftrack.primitives.segmentation import ON, TABLE_M, SegmentedFrame, pieces
 from sdftrack.reference import primitives as twin
 from sdftrack.synth.leaning import posed_scene
 from sdftrack.synth.noise import Gaussian, Kinect
@@ -484,9 +484,9 @@ def test_what_leans_is_not_laid_flat(kind, lean_deg):
 def test_the_readings_just_above_the_table_are_not_chosen_by_their_noise():
     """One threshold for each reading kept those that noise lifts: 2.4 mm too near at 6 to 8 mm of height."""
     frame, truth = measured_frame("cone", 86, Kinect())
-    seen = Seen.of(frame, CAMERA, "auto", None)
+    seen = SegmentedFrame.of(frame, CAMERA, "auto", None)
     on = (seen.labels(pieces(seen)[0], True) == ON) & truth.mask
-    true = Seen.of(st.Frame(truth.depth), CAMERA, truth.plane, None)
+    true = SegmentedFrame.of(st.Frame(truth.depth), CAMERA, truth.plane, None)
     foot = on & (true.heights() < 1.25 * TABLE_M * true.growth)
     off_m = (frame.depth - truth.depth)[foot]
     assert foot.sum() > 300

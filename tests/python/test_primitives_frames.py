@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.primitives.fusing import SizeSum, fuse_sizes
+from sdftrack.primitives.multi_frame import SizeSum, fuse_sizes
 from sdftrack.synth.noise import Gaussian
 from sdftrack.synth.solids import ray_depth, standing_scene
 

@@ -10,11 +10,11 @@ import pytest
 
 import sdftrack as st
 from sdftrack.cli.app import run
-from sdftrack.demo_scene import SWEEP, make_scene
 from sdftrack.evaluation.pose_sets import half_turns, off_pose
 from sdftrack.reproduce import FIGURES, fig_3_12, fig_4_13a, find, speed_3_9
 from sdftrack.reproduce.scenes.sweeps import TRUTH, box_mesh, swept, values_of
 from sdftrack.reproduce.scenes.truth import default_camera, motion, noisy, render_truth
+from sdftrack.synth.demo_scene import SWEEP, make_scene
 from sdftrack.synth.duck import duck_mesh, field
 
 FIELD_ATOL_M = 5e-4  # linear interpolation of a curved field over 2 mm; measured 3.5e-4

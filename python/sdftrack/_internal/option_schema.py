@@ -18,7 +18,7 @@ import numpy as np
 
 from sdftrack import _core
 from sdftrack._internal.unknown_option import refuse_unknown
-from sdftrack.checks import numbers
+from sdftrack._internal.validation import numbers
 
 __all__ = ["Option", "check_fields", "check_options", "core_schema", "described"]
 

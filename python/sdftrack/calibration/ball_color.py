@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.checks import numbers
+from sdftrack._internal.validation import numbers
 
 __all__ = ["BallColor", "checked_color", "moving_color"]
 

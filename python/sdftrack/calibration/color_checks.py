@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from sdftrack._internal.validation import number, of_kind
 from sdftrack.calibration.ball_in_color import LEAST_RADIUS_PX
 from sdftrack.calibration.observe import Watch
 from sdftrack.calibration.pairs import BallPairs
 from sdftrack.calibration.robust_fit import Fit
 from sdftrack.camera import Camera
-from sdftrack.checks import number, of_kind
 
 __all__ = ["check_arguments", "check_found", "check_kept", "check_spread"]
 

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.calibration.choosing import color_camera_of, pairs_of, path_of, picked
+from sdftrack._internal.validation import THREADS, whole
 from sdftrack.calibration.color_checks import check_arguments, check_found, check_kept, check_spread
 from sdftrack.calibration.color_result import ColorCalibration
-from sdftrack.calibration.first_map import first_map
-from sdftrack.calibration.observe import Seen, guessed_camera, moving_first, watch
+from sdftrack.calibration.observe import ObservedFrame, guessed_camera, moving_first, watch
+from sdftrack.calibration.pair_selection import color_camera_of, pairs_of, path_of, picked
 from sdftrack.calibration.pairs import BallPairs
 from sdftrack.calibration.projective import RigidMap, decompose
 from sdftrack.calibration.robust_fit import Fit, fit_map
+from sdftrack.calibration.robust_initialization import first_map
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.checks import THREADS, whole
 from sdftrack.frame import Frame
 
 __all__ = ["calibrate_color_to_depth", "registered", "result_of"]
@@ -120,7 +120,7 @@ def calibrate_color_to_depth(
 
 
 def registered(
-    seen: list[Seen],
+    seen: list[ObservedFrame],
     color_size: tuple[int, int],
     depth_camera: Camera,
     color_camera: Camera | None,
@@ -152,7 +152,7 @@ def registered(
     return fit, pairs
 
 
-def check_times(seen: list[Seen]) -> None:
+def check_times(seen: list[ObservedFrame]) -> None:
     """ValueError unless the frames have times that grow."""
     times = np.array([s.time_s for s in seen])
     if not np.isfinite(times).all() or not (np.diff(times) > 0).all():

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sdftrack import _core
-from sdftrack.calibration.following import LEAST_READINGS, Follower
+from sdftrack._internal.validation import THREADS, of_kind, whole
 from sdftrack.calibration.intrinsics_result import IntrinsicsResult, PerFrame, per_frame_of
 from sdftrack.calibration.lens import EXTRA, UNKNOWNS, camera_of, check_free, core_lens, prior_sd
 from sdftrack.calibration.observability import (
@@ -22,11 +22,11 @@ from sdftrack.calibration.observability import (
     refuse_still_object,
     refuse_unobservable,
 )
+from sdftrack.calibration.pose_tracking import LEAST_READINGS, Follower
 from sdftrack.calibration.statistics import covariance_of, frame_test, half_width95
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.checks import THREADS, of_kind, whole
 from sdftrack.frame import Frame
-from sdftrack.places import one_place
+from sdftrack.imaging.pose_hint import one_place
 from sdftrack.results import Step
 from sdftrack.sdf import SDF
 

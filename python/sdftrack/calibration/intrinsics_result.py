@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.array_equality import Compared
 from sdftrack.calibration.observability import Observability
 from sdftrack.calibration.statistics import fuse
 from sdftrack.camera import Camera
-from sdftrack.compared import Compared
 from sdftrack.results import Step
 
 __all__ = ["IntrinsicsResult", "PerFrame"]

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import metrics
+from sdftrack._internal.array_equality import Compared
 from sdftrack.camera import Camera
-from sdftrack.compared import Compared
 from sdftrack.sdf import SDF
 
 __all__ = ["Observability", "observe", "refuse_flat_shape", "refuse_still_object", "refuse_unobservable"]

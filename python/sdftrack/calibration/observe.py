@@ -16,7 +16,7 @@ from sdftrack.calibration.ball_in_depth import DepthBall, search_balls
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 
-__all__ = ["Seen", "Watch", "moving_first", "watch"]
+__all__ = ["ObservedFrame", "Watch", "moving_first", "watch"]
 
 Array = NDArray[np.float64]
 LEARNT_FROM = 20  # frames
@@ -25,7 +25,7 @@ FIRST_PASS = 0.2  # of the progress
 
 
 @dataclass(eq=False)
-class Seen:
+class ObservedFrame:
     """Frame `index`: its time (s, NaN: none), round things in depth and in colour, the likelier ones first."""
 
     index: int
@@ -38,7 +38,7 @@ class Seen:
 class Watch:
     """All frames; the ball's colour; (width, height) of the colour images; the largest too small blob's radius (px)."""
 
-    seen: list[Seen]
+    seen: list[ObservedFrame]
     color: Array | None
     color_size: tuple[int, int]
     largest_px: float
@@ -70,7 +70,7 @@ def watch(
     model = None if mask_fn is not None else _model([f.color for f in samples], ball_color, eye, seed)
     tell(FIRST_PASS)
 
-    def one(i: int) -> tuple[Seen, float] | None:
+    def one(i: int) -> tuple[ObservedFrame, float] | None:
         frame = frames[i]
         if not _usable(frame):
             return None
@@ -83,9 +83,9 @@ def watch(
         balls = search_balls(frame.depth, depth_camera, radius_m)
         time = float("nan") if frame.timestamp is None else frame.timestamp
         outlines = find_outlines(frame.color, likeness, eye, seed)
-        return Seen(i, time, balls, outlines), 0.0 if outlines else _blob_radius(likeness)
+        return ObservedFrame(i, time, balls, outlines), 0.0 if outlines else _blob_radius(likeness)
 
-    seen: list[Seen] = []
+    seen: list[ObservedFrame] = []
     largest = 0.0
     with ThreadPoolExecutor(_workers(threads)) as pool:
         for i, found in enumerate(pool.map(one, range(len(frames)))):
@@ -112,7 +112,7 @@ def guessed_camera(width: int, height: int) -> Camera:
     return Camera(f, f, 0.5 * (width - 1), 0.5 * (height - 1), width, height)
 
 
-def moving_first(seen: list[Seen], radius_m: float) -> None:
+def moving_first(seen: list[ObservedFrame], radius_m: float) -> None:
     """Put round things of the background behind those that move, frame by frame, in place."""
     everything = [b.center_cam for s in seen for b in s.balls]
     if not everything:

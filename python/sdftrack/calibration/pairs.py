@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.compared import Compared
+from sdftrack._internal.array_equality import Compared
 
 __all__ = ["BallPairs", "Path"]
 

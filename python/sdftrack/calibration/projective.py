@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import geometry
+from sdftrack._internal.array_equality import Compared
 from sdftrack.camera import Camera
-from sdftrack.compared import Compared
 
 __all__ = ["ProjectiveMap", "RigidMap", "decompose", "dlt", "resection"]
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack.checks import numbers
+from sdftrack._internal.validation import numbers
 
 __all__ = ["Camera"]
 
@@ -153,7 +153,7 @@ class Camera:
         `modified_brown_conrady` are converted by a fit that must agree to 0.3 px over the whole image, else
         ValueError. Lens models without such a conversion (f-theta, Kannala-Brandt) raise ValueError.
         """
-        from sdftrack.io.lenses import opencv_distortion_from_realsense
+        from sdftrack.camera.realsense_lens import opencv_distortion_from_realsense
 
         i = intrinsics
         bare = cls(i.fx, i.fy, i.ppx, i.ppy, i.width, i.height)
@@ -163,9 +163,9 @@ class Camera:
     @classmethod
     def from_ros(cls, camera_info: Any) -> Camera:
         """Camera of a ROS 1 or ROS 2 `sensor_msgs/CameraInfo` (read by attributes: K, D, sizes)."""
-        from sdftrack.io.cameras import camera_from_ros
+        from sdftrack.camera.files import camera_from_ros
 
-        return camera_from_ros(camera_info)
+        return camera_from_ros(cls, camera_info)
 
     def scaled(self, s: float) -> Camera:
         """Camera of this image resized by `s`: pixel (u, v) goes to s (u + 0.5) - 0.5, sizes are rounded."""
@@ -241,7 +241,7 @@ class Camera:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a small JSON file, whole or not at all."""
-        from sdftrack.io.cameras import save_camera
+        from sdftrack.camera.files import save_camera
 
         save_camera(path, self)
 
@@ -254,9 +254,9 @@ class Camera:
         `width` and `height` are needed for cam_K.txt, which does not hold them; where the file does, they
         must agree. FileNotFoundError, or ValueError that says what the file lacks.
         """
-        from sdftrack.io.cameras import load_camera
+        from sdftrack.camera.files import load_camera
 
-        return load_camera(Path(path), width, height)
+        return load_camera(cls, Path(path), width, height)
 
 
 def _finite(name: str, value: Any) -> float:

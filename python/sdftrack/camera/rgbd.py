@@ -65,9 +65,21 @@ class RGBDCamera:
     @classmethod
     def from_realsense(cls, profile: Any) -> RGBDCamera:
         """Cameras of a running RealSense pipeline's `profile` (depth and, if streamed, colour)."""
-        from sdftrack.io.cameras import rgbd_camera_from_realsense
-
-        return rgbd_camera_from_realsense(profile)
+        streams = {}
+        for stream in profile.get_streams():
+            kind = str(stream.stream_type()).rsplit(".", 1)[-1]
+            if kind in ("depth", "color"):
+                streams[kind] = stream.as_video_stream_profile()
+        if "depth" not in streams:
+            raise ValueError("profile: expected a pipeline that streams depth; enable rs.stream.depth")
+        depth = Camera.from_realsense(streams["depth"].get_intrinsics())
+        if "color" not in streams:
+            return cls(depth)
+        extrinsics = streams["depth"].get_extrinsics_to(streams["color"])
+        T = np.eye(4)
+        T[:3, :3] = np.asarray(extrinsics.rotation, dtype=float).reshape(3, 3).T  # stored column by column
+        T[:3, 3] = extrinsics.translation
+        return cls(depth, Camera.from_realsense(streams["color"].get_intrinsics()), T_color_depth=T)
 
     @property
     def aligned(self) -> bool:

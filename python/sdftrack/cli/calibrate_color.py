@@ -159,7 +159,7 @@ def _opened(path: Path, layout: str) -> Any:
 
 def _depth_scale(path: Path) -> float:
     """That of a camera.json of the k1 layout, so that the new one may take its place; else millimetres."""
-    from sdftrack.io.files import read_json
+    from sdftrack._internal.files import read_json
 
     file = path / "camera.json"
     values = read_json(file) if file.is_file() else {}
@@ -168,8 +168,8 @@ def _depth_scale(path: Path) -> float:
 
 
 def _write(result: Any, before: Any, out: Path, settings: dict[str, Any], depth_scale_m: float) -> None:
+    from sdftrack._internal.files import write_json
     from sdftrack.calibration.color_plots import plot_coverage, plot_path, plot_residuals
-    from sdftrack.io.files import write_json
     from sdftrack.viz.plots import save_figure
 
     write_json(out / "camera.json", result.camera_dict(depth_scale_m))

@@ -15,8 +15,8 @@ FILES = ("camera.json", "result.json", "coverage.png", "estimates.png", "residua
 
 
 def write(result: Any, misfits: Any, out: Path, settings: dict[str, Any], im_ids: list[int]) -> None:
+    from sdftrack._internal.files import write_json
     from sdftrack.calibration.intrinsics_plots import plot_coverage, plot_estimates, plot_residuals
-    from sdftrack.io.files import write_json
     from sdftrack.viz.plots import save_figure
 
     before, after = misfits

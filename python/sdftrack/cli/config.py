@@ -23,14 +23,14 @@ def config(
     quiet: QuietOption = False,
 ) -> None:
     """Print every option with its default, unit and meaning, as a TOML file for --config."""
+    from sdftrack._internal.option_text import options_as_toml
     from sdftrack.cli.common import check_cpu_only, contour_settings, reconstructor_settings
-    from sdftrack.config import options_as_toml
 
     check_cpu_only(None, device)
     given = reconstructor_settings(config)
     text = options_as_toml(given.get("tracker_options"), given.get("options"), contour_settings(config))
     if out is not None:
-        from sdftrack.io.files import write_text
+        from sdftrack._internal.files import write_text
         from sdftrack.recorder import prepare_folder
 
         prepare_folder(out, overwrite)

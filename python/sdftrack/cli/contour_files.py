@@ -144,7 +144,7 @@ class ContourFiles:
     def close(self, stopped: str = "") -> None:
         """Finish all files. `stopped`: why before the end, one sentence for result.json."""
         import sdftrack as st
-        from sdftrack.io.files import write_json
+        from sdftrack._internal.files import write_json
 
         if self._video.finish():
             os.replace(self._video.part, self.out / "overlay.mp4")

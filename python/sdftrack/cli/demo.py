@@ -52,12 +52,12 @@ def demo(
     import numpy as np
 
     import sdftrack as st
+    from sdftrack._internal.files import write_text
     from sdftrack.cli.demo_turn import WHOLE_TURN, reconstruct_duck
-    from sdftrack.demo_scene import make_scene
     from sdftrack.evaluation.pose_errors import pose_errors
     from sdftrack.evaluation.tables import text_table
-    from sdftrack.io.files import write_text
     from sdftrack.recorder import prepare_folder
+    from sdftrack.synth.demo_scene import make_scene
     from sdftrack.viz.pictures import plot_run, plot_sdf_slices, save_picture, strip
     from sdftrack.viz.turntable import four_sides
 

@@ -70,7 +70,7 @@ class Reconstruction:
 def reconstruct_duck(scene: Any, sdf: Any, frames: int, threads: int, quiet: bool) -> Reconstruction:
     """Turn the demo's duck, once round in 60 frames, and reconstruct it; `sdf` is the true shape, to compare with."""
     import sdftrack as st
-    from sdftrack.demo_scene import alone
+    from sdftrack.synth.demo_scene import alone
 
     turned = alone(scene, PLACE_M, _turn(frames))
     star = st.Reconstructor(scene.camera, voxels=VOXELS, threads=threads)

@@ -37,6 +37,7 @@ def evaluate(
 ) -> None:
     """Compare results with ground truth: a table, plots, result.json (by default in DIR/evaluation)."""
     import sdftrack as st
+    from sdftrack._internal.files import write_json, write_text
     from sdftrack.evaluation.report import (
         HEAD,
         compare,
@@ -46,7 +47,6 @@ def evaluate(
         table_rows,
     )
     from sdftrack.evaluation.tables import text_table
-    from sdftrack.io.files import write_json, write_text
     from sdftrack.recorder import prepare_folder
 
     check_layout(layout)

@@ -130,7 +130,7 @@ def fit(
 def _fit_cloud(source: Path, kind: str, out: Path, overwrite: bool, options: Any, quiet: bool) -> None:
     import sdftrack as st
     from sdftrack.io.clouds import read_cloud
-    from sdftrack.io.meshes import unit_scale
+    from sdftrack.mesh.files import unit_scale
     from sdftrack.viz.primitives import plot_cloud
 
     points = read_cloud(source)
@@ -209,7 +209,7 @@ def _mask(place: tuple[Path | None, tuple[float, ...] | None], frame: Any, seq: 
 def _written(out: Path, overwrite: bool, found: Any, about: dict[str, Any]) -> Path:
     """The folder, with result.json and primitive.ply in it."""
     import sdftrack as st
-    from sdftrack.io.files import write_json
+    from sdftrack._internal.files import write_json
     from sdftrack.recorder import prepare_folder
 
     prepare_folder(out, overwrite)

@@ -24,12 +24,12 @@ def info(
 ) -> None:
     """Print version, build options, CPU features in use, GPU and threads; DIR gets them as info.json."""
     from sdftrack import _core
-    from sdftrack.build_info import info as collect
     from sdftrack.cli.common import check_common
+    from sdftrack.device import info as collect
 
     facts = {**collect(), "device": check_common(config, device), "threads": int(_core.thread_count(threads))}
     if out is not None:
-        from sdftrack.io.files import write_json
+        from sdftrack._internal.files import write_json
         from sdftrack.recorder import prepare_folder
 
         prepare_folder(out, overwrite)

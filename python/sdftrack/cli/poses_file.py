@@ -20,8 +20,8 @@ def read_poses(path: Path, count: int) -> list[NDArray[np.float64]]:
     """First poses from ``{"T_cam_obj": [4x4, ...]}``, in the order of the models."""
     import numpy as np
 
+    from sdftrack._internal.files import read_json
     from sdftrack.geometry import rigid
-    from sdftrack.io.files import read_json
 
     if not path.is_file():
         raise FileNotFoundError(f"--init: no such file: {path}")

@@ -51,7 +51,7 @@ def write_turntable(out: Path, mesh: Any, T: NDArray[np.float64], threads: int, 
 
 def write_refined(out: Path, poses: dict[int, Any], times: list[float]) -> list[str]:
     """refined_0.txt: the poses that belong to the refined mesh, in the form of trajectory_0.txt."""
-    from sdftrack.io.files import write_text
+    from sdftrack._internal.files import write_text
     from sdftrack.recorder import tum_row
 
     rows = [tum_row(times[n], T) for n, T in sorted(poses.items())]

@@ -40,7 +40,7 @@ def reproduce(
 ) -> None:
     """Make figures of the source text again; all of them when none is named."""
     from sdftrack import __version__
-    from sdftrack.io.files import write_json
+    from sdftrack._internal.files import write_json
     from sdftrack.mesh import UNITS
     from sdftrack.recorder import prepare_folder
     from sdftrack.reproduce import FIGURES, Context, find

@@ -92,7 +92,7 @@ def _write(out: Path, picture: Any, labels: Any, settings: dict[str, Any], secon
     import numpy as np
 
     import sdftrack as st
-    from sdftrack.io.files import write_json
+    from sdftrack._internal.files import write_json
     from sdftrack.viz.pictures import save_picture
 
     segments = int(labels.max())
@@ -120,7 +120,7 @@ def _save_labels(out: Path, labels: Any, segments: int) -> list[str]:
     import cv2
     import numpy as np
 
-    from sdftrack.io.files import write_whole
+    from sdftrack._internal.files import write_whole
 
     if segments > np.iinfo(np.uint16).max:
         write_whole(out / "labels.npy", lambda file: np.save(file, labels))

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack._internal.option_schema import core_schema
 from sdftrack._internal.unknown_option import refuses_unknown
-from sdftrack.checks import numbers, whole
+from sdftrack._internal.validation import numbers, whole
 from sdftrack.contour import lwpr_file
 from sdftrack.contour.lwpr_data import Samples, check_norm, inputs, norms, samples
 from sdftrack.contour.lwpr_field import LWPRField, field_from_core

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack.checks import numbers
+from sdftrack._internal.validation import numbers
 
 __all__ = ["Samples", "check_norm", "inputs", "norms", "samples"]
 

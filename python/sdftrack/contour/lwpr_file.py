@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sdftrack.io.files import write_whole
+from sdftrack._internal.files import write_whole
 
 __all__ = ["plain", "read", "write"]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sdftrack._internal.unknown_option import refuse_unknown
-from sdftrack.checks import numbers
+from sdftrack._internal.validation import numbers
 
 __all__ = ["SklearnParts"]
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.option_declarations import schema_of
+from sdftrack._internal.thread_guard import SingleThreadGuard
 from sdftrack._internal.unknown_option import refuses_unknown
-from sdftrack.alone import Alone
 from sdftrack.contour import memory_file
 from sdftrack.contour.assessment import Assessment, Judgement
 from sdftrack.contour.dct import Order, block_of, series
@@ -131,7 +131,7 @@ class ShapeMemory:
         """
         given = self._checked(mask)
         on_grid = self._on_grid(given)
-        with Alone(self._lock, "shape memory"):
+        with SingleThreadGuard(self._lock, "shape memory"):
             if self._shapes is not None:
                 self._learn_shape(self._shapes, on_grid)
             elif self._regression is not None:
@@ -190,7 +190,7 @@ class ShapeMemory:
                 "memory: nothing has been learnt; call learn(mask) with whole silhouettes first"
             )
         on_grid = self._on_grid(given)
-        with Alone(self._lock, "shape memory"):
+        with SingleThreadGuard(self._lock, "shape memory"):
             if self._shapes is not None:
                 return self.judged(given, on_grid, self._shapes.explain(on_grid))
             assert self._regression is not None
@@ -310,7 +310,7 @@ class ShapeMemory:
         return memory
 
     def __getstate__(self) -> dict[str, Any]:
-        with Alone(self._lock, "shape memory"):
+        with SingleThreadGuard(self._lock, "shape memory"):
             return self._state()
 
     def _state(self) -> dict[str, Any]:

@@ -20,7 +20,7 @@ DIGEST = 64  # hexadecimal digits of SHA-256
 
 def write(path: str | os.PathLike[str], state: dict[str, Any]) -> None:
     """Write a memory's state, whole or not at all."""
-    from sdftrack.io.files import write_whole
+    from sdftrack._internal.files import write_whole
 
     write_whole(path, to_bytes(state))
 

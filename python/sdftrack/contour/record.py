@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.compared import Compared
+from sdftrack._internal.array_equality import Compared
 
 __all__ = ["ArrayRecord", "mask_png"]
 

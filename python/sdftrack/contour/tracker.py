@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.option_declarations import BURN_IN
-from sdftrack.alone import Alone
+from sdftrack._internal.thread_guard import SingleThreadGuard
 from sdftrack.contour.assessment import Judgement
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.occlusion_handler import OcclusionHandler
@@ -191,7 +191,7 @@ class ContourTracker:
         rgb = _image(image)
         if (box is None) == (mask is None):
             raise ValueError(f"box, mask: expected one of them, got {'none' if box is None else 'both'}")
-        with Alone(self._lock, "tracker"):
+        with SingleThreadGuard(self._lock, "tracker"):
             if mask is not None:
                 frame = self._core.start_mask(rgb, _mask(mask, rgb.shape[:2]))
             else:
@@ -228,7 +228,7 @@ class ContourTracker:
                 f"image: expected the size at the start, {self._shape[1]} x {self._shape[0]}, got "
                 f"{rgb.shape[1]} x {rgb.shape[0]}; start again for another video"
             )
-        with Alone(self._lock, "tracker"):
+        with SingleThreadGuard(self._lock, "tracker"):
             if self._memory is None:
                 frame, judgement = self._core.track(rgb), None
                 self._frames += 1

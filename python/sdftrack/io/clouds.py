@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FORMATS", "check_ply_is_whole", "read_cloud"]
+from sdftrack.mesh.files import check_ply_is_whole
+
+__all__ = ["FORMATS", "read_cloud"]
 
 FORMATS = (".ply", ".obj", ".stl", ".xyz", ".npy")
-HEADER_BYTES = 64 * 1024  # of a PLY, at most
 
 
 def read_cloud(file: Path) -> NDArray[Any]:
@@ -70,17 +71,3 @@ def _read_vertices(file: Path) -> NDArray[np.float64]:
     if isinstance(loaded, trimesh.Scene):
         loaded = loaded.to_geometry() if loaded.geometry else None
     return np.asarray(getattr(loaded, "vertices", np.zeros((0, 3))), np.float64)
-
-
-def check_ply_is_whole(file: Path) -> None:
-    """ValueError where an ASCII PLY has fewer lines than its header says: its reader takes those that are there."""
-    with open(file, "rb") as stream:
-        head = stream.read(HEADER_BYTES)
-        end = re.search(rb"end_header[ \t]*\r?\n?", head)
-        if not head.startswith(b"ply") or end is None or not re.search(rb"^format\s+ascii", head, re.M):
-            return
-        counts = [int(n) for n in re.findall(rb"^element\s+\S+\s+(\d+)", head[: end.start()], re.M)]
-        stream.seek(end.end())
-        lines = sum(1 for line in stream if line.strip())
-    if lines < sum(counts):
-        raise ValueError(f"cut short: its header says {sum(counts)} lines of data, {lines} are there")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.io.files import replacing
+from sdftrack._internal.files import replacing
 
 __all__ = ["read_color", "read_depth_units", "read_mask", "write_color", "write_depth_units", "write_mask"]
 

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import geometry
+from sdftrack._internal.files import replacing_folder, write_json, write_text
+from sdftrack._internal.validation import of_kind
 from sdftrack.camera import Camera, depth_camera
-from sdftrack.checks import of_kind
 from sdftrack.frame import Frame
 from sdftrack.io.datasets.sequence import Sequence
-from sdftrack.io.files import replacing_folder, write_json, write_text
 from sdftrack.io.frames import write_color, write_depth_units, write_mask
 from sdftrack.io.trajectories import write_log, write_tum
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack.io.files import write_text
+from sdftrack._internal.files import write_text
 
 __all__ = ["quaternion", "read_log", "read_tum", "rotation", "write_log", "write_tum"]
 

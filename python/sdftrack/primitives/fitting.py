@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._internal.validation import numbers
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.checks import numbers
 from sdftrack.frame import Frame
-from sdftrack.io.meshes import unit_scale
-from sdftrack.primitives.fusing import fused
+from sdftrack.mesh.files import unit_scale
 from sdftrack.primitives.in_frame import FrameFitter
+from sdftrack.primitives.multi_frame import fused
 from sdftrack.primitives.result import PrimitiveFit
-from sdftrack.primitives.seen import checked_plane
-from sdftrack.primitives.solving import Wish, solve
+from sdftrack.primitives.segmentation import checked_plane
+from sdftrack.primitives.solver import FitRequest, solve
 
 __all__ = ["fit_primitive", "points_view"]
 
@@ -94,20 +94,20 @@ def fit_primitive(
     >>> fit.kind, fit.size, fit.ok                            # doctest: +SKIP
     ('cylinder', {'radius': 0.033, 'height': 0.102}, True)
     """
-    wish = Wish(kind, initial, seed, scaling, threads)
+    request = FitRequest(kind, initial, seed, scaling, threads)
     given = checked_plane(plane)
     frame_like = isinstance(points_or_frame, Frame) or _are_frames(points_or_frame)
     _check_belongings(frame_like, points_or_frame, camera, mask, unit)
     if isinstance(points_or_frame, Frame):
-        return FrameFitter(camera, given).fit(points_or_frame, mask, wish)
+        return FrameFitter(camera, given).fit(points_or_frame, mask, request)
     if _are_frames(points_or_frame):
         frames: Any = points_or_frame
         camera = camera if camera is not None else getattr(frames, "camera", None)
-        return fused(frames, wish, mask, FrameFitter(camera, given))
-    view = points_view(in_metres(points_or_frame, unit), wish.least_points(), wish.flat)
+        return fused(frames, request, mask, FrameFitter(camera, given))
+    view = points_view(in_metres(points_or_frame, unit), request.least_points(), request.flat)
     if not isinstance(given, str) and given is not None:
         view.set_plane(given[0].tolist(), given[1], False)
-    return solve(view, wish)
+    return solve(view, request)
 
 
 def _check_belongings(frame_like: bool, given: Any, camera: Any, mask: Any, unit: Any) -> None:

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.frame import Frame
-from sdftrack.primitives.near import mask_near
+from sdftrack.primitives.association import mask_near
 from sdftrack.primitives.result import PrimitiveFit
-from sdftrack.primitives.seen import ON, Seen, camera_of, checked_mask, pieces
-from sdftrack.primitives.solving import Wish, solve
+from sdftrack.primitives.segmentation import ON, SegmentedFrame, camera_of, checked_mask, pieces
+from sdftrack.primitives.solver import FitRequest, solve
 
 __all__ = ["FrameFitter"]
 
@@ -25,60 +25,62 @@ class FrameFitter:
     def __init__(self, camera: Any, plane: Any) -> None:
         self.camera, self.plane = camera, plane
 
-    def fit(self, frame: Frame, mask: Any, wish: Wish) -> PrimitiveFit:
+    def fit(self, frame: Frame, mask: Any, request: FitRequest) -> PrimitiveFit:
         """In the mask; without one in the frame's own, where the start is, or in the largest piece off the table."""
         seen, given = self._seen(frame, mask)
         if given is not None:
-            return _solved(seen, given, False, wish)
-        if wish.pose is not None and wish.size is not None:
-            near = mask_near(seen, wish.kinds[0], wish.size, wish.pose)
+            return _solved(seen, given, False, request)
+        if request.pose is not None and request.size is not None:
+            near = mask_near(seen, request.kinds[0], request.size, request.pose)
             if near is None:
                 raise ValueError(
                     "initial: expected a pose at something that stands off the dominant plane, got one with nothing "
                     "within its own size; pass a mask, or plane=None where there is no table"
                 )
-            return _solved(seen, near[0], True, wish)
+            return _solved(seen, near[0], True, request)
         found = pieces(seen)
         if not found:
             raise ValueError(
                 "frame: expected something that stands off the dominant plane, got nothing; pass a mask, or "
                 "plane=None where there is no table"
             )
-        return _solved(seen, found[0], True, wish)
+        return _solved(seen, found[0], True, request)
 
-    def again(self, frame: Frame, wish: Wish) -> Iterator[PrimitiveFit]:
-        """Fits of what `wish` starts from in a later frame, to be asked for until one will do.
+    def again(self, frame: Frame, request: FitRequest) -> Iterator[PrimitiveFit]:
+        """Fits of what `request` starts from in a later frame, to be asked for until one will do.
 
         From where it was; then from guesses in the same piece, for what has moved farther than a start reaches.
         """
         seen, given = self._seen(frame, None)
-        assert wish.size is not None
-        assert wish.pose is not None
-        fresh = copy.copy(wish)
+        assert request.size is not None
+        assert request.pose is not None
+        fresh = copy.copy(request)
         fresh.pose = fresh.size = None
         if given is not None:
-            yield _solved(seen, given, False, wish)
+            yield _solved(seen, given, False, request)
             yield _solved(seen, given, False, fresh)
             return
-        near = mask_near(seen, wish.kinds[0], wish.size, wish.pose)
+        near = mask_near(seen, request.kinds[0], request.size, request.pose)
         if near is None:
             raise ValueError("nothing stands within its own size of where it was in the frame before")
-        yield _solved(seen, near[0], True, wish)
+        yield _solved(seen, near[0], True, request)
         yield _solved(seen, near[1], True, fresh)
 
-    def _seen(self, frame: Frame, mask: Any) -> tuple[Seen, NDArray[np.bool_] | None]:
+    def _seen(self, frame: Frame, mask: Any) -> tuple[SegmentedFrame, NDArray[np.bool_] | None]:
         pinhole = camera_of(frame, self.camera)
         given = checked_mask(mask, frame)
-        return Seen.of(frame, pinhole, self.plane, given), given
+        return SegmentedFrame.of(frame, pinhole, self.plane, given), given
 
 
-def _solved(seen: Seen, own: NDArray[np.bool_], own_foot: bool, wish: Wish) -> PrimitiveFit:
+def _solved(
+    seen: SegmentedFrame, own: NDArray[np.bool_], own_foot: bool, request: FitRequest
+) -> PrimitiveFit:
     labels = seen.labels(own, own_foot)
     count = int(np.count_nonzero(labels == ON))
-    if count < wish.least_points():
+    if count < request.least_points():
         off = "" if seen.plane is None else " off the table"
         raise ValueError(
-            f"mask: expected at least {wish.least_points()} readings{off} within it, as many as there are unknowns, "
+            f"mask: expected at least {request.least_points()} readings{off} within it, as many as there are unknowns, "
             f"got {count}"
         )
-    return solve(seen.view(labels), wish)
+    return solve(seen.view(labels), request)

@@ -9,10 +9,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.compared import Compared
+from sdftrack._internal.array_equality import Compared
 from sdftrack.mesh import Mesh
 from sdftrack.primitives.kinds import TABLE
-from sdftrack.primitives.plate import plate_of
+from sdftrack.primitives.plane_proxy import plate_of
 from sdftrack.results import Status
 from sdftrack.sdf import SDF
 from sdftrack.sdf.solids import distances_of_solid

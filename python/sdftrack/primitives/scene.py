@@ -8,13 +8,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sdftrack._internal.validation import of_kind, whole
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.checks import of_kind, whole
 from sdftrack.frame import Frame
-from sdftrack.primitives.near import distance_to
+from sdftrack.primitives.association import distance_to
 from sdftrack.primitives.result import PrimitiveFit
-from sdftrack.primitives.seen import ON, Seen, camera_of, checked_mask, checked_plane, pieces
-from sdftrack.primitives.solving import Wish, solve
+from sdftrack.primitives.segmentation import (
+    ON,
+    SegmentedFrame,
+    camera_of,
+    checked_mask,
+    checked_plane,
+    pieces,
+)
+from sdftrack.primitives.solver import FitRequest, solve
 from sdftrack.results import Status
 
 __all__ = ["fit_primitives"]
@@ -55,12 +62,12 @@ def fit_primitives(
 
     >>> for fit in st.fit_primitives(frame, camera=camera): print(fit)  # doctest: +SKIP
     """
-    wish = Wish(kind, None, seed, scaling, threads)
+    request = FitRequest(kind, None, seed, scaling, threads)
     most = whole(most, "most", 1, what="a number of objects from 1 on")
     of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
     pinhole = camera_of(frame, camera)
     given = checked_mask(mask, frame) if mask is not None else None
-    seen = Seen.of(frame, pinhole, checked_plane(plane), None)
+    seen = SegmentedFrame.of(frame, pinhole, checked_plane(plane), None)
     rest = np.ones(seen.depth.shape, bool) if given is None else given.copy()
     out: list[PrimitiveFit] = []
     while len(out) < most:
@@ -69,10 +76,10 @@ def fit_primitives(
             return out
         piece = found[0]
         labels = seen.labels(piece, True)
-        if np.count_nonzero(labels == ON) < wish.least_points():
+        if np.count_nonzero(labels == ON) < request.least_points():
             rest &= ~piece
             continue
-        fit = solve(seen.view(labels), wish)
+        fit = solve(seen.view(labels), request)
         lengths = list(fit.size.values())
         claimed = piece & (distance_to(seen, fit.kind, lengths, fit.T_cam_obj) < CLAIM_M)
         if fit.status is Status.LOST or np.count_nonzero(claimed) < LEAST_READINGS:

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.validation import whole
 from sdftrack.camera import Camera
-from sdftrack.checks import whole
 from sdftrack.frame import Frame
-from sdftrack.primitives.fusing import SizeSum
-from sdftrack.primitives.near import NEAR_M, distance_to
+from sdftrack.primitives.association import NEAR_M, distance_to
+from sdftrack.primitives.multi_frame import SizeSum
 from sdftrack.primitives.result import PrimitiveFit, volume_of
-from sdftrack.primitives.seen import ON, Seen, pieces
-from sdftrack.primitives.solving import Wish, solve
+from sdftrack.primitives.segmentation import ON, SegmentedFrame, pieces
+from sdftrack.primitives.solver import FitRequest, solve
 from sdftrack.results import Status
 from sdftrack.sdf import SDF
 
@@ -52,7 +52,7 @@ class Primitive:
     __slots__ = ("kind", "seed", "voxels")
 
     def __init__(self, kind: str = "auto", *, voxels: int = 100, seed: int = 0) -> None:
-        Wish(kind, None, seed, "exact", 0)
+        FitRequest(kind, None, seed, "exact", 0)
         self.voxels = whole(voxels, "voxels", 16)
         self.kind, self.seed = kind, int(seed)
 
@@ -103,15 +103,15 @@ class FreeSize:
         mask = _mask_of(place, frame.depth.shape)
         if mask is not None and not (frame.depth[mask] > 0).any():
             return None
-        seen = Seen.of(frame, camera, "auto", mask)
+        seen = SegmentedFrame.of(frame, camera, "auto", mask)
         found = _at(pieces(seen, mask), place, camera)
         if not found:
             return None
-        wish = Wish(self.primitive.kind, None, self.primitive.seed, "exact", threads)
+        request = FitRequest(self.primitive.kind, None, self.primitive.seed, "exact", threads)
         labels = seen.labels(found[0], True)
-        if np.count_nonzero(labels == ON) < max(LEAST_READINGS, wish.least_points()):
+        if np.count_nonzero(labels == ON) < max(LEAST_READINGS, request.least_points()):
             return None
-        fit = solve(seen.view(labels), wish)
+        fit = solve(seen.view(labels), request)
         if fit.status is Status.LOST:
             return None
         self.fit = fit
@@ -123,13 +123,13 @@ class FreeSize:
         self._frames += 1
         if self.fit is None or frame.depth is None or self._frames % EVERY:
             return None
-        seen = Seen.of(frame, camera, "auto", None)
+        seen = SegmentedFrame.of(frame, camera, "auto", None)
         away = distance_to(seen, self.fit.kind, list(self.fit.size.values()), T_cam_obj)
         labels = seen.labels(away < NEAR_M, True)
         if np.count_nonzero(labels == ON) < LEAST_READINGS:
             return None
-        wish = Wish(self.fit.kind, (T_cam_obj, self.fit.size), self.primitive.seed, "exact", threads)
-        fit = solve(seen.view(labels), wish)
+        request = FitRequest(self.fit.kind, (T_cam_obj, self.fit.size), self.primitive.seed, "exact", threads)
+        fit = solve(seen.view(labels), request)
         if fit.status is Status.LOST or not self._plausible(fit):
             return None
         self._note(fit)

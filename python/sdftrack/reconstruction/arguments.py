@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.validation import of_kind
 from sdftrack.camera import Camera
-from sdftrack.checks import of_kind
 from sdftrack.device import resolve_device
 from sdftrack.frame import Frame
 from sdftrack.reconstruction.volume import BYTES_PER_VOXEL, MOST_VOXELS

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.compared import Compared
+from sdftrack._internal.array_equality import Compared
 from sdftrack.mesh import Mesh
 
 __all__ = ["Quality", "expected_error", "largest_body", "quality_of", "surface_mesh"]

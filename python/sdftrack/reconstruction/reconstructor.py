@@ -13,19 +13,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack.appearance import color_map
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
+from sdftrack.imaging.appearance import color_map
+from sdftrack.imaging.pose_hint import one_place
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
-from sdftrack.places import one_place
 from sdftrack.reconstruction import quality, refining
 from sdftrack.reconstruction.arguments import check_beginning, check_extent, check_settings
-from sdftrack.reconstruction.beginning import find_object
 from sdftrack.reconstruction.colors import learn_colors
-from sdftrack.reconstruction.keyframes import Keyframes
+from sdftrack.reconstruction.initialization import find_object
+from sdftrack.reconstruction.keyframe import Keyframe, Refined, cut, region_of
+from sdftrack.reconstruction.keyframe_selection import Keyframes
 from sdftrack.reconstruction.options import ReconstructorOptions
-from sdftrack.reconstruction.shots import Refined, Shot, cut, region_of
 from sdftrack.reconstruction.volume import BLOCK, Volume, lattice_for
 from sdftrack.results import Status, TrackResult
 from sdftrack.sdf import SDF
@@ -148,15 +148,15 @@ class Reconstructor:
         region = region_of(found.on_object, self._frame_camera)
         rgb, mask_there = self._colors(frame, region), cut(found.on_object.astype(np.uint8), region)
         nothing = np.empty(0, np.float32)
-        shot = Shot(0, region, cut(depth, region), rgb, nothing, found.T_cam_obj, mask_there)
-        volume.fuse(shot, depth)
+        keyframe = Keyframe(0, region, cut(depth, region), rgb, nothing, found.T_cam_obj, mask_there)
+        volume.fuse(keyframe, depth)
         if not len(volume.core.surface_boxes):
             raise ValueError(
                 "start: no surface was found on the object; is it too small for the volume's voxels?"
             )
         self._beginning, self._volume, self._index = found, volume, 0
         self._keyframes = Keyframes(self.options.kept_frames)
-        self._keyframes.add(shot)
+        self._keyframes.add(keyframe)
         self._tracker = self._new_tracker()
         self._reshape()
         result = self._tracker.start(frame, poses=found.T_cam_obj)
@@ -237,9 +237,9 @@ class Reconstructor:
         rounds : int
         """
         tracker = self._started("refine")
-        last, newest = TrackerInterface(tracker).last_poses[0], self._shots[-1]
+        last, newest = TrackerInterface(tracker).last_poses[0], self._kept[-1]
         before = newest.T_cam_obj
-        refined = refining.refine(self._shots, tracker, self._size, self._fuse_all, rounds, progress)
+        refined = refining.refine(self._kept, tracker, self._size, self._fuse_all, rounds, progress)
         # The last frame need not be among the kept ones; the object frame has moved in it as in the newest of them.
         tracker.set_pose(0, last @ np.linalg.solve(before, newest.T_cam_obj))
         return refined
@@ -265,7 +265,7 @@ class Reconstructor:
     def _go_on(self, pose: Pose) -> None:
         """Bring a new tracker, which has the shape, to where the old one stood."""
         assert self._tracker is not None
-        learn_colors(self._tracker, self._shots, self._frame_camera, self._index)
+        learn_colors(self._tracker, self._kept, self._frame_camera, self._index)
         self._tracker.set_pose(0, pose)
 
     @property
@@ -290,15 +290,15 @@ class Reconstructor:
         if x1 - x0 < BLOCK or y1 - y0 < BLOCK:
             return
         foreground, rgb = inside.pixel_evidence(0, frame, region)
-        shot = Shot(self._index, region, cut(frame.depth, region), rgb, foreground, np.array(T))
-        self._volume.fuse(shot, frame.depth)
-        self._keyframes.add(shot)
+        keyframe = Keyframe(self._index, region, cut(frame.depth, region), rgb, foreground, np.array(T))
+        self._volume.fuse(keyframe, frame.depth)
+        self._keyframes.add(keyframe)
         self._volume.grow_if_needed()
         self._reshape()
 
     @property
-    def _shots(self) -> list[Shot]:
-        return self._keyframes.shots
+    def _kept(self) -> list[Keyframe]:
+        return self._keyframes.frames
 
     @property
     def _size(self) -> tuple[int, int]:
@@ -307,9 +307,9 @@ class Reconstructor:
     def _fuse_all(self, progress: Callable[[float], None]) -> None:
         """The shape anew from all kept frames at the poses they have now."""
         volume = self._volume.emptied()
-        for i, shot in enumerate(self._shots):
-            volume.fuse(shot, shot.full_depth(*self._size))
-            progress((i + 1) / len(self._shots))
+        for i, keyframe in enumerate(self._kept):
+            volume.fuse(keyframe, keyframe.full_depth(*self._size))
+            progress((i + 1) / len(self._kept))
         self._volume = volume  # whole, or not at all
         self._reshape()
 
@@ -334,7 +334,7 @@ class Reconstructor:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the kept frames, their poses and the settings to one file (pickle), whole or not at all."""
-        from sdftrack.io.pickled import save_pickled
+        from sdftrack._internal.pickled import save_pickled
 
         self._started("save")
         save_pickled(self, path)
@@ -342,7 +342,7 @@ class Reconstructor:
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Reconstructor:
         """Read what :meth:`save` wrote; the shape is fused again. Only open files that you trust: this is a pickle."""
-        from sdftrack.io.pickled import load_pickled
+        from sdftrack._internal.pickled import load_pickled
 
         return load_pickled(path, Reconstructor)
 

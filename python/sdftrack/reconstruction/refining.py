@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core, metrics
-from sdftrack.reconstruction.shots import Refined, Shot
+from sdftrack.reconstruction.keyframe import Keyframe, Refined
 from sdftrack.tracking import Tracker
 from sdftrack.tracking.interface import TrackerInterface
 
@@ -19,14 +19,14 @@ TRACKING = 0.4  # of a round's time; the rest is fusing
 
 
 def refine(
-    shots: list[Shot],
+    keyframes: list[Keyframe],
     tracker: Tracker,
     size: tuple[int, int],
     fuse_all: Callable[[Callable[[float], None]], None],
     rounds: int,
     progress: Callable[[float], None] | None,
 ) -> Refined:
-    """Track every shot against the shape, then have the shape made anew (`fuse_all`), some rounds."""
+    """Track every keyframe against the shape, then have the shape made anew (`fuse_all`), some rounds."""
     moved, turned = [], []
     for k in range(rounds):
 
@@ -34,30 +34,30 @@ def refine(
             if progress is not None:
                 progress(first + share / rounds)
 
-        anchor = shots[0].T_cam_obj
+        anchor = keyframes[0].T_cam_obj
         steps = []
-        for i, shot in enumerate(shots):
-            steps.append(_track_again(shot, tracker, size))
-            tell(TRACKING * i / len(shots))
+        for i, keyframe in enumerate(keyframes):
+            steps.append(_track_again(keyframe, tracker, size))
+            tell(TRACKING * i / len(keyframes))
         # The young shape took the first frame's noise for its form: all others know better where that one was.
-        back = np.linalg.solve(shots[0].T_cam_obj, anchor)
-        for shot in shots:
-            shot.T_cam_obj = shot.T_cam_obj @ back
+        back = np.linalg.solve(keyframes[0].T_cam_obj, anchor)
+        for keyframe in keyframes:
+            keyframe.T_cam_obj = keyframe.T_cam_obj @ back
         fuse_all(lambda share, tell=tell: tell(TRACKING + (1 - TRACKING) * share))  # type: ignore[misc]
         rms = np.sqrt(np.mean(np.square(steps), axis=0))
         moved.append(float(rms[0]))
         turned.append(float(rms[1]))
-    poses: dict[int, NDArray[np.float64]] = {shot.index: shot.T_cam_obj for shot in shots}
+    poses: dict[int, NDArray[np.float64]] = {keyframe.index: keyframe.T_cam_obj for keyframe in keyframes}
     return Refined(poses, rounds, moved, turned)
 
 
-def _track_again(shot: Shot, tracker: Tracker, size: tuple[int, int]) -> tuple[float, float]:
+def _track_again(keyframe: Keyframe, tracker: Tracker, size: tuple[int, int]) -> tuple[float, float]:
     """A kept frame against the shape as it is now; how far its pose has moved (m, rad)."""
-    tracker.set_pose(0, shot.T_cam_obj)
-    color = None if tracker.mode == "depth" else shot.full_color(*size)
+    tracker.set_pose(0, keyframe.T_cam_obj)
+    color = None if tracker.mode == "depth" else keyframe.full_color(*size)
     places = None if color is None else _core.ColorMap.aligned(size[1], size[0])
-    poses, sure = TrackerInterface(tracker).revisit(shot.full_depth(*size), color, places)
+    poses, sure = TrackerInterface(tracker).revisit(keyframe.full_depth(*size), color, places)
     if not sure[0]:
         return 0.0, 0.0
-    before, shot.T_cam_obj = shot.T_cam_obj, poses[0]
-    return metrics.pose_error(shot.T_cam_obj, before)
+    before, keyframe.T_cam_obj = keyframe.T_cam_obj, poses[0]
+    return metrics.pose_error(keyframe.T_cam_obj, before)

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack.camera import Camera
-from sdftrack.reconstruction.beginning import (
+from sdftrack.reconstruction.initialization import (
     EXTENT_PER_BALL,
     Beginning,
     ball_prior,
     inside_points,
     shape_prior,
 )
+from sdftrack.reconstruction.keyframe import Keyframe
 from sdftrack.reconstruction.options import ReconstructorOptions
-from sdftrack.reconstruction.shots import Shot
 from sdftrack.sdf import SDF
 
 __all__ = ["BLOCK", "BYTES_PER_VOXEL", "MOST_VOXELS", "Lattice", "Volume", "lattice_for"]
@@ -87,11 +87,13 @@ class Volume:
         """One of the same extent, without any frame."""
         return Volume(self.camera, self.lattice, *self._made_of)
 
-    def fuse(self, shot: Shot, depth: NDArray[np.float32]) -> None:
+    def fuse(self, keyframe: Keyframe, depth: NDArray[np.float32]) -> None:
         """Add what a frame says; `depth` is its whole depth image."""
-        mask = shot.full_mask(self.camera.height, self.camera.width)
-        foreground = None if shot.mask is not None else shot.foreground
-        self.core.fuse(depth, self.camera._core, shot.T_cam_obj, shot.region, mask, foreground, shot.rgb)
+        mask = keyframe.full_mask(self.camera.height, self.camera.width)
+        foreground = None if keyframe.mask is not None else keyframe.foreground
+        self.core.fuse(
+            depth, self.camera._core, keyframe.T_cam_obj, keyframe.region, mask, foreground, keyframe.rgb
+        )
         self.fused += 1
 
     def grow_if_needed(self) -> None:

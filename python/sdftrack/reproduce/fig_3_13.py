@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
 from sdftrack.evaluation.tables import text_table
+from sdftrack.imaging.corner_planes import three_planes
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.fig_3_12 import FIRST_GUESS, calibration_object
 from sdftrack.reproduce.scenes.sweeps import TRUTH, swept
-from sdftrack.three_planes import three_planes
 
 __all__ = ["run"]
 
@@ -42,7 +42,7 @@ Array = NDArray[np.float64]
 def run(context: Context) -> dict[str, Any]:
     """Make the table: figure.png, table.txt, and the numbers."""
     import sdftrack as st
-    from sdftrack.io.files import write_text
+    from sdftrack._internal.files import write_text
 
     found = _calibrated(context)
     fx, fy, cx, cy = map(float, found.per_frame.fused)

@@ -34,7 +34,7 @@ Picture = NDArray[np.uint8]
 def run(context: Context) -> dict[str, Any]:
     """Make the figure: figure.png, table.txt, and the numbers."""
     import sdftrack as st
-    from sdftrack.io.files import write_text
+    from sdftrack._internal.files import write_text
 
     scene = _scene()
     at = middle_of_table(scene)

@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 def run(context: Context) -> dict[str, Any]:
     """Make the figure: figure.png, table.txt, and the numbers."""
     import sdftrack as st
-    from sdftrack.io.files import write_text
+    from sdftrack._internal.files import write_text
     from sdftrack.synth.duck import duck_mesh
 
     mesh = duck_mesh() if context.mesh is None else st.Mesh.load(context.mesh, context.unit)

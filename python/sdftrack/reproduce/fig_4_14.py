@@ -49,7 +49,7 @@ Array = NDArray[np.float64]
 
 def run(context: Context) -> dict[str, Any]:
     """Make the figure: figure.png, table.txt, and the numbers."""
-    from sdftrack.io.files import write_text
+    from sdftrack._internal.files import write_text
 
     scene = scene_of(context)
     rows = []

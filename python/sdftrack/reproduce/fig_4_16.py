@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 
 def run(context: Context) -> dict[str, Any]:
     """Make the figure: figure.png, table.txt, and the numbers."""
-    from sdftrack.io.files import write_text
+    from sdftrack._internal.files import write_text
 
     given = scene_of(context, TURN_FRAMES)
     n = len(given.poses)

@@ -27,7 +27,7 @@ PRINTED = "linear growth, 30 Hz kept up to 5 objects"
 
 def run(context: Context) -> dict[str, Any]:
     """Make the figure: figure.png, table.txt, and the numbers."""
-    from sdftrack.io.files import write_text
+    from sdftrack._internal.files import write_text
 
     mesh, solid = pair_of(context)
     frames = FRAMES if context.frames is None else max(context.frames, 3)

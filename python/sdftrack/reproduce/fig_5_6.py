@@ -43,7 +43,7 @@ Array = NDArray[np.float64]
 
 def run(context: Context) -> dict[str, Any]:
     """Make the figure: figure.png, table.txt, and the numbers."""
-    from sdftrack.io.files import write_text
+    from sdftrack._internal.files import write_text
 
     mesh, solid = pair_of(context)
     n = FRAMES if context.frames is None else context.frames

@@ -41,7 +41,7 @@ def relative_motion(poses: Array) -> tuple[Array, Array]:
 
 def run(context: Context) -> dict[str, Any]:
     """Make the figure: figure.png, table.txt, and the numbers."""
-    from sdftrack.io.files import write_text
+    from sdftrack._internal.files import write_text
 
     mesh, solid = pair_of(context)
     n = FRAMES if context.frames is None else context.frames

@@ -35,7 +35,7 @@ SIMPLER = ("NN all", "PCA all")
 
 def run(context: Context) -> dict[str, Any]:
     """Make the figure: figure.png, table.txt, and the numbers."""
-    from sdftrack.io.files import write_text
+    from sdftrack._internal.files import write_text
 
     masks = gaits(FRAMES[KIND] if context.frames is None else context.frames)[KIND]
     what = cases(masks, (FEW_HIDDEN, *HIDDEN), "rectangle", SEED)

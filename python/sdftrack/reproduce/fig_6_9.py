@@ -27,7 +27,7 @@ ALIKE = 0.005  # overlaps that differ by less are called equal
 
 def run(context: Context) -> dict[str, Any]:
     """Make the figure: figure.png, table.txt, and the numbers."""
-    from sdftrack.io.files import write_text
+    from sdftrack._internal.files import write_text
 
     used, note = sets(context)
     levels = []

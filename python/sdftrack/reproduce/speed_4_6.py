@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 
 def run(context: Context) -> dict[str, Any]:
     """Make it: figure.png (the curves), table.txt, and the numbers."""
-    from sdftrack.io.files import write_text
+    from sdftrack._internal.files import write_text
 
     scene = scene_of(context, FRAMES)
     n = len(scene.poses)
@@ -117,7 +117,7 @@ def evidence(d_voxels: Array, sigma_d: float, noise_voxels: float | None) -> Arr
 
 
 def _plot(path: Any) -> None:
-    from sdftrack.reconstruction.beginning import GUESS_FADES_VOXELS
+    from sdftrack.reconstruction.initialization import GUESS_FADES_VOXELS
     from sdftrack.reconstruction.options import ReconstructorOptions
     from sdftrack.viz.plots import figure, save_figure
 

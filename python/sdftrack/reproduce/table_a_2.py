@@ -31,7 +31,7 @@ def run(context: Context) -> dict[str, Any]:
     from skimage.segmentation import slic as cpu_slic
 
     import sdftrack as st
-    from sdftrack.io.files import write_text
+    from sdftrack._internal.files import write_text
     from sdftrack.synth import region_picture
 
     device, threads = context.options.get("device", "auto"), context.options.get("threads", 0)

@@ -25,7 +25,7 @@ PRINTED = {"k-means": (6.5, 13, 53), "connectivity": (2.5, 8, 33)}
 
 def run(context: Context) -> dict[str, Any]:
     """Make the table: table.txt, and the numbers."""
-    from sdftrack.io.files import write_text
+    from sdftrack._internal.files import write_text
     from sdftrack.synth import region_picture
 
     used = resolve_device(context.options.get("device", "auto"))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack.io.files import write_whole
+from sdftrack._internal.files import write_whole
 
 if TYPE_CHECKING:
     from sdftrack.sdf.volume import SDF

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.checks import number
+from sdftrack._internal.validation import number
 
 if TYPE_CHECKING:
     from sdftrack.sdf.volume import SDF

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack.checks import number, numbers
+from sdftrack._internal.validation import number, numbers
 from sdftrack.sdf.grid import grid_round
 
 __all__ = ["distances_of_solid", "three_lengths"]

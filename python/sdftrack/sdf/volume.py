@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack.checks import number, numbers
+from sdftrack._internal.validation import number, numbers
 from sdftrack.geometry import inverse
 from sdftrack.mesh import Mesh, core_camera, unit_scale
 from sdftrack.sdf.files import checked_colors, read_volume, write_volume
@@ -395,7 +395,7 @@ class SDF:
         return f"SDF({nx} x {ny} x {nz} voxels of {1e3 * self._voxel_size:.3g} mm{coloured})"
 
     def _repr_png_(self) -> bytes:
-        from sdftrack._picture import shaded_picture
+        from sdftrack._internal.shaded_picture import shaded_picture
 
         low, high = self.bounds
         return shaded_picture(self.render, low, high)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack.checks import number
+from sdftrack._internal.validation import number
 from sdftrack.device import host_array
 
 __all__ = [

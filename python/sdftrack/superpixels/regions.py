@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack.compared import Compared
+from sdftrack._internal.array_equality import Compared
 from sdftrack.superpixels.arguments import checked_image
 
 __all__ = ["Regions", "adjacency", "boundaries", "mark_boundaries", "mean_colors", "regions"]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack.checks import THREADS, number, whole
+from sdftrack._internal.validation import THREADS, number, whole
 from sdftrack.device import resolve_device
 from sdftrack.superpixels.arguments import (
     checked_depth,

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import geometry
+from sdftrack._internal.validation import number, of_kind
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.checks import number, of_kind
 from sdftrack.frame import Frame
 from sdftrack.io.datasets.sequence import Sequence
 from sdftrack.synth.ball_view import BallView, Props

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.files import write_whole
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
-from sdftrack.io.files import write_whole
 from sdftrack.synth.bodies import Body
 from sdftrack.synth.noise import Noise
 from sdftrack.synth.stage import Occluder, Stage

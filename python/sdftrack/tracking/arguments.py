@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack.checks import numbers
+from sdftrack._internal.validation import numbers
 from sdftrack.options import TrackerOptions
 from sdftrack.sdf import SDF
 

@@ -1,22 +1,20 @@
 # SPDX-License-Identifier: MIT
-"""A tracker made again from what its file keeps."""
+"""Trackers in files of version 0.1, which name the function here that makes them again."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.results import Status, TrackResult
+from sdftrack.primitives.tracked import FreeSizes
+from sdftrack.results import TrackResult
 from sdftrack.sdf import SDF
+from sdftrack.tracking.tracker import Tracker
 
-if TYPE_CHECKING:
-    from sdftrack.primitives.tracked import FreeSizes
-    from sdftrack.tracking.tracker import Tracker
-
-__all__ = ["followed", "rebuild"]
+__all__ = ["rebuild"]
 
 
 def rebuild(
@@ -30,15 +28,9 @@ def rebuild(
 ) -> Tracker:
     """A tracker that goes on from the poses `best` (M, 4, 4), metres; NaN: not found yet.
 
-    `free_sizes`: of the primitives among the shapes; None in files of earlier versions.
+    `free_sizes`: of the primitives among the shapes; None in the oldest files.
     """
-    from sdftrack.tracking.tracker import Tracker
-
-    tracker = Tracker(shapes, camera, **kwargs)
-    tracker._resume(index, last, np.ascontiguousarray(best), free_sizes)
+    tracker = Tracker.__new__(Tracker)
+    progress = (index, last, best, free_sizes)
+    tracker.__setstate__({"shapes": shapes, "camera": camera, "arguments": kwargs, "progress": progress})
     return tracker
-
-
-def followed(result: TrackResult | None) -> list[bool]:
-    """Who had a pose in a frame; empty where there was none."""
-    return [] if result is None else [s in (Status.OK, Status.WEAK) for s in result.status]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sdftrack.results import Status, Steps, TrackResult
 
-__all__ = ["assembled", "modes_of"]
+__all__ = ["assembled", "followed", "modes_of"]
 
 STATUS = {s.value: s for s in Status}
 
@@ -48,3 +48,8 @@ def assembled(
 def modes_of(found: dict[str, Any]) -> list[str]:
     """What each object was tracked by, as ``mode_used`` says it."""
     return ["rgbd" if used else "depth" for used in found["color_used"]]
+
+
+def followed(result: TrackResult | None) -> list[bool]:
+    """Who had a pose in a frame; empty where there was none."""
+    return [] if result is None else [s in (Status.OK, Status.WEAK) for s in result.status]

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack.alone import Alone
-from sdftrack.appearance import color_map
+from sdftrack._internal.thread_guard import SingleThreadGuard
+from sdftrack._internal.validation import numbers, of_kind
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.checks import numbers, of_kind
 from sdftrack.device import resolve_device
 from sdftrack.frame import Frame
+from sdftrack.imaging.appearance import color_map
+from sdftrack.imaging.pose_hint import Place, one_place, place_list
 from sdftrack.options import TrackerOptions
-from sdftrack.places import Place, one_place, place_list
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.primitives.shape import Primitive
 from sdftrack.primitives.tracked import FreeSizes
@@ -39,8 +39,7 @@ from sdftrack.tracking.arguments import (
 )
 from sdftrack.tracking.core_conversion import core_frame, rgb_seen, volume_of
 from sdftrack.tracking.interface import TrackerInterface
-from sdftrack.tracking.pickling import followed, rebuild
-from sdftrack.tracking.result_assembly import assembled, modes_of
+from sdftrack.tracking.result_assembly import assembled, followed, modes_of
 
 __all__ = ["Tracker"]
 
@@ -399,32 +398,40 @@ class Tracker:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write shapes, camera, options and last poses to one file (pickle), whole or not at all."""
-        from sdftrack.io.pickled import save_pickled
+        from sdftrack._internal.pickled import save_pickled
 
         save_pickled(self, path)
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Tracker:
         """Read what :meth:`save` wrote. Only open files that you trust: this is a pickle."""
-        from sdftrack.io.pickled import load_pickled
+        from sdftrack._internal.pickled import load_pickled
 
         return load_pickled(path, Tracker)
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        kwargs = {
-            "mode": self.mode,
-            "names": self.names,
-            "options": self.options,
-            "threads": self.threads,
-            "device": self.device,
-            "recover": self.recover_lost,
-            "motion": self.motion,
-            "membership": self.membership,
-            "collision": self.collision,
-        }
+    def __getstate__(self) -> dict[str, Any]:
         with self._alone():
-            state = (self._core.index, self._last, self._core.best, self._free_sizes)
-            return rebuild, (self.shapes, self.camera, kwargs, *state)
+            return {
+                "shapes": self.shapes,
+                "camera": self.camera,
+                "arguments": {
+                    "mode": self.mode,
+                    "names": self.names,
+                    "options": self.options,
+                    "threads": self.threads,
+                    "device": self.device,
+                    "recover": self.recover_lost,
+                    "motion": self.motion,
+                    "membership": self.membership,
+                    "collision": self.collision,
+                },
+                "progress": (self._core.index, self._last, self._core.best, self._free_sizes),
+            }
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        Tracker.__init__(self, state["shapes"], state["camera"], **state["arguments"])
+        index, last, best, free_sizes = state["progress"]
+        self._resume(index, last, np.ascontiguousarray(best), free_sizes)
 
     def _resume(
         self, index: int, last: TrackResult | None, best: NDArray[np.float64], free_sizes: FreeSizes | None
@@ -443,8 +450,8 @@ class Tracker:
             self._core.interrupt(index)
             self._last = None
 
-    def _alone(self) -> Alone:
-        return Alone(self._lock, "tracker")
+    def _alone(self) -> SingleThreadGuard:
+        return SingleThreadGuard(self._lock, "tracker")
 
     def _camera_of(self, frame: Frame) -> Camera:
         camera = depth_camera(self.camera if frame.camera is None else frame.camera)

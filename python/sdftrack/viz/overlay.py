@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.checks import of_kind
+from sdftrack._internal.validation import of_kind
 from sdftrack.results import TrackResult
 from sdftrack.viz.backdrop import backdrop
 

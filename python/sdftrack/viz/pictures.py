@@ -22,7 +22,7 @@ def save_picture(path: Path, picture: NDArray[np.uint8]) -> None:
     """Write an H x W x 3 RGB picture as PNG, whole or not at all."""
     import cv2
 
-    from sdftrack.io.files import replacing
+    from sdftrack._internal.files import replacing
 
     good, data = cv2.imencode(".png", np.ascontiguousarray(picture[..., ::-1]))
     if not good:

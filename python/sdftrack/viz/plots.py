@@ -30,7 +30,7 @@ def figure(
 
 def save_figure(fig: Any, path: Path) -> None:
     """Write a PNG, whole or not at all."""
-    from sdftrack.io.files import replacing
+    from sdftrack._internal.files import replacing
 
     with replacing(path) as temporary:
         fig.savefig(temporary, format="png")

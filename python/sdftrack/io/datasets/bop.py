@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.files import read_json
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.geometry import rigid
-from sdftrack.io.datasets import register
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
+from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
-from sdftrack.io.files import read_json
 from sdftrack.io.frames import read_mask
 
 M_PER_MM = 1e-3

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.io.datasets import register
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
+from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
 from sdftrack.io.frames import read_mask
 

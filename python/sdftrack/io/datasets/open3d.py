@@ -8,11 +8,11 @@ import warnings
 from pathlib import Path
 
 from sdftrack import geometry
+from sdftrack._internal.files import read_json
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.io.datasets import register
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
+from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
-from sdftrack.io.files import read_json
 from sdftrack.io.trajectories import read_log
 
 UNITS_PER_M = 1000.0

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from sdftrack import geometry
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.io.datasets import register
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_size
+from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
 from sdftrack.io.trajectories import read_tum
 

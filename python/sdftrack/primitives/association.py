@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack.primitives.kinds import TABLE
-from sdftrack.primitives.seen import Seen, pieces
+from sdftrack.primitives.segmentation import SegmentedFrame, pieces
 
 __all__ = ["distance_to", "mask_near"]
 
@@ -20,7 +20,7 @@ SPREADS = 4.0  # of the median distance: what a band about a surface has to hold
 ALONE = 0.6  # share of a piece that is near: the piece is the object and nothing else
 
 
-def distance_to(seen: Seen, kind: str, lengths: list[float], T_cam_obj: NDArray[np.float64]) -> Any:
+def distance_to(seen: SegmentedFrame, kind: str, lengths: list[float], T_cam_obj: NDArray[np.float64]) -> Any:
     """Of every reading to the surface (H, W), m as at 1 m of depth, above which it shrinks; inf without a reading."""
     T = np.linalg.inv(T_cam_obj)
     points = np.ascontiguousarray(seen.points.reshape(-1, 3) @ T[:3, :3].T + T[:3, 3])
@@ -30,7 +30,7 @@ def distance_to(seen: Seen, kind: str, lengths: list[float], T_cam_obj: NDArray[
 
 
 def mask_near(
-    seen: Seen, kind: str, lengths: list[float], T_cam_obj: NDArray[np.float64]
+    seen: SegmentedFrame, kind: str, lengths: list[float], T_cam_obj: NDArray[np.float64]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]] | None:
     """Where an object is that was at a pose: a mask of it, and the whole piece that it is in.
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
+from sdftrack._internal.validation import THREADS, number, of_kind, whole
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.checks import THREADS, number, of_kind, whole
 from sdftrack.frame import Frame
 
 __all__ = ["remove_plane"]

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 
-__all__ = ["Refined", "Shot", "cut", "region_of"]
+__all__ = ["Keyframe", "Refined", "cut", "region_of"]
 
 MARGIN_PX = 25  # of what is kept around the object
 Region = tuple[int, int, int, int]
 
 
 @dataclass
-class Shot:
+class Keyframe:
     """A fused frame: its images around the object, and the pose it was fused at."""
 
     index: int

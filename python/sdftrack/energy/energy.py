@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack.appearance import color_map
-from sdftrack.back_projection import back_project
+from sdftrack._internal.validation import number, of_kind
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.checks import number, of_kind
 from sdftrack.device import resolve_device
-from sdftrack.energy_state import Linearization, Minimum, State, state_poses
+from sdftrack.energy.state import Linearization, Minimum, State, state_poses
 from sdftrack.frame import Frame
+from sdftrack.imaging.appearance import color_map
+from sdftrack.imaging.back_projection import back_project
 from sdftrack.options import TrackerOptions
 from sdftrack.results import Step
 from sdftrack.sdf import SDF

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
-from sdftrack.checks import THREADS, number, numbers, of_kind, whole
+from sdftrack._internal.validation import THREADS, number, numbers, of_kind, whole
 from sdftrack.primitives.kinds import FREE, KINDS, SIZES, SOLIDS, TABLE
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.results import Status
 
-__all__ = ["Wish", "solve"]
+__all__ = ["FitRequest", "solve"]
 
 WEAK_INLIERS, LOST_INLIERS = 0.6, 0.2
 ENDLESS_M = 100.0  # of a length that was found: nothing before a depth camera is as long
@@ -22,7 +22,7 @@ LEAST_M, MOST_M = 1e-7, 1e6  # of a start's lengths: beyond them nothing is left
 UNTOLD = 2  # readings more than unknowns, up to which their spread tells no variance (the core's kUntold)
 
 
-class Wish:
+class FitRequest:
     """What is to be fitted and how, checked once."""
 
     def __init__(self, kind: str, initial: Any, seed: int, scaling: str, threads: int) -> None:
@@ -79,16 +79,19 @@ class Wish:
         return min(FREE[kind] for kind in self.kinds)
 
 
-def solve(view: Any, wish: Wish) -> PrimitiveFit:
+def solve(view: Any, request: FitRequest) -> PrimitiveFit:
     """The best of the kinds wished for."""
-    of_kind(wish, Wish, "wish")
+    of_kind(request, FitRequest, "request")
     points = len(view.points)
-    kinds = [k for k in wish.kinds if points >= FREE[k]]
+    kinds = [k for k in request.kinds if points >= FREE[k]]
     if not kinds:
         raise ValueError(
-            f"points: expected at least {wish.least_points()} readings of a {' or '.join(wish.kinds)}, got {points}"
+            f"points: expected at least {request.least_points()} readings of a "
+            f"{' or '.join(request.kinds)}, got {points}"
         )
-    answers = view.fit([TABLE[k].member for k in kinds], wish.options, wish.pose, wish.size, wish.threads)
+    answers = view.fit(
+        [TABLE[k].member for k in kinds], request.options, request.pose, request.size, request.threads
+    )
     found = {k: a for k, a in zip(kinds, answers, strict=True) if a is not None}
     if not found:
         raise ValueError(

@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._internal.validation import number, numbers
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.checks import number, numbers
 from sdftrack.frame import Frame
-from sdftrack.plane import remove_plane
+from sdftrack.imaging.plane import remove_plane
 
 __all__ = [
     "OFF",
     "ON",
     "UNKNOWN",
-    "Seen",
+    "SegmentedFrame",
     "camera_of",
     "checked_mask",
     "checked_plane",
@@ -44,7 +44,7 @@ Plane = tuple[NDArray[np.float64], float]
 
 
 @dataclass(frozen=True)
-class Seen:
+class SegmentedFrame:
     """A frame, its camera, the points of its pixels, and the table if there is one."""
 
     frame: Frame
@@ -54,7 +54,7 @@ class Seen:
     plane: Plane | None
 
     @classmethod
-    def of(cls, frame: Frame, camera: Camera, plane: Any, mask: NDArray[np.bool_] | None) -> Seen:
+    def of(cls, frame: Frame, camera: Camera, plane: Any, mask: NDArray[np.bool_] | None) -> SegmentedFrame:
         """`plane`: "auto" searches it, None: none, or (n, d)."""
         assert frame.depth is not None
         points = camera.back_project(frame.depth).astype(np.float64)
@@ -185,7 +185,7 @@ def table_under(
     return normal, offset
 
 
-def pieces(seen: Seen, mask: NDArray[np.bool_] | None = None) -> list[NDArray[np.bool_]]:
+def pieces(seen: SegmentedFrame, mask: NDArray[np.bool_] | None = None) -> list[NDArray[np.bool_]]:
     """What hangs together above the table, parted at steps in depth; the largest first."""
     import cv2
 

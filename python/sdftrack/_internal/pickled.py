@@ -7,7 +7,7 @@ import os
 import pickle
 from typing import Any, TypeVar
 
-from sdftrack.io.files import write_whole
+from sdftrack._internal.files import write_whole
 
 __all__ = ["load_pickled", "save_pickled"]
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sdftrack.frame import Frame
 from sdftrack.primitives.in_frame import FrameFitter
 from sdftrack.primitives.result import PrimitiveFit
-from sdftrack.primitives.solving import Wish
+from sdftrack.primitives.solver import FitRequest
 from sdftrack.results import Status
 
 __all__ = ["SizeSum", "fuse_sizes", "fused"]
@@ -80,7 +80,7 @@ def fuse_sizes(
     return total.mean()
 
 
-def fused(frames: Iterable[Any], wish: Wish, mask: Any, fitter: FrameFitter) -> PrimitiveFit:
+def fused(frames: Iterable[Any], request: FitRequest, mask: Any, fitter: FrameFitter) -> PrimitiveFit:
     """Each frame from the last one that could be fitted, then one size for all, and the last such frame's pose."""
     fits: dict[int, PrimitiveFit] = {}
     skipped: dict[int, str] = {}
@@ -89,7 +89,7 @@ def fused(frames: Iterable[Any], wish: Wish, mask: Any, fitter: FrameFitter) -> 
         if not isinstance(frame, Frame):
             raise TypeError(f"frames: expected st.Frame, got {type(frame).__name__} at {i}")
         try:
-            found = _follow(frame, wish, fitter, fits) if fits else fitter.fit(frame, mask, wish)
+            found = _follow(frame, request, fitter, fits) if fits else fitter.fit(frame, mask, request)
         except ValueError as error:
             skipped[i] = str(error)
             continue
@@ -111,10 +111,12 @@ def fused(frames: Iterable[Any], wish: Wish, mask: Any, fitter: FrameFitter) -> 
     return replace(_with_size(sure, size, covariance), skipped=skipped)
 
 
-def _follow(frame: Frame, wish: Wish, fitter: FrameFitter, fits: dict[int, PrimitiveFit]) -> PrimitiveFit:
+def _follow(
+    frame: Frame, request: FitRequest, fitter: FrameFitter, fits: dict[int, PrimitiveFit]
+) -> PrimitiveFit:
     """The object of `fits` in one more frame; ValueError where what is found there is not it."""
     known = list(fits.values())
-    now = copy.copy(wish)
+    now = copy.copy(request)
     now.kinds = (known[0].kind,)
     now.pose, now.size = known[-1].T_cam_obj, list(known[-1].size.values())
     why = ""

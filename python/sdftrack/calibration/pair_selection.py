@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.calibration.cone import Cone
-from sdftrack.calibration.first_map import BAND_PX
-from sdftrack.calibration.observe import Seen
+from sdftrack.calibration.observe import ObservedFrame
 from sdftrack.calibration.pairs import BallPairs, Path
 from sdftrack.calibration.projective import ProjectiveMap, RigidMap, decompose
 from sdftrack.calibration.robust_fit import Fit
+from sdftrack.calibration.robust_initialization import BAND_PX
 from sdftrack.camera import Camera
 
 __all__ = ["color_camera_of", "pairs_of", "path_of", "picked"]
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 LATE_BAND_PX = 40.0  # of the choice between candidates while colour may be late, at 1 m/s
 
 
-def pairs_of(both: list[Seen], picks: list[tuple[int, int]], eye: Camera) -> BallPairs:
+def pairs_of(both: list[ObservedFrame], picks: list[tuple[int, int]], eye: Camera) -> BallPairs:
     """Centres of the chosen round things; the image of the centre is the cone's axis under `eye`."""
     rows = []
     for s, (a, b) in zip(both, picks, strict=True):
@@ -52,7 +52,7 @@ def pairs_of(both: list[Seen], picks: list[tuple[int, int]], eye: Camera) -> Bal
 
 
 def picked(
-    both: list[Seen], picks: list[tuple[int, int]], fit: Fit, eye: Camera, time_offset: bool
+    both: list[ObservedFrame], picks: list[tuple[int, int]], fit: Fit, eye: Camera, time_offset: bool
 ) -> tuple[list[tuple[int, int]], bool]:
     """In each frame the two round things that the map brings nearest to each other."""
     new = []
@@ -72,7 +72,9 @@ def picked(
     return new, new != picks
 
 
-def path_of(seen: list[Seen], both: list[Seen], picks: list[tuple[int, int]], fit: Fit) -> Path:
+def path_of(
+    seen: list[ObservedFrame], both: list[ObservedFrame], picks: list[tuple[int, int]], fit: Fit
+) -> Path:
     """Of the chosen balls; frames without colour help, dropped pairs do not."""
     # A pair that the path did not reach has no residual; it is not wrong for that.
     right = fit.kept | ~np.isfinite(fit.residual_px).all(axis=1)

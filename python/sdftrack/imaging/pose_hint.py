@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
+from sdftrack._internal.validation import numbers
 from sdftrack.camera import Camera
-from sdftrack.checks import numbers
 
 __all__ = ["Place", "box_place", "mask_place", "one_place", "place_list", "pose_place"]
 

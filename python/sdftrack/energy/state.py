@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._internal.validation import numbers
 from sdftrack.camera import Camera
-from sdftrack.checks import numbers
 from sdftrack.results import Step
 
 __all__ = ["Linearization", "Minimum", "State", "state_poses"]

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.reconstruction.shots import Shot
+from sdftrack.reconstruction.keyframe import Keyframe
 
 __all__ = ["Keyframes"]
 
@@ -32,22 +34,26 @@ class Keyframes:
 
     Attributes
     ----------
-    shots : list of Shot
+    frames : list of Keyframe
         In the order they came.
     """
 
     def __init__(self, most: int) -> None:
         self.most = most
-        self.shots: list[Shot] = []
+        self.frames: list[Keyframe] = []
         self._views = np.empty((0, 5))
         self._nearest = np.empty((0, 2), np.intp)  # of each its two nearest; -1: there are none yet
         self._gaps = np.empty((0, 2))  # to these
 
-    def add(self, shot: Shot) -> None:
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.frames = state.pop("shots", [])  # its name in files of version 0.1
+        self.__dict__.update(state)
+
+    def add(self, keyframe: Keyframe) -> None:
         """Keep one more, and let one go where there are too many."""
-        n = len(self.shots)
-        self.shots.append(shot)
-        self._views = np.vstack([self._views, _view(shot)])
+        n = len(self.frames)
+        self.frames.append(keyframe)
+        self._views = np.vstack([self._views, _view(keyframe)])
         gaps = _apart(self._views[:n], self._views[n])
         new = np.full(n, n, np.intp)
         self._gaps, self._nearest = _least_two(
@@ -60,7 +66,7 @@ class Keyframes:
             self._drop(1 + int(self._gaps[1:].sum(axis=1).argmin()))  # never the first: all relate to it
 
     def _drop(self, k: int) -> None:
-        del self.shots[k]
+        del self.frames[k]
         self._views, self._gaps = np.delete(self._views, k, 0), np.delete(self._gaps, k, 0)
         nearest = np.delete(self._nearest, k, 0)
         self._nearest = nearest - (nearest > k)
@@ -68,7 +74,7 @@ class Keyframes:
             self._look_around(int(i))
 
     def _look_around(self, i: int) -> None:
-        """The two nearest of shot i, among all."""
+        """The two nearest of keyframe i, among all."""
         gaps = _apart(self._views, self._views[i])
         gaps[i] = np.inf
         who = np.append(np.where(np.isfinite(gaps), np.arange(len(gaps)), -1), -1)
@@ -76,11 +82,11 @@ class Keyframes:
         self._gaps[i], self._nearest[i] = least[0], nearest[0]
 
 
-def _view(shot: Shot) -> Numbers:
+def _view(keyframe: Keyframe) -> Numbers:
     """Where the camera stands as seen from the object: direction, distance, and when."""
-    R, t = shot.T_cam_obj[:3, :3], shot.T_cam_obj[:3, 3]
+    R, t = keyframe.T_cam_obj[:3, :3], keyframe.T_cam_obj[:3, 3]
     away = max(float(np.linalg.norm(t)), NEAREST_M)
-    return np.array([*(-R.T @ t / away), PER_DISTANCE * np.log(away), shot.index])
+    return np.array([*(-R.T @ t / away), PER_DISTANCE * np.log(away), keyframe.index])
 
 
 def _apart(views: Numbers, view: Numbers) -> Numbers:

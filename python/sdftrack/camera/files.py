@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: MIT
-"""Camera files and messages of other programs."""
+"""Camera files and messages of other programs. `make` is the class of the camera to build."""
 
 from __future__ import annotations
 
 import os
 import re
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.io.files import read_json, write_json
+from sdftrack._internal.files import read_json, write_json
+
+if TYPE_CHECKING:
+    from sdftrack.camera.pinhole import Camera
 
 KINDS = "our camera.json, Open3D intrinsic.json, BOP camera.json, ROS camera_info yaml, cam_K.txt"
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -23,15 +25,15 @@ def save_camera(path: str | os.PathLike[str], camera: Camera) -> None:
     write_json(path, {**values, "distortion": list(camera.distortion)})
 
 
-def load_camera(path: Path, width: int | None, height: int | None) -> Camera:
+def load_camera(make: type[Camera], path: Path, width: int | None, height: int | None) -> Camera:
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such camera file; expected {KINDS}")
     if path.suffix.lower() == ".json":
-        camera = _from_json(path, width, height)
+        camera = _from_json(make, path, width, height)
     elif path.suffix.lower() in (".yaml", ".yml"):
-        camera = _from_yaml(path)
+        camera = _from_yaml(make, path)
     else:
-        camera = _from_matrix(path, width, height)
+        camera = _from_matrix(make, path, width, height)
     for name, wanted in (("width", width), ("height", height)):
         if wanted is not None and wanted != getattr(camera, name):
             raise ValueError(
@@ -41,29 +43,29 @@ def load_camera(path: Path, width: int | None, height: int | None) -> Camera:
     return camera
 
 
-def _from_json(path: Path, width: int | None, height: int | None) -> Camera:
+def _from_json(make: type[Camera], path: Path, width: int | None, height: int | None) -> Camera:
     d = read_json(path)
     if not isinstance(d, dict):
         raise ValueError(f"{path}: expected a JSON object ({KINDS})")
     try:
         if "intrinsic_matrix" in d:  # Open3D stores the matrix column by column
             K = np.asarray(d["intrinsic_matrix"], dtype=float).reshape(3, 3).T
-            return Camera.from_K(K, d["width"], d["height"])
+            return make.from_K(K, d["width"], d["height"])
         if "K_depth" in d:
             k = d["K_depth"]
             w, h = d["image_size"]
-            return Camera(k["fx"], k["fy"], k["cx"], k["cy"], w, h, tuple(k.get("distortion") or ()))
+            return make(k["fx"], k["fy"], k["cx"], k["cy"], w, h, tuple(k.get("distortion") or ()))
         w, h = d.get("width", width), d.get("height", height)
         if w is None or h is None:
             raise KeyError("width" if w is None else "height")
-        return Camera(d["fx"], d["fy"], d["cx"], d["cy"], w, h, tuple(d.get("distortion") or ()))
+        return make(d["fx"], d["fy"], d["cx"], d["cy"], w, h, tuple(d.get("distortion") or ()))
     except KeyError as missing:
         raise ValueError(f"{path}: the field {missing} is missing; expected {KINDS}") from None
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _from_yaml(path: Path) -> Camera:
+def _from_yaml(make: type[Camera], path: Path) -> Camera:
     """The camera_info files of ROS' calibrator. So few fields need no YAML library."""
     text = path.read_text(encoding="utf-8")
 
@@ -84,12 +86,12 @@ def _from_yaml(path: Path) -> Camera:
         )
     try:
         lens = distortion_from_ros(scalar("distortion_model") or "", numbers("distortion_coefficients"))
-        return Camera.from_K(np.reshape(K, (3, 3)), int(width), int(height), lens)
+        return make.from_K(np.reshape(K, (3, 3)), int(width), int(height), lens)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _from_matrix(path: Path, width: int | None, height: int | None) -> Camera:
+def _from_matrix(make: type[Camera], path: Path, width: int | None, height: int | None) -> Camera:
     try:
         values = [float(v) for v in path.read_text(encoding="utf-8").replace(",", " ").split()]
     except (ValueError, UnicodeDecodeError):
@@ -99,7 +101,7 @@ def _from_matrix(path: Path, width: int | None, height: int | None) -> Camera:
     if width is None or height is None:
         raise ValueError(f"width, height: {path} holds K alone; pass width= and height= of its images")
     try:
-        return Camera.from_K(np.reshape(values, (3, 3)), width, height)
+        return make.from_K(np.reshape(values, (3, 3)), width, height)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
@@ -117,7 +119,7 @@ def distortion_from_ros(model: str, D: Any) -> tuple[float, ...]:
     return lens
 
 
-def camera_from_ros(info: Any) -> Camera:
+def camera_from_ros(make: type[Camera], info: Any) -> Camera:
     K = np.asarray(info.K if hasattr(info, "K") else info.k, dtype=float).reshape(3, 3)
     D = info.D if hasattr(info, "D") else info.d
     roi = getattr(info, "roi", None)
@@ -129,22 +131,4 @@ def camera_from_ros(info: Any) -> Camera:
             "build the full camera and use .cropped() and .scaled()"
         )
     lens = distortion_from_ros(str(info.distortion_model), D)
-    return Camera.from_K(K, info.width, info.height, lens)
-
-
-def rgbd_camera_from_realsense(profile: Any) -> RGBDCamera:
-    streams = {}
-    for stream in profile.get_streams():
-        kind = str(stream.stream_type()).rsplit(".", 1)[-1]
-        if kind in ("depth", "color"):
-            streams[kind] = stream.as_video_stream_profile()
-    if "depth" not in streams:
-        raise ValueError("profile: expected a pipeline that streams depth; enable rs.stream.depth")
-    depth = Camera.from_realsense(streams["depth"].get_intrinsics())
-    if "color" not in streams:
-        return RGBDCamera(depth)
-    extrinsics = streams["depth"].get_extrinsics_to(streams["color"])
-    T = np.eye(4)
-    T[:3, :3] = np.asarray(extrinsics.rotation, dtype=float).reshape(3, 3).T  # stored column by column
-    T[:3, 3] = extrinsics.translation
-    return RGBDCamera(depth, Camera.from_realsense(streams["color"].get_intrinsics()), T_color_depth=T)
+    return make.from_K(K, info.width, info.height, lens)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sdftrack import _core
 from sdftrack.camera import Camera, depth_camera
 from sdftrack.frame import Frame
-from sdftrack.plane import KINECT, remove_plane
+from sdftrack.imaging.plane import KINECT, remove_plane
 
 __all__ = ["three_planes"]
 

@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.camera import Camera
+if TYPE_CHECKING:
+    from sdftrack.camera.pinhole import Camera
 
 FIT_TOLERANCE_PX = (
     0.3  # at the worst pixel, a corner; a strong tangential part is what does not convert exactly
@@ -39,7 +42,7 @@ def opencv_distortion_from_realsense(
         )
     lens = _fit(ideal, distorted)
     try:
-        fitted = Camera(camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, lens)
+        fitted = type(camera)(camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, lens)
     except ValueError:  # it folds over: no fit at all
         fitted = camera
     rays = np.column_stack([ideal, np.ones(len(ideal))])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import depth_camera
-from sdftrack.plane import remove_plane
+from sdftrack.imaging.plane import remove_plane
 
 __all__ = ["connected_region"]
 

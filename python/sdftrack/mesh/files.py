@@ -3,18 +3,18 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.io.clouds import check_ply_is_whole
-
-__all__ = ["FORMATS", "UNITS", "read_mesh", "unit_scale", "vertex_colors"]
+__all__ = ["FORMATS", "UNITS", "check_ply_is_whole", "read_mesh", "unit_scale", "vertex_colors"]
 
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254}
 FORMATS = (".ply", ".obj", ".glb", ".stl")
+HEADER_BYTES = 64 * 1024  # of a PLY, at most
 
 
 def read_mesh(
@@ -78,3 +78,17 @@ def _vertex_seen(loaded: Any) -> NDArray[np.float32] | None:
     if seen is None or np.asarray(seen).shape != (len(loaded.vertices),):
         return None
     return np.asarray(seen, np.float32)
+
+
+def check_ply_is_whole(file: Path) -> None:
+    """ValueError where an ASCII PLY has fewer lines than its header says: its reader takes those that are there."""
+    with open(file, "rb") as stream:
+        head = stream.read(HEADER_BYTES)
+        end = re.search(rb"end_header[ \t]*\r?\n?", head)
+        if not head.startswith(b"ply") or end is None or not re.search(rb"^format\s+ascii", head, re.M):
+            return
+        counts = [int(n) for n in re.findall(rb"^element\s+\S+\s+(\d+)", head[: end.start()], re.M)]
+        stream.seek(end.end())
+        lines = sum(1 for line in stream if line.strip())
+    if lines < sum(counts):
+        raise ValueError(f"cut short: its header says {sum(counts)} lines of data, {lines} are there")

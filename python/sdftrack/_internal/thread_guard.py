@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import threading
 
-__all__ = ["Alone"]
+__all__ = ["SingleThreadGuard"]
 
 
-class Alone:
+class SingleThreadGuard:
     """The lock of `what` for one call, or an error at once where another thread holds it."""
 
     __slots__ = ("_lock", "_what")

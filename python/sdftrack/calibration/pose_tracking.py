@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.validation import of_kind
 from sdftrack.calibration.lens import camera_of, extra_of
 from sdftrack.camera import Camera
-from sdftrack.checks import of_kind
 from sdftrack.frame import Frame
 from sdftrack.results import Status, TrackResult
 from sdftrack.sdf import SDF

@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack.checks import numbers
-from sdftrack.io.files import write_whole
-from sdftrack.io.meshes import FORMATS, UNITS, read_mesh, unit_scale, vertex_colors
+from sdftrack._internal.files import write_whole
+from sdftrack._internal.validation import numbers
+from sdftrack.mesh.files import FORMATS, read_mesh, unit_scale
 
 if TYPE_CHECKING:
     import trimesh
 
-__all__ = ["UNITS", "Mesh", "core_camera", "unit_scale", "vertex_colors"]
+__all__ = ["Mesh", "core_camera"]
 
 
 class Mesh:
@@ -216,7 +216,7 @@ class Mesh:
         return f"Mesh({len(self.vertices)} vertices, {len(self.faces)} faces, {size}{colored})"
 
     def _repr_png_(self) -> bytes:
-        from sdftrack._picture import shaded_picture
+        from sdftrack._internal.shaded_picture import shaded_picture
 
         low, high = self.bounds
         return shaded_picture(lambda camera, T: self.raycast(camera, T)[:2], low, high)

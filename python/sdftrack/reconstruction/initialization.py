@@ -56,7 +56,7 @@ class Beginning:
 def find_object(
     depth: NDArray[np.float32], place: Any, camera: Camera, initial: SDF | None, noise_m: float | None
 ) -> Beginning:
-    """From a mask, a box, or the pose of the first guess (see `sdftrack.places`)."""
+    """From a mask, a box, or the pose of the first guess (see `sdftrack.imaging.pose_hint`)."""
     posed = not isinstance(place, tuple) and place.shape == (4, 4)
     if isinstance(place, tuple):
         on_object = mask_of_box(depth, place)

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: MIT
+"""Nothing points upwards and nothing points in a circle; docs/architecture.md shows both orders, and this holds it to them."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import sdftrack
+
+ROOT = Path(__file__).parents[2]
+TEXT = (ROOT / "docs/architecture.md").read_text()
+PACKAGE = ROOT / "python/sdftrack"
+
+
+def circle(graph: dict[str, set[str]]) -> list[str]:
+    """One circle of a graph, [] where there is none."""
+    done: set[str] = set()
+
+    def walk(node: str, path: list[str]) -> list[str]:
+        if node in path:
+            return path[path.index(node) :]
+        if node in done:
+            return []
+        for other in sorted(graph.get(node, ())):
+            if found := walk(other, [*path, node]):
+                return found
+        done.add(node)
+        return []
+
+    for node in sorted(graph):
+        if found := walk(node, []):
+            return found
+    return []
+
+
+# -- Python
+
+
+def modules() -> dict[str, Path]:
+    names = {}
+    for path in PACKAGE.rglob("*.py"):
+        parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+        names[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return names
+
+
+MODULES = modules()
+
+
+def face(name: str) -> str:
+    """The module behind a public name of the package, or the module of that name."""
+    return f"sdftrack.{sdftrack._HOME_OF.get(name, name)}"
+
+
+def imported(tree: ast.Module) -> Iterator[str]:
+    """What a file imports, also inside functions. Imports for type checkers are left out: they are never run."""
+    checkers = {
+        id(inner)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+        for inner in ast.walk(node)
+    }
+    faces = set()
+    for node in ast.walk(tree):
+        if id(node) in checkers:
+            continue
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                if alias.name == "sdftrack":
+                    faces.add(alias.asname or alias.name)
+                elif alias.name.startswith("sdftrack."):
+                    yield alias.name
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "sdftrack":
+            assert node.module
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                if node.module == "sdftrack":
+                    yield face(alias.name)
+                else:
+                    yield inner if inner in MODULES else node.module
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in faces:
+            yield face(node.attr)
+
+
+def room(module: str) -> str:
+    return (module.split(".") + ["sdftrack"])[1]
+
+
+IMPORTS = {name: {to for to in imported(ast.parse(path.read_text())) if to != name} for name, path in MODULES.items()}
+BELOW_ALL = {"_core", "__version__"}
+
+
+def python_rows() -> dict[str, int]:
+    """Room -> its row in the document, 0 on top."""
+    block = re.search(r"```text\n(cli\n.*?)```", TEXT, re.S)
+    assert block
+    return {name: row for row, line in enumerate(block[1].splitlines()) for name in line.split()}
+
+
+def test_the_document_lists_every_room_of_the_package() -> None:
+    assert set(python_rows()) == {room(name) for name in MODULES} - {"sdftrack", "__main__"}
+
+
+def test_no_import_points_upwards_or_sideways() -> None:
+    rows = python_rows()
+    wrong = [
+        f"{name} -> {to}"
+        for name, others in IMPORTS.items()
+        for to in sorted(others)
+        if room(name) in rows
+        and room(to) not in BELOW_ALL | {room(name)}
+        and rows[room(to)] <= rows[room(name)]
+    ]
+    assert wrong == []
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    assert circle(IMPORTS) == []
+
+
+def test_a_circle_is_found() -> None:
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == ["b", "c"]
+    assert circle({"a": {"b"}, "b": {"c"}}) == []
+
+
+def test_the_top_level_holds_only_what_users_import() -> None:
+    public = {home.split(".")[0] for home in sdftrack._HOMES} | set(sdftrack.__all__)
+    files = {path.stem for path in PACKAGE.glob("*.py")} - {"__init__", "__main__"}
+    assert files - public == set()
+
+
+# -- C++
+
+
+def includes() -> dict[str, set[str]]:
+    """Folder of cpp -> folders that it includes."""
+    graph: dict[str, set[str]] = {}
+    for path in (ROOT / "cpp").rglob("*"):
+        if path.suffix not in (".h", ".cpp", ".cu", ".cuh", ".inc"):
+            continue
+        folder = path.parent.relative_to(ROOT / "cpp").as_posix()
+        others = {Path(i).parent.as_posix() for i in re.findall(r'#\s*include "([^"]+/[^"]+)"', path.read_text())}
+        graph.setdefault(folder, set()).update(others - {folder})
+    return graph
+
+
+def drawn() -> dict[str, set[str]]:
+    """Folder of cpp -> folders that the diagram lets it use: where its arrows lead, on and on."""
+    block = re.search(r"```mermaid\n(.*?)```", TEXT, re.S)
+    assert block
+    labels = dict(re.findall(r'(\w+)\["cpp/([\w/]+)"\]', block[1]))
+    arrows: dict[str, set[str]] = {}
+    for a, b in re.findall(r"^\s*(\w+)(?:\[.*?\])? --> (\w+)", block[1], re.M):
+        if a in labels:
+            arrows.setdefault(labels[a], set()).add(labels[b])
+    reach: dict[str, set[str]] = {}
+    for folder in labels.values():
+        todo, known = [folder], set[str]()
+        while todo:
+            for other in arrows.get(todo.pop(), ()):
+                if other not in known:
+                    known.add(other)
+                    todo.append(other)
+        reach[folder] = known
+    return reach
+
+
+def test_the_diagram_shows_every_folder_of_the_core() -> None:
+    assert set(drawn()) == set(includes()) - {"cmake"}
+
+
+@pytest.mark.parametrize("folder", sorted(includes()))
+def test_a_folder_includes_only_what_the_diagram_lets_it_use(folder: str) -> None:
+    assert includes()[folder] - drawn().get(folder, set()) == set()
+
+
+def test_no_folders_of_the_core_include_each_other_in_a_circle() -> None:
+    assert circle(includes()) == []
+
+
+def test_each_folder_of_the_core_has_its_namespace() -> None:
+    for path in (ROOT / "cpp").rglob("*.h"):
+        top = path.relative_to(ROOT / "cpp").parts[0]
+        expected = "sdftrack" if top == "base" else f"sdftrack::{top}"
+        found = re.findall(r"^namespace (sdftrack[\w:]*) ", path.read_text(), re.M)
+        assert set(found) <= {expected, f"{expected}::{path.parent.name}"}, path
