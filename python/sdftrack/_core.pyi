@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourOptions', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_products', 'contour_registration', 'contour_steps', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'option_expected', 'option_schema', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'surface_samples', 'thread_count', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'contour_template_scores', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'surface_samples', 'thread_count', 'winding_numbers']
 class Calibration:
     """
     Frames of a known object, and the lens that explains them.
@@ -197,30 +197,64 @@ class ContourCore:
     """
     def __init__(self, options: dict) -> None:
         ...
-    def finish(self, learn: bool) -> None:
-        ...
-    def look_at_all(self, image: numpy.ndarray) -> numpy.typing.NDArray[numpy.float32]:
+    def finish(self, judgement: ShapeJudgement, recovered: numpy.ndarray | None = None) -> ContourFrame:
         """
-        The posterior at every cell of the grid.
+        The frame with a memory's judgement, and the whole silhouette where it recovered one.
         """
-    def mask(self, image: numpy.ndarray) -> numpy.typing.NDArray[numpy.bool]:
-        ...
-    def observe(self, image: numpy.ndarray) -> None:
+    def observe(self, image: numpy.ndarray) -> ContourObservation:
         """
         Where the object is in the next image; nothing is learned yet.
         """
     def options(self) -> dict:
         ...
+    def posterior_on_grid(self, image: numpy.ndarray) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        The posterior at every cell of the grid, between observe and finish.
+        """
+    def start_box(self, image: numpy.ndarray, x0: typing.SupportsInt | typing.SupportsIndex, y0: typing.SupportsInt | typing.SupportsIndex, x1: typing.SupportsInt | typing.SupportsIndex, y1: typing.SupportsInt | typing.SupportsIndex) -> ContourFrame:
+        ...
+    def start_mask(self, image: numpy.ndarray, mask: numpy.ndarray) -> ContourFrame:
+        ...
+    def track(self, image: numpy.ndarray) -> ContourFrame:
+        """
+        A frame without a memory.
+        """
+class ContourFrame(ContourObservation):
+    """
+    A frame's result, once it is finished.
+    """
+    @property
+    def mask(self) -> numpy.typing.NDArray[numpy.bool]:
+        ...
+class ContourObservation:
+    """
+    Where the object is in an image; nothing is learned yet.
+    """
+    @property
+    def confidence(self) -> float:
+        ...
+    @property
+    def contrast(self) -> float:
+        ...
+    @property
+    def likeness(self) -> float:
+        ...
+    @property
+    def mean_log(self) -> float:
+        ...
+    @property
+    def overlap(self) -> float:
+        ...
+    @property
     def phi(self) -> numpy.typing.NDArray[numpy.float32]:
         ...
-    def replace_shape(self, phi: numpy.ndarray) -> None:
+    @property
+    def reason(self) -> str:
         ...
-    def report(self) -> dict:
+    @property
+    def status(self) -> str:
         ...
-    def start_box(self, image: numpy.ndarray, x0: typing.SupportsInt | typing.SupportsIndex, y0: typing.SupportsInt | typing.SupportsIndex, x1: typing.SupportsInt | typing.SupportsIndex, y1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def start_mask(self, image: numpy.ndarray, mask: numpy.ndarray) -> None:
-        ...
+    @property
     def warp(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
 class ContourOptions:
@@ -1195,6 +1229,59 @@ class Searcher:
         ...
     def search(self, depth: numpy.ndarray, camera: Camera, mask: typing.Any = None, box: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"] | None = None, near: typing.Any = None, reach_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, foreground: typing.Any = None, plane: tuple[typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], typing.SupportsFloat | typing.SupportsIndex] | None = None, taken: typing.Any = None, first_seed: typing.SupportsInt | typing.SupportsIndex = 0, seeds: typing.SupportsInt | typing.SupportsIndex = 0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> list:
         ...
+class ShapeJudgement:
+    """
+    What a memory says of a frame's shape.
+    
+    Members:
+    
+      none
+    
+      unoccluded
+    
+      occluded
+    
+      novel
+    """
+    __members__: typing.ClassVar[dict[str, ShapeJudgement]]  # value = {'none': <ShapeJudgement.none: 0>, 'unoccluded': <ShapeJudgement.unoccluded: 1>, 'occluded': <ShapeJudgement.occluded: 2>, 'novel': <ShapeJudgement.novel: 3>}
+    none: typing.ClassVar[ShapeJudgement]  # value = <ShapeJudgement.none: 0>
+    novel: typing.ClassVar[ShapeJudgement]  # value = <ShapeJudgement.novel: 3>
+    occluded: typing.ClassVar[ShapeJudgement]  # value = <ShapeJudgement.occluded: 2>
+    unoccluded: typing.ClassVar[ShapeJudgement]  # value = <ShapeJudgement.unoccluded: 1>
+    @typing.overload
+    def __eq__(self, other: ShapeJudgement) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: ShapeJudgement) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
+        ...
 class SlicOptions:
     connected: bool
     def __init__(self) -> None:
@@ -1586,10 +1673,6 @@ def contour_options() -> dict:
     """
 def contour_posterior(learned: numpy.ndarray, image: numpy.ndarray, phi: numpy.ndarray, warp: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"], options: dict, pooled: collections.abc.Sequence[numpy.ndarray] = []) -> numpy.typing.NDArray[numpy.float32]:
     ...
-def contour_products(pictures: numpy.ndarray, templates: numpy.ndarray) -> numpy.typing.NDArray[numpy.float32]:
-    """
-    (n, m): the sum of products of each of n pictures with each of m templates.
-    """
 def contour_registration(phi: numpy.ndarray, warp: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"], pixels: numpy.ndarray, foreground: numpy.ndarray, softness: typing.SupportsFloat | typing.SupportsIndex, affine: bool) -> tuple:
     """
     Cost, gradient and Gauss-Newton Hessian of a registration.
@@ -1597,6 +1680,10 @@ def contour_registration(phi: numpy.ndarray, warp: typing.Annotated[collections.
 def contour_steps(phi: numpy.ndarray, foreground: numpy.ndarray, steps: typing.SupportsInt | typing.SupportsIndex, options: dict, device: str = 'cpu') -> numpy.typing.NDArray[numpy.float32]:
     """
     phi after steps of the evolution.
+    """
+def contour_template_scores(pictures: numpy.ndarray, templates: numpy.ndarray) -> numpy.typing.NDArray[numpy.float32]:
+    """
+    (n, m): the sum of products of each of n pictures with each of m templates.
     """
 def copy_from_cuda(address: typing.SupportsInt | typing.SupportsIndex, out: numpy.ndarray) -> None:
     """
@@ -1652,6 +1739,10 @@ def option_expected(kind: str, min: typing.SupportsFloat | typing.SupportsIndex,
     """
     What a message about such an option says was expected.
     """
+def option_in_range(value: typing.SupportsFloat | typing.SupportsIndex, min: typing.SupportsFloat | typing.SupportsIndex, max: typing.SupportsFloat | typing.SupportsIndex, min_open: bool, max_open: bool, ends_only: bool) -> bool:
+    """
+    Whether a number lies in the range of an option.
+    """
 def option_schema() -> dict:
     """
     Every option of the core, by the table that it stands in.
@@ -1671,6 +1762,10 @@ def primitive_clearance(kind: PrimitiveKind, size: collections.abc.Sequence[typi
 def primitive_distances(kind: PrimitiveKind, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], points: numpy.ndarray, scaling: Scaling = ...) -> tuple:
     """
     -> phi (N,), gradient (N, 3), derivative by every length (N, sizes).
+    """
+def primitive_kinds() -> list:
+    """
+    What each kind of primitive is; see primitives/kinds.py.
     """
 def primitive_reach(kind: PrimitiveKind, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], direction: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]) -> tuple[float, typing.Annotated[list[float], "FixedSize(3)"], list[float]]:
     """
