@@ -124,7 +124,8 @@ primitives::PrimitiveKind solid_named(const std::string& name) {
     const auto kind = static_cast<primitives::PrimitiveKind>(k);
     if (!primitives::has_inside(kind)) continue;
     if (name == primitives::facts(kind).name) return kind;
-    known += (known.empty() ? "" : ", ") + std::string(primitives::facts(kind).name);
+    if (!known.empty()) known.append(", ");
+    known.append(primitives::facts(kind).name);
   }
   throw py::value_error("kind: expected one of " + known + ", got " + name);
 }

@@ -120,7 +120,7 @@ class TrackerOptions:
 
     @classmethod
     def printed(cls) -> TrackerOptions:
-        """The source's own energy and optimiser (thesis Eq. 3.11, 3.18, Table 3.2): for comparisons."""
+        """The energy and optimiser closest to the source's (thesis Eq. 3.11, 3.18, Table 3.2): for comparisons."""
         return cls(
             residual="point",
             curvature="printed",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Nothing points upwards and nothing points in a circle; docs/architecture.md shows both orders, and this holds it to them."""
+"""Nothing points upwards or in a circle: imports and includes against the orders that docs/architecture.md shows."""
 
 from __future__ import annotations
 
@@ -89,10 +89,12 @@ def imported(tree: ast.Module) -> Iterator[str]:
 
 
 def room(module: str) -> str:
-    return (module.split(".") + ["sdftrack"])[1]
+    return [*module.split("."), "sdftrack"][1]
 
 
-IMPORTS = {name: {to for to in imported(ast.parse(path.read_text())) if to != name} for name, path in MODULES.items()}
+IMPORTS = {
+    name: {to for to in imported(ast.parse(path.read_text())) if to != name} for name, path in MODULES.items()
+}
 BELOW_ALL = {"_core", "__version__"}
 
 
@@ -145,7 +147,9 @@ def includes() -> dict[str, set[str]]:
         if path.suffix not in (".h", ".cpp", ".cu", ".cuh", ".inc"):
             continue
         folder = path.parent.relative_to(ROOT / "cpp").as_posix()
-        others = {Path(i).parent.as_posix() for i in re.findall(r'#\s*include "([^"]+/[^"]+)"', path.read_text())}
+        others = {
+            Path(i).parent.as_posix() for i in re.findall(r'#\s*include "([^"]+/[^"]+)"', path.read_text())
+        }
         graph.setdefault(folder, set()).update(others - {folder})
     return graph
 

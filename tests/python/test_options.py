@@ -256,3 +256,17 @@ def test_the_file_of_defaults_sets_every_option_and_says_what_it_is(tmp_path):
         for option in schema_of(table).values():
             assert f"# {option.meaning}" in text
             assert option.default is None or tables[table][option.name] == option.default
+
+
+@pytest.mark.parametrize(
+    ("make", "given", "meant"),
+    [
+        (lambda **given: st.Tracker(st.SDF.sphere(0.03, voxels=24), CAMERA, **given), "thread", "threads"),
+        (lambda **given: st.Tracker(st.SDF.sphere(0.03, voxels=24), CAMERA, **given), "padding", "padding_m"),
+        (lambda **given: st.Reconstructor(CAMERA, **given), "voxel", "voxels"),
+        (lambda **given: st.Reconstructor(CAMERA, **given), "padding", "padding_m"),
+    ],
+)
+def test_a_misspelt_keyword_is_told_from_arguments_and_options_alike(make, given, meant):
+    with pytest.raises(TypeError, match=f"unknown option '{given}'; did you mean '{meant}'"):
+        make(**{given: 1})

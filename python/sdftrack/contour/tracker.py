@@ -239,7 +239,8 @@ class ContourTracker:
     def _track_with(self, memory: Memory, rgb: NDArray[np.uint8]) -> tuple[_core.ContourFrame, str | None]:
         seen = self._core.observe(rgb)
         self._warp = seen.warp
-        judgement, recovered = "novel", None  # should the memory fail: the frame ends, and nothing is learned
+        judgement: str | None = "novel"  # should the memory fail: the frame ends, and nothing is learned
+        recovered = None
         try:
             judgement, recovered = self._judge(memory, rgb, seen)
         finally:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sdftrack.frame import Frame
 from sdftrack.primitives.in_frame import FrameFitter
 from sdftrack.primitives.result import PrimitiveFit
-from sdftrack.primitives.solver import FitRequest
+from sdftrack.primitives.solver import FitRequest, unbounded
 from sdftrack.results import Status
 
 __all__ = ["SizeSum", "fuse_sizes", "fused"]
@@ -176,6 +176,10 @@ def _odd_ones(fits: dict[int, PrimitiveFit]) -> dict[int, str]:
     return out
 
 
+def _loose(fit: PrimitiveFit) -> list[str]:
+    return [name for name, v in zip(fit.size, np.diag(fit.covariance)[6:], strict=True) if not np.isfinite(v)]
+
+
 def _with_size(
     fits: list[PrimitiveFit], size: NDArray[np.float64], covariance: NDArray[np.float64]
 ) -> PrimitiveFit:
@@ -184,9 +188,8 @@ def _with_size(
     whole[6:, :] = whole[:, 6:] = 0
     whole[6:, 6:] = covariance
     names = list(last.size)
-    loose = [name for name, v in zip(names, np.diag(covariance), strict=True) if not np.isfinite(v)]
     status, reason = last.status, last.reason
-    if status is Status.WEAK and not loose and "bounds" in reason:
+    if np.isfinite(np.diag(covariance)).all() and reason == unbounded(_loose(last)):
         status, reason = Status.OK, ""
     return replace(
         last,

@@ -14,7 +14,7 @@ from sdftrack.primitives.kinds import FREE, KINDS, SIZES, SOLIDS, TABLE
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.results import Status
 
-__all__ = ["FitRequest", "solve"]
+__all__ = ["FitRequest", "solve", "unbounded"]
 
 WEAK_INLIERS, LOST_INLIERS = 0.6, 0.2
 ENDLESS_M = 100.0  # of a length that was found: nothing before a depth camera is as long
@@ -103,6 +103,11 @@ def solve(view: Any, request: FitRequest) -> PrimitiveFit:
     return _result(best, found[best], scores)
 
 
+def unbounded(names: list[str]) -> str:
+    """The reason of a fit whose only fault is that these lengths are not bounded."""
+    return f"nothing that is seen bounds {' and '.join(names)}: the value is the least that holds it"
+
+
 def _scores(found: dict[str, dict[str, Any]]) -> dict[str, float]:
     against = np.array([a["against"] for a in found.values()])
     weight = np.exp(-(against - against.min()))
@@ -150,7 +155,7 @@ def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> Prim
         )
     elif loose:
         status = Status.WEAK
-        reason = f"nothing that is seen bounds {' and '.join(loose)}: the value is the least that holds it"
+        reason = unbounded(loose)
     return PrimitiveFit(
         kind=kind,
         T_cam_obj=T,

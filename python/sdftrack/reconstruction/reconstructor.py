@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
 from sdftrack.imaging.appearance import color_map
@@ -37,6 +38,9 @@ __all__ = ["Reconstructor"]
 Pose = NDArray[np.float64]
 STAND_IN_VOXELS = 24
 ROUNDS = 3
+
+# What may have been meant where a keyword is neither an argument nor an option.
+KEYWORDS = ("initial", "voxels", "extent", "device", "mode", "threads", "options", "tracker_options")
 
 
 class Reconstructor:
@@ -99,6 +103,7 @@ class Reconstructor:
         check_settings(initial, voxels, extent, device, mode)
         self.initial, self.voxels, self.extent = initial, int(voxels), extent
         self.mode, self.threads = mode, threads
+        refuse_unknown(single_options, [*ReconstructorOptions.__dataclass_fields__, *KEYWORDS])
         self.options = (options or ReconstructorOptions()).replace(**single_options)
         self.tracker_options = tracker_options or TrackerOptions()
         self._volume: Any = None

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.thread_guard import SingleThreadGuard
+from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack._internal.validation import numbers, of_kind
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import resolve_device
@@ -44,6 +45,8 @@ from sdftrack.tracking.result_assembly import assembled, followed, modes_of
 __all__ = ["Tracker"]
 
 LOG = logging.getLogger("sdftrack")
+# What may have been meant where a keyword is neither an argument nor an option.
+KEYWORDS = ("mode", "device", "threads", "recover", "motion", "membership", "names", "collision", "options")
 
 
 class Tracker:
@@ -127,6 +130,7 @@ class Tracker:
         options: TrackerOptions | None = None,
         **single_options: Any,
     ) -> None:
+        refuse_unknown(single_options, [*TrackerOptions.__dataclass_fields__, *KEYWORDS])
         self._free_sizes = FreeSizes(shapes)
         self.shapes = shape_list(self._free_sizes.shapes)
         self.camera = camera
