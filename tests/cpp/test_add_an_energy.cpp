@@ -11,13 +11,15 @@
 namespace sdftrack {
 namespace {
 
+using namespace energies;
+
 // [penalty]
 // The density of Cauchy as a cost, log(1 + (r / s)^2) / 2: quadratic near 0, hardly growing far away.
 template <class T>
 struct DepthCauchy {
   T scale_m;
 
-  HD energies::Curve<T> operator()(T residual_m, T per_noise) const {
+  HD Curve<T> operator()(T residual_m, T per_noise) const {
     const T per_s = (T(1) / scale_m) * per_noise, q = residual_m * per_s;
     const T weight = per_s * per_s / (T(1) + q * q);
     return {T(0.5) * std::log1p(q * q), weight * residual_m, weight};
@@ -51,25 +53,20 @@ struct Scene {
           phi.push_back(static_cast<float>(0.01 * std::hypot(x - 11.5, y - 11.5, z - 11.5) - 0.05));
   }
   SdfView sdf() const { return {phi.data(), kVoxels, kVoxels, kVoxels, 0.01F, {-0.115F, -0.115F, -0.115F}}; }
-  energies::PixelsView<double> pixels() {
+  PixelsView<double> pixels() {
     return {4, u.data(), v.data(), depth.data(), noise.data(), hit.data(), trial.data(), gain.data()};
   }
 };
 
 // [gradient]
-using CauchyTerm = energies::Term<energies::SingleObject<double>, DepthCauchy<double>>;
+using CauchyTerm = Term<SingleObject<double>, DepthCauchy<double>>;
 
 TEST(DepthCauchy, the_gradient_of_the_energy_is_the_slope_of_its_cost) {
   Scene scene;
   const Rigidd start{rotation_exp(Vec3d{0.1, -0.2, 0.3}), {0.004, -0.003, -0.5}};
   const auto term_at = [&](const Rigidd& T_obj_cam) {
-    return CauchyTerm{{scene.sdf(), T_obj_cam},
-                      {0.002},
-                      {500, 500, 320, 240},
-                      scene.pixels(),
-                      energies::Residual::kPoint,
-                      true,
-                      1};
+    return CauchyTerm{
+        {scene.sdf(), T_obj_cam}, {0.002}, {500, 500, 320, 240}, scene.pixels(), Residual::kPoint, true, 1};
   };
   const auto cost_at = [&](const Rigidd& T_obj_cam) {
     double cost = 0;
@@ -77,7 +74,7 @@ TEST(DepthCauchy, the_gradient_of_the_energy_is_the_slope_of_its_cost) {
     return cost;
   };
 
-  energies::Sums<double, 6> sums;
+  Sums<double, 6> sums;
   for (int i = 0; i < 4; ++i) sums.add(term_at(start).linearize(i));
 
   const double h = 1e-7;  // m and rad: far below a voxel, far above rounding

@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from experiments.contour.occlusion_handler import follow
 
 import sdftrack as st
+from experiments.contour.closed_loop import follow
 from sdftrack import _core
 from sdftrack.contour.alignment import COARSE, FINE, FRAME, LAST, MARGIN_PX, _Search, find, template
 from sdftrack.contour.masks import signed_distances

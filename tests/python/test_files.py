@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 import pytest
 
-from sdftrack.io import files
+from sdftrack._internal import files
 
 
 def _fail(file):

@@ -239,8 +239,9 @@ class ContourTracker:
     def _track_with(self, memory: Memory, rgb: NDArray[np.uint8]) -> tuple[_core.ContourFrame, str | None]:
         seen = self._core.observe(rgb)
         self._warp = seen.warp
-        judgement: str | None = "novel"  # should the memory fail: the frame ends, and nothing is learned
-        recovered = None
+        # Should the memory fail, the frame ends and nothing is learned.
+        judgement: str | None = "novel"
+        recovered: NDArray[np.bool_] | None = None
         try:
             judgement, recovered = self._judge(memory, rgb, seen)
         finally:
