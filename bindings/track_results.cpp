@@ -60,7 +60,7 @@ py::dict judgement_to_dict(const tracking::Fitted& f, const tracking::Trust& tru
   out["expected"] = f.seen.expected, out["agree"] = f.seen.agree, out["farther"] = f.seen.farther;
   out["nearer"] = f.seen.nearer, out["missing"] = f.seen.missing, out["gap_m"] = f.seen.gap_m;
   out["ends"] = f.outline.ends, out["runs_on"] = f.outline.runs_on;
-  out["roughness"] = f.roughness,
+  out["roughness"] = f.roughness, out["systematic_m"] = f.memory.systematic_m,
   out["evidence"] = tracking::evidence_share(tracking::evidence_of(f, options), 0);
   return out;
 }

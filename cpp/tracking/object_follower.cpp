@@ -88,6 +88,7 @@ void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_
                           TrackedObject* object) const {
   object->T_cam_obj = fitted.T_cam_obj;
   object->memory = fitted.memory;
+  object->memory.learns_systematic = false;
   object->hidden_frames = 0;
   object->weak = trust.status != Status::kOk;
   if (!object->weak && trust.evidence >= kProof) object->prior_log_odds = 0;

@@ -10,6 +10,13 @@
 
 namespace sdftrack::tracking {
 
+namespace {
+
+// Who gives a pose vouches for the object: log odds before any evidence.
+constexpr double kGivenOdds = 3;
+
+}  // namespace
+
 Tracker::Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const TrackerOptions& options,
                  const TrackerSettings& settings)
     : options_(check_options(options)),
@@ -160,6 +167,8 @@ ObjectResult Tracker::track_one(Object* object) {
 ObjectResult Tracker::begin_at(Object* object, const PoseHint& hint) {
   if (!hint.T_cam_obj) return recovery_.find(&context_, hint, object);
   object->T_cam_obj = centred(*hint.T_cam_obj, *object->shape);
+  object->memory.learns_systematic = true;
+  object->prior_log_odds = kGivenOdds;
   return follow(object);
 }
 

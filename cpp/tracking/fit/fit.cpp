@@ -88,7 +88,8 @@ void PoseFitter::fit_coarsely(const frame::DepthFrame& frame, const Attempt& att
     fit_coarse(attempt, &now, fitted);
     if (attempt.starts.size() == 1) return;
     const double share = agreeing_share(compare_visible_surface(
-        frame, *camera_, target_->shape, inverse(now.T_obj_cam[0]), noise_m, options_.trust_points));
+        frame, *camera_, target_->shape, inverse(now.T_obj_cam[0]),
+        DepthError{noise_m, fitted->memory.systematic_m}, options_.trust_points));
     if (share > most) most = share, *x = now;
   }
 }

@@ -17,6 +17,7 @@ constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot 
 constexpr double kAreaFollows = 0.4;
 constexpr int kAreaEvery = 4;          // frames from one measurement to the next
 constexpr double kSharedPerLocal = 2;  // a sensor's whole noise is at most this much of that among neighbours
+constexpr double kMaxSystematic_m = 0.008;
 constexpr double kMinNoise_m = 1e-4;   // s never falls below: the volume itself is no better than this
 
 // Whether the frame shows enough of the object, where it is expected, to measure the sensor by it.
@@ -178,12 +179,16 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
   const double stated_m = sensor_noise(options_).at(fitted->T_cam_obj.t.z);
   const double local = local_noise_m(pixels_, &floats_) / stated_noise_m_;  // over stated, as the factor
   const double measured = fitted->memory.noise_factor;
-  fitted->roughness = local > 0 ? measured / std::max(local, kMinNoise_m / stated_m) : 1;
+  const double own = std::max(local, kMinNoise_m / stated_m);
+  double& systematic_m = fitted->memory.systematic_m;
+  if (before.learns_systematic && local > 0)
+    systematic_m = std::min(kMaxSystematic_m, std::sqrt(std::max(0.0, measured * measured - kSharedPerLocal * kSharedPerLocal * own * own)) * stated_m);
+  fitted->roughness = local > 0 ? measured / std::hypot(own, systematic_m / stated_m) : 1;
   const double known = before.noise_known ? before.noise_factor : measured;
   const double noise_m = (local > 0 ? std::min(known, kSharedPerLocal * local) : known) * stated_m;
-  fitted->seen = compare_visible_surface(*frame_, *camera_, target_->shape, fitted->T_cam_obj, noise_m,
+  fitted->seen = compare_visible_surface(*frame_, *camera_, target_->shape, fitted->T_cam_obj, DepthError{noise_m, systematic_m},
                                          options_.trust_points, others);
-  fitted->outline = compare_outline(*frame_, *camera_, target_->shape, fitted->T_cam_obj, noise_m, others);
+  fitted->outline = compare_outline(*frame_, *camera_, target_->shape, fitted->T_cam_obj, DepthError{noise_m, systematic_m}, others);
   if (before.noise_known && !clear_view(fitted->seen)) fitted->memory.noise_factor = known;
 }
 

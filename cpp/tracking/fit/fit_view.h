@@ -32,6 +32,8 @@ struct FitMemory {
   bool noise_known = false;
   double correlation_area_px = 0;  // 0: not measured yet
   int area_age = 0;                // frames since that was measured
+  double systematic_m = 0;         // sd of the depth error that a surface's readings share, measured
+  bool learns_systematic = false;  // in the next frame: its pose was given
   double damping = 0;              // only with TrackerOptions::keep_damping
 };
 

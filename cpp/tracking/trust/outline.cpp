@@ -76,12 +76,12 @@ bool is_part_of_something(const Outline& outline, double min_ends) {
 }
 
 Outline compare_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
-                        const Rigidd& T_cam_obj, double noise_m, const Neighbors& others) {
+                        const Rigidd& T_cam_obj, const DepthError& error, const Neighbors& others) {
   Outline outline;
   if (!(T_cam_obj.t.z > 1e-3)) return outline;
   const Eye eye{camera, project(camera.K, T_cam_obj.t)};
   const Rigidd T_obj_cam = inverse(T_cam_obj);
-  const double tolerance = std::max(kTolerance_m, kTolerancePerNoise * noise_m);
+  const double tolerance = error.tolerance(kTolerance_m, kTolerancePerNoise);
   const std::array<Rim, kDirections> all = rims(eye, shape, T_cam_obj);
   for (int k = 0; k < kDirections; ++k) {
     const Rim& rim = all[static_cast<std::size_t>(k)];

@@ -5,6 +5,7 @@
 #include "frame/region.h"
 #include "frame/shape.h"
 #include "tracking/trust/neighbors.h"
+#include "tracking/trust/visibility.h"
 
 namespace sdftrack::tracking {
 
@@ -24,6 +25,6 @@ bool is_part_of_something(const Outline& outline, double min_ends = kMinEnds);
 
 // A reading on the surface of one of `others` may hide where this object ends: unknown.
 Outline compare_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
-                        const Rigidd& T_cam_obj, double noise_m, const Neighbors& others = {});
+                        const Rigidd& T_cam_obj, const DepthError& error, const Neighbors& others = {});
 
 }  // namespace sdftrack::tracking

@@ -18,10 +18,10 @@ constexpr double kMaxGap_m = 0.03;
 }  // namespace
 
 Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera& camera,
-                                   const frame::Shape& shape, const Rigidd& T_cam_obj, double noise_m,
+                                   const frame::Shape& shape, const Rigidd& T_cam_obj, const DepthError& error,
                                    int points, const Neighbors& others) {
   Visibility seen;
-  const double tolerance = std::max(kTolerance_m, kTolerancePerNoise * noise_m);
+  const double tolerance = error.tolerance(kTolerance_m, kTolerancePerNoise);
   const int n = static_cast<int>(shape.points.size()), stride = std::max(1, n / std::max(1, points));
   const frame::SightTerm<float> term{shape.sdf,
                                      shape.coarse(),
@@ -64,6 +64,10 @@ Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera&
     }
   }
   seen.gap_m = gaps > 0 ? gap_sum_m / gaps : kMaxGap_m;
+  if (error.systematic_m > 0) {
+    const double beyond = std::max(0.0, seen.gap_m - error.expected_gap_m());
+    seen.gap_m = beyond;
+  }
   return seen;
 }
 

@@ -2,10 +2,30 @@
 // What the camera reads where a pose says that it should see the surface.
 #pragma once
 
+#include <algorithm>
+
 #include "frame/region.h"
 #include "tracking/trust/neighbors.h"
 
 namespace sdftrack::tracking {
+
+// Sd of a reading's error at the object's distance: noise of its own, and what a patch of readings has in common
+// (time of flight and stereo bend and shift whole surfaces).
+struct DepthError {
+  double noise_m;
+  double systematic_m = 0;
+
+  // A reading that is farther off than this contradicts the surface; `least_m` is where interpolation and meshes
+  // end.
+  double tolerance(double least_m, double per_noise) const {
+    return std::max({least_m, per_noise * noise_m, kPerSystematic * systematic_m});
+  }
+  // Of the mean gap of readings that are on the surface, what the systematic part leaves.
+  double expected_gap_m() const { return kMeanOfNormal * systematic_m; }
+
+  static constexpr double kPerSystematic = 2.5;
+  static constexpr double kMeanOfNormal = 0.8;  // of |x|, over the sd
+};
 
 // Surface points that the camera should see (facing it, not hidden by the object itself), by what is read
 // there.
@@ -29,7 +49,7 @@ inline double agreeing_share(const Visibility& seen) {
 }
 
 Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera& camera,
-                                   const frame::Shape& shape, const Rigidd& T_cam_obj, double noise_m,
+                                   const frame::Shape& shape, const Rigidd& T_cam_obj, const DepthError& error,
                                    int points, const Neighbors& others = {});
 
 }  // namespace sdftrack::tracking
