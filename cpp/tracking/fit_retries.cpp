@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kWideTurn = 0.2;       // rad, of the further starts of a wide attempt
 constexpr double kClearlyBetter = 0.1;  // quality that a further attempt must gain
+constexpr double kNextTurn = 1.0;       // rad: no more from one frame to the next
 constexpr double kNextReach_m = 0.06;   // of a search for an object that moved too fast to be followed
 
 // Of attempts on an object that may be held: what stands in front of the surface is no fault, what is seen
@@ -59,7 +60,8 @@ std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const f
   query.seeds = std::min(options_.recover_seeds, kSearchSeeds);
   std::optional<Found> found = search(context, frame, object, query, std::log(options_.search_odds));
   // A look-alike next to it may be seen better, but is not where it can have gone.
-  const auto in_reach = [&] { return norm(found->fitted.T_cam_obj.t - expected.t) <= kNextReach_m; };
+  const auto in_reach = [&] { return norm(found->fitted.T_cam_obj.t - expected.t) <= kNextReach_m &&
+           rotation_angle(found->fitted.T_cam_obj.R * transpose(expected.R)) <= kNextTurn; };
   if (found && found->trust.status == Status::kOk && in_reach() && better(found->fitted)) {
     if (best) prepend(best->steps, &found->fitted.steps);
     best = std::move(found->fitted);

@@ -33,7 +33,7 @@ ObjectResult ObjectFollower::follow(FrameContext* context, TrackedObject* object
   if (best && crowd && stands_in(*neighbors, *object->shape, best->T_cam_obj)) best.reset();
   object->prior.reset();
   if (!best) return result_without_pose(*object, {ReasonCode::kFewReadings}, Status::kLost);
-  const Trust trust = judge(*best, options_, object->prior_log_odds);
+  const Trust trust = judge(*best, options_, object->prior_log_odds, object->lost_frames == 0 && object->usual_share > 0);
   return accept(std::move(*best), trust, left.time_s, object);
 }
 

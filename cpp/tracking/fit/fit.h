@@ -43,8 +43,9 @@ inline PoseEvidence evidence_of(const Fitted& f, const TrackerOptions& options) 
   if (f.foreground >= 0) evidence.color_gain = f.foreground - options.color_prior;
   return evidence;
 }
-inline Trust judge(const Fitted& f, const TrackerOptions& options, double prior_log_odds = 0) {
-  return judge(evidence_of(f, options), f.covariance, options, prior_log_odds);
+inline Trust judge(const Fitted& f, const TrackerOptions& options, double prior_log_odds = 0,
+                   bool followed = false) {
+  return judge(evidence_of(f, options), f.covariance, options, prior_log_odds, followed);
 }
 
 class PoseFitter {

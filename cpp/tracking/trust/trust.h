@@ -34,7 +34,9 @@ struct Trust {
 // (prior_log_odds 0) or one of many places that a search has looked at (less).
 double evidence_share(const PoseEvidence& evidence, double prior_log_odds);
 
+// followed: the object was there a moment ago, and the pose continues its motion. That it is gone and something
+// alike has taken its place has to be more likely than that the sensor errs.
 Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const TrackerOptions& options,
-            double prior_log_odds);
+            double prior_log_odds, bool followed);
 
 }  // namespace sdftrack::tracking
