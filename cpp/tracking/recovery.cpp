@@ -13,6 +13,8 @@ namespace {
 // carried it; later, in turns, there and everywhere.
 constexpr double kReach_m = 0.10, kReachPerFrame_m = 0.05, kFarthest_m = 0.5;
 constexpr int kNearFrames = 3;
+// Sd of its turn since then.
+constexpr double kTurn_rad = 0.5, kTurnPerFrame_rad = 0.15;
 
 // What a search finds is believed only when it is sure of it.
 constexpr double kSure = 0.5;
@@ -53,6 +55,8 @@ ObjectResult Recovery::find_lost(FrameContext* context, TrackedObject* object, O
     query.near = object->T_cam_obj;
     query.reach_m = std::min(kFarthest_m, kReach_m + kReachPerFrame_m * n);
   }
+  query.last_rotation = object->T_cam_obj.R;
+  query.turn_sd_rad = kTurn_rad + kTurnPerFrame_rad * n;
   if (options_.recover_seeds < kSearchSeeds) {
     query.seeds = options_.recover_seeds;
     query.first_seed = (n - 1) * options_.recover_seeds % kSearchSeeds;

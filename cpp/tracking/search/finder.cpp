@@ -17,6 +17,7 @@ constexpr double kComparableInMask = 0.85, kComparable = 0.3;
 constexpr double kTie = 0.97;  // scores this close are told apart by the last rotation, if by anything
 constexpr double kMinEndsThere = 0.1;  // where the object is known to be, with whatever it touches
 constexpr double kAmbiguous = 0.8;
+constexpr double kAnyTurn = 0.02;  // least chance of a turn
 
 // Among hypotheses that tie with the first, the one nearest in rotation goes first.
 void prefer_rotation(const Mat3d& R, std::vector<Hypothesis>* hypotheses) {
@@ -26,6 +27,17 @@ void prefer_rotation(const Mat3d& R, std::vector<Hypothesis>* hypotheses) {
     if (rotation_angle(transpose(R) * h->T_cam_obj.R) < rotation_angle(transpose(R) * best->T_cam_obj.R))
       best = h;
   std::rotate(hypotheses->begin(), best, best + 1);
+}
+
+// An object that was lost a moment ago has hardly turned since: the chance of each hypothesis by its turn from the
+// last rotation, normal with `sd_rad`, goes into its score.
+void weigh_turns(const Mat3d& R, double sd_rad, std::vector<Hypothesis>* hypotheses) {
+  for (Hypothesis& h : *hypotheses) {
+    const double turn = rotation_angle(transpose(R) * h.T_cam_obj.R) / sd_rad;
+    h.score *= std::max(kAnyTurn, std::exp(-0.5 * turn * turn));
+  }
+  std::stable_sort(hypotheses->begin(), hypotheses->end(),
+                   [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
 }
 
 double odds(double chance) { return chance / std::max(1e-9, 1 - chance); }
@@ -77,6 +89,7 @@ std::optional<Found> ObjectFinder::find(const frame::DepthFrame& frame, const Ca
   std::vector<Hypothesis> hypotheses =
       search_pose(frame, camera, shape, options_, query, threads_, &scratch_);
   if (hypotheses.empty()) return std::nullopt;
+  if (query.last_rotation) weigh_turns(*query.last_rotation, query.turn_sd_rad, &hypotheses);
   if (query.near) prefer_rotation(query.near->R, &hypotheses);
 
   std::vector<Candidate> all;

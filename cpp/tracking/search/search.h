@@ -23,6 +23,8 @@ struct SearchQuery {
   std::optional<frame::Rect> box;       // the object lies within it; so may other things
   std::optional<Rigidd> near;           // centred frame; its rotation is tried first
   double reach_m = 0;                   // the object's centre is this near to near's
+  std::optional<Mat3d> last_rotation;   // hypotheses are weighted by their turn from it,
+  double turn_sd_rad = 0;               // normal with this sd
   const float* foreground =
       nullptr;  // H * W, chance by colour that a pixel shows the object; NaN: no evidence
   const frame::Plane* plane = nullptr;  // readings on it are not the object
