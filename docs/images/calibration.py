@@ -12,7 +12,7 @@ import numpy as np
 import sdftrack as st
 from sdftrack.calibration.intrinsics_plots import show_cells, show_estimate
 from sdftrack.calibration.intrinsics_residuals import compare
-from sdftrack.calibration.observability import LEAST_IN_CELL
+from sdftrack.calibration.observability import MIN_IN_CELL
 from sdftrack.synth.duck import duck_mesh
 
 truth = st.Camera(572, 570, 318, 243, 640, 480)
@@ -29,7 +29,7 @@ print(f"median distance from the surface: {1e3 * before.median_m:.2f} mm, then {
 fig, axes = plt.subplots(2, 3, figsize=(13, 6.2), layout="constrained")
 coverage = result.observability.coverage
 seen = np.where(coverage > 0, coverage, np.nan).astype(float)
-show_cells(axes[0, 0], seen / 1000, result, coverage < LEAST_IN_CELL, "{:.1f}", cmap="viridis", vmin=0)
+show_cells(axes[0, 0], seen / 1000, result, coverage < MIN_IN_CELL, "{:.1f}", cmap="viridis", vmin=0)
 axes[0, 0].set_title("coverage: thousands of readings of the object", fontsize=9)
 shared = {"cmap": "magma", "vmin": 0, "vmax": 1e3 * float(np.nanmax(before.cells_m)), "text": "{:.1f}"}
 for axis, misfit, name in ((axes[0, 1], before, "first guess"), (axes[0, 2], after, "calibrated")):

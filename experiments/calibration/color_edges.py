@@ -19,7 +19,7 @@ __all__ = ["Scene", "crease_shift", "depth_step_shift", "outline_shift"]
 Array = NDArray[np.float64]
 FINER = 3  # of the picture that outlines are taken from
 REACH_PX = 5.0
-LEAST_EDGES = 80
+MIN_EDGES = 80
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def outline_shift(scene: Scene, T_cam_obj: Array, image: NDArray[Any]) -> Array 
     at, normal = _outline(scene, T_cam_obj)
     found = edges_along(image.astype(np.float32), at, normal, np.full(len(at), REACH_PX))
     off = np.einsum("nk,nk->n", found.at - at, normal)
-    if np.count_nonzero(found.sure) < LEAST_EDGES:
+    if np.count_nonzero(found.sure) < MIN_EDGES:
         return None
     A, d = np.column_stack([normal, np.ones(len(at))])[found.sure], off[found.sure]
     return robust(A, d)

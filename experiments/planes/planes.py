@@ -25,7 +25,7 @@ __all__ = ["NOISES", "angle_errors", "planes", "ransac"]
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 TOLERANCE_M = 0.01
-LEAST_TABLE, MOST_HIGH = 98.0, 1.0  # wanted, %
+MIN_TABLE, MAX_HIGH = 98.0, 1.0  # wanted, %
 TIMED = 9  # calls, the median of which is printed
 NOISES: dict[str, Any] = {"none": None, "1 mm": 0.001, "3 mm": 0.003, "kinect": "kinect"}
 METHODS = ("rigid", "bent", "printed", "ransac")
@@ -89,8 +89,8 @@ def _scene_tables(folder: Path, count: int | None) -> list[Table]:
         [s.name, *(" / ".join(f"{rows[m][s.name][c]:.2f}" for c in columns) for m in METHODS)] for s in scenes
     ]
     title = (
-        f"Shares taken out, %: of the table (wanted >= {LEAST_TABLE:g}), of object points more than "
-        f"{1e3 * STANDS_OUT_M:g} mm above it (<= {MOST_HIGH:g}), of all object points"
+        f"Shares taken out, %: of the table (wanted >= {MIN_TABLE:g}), of object points more than "
+        f"{1e3 * STANDS_OUT_M:g} mm above it (<= {MAX_HIGH:g}), of all object points"
     )
     worst = [[m, *_worst(list(rows[m].values()))] for m in METHODS]
     head = [
@@ -104,7 +104,7 @@ def _scene_tables(folder: Path, count: int | None) -> list[Table]:
 
 def _worst(rows: Seq[dict[str, float]]) -> list[str]:
     v = {k: np.array([r[k] for r in rows]) for k in rows[0]}
-    kept = bool((v["table"] >= LEAST_TABLE).all() and (v["high"] <= MOST_HIGH).all())
+    kept = bool((v["table"] >= MIN_TABLE).all() and (v["high"] <= MAX_HIGH).all())
     numbers = (
         v["table"].min(), v["high"].max(), v["objects"].mean(), v["objects"].max(), v["deg"].max(), np.median(v["ms"]),
     )  # fmt: skip

@@ -35,7 +35,7 @@ Limits = Mapping[
 ]  # name: noise, limit of the size (share), of the normal (deg)
 SEEDS = (9, 11)  # of closed and of open views
 FACE_M = 0.01  # a reading so near a fitted box's face is that face's
-LEAST_FACE = 2000  # readings
+MIN_FACE = 2000  # readings
 
 
 def patches(count: int, noises: Limits, camera: Camera) -> Table:
@@ -161,7 +161,7 @@ def osd_faces(folder: Path) -> Table:
         for number, mask in masks.items():
             box = fit_primitive(frame, "box", mask=mask)
             axis, face = _largest_face(box, frame, mask)
-            if np.count_nonzero(face) < LEAST_FACE:
+            if np.count_nonzero(face) < MIN_FACE:
                 continue
             fit = fit_primitive(frame, "plane", mask=face)
             R = fit.T_cam_obj[:3, :3].T @ box.T_cam_obj[:3, :3]

@@ -14,7 +14,7 @@ from sdftrack.reproduce.measures.whole_scene import open3d
 __all__ = ["fused"]
 
 TRUNCATION_VOXELS = 5.0
-LEAST_WEIGHT = 3.0  # frames; the default of Open3D
+MIN_WEIGHT = 3.0  # frames; the default of Open3D
 FARTHEST_M = 3.0
 BLOCKS = 4000  # of 16^3 voxels; the grid takes more when it needs them
 
@@ -36,5 +36,5 @@ def fused(seq: Any, n: int, poses: NDArray[np.float64], voxel_m: float) -> Any:
         image = o3d.t.geometry.Image(tensor(depth[..., None].copy()))
         at = (K, tensor(np.ascontiguousarray(poses[i])), 1.0, FARTHEST_M, TRUNCATION_VOXELS)
         grid.integrate(grid.compute_unique_block_coordinates(image, *at), image, *at)
-    mesh = grid.extract_triangle_mesh(LEAST_WEIGHT)
+    mesh = grid.extract_triangle_mesh(MIN_WEIGHT)
     return Mesh(mesh.vertex.positions.numpy(), mesh.triangle.indices.numpy())

@@ -27,7 +27,7 @@ WITHIN_M = 0.005  # ADD
 NEAR_M, FAR_M = 0.6, 1.0
 HIDDEN = 0.5
 AMBIGUOUS = 0.9  # of the best score, from which the runner-up counts as an equal
-LEAST_VISIBLE = 0.7  # of the object among clutter
+MIN_VISIBLE = 0.7  # of the object among clutter
 BOX_SLACK_PX = 5
 
 
@@ -99,7 +99,7 @@ def _on_table(
             scene.put(layer)
         window, nearer = scene.put(own)
         owner[window] = nearer
-        if np.count_nonzero(owner) >= LEAST_VISIBLE * np.count_nonzero(own.depth):
+        if np.count_nonzero(owner) >= MIN_VISIBLE * np.count_nonzero(own.depth):
             return scene, owner
 
 

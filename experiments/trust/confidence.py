@@ -33,9 +33,9 @@ __all__ = [
 
 Array = NDArray[np.float64]
 FAR_M, FAR_RAD = 0.020, np.deg2rad(10.0)
-MOST_OFF_M, MOST_OFF_RAD = 0.060, np.deg2rad(40.0)
+MAX_OFF_M, MAX_OFF_RAD = 0.060, np.deg2rad(40.0)
 ASTRAY_M, ASTRAY_RAD = (0.010, 0.120), (np.deg2rad(10.0), np.pi)
-LEAST_UNLIKE = 0.18  # of an edge
+MIN_UNLIKE = 0.18  # of an edge
 KINDS = ("true", "tracked", "disturbed", "astray", "absent")
 FEATURES = ("log_gap", "unhidden", "log_ends", "missing", "log_rough")
 CLUTTER = (None, "wall", "table", "objects", "touching")
@@ -156,7 +156,7 @@ def around(
 
     yield sample("true", T_true)
     for _ in range(disturbed):
-        yield sample("disturbed", off(rng.uniform(0, MOST_OFF_M), rng.uniform(0, MOST_OFF_RAD)))
+        yield sample("disturbed", off(rng.uniform(0, MAX_OFF_M), rng.uniform(0, MAX_OFF_RAD)))
     starts = [T_true] + [off(rng.uniform(*ASTRAY_M), rng.uniform(*ASTRAY_RAD)) for _ in range(astray)]
     for n, start in enumerate(starts):
         result = credulous.start(frame, poses=[start])
@@ -197,7 +197,7 @@ def lookalikes(count: int, seed: int, threads: int = 1) -> list[Sample]:
         while True:  # a cube of about the same volume, or each edge changed by up to 40 %
             other = np.full(3, np.cbrt(size.prod()) * rng.uniform(0.9, 1.15))
             other = other if n % 2 else size * rng.uniform(0.6, 1.4, 3)
-            if np.abs(np.sort(other) / np.sort(size) - 1).max() > LEAST_UNLIKE:
+            if np.abs(np.sort(other) / np.sort(size) - 1).max() > MIN_UNLIKE:
                 break
         shape, wrong = (st.SDF.box(list(edges), voxels=60) for edges in (size, other))
         noise, clutter = NOISE[int(rng.integers(len(NOISE)))], CLUTTER[1 + n % 3]

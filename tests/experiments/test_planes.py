@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 
 import sdftrack as st
-from experiments.planes.planes import LEAST_TABLE, MOST_HIGH
+from experiments.planes.planes import MAX_HIGH, MIN_TABLE
 from sdftrack.reproduce.measures.table_shares import removed
 from sdftrack.reproduce.scenes.table_scenes import open_scenes
 
@@ -17,8 +17,8 @@ def test_recorded_tables_are_taken_out_and_objects_stay(data_dir, method):
         pytest.skip(f"recorded scenes absent: {data_dir / 'osd'}")
     for scene in open_scenes(data_dir):
         share = removed(scene, st.remove_plane(scene.frame, scene.camera, method=method)[0])
-        assert share["table"] >= LEAST_TABLE, scene.name
-        assert share["high"] <= MOST_HIGH, scene.name
+        assert share["table"] >= MIN_TABLE, scene.name
+        assert share["high"] <= MAX_HIGH, scene.name
 
 
 def test_the_evaluation_prints_both_tables(data_dir, capsys, tmp_path, measured):

@@ -20,7 +20,7 @@ DIFFERENCE = 1e-6  # m, step of numerical derivatives
 DERIVATIVE = 1e-5  # of central differences at that step
 EXACT_FIT_M = 2e-5  # float32 depth of 1e-7 relative, and the noise floor's weighting
 LIBRARY_M = 1e-4  # of a 100^3 volume against the exact sphere
-LEAST_FOUND = 0.9  # far away it has 9 pixels of radius in these small images
+MIN_FOUND = 0.9  # far away it has 9 pixels of radius in these small images
 SPREADS = 4.5  # standard deviations: of a few hundred numbers none is further
 EDGE_PX = 0.03  # of a box-filtered edge, sampled with linear interpolation, 8-bit
 CENTER_PX = 0.1  # the target
@@ -113,7 +113,7 @@ def test_the_ball_is_found_in_noisy_depth_within_its_stated_spread(noise):
         for ball in search_balls(frame.depth, DEPTH, RADIUS_M):
             if np.linalg.norm(ball.center_cam - center) < RADIUS_M:
                 off.append((ball.center_cam - center) / np.sqrt(np.diag(ball.covariance)))
-    assert len(off) >= LEAST_FOUND * len(frames)
+    assert len(off) >= MIN_FOUND * len(frames)
     assert np.abs(off).max() < SPREADS
     assert 0.7 < np.std(off) < 1.5  # neighbouring readings of the Kinect share their noise
 

@@ -406,7 +406,7 @@ def test_a_file_of_a_later_version_says_so(model, tmp_path):
 
 # A field of 100 inputs is 0.34 MB with its seven empty lanes, 0.05 MB in its record; scratch and first metric of each
 # output by itself were 0.2 MB more.
-MOST_MB_PER_OUTPUT = 0.48
+MAX_MB_PER_OUTPUT = 0.48
 MEASURED = """
 import resource, numpy as np, sdftrack as st
 def peak(): return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
@@ -424,4 +424,4 @@ def test_many_outputs_share_what_learning_needs():
 
     pytest.importorskip("resource")
     said = subprocess.run([sys.executable, "-c", MEASURED], capture_output=True, text=True, check=True)
-    assert float(said.stdout) < MOST_MB_PER_OUTPUT
+    assert float(said.stdout) < MAX_MB_PER_OUTPUT

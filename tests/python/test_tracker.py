@@ -300,7 +300,7 @@ DRAWS = 100
 MOVING_FRAMES = 96
 CHI2_95, CHI2_99_9 = 12.592, 22.458  # 6 degrees of freedom
 # 95 of 100 draws are expected inside, sd 2.2; three of them.
-LEAST_COVERED = 0.88
+MIN_COVERED = 0.88
 # The sd of an sd from 100 draws is 7 %, three of them; and the voxels' grain widens the covariance by 5 % here.
 SD_RATIO = (0.74, 1.21)
 
@@ -324,7 +324,7 @@ def test_the_covariance_is_that_of_the_error_over_draws_of_the_noise(correlated)
         variances.append(np.diag(result.covariance))
         inside += e @ np.linalg.solve(result.covariance, e) < CHI2_95
     ratio = np.std(errors, axis=0) / np.sqrt(np.mean(variances, axis=0))
-    assert inside / DRAWS > LEAST_COVERED
+    assert inside / DRAWS > MIN_COVERED
     assert (ratio > SD_RATIO[0]).all()
     assert (ratio < SD_RATIO[1]).all()
 

@@ -16,7 +16,7 @@ __all__ = ["BallColor", "checked_color", "moving_color"]
 Array = NDArray[np.float64]
 BINS = 48  # of r / (r + g + b) and of g / (r + g + b): shading moves no pixel to another bin
 DARKEST = 45  # r + g + b below this says nothing about chromaticity
-LEAST_SATURATION = 0.25
+MIN_SATURATION = 0.25
 CHROMA_SD = 0.05  # of a surface in real light, with JPEG and white balance
 MOVED = 25  # grey values from the median of the frames
 
@@ -67,7 +67,7 @@ def checked_color(ball_color: Any) -> Array:
             f"ball_color: expected (r, g, b) from 0 to 255, got {np.asarray(ball_color).tolist()}"
         )
     saturation = 1 - c.min() / c.max() if c.max() > 0 else 0.0
-    if saturation < LEAST_SATURATION:
+    if saturation < MIN_SATURATION:
         raise ValueError(
             f"ball_color: expected a saturated colour, got {tuple(int(v) for v in c)}, which is grey (saturation "
             f"{saturation:.2f}); paint the ball, or give masks of it (from Python: mask_fn)"

@@ -19,11 +19,11 @@ from sdftrack.camera import Camera
 __all__ = ["Outline", "find_outlines"]
 
 Array = NDArray[np.float64]
-LEAST_RADIUS_PX = 5.0
-LEAST_EDGES = 16
-LEAST_ARC = 0.35  # of the circumference; half a circle still fixes its centre
-MOST_RMS_PX = 1.0
-MOST_REACH_PX, SPARE_PX = 8.0, 1.5  # of a profile to each side; beyond half the width of the edge
+MIN_RADIUS_PX = 5.0
+MIN_EDGES = 16
+MIN_ARC = 0.35  # of the circumference; half a circle still fixes its centre
+MAX_RMS_PX = 1.0
+MAX_REACH_PX, SPARE_PX = 8.0, 1.5  # of a profile to each side; beyond half the width of the edge
 GATES_PX = (3.0, 1.5, 1.0)  # of edges around the fitted outline, round by round
 
 
@@ -71,7 +71,7 @@ def find_outlines(
     smooth = color.astype(np.float32)
     found = []
     for k in 1 + np.argsort(-areas, kind="stable")[:most]:
-        if stats[k, cv2.CC_STAT_AREA] < 0.4 * np.pi * LEAST_RADIUS_PX**2:
+        if stats[k, cv2.CC_STAT_AREA] < 0.4 * np.pi * MIN_RADIUS_PX**2:
             break
         x, y, w, h = stats[k, :4]
         part = (labels[y : y + h, x : x + w] == k).astype(np.uint8)
@@ -97,7 +97,7 @@ def _circle(border: Array, rng: np.random.Generator, tries: int = 60) -> tuple[A
             continue
         centre = np.linalg.solve(M, [b @ b - a @ a, c @ c - a @ a])
         radius = float(np.linalg.norm(a - centre))
-        if not LEAST_RADIUS_PX - 1 <= radius <= 0.6 * n:
+        if not MIN_RADIUS_PX - 1 <= radius <= 0.6 * n:
             continue
         # Near sides of a blurred outline are flatter than a circle: a generous band.
         agree = np.mean(np.abs(np.linalg.norm(border - centre, axis=1) - radius) < max(1.2, 0.06 * radius))
@@ -112,17 +112,17 @@ def _refined(image: NDArray[np.float32], centre: Array, radius: float, camera: C
     at = centre + (radius + 0.5) * normal
     kept = at[:0]
     rms = np.inf
-    reach = np.full(len(angle), float(np.clip(0.35 * radius, 2.5, MOST_REACH_PX)))
+    reach = np.full(len(angle), float(np.clip(0.35 * radius, 2.5, MAX_REACH_PX)))
     for gate in GATES_PX:
         found = edges_along(image, at, normal, reach)
         edges = found.at[found.sure]
-        if len(edges) < LEAST_EDGES:
+        if len(edges) < MIN_EDGES:
             return None
         # No farther from the edge than its blur asks for: the surroundings vary.
         reach = np.clip(
             0.5 * _along(found.width_px, found.sure) + SPARE_PX,
             SPARE_PX,
-            min(MOST_REACH_PX, 0.4 * radius + 0.5),
+            min(MAX_REACH_PX, 0.4 * radius + 0.5),
         )
         cone = fit_cone(edges, camera)
         for _ in range(3):  # edges of the wand and the hand lie off the outline
@@ -131,19 +131,19 @@ def _refined(image: NDArray[np.float32], centre: Array, radius: float, camera: C
             off = np.abs(cone.residuals_px(edges, camera))
             limit = max(gate * 0.5, min(gate, 3 * 1.4826 * float(np.median(off))))
             kept = edges[off < limit]
-            if len(kept) < LEAST_EDGES:
+            if len(kept) < MIN_EDGES:
                 return None
             cone = fit_cone(kept, camera)
         if cone is None:
             return None
         at, normal, radius = cone.outline(camera, len(angle))
-        if not np.isfinite(at).all() or radius < LEAST_RADIUS_PX:
+        if not np.isfinite(at).all() or radius < MIN_RADIUS_PX:
             return None
         rms = float(np.sqrt(np.mean(cone.residuals_px(kept, camera) ** 2)))
     centre_px = at.mean(axis=0)
     sector = np.floor((np.arctan2(*(kept - centre_px).T[::-1]) + np.pi) / (2 * np.pi) * 36).astype(int)
     arc = len(np.unique(np.clip(sector, 0, 35))) / 36
-    if arc < LEAST_ARC or rms > MOST_RMS_PX:
+    if arc < MIN_ARC or rms > MAX_RMS_PX:
         return None
     return Outline(kept, rms, radius, arc)
 

@@ -17,17 +17,15 @@ from sdftrack.camera import Camera
 __all__ = ["DepthBall", "fit_ball", "ray_hits", "search_balls"]
 
 Array = NDArray[np.float64]
-LEAST_COSINE = (
+MIN_COSINE = (
     0.5  # readings at more than 60 degrees of incidence are at the mercy of lateral noise and edge loss
 )
-LEAST_PIXELS = 40
-LEAST_RADIUS_PX = 4.0
-LEAST_SHARE = 0.4  # of the ball's pixels that agree: a hand may hide half of it
-LEAST_FREE = 0.5  # of the pixels around it that lie behind it
+MIN_PIXELS = 40
+MIN_RADIUS_PX = 4.0
+MIN_SHARE = 0.4  # of the ball's pixels that agree: a hand may hide half of it
+MIN_FREE = 0.5  # of the pixels around it that lie behind it
 NOISE_FLOOR_M = 0.0003
-MOST_NOISE = (
-    0.002  # m at a distance, plus as much for each m^2: twice a Kinect's, steps of disparity included
-)
+MAX_NOISE = 0.002  # m at a distance, plus as much for each m^2: twice a Kinect's, steps of disparity included
 FARTHEST_M = 5.0
 STAGES = ((0.5, 3), (0.2, 4), (0.0, 6))  # gate in radii (0: by the noise alone), steps
 TUKEY = 4.685  # in standard deviations: 95 % efficient where there are no outliers
@@ -103,10 +101,10 @@ def fit_ball(
             hit, dz = ray_hits(rays, center, radius_m)
             # |dz| = 1 / (n . d), so this is the cosine of incidence.
             cosine = 1 / (np.linalg.norm(dz, axis=1) * np.sqrt((rays**2).sum(axis=1) + 1))
-            facing = cosine > LEAST_COSINE
+            facing = cosine > MIN_COSINE
             near = facing & (z > 0)
             near[near] &= np.abs(z[near] - hit[near]) < max(gate_radii * radius_m, TUKEY * noise)
-            if np.count_nonzero(near) < LEAST_PIXELS:
+            if np.count_nonzero(near) < MIN_PIXELS:
                 return None
             r, J = z[near] - hit[near], dz[near]
             noise = max(1.4826 * float(np.median(np.abs(r))), NOISE_FLOOR_M)
@@ -125,12 +123,12 @@ def fit_ball(
     agree = int(np.count_nonzero(w > 0))
     share = agree / max(1, int(np.count_nonzero(facing)))
     if (
-        agree < LEAST_PIXELS
-        or share < LEAST_SHARE
-        or noise > min(0.15 * radius_m, MOST_NOISE * (1 + center[2] ** 2))
+        agree < MIN_PIXELS
+        or share < MIN_SHARE
+        or noise > min(0.15 * radius_m, MAX_NOISE * (1 + center[2] ** 2))
     ):
         return None
-    if _free_around(depth, camera, center, radius_m) < LEAST_FREE:
+    if _free_around(depth, camera, center, radius_m) < MIN_FREE:
         return None
     return DepthBall(center, noise**2 * np.linalg.inv(H), noise, agree, share)
 
@@ -165,7 +163,7 @@ def search_balls(
     px = 0.5 * (camera.fx + camera.fy) * radius_m / np.maximum(z + radius_m, 0.01)
     ring = 2 * np.pi * np.arange(ROUND) / ROUND
     free = np.zeros(len(u))
-    keep = (z > 0.1) & (z < FARTHEST_M) & (px > LEAST_RADIUS_PX)
+    keep = (z > 0.1) & (z < FARTHEST_M) & (px > MIN_RADIUS_PX)
     for part in (ring[::4], np.delete(ring, np.s_[::4])):
         # Most of an image is surfaces that go on all around: four points send them away.
         u, v, z, px, free = u[keep], v[keep], z[keep], px[keep], free[keep]
@@ -173,7 +171,7 @@ def search_balls(
             at = _sample(smooth, u + OUTER * px * np.cos(angle), v + OUTER * px * np.sin(angle))
             free += (at <= 0) | (at > z + radius_m)
         keep = free >= 1
-    keep = free > LEAST_FREE * ROUND
+    keep = free > MIN_FREE * ROUND
     u, v, z, px, free = u[keep], v[keep], z[keep], px[keep], free[keep]
     if not len(u):
         return []
@@ -185,7 +183,7 @@ def search_balls(
             at = _sample(smooth, u + rho * px * np.cos(angle), v + rho * px * np.sin(angle))
             good += (at > 0) & (np.abs(at - z - behind) < tolerance)
     good, free = good / (len(INNER) * AROUND), free / ROUND
-    score = np.where(good > LEAST_SHARE, good + 0.5 * free, 0)
+    score = np.where(good > MIN_SHARE, good + 0.5 * free, 0)
     found: list[DepthBall] = []
     for _ in range(tried):
         k = int(np.argmax(score))

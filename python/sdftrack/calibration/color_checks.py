@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sdftrack._internal.validation import number, of_kind
-from sdftrack.calibration.ball_in_color import LEAST_RADIUS_PX
+from sdftrack.calibration.ball_in_color import MIN_RADIUS_PX
 from sdftrack.calibration.observe import Watch
 from sdftrack.calibration.pairs import BallPairs
 from sdftrack.calibration.robust_fit import Fit
@@ -18,9 +18,9 @@ from sdftrack.camera import Camera
 __all__ = ["check_arguments", "check_found", "check_kept", "check_spread"]
 
 RADII_M = (0.005, 0.5)
-LEAST_THICKNESS = 0.02  # of the pairs' smallest extent over the largest: below, rounding decides
-LEAST_KEPT = 0.5
-MOST_SIZE_SCATTER = 0.15  # relative; a right ball's is below 0.05, the angle of view included
+MIN_THICKNESS = 0.02  # of the pairs' smallest extent over the largest: below, rounding decides
+MIN_KEPT = 0.5
+MAX_SIZE_SCATTER = 0.15  # relative; a right ball's is below 0.05, the angle of view included
 
 
 def check_arguments(
@@ -58,7 +58,7 @@ def check_found(looked: Watch, depth: Camera, radius_m: float, masked: bool) -> 
         if looked.largest_px > 0:
             raise ValueError(
                 f"frames: the ball is too small in the colour images: a radius of {looked.largest_px:.1f} px at most, "
-                f"{LEAST_RADIUS_PX:g} px are needed; bring it nearer or take a larger one"
+                f"{MIN_RADIUS_PX:g} px are needed; bring it nearer or take a larger one"
             )
         color = "" if looked.color is None else f" of the colour {tuple(int(c) for c in looked.color)}"
         raise ValueError(
@@ -84,7 +84,7 @@ def check_spread(pairs: BallPairs, smallest: int, depth: Camera, name: str) -> N
     axes = np.linalg.svd(off, full_matrices=False)
     size = axes[1] / np.sqrt(n)
     noise = float(np.sqrt(np.median(np.trace(pairs.center_covariance, axis1=1, axis2=2))))
-    least = max(LEAST_THICKNESS * size[0], 3 * noise)
+    least = max(MIN_THICKNESS * size[0], 3 * noise)
     extent = f"{1e3 * size[0]:.0f} x {1e3 * size[1]:.0f} x {1e3 * size[2]:.0f} mm (standard deviations)"
     if size[0] < 3 * noise or size[0] < 0.01:
         raise ValueError(f"{name}: the ball hardly moves, its centres spread over {extent}; wave it about")
@@ -111,7 +111,7 @@ def _expect_its_size(pairs: BallPairs, name: str) -> None:
     size = pairs.radius_px * pairs.center_cam[:, 2]
     middle = float(np.median(size))
     scatter = 1.4826 * float(np.median(np.abs(size - middle))) / middle
-    if scatter > MOST_SIZE_SCATTER:
+    if scatter > MAX_SIZE_SCATTER:
         raise ValueError(
             f"{name}: what is found in depth is not the ball that is found in colour, whose outline shrinks with the "
             f"distance: their product varies by {100 * scatter:.0f} %; is ball_radius right, nothing else of that "
@@ -122,7 +122,7 @@ def _expect_its_size(pairs: BallPairs, name: str) -> None:
 def check_kept(fit: Fit, found: int, time_offset: bool) -> None:
     """ValueError where most pairs were dropped."""
     kept = int(np.count_nonzero(fit.kept))
-    if kept < max(4, LEAST_KEPT * found):
+    if kept < max(4, MIN_KEPT * found):
         late = "" if time_offset else ", or colour is late (estimate it: time_offset)"
         raise ValueError(
             f"frames: only {kept} of {found} pairs agree with one map; something else of the ball's colour or shape is "

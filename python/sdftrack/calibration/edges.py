@@ -16,7 +16,7 @@ __all__ = ["Edges", "edges_along"]
 Array = NDArray[np.float64]
 STEP_PX = 0.5  # between the samples of a profile
 SIDE = 4  # samples beyond the reach on each side, whose mean is the side's colour
-LEAST_CONTRAST = 18.0  # grey values between the two sides of an edge
+MIN_CONTRAST = 18.0  # grey values between the two sides of an edge
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ def edges_along(image: NDArray[np.float32], at: Array, normal: Array, reach_px: 
     outer = _mean(profile, (k >= n) & (k <= n + SIDE))
     unit = inner / np.maximum(np.linalg.norm(inner, axis=1), 1e-9)[:, None]
     w = (inner - outer) - np.einsum("nk,nk->n", inner - outer, unit)[:, None] * unit
-    plain = np.linalg.norm(w, axis=1) < LEAST_CONTRAST  # a dark or alike background: brightness itself
+    plain = np.linalg.norm(w, axis=1) < MIN_CONTRAST  # a dark or alike background: brightness itself
     w[plain] = (inner - outer)[plain]
     strength = np.linalg.norm(w, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -73,7 +73,7 @@ def edges_along(image: NDArray[np.float32], at: Array, normal: Array, reach_px: 
     width = STEP_PX * ((np.abs(k) < n) & (np.abs(cover - 0.5) < 0.4)).sum(axis=1)
     # In the image, two sides that differ, full inside and empty outside, falling in between.
     level = 0.3 + 12.0 / np.maximum(strength, 1.0)
-    sure = (profile.min(axis=(1, 2)) > -1) & (strength > LEAST_CONTRAST)
+    sure = (profile.min(axis=(1, 2)) > -1) & (strength > MIN_CONTRAST)
     sure &= np.where((k <= 1 - n) & (k >= -n - SIDE), np.abs(cover - 1), 0).max(axis=1) < level
     sure &= np.where((k >= n - 1) & (k <= n + SIDE), np.abs(cover), 0).max(axis=1) < level
     sure &= (covered > 0) & (covered < 2 * STEP_PX * n[:, 0])

@@ -22,7 +22,7 @@ from sdftrack.calibration.observability import (
     refuse_still_object,
     refuse_unobservable,
 )
-from sdftrack.calibration.pose_tracking import LEAST_READINGS, Follower
+from sdftrack.calibration.pose_tracking import MIN_READINGS, Follower
 from sdftrack.calibration.statistics import covariance_of, frame_test, half_width95
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
@@ -32,11 +32,11 @@ from sdftrack.sdf import SDF
 
 __all__ = ["calibrate_intrinsics"]
 
-LEAST_FRAMES = 5
+MIN_FRAMES = 5
 FIRST_SCALE_M, SCALE_M = 0.01, 0.004  # s of the first stage: before anything is known of the lens, and later
 TEST_ROUNDS = 3  # of leaving frames out
 RESIDUALS = {"ray_hit": _core.Residual.ray_hit, "point": _core.Residual.point}
-MOST_LEFT_OUT = 0.3  # of the frames, by the tests
+MAX_LEFT_OUT = 0.3  # of the frames, by the tests
 
 
 def calibrate_intrinsics(
@@ -110,7 +110,7 @@ def calibrate_intrinsics(
         raise TypeError(f"joint: expected True or False, got {joint!r}")
     if residual not in RESIDUALS:
         raise ValueError(f"residual: expected one of {', '.join(RESIDUALS)}, got {residual!r}")
-    max_pixels = whole(max_pixels, "max_pixels", LEAST_READINGS)
+    max_pixels = whole(max_pixels, "max_pixels", MIN_READINGS)
     threads = whole(threads, "threads", 0, what=THREADS)
     first = depth_camera(initial_camera)
     names = check_free(free)
@@ -136,13 +136,13 @@ def _places(pose: Any, mask: Any, box: Any, camera: Camera) -> dict[str, Any]:
 
 
 def _expect_enough(follower: Follower) -> None:
-    if len(follower.used) >= LEAST_FRAMES:
+    if len(follower.used) >= MIN_FRAMES:
         return
     total = len(follower.used) + len(follower.left_out)
     reasons = [f"frame {i}: {reason}" for i, reason in list(follower.left_out.items())[:3]]
     detail = f" ({'; '.join(reasons)})" if reasons else ""
     raise ValueError(
-        f"frames: expected the object in at least {LEAST_FRAMES}, found it in {len(follower.used)} of {total}{detail}; "
+        f"frames: expected the object in at least {MIN_FRAMES}, found it in {len(follower.used)} of {total}{detail}; "
         "record more, or say where it is with initial_pose=, mask= or box="
     )
 
@@ -185,16 +185,16 @@ class _Problem:
 
     def finish(self, follower: Follower) -> None:
         """All frames together, then once more without those that do not fit."""
-        most = int(MOST_LEFT_OUT * len(follower.used))
+        most = int(MAX_LEFT_OUT * len(follower.used))
         for k in range(TEST_ROUNDS):
             steps, _, _, count = self.core.polish() if k else self.core.solve(SCALE_M)
             self.steps += [
                 Step(cost, damping, accepted, float("nan"), count) for cost, damping, accepted in steps
             ]
             self.estimates = self.core.examine()
-            unfit = frame_test(self.estimates, LEAST_READINGS)
+            unfit = frame_test(self.estimates, MIN_READINGS)
             unfit = dict(list(unfit.items())[:most])
-            if not unfit or len(follower.used) - len(unfit) < LEAST_FRAMES:
+            if not unfit or len(follower.used) - len(unfit) < MIN_FRAMES:
                 break
             most -= len(unfit)
             self.core.drop(list(unfit))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sdftrack.calibration.intrinsics_residuals import Misfit
 from sdftrack.calibration.intrinsics_result import IntrinsicsResult
-from sdftrack.calibration.observability import LEAST_IN_CELL
+from sdftrack.calibration.observability import MIN_IN_CELL
 from sdftrack.viz.plots import COLORS, figure
 
 __all__ = ["plot_coverage", "plot_estimates", "plot_residuals", "show_cells", "show_estimate"]
@@ -26,12 +26,12 @@ def plot_coverage(result: IntrinsicsResult) -> Any:
     """Readings of the object in each cell of the image; cells with too few to count are crossed."""
     fig, axis = figure(1, 1, (6.6, 5.0))
     coverage = result.observability.coverage
-    few = coverage < LEAST_IN_CELL
+    few = coverage < MIN_IN_CELL
     shown = np.where(coverage > 0, coverage, np.nan).astype(float)
     picture = show_cells(axis, shown, result, few, cmap="viridis", vmin=0)
     fig.colorbar(picture, ax=axis, label="readings of the object")
     axis.set_title(
-        f"the object came to {100 * np.mean(~few):.0f} % of the image (x: fewer than {LEAST_IN_CELL} readings)",
+        f"the object came to {100 * np.mean(~few):.0f} % of the image (x: fewer than {MIN_IN_CELL} readings)",
         fontsize=10,
     )
     return fig

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sdftrack import _core
 from sdftrack.calibration.intrinsics_result import IntrinsicsResult
 from sdftrack.calibration.lens import EXTRA
-from sdftrack.calibration.observability import COLUMNS, LEAST_IN_CELL, ROWS
+from sdftrack.calibration.observability import COLUMNS, MIN_IN_CELL, ROWS
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
 from sdftrack.results import Status
@@ -114,7 +114,7 @@ def misfit(readings: Sequence[tuple[NDArray[Any], Array]], camera: Camera) -> Mi
     for v in range(ROWS):
         for u in range(COLUMNS):
             inside = sizes[(column == u) & (row == v)]
-            if len(inside) >= LEAST_IN_CELL:
+            if len(inside) >= MIN_IN_CELL:
                 cells[v, u] = np.median(inside)
     return Misfit(float(np.median(sizes)) if len(sizes) else float("nan"), cells, len(readings))
 

@@ -21,7 +21,7 @@ __all__ = ["Observability", "observe", "refuse_flat_shape", "refuse_still_object
 Array = NDArray[np.float64]
 
 COLUMNS, ROWS = 8, 6  # cells of the image
-LEAST_IN_CELL = 50  # readings for a cell to count as visited
+MIN_IN_CELL = 50  # readings for a cell to count as visited
 ALIKE = 0.95  # correlation beyond which two unknowns are not told apart
 STILL_M, STILL_RAD = 0.01, np.radians(2.0)
 FLAT, FLAT_RAD = 0.6, np.radians(1.0)
@@ -162,10 +162,10 @@ def _cause(frames: int, open_shifts: Array) -> str:
 
 
 def _missing_places(coverage: NDArray[Any]) -> list[str]:
-    missing = [side for side, cells in SIDES.items() if (coverage[cells] >= LEAST_IN_CELL).mean() < 0.5]
+    missing = [side for side, cells in SIDES.items() if (coverage[cells] >= MIN_IN_CELL).mean() < 0.5]
     if not missing:
         return []
-    share = (coverage >= LEAST_IN_CELL).mean()
+    share = (coverage >= MIN_IN_CELL).mean()
     return [
         f"the object came to {100 * share:.0f} % of the image and hardly to its {', '.join(missing)} "
         f"{'edge' if len(missing) == 1 else 'edges'}: move it into the corners"

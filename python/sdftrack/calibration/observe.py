@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.calibration.ball_color import BallColor, checked_color, moving_color
-from sdftrack.calibration.ball_in_color import LEAST_RADIUS_PX, Outline, find_outlines
+from sdftrack.calibration.ball_in_color import MIN_RADIUS_PX, Outline, find_outlines
 from sdftrack.calibration.ball_in_depth import DepthBall, search_balls
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
@@ -194,7 +194,7 @@ def _blob_radius(likeness: NDArray[np.float32]) -> float:
     if count < 2:
         return 0.0
     radius = float(np.sqrt(stats[1:, cv2.CC_STAT_AREA].max() / np.pi))
-    return radius if radius < LEAST_RADIUS_PX + 1 else 0.0
+    return radius if radius < MIN_RADIUS_PX + 1 else 0.0
 
 
 def _workers(threads: int) -> int:

@@ -17,9 +17,9 @@ from sdftrack.results import Status, TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
 
-__all__ = ["LEAST_READINGS", "Follower"]
+__all__ = ["MIN_READINGS", "Follower"]
 
-LEAST_READINGS = 200  # of the object in a frame that is used
+MIN_READINGS = 200  # of the object in a frame that is used
 FIRST_LOOK, GROWTH = (
     4,
     1.5,
@@ -79,9 +79,9 @@ class Follower:
             return f"{result.status[0]}: {result.reason[0]}"
         mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
         count = self.core.add(seen.depth, mask, result.poses[0])
-        if count < LEAST_READINGS:
+        if count < MIN_READINGS:
             self.core.drop([len(self.used)])
-            return f"only {count} readings of the object (expected at least {LEAST_READINGS})"
+            return f"only {count} readings of the object (expected at least {MIN_READINGS})"
         return ""
 
     def _tracked(self, seen: Frame, places: dict[str, Any]) -> TrackResult:

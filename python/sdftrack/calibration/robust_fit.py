@@ -17,16 +17,14 @@ __all__ = ["Fit", "consensus", "fit_map"]
 Array = NDArray[np.float64]
 HUBER = 2.0  # standard deviations of a pair's residual (two coordinates) where the loss becomes linear
 DROPPED = 13.82  # squared: chi-square with two degrees of freedom, 0.1 % of true pairs are dropped
-MOST_OFF_PX = 25.0  # of a right pair: a colour image 40 ms late, at 1 m/s
+MAX_OFF_PX = 25.0  # of a right pair: a colour image 40 ms late, at 1 m/s
 FLOOR_PX = 0.02  # of a colour centre's sd: what sampling of the image leaves even without noise
 STEPS = 60
 MEDIAN_CHI2 = 1.3863  # median of chi-square with two degrees of freedom
 # What the stated noise of the centres counts for, as if so many coordinates had been measured to have it: a dozen
 # pairs on eleven unknowns would else say by chance that there is none.
 STATED_FREEDOM = 10
-LEAST_SHARE_LEFT = (
-    0.05  # of a residual's variance that the unknowns leave: below, it says nothing of its pair
-)
+MIN_SHARE_LEFT = 0.05  # of a residual's variance that the unknowns leave: below, it says nothing of its pair
 # Variance of an estimate under Huber's loss over that of plain squares, for Gaussian pairs: with the length r of a
 # pair, E[min(r, k)^2] / 2 over (E[1; r < k] + E[k / (2 r); r > k])^2 at k = 2 (docs/math/color_to_depth.md, eq. 15).
 HUBER_COST = 1.018
@@ -65,7 +63,7 @@ def fit_map(
         x, dt, H = _minimum(x, dt, pairs, path, kept, scale)
         r, white, _ = _residuals(x, dt, pairs, path)
         usable = np.isfinite(white).all(axis=1)
-        usable &= np.linalg.norm(np.nan_to_num(r), axis=1) < MOST_OFF_PX
+        usable &= np.linalg.norm(np.nan_to_num(r), axis=1) < MAX_OFF_PX
         length2 = np.where(
             usable, _studentised(np.nan_to_num(white), _rows(x, dt, pairs, path), kept & usable), np.inf
         )
@@ -114,7 +112,7 @@ def _studentised(white: Array, J: Array, kept: NDArray[np.bool_]) -> Array:
     values, vectors = np.linalg.eigh(np.eye(2) + np.where(kept, -1.0, 1.0)[:, None, None] * leverage)
     along = np.einsum("nkj,nk->nj", vectors, white)
     # Where the unknowns leave nothing of a residual, nothing is said of its pair.
-    said = values > LEAST_SHARE_LEFT
+    said = values > MIN_SHARE_LEFT
     return np.asarray(np.where(said, along**2 / np.where(said, values, 1.0), 0.0).sum(axis=1))
 
 

@@ -25,9 +25,9 @@ Array = NDArray[np.float64]
 Estimates = dict[str, Any]  # what `_core.Calibration.examine` returns
 
 LIKELY = 0.999  # a frame that fits is called an outlier once in a thousand
-MOST_NOISE = 2.5  # of a frame, over the median of all
+MAX_NOISE = 2.5  # of a frame, over the median of all
 KNOWN = 1e-6  # of a direction's information, over that of one unknown alone
-LEAST_PART = 1e-3  # squared, of an unknown in an open direction
+MIN_PART = 1e-3  # squared, of an unknown in an open direction
 CLUSTERED_FROM = 30  # frames beyond the unknowns from which their own scatter is a steady measure
 
 
@@ -84,7 +84,7 @@ def inverse_of(information: Array) -> tuple[Array, NDArray[np.bool_]]:
     known = values > KNOWN
     inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T
     part = (vectors[:, ~known] ** 2).sum(axis=1)
-    return np.outer(unit, unit) * inverse, np.asarray((part > LEAST_PART) | ~said, dtype=np.bool_)
+    return np.outer(unit, unit) * inverse, np.asarray((part > MIN_PART) | ~said, dtype=np.bool_)
 
 
 def robust_chi2(estimates: Estimates) -> Array:
@@ -97,7 +97,7 @@ def robust_chi2(estimates: Estimates) -> Array:
     return np.einsum("mi,mi->m", estimates["gradient"], solved)
 
 
-def frame_test(estimates: Estimates, least_hits: int) -> dict[int, str]:
+def frame_test(estimates: Estimates, min_hits: int) -> dict[int, str]:
     """Frames to leave out, by their number: little seen, badly fitting, or pulling where no other does.
 
     The last is a chi-square test at 99.9 % of the frame's pull on the unknowns, its scatter measured by the median of
@@ -105,11 +105,11 @@ def frame_test(estimates: Estimates, least_hits: int) -> dict[int, str]:
     """
     n = estimates["gradient"].shape[1]
     out = {
-        int(m): f"only {estimates['hits'][m]} readings within the outline (expected at least {least_hits})"
-        for m in np.flatnonzero(estimates["hits"] < least_hits)
+        int(m): f"only {estimates['hits'][m]} readings within the outline (expected at least {min_hits})"
+        for m in np.flatnonzero(estimates["hits"] < min_hits)
     }
     usual = float(np.median(estimates["noise_m"]))
-    for m in np.flatnonzero(estimates["noise_m"] > MOST_NOISE * usual):
+    for m in np.flatnonzero(estimates["noise_m"] > MAX_NOISE * usual):
         noise_mm = 1e3 * estimates["noise_m"][m]
         out.setdefault(
             int(m), f"fits badly: residuals of {noise_mm:.1f} mm, {1e3 * usual:.1f} mm in the median frame"

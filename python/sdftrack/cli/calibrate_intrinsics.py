@@ -37,7 +37,7 @@ from sdftrack.cli.track import fitting
 UNITS = ("m", "mm", "cm", "in")
 PINHOLE = ("fx", "fy", "cx", "cy")
 SIZED = (".json", ".yaml", ".yml")  # camera files that hold the size of the image
-LEAST_PIXELS = 200  # of a frame, as `calibrate_intrinsics` wants them
+MIN_PIXELS = 200  # of a frame, as `calibrate_intrinsics` wants them
 PYTHONS_ADVICE = "initial_pose=, mask= or box="  # in errors
 
 
@@ -85,7 +85,7 @@ def intrinsics(
         str, typer.Option(metavar="error|close", help="An open mesh: refuse it, or close it.")
     ] = "error",
     max_pixels: Annotated[
-        int, typer.Option("--max-pixels", min=LEAST_PIXELS, help="Readings of a frame that are used.")
+        int, typer.Option("--max-pixels", min=MIN_PIXELS, help="Readings of a frame that are used.")
     ] = 5000,
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,

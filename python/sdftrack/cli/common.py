@@ -43,7 +43,7 @@ __all__ = [
 ]
 
 T = TypeVar("T")
-MOST_PX = 1e6  # of a window in an image
+MAX_PX = 1e6  # of a window in an image
 PLAIN_EVERY_S = 5.0  # a line of progress when the output is not a terminal
 
 
@@ -154,7 +154,7 @@ def parse_box(text: str) -> tuple[float, float, float, float]:
         x, y, w, h = (float(v) for v in text.split(","))
     except ValueError:
         x = y = w = h = 0.0
-    if not (abs(x) < MOST_PX and abs(y) < MOST_PX and 0 < w < MOST_PX and 0 < h < MOST_PX):
+    if not (abs(x) < MAX_PX and abs(y) < MAX_PX and 0 < w < MAX_PX and 0 < h < MAX_PX):
         raise Usage(f"expected x,y,w,h in pixels, w and h above 0, got {text!r}", "--box")
     return x, y, w, h
 

@@ -24,7 +24,7 @@ from sdftrack.sdf import SDF
 __all__ = ["Energy", "Linearization", "Minimum", "State", "back_project", "minimize"]
 
 Array = NDArray[np.float64]
-MOST_JOINED = 4  # objects in a union
+MAX_JOINED = 4  # objects in a union
 
 
 class Energy:
@@ -82,8 +82,8 @@ class Energy:
         **options: Any,
     ) -> None:
         many: list[Any] = list(shapes) if isinstance(shapes, (list, tuple)) else [shapes]
-        if not 1 <= len(many) <= MOST_JOINED:
-            raise ValueError(f"shapes: expected 1 to {MOST_JOINED} SDFs, got {len(many)}")
+        if not 1 <= len(many) <= MAX_JOINED:
+            raise ValueError(f"shapes: expected 1 to {MAX_JOINED} SDFs, got {len(many)}")
         for shape in many:
             if not isinstance(shape, SDF):
                 raise TypeError(f"shapes: expected an SDF, got {type(shape).__name__}")

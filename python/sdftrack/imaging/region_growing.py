@@ -17,7 +17,7 @@ __all__ = ["connected_region"]
 # A larger difference between neighbours is an edge: noise, and a surface that is seen at 76 degrees.
 STEP, STEP_PX = 0.012, 4.0  # of the depth, and of a pixel's width there
 NEAR_PX = 4  # a click on a hole is taken for the nearest reading this near
-LEAST_PX = 20
+MIN_PX = 20
 PLANE_M = 0.008  # half thickness of what counts as the table
 
 
@@ -64,7 +64,7 @@ def connected_region(frame: Any, camera: Any, px: tuple[float, float], reach_m: 
         np.array(frame.depth), blocked, seed[::-1], 0.0, step, step, 8 | cv2.FLOODFILL_MASK_ONLY | (2 << 8)
     )
     region: NDArray[np.bool_] = (blocked != before)[1:-1, 1:-1]
-    if np.count_nonzero(region) < LEAST_PX:
+    if np.count_nonzero(region) < MIN_PX:
         raise ValueError(
             f"expected a surface, got {np.count_nonzero(region)} pixels that hang together; click on the middle of "
             "the object"

@@ -24,7 +24,7 @@ __all__ = ["fit_primitive", "points_view"]
 
 FARTHEST_M = 1e6  # of a coordinate: beyond it micrometres are lost
 WIDEST_M, NARROWEST_M = 10.0, 1e-3  # of points in metres, without the outermost twentieth on each side
-LEAST_SPREAD = 40  # points, of which a twentieth is more than one
+MIN_SPREAD = 40  # points, of which a twentieth is more than one
 FLAT = 1e-5  # spread across the points over the spread along them, below which they have no thickness at all
 
 
@@ -104,7 +104,7 @@ def fit_primitive(
         frames: Any = points_or_frame
         camera = camera if camera is not None else getattr(frames, "camera", None)
         return fused(frames, request, mask, FrameFitter(camera, given))
-    view = points_view(in_metres(points_or_frame, unit), request.least_points(), request.flat)
+    view = points_view(in_metres(points_or_frame, unit), request.min_points(), request.flat)
     if not isinstance(given, str) and given is not None:
         view.set_plane(given[0].tolist(), given[1], False)
     return solve(view, request)
@@ -143,7 +143,7 @@ def in_metres(points: Any, unit: str | None) -> Any:
             "or drop what is no reading"
         )
     across = float(np.linalg.norm([np.ptp(p[:, k]) for k in range(3)]))
-    if across > WIDEST_M and len(p) >= LEAST_SPREAD:  # or a few outliers are
+    if across > WIDEST_M and len(p) >= MIN_SPREAD:  # or a few outliers are
         low, high = np.quantile(p, (0.05, 0.95), axis=0)
         across = float(np.linalg.norm(high - low))
     if unit is None and across > WIDEST_M:

@@ -77,10 +77,10 @@ def _solved(
 ) -> PrimitiveFit:
     labels = seen.labels(own, own_foot)
     count = int(np.count_nonzero(labels == ON))
-    if count < request.least_points():
+    if count < request.min_points():
         off = "" if seen.plane is None else " off the table"
         raise ValueError(
-            f"mask: expected at least {request.least_points()} readings{off} within it, as many as there are unknowns, "
+            f"mask: expected at least {request.min_points()} readings{off} within it, as many as there are unknowns, "
             f"got {count}"
         )
     return solve(seen.view(labels), request)

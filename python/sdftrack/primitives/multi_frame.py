@@ -20,10 +20,10 @@ from sdftrack.results import Status
 __all__ = ["SizeSum", "fuse_sizes", "fused"]
 
 GATE = 4.0  # standard deviations: a frame whose size is farther from the others' has seen something else
-LEAST_INLIERS = 0.6  # of a later frame; of an object whose first frame has fewer, nearly as many
-LEAST_SHARE_OF_FIRST = 0.8
-MOST_RATIO = 1.5  # of a bounded length to those before: half as large again is another thing
-LEAST_M2, LEAST_SHARE = 1e-18, 1e-9  # of a variance that is inverted: a nanometre, and rounding
+MIN_INLIERS = 0.6  # of a later frame; of an object whose first frame has fewer, nearly as many
+MIN_SHARE_OF_FIRST = 0.8
+MAX_RATIO = 1.5  # of a bounded length to those before: half as large again is another thing
+MIN_M2, MIN_SHARE = 1e-18, 1e-9  # of a variance that is inverted: a nanometre, and rounding
 FLOOR_M = 2e-4  # of the spread between frames: a length that is seen as well as that is no outlier
 
 
@@ -61,7 +61,7 @@ class SizeSum:
 def _inverse(a: NDArray[np.float64]) -> NDArray[np.float64]:
     """Of a symmetric matrix that may be 0 in some direction: exact readings have no variance."""
     values, vectors = np.linalg.eigh(a)
-    safe = np.maximum(values, max(LEAST_M2, LEAST_SHARE * float(values[-1])))
+    safe = np.maximum(values, max(MIN_M2, MIN_SHARE * float(values[-1])))
     out: NDArray[np.float64] = (vectors / safe) @ vectors.T
     return out
 
@@ -130,14 +130,14 @@ def _follow(
 
 def _another(found: PrimitiveFit, known: list[PrimitiveFit]) -> str:
     """Why a fit is not one of the object that is known; "" where it may be."""
-    least = min(LEAST_INLIERS, LEAST_SHARE_OF_FIRST * known[0].inliers)
+    least = min(MIN_INLIERS, MIN_SHARE_OF_FIRST * known[0].inliers)
     if found.inliers < least:
         return f"only {100 * found.inliers:.0f} % of the readings are on its surface"
     middle = np.median(_sizes(known), axis=0)
     bounded = [any(f.bounded[name] for f in known) for name in found.size]
     for at, (name, length) in enumerate(found.size.items()):
         ratio = abs(np.log(length / middle[at]))
-        if found.bounded[name] and bounded[at] and ratio > np.log(MOST_RATIO):
+        if found.bounded[name] and bounded[at] and ratio > np.log(MAX_RATIO):
             return (
                 f"another thing: a {name} of {1e3 * length:.1f} mm where the frames before have "
                 f"{1e3 * middle[at]:.1f} mm"

@@ -16,14 +16,14 @@ __all__ = ["plate_of"]
 
 TAN_HIDDEN = math.sqrt(3)  # of 60 degrees: views within that see no side of the plate
 DEPTH = 0.8  # of the depth at which its sides would meet: the farther its back, the fewer readings are drawn to it
-LEAST_VOXELS = 5  # along the depth, else the volume has no inside to speak of
+MIN_VOXELS = 5  # along the depth, else the volume has no inside to speak of
 
 
 def plate_of(width: float, height: float, voxels: int) -> SDF:
     """A frustum (m) whose front is the rectangle at z = 0, with so many voxels along its longest side or more."""
     depth = DEPTH * min(width, height) / (2 * TAN_HIDDEN)
     vertices, faces = _frustum(width, height, depth, depth * TAN_HIDDEN)
-    voxels = max(voxels, min(MAX_VOXELS, math.ceil(LEAST_VOXELS * max(width, height) / depth)))
+    voxels = max(voxels, min(MAX_VOXELS, math.ceil(MIN_VOXELS * max(width, height) / depth)))
     voxel_size, shape, origin = grid_round(vertices.min(axis=0), vertices.max(axis=0), voxels, None)
     values, _ = _core.mesh_to_sdf(vertices, faces, shape, voxel_size, list(origin))
     return SDF(values, voxel_size, origin)

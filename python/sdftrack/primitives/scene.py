@@ -27,7 +27,7 @@ from sdftrack.results import Status
 __all__ = ["fit_primitives"]
 
 CLAIM_M = 0.008  # readings so near a fitted surface, at up to 1 m, are that object's
-LEAST_READINGS = 150
+MIN_READINGS = 150
 
 
 def fit_primitives(
@@ -71,18 +71,18 @@ def fit_primitives(
     rest = np.ones(seen.depth.shape, bool) if given is None else given.copy()
     out: list[PrimitiveFit] = []
     while len(out) < most:
-        found = [p for p in pieces(seen, rest) if np.count_nonzero(p) >= LEAST_READINGS]
+        found = [p for p in pieces(seen, rest) if np.count_nonzero(p) >= MIN_READINGS]
         if not found:
             return out
         piece = found[0]
         labels = seen.labels(piece, True)
-        if np.count_nonzero(labels == ON) < request.least_points():
+        if np.count_nonzero(labels == ON) < request.min_points():
             rest &= ~piece
             continue
         fit = solve(seen.view(labels), request)
         lengths = list(fit.size.values())
         claimed = piece & (distance_to(seen, fit.kind, lengths, fit.T_cam_obj) < CLAIM_M)
-        if fit.status is Status.LOST or np.count_nonzero(claimed) < LEAST_READINGS:
+        if fit.status is Status.LOST or np.count_nonzero(claimed) < MIN_READINGS:
             rest &= ~piece
             continue
         out.append(fit)

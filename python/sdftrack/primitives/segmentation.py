@@ -36,7 +36,7 @@ BAND = 0.5  # of TABLE_M, above and below: where a reading's neighbours say whet
 BAND_PX = 5  # width of the window of these neighbours
 FOOT_M = 0.03  # an object seen as far down as this stands on the table
 STEP_M = 0.02  # a step in depth, at up to 1 m, that parts two things
-LEAST_PIECE = 60  # readings
+MIN_PIECE = 60  # readings
 CRUMB_PX = 7  # width of the window about a piece in which a smaller one is part of it
 OWN_FACE = 0.5  # a plane that holds so much of the masked object is its own face
 
@@ -204,8 +204,8 @@ def pieces(seen: SegmentedFrame, mask: NDArray[np.bool_] | None = None) -> list[
         (above & ~step).astype(np.uint8), connectivity=4
     )
     order = sorted(range(1, count), key=lambda k: -int(stats[k, cv2.CC_STAT_AREA]))
-    large = [labels == k for k in order if stats[k, cv2.CC_STAT_AREA] >= LEAST_PIECE]
-    crumbs = above & ~step & (stats[labels, cv2.CC_STAT_AREA] < LEAST_PIECE)
+    large = [labels == k for k in order if stats[k, cv2.CC_STAT_AREA] >= MIN_PIECE]
+    crumbs = above & ~step & (stats[labels, cv2.CC_STAT_AREA] < MIN_PIECE)
     return [_with_rim(piece, depth, above & step, crumbs, STEP_M * growth) for piece in large]
 
 

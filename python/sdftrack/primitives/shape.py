@@ -23,7 +23,7 @@ from sdftrack.sdf import SDF
 __all__ = ["FreeSize", "Primitive"]
 
 PLACEHOLDER_M = 0.05  # radius of the ball that stands in until the start
-LEAST_READINGS = 200
+MIN_READINGS = 200
 EVERY = 5  # frames between two looks at the size
 
 
@@ -109,7 +109,7 @@ class FreeSize:
             return None
         request = FitRequest(self.primitive.kind, None, self.primitive.seed, "exact", threads)
         labels = seen.labels(found[0], True)
-        if np.count_nonzero(labels == ON) < max(LEAST_READINGS, request.least_points()):
+        if np.count_nonzero(labels == ON) < max(MIN_READINGS, request.min_points()):
             return None
         fit = solve(seen.view(labels), request)
         if fit.status is Status.LOST:
@@ -126,7 +126,7 @@ class FreeSize:
         seen = SegmentedFrame.of(frame, camera, "auto", None)
         away = distance_to(seen, self.fit.kind, list(self.fit.size.values()), T_cam_obj)
         labels = seen.labels(away < NEAR_M, True)
-        if np.count_nonzero(labels == ON) < LEAST_READINGS:
+        if np.count_nonzero(labels == ON) < MIN_READINGS:
             return None
         request = FitRequest(self.fit.kind, (T_cam_obj, self.fit.size), self.primitive.seed, "exact", threads)
         fit = solve(seen.view(labels), request)

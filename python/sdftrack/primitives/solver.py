@@ -18,7 +18,7 @@ __all__ = ["FitRequest", "solve", "unbounded"]
 
 WEAK_INLIERS, LOST_INLIERS = 0.6, 0.2
 ENDLESS_M = 100.0  # of a length that was found: nothing before a depth camera is as long
-LEAST_M, MOST_M = 1e-7, 1e6  # of a start's lengths: beyond them nothing is left of a float's digits
+MIN_M, MAX_M = 1e-7, 1e6  # of a start's lengths: beyond them nothing is left of a float's digits
 UNTOLD = 2  # readings more than unknowns, up to which their spread tells no variance (the core's kUntold)
 
 
@@ -62,10 +62,8 @@ class FitRequest:
                 f"initial: expected the lengths {', '.join(names)} of a {kind}, got {list(initial[1])}"
             )
         lengths = [number(initial[1][name], "initial") for name in names]
-        if not all(LEAST_M <= v <= MOST_M for v in lengths):
-            raise ValueError(
-                f"initial: expected lengths above 0 m ({LEAST_M:g} to {MOST_M:g} m), got {lengths}"
-            )
+        if not all(MIN_M <= v <= MAX_M for v in lengths):
+            raise ValueError(f"initial: expected lengths above 0 m ({MIN_M:g} to {MAX_M:g} m), got {lengths}")
         self.pose = _core.nearest_rigid(numbers(initial[0], "initial"), "initial")
         self.size, self.kinds = lengths, (kind,)
 
@@ -74,7 +72,7 @@ class FitRequest:
         """Whether points that all lie in one plane will do."""
         return self.kinds == ("plane",)
 
-    def least_points(self) -> int:
+    def min_points(self) -> int:
         """As many as there are unknowns."""
         return min(FREE[kind] for kind in self.kinds)
 
@@ -86,7 +84,7 @@ def solve(view: Any, request: FitRequest) -> PrimitiveFit:
     kinds = [k for k in request.kinds if points >= FREE[k]]
     if not kinds:
         raise ValueError(
-            f"points: expected at least {request.least_points()} readings of a "
+            f"points: expected at least {request.min_points()} readings of a "
             f"{' or '.join(request.kinds)}, got {points}"
         )
     answers = view.fit(

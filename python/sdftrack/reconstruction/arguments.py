@@ -12,7 +12,7 @@ from sdftrack._internal.validation import of_kind
 from sdftrack.camera import Camera
 from sdftrack.device import resolve_device
 from sdftrack.frame import Frame
-from sdftrack.reconstruction.volume import BYTES_PER_VOXEL, MOST_VOXELS
+from sdftrack.reconstruction.volume import BYTES_PER_VOXEL, MAX_VOXELS
 from sdftrack.sdf import SDF
 
 __all__ = ["check_beginning", "check_extent", "check_settings"]
@@ -24,10 +24,10 @@ def check_settings(initial: Any, voxels: Any, extent: float | None, device: str,
         of_kind(initial, SDF, "initial", "make one with SDF.from_mesh or SDF.sphere")
     if isinstance(voxels, bool) or not isinstance(voxels, (int, np.integer)):
         raise TypeError(f"voxels: expected a whole number, got {voxels!r}")
-    if not 16 <= voxels <= MOST_VOXELS:
+    if not 16 <= voxels <= MAX_VOXELS:
         needed = BYTES_PER_VOXEL * voxels**3 / 2**30
         raise ValueError(
-            f"voxels: expected 16 to {MOST_VOXELS}, got {voxels} (which would need {needed:.3g} GiB)"
+            f"voxels: expected 16 to {MAX_VOXELS}, got {voxels} (which would need {needed:.3g} GiB)"
         )
     if extent is not None and not 0 < extent < 10:
         raise ValueError(f"extent: expected metres between 0 and 10, got {extent!r}")

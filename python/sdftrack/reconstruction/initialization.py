@@ -26,11 +26,11 @@ __all__ = [
 EXTENT_PER_BALL = (
     1.8  # of its diameter (method of the thesis' section 4.6 with room for what is not seen yet)
 )
-LEAST_READINGS = 100
+MIN_READINGS = 100
 CENTRE_BEHIND = 0.6  # radii: readings are the front of the ball, their median lies inside its outline
 JUMPS_M = (0.05, 0.03, 0.02, 0.01)  # of depth between neighbouring readings of one object
-MOST_ON_BORDER = 0.03  # of a box's border pixels
-LEAST_NOISE_M = 5e-4
+MAX_ON_BORDER = 0.03  # of a box's border pixels
+MIN_NOISE_M = 5e-4
 GUESS_FADES_VOXELS = 4.0  # sigma_G of thesis Eq. 4.34
 
 Array = NDArray[np.float64]
@@ -92,9 +92,9 @@ def ball_of(depth: NDArray[np.float32], mask: Mask, camera: Camera) -> Ball:
     if mask.mean() > 0.8:
         raise ValueError(f"mask: expected the object alone, got {100 * mask.mean():.0f} % of the image")
     ys, xs = np.nonzero(mask & (depth > 0))
-    if len(ys) < LEAST_READINGS:
+    if len(ys) < MIN_READINGS:
         raise ValueError(
-            f"mask: expected at least {LEAST_READINGS} depth readings on the object, got {len(ys)}; is it black, "
+            f"mask: expected at least {MIN_READINGS} depth readings on the object, got {len(ys)}; is it black, "
             "shiny, too small or too near?"
         )
     z = float(np.median(depth[ys, xs]))
@@ -116,7 +116,7 @@ def mask_of_box(depth: NDArray[np.float32], box: tuple[int, int, int, int]) -> M
     for jump_m in JUMPS_M:
         inside = _joined(part, seed, jump_m)
         border = np.concatenate([inside[0], inside[-1], inside[:, 0], inside[:, -1]])
-        if border.mean() < MOST_ON_BORDER:
+        if border.mean() < MAX_ON_BORDER:
             break
     mask = np.zeros(depth.shape, bool)
     mask[y : y + h, x : x + w] = inside
@@ -154,10 +154,10 @@ def measured_noise(depth: NDArray[np.float32], mask: Mask) -> float:
     for z, on in ((depth, mask & (depth > 0)), (depth.T, (mask & (depth > 0)).T)):
         bend = z[:, 2:] - 2 * z[:, 1:-1] + z[:, :-2]
         bend = np.abs(bend[on[:, 2:] & on[:, 1:-1] & on[:, :-2]])
-        if len(bend) > LEAST_READINGS // 2:
+        if len(bend) > MIN_READINGS // 2:
             kept = np.sort(bend)[: int(0.9 * len(bend))]  # edges and curvature are among the largest
             found.append(float(np.sqrt(np.mean(kept**2) / 6)) * 1.3)
-    return max(LEAST_NOISE_M, float(np.mean(found))) if found else 1e-3
+    return max(MIN_NOISE_M, float(np.mean(found))) if found else 1e-3
 
 
 def ball_prior(

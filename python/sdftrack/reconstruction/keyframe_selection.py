@@ -56,7 +56,7 @@ class Keyframes:
         self._views = np.vstack([self._views, _view(keyframe)])
         gaps = _apart(self._views[:n], self._views[n])
         new = np.full(n, n, np.intp)
-        self._gaps, self._nearest = _least_two(
+        self._gaps, self._nearest = _two_smallest(
             np.column_stack([self._gaps, gaps]), np.column_stack([self._nearest, new])
         )
         self._gaps = np.vstack([self._gaps, [np.inf, np.inf]])
@@ -78,7 +78,7 @@ class Keyframes:
         gaps = _apart(self._views, self._views[i])
         gaps[i] = np.inf
         who = np.append(np.where(np.isfinite(gaps), np.arange(len(gaps)), -1), -1)
-        least, nearest = _least_two(np.append(gaps, np.inf)[None], who[None])
+        least, nearest = _two_smallest(np.append(gaps, np.inf)[None], who[None])
         self._gaps[i], self._nearest[i] = least[0], nearest[0]
 
 
@@ -95,7 +95,7 @@ def _apart(views: Numbers, view: Numbers) -> Numbers:
     return np.asarray(aside + np.minimum(PER_FRAME * np.abs(views[:, 4] - view[4]), LATE))
 
 
-def _least_two(gaps: Numbers, who: NDArray[np.intp]) -> tuple[Numbers, NDArray[np.intp]]:
+def _two_smallest(gaps: Numbers, who: NDArray[np.intp]) -> tuple[Numbers, NDArray[np.intp]]:
     """(n, 2) of (n, k): the two least gaps of each row in order, the earlier where they are equal."""
     order = np.argsort(gaps, axis=1, kind="stable")[:, :2]
     return np.take_along_axis(gaps, order, 1), np.take_along_axis(who, order, 1)

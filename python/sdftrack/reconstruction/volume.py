@@ -22,10 +22,10 @@ from sdftrack.reconstruction.keyframe import Keyframe
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.sdf import SDF
 
-__all__ = ["BLOCK", "BYTES_PER_VOXEL", "MOST_VOXELS", "Lattice", "Volume", "lattice_for"]
+__all__ = ["BLOCK", "BYTES_PER_VOXEL", "MAX_VOXELS", "Lattice", "Volume", "lattice_for"]
 
 BLOCK = 8  # voxels; volumes grow by whole blocks
-MOST_VOXELS = 512
+MAX_VOXELS = 512
 BYTES_PER_VOXEL = 20
 BLOCKS_GROWN = 2
 
@@ -104,7 +104,7 @@ class Volume:
         voxels = np.array(self.core.voxels)
         before = (boxes[:, :3].min(0) < BLOCK).astype(int) * BLOCKS_GROWN
         after = (boxes[:, 3:].max(0) > voxels - BLOCK).astype(int) * BLOCKS_GROWN
-        too_large = voxels + BLOCK * (before + after) > MOST_VOXELS
+        too_large = voxels + BLOCK * (before + after) > MAX_VOXELS
         before[too_large] = after[too_large] = 0
         if before.any() or after.any():
             self.core = self.core.grown(before.tolist(), after.tolist())

@@ -17,7 +17,7 @@ Array = NDArray[Any]
 
 BINS = 16  # per channel
 UNIFORM_SHARE = 1e-3
-LEAST_POSTERIOR = 0.02
+MIN_POSTERIOR = 0.02
 BEHIND = 1.025  # a reading this much farther than another at the same colour pixel is hidden from it
 EDGE_PX, STEP_M = 2, 0.02
 BAND_VOXELS, OFF_BANDS = 3, 3
@@ -46,7 +46,7 @@ def pool(share: Array, counts: Array, rate: float) -> Array:
 def posterior(object_share: Array, background_share: Array, prior: float = 0.7) -> Array:
     """P_f of every bin: prior p_f / (prior p_f + (1 - prior) p_b) of the smoothed histograms, bounded."""
     f, b = smoothed(object_share), smoothed(background_share)
-    return np.clip(prior * f / (prior * f + (1 - prior) * b), LEAST_POSTERIOR, 1 - LEAST_POSTERIOR)
+    return np.clip(prior * f / (prior * f + (1 - prior) * b), MIN_POSTERIOR, 1 - MIN_POSTERIOR)
 
 
 def overlap(object_share: Array, background_share: Array) -> float:

@@ -27,7 +27,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 UNIFORM = 1e-2  # share of a uniform distribution in the shared histograms
-LEAST_MIXTURE = 1e-6
+MIN_MIXTURE = 1e-6
 BRIDGED = 8
 PSEUDO_COUNT = 0.05
 
@@ -53,7 +53,7 @@ def inside_at(phi: Array, softness: float) -> Array:
 def posterior_cost(phi: Array, foreground: Array, softness: float) -> tuple[Array, Array, Array]:
     """-log f, its slope in phi, and the Gauss-Newton weight."""
     H = inside_at(phi, softness)
-    f = np.maximum(H * foreground + (1 - H) * (1 - foreground), LEAST_MIXTURE)
+    f = np.maximum(H * foreground + (1 - H) * (1 - foreground), MIN_MIXTURE)
     gamma = H * foreground / f
     return -np.log(f), (gamma - H) / softness, H * (1 - H) / softness**2
 

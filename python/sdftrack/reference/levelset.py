@@ -20,7 +20,7 @@ FAINT_MEAN = -0.02  # log ratio
 CARVES_FAINTLY, FAINT = -2.0, 0.01  # beside an outline, and its share of the usual weight
 CARVES = -1.0  # slant of a pixel that says no more than that the space before it is empty
 CARVED_RATIO = -1.0
-MOST_SMOOTH, MOST_PRINTED = 0.9, np.tanh(5.0)  # of |q|; log ratios of 2.94 and 10
+MAX_SMOOTH, MAX_PRINTED = 0.9, np.tanh(5.0)  # of |q|; log ratios of 2.94 and 10
 REACH = 2.0  # of sigma_d: nothing is said farther behind a reading
 
 
@@ -48,7 +48,7 @@ def log_ratio(d_m: Array, noise_m: Array | float, sigma_d_m: float, printed: boo
     """log(L_in / L_out) of a voxel d behind a reading, (1) and (2)."""
     d = np.asarray(d_m, np.float64)
     sure = np.sign(d) if printed else np.vectorize(erf)(d / (np.sqrt(2) * np.asarray(noise_m)))
-    most = MOST_PRINTED if printed else MOST_SMOOTH
+    most = MAX_PRINTED if printed else MAX_SMOOTH
     return 2 * np.arctanh(np.clip(np.exp(-np.abs(d) / sigma_d_m) * sure, -most, most))
 
 
@@ -103,7 +103,7 @@ def evidence(p_cam: Array, depth_m: Array, mask: Array, K: Array, o: Options) ->
     said = np.where(near, weight * log_ratio(d, blur, o.sigma_d_m, o.printed), 0)
     carved = (slant != 0) & (d < -np.maximum(3 * blur, o.carve_from_m))
     part = np.where(slant == CARVES_FAINTLY, FAINT, 1)
-    past = -part * CARVED_RATIO / (2 * np.arctanh(MOST_SMOOTH))
+    past = -part * CARVED_RATIO / (2 * np.arctanh(MAX_SMOOTH))
     less = carved & ~(said < CARVED_RATIO)
     return (
         np.where(less, np.where(part < 1, FAINT_MEAN * past, CARVED_RATIO), said),
@@ -117,7 +117,7 @@ def evidence(p_cam: Array, depth_m: Array, mask: Array, K: Array, o: Options) ->
 def fuse(ratio: Array, weight: Array, said: tuple[Array, Array], most_weight: float) -> tuple[Array, Array]:
     """Sums over the frames so far and one more; what was guessed counts until something is seen."""
     # Faint carving speaks only where nothing else has spoken.
-    idle = (said[1] < 2 * FAINT * -CARVED_RATIO / (2 * np.arctanh(MOST_SMOOTH))) & (weight > UNKNOWN_WEIGHT)
+    idle = (said[1] < 2 * FAINT * -CARVED_RATIO / (2 * np.arctanh(MAX_SMOOTH))) & (weight > UNKNOWN_WEIGHT)
     said = np.where(idle, 0, said[0]), np.where(idle, 0, said[1])
     known = np.where((weight == 0) & (said[1] > 0), 0, ratio)
     total = weight + said[1]

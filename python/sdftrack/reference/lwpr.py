@@ -18,11 +18,11 @@ __all__ = ["Field", "Options", "Unit", "loo_slope", "metric_gradient"]
 Array = NDArray[np.float64]
 SS_FLOOR = 1e-10  # of the sum of squared projections: nothing is divided by 0
 FIRST_U = 1e-10  # length of a projection at first: the first sample turns it
-MOST_LEVERAGE = 0.9  # beyond it a sample alone decides the regression, and leaving it out means nothing
-MOST_STEP = 0.1  # of M_ii, that an entry of row i of M may move in a step
+MAX_LEVERAGE = 0.9  # beyond it a sample alone decides the regression, and leaving it out means nothing
+MAX_STEP = 0.1  # of M_ii, that an entry of row i of M may move in a step
 METRIC_AFTER = 20  # samples per input, after which the metric is learnt: steps go with 1 / sum of weights
 JUDGE_AFTER = 10  # samples per input, after which the newest projection is judged
-MOST_LOG_RATE = 50.0  # of a learnt rate: exp must stay finite
+MAX_LOG_RATE = 50.0  # of a learnt rate: exp must stay finite
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class Field:
         t, lam = self.trusted, self.lam
         s, e = s[:t], res[t]
         Ps = s / self.SS[:t]
-        h = min(float(w * s @ Ps), MOST_LEVERAGE)
+        h = min(float(w * s @ Ps), MAX_LEVERAGE)
         e_cv = e / (1 - h)
         self.WJ = lam * self.WJ + w
         self.E = lam * self.E + w * e_cv**2
@@ -135,14 +135,14 @@ class Field:
         gradient = used * metric_gradient(self.M, x - self.center, w, slope, o.penalty, self.WJ)
         if o.meta:
             self._adapt_rates(x - self.center, w, slope, curve, gradient)
-        most = MOST_STEP * np.diag(self.M)[:, None]
+        most = MAX_STEP * np.diag(self.M)[:, None]
         self.M = self.M + np.clip(-self.alpha * gradient, -most, most)
 
     def _adapt_rates(self, d: Array, w: float, slope: float, curve: float, gradient: Array) -> None:
         """Learning rates that learn (eq. 10): Sutton's incremental delta-bar-delta with second derivatives."""
         o, M = self.options, self.M
         self.log_alpha = self.log_alpha - o.meta_rate * gradient * self.h_meta
-        self.log_alpha = np.clip(self.log_alpha, -MOST_LOG_RATE, MOST_LOG_RATE)
+        self.log_alpha = np.clip(self.log_alpha, -MAX_LOG_RATE, MAX_LOG_RATE)
         self.alpha = np.exp(self.log_alpha)
         Md, D = M @ d, M.T @ M
         dw = -w * np.outer(Md, d)
@@ -173,7 +173,7 @@ class Field:
     def variance(self) -> float:
         """Of the noise, from the residuals after the projections that are used."""
         t = self.trusted
-        return float(self.MSE[t - 1] / max(self.Wr[t - 1] - self.SSp, (1 - MOST_LEVERAGE) * self.Wr[t - 1]))
+        return float(self.MSE[t - 1] / max(self.Wr[t - 1] - self.SSp, (1 - MAX_LEVERAGE) * self.Wr[t - 1]))
 
 
 def loo_slope(e: float, h: float, Ps: Array, E: float, W: float, H: Array, R: Array) -> float:

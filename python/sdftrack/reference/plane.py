@@ -23,7 +23,7 @@ SIGMAS = 3.0  # of the noise, that a reading of the plane may be off
 FIRST_REACH = 3.0  # slabs, that a first plane may be off; a bend grows from what lies in one slab
 FOOT_SIGMAS = 2.0  # of the noise, above which a reading may be a foot
 FLOOR_M = 0.0005  # of the noise: a sensor that rounds has readings without any scatter
-LEAST_SCALE = 0.1  # of the noise, against which a bend is held small
+MIN_SCALE = 0.1  # of the noise, against which a bend is held small
 BEND_SD = 0.01  # of depth, that a term of the bend is expected to have: 1 cm at 1 m
 FOOT = 2.0  # times the tolerance, that a foot may reach from what stands out
 
@@ -123,7 +123,7 @@ def fit(
         tukey = np.where(u2 < 1, (1 - u2) ** 2, 0)
         # Sd of 1 / Z is that of the height, times |g| / Z.
         w = tukey / (sigma * length / on_plane) ** 2
-        prior[3:] = (max(scale, LEAST_SCALE) / BEND_SD) ** 2
+        prior[3:] = (max(scale, MIN_SCALE) / BEND_SD) ** 2
         information = rows.T @ (w[:, None] * rows) + np.diag(prior)
         x = np.linalg.solve(information, rows.T @ (w / z))
     return Fit(

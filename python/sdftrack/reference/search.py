@@ -14,7 +14,7 @@ __all__ = ["explained_share", "score_of_mask", "score_of_place", "seed_rotation"
 Array = NDArray[Any]
 
 STRIDE = 0.471  # of the spiral: runs of 60 of 240 leave gaps below 57 degrees
-LEAST_AGREEING = 6  # surface points; fewer say nothing
+MIN_AGREEING = 6  # surface points; fewer say nothing
 ENOUGH_SEEN = 0.8  # share of the visible surface that must be read for a full score
 ENOUGH_ENDS = 0.4  # share of the outline that must end in a step of depth
 
@@ -49,7 +49,7 @@ def explained_share(phi: Array, slope: Array, tolerance_m: float) -> float:
 
 
 def _unhidden(agree: int, farther: int) -> float:
-    return agree / (agree + farther) if agree >= LEAST_AGREEING else 0.0
+    return agree / (agree + farther) if agree >= MIN_AGREEING else 0.0
 
 
 def score_of_mask(agree: int, farther: int, explained: float) -> float:

@@ -13,7 +13,7 @@ __all__ = ["Grid", "assign", "connect", "features", "first_centers", "make_grid"
 
 F = np.float32
 Array = NDArray[Any]
-FINEST, MOST_REACH = 32.0, 1500.0
+FINEST, MAX_REACH = 32.0, 1500.0
 
 
 @dataclass
@@ -38,7 +38,7 @@ def make_grid(height: int, width: int, inside: int, n_segments: int, compactness
         nx = int(np.clip(_round(width / step), 1, width))
         ny = int(np.clip(_round(wanted / nx), 1, height))
     scale: float = FINEST
-    while compactness * scale > MOST_REACH:
+    while compactness * scale > MAX_REACH:
         scale /= 2
     unit = compactness * scale / max(width / nx, height / ny)
     return Grid(nx, ny, scale, unit, width * np.arange(nx + 1) // nx, height * np.arange(ny + 1) // ny)

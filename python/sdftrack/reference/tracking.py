@@ -15,10 +15,10 @@ Array = NDArray[Any]
 
 BLIND_SLOPE = 0.03
 STEEP_GAIN = 2.0  # 1 / slope of a hit beyond which it counts as grazing
-LEAST_SLOPE = 0.05
+MIN_SLOPE = 0.05
 WINDOWS = 24
 TAKEN = 3.0
-MOST_STRIDE_PX = 8.0
+MAX_STRIDE_PX = 8.0
 
 
 class Shape(NamedTuple):
@@ -117,7 +117,7 @@ def summarize(
             inliers += 1
     A, B = np.zeros((6, 6)), np.zeros((6, 6))
     for k in np.nonzero(weights)[0]:
-        A += max(LEAST_SLOPE, curvatures[k] / weights[k]) * JJ[k]
+        A += max(MIN_SLOPE, curvatures[k] / weights[k]) * JJ[k]
         B += slopes2[k] / weights[k] * JJ[k]
     return Sums(A, B, geometry / max(1, inliers), rounding, missed)
 
@@ -149,7 +149,7 @@ def correlation_area(u_px: Array, v_px: Array, pull: Array) -> float:
     """
     u, v = np.asarray(u_px), np.asarray(v_px)
     steps = np.diff(u)
-    stride = np.mean(steps[(steps > 0) & (steps < MOST_STRIDE_PX)])  # the pixels may be a subset, row by row
+    stride = np.mean(steps[(steps > 0) & (steps < MAX_STRIDE_PX)])  # the pixels may be a subset, row by row
     side = int(np.sqrt(len(pull) * stride / (4 * WINDOWS)))
     if side < 1:
         return 0.0

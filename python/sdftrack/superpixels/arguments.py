@@ -23,7 +23,7 @@ __all__ = [
     "refuse_unless_usual",
 ]
 
-MOST_PIXELS = 2**31 - 65
+MAX_PIXELS = 2**31 - 65
 # What scikit-image's slic takes besides: values that change nothing, and what to do for another.
 USUAL: dict[str, tuple[tuple[Any, ...], str]] = {
     "channel_axis": ((-1, 2), "put the colours last with numpy.moveaxis"),
@@ -33,7 +33,7 @@ USUAL: dict[str, tuple[tuple[Any, ...], str]] = {
     "slic_zero": ((False,), "compactness is the same for all segments"),
     "max_size_factor": ((3,), "segments have no largest size; raise compactness"),
 }
-MOST_DEPTH = 200.0  # units of colour: the squared distance must fit into 31 bits
+MAX_DEPTH = 200.0  # units of colour: the squared distance must fit into 31 bits
 
 
 def checked_image(image: ArrayLike) -> NDArray[Any]:
@@ -68,7 +68,7 @@ def checked_shape(image: ArrayLike) -> NDArray[Any]:
         raise ValueError(f"image: expected (H, W, 3) or (H, W), got {given.shape}{hint}")
     if given.size == 0:
         raise ValueError(f"image: expected at least one pixel, got {given.shape}")
-    if given.shape[0] * given.shape[1] > MOST_PIXELS:
+    if given.shape[0] * given.shape[1] > MAX_PIXELS:
         raise ValueError(
             f"image: expected fewer than 2^31 pixels, got {given.shape[0]} x {given.shape[1]}; cut it into parts"
         )
@@ -141,10 +141,10 @@ def checked_depth(depth: ArrayLike | None, shape: tuple[int, ...], weight: Any) 
     if given.shape != shape:
         raise ValueError(f"depth: expected the image's shape {shape}, got {given.shape}")
     seen = np.ascontiguousarray(np.nan_to_num(given, nan=0.0, posinf=0.0, neginf=0.0), dtype=np.float32)
-    if not per_m * float(seen.max()) <= MOST_DEPTH:
+    if not per_m * float(seen.max()) <= MAX_DEPTH:
         raise ValueError(
             f"depth_weight: expected a number that times the largest depth, {float(seen.max()):g} m, is at most "
-            f"{MOST_DEPTH:g}, got {per_m:g}"
+            f"{MAX_DEPTH:g}, got {per_m:g}"
         )
     return seen
 

@@ -27,7 +27,7 @@ NEAR_M = 0.02  # points farther than this outside the other's ball are not looke
 SHARE = (
     0.6  # of a gap that one may safely go on: far from the volume its distances are too large, by up to half
 )
-LEAST_STEP_M = 0.001
+MIN_STEP_M = 0.001
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ def first_contact(
     while (room := free(s) - gap_m) >= 0:
         if s <= 0:
             return 0.0
-        last, s = s, max(0.0, s - max(SHARE * room, LEAST_STEP_M))
+        last, s = s, max(0.0, s - max(SHARE * room, MIN_STEP_M))
     low, high = s, last
     while high - low > 5e-5:
         middle = 0.5 * (low + high)

@@ -18,7 +18,7 @@ __all__ = ["corner", "corner_poses", "render_corner"]
 
 Array = NDArray[np.float64]
 DEFAULT_CAMERA = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
-LEAST_TOWARDS = (
+MIN_TOWARDS = (
     0.4  # least part of the way from the corner to the camera along each wall's normal: none is grazing
 )
 
@@ -96,7 +96,7 @@ def corner_poses(n: int, seed: int = 0, distance_m: tuple[float, float] = (1.0, 
     while len(out) < n:
         towards = np.abs(rng.normal(size=3))
         towards /= np.linalg.norm(towards)
-        if towards.min() < LEAST_TOWARDS:
+        if towards.min() < MIN_TOWARDS:
             continue
         away = rng.uniform(near, far)
         # The corner lies up to 8 % of the distance beside the middle of the picture.

@@ -107,7 +107,7 @@ class Tracker:
     -----
     The method is derived in docs/math/depth_tracker.md and docs/math/color.md (thesis, sections 3.4 and 4.3; ray-hit
     residual, outlier floor, free-space term and the odds of a colour are additions). ``TrackerOptions.printed()``
-    selects the source's own form.
+    selects the form closest to the source's.
 
     >>> tracker = Tracker(sdf, camera)                              # doctest: +SKIP
     >>> result = tracker.start(frame, poses=[T_cam_obj])            # doctest: +SKIP
