@@ -9,6 +9,7 @@ namespace sdftrack::tracking {
 
 namespace {
 
+constexpr double kScalePerStep = 0.5, kReachPerStep = 1.5, kFinePadding_m = 0.01;
 constexpr double kWideTurn = 0.2;       // rad, of the further starts of a wide attempt
 constexpr double kClearlyBetter = 0.1;  // quality that a further attempt must gain
 constexpr double kNextTurn = 1.0;       // rad: no more from one frame to the next
@@ -23,6 +24,22 @@ double held_quality(const Fitted& fitted, const TrackerOptions& options) {
 }
 
 }  // namespace
+
+// From where the object is expected: as fine as its motion lets it be, and if that does not convince, coarse to fine.
+// What touches the object pulls at a coarse fit; a fine one does not see it.
+std::optional<Fitted> ObjectFollower::fit_near(const FrameContext& context, const frame::DepthFrame& frame,
+                                               const TrackedObject& object, const Rigidd& expected,
+                                               const Neighbors* neighbors) {
+  const FitTarget target = target_of(context, object, expected, neighbors);
+  if (!(options_.retry_inliers > 0)) return fit(context, frame, target, narrow_attempt(expected));
+  std::optional<Fitted> fine = fit(context, frame, target, fine_attempt(object, expected));
+  if (fine && convincing(*fine, object, options_)) return fine;
+  std::optional<Fitted> coarse = fit(context, frame, target, narrow_attempt(expected));
+  if (!coarse || !fine) return coarse ? coarse : fine;
+  Fitted& best = held_quality(*coarse, options_) > held_quality(*fine, options_) ? *coarse : *fine;
+  prepend(&best == &*fine ? coarse->steps : fine->steps, &best.steps);
+  return best;
+}
 
 std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const frame::DepthFrame& frame,
                                                   const TrackedObject& object, const Rigidd& expected,
@@ -83,6 +100,12 @@ Fitted ObjectFollower::polished(const FrameContext& context, const frame::DepthF
   if (!again || fit_quality(*again, options_) < fit_quality(wide, options_)) return wide;
   prepend(wide.steps, &again->steps);
   return *again;
+}
+
+Attempt ObjectFollower::fine_attempt(const TrackedObject& object, const Rigidd& T_cam_obj) const {
+  const double step_m = object.step_m;
+  return {kScalePerStep * step_m, std::min(options_.padding_m, kFinePadding_m + step_m), options_.coarse_steps,
+          {T_cam_obj}, kReachPerStep * step_m};
 }
 
 Attempt ObjectFollower::narrow_attempt(const Rigidd& T_cam_obj) const {

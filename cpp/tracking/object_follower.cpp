@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kProof = 0.9;  // evidence by which what a search has found proves to be the object
 constexpr double kSlow = 0.02, kFast = 0.3;                    // how fast the usual values follow
+constexpr double kStepFades = 0.8;  // per frame
 constexpr int kColorBudget = 1500, kFirstColorBudget = 20000;  // pixels visited for the histograms
 
 }  // namespace
@@ -27,9 +28,8 @@ ObjectResult ObjectFollower::follow(FrameContext* context, TrackedObject* object
       crowd ? context->unclaimed(context->frame(), context->claimed_by_others(*object)) : context->frame();
   const Neighbors* const neighbors = crowd ? &context->neighbors_of(*object) : nullptr;
   const Rigidd expected = expected_pose(*object, left.time_s);
-  std::optional<Fitted> best = fit_further(
-      context, left, *object, expected, neighbors,
-      fit(*context, left, target_of(*context, *object, expected, neighbors), narrow_attempt(expected)));
+  std::optional<Fitted> best = fit_further(context, left, *object, expected, neighbors,
+                                           fit_near(*context, left, *object, expected, neighbors));
   if (best && crowd && stands_in(*neighbors, *object->shape, best->T_cam_obj)) best.reset();
   object->prior.reset();
   if (!best) return result_without_pose(*object, {ReasonCode::kFewReadings}, Status::kLost);
@@ -86,7 +86,11 @@ ObjectResult ObjectFollower::accept(Fitted fitted, const Trust& trust, double ti
 
 void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_s,
                           TrackedObject* object) const {
+  const Rigidd expected = expected_pose(*object, time_s);
   object->T_cam_obj = fitted.T_cam_obj;
+  const double turned = rotation_angle(fitted.T_cam_obj.R * transpose(expected.R));
+  const double step_m = norm(fitted.T_cam_obj.t - expected.t) + 0.5 * object->shape->diameter_m * turned;
+  object->step_m = std::max(step_m, kStepFades * object->step_m);
   object->memory = fitted.memory;
   object->memory.learns_systematic = false;
   object->hidden_frames = 0;

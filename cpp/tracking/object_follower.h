@@ -40,6 +40,9 @@ class ObjectFollower {
   // neighbors: of this object; nullptr: it is fitted as if alone.
   FitTarget target_of(const FrameContext& context, const TrackedObject& object, const Rigidd& expected,
                       const Neighbors* neighbors) const;
+  std::optional<Fitted> fit_near(const FrameContext& context, const frame::DepthFrame& frame,
+                                 const TrackedObject& object, const Rigidd& expected,
+                                 const Neighbors* neighbors);
   // Further attempts (fit_retries.cpp) while `best` does not look as the object used to.
   std::optional<Fitted> fit_further(FrameContext* context, const frame::DepthFrame& frame,
                                     const TrackedObject& object, const Rigidd& expected,
@@ -56,6 +59,7 @@ class ObjectFollower {
                             const FitTarget& target, const Attempt& attempt);
   Fitted polished(const FrameContext& context, const frame::DepthFrame& frame, const TrackedObject& object,
                   const Neighbors* neighbors, const Fitted& wide);
+  Attempt fine_attempt(const TrackedObject& object, const Rigidd& T_cam_obj) const;
   Attempt narrow_attempt(const Rigidd& T_cam_obj) const;
   Attempt wide_attempt(const TrackedObject& object, const Rigidd& expected, double time_s) const;
   void keep(const Fitted& fitted, const Trust& trust, double time_s, TrackedObject* object) const;

@@ -12,6 +12,8 @@
 
 namespace sdftrack::tracking {
 
+constexpr double kFirstStep_m = 0.005;  // of a pose that is given
+
 struct TrackedObject {
   std::shared_ptr<const frame::Shape> shape;  // objects of the same volume share it
   Rigidd T_cam_obj;                           // centred frame; the last that was not lost
@@ -20,6 +22,7 @@ struct TrackedObject {
   appearance::ColorModel colors;
   double usual_share = 0;          // of agreeing surface points, lately; 0: not known yet
   double usual_cost = 0;           // mean per pixel, lately
+  double step_m = kFirstStep_m;    // how far surface points came to lie from where they were expected, lately
   bool weak = false;               // in the last frame
   double prior_log_odds = 0;       // see evidence_share; until a frame has shown that it is the object
   int lost_frames = 0;             // in a row, up to the last frame
@@ -48,7 +51,7 @@ struct TrackedObject {
     memory = {};
     memory.damping = damping_start;
     motion.reset();
-    usual_share = usual_cost = prior_log_odds = 0, weak = false, lost_frames = hidden_frames = 0;
+    usual_share = usual_cost = prior_log_odds = 0, step_m = kFirstStep_m, weak = false, lost_frames = hidden_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();
     doubtful_frames = 0, double_of = -1;
   }

@@ -29,7 +29,7 @@ std::optional<Fitted> PoseFitter::fit(const frame::DepthFrame& frame, const Came
   Fitted fitted = blank();
   optim::State& x = state_;
   fit_coarsely(frame, attempt, &x, &fitted);
-  view_.choose_fine_pixels(view_.last_scale(fitted.memory), x);
+  view_.choose_fine_pixels(view_.last_scale(fitted.memory), attempt.reach_m, x);
   fit_between(&x, &fitted);
   fit_fine(&x, &fitted, true);
   fitted.T_cam_obj = inverse(x.T_obj_cam[0]);
@@ -46,7 +46,7 @@ std::optional<Fitted> PoseFitter::look(const frame::DepthFrame& frame, const Cam
   fitted.T_cam_obj = target.expected;
   optim::State& x = state_;
   begin_at(target.expected, &x);
-  view_.choose_fine_pixels(view_.last_scale(fitted.memory), x);
+  view_.choose_fine_pixels(view_.last_scale(fitted.memory), 0, x);
   fit_fine(&x, &fitted, false);
   view_.examine(&fitted);
   return fitted;

@@ -32,6 +32,7 @@ struct Attempt {
   double scale_m, padding_m;
   int coarse_steps;
   Starts starts;  // the best after the coarse stages goes on
+  double reach_m = 0;  // of the last stage: readings at least this near to the surface count
 };
 
 // What fits to the same frame are compared by: surface that is seen where it should be, less the share of the

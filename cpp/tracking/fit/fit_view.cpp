@@ -110,8 +110,8 @@ void FitView::pack_for_budget(double reach_m, const optim::State& x) {
   pack(wanted, &pixels_);
 }
 
-void FitView::choose_fine_pixels(double scale_m, const optim::State& x) {
-  const double reach_m = fine_reach_m(scale_m);
+void FitView::choose_fine_pixels(double scale_m, double min_reach_m, const optim::State& x) {
+  const double reach_m = std::max(min_reach_m, fine_reach_m(scale_m));
   pack_for_budget(reach_m, x);
   if (options_.outlier_floor > 0) energies::SdfEnergy(target_->shape.sdf, &pixels_, {}).keep_near(x, reach_m);
   keep_seen(x.T_obj_cam[0], &pixels_);

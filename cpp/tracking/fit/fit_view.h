@@ -71,7 +71,7 @@ class FitView {
   void read_free_space(double padding_m);
   // Readings far from the surface at x have lost all weight at this scale: of the others as many as the
   // budget allows, into pixels().
-  void choose_fine_pixels(double scale_m, const optim::State& x);
+  void choose_fine_pixels(double scale_m, double min_reach_m, const optim::State& x);
   void pack(int wanted, energies::PixelSet* out);
   // What choose_fine_pixels begins with: as many pixels as hold the budget of those near the surface.
   void keep_seen(const Rigidd& T_obj_cam, energies::PixelSet* pixels) const;
