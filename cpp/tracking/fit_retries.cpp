@@ -9,18 +9,20 @@ namespace sdftrack::tracking {
 
 namespace {
 
+constexpr double kStepSd_m = 0.01, kStepSdPerStep = 2;  // of where an object is from where it is expected
 constexpr double kScalePerStep = 0.5, kReachPerStep = 1.5, kFinePadding_m = 0.01;
 constexpr double kWideTurn = 0.2;       // rad, of the further starts of a wide attempt
-constexpr double kClearlyBetter = 0.1;  // quality that a further attempt must gain
+constexpr double kClearlyBetter = 1;  // log odds that a further attempt must gain
 constexpr double kNextTurn = 1.0;       // rad: no more from one frame to the next
 constexpr double kNextReach_m = 0.06;   // of a search for an object that moved too fast to be followed
 
-// Of attempts on an object that may be held: what stands in front of the surface is no fault, what is seen
-// through it is one.
-double held_quality(const Fitted& fitted, const TrackerOptions& options) {
-  const double past =
-      fitted.seen.expected > 0 ? fitted.seen.farther / static_cast<double>(fitted.seen.expected) : 0;
-  return fit_quality(fitted, options) - past;
+// Log odds of an attempt by what it explains, and by how far it has gone from where the object was expected.
+double log_odds(const Fitted& fitted, const TrackedObject& object, const Rigidd& expected,
+                const TrackerOptions& options) {
+  const double evidence = evidence_share(evidence_of(fitted, options), 0);
+  const double away = surface_step(fitted.T_cam_obj, expected, object.shape->diameter_m) /
+                      (kStepSd_m + kStepSdPerStep * object.step_m);
+  return std::log(std::max(1e-12, evidence) / std::max(1e-12, 1 - evidence)) - 0.5 * away * away;
 }
 
 }  // namespace
@@ -36,7 +38,7 @@ std::optional<Fitted> ObjectFollower::fit_near(const FrameContext& context, cons
   if (fine && convincing(*fine, object, options_)) return fine;
   std::optional<Fitted> coarse = fit(context, frame, target, narrow_attempt(expected));
   if (!coarse || !fine) return coarse ? coarse : fine;
-  Fitted& best = held_quality(*coarse, options_) > held_quality(*fine, options_) ? *coarse : *fine;
+  Fitted& best = log_odds(*coarse, object, expected, options_) > log_odds(*fine, object, expected, options_) ? *coarse : *fine;
   prepend(&best == &*fine ? coarse->steps : fine->steps, &best.steps);
   return best;
 }
@@ -50,7 +52,7 @@ std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const f
   };
   const auto better = [&](const Fitted& other) {
     if (inside(other)) return false;
-    return !best || held_quality(other, options_) > held_quality(*best, options_) + kClearlyBetter;
+    return !best || log_odds(other, object, expected, options_) > log_odds(*best, object, expected, options_) + kClearlyBetter;
   };
   if (done() || !(options_.retry_inliers > 0)) return best;
   const FitTarget target = target_of(*context, object, expected, neighbors);
@@ -59,7 +61,7 @@ std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const f
   if (std::optional<Fitted> straight =
           fit(*context, frame, target, {0, options_.padding_m, 0, {expected, moved}})) {
     if (best) prepend(best->steps, &straight->steps);
-    if (!best || (!inside(*straight) && held_quality(*straight, options_) > held_quality(*best, options_)))
+    if (!best || (!inside(*straight) && log_odds(*straight, object, expected, options_) > log_odds(*best, object, expected, options_)))
       best = std::move(straight);
     else
       best->steps = straight->steps;

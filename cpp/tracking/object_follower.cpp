@@ -88,8 +88,7 @@ void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_
                           TrackedObject* object) const {
   const Rigidd expected = expected_pose(*object, time_s);
   object->T_cam_obj = fitted.T_cam_obj;
-  const double turned = rotation_angle(fitted.T_cam_obj.R * transpose(expected.R));
-  const double step_m = norm(fitted.T_cam_obj.t - expected.t) + 0.5 * object->shape->diameter_m * turned;
+  const double step_m = surface_step(fitted.T_cam_obj, expected, object->shape->diameter_m);
   object->step_m = std::max(step_m, kStepFades * object->step_m);
   object->memory = fitted.memory;
   object->memory.learns_systematic = false;

@@ -12,7 +12,7 @@
 
 namespace sdftrack::tracking {
 
-constexpr double kFirstStep_m = 0.005;  // of a pose that is given
+constexpr double kFirstStep_m = 0.0;  // of a pose that is given
 
 struct TrackedObject {
   std::shared_ptr<const frame::Shape> shape;  // objects of the same volume share it
@@ -60,6 +60,11 @@ struct TrackedObject {
 // Whether an attempt needs no further one. An object that has been followed is compared with itself; at a
 // start only the surface that nothing hides can be judged.
 bool convincing(const Fitted& fitted, const TrackedObject& object, const TrackerOptions& options);
+
+// How far points of the surface lie apart in two poses, about.
+inline double surface_step(const Rigidd& A, const Rigidd& B, double diameter_m) {
+  return norm(A.t - B.t) + 0.5 * diameter_m * rotation_angle(A.R * transpose(B.R));
+}
 
 // The caller's object frame and the centred one.
 inline Rigidd centred(const Rigidd& T_cam_obj, const frame::Shape& shape) {
