@@ -2,6 +2,7 @@
 // The attempts of one frame: a narrow fit, and wider ones while the object does not look as it used to.
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "tracking/object_follower.h"
 
@@ -22,6 +23,15 @@ double log_odds(const Fitted& fitted, const TrackedObject& object, const Rigidd&
   const double evidence = evidence_share(evidence_of(fitted, options), 0);
   const double away = surface_step(fitted.T_cam_obj, expected, object.shape->diameter_m) /
                       (kStepSd_m + kStepSdPerStep * object.step_m);
+  static const int A = std::getenv("VA") ? std::atoi(std::getenv("VA")) : 2;
+  const Visibility& v = fitted.seen;
+  const double held = fit_quality(fitted, options) - (v.expected > 0 ? v.farther / double(v.expected) : 0);
+  if (A == 0) return 10 * held;
+  if (A == 2) return 10 * held - 0.5 * away * away;
+  const double un = v.agree / std::max(1.0, double(v.agree + v.farther + v.missing));
+  const double worst = -std::log(options.outlier_floor);
+  if (A == 3) return 10 * (un - fitted.cost / worst) - 0.5 * away * away;
+  if (A == 4) return 10 * (un + 0.5*agreeing_share(v) - fitted.cost / worst) - 0.5 * away * away;
   return std::log(std::max(1e-12, evidence) / std::max(1e-12, 1 - evidence)) - 0.5 * away * away;
 }
 
@@ -35,7 +45,8 @@ std::optional<Fitted> ObjectFollower::fit_near(const FrameContext& context, cons
   const FitTarget target = target_of(context, object, expected, neighbors);
   if (!(options_.retry_inliers > 0)) return fit(context, frame, target, narrow_attempt(expected));
   std::optional<Fitted> fine = fit(context, frame, target, fine_attempt(object, expected));
-  if (fine && convincing(*fine, object, options_)) return fine;
+  static const int D = std::getenv("VD") ? std::atoi(std::getenv("VD")) : 1;
+  if (fine && (!D || object.usual_share > 0) && convincing(*fine, object, options_)) return fine;
   std::optional<Fitted> coarse = fit(context, frame, target, narrow_attempt(expected));
   if (!coarse || !fine) return coarse ? coarse : fine;
   Fitted& best = log_odds(*coarse, object, expected, options_) > log_odds(*fine, object, expected, options_) ? *coarse : *fine;
