@@ -2,7 +2,6 @@
 // The attempts of one frame: a narrow fit, and wider ones while the object does not look as it used to.
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "tracking/object_follower.h"
 
@@ -10,46 +9,52 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kStepSd_m = 0.01, kStepSdPerStep = 2;  // of where an object is from where it is expected
-constexpr double kScalePerStep = 0.5, kReachPerStep = 1.5, kFinePadding_m = 0.01;
+constexpr double kStepSd_m = 0.01, kStepWeight = 0.05;  // of where an object is from where it is expected
+constexpr double kGivenSd_m = 0.03;                     // of a pose that is given
+constexpr double kScalePerStep = 0.5, kFinePadding_m = 0.01;
 constexpr double kWideTurn = 0.2;       // rad, of the further starts of a wide attempt
-constexpr double kClearlyBetter = 1;  // log odds that a further attempt must gain
+constexpr double kClearlyBetter = 0.1;  // score that a further attempt must gain
+constexpr int kSearchPause = 10;        // frames, after a search that found nothing better
 constexpr double kNextTurn = 1.0;       // rad: no more from one frame to the next
 constexpr double kNextReach_m = 0.06;   // of a search for an object that moved too fast to be followed
 
-// Log odds of an attempt by what it explains, and by how far it has gone from where the object was expected.
-double log_odds(const Fitted& fitted, const TrackedObject& object, const Rigidd& expected,
-                const TrackerOptions& options) {
-  const double evidence = evidence_share(evidence_of(fitted, options), 0);
+double agree_unhidden(const Visibility& seen) {
+  const int open = seen.agree + seen.farther + seen.missing;
+  return open > 0 ? static_cast<double>(seen.agree) / open : 0;
+}
+
+// By what attempts of one frame are compared. What stands in front of the surface is no fault of a pose, what
+// is seen through it is one; and an object is likely near where it was expected, as near as it has been
+// lately. At a start nobody knows how much of the object is hidden, and a pose that hides none of it, on the
+// fingers that hold it, would seem better.
+double score(const Fitted& fitted, const TrackedObject& object, const Rigidd& expected,
+             const TrackerOptions& options) {
+  const Visibility& seen = fitted.seen;
+  const bool known = object.usual_share > 0;
+  const double past = seen.expected > 0 ? seen.farther / static_cast<double>(seen.expected) : 0;
+  const double hidden = known ? 0 : agree_unhidden(seen) - agreeing_share(seen);
   const double away = surface_step(fitted.T_cam_obj, expected, object.shape->diameter_m) /
-                      (kStepSd_m + kStepSdPerStep * object.step_m);
-  static const int A = std::getenv("VA") ? std::atoi(std::getenv("VA")) : 2;
-  const Visibility& v = fitted.seen;
-  const double held = fit_quality(fitted, options) - (v.expected > 0 ? v.farther / double(v.expected) : 0);
-  if (A == 0) return 10 * held;
-  if (A == 2) return 10 * held - 0.5 * away * away;
-  const double un = v.agree / std::max(1.0, double(v.agree + v.farther + v.missing));
-  const double worst = -std::log(options.outlier_floor);
-  if (A == 3) return 10 * (un - fitted.cost / worst) - 0.5 * away * away;
-  if (A == 4) return 10 * (un + 0.5*agreeing_share(v) - fitted.cost / worst) - 0.5 * away * away;
-  return std::log(std::max(1e-12, evidence) / std::max(1e-12, 1 - evidence)) - 0.5 * away * away;
+                      (known ? kStepSd_m + object.step_m : kGivenSd_m);
+  return fit_quality(fitted, options) + hidden - past - kStepWeight * away * away;
 }
 
 }  // namespace
 
-// From where the object is expected: as fine as its motion lets it be, and if that does not convince, coarse to fine.
-// What touches the object pulls at a coarse fit; a fine one does not see it.
+// From where the object is expected: as fine as its motion lets it be, and if that does not convince, coarse
+// to fine. What touches the object pulls at a coarse fit; a fine one does not see it.
 std::optional<Fitted> ObjectFollower::fit_near(const FrameContext& context, const frame::DepthFrame& frame,
                                                const TrackedObject& object, const Rigidd& expected,
                                                const Neighbors* neighbors) {
   const FitTarget target = target_of(context, object, expected, neighbors);
-  if (!(options_.retry_inliers > 0)) return fit(context, frame, target, narrow_attempt(expected));
+  if (!options_.fine_first || !(options_.retry_inliers > 0))
+    return fit(context, frame, target, narrow_attempt(expected));
   std::optional<Fitted> fine = fit(context, frame, target, fine_attempt(object, expected));
-  static const int D = std::getenv("VD") ? std::atoi(std::getenv("VD")) : 1;
-  if (fine && (!D || object.usual_share > 0) && convincing(*fine, object, options_)) return fine;
+  // At a start nothing says how near the given pose is: both are tried.
+  if (fine && object.usual_share > 0 && convincing(*fine, object, options_)) return fine;
   std::optional<Fitted> coarse = fit(context, frame, target, narrow_attempt(expected));
   if (!coarse || !fine) return coarse ? coarse : fine;
-  Fitted& best = log_odds(*coarse, object, expected, options_) > log_odds(*fine, object, expected, options_) ? *coarse : *fine;
+  Fitted& best =
+      score(*coarse, object, expected, options_) > score(*fine, object, expected, options_) ? *coarse : *fine;
   prepend(&best == &*fine ? coarse->steps : fine->steps, &best.steps);
   return best;
 }
@@ -63,7 +68,8 @@ std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const f
   };
   const auto better = [&](const Fitted& other) {
     if (inside(other)) return false;
-    return !best || log_odds(other, object, expected, options_) > log_odds(*best, object, expected, options_) + kClearlyBetter;
+    return !best || score(other, object, expected, options_) >
+                        score(*best, object, expected, options_) + kClearlyBetter;
   };
   if (done() || !(options_.retry_inliers > 0)) return best;
   const FitTarget target = target_of(*context, object, expected, neighbors);
@@ -72,7 +78,8 @@ std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const f
   if (std::optional<Fitted> straight =
           fit(*context, frame, target, {0, options_.padding_m, 0, {expected, moved}})) {
     if (best) prepend(best->steps, &straight->steps);
-    if (!best || (!inside(*straight) && log_odds(*straight, object, expected, options_) > log_odds(*best, object, expected, options_)))
+    if (!best || (!inside(*straight) &&
+                  score(*straight, object, expected, options_) > score(*best, object, expected, options_)))
       best = std::move(straight);
     else
       best->steps = straight->steps;
@@ -84,17 +91,25 @@ std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const f
 
   // A given prior says where it is: nothing is searched for against it.
   if (done() || !settings_.recover || !(object.usual_share > 0) || object.prior) return best;
+  if (best && object.memory.search_pause > 0) {
+    best->memory.search_pause = object.memory.search_pause - 1;
+    return best;
+  }
   SearchQuery query;
   query.near = expected;
   query.reach_m = kNextReach_m;
   query.seeds = std::min(options_.recover_seeds, kSearchSeeds);
   std::optional<Found> found = search(context, frame, object, query, std::log(options_.search_odds));
   // A look-alike next to it may be seen better, but is not where it can have gone.
-  const auto in_reach = [&] { return norm(found->fitted.T_cam_obj.t - expected.t) <= kNextReach_m &&
-           rotation_angle(found->fitted.T_cam_obj.R * transpose(expected.R)) <= kNextTurn; };
+  const auto in_reach = [&] {
+    return norm(found->fitted.T_cam_obj.t - expected.t) <= kNextReach_m &&
+           rotation_angle(found->fitted.T_cam_obj.R * transpose(expected.R)) <= kNextTurn;
+  };
   if (found && found->trust.status == Status::kOk && in_reach() && better(found->fitted)) {
     if (best) prepend(best->steps, &found->fitted.steps);
     best = std::move(found->fitted);
+  } else if (best) {
+    best->memory.search_pause = kSearchPause;
   }
   return best;
 }
@@ -117,8 +132,10 @@ Fitted ObjectFollower::polished(const FrameContext& context, const frame::DepthF
 
 Attempt ObjectFollower::fine_attempt(const TrackedObject& object, const Rigidd& T_cam_obj) const {
   const double step_m = object.step_m;
-  return {kScalePerStep * step_m, std::min(options_.padding_m, kFinePadding_m + step_m), options_.coarse_steps,
-          {T_cam_obj}, kReachPerStep * step_m};
+  return {kScalePerStep * step_m,
+          std::min(options_.padding_m, kFinePadding_m + step_m),
+          options_.coarse_steps,
+          {T_cam_obj}};
 }
 
 Attempt ObjectFollower::narrow_attempt(const Rigidd& T_cam_obj) const {

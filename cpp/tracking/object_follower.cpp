@@ -10,8 +10,18 @@ namespace {
 
 constexpr double kProof = 0.9;  // evidence by which what a search has found proves to be the object
 constexpr double kSlow = 0.02, kFast = 0.3;                    // how fast the usual values follow
-constexpr double kStepFades = 0.8;  // per frame
+constexpr double kFollowedOdds = 3, kDoubtFades = 0.93;        // log odds against loss; per doubtful frame
+constexpr double kStepFades = 0.8;    // per frame
+constexpr double kMinStep_m = 0.005;  // what stands still may jump this far, and still be seen by a narrow fit
 constexpr int kColorBudget = 1500, kFirstColorBudget = 20000;  // pixels visited for the histograms
+
+// Of an object that is where it was, or where somebody says that it is. Full after a sure frame, less with
+// every doubtful one: what has been doubted for long is searched for again.
+double vouched_log_odds(const TrackedObject& object, const TrackerOptions& options) {
+  if (object.given) return std::log(options.given_odds);
+  if (object.lost_frames > 0 || !(object.usual_share > 0)) return 0;
+  return kFollowedOdds * std::pow(kDoubtFades, object.weak_frames);
+}
 
 }  // namespace
 
@@ -33,7 +43,7 @@ ObjectResult ObjectFollower::follow(FrameContext* context, TrackedObject* object
   if (best && crowd && stands_in(*neighbors, *object->shape, best->T_cam_obj)) best.reset();
   object->prior.reset();
   if (!best) return result_without_pose(*object, {ReasonCode::kFewReadings}, Status::kLost);
-  const Trust trust = judge(*best, options_, object->prior_log_odds, object->lost_frames == 0 && object->usual_share > 0);
+  const Trust trust = judge(*best, options_, object->prior_log_odds, vouched_log_odds(*object, options_));
   return accept(std::move(*best), trust, left.time_s, object);
 }
 
@@ -89,12 +99,13 @@ void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_
   const Rigidd expected = expected_pose(*object, time_s);
   object->T_cam_obj = fitted.T_cam_obj;
   const double step_m = surface_step(fitted.T_cam_obj, expected, object->shape->diameter_m);
-  object->step_m = std::max(step_m, kStepFades * object->step_m);
+  object->step_m = std::max({kMinStep_m, step_m, kStepFades * object->step_m});
   object->memory = fitted.memory;
   object->memory.learns_systematic = false;
   object->hidden_frames = 0;
   object->weak = trust.status != Status::kOk;
-  if (!object->weak && trust.evidence >= kProof) object->prior_log_odds = 0;
+  object->weak_frames = object->weak ? object->weak_frames + 1 : 0;
+  if (!object->weak && trust.evidence >= kProof) object->prior_log_odds = 0, object->given = false;
   if (object->weak)
     object->motion.pass();
   else

@@ -12,7 +12,7 @@
 
 namespace sdftrack::tracking {
 
-constexpr double kFirstStep_m = 0.0;  // of a pose that is given
+constexpr double kFirstStep_m = 0;  // of a pose that is given: right, as far as anybody knows
 
 struct TrackedObject {
   std::shared_ptr<const frame::Shape> shape;  // objects of the same volume share it
@@ -23,7 +23,9 @@ struct TrackedObject {
   double usual_share = 0;          // of agreeing surface points, lately; 0: not known yet
   double usual_cost = 0;           // mean per pixel, lately
   double step_m = kFirstStep_m;    // how far surface points came to lie from where they were expected, lately
+  bool given = false;              // its pose, by somebody who vouches for it; until a frame has shown it
   bool weak = false;               // in the last frame
+  int weak_frames = 0;             // in a row
   double prior_log_odds = 0;       // see evidence_share; until a frame has shown that it is the object
   int lost_frames = 0;             // in a row, up to the last frame
   int hidden_frames = 0;           // in a row: placed by its neighbours and its motion alone
@@ -47,11 +49,12 @@ struct TrackedObject {
   // Whether this frame need not search the image for it.
   bool placed() const { return wanted ? wanted->T_cam_obj.has_value() : lost_frames == 0; }
 
-  void forget(double damping_start) {
+  void forget(const TrackerOptions& options) {
     memory = {};
-    memory.damping = damping_start;
+    memory.damping = options.damping_start, memory.systematic_m = options.systematic_m;
     motion.reset();
-    usual_share = usual_cost = prior_log_odds = 0, step_m = kFirstStep_m, weak = false, lost_frames = hidden_frames = 0;
+    usual_share = usual_cost = prior_log_odds = 0, step_m = kFirstStep_m, weak = given = false,
+    lost_frames = hidden_frames = weak_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();
     doubtful_frames = 0, double_of = -1;
   }

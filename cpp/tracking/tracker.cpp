@@ -10,13 +10,6 @@
 
 namespace sdftrack::tracking {
 
-namespace {
-
-// Who gives a pose vouches for the object: log odds before any evidence.
-constexpr double kGivenOdds = 3;
-
-}  // namespace
-
 Tracker::Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const TrackerOptions& options,
                  const TrackerSettings& settings)
     : options_(check_options(options)),
@@ -48,7 +41,7 @@ const FrameResult& Tracker::start(const frame::DepthFrame& frame, const std::vec
   context_.forget_plane();
   Poses best;
   for (std::size_t k = 0; k < objects_.size(); ++k) {
-    objects_[k].forget(options_.damping_start);
+    objects_[k].forget(options_);
     objects_[k].colors.forget();
     const std::optional<Rigidd>& pose = hints[k].T_cam_obj;  // the plane's search leaves its region out
     objects_[k].T_cam_obj = pose ? centred(*pose, *objects_[k].shape) : Rigidd{};
@@ -82,7 +75,7 @@ const FrameResult& Tracker::recover(const frame::DepthFrame& frame, const std::v
   served_ = objects;
   context_.open(frame, objects_);
   answer_each([&](std::size_t i, Object* object) {
-    object->forget(options_.damping_start);
+    object->forget(options_);
     return begin_at(object, hints.at(i));
   });
   return concluded(frame);
@@ -168,7 +161,7 @@ ObjectResult Tracker::begin_at(Object* object, const PoseHint& hint) {
   if (!hint.T_cam_obj) return recovery_.find(&context_, hint, object);
   object->T_cam_obj = centred(*hint.T_cam_obj, *object->shape);
   object->memory.learns_systematic = true;
-  object->prior_log_odds = kGivenOdds;
+  object->given = true;
   return follow(object);
 }
 

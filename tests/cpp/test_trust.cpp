@@ -61,6 +61,21 @@ TEST(Judge, what_a_hand_hides_is_weak_for_that_reason_and_what_is_seen_past_is_l
   EXPECT_EQ(trust.confidence, 0);
 }
 
+TEST(Judge, an_object_that_was_there_a_moment_ago_is_lost_only_by_stronger_evidence) {
+  tracking::PoseEvidence e = good_evidence();
+  e.seen.farther = 8, e.seen.gap_m = 0.006, e.roughness = 6;
+  EXPECT_EQ(tracking::judge(e, small_covariance(), {}, 0).status, tracking::Status::kLost);
+  EXPECT_EQ(tracking::judge(e, small_covariance(), {}, 0, 3).status, tracking::Status::kWeak);
+  e.seen = {80, 16, 60, 0, 4, 0.02};  // the sensor sees past it
+  EXPECT_EQ(tracking::judge(e, small_covariance(), {}, 0, 3).status, tracking::Status::kLost);
+}
+
+TEST(DepthError, a_patch_of_wrong_depth_is_tolerated_as_far_as_the_sensor_is_known_to_err) {
+  EXPECT_DOUBLE_EQ((tracking::DepthError{0.0001}.tolerance(0.004, 4)), 0.004);
+  EXPECT_DOUBLE_EQ((tracking::DepthError{0.002}.tolerance(0.004, 4)), 0.008);
+  EXPECT_DOUBLE_EQ((tracking::DepthError{0.002, 0.006}.tolerance(0.004, 4)), 0.015);
+}
+
 TEST(Judge, a_free_direction_is_not_believed_though_the_evidence_is_good) {
   tracking::Matrix6d C = small_covariance();
   C(5, 5) = 9.87;

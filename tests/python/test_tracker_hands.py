@@ -38,3 +38,20 @@ def test_a_hand_on_the_surface_does_not_draw_the_pose_along(duck, mode):
         assert metres < MAX_M, i
         assert radians < MAX_RAD, i
         assert result.status[0] in ("ok", "weak"), i
+
+
+@pytest.mark.parametrize("share", [0.5, 0.6])
+def test_an_object_in_a_fist_is_followed_from_the_first_frame(duck, share):
+    """Fingers and palm in contact from the start: a coarse fit slides onto them, 15 to 30 mm away."""
+    mesh, sdf = duck
+    seq = st.synth.sequence(
+        mesh, FRAMES, noise=0.001, occluder=Grip(share, "skin"), camera=CAMERA, clutter="table", seed=2, threads=1
+    )
+    tracker = st.Tracker(sdf, CAMERA, mode="depth", threads=1)
+    for i in range(FRAMES):
+        T = seq.ground_truth[i][0]
+        result = tracker.track(seq[i]) if i else tracker.start(seq[i], poses=[T])
+        metres, radians = st.metrics.pose_error(result.pose, T)
+        assert metres < MAX_M, i
+        assert radians < MAX_RAD, i
+        assert result.status[0] in ("ok", "weak"), i

@@ -29,7 +29,7 @@ std::optional<Fitted> PoseFitter::fit(const frame::DepthFrame& frame, const Came
   Fitted fitted = blank();
   optim::State& x = state_;
   fit_coarsely(frame, attempt, &x, &fitted);
-  view_.choose_fine_pixels(view_.last_scale(fitted.memory), attempt.reach_m, x);
+  view_.choose_fine_pixels(view_.last_scale(fitted.memory), x);
   fit_between(&x, &fitted);
   fit_fine(&x, &fitted, true);
   fitted.T_cam_obj = inverse(x.T_obj_cam[0]);
@@ -46,7 +46,7 @@ std::optional<Fitted> PoseFitter::look(const frame::DepthFrame& frame, const Cam
   fitted.T_cam_obj = target.expected;
   optim::State& x = state_;
   begin_at(target.expected, &x);
-  view_.choose_fine_pixels(view_.last_scale(fitted.memory), 0, x);
+  view_.choose_fine_pixels(view_.last_scale(fitted.memory), x);
   fit_fine(&x, &fitted, false);
   view_.examine(&fitted);
   return fitted;
@@ -87,9 +87,9 @@ void PoseFitter::fit_coarsely(const frame::DepthFrame& frame, const Attempt& att
     if (!options_.keep_damping) fitted->memory.damping = options_.damping_start;
     fit_coarse(attempt, &now, fitted);
     if (attempt.starts.size() == 1) return;
-    const double share = agreeing_share(compare_visible_surface(
-        frame, *camera_, target_->shape, inverse(now.T_obj_cam[0]),
-        DepthError{noise_m, fitted->memory.systematic_m}, options_.trust_points));
+    const double share = agreeing_share(
+        compare_visible_surface(frame, *camera_, target_->shape, inverse(now.T_obj_cam[0]),
+                                DepthError{noise_m, fitted->memory.systematic_m}, options_.trust_points));
     if (share > most) most = share, *x = now;
   }
 }

@@ -31,8 +31,7 @@ class Starts {
 struct Attempt {
   double scale_m, padding_m;
   int coarse_steps;
-  Starts starts;  // the best after the coarse stages goes on
-  double reach_m = 0;  // of the last stage: readings at least this near to the surface count
+  Starts starts;       // the best after the coarse stages goes on
 };
 
 // What fits to the same frame are compared by: surface that is seen where it should be, less the share of the
@@ -45,8 +44,8 @@ inline PoseEvidence evidence_of(const Fitted& f, const TrackerOptions& options) 
   return evidence;
 }
 inline Trust judge(const Fitted& f, const TrackerOptions& options, double prior_log_odds = 0,
-                   bool followed = false) {
-  return judge(evidence_of(f, options), f.covariance, options, prior_log_odds, followed);
+                   double vouched_log_odds = 0) {
+  return judge(evidence_of(f, options), f.covariance, options, prior_log_odds, vouched_log_odds);
 }
 
 class PoseFitter {

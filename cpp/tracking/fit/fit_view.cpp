@@ -17,7 +17,6 @@ constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot 
 constexpr double kAreaFollows = 0.4;
 constexpr int kAreaEvery = 4;          // frames from one measurement to the next
 constexpr double kSharedPerLocal = 2;  // a sensor's whole noise is at most this much of that among neighbours
-constexpr double kMaxSystematic_m = 0.008;
 constexpr double kMinNoise_m = 1e-4;   // s never falls below: the volume itself is no better than this
 
 // Whether the frame shows enough of the object, where it is expected, to measure the sensor by it.
@@ -110,8 +109,8 @@ void FitView::pack_for_budget(double reach_m, const optim::State& x) {
   pack(wanted, &pixels_);
 }
 
-void FitView::choose_fine_pixels(double scale_m, double min_reach_m, const optim::State& x) {
-  const double reach_m = std::max(min_reach_m, fine_reach_m(scale_m));
+void FitView::choose_fine_pixels(double scale_m, const optim::State& x) {
+  const double reach_m = fine_reach_m(scale_m);
   pack_for_budget(reach_m, x);
   if (options_.outlier_floor > 0) energies::SdfEnergy(target_->shape.sdf, &pixels_, {}).keep_near(x, reach_m);
   keep_seen(x.T_obj_cam[0], &pixels_);
@@ -173,7 +172,8 @@ double FitView::correlation_area(const energies::SdfEnergyOptions& options, cons
 
 // A wrong pose has large residuals; so that these do not pass for the sensor's noise and excuse themselves,
 // what was known before and the noise among neighbouring readings bound what may count as agreement, and a
-// doubtful view teaches no noise.
+// doubtful view teaches no noise. A pose that was given is believed: what its residuals have beyond the noise
+// is the sensor's systematic error, and the following frames are judged with it.
 void FitView::examine(const Neighbors& others, Fitted* fitted) {
   const FitMemory& before = target_->memory;
   const double stated_m = sensor_noise(options_).at(fitted->T_cam_obj.t.z);
@@ -182,13 +182,16 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
   const double own = std::max(local, kMinNoise_m / stated_m);
   double& systematic_m = fitted->memory.systematic_m;
   if (before.learns_systematic && local > 0)
-    systematic_m = std::min(kMaxSystematic_m, std::sqrt(std::max(0.0, measured * measured - kSharedPerLocal * kSharedPerLocal * own * own)) * stated_m);
+    systematic_m = std::clamp(
+        std::sqrt(std::max(0.0, measured * measured - std::pow(kSharedPerLocal * own, 2))) * stated_m,
+        options_.systematic_m, std::max(options_.systematic_m, options_.max_systematic_m));
   fitted->roughness = local > 0 ? measured / std::hypot(own, systematic_m / stated_m) : 1;
   const double known = before.noise_known ? before.noise_factor : measured;
   const double noise_m = (local > 0 ? std::min(known, kSharedPerLocal * local) : known) * stated_m;
-  fitted->seen = compare_visible_surface(*frame_, *camera_, target_->shape, fitted->T_cam_obj, DepthError{noise_m, systematic_m},
-                                         options_.trust_points, others);
-  fitted->outline = compare_outline(*frame_, *camera_, target_->shape, fitted->T_cam_obj, DepthError{noise_m, systematic_m}, others);
+  fitted->seen = compare_visible_surface(*frame_, *camera_, target_->shape, fitted->T_cam_obj,
+                                         DepthError{noise_m, systematic_m}, options_.trust_points, others);
+  fitted->outline = compare_outline(*frame_, *camera_, target_->shape, fitted->T_cam_obj,
+                                    DepthError{noise_m, systematic_m}, others);
   if (before.noise_known && !clear_view(fitted->seen)) fitted->memory.noise_factor = known;
 }
 

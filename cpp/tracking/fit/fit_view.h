@@ -34,6 +34,7 @@ struct FitMemory {
   int area_age = 0;                // frames since that was measured
   double systematic_m = 0;         // sd of the depth error that a surface's readings share, measured
   bool learns_systematic = false;  // in the next frame: its pose was given
+  int search_pause = 0;            // frames in which no search may help a fit: the last one was in vain
   double damping = 0;              // only with TrackerOptions::keep_damping
 };
 
@@ -71,7 +72,7 @@ class FitView {
   void read_free_space(double padding_m);
   // Readings far from the surface at x have lost all weight at this scale: of the others as many as the
   // budget allows, into pixels().
-  void choose_fine_pixels(double scale_m, double min_reach_m, const optim::State& x);
+  void choose_fine_pixels(double scale_m, const optim::State& x);
   void pack(int wanted, energies::PixelSet* out);
   // What choose_fine_pixels begins with: as many pixels as hold the budget of those near the surface.
   void keep_seen(const Rigidd& T_obj_cam, energies::PixelSet* pixels) const;

@@ -31,6 +31,8 @@ void visit_options(Options& o, Visit& f) {
   f("noise_m", o.noise_m, kPositive, "m", "sensor noise sigma(Z) = noise_m + noise_per_m Z^2");
   f("noise_per_m", o.noise_per_m, kNonNegative, "1/m", "see noise_m");
   f("adapt_noise", o.adapt_noise, kTrueOrFalse, "", "rescale sigma(Z) by the residuals, frame by frame");
+  f("systematic_m", o.systematic_m, kNonNegative, "m", "sd of the depth error that neighbouring readings share (time of flight, stereo); 0: learnt at a start with a pose");
+  f("max_systematic_m", o.max_systematic_m, kNonNegative, "m", "most that is learnt for systematic_m");
   f("correlation_area_px", o.correlation_area_px, kNonNegative, "px", "pixels that share one error; widens the covariance; 0: measured");
   f("padding_m", o.padding_m, kNonNegative, "m", "pixels count this near the object's box at its last pose");
   f("retry_inliers", o.retry_inliers, kNonNegative, "", "at a start: share of agreeing points below which a wider attempt is made; 0: never one");
@@ -39,6 +41,7 @@ void visit_options(Options& o, Visit& f) {
   f("max_pixels", o.max_pixels, kPositive, "", "budget of the last stage");
   f("coarse_pixels", o.coarse_pixels, kPositive, "", "budget of the coarse stages");
   f("min_pixels", o.min_pixels, kPositive, "", "fewer readings near the object: lost");
+  f("fine_first", o.fine_first, kTrueOrFalse, "", "begin each frame without coarse stages, which a hand on the object would draw along");
   f("damping_start", o.damping_start, kNonNegative, "", "Levenberg-Marquardt damping (the source starts at 100)");
   f("keep_damping", o.keep_damping, kTrueOrFalse, "", "carry the damping from frame to frame");
   f("coarse_floor", o.coarse_floor, at_least(0).below(1), "", "outlier_floor of the coarse stages, for readings in front of the surface");
@@ -70,6 +73,7 @@ void visit_options(Options& o, Visit& f) {
   f("weak_inliers", o.weak_inliers, kNonNegative, "", "weak below it");
   f("lost_evidence", o.lost_evidence, kNonNegative, "", "lost where the evidence gives the pose a smaller chance than this");
   f("weak_evidence", o.weak_evidence, kNonNegative, "", "weak below it");
+  f("given_odds", o.given_odds, kPositive, "", "odds of an object at a pose that is given, before any evidence");
   f("search_odds", o.search_odds, kPositive, "", "odds, before any evidence, that what a search without mask or box finds is the object; until a frame is ok");
   f("trust_points", o.trust_points, kPositive, "", "surface points asked for the status");
 }

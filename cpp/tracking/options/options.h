@@ -26,13 +26,17 @@ struct TrackerOptions {
   // Sensor: sd of depth noise sigma(Z) = noise_m + noise_per_m * Z^2
   double noise_m = 0.001;
   double noise_per_m = 0.0;
-  bool adapt_noise = true;         // rescale sigma(Z) by what the residuals say, frame by frame
-  double correlation_area_px = 0;  // pixels that share one error; widens the covariance; 0: measured
+  bool adapt_noise = true;  // rescale sigma(Z) by what the residuals say, frame by frame
+  double systematic_m =
+      0;  // sd of the depth error that a patch of readings shares; 0: learnt at a given pose,
+  double max_systematic_m = 0.008;  // at most this
+  double correlation_area_px = 0;   // pixels that share one error; widens the covariance; 0: measured
   // Pixels
   double padding_m = 0.04;  // a pixel counts when its point is this near the object's box
   int max_pixels = 10000;   // budget of the last stage
   int coarse_pixels = 320;  // budget of the coarse stages
   int min_pixels = 40;      // fewer: lost
+  bool fine_first = true;   // begin without coarse stages, as fine as the motion lets it be
   // Second attempt, from the same start over a wider basin, when the first is not convincing
   double retry_inliers =
       0.5;  // at a start: agreeing share of the surface that nothing hides; 0: no second attempt
@@ -76,6 +80,7 @@ struct TrackerOptions {
   double weak_inliers = 0.55;
   double lost_evidence = 0.02;  // least chance, by the evidence, that this is the object at this pose
   double weak_evidence = 0.5;
+  double given_odds = 20;     // of an object at a pose that is given, before any evidence
   double search_odds = 0.05;  // of what a search without mask or box has found, before any evidence
   int trust_points = 320;
 };

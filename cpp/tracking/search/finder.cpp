@@ -29,8 +29,8 @@ void prefer_rotation(const Mat3d& R, std::vector<Hypothesis>* hypotheses) {
   std::rotate(hypotheses->begin(), best, best + 1);
 }
 
-// An object that was lost a moment ago has hardly turned since: the chance of each hypothesis by its turn from the
-// last rotation, normal with `sd_rad`, goes into its score.
+// An object that was lost a moment ago has hardly turned since: the chance of each hypothesis by its turn
+// from the last rotation, normal with `sd_rad`, goes into its score.
 void weigh_turns(const Mat3d& R, double sd_rad, std::vector<Hypothesis>* hypotheses) {
   for (Hypothesis& h : *hypotheses) {
     const double turn = rotation_angle(transpose(R) * h.T_cam_obj.R) / sd_rad;

@@ -41,9 +41,10 @@ void near_surface(const SdfView& sdf, const std::vector<SearchRefined>& refined,
 void Search::judge(Hypothesis* h) const {
   const double noise_m = sensor_noise(options).at(h->T_cam_obj.t.z);
   h->seen = compare_visible_surface(frame, camera, shape, h->T_cam_obj, DepthError{noise_m}, kJudgedPoints);
-  h->score = one_place()
-                 ? score_of_mask(h->seen, explained_share(shape.sdf, s->dense, h->T_cam_obj, noise_m))
-                 : score_of_place(h->seen, compare_outline(frame, camera, shape, h->T_cam_obj, DepthError{noise_m}));
+  h->score =
+      one_place()
+          ? score_of_mask(h->seen, explained_share(shape.sdf, s->dense, h->T_cam_obj, noise_m))
+          : score_of_place(h->seen, compare_outline(frame, camera, shape, h->T_cam_obj, DepthError{noise_m}));
   if (query.box)
     h->score *= std::min(
         1.0, box_coverage(camera, shape, inverse(h->T_cam_obj).cast<float>(), *query.box) / kCovered);

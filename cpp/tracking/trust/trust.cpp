@@ -13,7 +13,6 @@ constexpr double kFarPose_m = 0.020, kFarPose_rad = 10 * std::numbers::pi / 180;
 constexpr double kRead = 0.25;  // weak: a smaller share of the visible surface is read on the object
 constexpr double kReadWidth = 0.03;
 constexpr double kHardlyRead = 0.05;
-constexpr double kFollowedOdds = 3;  // log odds against loss from one frame to the next
 constexpr int kFewEnds = 3;  // directions in which the object is seen to end
 constexpr int kEnough = 6;   // agreeing points; fewer say nothing
 
@@ -65,7 +64,7 @@ double evidence_share(const PoseEvidence& e, double prior_log_odds) {
 }
 
 Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const TrackerOptions& options,
-            double prior_log_odds, bool followed) {
+            double prior_log_odds, double vouched_log_odds) {
   const Visibility& seen = evidence.seen;
   Trust trust;
   trust.inliers = ratio(seen.agree, seen.expected);
@@ -75,7 +74,7 @@ Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const Trac
   if (seen.agree < kEnough || unhidden < options.lost_inliers || read < kHardlyRead) {
     trust.status = Status::kLost;
     trust.reason = reason_with_percent(ReasonCode::kLittleVisible, percent(read));
-  } else if (evidence_share(evidence, prior_log_odds + (followed ? kFollowedOdds : 0)) < options.lost_evidence) {
+  } else if (evidence_share(evidence, prior_log_odds + vouched_log_odds) < options.lost_evidence) {
     trust.status = Status::kLost;
     trust.reason = doubt(evidence);
   } else if (unhidden < options.weak_inliers || read < kRead) {

@@ -34,9 +34,9 @@ struct Trust {
 // (prior_log_odds 0) or one of many places that a search has looked at (less).
 double evidence_share(const PoseEvidence& evidence, double prior_log_odds);
 
-// followed: the object was there a moment ago, and the pose continues its motion. That it is gone and something
-// alike has taken its place has to be more likely than that the sensor errs.
+// vouched_log_odds: against loss, of an object that was there a moment ago, or that somebody vouches for.
+// That it is gone and something alike has taken its place has to be more likely than that the sensor errs.
 Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const TrackerOptions& options,
-            double prior_log_odds, bool followed);
+            double prior_log_odds, double vouched_log_odds = 0);
 
 }  // namespace sdftrack::tracking

@@ -18,8 +18,8 @@ constexpr double kMaxGap_m = 0.03;
 }  // namespace
 
 Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera& camera,
-                                   const frame::Shape& shape, const Rigidd& T_cam_obj, const DepthError& error,
-                                   int points, const Neighbors& others) {
+                                   const frame::Shape& shape, const Rigidd& T_cam_obj,
+                                   const DepthError& error, int points, const Neighbors& others) {
   Visibility seen;
   const double tolerance = error.tolerance(kTolerance_m, kTolerancePerNoise);
   const int n = static_cast<int>(shape.points.size()), stride = std::max(1, n / std::max(1, points));

@@ -9,14 +9,14 @@
 
 namespace sdftrack::tracking {
 
-// Sd of a reading's error at the object's distance: noise of its own, and what a patch of readings has in common
-// (time of flight and stereo bend and shift whole surfaces).
+// Sd of a reading's error at the object's distance: noise of its own, and what a patch of readings has in
+// common (time of flight and stereo bend and shift whole surfaces).
 struct DepthError {
   double noise_m;
   double systematic_m = 0;
 
-  // A reading that is farther off than this contradicts the surface; `least_m` is where interpolation and meshes
-  // end.
+  // A reading that is farther off than this contradicts the surface; `least_m` is where interpolation and
+  // meshes end.
   double tolerance(double least_m, double per_noise) const {
     return std::max({least_m, per_noise * noise_m, kPerSystematic * systematic_m});
   }
@@ -49,7 +49,7 @@ inline double agreeing_share(const Visibility& seen) {
 }
 
 Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera& camera,
-                                   const frame::Shape& shape, const Rigidd& T_cam_obj, const DepthError& error,
-                                   int points, const Neighbors& others = {});
+                                   const frame::Shape& shape, const Rigidd& T_cam_obj,
+                                   const DepthError& error, int points, const Neighbors& others = {});
 
 }  // namespace sdftrack::tracking

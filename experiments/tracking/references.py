@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT
+"""Tracking of recorded objects against their reference poses, by the measures that trackers are published with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from experiments.common.protocol import say
+from experiments.common.recordings import FOLDERS, Opened, opened, recordings_of
+from experiments.options import NO_SETTINGS, Settings
+from experiments.registry import experiment
+from experiments.table import Table
+
+__all__ = ["references"]
+
+POINTS, FAR_M = 1000, 0.015
+HEAD = [
+    "object, mode", "frames", "ok", "weak", "lost", "ADD mm", "ADD-S mm", "deg", "AUC ADD", "AUC ADD-S", "ok beyond 15 mm",
+    "ms", "99 % ms",
+]  # fmt: skip
+
+
+@experiment(
+    "real.references",
+    needs=FOLDERS,
+    chosen_on="visp_rbt's cube, ycbv10's mug (`--part choose`); mustard0 and the dragon were looked at too",
+    reported_on="mustard0, visp_rbt's dragon, ycbv10's box and brick (`--part report`)",
+    short={"mode": ("depth",), "every": 40, "voxels": 80},
+)
+def references(
+    *,
+    data: Path,
+    part: Literal["choose", "report"] = "report",
+    mode: tuple[Literal["depth", "rgbd"], ...] = ("depth", "rgbd"),
+    every: int = 1,
+    voxels: int = 160,
+    threads: int = 1,
+    options: Settings = NO_SETTINGS,
+) -> Table:
+    """Recorded objects started at their reference pose and tracked: ADD, ADD-S, AUC to 10 cm, what is lost.
+
+    A frame that is lost counts as infinitely far. Medians of ADD, ADD-S and degrees are of the others.
+
+    Parameters
+    ----------
+    part
+        recordings that defaults were chosen on, or those that were not looked at for that
+    every
+        only each such frame: the faster motion of a slower camera
+    """
+    rows: dict[str, dict[str, Any]] = {}
+    for recording in recordings_of(part):
+        if recording.folder == "k1":  # its reference is a fit, without a measure of its own
+            continue
+        with opened(recording, data, voxels) as it:
+            for way in mode:
+                name = f"{recording.folder} {recording.name}, {way}"
+                rows[name] = _followed(it, way, every, {"threads": threads, **options})
+                say("  ".join(_cells(name, rows[name])))
+    title = f"From the reference pose, every {every}. frame" if every > 1 else "From the reference pose"
+    return Table(title, HEAD, [_cells(name, row) for name, row in rows.items()], numbers=rows)
+
+
+def _followed(it: Opened, mode: str, every: int, told: dict[str, Any]) -> dict[str, Any]:
+    import sdftrack as st
+
+    frames = [i for i in range(0, len(it.seq), every) if it.truth(i) is not None]
+    tracker = st.Tracker(it.sdf, it.seq.camera, mode=mode, **told)
+    vertices = it.mesh.vertices
+    points = vertices[np.random.default_rng(0).permutation(len(vertices))[:POINTS]]
+    add, adds, degrees, seconds, status = [], [], [], [], []
+    for n, i in enumerate(frames):
+        truth = it.truth(i)
+        result = tracker.track(it.seq[i]) if n else tracker.start(it.seq[i], poses=truth)
+        seconds.append(result.seconds)
+        status.append(result.status[0].value)
+        lost = status[-1] not in ("ok", "weak")
+        add.append(np.inf if lost else float(st.metrics.add(result.pose, truth, points)))
+        adds.append(np.inf if lost else float(st.metrics.adds(result.pose, truth, points)))
+        degrees.append(np.nan if lost else np.degrees(st.metrics.pose_error(result.pose, truth)[1]))
+    sure = np.array(status) == "ok"
+    return {
+        "frames": len(frames),
+        **{s: status.count(s) for s in ("ok", "weak", "lost")},
+        "add_mm": 1e3 * float(np.median(add)),
+        "adds_mm": 1e3 * float(np.median(adds)),
+        "deg": float(np.nanmedian(degrees)) if np.isfinite(degrees).any() else float("nan"),
+        "auc_add": 100 * float(st.metrics.auc(add)),
+        "auc_adds": 100 * float(st.metrics.auc(adds)),
+        "far_ok": int((sure & (np.array(adds) > FAR_M)).sum()),
+        "ms": 1e3 * float(np.median(seconds)),
+        "ms_99": 1e3 * float(np.percentile(seconds, 99)),
+    }
+
+
+def _cells(name: str, row: dict[str, Any]) -> list[str]:
+    return [
+        name, str(row["frames"]), str(row["ok"]), str(row["weak"]), str(row["lost"]), f"{row['add_mm']:.1f}",
+        f"{row['adds_mm']:.1f}", f"{row['deg']:.2f}", f"{row['auc_add']:.1f}", f"{row['auc_adds']:.1f}", str(row["far_ok"]),
+        f"{row['ms']:.2f}", f"{row['ms_99']:.1f}",
+    ]  # fmt: skip
