@@ -9,8 +9,9 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kStepSd_m = 0.01, kStepWeight = 0.05;  // of where an object is from where it is expected
-constexpr double kGivenSd_m = 0.03;                     // of a pose that is given
+constexpr double kStepSd_m = 0.01, kStepWeight = 0.05;    // of where an object is from where it is expected
+constexpr double kGivenSd_m = 0.045;                      // of a pose that is given
+constexpr double kTrustWeight = 0.03, kMinChance = 1e-4;  // of the evidence, per log odds
 constexpr double kScalePerStep = 0.5, kFinePadding_m = 0.01;
 constexpr double kWideTurn = 0.2;       // rad, of the further starts of a wide attempt
 constexpr double kClearlyBetter = 0.1;  // score that a further attempt must gain
@@ -35,7 +36,11 @@ double score(const Fitted& fitted, const TrackedObject& object, const Rigidd& ex
   const double hidden = known ? 0 : agree_unhidden(seen) - agreeing_share(seen);
   const double away = surface_step(fitted.T_cam_obj, expected, object.shape->diameter_m) /
                       (known ? kStepSd_m + object.step_m : kGivenSd_m);
-  return fit_quality(fitted, options) + hidden - past - kStepWeight * away * away;
+  const double evidence = evidence_share(evidence_of(fitted, options), 0);
+  const double trust =
+      known ? 0
+            : kTrustWeight * std::log(std::max(kMinChance, evidence) / std::max(kMinChance, 1 - evidence));
+  return fit_quality(fitted, options) + hidden + trust - past - kStepWeight * away * away;
 }
 
 }  // namespace
@@ -48,15 +53,26 @@ std::optional<Fitted> ObjectFollower::fit_near(const FrameContext& context, cons
   const FitTarget target = target_of(context, object, expected, neighbors);
   if (!options_.fine_first || !(options_.retry_inliers > 0))
     return fit(context, frame, target, narrow_attempt(expected));
-  std::optional<Fitted> fine = fit(context, frame, target, fine_attempt(object, expected));
-  // At a start nothing says how near the given pose is: both are tried.
-  if (fine && object.usual_share > 0 && convincing(*fine, object, options_)) return fine;
-  std::optional<Fitted> coarse = fit(context, frame, target, narrow_attempt(expected));
+  std::optional<Fitted> fine, coarse;
+  const auto fit_fine = [&] { fine = fit(context, frame, target, fine_attempt(object, expected)); };
+  const auto fit_coarse = [&] { coarse = fit(context, frame, target, narrow_attempt(expected)); };
+  const bool known = object.usual_share > 0;
+  if (known) {
+    fit_fine();
+    if (fine && convincing(*fine, object, options_)) return fine;
+    fit_coarse();
+  } else {  // nothing says how near the given pose is: both are tried
+    fit_coarse();
+    fit_fine();
+  }
   if (!coarse || !fine) return coarse ? coarse : fine;
-  Fitted& best =
-      score(*coarse, object, expected, options_) > score(*fine, object, expected, options_) ? *coarse : *fine;
-  prepend(&best == &*fine ? coarse->steps : fine->steps, &best.steps);
-  return best;
+  prepend(known ? fine->steps : coarse->steps, known ? &coarse->steps : &fine->steps);
+  if (known)
+    fine->steps = coarse->steps;
+  else
+    coarse->steps = fine->steps;
+  const bool better = score(*coarse, object, expected, options_) > score(*fine, object, expected, options_);
+  return better ? coarse : fine;
 }
 
 std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const frame::DepthFrame& frame,

@@ -9,10 +9,11 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr double kProof = 0.9;  // evidence by which what a search has found proves to be the object
-constexpr double kSlow = 0.02, kFast = 0.3;                    // how fast the usual values follow
-constexpr double kFollowedOdds = 3, kDoubtFades = 0.93;        // log odds against loss; per doubtful frame
-constexpr double kStepFades = 0.8;    // per frame
-constexpr double kMinStep_m = 0.005;  // what stands still may jump this far, and still be seen by a narrow fit
+constexpr double kSlow = 0.02, kFast = 0.3;              // how fast the usual values follow
+constexpr double kFollowedOdds = 3, kDoubtFades = 0.93;  // log odds against loss; per doubtful frame
+constexpr double kStepFades = 0.8;                       // per frame
+constexpr double kMinStep_m =
+    0.005;  // what stands still may jump this far, and still be seen by a narrow fit
 constexpr int kColorBudget = 1500, kFirstColorBudget = 20000;  // pixels visited for the histograms
 
 // Of an object that is where it was, or where somebody says that it is. Full after a sure frame, less with

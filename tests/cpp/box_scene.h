@@ -113,7 +113,7 @@ struct PartsFixture {
                              box_volume().view(), 3 * options.trust_points, options.free_space_points))
                        : objects.front().shape;
     object.colors = appearance::ColorModel(static_cast<float>(options.color_prior));
-    object.forget(options.damping_start);
+    object.forget(options);
     object.T_cam_obj = tracking::centred(T_cam_obj, *object.shape);
     objects.push_back(object);
   }

@@ -41,7 +41,7 @@ struct Scene {
   }
   tracking::Outline outline() const {
     return tracking::compare_outline({{depth.data(), camera.width, camera.height}, nullptr, nullptr}, camera,
-                                     shape, T, kNoise_m);
+                                     shape, T, tracking::DepthError{kNoise_m});
   }
 };
 

@@ -63,7 +63,7 @@ TEST(Judge, what_a_hand_hides_is_weak_for_that_reason_and_what_is_seen_past_is_l
 
 TEST(Judge, an_object_that_was_there_a_moment_ago_is_lost_only_by_stronger_evidence) {
   tracking::PoseEvidence e = good_evidence();
-  e.seen.farther = 8, e.seen.gap_m = 0.006, e.roughness = 6;
+  e.seen.farther = 11, e.seen.gap_m = 0.008, e.roughness = 10;
   EXPECT_EQ(tracking::judge(e, small_covariance(), {}, 0).status, tracking::Status::kLost);
   EXPECT_EQ(tracking::judge(e, small_covariance(), {}, 0, 3).status, tracking::Status::kWeak);
   e.seen = {80, 16, 60, 0, 4, 0.02};  // the sensor sees past it

@@ -210,7 +210,11 @@ def test_colours_learnt_are_not_lost(tmp_path: Any) -> None:
         result = new.track(seq[8])
         assert new._started("track").mode_used == ["rgbd"]
         assert result.index == 8
-        np.testing.assert_allclose(result.pose, before.pose, atol=1e-4)
+        # Trackers that have come there by other ways end in one minimum, as nearly as its steps are small.
+        metres, radians = st.metrics.pose_error(result.pose, before.pose)
+        sd = np.sqrt(np.diag(before.covariance))
+        assert metres < 0.1 * sd[:3].min()
+        assert radians < 0.1 * sd[3:].min()
 
 
 def test_bad_input_is_named() -> None:

@@ -105,9 +105,12 @@ def test_the_budgets_of_pixels_are_kept(box):
     tracker = st.Tracker(box, CAMERA, threads=1, max_pixels=700, coarse_pixels=100)
     result = tracker.start(frame_of(), poses=[POSE])
     pixels = [s.pixels for s in result.steps[0]]
-    assert pixels == sorted(pixels)  # from few to all
-    assert pixels[0] == 100
-    assert pixels[-1] == 700
+    # Two attempts, without coarse stages and with them, each from few to all.
+    second = next(i for i in range(1, len(pixels)) if pixels[i] < pixels[i - 1])
+    for attempt in (pixels[:second], pixels[second:]):
+        assert attempt == sorted(attempt)
+        assert attempt[-1] == 700
+    assert 100 in (pixels[0], pixels[second])
     assert_pose_close(result.pose, POSE, 3 * NOISY_ATOL_M, 3 * NOISY_ATOL_RAD)  # a sixth of the pixels
 
 

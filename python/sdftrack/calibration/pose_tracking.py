@@ -90,7 +90,8 @@ class Follower:
             result = self._tracker.start(seen) if lost_for_long else self._tracker.track(seen)
             self._lost_frames = 0 if result.status[0] in FOLLOWED else self._lost_frames + 1
             return result
-        options = FORGIVING if self._forgives else {}
+        # The camera is wrong at first, so nothing fits finely where it is expected.
+        options = {"fine_first": False, **(FORGIVING if self._forgives else {})}
         self._tracker = Tracker(self.sdf, self.first_camera, mode="depth", threads=self.threads, **options)
         result = self._tracker.start(seen, **places)
         if result.status[0] not in FOLLOWED and not self.used:
