@@ -137,7 +137,8 @@ class SDF:
         unit : "m", "mm", "cm" or "in", optional
             Unit of the mesh. None: metres, and a longest side over 3 m or under 3 mm is an error.
         holes : "error" or "close"
-            What to do with an open mesh: refuse it, or let the generalised winding number close it.
+            What to do with an open mesh: refuse it, or let the generalised winding number close it. One whose gaps are
+            narrower than a voxel is closed, with a warning, in both cases.
         color : bool
             Take the colours of the mesh's vertices too, see :meth:`colored`.
         threads : int
@@ -153,13 +154,16 @@ class SDF:
         FileNotFoundError, TypeError
             No such file; not a mesh.
         ValueError
-            Empty, open or inside-out mesh, coordinates that are not finite, a size that hints at another unit,
+            Empty or open mesh, coordinates of faces that are not finite, a size that hints at another unit,
             too few voxels (the shortest side under 4).
 
         Warns
         -----
         UserWarning
-            Parts thinner than 2 voxels (with the number of voxels to use); flipped faces that were turned.
+            Parts thinner than 2 voxels (with the number of voxels to use); what was repaired: flipped faces and
+            parts that were inside out (turned), double-sided faces (one side kept), vertices that are not finite and
+            that no face uses (dropped), places where the mesh cuts itself (outside where the winding number is
+            below 1/2).
         """
         if holes not in ("error", "close"):
             raise ValueError(f"holes: expected 'error' or 'close', got {holes!r}")
