@@ -1729,7 +1729,7 @@ def mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Ann
     """
 def nearest_rigid(T: numpy.ndarray, name: str = 'T') -> numpy.typing.NDArray[numpy.float64]:
     """
-    4x4 float64, rigid to within 1e-3, projected onto the rotations; ValueError beyond.
+    4x4 float64, rotation to within 0.01, projected onto the rotations; ValueError beyond.
     """
 def open_mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
     """

@@ -89,7 +89,9 @@ def cracked(mesh, seed, by=1e-7):
     """Every face has its own corners, which do not quite meet."""
     v, f = mesh
     rng = np.random.default_rng(seed)
-    return v[f].reshape(-1, 3) + rng.normal(size=(3 * len(f), 3)) * by, np.arange(3 * len(f), dtype=np.int32).reshape(-1, 3)
+    return v[f].reshape(-1, 3) + rng.normal(size=(3 * len(f), 3)) * by, np.arange(
+        3 * len(f), dtype=np.int32
+    ).reshape(-1, 3)
 
 
 def nasty_meshes():
@@ -98,6 +100,9 @@ def nasty_meshes():
     for k, w in enumerate(TURNS):
         b, far, s = box(w=w), box(centre=(0.16, 0, 0), w=w), ball()
         over = box(centre=(0.05, 0.02, 0.01), w=w)
+        n = np.asarray(w) / np.linalg.norm(w)
+        cup = without(s, lambda c, n=n: c @ n < 0.03)
+        other = without(ball(0.04, (0.15, 0, 0)), lambda c: c[:, 2] < 0.02)
         hollow = joined(b, turned(box((0.05, 0.04, 0.03), w=w)))
         out |= {
             f"union {k}": (joined(b, over), "error", joined(b, over)),
@@ -116,12 +121,13 @@ def nasty_meshes():
             f"cracked {k}": (cracked(b, k), "error", b),
             f"cut by itself {k}": (self_cutting(k), "error", self_cutting(k)),
             f"cut thrice {k}": (self_cutting(10 + k, 3), "error", self_cutting(10 + k, 3)),
-            f"cup {k}": (without(s, lambda c, w=w: c @ w < 0.03 * np.linalg.norm(w)), "close", None),
-            f"two holes {k}": (without(s, lambda c, w=w: abs(c @ w) < 0.035 * np.linalg.norm(w)), "close", None),
-            f"cup turned {k}": (turned(without(s, lambda c, w=w: c @ w < 0.03 * np.linalg.norm(w))), "close",
-                                without(s, lambda c, w=w: c @ w < 0.03 * np.linalg.norm(w))),
-            f"cups {k}": (joined(without(b, lambda c: np.arange(len(c)) > 0), without(ball(0.04, (0.15, 0, 0)), lambda c: c[:, 2] < 0.02)), "close", None),
+            f"cup {k}": (cup, "close", None),
+            f"two holes {k}": (without(s, lambda c, n=n: abs(c @ n) < 0.035), "close", None),
+            f"cup turned {k}": (turned(cup), "close", cup),
+            f"cups {k}": (joined(without(b, lambda c: np.arange(len(c)) > 0), other), "close", None),
         }  # fmt: skip
     out["torus"] = (torus(), "error", torus())
     out["plate"] = (box((0.1, 0.1, 0.005)), "error", box((0.1, 0.1, 0.005)))
-    return {name: (mesh, holes, mesh if meant is None else meant) for name, (mesh, holes, meant) in out.items()}
+    return {
+        name: (mesh, holes, mesh if meant is None else meant) for name, (mesh, holes, meant) in out.items()
+    }

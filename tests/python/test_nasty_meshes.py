@@ -87,7 +87,7 @@ def test_a_hollow_keeps_its_cavity():
 
 def test_sheets_that_enclose_nothing_are_refused():
     v, f = nasty.box()
-    with pytest.raises(ValueError, match="expected a closed surface, got .* open edges"):
+    with pytest.raises(ValueError, match=r"expected a closed surface, got .* open edges"):
         SDF.from_mesh((v, f[:4]), voxels=40)
     sheet = nasty.box((0.1, 0.08, 0.06), w=(0, 0, 0))
     with pytest.raises(ValueError, match="flat"):

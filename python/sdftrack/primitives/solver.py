@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import THREADS, number, numbers, of_kind, whole
+from sdftrack._internal.rigid_poses import rigid_pose
+from sdftrack._internal.validation import THREADS, number, of_kind, whole
 from sdftrack.primitives.kinds import FREE, KINDS, SIZES, SOLIDS, TABLE
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.results import Status
@@ -66,7 +67,7 @@ class FitRequest:
             raise ValueError(
                 f"initial: expected lengths above 0 m ({LEAST_M:g} to {MOST_M:g} m), got {lengths}"
             )
-        self.pose = _core.nearest_rigid(numbers(initial[0], "initial"), "initial")
+        self.pose = rigid_pose(initial[0], "initial")
         self.size, self.kinds = lengths, (kind,)
 
     @property

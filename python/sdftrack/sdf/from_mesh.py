@@ -101,7 +101,9 @@ def _without_unused(
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     """Without those vertices that are not finite and that no face uses; ValueError for those that one does."""
     if len(vertices) == 0 or len(faces) == 0:
-        cloud = "; points alone have no inside: reconstruct a surface from them first" if len(vertices) else ""
+        cloud = (
+            "; points alone have no inside: reconstruct a surface from them first" if len(vertices) else ""
+        )
         raise ValueError(
             f"mesh: it is empty ({len(vertices)} vertices, {len(faces)} faces); expected triangles{cloud}"
         )
@@ -115,7 +117,9 @@ def _without_unused(
             f"mesh: {np.count_nonzero(bad & used)} of {len(vertices)} vertices are NaN or infinite and belong to "
             "faces; repair or remove these faces"
         )
-    warn(f"mesh: {np.count_nonzero(bad)} vertices that are NaN or infinite belong to no face and were dropped")
+    warn(
+        f"mesh: {np.count_nonzero(bad)} vertices that are NaN or infinite belong to no face and were dropped"
+    )
     new = np.cumsum(~bad) - 1
     return np.ascontiguousarray(vertices[~bad]), np.ascontiguousarray(new[faces].astype(np.int32))
 

@@ -10,7 +10,17 @@ import numpy as np
 
 from sdftrack.sdf.grid import MAX_VOXELS
 
-__all__ = ["MeshReport", "enough_voxels", "openness", "use_voxels", "voxels_for_thinnest", "warn", "warn_of", "warn_of_cracks", "warn_of_inward"]
+__all__ = [
+    "MeshReport",
+    "enough_voxels",
+    "openness",
+    "use_voxels",
+    "voxels_for_thinnest",
+    "warn",
+    "warn_of",
+    "warn_of_cracks",
+    "warn_of_inward",
+]
 
 
 @dataclass(frozen=True)
@@ -103,7 +113,9 @@ def warn_of_cracks(report: MeshReport) -> None:
 def warn_of(report: MeshReport, voxel_size: float, voxels: int) -> None:
     """Warn the caller of `SDF.from_mesh` of what was repaired and of what is thin."""
     if report.double_sided_faces:
-        warn(f"mesh: {report.double_sided_faces} faces were there both ways (double-sided); one of each was kept")
+        warn(
+            f"mesh: {report.double_sided_faces} faces were there both ways (double-sided); one of each was kept"
+        )
     if report.inverted_parts:
         which = "it was" if report.parts == 1 else f"{report.inverted_parts} of its parts were"
         warn(f"mesh: {which} inside out; the faces were turned outwards")

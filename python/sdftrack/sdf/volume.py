@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._internal.rigid_poses import rigid_pose
 from sdftrack._internal.validation import number, numbers
 from sdftrack.geometry import inverse
 from sdftrack.mesh import Mesh, core_camera, unit_scale
@@ -275,7 +276,7 @@ class SDF:
 
         A pure translation moves the origin and nothing else.
         """
-        M = _core.nearest_rigid(numbers(T, "T"), "T")
+        M = rigid_pose(T, "T")
         if np.array_equal(M[:3, :3], np.eye(3)):
             return SDF._own(self._values, self._voxel_size, self._origin + M[:3, 3], self._colors)
         low, high = self.bounds
