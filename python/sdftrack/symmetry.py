@@ -187,7 +187,7 @@ class _Search:
     FOLDS = (2, 3, 4, 5, 6)
     DIRECTIONS, COARSE, BEST = 600, 150, 8
     APART = np.cos(np.deg2rad(10.0))  # of two axes
-    SAME = np.deg2rad(6.0)  # of two rotations
+    SAME = np.deg2rad(25.0)  # of two rotations: those of a finite group are 60 degrees apart or more
     MOST = 60  # rotations of an icosahedron
 
     def __init__(self, sdf: Any, tolerance: float) -> None:
@@ -238,7 +238,7 @@ class _Search:
         return [S for S in refined if self._is_turn(S) and self._fits(S)]
 
     def _is_turn(self, S: Array) -> bool:
-        return np.linalg.norm(_core.rotation_log(S)) > 2 * self.SAME
+        return np.linalg.norm(_core.rotation_log(S)) > self.SAME
 
     def _refined(self, S: Array) -> Array:
         """The nearest motion that lays the surface on itself: Gauss-Newton on the distances of the turned points."""

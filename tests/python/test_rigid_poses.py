@@ -44,7 +44,10 @@ def test_rounding_is_silent_and_more_than_a_hundredth_an_error():
 
 
 def test_a_sequence_warns_once(tmp_path):
-    seq = st.synth.sequence(SDF.box((0.1, 0.08, 0.06), voxels=30).to_mesh(), 4, np.array([T] * 4), camera=st.Camera(60, 60, 39.5, 29.5, 80, 60))  # fmt: skip
+    camera = st.Camera(60, 60, 39.5, 29.5, 80, 60)
+    seq = st.synth.sequence(
+        SDF.box((0.1, 0.08, 0.06), voxels=30).to_mesh(), 4, np.array([T] * 4), camera=camera
+    )
     save_sequence(tmp_path / "s", seq, layout="bop")
     path = tmp_path / "s/scene_gt.json"
     truth = json.loads(path.read_text())

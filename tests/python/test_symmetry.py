@@ -45,9 +45,9 @@ def test_a_shape_without_symmetry_has_none(data_dir):
     path = data_dir / "meshes" / "bunny.ply"
     if not path.is_file():
         pytest.skip(f"no {path}")
-    assert not st.find_symmetries(SDF.from_mesh(path, voxels=60))
-    ell = st.union(SDF.box((0.1, 0.03, 0.03), voxels=VOXELS), SDF.box((0.03, 0.06, 0.04), voxels=VOXELS).transformed(pose(t_m=[0.03, 0.02, 0.013])))  # fmt: skip
-    assert not st.find_symmetries(ell)
+    assert not st.find_symmetries(SDF.from_mesh(path, voxels=100))
+    arm = SDF.box((0.03, 0.06, 0.04), voxels=VOXELS).transformed(pose(t_m=[0.03, 0.02, 0.013]))
+    assert not st.find_symmetries(st.union(SDF.box((0.1, 0.03, 0.03), voxels=VOXELS), arm))
 
 
 def test_the_twin_sees_what_is_no_symmetry():
@@ -82,7 +82,9 @@ def test_the_file_of_bop_is_read_in_millimetres(tmp_path):
     for bad in ({"symmetries_discrete": [[1, 2]]}, {"symmetries_continuous": [{"offset": [0, 0, 0]}]}):
         with pytest.raises(ValueError, match="expected"):
             st.Symmetry.from_bop(bad)
-    seq = st.synth.sequence(SDF.box((0.1, 0.08, 0.06), voxels=30).to_mesh(), 1, pose(t_m=[0, 0, 0.6])[None], camera=st.Camera(60, 60, 39.5, 29.5, 80, 60))  # fmt: skip
+    camera = st.Camera(60, 60, 39.5, 29.5, 80, 60)
+    box = SDF.box((0.1, 0.08, 0.06), voxels=30).to_mesh()
+    seq = st.synth.sequence(box, 1, pose(t_m=[0, 0, 0.6])[None], camera=camera)
     save_sequence(tmp_path / "s", seq, layout="bop")
     (tmp_path / "s/models").mkdir(exist_ok=True)
     (tmp_path / "s/models/models_info.json").write_text(json.dumps({"1": info, "2": {}}))
