@@ -77,7 +77,7 @@ def vsd(
         )
     limits = np.asarray(tau, np.float64)
     if not (np.isfinite(limits) & (limits > 0)).all() or not delta >= 0:
-        raise ValueError(f"tau, delta: expected metres above 0, got {tau} and {delta}")
+        raise ValueError(f"tau, delta: expected metres above 0, got {tau!r} and {delta}")
     v, u = np.indices(scene.shape)
     # Distances from the camera's centre in place of depths.
     ray = np.sqrt(((u - lens.cx) / lens.fx) ** 2 + ((v - lens.cy) / lens.fy) ** 2 + 1)
