@@ -70,8 +70,6 @@ def state_poses(poses: ArrayLike, count: int) -> Array:
             f"poses: expected one 4x4 matrix per shape ({count}), got an array of shape {T.shape}"
         )
     errors = RotationErrors()
-    rigid = np.stack(
-        [rigid_pose(np.ascontiguousarray(each), f"poses[{k}]", errors) for k, each in enumerate(T)]
-    )
+    rigid = np.stack([rigid_pose(np.ascontiguousarray(each), "poses", errors) for each in T])
     errors.tell()
     return rigid
