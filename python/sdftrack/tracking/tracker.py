@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._internal.rigid_poses import rigid_pose
 from sdftrack._internal.thread_guard import SingleThreadGuard
 from sdftrack._internal.unknown_option import refuse_unknown
-from sdftrack._internal.validation import numbers, of_kind
+from sdftrack._internal.validation import of_kind
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import resolve_device
 from sdftrack.frame import Frame
@@ -351,7 +352,7 @@ class Tracker:
             weak one about the expected pose.
         """
         index = object_number(k, len(self.shapes))
-        pose = _core.nearest_rigid(numbers(T, "T"), "T")
+        pose = rigid_pose(T, "T")
         prior = None if covariance is None else pose_covariance(covariance)
         with self._alone():
             self._core.set_pose(index, pose, prior)
