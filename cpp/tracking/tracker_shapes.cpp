@@ -92,10 +92,12 @@ void Tracker::remove(int k) {
 
 void Tracker::resume(int index, double time_s, const std::vector<bool>& followed, const Poses& best) {
   go_on_from(best);
+  context_.forget_sequence();
   verdict_.resume(index, time_s, followed, best);
 }
 
 void Tracker::interrupt(int index) {
+  context_.forget_sequence();
   verdict_.interrupt();
   verdict_.result().index = index;
 }
