@@ -12,7 +12,7 @@ from typing import Any, Literal
 __all__ = ["FOLDERS", "RECORDINGS", "Opened", "Recording", "opened", "recordings_of"]
 
 Part = Literal["choose", "report"]
-VOXELS = 120
+VOXELS = 200
 
 
 @dataclass(frozen=True)
