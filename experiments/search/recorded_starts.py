@@ -196,7 +196,8 @@ def recorded_starts(
         if verbose:
             for t in trials:
                 say(
-                    f"{name} {t.frame} {t.place}: {t.kind}, {1e3 * t.metres:.1f} mm, {t.degrees:.1f} deg, IoU {t.overlap:.2f}"
+                    f"{name} {t.frame} {t.place}: {t.kind}, {1e3 * t.metres:.1f} mm, {t.degrees:.1f} deg, "
+                    f"IoU {t.overlap:.2f}"
                 )
         rows[name] = row_of(trials)
         say(f"{name}: {rows[name]}")

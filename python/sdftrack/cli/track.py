@@ -28,6 +28,7 @@ from sdftrack.cli.common import (
 )
 from sdftrack.cli.init import INIT, Init, begin, parse_inits
 from sdftrack.cli.sequences import check_usage, each_sequence
+from sdftrack.cli.start_picture import NAME, StartError, save_start_picture, told_with_picture
 from sdftrack.cli.targets import Target, load_mesh, load_targets
 
 
@@ -164,7 +165,12 @@ def _track_one(folder: Path, out: Path, job: Job) -> None:
         tracker = st.Tracker(sdfs, seq.camera, mode=job.mode, names=names, **job.options)
         frame = fitting(seq[numbers[0]], seq.camera)
         # Before the folder is made: a start that cannot be leaves nothing behind.
-        results = [begin(tracker, job.inits, targets, frame, folder, numbers[0], seq)]
+        camera = seq.camera if frame.camera is None else frame.camera
+        try:
+            result, selection = begin(tracker, job.inits, targets, frame, folder, numbers[0], seq)
+        except StartError as error:
+            raise told_with_picture(error, out, job.overwrite, frame, camera) from None
+        results = [result]
         truths: list[dict[int, Any]] = []
         with st.Recorder(
             out,
@@ -179,6 +185,8 @@ def _track_one(folder: Path, out: Path, job: Job) -> None:
             settings=_settings(folder, job, targets, numbers, seq, tracker),
             bop_name=_bop_name(folder) if seq.layout == "bop" else None,
         ) as recorder:
+            if selection:
+                save_start_picture(out / NAME, frame, camera, selection, result, sdfs)
             for i in progress(numbers, len(numbers), folder.name or str(folder), job.quiet):
                 if i != numbers[0]:
                     frame = fitting(seq[i], seq.camera)
@@ -188,6 +196,8 @@ def _track_one(folder: Path, out: Path, job: Job) -> None:
                 recorder.add(frame, results[-1], im_id=seq.ids[i], truth=truths[-1])
         if not job.quiet:
             show_summary(folder, names, results, truths, [seq.ids[i] for i in numbers], out)
+            if selection and "lost" in map(str, results[0].status):
+                print(f"what was taken for the objects in the first frame: {out / NAME}")
 
 
 def _settings(

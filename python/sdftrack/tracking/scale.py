@@ -13,14 +13,19 @@ from sdftrack.imaging.region_growing import nearest_reading
 
 __all__ = ["check_scale", "check_size", "extent_of", "size_of"]
 
-LARGER, SMALLER = 3.0, 8.0  # what is seen against the shape: a view may show a part, and a mask a little more
+FACTOR = 8.0  # between what is seen and the shape: a view may show a part, and a mask more than the object
+COARSE = 50  # voxels along the shortest side that are enough to tell a size
+INCH_AND_CM = 200.0  # a larger factor is that of millimetres
 LEAST_PX, MOST_IMAGES = 3.0, 20.0  # how large a shape that is clicked on may appear
 ENDS = (0.05, 0.95)  # of a mask's readings: those behind the object's edge do not count
 
 
 def size_of(sdf: Any) -> float:
-    """Length of the diagonal of the box about the surface, m."""
-    return float(np.linalg.norm(np.ptp(sdf.surface_samples(400)[0], axis=0)))
+    """Length of the diagonal of the box about the surface, m; from a part of the voxels."""
+    every = max(1, min(sdf.values.shape) // COARSE)
+    inside = sdf.values[::every, ::every, ::every] < 0.5 * every * sdf.voxel_size
+    sides = [np.flatnonzero(inside.any(axis=axes)) for axes in ((1, 2), (0, 2), (0, 1))]
+    return float(every * sdf.voxel_size * np.linalg.norm([np.ptp(s) if len(s) else 0 for s in sides]))
 
 
 def extent_of(camera: Any, depth: NDArray[np.float32], mask: NDArray[np.bool_]) -> float:
@@ -39,11 +44,11 @@ def check_scale(frame: Any, camera: Any, mask: NDArray[np.bool_], sdf: Any, name
     if frame.depth is None:
         return
     seen, size = extent_of(camera, frame.depth, mask), size_of(sdf)
-    if seen == 0 or size / SMALLER < seen < LARGER * size:
+    if seen == 0 or size / FACTOR < seen < FACTOR * size:
         return
     raise ValueError(
-        f"{name}: expected the object, {_length(size)} across by its mesh, got readings that reach over {_length(seen)}; "
-        + _advice(size / seen)
+        f"{name}: expected the object, {_length(size)} across by its mesh, got readings that reach over "
+        f"{_length(seen)}; " + _advice(size / seen)
     )
 
 
@@ -66,12 +71,7 @@ def _length(metres: float) -> str:
 
 def _advice(ratio: float) -> str:
     """What may be mistaken where a shape is `ratio` times as large as what is seen."""
-    if ratio > SMALLER:
-        unit = "mm" if ratio > 200 else "cm or in"
-        return (
-            f"is the mesh in {unit} (Mesh.load(path, unit=...), --unit), or the depth in a larger unit than metres "
-            "(depth_scale)?"
-        )
-    if ratio < 1 / SMALLER:
-        return 'is the depth in millimetres (Frame wants metres), or was the mesh scaled twice (unit="m", --unit m)?'
-    return "is it a mask of the object alone, without the table?"
+    if ratio < 1:
+        return "is the depth in millimetres (it is to be in metres), or was the mesh scaled twice?"
+    unit = "mm" if ratio > INCH_AND_CM else "cm or in"
+    return f"is the mesh in {unit} and read as metres, or the depth in a larger unit than metres?"

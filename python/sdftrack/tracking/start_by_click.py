@@ -23,7 +23,7 @@ Pose = NDArray[np.float64]
 LEAST_M, PER_M = 0.006, 0.01  # a reading this near to the model's depth is its surface; per metre of distance
 CLICK_PX = 4  # a pose is of another thing where nothing of it lies this near to the click
 BOX_MARGIN = 0.15  # of the larger side of a region, about it
-LEAST = 0.25  # agreement below which the shape is not there
+LEAST = 0.42  # agreement below which the shape is not there
 CONVINCING = 0.8  # agreement from which no other region is tried
 
 

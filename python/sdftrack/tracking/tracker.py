@@ -209,8 +209,8 @@ class Tracker:
         boxes : sequence of (x, y, w, h), one per shape; for one shape the four numbers will do
             In depth pixels; the object lies within, other things may too.
         clicks : sequence of (x, y), one per shape; for one shape the two numbers will do
-            A depth pixel of each object. What hangs together there, without tables and walls and parted by colours where
-            the frame has them, is searched; the pose that explains best what is seen there is begun with.
+            A depth pixel of each object. What hangs together there, without tables and walls, and what colours part
+            from its surroundings, are searched; the pose that explains best what is seen there is begun with.
 
         Returns
         -------
