@@ -73,7 +73,12 @@ def clicks(mask: Mask, count: int, rng: np.random.Generator) -> list[tuple[int, 
     return [(int(u[k]), int(v[k])) for k in chosen]
 
 
-def is_right(T: Any, truth: Any, case: Opened, symmetric: bool) -> bool:
+def is_right(T: Any, truths: list[Any], case: Opened, symmetric: bool) -> bool:
+    """Whether the pose is that of one of the references."""
+    return any(_is_right(T, truth, case, symmetric) for truth in truths)
+
+
+def _is_right(T: Any, truth: Any, case: Opened, symmetric: bool) -> bool:
     from sdftrack import metrics
 
     if symmetric:
@@ -121,6 +126,8 @@ def try_all(
         mask = visible_mask(case, T, frame.depth)
         if not mask.any():
             continue
+        # Nothing says which of two alike is meant where no place is given.
+        others = [case.seq.ground_truth[j][k] for j, k in case.twins(i, STILL.get(recording.folder, {}))]
         for name, place in places_of(how, frame, case, mask, count, rng):
             began = time.perf_counter()
             try:
@@ -134,7 +141,7 @@ def try_all(
             if status == "lost":
                 trials.append(Trial(i, name, "wrong, lost", np.inf, 180, overlap, seconds))
                 continue
-            right = is_right(result.pose, T, case, symmetric)
+            right = is_right(result.pose, [T, *others] if how == "auto" else [T], case, symmetric)
             kind = {
                 (True, "ok"): "right",
                 (True, "weak"): "right, weak",

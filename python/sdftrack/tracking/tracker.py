@@ -42,6 +42,7 @@ from sdftrack.tracking.core_conversion import core_frame, rgb_seen, volume_of
 from sdftrack.tracking.interface import TrackerInterface
 from sdftrack.tracking.result_assembly import assembled, followed, modes_of
 from sdftrack.tracking.scale import check_scale
+from sdftrack.tracking.start_anywhere import meant_anywhere, needs_help, unconfirmed
 from sdftrack.tracking.start_by_click import Meant, click_list, meant_by_click
 
 __all__ = ["Tracker"]
@@ -253,7 +254,27 @@ class Tracker:
             places = [m.place(camera) for m in meant]
         elif given:
             places = place_list(*given[0], count, camera)
-        return self._start_at(frame, camera, colors, places)
+        result = self._start_at(frame, camera, colors, places)
+        return result if given else self._found_standing(frame, camera, colors, result)
+
+    def _found_standing(
+        self, frame: Frame, camera: Camera, colors: tuple[Any, Any], result: TrackResult
+    ) -> TrackResult:
+        """Where the search of the whole image has failed for the only object: what stands on tables may be it."""
+        if len(self.shapes) > 1 or self._free_sizes.shapes_unknown(0) or not needs_help(result):
+            return result
+        alone = self._alone_with(0, frame)
+        full = self.camera if frame.camera is None else frame.camera
+        meant = meant_anywhere(self.shapes[0], full, frame, lambda **where: alone.start(frame, **where))
+        if meant is None:
+            return result
+        self._last = unconfirmed(self._start_at(frame, camera, colors, [meant.place(full)]))
+        return self._last
+
+    def _alone_with(self, k: int, frame: Frame) -> Tracker:
+        """A tracker of shape k, to try places with."""
+        mode = "auto" if self.mode == "rgbd" and frame.color is None else self.mode
+        return Tracker(self.shapes[k], self.camera, mode, threads=self.threads, options=self.options)
 
     def _meant_by_click(self, k: int, frame: Frame, px: tuple[float, float], name: str) -> Meant:
         """Where to look for object k, by a tracker of it alone."""
@@ -261,13 +282,7 @@ class Tracker:
             raise ValueError(
                 f"{name}: expected a shape of known size, got a Primitive; give a mask or box of it"
             )
-        alone = Tracker(
-            self.shapes[k],
-            self.camera,
-            "auto" if self.mode == "rgbd" and frame.color is None else self.mode,
-            threads=self.threads,
-            options=self.options,
-        )
+        alone = self._alone_with(k, frame)
         camera = self.camera if frame.camera is None else frame.camera
         try:
             return meant_by_click(
