@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sdftrack.camera import depth_camera
 from sdftrack.imaging.near_planes import planes_near, surface_normals
 
-__all__ = ["standing_regions"]
+__all__ = ["Standing", "standing_regions"]
 
 Mask = NDArray[np.bool_]
 
@@ -21,10 +21,18 @@ LEAST, MOST = 0.3, 1.4  # of the object's size: what a thing reaches over
 LIKELY = 0.8  # of it, what is mostly seen
 LEAST_PX = 40  # of the thinned out image
 ENDS = (0.03, 0.97)
+APART = 0.7  # of the object's size, between pixels of larger things
 
 
-def standing_regions(frame: Any, camera: Any, size_m: float, most: int = 12) -> list[Mask]:
-    """Regions without planes, parted by steps in depth, of an object's size; the likeliest sizes first.
+class Standing(NamedTuple):
+    """Regions of about an object's size, and pixels (x, y) of larger ones, of which the object may be a part."""
+
+    regions: list[Mask]
+    pixels: list[tuple[int, int]]
+
+
+def standing_regions(frame: Any, camera: Any, size_m: float, most: int = 12) -> Standing:
+    """Regions without planes, parted by steps in depth; the likeliest sizes and the nearest pixels first.
 
     Parameters
     ----------
@@ -37,8 +45,8 @@ def standing_regions(frame: Any, camera: Any, size_m: float, most: int = 12) -> 
 
     Returns
     -------
-    list of (H, W) bool
-        Of every pixel of the depth image, though only every second or third is looked at.
+    Standing
+        At most `most` regions, (H, W) bool, and as many pixels.
     """
     import cv2
 
@@ -52,6 +60,7 @@ def standing_regions(frame: Any, camera: Any, size_m: float, most: int = 12) -> 
     free &= ~_edges(depth, every / depth_camera(camera).fx)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(free.astype(np.uint8), connectivity=4)
     found: list[tuple[float, Mask]] = []
+    large = np.zeros(depth.shape, bool)
     for k in range(1, count):
         if stats[k, cv2.CC_STAT_AREA] < LEAST_PX:
             continue
@@ -59,8 +68,31 @@ def standing_regions(frame: Any, camera: Any, size_m: float, most: int = 12) -> 
         reach = _reach(points[region])
         if LEAST * size_m < reach < MOST * size_m:
             found.append((abs(float(np.log(reach / (LIKELY * size_m)))), region))
+        elif reach > LEAST * size_m:
+            large |= region
     found.sort(key=lambda f: f[0])
-    return [_enlarged(region, every, frame.depth) for _, region in found[:most]]
+    pixels = [(every * u, every * v) for u, v in _spread(large, points, APART * size_m, most)]
+    return Standing([_enlarged(region, every, frame.depth) for _, region in found[:most]], pixels)
+
+
+def _spread(large: Mask, points: NDArray[np.float64], apart_m: float, most: int) -> list[tuple[int, int]]:
+    """Pixels (x, y) whose points lie apart from one another, each the nearest to the camera that is left."""
+    import cv2
+
+    v, u = np.nonzero(cv2.erode(large.astype(np.uint8), np.ones((3, 3), np.uint8)))
+    p = points[v, u]
+    order = np.argsort(p[:, 2], kind="stable")
+    v, u, p = v[order], u[order], p[order]
+    left = np.ones(len(p), bool)
+    chosen = []
+    while left.any() and len(chosen) < most:
+        k = int(np.argmax(left))
+        near = np.linalg.norm(p - p[k], axis=1) < apart_m
+        middle = p[near & left].mean(axis=0)
+        k = int(np.argmin(np.linalg.norm(p - middle, axis=1)))
+        chosen.append((int(u[k]), int(v[k])))
+        left &= ~near
+    return chosen
 
 
 def _edges(depth: NDArray[np.float32], px: float) -> Mask:

@@ -9,41 +9,55 @@ from typing import Any
 
 import numpy as np
 
+from sdftrack.imaging.click_regions import click_regions
 from sdftrack.imaging.standing_regions import standing_regions
 from sdftrack.results import Status, TrackResult
 from sdftrack.tracking.scale import size_of
-from sdftrack.tracking.start_by_click import Meant, agreement, meant_by_click
+from sdftrack.tracking.start_by_click import Meant, agreement
 
 __all__ = ["FOUND_STANDING", "LEAST", "evidence", "meant_anywhere", "needs_help", "unconfirmed"]
 
 FOUND_STANDING = "found among what stands on the table; the next frame must confirm it"
 LEAST = 0.45  # belief from which a region is taken for the object, without anybody's word
 AMBIGUOUS = 0.8  # of the best score, from which the second one halves the confidence
-CLICKED = 4  # of the likeliest regions, that are looked at with their colours where no region is
+SURE = 0.6  # belief from which nothing else is tried
+CLICKED = 3  # of the likeliest regions, that are looked at with their colours where no region is
 
 
 def meant_anywhere(sdf: Any, camera: Any, frame: Any, start: Callable[..., Any]) -> Meant | None:
     """The region in which the object is best found, None where it is found in none; `start` as for a click."""
     if frame.depth is None or not (frame.depth > 0).any():
         return None
-    regions = standing_regions(frame, camera, size_of(sdf))
+    standing = standing_regions(frame, camera, size_of(sdf))
     best, most = None, 0.0
-    for region in regions:
-        result = start(masks=[region])
-        if result.status[0] is Status.LOST:
-            continue
-        told = agreement(sdf, camera, frame.depth, result.poses[0], region, middle_of(region))
-        if (belief := told.score * evidence(result)) > most:
-            best, most = Meant(region, None, told), belief
-    for region in regions[:CLICKED] if most < LEAST else []:
+    for region in standing.regions:
+        belief, meant = _tried(sdf, camera, frame, region, start)
+        if belief > most:
+            best, most = meant, belief
+    for pixel in [*map(middle_of, standing.regions[:CLICKED]), *standing.pixels]:
+        if most > SURE:
+            break
         try:
-            meant = meant_by_click(sdf, camera, frame, middle_of(region), start)
+            regions = click_regions(frame, camera, pixel, size_of(sdf))
         except ValueError:
             continue
-        where = {"masks": [meant.region]} if meant.box is None else {"boxes": [meant.box]}
-        if (belief := meant.score * evidence(start(**where))) > most:
-            best, most = meant, belief
+        for region in regions:
+            belief, meant = _tried(sdf, camera, frame, region, start)
+            if belief > most:
+                best, most = meant, belief
     return best if most >= LEAST else None
+
+
+def _tried(sdf: Any, camera: Any, frame: Any, region: Any, start: Callable[..., Any]) -> tuple[float, Meant]:
+    """How far the object is believed to be in a region, 0..1."""
+    try:
+        result = start(masks=[region])
+    except ValueError:  # of a size that cannot be the object's
+        return 0.0, Meant(region, None, None)
+    if result.status[0] is Status.LOST:
+        return 0.0, Meant(region, None, None)
+    told = agreement(sdf, camera, frame.depth, result.poses[0], region, middle_of(region))
+    return told.score * evidence(result), Meant(region, None, told)
 
 
 def evidence(result: TrackResult, k: int = 0) -> float:
