@@ -26,6 +26,7 @@ RIGHT_M, RIGHT_RAD = 0.020, np.deg2rad(10.0)
 ON_SURFACE_M = 0.02  # a reading this near to the rendered reference shows the object
 STILL = {"k1": {10: 0, 20: 0}}  # frames of k1 in which the sponges stand as in frame 0
 SAMPLES = 1000
+HOW = ("click", "box", "mask", "auto")
 INSIDE_PX = 2  # of the mask's edge, where nobody clicks
 KINDS = ("right", "right, weak", "wrong, weak", "wrong, lost", "error", "wrong, ok")
 
@@ -165,12 +166,12 @@ def row_of(trials: list[Trial]) -> dict[str, Any]:
     uses=FOLDERS,
     chosen_on="both sponges of k1, the cube of visp_rbt, the mug of ycbv10",
     reported_on="the bottle of mustard0, the dragon of visp_rbt, box and brick of ycbv10 (part=report)",
-    short={"limit": 1, "clicks_per_frame": 1},
+    short={"limit": 1, "clicks_per_frame": 1, "how": ("click", "mask")},
 )
 def recorded_starts(
     *,
     data: Path,
-    how: Literal["click", "box", "mask", "auto"] = "click",
+    how: tuple[str, ...] = HOW,
     part: Literal["choose", "report"] = "report",
     step: int = 10,
     clicks_per_frame: int = 5,
@@ -184,6 +185,8 @@ def recorded_starts(
 
     Parameters
     ----------
+    how
+        what a start is told: click, box, mask, or auto (nothing but the shape)
     step
         frames between two that are tried
     clicks_per_frame
@@ -197,19 +200,19 @@ def recorded_starts(
     for recording in recordings_of(part):
         if not (data / recording.folder).is_dir():
             continue
-        name = f"{recording.folder} {recording.name}"
         with opened(recording, data) as case:
-            trials = try_all(recording, case, how, step, clicks_per_frame, limit, mode=mode)
-        if verbose:
-            for t in trials:
-                say(
-                    f"{name} {t.frame} {t.place}: {t.kind}, {1e3 * t.metres:.1f} mm, {t.degrees:.1f} deg, "
-                    f"IoU {t.overlap:.2f}"
-                )
-        rows[name] = row_of(trials)
-        say(f"{name}: {rows[name]}")
+            for kind in how:
+                name = f"{recording.folder} {recording.name}, {kind}"
+                trials = try_all(recording, case, kind, step, clicks_per_frame, limit, mode=mode)
+                for t in trials if verbose else []:
+                    say(
+                        f"{name} {t.frame} {t.place}: {t.kind}, {1e3 * t.metres:.1f} mm, {t.degrees:.1f} deg, "
+                        f"IoU {t.overlap:.2f}"
+                    )
+                rows[name] = row_of(trials)
+                say(f"{name}: {rows[name]}")
     columns = ("object", *next(iter(rows.values()), {}))
     cells = [
         [name, str(r["starts"]), *(f"{v:.2f}" for v in list(r.values())[1:])] for name, r in rows.items()
     ]
-    return Table(f"starts by {how}, {part}", columns, cells, numbers=rows)
+    return Table(f"starts on recorded scenes, {part}", columns, cells, numbers=rows)

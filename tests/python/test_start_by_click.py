@@ -95,7 +95,7 @@ def test_every_click_on_an_object_on_a_table_finds_it(scene, colored):
 
 
 def test_a_click_on_a_table_or_on_nothing_or_off_the_image_is_one_clear_line(scene):
-    frame, box, _, mask = scene
+    frame, box, _, _ = scene
     tracker = st.Tracker(box, CAMERA, threads=1)
     with pytest.raises(ValueError, match=r"clicks\[0\]: .*on a plane that reaches over"):
         tracker.start(frame, clicks=(120, 400))
@@ -126,7 +126,7 @@ def test_a_wrong_unit_is_named(scene, factor, said):
 
 
 def test_what_stands_on_the_table_is_found_without_a_place_and_has_to_be_confirmed(scene):
-    frame, box, T, mask = scene
+    frame, box, _, mask = scene
     standing = standing_regions(frame, CAMERA, SIZE)
     assert max(st.metrics.iou(r, mask) for r in standing.regions) > 0.6
     from sdftrack.tracking.start_anywhere import meant_anywhere

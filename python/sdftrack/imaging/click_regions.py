@@ -64,12 +64,13 @@ def click_regions(frame: Any, camera: Any, px: tuple[float, float], size_m: floa
         if plane.pixels[clicked]:
             table = plane
     if not free[clicked]:  # the foot of an object, or the table beside it
-        seed = _nearest(free, points, clicked)
-        if seed is None:
+        beside = _nearest(free, points, clicked)
+        if beside is None:
             raise ValueError(
                 f"expected a pixel of the object, got ({px[0]:g}, {px[1]:g}) on a plane that reaches over "
                 f"{table.extent_m:.2f} m (a table, a wall); click on the middle of the object"
             )
+        seed = beside
     joined = _joined(depth, free, seed, pinhole.fx, 1.0)
     regions = [joined, _joined(depth, free, seed, pinhole.fx, SMOOTH_STEP)]
     rgb = registered_colors(frame, camera)
@@ -176,9 +177,9 @@ def _cut(
     if not (labels == cv2.GC_FGD).any() or not (labels == cv2.GC_BGD).any():
         return None
     picture = np.ascontiguousarray(cv2.GaussianBlur(rgb, (3, 3), 0)[window])
-    models = np.zeros((1, 65)), np.zeros((1, 65))
+    inner, outer = np.zeros((1, 65)), np.zeros((1, 65))
     cv2.setRNGSeed(0)
-    cv2.grabCut(picture, labels, None, *models, CUT_ROUNDS, cv2.GC_INIT_WITH_MASK)
+    cv2.grabCut(picture, labels, (0, 0, 1, 1), outer, inner, CUT_ROUNDS, cv2.GC_INIT_WITH_MASK)
     inside = np.zeros(near.shape, np.uint8)
     small = ((labels == cv2.GC_FGD) | (labels == cv2.GC_PR_FGD)).astype(np.uint8)
     large = np.repeat(np.repeat(small, every, axis=0), every, axis=1)[: y1 - y0, : x1 - x0]

@@ -47,8 +47,8 @@ def surface_normals(points: Array, read: Mask) -> Array:
     import cv2
 
     weight = cv2.blur(read.astype(np.float64), (BLUR_PX, BLUR_PX))
-    mean = cv2.blur(np.where(read[..., None], points, 0.0), (BLUR_PX, BLUR_PX))
-    mean /= np.maximum(weight, 1e-9)[..., None]
+    blurred = cv2.blur(np.where(read[..., None], points, 0.0), (BLUR_PX, BLUR_PX))
+    mean: Array = blurred / np.maximum(weight, 1e-9)[..., None]
     k = APART_PX
     normals = np.zeros(points.shape)
     right = mean[k:-k, 2 * k :] - mean[k:-k, : -2 * k]

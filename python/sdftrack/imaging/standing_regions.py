@@ -84,7 +84,7 @@ def _spread(large: Mask, points: NDArray[np.float64], apart_m: float, most: int)
     order = np.argsort(p[:, 2], kind="stable")
     v, u, p = v[order], u[order], p[order]
     left = np.ones(len(p), bool)
-    chosen = []
+    chosen: list[tuple[int, int]] = []
     while left.any() and len(chosen) < most:
         k = int(np.argmax(left))
         near = np.linalg.norm(p - p[k], axis=1) < apart_m

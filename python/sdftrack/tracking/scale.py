@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,7 @@ def size_of(sdf: Any) -> float:
     every = max(1, min(sdf.values.shape) // COARSE)
     inside = sdf.values[::every, ::every, ::every] < 0.5 * every * sdf.voxel_size
     sides = [np.flatnonzero(inside.any(axis=axes)) for axes in ((1, 2), (0, 2), (0, 1))]
-    return float(every * sdf.voxel_size * np.linalg.norm([np.ptp(s) if len(s) else 0 for s in sides]))
+    return float(every * sdf.voxel_size * math.hypot(*(float(np.ptp(s)) if len(s) else 0.0 for s in sides)))
 
 
 def extent_of(camera: Any, depth: NDArray[np.float32], mask: NDArray[np.bool_]) -> float:
