@@ -170,13 +170,13 @@ def mask_file(init: Init, shape: tuple[int, int]) -> NDArray[np.bool_]:
 
 
 def _mask(init: Init, target: Target, frame: Any, camera: Any, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    from sdftrack.imaging.click_regions import click_regions
+    from sdftrack.imaging.region_growing import connected_region
 
     if init.kind == "mask":
         return mask_file(init, shape)
     low, high = target.mesh.bounds
     try:
-        return click_regions(frame, camera, _click(init, shape), math.dist(low, high))[0]
+        return connected_region(frame, camera, _click(init, shape), math.dist(low, high))
     except ValueError as error:
         raise ValueError(f"{init.option}: {error}") from None
 
