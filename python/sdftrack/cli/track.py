@@ -29,6 +29,7 @@ from sdftrack.cli.common import (
 )
 from sdftrack.cli.init import INIT, Init, begin, parse_inits
 from sdftrack.cli.sequences import check_usage, each_sequence
+from sdftrack.cli.start_picture import NAME, StartError, save_start_picture, told_with_picture
 from sdftrack.cli.symmetries import check_symmetry, give_symmetries
 from sdftrack.cli.targets import Target, load_mesh, load_targets
 
@@ -185,7 +186,12 @@ def _track_one(folder: Path, out: Path, job: Job) -> list[str]:
         tracker = st.Tracker(sdfs, seq.camera, mode=job.mode, names=names, **job.options)
         frame = fitting(seq[numbers[0]], seq.camera)
         # Before the folder is made: a start that cannot be leaves nothing behind.
-        results = [begin(tracker, job.inits, targets, frame, folder, numbers[0], seq)]
+        camera = seq.camera if frame.camera is None else frame.camera
+        try:
+            result, selection = begin(tracker, job.inits, targets, frame, folder, numbers[0], seq)
+        except StartError as error:
+            raise told_with_picture(error, out, job.overwrite, frame, camera) from None
+        results = [result]
         truths: list[dict[int, Any]] = []
         with st.Recorder(
             out,
@@ -200,6 +206,8 @@ def _track_one(folder: Path, out: Path, job: Job) -> list[str]:
             settings=_settings(folder, job, targets, numbers, seq, tracker),
             bop_name=_bop_name(folder) if seq.layout == "bop" else None,
         ) as recorder:
+            if selection:
+                save_start_picture(out / NAME, frame, camera, selection, result, sdfs)
             for i in progress(numbers, len(numbers), folder.name or str(folder), job.quiet):
                 if i != numbers[0]:
                     frame = fitting(seq[i], seq.camera)
@@ -210,6 +218,8 @@ def _track_one(folder: Path, out: Path, job: Job) -> list[str]:
         if not job.quiet:
             alike = {k: t.symmetry for k, t in enumerate(targets) if t.symmetry}
             show_summary(folder, names, results, truths, [seq.ids[i] for i in numbers], out, alike)
+            if selection and "lost" in map(str, results[0].status):
+                print(f"what was taken for the objects in the first frame: {out / NAME}")
         return list(lost_throughout(folder, names, results, [i.kind for i in job.inits]))
 
 
