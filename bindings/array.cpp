@@ -41,10 +41,10 @@ Rigidd rigid_from(const py::array& T, const char* name) {
   if (m[12] != 0 || m[13] != 0 || m[14] != 0 || std::abs(m[15] - 1) > 1e-6)
     throw py::value_error(prefix + "the last row of a rigid transform is 0 0 0 1; is the matrix transposed?");
   const auto [R, t] = read_matrix(m);
-  if (orthogonality_error(R) > 2e-3 || determinant(R) <= 0)
+  if (orthogonality_error(R) > 1e-2 || determinant(R) <= 0)
     throw py::value_error(prefix + "the upper left 3x3 block is not a rotation (R^T R differs from I by " +
                           std::to_string(orthogonality_error(R)) + ", det " + std::to_string(determinant(R)) +
-                          "); scale or mirror must be removed first");
+                          "; at most 0.01 is projected); scale or mirror must be removed first");
   return {nearest_rotation(R), t};
 }
 

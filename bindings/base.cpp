@@ -71,7 +71,7 @@ void bind_base(py::module_& m) {
       "nearest_rigid",
       [](const py::array& T, const std::string& name) { return matrix_from(rigid_from(T, name.c_str())); },
       py::arg("T"), py::arg("name") = "T",
-      "4x4 float64, rigid to within 1e-3, projected onto the rotations; ValueError beyond.");
+      "4x4 float64, rotation to within 0.01, projected onto the rotations; ValueError beyond.");
 }
 
 }  // namespace sdftrack::bindings

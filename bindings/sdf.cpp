@@ -53,6 +53,8 @@ py::dict report_dict(const sdf::MeshReport& r) {
   d["merged_vertices"] = r.merged_vertices;
   d["degenerate_faces"] = r.degenerate_faces;
   d["duplicate_faces"] = r.duplicate_faces;
+  d["double_sided_faces"] = r.double_sided_faces;
+  d["inverted_parts"] = r.inverted_parts;
   d["flipped_faces"] = r.flipped_faces;
   d["open_edges"] = r.open_edges;
   d["non_manifold_edges"] = r.non_manifold_edges;
@@ -93,16 +95,16 @@ py::tuple from_mesh(const py::array& vertices, const py::array& faces, std::arra
   return py::make_tuple(to_numpy(std::move(out.phi), {grid.nz, grid.ny, grid.nx}), out.inside_out);
 }
 
-py::array_t<float> from_open_mesh(const py::array& vertices, const py::array& faces, std::array<int, 3> shape,
-                                  double voxel_size, Origin origin, double band, int threads) {
+py::tuple from_open_mesh(const py::array& vertices, const py::array& faces, std::array<int, 3> shape,
+                         double voxel_size, Origin origin, double band, int threads) {
   const sdf::MeshView mesh = mesh_view(vertices, faces);
   const sdf::Grid grid = grid_of(shape, voxel_size, origin);
-  std::vector<float> phi;
+  sdf::OpenMeshSdf out;
   {
     const ReleaseGil release;
-    phi = sdf::open_mesh_to_sdf(mesh, sdf::Bvh(mesh), grid, band, threads);
+    out = sdf::open_mesh_to_sdf(mesh, sdf::Bvh(mesh), grid, band, threads);
   }
-  return to_numpy(std::move(phi), {grid.nz, grid.ny, grid.nx});
+  return py::make_tuple(to_numpy(std::move(out.phi), {grid.nz, grid.ny, grid.nx}), out.gap_voxels);
 }
 
 py::array_t<std::int8_t> winding(const py::array& vertices, const py::array& faces, std::array<int, 3> shape,
@@ -238,7 +240,9 @@ void bind_sdf(py::module_& m) {
         "-> phi [z, y, x] float32 m, number of voxels inside an inside-out part.");
   m.def("open_mesh_to_sdf", &from_open_mesh, "vertices"_a, "faces"_a, "shape"_a, "voxel_size"_a, "origin"_a,
         "band_voxels"_a = sdf::kBandVoxels, "threads"_a = 0,
-        "phi [z, y, x] float32 m of a mesh with holes, closed by its generalised winding number.");
+        "-> phi [z, y, x] float32 m of a mesh with holes, closed by its generalised winding number; voxels "
+        "beside the "
+        "surface that closes a hole.");
   m.def("winding_numbers", &winding, "vertices"_a, "faces"_a, "shape"_a, "voxel_size"_a, "origin"_a,
         "threads"_a = 0, "Winding number of a closed mesh at every voxel, int8 [z, y, x].");
   m.def("primitive_sdf", &primitive, "kind"_a, "size"_a, "shape"_a, "voxel_size"_a, "origin"_a,

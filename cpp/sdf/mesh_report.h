@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What a mesh is like, and the same mesh made ready for a sign: equal vertices merged, duplicate faces
-// dropped, flipped ones turned.
+// dropped, flipped ones and inside-out parts turned.
 #pragma once
 
 #include <vector>
@@ -13,6 +13,8 @@ struct MeshReport {
   std::size_t merged_vertices = 0;     // equal to another one, bit for bit
   std::size_t degenerate_faces = 0;    // two corners at one vertex
   std::size_t duplicate_faces = 0;     // the same three vertices as another face
+  std::size_t double_sided_faces = 0;  // there both ways, one of them kept
+  std::size_t inverted_parts = 0;      // inside out as a whole, and turned
   std::size_t flipped_faces = 0;       // turned against most of their part
   std::size_t open_edges = 0;          // in one face only
   std::size_t non_manifold_edges = 0;  // in more than two faces

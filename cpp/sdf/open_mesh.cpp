@@ -8,29 +8,11 @@
 #include "base/parallel.h"
 #include "sdf/mesh_to_sdf.h"
 #include "sdf/sweep.h"
-#include "sdf/winding.h"
+#include "sdf/winding_grid.h"
 
 namespace sdftrack::sdf {
 
 namespace {
-
-constexpr int kCell = 4;
-constexpr double kSure = 0.3;  // from 1/2: a cell whose centre is that sure, far from the mesh, has one sign
-
-int cells(int n) { return (n + kCell - 1) / kCell; }
-
-// Winding number of every voxel of one cell; far from mesh and holes the cell's centre speaks for all.
-void fill_cell(const WindingTree& tree, const Grid& grid, const std::vector<float>& u, int x0, int y0, int z0,
-               std::vector<float>* w) {
-  const int x1 = std::min(x0 + kCell, grid.nx), y1 = std::min(y0 + kCell, grid.ny),
-            z1 = std::min(z0 + kCell, grid.nz);
-  const double centre = tree(0.5 * (grid.point(x0, y0, z0) + grid.point(x1 - 1, y1 - 1, z1 - 1)));
-  const bool far = u[grid.index(x0, y0, z0)] > 3 * kCell * grid.voxel_m && std::abs(centre - 0.5) > kSure;
-  for (int iz = z0; iz < z1; ++iz)
-    for (int iy = y0; iy < y1; ++iy)
-      for (int ix = x0; ix < x1; ++ix)
-        (*w)[grid.index(ix, iy, iz)] = static_cast<float>(far ? centre : tree(grid.point(ix, iy, iz)));
-}
 
 // Distance of a voxel to where the winding number passes 1/2 without a triangle between: in a hole. 0:
 // nowhere.
@@ -57,28 +39,30 @@ double hole_distance(const Grid& grid, const std::vector<float>& u, const std::v
 
 }  // namespace
 
-std::vector<float> open_mesh_to_sdf(const MeshView& mesh, const Bvh& bvh, const Grid& grid, double band_vox,
-                                    int threads) {
-  std::vector<float> u = mesh_distance(bvh, grid, band_vox, threads);
-  const WindingTree tree(mesh);
-  std::vector<float> w(grid.size());
-  parallel_for(static_cast<std::size_t>(cells(grid.nz)), threads, [&](std::size_t chunk) {
-    for (int y = 0; y < grid.ny; y += kCell)
-      for (int x = 0; x < grid.nx; x += kCell)
-        fill_cell(tree, grid, u, x, y, static_cast<int>(chunk) * kCell, &w);
-  });
+OpenMeshSdf open_mesh_to_sdf(const MeshView& mesh, const Bvh& bvh, const Grid& grid, double band_vox,
+                             int threads) {
+  OpenMeshSdf out{mesh_distance(bvh, grid, band_vox, threads), 0};
+  std::vector<float>& u = out.phi;
+  const std::vector<float> w = winding_of_open_mesh(mesh, grid, u, threads);
   std::vector<float> hole(grid.size());
   std::vector<std::uint8_t> known(grid.size(), 0);
-  for (int iz = 0; iz < grid.nz; ++iz)
+  parallel_for(static_cast<std::size_t>(grid.nz), threads, [&](std::size_t chunk) {
+    const int iz = static_cast<int>(chunk);
     for (int iy = 0; iy < grid.ny; ++iy)
       for (int ix = 0; ix < grid.nx; ++ix)
         if (const double d = hole_distance(grid, u, w, ix, iy, iz); d > 0) {
           hole[grid.index(ix, iy, iz)] = static_cast<float>(d);
           known[grid.index(ix, iy, iz)] = 1;
         }
-  fast_sweep(grid, known, &hole);
-  for (std::size_t i = 0; i < u.size(); ++i) u[i] = std::min(u[i], hole[i]) * (w[i] > 0.5f ? -1.f : 1.f);
-  return u;
+  });
+  for (std::uint8_t k : known) out.gap_voxels += k;
+  if (out.gap_voxels) {
+    fast_sweep(grid, known, &hole);
+    for (std::size_t i = 0; i < u.size(); ++i) u[i] = std::min(u[i], hole[i]);
+  }
+  for (std::size_t i = 0; i < u.size(); ++i)
+    if (w[i] > 0.5f) u[i] = -u[i];
+  return out;
 }
 
 }  // namespace sdftrack::sdf

@@ -9,8 +9,13 @@
 
 namespace sdftrack::sdf {
 
+struct OpenMeshSdf {
+  std::vector<float> phi;
+  std::size_t gap_voxels = 0;  // beside the surface that closes a hole; 0: no hole shows at this resolution
+};
+
 // The surface is the mesh and, across its holes, the set of winding number 1/2.
-std::vector<float> open_mesh_to_sdf(const MeshView& mesh, const Bvh& bvh, const Grid& grid, double band_vox,
-                                    int threads);
+OpenMeshSdf open_mesh_to_sdf(const MeshView& mesh, const Bvh& bvh, const Grid& grid, double band_vox,
+                             int threads);
 
 }  // namespace sdftrack::sdf

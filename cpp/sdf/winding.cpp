@@ -2,6 +2,7 @@
 #include "sdf/winding.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -11,6 +12,7 @@ namespace {
 
 constexpr std::size_t kLeafSize = 8;
 constexpr double kFar = 3;  // radii; the dipole is then good to about 1e-2 (Barill et al., section 4)
+constexpr double kFarther = 12, kUnsure = 0.03;
 
 Vec3d centroid(const Triangle& t) { return (1.0 / 3) * (t.a + t.b + t.c); }
 
@@ -64,18 +66,25 @@ void WindingTree::build(std::size_t index, std::vector<Triangle>& triangles) {
 }
 
 double WindingTree::operator()(Vec3d p) const {
+  // Near 1/2, where the error of the dipoles could change the side, they are taken from farther away.
+  const double number = sum(p, kFar);
+  return std::abs(number - 0.5) > kUnsure ? number : sum(p, kFarther);
+}
+
+double WindingTree::sum(Vec3d p, double far) const {
   double angle = 0;
-  std::vector<std::size_t> stack{0};
-  while (!stack.empty()) {
-    const Node& node = nodes_[stack.back()];
-    stack.pop_back();
+  std::array<std::size_t, 128> stack;  // halved by the median at each level: far deeper than any mesh
+  std::size_t top = 0;
+  stack[top++] = 0;
+  while (top) {
+    const Node& node = nodes_[stack[--top]];
     const Vec3d d = node.centre - p;
     const double d2 = dot(d, d);
-    if (d2 > kFar * kFar * node.radius * node.radius) {
+    if (d2 > far * far * node.radius * node.radius) {
       angle += dot(node.area_normal, d) / (d2 * std::sqrt(d2));
     } else if (node.left) {
-      stack.push_back(node.left + 1);
-      stack.push_back(node.left);
+      stack[top++] = node.left + 1;
+      stack[top++] = node.left;
     } else {
       for (std::size_t i = node.begin; i < node.end; ++i) angle += solid_angle(triangles_[i], p);
     }

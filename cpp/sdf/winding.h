@@ -23,6 +23,7 @@ class WindingTree {
     std::size_t left = 0;       // children left and left + 1; 0: a leaf
   };
 
+  double sum(Vec3d p, double far) const;
   void build(std::size_t node, std::vector<Triangle>& triangles);
 
   std::vector<Node> nodes_;

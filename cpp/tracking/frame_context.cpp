@@ -39,9 +39,22 @@ void FrameContext::set_camera(const Camera& camera) {
 
 void FrameContext::open(const frame::DepthFrame& frame, const std::vector<TrackedObject>& objects) {
   frame_ = frame, objects_ = &objects;
+  fault_ = ReasonCode::kNone;
   together_.assign(objects.size(), std::nullopt);
   readable_ = frame.depth_m.data &&
               has_depth(frame.depth_m, objects.empty() ? 0 : pixel_of(camera_, objects.front().T_cam_obj));
+}
+
+void FrameContext::open_next(const frame::DepthFrame& frame, const std::vector<TrackedObject>& objects) {
+  open(frame, objects);
+  regions_.clear();
+  float depth_m = 0;
+  for (const TrackedObject& object : objects) {
+    if (!object.followed() || !frame.color) continue;
+    regions_.push_back(frame::projected_box(camera_, *object.shape, object.T_cam_obj, 0));
+    depth_m = static_cast<float>(object.T_cam_obj.t.z);
+  }
+  fault_ = watch_.look(frame, regions_, depth_m);
 }
 
 void FrameContext::follow_plane() {

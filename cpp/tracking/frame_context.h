@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "plane/plane.h"
+#include "tracking/frame_watch.h"
 #include "tracking/several/joint_fit.h"
 #include "tracking/tracked_object.h"
 
@@ -23,6 +24,10 @@ class FrameContext {
 
   // The objects are kept by address: what is asked below sees them as they are then.
   void open(const frame::DepthFrame& frame, const std::vector<TrackedObject>& objects);
+  // The next frame of the sequence: compared with the one before. Another one has no fault.
+  void open_next(const frame::DepthFrame& frame, const std::vector<TrackedObject>& objects);
+  void forget_sequence() { watch_.forget(), fault_ = ReasonCode::kNone; }
+  ReasonCode fault() const { return fault_; }  // of the sequence's last frame; kNone in others
   // Looks for the table where the objects are not.
   void follow_plane();
   void forget_plane() { plane_ = {}; }
@@ -61,6 +66,9 @@ class FrameContext {
   Camera camera_;
   std::vector<float> rays_;  // empty without distortion
   plane::PlaneFollower plane_;
+
+  FrameWatch watch_;
+  ReasonCode fault_ = ReasonCode::kNone;
 
   frame::DepthFrame frame_{};
   const std::vector<TrackedObject>* objects_ = nullptr;

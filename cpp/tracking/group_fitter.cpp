@@ -140,7 +140,8 @@ void GroupFitter::give_up_doubles(FrameContext* context, const Objects& objects,
     }
 }
 
-ObjectResult GroupFitter::accept(JointFitted* joint, double time_s, TrackedObject* object) const {
+ObjectResult GroupFitter::accept(JointFitted* joint, const FrameContext& context,
+                                 TrackedObject* object) const {
   object->prior.reset();
   const auto without_pose = [&](Reason reason, Status status) {
     ObjectResult result = result_without_pose(*object, std::move(reason), status);
@@ -161,7 +162,7 @@ ObjectResult GroupFitter::accept(JointFitted* joint, double time_s, TrackedObjec
     return carried;
   }
   const Trust trust = judge(joint->fitted, options_, object->prior_log_odds);
-  return follower_->accept(std::move(joint->fitted), trust, time_s, object);
+  return follower_->accept(std::move(joint->fitted), trust, context, object);
 }
 
 }  // namespace sdftrack::tracking

@@ -17,7 +17,7 @@ class GroupFitter {
   // What may touch is fitted: FrameContext::together. Objects that are alone are left.
   void fit(FrameContext* context, const std::vector<TrackedObject>& objects);
   // Of an object that was fitted together with others; it takes over what it is found to be.
-  ObjectResult accept(JointFitted* joint, double time_s, TrackedObject* object) const;
+  ObjectResult accept(JointFitted* joint, const FrameContext& context, TrackedObject* object) const;
 
  private:
   using Objects = std::vector<TrackedObject>;

@@ -27,6 +27,7 @@ void ConstantVelocity::observe(const Rigidd& T_cam_obj, double time_s) {
     if (per_second_ && dt > kLongestGap_s) v_ = w_ = {0, 0, 0};
   }
   seen_ = true, last_ = T_cam_obj, time_s_ = time_s, frames_ = 1, belief_ = 1;
+  ++poses_;
 }
 
 void ConstantVelocity::pass() {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tracking/object_follower.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -12,8 +13,8 @@ constexpr double kProof = 0.9;  // evidence by which what a search has found pro
 constexpr double kSlow = 0.02, kFast = 0.3;              // how fast the usual values follow
 constexpr double kFollowedOdds = 3, kDoubtFades = 0.93;  // log odds against loss; per doubtful frame
 constexpr double kStepFades = 0.8;                       // per frame
-constexpr double kMinStep_m =
-    0.005;  // what stands still may jump this far, and still be seen by a narrow fit
+constexpr double kMinStep_m = 0.005;  // what stands still may jump so far, and still be seen by a narrow fit
+constexpr double kMinMotion_m = 0.002, kMinMotion_rad = 0.01;  // in a frame, of an object at rest
 constexpr int kColorBudget = 1500, kFirstColorBudget = 20000;  // pixels visited for the histograms
 
 // Of an object that is where it was, or where somebody says that it is. Full after a sure frame, less with
@@ -45,7 +46,7 @@ ObjectResult ObjectFollower::follow(FrameContext* context, TrackedObject* object
   object->prior.reset();
   if (!best) return result_without_pose(*object, {ReasonCode::kFewReadings}, Status::kLost);
   const Trust trust = judge(*best, options_, object->prior_log_odds, vouched_log_odds(*object, options_));
-  return accept(std::move(*best), trust, left.time_s, object);
+  return accept(std::move(*best), trust, *context, object);
 }
 
 Rigidd ObjectFollower::expected_pose(const TrackedObject& object, double time_s) const {
@@ -76,13 +77,16 @@ std::optional<Found> ObjectFollower::search(FrameContext* context, const frame::
                       context->colors_of(object), query, prior_log_odds, &fitter_);
 }
 
-ObjectResult ObjectFollower::accept(Fitted fitted, const Trust& trust, double time_s,
+ObjectResult ObjectFollower::accept(Fitted fitted, Trust trust, const FrameContext& context,
                                     TrackedObject* object) const {
   ObjectResult result;
+  doubt_frame(context.fault(), &trust.status, &trust.reason, &trust.confidence);
   if (trust.status == Status::kLost) {
     result = result_without_pose(*object, trust.reason, Status::kLost);
     result.trust.inliers = trust.inliers;
   } else {
+    const double time_s = context.frame().time_s;
+    if (context.fault() == ReasonCode::kRepeatedDepth) move_on(time_s, *object, &fitted);
     keep(fitted, trust, time_s, object);
     result.T_cam_obj = uncentred(fitted.T_cam_obj, *object->shape);
     result.covariance = fitted.covariance;
@@ -93,6 +97,22 @@ ObjectResult ObjectFollower::accept(Fitted fitted, const Trust& trust, double ti
   result.foreground = fitted.foreground;
   result.steps = std::move(fitted.steps);
   return result;
+}
+
+// The readings are of a moment before: since then the object has gone on, nobody knows how far.
+void ObjectFollower::move_on(double time_s, const TrackedObject& object, Fitted* fitted) const {
+  const Rigidd before = fitted->T_cam_obj;
+  fitted->T_cam_obj = object.motion.predict(before, time_s);
+  double sd_m = options_.motion_sigma_m, sd_rad = options_.motion_sigma_rad;
+  if (object.motion.knows_velocity()) {
+    const Vec3d step = uncentred(fitted->T_cam_obj, *object.shape).t - uncentred(before, *object.shape).t;
+    sd_m = std::max(kMinMotion_m, norm(step));
+    sd_rad = std::max(kMinMotion_rad, rotation_angle(fitted->T_cam_obj.R * transpose(before.R)));
+  }
+  for (int i = 0; i < 3; ++i) {
+    fitted->covariance(i, i) += sd_m * sd_m;
+    fitted->covariance(i + 3, i + 3) += sd_rad * sd_rad;
+  }
 }
 
 void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_s,

@@ -28,7 +28,7 @@ class ObjectFollower {
   // The object fitted alone from where it is expected. The object takes over what it is found to be.
   ObjectResult follow(FrameContext* context, TrackedObject* object);
   // A fit that is judged already: the object takes it over unless it is lost.
-  ObjectResult accept(Fitted fitted, const Trust& trust, double time_s, TrackedObject* object) const;
+  ObjectResult accept(Fitted fitted, Trust trust, const FrameContext& context, TrackedObject* object) const;
   // The object's colours, and those around it, at its pose in this frame.
   void learn_colors(FrameContext* context, TrackedObject* object);
   // A pose as it is: nothing is fitted or remembered. None where too few readings are near.
@@ -62,6 +62,7 @@ class ObjectFollower {
   Attempt fine_attempt(const TrackedObject& object, const Rigidd& T_cam_obj) const;
   Attempt narrow_attempt(const Rigidd& T_cam_obj) const;
   Attempt wide_attempt(const TrackedObject& object, const Rigidd& expected, double time_s) const;
+  void move_on(double time_s, const TrackedObject& object, Fitted* fitted) const;
   void keep(const Fitted& fitted, const Trust& trust, double time_s, TrackedObject* object) const;
 
   TrackerOptions options_;

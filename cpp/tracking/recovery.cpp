@@ -42,7 +42,7 @@ ObjectResult Recovery::find(FrameContext* context, const PoseHint& hint, Tracked
     return result_without_pose(*object, {empty ? ReasonCode::kNoReadingInMask : ReasonCode::kNothingFound},
                                Status::kLost);
   }
-  ObjectResult result = follower_->accept(found->fitted, found->trust, context->frame().time_s, object);
+  ObjectResult result = follower_->accept(found->fitted, found->trust, *context, object);
   result.runner_up = found->runner_up;
   object->lost_frames = result.trust.status == Status::kLost;
   return result;
@@ -66,8 +66,7 @@ ObjectResult Recovery::find_lost(FrameContext* context, TrackedObject* object, O
   if (!found || found->trust.status != Status::kOk || found->trust.confidence < kSure) return lost;
 
   const Rigidd last = object->T_cam_obj;
-  ObjectResult result =
-      follower_->accept(std::move(found->fitted), found->trust, context->frame().time_s, object);
+  ObjectResult result = follower_->accept(std::move(found->fitted), found->trust, *context, object);
   result.runner_up = found->runner_up;
   result.trust.status = Status::kWeak;
   result.trust.reason = {ReasonCode::kFoundAgain};
@@ -83,6 +82,7 @@ ObjectResult Recovery::confirm(ObjectResult result, TrackedObject* object) const
     object->before_found.reset();
     return result;
   }
+  if (is_frame_fault(result.trust.reason.code)) return result;  // a later frame must tell
   object->T_cam_obj = *object->before_found;
   object->before_found.reset();
   ObjectResult gone = result_without_pose(*object, {ReasonCode::kNotConfirmed}, Status::kLost);

@@ -39,6 +39,7 @@ const FrameResult& Tracker::start(const frame::DepthFrame& frame, const std::vec
     throw std::invalid_argument("poses: expected one per shape (" + std::to_string(objects_.size()) +
                                 "), got " + std::to_string(hints.size()));
   context_.forget_plane();
+  context_.forget_sequence();
   Poses best;
   for (std::size_t k = 0; k < objects_.size(); ++k) {
     objects_[k].forget(options_);
@@ -49,14 +50,14 @@ const FrameResult& Tracker::start(const frame::DepthFrame& frame, const std::vec
     best.push_back(pose);
   }
   verdict_.start(std::move(best));
-  context_.open(frame, objects_);
+  context_.open_next(frame, objects_);
   answer_all();
   return concluded(frame);
 }
 
 const FrameResult& Tracker::track(const frame::DepthFrame& frame) {
   verdict_.next_frame();
-  context_.open(frame, objects_);
+  context_.open_next(frame, objects_);
   answer_all();
   return concluded(frame);
 }
@@ -125,6 +126,8 @@ void Tracker::answer_each(const Work& work) {
   if (readable && objects_.size() > 1) assign_finds(served_, &objects_, &answers_);
   for (std::size_t i = 0; i < served_.size(); ++i)
     if (object(served_[i]).doubtful_frames > 0) doubt_identity(&object(served_[i]), &answers_[i]);
+  for (ObjectResult& answer : answers_)
+    doubt_frame(context_.fault(), &answer.trust.status, &answer.trust.reason, &answer.trust.confidence);
 }
 
 ObjectResult Tracker::unread(Object* object) const {
@@ -167,7 +170,7 @@ ObjectResult Tracker::begin_at(Object* object, const PoseHint& hint) {
 
 ObjectResult Tracker::follow(Object* object) {
   if (JointFitted* const joint = context_.together_of(*object))
-    return groups_.accept(joint, context_.frame().time_s, object);
+    return groups_.accept(joint, context_, object);
   return follower_.follow(&context_, object);
 }
 

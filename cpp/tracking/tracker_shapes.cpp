@@ -72,6 +72,8 @@ void Tracker::set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matri
   place(T_cam_obj, &moved);
   if (covariance_cam)
     moved.prior = increment_information(*covariance_cam, moved.T_cam_obj, -moved.shape->centre_obj);
+  else
+    context_.forget_sequence();  // begun again there; a prior is one more measurement of the same sequence
   verdict_.set_pose(static_cast<std::size_t>(k), T_cam_obj);
 }
 
@@ -92,10 +94,12 @@ void Tracker::remove(int k) {
 
 void Tracker::resume(int index, double time_s, const std::vector<bool>& followed, const Poses& best) {
   go_on_from(best);
+  context_.forget_sequence();
   verdict_.resume(index, time_s, followed, best);
 }
 
 void Tracker::interrupt(int index) {
+  context_.forget_sequence();
   verdict_.interrupt();
   verdict_.result().index = index;
 }

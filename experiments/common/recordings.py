@@ -12,7 +12,7 @@ from typing import Any, Literal
 __all__ = ["FOLDERS", "RECORDINGS", "Opened", "Recording", "opened", "recordings_of"]
 
 Part = Literal["choose", "report"]
-VOXELS = 120
+VOXELS = 200
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,12 @@ class Opened:
     def truth(self, i: int) -> Any:
         """T_cam_obj of the object in frame i, None where no reference is known."""
         return self.seq.ground_truth.get(i, {}).get(self.instance)
+
+    def twins(self, i: int, still: dict[int, int]) -> list[tuple[int, int]]:
+        """Frame and instance of the references in frame i of other objects of the same shape."""
+        j, own = still.get(i, i), self.seq.objects[self.instance]
+        others = [k for k, obj in enumerate(self.seq.objects) if obj == own and k != self.instance]
+        return [(j, k) for k in others if k in self.seq.ground_truth.get(j, {})]
 
 
 def recordings_of(part: Part) -> list[Recording]:

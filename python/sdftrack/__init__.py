@@ -35,6 +35,7 @@ if TYPE_CHECKING:  # what type checkers and editors read; a test compares it wit
     from sdftrack.recorder import Recorder
     from sdftrack.results import Status, Step, TrackResult
     from sdftrack.sdf import SDF, MeshReport, smooth_union, union
+    from sdftrack.symmetry import Symmetry, find_symmetries
     from sdftrack.tracking import Tracker
     from sdftrack.viz import draw
 
@@ -59,6 +60,7 @@ _HOMES = {
     "recorder": ("Recorder",),
     "results": ("Status", "Step", "TrackResult"),
     "sdf": ("SDF", "MeshReport", "smooth_union", "union"),
+    "symmetry": ("Symmetry", "find_symmetries"),
     "tracking": ("Tracker",),
     "viz": ("draw",),
 }
@@ -84,6 +86,7 @@ __all__ = [
     "State",
     "Status",
     "Step",
+    "Symmetry",
     "TrackResult",
     "Tracker",
     "TrackerOptions",
@@ -94,6 +97,7 @@ __all__ = [
     "contour",
     "cuda_available",
     "draw",
+    "find_symmetries",
     "fit_primitive",
     "fit_primitives",
     "geometry",

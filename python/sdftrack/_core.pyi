@@ -1729,11 +1729,11 @@ def mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Ann
     """
 def nearest_rigid(T: numpy.ndarray, name: str = 'T') -> numpy.typing.NDArray[numpy.float64]:
     """
-    4x4 float64, rigid to within 1e-3, projected onto the rotations; ValueError beyond.
+    4x4 float64, rotation to within 0.01, projected onto the rotations; ValueError beyond.
     """
-def open_mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
+def open_mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
     """
-    phi [z, y, x] float32 m of a mesh with holes, closed by its generalised winding number.
+    -> phi [z, y, x] float32 m of a mesh with holes, closed by its generalised winding number; voxels beside the surface that closes a hole.
     """
 def option_expected(kind: str, min: typing.SupportsFloat | typing.SupportsIndex, max: typing.SupportsFloat | typing.SupportsIndex, min_open: bool, max_open: bool, ends_only: bool, may_be_none: bool, choices: collections.abc.Sequence[str]) -> str:
     """

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import numbers
+from sdftrack._internal.rigid_poses import rigid_pose
 
 __all__ = ["exp", "inverse", "log", "look_at", "pose", "rigid", "transform_points"]
 
@@ -19,9 +19,12 @@ Array = NDArray[np.float64]
 
 
 def rigid(T: ArrayLike, name: str = "T") -> Array:
-    """`T` as a (4, 4) float64 rigid transform, made a true rotation within 1e-3; else ValueError."""
-    result: Array = _core.nearest_rigid(numbers(T, name), name)
-    return result
+    """`T` as a (4, 4) float64 rigid transform.
+
+    A rotation that is off by up to 0.01 (max |R^T R - I|) is replaced by the nearest true one, beyond 0.001 with a
+    warning; ValueError where it is farther off.
+    """
+    return rigid_pose(T, name)
 
 
 def pose(w_rad: ArrayLike = (0.0, 0.0, 0.0), t_m: ArrayLike = (0.0, 0.0, 0.0)) -> Array:

@@ -17,7 +17,7 @@ struct Groups : PartsFixture {
     groups.fit(&context, objects);
   }
   tracking::ObjectResult accept(std::size_t k) {
-    return groups.accept(&*context.together(k), tracking::kUnknown, &objects[k]);
+    return groups.accept(&*context.together(k), context, &objects[k]);
   }
 };
 

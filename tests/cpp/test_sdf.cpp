@@ -118,6 +118,24 @@ TEST(MeshReport, a_face_and_its_reverse_cancel_and_a_missing_one_leaves_three_op
   EXPECT_EQ(open.report.open_edges, 3u);
 }
 
+TEST(MeshReport, a_double_sided_tetrahedron_keeps_one_side_and_points_outwards) {
+  Soup mesh = tetrahedron();
+  for (int i = 0; i < 4; ++i) mesh.faces.push_back({mesh.faces[i].a, mesh.faces[i].c, mesh.faces[i].b});
+  const sdf::CleanMesh one = sdf::clean_mesh(mesh.view());
+  EXPECT_EQ(one.faces.size(), 4u);
+  EXPECT_EQ(one.report.double_sided_faces, 4u);
+  EXPECT_EQ(one.report.unbalanced_edges, 0u);
+  EXPECT_NEAR(one.report.volume_m3, 1.0 / 6, 1e-15);
+}
+
+TEST(MeshReport, a_tetrahedron_that_is_inside_out_is_turned) {
+  Soup mesh = tetrahedron();
+  for (sdf::Face& f : mesh.faces) std::swap(f.b, f.c);
+  const sdf::CleanMesh turned = sdf::clean_mesh(mesh.view());
+  EXPECT_EQ(turned.report.inverted_parts, 1u);
+  EXPECT_NEAR(turned.report.volume_m3, 1.0 / 6, 1e-15);
+}
+
 TEST(Redistance, gives_a_field_of_one_sign_back_as_an_error) {
   const sdf::Grid grid{3, 3, 3, 1, {0, 0, 0}};
   const std::vector<float> outside(27, 1.f);

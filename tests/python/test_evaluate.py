@@ -16,6 +16,7 @@ from sdftrack.io.datasets import Sequence
 from sdftrack.io.save import save_sequence
 from sdftrack.mesh import Mesh
 from sdftrack.recorder import Recorder
+from sdftrack.symmetry import Symmetry
 
 OFF_M, OFF_RAD = 0.003, np.deg2rad(2.0)
 MESH = Mesh(
@@ -65,7 +66,7 @@ def test_lost_frames_are_counted_and_their_poses_are_not_judged(tmp_path):
 
 def test_an_object_without_any_pose_has_dashes_in_its_row(tmp_path):
     (score,) = compare(read_results(recorded(tmp_path, ["lost"] * 6)), sequence())
-    assert table_rows([score])[0][3:] == ["6"] + ["-"] * 8
+    assert table_rows([score])[0][3:] == ["6"] + ["-"] * 10
     json.dumps(score.to_dict(), allow_nan=False)
 
 
@@ -116,3 +117,59 @@ def test_the_command_writes_table_plots_and_numbers(tmp_path, capsys):
     assert "new or empty" in capsys.readouterr().err
     assert run(["evaluate", str(results), str(tmp_path / "seq"), "--overwrite", "--quiet"]) == 0
     assert capsys.readouterr().out == ""
+
+
+def test_results_of_other_images_or_of_another_object_are_refused(tmp_path):
+    report = read_results(recorded(tmp_path / "a"))
+    elsewhere = Sequence(
+        [frame(i) for i in range(6)], CAMERA, np.array(TRUTH), models={1: MESH}, ids=range(100, 106)
+    )
+    with pytest.raises(
+        ValueError, match=r"none of their images \(0 to 5\) is one of the sequence's \(100 to 105\)"
+    ):
+        compare(report, elsewhere)
+    truth = {i: {0: T} for i, T in enumerate(TRUTH)}
+    other = Sequence([frame(i) for i in range(6)], CAMERA, truth, models={7: MESH}, objects=[7])
+    with pytest.raises(
+        ValueError, match=r"object 0 \(.*\) has obj_id 1, the sequence has obj_id 7 as instance 0"
+    ):
+        compare(report, other)
+    report["settings"]["known_models"] = [False]  # a mesh of the user's own
+    assert compare(report, other)[0].compared == 6
+    some = Sequence(
+        [frame(i) for i in range(6)], CAMERA, truth, models={1: MESH}, ids=[0, 1, 2, 103, 104, 105]
+    )
+    report["settings"].pop("known_models")
+    with pytest.warns(UserWarning, match="3 of their 6 images are not in the sequence"):
+        assert compare(report, some)[0].compared == 3
+
+
+def test_it_says_what_it_compared(tmp_path, capsys):
+    results = recorded(tmp_path / "run")
+    save_sequence(tmp_path / "seq", sequence(), layout="bop")
+    assert run(["evaluate", str(results), str(tmp_path / "seq")]) == 0
+    assert "(obj_id 1) against instance 0: 6 of 6 frames compared, images 0 to 5" in capsys.readouterr().out
+    numbers = json.loads((results / "evaluation/result.json").read_text())["objects"][0]
+    assert numbers["compared_images"] == [0, 5]
+    assert numbers["adds_mm"]["mean"] <= numbers["add_mm"]["mean"] <= numbers["mssd_mm"]["mean"]
+
+
+def test_mssd_takes_the_symmetries_that_are_stated(tmp_path):
+    half = np.diag([-1.0, -1.0, 1.0, 1.0])
+    with Recorder(tmp_path, CAMERA) as recorder:
+        for i, T in enumerate(TRUTH):
+            recorder.add(frame(i, T), result([T @ half], None, i))
+    seq = Sequence(
+        [frame(i) for i in range(6)],
+        CAMERA,
+        np.array(TRUTH),
+        models={1: MESH},
+        symmetries={1: Symmetry(half[None])},
+    )
+    (score,) = compare(read_results(tmp_path), seq)
+    assert score.mssd_m.max() < 1e-9
+    assert score.add_m.min() > 0.01
+    seq.symmetries = {}
+    assert compare(read_results(tmp_path), seq)[0].mssd_m.min() == pytest.approx(
+        0.1
+    )  # two vertices 50 mm off the axis

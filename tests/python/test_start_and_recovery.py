@@ -345,8 +345,12 @@ FULL = np.ones(CAMERA.shape, bool)
         ({"boxes": [(10, 10, 20)]}, ValueError, r"boxes\[0\]: expected \(x, y, w, h\)"),
         ({"boxes": [(10, 10, 20, np.nan)]}, ValueError, r"boxes\[0\]"),
         ({"boxes": 5}, TypeError, "boxes: expected one"),
-        ({"masks": FULL, "boxes": [(0, 0, 9, 9)]}, ValueError, "expected one of poses, masks and boxes"),
-        ({"poses": [POSE], "masks": FULL}, ValueError, "expected one of poses, masks and boxes"),
+        (
+            {"masks": FULL, "boxes": [(0, 0, 9, 9)]},
+            ValueError,
+            "expected one of poses, masks, boxes and clicks",
+        ),
+        ({"poses": [POSE], "masks": FULL}, ValueError, "expected one of poses, masks, boxes and clicks"),
     ],
 )
 def test_a_bad_place_is_refused_and_the_tracker_is_as_before(tracker, body, given, error, match):

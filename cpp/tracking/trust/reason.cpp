@@ -18,6 +18,13 @@ constexpr std::array kSentences{
     Sentence{ReasonCode::kNoDepthImage, "the frame has no depth image"},
     Sentence{ReasonCode::kUnreadable, "{text}"},
     Sentence{ReasonCode::kNoReading, "the depth image has no valid reading"},
+    Sentence{ReasonCode::kRepeatedDepth,
+             "the depth image is that of the frame before; the pose is moved on by the last motion"},
+    Sentence{ReasonCode::kRepeatedTime, "the timestamp is that of the frame before"},
+    Sentence{ReasonCode::kBackwardTime, "the timestamp lies before that of the last frame"},
+    Sentence{ReasonCode::kTimeJump, "the timestamp jumps by more than ten usual steps"},
+    Sentence{ReasonCode::kExposureJump,
+             "the brightness of the colour image changes by more than a quarter in one frame"},
     Sentence{ReasonCode::kFewReadings, "too few depth readings near the last pose"},
     Sentence{ReasonCode::kLittleVisible,
              "only {percent} % of the surface that the camera should see is where the pose puts it"},
@@ -64,6 +71,7 @@ std::string sentence(const Reason& reason, const std::vector<std::string>& names
   replace("{number}", number, &out);
   replace("{name}", named ? names[static_cast<std::size_t>(reason.object)] : "object " + number, &out);
   replace("{text}", reason.text, &out);
+  if (reason.frame != ReasonCode::kNone) out += "; " + sentence({reason.frame});
   return out;
 }
 

@@ -15,6 +15,11 @@ enum class ReasonCode {
   kNoDepthImage,
   kUnreadable,  // text: what its reader says
   kNoReading,
+  kRepeatedDepth,
+  kRepeatedTime,
+  kBackwardTime,
+  kTimeJump,
+  kExposureJump,
   // What the frame says of a pose
   kFewReadings,
   kLittleVisible,  // percent
@@ -40,18 +45,24 @@ enum class ReasonCode {
   kCount
 };
 
+// Whether it speaks against the frame, not against the pose.
+constexpr bool is_frame_fault(ReasonCode code) {
+  return code >= ReasonCode::kRepeatedDepth && code <= ReasonCode::kExposureJump;
+}
+
 // A code with its arguments.
 struct Reason {
   ReasonCode code = ReasonCode::kNone;
   int percent = 0;
   int object = -1;
   std::string text = {};
+  ReasonCode frame = ReasonCode::kNone;  // what is wrong with the frame besides; said behind it
 
   bool empty() const { return code == ReasonCode::kNone; }
 };
 
-inline Reason reason_with_percent(ReasonCode code, int percent) { return {code, percent, -1, {}}; }
-inline Reason reason_about(ReasonCode code, int object) { return {code, 0, object, {}}; }
+inline Reason reason_with_percent(ReasonCode code, int percent) { return {code, percent}; }
+inline Reason reason_about(ReasonCode code, int object) { return {code, 0, object}; }
 
 // Empty, or one sentence. names: of the tracker's objects; without one "object 0", "object 1", ...
 std::string sentence(const Reason& reason, const std::vector<std::string>& names = {});

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack import _core
+from sdftrack._internal.rigid_poses import rigid_pose
 from sdftrack.camera.pinhole import Camera
 
 __all__ = ["RGBDCamera", "depth_camera"]
@@ -48,7 +48,7 @@ class RGBDCamera:
             if self.color is None:
                 raise ValueError("color: expected a Camera beside T_color_depth, got None")
             T = np.ascontiguousarray(self.T_color_depth, dtype=np.float64)
-            object.__setattr__(self, "T_color_depth", _frozen(_core.nearest_rigid(T, "T_color_depth")))
+            object.__setattr__(self, "T_color_depth", _frozen(rigid_pose(T, "T_color_depth")))
         elif self.projective is not None:
             P, q = (np.array(a, dtype=np.float64) for a in self.projective)
             if P.shape != (3, 3) or q.shape != (3,) or not (np.isfinite(P).all() and np.isfinite(q).all()):

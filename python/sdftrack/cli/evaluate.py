@@ -72,4 +72,6 @@ def evaluate(
     )
     if not quiet:
         show_table(title, HEAD, rows)
+        for score in scores:
+            print(score.told())
         print(f"written to {out}")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from sdftrack.cli.common import Usage
 from sdftrack.cli.poses_file import read_poses
+from sdftrack.cli.start_picture import Selection, StartError
 from sdftrack.cli.targets import Target
 
 __all__ = ["INIT", "Init", "begin", "box_inside", "mask_file", "parse_init", "parse_inits", "places"]
@@ -80,9 +81,37 @@ def _numbers(text: str, values: str, name: str, wanted: str) -> tuple[float, ...
 
 def begin(
     tracker: Any, inits: list[Init], targets: list[Target], frame: Any, folder: Path, first: int, seq: Any
-) -> Any:
-    """Start the tracker on `frame`, the one with number `first`; its result."""
-    return tracker.start(frame, **places(inits, targets, frame, folder, first, seq))
+) -> tuple[Any, Selection]:
+    """Start the tracker on `frame`, the one with number `first`; its result, and what it was told.
+
+    StartError where what is clicked on or masked is not the object.
+    """
+    if inits[0].kind not in ("mask", "click"):
+        told = places(inits, targets, frame, folder, first, seq)
+        return tracker.start(frame, **told), Selection(told.get("masks") or [], [], told.get("boxes", []))
+    from sdftrack.imaging.pose_hint import one_place
+    from sdftrack.tracking.interface import TrackerInterface
+    from sdftrack.tracking.scale import check_scale
+
+    camera = seq.camera if frame.camera is None else frame.camera
+    depth_camera = getattr(camera, "depth", camera)
+    tell, selection, where = TrackerInterface(tracker), Selection(), []
+    for k, (init, target) in enumerate(zip(inits, targets, strict=True)):
+        if init.kind == "click":
+            selection.clicks.append(_click(init, depth_camera.shape))
+        else:
+            selection.regions.append(mask_file(init, depth_camera.shape))
+        try:
+            if init.kind == "mask":
+                check_scale(frame, camera, selection.regions[-1], target.sdf, init.option)
+                where.append(one_place(None, selection.regions[-1], None, depth_camera))
+                continue
+            meant = tell.meant_by_click(k, frame, selection.clicks[-1], init.option)
+            selection.regions.append(meant.region)
+            where.append(meant.place(camera))
+        except ValueError as error:
+            raise StartError(str(error), selection) from None
+    return tell.start_at(frame, where), selection
 
 
 def places(
@@ -145,14 +174,19 @@ def _mask(init: Init, target: Target, frame: Any, camera: Any, shape: tuple[int,
 
     if init.kind == "mask":
         return mask_file(init, shape)
+    low, high = target.mesh.bounds
+    try:
+        return connected_region(frame, camera, _click(init, shape), math.dist(low, high))
+    except ValueError as error:
+        raise ValueError(f"{init.option}: {error}") from None
+
+
+def _click(init: Init, shape: tuple[int, int]) -> tuple[float, float]:
+    """The typed pixel, which is one of the depth image."""
     x, y = init.numbers
     if not (-0.5 <= x < shape[1] - 0.5 and -0.5 <= y < shape[0] - 0.5):
         raise Usage(f"expected a pixel of the {shape[1]} x {shape[0]} depth image, got {init.text}", "--init")
-    low, high = target.mesh.bounds
-    try:
-        return connected_region(frame, camera, (x, y), math.dist(low, high))
-    except ValueError as error:
-        raise ValueError(f"{init.option}: {error}") from None
+    return x, y
 
 
 def _truth(targets: list[Target], folder: Path, first: int, seq: Any) -> list[NDArray[np.float64]]:

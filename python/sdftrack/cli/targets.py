@@ -23,6 +23,8 @@ class Target:
     sdf: Any
     obj_id: int
     instance: int | None
+    known: bool = True  # its mesh is one of the data set's
+    symmetry: Any = None
 
 
 def load_targets(
@@ -51,7 +53,7 @@ def load_targets(
         obj_id = own if own is not None else 1 + foreign.index(key)
         instance = _next_instance(own, seq, used)
         name = path.stem if [p.resolve() for p in models].count(key) == 1 else f"{path.stem} {len(targets)}"
-        targets.append(Target(name, path, mesh, sdf, obj_id, instance))
+        targets.append(Target(name, path, mesh, sdf, obj_id, instance, own is not None))
     return targets
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -28,7 +29,11 @@ from sdftrack.cli.common import (
 )
 from sdftrack.cli.init import INIT, Init, begin, parse_inits
 from sdftrack.cli.sequences import check_usage, each_sequence
+from sdftrack.cli.start_picture import NAME, StartError, save_start_picture, told_with_picture
+from sdftrack.cli.symmetries import check_symmetry, give_symmetries
 from sdftrack.cli.targets import Target, load_mesh, load_targets
+
+ALL_LOST = 3  # exit code
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,7 @@ class Job:
     voxels: int
     holes: str
     colored: bool
+    symmetry: str
     video: bool
     options: dict[str, Any]
     quiet: bool
@@ -90,6 +96,13 @@ def track(
         bool,
         typer.Option("--colored", help="The models' colours hold turns that their shapes do not show."),
     ] = False,
+    symmetry: Annotated[
+        str,
+        typer.Option(
+            metavar="auto|none|models_info.json",
+            help="Turns that look alike, for the errors: the data set's or found in the shape; none; a file of BOP's.",
+        ),
+    ] = "none",
     no_video: Annotated[bool, typer.Option("--no-video", help="Leave out overlay.mp4.")] = False,
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,
@@ -99,7 +112,7 @@ def track(
     """Track known shapes through recorded sequences.
 
     Writes poses.csv (BOP), trajectory_<k>.txt (TUM), overlay.mp4 and report.json into DIR; several sequences get
-    a folder each.
+    a folder each. The exit code is 3 where an object is lost in all frames.
     """
     model = _copies(model, count or [1] * len(model))
     _check_usage(mode, unit, holes, out, overlay_mesh, model)
@@ -122,11 +135,18 @@ def track(
         voxels=voxels,
         holes=holes,
         colored=colored,
+        symmetry=symmetry,
         video=not no_video,
         options=options,
         quiet=quiet,
     )
-    each_sequence(seq, out, lambda folder, target: _track_one(folder, target, job))
+    check_symmetry(symmetry)
+    lost: list[str] = []
+    each_sequence(seq, out, lambda folder, target: lost.extend(_track_one(folder, target, job)))
+    if lost:
+        for line in lost:
+            print(f"sdftrack: {line}", file=sys.stderr)
+        raise typer.Exit(ALL_LOST)
 
 
 def _copies(models: list[Path], counts: list[int]) -> list[Path]:
@@ -150,21 +170,28 @@ def _check_usage(
         raise Usage(f"expected at most one per --model ({len(models)}), got {len(overlay)}", "--overlay-mesh")
 
 
-def _track_one(folder: Path, out: Path, job: Job) -> None:
+def _track_one(folder: Path, out: Path, job: Job) -> list[str]:
+    """Returns a line with what to try next for each object that is lost in all frames."""
     import sdftrack as st
-    from sdftrack.cli.track_summary import show_summary
+    from sdftrack.cli.track_summary import lost_throughout, show_summary
 
     with st.open_sequence(folder, layout=job.layout) as seq:
         numbers = range(len(seq))[job.part]
         if not len(numbers):
             raise ValueError(f"--start, --stop: expected some of the {len(seq)} frames of {folder}, got none")
         targets = load_targets(job.models, seq, job.unit, job.voxels, job.holes, job.colored)
+        give_symmetries(targets, seq, job.symmetry, job.colored)
         meshes: list[Any] = [load_mesh(p, "--overlay-mesh", job.unit) for p in job.overlay]
         names, sdfs = [t.name for t in targets], [t.sdf for t in targets]
         tracker = st.Tracker(sdfs, seq.camera, mode=job.mode, names=names, **job.options)
         frame = fitting(seq[numbers[0]], seq.camera)
         # Before the folder is made: a start that cannot be leaves nothing behind.
-        results = [begin(tracker, job.inits, targets, frame, folder, numbers[0], seq)]
+        camera = seq.camera if frame.camera is None else frame.camera
+        try:
+            result, selection = begin(tracker, job.inits, targets, frame, folder, numbers[0], seq)
+        except StartError as error:
+            raise told_with_picture(error, out, job.overwrite, frame, camera) from None
+        results = [result]
         truths: list[dict[int, Any]] = []
         with st.Recorder(
             out,
@@ -179,6 +206,8 @@ def _track_one(folder: Path, out: Path, job: Job) -> None:
             settings=_settings(folder, job, targets, numbers, seq, tracker),
             bop_name=_bop_name(folder) if seq.layout == "bop" else None,
         ) as recorder:
+            if selection:
+                save_start_picture(out / NAME, frame, camera, selection, result, sdfs)
             for i in progress(numbers, len(numbers), folder.name or str(folder), job.quiet):
                 if i != numbers[0]:
                     frame = fitting(seq[i], seq.camera)
@@ -187,7 +216,11 @@ def _track_one(folder: Path, out: Path, job: Job) -> None:
                 truths.append({k: truth[t.instance] for k, t in enumerate(targets) if t.instance in truth})
                 recorder.add(frame, results[-1], im_id=seq.ids[i], truth=truths[-1])
         if not job.quiet:
-            show_summary(folder, names, results, truths, [seq.ids[i] for i in numbers], out)
+            alike = {k: t.symmetry for k, t in enumerate(targets) if t.symmetry}
+            show_summary(folder, names, results, truths, [seq.ids[i] for i in numbers], out, alike)
+            if selection and "lost" in map(str, results[0].status):
+                print(f"what was taken for the objects in the first frame: {out / NAME}")
+        return list(lost_throughout(folder, names, results, [i.kind for i in job.inits]))
 
 
 def _settings(
@@ -199,6 +232,12 @@ def _settings(
         "sequence": str(folder),
         "layout": seq.layout,
         "models": [str(t.path) for t in targets],
+        "known_models": [t.known for t in targets],
+        **(
+            {}
+            if job.symmetry == "none"
+            else {"symmetries": [t.symmetry.to_dict() if t.symmetry else None for t in targets]}
+        ),
         "instances": [t.instance for t in targets],
         "init": job.inits[0].text if len(job.inits) == 1 else [i.text for i in job.inits],
         "mode": tracker.mode,

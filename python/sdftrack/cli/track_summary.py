@@ -11,7 +11,7 @@ import numpy as np
 
 from sdftrack.cli.common import show_table
 
-__all__ = ["show_summary"]
+__all__ = ["lost_throughout", "show_summary"]
 
 COLORS = {"ok": "green", "weak": "yellow", "lost": "red", "bad frame": "bright_black"}
 EVENTS = 5  # lines about trouble after the table
@@ -24,8 +24,12 @@ def show_summary(
     truths: list[dict[int, Any]],
     ids: list[int],
     out: Path,
+    alike: dict[int, Any] | None = None,
 ) -> None:
-    """Print it; `truths` and `ids` (of the images) one per result, a truth being {k: T_cam_obj} where known."""
+    """Print it; `truths` and `ids` (of the images) one per result, a truth being {k: T_cam_obj} where known.
+
+    `alike`: {k: Symmetry}, up to which errors are counted.
+    """
     from sdftrack.metrics import pose_error
 
     rows = []
@@ -34,7 +38,9 @@ def show_summary(
         errors = []
         for truth, r in zip(truths, results, strict=True):
             if k in truth and str(r.status[k]) in ("ok", "weak"):
-                errors.append(pose_error(r.poses[k], truth[k]))
+                symmetry = (alike or {}).get(k)
+                true = truth[k] if symmetry is None else symmetry.canonical(truth[k], near=r.poses[k])
+                errors.append(pose_error(r.poses[k], true))
         counts = [str(status.count(s)) for s in ("ok", "weak", "lost", "bad_frame")]
         mean = np.mean(errors, axis=0) if errors else (np.nan, np.nan)
         accuracy = [f"{1e3 * mean[0]:.2f}", f"{np.rad2deg(mean[1]):.2f}"] if errors else ["-", "-"]
@@ -49,6 +55,27 @@ def show_summary(
         print(line)
     if len(events) > EVENTS:
         print(f"and {len(events) - EVENTS} more, see report.json")
+
+
+NEXT = {
+    "gt": "check that --model is the object of the ground truth, in its unit (--unit) and its frame",
+    "poses": "check the poses' unit (m) and direction (T_cam_obj), and the unit of --model (--unit)",
+    "auto": "say where it is: --init box:x,y,w,h, --init click:x,y or --init mask.png",
+    "mask": "check that the mask shows the object in the first image, and the unit of --model (--unit)",
+    "box": "try a mask, --init mask.png, and check the unit of --model (--unit)",
+    "click": "try a box or a mask, --init box:x,y,w,h or --init mask.png, and check the unit of --model (--unit)",
+}
+
+
+def lost_throughout(folder: Path, names: list[str], results: list[Any], inits: list[str]) -> Iterator[str]:
+    """A line for each object without a single pose: since when, why, and what to try next."""
+    for k, name in enumerate(names):
+        if any(str(r.status[k]) in ("ok", "weak") for r in results):
+            continue
+        step = NEXT[inits[min(k, len(inits) - 1)]]
+        first = next((r for r in results if str(r.status[k]) == "lost"), results[0])
+        count = "the only frame" if len(results) == 1 else f"all {len(results)} frames"
+        yield f"{folder}: {name} is lost in {count} ({first.reason[k]}); next: {step}"
 
 
 def _events(names: list[str], results: list[Any], ids: list[int]) -> Iterator[str]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack import _core
+from sdftrack._internal.rigid_poses import RotationErrors, rigid_pose
 from sdftrack._internal.validation import numbers
 from sdftrack.camera import Camera
 from sdftrack.results import Step
@@ -69,4 +69,7 @@ def state_poses(poses: ArrayLike, count: int) -> Array:
         raise ValueError(
             f"poses: expected one 4x4 matrix per shape ({count}), got an array of shape {T.shape}"
         )
-    return np.stack([_core.nearest_rigid(np.ascontiguousarray(each), "poses") for each in T])
+    errors = RotationErrors()
+    rigid = np.stack([rigid_pose(np.ascontiguousarray(each), "poses", errors) for each in T])
+    errors.tell()
+    return rigid

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.metrics import add, auc, pose_error
+from sdftrack.metrics import add, adds, auc, mssd, pose_error
+from sdftrack.symmetry import Symmetry
 
 __all__ = ["ObjectScore", "compare", "plot_errors", "read_results", "table_rows"]
 
@@ -29,6 +31,8 @@ HEAD = [
     "max deg",
     "ADD mm",
     "ADD auc",
+    "ADD-S mm",
+    "MSSD mm",
 ]
 
 
@@ -43,6 +47,8 @@ class ObjectScore:
     translation_m, rotation_rad, add_m : (N,) float64
         ``add_m`` is NaN without a model.
     poses, truth : (N, 4, 4) float64
+    adds_m, mssd_m : (N,) float64
+        ADD-S and MSSD, the latter over the symmetries that the results or the data set state; NaN without a model.
     frames, compared, lost : int
         All frames; those with truth; those without a pose (lost, bad frame).
     """
@@ -58,6 +64,20 @@ class ObjectScore:
     frames: int
     compared: int
     lost: int
+    adds_m: Array
+    mssd_m: Array
+    instance: int | None = None
+    symmetry: Symmetry | None = None
+
+    def told(self) -> str:
+        """Which object and which images were compared."""
+        n = len(self.images)
+        which = f"images {self.images.min()} to {self.images.max()}" if n else "no image"
+        alike = "" if not self.symmetry else ", with its symmetries"
+        return (
+            f"{self.name} (obj_id {self.obj_id}) against instance {self.instance}{alike}: {n} of {self.frames} frames "
+            f"compared, {which}"
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Summary and errors per frame in mm and degrees, ready for JSON."""
@@ -84,11 +104,19 @@ class ObjectScore:
                 "rotation_deg": three(deg),
                 "add_mm": three(add_mm),
                 "add_auc": area,
+                "instance": self.instance,
+                "compared_images": [int(self.images.min()), int(self.images.max())]
+                if len(self.images)
+                else None,
+                "adds_mm": three(1e3 * self.adds_m),
+                "mssd_mm": three(1e3 * self.mssd_m),
                 "per_frame": {
                     "im_id": self.images,
                     "translation_mm": mm,
                     "rotation_deg": deg,
                     "add_mm": add_mm,
+                    "adds_mm": 1e3 * self.adds_m,
+                    "mssd_mm": 1e3 * self.mssd_m,
                 },
             }
         )
@@ -134,9 +162,12 @@ def compare(report: dict[str, Any], seq: Any) -> list[ObjectScore]:
     frames = report["frames"]
     if not frames:
         raise ValueError("results: the report has no frame")
+    _check_frames(frames, number)
     scores = []
     instances = _instances(report, seq)
+    symmetries = _known_symmetries(report, seq)
     for k, entry in enumerate(frames[0]["objects"]):
+        _check_object(report, seq, k, instances[k])
         mesh = seq.models.get(entry["obj_id"])
         rows: list[tuple[int, float, float, float, Array, Array]] = []
         compared = lost = 0
@@ -157,6 +188,11 @@ def compare(report: dict[str, Any], seq: Any) -> list[ObjectScore]:
                 points = None if mesh is None else mesh.vertices[:: max(1, len(mesh.vertices) // 2000)]
                 distance = float("nan") if points is None else add(T, truth, points)
                 rows.append((frame["im_id"], metres, radians, distance, T, np.asarray(truth, np.float64)))
+        symmetric = (np.zeros(0), np.zeros(0))
+        if rows and mesh is not None:
+            symmetric = _symmetric_errors(rows, mesh, symmetries[k])
+        elif rows:
+            symmetric = (np.full(len(rows), np.nan), np.full(len(rows), np.nan))
         columns = list(zip(*rows, strict=True)) if rows else [()] * 6
         scores.append(
             ObjectScore(
@@ -171,6 +207,9 @@ def compare(report: dict[str, Any], seq: Any) -> list[ObjectScore]:
                 len(frames),
                 compared,
                 lost,
+                *symmetric,
+                instances[k],
+                symmetries[k],
             )
         )
     if not any(s.compared for s in scores):
@@ -178,6 +217,56 @@ def compare(report: dict[str, Any], seq: Any) -> list[ObjectScore]:
             "ground truth: no image of the results has any; is this the sequence that was tracked?"
         )
     return scores
+
+
+def _symmetric_errors(rows: list[Any], mesh: Any, symmetry: Symmetry | None) -> tuple[Array, Array]:
+    """ADD-S and MSSD of each row."""
+    points = mesh.vertices[:: max(1, len(mesh.vertices) // 2000)]
+    poses, truth = np.array([r[4] for r in rows]), np.array([r[5] for r in rows])
+    worst = [mssd(T, B, points, symmetry) for T, B in zip(poses, truth, strict=True)]
+    return np.asarray(adds(poses, truth, points)), np.array(worst)
+
+
+def _known_symmetries(report: dict[str, Any], seq: Any) -> list[Symmetry | None]:
+    """Of each object: those that it was tracked with, else those of the data set."""
+    entries = report["frames"][0]["objects"]
+    recorded = report["settings"].get("symmetries")
+    if isinstance(recorded, list) and len(recorded) == len(entries):
+        return [None if s is None else Symmetry.from_bop(s) for s in recorded]
+    return [getattr(seq, "symmetries", {}).get(e["obj_id"]) for e in entries]
+
+
+def _check_frames(frames: list[Any], number: dict[int, int]) -> None:
+    """That the images of the results are some of the sequence's."""
+    ids = [f["im_id"] for f in frames]
+    foreign = [i for i in ids if i not in number]
+    if len(foreign) == len(ids):
+        raise ValueError(
+            f"results: none of their images ({min(ids)} to {max(ids)}) is one of the sequence's ({min(number)} to "
+            f"{max(number)}); is this the sequence that was tracked?"
+        )
+    if foreign:
+        warnings.warn(
+            f"results: {len(foreign)} of their {len(ids)} images are not in the sequence and are not compared",
+            stacklevel=3,
+        )
+
+
+def _check_object(report: dict[str, Any], seq: Any, k: int, instance: int | None) -> None:
+    """That an object of the results is the one whose truth it is compared with."""
+    settings, entry = report["settings"], report["frames"][0]["objects"][k]
+    known = settings.get("known_models")
+    if settings.get("command") == "reconstruct" or not seq.models:
+        return
+    if isinstance(known, list) and len(known) > k and not known[k]:
+        return  # tracked by a mesh of the user's own, which has no number in the data set
+    own = None if instance is None or instance >= len(seq.objects) else seq.objects[instance]
+    if own != entry["obj_id"]:
+        has = "no instance" if own is None else f"obj_id {own} as instance {instance}"
+        raise ValueError(
+            f"results: object {k} ({entry['name']}) has obj_id {entry['obj_id']}, the sequence has {has} (objects "
+            f"{sorted(set(seq.objects))}); is this the sequence that was tracked?"
+        )
 
 
 def _instances(report: dict[str, Any], seq: Any) -> list[int | None]:
@@ -211,6 +300,7 @@ def table_rows(scores: list[ObjectScore]) -> list[list[str]]:
             [score.name, str(score.frames), str(score.compared), str(score.lost)]
             + [shown(p, key) for p in ("translation_mm", "rotation_deg") for key in ("mean", "median", "max")]
             + [shown("add_mm", "mean"), "-" if d["add_auc"] is None else f"{d['add_auc']:.3f}"]
+            + [shown("adds_mm", "mean"), shown("mssd_mm", "mean")]
         )
     return rows
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack import _core
+from sdftrack._internal.rigid_poses import rigid_pose
 from sdftrack._internal.validation import numbers
 from sdftrack.camera import Camera
 
@@ -21,8 +21,8 @@ Place = NDArray[np.float64] | NDArray[np.uint8] | tuple[int, int, int, int] | No
 
 
 def pose_place(pose: Any, name: str, camera: Camera) -> NDArray[np.float64]:
-    """``T_cam_obj``, projected onto the rigid transforms when within 1e-3 of one."""
-    return _core.nearest_rigid(numbers(pose, name), name)
+    """``T_cam_obj``, projected onto the rigid transforms when within 0.01 of one."""
+    return rigid_pose(pose, name)
 
 
 def mask_place(mask: Any, name: str, camera: Camera) -> NDArray[np.uint8]:

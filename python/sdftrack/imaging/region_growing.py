@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sdftrack.camera import depth_camera
 from sdftrack.imaging.plane import remove_plane
 
-__all__ = ["connected_region"]
+__all__ = ["connected_region", "nearest_reading"]
 
 # A larger difference between neighbours is an edge: noise, and a surface that is seen at 76 degrees.
 STEP, STEP_PX = 0.012, 4.0  # of the depth, and of a pixel's width there
@@ -46,9 +46,7 @@ def connected_region(frame: Any, camera: Any, px: tuple[float, float], reach_m: 
     """
     import cv2
 
-    if frame.depth is None:
-        raise ValueError(f"expected a depth image, got none{': ' + frame.error if frame.error else ''}")
-    seed = _reading(frame.depth, px)
+    seed = nearest_reading(frame, px)
     points = depth_camera(camera).back_project(frame.depth)
     near = np.linalg.norm(points - points[seed], axis=-1) <= reach_m
     near &= frame.depth > 0
@@ -72,8 +70,11 @@ def connected_region(frame: Any, camera: Any, px: tuple[float, float], reach_m: 
     return region
 
 
-def _reading(depth: NDArray[np.float32], px: tuple[float, float]) -> tuple[int, int]:
-    """(row, column) of the nearest reading."""
+def nearest_reading(frame: Any, px: tuple[float, float]) -> tuple[int, int]:
+    """(row, column) of the reading at `px` or next to it; ValueError where there is none."""
+    if frame.depth is None:
+        raise ValueError(f"expected a depth image, got none{': ' + frame.error if frame.error else ''}")
+    depth = frame.depth
     x, y = round(px[0]), round(px[1])
     top, left = max(0, y - NEAR_PX), max(0, x - NEAR_PX)
     v, u = np.nonzero(depth[top : y + NEAR_PX + 1, left : x + NEAR_PX + 1])

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.files import write_whole
+from sdftrack._internal.rigid_poses import rigid_pose
 from sdftrack._internal.validation import numbers
 from sdftrack.mesh.files import FORMATS, read_mesh, unit_scale
 
@@ -152,7 +153,7 @@ class Mesh:
 
     def transformed(self, T: ArrayLike) -> Mesh:
         """The mesh moved by a rigid 4x4: p -> T p."""
-        M = _core.nearest_rigid(numbers(T, "T"), "T")
+        M = rigid_pose(T, "T")
         return Mesh(self.vertices @ M[:3, :3].T + M[:3, 3], self.faces, self.colors, seen=self.seen)
 
     def raycast(

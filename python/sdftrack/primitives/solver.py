@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import THREADS, number, numbers, of_kind, whole
+from sdftrack._internal.rigid_poses import rigid_pose
+from sdftrack._internal.validation import THREADS, number, of_kind, whole
 from sdftrack.primitives.kinds import FREE, KINDS, SIZES, SOLIDS, TABLE
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.results import Status
@@ -64,7 +65,7 @@ class FitRequest:
         lengths = [number(initial[1][name], "initial") for name in names]
         if not all(MIN_M <= v <= MAX_M for v in lengths):
             raise ValueError(f"initial: expected lengths above 0 m ({MIN_M:g} to {MAX_M:g} m), got {lengths}")
-        self.pose = _core.nearest_rigid(numbers(initial[0], "initial"), "initial")
+        self.pose = rigid_pose(initial[0], "initial")
         self.size, self.kinds = lengths, (kind,)
 
     @property

@@ -40,6 +40,10 @@ class FreeSizes:
     def __len__(self) -> int:
         return len(self._free)
 
+    def shapes_unknown(self, k: int) -> bool:
+        """Whether the size of shape k is not known beforehand."""
+        return k in self._free
+
     def fits(self, count: int) -> list[PrimitiveFit | None]:
         """What is known of each of the `count` shapes."""
         return [self._free[k].fit if k in self._free else None for k in range(count)]

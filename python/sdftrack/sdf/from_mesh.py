@@ -11,14 +11,17 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack.mesh import Mesh, unit_scale, vertex_colors
-from sdftrack.sdf.grid import Shape3, grid_round
+from sdftrack.sdf.grid import grid_round
 from sdftrack.sdf.mesh_report import (
     MeshReport,
     enough_voxels,
     openness,
     use_voxels,
     voxels_for_thinnest,
+    warn,
     warn_of,
+    warn_of_cracks,
+    warn_of_inward,
 )
 
 __all__ = ["distances_of_mesh", "mesh_of"]
@@ -55,7 +58,7 @@ def distances_of_mesh(
     if color and mesh.colors is None:
         raise ValueError("mesh: expected colours at its vertices (color=True), got none")
     vertices, faces = mesh.vertices * unit_scale(unit), mesh.faces
-    _check_coordinates(vertices, faces)
+    vertices, faces = _without_unused(vertices, faces)
     vertices, faces, found = _core.clean_mesh(vertices, faces, THIN_FRACTION)
     if len(faces) == 0:
         raise ValueError("mesh: expected at least one triangle with an area, got none")
@@ -66,17 +69,19 @@ def distances_of_mesh(
     _check_size(high - low, unit)
     voxel_size, shape, origin = grid_round(low, high, voxels, padding)
     _check_voxels(high - low, voxel_size, voxels)
-    if not watertight and holes == "error":
-        raise ValueError(
-            f"mesh: expected a closed surface, got {openness(report)}; close it in a mesh editor, or pass "
-            "holes='close' to let the winding number close it"
-        )
-    if watertight and report.volume < 0:
-        raise ValueError(
-            "mesh: it is inside out (its faces point inwards, its volume is negative); turn them: "
-            "faces[:, ::-1]"
-        )
-    values = _filled(vertices, faces, (shape, voxel_size, list(origin)), report, threads)
+    grid = (shape, voxel_size, list(origin))
+    if watertight:
+        values, gaps = _core.mesh_to_sdf(vertices, faces, *grid, threads=threads)
+        warn_of_inward(gaps)
+    else:
+        values, gaps = _core.open_mesh_to_sdf(vertices, faces, *grid, threads=threads)
+        if holes == "error" and (gaps or not (values < 0).any()):
+            raise ValueError(
+                f"mesh: expected a closed surface, got {openness(report)}; close it in a mesh editor, or pass "
+                "holes='close' to let the winding number close it"
+            )
+        if holes == "error":
+            warn_of_cracks(report)
     if not (values < 0).any():
         thin = (
             f"{use_voxels(voxels_for_thinnest(report, voxel_size, voxels)).rstrip(',')}, or "
@@ -91,34 +96,32 @@ def distances_of_mesh(
     return values, voxel_size, origin, report
 
 
-def _filled(
-    vertices: NDArray[np.float64],
-    faces: NDArray[np.int32],
-    grid: tuple[Shape3, float, list[float]],
-    report: MeshReport,
-    threads: int,
-) -> NDArray[np.float32]:
-    if not report.watertight:
-        return _core.open_mesh_to_sdf(vertices, faces, *grid, threads=threads)
-    values, inside_out = _core.mesh_to_sdf(vertices, faces, *grid, threads=threads)
-    if inside_out:
-        raise ValueError(
-            f"mesh: one of its {report.parts} parts is inside out ({inside_out} voxels lie inside faces "
-            "that point inwards); turn the faces of that part"
-        )
-    return values
-
-
-def _check_coordinates(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> None:
+def _without_unused(
+    vertices: NDArray[np.float64], faces: NDArray[np.int32]
+) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Without those vertices that are not finite and that no face uses; ValueError for those that one does."""
     if len(vertices) == 0 or len(faces) == 0:
-        raise ValueError(
-            f"mesh: it is empty ({len(vertices)} vertices, {len(faces)} faces); expected triangles"
+        cloud = (
+            "; points alone have no inside: reconstruct a surface from them first" if len(vertices) else ""
         )
-    bad = np.count_nonzero(~np.isfinite(vertices).all(axis=1))
-    if bad:
         raise ValueError(
-            f"mesh: {bad} of {len(vertices)} vertices are NaN or infinite; repair or remove them"
+            f"mesh: it is empty ({len(vertices)} vertices, {len(faces)} faces); expected triangles{cloud}"
         )
+    bad = ~np.isfinite(vertices).all(axis=1)
+    if not bad.any():
+        return vertices, faces
+    used = np.zeros(len(vertices), bool)
+    used[faces.ravel()] = True
+    if (bad & used).any():
+        raise ValueError(
+            f"mesh: {np.count_nonzero(bad & used)} of {len(vertices)} vertices are NaN or infinite and belong to "
+            "faces; repair or remove these faces"
+        )
+    warn(
+        f"mesh: {np.count_nonzero(bad)} vertices that are NaN or infinite belong to no face and were dropped"
+    )
+    new = np.cumsum(~bad) - 1
+    return np.ascontiguousarray(vertices[~bad]), np.ascontiguousarray(new[faces].astype(np.int32))
 
 
 def _check_size(extent: NDArray[np.float64], unit: str | None) -> None:

@@ -10,7 +10,17 @@ import numpy as np
 
 from sdftrack.sdf.grid import MAX_VOXELS
 
-__all__ = ["MeshReport", "enough_voxels", "openness", "use_voxels", "voxels_for_thinnest", "warn_of"]
+__all__ = [
+    "MeshReport",
+    "enough_voxels",
+    "openness",
+    "use_voxels",
+    "voxels_for_thinnest",
+    "warn",
+    "warn_of",
+    "warn_of_cracks",
+    "warn_of_inward",
+]
 
 
 @dataclass(frozen=True)
@@ -24,6 +34,9 @@ class MeshReport:
     merged_vertices, degenerate_faces, duplicate_faces, flipped_faces : int
         Repaired: equal vertices merged, faces without area or given twice dropped, faces turned against their
         neighbours turned back.
+    double_sided_faces, inverted_parts : int
+        Repaired: faces that were there both ways, of which one was kept; parts that were inside out as a whole and
+        were turned.
     open_edges, non_manifold_edges : int
         Edges in one face only, in more than two.
     parts : int
@@ -44,6 +57,8 @@ class MeshReport:
     parts: int
     volume: float
     thinnest: float
+    double_sided_faces: int = 0
+    inverted_parts: int = 0
 
 
 def openness(report: MeshReport) -> str:
@@ -74,17 +89,41 @@ def voxels_for_thinnest(report: MeshReport, voxel_size: float, voxels: int) -> i
     return enough_voxels(voxels, 2 * voxel_size / max(report.thinnest, 1e-6))
 
 
-def warn_of(report: MeshReport, voxel_size: float, voxels: int) -> None:
+def warn(text: str) -> None:
     """Warn the caller of `SDF.from_mesh`."""
-    if report.flipped_faces:
-        warnings.warn(
-            f"mesh: {report.flipped_faces} faces pointed against their neighbours and were turned",
-            stacklevel=4,
+    warnings.warn(text, stacklevel=5)
+
+
+def warn_of_inward(voxels: int) -> None:
+    """That a closed mesh cuts itself so that some of it is inside out."""
+    if voxels:
+        warn(
+            f"mesh: it cuts itself: {voxels} voxels lie inside faces that point inwards; their winding number is "
+            "below 0 and they count as outside"
         )
+
+
+def warn_of_cracks(report: MeshReport) -> None:
+    """That an open mesh was closed without being asked for, because no gap is as wide as a voxel."""
+    warn(
+        f"mesh: it has {openness(report)}, but no gap that shows at this voxel size; the winding number closed it"
+    )
+
+
+def warn_of(report: MeshReport, voxel_size: float, voxels: int) -> None:
+    """Warn the caller of `SDF.from_mesh` of what was repaired and of what is thin."""
+    if report.double_sided_faces:
+        warn(
+            f"mesh: {report.double_sided_faces} faces were there both ways (double-sided); one of each was kept"
+        )
+    if report.inverted_parts:
+        which = "it was" if report.parts == 1 else f"{report.inverted_parts} of its parts were"
+        warn(f"mesh: {which} inside out; the faces were turned outwards")
+    if report.flipped_faces:
+        warn(f"mesh: {report.flipped_faces} faces pointed against their neighbours and were turned")
     if report.thinnest < 2 * voxel_size:
         need = use_voxels(voxels_for_thinnest(report, voxel_size, voxels)).rstrip(",")
-        warnings.warn(
+        warn(
             f"mesh: parts of it, {1e3 * report.thinnest:.2g} mm and less, are thinner than 2 voxels of "
-            f"{1e3 * voxel_size:.2g} mm, and their surfaces will be off; {need}",
-            stacklevel=4,
+            f"{1e3 * voxel_size:.2g} mm, and their surfaces will be off; {need}"
         )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._internal.rigid_poses import rigid_pose
 from sdftrack._internal.validation import number, numbers
 from sdftrack.geometry import inverse
 from sdftrack.mesh import Mesh, core_camera, unit_scale
@@ -137,7 +138,8 @@ class SDF:
         unit : "m", "mm", "cm" or "in", optional
             Unit of the mesh. None: metres, and a longest side over 3 m or under 3 mm is an error.
         holes : "error" or "close"
-            What to do with an open mesh: refuse it, or let the generalised winding number close it.
+            What to do with an open mesh: refuse it, or let the generalised winding number close it. One whose gaps are
+            narrower than a voxel is closed, with a warning, in both cases.
         color : bool
             Take the colours of the mesh's vertices too, see :meth:`colored`.
         threads : int
@@ -153,13 +155,16 @@ class SDF:
         FileNotFoundError, TypeError
             No such file; not a mesh.
         ValueError
-            Empty, open or inside-out mesh, coordinates that are not finite, a size that hints at another unit,
+            Empty or open mesh, coordinates of faces that are not finite, a size that hints at another unit,
             too few voxels (the shortest side under 4).
 
         Warns
         -----
         UserWarning
-            Parts thinner than 2 voxels (with the number of voxels to use); flipped faces that were turned.
+            Parts thinner than 2 voxels (with the number of voxels to use); what was repaired: flipped faces and
+            parts that were inside out (turned), double-sided faces (one side kept), vertices that are not finite and
+            that no face uses (dropped), places where the mesh cuts itself (outside where the winding number is
+            below 1/2).
         """
         if holes not in ("error", "close"):
             raise ValueError(f"holes: expected 'error' or 'close', got {holes!r}")
@@ -271,7 +276,7 @@ class SDF:
 
         A pure translation moves the origin and nothing else.
         """
-        M = _core.nearest_rigid(numbers(T, "T"), "T")
+        M = rigid_pose(T, "T")
         if np.array_equal(M[:3, :3], np.eye(3)):
             return SDF._own(self._values, self._voxel_size, self._origin + M[:3, 3], self._colors)
         low, high = self.bounds

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.metrics import _surface_points
+from sdftrack.metrics.scores import _surface_points
 
 __all__ = ["Solid", "deepest", "first_contact", "gap", "least_gap"]
 

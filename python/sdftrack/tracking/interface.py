@@ -14,6 +14,9 @@ from sdftrack.sdf import SDF
 from sdftrack.tracking.core_conversion import core_frame
 
 if TYPE_CHECKING:
+    from sdftrack.imaging.pose_hint import Place
+    from sdftrack.results import TrackResult
+    from sdftrack.tracking.start_by_click import Meant
     from sdftrack.tracking.tracker import Tracker
 
 __all__ = ["PixelEvidence", "TrackerInterface"]
@@ -86,6 +89,17 @@ class TrackerInterface:
     def mark_unfound(self, k: int, kind: str) -> None:
         """Say that object k stands for a primitive of this kind that is not found yet; "": it is found."""
         self._tracker._core.mark_unfound(k, kind)
+
+    # -- starts
+
+    def meant_by_click(self, k: int, frame: Frame, px: tuple[float, float], name: str) -> Meant:
+        """Where to look for object k after a click on it; errors begin with `name`."""
+        return self._tracker._meant_by_click(k, frame, px, name)
+
+    def start_at(self, frame: Frame, places: list[Place]) -> TrackResult:
+        """Start with places of mixed kinds: pose, mask, box or None for each object."""
+        tracker = self._tracker
+        return tracker._start_at(frame, tracker._camera_of(frame), tracker._colors_of(frame), places)
 
     # -- frames
 

@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._internal.rigid_poses import rigid_pose
 from sdftrack._internal.thread_guard import SingleThreadGuard
 from sdftrack._internal.unknown_option import refuse_unknown
-from sdftrack._internal.validation import numbers, of_kind
+from sdftrack._internal.validation import of_kind
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import resolve_device
 from sdftrack.frame import Frame
@@ -41,6 +42,9 @@ from sdftrack.tracking.arguments import (
 from sdftrack.tracking.core_conversion import core_frame, rgb_seen, volume_of
 from sdftrack.tracking.interface import TrackerInterface
 from sdftrack.tracking.result_assembly import assembled, followed, modes_of
+from sdftrack.tracking.scale import check_scale
+from sdftrack.tracking.start_anywhere import meant_anywhere, needs_help, unconfirmed
+from sdftrack.tracking.start_by_click import Meant, click_list, meant_by_click
 
 __all__ = ["Tracker"]
 
@@ -193,8 +197,9 @@ class Tracker:
         *,
         masks: Any = None,
         boxes: Any = None,
+        clicks: Any = None,
     ) -> TrackResult:
-        """Begin, or begin again, from poses, masks, boxes, or by a search of the whole image.
+        """Begin, or begin again, from poses, masks, boxes, clicks, or by a search of the whole image.
 
         Parameters
         ----------
@@ -205,6 +210,9 @@ class Tracker:
             Not 0 where the object is seen, in the geometry of the depth image: its pose is searched there.
         boxes : sequence of (x, y, w, h), one per shape; for one shape the four numbers will do
             In depth pixels; the object lies within, other things may too.
+        clicks : sequence of (x, y), one per shape; for one shape the two numbers will do
+            A depth pixel of each object. What hangs together there, without tables and walls, and what colours part
+            from its surroundings, are searched; the pose that explains best what is seen there is begun with.
 
         Returns
         -------
@@ -218,25 +226,82 @@ class Tracker:
             `frame` is not a Frame, or `poses`, `masks` or `boxes` are not arrays of numbers.
         ValueError
             Not one per shape; poses not finite or not rigid; an empty mask or one of another size; a box without
-            area or outside the image; two of the three given; a depth or colour image of another size than the
-            camera says; no colour image with ``mode="rgbd"``.
+            area or outside the image; two of the four given; a depth or colour image of another size than the
+            camera says; no colour image with ``mode="rgbd"``; a click on nothing or on a table; a mask or click where
+            what is seen is of another size than the shape (its unit, or that of the depth, is then named).
         """
         of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
         given = [
             (name, value)
-            for name, value in (("poses", poses), ("masks", masks), ("boxes", boxes))
+            for name, value in (
+                ("poses", poses),
+                ("masks", masks),
+                ("boxes", boxes),
+                ("clicks", clicks),
+            )
             if value is not None
         ]
         if len(given) > 1:
             raise ValueError(
-                f"expected one of poses, masks and boxes, got {' and '.join(name for name, _ in given)}"
+                f"expected one of poses, masks, boxes and clicks, got {' and '.join(name for name, _ in given)}"
             )
         camera = self._camera_of(frame)
         colors = self._colors_of(frame)
         count = len(self.shapes)
         places: list[Place] = [None] * count
-        if given:
+        if clicks is not None:
+            pixels = click_list(clicks, count, camera)
+            meant = [self._meant_by_click(k, frame, px, f"clicks[{k}]") for k, px in enumerate(pixels)]
+            places = [m.place(camera) for m in meant]
+        elif given:
             places = place_list(*given[0], count, camera)
+        result = self._start_at(frame, camera, colors, places)
+        return result if given else self._found_standing(frame, camera, colors, result)
+
+    def _found_standing(
+        self, frame: Frame, camera: Camera, colors: tuple[Any, Any], result: TrackResult
+    ) -> TrackResult:
+        """Where the search of the whole image has failed for the only object: what stands on tables may be it."""
+        if len(self.shapes) > 1 or self._free_sizes.shapes_unknown(0) or not needs_help(result):
+            return result
+        alone = self._alone_with(0, frame)
+        full = self.camera if frame.camera is None else frame.camera
+        meant = meant_anywhere(self.shapes[0], full, frame, lambda **where: alone.start(frame, **where))
+        if meant is None:
+            return result
+        self._last = unconfirmed(self._start_at(frame, camera, colors, [meant.place(full)]))
+        return self._last
+
+    def _alone_with(self, k: int, frame: Frame) -> Tracker:
+        """A tracker of shape k, to try places with."""
+        mode = "auto" if self.mode == "rgbd" and frame.color is None else self.mode
+        return Tracker(self.shapes[k], self.camera, mode, threads=self.threads, options=self.options)
+
+    def _meant_by_click(self, k: int, frame: Frame, px: tuple[float, float], name: str) -> Meant:
+        """Where to look for object k, by a tracker of it alone."""
+        if self._free_sizes.shapes_unknown(k):
+            raise ValueError(
+                f"{name}: expected a shape of known size, got a Primitive; give a mask or box of it"
+            )
+        alone = self._alone_with(k, frame)
+        camera = self.camera if frame.camera is None else frame.camera
+        try:
+            return meant_by_click(
+                self.shapes[k], camera, frame, px, lambda **where: alone.start(frame, **where)
+            )
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from None
+
+    def _start_at(
+        self, frame: Frame, camera: Camera, colors: tuple[Any, Any], places: list[Place]
+    ) -> TrackResult:
+        for k, place in enumerate(places):
+            if (
+                isinstance(place, np.ndarray)
+                and place.dtype == np.uint8
+                and not self._free_sizes.shapes_unknown(k)
+            ):
+                check_scale(frame, camera, place != 0, self.shapes[k], f"masks[{k}]")
         with self._alone():
             self._free_sizes.start(TrackerInterface(self), frame, camera, places)
             begin = time.perf_counter()
@@ -351,7 +416,7 @@ class Tracker:
             weak one about the expected pose.
         """
         index = object_number(k, len(self.shapes))
-        pose = _core.nearest_rigid(numbers(T, "T"), "T")
+        pose = rigid_pose(T, "T")
         prior = None if covariance is None else pose_covariance(covariance)
         with self._alone():
             self._core.set_pose(index, pose, prior)

@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.files import read_json
+from sdftrack._internal.rigid_poses import RotationErrors, rigid_pose
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.geometry import rigid
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
 from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
 from sdftrack.io.frames import read_mask
+from sdftrack.symmetry import Symmetry
 
 M_PER_MM = 1e-3
 
@@ -52,6 +53,7 @@ def open_bop(root: Path) -> Sequence:
         objects=objects,
         ids=ids,
         masks=lambda i: _masks(root, ids[i], places.get(i, {})),
+        symmetries=_symmetries(root),
         layout="bop",
         name=root.name,
     )
@@ -107,6 +109,7 @@ def _ground_truth(
     instances: dict[tuple[int, int], int] = {}
     places: dict[int, dict[int, int]] = {}
     poses: dict[int, dict[int, NDArray[np.float64]]] = {}
+    errors = RotationErrors()
     for i, im_id in enumerate(ids):
         seen: dict[int, int] = {}
         for place, entry in enumerate(listed.get(im_id, ())):
@@ -120,13 +123,14 @@ def _ground_truth(
                     f"{path}, image {im_id}, entry {place}: expected obj_id, cam_R_m2c (9), cam_t_m2c (3)"
                 ) from None
             try:
-                T = rigid(T, "cam_R_m2c, cam_t_m2c")
+                T = rigid_pose(T, f"{path}, image {im_id}, entry {place}", errors)
             except ValueError as error:
-                raise ValueError(f"{path}, image {im_id}, entry {place}: {error}") from None
+                raise ValueError(str(error)) from None
             rank = seen[obj_id] = seen.get(obj_id, -1) + 1
             k = instances.setdefault((obj_id, rank), len(instances))
             places.setdefault(i, {})[k] = place
             poses.setdefault(i, {})[k] = T
+    errors.tell()
     return [obj_id for obj_id, _ in instances], places, poses
 
 
@@ -141,9 +145,33 @@ def _masks(root: Path, im_id: int, places: dict[int, int]) -> dict[int, NDArray[
     return masks
 
 
+def _model_folders(root: Path) -> tuple[Path, ...]:
+    return (root / "models", root.parent / "models", root.parent.parent / "models")
+
+
+def read_symmetries(path: Path) -> dict[int, Symmetry]:
+    """{obj_id: Symmetry} of a ``models_info.json``; objects without any are left out."""
+    found = {}
+    for obj_id, info in _by_number(path, dict).items():
+        try:
+            symmetry = Symmetry.from_bop(info)
+        except ValueError as error:
+            raise ValueError(f"{path}, object {obj_id}: {error}") from None
+        if symmetry:
+            found[obj_id] = symmetry
+    return found
+
+
+def _symmetries(root: Path) -> dict[int, Symmetry]:
+    for folder in _model_folders(root):
+        if (folder / "models_info.json").is_file():
+            return read_symmetries(folder / "models_info.json")
+    return {}
+
+
 def _model_files(root: Path) -> dict[int, Path]:
     """Models beside the scene, or beside its split as in a whole BOP data set."""
-    for folder in (root / "models", root.parent / "models", root.parent.parent / "models"):
+    for folder in _model_folders(root):
         files = {
             int(found.group(1)): p
             for p in (folder.iterdir() if folder.is_dir() else ())

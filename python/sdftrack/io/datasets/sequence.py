@@ -11,9 +11,10 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack import geometry
+from sdftrack._internal.rigid_poses import RotationErrors, rigid_pose
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
+from sdftrack.symmetry import Symmetry
 
 __all__ = ["LazyModels", "Sequence"]
 
@@ -38,6 +39,8 @@ class Sequence:
     ids : list of int, optional
         Number of each image in its data set; by default 0, 1, ...
     masks : function i -> {k: (H, W) bool}, optional
+    symmetries : {obj_id: Symmetry}, optional
+        Those that the data set states.
     layout, name : str
         How the sequence is stored and what to call it.
 
@@ -60,6 +63,7 @@ class Sequence:
         objects: Seq[int] | None = None,
         ids: Seq[int] | None = None,
         masks: Callable[[int], Masks] | None = None,
+        symmetries: Mapping[int, Symmetry] | None = None,
         layout: str = "memory",
         name: str = "",
     ) -> None:
@@ -84,6 +88,7 @@ class Sequence:
         if len(self.ids) != len(frames):
             raise ValueError(f"ids: expected one per frame, {len(frames)}, got {len(self.ids)}")
         self._masks = masks
+        self.symmetries: Mapping[int, Symmetry] = {} if symmetries is None else symmetries
         self.layout = layout
         self.name = name
 
@@ -119,6 +124,7 @@ class Sequence:
             objects=self.objects,
             ids=[self.ids[i] for i in numbers],
             masks=lambda i: self.masks(numbers[i]),
+            symmetries=self.symmetries,
             layout=self.layout,
             name=self.name,
         )
@@ -201,10 +207,13 @@ def _poses(truth: Any, count: int) -> dict[int, dict[int, Pose]]:
     for i in truth:
         if not 0 <= i < count:
             raise ValueError(f"ground_truth: expected frame numbers 0..{count - 1}, got {i}")
-    return {
-        int(i): {int(k): geometry.rigid(T, f"ground_truth[{i}][{k}]") for k, T in truth[i].items()}
+    errors = RotationErrors()
+    poses = {
+        int(i): {int(k): rigid_pose(T, f"ground_truth[{i}][{k}]", errors) for k, T in truth[i].items()}
         for i in sorted(truth)
     }
+    errors.tell(4)
+    return poses
 
 
 def _objects(

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// Frames that do not show the moment they claim to: a depth image that came twice, times that do not go on, a
+// colour image of another exposure.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <vector>
+
+#include "frame/region.h"
+#include "tracking/trust/reason.h"
+
+namespace sdftrack::tracking {
+
+// Compares each frame of a sequence with the one before, on a fixed sparse set of pixels: some microseconds
+// whatever the size of the image.
+class FrameWatch {
+ public:
+  void forget() { *this = {}; }
+  // What is wrong with the next frame of the sequence; kNone: nothing. regions: of the depth image, where the
+  // objects were last; depth_m: about how far they are.
+  ReasonCode look(const frame::DepthFrame& frame, const std::vector<frame::Rect>& regions, float depth_m);
+
+ private:
+  static constexpr int kRows = 24, kRuns = 12,
+                       kRun = 16;  // runs of neighbouring pixels, side by side in rows
+  static constexpr int kColorRows = 12, kColorColumns = 16;
+  using Depths = std::array<float, kRows * kRuns * kRun>;
+
+  struct Brightness {
+    double image = -1, objects = -1;  // means of 0..255; below 0: not known
+  };
+
+  bool repeats(const ImageView<float>& depth_m);
+  ReasonCode check_time(double time_s);
+  bool exposure_jumps(const Brightness& now) const;
+  static Brightness brightness(const frame::DepthFrame& frame, const std::vector<frame::Rect>& regions,
+                               float depth_m);
+
+  Depths depths_{}, next_{};
+  bool seen_ = false;
+  double time_s_ = std::numeric_limits<double>::quiet_NaN();
+  double usual_step_s_ = 0;
+  int steps_ = 0;
+  Brightness brightness_;
+};
+
+// The status of a pose that was measured in such a frame: weak at best.
+void doubt_frame(ReasonCode fault, Status* status, Reason* reason, double* confidence);
+
+}  // namespace sdftrack::tracking

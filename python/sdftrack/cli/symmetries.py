@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: MIT
+"""``--symmetry``: which turns of an object look alike."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from sdftrack.cli.common import Usage
+from sdftrack.cli.targets import Target
+
+__all__ = ["check_symmetry", "give_symmetries"]
+
+
+def check_symmetry(text: str) -> None:
+    """Usage error for what is neither a word nor a file of JSON."""
+    if text not in ("auto", "none") and Path(text).suffix.lower() != ".json":
+        raise Usage(f"expected auto, none or a models_info.json, got {text!r}", "--symmetry")
+
+
+def give_symmetries(targets: list[Target], seq: Any, text: str, colored: bool) -> None:
+    """Set each target's symmetry; colours that hold turns (--colored) leave none."""
+    if text == "none" or colored:
+        return
+    from sdftrack.symmetry import find_symmetries
+
+    listed = None
+    if text != "auto":
+        from sdftrack.io.datasets.bop import read_symmetries
+
+        if not Path(text).is_file():
+            raise FileNotFoundError(f"--symmetry: no such file: {text}")
+        listed = read_symmetries(Path(text))
+    found: dict[Path, Any] = {}
+    for target in targets:
+        if listed is not None:
+            target.symmetry = listed.get(target.obj_id)
+        elif target.known and target.obj_id in seq.symmetries:
+            target.symmetry = seq.symmetries[target.obj_id]
+        else:
+            key = target.path.resolve()
+            if key not in found:
+                found[key] = find_symmetries(target.sdf)
+            target.symmetry = found[key] or None

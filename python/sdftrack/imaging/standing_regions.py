@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: MIT
+"""What stands out of the planes of a frame and is of about an object's size: where an object may be."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.camera import depth_camera
+from sdftrack.imaging.near_planes import planes_near, surface_normals
+
+__all__ = ["Standing", "standing_regions"]
+
+Mask = NDArray[np.bool_]
+
+PIXELS = 320  # along the longer side of the image that is looked at
+STEP, STEP_PX = 0.015, 3.0  # a step in depth, of the depth and of a pixel's width there, is an edge
+LEAST, MOST = 0.3, 1.4  # of the object's size: what a thing reaches over
+LIKELY = 0.8  # of it, what is mostly seen
+LEAST_PX = 40  # of the thinned out image
+ENDS = (0.03, 0.97)
+APART = 0.7  # of the object's size, between pixels of larger things
+
+
+class Standing(NamedTuple):
+    """Regions of about an object's size, and pixels (x, y) of larger ones, of which the object may be a part."""
+
+    regions: list[Mask]
+    pixels: list[tuple[int, int]]
+
+
+def standing_regions(frame: Any, camera: Any, size_m: float, most: int = 12) -> Standing:
+    """Regions without planes, parted by steps in depth; the likeliest sizes and the nearest pixels first.
+
+    Parameters
+    ----------
+    frame : Frame
+        With a depth image.
+    camera : Camera or RGBDCamera
+    size_m : float
+        Largest extent of the object.
+    most : int
+
+    Returns
+    -------
+    Standing
+        At most `most` regions, (H, W) bool, and as many pixels.
+    """
+    import cv2
+
+    every = max(1, max(frame.depth.shape) // PIXELS)
+    depth = np.ascontiguousarray(frame.depth[::every, ::every])
+    points = depth_camera(camera).back_project(frame.depth)[::every, ::every]
+    read = depth > 0
+    free = read.copy()
+    for plane in planes_near(points, surface_normals(points, read), read, size_m):
+        free &= ~plane.pixels
+    free &= ~_edges(depth, every / depth_camera(camera).fx)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(free.astype(np.uint8), connectivity=4)
+    found: list[tuple[float, Mask]] = []
+    large = np.zeros(depth.shape, bool)
+    for k in range(1, count):
+        if stats[k, cv2.CC_STAT_AREA] < LEAST_PX:
+            continue
+        region = labels == k
+        reach = _reach(points[region])
+        if LEAST * size_m < reach < MOST * size_m:
+            found.append((abs(float(np.log(reach / (LIKELY * size_m)))), region))
+        elif reach > LEAST * size_m:
+            large |= region
+    found.sort(key=lambda f: f[0])
+    pixels = [(every * u, every * v) for u, v in _spread(large, points, APART * size_m, most)]
+    return Standing([_enlarged(region, every, frame.depth) for _, region in found[:most]], pixels)
+
+
+def _spread(large: Mask, points: NDArray[np.float64], apart_m: float, most: int) -> list[tuple[int, int]]:
+    """Pixels (x, y) whose points lie apart from one another, each the nearest to the camera that is left."""
+    import cv2
+
+    v, u = np.nonzero(cv2.erode(large.astype(np.uint8), np.ones((3, 3), np.uint8)))
+    p = points[v, u]
+    order = np.argsort(p[:, 2], kind="stable")
+    v, u, p = v[order], u[order], p[order]
+    left = np.ones(len(p), bool)
+    chosen: list[tuple[int, int]] = []
+    while left.any() and len(chosen) < most:
+        k = int(np.argmax(left))
+        near = np.linalg.norm(p - p[k], axis=1) < apart_m
+        middle = p[near & left].mean(axis=0)
+        k = int(np.argmin(np.linalg.norm(p - middle, axis=1)))
+        chosen.append((int(u[k]), int(v[k])))
+        left &= ~near
+    return chosen
+
+
+def _edges(depth: NDArray[np.float32], px: float) -> Mask:
+    """The farther pixel of each step between neighbours."""
+    edge = np.zeros(depth.shape, bool)
+    for axis in (0, 1):
+        step = np.diff(depth, axis=axis)
+        low = np.minimum(
+            np.take(depth, range(depth.shape[axis] - 1), axis),
+            np.take(depth, range(1, depth.shape[axis]), axis),
+        )
+        steep = np.abs(step) > low * (STEP + STEP_PX * px)
+        first, second = (slice(None, -1), slice(1, None))
+        before = (first, slice(None)) if axis == 0 else (slice(None), first)
+        after = (second, slice(None)) if axis == 0 else (slice(None), second)
+        edge[before] |= steep & (step < 0)
+        edge[after] |= steep & (step > 0)
+    return edge
+
+
+def _reach(p: NDArray[np.float64]) -> float:
+    along = np.linalg.eigh(np.cov(p.T))[1][:, 2]
+    low, high = np.quantile(p @ along, ENDS)
+    return float(high - low)
+
+
+def _enlarged(region: Mask, every: int, depth: NDArray[np.float32]) -> Mask:
+    whole = np.repeat(np.repeat(region, every, axis=0), every, axis=1)[: depth.shape[0], : depth.shape[1]]
+    out: Mask = np.zeros(depth.shape, bool)
+    out[: whole.shape[0], : whole.shape[1]] = whole
+    return out & (depth > 0)

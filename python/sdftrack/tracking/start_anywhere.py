@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT
+"""A start without a place, where a search of the whole image has failed: what stands on tables is tried."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from sdftrack.imaging.click_regions import click_regions
+from sdftrack.imaging.standing_regions import standing_regions
+from sdftrack.results import Status, TrackResult
+from sdftrack.tracking.scale import size_of
+from sdftrack.tracking.start_by_click import Meant, agreement
+
+__all__ = ["FOUND_STANDING", "LEAST", "evidence", "meant_anywhere", "needs_help", "unconfirmed"]
+
+FOUND_STANDING = "found among what stands on the table; the next frame must confirm it"
+LEAST = 0.45  # belief from which a region is taken for the object, without anybody's word
+AMBIGUOUS = 0.8  # of the best score, from which the second one halves the confidence
+SURE = 0.6  # belief from which nothing else is tried
+CLICKED = 3  # of the likeliest regions, that are looked at with their colours where no region is
+
+
+def meant_anywhere(sdf: Any, camera: Any, frame: Any, start: Callable[..., Any]) -> Meant | None:
+    """The region in which the object is best found, None where it is found in none; `start` as for a click."""
+    if frame.depth is None or not (frame.depth > 0).any():
+        return None
+    standing = standing_regions(frame, camera, size_of(sdf))
+    best, most = None, 0.0
+    for region in standing.regions:
+        belief, meant = _tried(sdf, camera, frame, region, start)
+        if belief > most:
+            best, most = meant, belief
+    for pixel in [*map(middle_of, standing.regions[:CLICKED]), *standing.pixels]:
+        if most > SURE:
+            break
+        try:
+            regions = click_regions(frame, camera, pixel, size_of(sdf))
+        except ValueError:
+            continue
+        for region in regions:
+            belief, meant = _tried(sdf, camera, frame, region, start)
+            if belief > most:
+                best, most = meant, belief
+    return best if most >= LEAST else None
+
+
+def _tried(sdf: Any, camera: Any, frame: Any, region: Any, start: Callable[..., Any]) -> tuple[float, Meant]:
+    """How far the object is believed to be in a region, 0..1."""
+    try:
+        result = start(masks=[region])
+    except ValueError:  # of a size that cannot be the object's
+        return 0.0, Meant(region, None, None)
+    if result.status[0] is Status.LOST:
+        return 0.0, Meant(region, None, None)
+    told = agreement(sdf, camera, frame.depth, result.poses[0], region, middle_of(region))
+    return told.score * evidence(result), Meant(region, None, told)
+
+
+def evidence(result: TrackResult, k: int = 0) -> float:
+    """The confidence in a start, without the doubt between two turns of a symmetric shape; 0: it is lost."""
+    if result.status[k] is Status.LOST or result.status[k] is Status.BAD_FRAME:
+        return 0.0
+    runner_up = float(result.runner_up[k])
+    return float(result.confidence[k]) * (1 + (runner_up if runner_up >= AMBIGUOUS else 0.0))
+
+
+def needs_help(result: TrackResult) -> bool:
+    """Whether a search of the whole image has not found the only object, or hardly believes it."""
+    return result.status[0] in (Status.LOST, Status.WEAK) and evidence(result) < LEAST
+
+
+def unconfirmed(result: TrackResult) -> TrackResult:
+    """The result with its only object weak: nobody has said that it is there."""
+    if result.status[0] is Status.LOST:
+        return result
+    confidence = 0.5 * result.confidence
+    confidence.flags.writeable = False
+    reason = [result.reason[0] or FOUND_STANDING]
+    return replace(result, status=[Status.WEAK], reason=reason, confidence=confidence)
+
+
+def middle_of(region: Any) -> tuple[int, int]:
+    """(x, y) of the pixel of a region that is nearest to its centroid."""
+    v, u = np.nonzero(region)
+    k = int(np.argmin((v - v.mean()) ** 2 + (u - u.mean()) ** 2))
+    return int(u[k]), int(v[k])

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: MIT
+"""Starts by a click and without a place, where objects stand on tables."""
+
+import json
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.cli.app import run
+from sdftrack.imaging.click_regions import click_regions
+from sdftrack.imaging.near_planes import planes_near, surface_normals
+from sdftrack.imaging.standing_regions import standing_regions
+
+CAMERA = st.Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
+SIDES = (0.10, 0.07, 0.08)
+SIZE = float(np.linalg.norm(SIDES))
+RIGHT_M = 0.010
+
+
+def table_scene(noise=0.001, other=False):
+    """A box that stands on a large table before a wall, its pose and its mask; colours tell it from both."""
+    table, wall = st.SDF.box((1.2, 0.02, 0.9), voxels=120), st.SDF.box((2.0, 1.2, 0.02), voxels=120)
+    box = st.SDF.box(SIDES, voxels=80)
+    c, s = np.cos(0.6), np.sin(0.6)  # the camera looks down on the table
+    tilt = np.eye(4)
+    tilt[:3, :3] = [[1, 0, 0], [0, c, -s], [0, s, c]]
+    down = np.array([0, c, s])
+
+    def at(x, along, above):
+        T = tilt.copy()
+        T[:3, 3] = np.array([x, 0, 0.75]) + along * np.array([0, -s, c]) - above * down
+        return T
+
+    turn = np.eye(4)
+    turn[:3, :3] = [[np.cos(0.5), 0, np.sin(0.5)], [0, 1, 0], [-np.sin(0.5), 0, np.cos(0.5)]]
+    T = at(0.03, 0.0, 0.5 * SIDES[1]) @ turn
+    layers = [
+        (table, at(0, 0, -0.01), (200, 200, 195)),
+        (wall, at(0, 0.5, 0.4), (90, 100, 110)),
+        (box, T, (190, 60, 40)),
+    ]
+    if other:
+        layers.append((box, at(0.03 + SIDES[0] + 0.03, 0.05, 0.5 * SIDES[1]), (60, 80, 190)))
+    depth, color = np.zeros(CAMERA.shape, np.float32), np.zeros((*CAMERA.shape, 3), np.uint8)
+    mask = np.zeros(CAMERA.shape, bool)
+    for n, (shape, pose, rgb) in enumerate(layers):
+        z = shape.render(CAMERA, pose)[0]
+        nearer = (z > 0) & ((depth == 0) | (z < depth))
+        depth[nearer], color[nearer] = z[nearer], rgb
+        mask = np.where(nearer, n == 2, mask)
+    rng = np.random.default_rng(0)
+    depth = np.where(depth > 0, depth + noise * rng.normal(size=depth.shape), 0).astype(np.float32)
+    color = np.clip(color + rng.normal(0, 4, color.shape), 0, 255).astype(np.uint8)
+    return st.Frame(depth, color), box, T, mask
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return table_scene(other=True)
+
+
+def pixels_of(mask, count=4):
+    v, u = np.nonzero(mask)
+    rng = np.random.default_rng(1)
+    inside = rng.choice(len(v), count, replace=False)
+    return [(int(u[k]), int(v[k])) for k in inside]
+
+
+def adds(result, T, box):
+    return st.metrics.adds(result.pose, T, box.surface_samples(500)[0].astype(float))
+
+
+def test_tables_and_walls_are_planes_and_the_faces_of_a_box_are_not(scene):
+    frame, _, _, mask = scene
+    points = CAMERA.back_project(frame.depth)
+    read = frame.depth > 0
+    planes = planes_near(points, surface_normals(points, read), read, SIZE)
+    on = np.any([p.pixels for p in planes], axis=0)
+    assert len(planes) >= 1
+    assert on[read & ~mask].mean() > 0.8
+    assert on[mask].mean() < 0.2  # its foot is as near to the table as the table is thick
+
+
+@pytest.mark.parametrize("colored", [True, False])
+def test_every_click_on_an_object_on_a_table_finds_it(scene, colored):
+    frame, box, T, mask = scene
+    given = frame if colored else st.Frame(frame.depth)
+    tracker = st.Tracker(box, CAMERA, threads=1)
+    for px in pixels_of(mask):
+        assert st.metrics.iou(click_regions(given, CAMERA, px, SIZE)[0], mask) > 0.75
+        result = tracker.start(given, clicks=px)
+        assert str(result.status[0]) in ("ok", "weak")
+        assert adds(result, T, box) < RIGHT_M
+
+
+def test_a_click_on_a_table_or_on_nothing_or_off_the_image_is_one_clear_line(scene):
+    frame, box, _, _ = scene
+    tracker = st.Tracker(box, CAMERA, threads=1)
+    with pytest.raises(ValueError, match=r"clicks\[0\]: .*on a plane that reaches over"):
+        tracker.start(frame, clicks=(120, 400))
+    holed = frame.depth.copy()
+    holed[90:130, 90:130] = 0
+    with pytest.raises(ValueError, match="none there; click on the object itself"):
+        tracker.start(st.Frame(holed), clicks=(110, 110))
+    with pytest.raises(ValueError, match="640 x 480"):
+        tracker.start(frame, clicks=(640, 3))
+    with pytest.raises(ValueError, match="one \\(x, y\\) per shape"):
+        tracker.start(frame, clicks=[(3, 4), (5, 6)])
+    with pytest.raises(ValueError, match="poses, masks, boxes and clicks"):
+        tracker.start(frame, clicks=(3, 4), boxes=(0, 0, 9, 9))
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"), [(1000.0, "is the mesh in mm"), (0.001, "scaled twice"), (25.4, "cm or in")]
+)
+def test_a_wrong_unit_is_named(scene, factor, said):
+    frame, box, _, mask = scene
+    wrong = st.SDF(box.values * factor, box.voxel_size * factor, box.origin * factor)
+    tracker = st.Tracker(wrong, CAMERA, threads=1)
+    with pytest.raises(ValueError, match=said):
+        tracker.start(frame, masks=mask)
+    if factor != 25.4:
+        with pytest.raises(ValueError, match=said):
+            tracker.start(frame, clicks=pixels_of(mask, 1)[0])
+
+
+def test_what_stands_on_the_table_is_found_without_a_place_and_has_to_be_confirmed(scene):
+    frame, box, _, mask = scene
+    standing = standing_regions(frame, CAMERA, SIZE)
+    assert max(st.metrics.iou(r, mask) for r in standing.regions) > 0.6
+    from sdftrack.tracking.start_anywhere import meant_anywhere
+
+    tracker = st.Tracker(box, CAMERA, threads=1)
+    meant = meant_anywhere(box, CAMERA, frame, lambda **where: tracker.start(frame, **where))
+    assert meant is not None
+    absent = st.SDF.sphere(0.11, voxels=60)
+    other = st.Tracker(absent, CAMERA, threads=1)
+    assert meant_anywhere(absent, CAMERA, frame, lambda **where: other.start(frame, **where)) is None
+
+
+def test_recorded_tables(data_dir):
+    path = data_dir / "visp_rbt"
+    if not path.is_dir():
+        pytest.skip(f"recorded data absent: {path}")
+    with st.open_sequence(path) as seq:
+        cube = st.SDF.from_mesh(seq.models[1], voxels=100)
+        tracker = st.Tracker(cube, seq.camera, threads=1)
+        points = cube.surface_samples(500)[0].astype(float)
+        for i in (0, 40):
+            T = seq.ground_truth[i][0]
+            for px in pixels_of(cube.silhouette(seq.camera, T) & (seq[i].depth > 0), 3):
+                assert st.metrics.adds(tracker.start(seq[i], clicks=px).pose, T, points) < 0.015
+        result = tracker.start(seq[0])
+        assert str(result.status[0]) == "weak"
+        assert st.metrics.adds(result.pose, seq.ground_truth[0][0], points) < 0.015
+
+
+def test_the_selection_is_drawn_and_the_error_names_the_picture(scene, tmp_path, capsys):
+    frame, box, T, mask = scene
+    seq = st.Sequence([frame], CAMERA, [T])
+    st.save_sequence(tmp_path / "scene", seq, layout="bop")
+    box.to_mesh().save(tmp_path / "box.ply")
+    common = [
+        "track",
+        str(tmp_path / "scene"),
+        "--model",
+        str(tmp_path / "box.ply"),
+        "--no-video",
+        "--voxels",
+        "80",
+    ]
+    x, y = pixels_of(mask, 1)[0]
+    assert run([*common, "--init", f"click:{x},{y}", "--out", str(tmp_path / "a"), "-q"]) == 0
+    assert (tmp_path / "a" / "start.png").is_file()
+    assert (
+        json.loads((tmp_path / "a" / "report.json").read_text())["frames"][0]["objects"][0]["status"]
+        != "lost"
+    )
+    capsys.readouterr()
+    assert run([*common, "--init", "click:120,400", "--out", str(tmp_path / "b")]) == 1
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "plane" in said
+    assert str(tmp_path / "b" / "start.png") in said
+    assert (tmp_path / "b" / "start.png").is_file()
