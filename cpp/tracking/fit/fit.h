@@ -71,6 +71,8 @@ class PoseFitter {
   void fit_coarse(const Attempt& attempt, optim::State* x, Fitted* fitted);
   void fit_between(optim::State* x, Fitted* fitted);
   void fit_fine(optim::State* x, Fitted* fitted, bool move);
+  double moved_px(const Rigidd& before, const Rigidd& now) const;
+  void run_fine(const energies::SdfEnergyOptions& energy, optim::State* x, Fitted* fitted);
   void run_stage(energies::PixelSet* pixels, const energies::SdfEnergyOptions& energy, int steps,
                  optim::State* x, Fitted* fitted);
 

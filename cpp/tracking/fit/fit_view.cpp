@@ -17,7 +17,9 @@ constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot 
 constexpr double kAreaFollows = 0.4;
 constexpr int kAreaEvery = 4;          // frames from one measurement to the next
 constexpr double kSharedPerLocal = 2;  // a sensor's whole noise is at most this much of that among neighbours
-constexpr double kMinNoise_m = 1e-4;   // s never falls below: the volume itself is no better than this
+constexpr std::size_t kMinLines = 20;
+constexpr double kUsualShared = 6, kOutlineFollows = 0.2, kLeastFactor = 0.25, kMostFactor = 4;
+constexpr double kMinNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
 
 // Whether the frame shows enough of the object, where it is expected, to measure the sensor by it.
 bool clear_view(const Visibility& seen) {
@@ -33,6 +35,7 @@ int FitView::open(const frame::DepthFrame& frame, const Camera& camera, const Fi
   free_grid_.distance_px.clear();
   selection_.choose(frame, camera, target.shape, target.expected, sensor_noise(options_), padding_m, plane);
   coarse_.clear(), pixels_.clear();  // of another frame, whose colours may be gone
+  outline_lines_.lines.clear();
   if (selection_.count() == 0) return 0;
   if (reads_colors())
     color_reader_.open(frame, camera, frame::projected_box(camera, target.shape, target.expected, padding_m),
@@ -70,6 +73,42 @@ void FitView::add_brightness(const optim::State& x, double scale_m, energies::En
   summary->A += weight * photometric_.hessian;
   summary->B += weight * weight * photometric_.hessian;  // of one reading that stands for `weight`
   summary->geometry += scale_m * scale_m / energy.used() * photometric_.hessian;
+}
+
+void FitView::read_outline(const Rigidd& T_cam_obj, int reach_px) {
+  outline_lines_.lines.clear();
+  if (!reads_outline()) return;
+  find_outline_lines(*frame_, *camera_, target_->shape, *target_->colors, T_cam_obj,
+                     {options_.outline_points, reach_px, stated_noise_m_}, &outline_scratch_,
+                     &outline_lines_);
+}
+
+double FitView::outline_weight(const FitMemory& memory) const {
+  if (outline_lines_.lines.size() < kMinLines) return 0;
+  const double shared = memory.outline.shared_lines > 0 ? memory.outline.shared_lines : kUsualShared;
+  return options_.outline_weight * std::max(1.0, memory.correlation_area_px) / shared;
+}
+
+// As the brightness: what the outline holds is no blind direction. Its lines share errors, which the pixels'
+// correlation area, by which the sum is multiplied later, does not know.
+void FitView::add_outline(const optim::State& x, double scale_m, double area_px,
+                          energies::EnergySummary* summary, FitMemory* memory) {
+  const double weight = outline_weight(*memory);
+  if (!(weight > 0)) return;
+  const OutlineNoise now = outline_noise(outline_lines_, inverse(x.T_obj_cam[0]), &doubles_);
+  OutlineNoise& kept = memory->outline;
+  if (now.factor > 0) {
+    const double rate = kept.factor > 0 ? kOutlineFollows : 1;
+    kept.factor += rate * (std::clamp(now.factor, kLeastFactor, kMostFactor) - kept.factor);
+    kept.shared_lines += rate * (now.shared_lines - kept.shared_lines);
+  }
+  photometric_.reset(6);
+  energies::OutlineEnergy(&outline_lines_, outline_factor(*memory)).linearize(x, &photometric_);
+  const double shared = std::max(1.0, kept.shared_lines);
+  summary->A += weight * photometric_.hessian;
+  summary->B += weight * weight * shared / area_px * photometric_.hessian;
+  summary->geometry +=
+      scale_m * scale_m / static_cast<double>(outline_lines_.lines.size()) * photometric_.hessian;
 }
 
 // Of a shape that is known only in part: the readings of that part.
@@ -145,6 +184,7 @@ void FitView::measure_pose(const energies::SdfEnergyOptions& options, const opti
   add_brightness(x, options.scale_m, &summary);
   if (options.color) fitted->cost = summary.cost, fitted->foreground = summary.foreground;
   const double area_px = correlation_area(options, x, energy, &fitted->memory);
+  add_outline(x, options.scale_m, area_px, &summary, &fitted->memory);
   const Matrix6d increment = increment_covariance(summary, target_->shape, area_px);
   fitted->centre_sd =
       std::sqrt(increment.topLeftCorner<3, 3>().diagonal().maxCoeff()) / (0.5 * target_->shape.diameter_m);

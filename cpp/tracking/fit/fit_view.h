@@ -10,6 +10,7 @@
 #include "optim/lm.h"
 #include "tracking/fit/correlation.h"
 #include "tracking/fit/local_noise.h"
+#include "tracking/fit/outline_lines.h"
 #include "tracking/trust/color_evidence.h"
 #include "tracking/trust/trust.h"
 
@@ -33,6 +34,7 @@ struct FitMemory {
   double correlation_area_px = 0;  // 0: not measured yet
   int area_age = 0;                // frames since that was measured
   double damping = 0;              // only with TrackerOptions::keep_damping
+  OutlineNoise outline{};          // 0: not measured yet
 };
 
 // Whom to fit, and where it is expected: pixels are taken around `expected`, the prior is centred there.
@@ -92,6 +94,18 @@ class FitView {
   energies::PhotometricEnergy brightness(const energies::PixelSet& pixels, const optim::State& x,
                                          double* weight);
 
+  // The outline in the colour image as it is seen from T_cam_obj; none without colours, or where the options
+  // leave it out. Valid until the next call.
+  void read_outline(const Rigidd& T_cam_obj, int reach_px);
+  bool reads_outline() const { return options_.outline && frame_->color && target_->colors; }
+  const energies::OutlineLines& outline_lines() const { return outline_lines_; }
+  // How much each line weighs beside the pixels, whose errors many share too; 0: too few lines.
+  double outline_weight(const FitMemory& memory) const;
+
+  static double outline_factor(const FitMemory& memory) {
+    return memory.outline.factor > 0 ? memory.outline.factor : 1;
+  }
+
   const FitTarget& target() const { return *target_; }
   double stated_noise_m() const { return stated_noise_m_; }
   int candidates() const { return selection_.count(); }
@@ -106,6 +120,8 @@ class FitView {
     return options_.photometric && frame_->color && target_->shape.colors.rgb_seen;
   }
   void add_brightness(const optim::State& x, double scale_m, energies::EnergySummary* summary);
+  void add_outline(const optim::State& x, double scale_m, double area_px, energies::EnergySummary* summary,
+                   FitMemory* memory);
   double correlation_area(const energies::SdfEnergyOptions& options, const optim::State& x,
                           energies::SdfEnergy* energy, FitMemory* memory);
 
@@ -128,6 +144,9 @@ class FitView {
   energies::GreyPixels grey_;
   std::vector<energies::PhotometricHit> photometric_hits_;
   optim::NormalEquations photometric_;
+  OutlineScratch outline_scratch_;
+  energies::OutlineLines outline_lines_;
+  std::vector<double> doubles_;
 };
 
 }  // namespace sdftrack::tracking

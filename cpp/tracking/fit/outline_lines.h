@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// Lines across an object's outline in the colour image, and where on each the colours put the outline.
+#pragma once
+
+#include <vector>
+
+#include "appearance/color_model.h"
+#include "energies/outline_energy.h"
+#include "frame/region.h"
+#include "tracking/fit/contour_points.h"
+
+namespace sdftrack::tracking {
+
+// Of a frame with a colour image, aligned or not.
+energies::ColorProjection color_projection(const Camera& camera, const appearance::ColorMap& map);
+
+struct OutlineSearch {
+  int points = 200;        // of the outline that are looked at
+  int reach_px = 8;        // to both sides along a line
+  double noise_m = 0.001;  // of a reading: what stands in front by clearly more hides the outline
+};
+
+// Working memory.
+struct OutlineScratch {
+  ContourScratch contour;
+  std::vector<ContourPoint> points;
+};
+
+// At T_cam_obj (centred). No line where something stands in front, where it leaves the image, and where the
+// colours on its two sides do not differ. The frame needs colours, not depth.
+void find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
+                        const appearance::ColorModel& colors, const Rigidd& T_cam_obj,
+                        const OutlineSearch& search, OutlineScratch* scratch, energies::OutlineLines* out);
+
+// Robust size of residuals over their stated sd (1: as stated), and how many neighbouring lines share one
+// error; 0 where they are too few to tell.
+struct OutlineNoise {
+  double factor = 0, shared_lines = 0;
+};
+OutlineNoise outline_noise(const energies::OutlineLines& lines, const Rigidd& T_obj_cam,
+                           std::vector<double>* scratch);
+
+}  // namespace sdftrack::tracking
