@@ -75,10 +75,10 @@ py::array_t<double> outline_lines(const std::tuple<py::array, double, std::array
   frame.depth_m = {nullptr, camera.width, camera.height};
   if (!depth_m.is_none()) frame.depth_m = image_view(depth_m.cast<py::array>(), "depth", camera);
   frame.color = &image;
-  tracking::OutlineScratch scratch;
+  tracking::ContourLibrary contours;
   OutlineLines found;
   tracking::find_outline_lines(frame, camera, made, model, {T.R, T * made.centre_obj}, {points, reach_px},
-                               &scratch, &found);
+                               &contours, &found);
   std::vector<double> rows;
   for (const energies::OutlineLine& l : found.lines) {
     const Vec3d p = l.p_obj + made.centre_obj;

@@ -79,8 +79,7 @@ void FitView::read_outline(const Rigidd& T_cam_obj, int reach_px) {
   outline_lines_.lines.clear();
   if (!reads_outline()) return;
   find_outline_lines(*frame_, *camera_, target_->shape, *target_->colors, T_cam_obj,
-                     {options_.outline_points, reach_px, stated_noise_m_}, &outline_scratch_,
-                     &outline_lines_);
+                     {options_.outline_points, reach_px, stated_noise_m_}, &contours_, &outline_lines_);
 }
 
 double FitView::outline_weight(const FitMemory& memory) const {

@@ -144,7 +144,7 @@ class FitView {
   energies::GreyPixels grey_;
   std::vector<energies::PhotometricHit> photometric_hits_;
   optim::NormalEquations photometric_;
-  OutlineScratch outline_scratch_;
+  ContourLibrary contours_;
   energies::OutlineLines outline_lines_;
   std::vector<double> doubles_;
 };

@@ -114,7 +114,7 @@ class LineMaker {
     for (const double k : {-1.0, 0.0, 1.0}) {
       const Vec3d at = p + (k * by) * n;
       if (!(at.z > 0)) return true;
-      const Vec2d ideal = project(camera_.K, at), u = camera_.project_point(at);
+      const Vec2d ideal = project(camera_.K, at), u = frame_.rays ? camera_.project_point(at) : ideal;
       if (!(u.x > -0.5 && u.y > -0.5 && u.x < camera_.width - 0.5 && u.y < camera_.height - 0.5)) continue;
       const double z = frame_.depth_m(static_cast<int>(u.x + 0.5), static_cast<int>(u.y + 0.5));
       if (!(z > 0) || z > p.z - in_front_m_) continue;
@@ -161,14 +161,14 @@ energies::ColorProjection color_projection(const Camera& camera, const appearanc
 
 void find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                         const appearance::ColorModel& colors, const Rigidd& T_cam_obj,
-                        const OutlineSearch& search, OutlineScratch* scratch, energies::OutlineLines* out) {
+                        const OutlineSearch& search, ContourLibrary* contours, energies::OutlineLines* out) {
   out->lines.clear();
   out->view = color_projection(camera, frame.color->map);
   const Vec3d eye = centre_of(out->view);  // the outline is that which the colour camera sees
-  find_contour(camera.K, shape, {T_cam_obj.R, T_cam_obj.t - eye}, search.points, kThickness_px,
-               &scratch->contour, &scratch->points);
+  const double focal_px = std::sqrt(camera.K.fx * camera.K.fy);
   const LineMaker maker(frame, camera, shape, colors, T_cam_obj, search, out->view);
-  for (const ContourPoint& point : scratch->points) {
+  for (const ContourPoint& point :
+       contours->seen_from(inverse(T_cam_obj) * eye, shape, focal_px, search.points, kThickness_px)) {
     energies::OutlineLine line;
     if (maker.make(point, &line)) out->lines.push_back(line);
   }

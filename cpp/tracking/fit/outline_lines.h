@@ -20,17 +20,11 @@ struct OutlineSearch {
   double noise_m = 0.001;  // of a reading: what stands in front by clearly more hides the outline
 };
 
-// Working memory.
-struct OutlineScratch {
-  ContourScratch contour;
-  std::vector<ContourPoint> points;
-};
-
 // At T_cam_obj (centred). No line where something stands in front, where it leaves the image, and where the
 // colours on its two sides do not differ. The frame needs colours, not depth.
 void find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                         const appearance::ColorModel& colors, const Rigidd& T_cam_obj,
-                        const OutlineSearch& search, OutlineScratch* scratch, energies::OutlineLines* out);
+                        const OutlineSearch& search, ContourLibrary* contours, energies::OutlineLines* out);
 
 // Robust size of residuals over their stated sd (1: as stated), and how many neighbouring lines share one
 // error; 0 where they are too few to tell.
