@@ -7,6 +7,7 @@
 #include "energies/outline_offset.h"
 #include "release_gil.h"
 #include "tracking/fit/outline_lines.h"
+#include "tracking/trust/color_projection.h"
 #include "volume.h"
 
 namespace sdftrack::bindings {

@@ -27,6 +27,9 @@ class ObjectFollower {
 
   // The object fitted alone from where it is expected. The object takes over what it is found to be.
   ObjectResult follow(FrameContext* context, TrackedObject* object);
+  // By the outline in the colour image alone, in a frame without a reading (outline_follower.cpp). None where
+  // the options, the colours or the frame do not allow it.
+  std::optional<ObjectResult> follow_outline(FrameContext* context, TrackedObject* object);
   // A fit that is judged already: the object takes it over unless it is lost.
   ObjectResult accept(Fitted fitted, const Trust& trust, double time_s, TrackedObject* object) const;
   // The object's colours, and those around it, at its pose in this frame.
@@ -58,6 +61,7 @@ class ObjectFollower {
                   const Neighbors* neighbors, const Fitted& wide);
   Attempt narrow_attempt(const Rigidd& T_cam_obj) const;
   Attempt wide_attempt(const TrackedObject& object, const Rigidd& expected, double time_s) const;
+  void learn_silhouette(const FrameContext& context, TrackedObject* object);
   void keep(const Fitted& fitted, const Trust& trust, double time_s, TrackedObject* object) const;
 
   TrackerOptions options_;

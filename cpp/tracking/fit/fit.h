@@ -56,6 +56,10 @@ class PoseFitter {
   // None where too few readings lie near the expected pose.
   std::optional<Fitted> fit(const frame::DepthFrame& frame, const Camera& camera, const FitTarget& target,
                             const Attempt& attempt, const frame::Plane* plane);
+  // By the outline in the colour image alone: the frame needs no depth. None where too little of it stands
+  // out. share: of the places on the outline, those that tell where it is.
+  std::optional<Fitted> fit_outline(const frame::DepthFrame& frame, const Camera& camera,
+                                    const FitTarget& target, double* share);
   // The memory of a record that is no longer needed, for the next fit.
   void give_back(std::vector<TrackStep>&& steps) {
     if (steps.capacity() > 0) spare_steps_.push_back(std::move(steps));  // else lost frames would pile up

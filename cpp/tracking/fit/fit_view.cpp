@@ -45,6 +45,14 @@ int FitView::open(const frame::DepthFrame& frame, const Camera& camera, const Fi
   return selection_.count();
 }
 
+void FitView::open_without_depth(const frame::DepthFrame& frame, const Camera& camera,
+                                 const FitTarget& target) {
+  frame_ = &frame, camera_ = &camera, target_ = &target;
+  stated_noise_m_ = sensor_noise(options_).at(target.expected.t.z);
+  coarse_.clear(), pixels_.clear();
+  outline_lines_.lines.clear();
+}
+
 void FitView::pack(int wanted, energies::PixelSet* out) {
   selection_.pack(wanted, out);
   if (target_->colors) fetch_foreground(*target_->colors, color_reader_, out);
@@ -75,17 +83,30 @@ void FitView::add_brightness(const optim::State& x, double scale_m, energies::En
   summary->geometry += scale_m * scale_m / energy.used() * photometric_.hessian;
 }
 
-void FitView::read_outline(const Rigidd& T_cam_obj, int reach_px) {
+int FitView::read_outline(const Rigidd& T_cam_obj, int reach_px) {
   outline_lines_.lines.clear();
-  if (!reads_outline()) return;
-  find_outline_lines(*frame_, *camera_, target_->shape, *target_->colors, T_cam_obj,
-                     {options_.outline_points, reach_px, stated_noise_m_}, &contours_, &outline_lines_);
+  if (!reads_outline()) return 0;
+  return find_outline_lines(*frame_, *camera_, target_->shape, *target_->colors, T_cam_obj,
+                            {options_.outline_points, reach_px, stated_noise_m_}, &contours_,
+                            &outline_lines_);
+}
+
+double FitView::shared_lines(const FitMemory& memory) {
+  return memory.outline.shared_lines > 0 ? std::max(1.0, memory.outline.shared_lines) : kUsualShared;
 }
 
 double FitView::outline_weight(const FitMemory& memory) const {
   if (outline_lines_.lines.size() < kMinLines) return 0;
-  const double shared = memory.outline.shared_lines > 0 ? memory.outline.shared_lines : kUsualShared;
-  return options_.outline_weight * std::max(1.0, memory.correlation_area_px) / shared;
+  return options_.outline_weight * std::max(1.0, memory.correlation_area_px) / shared_lines(memory);
+}
+
+void FitView::measure_outline(const optim::State& x, FitMemory* memory) {
+  const OutlineNoise now = outline_noise(outline_lines_, inverse(x.T_obj_cam[0]), &doubles_);
+  if (!(now.factor > 0)) return;
+  OutlineNoise& kept = memory->outline;
+  const double rate = kept.factor > 0 ? kOutlineFollows : 1;
+  kept.factor += rate * (std::clamp(now.factor, kLeastFactor, kMostFactor) - kept.factor);
+  kept.shared_lines += rate * (now.shared_lines - kept.shared_lines);
 }
 
 // As the brightness: what the outline holds is no blind direction. Its lines share errors, which the pixels'
@@ -94,20 +115,33 @@ void FitView::add_outline(const optim::State& x, double scale_m, double area_px,
                           energies::EnergySummary* summary, FitMemory* memory) {
   const double weight = outline_weight(*memory);
   if (!(weight > 0)) return;
-  const OutlineNoise now = outline_noise(outline_lines_, inverse(x.T_obj_cam[0]), &doubles_);
-  OutlineNoise& kept = memory->outline;
-  if (now.factor > 0) {
-    const double rate = kept.factor > 0 ? kOutlineFollows : 1;
-    kept.factor += rate * (std::clamp(now.factor, kLeastFactor, kMostFactor) - kept.factor);
-    kept.shared_lines += rate * (now.shared_lines - kept.shared_lines);
-  }
+  measure_outline(x, memory);
   photometric_.reset(6);
   energies::OutlineEnergy(&outline_lines_, outline_factor(*memory)).linearize(x, &photometric_);
-  const double shared = std::max(1.0, kept.shared_lines);
   summary->A += weight * photometric_.hessian;
-  summary->B += weight * weight * shared / area_px * photometric_.hessian;
+  summary->B += weight * weight * shared_lines(*memory) / area_px * photometric_.hessian;
   summary->geometry +=
       scale_m * scale_m / static_cast<double>(outline_lines_.lines.size()) * photometric_.hessian;
+}
+
+void FitView::measure_outline_pose(const optim::State& x, Fitted* fitted) {
+  measure_outline(x, &fitted->memory);
+  const auto lines = static_cast<double>(outline_lines_.lines.size());
+  const double m_per_px = inverse(x.T_obj_cam[0]).t.z / camera_->K.fx;
+  photometric_.reset(6);
+  const double factor = outline_factor(fitted->memory);
+  energies::OutlineEnergy(&outline_lines_, factor).linearize(x, &photometric_);
+  energies::EnergySummary sums;
+  sums.A = photometric_.hessian;
+  sums.B = shared_lines(fitted->memory) * photometric_.hessian;
+  // In metres at the object, like a residual of depth; the lines' sd is about a pixel.
+  sums.geometry = m_per_px * m_per_px * factor * factor / lines * photometric_.hessian;
+  sums.rounding = sums.missed = energies::SmallVector::Zero(6);
+  sums.inliers = lines;
+  const Matrix6d increment = increment_covariance(sums, target_->shape, 1);
+  fitted->centre_sd =
+      std::sqrt(increment.topLeftCorner<3, 3>().diagonal().maxCoeff()) / (0.5 * target_->shape.diameter_m);
+  fitted->covariance = camera_covariance(increment, inverse(x.T_obj_cam[0]), -target_->shape.centre_obj);
 }
 
 // Of a shape that is known only in part: the readings of that part.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "energies/outline_offset.h"
+#include "tracking/trust/color_projection.h"
 
 namespace sdftrack::tracking {
 
@@ -16,10 +17,6 @@ constexpr double kMaxSd = 0.45;    // of that of an offset about which nothing i
 constexpr double kPixelSd = 0.29;  // of an edge somewhere in a pixel
 constexpr double kInFront_m = 0.010, kInFrontPerNoise = 5;
 constexpr double kAside_px = 4;  // of the places on both sides at which an occluder is looked for
-
-Mat3d camera_matrix(const Intrinsics<double>& K) { return {{K.fx, 0, K.cx}, {0, K.fy, K.cy}, {0, 0, 1}}; }
-
-Mat3d cast(const Mat3<float>& M) { return {M.r0.cast<double>(), M.r1.cast<double>(), M.r2.cast<double>()}; }
 
 // Where A p + q = 0: the colour camera's centre.
 Vec3d centre_of(const energies::ColorProjection& view) {
@@ -139,39 +136,21 @@ class LineMaker {
 
 }  // namespace
 
-energies::ColorProjection color_projection(const Camera& camera, const appearance::ColorMap& map) {
-  energies::ColorProjection view;
-  view.width = map.width, view.height = map.height;
-  if (map.aligned) {
-    if (camera.distorted())
-      view.has_lens = true, view.lens = camera.distortion, view.K = camera.K;
-    else
-      view.A = camera_matrix(camera.K);
-    return view;
-  }
-  view.has_first = map.raw_pixel && camera.distorted();
-  view.first = camera.distortion;
-  view.A = cast(map.P) * camera_matrix(camera.K);
-  view.q = map.q.cast<double>();
-  view.has_lens = map.lens;
-  view.K = map.K.cast<double>();
-  for (std::size_t i = 0; i < view.lens.size(); ++i) view.lens[i] = static_cast<double>(map.distortion[i]);
-  return view;
-}
-
-void find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
-                        const appearance::ColorModel& colors, const Rigidd& T_cam_obj,
-                        const OutlineSearch& search, ContourLibrary* contours, energies::OutlineLines* out) {
+int find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
+                       const appearance::ColorModel& colors, const Rigidd& T_cam_obj,
+                       const OutlineSearch& search, ContourLibrary* contours, energies::OutlineLines* out) {
   out->lines.clear();
   out->view = color_projection(camera, frame.color->map);
   const Vec3d eye = centre_of(out->view);  // the outline is that which the colour camera sees
   const double focal_px = std::sqrt(camera.K.fx * camera.K.fy);
   const LineMaker maker(frame, camera, shape, colors, T_cam_obj, search, out->view);
-  for (const ContourPoint& point :
-       contours->seen_from(inverse(T_cam_obj) * eye, shape, focal_px, search.points, kThickness_px)) {
+  const std::vector<ContourPoint>& points =
+      contours->seen_from(inverse(T_cam_obj) * eye, shape, focal_px, search.points, kThickness_px);
+  for (const ContourPoint& point : points) {
     energies::OutlineLine line;
     if (maker.make(point, &line)) out->lines.push_back(line);
   }
+  return static_cast<int>(points.size());
 }
 
 namespace {

@@ -11,9 +11,6 @@
 
 namespace sdftrack::tracking {
 
-// Of a frame with a colour image, aligned or not.
-energies::ColorProjection color_projection(const Camera& camera, const appearance::ColorMap& map);
-
 struct OutlineSearch {
   int points = 200;        // of the outline that are looked at
   int reach_px = 8;        // to both sides along a line
@@ -21,10 +18,11 @@ struct OutlineSearch {
 };
 
 // At T_cam_obj (centred). No line where something stands in front, where it leaves the image, and where the
-// colours on its two sides do not differ. The frame needs colours, not depth.
-void find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
-                        const appearance::ColorModel& colors, const Rigidd& T_cam_obj,
-                        const OutlineSearch& search, ContourLibrary* contours, energies::OutlineLines* out);
+// colours on its two sides do not differ. The frame needs colours, not depth. Returns how many places it has
+// looked at.
+int find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
+                       const appearance::ColorModel& colors, const Rigidd& T_cam_obj,
+                       const OutlineSearch& search, ContourLibrary* contours, energies::OutlineLines* out);
 
 // Robust size of residuals over their stated sd (1: as stated), and how many neighbouring lines share one
 // error; 0 where they are too few to tell.
