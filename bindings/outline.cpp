@@ -36,8 +36,10 @@ py::tuple outline_energy(const py::array& lines, const Camera& camera, const app
   optim::NormalEquations at;
   at.reset(6);
   energy.linearize(x, &at);
+  std::vector<energies::OutlineResidual> rows;
+  energy.residuals(x.T_obj_cam[0], &rows);
   std::vector<double> off;
-  energy.residuals_px(x.T_obj_cam[0], &off);
+  for (const energies::OutlineResidual& row : rows) off.push_back(row.off);
   return py::make_tuple(energy.cost(x), at.gradient, at.hessian, off);
 }
 
@@ -100,7 +102,8 @@ void bind_outline(py::module_& m) {
         py::arg("points") = 200, py::arg("reach_px") = 8,
         "Lines across the outline: (n, 9) rows of X, Y, Z (m, object), centre and normal (px), offset, sd.");
   m.def("outline_energy", &outline_energy, py::arg("lines"), py::arg("camera"), py::arg("color_map"),
-        py::arg("T_obj_cam"), py::arg("noise") = 1.0, "Cost, gradient, Hessian and residuals (px).");
+        py::arg("T_obj_cam"), py::arg("noise") = 1.0,
+        "Cost, gradient, Hessian and residuals (over their sd).");
 }
 
 }  // namespace sdftrack::bindings

@@ -5,6 +5,8 @@
 
 namespace sdftrack::energies {
 
+using Row = Eigen::Matrix<double, 6, 1>;
+
 // visit(line, residual_px, J): J the derivative of the pixel by p_cam. A point behind the camera is left out.
 template <class Visit>
 void OutlineEnergy::each(const Rigidd& T_obj_cam, const Visit& visit) const {
@@ -27,18 +29,23 @@ double OutlineEnergy::cost(const optim::State& x) {
   return sum;
 }
 
-// p_cam = T^-1 X, and T <- increment(v, w) T moves it by -R^T (v + w x X): the residual's derivative is
-// (-a, a x X) with a = R J^T n.
-void OutlineEnergy::linearize(const optim::State& x, optim::NormalEquations* out) {
-  const Rigidd& T = x.T_obj_cam[0];
-  using Row = Eigen::Matrix<double, 6, 1>;
-  Eigen::Matrix<double, 6, 6> H = Eigen::Matrix<double, 6, 6>::Zero();
-  Row g = Row::Zero();
+// visit(residual over its sd, row). p_cam = T^-1 X, and T <- increment(v, w) T moves it by -R^T (v + w x X):
+// the derivative is (-a, a x X) with a = R J^T n.
+template <class Visit>
+void OutlineEnergy::each_row(const Rigidd& T, const Visit& visit) const {
   each(T, [&](const OutlineLine& line, double off_px, const PixelJacobian& J) {
-    const double per_sd = inv_noise_ / line.sd_px, r = off_px * per_sd, weight = 1 / (1 + 0.5 * r * r);
+    const double per_sd = inv_noise_ / line.sd_px;
     const Vec3d a = per_sd * (T.R * (line.normal.x * J.u + line.normal.y * J.v));
     const Vec3d turn = cross(a, line.p_obj);
-    const Row row = (Row() << -a.x, -a.y, -a.z, turn.x, turn.y, turn.z).finished();
+    visit(off_px * per_sd, (Row() << -a.x, -a.y, -a.z, turn.x, turn.y, turn.z).finished());
+  });
+}
+
+void OutlineEnergy::linearize(const optim::State& x, optim::NormalEquations* out) {
+  Eigen::Matrix<double, 6, 6> H = Eigen::Matrix<double, 6, 6>::Zero();
+  Row g = Row::Zero();
+  each_row(x.T_obj_cam[0], [&](double r, const Row& row) {
+    const double weight = 1 / (1 + 0.5 * r * r);
     H.noalias() += (weight * row) * row.transpose();
     g += weight * r * row;
     out->cost += std::log1p(0.5 * r * r);
@@ -48,9 +55,9 @@ void OutlineEnergy::linearize(const optim::State& x, optim::NormalEquations* out
   out->gradient += g;
 }
 
-void OutlineEnergy::residuals_px(const Rigidd& T_obj_cam, std::vector<double>* out) const {
+void OutlineEnergy::residuals(const Rigidd& T_obj_cam, std::vector<OutlineResidual>* out) const {
   out->clear();
-  each(T_obj_cam, [&](const OutlineLine&, double off_px, const PixelJacobian&) { out->push_back(off_px); });
+  each_row(T_obj_cam, [&](double r, const Row& row) { out->push_back({r, row}); });
 }
 
 }  // namespace sdftrack::energies

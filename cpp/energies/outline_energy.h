@@ -17,6 +17,13 @@ struct OutlineLine {
   double offset_px, sd_px;  // of the true outline from centre_px along normal
 };
 
+// Distance of a line's point from where the colours put the outline, and its derivative by the increment;
+// both over the line's stated sd.
+struct OutlineResidual {
+  double off;
+  Eigen::Matrix<double, 6, 1> J;
+};
+
 struct OutlineLines {
   std::vector<OutlineLine> lines;  // in their order along the outline
   ColorProjection view;
@@ -34,12 +41,14 @@ class OutlineEnergy final : public optim::Energy {
   void linearize(const optim::State& x, optim::NormalEquations* out) override;
   double cost(const optim::State& x) override;
 
-  // Distance (px, outwards) of each line's point from where the colours put the outline.
-  void residuals_px(const Rigidd& T_obj_cam, std::vector<double>* out) const;
+  // Of all lines, in their order.
+  void residuals(const Rigidd& T_obj_cam, std::vector<OutlineResidual>* out) const;
 
  private:
   template <class Visit>
   void each(const Rigidd& T_obj_cam, const Visit& visit) const;
+  template <class Visit>
+  void each_row(const Rigidd& T_obj_cam, const Visit& visit) const;
 
   const OutlineLines* lines_;
   double inv_noise_;

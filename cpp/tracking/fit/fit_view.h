@@ -11,6 +11,7 @@
 #include "tracking/fit/correlation.h"
 #include "tracking/fit/local_noise.h"
 #include "tracking/fit/outline_lines.h"
+#include "tracking/fit/outline_noise.h"
 #include "tracking/trust/color_evidence.h"
 #include "tracking/trust/trust.h"
 
@@ -127,7 +128,7 @@ class FitView {
   }
   void add_brightness(const optim::State& x, double scale_m, energies::EnergySummary* summary);
   void measure_outline(const optim::State& x, FitMemory* memory);
-  void add_outline(const optim::State& x, double scale_m, double area_px, energies::EnergySummary* summary,
+  void add_outline(const optim::State& x, double scale_m, double* area_px, energies::EnergySummary* summary,
                    FitMemory* memory);
   double correlation_area(const energies::SdfEnergyOptions& options, const optim::State& x,
                           energies::SdfEnergy* energy, FitMemory* memory);
@@ -153,7 +154,7 @@ class FitView {
   optim::NormalEquations photometric_;
   ContourLibrary contours_;
   energies::OutlineLines outline_lines_;
-  std::vector<double> doubles_;
+  std::vector<energies::OutlineResidual> outline_residuals_;
 };
 
 }  // namespace sdftrack::tracking

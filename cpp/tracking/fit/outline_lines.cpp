@@ -153,39 +153,4 @@ int find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, con
   return static_cast<int>(points.size());
 }
 
-namespace {
-
-constexpr int kEnoughLines = 20, kWindow = 12;
-constexpr double kMedianOfNormal = 0.6745;
-constexpr double kFarOff = 3;  // sd; beyond, a residual is cut
-
-}  // namespace
-
-OutlineNoise outline_noise(const energies::OutlineLines& lines, const Rigidd& T_obj_cam,
-                           std::vector<double>* scratch) {
-  energies::OutlineEnergy(&lines, 1).residuals_px(T_obj_cam, scratch);
-  const std::size_t n = lines.lines.size();
-  if (n < static_cast<std::size_t>(kEnoughLines) || scratch->size() != n) return {};
-  scratch->resize(2 * n);
-  double* const r = scratch->data() + n;
-  for (std::size_t i = 0; i < n; ++i) r[i] = (*scratch)[i] / lines.lines[i].sd_px;
-  for (std::size_t i = 0; i < n; ++i) (*scratch)[i] = std::abs(r[i]);
-  // The first half is sorted apart, the second keeps the order along the outline.
-  std::nth_element(scratch->begin(), scratch->begin() + static_cast<std::ptrdiff_t>(n / 2),
-                   scratch->begin() + static_cast<std::ptrdiff_t>(n));
-  const double sd = std::max(1e-6, (*scratch)[n / 2] / kMedianOfNormal);
-  double squares = 0, sums = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    r[i] = std::clamp(r[i] / sd, -kFarOff, kFarOff);
-    squares += r[i] * r[i];
-  }
-  double window = 0;
-  for (int i = 0; i < kWindow; ++i) window += r[i];
-  for (std::size_t i = 0; i < n; ++i) {  // round the outline
-    sums += window * window;
-    window += r[(i + kWindow) % n] - r[i];
-  }
-  return {sd, std::clamp(sums / (kWindow * squares), 1.0, 1.0 * kWindow)};
-}
-
 }  // namespace sdftrack::tracking

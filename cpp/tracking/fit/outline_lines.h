@@ -24,12 +24,4 @@ int find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, con
                        const appearance::ColorModel& colors, const Rigidd& T_cam_obj,
                        const OutlineSearch& search, ContourLibrary* contours, energies::OutlineLines* out);
 
-// Robust size of residuals over their stated sd (1: as stated), and how many neighbouring lines share one
-// error; 0 where they are too few to tell.
-struct OutlineNoise {
-  double factor = 0, shared_lines = 0;
-};
-OutlineNoise outline_noise(const energies::OutlineLines& lines, const Rigidd& T_obj_cam,
-                           std::vector<double>* scratch);
-
 }  // namespace sdftrack::tracking
