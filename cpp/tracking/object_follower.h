@@ -34,6 +34,8 @@ class ObjectFollower {
   ObjectResult accept(Fitted fitted, const Trust& trust, double time_s, TrackedObject* object) const;
   // The object's colours, and those around it, at its pose in this frame.
   void learn_colors(FrameContext* context, TrackedObject* object);
+  // Those inside and around its silhouette at its pose, whatever the readings are there.
+  void learn_silhouette(const FrameContext& context, TrackedObject* object);
   // A pose as it is: nothing is fitted or remembered. None where too few readings are near.
   std::optional<Fitted> look(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                              const Rigidd& T_cam_obj);
@@ -61,7 +63,6 @@ class ObjectFollower {
                   const Neighbors* neighbors, const Fitted& wide);
   Attempt narrow_attempt(const Rigidd& T_cam_obj) const;
   Attempt wide_attempt(const TrackedObject& object, const Rigidd& expected, double time_s) const;
-  void learn_silhouette(const FrameContext& context, TrackedObject* object);
   void keep(const Fitted& fitted, const Trust& trust, double time_s, TrackedObject* object) const;
 
   TrackerOptions options_;

@@ -20,7 +20,6 @@ double within(double limit, double variance) { return std::erf(limit / std::sqrt
 }  // namespace
 
 void ObjectFollower::learn_silhouette(const FrameContext& context, TrackedObject* object) {
-  object->colors_by_outline = true;
   count_silhouette_colors(context.frame(), context.camera(), *object->shape, object->T_cam_obj, kAround_px,
                           object->colors.known() ? kBudget : kFirstBudget, object->colors, &color_counts_);
   object->colors.update(color_counts_, kObjectRate, kBackgroundRate);
@@ -32,7 +31,7 @@ std::optional<ObjectResult> ObjectFollower::follow_outline(FrameContext* context
   if (at_start) {
     object->T_cam_obj = centred(*object->wanted->T_cam_obj, *object->shape);
     object->wanted.reset();
-    if (!object->colors.known()) learn_silhouette(*context, object);
+    if (!object->colors.known()) object->colors_by_outline = true, learn_silhouette(*context, object);
   }
   const appearance::ColorModel* const colors = context->colors_of(*object);
   if (!colors) return std::nullopt;

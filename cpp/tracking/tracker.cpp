@@ -163,6 +163,9 @@ ObjectResult Tracker::track_one(Object* object) {
 ObjectResult Tracker::begin_at(Object* object, const PoseHint& hint) {
   if (!hint.T_cam_obj) return recovery_.find(&context_, hint, object);
   object->T_cam_obj = centred(*hint.T_cam_obj, *object->shape);
+  // Biased depth would turn it away from the given pose before its colours are learnt.
+  if (options_.outline && context_.frame().color && !object->colors.known())
+    follower_.learn_silhouette(context_, object);
   return follow(object);
 }
 

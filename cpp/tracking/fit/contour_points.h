@@ -2,7 +2,6 @@
 // Where a shape ends as seen from a point: rays that just touch its field.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "base/camera.h"
@@ -28,27 +27,5 @@ struct ContourScratch {
 // begins anew nearer than this outside, are left out.
 void find_contour(const Intrinsics<double>& K, const frame::Shape& shape, const Rigidd& T_cam_obj, int wanted,
                   double thickness_px, ContourScratch* scratch, std::vector<ContourPoint>* out);
-
-// Contours by the place of the eye, rounded: to two degrees of its direction and 15 % of its distance. The
-// contour's point of a round surface slides as the eye moves, which takes the outline of the same point off
-// by radius (angle)^2 / 2 alone, less than 2e-4 of the radius. The roundings do not depend on what has been
-// seen before, so neither does a result.
-class ContourLibrary {
- public:
-  // Valid until the next call.
-  const std::vector<ContourPoint>& seen_from(Vec3d eye_obj, const frame::Shape& shape, double focal_px,
-                                             int wanted, double thickness_px);
-
- private:
-  struct Entry {
-    std::uint64_t shape;
-    int cell, distance, wanted;
-    double focal_px, thickness_px;
-    std::vector<ContourPoint> points;
-  };
-  std::vector<Entry> entries_;
-  std::size_t next_ = 0;  // to be replaced
-  ContourScratch scratch_;
-};
 
 }  // namespace sdftrack::tracking

@@ -7,7 +7,7 @@
 #include "appearance/color_model.h"
 #include "energies/outline_energy.h"
 #include "frame/region.h"
-#include "tracking/fit/contour_points.h"
+#include "tracking/fit/contour_library.h"
 
 namespace sdftrack::tracking {
 
