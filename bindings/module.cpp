@@ -18,6 +18,7 @@ void bind_frame_energy(py::module_& m);
 void bind_tracking(py::module_& m);
 void bind_levelset(py::module_& m);
 void bind_lwpr(py::module_& m);
+void bind_outline(py::module_& m);
 void bind_photometric(py::module_& m);
 void bind_option_schema(py::module_& m);
 void bind_plane(py::module_& m);
@@ -43,6 +44,7 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bindings::bind_tracking(m);
   sdftrack::bindings::bind_levelset(m);
   sdftrack::bindings::bind_lwpr(m);
+  sdftrack::bindings::bind_outline(m);
   sdftrack::bindings::bind_photometric(m);
   sdftrack::bindings::bind_plane(m);
   sdftrack::bindings::bind_primitives(m);

@@ -60,7 +60,7 @@ void PyTracker::run(const PyFrame& frame, const Work& work) {
   const appearance::ColorImage image = color_view(frame.color, frame.color_map);
   if (frame.depth.is_none()) {
     const ReleaseGil release;
-    work(tracker_->make_unreadable_frame(frame.error, frame.time_s));
+    work(tracker_->make_unreadable_frame(frame.error, frame.time_s, image.rgb ? &image : nullptr));
     return;
   }
   const ImageView<float> view = image_view(frame.depth.cast<py::array>(), "depth", tracker_->camera());
@@ -144,7 +144,7 @@ py::tuple PyTracker::look_at(const PyFrame& frame, int k, const std::array<int, 
   const Busy busy(&busy_, "tracker");
   run(frame, [&](const frame::DepthFrame& f) {
     tracker_->find_foreground(f, k, rect, &foreground);
-    if (f.color) fetch_colors(f, rect, &rgb);
+    if (f.color && f.depth_m.data) fetch_colors(f, rect, &rgb);
   });
   const bool colored = !rgb.empty();
   return py::make_tuple(to_numpy(std::move(foreground), {h, w}),

@@ -2,6 +2,7 @@
 #include "frame/shape.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -90,6 +91,11 @@ void choose_outline(int count, Shape* shape) {
   for (std::size_t k = 0; k < m; ++k) shape->outline.push_back(shape->points[k * n / m]);
 }
 
+std::uint64_t next_id() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
 }  // namespace
 
 Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
@@ -103,6 +109,7 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
     half[a] = 0.5 * voxel * (box.high[a] - box.low[a]);
   }
   Shape shape{};
+  shape.id = next_id();
   shape.sdf = sdf;
   shape.centre_obj = {centre[0], centre[1], centre[2]};
   shape.half_box_m = {half[0], half[1], half[2]};
@@ -122,6 +129,7 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
 
 Shape make_shape(const PartialShape& known, int point_count, int outline_count) {
   Shape shape{};
+  shape.id = next_id();
   shape.sdf = known.sdf;
   shape.seen = known.seen;
   shape.colors = known.colors;

@@ -2,6 +2,7 @@
 // A shape made ready for tracking: its field about the centre of its box, and points on its surface.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "energies/color_field.h"
@@ -13,6 +14,7 @@ namespace sdftrack::frame {
 // The tracker's own object frame has its origin at the centre of the object's box, so that translation and
 // rotation are hardly coupled: p_centred = p_obj - centre_obj.
 struct Shape {
+  std::uint64_t id = 0;                              // no two that make_shape has made have the same
   SdfView sdf;                                       // in the centred frame; the values belong to the caller
   SeenView seen;                                     // beside it,
   energies::ColorView colors;                        // likewise

@@ -95,7 +95,7 @@ void Membership::find_foreground(const FrameContext& context, const TrackedObjec
   foreground->assign(width * static_cast<std::size_t>(std::max(0, box.y1 - box.y0)),
                      std::numeric_limits<float>::quiet_NaN());
   const appearance::ColorModel* const colors = context.colors_of(object);
-  if (!colors || foreground->empty()) return;
+  if (!colors || !frame.depth_m.data || foreground->empty()) return;
   color_reader_.open(frame, camera, box,
                      frame::depth_range(*object.shape, object.T_cam_obj, options_.padding_m));
   const frame::IdealPixel ideal{frame, camera.K.cast<float>(), camera.width};

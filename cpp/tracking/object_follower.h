@@ -27,10 +27,15 @@ class ObjectFollower {
 
   // The object fitted alone from where it is expected. The object takes over what it is found to be.
   ObjectResult follow(FrameContext* context, TrackedObject* object);
+  // By the outline in the colour image alone, in a frame without a reading (outline_follower.cpp). None where
+  // the options, the colours or the frame do not allow it.
+  std::optional<ObjectResult> follow_outline(FrameContext* context, TrackedObject* object);
   // A fit that is judged already: the object takes it over unless it is lost.
   ObjectResult accept(Fitted fitted, Trust trust, const FrameContext& context, TrackedObject* object) const;
   // The object's colours, and those around it, at its pose in this frame.
   void learn_colors(FrameContext* context, TrackedObject* object);
+  // Those inside and around its silhouette at its pose, whatever the readings are there.
+  void learn_silhouette(const FrameContext& context, TrackedObject* object);
   // A pose as it is: nothing is fitted or remembered. None where too few readings are near.
   std::optional<Fitted> look(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                              const Rigidd& T_cam_obj);

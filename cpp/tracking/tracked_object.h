@@ -20,6 +20,7 @@ struct TrackedObject {
   FitMemory memory;
   ConstantVelocity motion;
   appearance::ColorModel colors;
+  bool colors_by_outline = false;  // learnt inside of its silhouette, for want of readings
   double usual_share = 0;          // of agreeing surface points, lately; 0: not known yet
   double usual_cost = 0;           // mean per pixel, lately
   double step_m = kFirstStep_m;    // how far surface points came to lie from where they were expected, lately

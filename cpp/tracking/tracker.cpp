@@ -30,8 +30,9 @@ frame::DepthFrame Tracker::make_frame(const ImageView<float>& depth_m, const uns
   return {depth_m, mask, context_.rays(), time_s, color};
 }
 
-frame::DepthFrame Tracker::make_unreadable_frame(std::string_view error, double time_s) const {
-  return {{nullptr, camera().width, camera().height}, nullptr, context_.rays(), time_s, nullptr, error};
+frame::DepthFrame Tracker::make_unreadable_frame(std::string_view error, double time_s,
+                                                 const appearance::ColorImage* color) const {
+  return {{nullptr, camera().width, camera().height}, nullptr, context_.rays(), time_s, color, error};
 }
 
 const FrameResult& Tracker::start(const frame::DepthFrame& frame, const std::vector<PoseHint>& hints) {
@@ -44,6 +45,7 @@ const FrameResult& Tracker::start(const frame::DepthFrame& frame, const std::vec
   for (std::size_t k = 0; k < objects_.size(); ++k) {
     objects_[k].forget(options_);
     objects_[k].colors.forget();
+    objects_[k].colors_by_outline = false;
     const std::optional<Rigidd>& pose = hints[k].T_cam_obj;  // the plane's search leaves its region out
     objects_[k].T_cam_obj = pose ? centred(*pose, *objects_[k].shape) : Rigidd{};
     objects_[k].wanted = hints[k];
@@ -109,7 +111,8 @@ void Tracker::answer_each(const Work& work) {
   for (const std::size_t i : order_) {
     Object& one = object(served_[i]);
     if (!readable) {
-      answers_[i] = unread(&one);
+      std::optional<ObjectResult> seen = follower_.follow_outline(&context_, &one);
+      answers_[i] = seen ? std::move(*seen) : unread(&one);
       continue;
     }
     const bool color_used = context_.colors_of(one) != nullptr;
@@ -165,6 +168,9 @@ ObjectResult Tracker::begin_at(Object* object, const PoseHint& hint) {
   object->T_cam_obj = centred(*hint.T_cam_obj, *object->shape);
   object->memory.learns_systematic = true;
   object->given = true;
+  // Biased depth would turn it away from the given pose before its colours are learnt.
+  if (options_.outline && context_.frame().color && !object->colors.known())
+    follower_.learn_silhouette(context_, object);
   return follow(object);
 }
 

@@ -33,7 +33,8 @@ class Tracker {
   frame::DepthFrame make_frame(const ImageView<float>& depth_m, const unsigned char* mask, double time_s,
                                const appearance::ColorImage* color) const;
   // One without a depth image; `error`: why, kept by the caller. Empty: it never had one.
-  frame::DepthFrame make_unreadable_frame(std::string_view error, double time_s) const;
+  frame::DepthFrame make_unreadable_frame(std::string_view error, double time_s,
+                                          const appearance::ColorImage* color = nullptr) const;
 
   // What start, track and recover return is valid until the next call.
   // Forgets all history and begins at the given places.

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'contour_template_scores', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'surface_samples', 'thread_count', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'contour_template_scores', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'surface_samples', 'thread_count', 'winding_numbers']
 class Calibration:
     """
     Frames of a known object, and the lens that explains them.
@@ -1411,6 +1411,7 @@ class TrackerOptions:
     drop_plane: bool
     free_space: bool
     keep_damping: bool
+    outline: bool
     photometric: bool
     residual: str
     def __init__(self) -> None:
@@ -1576,6 +1577,30 @@ class TrackerOptions:
         ...
     @outlier_floor.setter
     def outlier_floor(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def outline_far_px(self) -> int:
+        ...
+    @outline_far_px.setter
+    def outline_far_px(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def outline_points(self) -> int:
+        ...
+    @outline_points.setter
+    def outline_points(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def outline_reach_px(self) -> int:
+        ...
+    @outline_reach_px.setter
+    def outline_reach_px(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def outline_weight(self) -> float:
+        ...
+    @outline_weight.setter
+    def outline_weight(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def padding_m(self) -> float:
@@ -1746,6 +1771,18 @@ def option_in_range(value: typing.SupportsFloat | typing.SupportsIndex, min: typ
 def option_schema() -> dict:
     """
     Every option of the core, by the table that it stands in.
+    """
+def outline_energy(lines: numpy.ndarray, camera: Camera, color_map: ColorMap, T_obj_cam: numpy.ndarray, noise: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> tuple:
+    """
+    Cost, gradient, Hessian and residuals (over their sd).
+    """
+def outline_lines(shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], camera: Camera, depth: typing.Any, color: numpy.ndarray, color_map: ColorMap, counts: tuple[numpy.ndarray, numpy.ndarray], T_cam_obj: numpy.ndarray, points: typing.SupportsInt | typing.SupportsIndex = 200, reach_px: typing.SupportsInt | typing.SupportsIndex = 8) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Lines across the outline: (n, 9) rows of X, Y, Z (m, object), centre and normal (px), offset, sd.
+    """
+def outline_offset(chance: numpy.ndarray, reach: typing.SupportsInt | typing.SupportsIndex) -> tuple:
+    """
+    Mean, sd (steps) and contrast of where along a line the outline is.
     """
 def paint(vertices: numpy.ndarray, faces: numpy.ndarray, colors: numpy.ndarray, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], reach_m: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.uint8]:
     """

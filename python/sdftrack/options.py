@@ -115,6 +115,14 @@ class TrackerOptions:
     )
     photometric_weight: float = described(0.3, "of that term; 1: as its noise says")
     photometric_pixels: int = described(600, "pixels that it looks at")
+    outline: bool = described(
+        False,
+        "with colour images: the object's outline in them holds the pose too, and alone where a frame has no depth",
+    )
+    outline_weight: float = described(1.0, "of that term; 1: as its noise and that of the depth say")
+    outline_points: int = described(200, "places on the outline that it looks at")
+    outline_reach_px: int = described(8, "how far to both sides of the outline it looks, near the pose")
+    outline_far_px: int = described(24, "the same where the pose may be farther off")
     recover_seeds: int = described(
         120, "rotations that a search for a lost object tries per frame, of 240: bounds its time"
     )

@@ -12,6 +12,8 @@ namespace {
 
 constexpr int kMinOnDevice = 1500;       // pixels; fewer are summed here before a kernel would have started
 constexpr std::size_t kUsualSteps = 64;  // trials of a frame
+constexpr int kOutlineRounds = 3;
+constexpr double kMoved_px = 2;  // from where the lines across the outline were made: once more
 
 }  // namespace
 
@@ -122,12 +124,34 @@ void PoseFitter::fit_fine(optim::State* x, Fitted* fitted, bool move) {
     options.scale_m = static_cast<float>(view_.last_scale(fitted->memory));
     energies::SdfEnergy energy(target_->shape.sdf, &view_.pixels(), options);
     if (move)
-      run_stage(&view_.pixels(), options, options_.fine_steps, x, fitted);
+      run_fine(options, x, fitted);
     else
       energy.classify(*x, kClassifySteps);
     const energies::EnergySummary summary = energy.summarize(*x, kSummaryPixels, &view_.summary_scratch());
     view_.measure_noise(summary, &fitted->memory);
     if (round == 1) view_.measure_pose(options, *x, summary, &energy, fitted);
+  }
+}
+
+// At most so much in the image.
+double PoseFitter::moved_px(const Rigidd& before, const Rigidd& now) const {
+  const double turn = rotation_angle(now.R * transpose(before.R));
+  return (norm(now.t - before.t) + 0.5 * target_->shape.diameter_m * turn) * camera_->K.fx / now.t.z;
+}
+
+// The outline is looked for anew where the pose has led: its lines are right for a small part of their reach.
+void PoseFitter::run_fine(const energies::SdfEnergyOptions& energy, optim::State* x, Fitted* fitted) {
+  const auto run = [&] { run_stage(&view_.pixels(), energy, options_.fine_steps, x, fitted); };
+  if (!view_.reads_outline()) return run();
+  if (!(target_->memory.outline.factor > 0)) {
+    view_.read_outline(inverse(x->T_obj_cam[0]), options_.outline_far_px);
+    run();
+  }
+  for (int round = 0; round < kOutlineRounds; ++round) {
+    const Rigidd T_cam_obj = inverse(x->T_obj_cam[0]);
+    view_.read_outline(T_cam_obj, options_.outline_reach_px);
+    run();
+    if (moved_px(T_cam_obj, inverse(x->T_obj_cam[0])) < kMoved_px) return;
   }
 }
 
@@ -151,12 +175,15 @@ void PoseFitter::run_stage(energies::PixelSet* pixels, const energies::SdfEnergy
   double brightness_weight;
   energies::PhotometricEnergy brightness = view_.brightness(*pixels, *x, &brightness_weight);
   if (brightness_weight > 0) sum_.add(&brightness, brightness_weight);
+  const bool all = pixels == &view_.pixels();
+  energies::OutlineEnergy outline(&view_.outline_lines(), FitView::outline_factor(fitted->memory));
+  const double outline_weight = all ? view_.outline_weight(fitted->memory) : 0;
+  if (outline_weight > 0) sum_.add(&outline, outline_weight);
   optim::PosePrior prior({1, false, false}, 0, inverse(target_->expected), target_->prior);
   if (target_->prior.diagonal().maxCoeff() > 0) sum_.add(&prior);
 
   optim::LmResult& found = lm_result_;
   found.x = *x;
-  const bool all = pixels == &view_.pixels();
   optim::minimize(sum_, stage_lm(steps, fitted->memory.damping, target_->memory.noise_known, all), &lm_work_,
                   &found);
   data.leave_device();
@@ -165,6 +192,10 @@ void PoseFitter::run_stage(energies::PixelSet* pixels, const energies::SdfEnergy
   *x = found.x;
   if (options_.keep_damping) fitted->memory.damping = std::clamp(found.damping, 1e-6, options_.damping_start);
   if (brightness_weight > 0) found.cost -= brightness_weight * brightness.cost(*x);
+  if (outline_weight > 0) {
+    found.cost -= outline_weight * outline.cost(*x);
+    found.count -= static_cast<double>(view_.outline_lines().lines.size());
+  }
   fitted->cost = found.count > 0 ? found.cost / found.count : 0;
 }
 

@@ -57,6 +57,10 @@ class PoseFitter {
   // None where too few readings lie near the expected pose.
   std::optional<Fitted> fit(const frame::DepthFrame& frame, const Camera& camera, const FitTarget& target,
                             const Attempt& attempt, const frame::Plane* plane);
+  // By the outline in the colour image alone: the frame needs no depth. None where too little of it stands
+  // out. share: of the places on the outline, those that tell where it is.
+  std::optional<Fitted> fit_outline(const frame::DepthFrame& frame, const Camera& camera,
+                                    const FitTarget& target, double* share);
   // The memory of a record that is no longer needed, for the next fit.
   void give_back(std::vector<TrackStep>&& steps) {
     if (steps.capacity() > 0) spare_steps_.push_back(std::move(steps));  // else lost frames would pile up
@@ -72,6 +76,8 @@ class PoseFitter {
   void fit_coarse(const Attempt& attempt, optim::State* x, Fitted* fitted);
   void fit_between(optim::State* x, Fitted* fitted);
   void fit_fine(optim::State* x, Fitted* fitted, bool move);
+  double moved_px(const Rigidd& before, const Rigidd& now) const;
+  void run_fine(const energies::SdfEnergyOptions& energy, optim::State* x, Fitted* fitted);
   void run_stage(energies::PixelSet* pixels, const energies::SdfEnergyOptions& energy, int steps,
                  optim::State* x, Fitted* fitted);
 

@@ -33,6 +33,7 @@ int FitView::open(const frame::DepthFrame& frame, const Camera& camera, const Fi
   free_grid_.distance_px.clear();
   selection_.choose(frame, camera, target.shape, target.expected, sensor_noise(options_), padding_m, plane);
   coarse_.clear(), pixels_.clear();  // of another frame, whose colours may be gone
+  outline_lines_.lines.clear();
   if (selection_.count() == 0) return 0;
   if (reads_colors())
     color_reader_.open(frame, camera, frame::projected_box(camera, target.shape, target.expected, padding_m),
@@ -40,6 +41,14 @@ int FitView::open(const frame::DepthFrame& frame, const Camera& camera, const Fi
   pack(options_.coarse_pixels, &coarse_);
   keep_seen(inverse(target.expected), &coarse_);
   return selection_.count();
+}
+
+void FitView::open_without_depth(const frame::DepthFrame& frame, const Camera& camera,
+                                 const FitTarget& target) {
+  frame_ = &frame, camera_ = &camera, target_ = &target;
+  stated_noise_m_ = sensor_noise(options_).at(target.expected.t.z);
+  coarse_.clear(), pixels_.clear();
+  outline_lines_.lines.clear();
 }
 
 void FitView::pack(int wanted, energies::PixelSet* out) {
@@ -144,7 +153,8 @@ void FitView::measure_pose(const energies::SdfEnergyOptions& options, const opti
                            energies::EnergySummary summary, energies::SdfEnergy* energy, Fitted* fitted) {
   add_brightness(x, options.scale_m, &summary);
   if (options.color) fitted->cost = summary.cost, fitted->foreground = summary.foreground;
-  const double area_px = correlation_area(options, x, energy, &fitted->memory);
+  double area_px = correlation_area(options, x, energy, &fitted->memory);
+  add_outline(x, options.scale_m, &area_px, &summary, &fitted->memory);
   const Matrix6d increment = increment_covariance(summary, target_->shape, area_px);
   fitted->centre_sd =
       std::sqrt(increment.topLeftCorner<3, 3>().diagonal().maxCoeff()) / (0.5 * target_->shape.diameter_m);

@@ -10,6 +10,8 @@
 #include "optim/lm.h"
 #include "tracking/fit/correlation.h"
 #include "tracking/fit/local_noise.h"
+#include "tracking/fit/outline_lines.h"
+#include "tracking/fit/outline_noise.h"
 #include "tracking/trust/color_evidence.h"
 #include "tracking/trust/trust.h"
 
@@ -36,6 +38,7 @@ struct FitMemory {
   bool learns_systematic = false;  // in the next frame: its pose was given
   int search_pause = 0;            // frames in which no search may help a fit: the last one was in vain
   double damping = 0;              // only with TrackerOptions::keep_damping
+  OutlineNoise outline{};          // 0: not measured yet
 };
 
 // Whom to fit, and where it is expected: pixels are taken around `expected`, the prior is centred there.
@@ -69,6 +72,8 @@ class FitView {
   // and the target are kept by address. Returns how many there are.
   int open(const frame::DepthFrame& frame, const Camera& camera, const FitTarget& target, double padding_m,
            const frame::Plane* plane);
+  // The same for a fit that reads no depth.
+  void open_without_depth(const frame::DepthFrame& frame, const Camera& camera, const FitTarget& target);
   void read_free_space(double padding_m);
   // Readings far from the surface at x have lost all weight at this scale: of the others as many as the
   // budget allows, into pixels().
@@ -95,6 +100,22 @@ class FitView {
   energies::PhotometricEnergy brightness(const energies::PixelSet& pixels, const optim::State& x,
                                          double* weight);
 
+  // The outline in the colour image as it is seen from T_cam_obj; none without colours, or where the options
+  // leave it out. Valid until the next call.
+  // Returns how many places were looked at.
+  int read_outline(const Rigidd& T_cam_obj, int reach_px);
+  bool reads_outline() const { return options_.outline && frame_->color && target_->colors; }
+  // Covariance and noise by the outline alone,.
+  void measure_outline_pose(const optim::State& x, Fitted* fitted);
+  const energies::OutlineLines& outline_lines() const { return outline_lines_; }
+  // How much each line weighs beside the pixels, whose errors many share too; 0: too few lines.
+  double outline_weight(const FitMemory& memory) const;
+
+  static double shared_lines(const FitMemory& memory);
+  static double outline_factor(const FitMemory& memory) {
+    return memory.outline.factor > 0 ? memory.outline.factor : 1;
+  }
+
   const FitTarget& target() const { return *target_; }
   double stated_noise_m() const { return stated_noise_m_; }
   int candidates() const { return selection_.count(); }
@@ -109,6 +130,9 @@ class FitView {
     return options_.photometric && frame_->color && target_->shape.colors.rgb_seen;
   }
   void add_brightness(const optim::State& x, double scale_m, energies::EnergySummary* summary);
+  void measure_outline(const optim::State& x, FitMemory* memory);
+  void add_outline(const optim::State& x, double scale_m, double* area_px, energies::EnergySummary* summary,
+                   FitMemory* memory);
   double correlation_area(const energies::SdfEnergyOptions& options, const optim::State& x,
                           energies::SdfEnergy* energy, FitMemory* memory);
 
@@ -131,6 +155,9 @@ class FitView {
   energies::GreyPixels grey_;
   std::vector<energies::PhotometricHit> photometric_hits_;
   optim::NormalEquations photometric_;
+  ContourLibrary contours_;
+  energies::OutlineLines outline_lines_;
+  std::vector<energies::OutlineResidual> outline_residuals_;
 };
 
 }  // namespace sdftrack::tracking

@@ -68,6 +68,11 @@ void visit_options(Options& o, Visit& f) {
   f("photometric_sigma", o.photometric_sigma, kPositive, "", "standard deviation of a pixel's brightness, of its full range");
   f("photometric_weight", o.photometric_weight, kPositive, "", "of that term; 1: as its noise says");
   f("photometric_pixels", o.photometric_pixels, kPositive, "", "pixels that it looks at");
+  f("outline", o.outline, kTrueOrFalse, "", "with colour images: the object's outline in them holds the pose too, and alone where a frame has no depth");
+  f("outline_weight", o.outline_weight, kPositive, "", "of that term; 1: as its noise and that of the depth say");
+  f("outline_points", o.outline_points, from_to(20, 2000), "", "places on the outline that it looks at");
+  f("outline_reach_px", o.outline_reach_px, from_to(4, 64), "px", "how far to both sides of the outline it looks, near the pose");
+  f("outline_far_px", o.outline_far_px, from_to(4, 64), "px", "the same where the pose may be farther off");
   f("recover_seeds", o.recover_seeds, kPositive, "", "rotations that a search for a lost object tries per frame, of 240: bounds its time");
   f("lost_inliers", o.lost_inliers, kNonNegative, "", "lost below this share of agreeing points among those not hidden");
   f("weak_inliers", o.weak_inliers, kNonNegative, "", "weak below it");

@@ -73,6 +73,12 @@ struct TrackerOptions {
   double photometric_sigma = 0.03;  // sd of a brightness, of its full range
   double photometric_weight = 0.3;  // 1: every pixel's brightness is right but for noise of its own
   int photometric_pixels = 600;
+  // Outline in the colour image (docs/math/outline.md)
+  bool outline = false;
+  double outline_weight = 1.0;  // 1: as its own noise and that of the depth say
+  int outline_points = 200;
+  int outline_reach_px = 8;  // along a line, to both sides, near the pose;
+  int outline_far_px = 24;   // where the pose may be farther off
   // Search for a lost object
   int recover_seeds = 120;  // rotations tried per frame, of 240: what bounds the time of a frame
   // Trust

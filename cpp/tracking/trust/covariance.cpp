@@ -31,6 +31,12 @@ Matrix6d camera_by_increment(const Rigidd& T_cam_obj, Vec3d origin_obj) {
 
 }  // namespace
 
+Matrix6d weak_knowledge(const frame::Shape& shape) {
+  Eigen::Matrix<double, 6, 1> sd;
+  sd << Eigen::Vector3d::Constant(shape.diameter_m), Eigen::Vector3d::Constant(std::numbers::pi);
+  return sd.cwiseAbs2().cwiseInverse().asDiagonal();
+}
+
 Matrix6d increment_covariance(const energies::EnergySummary& sums, const frame::Shape& shape,
                               double correlation_area_px) {
   const double diameter_m = shape.diameter_m;

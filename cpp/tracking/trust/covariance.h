@@ -12,6 +12,9 @@ namespace sdftrack::tracking {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
+// The information of one observation of sd (diameter, pi) per direction.
+Matrix6d weak_knowledge(const frame::Shape& shape);
+
 // Covariance of the increment (v, w) of T_obj_cam (m, rad): the sandwich A^-1 B A^-1, with one weak
 // observation of sd (diameter, pi) per direction, so that a direction without data (symmetry, a flat view)
 // gets that variance, never 0. A direction along which the inliers' residuals hardly change (rms slope below

@@ -36,6 +36,11 @@ constexpr std::array kSentences{
     Sentence{ReasonCode::kPoorFit, "the readings do not fit the shape well"},
     Sentence{ReasonCode::kOpenPosition,
              "the view hardly shows an edge and leaves the position open by more than the object's size"},
+    Sentence{
+        ReasonCode::kByOutline,
+        "no depth reading: followed by its outline in the colour image, which hardly shows the distance"},
+    Sentence{ReasonCode::kLittleOutline,
+             "no depth reading, and too little of its outline stands out in the colour image"},
     Sentence{ReasonCode::kAmbiguous, "ambiguous: another pose explains the view nearly as well"},
     Sentence{ReasonCode::kNothingFound, "nothing was found that could be the object"},
     Sentence{ReasonCode::kNoReadingInMask, "no depth reading within the mask"},

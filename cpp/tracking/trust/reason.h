@@ -30,6 +30,8 @@ enum class ReasonCode {
   kMissingReadings,
   kPoorFit,
   kOpenPosition,
+  kByOutline,      // no depth in this frame
+  kLittleOutline,  // likewise
   // A search
   kAmbiguous,
   kNothingFound,

@@ -45,9 +45,9 @@ def assembled(
     )
 
 
-def modes_of(found: dict[str, Any]) -> list[str]:
-    """What each object was tracked by, as ``mode_used`` says it."""
-    return ["rgbd" if used else "depth" for used in found["color_used"]]
+def modes_of(found: dict[str, Any], alone: str = "rgbd") -> list[str]:
+    """What each object was tracked by, as ``mode_used`` says it; `alone`: where colours were used."""
+    return [alone if used else "depth" for used in found["color_used"]]
 
 
 def followed(result: TrackResult | None) -> list[bool]:

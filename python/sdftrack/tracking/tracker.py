@@ -66,10 +66,12 @@ class Tracker:
         and made better while it is followed; :attr:`sizes` tells it.
     camera : Camera or RGBDCamera
         Of the depth images; a Camera means that colour is aligned to depth. A frame's own ``camera`` goes before it.
-    mode : {"auto", "depth", "rgbd"}
+    mode : {"auto", "depth", "rgbd", "rgb"}
         ``"auto"`` uses colour where a frame has it and where it tells the object from what is around it;
         ``"rgbd"`` asks for it in every frame and always uses it; ``"depth"`` never. The first frame shows the
-        colours and is fitted by depth alone. ``mode_used`` says what the last frame was tracked by.
+        colours and is fitted by depth alone. ``"rgb"`` follows the outline in the colour image and reads no depth:
+        it starts from poses, does not search, and every frame is at best ``"weak"``, for an outline hardly shows the
+        distance (docs/math/outline.md). ``mode_used`` says what the last frame was tracked by.
     device : {"auto", "cpu", "cuda"}
         Where the sums over many pixels run; with ``"cuda"`` those of 1,500 and more run on the GPU, all else on the
         CPU. ``"auto"`` is the CPU: only frames with far more readings than usual gain by a GPU.
@@ -104,7 +106,7 @@ class Tracker:
 
     Attributes
     ----------
-    mode_used : list of "depth" or "rgbd"
+    mode_used : list of "depth", "rgbd" or "rgb"
         Per object, of the last frame.
 
     Notes
@@ -141,7 +143,7 @@ class Tracker:
         self._frame_camera = depth_camera(camera)
         self.options = option_set(options).replace(**single_options)
         self.names = name_list(names, len(self.shapes))
-        expect("mode", mode, ("auto", "depth", "rgbd"))
+        expect("mode", mode, ("auto", "depth", "rgbd", "rgb"))
         expect("motion", motion, tuple(_core.MotionModel.__members__))
         check_switches(collision, membership, threads)
         # A frame of some thousand readings is done here before a GPU has been told of it.
@@ -149,13 +151,17 @@ class Tracker:
         self.mode = mode
         self.mode_used = ["depth"] * len(self.shapes)
         self._color_map: tuple[Any, Any] = (None, None)  # of what camera and size, and the map
-        always = {"color_max_overlap": 2.0} if mode == "rgbd" else {}  # an overlap is at most 1
+        # An overlap is at most 1.
+        always: dict[str, Any] = {"color_max_overlap": 2.0} if mode in ("rgbd", "rgb") else {}
+        if mode == "rgb":
+            always["outline"] = True
         self.threads = threads
         self.device = "cuda" if cuda else "cpu"
         self.recover_lost = bool(recover)
         self.membership = membership
         self.motion = motion
         self._cuda, self.collision, self._always = cuda, collision, always
+        self._reads_outline = mode == "rgb" or self.options.outline
         self._last: TrackResult | None = None
         self._lock = threading.Lock()
         self._core = _core.Tracker(
@@ -231,6 +237,11 @@ class Tracker:
             what is seen is of another size than the shape (its unit, or that of the depth, is then named).
         """
         of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
+        if self.mode == "rgb" and poses is None:
+            raise ValueError(
+                "poses: expected one per shape with mode='rgb', got none; without depth nothing is searched for: "
+                "start(frame, poses=[...])"
+            )
         given = [
             (name, value)
             for name, value in (
@@ -533,10 +544,15 @@ class Tracker:
 
     def _colors_of(self, frame: Frame) -> tuple[Any, Any]:
         """The frame's colour image, if it is to be used, and where its pixels lie."""
-        if self.mode == "depth" or frame.depth is None:
+        alone = frame.depth is None or self.mode == "rgb"
+        if self.mode == "depth" or (alone and not self._reads_outline):
             return None, None
         if frame.color is None:
-            if self.mode == "rgbd":
+            if self.mode == "rgb" and not frame.error:
+                raise ValueError(
+                    "frame: expected a colour image with mode='rgb', got none; give st.Frame(None, color)"
+                )
+            if self.mode == "rgbd" and not alone:
                 raise ValueError(
                     "frame: expected a colour image with mode='rgbd', got none; give st.Frame(depth, color), or use "
                     "mode='auto'"
@@ -563,12 +579,12 @@ class Tracker:
         if camera is not self._frame_camera and camera != self._frame_camera:
             self._core.set_camera(camera._core)
             self._frame_camera = camera
-        return core_frame(frame, *colors)
+        return core_frame(frame, *colors, with_depth=self.mode != "rgb")
 
     def _membership(
         self, frame: Frame, view: _core.TrackerFrame
     ) -> tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]:
-        if not self.membership or frame.depth is None:
+        if not self.membership or frame.depth is None or self.mode == "rgb":
             return None, None
         weights, foreground = self._core.membership(view)
         return weights, None if np.isnan(foreground).all() else foreground
@@ -582,7 +598,8 @@ class Tracker:
     def _finish(
         self, frame: Frame, view: _core.TrackerFrame, found: dict[str, Any], begin: float
     ) -> TrackResult:
-        self._note_modes(found["index"], modes_of(found))
+        alone = self.mode == "rgb" or frame.depth is None
+        self._note_modes(found["index"], modes_of(found, "rgb" if alone else "rgbd"))
         weights, foreground = self._membership(frame, view)
         self._last = assembled(
             found,

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+#include <pybind11/eigen.h>
+#include <pybind11/stl.h>
+
+#include "appearance.h"
+#include "array.h"
+#include "energies/outline_offset.h"
+#include "release_gil.h"
+#include "tracking/fit/outline_lines.h"
+#include "tracking/trust/color_projection.h"
+#include "volume.h"
+
+namespace sdftrack::bindings {
+
+namespace {
+
+using energies::OutlineLines;
+
+OutlineLines lines_from(const py::array& lines, const Camera& camera, const appearance::ColorMap& map) {
+  const py::ssize_t n = lines.ndim() > 0 ? lines.shape(0) : 0;
+  const double* row = borrow<double>(lines, "lines", {n, 9});
+  OutlineLines out;
+  out.view = tracking::color_projection(camera, map);
+  for (py::ssize_t i = 0; i < n; ++i, row += 9)
+    out.lines.push_back({{row[0], row[1], row[2]}, {row[3], row[4]}, {row[5], row[6]}, row[7], row[8]});
+  return out;
+}
+
+py::tuple outline_energy(const py::array& lines, const Camera& camera, const appearance::ColorMap& map,
+                         const py::array& T_obj_cam, double noise) {
+  const OutlineLines made = lines_from(lines, camera, map);
+  optim::State x;
+  x.K = camera.K;
+  x.T_obj_cam.assign(1, rigid_from(T_obj_cam, "T_obj_cam"));
+  energies::OutlineEnergy energy(&made, noise);
+  optim::NormalEquations at;
+  at.reset(6);
+  energy.linearize(x, &at);
+  std::vector<energies::OutlineResidual> rows;
+  energy.residuals(x.T_obj_cam[0], &rows);
+  std::vector<double> off;
+  for (const energies::OutlineResidual& row : rows) off.push_back(row.off);
+  return py::make_tuple(energy.cost(x), at.gradient, at.hessian, off);
+}
+
+py::tuple offset_of(const py::array& chance, int reach) {
+  if (reach < 1 || reach > energies::kMaxReach)
+    throw py::value_error("reach: expected 1.." + std::to_string(energies::kMaxReach) + ", got " +
+                          std::to_string(reach));
+  const energies::OutlineOffset found = energies::outline_offset(
+      borrow<float>(chance, "chance", {2 * (reach + energies::kBeyondReach) + 1}), reach);
+  return py::make_tuple(found.mean, found.sd, found.contrast);
+}
+
+// Rows of (X, Y, Z, c_u, c_v, n_u, n_v, offset, sd).
+py::array_t<double> outline_lines(const std::tuple<py::array, double, std::array<double, 3>>& shape,
+                                  const Camera& camera, const py::object& depth_m, const py::array& color,
+                                  const appearance::ColorMap& map,
+                                  const std::tuple<py::array, py::array>& counts, const py::array& T_cam_obj,
+                                  int points, int reach_px) {
+  const auto& [values, voxel_m, origin] = shape;
+  const frame::Shape made = frame::make_shape(volume_view(values, voxel_m, origin), 960, 120);
+  const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
+  const appearance::ColorImage image = color_view(color, py::cast(map));
+  appearance::ColorCounts seen;
+  const float* f = borrow<float>(std::get<0>(counts), "object", {appearance::kColorBins});
+  const float* b = borrow<float>(std::get<1>(counts), "background", {appearance::kColorBins});
+  for (int i = 0; i < appearance::kColorBins; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    seen.object[k] = f[i], seen.background[k] = b[i];
+    seen.object_pixels += static_cast<int>(f[i]), seen.object_weight += static_cast<double>(f[i]);
+    seen.background_pixels += static_cast<int>(b[i]);
+  }
+  appearance::ColorModel model;
+  model.update(seen, 1, 1);
+  if (!model.known()) throw py::value_error("counts: expected at least 30 pixels of the object");
+  frame::DepthFrame frame{};
+  frame.depth_m = {nullptr, camera.width, camera.height};
+  if (!depth_m.is_none()) frame.depth_m = image_view(depth_m.cast<py::array>(), "depth", camera);
+  frame.color = &image;
+  tracking::ContourLibrary contours;
+  OutlineLines found;
+  tracking::find_outline_lines(frame, camera, made, model, {T.R, T * made.centre_obj}, {points, reach_px},
+                               &contours, &found);
+  std::vector<double> rows;
+  for (const energies::OutlineLine& l : found.lines) {
+    const Vec3d p = l.p_obj + made.centre_obj;
+    for (const double v :
+         {p.x, p.y, p.z, l.centre_px.x, l.centre_px.y, l.normal.x, l.normal.y, l.offset_px, l.sd_px})
+      rows.push_back(v);
+  }
+  return to_numpy(std::move(rows), {static_cast<py::ssize_t>(found.lines.size()), 9});
+}
+
+}  // namespace
+
+void bind_outline(py::module_& m) {
+  m.def("outline_offset", &offset_of, py::arg("chance"), py::arg("reach"),
+        "Mean, sd (steps) and contrast of where along a line the outline is.");
+  m.def("outline_lines", &outline_lines, py::arg("shape"), py::arg("camera"), py::arg("depth"),
+        py::arg("color"), py::arg("color_map"), py::arg("counts"), py::arg("T_cam_obj"),
+        py::arg("points") = 200, py::arg("reach_px") = 8,
+        "Lines across the outline: (n, 9) rows of X, Y, Z (m, object), centre and normal (px), offset, sd.");
+  m.def("outline_energy", &outline_energy, py::arg("lines"), py::arg("camera"), py::arg("color_map"),
+        py::arg("T_obj_cam"), py::arg("noise") = 1.0,
+        "Cost, gradient, Hessian and residuals (over their sd).");
+}
+
+}  // namespace sdftrack::bindings

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// A ray through a shape's field, as far as it is empty: where it comes nearest to the surface.
+#pragma once
+
+#include <algorithm>
+
+#include "base/camera.h"
+#include "base/rigid.h"
+#include "frame/shape.h"
+
+namespace sdftrack::frame {
+
+// In the object's frame; t = depth in front of the eye.
+struct ObjectRay {
+  Vec3d eye, along;
+  Vec3d at(double t) const { return eye + t * along; }
+};
+
+inline ObjectRay object_ray(const Intrinsics<double>& K, const Rigidd& T_obj_cam, Vec2d u) {
+  return {T_obj_cam.t, T_obj_cam.R * ray(K, u.x, u.y)};
+}
+
+struct Passage {
+  bool hit;       // it goes in
+  double t, phi;  // where it is nearest to the surface
+};
+
+// coarse: shape.coarse().
+inline Passage pass(const Shape& shape, const SdfView& coarse, const ObjectRay& ray) {
+  constexpr int kMost = 48;
+  constexpr double kHitVoxels = 0.3;
+  constexpr float kCoarseBeyond = 3;  // coarse voxels from the surface: the finer field is not needed there
+  const double voxel = static_cast<double>(shape.sdf.voxel_m);
+  const double length = norm(ray.along), reach = 0.5 * shape.diameter_m + 4 * voxel;
+  const double middle = -dot(ray.eye, ray.along) / (length * length);
+  double t = std::max(1e-3, middle - reach / length);
+  const double end = middle + reach / length;
+  Passage best{false, middle, 1e9};
+  for (int k = 0; k < kMost && t < end; ++k) {
+    const Vec3f p = ray.at(t).cast<float>();
+    float phi;
+    Vec3f unused;
+    sample(coarse, p, &phi, &unused);
+    if (phi < kCoarseBeyond * coarse.voxel_m) sample(shape.sdf, p, &phi, &unused);
+    const auto distance = static_cast<double>(phi);
+    if (distance < best.phi) best.t = t, best.phi = distance;
+    if (distance < kHitVoxels * voxel) return {true, t, distance};
+    t += std::max(distance, voxel) / length;
+  }
+  return best;
+}
+
+}  // namespace sdftrack::frame

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/fit/contour_library.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sdftrack::tracking {
+
+namespace {
+
+constexpr int kCells = 45;  // along each side of a cube about the object: two degrees
+constexpr double kDistanceRatio = 1.15;
+constexpr std::size_t kMostEntries = 512;
+
+int cell_at(double x) { return std::clamp(static_cast<int>((x + 1) / 2 * kCells), 0, kCells - 1); }
+double middle_of(int cell) { return (cell + 0.5) / kCells * 2 - 1; }
+
+// The direction's cell on the cube, and its middle.
+int direction_cell(Vec3d d, Vec3d* middle) {
+  const double x = std::abs(d.x), y = std::abs(d.y), z = std::abs(d.z);
+  const int axis = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
+  const double main = axis == 0 ? d.x : axis == 1 ? d.y : d.z;
+  const double a = (axis == 0 ? d.y : d.x) / std::abs(main), b = (axis == 2 ? d.y : d.z) / std::abs(main);
+  const int i = cell_at(a), j = cell_at(b);
+  const double s = main > 0 ? 1 : -1, u = middle_of(i), v = middle_of(j);
+  *middle = axis == 0 ? Vec3d{s, u, v} : axis == 1 ? Vec3d{u, s, v} : Vec3d{u, v, s};
+  return ((2 * axis + (main > 0 ? 1 : 0)) * kCells + i) * kCells + j;
+}
+
+// A camera at `eye` that looks at the origin; T_cam_obj.
+Rigidd looking_from(Vec3d eye) {
+  const Vec3d z = (-1 / norm(eye)) * eye;
+  const Vec3d up = std::abs(z.z) < 0.8 ? Vec3d{0, 0, 1} : Vec3d{1, 0, 0};
+  Vec3d x = cross(up, z);
+  x = (1 / norm(x)) * x;
+  const Mat3d R{x, cross(z, x), z};
+  return {R, -(R * eye)};
+}
+
+}  // namespace
+
+const std::vector<ContourPoint>& ContourLibrary::seen_from(Vec3d eye_obj, const frame::Shape& shape,
+                                                           double focal_px, int wanted, double thickness_px) {
+  Vec3d direction;
+  const int cell = direction_cell(eye_obj, &direction);
+  const int distance = static_cast<int>(std::lround(std::log(norm(eye_obj)) / std::log(kDistanceRatio)));
+  const bool keep = !shape.seen.amount;  // of a shape known in part more becomes known
+  for (const Entry& e : entries_)
+    if (keep && e.shape == shape.id && e.cell == cell && e.distance == distance && e.wanted == wanted &&
+        e.focal_px == focal_px && e.thickness_px == thickness_px)
+      return e.points;
+  if (entries_.size() < kMostEntries) entries_.emplace_back(), next_ = entries_.size() - 1;
+  Entry& made = entries_[next_];
+  next_ = (next_ + 1) % kMostEntries;
+  made.shape = keep ? shape.id : 0, made.cell = cell, made.distance = distance, made.wanted = wanted;
+  made.focal_px = focal_px, made.thickness_px = thickness_px;
+  const Vec3d eye = (std::pow(kDistanceRatio, distance) / norm(direction)) * direction;
+  find_contour({focal_px, focal_px, 0, 0}, shape, looking_from(eye), wanted, thickness_px, &scratch_,
+               &made.points);
+  return made.points;
+}
+
+}  // namespace sdftrack::tracking

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+// The outline in the colour image beside the readings of depth, and without them.
+#include <algorithm>
+#include <cmath>
+
+#include "tracking/fit/fit_view.h"
+
+namespace sdftrack::tracking {
+
+namespace {
+
+constexpr std::size_t kMinLines = 20;
+constexpr double kUsualShared = 6, kOutlineFollows = 0.2, kExcessFollows = 0.3, kOutlineSees = 6,
+                 kLeastFactor = 0.25, kMostFactor = 4;
+
+}  // namespace
+
+int FitView::read_outline(const Rigidd& T_cam_obj, int reach_px) {
+  outline_lines_.lines.clear();
+  if (!reads_outline()) return 0;
+  return find_outline_lines(*frame_, *camera_, target_->shape, *target_->colors, T_cam_obj,
+                            {options_.outline_points, reach_px, stated_noise_m_}, &contours_,
+                            &outline_lines_);
+}
+
+double FitView::shared_lines(const FitMemory& memory) {
+  return memory.outline.shared_lines > 0 ? std::max(1.0, memory.outline.shared_lines) : kUsualShared;
+}
+
+double FitView::outline_weight(const FitMemory& memory) const {
+  if (outline_lines_.lines.size() < kMinLines) return 0;
+  return options_.outline_weight * memory.outline.depth_excess * std::max(1.0, memory.correlation_area_px) /
+         shared_lines(memory);
+}
+
+void FitView::measure_outline(const optim::State& x, FitMemory* memory) {
+  const OutlineNoise now = outline_noise(outline_lines_, x.T_obj_cam[0], &outline_residuals_);
+  if (!(now.factor > 0)) return;
+  OutlineNoise& kept = memory->outline;
+  const double rate = kept.factor > 0 ? kOutlineFollows : 1;
+  kept.factor += rate * (std::clamp(now.factor, kLeastFactor, kMostFactor) - kept.factor);
+  kept.shared_lines += rate * (now.shared_lines - kept.shared_lines);
+}
+
+// As the brightness: what the outline holds is no blind direction. Its lines share errors, which the pixels'
+// correlation area, by which the sum is multiplied later, does not know; that area grows by what depth errs
+// more than its residuals show.
+void FitView::add_outline(const optim::State& x, double scale_m, double* area_px,
+                          energies::EnergySummary* summary, FitMemory* memory) {
+  const double weight = outline_weight(*memory);
+  if (!(weight > 0)) return;
+  measure_outline(x, memory);
+  photometric_.reset(6);
+  energies::OutlineEnergy(&outline_lines_, outline_factor(*memory)).linearize(x, &photometric_);
+  const double shared = shared_lines(*memory);
+  const Eigen::Matrix<double, 6, 1> bias =
+      common_error(outline_lines_, x.T_obj_cam[0], outline_factor(*memory), &outline_residuals_);
+  const double excess = depth_excess(
+      {summary->A, summary->B, *area_px, photometric_.hessian, photometric_.gradient, bias, weight}, shared,
+      weak_knowledge(target_->shape));
+  double& kept = memory->outline.depth_excess;
+  kept *= std::pow(excess / kept, kExcessFollows);
+  *area_px *= kept;
+  summary->missed += weight * bias;
+  summary->A += weight * photometric_.hessian;
+  summary->B += weight * weight * shared / *area_px * photometric_.hessian;
+  summary->geometry +=
+      scale_m * scale_m / static_cast<double>(outline_lines_.lines.size()) * photometric_.hessian;
+}
+
+void FitView::measure_outline_pose(const optim::State& x, Fitted* fitted) {
+  measure_outline(x, &fitted->memory);
+  const auto lines = static_cast<double>(outline_lines_.lines.size());
+  const double m_per_px = inverse(x.T_obj_cam[0]).t.z / camera_->K.fx;
+  photometric_.reset(6);
+  const double factor = outline_factor(fitted->memory);
+  energies::OutlineEnergy(&outline_lines_, factor).linearize(x, &photometric_);
+  energies::EnergySummary sums;
+  sums.A = photometric_.hessian;
+  sums.B = shared_lines(fitted->memory) * photometric_.hessian;
+  // In metres at the object, like a residual of depth; the lines' sd is about a pixel. The field has no grain
+  // that an outline would see: a direction is blind from a smaller slope on.
+  sums.geometry = std::pow(kOutlineSees * m_per_px * factor, 2) / lines * photometric_.hessian;
+  sums.rounding = common_error(outline_lines_, x.T_obj_cam[0], factor, &outline_residuals_);
+  sums.missed = energies::SmallVector::Zero(6);
+  sums.inliers = lines;
+  const Matrix6d increment = increment_covariance(sums, target_->shape, 1);
+  fitted->centre_sd =
+      std::sqrt(increment.topLeftCorner<3, 3>().diagonal().maxCoeff()) / (0.5 * target_->shape.diameter_m);
+  fitted->covariance = camera_covariance(increment, inverse(x.T_obj_cam[0]), -target_->shape.centre_obj);
+}
+
+}  // namespace sdftrack::tracking

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// Lines across an object's outline in the colour image, and where on each the colours put the outline.
+#pragma once
+
+#include <vector>
+
+#include "appearance/color_model.h"
+#include "energies/outline_energy.h"
+#include "frame/region.h"
+#include "tracking/fit/contour_library.h"
+
+namespace sdftrack::tracking {
+
+struct OutlineSearch {
+  int points = 200;        // of the outline that are looked at
+  int reach_px = 8;        // to both sides along a line
+  double noise_m = 0.001;  // of a reading: what stands in front by clearly more hides the outline
+};
+
+// At T_cam_obj (centred). No line where something stands in front, where it leaves the image, and where the
+// colours on its two sides do not differ. The frame needs colours, not depth. Returns how many places it has
+// looked at.
+int find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
+                       const appearance::ColorModel& colors, const Rigidd& T_cam_obj,
+                       const OutlineSearch& search, ContourLibrary* contours, energies::OutlineLines* out);
+
+}  // namespace sdftrack::tracking

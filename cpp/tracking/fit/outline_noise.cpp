@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/fit/outline_noise.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace sdftrack::tracking {
+
+namespace {
+
+using Row = Eigen::Matrix<double, 6, 1>;
+
+constexpr std::size_t kEnoughLines = 20, kWindow = 12;
+constexpr double kPieces = 12;  // of an outline, which err apart at best
+constexpr double kMedianOfNormal = 0.6745;
+constexpr double kFarOff = 3;  // sd; beyond, a residual is cut
+constexpr int kRounds = 3;
+constexpr double kMostExcess = 100, kUnknowns = 6;
+constexpr double kSurelyApart = 16.8;  // 99 % of squared distances of six unknowns are smaller
+constexpr int kBisections = 10;
+
+// Moves the residuals to where the outline alone would have the pose.
+void take_out_pose(std::vector<energies::OutlineResidual>* lines) {
+  for (int round = 0; round < kRounds; ++round) {
+    Matrix6d H = Matrix6d::Zero();
+    Row g = Row::Zero();
+    for (const energies::OutlineResidual& line : *lines) {
+      const double weight = 1 / (1 + 0.5 * line.off * line.off);
+      H.noalias() += (weight * line.J) * line.J.transpose();
+      g += weight * line.off * line.J;
+    }
+    H.diagonal() *= 1 + 1e-6;
+    H.diagonal().array() += 1e-9;
+    const Row d = H.ldlt().solve(-g);
+    for (energies::OutlineResidual& line : *lines) line.off += line.J.dot(d);
+  }
+}
+
+double median_size(std::vector<energies::OutlineResidual>* lines) {
+  const std::size_t n = lines->size();
+  double sizes[2048];
+  const std::size_t m = std::min<std::size_t>(n, 2048);
+  for (std::size_t i = 0; i < m; ++i) sizes[i] = std::abs((*lines)[i].off);
+  std::nth_element(sizes, sizes + m / 2, sizes + m);
+  return sizes[m / 2];
+}
+
+}  // namespace
+
+OutlineNoise outline_noise(const energies::OutlineLines& lines, const Rigidd& T_obj_cam,
+                           std::vector<energies::OutlineResidual>* scratch) {
+  energies::OutlineEnergy(&lines, 1).residuals(T_obj_cam, scratch);
+  std::vector<energies::OutlineResidual>& r = *scratch;
+  const std::size_t n = r.size();
+  if (n < kEnoughLines) return {};
+  take_out_pose(&r);
+  const double sd = std::max(1e-6, median_size(&r) / kMedianOfNormal);
+  double squares = 0, sums = 0, window = 0;
+  for (energies::OutlineResidual& line : r) {
+    line.off = std::clamp(line.off / sd, -kFarOff, kFarOff);
+    squares += line.off * line.off;
+  }
+  for (std::size_t i = 0; i < kWindow; ++i) window += r[i].off;
+  for (std::size_t i = 0; i < n; ++i) {  // round the outline
+    sums += window * window;
+    window += r[(i + kWindow) % n].off - r[i].off;
+  }
+  return {sd, std::max(sums / (kWindow * squares), static_cast<double>(n) / kPieces), 1};
+}
+
+Row common_error(const energies::OutlineLines& lines, const Rigidd& T_obj_cam, double noise,
+                 std::vector<energies::OutlineResidual>* scratch) {
+  energies::OutlineEnergy(&lines, noise).residuals(T_obj_cam, scratch);
+  Row bias = Row::Zero();
+  for (std::size_t i = 0; i < std::min(scratch->size(), lines.lines.size()); ++i) {
+    const energies::OutlineResidual& r = (*scratch)[i];
+    bias += kCommonError_px / (noise * lines.lines[i].sd_px * (1 + 0.5 * r.off * r.off)) * r.J;
+  }
+  return bias;
+}
+
+double depth_excess(const Voices& v, double shared_lines, const Matrix6d& prior) {
+  const Matrix6d A_inverse = (v.depth_A + prior).ldlt().solve(Matrix6d::Identity());
+  const Matrix6d H_inverse = (v.outline_H + prior).ldlt().solve(Matrix6d::Identity());
+  // At the common pose the two gradients cancel: each one's own pose lies at minus its gradient over its
+  // Hessian.
+  const Row apart = (v.outline_weight * A_inverse + H_inverse) * v.outline_g;
+  const Matrix6d depth = v.area_px * A_inverse * v.depth_B * A_inverse.transpose();
+  const Row moved = H_inverse * v.outline_bias;
+  const Matrix6d outline = shared_lines * H_inverse + moved * moved.transpose();
+  const auto distance2 = [&](double factor) {
+    const Matrix6d C = factor * depth + outline;
+    return apart.dot(C.ldlt().solve(apart));
+  };
+  if (!(distance2(1) > kSurelyApart)) return 1;
+  double low = 0, high = std::log(kMostExcess);
+  for (int k = 0; k < kBisections; ++k) {
+    const double middle = 0.5 * (low + high);
+    (distance2(std::exp(middle)) > kUnknowns ? low : high) = middle;
+  }
+  return std::exp(0.5 * (low + high));
+}
+
+}  // namespace sdftrack::tracking

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+// An object in frames without a reading: followed by its outline in the colour image.
+#include <cmath>
+#include <numbers>
+
+#include "tracking/object_follower.h"
+#include "tracking/trust/silhouette_colors.h"
+
+namespace sdftrack::tracking {
+
+namespace {
+
+constexpr double kAround_px = 40;  // of the silhouette, where the background's colours are counted
+constexpr int kFirstBudget = 20000, kBudget = 3000;  // pixels visited for the histograms
+constexpr double kObjectRate = 0.1, kBackgroundRate = 0.2;
+constexpr double kFar_m = 0.020, kFar_rad = 10 * std::numbers::pi / 180;
+
+double within(double limit, double variance) { return std::erf(limit / std::sqrt(2 * variance)); }
+
+}  // namespace
+
+void ObjectFollower::learn_silhouette(const FrameContext& context, TrackedObject* object) {
+  count_silhouette_colors(context.frame(), context.camera(), *object->shape, object->T_cam_obj, kAround_px,
+                          object->colors.known() ? kBudget : kFirstBudget, object->colors, &color_counts_);
+  object->colors.update(color_counts_, kObjectRate, kBackgroundRate);
+}
+
+std::optional<ObjectResult> ObjectFollower::follow_outline(FrameContext* context, TrackedObject* object) {
+  const bool at_start = object->wanted && object->wanted->T_cam_obj;
+  if (!options_.outline || !context->frame().color || !object->placed()) return std::nullopt;
+  if (at_start) {
+    object->T_cam_obj = centred(*object->wanted->T_cam_obj, *object->shape);
+    object->wanted.reset();
+    if (!object->colors.known()) object->colors_by_outline = true, learn_silhouette(*context, object);
+  }
+  const appearance::ColorModel* const colors = context->colors_of(*object);
+  if (!colors) return std::nullopt;
+  const double time_s = context->frame().time_s;
+  const Rigidd expected = expected_pose(*object, time_s);
+  double share = 0;
+  std::optional<Fitted> fitted = fitter_.fit_outline(context->frame(), context->camera(),
+                                                     target_of(*context, *object, expected, nullptr), &share);
+  object->prior.reset();
+  if (!fitted) {
+    object->motion.pass();
+    object->weak = true;
+    return result_without_pose(*object, {ReasonCode::kLittleOutline}, Status::kLost);
+  }
+  object->T_cam_obj = fitted->T_cam_obj;
+  object->memory = fitted->memory;
+  object->motion.observe(fitted->T_cam_obj, time_s);
+  object->weak = true;
+  object->hidden_frames = 0;
+  if (object->colors_by_outline) learn_silhouette(*context, object);
+  ObjectResult result;
+  result.T_cam_obj = uncentred(fitted->T_cam_obj, *object->shape);
+  result.covariance = fitted->covariance;
+  result.runner_up = kUnknown;
+  result.color_used = true;
+  result.cost = fitted->cost;
+  result.steps = std::move(fitted->steps);
+  result.trust.status = Status::kWeak;
+  result.trust.reason = {ReasonCode::kByOutline};
+  result.trust.inliers = share;
+  result.trust.confidence = share * within(kFar_m, result.covariance.diagonal().head<3>().maxCoeff()) *
+                            within(kFar_rad, result.covariance.diagonal().tail<3>().maxCoeff());
+  return result;
+}
+
+}  // namespace sdftrack::tracking

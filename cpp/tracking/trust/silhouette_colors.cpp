@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/trust/silhouette_colors.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "frame/passage.h"
+#include "tracking/trust/color_projection.h"
+
+namespace sdftrack::tracking {
+
+namespace {
+
+constexpr double kEdge_px = 3;  // of the silhouette: a pixel there may show both sides
+
+}  // namespace
+
+void count_silhouette_colors(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
+                             const Rigidd& T_cam_obj, double around_px, int budget,
+                             const appearance::ColorModel& known, appearance::ColorCounts* counts) {
+  counts->clear();
+  if (!(T_cam_obj.t.z > 0)) return;
+  const Camera ideal{camera.K, camera.width, camera.height, {}};
+  const double m_per_px = T_cam_obj.t.z / camera.K.fx;
+  const frame::Rect box = frame::projected_box(ideal, shape, T_cam_obj, around_px * m_per_px);
+  if (box.empty()) return;
+  const energies::ColorProjection view = color_projection(camera, frame.color->map);
+  const double area = static_cast<double>(box.x1 - box.x0) * (box.y1 - box.y0);
+  const int step = std::max(1, static_cast<int>(std::ceil(std::sqrt(area / budget))));
+  const Rigidd T_obj_cam = inverse(T_cam_obj);
+  const SdfView coarse = shape.coarse();
+  for (int y = box.y0; y < box.y1; y += step)
+    for (int x = box.x0; x < box.x1; x += step) {
+      const Vec2d u{static_cast<double>(x), static_cast<double>(y)};
+      const frame::Passage passage = frame::pass(shape, coarse, frame::object_ray(camera.K, T_obj_cam, u));
+      if (!passage.hit && passage.phi < kEdge_px * m_per_px) continue;
+      Vec2d c;
+      if (!view.place(std::max(1e-3, passage.t) * ray(camera.K, u.x, u.y), &c)) continue;
+      if (!(c.x > -0.5 && c.y > -0.5 && c.x < view.width - 0.5 && c.y < view.height - 0.5)) continue;
+      const int bin =
+          appearance::color_bin(frame.color->at(static_cast<int>(c.x + 0.5), static_cast<int>(c.y + 0.5)));
+      if (passage.hit)
+        counts->add_object(bin, known.weight(bin));
+      else
+        counts->add_background(bin);
+    }
+}
+
+}  // namespace sdftrack::tracking

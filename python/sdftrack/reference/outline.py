@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: MIT
+"""The outline term, line by line (docs/math/outline.md)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["outline_cost", "outline_offset", "outline_residuals"]
+
+Array = NDArray[np.float64]
+AMPLITUDE, SLOPE, BEYOND = 0.42, 0.6, 4
+
+
+def outline_offset(chance: Array, reach: int) -> tuple[float, float, float]:
+    """Mean and sd (steps) of the outline's offset, and the contrast, from the chances of 2 (reach + 4) + 1 samples.
+
+    ``p(d) ~ prod_r (h_f(r - d) p_f(r) + h_b(r - d) p_b(r))`` for ``d = -reach..reach``, the object at negative r.
+    """
+    beyond = reach + BEYOND
+    offsets = np.arange(-reach, reach + 1)
+    log_p = np.zeros(len(offsets))
+    for r in range(-beyond, beyond + 1):
+        step = AMPLITUDE * np.tanh((r - offsets) / (2 * SLOPE))
+        f = chance[r + beyond]
+        log_p += np.log((0.5 - step) * f + (0.5 + step) * (1 - f))
+    p = np.exp(log_p - log_p.max())
+    p /= p.sum()
+    mean = float(p @ offsets)
+    sd = float(np.sqrt(p @ (offsets - mean) ** 2))
+    at = int(np.floor(abs(mean) + 0.5) * np.sign(mean)) + beyond  # halves away from 0
+    inside, outside = chance[: max(0, at - 1)], chance[at + 2 :]
+    contrast = (inside.mean() if len(inside) else 0.0) - (outside.mean() if len(outside) else 0.0)
+    return mean, sd, float(contrast)
+
+
+def outline_residuals(lines: Array, K: Array, T_cam_obj: Array) -> Array:
+    """Distance (px, outwards) of each line's point from where the colours put the outline; a pinhole.
+
+    Rows of `lines`: X, Y, Z (m, object), centre (2) and normal (2) in the image, offset and sd (px).
+    """
+    p = lines[:, :3] @ T_cam_obj[:3, :3].T + T_cam_obj[:3, 3]
+    u = p @ K.T
+    u = u[:, :2] / u[:, 2:]
+    off: Array = np.einsum("ij,ij->i", lines[:, 5:7], u - lines[:, 3:5]) - lines[:, 7]
+    return off
+
+
+def outline_cost(lines: Array, K: Array, T_cam_obj: Array, noise: float = 1.0) -> float:
+    """``sum log(1 + r^2 / 2)``, r the residual over `noise` times the line's sd."""
+    r = outline_residuals(lines, K, T_cam_obj) / (noise * lines[:, 8])
+    return float(np.log1p(0.5 * r**2).sum())

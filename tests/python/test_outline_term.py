@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: MIT
+"""The outline in the colour image as an energy: its twin, its derivative, clean images."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tracking_scene import CAMERA, POSE, box_mesh
+
+import sdftrack as st
+from sdftrack import _core, geometry
+from sdftrack.reference.outline import outline_cost, outline_offset, outline_residuals
+
+OBJECT, AROUND = np.array([200, 40, 40], np.uint8), np.array([40, 60, 180], np.uint8)
+ALIGNED = _core.ColorMap.aligned(CAMERA.width, CAMERA.height)
+BOX = box_mesh()
+VOLUME = st.SDF.from_mesh(BOX, 100)
+
+
+def bin_of(rgb):
+    return (int(rgb[0]) >> 4) << 8 | (int(rgb[1]) >> 4) << 4 | int(rgb[2]) >> 4
+
+
+def two_colors():
+    counts = np.zeros((2, 4096), np.float32)
+    counts[0, bin_of(OBJECT)] = counts[1, bin_of(AROUND)] = 1000
+    return counts[0], counts[1]
+
+
+def picture(T, mesh=BOX, camera=CAMERA):
+    return np.where((mesh.raycast(camera, T)[0] > 0)[..., None], OBJECT, AROUND)
+
+
+def lines_of(T, color, depth=None, sdf=VOLUME, points=200, reach_px=8):
+    shape = (sdf.values, sdf.voxel_size, sdf.origin.tolist())
+    return _core.outline_lines(
+        shape, CAMERA._core, depth, color, ALIGNED, two_colors(), T, points=points, reach_px=reach_px
+    )
+
+
+def linearized(lines, T_cam_obj, noise=1.0):
+    T = np.ascontiguousarray(np.linalg.inv(T_cam_obj))
+    return _core.outline_energy(lines, CAMERA._core, ALIGNED, T, noise)
+
+
+def moved(T_cam_obj, delta):
+    """T_obj_cam <- increment(v, w) T_obj_cam, as the optimiser moves it; w = 4 MRP."""
+    r = np.asarray(delta[3:]) / 4
+    s, K = r @ r, np.cross(np.eye(3), r)
+    step = np.eye(4)
+    step[:3, :3] += (8 * K @ K + 4 * (1 - s) * K) / (1 + s) ** 2
+    step[:3, 3] = delta[:3]
+    return np.linalg.inv(step @ np.linalg.inv(T_cam_obj))
+
+
+def fitted(T, color, sdf, rounds=5):
+    """Gauss-Newton on lines that are made anew; turns that nothing shows stay."""
+    for k in range(rounds):
+        lines = lines_of(T, color, sdf=sdf, reach_px=16 if k == 0 else 8)
+        for _ in range(4):
+            _, g, H, _ = linearized(lines, T)
+            weak = np.diag([1, 1, 1, 1e4, 1e4, 1e4])
+            T = moved(T, -np.linalg.solve(H + weak, g))
+    return T, lines
+
+
+# -- one line
+
+
+@pytest.mark.parametrize("reach", [4, 8, 16])
+def test_an_offset_is_its_twins(reach):
+    random = np.random.default_rng(reach)
+    for edge in (-2.5, 0.0, 1.0):
+        r = np.arange(-reach - 4, reach + 5)
+        chance = np.clip(np.where(r < edge, 0.9, 0.1) + random.normal(0, 0.1, len(r)), 0.03, 0.97)
+        chance = chance.astype(np.float32)
+        assert np.allclose(
+            _core.outline_offset(chance, reach), outline_offset(chance.astype(float), reach), atol=1e-4
+        )
+
+
+def test_an_edge_between_two_pixels_is_found_there():
+    r = np.arange(-12, 13)
+    for edge in (-3.5, -0.5, 0.5, 4.5):
+        mean, sd, contrast = _core.outline_offset(np.where(r < edge, 0.95, 0.05).astype(np.float32), 8)
+        assert abs(mean - edge) < 0.02
+        assert sd < 1.5
+        assert contrast > 0.85
+    mean, sd, contrast = _core.outline_offset(np.full(25, 0.5, np.float32), 8)
+    assert abs(mean) < 1e-5
+    assert sd == pytest.approx(np.sqrt(24))  # uniform: nothing is known
+    assert contrast == 0
+
+
+def test_bad_arguments_are_named():
+    with pytest.raises(ValueError, match=r"reach: expected 1\.\.16"):
+        _core.outline_offset(np.zeros(9, np.float32), 17)
+    with pytest.raises(ValueError, match="chance"):
+        _core.outline_offset(np.zeros(9, np.float32), 8)
+    with pytest.raises(ValueError, match="outline_points"):
+        st.TrackerOptions(outline_points=5)
+
+
+# -- the energy
+
+
+def test_cost_and_gradient_are_the_twins():
+    lines = lines_of(POSE, picture(POSE))
+    T = geometry.pose([0.02, -0.01, 0.015], [0.001, -0.002, 0.003]) @ POSE
+    cost, gradient, hessian, off = linearized(lines, T, noise=1.3)
+    assert cost == pytest.approx(outline_cost(lines, CAMERA.K, T, 1.3), rel=1e-9)
+    assert np.allclose(off, outline_residuals(lines, CAMERA.K, T) / lines[:, 8] / 1.3)
+    h, slope = 1e-6, np.zeros(6)
+    for j in range(6):
+        d = np.zeros(6)
+        d[j] = h
+        slope[j] = (
+            outline_cost(lines, CAMERA.K, moved(T, d), 1.3) - outline_cost(lines, CAMERA.K, moved(T, -d), 1.3)
+        ) / (2 * h)
+    assert np.allclose(gradient, slope, rtol=1e-5, atol=1e-5 * np.abs(slope).max())
+    assert np.linalg.eigvalsh(hessian).min() > 0
+
+
+@pytest.mark.parametrize("lens", [(), (0.12, -0.2, 0.001, -0.002, 0.05)])
+def test_the_gradient_holds_with_a_lens_and_a_second_camera(lens):
+    color = st.Camera(fx=300, fy=310, cx=170, cy=118, width=340, height=240, distortion=lens)
+    T_color_depth = geometry.pose([0.01, -0.02, 0.005], [0.025, 0.001, 0.002])
+    rig = _core.ColorMap.rigid(CAMERA._core, color._core, T_color_depth)
+    random = np.random.default_rng(0)
+    p = random.uniform(-0.04, 0.04, (40, 3))
+    seen = p @ POSE[:3, :3].T + POSE[:3, 3]
+    seen = seen @ T_color_depth[:3, :3].T + T_color_depth[:3, 3]
+    u = color.project(seen)
+    angle = random.uniform(0, 2 * np.pi, 40)
+    lines = np.column_stack([p, u, np.cos(angle), np.sin(angle), random.normal(0, 1, 40), np.full(40, 0.8)])
+    T = np.ascontiguousarray(np.linalg.inv(POSE))
+    cost = lambda T_cam_obj: _core.outline_energy(  # noqa: E731
+        lines, CAMERA._core, rig, np.ascontiguousarray(np.linalg.inv(T_cam_obj)), 1.0
+    )[0]
+    _, gradient, _, off = _core.outline_energy(lines, CAMERA._core, rig, T, 1.0)
+    assert np.allclose(off, -lines[:, 7] / 0.8, atol=1e-3)  # the map is in single precision
+    for j in range(6):
+        d = np.zeros(6)
+        d[j] = 1e-6
+        slope = (cost(moved(POSE, d)) - cost(moved(POSE, -d))) / 2e-6
+        assert gradient[j] == pytest.approx(slope, rel=1e-4, abs=1e-4 * np.abs(gradient).max())
+
+
+# -- clean images
+
+
+def test_a_box_in_two_colours_is_found_to_a_tenth_of_a_pixel():
+    T, lines = fitted(
+        geometry.pose([0.03, -0.02, 0.04], [0.002, -0.003, 0.004]) @ POSE, picture(POSE), VOLUME
+    )
+    assert len(lines) > 150
+    at = lambda T: outline_residuals(lines, CAMERA.K, T)  # noqa: E731
+    assert np.sqrt(np.mean((at(T) - at(POSE)) ** 2)) < 0.1
+    assert np.degrees(st.metrics.pose_error(T, POSE)[1]) < 0.3
+
+
+def test_a_ball_in_two_colours_is_found_to_a_tenth_of_a_pixel():
+    sdf = st.SDF.sphere(0.05, voxels=80)
+    centre = np.array([0.012, -0.02, 0.5])
+    v, u = np.mgrid[: CAMERA.height, : CAMERA.width]
+    rays = np.stack([(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy, np.ones(u.shape)], -1)
+    b = rays @ centre
+    seen = b**2 > np.einsum("...i,...i", rays, rays) * (centre @ centre - 0.05**2)
+    color = np.where(seen[..., None], OBJECT, AROUND)
+    T, _ = fitted(geometry.pose([0, 0, 0], centre + np.array([0.004, -0.003, 0.01])), color, sdf)
+    off = (T[:3, 3] - centre) * CAMERA.fx / 0.5
+    assert np.abs(off[:2]).max() < 0.1
+    assert abs(off[2]) * 0.05 / 0.5 < 0.1  # the radius in the image
+
+
+def test_what_is_hidden_or_without_contrast_says_nothing():
+    color = picture(POSE)
+    all_lines = lines_of(POSE, color)
+    depth = np.full(CAMERA.shape, 1.2, np.float32)
+    depth[:, :160] = 0.3  # something in front of the left part
+    seen = lines_of(POSE, color, depth)
+    assert 0.2 < len(seen) / len(all_lines) < 0.8
+    assert seen[:, 3].min() > 155
+    color[:, :160] = OBJECT  # the same colour on both sides there
+    seen = lines_of(POSE, color)
+    assert 0.2 < len(seen) / len(all_lines) < 0.8
+    assert seen[:, 3].min() > 150

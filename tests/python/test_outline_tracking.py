@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: MIT
+"""The outline in the colour image in a tracker: depth that is biased, frames without depth, colour alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tracking_scene import CAMERA, box_mesh
+
+import sdftrack as st
+from sdftrack import geometry
+
+OBJECT, AROUND = np.array([200, 40, 40], np.uint8), np.array([40, 60, 180], np.uint8)
+BOX = box_mesh()
+VOLUME = st.SDF.from_mesh(BOX, 100)
+
+
+def scene(count, tilt_m=0.0):
+    """A box that turns and moves before a wall; `tilt_m`: how far the depth bends from one end to the other."""
+    frames, poses = [], []
+    for i in range(count):
+        T = geometry.pose([0.5 + 0.006 * i, -0.6, 0.2 + 0.004 * i], [0.01 + 0.0008 * i, 0.02, 0.5])
+        random = np.random.default_rng(i)
+        d = BOX.raycast(CAMERA, T)[0]
+        v, u = np.mgrid[: CAMERA.height, : CAMERA.width]
+        p = np.stack([(u - CAMERA.cx) / CAMERA.fx * d, (v - CAMERA.cy) / CAMERA.fy * d, d], -1)
+        q = (p - T[:3, 3]) @ T[:3, :3]
+        bent = d + random.normal(0, 0.001, d.shape) + tilt_m * q[..., 0] / 0.06
+        noisy = np.where((d > 0)[..., None], OBJECT, AROUND) + random.normal(0, 8, (*d.shape, 3))
+        depth = np.where(d > 0, bent, 1.2).astype(np.float32)
+        frames.append(st.Frame(depth, np.clip(noisy, 0, 255).astype(np.uint8), timestamp=i / 30))
+        poses.append(T)
+    return frames, poses
+
+
+def follow(frames, poses, without=(), **options):
+    tracker = st.Tracker(VOLUME, CAMERA, **{"mode": "rgbd", "threads": 1, **options})
+    results = []
+    for i, given in enumerate(frames):
+        frame = st.Frame(None, given.color, timestamp=given.timestamp) if i in without else given
+        results.append(tracker.start(frame, poses=[poses[0]]) if i == 0 else tracker.track(frame))
+    errors = np.array([st.metrics.pose_error(r.pose, T) for r, T in zip(results, poses, strict=True)])
+    return errors * [1e3, 180 / np.pi], results, tracker
+
+
+def test_depth_that_bends_turns_the_object_less_with_the_outline():
+    frames, poses = scene(40, tilt_m=0.003)
+    off, *_ = follow(frames, poses)
+    on, results, _ = follow(frames, poses, outline=True, outline_weight=3.0)
+    assert off[10:, 1].mean() > 1
+    assert on[10:, 1].mean() < 0.7 * off[10:, 1].mean()
+    assert all(r.status[0] in (st.Status.OK, st.Status.WEAK) for r in results)
+
+
+def test_without_a_bias_nothing_is_lost():
+    frames, poses = scene(20)
+    off, *_ = follow(frames, poses)
+    on, *_ = follow(frames, poses, outline=True)
+    assert on.mean(axis=0) == pytest.approx(off.mean(axis=0), rel=0.25)
+
+
+def test_every_tenth_frame_without_depth_is_followed():
+    frames, poses = scene(41)
+    without = range(9, 41, 10)
+    errors, results, _ = follow(frames, poses, without, outline=True)
+    assert errors[:, 0].max() < 3
+    assert errors[:, 1].max() < 2
+    for i in without:
+        assert results[i].status[0] is st.Status.WEAK
+        assert "followed by its outline" in results[i].reason[0]
+        C = results[i].covariances[0]
+        assert C[2, 2] > 4 * max(C[0, 0], C[1, 1])  # along the viewing direction
+    assert results[10].status[0] is st.Status.OK
+    blank = [st.Frame(np.zeros_like(f.depth), f.color, timestamp=f.timestamp) for f in frames[9:10]]
+    again, results, _ = follow([*frames[:9], *blank], poses[:10], outline=True)
+    assert again[9] == pytest.approx(errors[9])
+    _, results, _ = follow(frames[:11], poses[:11], [9])
+    assert results[9].status[0] is st.Status.BAD_FRAME
+
+
+def test_thirty_frames_in_a_row_without_depth_are_followed():
+    frames, poses = scene(41)
+    errors, results, _ = follow(frames, poses, range(5, 35), outline=True)
+    assert errors[:, 0].max() < 3
+    assert errors[:, 1].max() < 2
+    assert results[-1].status[0] is st.Status.OK
+
+
+def test_colour_alone_follows():
+    frames, poses = scene(40)
+    errors, results, tracker = follow(frames, poses, mode="rgb")
+    assert errors[:, 0].max() < 5
+    assert errors[:, 1].max() < 3
+    assert all(r.status[0] is st.Status.WEAK for r in results)
+    assert tracker.mode_used == ["rgb"]
+    bare = [st.Frame(None, f.color, timestamp=f.timestamp) for f in frames]
+    same, *_ = follow(bare, poses, mode="rgb")
+    assert np.array_equal(same, errors)  # depth is not read
+
+
+def test_colour_alone_says_what_it_needs():
+    frames, poses = scene(2)
+    tracker = st.Tracker(VOLUME, CAMERA, mode="rgb")
+    with pytest.raises(ValueError, match=r"poses: expected one per shape with mode='rgb'"):
+        tracker.start(frames[0])
+    with pytest.raises(ValueError, match="expected a colour image with mode='rgb'"):
+        tracker.start(st.Frame(frames[0].depth), poses=poses[:1])
+    tracker.start(frames[0], poses=poses[:1])
+    grey = st.Frame(None, np.full((*CAMERA.shape, 3), 90, np.uint8))
+    lost = tracker.track(grey)
+    assert lost.status[0] is st.Status.LOST
+    assert "too little of its outline" in lost.reason[0]
+    assert tracker.track(frames[1]).status[0] is st.Status.WEAK
+
+
+def test_the_same_bits_for_any_number_of_threads():
+    frames, poses = scene(8)
+    one, *_ = follow(frames, poses, [4], outline=True)
+    two, *_ = follow(frames, poses, [4], outline=True, threads=2)
+    assert np.array_equal(one, two)
