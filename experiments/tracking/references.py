@@ -18,8 +18,8 @@ __all__ = ["references"]
 
 POINTS, FAR_M = 1000, 0.015
 HEAD = [
-    "object, mode", "frames", "ok", "weak", "lost", "ADD mm", "ADD-S mm", "deg", "AUC ADD", "AUC ADD-S", "ok beyond 15 mm",
-    "ms", "99 % ms",
+    "object, mode", "frames", "ok", "weak", "lost", "ADD mm", "ADD-S mm", "deg", "AUC ADD", "AUC ADD-S",
+    "ok beyond 15 mm", "ms", "99 % ms",
 ]  # fmt: skip
 
 
@@ -99,6 +99,6 @@ def _followed(it: Opened, mode: str, every: int, told: dict[str, Any]) -> dict[s
 def _cells(name: str, row: dict[str, Any]) -> list[str]:
     return [
         name, str(row["frames"]), str(row["ok"]), str(row["weak"]), str(row["lost"]), f"{row['add_mm']:.1f}",
-        f"{row['adds_mm']:.1f}", f"{row['deg']:.2f}", f"{row['auc_add']:.1f}", f"{row['auc_adds']:.1f}", str(row["far_ok"]),
-        f"{row['ms']:.2f}", f"{row['ms_99']:.1f}",
+        f"{row['adds_mm']:.1f}", f"{row['deg']:.2f}", f"{row['auc_add']:.1f}", f"{row['auc_adds']:.1f}",
+        str(row["far_ok"]), f"{row['ms']:.2f}", f"{row['ms_99']:.1f}",
     ]  # fmt: skip

@@ -1409,6 +1409,7 @@ class TrackerOptions:
     color_likelihood: str
     curvature: str
     drop_plane: bool
+    fine_first: bool
     free_space: bool
     keep_damping: bool
     outline: bool
@@ -1525,6 +1526,12 @@ class TrackerOptions:
     def free_space_weight(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
+    def given_odds(self) -> float:
+        ...
+    @given_odds.setter
+    def given_odds(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
     def lost_evidence(self) -> float:
         ...
     @lost_evidence.setter
@@ -1541,6 +1548,12 @@ class TrackerOptions:
         ...
     @max_pixels.setter
     def max_pixels(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def max_systematic_m(self) -> float:
+        ...
+    @max_systematic_m.setter
+    def max_systematic_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def min_pixels(self) -> int:
@@ -1655,6 +1668,12 @@ class TrackerOptions:
         ...
     @search_odds.setter
     def search_odds(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def systematic_m(self) -> float:
+        ...
+    @systematic_m.setter
+    def systematic_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def trust_points(self) -> int:

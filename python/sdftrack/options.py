@@ -52,7 +52,7 @@ class TrackerOptions:
     adapt_noise: bool = described(True, "rescale sigma(Z) by the residuals, frame by frame")
     systematic_m: float = described(
         0.0,
-        "sd of the depth error that neighbouring readings share (time of flight, stereo); 0: learnt at a start with a pose",
+        "sd of the depth error that neighbouring readings share (stereo, time of flight); 0: learnt at a given pose",
     )
     max_systematic_m: float = described(0.008, "most that is learnt for systematic_m")
     correlation_area_px: float = described(

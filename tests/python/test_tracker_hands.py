@@ -45,7 +45,14 @@ def test_an_object_in_a_fist_is_followed_from_the_first_frame(duck, share):
     """Fingers and palm in contact from the start: a coarse fit slides onto them, 15 to 30 mm away."""
     mesh, sdf = duck
     seq = st.synth.sequence(
-        mesh, FRAMES, noise=0.001, occluder=Grip(share, "skin"), camera=CAMERA, clutter="table", seed=2, threads=1
+        mesh,
+        FRAMES,
+        noise=0.001,
+        occluder=Grip(share, "skin"),
+        camera=CAMERA,
+        clutter="table",
+        seed=2,
+        threads=1,
     )
     tracker = st.Tracker(sdf, CAMERA, mode="depth", threads=1)
     for i in range(FRAMES):

@@ -31,7 +31,7 @@ void visit_options(Options& o, Visit& f) {
   f("noise_m", o.noise_m, kPositive, "m", "sensor noise sigma(Z) = noise_m + noise_per_m Z^2");
   f("noise_per_m", o.noise_per_m, kNonNegative, "1/m", "see noise_m");
   f("adapt_noise", o.adapt_noise, kTrueOrFalse, "", "rescale sigma(Z) by the residuals, frame by frame");
-  f("systematic_m", o.systematic_m, kNonNegative, "m", "sd of the depth error that neighbouring readings share (time of flight, stereo); 0: learnt at a start with a pose");
+  f("systematic_m", o.systematic_m, kNonNegative, "m", "sd of the depth error that neighbouring readings share (stereo, time of flight); 0: learnt at a given pose");
   f("max_systematic_m", o.max_systematic_m, kNonNegative, "m", "most that is learnt for systematic_m");
   f("correlation_area_px", o.correlation_area_px, kNonNegative, "px", "pixels that share one error; widens the covariance; 0: measured");
   f("padding_m", o.padding_m, kNonNegative, "m", "pixels count this near the object's box at its last pose");

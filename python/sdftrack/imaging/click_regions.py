@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sdftrack.camera import RGBDCamera, depth_camera
 from sdftrack.imaging.near_planes import planes_near, surface_normals, tolerance_m
-from sdftrack.imaging.region_growing import LEAST_PX, nearest_reading
+from sdftrack.imaging.region_growing import MIN_PX, nearest_reading
 
 __all__ = ["click_regions"]
 
@@ -21,7 +21,7 @@ STEP, STEP_PX = 0.008, 3.0  # a step in depth, of the depth and of a pixel's wid
 SMOOTH_STEP = 0.4  # the same, for objects that touch: stricter
 CUT_ROUNDS = 4
 CUT_PX = 200  # longest side of the window that colours are cut in
-LEAST_SHARE = 0.2  # of what hangs together by depth, that colours leave of it at least
+MIN_SHARE = 0.2  # of what hangs together by depth, that colours leave of it at least
 SEED_PX, SEED_M = 3, 0.01  # about the click, what surely is the object
 
 
@@ -78,7 +78,7 @@ def click_regions(frame: Any, camera: Any, px: tuple[float, float], size_m: floa
         cut = _cut(np.ascontiguousarray(rgb[window]), near, free, joined, points, seed)
         if cut is not None:
             regions.append(_joined(depth, cut, seed, pinhole.fx, 2.0))
-    least = max(LEAST_PX, LEAST_SHARE * np.count_nonzero(joined))
+    least = max(MIN_PX, MIN_SHARE * np.count_nonzero(joined))
     kept: list[Mask] = []
     for region in regions:
         if np.count_nonzero(region) >= least and not any(np.array_equal(region, k[window]) for k in kept):

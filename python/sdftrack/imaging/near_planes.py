@@ -13,7 +13,7 @@ __all__ = ["NearPlane", "planes_near", "surface_normals", "tolerance_m"]
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-LEAST_M, PER_M2 = 0.005, 0.005  # half thickness of a plane at distance z: LEAST_M + PER_M2 z^2
+MIN_M, PER_M2 = 0.005, 0.005  # half thickness of a plane at distance z: MIN_M + PER_M2 z^2
 POINTS = 3000  # readings that a plane is looked for among
 TRIALS = 120
 MOST = 5
@@ -39,7 +39,7 @@ class NearPlane(NamedTuple):
 
 def tolerance_m(z: Array) -> Array:
     """How far from a plane a reading at distance z may be and still be of it."""
-    return LEAST_M + PER_M2 * z**2
+    return MIN_M + PER_M2 * z**2
 
 
 def surface_normals(points: Array, read: Mask) -> Array:

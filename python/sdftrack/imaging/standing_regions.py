@@ -19,7 +19,7 @@ PIXELS = 320  # along the longer side of the image that is looked at
 STEP, STEP_PX = 0.015, 3.0  # a step in depth, of the depth and of a pixel's width there, is an edge
 LEAST, MOST = 0.3, 1.4  # of the object's size: what a thing reaches over
 LIKELY = 0.8  # of it, what is mostly seen
-LEAST_PX = 40  # of the thinned out image
+MIN_PX = 40  # of the thinned out image
 ENDS = (0.03, 0.97)
 APART = 0.7  # of the object's size, between pixels of larger things
 
@@ -62,7 +62,7 @@ def standing_regions(frame: Any, camera: Any, size_m: float, most: int = 12) -> 
     found: list[tuple[float, Mask]] = []
     large = np.zeros(depth.shape, bool)
     for k in range(1, count):
-        if stats[k, cv2.CC_STAT_AREA] < LEAST_PX:
+        if stats[k, cv2.CC_STAT_AREA] < MIN_PX:
             continue
         region = labels == k
         reach = _reach(points[region])

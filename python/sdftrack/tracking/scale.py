@@ -17,7 +17,7 @@ __all__ = ["check_scale", "check_size", "extent_of", "size_of"]
 FACTOR = 8.0  # between what is seen and the shape: a view may show a part, and a mask more than the object
 COARSE = 50  # voxels along the shortest side that are enough to tell a size
 INCH_AND_CM = 200.0  # a larger factor is that of millimetres
-LEAST_PX, MOST_IMAGES = 3.0, 20.0  # how large a shape that is clicked on may appear
+MIN_PX, MAX_IMAGES = 3.0, 20.0  # how large a shape that is clicked on may appear
 ENDS = (0.05, 0.95)  # of a mask's readings: those behind the object's edge do not count
 
 
@@ -58,11 +58,11 @@ def check_size(frame: Any, camera: Any, px: tuple[float, float], sdf: Any) -> No
     v, u = nearest_reading(frame, px)
     z, size, pinhole = float(frame.depth[v, u]), size_of(sdf), depth_camera(camera)
     pixels = pinhole.fx * size / z
-    if LEAST_PX < pixels < MOST_IMAGES * max(pinhole.shape):
+    if MIN_PX < pixels < MAX_IMAGES * max(pinhole.shape):
         return
     raise ValueError(
         f"expected an object that can be seen, got a shape of {_length(size)} at a distance of {_length(z)}, "
-        f"{pixels:.3g} pixels large; " + _advice(1e3 if pixels > LEAST_PX else 1e-3)
+        f"{pixels:.3g} pixels large; " + _advice(1e3 if pixels > MIN_PX else 1e-3)
     )
 
 

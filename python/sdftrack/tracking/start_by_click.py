@@ -20,7 +20,7 @@ __all__ = ["Agreement", "Meant", "agreement", "click_list", "meant_by_click"]
 Mask = NDArray[np.bool_]
 Pose = NDArray[np.float64]
 
-LEAST_M, PER_M = 0.006, 0.01  # a reading this near to the model's depth is its surface; per metre of distance
+MIN_M, PER_M = 0.006, 0.01  # a reading this near to the model's depth is its surface; per metre of distance
 CLICK_PX = 4  # a pose is of another thing where nothing of it lies this near to the click
 BOX_MARGIN = 0.15  # of the larger side of a region, about it
 LEAST = 0.42  # agreement below which the shape is not there
@@ -86,7 +86,7 @@ def agreement(sdf: Any, camera: Any, depth: NDArray[np.float32], T: Pose, region
     """Compare a depth image with what it should be at a pose."""
     expected = sdf.render(camera, T)[0]
     on = expected > 0
-    near = LEAST_M + PER_M * expected
+    near = MIN_M + PER_M * expected
     agree = on & (np.abs(depth - expected) < near)
     past = on & (depth > expected + near)
     front = on & (depth > 0) & (depth < expected - near)
