@@ -270,3 +270,11 @@ def test_the_file_of_defaults_sets_every_option_and_says_what_it_is(tmp_path):
 def test_a_misspelt_keyword_is_told_from_arguments_and_options_alike(make, given, meant):
     with pytest.raises(TypeError, match=f"unknown option '{given}'; did you mean '{meant}'"):
         make(**{given: 1})
+
+
+def test_a_kind_of_sensor_names_its_errors():
+    tof = st.TrackerOptions.for_sensor("azure_kinect", max_pixels=500)
+    assert (tof.systematic_m, tof.noise_m, tof.max_pixels) == (0.005, 0.0015, 500)
+    assert st.TrackerOptions.for_sensor("kinect_v1").noise_per_m == 0.0014
+    with pytest.raises(ValueError, match="sensor: expected one of 'kinect_v1', .*, got 'kinect_v9'"):
+        st.TrackerOptions.for_sensor("kinect_v9")
