@@ -276,5 +276,5 @@ def test_a_kind_of_sensor_names_its_errors():
     tof = st.TrackerOptions.for_sensor("azure_kinect", max_pixels=500)
     assert (tof.systematic_m, tof.noise_m, tof.max_pixels) == (0.005, 0.0015, 500)
     assert st.TrackerOptions.for_sensor("kinect_v1").noise_per_m == 0.0014
-    with pytest.raises(ValueError, match="sensor: expected one of 'kinect_v1', .*, got 'kinect_v9'"):
+    with pytest.raises(ValueError, match=r"sensor: expected one of 'kinect_v1', .*, got 'kinect_v9'"):
         st.TrackerOptions.for_sensor("kinect_v9")
