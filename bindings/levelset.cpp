@@ -10,9 +10,8 @@ namespace {
 
 using namespace py::literals;
 
-py::array_t<float> evolve_values(const py::array& phi, const py::array& log_ratio,
-                                 double voxel_size, int steps, const levelset::EvolveOptions& options,
-                                 int threads) {
+py::array_t<float> evolve_values(const py::array& phi, const py::array& log_ratio, double voxel_size,
+                                 int steps, const levelset::EvolveOptions& options, int threads) {
   const SdfView volume = volume_view(phi, voxel_size, {0, 0, 0});
   const float* ratio = borrow<float>(log_ratio, "log_ratio", {volume.nz, volume.ny, volume.nx});
   const sdf::Grid grid{volume.nx, volume.ny, volume.nz, voxel_size, {0, 0, 0}};

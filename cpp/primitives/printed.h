@@ -29,12 +29,13 @@ HD sdf::SolidSample<T> unit_sample_of(Vec3<T> p) {
 // and to first order beside it.
 template <class T>
 HD T printed_phi(PrimitiveKind kind, Vec3<T> p, const T (&size)[sdf::kMaxSizes]) {
-  return visit_solid(kind, [&](auto solid) __attribute__((always_inline)) {
-    using Solid = decltype(solid);
-    const Vec3<T> s = diagonal_of<Solid>(size);
-    const sdf::SolidSample<T> u = unit_sample_of<Solid>(Vec3<T>{p.x / s.x, p.y / s.y, p.z / s.z});
-    return u.phi_m / norm(Vec3<T>{u.grad.x / s.x, u.grad.y / s.y, u.grad.z / s.z});
-  });
+  return visit_solid(
+      kind, [&](auto solid) __attribute__((always_inline)) {
+        using Solid = decltype(solid);
+        const Vec3<T> s = diagonal_of<Solid>(size);
+        const sdf::SolidSample<T> u = unit_sample_of<Solid>(Vec3<T>{p.x / s.x, p.y / s.y, p.z / s.z});
+        return u.phi_m / norm(Vec3<T>{u.grad.x / s.x, u.grad.y / s.y, u.grad.z / s.z});
+      });
 }
 
 HD sdf::SolidSample<double> printed_sample(PrimitiveKind kind, Vec3d p,

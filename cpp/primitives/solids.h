@@ -61,7 +61,8 @@ HD auto visit_solid(PrimitiveKind kind, const Visit& visit) {
 
 template <class T>
 HD sdf::SolidSample<T> exact_sample(PrimitiveKind kind, Vec3<T> p, const T (&size)[sdf::kMaxSizes]) {
-  return visit_solid(kind, [&](auto solid) __attribute__((always_inline)) { return solid.sample(p, size); });
+  return visit_solid(
+      kind, [&](auto solid) __attribute__((always_inline)) { return solid.sample(p, size); });
 }
 
 inline Reach reach_of(PrimitiveKind kind, Vec3d v, const PrimitiveSize& s) {

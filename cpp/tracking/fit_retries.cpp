@@ -53,26 +53,17 @@ std::optional<Fitted> ObjectFollower::fit_near(const FrameContext& context, cons
   const FitTarget target = target_of(context, object, expected, neighbors);
   if (!options_.fine_first || !(options_.retry_inliers > 0))
     return fit(context, frame, target, narrow_attempt(expected));
-  std::optional<Fitted> fine, coarse;
-  const auto fit_fine = [&] { fine = fit(context, frame, target, fine_attempt(object, expected)); };
-  const auto fit_coarse = [&] { coarse = fit(context, frame, target, narrow_attempt(expected)); };
+  const Attempt fine = fine_attempt(object, expected), coarse = narrow_attempt(expected);
+  // At a start nothing says how near the given pose is: both are tried.
   const bool known = object.usual_share > 0;
-  if (known) {
-    fit_fine();
-    if (fine && convincing(*fine, object, options_)) return fine;
-    fit_coarse();
-  } else {  // nothing says how near the given pose is: both are tried
-    fit_coarse();
-    fit_fine();
-  }
-  if (!coarse || !fine) return coarse ? coarse : fine;
-  prepend(known ? fine->steps : coarse->steps, known ? &coarse->steps : &fine->steps);
-  if (known)
-    fine->steps = coarse->steps;
-  else
-    coarse->steps = fine->steps;
-  const bool better = score(*coarse, object, expected, options_) > score(*fine, object, expected, options_);
-  return better ? coarse : fine;
+  std::optional<Fitted> first = fit(context, frame, target, known ? fine : coarse);
+  if (known && first && convincing(*first, object, options_)) return first;
+  std::optional<Fitted> second = fit(context, frame, target, known ? coarse : fine);
+  if (!first || !second) return first ? first : second;
+  prepend(first->steps, &second->steps);
+  if (score(*second, object, expected, options_) > score(*first, object, expected, options_)) return second;
+  first->steps = std::move(second->steps);
+  return first;
 }
 
 std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const frame::DepthFrame& frame,

@@ -14,9 +14,7 @@ namespace {
 
 constexpr double kRadius_m = 0.03;
 const Volume kBallVolume = make_volume(60, 0.05, [](Vec3d p) { return norm(p) - kRadius_m; });
-const Volume kBoxVolume = make_volume(60, 0.05, [](Vec3d p) {
-  return box_distance(p, {0.03, 0.02, 0.025});
-});
+const Volume kBoxVolume = make_volume(60, 0.05, [](Vec3d p) { return box_distance(p, {0.03, 0.02, 0.025}); });
 const frame::Shape kBall = frame::make_shape(kBallVolume.view(), 960, 100);
 const frame::Shape kBox = frame::make_shape(kBoxVolume.view(), 960, 100);
 

@@ -38,7 +38,7 @@ void expect_the_cpus_sums(int count) {
 }
 
 #define SDFTRACK_PAIR(name, field, penalty)                                                \
-  TEST(CudaWork, name##_is_what_the_cpu_sums) {                                  \
+  TEST(CudaWork, name##_is_what_the_cpu_sums) {                                            \
     for (const int count : {1, 700, 100'000}) expect_the_cpus_sums<field, penalty>(count); \
   }
 #include "energies/compiled.inc"

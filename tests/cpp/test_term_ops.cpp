@@ -56,10 +56,8 @@ void expect_the_same_bits() {
               << isa_name(isa) << ", " << count << " pixels";
 }
 
-#define SDFTRACK_PAIR(name, field, penalty)                                    \
-  TEST(TermOps, name##_has_the_same_bits_on_every_instruction_set) { \
-    expect_the_same_bits<field, penalty>();                                    \
-  }
+#define SDFTRACK_PAIR(name, field, penalty) \
+  TEST(TermOps, name##_has_the_same_bits_on_every_instruction_set) { expect_the_same_bits<field, penalty>(); }
 #include "energies/compiled.inc"
 #undef SDFTRACK_PAIR
 

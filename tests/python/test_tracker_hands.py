@@ -23,6 +23,17 @@ def duck():
     return mesh, st.SDF.from_mesh(mesh, voxels=120)
 
 
+def follow(tracker, seq):
+    """From the true pose, near the truth in every frame."""
+    for i in range(FRAMES):
+        T = seq.ground_truth[i][0]
+        result = tracker.track(seq[i]) if i else tracker.start(seq[i], poses=[T])
+        metres, radians = st.metrics.pose_error(result.pose, T)
+        assert metres < MAX_M, i
+        assert radians < MAX_RAD, i
+        assert result.status[0] in ("ok", "weak"), i
+
+
 @pytest.mark.parametrize("mode", ["depth", "rgbd"])
 def test_a_hand_on_the_surface_does_not_draw_the_pose_along(duck, mode):
     mesh, sdf = duck
@@ -31,13 +42,7 @@ def test_a_hand_on_the_surface_does_not_draw_the_pose_along(duck, mode):
         mesh, FRAMES, noise=0.001, occluder=held, camera=CAMERA, clutter="table", seed=1, threads=1
     )
     tracker = st.Tracker(sdf, CAMERA, mode=mode)
-    for i in range(FRAMES):
-        T = seq.ground_truth[i][0]
-        result = tracker.track(seq[i]) if i else tracker.start(seq[i], poses=[T])
-        metres, radians = st.metrics.pose_error(result.pose, T)
-        assert metres < MAX_M, i
-        assert radians < MAX_RAD, i
-        assert result.status[0] in ("ok", "weak"), i
+    follow(tracker, seq)
 
 
 @pytest.mark.parametrize("share", [0.5, 0.6])
@@ -55,10 +60,4 @@ def test_an_object_in_a_fist_is_followed_from_the_first_frame(duck, share):
         threads=1,
     )
     tracker = st.Tracker(sdf, CAMERA, mode="depth", threads=1)
-    for i in range(FRAMES):
-        T = seq.ground_truth[i][0]
-        result = tracker.track(seq[i]) if i else tracker.start(seq[i], poses=[T])
-        metres, radians = st.metrics.pose_error(result.pose, T)
-        assert metres < MAX_M, i
-        assert radians < MAX_RAD, i
-        assert result.status[0] in ("ok", "weak"), i
+    follow(tracker, seq)

@@ -31,7 +31,7 @@ class Starts {
 struct Attempt {
   double scale_m, padding_m;
   int coarse_steps;
-  Starts starts;       // the best after the coarse stages goes on
+  Starts starts;  // the best after the coarse stages goes on
 };
 
 // What fits to the same frame are compared by: surface that is seen where it should be, less the share of the

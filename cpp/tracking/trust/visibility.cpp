@@ -64,10 +64,7 @@ Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera&
     }
   }
   seen.gap_m = gaps > 0 ? gap_sum_m / gaps : kMaxGap_m;
-  if (error.systematic_m > 0) {
-    const double beyond = std::max(0.0, seen.gap_m - error.expected_gap_m());
-    seen.gap_m = beyond;
-  }
+  if (error.systematic_m > 0) seen.gap_m = std::max(0.0, seen.gap_m - error.expected_gap_m());
   return seen;
 }
 

@@ -36,7 +36,7 @@ struct Visibility {
   int nearer = 0;   // something stands in front
   int missing = 0;  // no reading, or outside the image
   // Mean distance of reading and surface, at most 30 mm each, where nothing stands more than a finger in
-  // front, nor another object that is known.
+  // front, nor another object that is known; less what the sensor's systematic error explains.
   double gap_m = 0.03;
   int known = 0;  // of the nearer ones: another object, where it is known to be
 };
