@@ -66,9 +66,9 @@ void ray_residual(const PrimitiveField& field, Vec3d p_cam, SolidResidual* out) 
 
 void clearance(const PrimitiveField& field, const OutlineRay& ray, SolidResidual* out) {
   const bool in_closed_form = visit_solid(field.kind, [&](auto solid) {
-    constexpr bool kOwn = requires { solid.clearance(field, ray, out); };
-    if constexpr (kOwn) solid.clearance(field, ray, out);
-    return kOwn;
+    constexpr bool kOwnTerm = requires { solid.clearance(field, ray, out); };
+    if constexpr (kOwnTerm) solid.clearance(field, ray, out);
+    return kOwnTerm;
   });
   if (in_closed_form) return;
   // phi is convex along a line: the slopes at both ends of a bracket say where its least value lies.
