@@ -11,14 +11,14 @@ namespace {
 
 // A sensor's noise never repeats: of a scene at rest, seen in steps of a millimetre, a third of the readings
 // and more differ from frame to frame. So this many equal ones are the same image.
-constexpr int kLeastReadings = 200;
+constexpr int kMinReadings = 200;
 // A rendering without noise does repeat where nothing moves. Its inverse depth is linear along a row of a
 // plane and smooth elsewhere; noise changes its second difference's sign from pixel to pixel.
 constexpr float kNoise_m = 5e-5f;       // least second difference
 constexpr float kStep_m = 0.03f;        // a larger step between neighbours is an edge
 constexpr double kNoisyShare = 0.1;     // of the places; about 0.7 by Gaussian noise
 constexpr double kJump = 10;            // usual steps of time
-constexpr int kLeastSteps = 3;          // until it is known what is usual
+constexpr int kMinSteps = 3;            // until it is known what is usual
 constexpr double kStepRate = 0.2;       // how fast the usual step follows
 constexpr double kBrighter = 1.25;      // of the mean brightness in a frame,
 constexpr double kBrighterImage = 1.1;  // and of the whole image: a hand darkens a part of it alone
@@ -65,7 +65,7 @@ bool FrameWatch::repeats(const ImageView<float>& depth_m) {
   if (!same) return false;
   int readings = 0, places = 0, rough = 0;
   for (const float z : depths_) readings += z > 0;
-  if (readings < kLeastReadings) return false;
+  if (readings < kMinReadings) return false;
   for (std::size_t r = 0; r < depths_.size(); r += kRun)
     for (std::size_t k = r; k + 3 < r + kRun; ++k)
       if (depths_[k] > 0 && depths_[k + 1] > 0 && depths_[k + 2] > 0 && depths_[k + 3] > 0)
@@ -78,7 +78,7 @@ ReasonCode FrameWatch::check_time(double time_s) {
   if (!std::isfinite(step_s)) return ReasonCode::kNone;
   if (step_s == 0) return ReasonCode::kRepeatedTime;
   if (step_s < 0) return ReasonCode::kBackwardTime;
-  const bool jumps = steps_ >= kLeastSteps && step_s > kJump * usual_step_s_;
+  const bool jumps = steps_ >= kMinSteps && step_s > kJump * usual_step_s_;
   const double bounded = steps_ > 0 ? std::min(step_s, kJump * usual_step_s_) : step_s;
   usual_step_s_ += (steps_ > 0 ? kStepRate : 1.0) * (bounded - usual_step_s_);
   ++steps_;

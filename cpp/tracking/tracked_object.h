@@ -65,11 +65,6 @@ struct TrackedObject {
 // start only the surface that nothing hides can be judged.
 bool convincing(const Fitted& fitted, const TrackedObject& object, const TrackerOptions& options);
 
-// How far points of the surface lie apart in two poses, about.
-inline double surface_step(const Rigidd& A, const Rigidd& B, double diameter_m) {
-  return norm(A.t - B.t) + 0.5 * diameter_m * rotation_angle(A.R * transpose(B.R));
-}
-
 // The caller's object frame and the centred one.
 inline Rigidd centred(const Rigidd& T_cam_obj, const frame::Shape& shape) {
   return {T_cam_obj.R, T_cam_obj * shape.centre_obj};

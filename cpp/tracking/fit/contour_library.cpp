@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kCells = 45;  // along each side of a cube about the object: two degrees
 constexpr double kDistanceRatio = 1.15;
-constexpr std::size_t kMostEntries = 512;
+constexpr std::size_t kMaxEntries = 512;
 
 int cell_at(double x) { return std::clamp(static_cast<int>((x + 1) / 2 * kCells), 0, kCells - 1); }
 double middle_of(int cell) { return (cell + 0.5) / kCells * 2 - 1; }
@@ -49,9 +49,9 @@ const std::vector<ContourPoint>& ContourLibrary::seen_from(Vec3d eye_obj, const 
     if (keep && e.shape == shape.id && e.cell == cell && e.distance == distance && e.wanted == wanted &&
         e.focal_px == focal_px && e.thickness_px == thickness_px)
       return e.points;
-  if (entries_.size() < kMostEntries) entries_.emplace_back(), next_ = entries_.size() - 1;
+  if (entries_.size() < kMaxEntries) entries_.emplace_back(), next_ = entries_.size() - 1;
   Entry& made = entries_[next_];
-  next_ = (next_ + 1) % kMostEntries;
+  next_ = (next_ + 1) % kMaxEntries;
   made.shape = keep ? shape.id : 0, made.cell = cell, made.distance = distance, made.wanted = wanted;
   made.focal_px = focal_px, made.thickness_px = thickness_px;
   const Vec3d eye = (std::pow(kDistanceRatio, distance) / norm(direction)) * direction;

@@ -135,8 +135,7 @@ void PoseFitter::fit_fine(optim::State* x, Fitted* fitted, bool move) {
 
 // At most so much in the image.
 double PoseFitter::moved_px(const Rigidd& before, const Rigidd& now) const {
-  const double turn = rotation_angle(now.R * transpose(before.R));
-  return (norm(now.t - before.t) + 0.5 * target_->shape.diameter_m * turn) * camera_->K.fx / now.t.z;
+  return surface_step(now, before, target_->shape.diameter_m) * camera_->K.fx / now.t.z;
 }
 
 // The outline is looked for anew where the pose has led: its lines are right for a small part of their reach.

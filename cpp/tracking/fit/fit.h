@@ -34,6 +34,11 @@ struct Attempt {
   Starts starts;  // the best after the coarse stages goes on
 };
 
+// How far points of the surface lie apart in two poses, about.
+inline double surface_step(const Rigidd& A, const Rigidd& B, double diameter_m) {
+  return norm(A.t - B.t) + 0.5 * diameter_m * rotation_angle(A.R * transpose(B.R));
+}
+
 // What fits to the same frame are compared by: surface that is seen where it should be, less the share of the
 // worst cost.
 double fit_quality(const Fitted& fitted, const TrackerOptions& options);

@@ -9,8 +9,8 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr std::size_t kLeastLines = 20;
-constexpr double kLeastShare = 0.2;  // of the places that are looked at
+constexpr std::size_t kMinLines = 20;
+constexpr double kMinShare = 0.2;  // of the places that are looked at
 constexpr int kSteps = 5, kNearRounds = 4;
 constexpr double kSettled_px = 0.2;
 
@@ -34,7 +34,7 @@ std::optional<Fitted> PoseFitter::fit_outline(const frame::DepthFrame& frame, co
     const int looked_at = view_.read_outline(before, reaches[k]);
     const std::size_t lines = view_.outline_lines().lines.size();
     *share = looked_at > 0 ? static_cast<double>(lines) / looked_at : 0;
-    if (lines < kLeastLines || *share < kLeastShare) return std::nullopt;
+    if (lines < kMinLines || *share < kMinShare) return std::nullopt;
     energies::OutlineEnergy outline(&view_.outline_lines(), FitView::outline_factor(fitted.memory));
     optim::PosePrior prior({1, false, false}, 0, inverse(target.expected), target.prior);
     sum_.clear();

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kMinLines = 20;
 constexpr double kUsualShared = 6, kOutlineFollows = 0.2, kExcessFollows = 0.3, kOutlineSees = 6,
-                 kLeastFactor = 0.25, kMostFactor = 4;
+                 kMinFactor = 0.25, kMaxFactor = 4;
 
 }  // namespace
 
@@ -38,7 +38,7 @@ void FitView::measure_outline(const optim::State& x, FitMemory* memory) {
   if (!(now.factor > 0)) return;
   OutlineNoise& kept = memory->outline;
   const double rate = kept.factor > 0 ? kOutlineFollows : 1;
-  kept.factor += rate * (std::clamp(now.factor, kLeastFactor, kMostFactor) - kept.factor);
+  kept.factor += rate * (std::clamp(now.factor, kMinFactor, kMaxFactor) - kept.factor);
   kept.shared_lines += rate * (now.shared_lines - kept.shared_lines);
 }
 

@@ -16,7 +16,7 @@ constexpr double kPieces = 12;  // of an outline, which err apart at best
 constexpr double kMedianOfNormal = 0.6745;
 constexpr double kFarOff = 3;  // sd; beyond, a residual is cut
 constexpr int kRounds = 3;
-constexpr double kMostExcess = 100, kUnknowns = 6;
+constexpr double kMaxExcess = 100, kUnknowns = 6;
 constexpr double kSurelyApart = 16.8;  // 99 % of squared distances of six unknowns are smaller
 constexpr int kBisections = 10;
 
@@ -94,7 +94,7 @@ double depth_excess(const Voices& v, double shared_lines, const Matrix6d& prior)
     return apart.dot(C.ldlt().solve(apart));
   };
   if (!(distance2(1) > kSurelyApart)) return 1;
-  double low = 0, high = std::log(kMostExcess);
+  double low = 0, high = std::log(kMaxExcess);
   for (int k = 0; k < kBisections; ++k) {
     const double middle = 0.5 * (low + high);
     (distance2(std::exp(middle)) > kUnknowns ? low : high) = middle;
