@@ -35,7 +35,8 @@ void bind_tracking(py::module_& m) {
   bind_tracker_options(m);
   py::enum_<tracking::MotionModel>(m, "MotionModel", "Where an object is expected in the next frame.")
       .value("static", tracking::MotionModel::kStatic)
-      .value("constant_velocity", tracking::MotionModel::kConstantVelocity);
+      .value("constant_velocity", tracking::MotionModel::kConstantVelocity)
+      .value("adaptive", tracking::MotionModel::kAdaptive);
   py::enum_<tracking::Collision>(m, "Collision", "What it costs objects to stand in one another.")
       .value("none", tracking::Collision::kNone)
       .value("contact", tracking::Collision::kContact)

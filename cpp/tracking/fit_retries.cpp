@@ -28,14 +28,14 @@ double agree_unhidden(const Visibility& seen) {
 // is seen through it is one; and an object is likely near where it was expected, as near as it has been
 // lately. At a start nobody knows how much of the object is hidden, and a pose that hides none of it, on the
 // fingers that hold it, would seem better.
-double score(const Fitted& fitted, const TrackedObject& object, const Rigidd& expected,
+double score(const Fitted& fitted, const TrackedObject& object, const Rigidd& expected, double step_m,
              const TrackerOptions& options) {
   const Visibility& seen = fitted.seen;
   const bool known = object.usual_share > 0;
   const double past = seen.expected > 0 ? seen.farther / static_cast<double>(seen.expected) : 0;
   const double hidden = known ? 0 : agree_unhidden(seen) - agreeing_share(seen);
   const double away = surface_step(fitted.T_cam_obj, expected, object.shape->diameter_m) /
-                      (known ? kStepSd_m + object.step_m : kGivenSd_m);
+                      (known ? kStepSd_m + step_m : kGivenSd_m);
   const double evidence = evidence_share(evidence_of(fitted, options), 0);
   const double trust =
       known ? 0
@@ -61,7 +61,7 @@ std::optional<Fitted> ObjectFollower::fit_near(const FrameContext& context, cons
   std::optional<Fitted> second = fit(context, frame, target, known ? coarse : fine);
   if (!first || !second) return first ? first : second;
   prepend(first->steps, &second->steps);
-  if (score(*second, object, expected, options_) > score(*first, object, expected, options_)) return second;
+  if (score(*second, object, expected, step_m(object), options_) > score(*first, object, expected, step_m(object), options_)) return second;
   first->steps = std::move(second->steps);
   return first;
 }
@@ -75,8 +75,8 @@ std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const f
   };
   const auto better = [&](const Fitted& other) {
     if (inside(other)) return false;
-    return !best || score(other, object, expected, options_) >
-                        score(*best, object, expected, options_) + kClearlyBetter;
+    return !best || score(other, object, expected, step_m(object), options_) >
+                        score(*best, object, expected, step_m(object), options_) + kClearlyBetter;
   };
   if (done() || !(options_.retry_inliers > 0)) return best;
   const FitTarget target = target_of(*context, object, expected, neighbors);
@@ -86,7 +86,7 @@ std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const f
           fit(*context, frame, target, {0, options_.padding_m, 0, {expected, moved}})) {
     if (best) prepend(best->steps, &straight->steps);
     if (!best || (!inside(*straight) &&
-                  score(*straight, object, expected, options_) > score(*best, object, expected, options_)))
+                  score(*straight, object, expected, step_m(object), options_) > score(*best, object, expected, step_m(object), options_)))
       best = std::move(straight);
     else
       best->steps = straight->steps;
@@ -138,9 +138,9 @@ Fitted ObjectFollower::polished(const FrameContext& context, const frame::DepthF
 }
 
 Attempt ObjectFollower::fine_attempt(const TrackedObject& object, const Rigidd& T_cam_obj) const {
-  const double step_m = object.step_m;
-  return {kScalePerStep * step_m,
-          std::min(options_.padding_m, kFinePadding_m + step_m),
+  const double near_m = step_m(object);
+  return {kScalePerStep * near_m,
+          std::min(options_.padding_m, kFinePadding_m + near_m),
           options_.coarse_steps,
           {T_cam_obj}};
 }

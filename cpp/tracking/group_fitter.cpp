@@ -161,7 +161,7 @@ ObjectResult GroupFitter::accept(JointFitted* joint, const FrameContext& context
     carried.covariance = joint->fitted.covariance;
     return carried;
   }
-  const Trust trust = judge(joint->fitted, options_, object->prior_log_odds);
+  const Trust trust = follower_->judge_followed(joint->fitted, *object);
   return follower_->accept(std::move(joint->fitted), trust, context, object);
 }
 

@@ -10,7 +10,16 @@ namespace sdftrack::tracking {
 
 constexpr double kNoTime = std::numeric_limits<double>::quiet_NaN();
 
-enum class MotionModel { kStatic, kConstantVelocity };
+enum class MotionModel {
+  kStatic,
+  kConstantVelocity,
+  kAdaptive,  // whichever of the two has predicted better lately
+};
+
+// How far surface points came to lie from where a prediction had them, lately: m.
+struct PredictionErrors {
+  double still_m = 0, moving_m = 0;
+};
 
 // Constant velocity of an object's centre and constant turn about it, in camera axes, from its last two sure
 // poses. Per second where all frames have times, else per frame.

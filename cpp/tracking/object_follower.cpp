@@ -13,17 +13,10 @@ constexpr double kProof = 0.9;  // evidence by which what a search has found pro
 constexpr double kSlow = 0.02, kFast = 0.3;              // how fast the usual values follow
 constexpr double kFollowedOdds = 3, kDoubtFades = 0.93;  // log odds against loss; per doubtful frame
 constexpr double kStepFades = 0.8;                       // per frame
+constexpr double kClearlyNearer = 0.8;                   // of a prediction than the other
 constexpr double kMinStep_m = 0.005;  // what stands still may jump so far, and still be seen by a narrow fit
 constexpr double kMinMotion_m = 0.002, kMinMotion_rad = 0.01;  // in a frame, of an object at rest
 constexpr int kColorBudget = 1500, kFirstColorBudget = 20000;  // pixels visited for the histograms
-
-// Of an object that is where it was, or where somebody says that it is. Full after a sure frame, less with
-// every doubtful one: what has been doubted for long is searched for again.
-double vouched_log_odds(const TrackedObject& object, const TrackerOptions& options) {
-  if (object.given) return std::log(options.given_odds);
-  if (object.lost_frames > 0 || !(object.usual_share > 0)) return 0;
-  return kFollowedOdds * std::pow(kDoubtFades, object.weak_frames);
-}
 
 }  // namespace
 
@@ -45,13 +38,22 @@ ObjectResult ObjectFollower::follow(FrameContext* context, TrackedObject* object
   if (best && crowd && stands_in(*neighbors, *object->shape, best->T_cam_obj)) best.reset();
   object->prior.reset();
   if (!best) return result_without_pose(*object, {ReasonCode::kFewReadings}, Status::kLost);
-  const Trust trust = judge(*best, options_, object->prior_log_odds, vouched_log_odds(*object, options_));
+  const Trust trust = judge_followed(*best, *object);
   return accept(std::move(*best), trust, *context, object);
 }
 
 Rigidd ObjectFollower::expected_pose(const TrackedObject& object, double time_s) const {
-  const bool moves = settings_.motion == MotionModel::kConstantVelocity || object.weak;
-  return moves ? object.motion.predict(object.T_cam_obj, time_s) : object.T_cam_obj;
+  return expects_motion(object) ? object.motion.predict(object.T_cam_obj, time_s) : object.T_cam_obj;
+}
+
+bool ObjectFollower::expects_motion(const TrackedObject& object) const {
+  if (settings_.motion == MotionModel::kConstantVelocity || object.weak) return true;
+  return settings_.motion == MotionModel::kAdaptive &&
+         object.errors.moving_m < kClearlyNearer * object.errors.still_m;
+}
+
+double ObjectFollower::step_m(const TrackedObject& object) const {
+  return expects_motion(object) ? object.errors.moving_m : object.errors.still_m;
 }
 
 FitTarget ObjectFollower::target_of(const FrameContext& context, const TrackedObject& object,
@@ -99,6 +101,18 @@ ObjectResult ObjectFollower::accept(Fitted fitted, Trust trust, const FrameConte
   return result;
 }
 
+// An object that is where it was, or where somebody says that it is, is lost only where something else is more
+// likely: in full after a sure frame, less with every doubtful one, so that what has been doubted for long is
+// searched for again.
+Trust ObjectFollower::judge_followed(const Fitted& fitted, const TrackedObject& object) const {
+  double vouched = 0;
+  if (object.given)
+    vouched = std::log(options_.given_odds);
+  else if (object.lost_frames == 0 && object.usual_share > 0)
+    vouched = kFollowedOdds * std::pow(kDoubtFades, object.weak_frames);
+  return judge(fitted, options_, object.prior_log_odds, vouched);
+}
+
 // The readings are of a moment before: since then the object has gone on, nobody knows how far.
 void ObjectFollower::move_on(double time_s, const TrackedObject& object, Fitted* fitted) const {
   const Rigidd before = fitted->T_cam_obj;
@@ -117,10 +131,13 @@ void ObjectFollower::move_on(double time_s, const TrackedObject& object, Fitted*
 
 void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_s,
                           TrackedObject* object) const {
-  const Rigidd expected = expected_pose(*object, time_s);
+  const auto observe = [&](const Rigidd& predicted, double* error_m) {
+    const double step_m = surface_step(fitted.T_cam_obj, predicted, object->shape->diameter_m);
+    *error_m = std::max({kMinStep_m, step_m, kStepFades * *error_m});
+  };
+  observe(object->motion.predict(object->T_cam_obj, time_s), &object->errors.moving_m);
+  observe(object->T_cam_obj, &object->errors.still_m);
   object->T_cam_obj = fitted.T_cam_obj;
-  const double step_m = surface_step(fitted.T_cam_obj, expected, object->shape->diameter_m);
-  object->step_m = std::max({kMinStep_m, step_m, kStepFades * object->step_m});
   object->memory = fitted.memory;
   object->memory.learns_systematic = false;
   object->hidden_frames = 0;

@@ -18,7 +18,7 @@ struct TrackerSettings {
   bool recover = true;  // search for lost objects in every frame
   bool cuda = false;    // large sums on the GPU
   Collision collision = Collision::kContact;
-  MotionModel motion = MotionModel::kStatic;
+  MotionModel motion = MotionModel::kAdaptive;
 };
 
 class ObjectFollower {
@@ -30,6 +30,7 @@ class ObjectFollower {
   // By the outline in the colour image alone, in a frame without a reading (outline_follower.cpp). None where
   // the options, the colours or the frame do not allow it.
   std::optional<ObjectResult> follow_outline(FrameContext* context, TrackedObject* object);
+  Trust judge_followed(const Fitted& fitted, const TrackedObject& object) const;
   // A fit that is judged already: the object takes it over unless it is lost.
   ObjectResult accept(Fitted fitted, Trust trust, const FrameContext& context, TrackedObject* object) const;
   // The object's colours, and those around it, at its pose in this frame.
@@ -42,6 +43,8 @@ class ObjectFollower {
 
   // What other parts build on
   Rigidd expected_pose(const TrackedObject& object, double time_s) const;
+  // How far surface points came to lie from there, lately.
+  double step_m(const TrackedObject& object) const;
   // neighbors: of this object; nullptr: it is fitted as if alone.
   FitTarget target_of(const FrameContext& context, const TrackedObject& object, const Rigidd& expected,
                       const Neighbors* neighbors) const;
@@ -64,6 +67,7 @@ class ObjectFollower {
                             const FitTarget& target, const Attempt& attempt);
   Fitted polished(const FrameContext& context, const frame::DepthFrame& frame, const TrackedObject& object,
                   const Neighbors* neighbors, const Fitted& wide);
+  bool expects_motion(const TrackedObject& object) const;
   Attempt fine_attempt(const TrackedObject& object, const Rigidd& T_cam_obj) const;
   Attempt narrow_attempt(const Rigidd& T_cam_obj) const;
   Attempt wide_attempt(const TrackedObject& object, const Rigidd& expected, double time_s) const;

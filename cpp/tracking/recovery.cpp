@@ -18,6 +18,13 @@ constexpr double kTurn_rad = 0.5, kTurnPerFrame_rad = 0.15;
 
 // What a search finds is believed only when it is sure of it.
 constexpr double kSure = 0.5;
+// It is on trial for at most so many frames: as long as nothing but the search's own odds is against it.
+constexpr int kTrialFrames = 5;
+
+// Whether the evidence of the frame alone is for it.
+bool speaks_for(const Trust& trust, double prior_log_odds) {
+  return trust.evidence > (1 - trust.evidence) * std::exp(prior_log_odds);
+}
 
 // Within the mask, if there is one.
 bool has_reading(const ImageView<float>& depth_m, const std::vector<unsigned char>& mask) {
@@ -66,12 +73,13 @@ ObjectResult Recovery::find_lost(FrameContext* context, TrackedObject* object, O
   if (!found || found->trust.status != Status::kOk || found->trust.confidence < kSure) return lost;
 
   const Rigidd last = object->T_cam_obj;
+  object->motion.reset();  // what it was before it was lost says nothing of how it moves here
   ObjectResult result = follower_->accept(std::move(found->fitted), found->trust, *context, object);
   result.runner_up = found->runner_up;
   result.trust.status = Status::kWeak;
   result.trust.reason = {ReasonCode::kFoundAgain};
   prepend(lost.steps, &result.steps);
-  object->before_found = last;
+  object->before_found = last, object->trial_frames = 0;
   object->prior_log_odds = std::log(options_.search_odds);
   object->lost_frames = 0;
   return result;
@@ -83,6 +91,11 @@ ObjectResult Recovery::confirm(ObjectResult result, TrackedObject* object) const
     return result;
   }
   if (is_frame_fault(result.trust.reason.code)) return result;  // a later frame must tell
+  if (result.trust.status == Status::kWeak && speaks_for(result.trust, object->prior_log_odds) &&
+      ++object->trial_frames < kTrialFrames) {
+    result.trust.reason = {ReasonCode::kFoundAgain};
+    return result;
+  }
   object->T_cam_obj = *object->before_found;
   object->before_found.reset();
   ObjectResult gone = result_without_pose(*object, {ReasonCode::kNotConfirmed}, Status::kLost);

@@ -12,8 +12,6 @@
 
 namespace sdftrack::tracking {
 
-constexpr double kFirstStep_m = 0;  // of a pose that is given: right, as far as anybody knows
-
 struct TrackedObject {
   std::shared_ptr<const frame::Shape> shape;  // objects of the same volume share it
   Rigidd T_cam_obj;                           // centred frame; the last that was not lost
@@ -23,7 +21,7 @@ struct TrackedObject {
   bool colors_by_outline = false;  // learnt inside of its silhouette, for want of readings
   double usual_share = 0;          // of agreeing surface points, lately; 0: not known yet
   double usual_cost = 0;           // mean per pixel, lately
-  double step_m = kFirstStep_m;    // how far surface points came to lie from where they were expected, lately
+  PredictionErrors errors;         // 0 of a pose that is given: right, as far as anybody knows
   bool given = false;              // its pose, by somebody who vouches for it; until a frame has shown it
   bool weak = false;               // in the last frame
   int weak_frames = 0;             // in a row
@@ -37,6 +35,7 @@ struct TrackedObject {
   int double_of = -1;              // the other one
   // Found again, and not yet confirmed by a later frame: what to go back to.
   std::optional<Rigidd> before_found;
+  int trial_frames = 0;  // since then
   // Of a placeholder for a primitive that has not been found yet: the primitive's kind. Empty: a shape like
   // any.
   std::string unfound;
@@ -53,8 +52,8 @@ struct TrackedObject {
   void forget(const TrackerOptions& options) {
     memory = {};
     memory.damping = options.damping_start, memory.systematic_m = options.systematic_m;
-    motion.reset();
-    usual_share = usual_cost = prior_log_odds = 0, step_m = kFirstStep_m, weak = given = false,
+    motion.reset(), errors = {};
+    usual_share = usual_cost = prior_log_odds = 0, weak = given = false,
     lost_frames = hidden_frames = weak_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();
     doubtful_frames = 0, double_of = -1;

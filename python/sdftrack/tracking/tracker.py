@@ -129,7 +129,7 @@ class Tracker:
         *,
         threads: int = 0,
         recover: bool = True,
-        motion: str = "static",
+        motion: str = "adaptive",
         membership: bool = False,
         names: Sequence[str] | None = None,
         collision: str | None = "contact",
