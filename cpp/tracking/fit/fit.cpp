@@ -109,6 +109,7 @@ void PoseFitter::fit_between(optim::State* x, Fitted* fitted) {
   const int all = view_.pixels().count();
   energies::SdfEnergyOptions energy = view_.energy_options();
   energy.scale_m = static_cast<float>(view_.last_scale(fitted->memory));
+  refuse_behind(options_, &energy);
   each_share_between(all / static_cast<double>(std::max(1, options_.coarse_pixels)), [&](double share) {
     view_.coarse().assign_subset(view_.pixels(), static_cast<int>(share * all));
     run_stage(&view_.coarse(), energy, options_.coarse_steps, x, fitted);

@@ -26,6 +26,12 @@ constexpr int kSettleSteps = 2;
 constexpr int kClassifySteps = 4;
 constexpr int kSummaryPixels = 1000;
 
+// A hand may be in front of the surface; behind it the sensor sees nothing. In all stages but the last: there
+// the unequal tails would draw the surface towards the readings' mean.
+inline void refuse_behind(const TrackerOptions& options, energies::SdfEnergyOptions* energy) {
+  if (options.outlier_floor > 0) energy->floor_behind = static_cast<float>(options.coarse_floor_behind);
+}
+
 // run(energy): stages on an even subset, phi at the measured points, the better start from afar, and last, if
 // more pixels follow, the residual of the fine stage. `energy` as in the fine stage.
 template <class Run>
@@ -33,10 +39,8 @@ void each_coarse_stage(const TrackerOptions& options, double scale_m, double las
                        energies::SdfEnergyOptions energy, const Run& run) {
   if (!(scale_m > 0)) return;
   energy.residual = energies::Residual::kPoint;
-  if (options.outlier_floor > 0) {
-    energy.outlier_floor = static_cast<float>(options.coarse_floor);
-    energy.floor_behind = static_cast<float>(options.coarse_floor_behind);
-  }
+  if (options.outlier_floor > 0) energy.outlier_floor = static_cast<float>(options.coarse_floor);
+  refuse_behind(options, &energy);
   for (double s = scale_m; s > 1.5 * last_scale_m; s *= 0.5) {
     energy.scale_m = static_cast<float>(s);
     run(energy);

@@ -91,6 +91,7 @@ void JointFitter::fit_between(optim::State* x) {
   energies::SdfEnergyOptions energy = views_.front()->energy_options();
   energy.sharpness = static_cast<float>(options_.union_sharpness);
   energy.scale_m = static_cast<float>(last_scale());
+  refuse_behind(options_, &energy);
   const double few = static_cast<double>(options_.coarse_pixels) * static_cast<double>(targets_->size());
   each_share_between(all_.count() / std::max(1.0, few), [&](double share) {
     part_.assign_share(all_, share);
