@@ -13,6 +13,10 @@ constexpr double kStepSd_m = 0.01, kStepWeight = 0.05;    // of where an object 
 constexpr double kGivenSd_m = 0.045;                      // of a pose that is given
 constexpr double kTrustWeight = 0.03, kMinChance = 1e-4;  // of the evidence, per log odds
 constexpr double kScalePerStep = 0.5, kFinePadding_m = 0.01;
+constexpr double kFloor = 0.1;   // where the options have none
+constexpr int kFirstFrames = 4;  // after a start, in which a coarse fit is tried too
+constexpr int kSettlingRounds = 5;
+constexpr double kRests_m = 0.001;
 constexpr double kWideTurn = 0.2;       // rad, of the further starts of a wide attempt
 constexpr double kClearlyBetter = 0.1;  // score that a further attempt must gain
 constexpr int kSearchPause = 10;        // frames, after a search that found nothing better
@@ -40,7 +44,12 @@ double score(const Fitted& fitted, const TrackedObject& object, const Rigidd& ex
   const double trust =
       known ? 0
             : kTrustWeight * std::log(std::max(kMinChance, evidence) / std::max(kMinChance, 1 - evidence));
-  return fit_quality(fitted, options) + hidden + trust - past - kStepWeight * away * away;
+  // At a start each fit has measured the noise by its own residuals, and a bad one excuses itself: of two
+  // Gaussians the wider one pays by the logarithm of its width.
+  const double wide = known ? 0
+                            : agreeing_share(seen) * std::log(fitted.memory.noise_factor) /
+                                  -std::log(options.outlier_floor > 0 ? options.outlier_floor : kFloor);
+  return fit_quality(fitted, options) + hidden + trust - past - wide - kStepWeight * away * away;
 }
 
 }  // namespace
@@ -53,15 +62,18 @@ std::optional<Fitted> ObjectFollower::fit_near(const FrameContext& context, cons
   const FitTarget target = target_of(context, object, expected, neighbors);
   if (!options_.fine_first || !(options_.retry_inliers > 0))
     return fit(context, frame, target, narrow_attempt(expected));
-  const Attempt fine = fine_attempt(object, expected), coarse = narrow_attempt(expected);
-  // At a start nothing says how near the given pose is: both are tried.
+  const Attempt coarse = narrow_attempt(expected);
+  // At a start nothing says how near the given pose is: both are tried, and in the frames that follow.
   const bool known = object.usual_share > 0;
-  std::optional<Fitted> first = fit(context, frame, target, known ? fine : coarse);
-  if (known && first && convincing(*first, object, options_)) return first;
-  std::optional<Fitted> second = fit(context, frame, target, known ? coarse : fine);
+  std::optional<Fitted> first = known ? fit(context, frame, target, fine_attempt(object, expected))
+                                      : settled(context, frame, object, expected, neighbors);
+  if (object.motion.poses() >= kFirstFrames && first && convincing(*first, object, options_)) return first;
+  std::optional<Fitted> second = fit(context, frame, target, coarse);
   if (!first || !second) return first ? first : second;
   prepend(first->steps, &second->steps);
-  if (score(*second, object, expected, step_m(object), options_) > score(*first, object, expected, step_m(object), options_)) return second;
+  if (score(*second, object, expected, step_m(object), options_) >
+      score(*first, object, expected, step_m(object), options_))
+    return second;
   first->steps = std::move(second->steps);
   return first;
 }
@@ -85,8 +97,8 @@ std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const f
   if (std::optional<Fitted> straight =
           fit(*context, frame, target, {0, options_.padding_m, 0, {expected, moved}})) {
     if (best) prepend(best->steps, &straight->steps);
-    if (!best || (!inside(*straight) &&
-                  score(*straight, object, expected, step_m(object), options_) > score(*best, object, expected, step_m(object), options_)))
+    if (!best || (!inside(*straight) && score(*straight, object, expected, step_m(object), options_) >
+                                            score(*best, object, expected, step_m(object), options_)))
       best = std::move(straight);
     else
       best->steps = straight->steps;
@@ -135,6 +147,28 @@ Fitted ObjectFollower::polished(const FrameContext& context, const frame::DepthF
   if (!again || fit_quality(*again, options_) < fit_quality(wide, options_)) return wide;
   prepend(wide.steps, &again->steps);
   return *again;
+}
+
+// A fine fit from a pose that is given may have a long way to go, and does not see far: again from where it
+// has led, until it rests.
+std::optional<Fitted> ObjectFollower::settled(const FrameContext& context, const frame::DepthFrame& frame,
+                                              const TrackedObject& object, const Rigidd& given,
+                                              const Neighbors* neighbors) {
+  std::optional<Fitted> best;
+  Rigidd from = given;
+  for (int round = 0; round < kSettlingRounds; ++round) {
+    std::optional<Fitted> next =
+        fit(context, frame, target_of(context, object, from, neighbors), fine_attempt(object, from));
+    if (!next) return best;
+    if (best) {
+      prepend(best->steps, &next->steps);
+      next->memory.systematic_m = std::max(next->memory.systematic_m, best->memory.systematic_m);
+    }
+    best = std::move(next);
+    if (surface_step(best->T_cam_obj, from, object.shape->diameter_m) < kRests_m) return best;
+    from = best->T_cam_obj;
+  }
+  return best;
 }
 
 Attempt ObjectFollower::fine_attempt(const TrackedObject& object, const Rigidd& T_cam_obj) const {

@@ -31,6 +31,8 @@ class ConstantVelocity {
   // A frame without such a pose: the velocity is believed less and less, for an object that is held or hidden
   // slows down as often as not.
   void pass();
+  // How many have been observed.
+  int poses() const { return poses_; }
   bool knows_velocity() const { return poses_ > 1; }
   // `last` moved on to the time of the next frame.
   Rigidd predict(const Rigidd& last, double time_s) const;
@@ -39,7 +41,7 @@ class ConstantVelocity {
   double elapsed(double time_s) const;
 
   bool seen_ = false;
-  int poses_ = 0;  // observed
+  int poses_ = 0;
   Rigidd last_;
   double time_s_ = kNoTime;
   int frames_ = 1;  // since the last observation, the next frame included

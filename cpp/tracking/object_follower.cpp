@@ -101,9 +101,9 @@ ObjectResult ObjectFollower::accept(Fitted fitted, Trust trust, const FrameConte
   return result;
 }
 
-// An object that is where it was, or where somebody says that it is, is lost only where something else is more
-// likely: in full after a sure frame, less with every doubtful one, so that what has been doubted for long is
-// searched for again.
+// An object that is where it was, or where somebody says that it is, is lost only where something else is
+// more likely: in full after a sure frame, less with every doubtful one, so that what has been doubted for
+// long is searched for again.
 Trust ObjectFollower::judge_followed(const Fitted& fitted, const TrackedObject& object) const {
   double vouched = 0;
   if (object.given)

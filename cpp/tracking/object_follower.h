@@ -68,6 +68,8 @@ class ObjectFollower {
   Fitted polished(const FrameContext& context, const frame::DepthFrame& frame, const TrackedObject& object,
                   const Neighbors* neighbors, const Fitted& wide);
   bool expects_motion(const TrackedObject& object) const;
+  std::optional<Fitted> settled(const FrameContext& context, const frame::DepthFrame& frame,
+                                const TrackedObject& object, const Rigidd& given, const Neighbors* neighbors);
   Attempt fine_attempt(const TrackedObject& object, const Rigidd& T_cam_obj) const;
   Attempt narrow_attempt(const Rigidd& T_cam_obj) const;
   Attempt wide_attempt(const TrackedObject& object, const Rigidd& expected, double time_s) const;
