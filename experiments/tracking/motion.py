@@ -50,7 +50,11 @@ def fast_motion(
     data: Path,
     only: tuple[str, ...] = MESHES,
     mode: tuple[Literal["depth", "rgbd"], ...] = ("depth", "rgbd"),
-    motion: tuple[Literal["static", "constant_velocity"], ...] = ("static", "constant_velocity"),
+    motion: tuple[Literal["static", "constant_velocity", "adaptive"], ...] = (
+        "static",
+        "constant_velocity",
+        "adaptive",
+    ),
     seeds: int = 1,
     frames: int = 300,
     step_mm: float = STEP_MM,

@@ -255,6 +255,48 @@ def test_constant_velocity_follows_what_a_static_model_loses(body, times):
     assert lost_frames("constant_velocity") == 0
 
 
+def first_scales(body, motion, xs):
+    """Scale (m) of the first stage in each frame of an object that is moved along x."""
+    tracker = st.Tracker(body, CAMERA, threads=1, motion=motion)
+    scales = []
+    for i, x in enumerate(xs):
+        T = geometry.pose([0.5, -0.6, 0.2], [x, 0.01, 0.5])
+        frame, _ = shot(body, T, seed=i, timestamp=i / 30)
+        result = tracker.start(frame, poses=T) if i == 0 else tracker.track(frame)
+        assert st.metrics.pose_error(result.pose, T)[0] < FOUND_ATOL_M
+        scales.append(result.steps[0][0].scale_m)
+    return np.array(scales)
+
+
+def test_the_prediction_that_has_been_nearer_is_used(body):
+    """The scale of the first stage is half of the error of the prediction, 2.5 mm where that is small."""
+    along = -0.1 + 0.02 * np.arange(12)
+    swift = first_scales(body, "adaptive", along)
+    assert np.all(swift[-3:] < 0.0045)
+    assert np.all(first_scales(body, "static", along)[-3:] > 0.009)
+    # Back and forth: what it did in the last frame, it does not do in the next one.
+    shaken = 0.01 * (-1.0) ** np.arange(12)
+    still = first_scales(body, "static", shaken)
+    np.testing.assert_allclose(first_scales(body, "adaptive", shaken)[-3:], still[-3:], rtol=0.05)
+    assert np.all(first_scales(body, "constant_velocity", shaken)[-3:] > 1.5 * still[-3:])
+
+
+def test_a_start_settles_before_it_is_judged(body):
+    """12 mm and 5 degrees off: a fine fit gets there in several rounds, and the first result is at the truth."""
+    T = geometry.pose([0.5, -0.6, 0.2], [0.0, 0.01, 0.5])
+    frame, _ = shot(body, T, seed=3)
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        turn, way = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
+        off = T.copy()
+        off[:3, :3] = geometry.pose(np.radians(5) * turn)[:3, :3] @ T[:3, :3]
+        off[:3, 3] += 0.012 * way
+        result = st.Tracker(body, CAMERA, threads=1).start(frame, poses=off)
+        metres, radians = st.metrics.pose_error(result.pose, T)
+        assert metres < 0.0005, seed
+        assert radians < np.radians(0.5), seed
+
+
 def test_twists_are_the_motion_between_two_frames(tracker, body):
     step = geometry.pose([0, 0, 0.03], [0.003, 0, 0])
     later = POSE.copy()
@@ -401,5 +443,7 @@ def test_add_remove_and_recover_check_what_they_are_given(tracker, body):
         tracker.recover(frame, k=0, mask=EMPTY)
     with pytest.raises(ValueError, match="expected one of"):
         tracker.recover(frame, k=0, mask=mask, box=(0, 0, 9, 9))
-    with pytest.raises(ValueError, match=r"motion: expected one of \('static', 'constant_velocity'\)"):
+    with pytest.raises(
+        ValueError, match=r"motion: expected one of \('static', 'constant_velocity', 'adaptive'\)"
+    ):
         st.Tracker(body, CAMERA, motion="brownian")

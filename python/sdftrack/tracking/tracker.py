@@ -80,9 +80,9 @@ class Tracker:
     recover : bool
         Search for a lost object in every later frame: around its last pose first, then everywhere. False: it is only
         followed from its last pose, until :meth:`recover` or :meth:`set_pose`.
-    motion : {"static", "constant_velocity"}
+    motion : {"adaptive", "static", "constant_velocity"}
         Where an object is expected in the next frame: at its last pose, or moved on as between the last two sure
-        ones. While an object is ``"weak"`` its motion is always used, and believed less from frame to frame.
+        ones; "adaptive": whichever has been nearer lately. While an object is ``"weak"`` its motion is always used, and believed less from frame to frame.
     names : sequence of str, optional
         One per shape, for reports.
     membership : bool
