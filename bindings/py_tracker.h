@@ -60,6 +60,7 @@ class PyTracker {
   void paint(int k, const py::array& colors);
   void set_camera(const Camera& camera);
   void set_pose(int k, const py::array& T, const std::optional<tracking::Matrix6d>& covariance);
+  void set_symmetries(int k, const py::array& motions);
   void mark_unfound(int k, const std::string& kind);
 
   // The record of the sequence. best: (M, 4, 4), NaN: no good pose yet.
@@ -70,7 +71,7 @@ class PyTracker {
 
  private:
   void check_object(int k) const;
-  // None: anywhere; (4, 4) float64: a pose; H x W uint8: a mask; (x, y, w, h): a box.
+  // None: anywhere; (4, 4) float64: a pose; (n, 4, 4): a pose and its alternatives; H x W uint8: a mask; (x, y, w, h): a box.
   tracking::PoseHint hint_from(const py::object& place) const;
   std::vector<tracking::PoseHint> hints_from(const py::list& places) const;
   std::vector<SdfView> views_of(const std::vector<PyVolume>& shapes);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tracking/fit/fit.h"
 #include "tracking/motion.h"
@@ -13,6 +14,12 @@
 namespace sdftrack::tracking {
 
 constexpr double kFirstStep_m = 0;  // of a pose that is given: right, as far as anybody knows
+
+// Another pose that explained the object's start as well.
+struct Alternative {
+  Rigidd motion;        // from the object's pose to it, in the centred object frame
+  double log_odds = 0;  // of the object's pose against it, of the frames since
+};
 
 struct TrackedObject {
   std::shared_ptr<const frame::Shape> shape;  // objects of the same volume share it
@@ -35,6 +42,9 @@ struct TrackedObject {
   bool to_search = false;          // in this frame, once all others have been followed
   int doubtful_frames = 0;         // to come, in which it is not sure which of two look-alikes this is
   int double_of = -1;              // the other one
+  std::vector<Alternative> alternatives;  // to its pose, not refuted yet
+  std::size_t compared = 0;               // so often with one of them
+  std::vector<Rigidd> symmetries;         // declared: motions in the centred frame that leave it as it is
   // Found again, and not yet confirmed by a later frame: what to go back to.
   std::optional<Rigidd> before_found;
   // Of a placeholder for a primitive that has not been found yet: the primitive's kind. Empty: a shape like
@@ -58,6 +68,7 @@ struct TrackedObject {
     lost_frames = hidden_frames = weak_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();
     doubtful_frames = 0, double_of = -1;
+    alternatives.clear(), compared = 0;
   }
 };
 

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "tracking/alternatives.h"
 #include "tracking/identity.h"
 #include "tracking/options/option_schema.h"
 
@@ -129,6 +130,7 @@ void Tracker::answer_each(const Work& work) {
   if (readable && objects_.size() > 1) assign_finds(served_, &objects_, &answers_);
   for (std::size_t i = 0; i < served_.size(); ++i)
     if (object(served_[i]).doubtful_frames > 0) doubt_identity(&object(served_[i]), &answers_[i]);
+  for (std::size_t i = 0; i < served_.size(); ++i) doubt_ambiguous(object(served_[i]), &answers_[i]);
   for (ObjectResult& answer : answers_)
     doubt_frame(context_.fault(), &answer.trust.status, &answer.trust.reason, &answer.trust.confidence);
 }
@@ -155,6 +157,7 @@ ObjectResult Tracker::track_one(Object* object) {
   if (object->before_found) result = recovery_.confirm(std::move(result), object);
   if (result.trust.status != Status::kLost) {
     object->lost_frames = 0;
+    compare_alternatives(&context_, &follower_, object, &result);
     return result;
   }
   ++object->lost_frames;
@@ -167,7 +170,9 @@ ObjectResult Tracker::begin_at(Object* object, const PoseHint& hint) {
   if (!hint.T_cam_obj) return recovery_.find(&context_, hint, object);
   object->T_cam_obj = centred(*hint.T_cam_obj, *object->shape);
   object->memory.learns_systematic = true;
-  object->given = true;
+  object->given = hint.alternatives.empty();
+  for (const Rigidd& other : hint.alternatives)
+    object->alternatives.push_back({inverse(object->T_cam_obj) * centred(other, *object->shape), 0});
   // Biased depth would turn it away from the given pose before its colours are learnt.
   if (options_.outline && context_.frame().color && !object->colors.known())
     follower_.learn_silhouette(context_, object);

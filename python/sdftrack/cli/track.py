@@ -29,7 +29,7 @@ from sdftrack.cli.common import (
 )
 from sdftrack.cli.init import INIT, Init, begin, parse_inits
 from sdftrack.cli.sequences import check_usage, each_sequence
-from sdftrack.cli.start_picture import NAME, StartError, save_start_picture, told_with_picture
+from sdftrack.cli.start_picture import NAME, StartError, save_start_picture, error_with_picture
 from sdftrack.cli.symmetries import check_symmetry, give_symmetries
 from sdftrack.cli.targets import Target, load_mesh, load_targets
 
@@ -190,7 +190,7 @@ def _track_one(folder: Path, out: Path, job: Job) -> list[str]:
         try:
             result, selection = begin(tracker, job.inits, targets, frame, folder, numbers[0], seq)
         except StartError as error:
-            raise told_with_picture(error, out, job.overwrite, frame, camera) from None
+            raise error_with_picture(error, out, job.overwrite, frame, camera) from None
         results = [result]
         truths: list[dict[int, Any]] = []
         with st.Recorder(

@@ -43,8 +43,7 @@ from sdftrack.tracking.core_conversion import core_frame, rgb_seen, volume_of
 from sdftrack.tracking.interface import TrackerInterface
 from sdftrack.tracking.result_assembly import assembled, followed, modes_of
 from sdftrack.tracking.scale import check_scale
-from sdftrack.tracking.start_anywhere import meant_anywhere, needs_help, unconfirmed
-from sdftrack.tracking.start_by_click import Meant, click_list, meant_by_click
+from sdftrack.tracking.start_places import clicked_places, found_anywhere
 
 __all__ = ["Tracker"]
 
@@ -261,47 +260,16 @@ class Tracker:
         count = len(self.shapes)
         places: list[Place] = [None] * count
         if clicks is not None:
-            pixels = click_list(clicks, count, camera)
-            meant = [self._meant_by_click(k, frame, px, f"clicks[{k}]") for k, px in enumerate(pixels)]
-            places = [m.place(camera) for m in meant]
+            places = clicked_places(self, clicks, frame, camera)
         elif given:
             places = place_list(*given[0], count, camera)
         result = self._start_at(frame, camera, colors, places)
-        return result if given else self._found_standing(frame, camera, colors, result)
-
-    def _found_standing(
-        self, frame: Frame, camera: Camera, colors: tuple[Any, Any], result: TrackResult
-    ) -> TrackResult:
-        """Where the search of the whole image has failed for the only object: what stands on tables may be it."""
-        if len(self.shapes) > 1 or self._free_sizes.shapes_unknown(0) or not needs_help(result):
-            return result
-        alone = self._alone_with(0, frame)
-        full = self.camera if frame.camera is None else frame.camera
-        meant = meant_anywhere(self.shapes[0], full, frame, lambda **where: alone.start(frame, **where))
-        if meant is None:
-            return result
-        self._last = unconfirmed(self._start_at(frame, camera, colors, [meant.place(full)]))
-        return self._last
+        return result if given else found_anywhere(self, frame, camera, colors, result)
 
     def _alone_with(self, k: int, frame: Frame) -> Tracker:
         """A tracker of shape k, to try places with."""
         mode = "auto" if self.mode == "rgbd" and frame.color is None else self.mode
         return Tracker(self.shapes[k], self.camera, mode, threads=self.threads, options=self.options)
-
-    def _meant_by_click(self, k: int, frame: Frame, px: tuple[float, float], name: str) -> Meant:
-        """Where to look for object k, by a tracker of it alone."""
-        if self._free_sizes.shapes_unknown(k):
-            raise ValueError(
-                f"{name}: expected a shape of known size, got a Primitive; give a mask or box of it"
-            )
-        alone = self._alone_with(k, frame)
-        camera = self.camera if frame.camera is None else frame.camera
-        try:
-            return meant_by_click(
-                self.shapes[k], camera, frame, px, lambda **where: alone.start(frame, **where)
-            )
-        except ValueError as error:
-            raise ValueError(f"{name}: {error}") from None
 
     def _start_at(
         self, frame: Frame, camera: Camera, colors: tuple[Any, Any], places: list[Place]
