@@ -37,13 +37,6 @@ tracking::PoseHint PyTracker::hint_from(const py::object& place) const {
     return where;
   }
   const auto array = place.cast<py::array>();
-  if (array.ndim() == 3) {
-    const py::ssize_t count = array.shape(0);
-    const double* const m = borrow<double>(array, "T", {count, 4, 4});
-    where.T_cam_obj = read_matrix(m);
-    for (py::ssize_t i = 1; i < count; ++i) where.alternatives.push_back(read_matrix(m + 16 * i));
-    return where;
-  }
   if (array.ndim() == 2 && array.shape(0) == 4 && array.shape(1) == 4) {
     where.T_cam_obj = rigid_from(array, "T");
     return where;

@@ -71,7 +71,7 @@ class PyTracker {
 
  private:
   void check_object(int k) const;
-  // None: anywhere; (4, 4) float64: a pose; (n, 4, 4): a pose and its alternatives; H x W uint8: a mask; (x, y, w, h): a box.
+  // None: anywhere; (4, 4) float64: a pose; H x W uint8: a mask; (x, y, w, h): a box.
   tracking::PoseHint hint_from(const py::object& place) const;
   std::vector<tracking::PoseHint> hints_from(const py::list& places) const;
   std::vector<SdfView> views_of(const std::vector<PyVolume>& shapes);

@@ -11,10 +11,9 @@ namespace sdftrack::tracking {
 
 // Where an object is at a start: at a pose, else within a mask, else within a box, else anywhere.
 struct PoseHint {
-  std::optional<Rigidd> T_cam_obj;   // of the caller's object frame
-  std::vector<Rigidd> alternatives;  // to T_cam_obj, which somebody has not given but found, T_cam_obj too
-  std::vector<unsigned char> mask;   // H * W, 0: not the object; empty: none
-  std::optional<frame::Rect> box;    // of depth pixels
+  std::optional<Rigidd> T_cam_obj;  // of the caller's object frame
+  std::vector<unsigned char> mask;  // H * W, 0: not the object; empty: none
+  std::optional<frame::Rect> box;   // of depth pixels
 };
 
 }  // namespace sdftrack::tracking

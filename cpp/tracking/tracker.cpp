@@ -170,9 +170,7 @@ ObjectResult Tracker::begin_at(Object* object, const PoseHint& hint) {
   if (!hint.T_cam_obj) return recovery_.find(&context_, hint, object);
   object->T_cam_obj = centred(*hint.T_cam_obj, *object->shape);
   object->memory.learns_systematic = true;
-  object->given = hint.alternatives.empty();
-  for (const Rigidd& other : hint.alternatives)
-    object->alternatives.push_back({inverse(object->T_cam_obj) * centred(other, *object->shape), 0});
+  object->given = true;
   // Biased depth would turn it away from the given pose before its colours are learnt.
   if (options_.outline && context_.frame().color && !object->colors.known())
     follower_.learn_silhouette(context_, object);

@@ -66,7 +66,7 @@ def test_lost_frames_are_counted_and_their_poses_are_not_judged(tmp_path):
 
 def test_an_object_without_any_pose_has_dashes_in_its_row(tmp_path):
     (score,) = compare(read_results(recorded(tmp_path, ["lost"] * 6)), sequence())
-    assert table_rows([score])[0][3:] == ["6"] + ["-"] * 10
+    assert table_rows([score])[0][3:] == ["6"] + ["-"] * 13
     json.dumps(score.to_dict(), allow_nan=False)
 
 

@@ -133,7 +133,7 @@ def test_what_stands_on_the_table_is_found_without_a_place_and_has_to_be_confirm
 
     tracker = st.Tracker(box, CAMERA, threads=1)
     hypothesis = best_anywhere(box, CAMERA, frame, lambda **where: tracker.start(frame, **where))
-    assert meant is not None
+    assert hypothesis is not None
     absent = st.SDF.sphere(0.11, voxels=60)
     other = st.Tracker(absent, CAMERA, threads=1)
     assert best_anywhere(absent, CAMERA, frame, lambda **where: other.start(frame, **where)) is None

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["NAME", "Selection", "StartError", "save_start_picture", "error_with_picture"]
+__all__ = ["NAME", "Selection", "StartError", "error_with_picture", "save_start_picture"]
 
 if TYPE_CHECKING:
     import numpy as np

@@ -73,7 +73,6 @@ def click_regions(frame: Any, camera: Any, px: tuple[float, float], size_m: floa
         seed = beside
     joined = _joined(depth, free, seed, pinhole.fx, 1.0)
     regions = [joined, _joined(depth, free, seed, pinhole.fx, SMOOTH_STEP)]
-    regions.append(_touching(free, seed))  # the inside of a cup lies behind a step at its rim
     rgb = registered_colors(frame, camera)
     if rgb is not None:
         cut = _cut(np.ascontiguousarray(rgb[window]), near, free, joined, points, seed)
@@ -148,16 +147,6 @@ def _joined(depth: NDArray[np.float32], free: Mask, seed: tuple[int, int], fx: f
     flags = 8 | cv2.FLOODFILL_MASK_ONLY | (2 << 8)
     cv2.floodFill(np.array(depth), blocked, seed[::-1], 0.0, step, step, flags)
     region: Mask = (blocked != before)[1:-1, 1:-1]
-    return region
-
-
-def _touching(free: Mask, seed: tuple[int, int]) -> Mask:
-    """Pixels of `free` that hang together with `seed` in the image, whatever the steps in depth between them."""
-    import cv2
-
-    bridged = cv2.morphologyEx(free.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
-    labels = cv2.connectedComponents(bridged, connectivity=4)[1]
-    region: Mask = free & (labels == labels[seed])
     return region
 
 

@@ -16,7 +16,7 @@ from sdftrack.camera import Camera
 
 __all__ = ["Place", "box_place", "mask_place", "one_place", "place_list", "pose_place"]
 
-# A (4, 4) float64 pose, (n, 4, 4): a pose with alternatives that explain the frame nearly as well, an (H, W) uint8 mask, a box (x, y, w, h) of whole pixels, or None: anywhere.
+# A (4, 4) float64 pose, an (H, W) uint8 mask, a box (x, y, w, h) of whole pixels, or None: anywhere.
 Place = NDArray[np.float64] | NDArray[np.uint8] | tuple[int, int, int, int] | None
 
 

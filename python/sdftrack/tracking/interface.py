@@ -92,7 +92,9 @@ class TrackerInterface:
 
     # -- starts
 
-    def hypothesis_at_click(self, k: int, frame: Frame, px: tuple[float, float], name: str) -> StartHypothesis:
+    def hypothesis_at_click(
+        self, k: int, frame: Frame, px: tuple[float, float], name: str
+    ) -> StartHypothesis:
         """Where to look for object k after a click on it; errors begin with `name`."""
         from sdftrack.tracking.start_places import hypothesis_at_click
 

@@ -15,9 +15,9 @@ from sdftrack.imaging.standing_regions import standing_regions
 from sdftrack.results import Status, TrackResult
 from sdftrack.tracking.hypothesis_score import score_pose
 from sdftrack.tracking.scale import size_of
-from sdftrack.tracking.start_by_click import StartHypothesis, with_best_turn
+from sdftrack.tracking.start_by_click import StartHypothesis
 
-__all__ = ["FOUND_STANDING", "LEAST", "search_confidence", "best_anywhere", "is_unconvincing", "unconfirmed"]
+__all__ = ["FOUND_STANDING", "LEAST", "best_anywhere", "is_unconvincing", "search_confidence", "unconfirmed"]
 
 FOUND_STANDING = "found among what stands on the table; the next frame must confirm it"
 LEAST = 0.45  # belief from which a region is taken for the object, without anybody's word
@@ -47,12 +47,12 @@ def best_anywhere(sdf: Any, camera: Any, frame: Any, start: Callable[..., Any]) 
             belief, hypothesis = _tried(sdf, camera, frame, region, start)
             if belief > most:
                 best, most = hypothesis, belief
-    if best is None or most < LEAST:
-        return None
-    return with_best_turn(sdf, camera, frame, best, middle_of(best.region), start)
+    return best if most >= LEAST else None
 
 
-def _tried(sdf: Any, camera: Any, frame: Any, region: Any, start: Callable[..., Any]) -> tuple[float, StartHypothesis]:
+def _tried(
+    sdf: Any, camera: Any, frame: Any, region: Any, start: Callable[..., Any]
+) -> tuple[float, StartHypothesis]:
     """How far the object is believed to be in a region, 0..1."""
     try:
         result = start(masks=[region])
@@ -61,8 +61,7 @@ def _tried(sdf: Any, camera: Any, frame: Any, region: Any, start: Callable[..., 
     if result.status[0] is Status.LOST:
         return 0.0, StartHypothesis(region, None, None)
     score = score_pose(sdf, depth_camera(camera), frame.depth, result.poses[0], region, middle_of(region))
-    found = StartHypothesis(region, None, score, None, result.poses[0].copy())
-    return score.value * search_confidence(result), found
+    return score.value * search_confidence(result), StartHypothesis(region, None, score)
 
 
 def search_confidence(result: TrackResult, k: int = 0) -> float:

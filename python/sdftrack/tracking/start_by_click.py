@@ -15,12 +15,10 @@ from sdftrack.imaging.pose_hint import Place, one_place
 from sdftrack.imaging.region_growing import nearest_reading
 from sdftrack.tracking.hypothesis_score import HypothesisScore, score_pose
 from sdftrack.tracking.scale import check_size, extent_of, size_of
-from sdftrack.tracking.turned_poses import best_turned
 
-__all__ = ["StartHypothesis", "best_at_click", "click_list", "with_best_turn"]
+__all__ = ["StartHypothesis", "best_at_click", "click_list"]
 
 Mask = NDArray[np.bool_]
-Pose = NDArray[np.float64]
 
 BOX_MARGIN = 0.15  # of the larger side of a region, about it
 LEAST = 0.42  # score below which the shape is not there
@@ -28,7 +26,7 @@ CONVINCING = 0.8  # score from which no other region is tried
 
 
 class StartHypothesis(NamedTuple):
-    """Where an object may be: a region of the depth image, a box about it, or a pose; and what speaks for it.
+    """Where an object may be: a region of the depth image or a box about it, and what speaks for it.
 
     Attributes
     ----------
@@ -38,21 +36,14 @@ class StartHypothesis(NamedTuple):
         In which it is searched in place of the region.
     score : HypothesisScore or None
         Of the pose that was found there; None: none was.
-    pose : (4, 4) float64 or None
-        To begin with in place of a search; `searched` is what a search has found.
-    searched : (4, 4) float64 or None
     """
 
     region: Mask
     box: tuple[float, float, float, float] | None
     score: HypothesisScore | None
-    pose: Pose | None = None
-    searched: Pose | None = None
 
     def place(self, camera: Any) -> Place:
         """What the core's tracker is given."""
-        if self.pose is not None:
-            return np.ascontiguousarray([self.pose, self.pose if self.searched is None else self.searched])
         return one_place(None, self.region if self.box is None else None, self.box, depth_camera(camera))
 
     @property
@@ -106,7 +97,7 @@ def best_at_click(
         score = None
         if str(result.status[0]) != "lost":
             score = score_pose(sdf, lens, frame.depth, result.poses[0], region, (u, v))
-        hypothesis = StartHypothesis(region, box, score, None, result.poses[0].copy())
+        hypothesis = StartHypothesis(region, box, score)
         best = hypothesis if best is None or hypothesis.value > best.value else best
         if best.value > CONVINCING:
             break
@@ -117,17 +108,7 @@ def best_at_click(
             f"{1e3 * extent_of(camera, frame.depth, regions[0]):.0f} mm that none of its poses explains; click on the "
             "middle of the object, or give a mask of it"
         )
-    return with_best_turn(sdf, camera, frame, best, (u, v), start)
-
-
-def with_best_turn(
-    sdf: Any, camera: Any, frame: Any, found: StartHypothesis, px: tuple[int, int], start: Callable[..., Any]
-) -> StartHypothesis:
-    """The hypothesis, or a turn of its pose that explains clearly more of the frame."""
-    if found.score is None or found.searched is None:
-        return found
-    turned = best_turned(sdf, camera, frame, found.searched, found.score, found.region, px, start)
-    return found if turned is None else found._replace(pose=turned[0], score=turned[1])
+    return best
 
 
 def _box_about(region: Mask) -> tuple[float, float, float, float]:

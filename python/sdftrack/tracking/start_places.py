@@ -22,7 +22,9 @@ def clicked_places(tracker: Tracker, clicks: Any, frame: Frame, camera: Camera) 
     """Of each object the place that its click stands for; `camera`: the frame's depth camera."""
     pixels = click_list(clicks, len(tracker.shapes), camera)
     full = tracker.camera if frame.camera is None else frame.camera
-    return [hypothesis_at_click(tracker, k, frame, px, f"clicks[{k}]").place(full) for k, px in enumerate(pixels)]
+    return [
+        hypothesis_at_click(tracker, k, frame, px, f"clicks[{k}]").place(full) for k, px in enumerate(pixels)
+    ]
 
 
 def hypothesis_at_click(
