@@ -66,7 +66,9 @@ void compare_alternatives(FrameContext* context, ObjectFollower* follower, Track
   const TrackerOptions& options = follower->options();
   const double measured_px = object->memory.correlation_area_px;
   const double shared_px = measured_px > 0 ? measured_px : kSharedPx;
-  const bool gone = !other || !distinct(other->T_cam_obj, own->T_cam_obj);
+  // It slid to the object's own pose, or into another object, which is what it was taken for.
+  const bool gone = !other || !distinct(other->T_cam_obj, own->T_cam_obj) ||
+                    stands_in(context->neighbors_of(*object), *object->shape, other->T_cam_obj);
   if (!gone) all[i].log_odds += weighed(log_odds_between(*own, *other, options, shared_px));
   if (gone || all[i].log_odds > kDecided) {
     all.erase(all.begin() + static_cast<std::ptrdiff_t>(i));
