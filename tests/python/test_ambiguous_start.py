@@ -26,7 +26,6 @@ def frames(sdf, poses, noise_m=NOISE_M):
         yield st.Frame(np.where(depth > 0, seen, WALL_M).astype(np.float32))
 
 
-
 def turning(count, step=(0.01, 0.02, 0.0)):
     out = []
     for i in range(count):
@@ -149,7 +148,9 @@ def test_a_covariance_follows_the_origin():
     offset = np.array([0.02, -0.01, 0.03])
     draws = rng.multivariate_normal(np.zeros(6), A @ A.T * 1e-6, 200_000)
     about = np.column_stack([draws[:, :3] + np.cross(draws[:, 3:], offset), draws[:, 3:]])
-    np.testing.assert_allclose(moved_covariance(A @ A.T * 1e-6, offset), np.cov(about.T), rtol=0.05, atol=2e-7)
+    np.testing.assert_allclose(
+        moved_covariance(A @ A.T * 1e-6, offset), np.cov(about.T), rtol=0.05, atol=2e-7
+    )
 
 
 def test_bad_symmetries_are_named():

@@ -183,8 +183,8 @@ def _track_one(folder: Path, out: Path, job: Job) -> list[str]:
         give_symmetries(targets, seq, job.symmetry, job.colored)
         meshes: list[Any] = [load_mesh(p, "--overlay-mesh", job.unit) for p in job.overlay]
         names, sdfs = [t.name for t in targets], [t.sdf for t in targets]
-        alike = [t.symmetry for t in targets]
-        tracker = st.Tracker(sdfs, seq.camera, mode=job.mode, names=names, symmetry=alike, **job.options)
+        declared = [t.symmetry for t in targets]
+        tracker = st.Tracker(sdfs, seq.camera, mode=job.mode, names=names, symmetry=declared, **job.options)
         frame = fitting(seq[numbers[0]], seq.camera)
         # Before the folder is made: a start that cannot be leaves nothing behind.
         camera = seq.camera if frame.camera is None else frame.camera

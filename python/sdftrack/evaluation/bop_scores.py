@@ -78,8 +78,8 @@ def bop_errors(
         width = lens.width
         mspd_px[n] = mspd(T, true, points, lens, symmetry)
         if frame.depth is not None:
-            rendered = [mesh.raycast(lens, P)[0] for P in (T, true)]
-            discrepancy[n] = vsd(frame.depth, *rendered, lens, TAUS * across)
+            found, real = (mesh.raycast(lens, P)[0] for P in (T, true))
+            discrepancy[n] = vsd(frame.depth, found, real, lens, TAUS * across)
     return BopErrors(mspd_px, discrepancy, across, width)
 
 

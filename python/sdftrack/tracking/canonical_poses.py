@@ -45,7 +45,10 @@ class CanonicalPoses:
 
     def begin(self, places: Sequence[Place]) -> None:
         """Forget what was told; a pose that is given is what the first result is near to."""
-        self._last = [p if isinstance(p, np.ndarray) and p.dtype == np.float64 else None for p in places]
+        poses = (isinstance(p, np.ndarray) and p.dtype == np.float64 for p in places)
+        self._last = [
+            np.asarray(p, np.float64) if given else None for p, given in zip(places, poses, strict=True)
+        ]
 
     def resume(self, result: TrackResult | None) -> None:
         """Go on from a result that was told by another tracker."""
