@@ -104,7 +104,7 @@ def test_the_other_side_tells_turns_apart():
     """A cube with a block on one face, which the first frames do not show."""
     cube_mesh = st.SDF.box(SIZE, voxels=70).to_mesh()
     block = st.SDF.box((0.03, 0.03, 0.03), voxels=40).to_mesh()
-    shifted = block.vertices + [0.02, 0.008, 0.05]
+    shifted = block.vertices + np.array([0.02, 0.008, 0.05])
     vertices = np.concatenate([cube_mesh.vertices, shifted])
     faces = np.concatenate([cube_mesh.faces, block.faces + len(cube_mesh.vertices)])
     sdf = st.SDF.from_mesh(st.Mesh(vertices, faces), voxels=80)

@@ -56,7 +56,7 @@ def test_colour_of_another_size_without_a_camera_of_its_own_is_one_clear_line(sc
     unaligned = st.Frame(frame.depth, np.zeros((720, 1280, 3), np.uint8))
     v, u = np.nonzero(mask)
     for where in ({"masks": mask}, {"clicks": (int(u[0]), int(v[0]))}, {}):
-        with pytest.raises(ValueError, match="color: .*RGBDCamera") as told:
+        with pytest.raises(ValueError, match=r"color: .*RGBDCamera") as told:
             tracker.start(unaligned, **where)
         assert "\n" not in str(told.value)
 
