@@ -60,6 +60,7 @@ class PyTracker {
   void paint(int k, const py::array& colors);
   void set_camera(const Camera& camera);
   void set_pose(int k, const py::array& T, const std::optional<tracking::Matrix6d>& covariance);
+  void set_symmetries(int k, const py::array& motions);
   void mark_unfound(int k, const std::string& kind);
 
   // The record of the sequence. best: (M, 4, 4), NaN: no good pose yet.

@@ -103,6 +103,16 @@ void PyTracker::set_pose(int k, const py::array& T, const std::optional<tracking
   tracker_->set_pose(k, T_cam_obj, covariance);
 }
 
+void PyTracker::set_symmetries(int k, const py::array& motions) {
+  check_object(k);
+  const py::ssize_t count = motions.ndim() > 0 ? motions.shape(0) : 0;
+  const double* const m = borrow<double>(motions, "motions", {count, 4, 4});
+  std::vector<Rigidd> all;
+  for (py::ssize_t i = 0; i < count; ++i) all.push_back(read_matrix(m + 16 * i));
+  const Busy busy(&busy_, "tracker");
+  tracker_->set_symmetries(k, all);
+}
+
 void PyTracker::mark_unfound(int k, const std::string& kind) {
   check_object(k);
   const Busy busy(&busy_, "tracker");

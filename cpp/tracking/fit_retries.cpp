@@ -78,6 +78,12 @@ std::optional<Fitted> ObjectFollower::fit_near(const FrameContext& context, cons
   return first;
 }
 
+std::optional<Fitted> ObjectFollower::fit_finely(const FrameContext& context, const TrackedObject& object,
+                                                 const Rigidd& T_cam_obj) {
+  const FitTarget target = target_of(context, object, T_cam_obj, nullptr);
+  return fit(context, context.frame(), target, fine_attempt(object, T_cam_obj));
+}
+
 std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const frame::DepthFrame& frame,
                                                   const TrackedObject& object, const Rigidd& expected,
                                                   const Neighbors* neighbors, std::optional<Fitted> best) {

@@ -75,6 +75,7 @@ std::optional<Found> ObjectFollower::search(FrameContext* context, const frame::
   query.plane = context->plane();
   query.taken = context->claimed_by_others(object);
   query.others = &context->neighbors_of(object);
+  query.symmetries = &object.symmetries;
   return finder_.find(context->unclaimed(frame, query.taken), context->camera(), *object.shape, object.memory,
                       context->colors_of(object), query, prior_log_odds, &fitter_);
 }

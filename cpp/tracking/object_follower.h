@@ -58,6 +58,10 @@ class ObjectFollower {
   // What a search finds in those readings of `frame` that no other object explains.
   std::optional<Found> search(FrameContext* context, const frame::DepthFrame& frame,
                               const TrackedObject& object, SearchQuery query, double prior_log_odds);
+  // Nothing but a fine fit from a pose (centred), to compare it with others in the same frame.
+  std::optional<Fitted> fit_finely(const FrameContext& context, const TrackedObject& object,
+                                   const Rigidd& T_cam_obj);
+  const TrackerOptions& options() const { return options_; }
   // Records of trials go round: given back, and taken by the next fit.
   std::vector<TrackStep> spare_steps() { return fitter_.spare_steps(); }
   void give_back(std::vector<TrackStep>&& steps) { fitter_.give_back(std::move(steps)); }

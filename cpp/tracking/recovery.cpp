@@ -51,6 +51,8 @@ ObjectResult Recovery::find(FrameContext* context, const PoseHint& hint, Tracked
   }
   ObjectResult result = follower_->accept(found->fitted, found->trust, *context, object);
   result.runner_up = found->runner_up;
+  object->alternatives.clear();
+  for (const Rigidd& motion : found->alternatives) object->alternatives.push_back({motion, 0});
   object->lost_frames = result.trust.status == Status::kLost;
   return result;
 }

@@ -5,12 +5,19 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tracking/fit/fit.h"
 #include "tracking/motion.h"
 #include "tracking/pose_hint.h"
 
 namespace sdftrack::tracking {
+
+// Another pose that explained the object's start as well.
+struct Alternative {
+  Rigidd motion;        // from the object's pose to it, in the centred object frame
+  double log_odds = 0;  // of the object's pose against it, of the frames since
+};
 
 struct TrackedObject {
   std::shared_ptr<const frame::Shape> shape;  // objects of the same volume share it
@@ -33,6 +40,9 @@ struct TrackedObject {
   bool to_search = false;          // in this frame, once all others have been followed
   int doubtful_frames = 0;         // to come, in which it is not sure which of two look-alikes this is
   int double_of = -1;              // the other one
+  std::vector<Alternative> alternatives;  // to its pose, not refuted yet
+  std::size_t compared = 0;               // so often with one of them
+  std::vector<Rigidd> symmetries;         // declared: motions in the centred frame that leave it as it is
   // Found again, and not yet confirmed by a later frame: what to go back to.
   std::optional<Rigidd> before_found;
   int trial_frames = 0;  // since then
@@ -57,6 +67,7 @@ struct TrackedObject {
     lost_frames = hidden_frames = weak_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();
     doubtful_frames = 0, double_of = -1;
+    alternatives.clear(), compared = 0;
   }
 };
 

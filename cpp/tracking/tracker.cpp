@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "tracking/alternatives.h"
 #include "tracking/identity.h"
 #include "tracking/options/option_schema.h"
 
@@ -129,6 +130,7 @@ void Tracker::answer_each(const Work& work) {
   if (readable && objects_.size() > 1) assign_finds(served_, &objects_, &answers_);
   for (std::size_t i = 0; i < served_.size(); ++i)
     if (object(served_[i]).doubtful_frames > 0) doubt_identity(&object(served_[i]), &answers_[i]);
+  for (std::size_t i = 0; i < served_.size(); ++i) doubt_ambiguous(object(served_[i]), &answers_[i]);
   for (ObjectResult& answer : answers_)
     doubt_frame(context_.fault(), &answer.trust.status, &answer.trust.reason, &answer.trust.confidence);
 }
@@ -155,6 +157,7 @@ ObjectResult Tracker::track_one(Object* object) {
   if (object->before_found) result = recovery_.confirm(std::move(result), object);
   if (result.trust.status != Status::kLost) {
     object->lost_frames = 0;
+    compare_alternatives(&context_, &follower_, object, &result);
     return result;
   }
   ++object->lost_frames;

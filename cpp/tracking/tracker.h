@@ -72,6 +72,8 @@ class Tracker {
   // The surface of object k has these colours.
   void paint(int k, const energies::ColorView& colors);
   const frame::Shape& shape(int k) const { return *object(k).shape; }
+  // Motions in object k's frame that leave it as it is; poses that differ by one of them are one answer.
+  void set_symmetries(int k, const std::vector<Rigidd>& motions);
   // Object k is a placeholder for a primitive of this kind, not found yet; empty: it is found.
   void mark_unfound(int k, const std::string& kind) { object(k).unfound = kind; }
 

@@ -30,9 +30,17 @@ void Tracker::replace_shapes(const std::vector<SdfView>& shapes, const Poses& po
   for (std::size_t k = 0; k < shapes.size(); ++k) {
     objects_.push_back(new_object(shapes[k]));
     objects_.back().unfound = before[k].unfound;
+    objects_.back().symmetries = before[k].symmetries;
   }
   go_on_from(poses);
   context_.forget_plane();
+}
+
+void Tracker::set_symmetries(int k, const std::vector<Rigidd>& motions) {
+  Object& one = object(k);
+  const Vec3d c = one.shape->centre_obj;
+  one.symmetries.clear();
+  for (const Rigidd& S : motions) one.symmetries.push_back({S.R, S * c - c});
 }
 
 void Tracker::reshape(int k, frame::PartialShape known) {
@@ -70,6 +78,7 @@ void Tracker::go_on_from(const Poses& poses) {
 void Tracker::set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matrix6d>& covariance_cam) {
   Object& moved = object(k);
   place(T_cam_obj, &moved);
+  moved.alternatives.clear();
   if (covariance_cam)
     moved.prior = increment_information(*covariance_cam, moved.T_cam_obj, -moved.shape->centre_obj);
   else

@@ -107,8 +107,8 @@ def begin(tracker: Any, how: str, place: Any, frame: Any, case: Opened) -> tuple
         return tracker.start(frame, masks=[place]), place
     from sdftrack.tracking.interface import TrackerInterface
 
-    meant = TrackerInterface(tracker).meant_by_click(0, frame, place, "click")
-    return TrackerInterface(tracker).start_at(frame, [meant.place(case.seq.camera)]), meant.region
+    hypothesis = TrackerInterface(tracker).hypothesis_at_click(0, frame, place, "click")
+    return TrackerInterface(tracker).start_at(frame, [hypothesis.place(case.seq.camera)]), hypothesis.region
 
 
 def try_all(

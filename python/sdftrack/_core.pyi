@@ -781,8 +781,11 @@ class MotionModel:
       static
     
       constant_velocity
+    
+      adaptive
     """
-    __members__: typing.ClassVar[dict[str, MotionModel]]  # value = {'static': <MotionModel.static: 0>, 'constant_velocity': <MotionModel.constant_velocity: 1>}
+    __members__: typing.ClassVar[dict[str, MotionModel]]  # value = {'static': <MotionModel.static: 0>, 'constant_velocity': <MotionModel.constant_velocity: 1>, 'adaptive': <MotionModel.adaptive: 2>}
+    adaptive: typing.ClassVar[MotionModel]  # value = <MotionModel.adaptive: 2>
     constant_velocity: typing.ClassVar[MotionModel]  # value = <MotionModel.constant_velocity: 1>
     static: typing.ClassVar[MotionModel]  # value = <MotionModel.static: 0>
     @typing.overload
@@ -1383,6 +1386,8 @@ class Tracker:
     def set_camera(self, camera: Camera) -> None:
         ...
     def set_pose(self, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray, covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"] | None) -> None:
+        ...
+    def set_symmetries(self, k: typing.SupportsInt | typing.SupportsIndex, motions: numpy.ndarray) -> None:
         ...
     def start(self, frame: TrackerFrame, places: list, names: collections.abc.Sequence[str]) -> dict:
         ...

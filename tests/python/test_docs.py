@@ -89,8 +89,14 @@ def test_the_readme_has_one_complete_line_for_each_promise(ending):
 
 def test_the_readmes_ten_lines_track_a_sequence(tmp_path, monkeypatch, capsys):
     size_mm = np.array([90.0, 60.0, 40.0])
-    shape = st.SDF.box(size_mm / 1000, voxels=40)
-    mesh = shape.to_mesh()
+    box, grip = (
+        st.SDF.box(size_mm / 1000, voxels=40).to_mesh(),
+        st.SDF.box([0.03, 0.03, 0.05], voxels=30).to_mesh(),
+    )
+    grip_vertices = grip.vertices + np.array([0.02, 0.01, 0.04])  # no turn of it looks like another
+    faces = np.concatenate([box.faces, grip.faces + len(box.vertices)])
+    bodies = st.Mesh(np.concatenate([box.vertices, grip_vertices]), faces)
+    mesh = st.SDF.from_mesh(bodies, voxels=60).to_mesh()  # one surface
     sequence = st.synth.sequence(mesh, 4, seed=1)
     monkeypatch.chdir(tmp_path)
     st.Mesh(1000 * mesh.vertices, mesh.faces).save("drill.ply")

@@ -66,7 +66,7 @@ def test_lost_frames_are_counted_and_their_poses_are_not_judged(tmp_path):
 
 def test_an_object_without_any_pose_has_dashes_in_its_row(tmp_path):
     (score,) = compare(read_results(recorded(tmp_path, ["lost"] * 6)), sequence())
-    assert table_rows([score])[0][3:] == ["6"] + ["-"] * 10
+    assert table_rows([score])[0][3:] == ["6"] + ["-"] * 13
     json.dumps(score.to_dict(), allow_nan=False)
 
 
@@ -173,3 +173,53 @@ def test_mssd_takes_the_symmetries_that_are_stated(tmp_path):
     assert compare(read_results(tmp_path), seq)[0].mssd_m.min() == pytest.approx(
         0.1
     )  # two vertices 50 mm off the axis
+
+
+def test_errors_of_bop_are_those_of_the_metrics_and_lost_frames_count_as_wrong(tmp_path):
+    from sdftrack import metrics
+    from sdftrack.evaluation.bop_scores import TAUS, diameter
+
+    seq = sequence()
+    (score,) = compare(read_results(recorded(tmp_path / "a")), seq)
+    across = diameter(MESH.vertices)
+    assert across == pytest.approx(0.05 * np.sqrt(2))
+    for n, T in enumerate(TRUTH):
+        estimate = np.asarray(read_results(tmp_path / "a")["frames"][n]["objects"][0]["pose"])
+        assert score.bop.mspd_px[n] == pytest.approx(metrics.mspd(estimate, T, MESH.vertices, CAMERA))
+        depths = [seq[n].depth, *(MESH.raycast(CAMERA, P)[0] for P in (estimate, T))]
+        np.testing.assert_allclose(score.bop.vsd[n], metrics.vsd(*depths, CAMERA, TAUS * across))
+    whole = score.to_dict()
+    expected = metrics.average_recall(
+        score.bop.vsd, score.mssd_m, score.bop.mspd_px, diameter=across, width=CAMERA.width
+    )
+    assert whole["average_recall"] == pytest.approx(expected)
+    status = ["ok", "lost", "lost", "lost", "ok", "ok"]
+    half = compare(read_results(recorded(tmp_path / "b", status)), seq)[0].to_dict()
+    assert half["average_recall"]["AR"] == pytest.approx(0.5 * expected["AR"])
+
+
+def test_a_symmetry_of_the_command_line_goes_before_that_of_the_results(tmp_path, capsys):
+    turned = rotated([0, 0, np.pi], [0, 0, 0])
+    seq = sequence()
+    with Recorder(tmp_path / "run", CAMERA) as recorder:
+        for i, T in enumerate(TRUTH):
+            recorder.add(frame(i, T), result([T @ turned], None, i))
+    report = read_results(tmp_path / "run")
+    (plain,) = compare(report, seq)
+    (alike,) = compare(report, seq, {1: Symmetry(discrete=[turned])})
+    assert plain.mssd_m.min() > 0.05
+    assert alike.mssd_m.max() < 1e-9
+    assert alike.bop.mspd_px.max() < 1e-6
+    save_sequence(tmp_path / "seq", seq, layout="bop")
+    listed = tmp_path / "models_info.json"
+    listed.write_text(json.dumps({"1": Symmetry(discrete=[turned]).to_dict()}))
+    common = ["evaluate", str(tmp_path / "run"), str(tmp_path / "seq")]
+    assert run([*common, "--symmetry", str(listed), "--out", str(tmp_path / "a")]) == 0
+    said = capsys.readouterr().out
+    assert "with its symmetries" in said
+    assert "MSPD px" in said
+    scored = json.loads((tmp_path / "a" / "result.json").read_text())["objects"][0]
+    assert scored["average_recall"]["AR_MSSD"] == pytest.approx(1.0)
+    assert run([*common, "--symmetry", "none", "--out", str(tmp_path / "b")]) == 0
+    assert "with its symmetries" not in capsys.readouterr().out
+    assert run([*common, "--symmetry", "half"]) == 2

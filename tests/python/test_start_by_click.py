@@ -129,14 +129,14 @@ def test_what_stands_on_the_table_is_found_without_a_place_and_has_to_be_confirm
     frame, box, _, mask = scene
     standing = standing_regions(frame, CAMERA, SIZE)
     assert max(st.metrics.iou(r, mask) for r in standing.regions) > 0.6
-    from sdftrack.tracking.start_anywhere import meant_anywhere
+    from sdftrack.tracking.start_anywhere import best_anywhere
 
     tracker = st.Tracker(box, CAMERA, threads=1)
-    meant = meant_anywhere(box, CAMERA, frame, lambda **where: tracker.start(frame, **where))
-    assert meant is not None
+    hypothesis = best_anywhere(box, CAMERA, frame, lambda **where: tracker.start(frame, **where))
+    assert hypothesis is not None
     absent = st.SDF.sphere(0.11, voxels=60)
     other = st.Tracker(absent, CAMERA, threads=1)
-    assert meant_anywhere(absent, CAMERA, frame, lambda **where: other.start(frame, **where)) is None
+    assert best_anywhere(absent, CAMERA, frame, lambda **where: other.start(frame, **where)) is None
 
 
 def test_recorded_tables(data_dir):

@@ -13,6 +13,7 @@ struct Found {
   Fitted fitted;
   Trust trust;
   double runner_up = 0;  // score of the best other pose over this one's; near 1: the view does not decide
+  std::vector<Rigidd> alternatives;  // motions to the poses that score nearly as much, in the centred frame
 };
 
 class ObjectFinder {

@@ -32,6 +32,7 @@ struct SearchQuery {
   int first_seed = 0, seeds = 0;
   const unsigned char* taken = nullptr;  // H * W, not 0: another object explains this pixel
   const Neighbors* others = nullptr;     // objects that are followed, wherever they are
+  const std::vector<Rigidd>* symmetries = nullptr;  // poses that differ by one of these are one answer
 };
 
 constexpr int kSearchSeeds = 240;  // rotations of a whole search

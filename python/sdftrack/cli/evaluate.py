@@ -20,6 +20,7 @@ from sdftrack.cli.common import (
     check_layout,
     show_table,
 )
+from sdftrack.cli.symmetries import check_symmetry, symmetries_of
 
 
 def evaluate(
@@ -30,6 +31,13 @@ def evaluate(
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     layout: Annotated[str, typer.Option(help="auto, bop, tum, open3d, k1 or folders.")] = "auto",
+    symmetry: Annotated[
+        str,
+        typer.Option(
+            help="recorded (of the results, else of the data set), auto (else found in the shape), none, or a "
+            "models_info.json."
+        ),
+    ] = "recorded",
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,
     threads: ThreadsOption = 0,
@@ -51,9 +59,13 @@ def evaluate(
 
     check_layout(layout)
     check_cpu_only(config, device)
+    if symmetry != "recorded":
+        check_symmetry(symmetry)
     report = read_results(directory)
     with st.open_sequence(seq, layout=layout) as sequence:
-        scores = compare(report, sequence)
+        objects = [int(o["obj_id"]) for o in report["frames"][0]["objects"]] if report["frames"] else []
+        known = None if symmetry == "recorded" else symmetries_of(symmetry, sequence, objects)
+        scores = compare(report, sequence, known)
     out = directory / "evaluation" if out is None else out
     prepare_folder(out, overwrite)
     title = f"{directory} against {seq}"

@@ -106,9 +106,9 @@ def begin(
                 check_scale(frame, camera, selection.regions[-1], target.sdf, init.option)
                 where.append(one_place(None, selection.regions[-1], None, depth_camera))
                 continue
-            meant = tell.meant_by_click(k, frame, selection.clicks[-1], init.option)
-            selection.regions.append(meant.region)
-            where.append(meant.place(camera))
+            hypothesis = tell.hypothesis_at_click(k, frame, selection.clicks[-1], init.option)
+            selection.regions.append(hypothesis.region)
+            where.append(hypothesis.place(camera))
         except ValueError as error:
             raise StartError(str(error), selection) from None
     return tell.start_at(frame, where), selection

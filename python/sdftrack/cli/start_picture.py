@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["NAME", "Selection", "StartError", "save_start_picture", "told_with_picture"]
+__all__ = ["NAME", "Selection", "StartError", "error_with_picture", "save_start_picture"]
 
 if TYPE_CHECKING:
     import numpy as np
@@ -59,7 +59,7 @@ def save_start_picture(
     save_picture(path, picture)
 
 
-def told_with_picture(error: StartError, out: Path, overwrite: bool, frame: Any, camera: Any) -> ValueError:
+def error_with_picture(error: StartError, out: Path, overwrite: bool, frame: Any, camera: Any) -> ValueError:
     """The error with the path of its picture, where the folder may be written to."""
     from sdftrack.io.out_folder import prepare_folder
 

@@ -9,7 +9,9 @@ from typing import Any
 from sdftrack.cli.common import Usage
 from sdftrack.cli.targets import Target
 
-__all__ = ["check_symmetry", "give_symmetries"]
+__all__ = ["check_symmetry", "give_symmetries", "symmetries_of"]
+
+VOXELS = 80  # of a model whose symmetries are looked for
 
 
 def check_symmetry(text: str) -> None:
@@ -18,19 +20,40 @@ def check_symmetry(text: str) -> None:
         raise Usage(f"expected auto, none or a models_info.json, got {text!r}", "--symmetry")
 
 
+def symmetries_of(text: str, seq: Any, objects: list[int]) -> dict[int, Any]:
+    """By obj_id: those of a models_info.json, or with "auto" the data set's, else those found in its model."""
+    from sdftrack.symmetry import find_symmetries
+
+    if text == "none":
+        return {}
+    if text != "auto":
+        return _listed(text)
+    found = {}
+    for obj_id in set(objects):
+        if obj_id in seq.symmetries:
+            found[obj_id] = seq.symmetries[obj_id]
+        elif obj_id in seq.models:
+            from sdftrack.sdf import SDF
+
+            found[obj_id] = find_symmetries(SDF.from_mesh(seq.models[obj_id], voxels=VOXELS)) or None
+    return found
+
+
+def _listed(text: str) -> dict[int, Any]:
+    from sdftrack.io.datasets.bop import read_symmetries
+
+    if not Path(text).is_file():
+        raise FileNotFoundError(f"--symmetry: no such file: {text}")
+    return dict(read_symmetries(Path(text)))
+
+
 def give_symmetries(targets: list[Target], seq: Any, text: str, colored: bool) -> None:
     """Set each target's symmetry; colours that hold turns (--colored) leave none."""
     if text == "none" or colored:
         return
     from sdftrack.symmetry import find_symmetries
 
-    listed = None
-    if text != "auto":
-        from sdftrack.io.datasets.bop import read_symmetries
-
-        if not Path(text).is_file():
-            raise FileNotFoundError(f"--symmetry: no such file: {text}")
-        listed = read_symmetries(Path(text))
+    listed = None if text == "auto" else _listed(text)
     found: dict[Path, Any] = {}
     for target in targets:
         if listed is not None:

@@ -29,7 +29,7 @@ from sdftrack.cli.common import (
 )
 from sdftrack.cli.init import INIT, Init, begin, parse_inits
 from sdftrack.cli.sequences import check_usage, each_sequence
-from sdftrack.cli.start_picture import NAME, StartError, save_start_picture, told_with_picture
+from sdftrack.cli.start_picture import NAME, StartError, error_with_picture, save_start_picture
 from sdftrack.cli.symmetries import check_symmetry, give_symmetries
 from sdftrack.cli.targets import Target, load_mesh, load_targets
 
@@ -183,14 +183,15 @@ def _track_one(folder: Path, out: Path, job: Job) -> list[str]:
         give_symmetries(targets, seq, job.symmetry, job.colored)
         meshes: list[Any] = [load_mesh(p, "--overlay-mesh", job.unit) for p in job.overlay]
         names, sdfs = [t.name for t in targets], [t.sdf for t in targets]
-        tracker = st.Tracker(sdfs, seq.camera, mode=job.mode, names=names, **job.options)
+        declared = [t.symmetry for t in targets]
+        tracker = st.Tracker(sdfs, seq.camera, mode=job.mode, names=names, symmetry=declared, **job.options)
         frame = fitting(seq[numbers[0]], seq.camera)
         # Before the folder is made: a start that cannot be leaves nothing behind.
         camera = seq.camera if frame.camera is None else frame.camera
         try:
             result, selection = begin(tracker, job.inits, targets, frame, folder, numbers[0], seq)
         except StartError as error:
-            raise told_with_picture(error, out, job.overwrite, frame, camera) from None
+            raise error_with_picture(error, out, job.overwrite, frame, camera) from None
         results = [result]
         truths: list[dict[int, Any]] = []
         with st.Recorder(

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.evaluation.bop_scores import BopErrors, bop_errors
 from sdftrack.metrics import add, adds, auc, mssd, pose_error
 from sdftrack.symmetry import Symmetry
 
@@ -33,6 +35,9 @@ HEAD = [
     "ADD auc",
     "ADD-S mm",
     "MSSD mm",
+    "MSPD px",
+    "VSD",
+    "AR",
 ]
 
 
@@ -47,6 +52,8 @@ class ObjectScore:
     translation_m, rotation_rad, add_m : (N,) float64
         ``add_m`` is NaN without a model.
     poses, truth : (N, 4, 4) float64
+    bop : BopErrors or None
+        MSPD and VSD; None without a model.
     adds_m, mssd_m : (N,) float64
         ADD-S and MSSD, the latter over the symmetries that the results or the data set state; NaN without a model.
     frames, compared, lost : int
@@ -68,6 +75,7 @@ class ObjectScore:
     mssd_m: Array
     instance: int | None = None
     symmetry: Symmetry | None = None
+    bop: BopErrors | None = None
 
     def told(self) -> str:
         """Which object and which images were compared."""
@@ -110,6 +118,7 @@ class ObjectScore:
                 else None,
                 "adds_mm": three(1e3 * self.adds_m),
                 "mssd_mm": three(1e3 * self.mssd_m),
+                **self._bop(three),
                 "per_frame": {
                     "im_id": self.images,
                     "translation_mm": mm,
@@ -117,10 +126,23 @@ class ObjectScore:
                     "add_mm": add_mm,
                     "adds_mm": 1e3 * self.adds_m,
                     "mssd_mm": 1e3 * self.mssd_m,
+                    "mspd_px": None if self.bop is None else self.bop.mspd_px,
+                    "vsd": None if self.bop is None else self.bop.vsd.mean(axis=1),
                 },
             }
         )
         return out
+
+    def _bop(self, three: Callable[[Array], dict[str, float | None]]) -> dict[str, Any]:
+        """MSPD, VSD (its mean over BOP's tolerances) and the average recall; None without a model."""
+        if self.bop is None:
+            return {"mspd_px": three(np.zeros(0)), "vsd": three(np.zeros(0)), "average_recall": None}
+        discrepancy = self.bop.vsd.mean(axis=1)
+        return {
+            "mspd_px": three(self.bop.mspd_px),
+            "vsd": three(discrepancy[np.isfinite(discrepancy)]),
+            "average_recall": self.bop.recall(self.mssd_m, self.compared),
+        }
 
 
 def read_results(directory: Path) -> dict[str, Any]:
@@ -151,10 +173,13 @@ def _true_frame(report: dict[str, Any], k: int, truth: Array | None) -> Array:
     return np.asarray(np.linalg.solve(np.asarray(first["objects"][k]["pose"], np.float64), truth), np.float64)
 
 
-def compare(report: dict[str, Any], seq: Any) -> list[ObjectScore]:
+def compare(
+    report: dict[str, Any], seq: Any, symmetries: dict[int, Symmetry | None] | None = None
+) -> list[ObjectScore]:
     """Score every object of a report against the sequence's ground truth.
 
     A reconstruction chooses its own object frame: its poses are compared as if the first one were true.
+    `symmetries`, by obj_id, go before those that the results or the data set state.
     """
     if not seq.ground_truth:
         raise ValueError("ground truth: this sequence has none; expected scene_gt.json, poses or the like")
@@ -165,7 +190,9 @@ def compare(report: dict[str, Any], seq: Any) -> list[ObjectScore]:
     _check_frames(frames, number)
     scores = []
     instances = _instances(report, seq)
-    symmetries = _known_symmetries(report, seq)
+    known = _known_symmetries(report, seq)
+    if symmetries is not None:
+        known = [symmetries.get(int(e["obj_id"])) for e in frames[0]["objects"]]
     for k, entry in enumerate(frames[0]["objects"]):
         _check_object(report, seq, k, instances[k])
         mesh = seq.models.get(entry["obj_id"])
@@ -190,9 +217,15 @@ def compare(report: dict[str, Any], seq: Any) -> list[ObjectScore]:
                 rows.append((frame["im_id"], metres, radians, distance, T, np.asarray(truth, np.float64)))
         symmetric = (np.zeros(0), np.zeros(0))
         if rows and mesh is not None:
-            symmetric = _symmetric_errors(rows, mesh, symmetries[k])
+            symmetric = _symmetric_errors(rows, mesh, known[k])
         elif rows:
             symmetric = (np.full(len(rows), np.nan), np.full(len(rows), np.nan))
+        bop = None
+        if rows and mesh is not None:
+            images = [number[r[0]] for r in rows]
+            bop = bop_errors(
+                seq, images, np.array([r[4] for r in rows]), np.array([r[5] for r in rows]), mesh, known[k]
+            )
         columns = list(zip(*rows, strict=True)) if rows else [()] * 6
         scores.append(
             ObjectScore(
@@ -209,7 +242,8 @@ def compare(report: dict[str, Any], seq: Any) -> list[ObjectScore]:
                 lost,
                 *symmetric,
                 instances[k],
-                symmetries[k],
+                known[k],
+                bop,
             )
         )
     if not any(s.compared for s in scores):
@@ -301,6 +335,8 @@ def table_rows(scores: list[ObjectScore]) -> list[list[str]]:
             + [shown(p, key) for p in ("translation_mm", "rotation_deg") for key in ("mean", "median", "max")]
             + [shown("add_mm", "mean"), "-" if d["add_auc"] is None else f"{d['add_auc']:.3f}"]
             + [shown("adds_mm", "mean"), shown("mssd_mm", "mean")]
+            + [shown("mspd_px", "mean"), shown("vsd", "mean")]
+            + ["-" if d["average_recall"] is None else f"{d['average_recall']['AR']:.3f}"]
         )
     return rows
 

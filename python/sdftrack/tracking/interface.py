@@ -16,7 +16,7 @@ from sdftrack.tracking.core_conversion import core_frame
 if TYPE_CHECKING:
     from sdftrack.imaging.pose_hint import Place
     from sdftrack.results import TrackResult
-    from sdftrack.tracking.start_by_click import Meant
+    from sdftrack.tracking.start_by_click import StartHypothesis
     from sdftrack.tracking.tracker import Tracker
 
 __all__ = ["PixelEvidence", "TrackerInterface"]
@@ -92,9 +92,13 @@ class TrackerInterface:
 
     # -- starts
 
-    def meant_by_click(self, k: int, frame: Frame, px: tuple[float, float], name: str) -> Meant:
+    def hypothesis_at_click(
+        self, k: int, frame: Frame, px: tuple[float, float], name: str
+    ) -> StartHypothesis:
         """Where to look for object k after a click on it; errors begin with `name`."""
-        return self._tracker._meant_by_click(k, frame, px, name)
+        from sdftrack.tracking.start_places import hypothesis_at_click
+
+        return hypothesis_at_click(self._tracker, k, frame, px, name)
 
     def start_at(self, frame: Frame, places: list[Place]) -> TrackResult:
         """Start with places of mixed kinds: pose, mask, box or None for each object."""

@@ -9,13 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from sdftrack.camera import depth_camera
 from sdftrack.imaging.click_regions import click_regions
 from sdftrack.imaging.standing_regions import standing_regions
 from sdftrack.results import Status, TrackResult
+from sdftrack.tracking.hypothesis_score import score_pose
 from sdftrack.tracking.scale import size_of
-from sdftrack.tracking.start_by_click import Meant, agreement
+from sdftrack.tracking.start_by_click import StartHypothesis
 
-__all__ = ["FOUND_STANDING", "LEAST", "evidence", "meant_anywhere", "needs_help", "unconfirmed"]
+__all__ = ["FOUND_STANDING", "LEAST", "best_anywhere", "is_unconvincing", "search_confidence", "unconfirmed"]
 
 FOUND_STANDING = "found among what stands on the table; the next frame must confirm it"
 LEAST = 0.45  # belief from which a region is taken for the object, without anybody's word
@@ -24,16 +26,16 @@ SURE = 0.6  # belief from which nothing else is tried
 CLICKED = 3  # of the likeliest regions, that are looked at with their colours where no region is
 
 
-def meant_anywhere(sdf: Any, camera: Any, frame: Any, start: Callable[..., Any]) -> Meant | None:
+def best_anywhere(sdf: Any, camera: Any, frame: Any, start: Callable[..., Any]) -> StartHypothesis | None:
     """The region in which the object is best found, None where it is found in none; `start` as for a click."""
     if frame.depth is None or not (frame.depth > 0).any():
         return None
     standing = standing_regions(frame, camera, size_of(sdf))
     best, most = None, 0.0
     for region in standing.regions:
-        belief, meant = _tried(sdf, camera, frame, region, start)
+        belief, hypothesis = _tried(sdf, camera, frame, region, start)
         if belief > most:
-            best, most = meant, belief
+            best, most = hypothesis, belief
     for pixel in [*map(middle_of, standing.regions[:CLICKED]), *standing.pixels]:
         if most > SURE:
             break
@@ -42,25 +44,27 @@ def meant_anywhere(sdf: Any, camera: Any, frame: Any, start: Callable[..., Any])
         except ValueError:
             continue
         for region in regions:
-            belief, meant = _tried(sdf, camera, frame, region, start)
+            belief, hypothesis = _tried(sdf, camera, frame, region, start)
             if belief > most:
-                best, most = meant, belief
+                best, most = hypothesis, belief
     return best if most >= LEAST else None
 
 
-def _tried(sdf: Any, camera: Any, frame: Any, region: Any, start: Callable[..., Any]) -> tuple[float, Meant]:
+def _tried(
+    sdf: Any, camera: Any, frame: Any, region: Any, start: Callable[..., Any]
+) -> tuple[float, StartHypothesis]:
     """How far the object is believed to be in a region, 0..1."""
     try:
         result = start(masks=[region])
     except ValueError:  # of a size that cannot be the object's
-        return 0.0, Meant(region, None, None)
+        return 0.0, StartHypothesis(region, None, None)
     if result.status[0] is Status.LOST:
-        return 0.0, Meant(region, None, None)
-    told = agreement(sdf, camera, frame.depth, result.poses[0], region, middle_of(region))
-    return told.score * evidence(result), Meant(region, None, told)
+        return 0.0, StartHypothesis(region, None, None)
+    score = score_pose(sdf, depth_camera(camera), frame.depth, result.poses[0], region, middle_of(region))
+    return score.value * search_confidence(result), StartHypothesis(region, None, score)
 
 
-def evidence(result: TrackResult, k: int = 0) -> float:
+def search_confidence(result: TrackResult, k: int = 0) -> float:
     """The confidence in a start, without the doubt between two turns of a symmetric shape; 0: it is lost."""
     if result.status[k] is Status.LOST or result.status[k] is Status.BAD_FRAME:
         return 0.0
@@ -68,9 +72,9 @@ def evidence(result: TrackResult, k: int = 0) -> float:
     return float(result.confidence[k]) * (1 + (runner_up if runner_up >= AMBIGUOUS else 0.0))
 
 
-def needs_help(result: TrackResult) -> bool:
+def is_unconvincing(result: TrackResult) -> bool:
     """Whether a search of the whole image has not found the only object, or hardly believes it."""
-    return result.status[0] in (Status.LOST, Status.WEAK) and evidence(result) < LEAST
+    return result.status[0] in (Status.LOST, Status.WEAK) and search_confidence(result) < LEAST
 
 
 def unconfirmed(result: TrackResult) -> TrackResult:

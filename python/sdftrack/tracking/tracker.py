@@ -29,6 +29,7 @@ from sdftrack.primitives.shape import Primitive
 from sdftrack.primitives.tracked import FreeSizes
 from sdftrack.results import Status, TrackResult
 from sdftrack.sdf import SDF
+from sdftrack.symmetry import Symmetry
 from sdftrack.tracking.arguments import (
     COLLISIONS,
     check_switches,
@@ -39,18 +40,29 @@ from sdftrack.tracking.arguments import (
     pose_covariance,
     shape_list,
 )
+from sdftrack.tracking.canonical_poses import CanonicalPoses
 from sdftrack.tracking.core_conversion import core_frame, rgb_seen, volume_of
 from sdftrack.tracking.interface import TrackerInterface
 from sdftrack.tracking.result_assembly import assembled, followed, modes_of
 from sdftrack.tracking.scale import check_scale
-from sdftrack.tracking.start_anywhere import meant_anywhere, needs_help, unconfirmed
-from sdftrack.tracking.start_by_click import Meant, click_list, meant_by_click
+from sdftrack.tracking.start_places import clicked_places, found_anywhere
 
 __all__ = ["Tracker"]
 
 LOG = logging.getLogger("sdftrack")
 # What may have been meant where a keyword is neither an argument nor an option.
-KEYWORDS = ("mode", "device", "threads", "recover", "motion", "membership", "names", "collision", "options")
+KEYWORDS = (
+    "mode",
+    "device",
+    "threads",
+    "recover",
+    "motion",
+    "membership",
+    "names",
+    "collision",
+    "symmetry",
+    "options",
+)
 
 
 class Tracker:
@@ -92,6 +104,10 @@ class Tracker:
     collision : {"contact", "printed", None}
         What keeps objects that touch out of one another: a penalty on how deep, the source's form (thesis Eq. 5.25),
         which does not pull apart what has got into one another, or nothing.
+    symmetry : Symmetry, or a sequence with one or None per shape, optional
+        Turns that look alike and are one answer: a start in any of them is not ambiguous, and of the poses that look
+        alike the results hold the one nearest to the object's last (at a start: to the given pose, else to the
+        camera's axes). A shape with colours, in a mode that reads them, has none: its colours tell the turns apart.
     options : TrackerOptions, optional
         A whole set of options; single ones may be given as keywords.
 
@@ -133,6 +149,7 @@ class Tracker:
         membership: bool = False,
         names: Sequence[str] | None = None,
         collision: str | None = "contact",
+        symmetry: Symmetry | Sequence[Symmetry | None] | None = None,
         options: TrackerOptions | None = None,
         **single_options: Any,
     ) -> None:
@@ -176,6 +193,8 @@ class Tracker:
         )
         self._paint_all()
         self._free_sizes.mark_unfound(TrackerInterface(self))
+        self._canonical = CanonicalPoses(symmetry, self.shapes, mode)
+        self._canonical.declare(self._core)
 
     def _paint_all(self) -> None:
         self._painted: list[tuple[NDArray[np.uint8], NDArray[np.uint16]]] = []
@@ -261,47 +280,17 @@ class Tracker:
         count = len(self.shapes)
         places: list[Place] = [None] * count
         if clicks is not None:
-            pixels = click_list(clicks, count, camera)
-            meant = [self._meant_by_click(k, frame, px, f"clicks[{k}]") for k, px in enumerate(pixels)]
-            places = [m.place(camera) for m in meant]
+            places = clicked_places(self, clicks, frame, camera)
         elif given:
             places = place_list(*given[0], count, camera)
+        self._canonical.begin(places)
         result = self._start_at(frame, camera, colors, places)
-        return result if given else self._found_standing(frame, camera, colors, result)
-
-    def _found_standing(
-        self, frame: Frame, camera: Camera, colors: tuple[Any, Any], result: TrackResult
-    ) -> TrackResult:
-        """Where the search of the whole image has failed for the only object: what stands on tables may be it."""
-        if len(self.shapes) > 1 or self._free_sizes.shapes_unknown(0) or not needs_help(result):
-            return result
-        alone = self._alone_with(0, frame)
-        full = self.camera if frame.camera is None else frame.camera
-        meant = meant_anywhere(self.shapes[0], full, frame, lambda **where: alone.start(frame, **where))
-        if meant is None:
-            return result
-        self._last = unconfirmed(self._start_at(frame, camera, colors, [meant.place(full)]))
-        return self._last
+        return result if given else found_anywhere(self, frame, camera, colors, result)
 
     def _alone_with(self, k: int, frame: Frame) -> Tracker:
         """A tracker of shape k, to try places with."""
         mode = "auto" if self.mode == "rgbd" and frame.color is None else self.mode
         return Tracker(self.shapes[k], self.camera, mode, threads=self.threads, options=self.options)
-
-    def _meant_by_click(self, k: int, frame: Frame, px: tuple[float, float], name: str) -> Meant:
-        """Where to look for object k, by a tracker of it alone."""
-        if self._free_sizes.shapes_unknown(k):
-            raise ValueError(
-                f"{name}: expected a shape of known size, got a Primitive; give a mask or box of it"
-            )
-        alone = self._alone_with(k, frame)
-        camera = self.camera if frame.camera is None else frame.camera
-        try:
-            return meant_by_click(
-                self.shapes[k], camera, frame, px, lambda **where: alone.start(frame, **where)
-            )
-        except ValueError as error:
-            raise ValueError(f"{name}: {error}") from None
 
     def _start_at(
         self, frame: Frame, camera: Camera, colors: tuple[Any, Any], places: list[Place]
@@ -431,6 +420,7 @@ class Tracker:
         prior = None if covariance is None else pose_covariance(covariance)
         with self._alone():
             self._core.set_pose(index, pose, prior)
+            self._canonical.set_pose(index, pose)
             self._free_sizes.look_at(index, pose)
 
     def add(
@@ -460,6 +450,7 @@ class Tracker:
             self.shapes = [*self.shapes, volume]
             self.names = [*self.names, f"object {k}" if name is None else str(name)]
             self.mode_used = [*self.mode_used, "depth"]
+            self._canonical.add()
             self._free_sizes.mark_unfound(TrackerInterface(self))
             self._last = None
             return k
@@ -472,6 +463,7 @@ class Tracker:
         with self._alone():
             self._core.remove(index)
             self._free_sizes.remove(index)
+            self._canonical.remove(index)
             for values in (self.shapes, self.names, self.mode_used):
                 del values[index]
             self._last = None
@@ -504,6 +496,7 @@ class Tracker:
                     "motion": self.motion,
                     "membership": self.membership,
                     "collision": self.collision,
+                    "symmetry": self._canonical.symmetries,
                 },
                 "progress": (self._core.index, self._last, self._core.best, self._free_sizes),
             }
@@ -522,6 +515,7 @@ class Tracker:
             free_sizes.mark_unfound(TrackerInterface(self))
         time_s = float("nan") if last is None or last.timestamp is None else float(last.timestamp)
         self._core.resume(index, time_s, followed(last), best)
+        self._canonical.resume(last)
         self._last = last
 
     def _interrupt(self, index: int) -> None:
@@ -602,7 +596,7 @@ class Tracker:
         self._note_modes(found["index"], modes_of(found, "rgb" if alone else "rgbd"))
         weights, foreground = self._membership(frame, view)
         self._last = assembled(
-            found,
+            self._canonical.applied(found),
             seconds=time.perf_counter() - begin,
             timestamp=frame.timestamp,
             membership=weights,

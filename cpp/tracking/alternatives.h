@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// Other poses that explained a start as well as the one that was taken. The object stays doubted until later
+// frames have refuted them all.
+#pragma once
+
+#include "tracking/object_follower.h"
+
+namespace sdftrack::tracking {
+
+// Compares one of the object's alternatives with its pose in this frame, in turns: it is dropped where enough
+// frames speak against it, and takes the object's place where they speak for it.
+void compare_alternatives(FrameContext* context, ObjectFollower* follower, TrackedObject* object,
+                          ObjectResult* result);
+
+// What is said of an object whose alternatives have not all been refuted.
+void doubt_ambiguous(const TrackedObject& object, ObjectResult* result);
+
+// The log odds of a fit against another one to the same frame; `shared_px`: pixels that share one error.
+double log_odds_between(const Fitted& fitted, const Fitted& other, const TrackerOptions& options,
+                        double shared_px);
+
+}  // namespace sdftrack::tracking

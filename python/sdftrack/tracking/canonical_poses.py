@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: MIT
+"""Results of objects with a declared symmetry: of all poses that look alike, the one nearest to the last."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack._internal.validation import of_kind
+from sdftrack.imaging.pose_hint import Place
+from sdftrack.results import TrackResult
+from sdftrack.symmetry import Symmetry
+
+__all__ = ["CanonicalPoses", "moved_covariance"]
+
+Array = NDArray[np.float64]
+FOLLOWED = ("ok", "weak")
+ADVICE = "make one with st.find_symmetries(sdf)"
+
+
+class CanonicalPoses:
+    """Symmetries of a tracker's objects, and the pose of each that was told last."""
+
+    def __init__(self, symmetry: Any, shapes: Sequence[Any], mode: str) -> None:
+        count = len(shapes)
+        given = [symmetry] * count if symmetry is None or isinstance(symmetry, Symmetry) else list(symmetry)
+        if len(given) != count:
+            raise ValueError(f"symmetry: expected one or None per shape ({count}), got {len(given)}")
+        for k, one in enumerate(given):
+            if one is not None:
+                of_kind(one, Symmetry, f"symmetry[{k}]", ADVICE)
+        self.symmetries: list[Symmetry | None] = given
+        colored = [mode != "depth" and shape.colors is not None for shape in shapes]
+        self._used = [s if s and not c else None for s, c in zip(given, colored, strict=True)]
+        self._last: list[Array | None] = [None] * count
+
+    def declare(self, core: Any) -> None:
+        """Tell the core which poses are one answer."""
+        for k, symmetry in enumerate(self._used):
+            if symmetry is not None:
+                core.set_symmetries(k, np.ascontiguousarray(symmetry.motions()[1:]))
+
+    def begin(self, places: Sequence[Place]) -> None:
+        """Forget what was told; a pose that is given is what the first result is near to."""
+        poses = (isinstance(p, np.ndarray) and p.dtype == np.float64 for p in places)
+        self._last = [
+            np.asarray(p, np.float64) if given else None for p, given in zip(places, poses, strict=True)
+        ]
+
+    def resume(self, result: TrackResult | None) -> None:
+        """Go on from a result that was told by another tracker."""
+        if result is not None:
+            self._last = [np.array(T) if np.isfinite(T).all() else None for T in result.poses]
+
+    def set_pose(self, k: int, T: Array) -> None:
+        """Object k is given a pose."""
+        self._last[k] = T
+
+    def add(self) -> None:
+        """One more object, without a symmetry."""
+        self.symmetries, self._used, self._last = (
+            [*self.symmetries, None],
+            [*self._used, None],
+            [*self._last, None],
+        )
+
+    def remove(self, k: int) -> None:
+        """Object k is tracked no longer."""
+        for values in (self.symmetries, self._used, self._last):
+            del values[k]  # type: ignore[attr-defined]
+
+    def applied(self, found: dict[str, Any]) -> dict[str, Any]:
+        """What the core has found, with poses, covariances and twists of those that look alike."""
+        if not any(self._used):
+            return found
+        poses, covariances, twists = (found[n].copy() for n in ("poses", "covariances", "twists"))
+        for k, symmetry in enumerate(self._used):
+            if symmetry is None or not np.isfinite(poses[k]).all():
+                continue
+            near = self._last[k]
+            if found["status"][k] in FOLLOWED:
+                told = symmetry.canonical(poses[k], near=near)
+                offset = told[:3, 3] - poses[k][:3, 3]
+                poses[k], covariances[k] = told, moved_covariance(covariances[k], offset)
+                twists[k][:3] += np.cross(twists[k][3:], offset)
+                self._last[k] = told
+            elif near is not None:
+                poses[k] = near
+        return {**found, "poses": poses, "covariances": covariances, "twists": twists}
+
+
+def moved_covariance(covariance: Array, offset: Array) -> Array:
+    """Of (x, y, z, rx, ry, rz) about an origin that lies `offset` (m, camera axes) beside the former one."""
+    x, y, z = offset
+    J = np.eye(6)
+    J[:3, 3:] = -np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    moved: Array = J @ covariance @ J.T
+    return moved

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: MIT
+"""A start that several poses explain stays doubted until frames tell them apart, or the symmetry is declared."""
+
+import numpy as np
+import pytest
+from tracking_scene import CAMERA, NOISE_M, WALL_M
+
+import sdftrack as st
+from sdftrack import geometry
+from sdftrack.tracking.canonical_poses import moved_covariance
+
+SIZE = (0.08, 0.08, 0.08)
+POSE = geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.5])
+
+
+def cube():
+    return st.SDF.box(SIZE, voxels=60)
+
+
+def frames(sdf, poses, noise_m=NOISE_M):
+    """The shape before a wall."""
+    rng = np.random.default_rng(0)
+    for T in poses:
+        depth = sdf.render(CAMERA, T)[0]
+        seen = depth + rng.normal(0, noise_m, depth.shape)
+        yield st.Frame(np.where(depth > 0, seen, WALL_M).astype(np.float32))
+
+
+def turning(count, step=(0.01, 0.02, 0.0)):
+    out = []
+    for i in range(count):
+        T = POSE.copy()
+        T[:3, :3] = geometry.pose([i * s for s in step], [0, 0, 0])[:3, :3] @ POSE[:3, :3]
+        out.append(T)
+    return out
+
+
+def mask_of(sdf, T):
+    return sdf.silhouette(CAMERA, T)
+
+
+def test_the_turns_of_a_cube_stay_ambiguous_while_it_is_followed():
+    sdf = cube()
+    poses = turning(8)
+    tracker = st.Tracker(sdf, CAMERA, threads=1)
+    points, alike = sdf.surface_samples(300)[0].astype(float), st.find_symmetries(sdf)
+    for i, (frame, T) in enumerate(zip(frames(sdf, poses), poses, strict=True)):
+        result = tracker.start(frame, masks=mask_of(sdf, T)) if i == 0 else tracker.track(frame)
+        assert str(result.status[0]) == "weak"
+        assert "ambiguous" in result.reason[0]
+        assert result.confidence[0] <= 0.5
+        assert st.metrics.mssd(result.pose, T, points, alike) < 0.003
+
+
+def test_a_pose_that_is_given_is_not_ambiguous():
+    sdf = cube()
+    poses = turning(3)
+    tracker = st.Tracker(sdf, CAMERA, threads=1)
+    for i, (frame, T) in enumerate(zip(frames(sdf, poses), poses, strict=True)):
+        result = tracker.start(frame, poses=T) if i == 0 else tracker.track(frame)
+        assert str(result.status[0]) == "ok"
+
+
+def test_a_declared_symmetry_leaves_one_answer():
+    sdf = cube()
+    symmetry = st.find_symmetries(sdf)
+    assert len(symmetry.discrete) == 23
+    poses = turning(6)
+    tracker = st.Tracker(sdf, CAMERA, threads=1, symmetry=symmetry)
+    last = None
+    for i, (frame, T) in enumerate(zip(frames(sdf, poses), poses, strict=True)):
+        result = tracker.start(frame, masks=mask_of(sdf, T)) if i == 0 else tracker.track(frame)
+        assert str(result.status[0]) == "ok"
+        np.testing.assert_allclose(result.pose, symmetry.canonical(result.pose, near=last), atol=1e-9)
+        last = result.pose
+
+
+def test_results_of_a_declared_symmetry_do_not_jump_when_the_object_is_found_anew():
+    sdf = cube()
+    symmetry = st.find_symmetries(sdf)
+    tracker = st.Tracker(sdf, CAMERA, threads=1, symmetry=symmetry)
+    (frame,) = frames(sdf, [POSE])
+    begun = tracker.start(frame, poses=POSE).pose
+    for S in symmetry.discrete[:6]:
+        tracker._core.set_pose(0, np.ascontiguousarray(POSE @ S), None)  # as a search might have found it
+        told = tracker.track(frame).pose
+        assert st.metrics.pose_error(told, begun)[1] < np.deg2rad(1.0)
+
+
+def test_a_turning_body_of_revolution_has_continuous_results():
+    sdf = st.SDF.cylinder(0.04, 0.12, voxels=60)
+    symmetry = st.find_symmetries(sdf)
+    assert symmetry.continuous
+    tracker = st.Tracker(sdf, CAMERA, threads=1, symmetry=symmetry)
+    (frame,) = frames(sdf, [POSE])
+    begun = tracker.start(frame, poses=POSE).pose
+    axis = symmetry.continuous[0][0]
+    turn = geometry.pose(0.7 * np.asarray(axis), [0, 0, 0])
+    tracker._core.set_pose(0, np.ascontiguousarray(POSE @ turn), None)
+    assert st.metrics.pose_error(tracker.track(frame).pose, begun)[1] < np.deg2rad(1.0)
+
+
+def test_the_other_side_tells_turns_apart():
+    """A cube with a block on one face, which the first frames do not show."""
+    cube_mesh = st.SDF.box(SIZE, voxels=70).to_mesh()
+    block = st.SDF.box((0.03, 0.03, 0.03), voxels=40).to_mesh()
+    shifted = block.vertices + np.array([0.02, 0.008, 0.05])
+    vertices = np.concatenate([cube_mesh.vertices, shifted])
+    faces = np.concatenate([cube_mesh.faces, block.faces + len(cube_mesh.vertices)])
+    sdf = st.SDF.from_mesh(st.Mesh(vertices, faces), voxels=80)
+    hidden = geometry.pose([0.5, -0.6, 0.0], [0, 0, 0.5])  # the block is behind
+    angles = np.linspace(0, 2.2, 60)
+    poses = []
+    for angle in angles:
+        T = hidden.copy()
+        T[:3, :3] = geometry.pose([0, angle, 0], [0, 0, 0])[:3, :3] @ hidden[:3, :3]
+        poses.append(T)
+    tracker = st.Tracker(sdf, CAMERA, threads=1)
+    states = []
+    for i, (frame, T) in enumerate(zip(frames(sdf, poses), poses, strict=True)):
+        result = tracker.start(frame, masks=mask_of(sdf, T)) if i == 0 else tracker.track(frame)
+        states.append((str(result.status[0]), result.reason[0], st.metrics.pose_error(result.pose, T)[1]))
+    assert states[-1][0] == "ok"
+    assert states[-1][2] < np.deg2rad(3)
+    assert all(error < np.deg2rad(5) for status, _, error in states if status == "ok")
+
+
+def test_colours_win_over_a_declared_symmetry():
+    sdf = cube()
+    colors = np.zeros((*sdf.values.shape, 4), np.uint8)
+    colors[..., 0], colors[..., 3] = 200, 255
+    painted = st.SDF(sdf.values, sdf.voxel_size, sdf.origin, colors)
+    symmetry = st.find_symmetries(sdf)
+    (frame,) = frames(sdf, [POSE])
+    turned = POSE @ symmetry.discrete[0]
+    depth = st.Tracker(painted, CAMERA, mode="depth", threads=1, symmetry=symmetry)
+    rgbd = st.Tracker(painted, CAMERA, threads=1, symmetry=symmetry)
+    for tracker, stays in ((depth, True), (rgbd, False)):
+        begun = tracker.start(frame, poses=POSE).pose
+        tracker._core.set_pose(0, np.ascontiguousarray(turned), None)
+        near = st.metrics.pose_error(tracker.track(frame).pose, begun)[1] < np.deg2rad(1.0)
+        assert near == stays
+
+
+def test_a_covariance_follows_the_origin():
+    rng = np.random.default_rng(0)
+    A = rng.normal(size=(6, 6))
+    offset = np.array([0.02, -0.01, 0.03])
+    draws = rng.multivariate_normal(np.zeros(6), A @ A.T * 1e-6, 200_000)
+    about = np.column_stack([draws[:, :3] + np.cross(draws[:, 3:], offset), draws[:, 3:]])
+    np.testing.assert_allclose(
+        moved_covariance(A @ A.T * 1e-6, offset), np.cov(about.T), rtol=0.05, atol=2e-7
+    )
+
+
+def test_bad_symmetries_are_named():
+    with pytest.raises(ValueError, match="symmetry: expected one or None per shape"):
+        st.Tracker(cube(), CAMERA, symmetry=[None, None])
+    with pytest.raises(TypeError, match=r"symmetry\[0\]"):
+        st.Tracker(cube(), CAMERA, symmetry=["auto"])
