@@ -781,8 +781,11 @@ class MotionModel:
       static
     
       constant_velocity
+    
+      adaptive
     """
-    __members__: typing.ClassVar[dict[str, MotionModel]]  # value = {'static': <MotionModel.static: 0>, 'constant_velocity': <MotionModel.constant_velocity: 1>}
+    __members__: typing.ClassVar[dict[str, MotionModel]]  # value = {'static': <MotionModel.static: 0>, 'constant_velocity': <MotionModel.constant_velocity: 1>, 'adaptive': <MotionModel.adaptive: 2>}
+    adaptive: typing.ClassVar[MotionModel]  # value = <MotionModel.adaptive: 2>
     constant_velocity: typing.ClassVar[MotionModel]  # value = <MotionModel.constant_velocity: 1>
     static: typing.ClassVar[MotionModel]  # value = <MotionModel.static: 0>
     @typing.overload
@@ -1791,7 +1794,7 @@ def option_schema() -> dict:
     """
     Every option of the core, by the table that it stands in.
     """
-def outline_energy(lines: numpy.ndarray, camera: Camera, color_map: ColorMap, T_obj_cam: numpy.ndarray, noise: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> tuple:
+def outline_energy(lines: numpy.ndarray, camera: Camera, color_map: ColorMap, T_obj_cam: numpy.ndarray, noise: typing.SupportsFloat | typing.SupportsIndex = 1.0, common_sd_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, shared_lines: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> tuple:
     """
     Cost, gradient, Hessian and residuals (over their sd).
     """
