@@ -27,12 +27,12 @@ OutlineLines lines_from(const py::array& lines, const Camera& camera, const appe
 }
 
 py::tuple outline_energy(const py::array& lines, const Camera& camera, const appearance::ColorMap& map,
-                         const py::array& T_obj_cam, double noise) {
-  const OutlineLines made = lines_from(lines, camera, map);
+                         const py::array& T_obj_cam, double noise, double common_sd_px, double shared_lines) {
+  OutlineLines made = lines_from(lines, camera, map);
   optim::State x;
   x.K = camera.K;
   x.T_obj_cam.assign(1, rigid_from(T_obj_cam, "T_obj_cam"));
-  energies::OutlineEnergy energy(&made, noise);
+  energies::OutlineEnergy energy(&made, {noise, common_sd_px, shared_lines});
   optim::NormalEquations at;
   at.reset(6);
   energy.linearize(x, &at);
@@ -102,8 +102,8 @@ void bind_outline(py::module_& m) {
         py::arg("points") = 200, py::arg("reach_px") = 8,
         "Lines across the outline: (n, 9) rows of X, Y, Z (m, object), centre and normal (px), offset, sd.");
   m.def("outline_energy", &outline_energy, py::arg("lines"), py::arg("camera"), py::arg("color_map"),
-        py::arg("T_obj_cam"), py::arg("noise") = 1.0,
-        "Cost, gradient, Hessian and residuals (over their sd).");
+        py::arg("T_obj_cam"), py::arg("noise") = 1.0, py::arg("common_sd_px") = 0.0,
+        py::arg("shared_lines") = 1.0, "Cost, gradient, Hessian and residuals (over their sd).");
 }
 
 }  // namespace sdftrack::bindings

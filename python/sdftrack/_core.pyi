@@ -1796,7 +1796,7 @@ def option_schema() -> dict:
     """
     Every option of the core, by the table that it stands in.
     """
-def outline_energy(lines: numpy.ndarray, camera: Camera, color_map: ColorMap, T_obj_cam: numpy.ndarray, noise: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> tuple:
+def outline_energy(lines: numpy.ndarray, camera: Camera, color_map: ColorMap, T_obj_cam: numpy.ndarray, noise: typing.SupportsFloat | typing.SupportsIndex = 1.0, common_sd_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, shared_lines: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> tuple:
     """
     Cost, gradient, Hessian and residuals (over their sd).
     """

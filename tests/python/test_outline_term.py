@@ -38,9 +38,9 @@ def lines_of(T, color, depth=None, sdf=VOLUME, points=200, reach_px=8):
     )
 
 
-def linearized(lines, T_cam_obj, noise=1.0):
+def linearized(lines, T_cam_obj, noise=1.0, common_sd=0.0, shared=1.0):
     T = np.ascontiguousarray(np.linalg.inv(T_cam_obj))
-    return _core.outline_energy(lines, CAMERA._core, ALIGNED, T, noise)
+    return _core.outline_energy(lines, CAMERA._core, ALIGNED, T, noise, common_sd, shared)
 
 
 def moved(T_cam_obj, delta):
@@ -104,21 +104,32 @@ def test_bad_arguments_are_named():
 # -- the energy
 
 
-def test_cost_and_gradient_are_the_twins():
+@pytest.mark.parametrize(("common_sd", "shared"), [(0.0, 1.0), (1.0, 6.0), (0.3, 16.0)])
+def test_cost_and_gradient_are_the_twins(common_sd, shared):
+    common = (1.3, common_sd, shared)
     lines = lines_of(POSE, picture(POSE))
     T = geometry.pose([0.02, -0.01, 0.015], [0.001, -0.002, 0.003]) @ POSE
-    cost, gradient, hessian, off = linearized(lines, T, noise=1.3)
-    assert cost == pytest.approx(outline_cost(lines, CAMERA.K, T, 1.3), rel=1e-9)
+    cost, gradient, hessian, off = linearized(lines, T, *common)
+    assert cost == pytest.approx(outline_cost(lines, CAMERA.K, T, *common), rel=1e-9)
     assert np.allclose(off, outline_residuals(lines, CAMERA.K, T) / lines[:, 8] / 1.3)
-    h, slope = 1e-6, np.zeros(6)
-    for j in range(6):
-        d = np.zeros(6)
-        d[j] = h
-        slope[j] = (
-            outline_cost(lines, CAMERA.K, moved(T, d), 1.3) - outline_cost(lines, CAMERA.K, moved(T, -d), 1.3)
-        ) / (2 * h)
+    at = lambda d: outline_cost(lines, CAMERA.K, moved(T, d), *common)  # noqa: E731
+    h = 1e-6
+    slope = np.array([(at(d) - at(-d)) / (2 * h) for d in h * np.eye(6)])
     assert np.allclose(gradient, slope, rtol=1e-5, atol=1e-5 * np.abs(slope).max())
     assert np.linalg.eigvalsh(hessian).min() > 0
+
+
+def test_an_outline_that_is_too_wide_says_little_of_the_distance():
+    lines = lines_of(POSE, picture(POSE))
+    near = linearized(lines, POSE)[2]
+    wide = linearized(lines, POSE, common_sd=1.0, shared=6.0)[2]
+    sd = lambda H: np.sqrt(np.linalg.inv(POSE[:3, :3] @ H[:3, :3] @ POSE[:3, :3].T).diagonal())  # noqa: E731
+    wider = sd(wide) / sd(near)
+    assert wider[2] > 2.5  # along the ray
+    assert (wider[:2] < 0.7 * wider[2]).all()
+    lines[:, 7] += 1  # all outwards: the offset takes nearly all of it
+    moved_by = lambda out: np.linalg.norm(np.linalg.solve(out[2] + np.eye(6), out[1])[:3])  # noqa: E731
+    assert moved_by(linearized(lines, POSE, common_sd=1.0)) < 0.5 * moved_by(linearized(lines, POSE))
 
 
 @pytest.mark.parametrize("lens", [(), (0.12, -0.2, 0.001, -0.002, 0.05)])

@@ -176,7 +176,7 @@ void PoseFitter::run_stage(energies::PixelSet* pixels, const energies::SdfEnergy
   energies::PhotometricEnergy brightness = view_.brightness(*pixels, *x, &brightness_weight);
   if (brightness_weight > 0) sum_.add(&brightness, brightness_weight);
   const bool all = pixels == &view_.pixels();
-  energies::OutlineEnergy outline(&view_.outline_lines(), FitView::outline_factor(fitted->memory));
+  energies::OutlineEnergy outline = view_.outline_energy(fitted->memory, kCommonBesideDepth_px);
   const double outline_weight = all ? view_.outline_weight(fitted->memory) : 0;
   if (outline_weight > 0) sum_.add(&outline, outline_weight);
   optim::PosePrior prior({1, false, false}, 0, inverse(target_->expected), target_->prior);

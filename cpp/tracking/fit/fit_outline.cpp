@@ -35,7 +35,7 @@ std::optional<Fitted> PoseFitter::fit_outline(const frame::DepthFrame& frame, co
     const std::size_t lines = view_.outline_lines().lines.size();
     *share = looked_at > 0 ? static_cast<double>(lines) / looked_at : 0;
     if (lines < kMinLines || *share < kMinShare) return std::nullopt;
-    energies::OutlineEnergy outline(&view_.outline_lines(), FitView::outline_factor(fitted.memory));
+    energies::OutlineEnergy outline = view_.outline_energy(fitted.memory, kCommonError_px);
     optim::PosePrior prior({1, false, false}, 0, inverse(target.expected), target.prior);
     sum_.clear();
     sum_.add(&outline, 1 / FitView::shared_lines(fitted.memory));

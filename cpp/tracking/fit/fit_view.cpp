@@ -195,13 +195,16 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
     systematic_m = std::clamp(
         std::sqrt(std::max(0.0, measured * measured - std::pow(kSharedPerLocal * own, 2))) * stated_m,
         options_.systematic_m, std::max(options_.systematic_m, options_.max_systematic_m));
-  fitted->roughness = local > 0 ? measured / std::hypot(own, systematic_m / stated_m) : 1;
+  // What the outline says that depth is off by is no fault of the pose.
+  const double shared_m =
+      std::max(systematic_m, std::min(options_.max_systematic_m, fitted->memory.outline.depth_off_m));
+  fitted->roughness = local > 0 ? measured / std::hypot(own, shared_m / stated_m) : 1;
   const double known = before.noise_known ? before.noise_factor : measured;
   const double noise_m = (local > 0 ? std::min(known, kSharedPerLocal * local) : known) * stated_m;
   fitted->seen = compare_visible_surface(*frame_, *camera_, target_->shape, fitted->T_cam_obj,
-                                         DepthError{noise_m, systematic_m}, options_.trust_points, others);
+                                         DepthError{noise_m, shared_m}, options_.trust_points, others);
   fitted->outline = compare_outline(*frame_, *camera_, target_->shape, fitted->T_cam_obj,
-                                    DepthError{noise_m, systematic_m}, others);
+                                    DepthError{noise_m, shared_m}, others);
   if (before.noise_known && !clear_view(fitted->seen)) fitted->memory.noise_factor = known;
 }
 

@@ -108,6 +108,7 @@ class FitView {
   // Covariance and noise by the outline alone,.
   void measure_outline_pose(const optim::State& x, Fitted* fitted);
   const energies::OutlineLines& outline_lines() const { return outline_lines_; }
+  energies::OutlineEnergy outline_energy(const FitMemory& memory, double common_sd_px);
   // How much each line weighs beside the pixels, whose errors many share too; 0: too few lines.
   double outline_weight(const FitMemory& memory) const;
 

@@ -27,6 +27,10 @@ double FitView::shared_lines(const FitMemory& memory) {
   return memory.outline.shared_lines > 0 ? std::max(1.0, memory.outline.shared_lines) : kUsualShared;
 }
 
+energies::OutlineEnergy FitView::outline_energy(const FitMemory& memory, double common_sd_px) {
+  return {&outline_lines_, {outline_factor(memory), common_sd_px, shared_lines(memory)}};
+}
+
 double FitView::outline_weight(const FitMemory& memory) const {
   if (outline_lines_.lines.size() < kMinLines) return 0;
   return options_.outline_weight * memory.outline.depth_excess * std::max(1.0, memory.correlation_area_px) /
@@ -34,7 +38,7 @@ double FitView::outline_weight(const FitMemory& memory) const {
 }
 
 void FitView::measure_outline(const optim::State& x, FitMemory* memory) {
-  const OutlineNoise now = outline_noise(outline_lines_, x.T_obj_cam[0], &outline_residuals_);
+  const OutlineNoise now = outline_noise(&outline_lines_, x.T_obj_cam[0], &outline_residuals_);
   if (!(now.factor > 0)) return;
   OutlineNoise& kept = memory->outline;
   const double rate = kept.factor > 0 ? kOutlineFollows : 1;
@@ -51,17 +55,15 @@ void FitView::add_outline(const optim::State& x, double scale_m, double* area_px
   if (!(weight > 0)) return;
   measure_outline(x, memory);
   photometric_.reset(6);
-  energies::OutlineEnergy(&outline_lines_, outline_factor(*memory)).linearize(x, &photometric_);
+  outline_energy(*memory, kCommonBesideDepth_px).linearize(x, &photometric_);
   const double shared = shared_lines(*memory);
-  const Eigen::Matrix<double, 6, 1> bias =
-      common_error(outline_lines_, x.T_obj_cam[0], outline_factor(*memory), &outline_residuals_);
-  const double excess = depth_excess(
-      {summary->A, summary->B, *area_px, photometric_.hessian, photometric_.gradient, bias, weight}, shared,
-      weak_knowledge(target_->shape));
+  const Disagreement now = depth_disagreement({summary->A, summary->B, summary->geometry, *area_px,
+                                               photometric_.hessian, photometric_.gradient, weight},
+                                              shared, weak_knowledge(target_->shape));
   double& kept = memory->outline.depth_excess;
-  kept *= std::pow(excess / kept, kExcessFollows);
+  kept *= std::pow(now.excess / kept, kExcessFollows);
+  memory->outline.depth_off_m += kExcessFollows * (now.off_m - memory->outline.depth_off_m);
   *area_px *= kept;
-  summary->missed += weight * bias;
   summary->A += weight * photometric_.hessian;
   summary->B += weight * weight * shared / *area_px * photometric_.hessian;
   summary->geometry +=
@@ -73,16 +75,15 @@ void FitView::measure_outline_pose(const optim::State& x, Fitted* fitted) {
   const auto lines = static_cast<double>(outline_lines_.lines.size());
   const double m_per_px = inverse(x.T_obj_cam[0]).t.z / camera_->K.fx;
   photometric_.reset(6);
-  const double factor = outline_factor(fitted->memory);
-  energies::OutlineEnergy(&outline_lines_, factor).linearize(x, &photometric_);
+  outline_energy(fitted->memory, kCommonError_px).linearize(x, &photometric_);
   energies::EnergySummary sums;
   sums.A = photometric_.hessian;
   sums.B = shared_lines(fitted->memory) * photometric_.hessian;
   // In metres at the object, like a residual of depth; the lines' sd is about a pixel. The field has no grain
   // that an outline would see: a direction is blind from a smaller slope on.
-  sums.geometry = std::pow(kOutlineSees * m_per_px * factor, 2) / lines * photometric_.hessian;
-  sums.rounding = common_error(outline_lines_, x.T_obj_cam[0], factor, &outline_residuals_);
-  sums.missed = energies::SmallVector::Zero(6);
+  sums.geometry =
+      std::pow(kOutlineSees * m_per_px * outline_factor(fitted->memory), 2) / lines * photometric_.hessian;
+  sums.rounding = sums.missed = energies::SmallVector::Zero(6);
   sums.inliers = lines;
   const Matrix6d increment = increment_covariance(sums, target_->shape, 1);
   fitted->centre_sd =

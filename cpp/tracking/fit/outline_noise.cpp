@@ -16,7 +16,7 @@ constexpr double kPieces = 12;  // of an outline, which err apart at best
 constexpr double kMedianOfNormal = 0.6745;
 constexpr double kFarOff = 3;  // sd; beyond, a residual is cut
 constexpr int kRounds = 3;
-constexpr double kMaxExcess = 100, kUnknowns = 6;
+constexpr double kMaxExcess = 10, kUnknowns = 6;
 constexpr double kSurelyApart = 16.8;  // 99 % of squared distances of six unknowns are smaller
 constexpr int kBisections = 10;
 
@@ -48,9 +48,9 @@ double median_size(std::vector<energies::OutlineResidual>* lines) {
 
 }  // namespace
 
-OutlineNoise outline_noise(const energies::OutlineLines& lines, const Rigidd& T_obj_cam,
+OutlineNoise outline_noise(energies::OutlineLines* lines, const Rigidd& T_obj_cam,
                            std::vector<energies::OutlineResidual>* scratch) {
-  energies::OutlineEnergy(&lines, 1).residuals(T_obj_cam, scratch);
+  energies::OutlineEnergy(lines, {}).residuals(T_obj_cam, scratch);
   std::vector<energies::OutlineResidual>& r = *scratch;
   const std::size_t n = r.size();
   if (n < kEnoughLines) return {};
@@ -69,37 +69,26 @@ OutlineNoise outline_noise(const energies::OutlineLines& lines, const Rigidd& T_
   return {sd, std::max(sums / (kWindow * squares), static_cast<double>(n) / kPieces), 1};
 }
 
-Row common_error(const energies::OutlineLines& lines, const Rigidd& T_obj_cam, double noise,
-                 std::vector<energies::OutlineResidual>* scratch) {
-  energies::OutlineEnergy(&lines, noise).residuals(T_obj_cam, scratch);
-  Row bias = Row::Zero();
-  for (std::size_t i = 0; i < std::min(scratch->size(), lines.lines.size()); ++i) {
-    const energies::OutlineResidual& r = (*scratch)[i];
-    bias += kCommonError_px / (noise * lines.lines[i].sd_px * (1 + 0.5 * r.off * r.off)) * r.J;
-  }
-  return bias;
-}
-
-double depth_excess(const Voices& v, double shared_lines, const Matrix6d& prior) {
+Disagreement depth_disagreement(const Voices& v, double shared_lines, const Matrix6d& prior) {
   const Matrix6d A_inverse = (v.depth_A + prior).ldlt().solve(Matrix6d::Identity());
   const Matrix6d H_inverse = (v.outline_H + prior).ldlt().solve(Matrix6d::Identity());
   // At the common pose the two gradients cancel: each one's own pose lies at minus its gradient over its
   // Hessian.
   const Row apart = (v.outline_weight * A_inverse + H_inverse) * v.outline_g;
   const Matrix6d depth = v.area_px * A_inverse * v.depth_B * A_inverse.transpose();
-  const Row moved = H_inverse * v.outline_bias;
-  const Matrix6d outline = shared_lines * H_inverse + moved * moved.transpose();
+  const Matrix6d outline = shared_lines * H_inverse;
   const auto distance2 = [&](double factor) {
     const Matrix6d C = factor * depth + outline;
     return apart.dot(C.ldlt().solve(apart));
   };
-  if (!(distance2(1) > kSurelyApart)) return 1;
+  if (!(distance2(1) > kSurelyApart)) return {};
   double low = 0, high = std::log(kMaxExcess);
   for (int k = 0; k < kBisections; ++k) {
     const double middle = 0.5 * (low + high);
     (distance2(std::exp(middle)) > kUnknowns ? low : high) = middle;
   }
-  return std::exp(0.5 * (low + high));
+  const Row left = v.outline_weight * A_inverse * v.outline_g;  // to the pose that depth asks for
+  return {std::exp(0.5 * (low + high)), std::sqrt(std::max(0.0, left.dot(v.depth_slopes * left)))};
 }
 
 }  // namespace sdftrack::tracking

@@ -15,31 +15,38 @@ struct OutlineNoise {
   // By how much the depth's covariance is too small, by the distance of the pose that depth asks for from the
   // one that the outline asks for.
   double depth_excess = 1;
+  // By how much readings of depth are off, as one sd, if the outline is right: 0 while the two agree.
+  double depth_off_m = 0;
 };
 
 // What two modalities say near one pose: Hessian, the sum of squared gradients, gradient.
 struct Voices {
   Matrix6d depth_A, depth_B;  // of one reading each, independent
+  Matrix6d depth_slopes;      // mean of J J^T, m^2 per squared increment
   double area_px;             // readings that share one error
   Matrix6d outline_H;
   Eigen::Matrix<double, 6, 1> outline_g;
-  Eigen::Matrix<double, 6, 1> outline_bias;  // gradient of what all lines may err in common
-  double outline_weight;                     // with which the pose was found
+  double outline_weight;  // with which the pose was found
 };
 
 // Of the residuals that are left at the outline's own best pose: what depth asks for is no noise of the
 // outline. `factor` 0 where there are too few lines.
-OutlineNoise outline_noise(const energies::OutlineLines& lines, const Rigidd& T_obj_cam,
+OutlineNoise outline_noise(energies::OutlineLines* lines, const Rigidd& T_obj_cam,
                            std::vector<energies::OutlineResidual>* scratch);
 
 // Blur, exposure and a rounded edge move all of an outline outwards or inwards together: so much is not told
-// by the scatter of its lines. noise: as in OutlineEnergy.
-constexpr double kCommonError_px = 0.3;
-Eigen::Matrix<double, 6, 1> common_error(const energies::OutlineLines& lines, const Rigidd& T_obj_cam,
-                                         double noise, std::vector<energies::OutlineResidual>* scratch);
+// by the scatter of its lines. It is mostly the distance that this leaves open. Beside depth it is taken as
+// larger: depth_excess has one factor for all directions, but depth that is bent by millimetres still has the
+// distance better than an outline.
+constexpr double kCommonError_px = 0.3, kCommonBesideDepth_px = 1;
 
-// The factor on the depth's covariance with which the two agree as well as chance has it (as
-// DerSimonian and Laird estimate what varies between studies): 1 unless they are surely apart.
-double depth_excess(const Voices& voices, double shared_lines, const Matrix6d& prior);
+struct Disagreement {
+  // On the depth's covariance, with which the two agree as well as chance has it (as DerSimonian and Laird
+  // estimate what varies between studies): 1 unless they are surely apart.
+  double excess = 1;
+  // Rms over the visible surface of what depth alone would still move it by: its error, if the pose is right.
+  double off_m = 0;
+};
+Disagreement depth_disagreement(const Voices& voices, double shared_lines, const Matrix6d& prior);
 
 }  // namespace sdftrack::tracking

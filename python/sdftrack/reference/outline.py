@@ -46,7 +46,23 @@ def outline_residuals(lines: Array, K: Array, T_cam_obj: Array) -> Array:
     return off
 
 
-def outline_cost(lines: Array, K: Array, T_cam_obj: Array, noise: float = 1.0) -> float:
-    """``sum log(1 + r^2 / 2)``, r the residual over `noise` times the line's sd."""
-    r = outline_residuals(lines, K, T_cam_obj) / (noise * lines[:, 8])
-    return float(np.log1p(0.5 * r**2).sum())
+def outline_cost(
+    lines: Array, K: Array, T_cam_obj: Array, noise: float = 1.0, common_sd: float = 0.0, shared: float = 1.0
+) -> float:
+    """``min_b sum log(1 + r^2 / 2) + shared b^2 / (2 common_sd^2)``, r the residual less b over `noise` times the sd.
+
+    b (px) is an offset that all lines have in common; none where `common_sd` is 0.
+    """
+    off, sd = outline_residuals(lines, K, T_cam_obj), noise * lines[:, 8]
+
+    def cost(b: float) -> float:
+        held = shared * b**2 / (2 * common_sd**2) if common_sd > 0 else 0.0
+        return float(np.log1p(0.5 * ((off - b) / sd) ** 2).sum()) + held
+
+    if not common_sd > 0:
+        return cost(0)
+    b = 0.0
+    for _ in range(3000):  # reweighted squares, which go downhill in every step
+        weight = 1 / (sd**2 * (1 + 0.5 * ((off - b) / sd) ** 2))
+        b = float(weight @ off / (weight.sum() + shared / common_sd**2))
+    return cost(b)
