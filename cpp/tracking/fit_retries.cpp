@@ -155,11 +155,12 @@ Fitted ObjectFollower::polished(const FrameContext& context, const frame::DepthF
   return *again;
 }
 
-// A fine fit from a pose that is given may have a long way to go, and does not see far: again from where it
-// has led, until it rests.
+// A fine fit from a pose that is given may have a long way to go, and does not see far: again from where it has
+// led, until it rests, or until the evidence falls, as it does where the depth's own errors draw the pose away.
 std::optional<Fitted> ObjectFollower::settled(const FrameContext& context, const frame::DepthFrame& frame,
                                               const TrackedObject& object, const Rigidd& given,
                                               const Neighbors* neighbors) {
+  const auto evidence = [&](const Fitted& f) { return evidence_share(evidence_of(f, options_), 0); };
   std::optional<Fitted> best;
   Rigidd from = given;
   for (int round = 0; round < kSettlingRounds; ++round) {
@@ -168,6 +169,10 @@ std::optional<Fitted> ObjectFollower::settled(const FrameContext& context, const
     if (!next) return best;
     if (best) {
       prepend(best->steps, &next->steps);
+      if (evidence(*next) < evidence(*best)) {
+        best->steps = std::move(next->steps);
+        return best;
+      }
       next->memory.systematic_m = std::max(next->memory.systematic_m, best->memory.systematic_m);
     }
     best = std::move(next);
