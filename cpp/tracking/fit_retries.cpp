@@ -10,10 +10,9 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr double kStepSd_m = 0.01, kStepWeight = 0.05;    // of where an object is from where it is expected
-constexpr double kGivenSd_m = 0.045;                      // of a pose that is given
+constexpr double kGivenSd_m = 0.025;                      // of a pose that is given
 constexpr double kTrustWeight = 0.03, kMinChance = 1e-4;  // of the evidence, per log odds
 constexpr double kScalePerStep = 0.5, kFinePadding_m = 0.01;
-constexpr double kFloor = 0.1;   // where the options have none
 constexpr int kFirstFrames = 4;  // after a start, in which a coarse fit is tried too
 constexpr int kSettlingRounds = 5;
 constexpr double kRests_m = 0.001;
@@ -45,10 +44,10 @@ double score(const Fitted& fitted, const TrackedObject& object, const Rigidd& ex
       known ? 0
             : kTrustWeight * std::log(std::max(kMinChance, evidence) / std::max(kMinChance, 1 - evidence));
   // At a start each fit has measured the noise by its own residuals, and a bad one excuses itself: of two
-  // Gaussians the wider one pays by the logarithm of its width.
-  const double wide = known ? 0
-                            : agreeing_share(seen) * std::log(fitted.memory.noise_factor) /
-                                  -std::log(options.outlier_floor > 0 ? options.outlier_floor : kFloor);
+  // densities the wider one pays by the logarithm of its width.
+  const double worst = options.outlier_floor > 0 ? -std::log(options.outlier_floor) : 0;
+  const double wide =
+      known || worst == 0 ? 0 : agreeing_share(seen) * std::log(fitted.memory.noise_factor) / worst;
   return fit_quality(fitted, options) + hidden + trust - past - wide - kStepWeight * away * away;
 }
 
@@ -155,8 +154,9 @@ Fitted ObjectFollower::polished(const FrameContext& context, const frame::DepthF
   return *again;
 }
 
-// A fine fit from a pose that is given may have a long way to go, and does not see far: again from where it has
-// led, until it rests, or until the evidence falls, as it does where the depth's own errors draw the pose away.
+// A fine fit from a pose that is given may have a long way to go, and does not see far: again from where it
+// has led, until it rests, or until the evidence falls, as it does where the depth's own errors draw the pose
+// away.
 std::optional<Fitted> ObjectFollower::settled(const FrameContext& context, const frame::DepthFrame& frame,
                                               const TrackedObject& object, const Rigidd& given,
                                               const Neighbors* neighbors) {

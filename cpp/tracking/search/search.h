@@ -30,8 +30,8 @@ struct SearchQuery {
   const frame::Plane* plane = nullptr;  // readings on it are not the object
   // A slice of the rotations, so that a caller can spread a search over frames; seeds 0: all of them.
   int first_seed = 0, seeds = 0;
-  const unsigned char* taken = nullptr;  // H * W, not 0: another object explains this pixel
-  const Neighbors* others = nullptr;     // objects that are followed, wherever they are
+  const unsigned char* taken = nullptr;             // H * W, not 0: another object explains this pixel
+  const Neighbors* others = nullptr;                // objects that are followed, wherever they are
   const std::vector<Rigidd>* symmetries = nullptr;  // poses that differ by one of these are one answer
 };
 
