@@ -66,7 +66,7 @@ std::optional<Fitted> ObjectFollower::fit_near(const FrameContext& context, cons
   const bool known = object.usual_share > 0;
   std::optional<Fitted> first = known ? fit(context, frame, target, fine_attempt(object, expected))
                                       : settled(context, frame, object, expected, neighbors);
-  if (object.motion.poses() >= kFirstFrames && first && convincing(*first, object, options_)) return first;
+  if (object.sure_frames >= kFirstFrames && first && convincing(*first, object, options_)) return first;
   std::optional<Fitted> second = fit(context, frame, target, coarse);
   if (!first || !second) return first ? first : second;
   prepend(first->steps, &second->steps);

@@ -31,8 +31,6 @@ class ConstantVelocity {
   // A frame without such a pose: the velocity is believed less and less, for an object that is held or hidden
   // slows down as often as not.
   void pass();
-  // How many have been observed.
-  int poses() const { return poses_; }
   bool knows_velocity() const { return poses_ > 1; }
   // `last` moved on to the time of the next frame.
   Rigidd predict(const Rigidd& last, double time_s) const;

@@ -148,7 +148,7 @@ void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_
   if (object->weak)
     object->motion.pass();
   else
-    object->motion.observe(fitted.T_cam_obj, time_s);
+    object->motion.observe(fitted.T_cam_obj, time_s), ++object->sure_frames;
   // What further attempts could not better is the state of things: an object that a hand covers is not
   // searched for in every frame.
   const double share = agreeing_share(fitted.seen);

@@ -31,6 +31,7 @@ struct TrackedObject {
   PredictionErrors errors;         // 0 of a pose that is given: right, as far as anybody knows
   bool given = false;              // its pose, by somebody who vouches for it; until a frame has shown it
   bool weak = false;               // in the last frame
+  int sure_frames = 0;             // since the start
   int weak_frames = 0;             // in a row
   double prior_log_odds = 0;       // see evidence_share; until a frame has shown that it is the object
   int lost_frames = 0;             // in a row, up to the last frame
@@ -62,7 +63,7 @@ struct TrackedObject {
   void forget(const TrackerOptions& options) {
     memory = {};
     memory.damping = options.damping_start, memory.systematic_m = options.systematic_m;
-    motion.reset(), errors = {};
+    motion.reset(), errors = {}, sure_frames = 0;
     usual_share = usual_cost = prior_log_odds = 0, weak = given = false,
     lost_frames = hidden_frames = weak_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();
