@@ -22,7 +22,14 @@ REPORTED_ON = ("lm_ape", "lm_cat", "lm_duck", "spot")
     needs=["meshes"],
     chosen_on="bunny, lm_can, lm_driller, lm_glue (`--part choose`), other seeds and surroundings",
     reported_on="lm_ape, lm_cat, lm_duck, spot; seed 0",
-    short={"mode": ("depth",), "share": (0.5,), "color": ("skin",), "frames": 3, "voxels": 60},
+    short={
+        "mode": ("depth",),
+        "share": (0.5,),
+        "color": ("skin",),
+        "noise": ("gaussian",),
+        "frames": 3,
+        "voxels": 60,
+    },
 )
 def grasp(
     *,
@@ -33,6 +40,7 @@ def grasp(
     share: tuple[float, ...] = (0.5, 0.65),
     frames: int = 200,
     sigma: float = 0.001,
+    noise: tuple[Literal["gaussian", "kinect"], ...] = ("gaussian", "kinect"),
     voxels: int = 160,
     threads: int = 0,
     options: Settings = NO_SETTINGS,
@@ -52,8 +60,9 @@ def grasp(
     meshes = REPORTED_ON if part == "report" else CHOSEN_ON
     return [
         occlusion(
-            data=data, only=meshes, mode=mode, color=color, share=s, grow=0, frames=frames, sigma=sigma, voxels=voxels,
-            threads=threads, options=options, cache=cache,
+            data=data, only=meshes, mode=mode, color=color, share=s, grow=0, frames=frames, sigma=sigma, noise=n,
+            voxels=voxels, threads=threads, options=options, cache=cache,
         )
+        for n in noise
         for s in share
     ]  # fmt: skip

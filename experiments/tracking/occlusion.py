@@ -44,6 +44,7 @@ def scene(
     grow: int = GROW,
     color: str = "other",
     sigma_m: float = 0.001,
+    noise: str = "gaussian",
     threads: int = 0,
     cache: Path | None = None,
 ) -> Any:
@@ -51,8 +52,9 @@ def scene(
     from sdftrack import synth
 
     held = None if share == 0 else synth.Grip(share, color, grow=grow)
+    model = synth.Kinect() if noise == "kinect" else sigma_m
     return synth.sequence(
-        mesh, frames, noise=sigma_m, occluder=held, seed=seed, clutter=True, threads=threads, cache=cache
+        mesh, frames, noise=model, occluder=held, seed=seed, clutter=True, threads=threads, cache=cache
     )
 
 
@@ -94,6 +96,7 @@ def occlusion(
     seeds: int = 1,
     frames: int = 300,
     sigma: float = 0.001,
+    noise: Literal["gaussian", "kinect"] = "gaussian",
     voxels: int = 200,
     threads: int = 0,
     options: Settings = NO_SETTINGS,
@@ -110,6 +113,8 @@ def occlusion(
         of the hand
     share
         of the visible object that is hidden
+    noise
+        gaussian: of `sigma`; kinect: as structured light errs
     grow
         frames in which the hand closes
     """
@@ -120,10 +125,19 @@ def occlusion(
         for hand in color:
             sequences = [
                 scene(
-                    mesh, frames, seed, share=share, grow=grow, color=hand, sigma_m=sigma, threads=threads, cache=cache
+                    mesh,
+                    frames,
+                    seed,
+                    share=share,
+                    grow=grow,
+                    color=hand,
+                    sigma_m=sigma,
+                    noise=noise,
+                    threads=threads,
+                    cache=cache,
                 )
                 for seed in range(seeds)
-            ]  # fmt: skip
+            ]
             hidden = 100 * float(np.mean([_hidden(s, mesh, threads) for s in sequences]))
             for way in mode:
                 told = {"threads": threads, **options}
@@ -132,7 +146,8 @@ def occlusion(
                 row["kept"] = kept(row)
                 rows[f"{name}, {hand}, {way}"] = row
                 say("  ".join(_cells(f"{name}, {hand}, {way}", row)))
-    title = f"{frames} frames, noise {1e3 * sigma:g} mm, a hand that hides {100 * share:g} %, {seeds} seeds"
+    said = "a Kinect's noise" if noise == "kinect" else f"noise {1e3 * sigma:g} mm"
+    title = f"{frames} frames, {said}, a hand that hides {100 * share:g} %, {seeds} seeds"
     return Table(title, HEAD, [_cells(name, row) for name, row in rows.items()], numbers=rows)
 
 
