@@ -35,6 +35,7 @@ if TYPE_CHECKING:  # what type checkers and editors read; a test compares it wit
     from sdftrack.recorder import Recorder
     from sdftrack.results import Status, Step, TrackResult
     from sdftrack.sdf import SDF, MeshReport, smooth_union, union
+    from sdftrack.sensor import SensorModel
     from sdftrack.symmetry import Symmetry, find_symmetries
     from sdftrack.tracking import Tracker
     from sdftrack.viz import draw
@@ -60,6 +61,7 @@ _HOMES = {
     "recorder": ("Recorder",),
     "results": ("Status", "Step", "TrackResult"),
     "sdf": ("SDF", "MeshReport", "smooth_union", "union"),
+    "sensor": ("SensorModel",),
     "symmetry": ("Symmetry", "find_symmetries"),
     "tracking": ("Tracker",),
     "viz": ("draw",),
@@ -82,6 +84,7 @@ __all__ = [
     "Reconstructor",
     "ReconstructorOptions",
     "Recorder",
+    "SensorModel",
     "Sequence",
     "State",
     "Status",

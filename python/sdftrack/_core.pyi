@@ -781,8 +781,11 @@ class MotionModel:
       static
     
       constant_velocity
+    
+      adaptive
     """
-    __members__: typing.ClassVar[dict[str, MotionModel]]  # value = {'static': <MotionModel.static: 0>, 'constant_velocity': <MotionModel.constant_velocity: 1>}
+    __members__: typing.ClassVar[dict[str, MotionModel]]  # value = {'static': <MotionModel.static: 0>, 'constant_velocity': <MotionModel.constant_velocity: 1>, 'adaptive': <MotionModel.adaptive: 2>}
+    adaptive: typing.ClassVar[MotionModel]  # value = <MotionModel.adaptive: 2>
     constant_velocity: typing.ClassVar[MotionModel]  # value = <MotionModel.constant_velocity: 1>
     static: typing.ClassVar[MotionModel]  # value = <MotionModel.static: 0>
     @typing.overload
@@ -1532,6 +1535,12 @@ class TrackerOptions:
     def given_odds(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
+    def lateral_px(self) -> float:
+        ...
+    @lateral_px.setter
+    def lateral_px(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
     def lost_evidence(self) -> float:
         ...
     @lost_evidence.setter
@@ -1554,6 +1563,12 @@ class TrackerOptions:
         ...
     @max_systematic_m.setter
     def max_systematic_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def min_correlation_area_px(self) -> float:
+        ...
+    @min_correlation_area_px.setter
+    def min_correlation_area_px(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def min_pixels(self) -> int:
@@ -1674,6 +1689,12 @@ class TrackerOptions:
         ...
     @systematic_m.setter
     def systematic_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def systematic_per_m(self) -> float:
+        ...
+    @systematic_per_m.setter
+    def systematic_per_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def trust_points(self) -> int:

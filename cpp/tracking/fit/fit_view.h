@@ -13,6 +13,7 @@
 #include "tracking/fit/outline_lines.h"
 #include "tracking/fit/outline_noise.h"
 #include "tracking/trust/color_evidence.h"
+#include "tracking/trust/systematic.h"
 #include "tracking/trust/trust.h"
 
 namespace sdftrack::tracking {
@@ -58,8 +59,9 @@ struct Fitted {
   double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
   Visibility seen;
   Outline outline;
-  double roughness = 1;  // see PoseEvidence
-  double centre_sd = 0;  // likewise
+  double roughness = 1;     // see PoseEvidence
+  double centre_sd = 0;     // likewise
+  double systematic_m = 0;  // that the covariance counts with
   FitMemory memory;
   std::vector<TrackStep> steps;
 };
@@ -133,6 +135,8 @@ class FitView {
   void measure_outline(const optim::State& x, FitMemory* memory);
   void add_outline(const optim::State& x, double scale_m, double* area_px, energies::EnergySummary* summary,
                    FitMemory* memory);
+  void measure_bias(const energies::SdfEnergyOptions& options, const optim::State& x,
+                    const energies::EnergySummary& sums, const Matrix6d& depth_information);
   double correlation_area(const energies::SdfEnergyOptions& options, const optim::State& x,
                           energies::SdfEnergy* energy, FitMemory* memory);
 
@@ -142,6 +146,8 @@ class FitView {
   const Camera* camera_ = nullptr;
   const FitTarget* target_ = nullptr;
   double stated_noise_m_ = 0;
+  BiasShifts
+      shifts_;  // of the pose in camera axes, at the last measure_pose; 0: no systematic error is known
 
   // Working memory, kept from frame to frame.
   frame::PixelSelection selection_;
