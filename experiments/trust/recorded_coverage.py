@@ -20,8 +20,8 @@ __all__ = ["REFERENCES", "Reference", "recorded_coverage"]
 
 Array = NDArray[np.float64]
 HEAD = [
-    "object, mode, sensor", "frames", "without pose", "joint %", "position %", "rotation %", "off by mm", "deg",
-    "stated mm", "deg", "noise alone, joint %", "errors in stated sd",
+    "object, mode, sensor", "frames", "without pose", "joint %", "position %", "rotation %", "off by mm", "off by deg",
+    "stated mm", "stated deg", "noise alone, joint %", "errors in stated sd",
 ]  # fmt: skip
 
 

@@ -34,7 +34,7 @@ int FitView::open(const frame::DepthFrame& frame, const Camera& camera, const Fi
   selection_.choose(frame, camera, target.shape, target.expected, sensor_noise(options_), padding_m, plane);
   coarse_.clear(), pixels_.clear();  // of another frame, whose colours may be gone
   outline_lines_.lines.clear();
-  bias_ = {};
+  measured_.known = false;
   if (selection_.count() == 0) return 0;
   if (reads_colors())
     color_reader_.open(frame, camera, frame::projected_box(camera, target.shape, target.expected, padding_m),
@@ -50,7 +50,7 @@ void FitView::open_without_depth(const frame::DepthFrame& frame, const Camera& c
   stated_noise_m_ = sensor_noise(options_).at(target.expected.t.z);
   coarse_.clear(), pixels_.clear();
   outline_lines_.lines.clear();
-  bias_ = {};
+  measured_.known = false;
 }
 
 void FitView::pack(int wanted, energies::PixelSet* out) {
@@ -162,18 +162,24 @@ void FitView::measure_pose(const energies::SdfEnergyOptions& options, const opti
   fitted->centre_sd =
       std::sqrt(increment.topLeftCorner<3, 3>().diagonal().maxCoeff()) / (0.5 * target_->shape.diameter_m);
   fitted->covariance = camera_covariance(increment, inverse(x.T_obj_cam[0]), -target_->shape.centre_obj);
-  measure_bias(options, x, summary, depth_information);
+  measured_ = {true,
+               summary,
+               depth_information,
+               x.T_obj_cam[0],
+               {options.scale_m, options.outlier_floor},
+               options.color ? options.color_prior : 0.0f};
 }
 
-// Kept until examine(), which knows how large the systematic error is: in the frame that teaches it, too.
-void FitView::measure_bias(const energies::SdfEnergyOptions& options, const optim::State& x,
-                           const energies::EnergySummary& sums, const Matrix6d& depth_information) {
-  const FitMemory& memory = target_->memory;
-  const bool any = memory.systematic_m > 0 || memory.learns_systematic || options_.systematic_per_m > 0;
-  if (!any || !(sums.inliers > 0)) return;
-  bias_ = bias_response(sums, depth_information, target_->shape, *camera_, x.T_obj_cam[0], pixels_,
-                        {options.scale_m, options.outlier_floor}, options.color ? options.color_prior : 0.0f)
-              .moved(camera_by_increment(inverse(x.T_obj_cam[0]), -target_->shape.centre_obj));
+// What an error of the sensor that no residual shows in full makes of the pose.
+void FitView::add_systematic(double systematic_m, Fitted* fitted) const {
+  fitted->systematic_m = systematic_m;
+  BiasResponse response;
+  if (systematic_m > 0 && measured_.known && measured_.sums.inliers > 0)
+    response = bias_response(measured_.sums, measured_.depth_information, target_->shape, *camera_,
+                             measured_.T_obj_cam, pixels_, measured_.penalty, measured_.color_prior)
+                   .moved(camera_by_increment(inverse(measured_.T_obj_cam), -target_->shape.centre_obj));
+  fitted->covariance += systematic_covariance(response, systematic_m,
+                                              options_.lateral_px * fitted->T_cam_obj.t.z / camera_->K.fx);
 }
 
 void FitView::examine(Fitted* fitted) {
@@ -220,9 +226,8 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
                                          DepthError{noise_m, systematic_m}, options_.trust_points, others);
   fitted->outline = compare_outline(*frame_, *camera_, target_->shape, fitted->T_cam_obj,
                                     DepthError{noise_m, systematic_m}, others);
-  fitted->systematic_m = systematic_m;
-  fitted->covariance +=
-      systematic_covariance(bias_, systematic_m, options_.lateral_px * fitted->T_cam_obj.t.z / camera_->K.fx);
+  const double seen_m = local > 0 ? systematic_by_residuals(measured * stated_m, own * stated_m) : 0;
+  add_systematic(std::max(systematic_m, std::min(seen_m, options_.max_systematic_m)), fitted);
   if (before.noise_known && !clear_view(fitted->seen)) fitted->memory.noise_factor = known;
 }
 

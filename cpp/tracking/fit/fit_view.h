@@ -135,8 +135,7 @@ class FitView {
   void measure_outline(const optim::State& x, FitMemory* memory);
   void add_outline(const optim::State& x, double scale_m, double* area_px, energies::EnergySummary* summary,
                    FitMemory* memory);
-  void measure_bias(const energies::SdfEnergyOptions& options, const optim::State& x,
-                    const energies::EnergySummary& sums, const Matrix6d& depth_information);
+  void add_systematic(double systematic_m, Fitted* fitted) const;
   double correlation_area(const energies::SdfEnergyOptions& options, const optim::State& x,
                           energies::SdfEnergy* energy, FitMemory* memory);
 
@@ -146,8 +145,16 @@ class FitView {
   const Camera* camera_ = nullptr;
   const FitTarget* target_ = nullptr;
   double stated_noise_m_ = 0;
-  BiasShifts
-      shifts_;  // of the pose in camera axes, at the last measure_pose; 0: no systematic error is known
+
+  // Of the last pose that was measured: what its covariance was made of.
+  struct MeasuredPose {
+    bool known = false;
+    energies::EnergySummary sums;
+    Matrix6d depth_information;  // of sums.A, what the pixels' depths made
+    Rigidd T_obj_cam;
+    energies::DepthLogistic<float> penalty;
+    float color_prior;
+  } measured_;
 
   // Working memory, kept from frame to frame.
   frame::PixelSelection selection_;

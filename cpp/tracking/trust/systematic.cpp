@@ -41,7 +41,13 @@ Modes modes_at(double x, double y) {
   return m;
 }
 
+constexpr double kSharedFrom = 1.3, kWholePerSeen = 3;
+
 }  // namespace
+
+double systematic_by_residuals(double spread_m, double noise_m) {
+  return kWholePerSeen * std::sqrt(std::max(0.0, spread_m * spread_m - std::pow(kSharedFrom * noise_m, 2)));
+}
 
 BiasResponse bias_response(const energies::EnergySummary& sums, const Matrix6d& depth_information,
                            const frame::Shape& shape, const Camera& camera, const Rigidd& T_obj_cam,
@@ -89,7 +95,8 @@ Matrix6d systematic_covariance(const BiasResponse& response, double systematic_m
   const auto shifts = (systematic_m * (response.modes * sd.asDiagonal())).eval();
   Matrix6d C = shifts * shifts.transpose();
   C += std::pow(kPatchShare * systematic_m, 2) * response.patches;
-  C.topLeftCorner<2, 2>().diagonal().array() += lateral_m * lateral_m;
+  C.topLeftCorner<2, 2>().diagonal().array() +=
+      lateral_m * lateral_m + std::pow(kLateralShare * systematic_m, 2);
   return C;
 }
 

@@ -14,7 +14,14 @@ constexpr int kBiasModes = 6;
 constexpr double kPatches = 16;
 
 // Sd of each mode, and of a patch, over systematic_m; docs/sensors.md says how they were chosen.
-constexpr double kOffsetShare = 1.0, kLinearShare = 1.0, kQuadraticShare = 0.7, kPatchShare = 0.5;
+constexpr double kOffsetShare = 1.0, kLinearShare = 0.5, kQuadraticShare = 0.2, kPatchShare = 0.25;
+constexpr double kLateralShare = 0.4;  // of where the pose is across the ray, in x and in y
+
+// What the residuals say of it: a fit takes up the offset and most of what is linear, so little of the error
+// is left to see. Noise is that of a reading among its neighbours (a sensor's whole noise is at most
+// kSharedFrom times as much; renderings with white noise have up to 1.18), spread that of the residuals; all
+// in metres.
+double systematic_by_residuals(double spread_m, double noise_m);
 
 // What a pose answers to an error of one metre: a shift per mode, and the covariance by the patches.
 struct BiasResponse {
