@@ -92,7 +92,7 @@ def recorded_coverage(
                     row = _row(recording, it, way, every, {"threads": threads, **options}, named)
                     rows[row["name"]] = row
                     say("  ".join(_cells(row)))
-    title = "How often the 95 % ellipsoid holds the reference"
+    title = f"How often the 95 % ellipsoid holds the reference, {part}"
     return Table(title, HEAD, [_cells(row) for row in rows.values()], numbers=rows)
 
 

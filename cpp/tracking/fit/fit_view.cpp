@@ -226,7 +226,9 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
                                          DepthError{noise_m, systematic_m}, options_.trust_points, others);
   fitted->outline = compare_outline(*frame_, *camera_, target_->shape, fitted->T_cam_obj,
                                     DepthError{noise_m, systematic_m}, others);
-  const double seen_m = local > 0 ? systematic_by_residuals(measured * stated_m, own * stated_m) : 0;
+  const double seen_m = local > 0 && fitted->memory.noise_known
+                            ? systematic_by_residuals(measured * stated_m, own * stated_m)
+                            : 0;
   add_systematic(std::max(systematic_m, std::min(seen_m, options_.max_systematic_m)), fitted);
   if (before.noise_known && !clear_view(fitted->seen)) fitted->memory.noise_factor = known;
 }

@@ -38,6 +38,9 @@ __all__ = ["DepthCalibration", "calibrate_depth"]
 Array = NDArray[np.float64]
 LEAST_FRAMES = 5
 LEAST_PATCHES = 6
+STEEPEST_DEG = (
+    40.0  # of the straightest view: from slanted ones alone the noise of a straight one is not told
+)
 LEAST_CORRELATION = 0.1  # of neighbours; below it each reading has its own noise
 
 
@@ -98,7 +101,8 @@ def calibrate_depth(
     Raises
     ------
     ValueError
-        Fewer than five frames that show a plane or the object; one of `model` and `poses` without the other.
+        Fewer than five frames that show a plane or the object, none of them nearly straight, or one of `model` and
+        `poses` without the other.
 
     >>> sensor = calibrate_depth(seq, seq.camera).sensor  # doctest: +SKIP
     """
@@ -128,6 +132,12 @@ def calibrate_depth(
     if not measured.noise:
         raise ValueError(
             "frames: expected surfaces of some hundred readings at one distance, got smaller ones; go nearer"
+        )
+    steep = math.degrees(math.atan(min(s.tangent for s in measured.noise)))
+    if steep > STEEPEST_DEG:
+        raise ValueError(
+            f"frames: expected some that look at the surface at less than {STEEPEST_DEG:.0f} degrees from its normal, "
+            f"got {steep:.0f} and more; hold the camera more nearly straight before it"
         )
     surface = "plane" if model is None else "object"
     return DepthCalibration(
