@@ -43,8 +43,8 @@ def bias_response(
     depths: Array,
     gains: Array,
     penalty: DepthLogistic,
-    A: Array,
-    P: Array,
+    information: Array,
+    diameter: float,
 ) -> tuple[Array, Array]:
     """Shifts (6, 6) of the increment per metre of each mode, and its covariance by patches of one metre.
 
