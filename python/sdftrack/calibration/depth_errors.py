@@ -16,7 +16,8 @@ __all__ = ["DepthErrors", "errors_of_object", "errors_of_plane", "rough_part", "
 
 Array = NDArray[np.float64]
 WINDOW_PX = 31  # wider than noise is shared, narrower than what bends a surface
-PATCH_PX = 61  # the size of a part of an object
+PATCH_PX, LEAST_PATCH_PX = 61, 9  # the size of a part of an object,
+PARTS = 4  # of which so many lie side by side
 FILLED = 0.6  # of a window
 EDGE_PX = 4  # readings so near the edge of an object or of a hole are left out
 FAR_M = 0.04  # from an object's surface: another thing
@@ -87,7 +88,7 @@ def _mean_about(values: Array, known: NDArray[np.bool_], side: int) -> tuple[Arr
 
     share = cv2.boxFilter(known.astype(np.float64), -1, (side, side), borderType=cv2.BORDER_CONSTANT)
     total = cv2.boxFilter(np.where(known, values, 0.0), -1, (side, side), borderType=cv2.BORDER_CONSTANT)
-    return total / np.maximum(share, 1e-9), share
+    return np.asarray(total / np.maximum(share, 1e-9), np.float64), np.asarray(share, np.float64)
 
 
 def rough_part(errors: DepthErrors) -> Array:
@@ -103,8 +104,8 @@ def rough_part(errors: DepthErrors) -> Array:
 
 def smooth_part(errors: DepthErrors) -> Array:
     """Means over patches that lie side by side, (N,)."""
-    mean, share = _mean_about(errors.error, errors.known, PATCH_PX)
-    half = PATCH_PX // 2
+    half = int(np.clip(np.sqrt(errors.known.sum()) / PARTS, LEAST_PATCH_PX, PATCH_PX)) // 2
+    mean, share = _mean_about(errors.error, errors.known, 2 * half + 1)
     centres = np.zeros(mean.shape, bool)
-    centres[half::half, half::half] = True
+    centres[half :: 2 * half + 1, half :: 2 * half + 1] = True
     return mean[centres & (share > FILLED)]

@@ -23,12 +23,12 @@ LEAST_M = 1e-6
 
 
 class NoiseSample(NamedTuple):
-    """Sd (m) of `count` readings at one distance (m) and tan(incidence)."""
+    """Sd (m) of some readings at one distance (m) and tan(incidence)."""
 
     depth: float
     tangent: float
     sd: float
-    count: int
+    readings: int
 
 
 def neighbour_correlation(rough: Array) -> float:
@@ -76,7 +76,7 @@ def length_of(neighbours: float) -> float:
 def fit_noise(samples: list[NoiseSample]) -> tuple[float, float, float]:
     """(noise_m, noise_per_m, noise_incidence), each >= 0: least squares of ln sd."""
     z, t, sd = (np.array([s[k] for s in samples]) for k in range(3))
-    weight = np.sqrt(np.array([min(s.count, 20000) for s in samples], np.float64))
+    weight = np.sqrt(np.array([min(s.readings, 20000) for s in samples], np.float64))
     free = [True, z.max() > SPAN * z.min(), t.max() > 0.4 and np.ptp(t) > 0.3]
     x = np.log([np.median(sd) * 0.7, *([np.median(sd / z**2) * 0.3] * 1), np.median(sd / z) * 0.3])
     x[[k for k in range(3) if not free[k]]] = -50.0

@@ -19,8 +19,8 @@ def plot_depth_errors(result: DepthCalibration) -> Any:
     z, tangent, sd = (np.array([s[k] for s in result.noise]) for k in range(3))
     fig, axes = figure(1, 3, (12.0, 3.6))
     line = np.linspace(0.95 * z.min(), 1.05 * z.max(), 60)
-    straight = tangent < 0.6
-    axes[0].plot(z[straight], 1e3 * sd[straight], ".", color=COLORS[0], label="seen, below 30 degrees")
+    straight = tangent < 1.0
+    axes[0].plot(z[straight], 1e3 * sd[straight], ".", color=COLORS[0], label="seen, below 45 degrees")
     axes[0].plot(line, 1e3 * sensor.noise(line), color=COLORS[1], label="model, straight")
     axes[0].set(xlabel="distance m", ylabel="noise sd mm", title="noise over distance")
     angle = np.degrees(np.arctan(tangent))

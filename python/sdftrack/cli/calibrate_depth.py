@@ -129,7 +129,7 @@ def _show(result: Any, out: Path, picture: Path) -> None:
     for k in range(4):
         at = low + (high - low) * k / 3
         near = [s for s in result.noise if abs(s.depth - at) < max(0.05 * at, (high - low) / 6)]
-        flat = sorted(s.sd for s in near if s.tangent < 0.6)
+        flat = sorted(s.sd for s in near if s.tangent < 1.0)
         seen = f"{1e3 * flat[len(flat) // 2]:.2f}" if flat else "-"
         rows.append(
             [
