@@ -11,12 +11,17 @@ from typing import Annotated, Any
 import typer
 
 from sdftrack.cli.common import (
+    ConfigOption,
+    Device,
+    DeviceOption,
     LayoutOption,
     QuietOption,
     StartOption,
     StepOption,
     StopOption,
+    ThreadsOption,
     Usage,
+    check_cpu_only,
     check_layout,
     progress_counter,
     show_table,
@@ -45,6 +50,9 @@ def depth(
     layout: LayoutOption = "auto",
     unit: Annotated[str | None, typer.Option(help="Unit of the mesh: m, mm, cm or in.")] = None,
     voxels: Annotated[int, typer.Option(min=8, help="Voxels along its longest side.")] = 200,
+    config: ConfigOption = None,
+    device: DeviceOption = Device.auto,
+    threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
     """Measure a depth camera's noise, its reach over the image, and its bias.
@@ -52,6 +60,7 @@ def depth(
     From a flat wall or table at several distances and angles, or from a known object at known poses. Use the result
     with --sensor FILE.toml, or Tracker(..., sensor=FILE.toml).
     """
+    check_cpu_only(config, device)
     if out is None or out.suffix.lower() not in (".toml", ".json"):
         raise Usage("expected a file for the result: --out sensor.toml", "--out")
     if unit not in (None, *UNITS):
