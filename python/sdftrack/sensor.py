@@ -116,9 +116,12 @@ class SensorModel:
         """A depth image (m, 0 = none) without the bias that depends on the distance alone."""
         if not self.corrects:
             return depth
-        z = np.float32(1) * depth
-        z -= np.float32(self.bias_per_m) * depth * depth + np.float32(self.bias_m)
-        z[~(depth > 0) | ~(z > 0)] = 0
+        z = np.multiply(depth, depth, dtype=np.float32)  # few passes: this is done to every frame
+        z *= np.float32(-self.bias_per_m)
+        z += depth
+        z -= np.float32(self.bias_m)
+        np.maximum(z, np.float32(0), out=z)
+        z *= depth > 0
         return z
 
     def options(self) -> dict[str, float]:

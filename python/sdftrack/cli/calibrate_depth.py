@@ -43,6 +43,9 @@ def depth(
             metavar="M.ply", help="A known object, at the sequence's own poses. Without: a wall or table."
         ),
     ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="FILE may be there; it is replaced.")
+    ] = False,
     name: Annotated[str, typer.Option(help="Of the sensor, for results.")] = "calibrated",
     start: StartOption = 0,
     stop: StopOption = None,
@@ -63,6 +66,10 @@ def depth(
     check_cpu_only(config, device)
     if out is None or out.suffix.lower() not in (".toml", ".json"):
         raise Usage("expected a file for the result: --out sensor.toml", "--out")
+    if out.exists() and not overwrite:
+        raise Usage(
+            f"expected a new file, got {out}, which is there; choose another or give --overwrite", "--out"
+        )
     if unit not in (None, *UNITS):
         raise Usage(f"expected {', '.join(UNITS)}, got {unit!r}", "--unit")
     check_layout(layout)
