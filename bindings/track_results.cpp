@@ -19,7 +19,7 @@ py::dict result_to_dict(const tracking::FrameResult& result, const std::vector<s
   const auto n = static_cast<py::ssize_t>(results.size());
   py::array_t<double> poses({n, py::ssize_t{4}, py::ssize_t{4}}),
       covariances({n, py::ssize_t{6}, py::ssize_t{6}}), twists({n, py::ssize_t{6}}), inliers(n),
-      confidence(n), runner_up(n), energy(n);
+      confidence(n), runner_up(n), energy(n), systematic(n);
   py::list status, reason, steps, color_used;
   for (py::ssize_t k = 0; k < n; ++k) {
     const tracking::ObjectResult& r = results[static_cast<std::size_t>(k)];
@@ -34,7 +34,7 @@ py::dict result_to_dict(const tracking::FrameResult& result, const std::vector<s
     status.append(kStatus[static_cast<int>(r.trust.status)]);
     reason.append(tracking::sentence(r.trust.reason, names));
     color_used.append(r.color_used);
-    energy.mutable_at(k) = r.cost;
+    energy.mutable_at(k) = r.cost, systematic.mutable_at(k) = r.systematic_m;
     py::array_t<double> trials({static_cast<py::ssize_t>(r.steps.size()), py::ssize_t{5}});
     double* row = trials.mutable_data();
     for (const tracking::TrackStep& s : r.steps)
@@ -48,6 +48,7 @@ py::dict result_to_dict(const tracking::FrameResult& result, const std::vector<s
   out["index"] = result.index;
   out["confidence"] = confidence, out["runner_up"] = runner_up, out["status"] = status;
   out["reason"] = reason, out["steps"] = steps, out["color_used"] = color_used, out["energy"] = energy;
+  out["systematic"] = systematic;
   return out;
 }
 

@@ -97,6 +97,7 @@ ObjectResult ObjectFollower::accept(Fitted fitted, Trust trust, const FrameConte
     result.runner_up = kUnknown;
   }
   result.cost = fitted.cost;
+  result.systematic_m = fitted.systematic_m;
   result.foreground = fitted.foreground;
   result.steps = std::move(fitted.steps);
   return result;

@@ -20,8 +20,9 @@ struct ObjectResult {
   Matrix6d covariance;  // NaN when lost
   Trust trust;
   Twist twist{kUnknown, kUnknown, kUnknown, kUnknown, kUnknown, kUnknown};
-  double cost = 0;       // mean per pixel of the last stage
-  double runner_up = 0;  // after a search: score of the best other pose over this one's; NaN: no search
+  double cost = 0;          // mean per pixel of the last stage
+  double systematic_m = 0;  // sd of the depth error that the readings are taken to share
+  double runner_up = 0;     // after a search: score of the best other pose over this one's; NaN: no search
   std::vector<TrackStep> steps;
   bool color_used = false;
   double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours

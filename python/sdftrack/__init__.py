@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # what type checkers and editors read; a test compares it wit
     from sdftrack import contour, geometry, levelset, metrics, superpixels, synth, testing
     from sdftrack.calibration.color_result import ColorCalibration
     from sdftrack.calibration.color_to_depth import calibrate_color_to_depth
+    from sdftrack.calibration.depth import DepthCalibration, calibrate_depth
     from sdftrack.calibration.intrinsics import calibrate_intrinsics
     from sdftrack.calibration.intrinsics_result import IntrinsicsResult
     from sdftrack.camera import Camera, RGBDCamera
@@ -35,6 +36,7 @@ if TYPE_CHECKING:  # what type checkers and editors read; a test compares it wit
     from sdftrack.recorder import Recorder
     from sdftrack.results import Status, Step, TrackResult
     from sdftrack.sdf import SDF, MeshReport, smooth_union, union
+    from sdftrack.sensor import SensorModel
     from sdftrack.symmetry import Symmetry, find_symmetries
     from sdftrack.tracking import Tracker
     from sdftrack.viz import draw
@@ -43,6 +45,7 @@ if TYPE_CHECKING:  # what type checkers and editors read; a test compares it wit
 _HOMES = {
     "calibration.color_result": ("ColorCalibration",),
     "calibration.color_to_depth": ("calibrate_color_to_depth",),
+    "calibration.depth": ("DepthCalibration", "calibrate_depth"),
     "calibration.intrinsics": ("calibrate_intrinsics",),
     "calibration.intrinsics_result": ("IntrinsicsResult",),
     "camera": ("Camera", "RGBDCamera"),
@@ -60,6 +63,7 @@ _HOMES = {
     "recorder": ("Recorder",),
     "results": ("Status", "Step", "TrackResult"),
     "sdf": ("SDF", "MeshReport", "smooth_union", "union"),
+    "sensor": ("SensorModel",),
     "symmetry": ("Symmetry", "find_symmetries"),
     "tracking": ("Tracker",),
     "viz": ("draw",),
@@ -71,6 +75,7 @@ __all__ = [
     "SDF",
     "Camera",
     "ColorCalibration",
+    "DepthCalibration",
     "Energy",
     "Frame",
     "IntrinsicsResult",
@@ -82,6 +87,7 @@ __all__ = [
     "Reconstructor",
     "ReconstructorOptions",
     "Recorder",
+    "SensorModel",
     "Sequence",
     "State",
     "Status",
@@ -93,6 +99,7 @@ __all__ = [
     "__version__",
     "back_project",
     "calibrate_color_to_depth",
+    "calibrate_depth",
     "calibrate_intrinsics",
     "contour",
     "cuda_available",

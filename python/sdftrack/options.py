@@ -12,18 +12,11 @@ from sdftrack import _core
 from sdftrack._internal.option_file import read_tables
 from sdftrack._internal.option_schema import check_fields, core_schema, described
 from sdftrack._internal.unknown_option import refuse_unknown, refuses_unknown
+from sdftrack.sensor import SensorModel
 
 __all__ = ["TrackerOptions"]
 
 _SCHEMA = core_schema("tracker")
-
-
-# sigma(Z) = noise_m + noise_per_m Z^2, and the sd of what a patch of readings shares.
-SENSORS: dict[str, dict[str, float]] = {
-    "kinect_v1": {"noise_m": 0.0003, "noise_per_m": 0.0014},
-    "realsense_d400": {"noise_m": 0.0003, "noise_per_m": 0.0038, "systematic_m": 0.003},
-    "azure_kinect": {"noise_m": 0.0015, "systematic_m": 0.005},
-}
 
 
 @refuses_unknown
@@ -55,9 +48,14 @@ class TrackerOptions:
         "sd of the depth error that neighbouring readings share (stereo, time of flight); 0: learnt at a given pose",
     )
     max_systematic_m: float = described(0.008, "most that is learnt for systematic_m")
+    systematic_per_m: float = described(0.0, "grows with distance: systematic_m + systematic_per_m Z^2")
+    lateral_px: float = described(
+        0.0, "sd of where the depth image lies against its intrinsics; widens the covariance"
+    )
     correlation_area_px: float = described(
         0.0, "pixels that share one error; widens the covariance; 0: measured"
     )
+    min_correlation_area_px: float = described(0.0, "least that is measured for correlation_area_px")
     padding_m: float = described(0.04, "pixels count this near the object's box at its last pose")
     retry_inliers: float = described(
         0.5, "at a start: share of agreeing points below which a wider attempt is made; 0: never one"
@@ -171,9 +169,8 @@ class TrackerOptions:
         Parameters
         ----------
         sensor : "kinect_v1", "realsense_d400" or "azure_kinect"
-            Structured light (noise 1.4 mm at 1 m, Khoshelham and Elberink 2012), active stereo (0.08 px of disparity on
-            a D435 at 848 x 480, a baseline of 50 mm; patches off by some millimetres) and time of flight (patches off
-            by up to 11 mm by its data sheet).
+            Structured light, active stereo and time of flight: :meth:`SensorModel.preset` has the numbers and their
+            sources.
         changes
             Further options, by their names.
 
@@ -182,9 +179,7 @@ class TrackerOptions:
         ValueError
             Another name.
         """
-        if sensor not in SENSORS:
-            raise ValueError(f"sensor: expected one of {', '.join(map(repr, SENSORS))}, got {sensor!r}")
-        return cls(**{**SENSORS[sensor], **changes})
+        return cls(**{**SensorModel.preset(sensor).options(), **changes})
 
     @classmethod
     def fast(cls, **changes: Any) -> TrackerOptions:

@@ -127,6 +127,12 @@ class TrackResult:
     shape_change : float
         Of a :class:`Reconstructor`: how far the surface moved with this frame, m, on the mean where it was seen; NaN
         where nothing was fused.
+    sensor : str
+        Name of the sensor model that the covariances rest on; "" where none was named: then the noise is measured from
+        frame to frame, and the systematic error learnt where a pose was given.
+    systematic : (M,) float64 or None
+        Sd (m) of the depth error that an object's readings are taken to share; 0 where none is known, and the
+        covariance is that of the noise alone (docs/sensors.md).
     """
 
     poses: NDArray[np.float64]
@@ -146,6 +152,8 @@ class TrackResult:
     shape_change: float = float("nan")
     membership: NDArray[np.float32] | None = None
     foreground: NDArray[np.float32] | None = None
+    sensor: str = ""
+    systematic: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         for name in ("poses", "confidence", "covariances", "twists", "inliers", "runner_up"):

@@ -34,6 +34,7 @@ int FitView::open(const frame::DepthFrame& frame, const Camera& camera, const Fi
   selection_.choose(frame, camera, target.shape, target.expected, sensor_noise(options_), padding_m, plane);
   coarse_.clear(), pixels_.clear();  // of another frame, whose colours may be gone
   outline_lines_.lines.clear();
+  measured_.known = false;
   if (selection_.count() == 0) return 0;
   if (reads_colors())
     color_reader_.open(frame, camera, frame::projected_box(camera, target.shape, target.expected, padding_m),
@@ -49,6 +50,7 @@ void FitView::open_without_depth(const frame::DepthFrame& frame, const Camera& c
   stated_noise_m_ = sensor_noise(options_).at(target.expected.t.z);
   coarse_.clear(), pixels_.clear();
   outline_lines_.lines.clear();
+  measured_.known = false;
 }
 
 void FitView::pack(int wanted, energies::PixelSet* out) {
@@ -151,6 +153,7 @@ void FitView::measure_noise(const energies::EnergySummary& summary, FitMemory* m
 
 void FitView::measure_pose(const energies::SdfEnergyOptions& options, const optim::State& x,
                            energies::EnergySummary summary, energies::SdfEnergy* energy, Fitted* fitted) {
+  const Matrix6d depth_information = summary.A;
   add_brightness(x, options.scale_m, &summary);
   if (options.color) fitted->cost = summary.cost, fitted->foreground = summary.foreground;
   double area_px = correlation_area(options, x, energy, &fitted->memory);
@@ -159,6 +162,24 @@ void FitView::measure_pose(const energies::SdfEnergyOptions& options, const opti
   fitted->centre_sd =
       std::sqrt(increment.topLeftCorner<3, 3>().diagonal().maxCoeff()) / (0.5 * target_->shape.diameter_m);
   fitted->covariance = camera_covariance(increment, inverse(x.T_obj_cam[0]), -target_->shape.centre_obj);
+  measured_ = {true,
+               summary,
+               depth_information,
+               x.T_obj_cam[0],
+               {options.scale_m, options.outlier_floor},
+               options.color ? options.color_prior : 0.0f};
+}
+
+// What an error of the sensor that no residual shows in full makes of the pose.
+void FitView::add_systematic(double systematic_m, Fitted* fitted) const {
+  fitted->systematic_m = systematic_m;
+  BiasResponse response;
+  if (systematic_m > 0 && measured_.known && measured_.sums.inliers > 0)
+    response = bias_response(measured_.sums, measured_.depth_information, target_->shape, *camera_,
+                             measured_.T_obj_cam, pixels_, measured_.penalty, measured_.color_prior)
+                   .moved(camera_by_increment(inverse(measured_.T_obj_cam), -target_->shape.centre_obj));
+  fitted->covariance += systematic_covariance(response, systematic_m,
+                                              options_.lateral_px * fitted->T_cam_obj.t.z / camera_->K.fx);
 }
 
 void FitView::examine(Fitted* fitted) {
@@ -171,13 +192,14 @@ double FitView::correlation_area(const energies::SdfEnergyOptions& options, cons
                                  energies::SdfEnergy* energy, FitMemory* memory) {
   if (options_.correlation_area_px > 0) return options_.correlation_area_px;
   double& area = memory->correlation_area_px;
-  if (area > 0 && ++memory->area_age < kAreaEvery) return std::max(1.0, area);
+  if (area > 0 && ++memory->area_age < kAreaEvery)
+    return std::max({1.0, area, options_.min_correlation_area_px});
   memory->area_age = 0;
   energy->follow_hits(x);  // the last look may have been a step away
   const double now = correlation_.measure(pixels_, {options.scale_m, options.outlier_floor},
                                           options.color ? options.color_prior : 0.0f);
   if (now > 0) area = area > 0 ? area + kAreaFollows * (now - area) : now;
-  return std::max(1.0, area);
+  return std::max({1.0, area, options_.min_correlation_area_px});
 }
 
 // A wrong pose has large residuals; so that these do not pass for the sensor's noise and excuse themselves,
@@ -190,11 +212,13 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
   const double local = local_noise_m(pixels_, &floats_) / stated_noise_m_;  // over stated, as the factor
   const double measured = fitted->memory.noise_factor;
   const double own = std::max(local, kMinNoise_m / stated_m);
-  double& systematic_m = fitted->memory.systematic_m;
+  const double told_m = sensor_systematic_m(options_, fitted->T_cam_obj.t.z);
+  double& learnt_m = fitted->memory.systematic_m;
   if (before.learns_systematic && local > 0)
-    systematic_m = std::clamp(
+    learnt_m = std::clamp(
         std::sqrt(std::max(0.0, measured * measured - std::pow(kSharedPerLocal * own, 2))) * stated_m,
         options_.systematic_m, std::max(options_.systematic_m, options_.max_systematic_m));
+  const double systematic_m = std::max(learnt_m, told_m);
   // What the outline says that depth is off by is no fault of the pose.
   const double shared_m =
       std::max(systematic_m, std::min(options_.max_systematic_m, fitted->memory.outline.depth_off_m));
@@ -205,6 +229,10 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
                                          DepthError{noise_m, shared_m}, options_.trust_points, others);
   fitted->outline = compare_outline(*frame_, *camera_, target_->shape, fitted->T_cam_obj,
                                     DepthError{noise_m, shared_m}, others);
+  const double seen_m = local > 0 && fitted->memory.noise_known
+                            ? systematic_by_residuals(measured * stated_m, own * stated_m)
+                            : 0;
+  add_systematic(std::max(systematic_m, std::min(seen_m, options_.max_systematic_m)), fitted);
   if (before.noise_known && !clear_view(fitted->seen)) fitted->memory.noise_factor = known;
 }
 

@@ -13,6 +13,7 @@
 #include "tracking/fit/outline_lines.h"
 #include "tracking/fit/outline_noise.h"
 #include "tracking/trust/color_evidence.h"
+#include "tracking/trust/systematic.h"
 #include "tracking/trust/trust.h"
 
 namespace sdftrack::tracking {
@@ -58,8 +59,9 @@ struct Fitted {
   double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
   Visibility seen;
   Outline outline;
-  double roughness = 1;  // see PoseEvidence
-  double centre_sd = 0;  // likewise
+  double roughness = 1;     // see PoseEvidence
+  double centre_sd = 0;     // likewise
+  double systematic_m = 0;  // that the covariance counts with
   FitMemory memory;
   std::vector<TrackStep> steps;
 };
@@ -134,6 +136,7 @@ class FitView {
   void measure_outline(const optim::State& x, FitMemory* memory);
   void add_outline(const optim::State& x, double scale_m, double* area_px, energies::EnergySummary* summary,
                    FitMemory* memory);
+  void add_systematic(double systematic_m, Fitted* fitted) const;
   double correlation_area(const energies::SdfEnergyOptions& options, const optim::State& x,
                           energies::SdfEnergy* energy, FitMemory* memory);
 
@@ -143,6 +146,16 @@ class FitView {
   const Camera* camera_ = nullptr;
   const FitTarget* target_ = nullptr;
   double stated_noise_m_ = 0;
+
+  // Of the last pose that was measured: what its covariance was made of.
+  struct MeasuredPose {
+    bool known = false;
+    energies::EnergySummary sums;
+    Matrix6d depth_information;  // of sums.A, what the pixels' depths made
+    Rigidd T_obj_cam;
+    energies::DepthLogistic<float> penalty;
+    float color_prior;
+  } measured_;
 
   // Working memory, kept from frame to frame.
   frame::PixelSelection selection_;

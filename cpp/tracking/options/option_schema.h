@@ -33,7 +33,10 @@ void visit_options(Options& o, Visit& f) {
   f("adapt_noise", o.adapt_noise, kTrueOrFalse, "", "rescale sigma(Z) by the residuals, frame by frame");
   f("systematic_m", o.systematic_m, kNonNegative, "m", "sd of the depth error that neighbouring readings share (stereo, time of flight); 0: learnt at a given pose");
   f("max_systematic_m", o.max_systematic_m, kNonNegative, "m", "most that is learnt for systematic_m");
+  f("systematic_per_m", o.systematic_per_m, kNonNegative, "1/m", "grows with distance: systematic_m + systematic_per_m Z^2");
+  f("lateral_px", o.lateral_px, kNonNegative, "px", "sd of where the depth image lies against its intrinsics; widens the covariance");
   f("correlation_area_px", o.correlation_area_px, kNonNegative, "px", "pixels that share one error; widens the covariance; 0: measured");
+  f("min_correlation_area_px", o.min_correlation_area_px, kNonNegative, "px", "least that is measured for correlation_area_px");
   f("padding_m", o.padding_m, kNonNegative, "m", "pixels count this near the object's box at its last pose");
   f("retry_inliers", o.retry_inliers, kNonNegative, "", "at a start: share of agreeing points below which a wider attempt is made; 0: never one");
   f("far_scale_m", o.far_scale_m, kNonNegative, "m", "scale_start_m of that attempt");

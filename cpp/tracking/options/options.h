@@ -29,8 +29,11 @@ struct TrackerOptions {
   bool adapt_noise = true;  // rescale sigma(Z) by what the residuals say, frame by frame
   double systematic_m =
       0;  // sd of the depth error that a patch of readings shares; 0: learnt at a given pose,
-  double max_systematic_m = 0.008;  // at most this
-  double correlation_area_px = 0;   // pixels that share one error; widens the covariance; 0: measured
+  double max_systematic_m = 0.008;     // at most this
+  double systematic_per_m = 0;         // grows with Z^2: systematic_m + systematic_per_m Z^2
+  double lateral_px = 0;               // sd of where the image lies against the intrinsics
+  double correlation_area_px = 0;      // pixels that share one error; widens the covariance; 0: measured,
+  double min_correlation_area_px = 0;  // at least this
   // Pixels
   double padding_m = 0.04;  // a pixel counts when its point is this near the object's box
   int max_pixels = 10000;   // budget of the last stage

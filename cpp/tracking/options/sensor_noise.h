@@ -11,4 +11,9 @@ inline frame::DepthNoiseLaw sensor_noise(const TrackerOptions& options) {
   return {options.noise_m, options.noise_per_m};
 }
 
+// Sd of what a surface's readings have in common, as the options say.
+inline double sensor_systematic_m(const TrackerOptions& options, double depth_m) {
+  return options.systematic_m + options.systematic_per_m * depth_m * depth_m;
+}
+
 }  // namespace sdftrack::tracking

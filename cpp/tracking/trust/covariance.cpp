@@ -17,6 +17,22 @@ Eigen::Matrix3d to_eigen(const Mat3d& R) {
   return M;
 }
 
+// Projects out the directions along which the inliers' residuals hardly change.
+Matrix6d seen_directions(const energies::EnergySummary& sums, const frame::Shape& shape) {
+  // In units of metres at the object's rim and of one diameter, directions may be compared.
+  Eigen::Matrix<double, 6, 1> unit;
+  unit << 1, 1, 1, Eigen::Vector3d::Constant(2 / shape.diameter_m);
+  const Matrix6d geometry = unit.asDiagonal() * sums.geometry * unit.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> directions(geometry);
+  Matrix6d seen = Matrix6d::Zero();
+  for (int i = 0; i < 6; ++i)
+    if (directions.eigenvalues()[i] >= kBlindSlope * kBlindSlope)
+      seen += directions.eigenvectors().col(i) * directions.eigenvectors().col(i).transpose();
+  return unit.cwiseInverse().asDiagonal() * seen * unit.asDiagonal();
+}
+
+}  // namespace
+
 // T_cam_obj <- T_cam_obj increment(v, w)^-1: the centre moves by -R v, the turn is -R w, and a point at
 // R origin from the centre moves by the turn crossed with that lever.
 Matrix6d camera_by_increment(const Rigidd& T_cam_obj, Vec3d origin_obj) {
@@ -29,8 +45,6 @@ Matrix6d camera_by_increment(const Rigidd& T_cam_obj, Vec3d origin_obj) {
   return J;
 }
 
-}  // namespace
-
 Matrix6d weak_knowledge(const frame::Shape& shape) {
   Eigen::Matrix<double, 6, 1> sd;
   sd << Eigen::Vector3d::Constant(shape.diameter_m), Eigen::Vector3d::Constant(std::numbers::pi);
@@ -40,22 +54,12 @@ Matrix6d weak_knowledge(const frame::Shape& shape) {
 Matrix6d increment_covariance(const energies::EnergySummary& sums, const frame::Shape& shape,
                               double correlation_area_px) {
   const double diameter_m = shape.diameter_m;
-  // In units of metres at the object's rim and of one diameter, directions may be compared.
-  Eigen::Matrix<double, 6, 1> unit;
-  unit << 1, 1, 1, Eigen::Vector3d::Constant(2 / diameter_m);
   Eigen::Matrix<double, 6, 1> prior_sd;
   prior_sd << Eigen::Vector3d::Constant(diameter_m), Eigen::Vector3d::Constant(std::numbers::pi);
   const Matrix6d prior = prior_sd.cwiseAbs2().cwiseInverse().asDiagonal();
   if (!(sums.inliers > 0)) return prior_sd.cwiseAbs2().asDiagonal();
 
-  const Matrix6d geometry = unit.asDiagonal() * sums.geometry * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> directions(geometry);
-  Matrix6d seen = Matrix6d::Zero();  // projects out the blind directions
-  for (int i = 0; i < 6; ++i)
-    if (directions.eigenvalues()[i] >= kBlindSlope * kBlindSlope)
-      seen += directions.eigenvectors().col(i) * directions.eigenvectors().col(i).transpose();
-  const Matrix6d P = unit.cwiseInverse().asDiagonal() * seen * unit.asDiagonal();
-
+  const Matrix6d P = seen_directions(sums, shape);
   const Matrix6d A = P * sums.A * P.transpose() + prior;
   const Matrix6d B = correlation_area_px * (P * sums.B * P.transpose()) + prior;
   const Matrix6d A_inverse = A.ldlt().solve(Matrix6d::Identity());
@@ -65,6 +69,12 @@ Matrix6d increment_covariance(const energies::EnergySummary& sums, const frame::
     C += shift * shift.transpose();
   }
   return 0.5 * (C + C.transpose());
+}
+
+Matrix6d increment_response(const energies::EnergySummary& sums, const frame::Shape& shape) {
+  if (!(sums.inliers > 0)) return Matrix6d::Zero();
+  const Matrix6d P = seen_directions(sums, shape);
+  return (P * sums.A * P.transpose() + weak_knowledge(shape)).ldlt().solve(P);
 }
 
 Matrix6d camera_covariance(const Matrix6d& increment, const Rigidd& T_cam_obj, Vec3d origin_obj) {

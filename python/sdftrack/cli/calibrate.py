@@ -6,6 +6,7 @@ from __future__ import annotations
 import typer
 
 from sdftrack.cli.calibrate_color import color
+from sdftrack.cli.calibrate_depth import depth
 from sdftrack.cli.calibrate_intrinsics import intrinsics
 
 __all__ = ["calibrate"]
@@ -15,3 +16,4 @@ calibrate = typer.Typer(
 )
 calibrate.command("intrinsics")(intrinsics)
 calibrate.command("color")(color)
+calibrate.command("depth")(depth)

@@ -23,6 +23,7 @@ __all__ = [
     "OutOption",
     "OverwriteOption",
     "QuietOption",
+    "SensorOption",
     "StartOption",
     "StepOption",
     "StopOption",
@@ -60,6 +61,14 @@ ThreadsOption = Annotated[
 ConfigOption = Annotated[
     Path | None,
     typer.Option("--config", metavar="FILE.toml", help="Options, see sdftrack config."),
+]
+SensorOption = Annotated[
+    str | None,
+    typer.Option(
+        "--sensor",
+        metavar="NAME|FILE",
+        help="What the depth camera errs by: kinect_v1, realsense_d400, azure_kinect or a file of calibrate depth.",
+    ),
 ]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone.")]
 OutOption = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Folder for the output.")]
@@ -112,13 +121,21 @@ def check_common(config: Path | None, device: Device) -> str:
     return resolve_device(device.value)
 
 
-def tracker_settings(config: Path | None) -> dict[str, Any]:
-    """Keyword arguments for `Tracker` from --config."""
-    if config is None:
-        return {}
-    from sdftrack.options import TrackerOptions
+def tracker_settings(config: Path | None, sensor: str | None = None) -> dict[str, Any]:
+    """Keyword arguments for `Tracker` from --config and --sensor."""
+    settings: dict[str, Any] = {}
+    if config is not None:
+        from sdftrack.options import TrackerOptions
 
-    return {"options": TrackerOptions.from_file(_there(config))}
+        settings["options"] = TrackerOptions.from_file(_there(config))
+    if sensor is not None:
+        from sdftrack.sensor import SensorModel
+
+        try:
+            settings["sensor"] = SensorModel.of(sensor)
+        except (OSError, TypeError, ValueError) as error:
+            raise Usage(str(error).removeprefix("sensor: "), "--sensor") from None
+    return settings
 
 
 def reconstructor_settings(config: Path | None) -> dict[str, Any]:

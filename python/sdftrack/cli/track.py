@@ -18,6 +18,7 @@ from sdftrack.cli.common import (
     OutOption,
     OverwriteOption,
     QuietOption,
+    SensorOption,
     StartOption,
     StepOption,
     StopOption,
@@ -105,6 +106,7 @@ def track(
     ] = "none",
     no_video: Annotated[bool, typer.Option("--no-video", help="Leave out overlay.mp4.")] = False,
     config: ConfigOption = None,
+    sensor: SensorOption = None,
     device: DeviceOption = Device.auto,
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
@@ -121,7 +123,7 @@ def track(
     inits = parse_inits(init or ["gt"], len(model))
     check_layout(layout)
     assert out is not None
-    options = {**tracker_settings(config), "device": device.value, "threads": threads}
+    options = {**tracker_settings(config, sensor), "device": device.value, "threads": threads}
     part = slice(start, stop, step)
     job = Job(
         models=model,
@@ -246,6 +248,7 @@ def _settings(
         "voxels": job.voxels,
         "colored": job.colored,
         "threads": job.options["threads"],
+        **({} if tracker.sensor is None else {"sensor": tracker.sensor.to_dict()}),
         "tracker": tracker.options.to_dict(),
     }
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack._internal.validation import numbers
 from sdftrack.options import TrackerOptions
 from sdftrack.sdf import SDF
+from sdftrack.sensor import SensorModel
 
 __all__ = [
     "COLLISIONS",
@@ -21,6 +22,7 @@ __all__ = [
     "name_list",
     "object_number",
     "option_set",
+    "options_of",
     "pose_covariance",
     "shape_list",
 ]
@@ -53,6 +55,12 @@ def option_set(options: Any) -> TrackerOptions:
             "or a dict through TrackerOptions.from_dict"
         )
     return options
+
+
+def options_of(options: Any, sensor: SensorModel | None, single: dict[str, Any]) -> TrackerOptions:
+    """The set, in it what the sensor says, and single options before both."""
+    known = {} if sensor is None else sensor.options()
+    return option_set(options).replace(**{**known, **single})
 
 
 def name_list(names: Any, count: int) -> list[str]:

@@ -11,19 +11,25 @@ from numpy.typing import NDArray
 from sdftrack import _core
 from sdftrack.frame import Frame
 from sdftrack.sdf import SDF
+from sdftrack.sensor import SensorModel
 
 __all__ = ["core_frame", "rgb_seen", "volume_of"]
 
 
 def core_frame(
-    frame: Frame, color: NDArray[np.uint8] | None, color_map: Any, with_depth: bool = True
+    frame: Frame,
+    color: NDArray[np.uint8] | None,
+    color_map: Any,
+    with_depth: bool = True,
+    sensor: SensorModel | None = None,
 ) -> _core.TrackerFrame:
-    """A frame with the colour image that is to be used, if any, and where its pixels lie."""
+    """A frame, the sensor's bias taken out, with the colour image to be used, if any, and where its pixels lie."""
+    depth = frame.depth if with_depth else None
+    if depth is not None and sensor is not None:
+        depth = sensor.corrected(depth)
     mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
     time_s = float("nan") if frame.timestamp is None else float(frame.timestamp)
-    return _core.TrackerFrame(
-        frame.depth if with_depth else None, mask, color, color_map, time_s, frame.error or ""
-    )
+    return _core.TrackerFrame(depth, mask, color, color_map, time_s, frame.error or "")
 
 
 def volume_of(shape: SDF) -> tuple[NDArray[np.float32], float, list[float]]:

@@ -114,12 +114,14 @@ class TrackerInterface:
 
     def pixel_evidence(self, k: int, frame: Frame, region: tuple[int, int, int, int]) -> PixelEvidence:
         """What a frame with depth says in a region by the colours that object k is known by."""
-        given = core_frame(frame, *self._tracker._colors_of(frame))
+        given = core_frame(frame, *self._tracker._colors_of(frame), sensor=self._tracker.sensor)
         return PixelEvidence(*self._tracker._core.look_at(given, k, region))
 
     def judge(self, k: int, frame: Frame, T_cam_obj: Pose) -> dict[str, Any]:
         """What would be said of object k at a pose as it is, by depth; empty: too few readings are near."""
-        said = self._tracker._core.judge(core_frame(frame, None, None), k, np.ascontiguousarray(T_cam_obj))
+        said = self._tracker._core.judge(
+            core_frame(frame, None, None, sensor=self._tracker.sensor), k, np.ascontiguousarray(T_cam_obj)
+        )
         return {} if said is None else dict(said)
 
     def revisit(

@@ -22,6 +22,7 @@ def assembled(
     timestamp: float | None,
     membership: NDArray[np.float32] | None,
     foreground: NDArray[np.float32] | None,
+    sensor: str = "",
 ) -> TrackResult:
     """Wrap up `found`; all that is decided about a frame is decided in the core."""
     steps = [Steps(trials) for trials in found["steps"]]
@@ -42,6 +43,8 @@ def assembled(
         index=found["index"],
         membership=membership,
         foreground=foreground,
+        sensor=sensor,
+        systematic=found["systematic"],
     )
 
 

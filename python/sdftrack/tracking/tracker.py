@@ -29,6 +29,7 @@ from sdftrack.primitives.shape import Primitive
 from sdftrack.primitives.tracked import FreeSizes
 from sdftrack.results import Status, TrackResult
 from sdftrack.sdf import SDF
+from sdftrack.sensor import SensorModel
 from sdftrack.symmetry import Symmetry
 from sdftrack.tracking.arguments import (
     COLLISIONS,
@@ -36,7 +37,7 @@ from sdftrack.tracking.arguments import (
     expect,
     name_list,
     object_number,
-    option_set,
+    options_of,
     pose_covariance,
     shape_list,
 )
@@ -52,17 +53,9 @@ __all__ = ["Tracker"]
 LOG = logging.getLogger("sdftrack")
 # What may have been meant where a keyword is neither an argument nor an option.
 KEYWORDS = (
-    "mode",
-    "device",
-    "threads",
-    "recover",
-    "motion",
-    "membership",
-    "names",
-    "collision",
-    "symmetry",
-    "options",
-)
+    "mode", "device", "threads", "recover", "motion", "membership", "names", "collision", "symmetry", "options",
+    "sensor",
+)  # fmt: skip
 
 
 class Tracker:
@@ -110,6 +103,11 @@ class Tracker:
         camera's axes). A shape with colours, in a mode that reads them, has none: its colours tell the turns apart.
     options : TrackerOptions, optional
         A whole set of options; single ones may be given as keywords.
+    sensor : SensorModel, str or path, optional
+        What the depth camera errs by: a model, a preset ("kinect_v1", "realsense_d400", "azure_kinect") or a file of
+        ``sdftrack calibrate depth``. It sets the options of noise and systematic error, also in `options`, but not
+        single ones that are given; and its bias is taken out of every depth image. None: the noise is measured from
+        frame to frame, and the systematic error learnt where a pose is given (docs/sensors.md).
 
     Raises
     ------
@@ -151,6 +149,7 @@ class Tracker:
         collision: str | None = "contact",
         symmetry: Symmetry | Sequence[Symmetry | None] | None = None,
         options: TrackerOptions | None = None,
+        sensor: SensorModel | str | os.PathLike[str] | None = None,
         **single_options: Any,
     ) -> None:
         refuse_unknown(single_options, [*TrackerOptions.__dataclass_fields__, *KEYWORDS])
@@ -158,7 +157,8 @@ class Tracker:
         self.shapes = shape_list(self._free_sizes.shapes)
         self.camera = camera
         self._frame_camera = depth_camera(camera)
-        self.options = option_set(options).replace(**single_options)
+        self.sensor = SensorModel.of(sensor)
+        self.options = options_of(options, self.sensor, single_options)
         self.names = name_list(names, len(self.shapes))
         expect("mode", mode, ("auto", "depth", "rgbd", "rgb"))
         expect("motion", motion, tuple(_core.MotionModel.__members__))
@@ -290,7 +290,8 @@ class Tracker:
     def _alone_with(self, k: int, frame: Frame) -> Tracker:
         """A tracker of shape k, to try places with."""
         mode = "auto" if self.mode == "rgbd" and frame.color is None else self.mode
-        return Tracker(self.shapes[k], self.camera, mode, threads=self.threads, options=self.options)
+        single = self.options.to_dict()
+        return Tracker(self.shapes[k], self.camera, mode, threads=self.threads, sensor=self.sensor, **single)
 
     def _start_at(
         self, frame: Frame, camera: Camera, colors: tuple[Any, Any], places: list[Place]
@@ -490,6 +491,7 @@ class Tracker:
                     "mode": self.mode,
                     "names": self.names,
                     "options": self.options,
+                    "sensor": self.sensor,
                     "threads": self.threads,
                     "device": self.device,
                     "recover": self.recover_lost,
@@ -502,7 +504,9 @@ class Tracker:
             }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        Tracker.__init__(self, state["shapes"], state["camera"], **state["arguments"])
+        arguments = dict(state["arguments"])
+        single = arguments.pop("options").to_dict()  # which the sensor has been asked for already
+        Tracker.__init__(self, state["shapes"], state["camera"], **arguments, **single)
         index, last, best, free_sizes = state["progress"]
         self._resume(index, last, np.ascontiguousarray(best), free_sizes)
 
@@ -573,7 +577,7 @@ class Tracker:
         if camera is not self._frame_camera and camera != self._frame_camera:
             self._core.set_camera(camera._core)
             self._frame_camera = camera
-        return core_frame(frame, *colors, with_depth=self.mode != "rgb")
+        return core_frame(frame, *colors, with_depth=self.mode != "rgb", sensor=self.sensor)
 
     def _membership(
         self, frame: Frame, view: _core.TrackerFrame
@@ -601,5 +605,6 @@ class Tracker:
             timestamp=frame.timestamp,
             membership=weights,
             foreground=foreground,
+            sensor="" if self.sensor is None else self.sensor.name,
         )
         return self._last

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/trust/systematic.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace sdftrack::tracking {
+
+namespace {
+
+constexpr int kBudget = 500;           // pixels
+constexpr float kGrazing = 0.17f;      // d phi / d z along the ray below which its hit says nothing
+constexpr double kUnitSquare = 1.118;  // 1 / rms of x^2 - 1, x uniform of variance 1
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Modes = Eigen::Matrix<double, kBiasModes, 1>;
+
+// Mean and sd of the coordinates of the pixels that show the surface.
+struct Extent {
+  double mean_px = 0, sd_px = 1;
+
+  double at(float px) const { return (static_cast<double>(px) - mean_px) / sd_px; }
+};
+
+Extent extent_of(const std::vector<float>& px, const std::vector<float>& gain, std::size_t stride) {
+  double sum = 0, square = 0, count = 0;
+  for (std::size_t i = 0; i < px.size(); i += stride)
+    if (gain[i] == 0) {
+      const auto x = static_cast<double>(px[i]);
+      sum += x, square += x * x, count += 1;
+    }
+  if (!(count > 0)) return {};
+  const double mean = sum / count;
+  return {mean, std::sqrt(std::max(1.0, square / count - mean * mean))};
+}
+
+Modes modes_at(double x, double y) {
+  Modes m;
+  m << 1, x, y, kUnitSquare * (x * x - 1), x * y, kUnitSquare * (y * y - 1);
+  return m;
+}
+
+constexpr double kSharedFrom = 1.3, kWholePerSeen = 3;
+
+}  // namespace
+
+double systematic_by_residuals(double spread_m, double noise_m) {
+  return kWholePerSeen * std::sqrt(std::max(0.0, spread_m * spread_m - std::pow(kSharedFrom * noise_m, 2)));
+}
+
+BiasResponse bias_response(const energies::EnergySummary& sums, const Matrix6d& depth_information,
+                           const frame::Shape& shape, const Camera& camera, const Rigidd& T_obj_cam,
+                           const energies::PixelSet& pixels, const energies::DepthLogistic<float>& penalty,
+                           float color_prior) {
+  const Intrinsics<float> K = camera.K.cast<float>();
+  const energies::SingleObject<float> field{shape.sdf, T_obj_cam.cast<float>()};
+  const std::size_t n = pixels.gain.size(), stride = std::max<std::size_t>(1, n / kBudget);
+  const Extent x = extent_of(pixels.u_px, pixels.gain, stride),
+               y = extent_of(pixels.v_px, pixels.gain, stride);
+  Matrix6d information = Matrix6d::Zero(), squares = Matrix6d::Zero();
+  BiasResponse pulls;
+  int used = 0;
+  for (std::size_t i = 0; i < n; i += stride) {
+    if (pixels.gain[i] != 0) continue;
+    const Vec3f direction = ray(K, pixels.u_px[i], pixels.v_px[i]);
+    energies::FieldRow<float, 6> row;
+    field.row(pixels.hit_m[i] * direction, &row);
+    const float slope = dot(row.grad_cam, direction);
+    if (!(std::abs(slope) > kGrazing)) continue;
+    const float share = color_prior > 0 ? std::min(1.0f, pixels.foreground[i] / color_prior) : 1.0f;
+    const auto weight = static_cast<double>(
+        share * penalty(pixels.hit_m[i] - pixels.depth_m[i], pixels.per_noise[i]).curvature);
+    Vector6d J;
+    for (int j = 0; j < 6; ++j) J[j] = static_cast<double>(-row.J[j] / slope);
+    information += weight * J * J.transpose();
+    squares += weight * weight * J * J.transpose();
+    ++used;
+    pulls.modes += weight * J * modes_at(x.at(pixels.u_px[i]), y.at(pixels.v_px[i])).transpose();
+  }
+  // The subset's sums, as large as those of all pixels. In units of a diameter, traces may be compared.
+  Vector6d unit;
+  unit << 1, 1, 1, Eigen::Vector3d::Constant(2 / shape.diameter_m);
+  const double here = unit.cwiseAbs2().dot(information.diagonal());
+  if (!(here > 0)) return {};
+  const double scale_up = unit.cwiseAbs2().dot(depth_information.diagonal()) / here;
+  pulls.modes *= scale_up;
+  pulls.patches = scale_up * scale_up * used / kPatches * squares;  // a patch's pixels pull together
+  return pulls.moved(increment_response(sums, shape));
+}
+
+Matrix6d systematic_covariance(const BiasResponse& response, double systematic_m, double lateral_m) {
+  Modes sd;
+  sd << kOffsetShare, kLinearShare, kLinearShare, kQuadraticShare, kQuadraticShare, kQuadraticShare;
+  const auto shifts = (systematic_m * (response.modes * sd.asDiagonal())).eval();
+  Matrix6d C = shifts * shifts.transpose();
+  C += std::pow(kPatchShare * systematic_m, 2) * response.patches;
+  C.topLeftCorner<2, 2>().diagonal().array() +=
+      lateral_m * lateral_m + std::pow(kLateralShare * systematic_m, 2);
+  return C;
+}
+
+}  // namespace sdftrack::tracking

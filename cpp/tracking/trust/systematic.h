@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// What an error of the sensor that varies smoothly over the object does to its pose.
+#pragma once
+
+#include "energies/pixel_set.h"
+#include "tracking/trust/covariance.h"
+
+namespace sdftrack::tracking {
+
+// The error of the readings as a sum of modes over the part of the image where the object is seen: the same
+// everywhere, linear in x and y, quadratic. Each has a root mean square of about 1 there. What is finer than
+// these is counted as patches, kPatches of them side by side, each with an error of its own.
+constexpr int kBiasModes = 6;
+constexpr double kPatches = 16;
+
+// Sd of each mode, and of a patch, over systematic_m; docs/sensors.md says how they were chosen.
+constexpr double kOffsetShare = 1.0, kLinearShare = 0.5, kQuadraticShare = 0.2, kPatchShare = 0.25;
+constexpr double kLateralShare = 0.4;  // of where the pose is across the ray, in x and in y
+
+// What the residuals say of it: a fit takes up the offset and most of what is linear, so little of the error
+// is left to see. Noise is that of a reading among its neighbours (a sensor's whole noise is at most
+// kSharedFrom times as much; renderings with white noise have up to 1.18), spread that of the residuals; all
+// in metres.
+double systematic_by_residuals(double spread_m, double noise_m);
+
+// What a pose answers to an error of one metre: a shift per mode, and the covariance by the patches.
+struct BiasResponse {
+  Eigen::Matrix<double, 6, kBiasModes> modes = Eigen::Matrix<double, 6, kBiasModes>::Zero();
+  Matrix6d patches = Matrix6d::Zero();
+
+  // The same of J times the pose.
+  BiasResponse moved(const Matrix6d& J) const { return {J * modes, J * patches * J.transpose()}; }
+};
+
+// Of the increment: A^-1 sum_i w_i J_i m_k(u_i), J the derivative of the depth where a pixel's ray meets the
+// model, w the weight that the penalty gives its residual. A is that of the sums, so what else holds the pose
+// (the outline) resists; depth_information is the part of it that the pixels made. Of an even subset of the
+// pixels, as their hits lie; with a color_prior above 0 their posteriors weigh them.
+BiasResponse bias_response(const energies::EnergySummary& sums, const Matrix6d& depth_information,
+                           const frame::Shape& shape, const Camera& camera, const Rigidd& T_obj_cam,
+                           const energies::PixelSet& pixels, const energies::DepthLogistic<float>& penalty,
+                           float color_prior);
+
+// What an error of sd systematic_m does to the pose by this response (of the pose in camera axes), and one of
+// lateral_m across the ray, which moves it as it is.
+Matrix6d systematic_covariance(const BiasResponse& response, double systematic_m, double lateral_m);
+
+}  // namespace sdftrack::tracking

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: MIT
+"""A sensor model as a file: flat ``name = value`` lines of TOML, or one JSON object."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from sdftrack._internal.files import write_text
+
+__all__ = ["read", "write"]
+
+HEAD = "# Depth sensor: lengths in metres, see docs/sensors.md. Use: st.Tracker(..., sensor=FILE) or --sensor FILE\n"
+
+
+def write(values: dict[str, Any], path: str | os.PathLike[str]) -> None:
+    """Whole or not at all; JSON where the name ends in .json, else TOML."""
+    if Path(path).suffix.lower() == ".json":
+        text = json.dumps(values, indent=2) + "\n"
+    else:
+        text = HEAD + "".join(f"{name} = {json.dumps(value)}\n" for name, value in values.items())
+    write_text(path, text)
+
+
+def read(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """The values of a file, unchecked; ValueError where it is neither."""
+    import tomllib
+
+    if not os.path.isfile(path):
+        raise FileNotFoundError(f"sensor: no such file: {os.fspath(path)}")
+    text = Path(path).read_text(encoding="utf-8", errors="replace")
+    try:
+        values = json.loads(text) if Path(path).suffix.lower() == ".json" else tomllib.loads(text)
+    except (json.JSONDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ValueError(
+            f"sensor: expected a file that `sdftrack calibrate depth` wrote, got: {error}"
+        ) from None
+    if not isinstance(values, dict):
+        raise ValueError(f"sensor: expected one object of names and values, got a {type(values).__name__}")
+    return values
