@@ -15,6 +15,7 @@ constexpr double kTrustWeight = 0.03, kMinChance = 1e-4;  // of the evidence, pe
 constexpr double kScalePerStep = 0.5, kFinePadding_m = 0.01;
 constexpr int kFirstFrames = 4;  // after a start, in which a coarse fit is tried too
 constexpr int kSettlingRounds = 5;
+constexpr double kClearlyLess = 0.5;  // log odds
 constexpr double kRests_m = 0.001;
 constexpr double kWideTurn = 0.2;       // rad, of the further starts of a wide attempt
 constexpr double kClearlyBetter = 0.1;  // score that a further attempt must gain
@@ -25,6 +26,11 @@ constexpr double kNextReach_m = 0.06;   // of a search for an object that moved 
 double agree_unhidden(const Visibility& seen) {
   const int open = seen.agree + seen.farther + seen.missing;
   return open > 0 ? static_cast<double>(seen.agree) / open : 0;
+}
+
+double log_odds(const Fitted& fitted, const TrackerOptions& options) {
+  const double evidence = evidence_share(evidence_of(fitted, options), 0);
+  return std::log(std::max(kMinChance, evidence) / std::max(kMinChance, 1 - evidence));
 }
 
 // By what attempts of one frame are compared. What stands in front of the surface is no fault of a pose, what
@@ -39,10 +45,7 @@ double score(const Fitted& fitted, const TrackedObject& object, const Rigidd& ex
   const double hidden = known ? 0 : agree_unhidden(seen) - agreeing_share(seen);
   const double away = surface_step(fitted.T_cam_obj, expected, object.shape->diameter_m) /
                       (known ? kStepSd_m + step_m : kGivenSd_m);
-  const double evidence = evidence_share(evidence_of(fitted, options), 0);
-  const double trust =
-      known ? 0
-            : kTrustWeight * std::log(std::max(kMinChance, evidence) / std::max(kMinChance, 1 - evidence));
+  const double trust = known ? 0 : kTrustWeight * log_odds(fitted, options);
   // At a start each fit has measured the noise by its own residuals, and a bad one excuses itself: of two
   // densities the wider one pays by the logarithm of its width.
   const double worst = options.outlier_floor > 0 ? -std::log(options.outlier_floor) : 0;
@@ -155,12 +158,11 @@ Fitted ObjectFollower::polished(const FrameContext& context, const frame::DepthF
 }
 
 // A fine fit from a pose that is given may have a long way to go, and does not see far: again from where it
-// has led, until it rests, or until the evidence falls, as it does where the depth's own errors draw the pose
-// away.
+// has led, until it rests, or until the evidence clearly falls, as it does where the depth's own errors draw
+// the pose away.
 std::optional<Fitted> ObjectFollower::settled(const FrameContext& context, const frame::DepthFrame& frame,
                                               const TrackedObject& object, const Rigidd& given,
                                               const Neighbors* neighbors) {
-  const auto evidence = [&](const Fitted& f) { return evidence_share(evidence_of(f, options_), 0); };
   std::optional<Fitted> best;
   Rigidd from = given;
   for (int round = 0; round < kSettlingRounds; ++round) {
@@ -169,7 +171,7 @@ std::optional<Fitted> ObjectFollower::settled(const FrameContext& context, const
     if (!next) return best;
     if (best) {
       prepend(best->steps, &next->steps);
-      if (evidence(*next) < evidence(*best)) {
+      if (log_odds(*next, options_) < log_odds(*best, options_) - kClearlyLess) {
         best->steps = std::move(next->steps);
         return best;
       }
