@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kProof = 0.9;  // evidence by which what a search has found proves to be the object
 constexpr double kSlow = 0.02, kFast = 0.3;              // how fast the usual values follow
-constexpr double kFollowedOdds = 3, kDoubtFades = 0.93;  // log odds against loss; per doubtful frame
+constexpr double kFollowedOdds = 3, kDoubtFades = 0.97;  // log odds against loss; per doubtful frame
 constexpr double kStepFades = 0.8;                       // per frame
 constexpr double kClearlyNearer = 0.8;                   // of a prediction than the other
 constexpr double kMinStep_m = 0.005;  // what stands still may jump so far, and still be seen by a narrow fit
