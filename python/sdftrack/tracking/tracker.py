@@ -87,7 +87,8 @@ class Tracker:
         followed from its last pose, until :meth:`recover` or :meth:`set_pose`.
     motion : {"adaptive", "static", "constant_velocity"}
         Where an object is expected in the next frame: at its last pose, or moved on as between the last two sure
-        ones; "adaptive": whichever has been nearer lately. While an object is ``"weak"`` its motion is always used, and believed less from frame to frame.
+        ones; "adaptive": whichever has been nearer lately. While an object is ``"weak"`` its motion is always used,
+        and believed less from frame to frame.
     names : sequence of str, optional
         One per shape, for reports.
     membership : bool
