@@ -80,7 +80,7 @@ py::array_t<double> outline_lines(const std::tuple<py::array, double, std::array
   frame.color = &image;
   tracking::ContourLibrary contours;
   OutlineLines found;
-  tracking::find_outline_lines(frame, camera, made, model, {T.R, T * made.centre_obj}, {points, reach_px},
+  tracking::find_outline_lines(frame, camera, made, {model}, {T.R, T * made.centre_obj}, {points, reach_px},
                                &contours, &found);
   std::vector<double> rows;
   for (const energies::OutlineLine& l : found.lines) {

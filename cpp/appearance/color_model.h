@@ -50,6 +50,11 @@ class ColorModel {
   }
   // Posterior of every colour bin.
   const std::vector<float>& posterior() const { return posterior_; }
+  // Of a colour on the object and around it, over that of colours that are all equally likely; once known.
+  float object_density(int bin) const { return kColorBins * smooth_object_[static_cast<std::size_t>(bin)]; }
+  float background_density(int bin) const {
+    return kColorBins * smooth_background_[static_cast<std::size_t>(bin)];
+  }
   // Sum of sqrt(p_f p_b): 1, the colours say nothing; 0, they say everything.
   double overlap() const { return overlap_; }
 

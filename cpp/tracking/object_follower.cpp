@@ -59,9 +59,13 @@ double ObjectFollower::step_m(const TrackedObject& object) const {
 FitTarget ObjectFollower::target_of(const FrameContext& context, const TrackedObject& object,
                                     const Rigidd& expected, const Neighbors* neighbors) const {
   const Matrix6d weak = optim::PosePrior::isotropic(options_.motion_sigma_m, options_.motion_sigma_rad);
-  return {
-      *object.shape, expected, object.prior ? *object.prior : weak, object.memory, context.colors_of(object),
-      neighbors};
+  return {*object.shape,
+          expected,
+          object.prior ? *object.prior : weak,
+          object.memory,
+          context.colors_of(object),
+          neighbors,
+          options_.outline_local ? &object.outline_colors : nullptr};
 }
 
 std::optional<Fitted> ObjectFollower::look(const frame::DepthFrame& frame, const Camera& camera,
@@ -167,6 +171,13 @@ void ObjectFollower::learn_colors(FrameContext* context, TrackedObject* object) 
   count_colors(context->frame(), context->camera(), *object->shape, object->T_cam_obj, options_.padding_m,
                budget, object->colors, &color_reader_, &color_counts_, context->neighbors_of(*object));
   object->colors.update(color_counts_, options_.color_object_rate, options_.color_background_rate);
+  learn_outline(*context, object);
+}
+
+void ObjectFollower::learn_outline(const FrameContext& context, TrackedObject* object) {
+  if (options_.outline && options_.outline_local && object->colors.known())
+    fitter_.learn_outline(context.frame(), context.camera(), *object->shape, object->T_cam_obj,
+                          &object->outline_colors);
 }
 
 }  // namespace sdftrack::tracking

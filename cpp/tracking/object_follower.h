@@ -67,6 +67,7 @@ class ObjectFollower {
   void give_back(std::vector<TrackStep>&& steps) { fitter_.give_back(std::move(steps)); }
 
  private:
+  void learn_outline(const FrameContext& context, TrackedObject* object);
   std::optional<Fitted> fit(const FrameContext& context, const frame::DepthFrame& frame,
                             const FitTarget& target, const Attempt& attempt);
   Fitted polished(const FrameContext& context, const frame::DepthFrame& frame, const TrackedObject& object,

@@ -23,6 +23,7 @@ void ObjectFollower::learn_silhouette(const FrameContext& context, TrackedObject
   count_silhouette_colors(context.frame(), context.camera(), *object->shape, object->T_cam_obj, kAround_px,
                           object->colors.known() ? kBudget : kFirstBudget, object->colors, &color_counts_);
   object->colors.update(color_counts_, kObjectRate, kBackgroundRate);
+  learn_outline(context, object);
 }
 
 std::optional<ObjectResult> ObjectFollower::follow_outline(FrameContext* context, TrackedObject* object) {

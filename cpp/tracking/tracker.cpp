@@ -45,7 +45,7 @@ const FrameResult& Tracker::start(const frame::DepthFrame& frame, const std::vec
   Poses best;
   for (std::size_t k = 0; k < objects_.size(); ++k) {
     objects_[k].forget(options_);
-    objects_[k].colors.forget();
+    objects_[k].colors.forget(), objects_[k].outline_colors.forget();
     objects_[k].colors_by_outline = false;
     const std::optional<Rigidd>& pose = hints[k].T_cam_obj;  // the plane's search leaves its region out
     objects_[k].T_cam_obj = pose ? centred(*pose, *objects_[k].shape) : Rigidd{};

@@ -11,6 +11,7 @@ TrackedObject Tracker::new_object(const SdfView& sdf) const {
   Object object;
   object.shape = shape_of(sdf);
   object.colors = appearance::ColorModel(static_cast<float>(options_.color_prior));
+  object.outline_colors.forget();
   object.forget(options_);
   return object;
 }

@@ -121,6 +121,10 @@ class TrackerOptions:
     outline_points: int = described(200, "places on the outline that it looks at")
     outline_reach_px: int = described(8, "how far to both sides of the outline it looks, near the pose")
     outline_far_px: int = described(24, "the same where the pose may be farther off")
+    outline_local: bool = described(
+        True,
+        "the colours on its two sides are learnt place by place; False: those of the whole object and of all around it",
+    )
     recover_seeds: int = described(
         120, "rotations that a search for a lost object tries per frame, of 240: bounds its time"
     )

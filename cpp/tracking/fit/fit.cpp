@@ -13,6 +13,8 @@ namespace {
 constexpr int kMinOnDevice = 1500;       // pixels; fewer are summed here before a kernel would have started
 constexpr std::size_t kUsualSteps = 64;  // trials of a frame
 constexpr int kOutlineRounds = 3;
+constexpr double kLessWork =
+    2;  // all pixels over those of the coarse stages, where it pays to use these first
 constexpr double kMoved_px = 2;  // from where the lines across the outline were made: once more
 
 }  // namespace
@@ -140,19 +142,29 @@ double PoseFitter::moved_px(const Rigidd& before, const Rigidd& now) const {
 }
 
 // The outline is looked for anew where the pose has led: its lines are right for a small part of their reach.
+// What it moves the pose by is found on a part of the pixels.
 void PoseFitter::run_fine(const energies::SdfEnergyOptions& energy, optim::State* x, Fitted* fitted) {
-  const auto run = [&] { run_stage(&view_.pixels(), energy, options_.fine_steps, x, fitted); };
-  if (!view_.reads_outline()) return run();
+  const auto run = [&](energies::PixelSet* pixels) {
+    run_stage(pixels, energy, options_.fine_steps, x, fitted);
+  };
+  energies::PixelSet& all = view_.pixels();
+  if (!view_.reads_outline()) return run(&all);
+  energies::PixelSet* few = &all;
+  if (all.count() > kLessWork * options_.coarse_pixels) {
+    few = &view_.coarse();
+    few->assign_subset(all, options_.coarse_pixels);
+  }
   if (!(target_->memory.outline.factor > 0)) {
     view_.read_outline(inverse(x->T_obj_cam[0]), options_.outline_far_px);
-    run();
+    run(few);
   }
   for (int round = 0; round < kOutlineRounds; ++round) {
     const Rigidd T_cam_obj = inverse(x->T_obj_cam[0]);
     view_.read_outline(T_cam_obj, options_.outline_reach_px);
-    run();
-    if (moved_px(T_cam_obj, inverse(x->T_obj_cam[0])) < kMoved_px) return;
+    run(few);
+    if (moved_px(T_cam_obj, inverse(x->T_obj_cam[0])) < kMoved_px) break;
   }
+  if (few != &all) run(&all);
 }
 
 void PoseFitter::run_stage(energies::PixelSet* pixels, const energies::SdfEnergyOptions& energy_options,
@@ -177,7 +189,8 @@ void PoseFitter::run_stage(energies::PixelSet* pixels, const energies::SdfEnergy
   if (brightness_weight > 0) sum_.add(&brightness, brightness_weight);
   const bool all = pixels == &view_.pixels();
   energies::OutlineEnergy outline = view_.outline_energy(fitted->memory, kCommonBesideDepth_px);
-  const double outline_weight = all ? view_.outline_weight(fitted->memory) : 0;
+  const double outline_weight =
+      view_.outline_weight(fitted->memory) * pixels->count() / std::max(1, view_.pixels().count());
   if (outline_weight > 0) sum_.add(&outline, outline_weight);
   optim::PosePrior prior({1, false, false}, 0, inverse(target_->expected), target_->prior);
   if (target_->prior.diagonal().maxCoeff() > 0) sum_.add(&prior);

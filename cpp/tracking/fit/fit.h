@@ -66,6 +66,11 @@ class PoseFitter {
   // out. share: of the places on the outline, those that tell where it is.
   std::optional<Fitted> fit_outline(const frame::DepthFrame& frame, const Camera& camera,
                                     const FitTarget& target, double* share);
+  // The colours on both sides of the outline at T_cam_obj (centred), which is sure.
+  void learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
+                     const Rigidd& T_cam_obj, appearance::LocalColors* colors) {
+    view_.learn_outline(frame, camera, shape, T_cam_obj, colors);
+  }
   // The memory of a record that is no longer needed, for the next fit.
   void give_back(std::vector<TrackStep>&& steps) {
     if (steps.capacity() > 0) spare_steps_.push_back(std::move(steps));  // else lost frames would pile up

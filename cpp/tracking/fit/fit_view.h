@@ -48,8 +48,9 @@ struct FitTarget {
   Rigidd expected;  // T_cam_obj, centred frame
   Matrix6d prior;   // information of the prior on the increment of T_obj_cam; 0: none
   FitMemory memory;
-  const appearance::ColorModel* colors = nullptr;  // nullptr: depth alone
-  const Neighbors* neighbors = nullptr;            // nullptr: none
+  const appearance::ColorModel* colors = nullptr;           // nullptr: depth alone
+  const Neighbors* neighbors = nullptr;                     // nullptr: none
+  const appearance::LocalColors* outline_colors = nullptr;  // likewise
 };
 
 struct Fitted {
@@ -106,6 +107,9 @@ class FitView {
   // leave it out. Valid until the next call.
   // Returns how many places were looked at.
   int read_outline(const Rigidd& T_cam_obj, int reach_px);
+  // The colours on both sides of the outline at T_cam_obj, which is sure.
+  void learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
+                     const Rigidd& T_cam_obj, appearance::LocalColors* colors);
   bool reads_outline() const { return options_.outline && frame_->color && target_->colors; }
   // Covariance and noise by the outline alone,.
   void measure_outline_pose(const optim::State& x, Fitted* fitted);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tracking/fit/fit_view.h"
+#include "tracking/options/sensor_noise.h"
 
 namespace sdftrack::tracking {
 
@@ -18,9 +19,17 @@ constexpr double kUsualShared = 6, kOutlineFollows = 0.2, kExcessFollows = 0.3, 
 int FitView::read_outline(const Rigidd& T_cam_obj, int reach_px) {
   outline_lines_.lines.clear();
   if (!reads_outline()) return 0;
-  return find_outline_lines(*frame_, *camera_, target_->shape, *target_->colors, T_cam_obj,
-                            {options_.outline_points, reach_px, stated_noise_m_}, &contours_,
+  return find_outline_lines(*frame_, *camera_, target_->shape, {*target_->colors, target_->outline_colors},
+                            T_cam_obj, {options_.outline_points, reach_px, stated_noise_m_}, &contours_,
                             &outline_lines_);
+}
+
+void FitView::learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
+                            const Rigidd& T_cam_obj, appearance::LocalColors* colors) {
+  learn_outline_colors(
+      frame, camera, shape, T_cam_obj,
+      {options_.outline_points, options_.outline_reach_px, sensor_noise(options_).at(T_cam_obj.t.z)},
+      &contours_, colors);
 }
 
 double FitView::shared_lines(const FitMemory& memory) {

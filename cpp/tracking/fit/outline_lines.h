@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "appearance/color_model.h"
+#include "appearance/local_colors.h"
 #include "energies/outline_energy.h"
 #include "frame/region.h"
 #include "tracking/fit/contour_library.h"
@@ -17,11 +17,21 @@ struct OutlineSearch {
   double noise_m = 0.001;  // of a reading: what stands in front by clearly more hides the outline
 };
 
+struct OutlineColors {
+  const appearance::ColorModel& whole;
+  const appearance::LocalColors* local = nullptr;  // nullptr: none
+};
+
 // At T_cam_obj (centred). No line where something stands in front, where it leaves the image, and where the
 // colours on its two sides do not differ. The frame needs colours, not depth. Returns how many places it has
 // looked at.
 int find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
-                       const appearance::ColorModel& colors, const Rigidd& T_cam_obj,
-                       const OutlineSearch& search, ContourLibrary* contours, energies::OutlineLines* out);
+                       const OutlineColors& colors, const Rigidd& T_cam_obj, const OutlineSearch& search,
+                       ContourLibrary* contours, energies::OutlineLines* out);
+
+// The colours on both sides of the outline at a pose that is sure.
+void learn_outline_colors(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
+                          const Rigidd& T_cam_obj, const OutlineSearch& search, ContourLibrary* contours,
+                          appearance::LocalColors* colors);
 
 }  // namespace sdftrack::tracking

@@ -82,6 +82,8 @@ struct TrackerOptions {
   int outline_points = 200;
   int outline_reach_px = 8;  // along a line, to both sides, near the pose;
   int outline_far_px = 24;   // where the pose may be farther off
+  bool outline_local =
+      true;  // by the colours near each place of the outline, not by the whole object's alone
   // Search for a lost object
   int recover_seeds = 120;  // rotations tried per frame, of 240: what bounds the time of a frame
   // Trust

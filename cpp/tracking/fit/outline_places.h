@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// Where points of an object's contour lie in the colour image, and whether they are seen there.
+#pragma once
+
+#include "energies/color_projection.h"
+#include "frame/region.h"
+#include "tracking/fit/contour_points.h"
+
+namespace sdftrack::tracking {
+
+class OutlinePlaces {
+ public:
+  // At T_cam_obj (centred). noise_m: of a reading; what stands in front by clearly more hides the outline.
+  // frame, camera, shape and view are kept by address.
+  OutlinePlaces(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
+                const Rigidd& T_cam_obj, double noise_m, const energies::ColorProjection& view);
+
+  // Its pixel and the outline's normal there, outwards. False where it is hidden or not in front of the
+  // camera.
+  bool find(const ContourPoint& point, Vec2d* centre_px, Vec2d* normal) const;
+
+ private:
+  bool is_hidden(Vec3d p, Vec3d n) const;
+
+  const frame::DepthFrame& frame_;
+  const Camera& camera_;
+  const frame::Shape& shape_;
+  const Rigidd T_cam_obj_, T_obj_cam_;
+  const energies::ColorProjection& view_;
+  const double in_front_m_;
+};
+
+// The colour camera's centre in the depth camera's frame: the outline is that which the colour camera sees.
+Vec3d centre_of(const energies::ColorProjection& view);
+
+}  // namespace sdftrack::tracking
