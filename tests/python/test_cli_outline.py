@@ -31,7 +31,16 @@ def folder(tmp_path_factory):
 
 
 def track(folder, out, *more):
-    start = ["track", str(folder / "scene"), "--model", str(folder / "box.ply"), "--unit", "m", "--out", str(out)]
+    start = [
+        "track",
+        str(folder / "scene"),
+        "--model",
+        str(folder / "box.ply"),
+        "--unit",
+        "m",
+        "--out",
+        str(out),
+    ]
     return run([*start, "--no-video", "--voxels", "60", "-q", *more])
 
 

@@ -134,13 +134,17 @@ def track(
         raise Usage("expected --mode rgbd or auto: depth alone shows no colours", "--colored")
     inits = parse_inits(init or ["gt"], len(model))
     if mode == "rgb" and any(i.kind not in ("gt", "poses") for i in inits):
-        raise Usage("expected gt or a file of poses: --mode rgb reads no depth to find an object in", "--init")
+        raise Usage(
+            "expected gt or a file of poses: --mode rgb reads no depth to find an object in", "--init"
+        )
     check_layout(layout)
     assert out is not None
     options = {**tracker_settings(config, sensor), "device": device.value, "threads": threads}
     if outline is not None:
         if outline and mode == "depth":
-            raise Usage("expected --mode rgbd, rgb or auto: depth alone shows no outline in colour", "--outline")
+            raise Usage(
+                "expected --mode rgbd, rgb or auto: depth alone shows no outline in colour", "--outline"
+            )
         if not outline and mode == "rgb":
             raise Usage("expected --outline: --mode rgb follows nothing else", "--no-outline")
         options["outline"] = outline
