@@ -8,16 +8,16 @@ from pathlib import Path
 
 from sdftrack.cli.common import Usage
 
-__all__ = ["check_usage", "each_sequence", "folder_each"]
+__all__ = ["MODES", "check_usage", "each_sequence", "folder_each"]
 
 MODES = ("auto", "depth", "rgbd")
 
 
-def check_usage(mode: str, unit: str | None, out: Path | None) -> None:
+def check_usage(mode: str, unit: str | None, out: Path | None, modes: tuple[str, ...] = MODES) -> None:
     if out is None:
         raise Usage("expected a folder for the results: --out DIR", "--out")
-    if mode not in MODES:
-        raise Usage(f"expected one of {', '.join(MODES)}, got {mode!r}", "--mode")
+    if mode not in modes:
+        raise Usage(f"expected one of {', '.join(modes)}, got {mode!r}", "--mode")
     if unit not in (None, "m", "mm", "cm", "in"):
         raise Usage(f"expected m, mm, cm or in, got {unit!r}", "--unit")
 

@@ -29,7 +29,7 @@ from sdftrack.cli.common import (
     tracker_settings,
 )
 from sdftrack.cli.init import INIT, Init, begin, parse_inits
-from sdftrack.cli.sequences import check_usage, each_sequence
+from sdftrack.cli.sequences import MODES, check_usage, each_sequence
 from sdftrack.cli.start_picture import NAME, StartError, error_with_picture, save_start_picture
 from sdftrack.cli.symmetries import check_symmetry, give_symmetries
 from sdftrack.cli.targets import Target, load_mesh, load_targets
@@ -74,8 +74,20 @@ def track(
         ),
     ] = None,
     mode: Annotated[
-        str, typer.Option(metavar="auto|depth|rgbd", help="Depth alone, or with colour where there is.")
+        str,
+        typer.Option(
+            metavar="auto|depth|rgbd|rgb",
+            help="Depth alone; with colour where there is; or the outline in the colour image alone.",
+        ),
     ] = "auto",
+    outline: Annotated[
+        bool | None,
+        typer.Option(
+            "--outline/--no-outline",
+            help="Read the outline in the colour image too: for depth that is biased or missing. Slower.",
+            show_default="no",
+        ),
+    ] = None,
     overlay_mesh: Annotated[
         list[Path] | None,
         typer.Option(metavar="MESH.ply", help="Drawn at the pose; the k-th at the k-th object."),
@@ -121,9 +133,21 @@ def track(
     if colored and mode == "depth":
         raise Usage("expected --mode rgbd or auto: depth alone shows no colours", "--colored")
     inits = parse_inits(init or ["gt"], len(model))
+    if mode == "rgb" and any(i.kind not in ("gt", "poses") for i in inits):
+        raise Usage(
+            "expected gt or a file of poses: --mode rgb reads no depth to find an object in", "--init"
+        )
     check_layout(layout)
     assert out is not None
     options = {**tracker_settings(config, sensor), "device": device.value, "threads": threads}
+    if outline is not None:
+        if outline and mode == "depth":
+            raise Usage(
+                "expected --mode rgbd, rgb or auto: depth alone shows no outline in colour", "--outline"
+            )
+        if not outline and mode == "rgb":
+            raise Usage("expected --outline: --mode rgb follows nothing else", "--no-outline")
+        options["outline"] = outline
     part = slice(start, stop, step)
     job = Job(
         models=model,
@@ -165,7 +189,7 @@ def _check_usage(
     overlay: list[Path] | None,
     models: list[Path],
 ) -> None:
-    check_usage(mode, unit, out)
+    check_usage(mode, unit, out, (*MODES, "rgb"))
     if holes not in ("error", "close"):
         raise Usage(f"expected error or close, got {holes!r}", "--holes")
     if overlay and len(overlay) > len(models):
