@@ -24,7 +24,7 @@ class LocalColors {
  public:
   // Places are the cells of a cube about the object's centre, 4 x 4 on each side.
   static constexpr int kPerSide = 4, kPlaces = 6 * kPerSide * kPerSide;
-  static constexpr float kPseudoPixels = 40;
+  static constexpr float kPseudoPixels = 15;
 
   // Of a point in the centred object frame.
   static int place_of(Vec3d p_obj);

@@ -52,7 +52,11 @@ std::optional<ObjectResult> ObjectFollower::follow_outline(FrameContext* context
   object->motion.observe(fitted->T_cam_obj, time_s);
   object->weak = true;
   object->hidden_frames = 0;
-  if (object->colors_by_outline) learn_silhouette(*context, object);
+  // The background goes by: its colours of the last frame with depth are soon those of elsewhere.
+  if (object->colors_by_outline)
+    learn_silhouette(*context, object);
+  else
+    learn_outline(*context, object);
   ObjectResult result;
   result.T_cam_obj = uncentred(fitted->T_cam_obj, *object->shape);
   result.covariance = fitted->covariance;

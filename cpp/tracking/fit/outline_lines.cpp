@@ -13,12 +13,12 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr double kThickness_px = 6;  // an object thinner than this has its other side on the same line
-constexpr double kMinContrast = 0.35;
+constexpr double kMinContrast = 0.25;
 constexpr double kMaxSd = 0.45;    // of that of an offset about which nothing is known
 constexpr double kPixelSd = 0.29;  // of an edge somewhere in a pixel
 // From the outline, of pixels whose colours are learnt: nearer, a pose that is a little off would have those
 // of the other side.
-constexpr int kNearestLearnt_px = 2, kFarthestLearnt_px = 12;
+constexpr int kNearestLearnt_px = 2, kFarthestLearnt_px = 10;
 constexpr float kLocalRate = 0.2f;
 
 class LineMaker {
