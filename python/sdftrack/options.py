@@ -118,7 +118,7 @@ class TrackerOptions:
         "with colour images: the object's outline in them holds the pose too, and alone where a frame has no depth",
     )
     outline_weight: float = described(1.0, "of that term; 1: as its noise and that of the depth say")
-    outline_points: int = described(200, "places on the outline that it looks at")
+    outline_points: int = described(120, "places on the outline that it looks at")
     outline_reach_px: int = described(8, "how far to both sides of the outline it looks, near the pose")
     outline_far_px: int = described(24, "the same where the pose may be farther off")
     outline_local: bool = described(

@@ -109,7 +109,7 @@ class FitView {
   int read_outline(const Rigidd& T_cam_obj, int reach_px);
   // The colours on both sides of the outline at T_cam_obj, which is sure.
   void learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
-                     const Rigidd& T_cam_obj, appearance::LocalColors* colors);
+                     const Rigidd& T_cam_obj, const FitMemory& memory, appearance::LocalColors* colors);
   bool reads_outline() const { return options_.outline && frame_->color && target_->colors; }
   // Covariance and noise by the outline alone,.
   void measure_outline_pose(const optim::State& x, Fitted* fitted);

@@ -14,22 +14,32 @@ constexpr std::size_t kMinLines = 20;
 constexpr double kUsualShared = 6, kOutlineFollows = 0.2, kExcessFollows = 0.3, kOutlineSees = 6,
                  kMinFactor = 0.25, kMaxFactor = 4;
 
+constexpr double kInFront_m = 0.004, kInFrontPerNoise = 5, kInFrontPerSystematic = 3;
+
+// Fingers in contact are to be seen, errors of the sensor not to be taken for them.
+double in_front_m(double noise_m, const FitMemory& memory) {
+  return std::max({kInFront_m, kInFrontPerNoise * noise_m,
+                   kInFrontPerSystematic * std::max(memory.systematic_m, memory.outline.depth_off_m)});
+}
+
 }  // namespace
 
 int FitView::read_outline(const Rigidd& T_cam_obj, int reach_px) {
   outline_lines_.lines.clear();
   if (!reads_outline()) return 0;
   return find_outline_lines(*frame_, *camera_, target_->shape, {*target_->colors, target_->outline_colors},
-                            T_cam_obj, {options_.outline_points, reach_px, stated_noise_m_}, &contours_,
-                            &outline_lines_);
+                            T_cam_obj,
+                            {options_.outline_points, reach_px, in_front_m(stated_noise_m_, target_->memory)},
+                            &contours_, &outline_lines_);
 }
 
 void FitView::learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
-                            const Rigidd& T_cam_obj, appearance::LocalColors* colors) {
-  learn_outline_colors(
-      frame, camera, shape, T_cam_obj,
-      {options_.outline_points, options_.outline_reach_px, sensor_noise(options_).at(T_cam_obj.t.z)},
-      &contours_, colors);
+                            const Rigidd& T_cam_obj, const FitMemory& memory,
+                            appearance::LocalColors* colors) {
+  learn_outline_colors(frame, camera, shape, T_cam_obj,
+                       {options_.outline_points, options_.outline_reach_px,
+                        in_front_m(sensor_noise(options_).at(T_cam_obj.t.z), memory)},
+                       &contours_, colors);
 }
 
 double FitView::shared_lines(const FitMemory& memory) {

@@ -12,9 +12,9 @@
 namespace sdftrack::tracking {
 
 struct OutlineSearch {
-  int points = 200;        // of the outline that are looked at
-  int reach_px = 8;        // to both sides along a line
-  double noise_m = 0.001;  // of a reading: what stands in front by clearly more hides the outline
+  int points = 200;           // of the outline that are looked at
+  int reach_px = 8;           // to both sides along a line
+  double in_front_m = 0.010;  // what is read by more than this in front of the outline hides it
 };
 
 struct OutlineColors {

@@ -8,20 +8,20 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kInFront_m = 0.010, kInFrontPerNoise = 5;
 constexpr double kAside_px = 4;  // of the places on both sides at which an occluder is looked for
 
 }  // namespace
 
 OutlinePlaces::OutlinePlaces(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
-                             const Rigidd& T_cam_obj, double noise_m, const energies::ColorProjection& view)
+                             const Rigidd& T_cam_obj, double in_front_m,
+                             const energies::ColorProjection& view)
     : frame_(frame),
       camera_(camera),
       shape_(shape),
       T_cam_obj_(T_cam_obj),
       T_obj_cam_(inverse(T_cam_obj)),
       view_(view),
-      in_front_m_(std::max(kInFront_m, kInFrontPerNoise * noise_m)) {}
+      in_front_m_(in_front_m) {}
 
 bool OutlinePlaces::find(const ContourPoint& point, Vec2d* centre_px, Vec2d* normal) const {
   const Vec3d p = T_cam_obj_ * point.p_obj, n = T_cam_obj_.R * point.n_obj;

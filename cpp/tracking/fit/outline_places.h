@@ -10,10 +10,10 @@ namespace sdftrack::tracking {
 
 class OutlinePlaces {
  public:
-  // At T_cam_obj (centred). noise_m: of a reading; what stands in front by clearly more hides the outline.
+  // At T_cam_obj (centred). What is read more than in_front_m in front of the surface, and off it, hides it.
   // frame, camera, shape and view are kept by address.
   OutlinePlaces(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
-                const Rigidd& T_cam_obj, double noise_m, const energies::ColorProjection& view);
+                const Rigidd& T_cam_obj, double in_front_m, const energies::ColorProjection& view);
 
   // Its pixel and the outline's normal there, outwards. False where it is hidden or not in front of the
   // camera.

@@ -79,7 +79,7 @@ struct TrackerOptions {
   // Outline in the colour image (docs/math/outline.md)
   bool outline = false;
   double outline_weight = 1.0;  // 1: as its own noise and that of the depth say
-  int outline_points = 200;
+  int outline_points = 120;
   int outline_reach_px = 8;  // along a line, to both sides, near the pose;
   int outline_far_px = 24;   // where the pose may be farther off
   bool outline_local =
