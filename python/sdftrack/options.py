@@ -121,6 +121,9 @@ class TrackerOptions:
     outline_points: int = described(120, "places on the outline that it looks at")
     outline_reach_px: int = described(8, "how far to both sides of the outline it looks, near the pose")
     outline_far_px: int = described(24, "the same where the pose may be farther off")
+    outline_from_m: float = described(
+        0.0005, "beside depth only where its readings are seen to share an error as large as this; 0: always"
+    )
     outline_local: bool = described(
         True,
         "the colours on its two sides are learnt place by place; False: those of the whole object and of all around it",

@@ -148,7 +148,7 @@ void PoseFitter::run_fine(const energies::SdfEnergyOptions& energy, optim::State
     run_stage(pixels, energy, options_.fine_steps, x, fitted);
   };
   energies::PixelSet& all = view_.pixels();
-  if (!view_.reads_outline()) return run(&all);
+  if (!view_.outline_helps()) return run(&all);
   energies::PixelSet* few = &all;
   if (all.count() > kLessWork * options_.coarse_pixels) {
     few = &view_.coarse();

@@ -17,7 +17,8 @@ constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot 
 constexpr double kAreaFollows = 0.4;
 constexpr int kAreaEvery = 4;          // frames from one measurement to the next
 constexpr double kSharedPerLocal = 2;  // a sensor's whole noise is at most this much of that among neighbours
-constexpr double kMinNoise_m = 1e-4;   // s never falls below: the volume itself is no better than this
+constexpr double kSharedFollows = 0.1;
+constexpr double kMinNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
 
 // Whether the frame shows enough of the object, where it is expected, to measure the sensor by it.
 bool clear_view(const Visibility& seen) {
@@ -233,6 +234,8 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
                             ? systematic_by_residuals(measured * stated_m, own * stated_m)
                             : 0;
   add_systematic(std::max(systematic_m, std::min(seen_m, options_.max_systematic_m)), fitted);
+  fitted->memory.shared_m +=
+      (before.noise_known ? kSharedFollows : 1) * (fitted->systematic_m - fitted->memory.shared_m);
   if (before.noise_known && !clear_view(fitted->seen)) fitted->memory.noise_factor = known;
 }
 

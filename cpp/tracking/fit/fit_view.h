@@ -40,6 +40,7 @@ struct FitMemory {
   int search_pause = 0;            // frames in which no search may help a fit: the last one was in vain
   double damping = 0;              // only with TrackerOptions::keep_damping
   OutlineNoise outline{};          // 0: not measured yet
+  double shared_m = 0;             // sd of what the readings have been off by in common, lately
 };
 
 // Whom to fit, and where it is expected: pixels are taken around `expected`, the prior is centred there.
@@ -110,6 +111,12 @@ class FitView {
   // The colours on both sides of the outline at T_cam_obj, which is sure.
   void learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                      const Rigidd& T_cam_obj, const FitMemory& memory, appearance::LocalColors* colors);
+  // Whether the outline is to hold the pose beside the readings: where these err in common, or where nobody
+  // knows yet.
+  bool outline_helps() const {
+    return reads_outline() &&
+           (!target_->memory.noise_known || target_->memory.shared_m >= options_.outline_from_m);
+  }
   bool reads_outline() const { return options_.outline && frame_->color && target_->colors; }
   // Covariance and noise by the outline alone,.
   void measure_outline_pose(const optim::State& x, Fitted* fitted);

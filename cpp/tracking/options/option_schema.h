@@ -76,6 +76,7 @@ void visit_options(Options& o, Visit& f) {
   f("outline_points", o.outline_points, from_to(20, 2000), "", "places on the outline that it looks at");
   f("outline_reach_px", o.outline_reach_px, from_to(4, 64), "px", "how far to both sides of the outline it looks, near the pose");
   f("outline_far_px", o.outline_far_px, from_to(4, 64), "px", "the same where the pose may be farther off");
+  f("outline_from_m", o.outline_from_m, kNonNegative, "m", "beside depth only where its readings are seen to share an error as large as this; 0: always");
   f("outline_local", o.outline_local, kTrueOrFalse, "", "the colours on its two sides are learnt place by place; False: those of the whole object and of all around it");
   f("recover_seeds", o.recover_seeds, kPositive, "", "rotations that a search for a lost object tries per frame, of 240: bounds its time");
   f("lost_inliers", o.lost_inliers, kNonNegative, "", "lost below this share of agreeing points among those not hidden");
