@@ -168,6 +168,7 @@ void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_
 // was taken for it, and these would speak for that pose from then on.
 void ObjectFollower::learn_colors(FrameContext* context, TrackedObject* object) {
   if (!context->frame().color || object->prior_log_odds < 0) return;
+  if (object->colors_by_outline) object->colors_by_outline = false, object->colors.forget();
   const int budget = object->colors.known() ? kColorBudget : kFirstColorBudget;
   count_colors(context->frame(), context->camera(), *object->shape, object->T_cam_obj, options_.padding_m,
                budget, object->colors, &color_reader_, &color_counts_, context->neighbors_of(*object));

@@ -173,7 +173,7 @@ ObjectResult Tracker::begin_at(Object* object, const PoseHint& hint) {
   object->given = true;
   // Biased depth would turn it away from the given pose before its colours are learnt.
   if (options_.outline && context_.frame().color && !object->colors.known())
-    follower_.learn_silhouette(context_, object);
+    object->colors_by_outline = true, follower_.learn_silhouette(context_, object);
   return follow(object);
 }
 

@@ -114,7 +114,7 @@ class TrackerOptions:
     photometric_weight: float = described(0.3, "of that term; 1: as its noise says")
     photometric_pixels: int = described(600, "pixels that it looks at")
     outline: bool = described(
-        False,
+        True,
         "with colour images: the object's outline in them holds the pose too, and alone where a frame has no depth",
     )
     outline_weight: float = described(1.0, "of that term; 1: as its noise and that of the depth say")

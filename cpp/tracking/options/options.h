@@ -77,7 +77,7 @@ struct TrackerOptions {
   double photometric_weight = 0.3;  // 1: every pixel's brightness is right but for noise of its own
   int photometric_pixels = 600;
   // Outline in the colour image (docs/math/outline.md)
-  bool outline = false;
+  bool outline = true;
   double outline_weight = 1.0;  // 1: as its own noise and that of the depth say
   int outline_points = 120;
   int outline_reach_px = 8;  // along a line, to both sides, near the pose;

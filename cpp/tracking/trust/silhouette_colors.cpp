@@ -11,7 +11,19 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kEdge_px = 3;  // of the silhouette: a pixel there may show both sides
+constexpr double kEdge_px = 3;        // of the silhouette: a pixel there may show both sides
+constexpr double kInFront_m = 0.008;  // nearer readings are those of what hides the object
+constexpr double kBehind_m = 0.03;    // and farther ones those of what is seen in its place
+
+// Whether what is read along the ray through p, a point of the surface, may be the object. No reading: it
+// may.
+bool may_be_object(const frame::DepthFrame& frame, const Camera& camera, Vec3d p) {
+  if (!frame.depth_m.data) return true;
+  const Vec2d u = frame.rays ? camera.project_point(p) : project(camera.K, p);
+  if (!(u.x > -0.5 && u.y > -0.5 && u.x < camera.width - 0.5 && u.y < camera.height - 0.5)) return true;
+  const double z = frame.depth_m(static_cast<int>(u.x + 0.5), static_cast<int>(u.y + 0.5));
+  return !(z > 0) || (z > p.z - kInFront_m && z < p.z + kBehind_m);
+}
 
 }  // namespace
 
@@ -34,15 +46,17 @@ void count_silhouette_colors(const frame::DepthFrame& frame, const Camera& camer
       const Vec2d u{static_cast<double>(x), static_cast<double>(y)};
       const frame::Passage passage = frame::pass(shape, coarse, frame::object_ray(camera.K, T_obj_cam, u));
       if (!passage.hit && passage.phi < kEdge_px * m_per_px) continue;
+      const Vec3d nearest = std::max(1e-3, passage.t) * ray(camera.K, u.x, u.y);
       Vec2d c;
-      if (!view.place(std::max(1e-3, passage.t) * ray(camera.K, u.x, u.y), &c)) continue;
+      if (!view.place(nearest, &c)) continue;
       if (!(c.x > -0.5 && c.y > -0.5 && c.x < view.width - 0.5 && c.y < view.height - 0.5)) continue;
       const int bin =
           appearance::color_bin(frame.color->at(static_cast<int>(c.x + 0.5), static_cast<int>(c.y + 0.5)));
-      if (passage.hit)
-        counts->add_object(bin, known.weight(bin));
-      else
+      if (passage.hit) {
+        if (may_be_object(frame, camera, nearest)) counts->add_object(bin, known.weight(bin));
+      } else {
         counts->add_background(bin);
+      }
     }
 }
 
