@@ -52,16 +52,7 @@ py::tuple offset_of(const py::array& chance, int reach) {
   return py::make_tuple(found.mean, found.sd, found.contrast);
 }
 
-// Rows of (X, Y, Z, c_u, c_v, n_u, n_v, offset, sd).
-py::array_t<double> outline_lines(const std::tuple<py::array, double, std::array<double, 3>>& shape,
-                                  const Camera& camera, const py::object& depth_m, const py::array& color,
-                                  const appearance::ColorMap& map,
-                                  const std::tuple<py::array, py::array>& counts, const py::array& T_cam_obj,
-                                  int points, int reach_px) {
-  const auto& [values, voxel_m, origin] = shape;
-  const frame::Shape made = frame::make_shape(volume_view(values, voxel_m, origin), 960, 120);
-  const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
-  const appearance::ColorImage image = color_view(color, py::cast(map));
+appearance::ColorModel model_of(const std::tuple<py::array, py::array>& counts) {
   appearance::ColorCounts seen;
   const float* f = borrow<float>(std::get<0>(counts), "object", {appearance::kColorBins});
   const float* b = borrow<float>(std::get<1>(counts), "background", {appearance::kColorBins});
@@ -74,13 +65,51 @@ py::array_t<double> outline_lines(const std::tuple<py::array, double, std::array
   appearance::ColorModel model;
   model.update(seen, 1, 1);
   if (!model.known()) throw py::value_error("counts: expected at least 30 pixels of the object");
+  return model;
+}
+
+// Chances after these pixels were seen: frames ascending, one opening for each.
+std::vector<float> local_chances(const std::tuple<py::array, py::array>& counts, const py::array& points,
+                                 const std::vector<bool>& object, const std::vector<int>& bins,
+                                 const std::vector<int>& frames, float rate, const py::array& asked,
+                                 const std::vector<int>& asked_bins) {
+  const auto n = static_cast<py::ssize_t>(frames.size()), m = static_cast<py::ssize_t>(asked_bins.size());
+  if (object.size() != frames.size() || bins.size() != frames.size())
+    throw py::value_error("object, bins, frames: expected the same lengths");
+  const appearance::ColorModel whole = model_of(counts);
+  const double* p = borrow<double>(points, "points", {n, 3});
+  appearance::LocalColors local;
+  for (std::size_t i = 0; i < frames.size(); ++i, p += 3) {
+    if (i == 0 || frames[i] != frames[i - 1]) local.open(rate);
+    local.add(appearance::LocalColors::place_of({p[0], p[1], p[2]}), object[i], bins[i]);
+  }
+  const double* q = borrow<double>(asked, "asked", {m, 3});
+  std::vector<float> found;
+  for (const int bin : asked_bins) {
+    found.push_back(local.chance(whole, appearance::LocalColors::place_of({q[0], q[1], q[2]}), bin));
+    q += 3;
+  }
+  return found;
+}
+
+// Rows of (X, Y, Z, c_u, c_v, n_u, n_v, offset, sd).
+py::array_t<double> outline_lines(const std::tuple<py::array, double, std::array<double, 3>>& shape,
+                                  const Camera& camera, const py::object& depth_m, const py::array& color,
+                                  const appearance::ColorMap& map,
+                                  const std::tuple<py::array, py::array>& counts, const py::array& T_cam_obj,
+                                  int points, int reach_px) {
+  const auto& [values, voxel_m, origin] = shape;
+  const frame::Shape made = frame::make_shape(volume_view(values, voxel_m, origin), 960, 120);
+  const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
+  const appearance::ColorImage image = color_view(color, py::cast(map));
+  const appearance::ColorModel model = model_of(counts);
   frame::DepthFrame frame{};
   frame.depth_m = {nullptr, camera.width, camera.height};
   if (!depth_m.is_none()) frame.depth_m = image_view(depth_m.cast<py::array>(), "depth", camera);
   frame.color = &image;
   tracking::ContourLibrary contours;
   OutlineLines found;
-  tracking::find_outline_lines(frame, camera, made, {model}, {T.R, T * made.centre_obj}, {points, reach_px},
+  tracking::find_outline_lines(frame, camera, made, {&model}, {T.R, T * made.centre_obj}, {points, reach_px},
                                &contours, &found);
   std::vector<double> rows;
   for (const energies::OutlineLine& l : found.lines) {
@@ -101,6 +130,9 @@ void bind_outline(py::module_& m) {
         py::arg("color"), py::arg("color_map"), py::arg("counts"), py::arg("T_cam_obj"),
         py::arg("points") = 200, py::arg("reach_px") = 8,
         "Lines across the outline: (n, 9) rows of X, Y, Z (m, object), centre and normal (px), offset, sd.");
+  m.def("local_color_chances", &local_chances, py::arg("counts"), py::arg("points"), py::arg("object"),
+        py::arg("bins"), py::arg("frames"), py::arg("rate"), py::arg("asked"), py::arg("asked_bins"),
+        "Chances of colours to be the object's at places, after pixels of both sides were seen there.");
   m.def("outline_energy", &outline_energy, py::arg("lines"), py::arg("camera"), py::arg("color_map"),
         py::arg("T_obj_cam"), py::arg("noise") = 1.0, py::arg("common_sd_px") = 0.0,
         py::arg("shared_lines") = 1.0, "Cost, gradient, Hessian and residuals (over their sd).");

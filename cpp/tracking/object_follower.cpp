@@ -16,7 +16,6 @@ constexpr double kStepFades = 0.8;                       // per frame
 constexpr double kClearlyNearer = 0.8;                   // of a prediction than the other
 constexpr double kMinStep_m = 0.005;  // what stands still may jump so far, and still be seen by a narrow fit
 constexpr double kMinMotion_m = 0.002, kMinMotion_rad = 0.01;  // in a frame, of an object at rest
-constexpr int kIdleFrames = 4;  // from one look at the colours along the outline to the next
 constexpr int kColorBudget = 1500, kFirstColorBudget = 20000;  // pixels visited for the histograms
 
 }  // namespace
@@ -59,6 +58,9 @@ double ObjectFollower::step_m(const TrackedObject& object) const {
 
 FitTarget ObjectFollower::target_of(const FrameContext& context, const TrackedObject& object,
                                     const Rigidd& expected, const Neighbors* neighbors) const {
+  OutlineColors outline_colors;
+  if (context.frame().color && object.colors.known())
+    outline_colors = {&object.colors, options_.outline_local ? &object.outline_colors : nullptr};
   const Matrix6d weak = optim::PosePrior::isotropic(options_.motion_sigma_m, options_.motion_sigma_rad);
   return {*object.shape,
           expected,
@@ -66,7 +68,7 @@ FitTarget ObjectFollower::target_of(const FrameContext& context, const TrackedOb
           object.memory,
           context.colors_of(object),
           neighbors,
-          options_.outline_local ? &object.outline_colors : nullptr};
+          outline_colors};
 }
 
 std::optional<Fitted> ObjectFollower::look(const frame::DepthFrame& frame, const Camera& camera,
@@ -173,13 +175,10 @@ void ObjectFollower::learn_colors(FrameContext* context, TrackedObject* object) 
   count_colors(context->frame(), context->camera(), *object->shape, object->T_cam_obj, options_.padding_m,
                budget, object->colors, &color_reader_, &color_counts_, context->neighbors_of(*object));
   object->colors.update(color_counts_, options_.color_object_rate, options_.color_background_rate);
-  // Where depth alone holds the pose, they are for a frame without it.
-  const bool idle = object->memory.shared_m < options_.outline_from_m && object->outline_colors.known();
-  if (!idle || ++object->outline_frames >= kIdleFrames) learn_outline(*context, object);
+  if (object->memory.outline_age == 0 || !object->outline_colors.known()) learn_outline(*context, object);
 }
 
 void ObjectFollower::learn_outline(const FrameContext& context, TrackedObject* object) {
-  object->outline_frames = 0;
   if (options_.outline && options_.outline_local && object->colors.known())
     fitter_.learn_outline(context.frame(), context.camera(), *object->shape, object->T_cam_obj,
                           object->memory, &object->outline_colors);

@@ -34,8 +34,7 @@ std::optional<ObjectResult> ObjectFollower::follow_outline(FrameContext* context
     object->wanted.reset();
     if (!object->colors.known()) object->colors_by_outline = true, learn_silhouette(*context, object);
   }
-  const appearance::ColorModel* const colors = context->colors_of(*object);
-  if (!colors) return std::nullopt;
+  if (!object->colors.known()) return std::nullopt;
   const double time_s = context->frame().time_s;
   const Rigidd expected = expected_pose(*object, time_s);
   double share = 0;

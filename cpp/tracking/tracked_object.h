@@ -26,7 +26,6 @@ struct TrackedObject {
   ConstantVelocity motion;
   appearance::ColorModel colors;
   appearance::LocalColors outline_colors;
-  int outline_frames = 0;          // since these were learnt
   bool colors_by_outline = false;  // learnt inside of its silhouette, for want of readings
   double usual_share = 0;          // of agreeing surface points, lately; 0: not known yet
   double usual_cost = 0;           // mean per pixel, lately

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -46,10 +47,18 @@ class Opened:
     mesh: Any
     sdf: Any
     instance: int
+    folder: Path
 
     def truth(self, i: int) -> Any:
         """T_cam_obj of the object in frame i, None where no reference is known."""
         return self.seq.ground_truth.get(i, {}).get(self.instance)
+
+    def good_frames(self) -> set[int]:
+        """Those of grade A where the recording grades its reference frame by frame, else all."""
+        graded = self.folder / "frame_quality.json"
+        if not graded.exists():
+            return set(self.seq.ground_truth)
+        return {int(i) for i, q in json.loads(graded.read_text()).items() if q["grade"] == "A"}
 
     def twins(self, i: int, still: dict[int, int]) -> list[tuple[int, int]]:
         """Frame and instance of the references in frame i of other objects of the same shape."""
@@ -71,4 +80,4 @@ def opened(recording: Recording, data: Path, voxels: int = VOXELS) -> Iterator[O
     with st.open_sequence(data / recording.folder) as seq:
         mesh = seq.models[seq.objects[recording.instance]]
         sdf = st.SDF.from_mesh(mesh, voxels=voxels, color=False)
-        yield Opened(seq, mesh, sdf, recording.instance)
+        yield Opened(seq, mesh, sdf, recording.instance, data / recording.folder)

@@ -7,6 +7,7 @@
 
 #include "tracking/trust/covariance.h"
 #include "tracking/trust/outline.h"
+#include "tracking/trust/silhouette_colors.h"
 #include "volume_fixture.h"
 
 namespace sdftrack {
@@ -75,6 +76,35 @@ TEST(Covariance, a_prior_in_camera_axes_and_its_increment_say_the_same) {
   const Vec3d origin{0.02, -0.03, 0.01};
   const tracking::Matrix6d increment = tracking::increment_information(camera, T, origin).inverse();
   EXPECT_LT((tracking::camera_covariance(increment, T, origin) - camera).norm(), 1e-10 * camera.norm());
+}
+
+// A red ball, a hand that covers its right half, a blue wall.
+TEST(SilhouetteColors, what_depth_shows_in_front_is_not_the_objects) {
+  Scene scene;
+  constexpr unsigned char kBall[] = {200, 40, 40}, kHand[] = {90, 160, 60}, kWall[] = {40, 60, 180};
+  std::vector<unsigned char> rgb;
+  for (std::size_t i = 0; i < scene.depth.size(); ++i) {
+    const bool on_ball = static_cast<double>(scene.depth[i])<kWall_m, right = i % 160> 82;
+    const unsigned char* const c = on_ball ? (right ? kHand : kBall) : kWall;
+    if (on_ball && right) scene.depth[i] -= 0.015f;
+    rgb.insert(rgb.end(), c, c + 3);
+  }
+  const appearance::ColorImage image{rgb.data(), appearance::aligned_map(160, 120)};
+  const auto hand = static_cast<std::size_t>(appearance::color_bin(kHand)),
+             ball = static_cast<std::size_t>(appearance::color_bin(kBall));
+  for (const bool with_depth : {true, false}) {
+    frame::DepthFrame frame{{with_depth ? scene.depth.data() : nullptr, 160, 120}, nullptr, nullptr};
+    frame.color = &image;
+    appearance::ColorCounts counts;
+    tracking::count_silhouette_colors(frame, scene.camera, scene.shape, scene.T, 40, 20000,
+                                      appearance::ColorModel(), &counts);
+    EXPECT_GT(counts.object[ball], 100);
+    EXPECT_GT(counts.background_pixels, 100);
+    if (with_depth)
+      EXPECT_EQ(counts.object[hand], 0);
+    else
+      EXPECT_GT(counts.object[hand], 100);
+  }
 }
 
 }  // namespace

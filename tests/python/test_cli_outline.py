@@ -61,7 +61,7 @@ def test_by_colour_alone_every_frame_is_weak_and_near(folder, tmp_path):
 @pytest.mark.parametrize("more", [(), ("--outline",), ("--no-outline",)])
 def test_the_outline_is_read_where_it_is_asked_for(folder, tmp_path, more):
     assert track(folder, tmp_path / "out", *more) == 0
-    assert report(tmp_path / "out")["settings"]["tracker"]["outline"] is ("--outline" in more)
+    assert report(tmp_path / "out")["settings"]["tracker"]["outline"] is ("--no-outline" not in more)
 
 
 @pytest.mark.parametrize(

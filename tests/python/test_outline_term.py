@@ -9,7 +9,13 @@ from tracking_scene import CAMERA, POSE, box_mesh
 
 import sdftrack as st
 from sdftrack import _core, geometry
-from sdftrack.reference.outline import outline_cost, outline_offset, outline_residuals
+from sdftrack.reference.appearance import smoothed
+from sdftrack.reference.outline import (
+    local_color_chances,
+    outline_cost,
+    outline_offset,
+    outline_residuals,
+)
 
 OBJECT, AROUND = np.array([200, 40, 40], np.uint8), np.array([40, 60, 180], np.uint8)
 ALIGNED = _core.ColorMap.aligned(CAMERA.width, CAMERA.height)
@@ -196,3 +202,21 @@ def test_what_is_hidden_or_without_contrast_says_nothing():
     seen = lines_of(POSE, color)
     assert 0.2 < len(seen) / len(all_lines) < 0.8
     assert seen[:, 3].min() > 150
+
+
+def test_local_colours_are_those_of_the_twin():
+    random = np.random.default_rng(3)
+    n, m = 400, 60
+    points, asked = random.normal(size=(n, 3)), random.normal(size=(m, 3))
+    palette = random.integers(0, 4096, 6)
+    bins, asked_bins = random.choice(palette, n), random.choice(palette, m)
+    is_object, frames = random.random(n) < 0.5, np.sort(random.integers(0, 4, n))
+    counts = random.integers(0, 50, (2, 4096)).astype(np.float32)
+    whole = [4096 * smoothed(c / c.sum()) for c in counts.astype(float)]
+    want = local_color_chances(whole, points, is_object, bins, frames, 0.2, asked, asked_bins)
+    got = _core.local_color_chances(
+        (counts[0], counts[1]), points, is_object.tolist(), bins.tolist(), frames.tolist(), 0.2, asked,
+        asked_bins.tolist(),
+    )  # fmt: skip
+    assert got == pytest.approx(want, rel=1e-4)
+    assert np.ptp(want) > 0.3  # places differ

@@ -15,8 +15,11 @@ BOX = box_mesh()
 VOLUME = st.SDF.from_mesh(BOX, 100)
 
 
-def scene(count, tilt_m=0.0):
-    """A box that turns and moves before a wall; `tilt_m`: how far the depth bends from one end to the other."""
+def scene(count, tilt_m=0.0, bulge_m=0.0):
+    """A box that turns and moves before a wall; `tilt_m`: how far the depth bends from one end to the other.
+
+    `bulge_m`: how far it bulges, which no pose explains.
+    """
     frames, poses = [], []
     for i in range(count):
         T = geometry.pose([0.5 + 0.006 * i, -0.6, 0.2 + 0.004 * i], [0.01 + 0.0008 * i, 0.02, 0.5])
@@ -26,6 +29,7 @@ def scene(count, tilt_m=0.0):
         p = np.stack([(u - CAMERA.cx) / CAMERA.fx * d, (v - CAMERA.cy) / CAMERA.fy * d, d], -1)
         q = (p - T[:3, 3]) @ T[:3, :3]
         bent = d + random.normal(0, 0.001, d.shape) + tilt_m * q[..., 0] / 0.06
+        bent -= bulge_m * (np.hypot(q[..., 0], q[..., 1]) / 0.06) ** 2
         noisy = np.where((d > 0)[..., None], OBJECT, AROUND) + random.normal(0, 8, (*d.shape, 3))
         depth = np.where(d > 0, bent, 1.2).astype(np.float32)
         frames.append(st.Frame(depth, np.clip(noisy, 0, 255).astype(np.uint8), timestamp=i / 30))
@@ -45,24 +49,57 @@ def follow(frames, poses, without=(), **options):
 
 def test_depth_that_bends_turns_the_object_less_with_the_outline():
     frames, poses = scene(40, tilt_m=0.003)
-    off, *_ = follow(frames, poses)
-    on, results, _ = follow(frames, poses, outline=True, outline_weight=3.0)
+    off, *_ = follow(frames, poses, outline=False)
+    on, results, _ = follow(frames, poses, outline_from_m=0, outline_weight=3.0)
     assert off[10:, 1].mean() > 1
     assert on[10:, 1].mean() < 0.7 * off[10:, 1].mean()
     assert all(r.status[0] in (st.Status.OK, st.Status.WEAK) for r in results)
 
 
+def test_depth_that_is_seen_to_err_does_not_turn_the_object():
+    frames, poses = scene(40, tilt_m=0.006, bulge_m=0.004)
+    off, *_ = follow(frames, poses, outline=False)
+    on, results, _ = follow(frames, poses)
+    assert off[10:, 1].mean() > 3
+    assert on[10:, 1].mean() < 0.6
+    assert all(r.status[0] in (st.Status.OK, st.Status.WEAK) for r in results)
+    never, *_ = follow(frames, poses, outline_from_m=1)
+    assert never[10:, 1].mean() > 3
+
+
 def test_without_a_bias_nothing_is_lost():
     frames, poses = scene(20)
-    off, *_ = follow(frames, poses)
-    on, *_ = follow(frames, poses, outline=True)
+    off, *_ = follow(frames, poses, outline=False)
+    on, *_ = follow(frames, poses, outline_from_m=0)
     assert on.mean(axis=0) == pytest.approx(off.mean(axis=0), rel=0.25)
+    default, *_ = follow(frames, poses)
+    assert default.mean(axis=0) == pytest.approx(off.mean(axis=0), rel=0.05)
+
+
+def halved(frame, T):
+    """Each half of the object in the colour that is behind the other half: all in all, no colour tells them apart."""
+    v, u = np.mgrid[: CAMERA.height, : CAMERA.width]
+    x, y = (u - CAMERA.cx) / CAMERA.fx * T[2, 3], (v - CAMERA.cy) / CAMERA.fy * T[2, 3]
+    left = (np.stack([x, y, np.full_like(x, T[2, 3])], -1) - T[:3, 3]) @ T[:3, 0] < 0
+    inside = BOX.raycast(CAMERA, T)[0] > 0
+    color = np.where((inside ^ left)[..., None], OBJECT, AROUND).astype(np.uint8)
+    return st.Frame(None, color, timestamp=frame.timestamp)
+
+
+def test_colours_are_learnt_place_by_place():
+    frames, poses = scene(30)
+    halves = [halved(frame, T) for frame, T in zip(frames, poses, strict=True)]
+    local, results, _ = follow(halves, poses, mode="rgb")
+    assert local[:, 0].max() < 2
+    assert all(r.status[0] is st.Status.WEAK for r in results)
+    _, results, _ = follow(halves, poses, mode="rgb", outline_local=False)
+    assert all(r.status[0] is st.Status.LOST for r in results)
 
 
 def test_every_tenth_frame_without_depth_is_followed():
     frames, poses = scene(41)
     without = range(9, 41, 10)
-    errors, results, _ = follow(frames, poses, without, outline=True)
+    errors, results, _ = follow(frames, poses, without)
     assert errors[:, 0].max() < 3
     assert errors[:, 1].max() < 2
     for i in without:
@@ -72,15 +109,15 @@ def test_every_tenth_frame_without_depth_is_followed():
         assert C[2, 2] > 4 * max(C[0, 0], C[1, 1])  # along the viewing direction
     assert results[10].status[0] is st.Status.OK
     blank = [st.Frame(np.zeros_like(f.depth), f.color, timestamp=f.timestamp) for f in frames[9:10]]
-    again, results, _ = follow([*frames[:9], *blank], poses[:10], outline=True)
+    again, results, _ = follow([*frames[:9], *blank], poses[:10])
     assert again[9] == pytest.approx(errors[9])
-    _, results, _ = follow(frames[:11], poses[:11], [9])
+    _, results, _ = follow(frames[:11], poses[:11], [9], outline=False)
     assert results[9].status[0] is st.Status.BAD_FRAME
 
 
 def test_thirty_frames_in_a_row_without_depth_are_followed():
     frames, poses = scene(41)
-    errors, results, _ = follow(frames, poses, range(5, 35), outline=True)
+    errors, results, _ = follow(frames, poses, range(5, 35))
     assert errors[:, 0].max() < 3
     assert errors[:, 1].max() < 2
     assert results[-1].status[0] is st.Status.OK
@@ -115,6 +152,6 @@ def test_colour_alone_says_what_it_needs():
 
 def test_the_same_bits_for_any_number_of_threads():
     frames, poses = scene(8)
-    one, *_ = follow(frames, poses, [4], outline=True)
-    two, *_ = follow(frames, poses, [4], outline=True, threads=2)
+    one, *_ = follow(frames, poses, [4])
+    two, *_ = follow(frames, poses, [4], threads=2)
     assert np.array_equal(one, two)

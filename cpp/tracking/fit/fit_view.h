@@ -3,6 +3,7 @@
 // by.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -41,6 +42,7 @@ struct FitMemory {
   double damping = 0;              // only with TrackerOptions::keep_damping
   OutlineNoise outline{};          // 0: not measured yet
   double shared_m = 0;             // sd of what the readings have been off by in common, lately
+  int outline_age = 0;             // frames since the outline was looked at
 };
 
 // Whom to fit, and where it is expected: pixels are taken around `expected`, the prior is centred there.
@@ -49,9 +51,9 @@ struct FitTarget {
   Rigidd expected;  // T_cam_obj, centred frame
   Matrix6d prior;   // information of the prior on the increment of T_obj_cam; 0: none
   FitMemory memory;
-  const appearance::ColorModel* colors = nullptr;           // nullptr: depth alone
-  const Neighbors* neighbors = nullptr;                     // nullptr: none
-  const appearance::LocalColors* outline_colors = nullptr;  // likewise
+  const appearance::ColorModel* colors = nullptr;  // nullptr: depth alone
+  const Neighbors* neighbors = nullptr;            // nullptr: none
+  OutlineColors outline{};
 };
 
 struct Fitted {
@@ -111,13 +113,14 @@ class FitView {
   // The colours on both sides of the outline at T_cam_obj, which is sure.
   void learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                      const Rigidd& T_cam_obj, const FitMemory& memory, appearance::LocalColors* colors);
-  // Whether the outline is to hold the pose beside the readings: where these err in common, or where nobody
-  // knows yet.
+  // Whether the outline is to hold the pose beside the readings: where these err in common or stand apart
+  // from it, or where nobody knows yet.
   bool outline_helps() const {
-    return reads_outline() &&
-           (!target_->memory.noise_known || target_->memory.shared_m >= options_.outline_from_m);
+    const FitMemory& memory = target_->memory;
+    return reads_outline() && (!memory.noise_known ||
+                               std::max(memory.shared_m, memory.outline.apart_m) >= options_.outline_from_m);
   }
-  bool reads_outline() const { return options_.outline && frame_->color && target_->colors; }
+  bool reads_outline() const { return options_.outline && frame_->color && target_->outline.whole; }
   // Covariance and noise by the outline alone,.
   void measure_outline_pose(const optim::State& x, Fitted* fitted);
   const energies::OutlineLines& outline_lines() const { return outline_lines_; }
@@ -145,6 +148,11 @@ class FitView {
   }
   void add_brightness(const optim::State& x, double scale_m, energies::EnergySummary* summary);
   void measure_outline(const optim::State& x, FitMemory* memory);
+  // What the two say about each other, with the weight that the outline had in the fit; 0: none.
+  void compare_with_outline(const optim::State& x, double area_px, const energies::EnergySummary& depth,
+                            double weight, FitMemory* memory);
+  void compare_outline_now_and_then(const optim::State& x, double area_px,
+                                    const energies::EnergySummary& depth, FitMemory* memory);
   void add_outline(const optim::State& x, double scale_m, double* area_px, energies::EnergySummary* summary,
                    FitMemory* memory);
   void add_systematic(double systematic_m, Fitted* fitted) const;

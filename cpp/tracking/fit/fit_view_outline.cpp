@@ -11,6 +11,7 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr std::size_t kMinLines = 20;
+constexpr int kOutlineEvery = 4;  // frames in which depth alone holds the pose
 constexpr double kUsualShared = 6, kOutlineFollows = 0.2, kExcessFollows = 0.3, kOutlineSees = 6,
                  kMinFactor = 0.25, kMaxFactor = 4;
 
@@ -27,8 +28,7 @@ double in_front_m(double noise_m, const FitMemory& memory) {
 int FitView::read_outline(const Rigidd& T_cam_obj, int reach_px) {
   outline_lines_.lines.clear();
   if (!reads_outline()) return 0;
-  return find_outline_lines(*frame_, *camera_, target_->shape, {*target_->colors, target_->outline_colors},
-                            T_cam_obj,
+  return find_outline_lines(*frame_, *camera_, target_->shape, target_->outline, T_cam_obj,
                             {options_.outline_points, reach_px, in_front_m(stated_noise_m_, target_->memory)},
                             &contours_, &outline_lines_);
 }
@@ -65,24 +65,41 @@ void FitView::measure_outline(const optim::State& x, FitMemory* memory) {
   kept.shared_lines += rate * (now.shared_lines - kept.shared_lines);
 }
 
+void FitView::compare_with_outline(const optim::State& x, double area_px,
+                                   const energies::EnergySummary& depth, double weight, FitMemory* memory) {
+  measure_outline(x, memory);
+  photometric_.reset(6);
+  outline_energy(*memory, kCommonBesideDepth_px).linearize(x, &photometric_);
+  const Disagreement now = depth_disagreement(
+      {depth.A, depth.B, depth.geometry, area_px, photometric_.hessian, photometric_.gradient, weight},
+      shared_lines(*memory), weak_knowledge(target_->shape));
+  OutlineNoise& kept = memory->outline;
+  kept.depth_excess *= std::pow(now.excess / kept.depth_excess, kExcessFollows);
+  kept.depth_off_m += kExcessFollows * (now.off_m - kept.depth_off_m);
+  kept.apart_m += kExcessFollows * (now.apart_m - kept.apart_m);
+}
+
+// Depth that bends an object's face into another pose shows nothing of it in its residuals.
+void FitView::compare_outline_now_and_then(const optim::State& x, double area_px,
+                                           const energies::EnergySummary& depth, FitMemory* memory) {
+  if (!reads_outline() || ++memory->outline_age < kOutlineEvery) return;
+  memory->outline_age = 0;
+  read_outline(inverse(x.T_obj_cam[0]), options_.outline_reach_px);
+  if (outline_lines_.lines.size() >= kMinLines) compare_with_outline(x, area_px, depth, 0, memory);
+  outline_lines_.lines.clear();
+}
+
 // As the brightness: what the outline holds is no blind direction. Its lines share errors, which the pixels'
 // correlation area, by which the sum is multiplied later, does not know; that area grows by what depth errs
 // more than its residuals show.
 void FitView::add_outline(const optim::State& x, double scale_m, double* area_px,
                           energies::EnergySummary* summary, FitMemory* memory) {
-  const double weight = outline_weight(*memory);
-  if (!(weight > 0)) return;
-  measure_outline(x, memory);
-  photometric_.reset(6);
-  outline_energy(*memory, kCommonBesideDepth_px).linearize(x, &photometric_);
+  const double weight = outline_helps() ? outline_weight(*memory) : 0;
+  if (!(weight > 0)) return compare_outline_now_and_then(x, *area_px, *summary, memory);
+  memory->outline_age = 0;
+  compare_with_outline(x, *area_px, *summary, weight, memory);
   const double shared = shared_lines(*memory);
-  const Disagreement now = depth_disagreement({summary->A, summary->B, summary->geometry, *area_px,
-                                               photometric_.hessian, photometric_.gradient, weight},
-                                              shared, weak_knowledge(target_->shape));
-  double& kept = memory->outline.depth_excess;
-  kept *= std::pow(now.excess / kept, kExcessFollows);
-  memory->outline.depth_off_m += kExcessFollows * (now.off_m - memory->outline.depth_off_m);
-  *area_px *= kept;
+  *area_px *= memory->outline.depth_excess;
   summary->A += weight * photometric_.hessian;
   summary->B += weight * weight * shared / *area_px * photometric_.hessian;
   summary->geometry +=

@@ -20,6 +20,7 @@ constexpr double kPixelSd = 0.29;  // of an edge somewhere in a pixel
 // of the other side.
 constexpr int kNearestLearnt_px = 2, kFarthestLearnt_px = 10;
 constexpr float kLocalRate = 0.2f;
+constexpr float kSurest = 0.97f;  // chance that a place's colours give
 
 class LineMaker {
  public:
@@ -27,11 +28,11 @@ class LineMaker {
             const energies::ColorProjection& view)
       : color_(*frame.color),
         view_(view),
-        whole_(colors.whole),
+        whole_(*colors.whole),
         local_(colors.local && colors.local->known() ? colors.local : nullptr),
-        posterior_(colors.whole.posterior().data()),
-        odds_(1 / colors.whole.prior() - 1),
-        surest_(bound(colors.whole)),
+        posterior_(colors.whole->posterior().data()),
+        odds_(1 / colors.whole->prior() - 1),
+        surest_(local_ ? kSurest : bound(*colors.whole)),
         stride_((search.reach_px + energies::kMaxReach - 1) / energies::kMaxReach),
         reach_(std::max(2, search.reach_px / stride_)) {}
 

@@ -18,7 +18,7 @@ struct OutlineSearch {
 };
 
 struct OutlineColors {
-  const appearance::ColorModel& whole;
+  const appearance::ColorModel* whole = nullptr;   // nullptr: not known
   const appearance::LocalColors* local = nullptr;  // nullptr: none
 };
 

@@ -88,7 +88,8 @@ Disagreement depth_disagreement(const Voices& v, double shared_lines, const Matr
     (distance2(std::exp(middle)) > kUnknowns ? low : high) = middle;
   }
   const Row left = v.outline_weight * A_inverse * v.outline_g;  // to the pose that depth asks for
-  return {std::exp(0.5 * (low + high)), std::sqrt(std::max(0.0, left.dot(v.depth_slopes * left)))};
+  const auto moves_m = [&](const Row& d) { return std::sqrt(std::max(0.0, d.dot(v.depth_slopes * d))); };
+  return {std::exp(0.5 * (low + high)), moves_m(left), moves_m(apart)};
 }
 
 }  // namespace sdftrack::tracking

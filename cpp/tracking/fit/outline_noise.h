@@ -17,6 +17,7 @@ struct OutlineNoise {
   double depth_excess = 1;
   // By how much readings of depth are off, as one sd, if the outline is right: 0 while the two agree.
   double depth_off_m = 0;
+  double apart_m = 0;  // of the poses that either would have alone, rms over the surface; likewise
 };
 
 // What two modalities say near one pose: Hessian, the sum of squared gradients, gradient.
@@ -46,6 +47,7 @@ struct Disagreement {
   double excess = 1;
   // Rms over the visible surface of what depth alone would still move it by: its error, if the pose is right.
   double off_m = 0;
+  double apart_m = 0;  // rms over it of the whole way from the outline's pose to that of depth
 };
 Disagreement depth_disagreement(const Voices& voices, double shared_lines, const Matrix6d& prior);
 

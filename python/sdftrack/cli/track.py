@@ -84,7 +84,7 @@ def track(
         bool | None,
         typer.Option(
             "--outline/--no-outline",
-            help="Read the outline in the colour image too: for depth that is biased or missing. Slower.",
+            help="Read the outline in the colour image too, where depth is seen to err or is missing.",
             show_default="no",
         ),
     ] = None,

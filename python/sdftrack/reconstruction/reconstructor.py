@@ -65,7 +65,7 @@ class Reconstructor:
     options : ReconstructorOptions, optional
         A whole set of options; single ones may be given as keywords.
     tracker_options : TrackerOptions, optional
-        Of the tracker inside.
+        Of the tracker inside. Default: ``outline=False``, for the outline of a shape that grows is not yet its own.
 
     Raises
     ------
@@ -105,7 +105,7 @@ class Reconstructor:
         self.mode, self.threads = mode, threads
         refuse_unknown(single_options, [*ReconstructorOptions.__dataclass_fields__, *KEYWORDS])
         self.options = (options or ReconstructorOptions()).replace(**single_options)
-        self.tracker_options = tracker_options or TrackerOptions()
+        self.tracker_options = tracker_options or TrackerOptions(outline=False)
         self._volume: Any = None
         self._tracker: Tracker | None = None
         self._keyframes = Keyframes(self.options.kept_frames)
