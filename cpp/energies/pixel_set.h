@@ -45,6 +45,11 @@ struct PixelSet {
     per_noise[j] = other.per_noise[i], foreground[j] = other.foreground[i], at[j] = other.at[i];
     hit_m[j] = depth_m[j], gain[j] = 1.0f;
   }
+  // All pixels from their measured depths.
+  void start_afresh() {
+    std::copy(depth_m.begin(), depth_m.end(), hit_m.begin());
+    std::fill(gain.begin(), gain.end(), 1.0f);
+  }
   // `wanted` pixels of `other` (all, where it has fewer), evenly spread over its order, from their
   // measured depths.
   void assign_subset(const PixelSet& other, int wanted) {

@@ -199,10 +199,13 @@ void SdfEnergy::leave_device() {
 void SdfEnergy::keep_near(const optim::State& x, double reach_m) {
   const auto reach = static_cast<float>(reach_m);
   const float* const phi = distances(x);
+  const int n = pixels_->count();
   int kept = 0;
-  for (int i = 0; i < pixels_->count(); ++i)
+  while (kept < n && std::abs(phi[kept]) < reach) ++kept;  // often all: these stay where they are
+  for (int i = kept + 1; i < n; ++i)
     if (std::abs(phi[i]) < reach) pixels_->copy(*pixels_, i, kept++);
   pixels_->resize(kept);
+  pixels_->start_afresh();
 }
 
 void SdfEnergy::settle(const optim::State& x, int steps, CudaWork* device) {

@@ -10,6 +10,7 @@ namespace {
 
 constexpr int kNoteBlock = 128;
 constexpr float kSteepGain = 2;  // 60 degrees from the normal
+constexpr int kErrorRuns = 16;   // of pixels, at least, are looked at for the interpolant's error
 
 // Sums of one class in the making.
 template <int P>
@@ -47,8 +48,9 @@ struct Notes {
   Block<P, kNoteBlock> inliers;
   Row<kNoteBlock> counted;
 
-  // n pixels from i on; returns their residuals.
-  HD L put(int i, int n) {
+  // n pixels from i on; returns their residuals. share: of the pull of the interpolant's error, 0: not asked
+  // for.
+  HD L put(int i, int n, float share) {
     FieldRow<L, P> row;
     const auto reading = term.read(i, n, &row);
     const L residual = reading.residual_m, gain2 = reading.gain * reading.gain;
@@ -72,9 +74,12 @@ struct Notes {
     }
     // Half of the weight that a residual of 0 has.
     const L inlier = select(there & (weight * L(4) * s * s > L(1)), L(1), zero);
-    const L error =
-        interpolation_error(term.field, load<L>(term.pixels.hit_m + i, n) * term.ray_of(i, n), voxel_m);
-    const L pull = select(there & hit, gain2 * second * error, zero);
+    L pull = zero;
+    if (share > 0) {
+      const L error =
+          interpolation_error(term.field, load<L>(term.pixels.hit_m + i, n) * term.ray_of(i, n), voxel_m);
+      pull = select(there & hit, L(share) * gain2 * second * error, zero);
+    }
     inliers.put(of(row, pull, inlier), kWidth<L>), counted.put(inlier, kWidth<L>);
     if (inliers.full()) flush();
     return residual;
@@ -99,13 +104,15 @@ template <class L, class LaneTerm, int P = LaneTerm::P>
 HD void note(const LaneTerm& term, int budget, float voxel_m, float* residual_m, int* at, TermSums<P>* out) {
   const int count = term.pixels.count, all = whole_lanes(count) / kLanes;
   const int runs = all < budget / kLanes ? all : budget / kLanes;
+  const int every = runs < 2 * kErrorRuns ? 1 : runs / kErrorRuns, looks = (runs + every - 1) / every;
+  const float share = looks > 0 ? static_cast<float>(runs) / static_cast<float>(looks) : 0;
   Notes<L, LaneTerm> notes{term, L(voxel_m), out, {}, {}, {}};
   for (int k = 0; k < runs; ++k) {
     const int first = static_cast<int>(static_cast<long>(k) * all / runs) * kLanes;
     const int end = first + kLanes < count ? first + kLanes : count;
     for (int i = first; i < end; i += kWidth<L>) {
       const int n = end - i < kWidth<L> ? end - i : kWidth<L>;
-      const L residual = notes.put(i, n);
+      const L residual = notes.put(i, n, k % every == 0 ? share : 0.0f);
       for (int j = 0; j < n; ++j) at[out->count + j] = i + j;
       store(residual, residual_m + out->count, n), out->count += n;
     }

@@ -65,9 +65,16 @@ void PixelSelection::pack(int wanted, energies::PixelSet* out) const {
   for (int k = 0; k < n; ++k) {
     const int at = at_[static_cast<std::size_t>(k * stride)];
     while (at >= next_row) ++y, next_row += width;
-    const float z = frame_.depth_m.data[at];
-    out->set(k, ideal(at - (next_row - width), y), z, noise_ + noise_per_m2_ * z * z, at);
+    const Vec2f u = ideal(at - (next_row - width), y);
+    const auto i = static_cast<std::size_t>(k);
+    out->at[i] = at, out->u_px[i] = u.x, out->v_px[i] = u.y, out->depth_m[i] = frame_.depth_m.data[at];
   }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+    const float z = out->depth_m[i];
+    out->per_noise[i] = 1 / (noise_ + noise_per_m2_ * z * z);
+  }
+  std::fill(out->foreground.begin(), out->foreground.end(), 0.0f);
+  out->start_afresh();
 }
 
 }  // namespace sdftrack::frame

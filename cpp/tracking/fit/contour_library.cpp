@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kCells = 45;  // along each side of a cube about the object: two degrees
 constexpr double kDistanceRatio = 1.15;
-constexpr std::size_t kMaxEntries = 512;
+constexpr std::size_t kMaxEntries = 128;
 
 int cell_at(double x) { return std::clamp(static_cast<int>((x + 1) / 2 * kCells), 0, kCells - 1); }
 double middle_of(int cell) { return (cell + 0.5) / kCells * 2 - 1; }
@@ -45,11 +45,14 @@ const std::vector<ContourPoint>& ContourLibrary::seen_from(Vec3d eye_obj, const 
   const int cell = direction_cell(eye_obj, &direction);
   const int distance = static_cast<int>(std::lround(std::log(norm(eye_obj)) / std::log(kDistanceRatio)));
   const bool keep = !shape.seen.amount;  // of a shape known in part more becomes known
+  if (entries_.empty()) {                // once, so that no later frame allocates
+    entries_.resize(kMaxEntries);
+    for (Entry& e : entries_) e.points.reserve(static_cast<std::size_t>(2 * wanted));
+  }
   for (const Entry& e : entries_)
     if (keep && e.shape == shape.id && e.cell == cell && e.distance == distance && e.wanted == wanted &&
         e.focal_px == focal_px && e.thickness_px == thickness_px)
       return e.points;
-  if (entries_.size() < kMaxEntries) entries_.emplace_back(), next_ = entries_.size() - 1;
   Entry& made = entries_[next_];
   next_ = (next_ + 1) % kMaxEntries;
   made.shape = keep ? shape.id : 0, made.cell = cell, made.distance = distance, made.wanted = wanted;

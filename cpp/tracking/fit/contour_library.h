@@ -21,9 +21,9 @@ class ContourLibrary {
 
  private:
   struct Entry {
-    std::uint64_t shape;
-    int cell, distance, wanted;
-    double focal_px, thickness_px;
+    std::uint64_t shape = 0;
+    int cell = -1, distance = 0, wanted = 0;
+    double focal_px = 0, thickness_px = 0;
     std::vector<ContourPoint> points;
   };
   std::vector<Entry> entries_;
