@@ -65,6 +65,8 @@ class PyTracker {
 
   // The record of the sequence. best: (M, 4, 4), NaN: no good pose yet.
   int index() const { return tracker_->last_result().index; }
+  // Seconds, its sd, and the frames that it was seen in; 0 frames: nothing is known.
+  std::tuple<double, double, int> color_delay();
   py::array_t<double> best();
   void resume(int index, double time_s, const std::vector<bool>& followed, const py::array& best);
   void interrupt(int index);

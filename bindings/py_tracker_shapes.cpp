@@ -131,6 +131,12 @@ py::array_t<double> PyTracker::best() {
   return out;
 }
 
+std::tuple<double, double, int> PyTracker::color_delay() {
+  const Busy busy(&busy_, "tracker");
+  const tracking::ColorDelay::Estimate now = tracker_->color_delay();
+  return {now.delay_s, now.sd_s, now.frames};
+}
+
 void PyTracker::resume(int index, double time_s, const std::vector<bool>& followed, const py::array& best) {
   const Busy busy(&busy_, "tracker");
   tracker_->resume(index, time_s, followed, poses_from(best));

@@ -67,6 +67,7 @@ void bind_tracking(py::module_& m) {
       .def("look_at", &PyTracker::look_at, py::arg("frame"), py::arg("k"), py::arg("region"))
       .def("paint", &PyTracker::paint, py::arg("k"), py::arg("colors"))
       .def("membership", &PyTracker::membership, py::arg("frame"))
+      .def("color_delay", &PyTracker::color_delay)
       .def_property_readonly("index", &PyTracker::index)
       .def_property_readonly("best", &PyTracker::best)
       .def("resume", &PyTracker::resume, py::arg("index"), py::arg("time_s"), py::arg("followed"),

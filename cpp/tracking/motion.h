@@ -32,6 +32,10 @@ class ConstantVelocity {
   // slows down as often as not.
   void pass();
   bool knows_velocity() const { return poses_ > 1; }
+  // Whether velocities are known per second, and these: of the centre and of the turn about it.
+  bool knows_time() const { return knows_velocity() && per_second_; }
+  Vec3d velocity() const { return v_; }
+  Vec3d turn_rate() const { return w_; }
   // `last` moved on to the time of the next frame.
   Rigidd predict(const Rigidd& last, double time_s) const;
 

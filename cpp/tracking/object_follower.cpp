@@ -157,6 +157,12 @@ void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_
     object->motion.pass();
   else
     object->motion.observe(fitted.T_cam_obj, time_s), ++object->sure_frames;
+  if (!object->weak && object->motion.knows_time()) {
+    const Vec3d v = object->motion.velocity(), w = object->motion.turn_rate();
+    object->color_delay.observe(fitted.apart, Vector6d{{v.x, v.y, v.z, w.x, w.y, w.z}});
+  } else {
+    object->color_delay.pass();
+  }
   // What further attempts could not better is the state of things: an object that a hand covers is not
   // searched for in every frame.
   const double share = agreeing_share(fitted.seen);

@@ -10,6 +10,7 @@
 #include "tracking/fit/fit.h"
 #include "tracking/motion.h"
 #include "tracking/pose_hint.h"
+#include "tracking/trust/color_delay.h"
 
 namespace sdftrack::tracking {
 
@@ -29,6 +30,7 @@ struct TrackedObject {
   bool colors_by_outline = false;  // learnt inside of its silhouette, for want of readings
   double usual_share = 0;          // of agreeing surface points, lately; 0: not known yet
   double usual_cost = 0;           // mean per pixel, lately
+  ColorDelay color_delay;          // of what it shows, since the start of the sequence
   PredictionErrors errors;         // 0 of a pose that is given: right, as far as anybody knows
   bool given = false;              // its pose, by somebody who vouches for it; until a frame has shown it
   bool weak = false;               // in the last frame

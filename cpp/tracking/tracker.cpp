@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tracking/tracker.h"
 
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
@@ -46,7 +48,7 @@ const FrameResult& Tracker::start(const frame::DepthFrame& frame, const std::vec
   for (std::size_t k = 0; k < objects_.size(); ++k) {
     objects_[k].forget(options_);
     objects_[k].colors.forget(), objects_[k].outline_colors.forget();
-    objects_[k].colors_by_outline = false;
+    objects_[k].colors_by_outline = false, objects_[k].color_delay.forget();
     const std::optional<Rigidd>& pose = hints[k].T_cam_obj;  // the plane's search leaves its region out
     objects_[k].T_cam_obj = pose ? centred(*pose, *objects_[k].shape) : Rigidd{};
     objects_[k].wanted = hints[k];
@@ -186,6 +188,19 @@ ObjectResult Tracker::follow(Object* object) {
 std::optional<Fitted> Tracker::look(const frame::DepthFrame& frame, int k, const Rigidd& T_cam_obj) {
   if (!frame.depth_m.data) return std::nullopt;  // a frame that could not be read
   return follower_.look(frame, camera(), shape(k), T_cam_obj);
+}
+
+ColorDelay::Estimate Tracker::color_delay() const {
+  double sum = 0, weights = 0;
+  int frames = 0;
+  for (const Object& object : objects_) {
+    const ColorDelay::Estimate one = object.color_delay.estimate();
+    if (one.frames == 0) continue;
+    const double weight = 1 / (one.sd_s * one.sd_s);
+    sum += weight * one.delay_s, weights += weight, frames = std::max(frames, one.frames);
+  }
+  return weights > 0 ? ColorDelay::Estimate{sum / weights, 1 / std::sqrt(weights), frames}
+                     : ColorDelay::Estimate{};
 }
 
 void Tracker::find_membership(const frame::DepthFrame& frame, float* membership, float* foreground) {

@@ -71,6 +71,8 @@ class Tracker {
   void reshape(int k, frame::PartialShape known);
   // The surface of object k has these colours.
   void paint(int k, const energies::ColorView& colors);
+  // By how much colour is later than depth, by all objects since the start.
+  ColorDelay::Estimate color_delay() const;
   const frame::Shape& shape(int k) const { return *object(k).shape; }
   // Motions in object k's frame that leave it as it is; poses that differ by one of them are one answer.
   void set_symmetries(int k, const std::vector<Rigidd>& motions);

@@ -34,7 +34,7 @@ if TYPE_CHECKING:  # what type checkers and editors read; a test compares it wit
     from sdftrack.primitives import Primitive, PrimitiveFit, fit_primitive, fit_primitives
     from sdftrack.reconstruction import Reconstructor, ReconstructorOptions
     from sdftrack.recorder import Recorder
-    from sdftrack.results import Status, Step, TrackResult
+    from sdftrack.results import ColorDelay, Status, Step, TrackResult
     from sdftrack.sdf import SDF, MeshReport, smooth_union, union
     from sdftrack.sensor import SensorModel
     from sdftrack.symmetry import Symmetry, find_symmetries
@@ -61,7 +61,7 @@ _HOMES = {
     "primitives": ("Primitive", "PrimitiveFit", "fit_primitive", "fit_primitives"),
     "reconstruction": ("Reconstructor", "ReconstructorOptions"),
     "recorder": ("Recorder",),
-    "results": ("Status", "Step", "TrackResult"),
+    "results": ("ColorDelay", "Status", "Step", "TrackResult"),
     "sdf": ("SDF", "MeshReport", "smooth_union", "union"),
     "sensor": ("SensorModel",),
     "symmetry": ("Symmetry", "find_symmetries"),
@@ -75,6 +75,7 @@ __all__ = [
     "SDF",
     "Camera",
     "ColorCalibration",
+    "ColorDelay",
     "DepthCalibration",
     "Energy",
     "Frame",

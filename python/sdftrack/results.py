@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, overload
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Status", "Step", "TrackResult"]
+__all__ = ["ColorDelay", "Status", "Step", "TrackResult"]
 
 
 class Status(str, enum.Enum):
@@ -86,6 +86,32 @@ class Steps(Sequence[Step]):
 def _step(row: list[float]) -> Step:
     cost, damping, accepted, scale_m, pixels = row
     return Step(cost, damping, bool(accepted), scale_m, int(pixels))
+
+
+@dataclass(frozen=True)
+class ColorDelay:
+    """By how much colour images are of a later moment than the depth images that came with them.
+
+    Attributes
+    ----------
+    delay_s, sd_s : float
+        Seconds, and its standard deviation. Negative: colour is earlier.
+    frames : int
+        In which it was looked at.
+    """
+
+    delay_s: float
+    sd_s: float
+    frames: int
+
+    @property
+    def significant(self) -> bool:
+        """More than three standard deviations and 3 ms from none."""
+        return abs(self.delay_s) > max(3 * self.sd_s, 0.003)
+
+    def __str__(self) -> str:
+        when = "later" if self.delay_s > 0 else "earlier"
+        return f"colour {1e3 * abs(self.delay_s):.0f} +- {1e3 * self.sd_s:.0f} ms {when} than depth"
 
 
 @dataclass(frozen=True, eq=False)

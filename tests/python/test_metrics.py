@@ -132,3 +132,10 @@ def test_look_at_puts_the_target_on_the_axis():
     np.testing.assert_allclose(st.geometry.inverse(T) @ T, np.eye(4), atol=EXACT)
     with pytest.raises(ValueError, match="up"):
         st.geometry.look_at([0, 0, 1], [0, 0, 0])
+
+
+def test_a_lost_pose_has_no_adds():
+    points = np.random.default_rng(0).normal(size=(50, 3))
+    poses = np.stack([np.eye(4), np.full((4, 4), np.nan)])
+    assert np.isnan(metrics.adds(poses, np.eye(4), points)).tolist() == [False, True]
+    assert np.isnan(metrics.adds(poses[1], np.eye(4), points))

@@ -150,6 +150,32 @@ def test_colour_alone_says_what_it_needs():
     assert tracker.track(frames[1]).status[0] is st.Status.WEAK
 
 
+@pytest.mark.parametrize("delay_s", [0.0, 0.015, -0.03])
+def test_colour_of_another_moment_is_measured(delay_s):
+    def pose_at(t):
+        turn = [0.5 + 0.5 * np.sin(2 * t), -0.6, 0.2 + 0.3 * np.sin(3 * t)]
+        return geometry.pose(turn, [0.05 * np.sin(2.2 * t), 0.02 + 0.03 * np.sin(3.1 * t), 0.5])
+
+    tracker = st.Tracker(VOLUME, CAMERA, mode="rgbd", threads=1)
+    random = np.random.default_rng(0)
+    for i in range(80):
+        t = i / 30
+        d, shown = (BOX.raycast(CAMERA, pose_at(at))[0] for at in (t, t + delay_s))
+        depth = np.where(d > 0, d + random.normal(0, 0.001, d.shape), 1.2).astype(np.float32)
+        noisy = np.where((shown > 0)[..., None], OBJECT, AROUND) + random.normal(0, 8, (*d.shape, 3))
+        frame = st.Frame(depth, np.clip(noisy, 0, 255).astype(np.uint8), timestamp=t)
+        if i:
+            tracker.track(frame)
+        else:
+            assert tracker.color_delay is None
+            tracker.start(frame, poses=[pose_at(0)])
+    found = tracker.color_delay
+    assert found.sd_s < 0.005
+    assert found.delay_s == pytest.approx(delay_s, abs=min(3 * found.sd_s, 0.004))
+    assert found.significant is (delay_s != 0)
+    assert ("earlier" in str(found)) == (found.delay_s < 0)
+
+
 def test_the_same_bits_for_any_number_of_threads():
     frames, poses = scene(8)
     one, *_ = follow(frames, poses, [4])

@@ -34,7 +34,7 @@ int FitView::open(const frame::DepthFrame& frame, const Camera& camera, const Fi
   free_grid_.distance_px.clear();
   selection_.choose(frame, camera, target.shape, target.expected, sensor_noise(options_), padding_m, plane);
   coarse_.clear(), pixels_.clear();  // of another frame, whose colours may be gone
-  outline_lines_.lines.clear();
+  outline_lines_.lines.clear(), apart_.reset();
   measured_.known = false;
   if (selection_.count() == 0) return 0;
   if (reads_colors())
@@ -209,6 +209,7 @@ double FitView::correlation_area(const energies::SdfEnergyOptions& options, cons
 // is the sensor's systematic error, and the following frames are judged with it.
 void FitView::examine(const Neighbors& others, Fitted* fitted) {
   const FitMemory& before = target_->memory;
+  fitted->apart = apart_;
   const double stated_m = sensor_noise(options_).at(fitted->T_cam_obj.t.z);
   const double local = local_noise_m(pixels_, &floats_) / stated_noise_m_;  // over stated, as the factor
   const double measured = fitted->memory.noise_factor;

@@ -13,6 +13,7 @@
 #include "tracking/fit/local_noise.h"
 #include "tracking/fit/outline_lines.h"
 #include "tracking/fit/outline_noise.h"
+#include "tracking/trust/color_delay.h"
 #include "tracking/trust/color_evidence.h"
 #include "tracking/trust/systematic.h"
 #include "tracking/trust/trust.h"
@@ -63,9 +64,10 @@ struct Fitted {
   double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
   Visibility seen;
   Outline outline;
-  double roughness = 1;     // see PoseEvidence
-  double centre_sd = 0;     // likewise
-  double systematic_m = 0;  // that the covariance counts with
+  double roughness = 1;             // see PoseEvidence
+  double centre_sd = 0;             // likewise
+  double systematic_m = 0;          // that the covariance counts with
+  std::optional<PosesApart> apart;  // where the outline was looked at
   FitMemory memory;
   std::vector<TrackStep> steps;
 };
@@ -151,6 +153,7 @@ class FitView {
   // What the two say about each other, with the weight that the outline had in the fit; 0: none.
   void compare_with_outline(const optim::State& x, double area_px, const energies::EnergySummary& depth,
                             double weight, FitMemory* memory);
+  Vector6d way_to_its_minimum(const optim::State& x, energies::OutlineEnergy* outline);
   void compare_outline_now_and_then(const optim::State& x, double area_px,
                                     const energies::EnergySummary& depth, FitMemory* memory);
   void add_outline(const optim::State& x, double scale_m, double* area_px, energies::EnergySummary* summary,
@@ -187,7 +190,9 @@ class FitView {
   std::vector<float> floats_;
   energies::GreyPixels grey_;
   std::vector<energies::PhotometricHit> photometric_hits_;
-  optim::NormalEquations photometric_;
+  optim::NormalEquations photometric_, outline_there_;
+  optim::State outline_at_;
+  std::optional<PosesApart> apart_;
   ContourLibrary contours_;
   energies::OutlineLines outline_lines_;
   std::vector<energies::OutlineResidual> outline_residuals_;

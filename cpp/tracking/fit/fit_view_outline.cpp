@@ -11,6 +11,7 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr std::size_t kMinLines = 20;
+constexpr int kOutlineSteps = 4;
 constexpr int kOutlineEvery = 4;  // frames in which depth alone holds the pose
 constexpr double kUsualShared = 6, kOutlineFollows = 0.2, kExcessFollows = 0.3, kOutlineSees = 6,
                  kMinFactor = 0.25, kMaxFactor = 4;
@@ -65,14 +66,36 @@ void FitView::measure_outline(const optim::State& x, FitMemory* memory) {
   kept.shared_lines += rate * (now.shared_lines - kept.shared_lines);
 }
 
+// As one increment: the lines' weights are other ones there, and one step would stop short of it.
+Vector6d FitView::way_to_its_minimum(const optim::State& x, energies::OutlineEnergy* outline) {
+  outline_at_ = x;
+  Vector6d way = Vector6d::Zero();
+  for (int k = 0; k < kOutlineSteps; ++k) {
+    outline_there_.reset(6);
+    outline->linearize(outline_at_, &outline_there_);
+    const Matrix6d H = outline_there_.hessian + weak_knowledge(target_->shape);
+    way -= H.ldlt().solve(Vector6d(outline_there_.gradient));
+    outline_at_.T_obj_cam[0] =
+        increment(Vec3d{way[0], way[1], way[2]}, Vec3d{way[3], way[4], way[5]}) * x.T_obj_cam[0];
+  }
+  return way;
+}
+
 void FitView::compare_with_outline(const optim::State& x, double area_px,
                                    const energies::EnergySummary& depth, double weight, FitMemory* memory) {
   measure_outline(x, memory);
   photometric_.reset(6);
-  outline_energy(*memory, kCommonBesideDepth_px).linearize(x, &photometric_);
+  energies::OutlineEnergy outline = outline_energy(*memory, kCommonBesideDepth_px);
+  outline.linearize(x, &photometric_);
   const Disagreement now = depth_disagreement(
       {depth.A, depth.B, depth.geometry, area_px, photometric_.hessian, photometric_.gradient, weight},
       shared_lines(*memory), weak_knowledge(target_->shape));
+  const Matrix6d in_camera = camera_by_increment(inverse(x.T_obj_cam[0]), Vec3d{0, 0, 0});
+  const Matrix6d covariance = in_camera * now.covariance * in_camera.transpose();
+  if (weight > 0)  // from the depth's pose to the outline's
+    apart_ = PosesApart{-in_camera * now.way, covariance};
+  else
+    apart_ = PosesApart{in_camera * way_to_its_minimum(x, &outline), covariance};
   OutlineNoise& kept = memory->outline;
   kept.depth_excess *= std::pow(now.excess / kept.depth_excess, kExcessFollows);
   kept.depth_off_m += kExcessFollows * (now.off_m - kept.depth_off_m);

@@ -81,7 +81,9 @@ Disagreement depth_disagreement(const Voices& v, double shared_lines, const Matr
     const Matrix6d C = factor * depth + outline;
     return apart.dot(C.ldlt().solve(apart));
   };
-  if (!(distance2(1) > kSurelyApart)) return {};
+  Disagreement found;
+  found.way = apart, found.covariance = depth + outline;
+  if (!(distance2(1) > kSurelyApart)) return found;
   double low = 0, high = std::log(kMaxExcess);
   for (int k = 0; k < kBisections; ++k) {
     const double middle = 0.5 * (low + high);
@@ -89,7 +91,8 @@ Disagreement depth_disagreement(const Voices& v, double shared_lines, const Matr
   }
   const Row left = v.outline_weight * A_inverse * v.outline_g;  // to the pose that depth asks for
   const auto moves_m = [&](const Row& d) { return std::sqrt(std::max(0.0, d.dot(v.depth_slopes * d))); };
-  return {std::exp(0.5 * (low + high)), moves_m(left), moves_m(apart)};
+  found.excess = std::exp(0.5 * (low + high)), found.off_m = moves_m(left), found.apart_m = moves_m(apart);
+  return found;
 }
 
 }  // namespace sdftrack::tracking

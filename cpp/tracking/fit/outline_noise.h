@@ -47,7 +47,9 @@ struct Disagreement {
   double excess = 1;
   // Rms over the visible surface of what depth alone would still move it by: its error, if the pose is right.
   double off_m = 0;
-  double apart_m = 0;  // rms over it of the whole way from the outline's pose to that of depth
+  double apart_m = 0;                 // rms over it of the whole way from the outline's pose to that of depth
+  Eigen::Matrix<double, 6, 1> way{};  // that way, an increment of T_obj_cam; surely apart or not
+  Matrix6d covariance{};              // of it
 };
 Disagreement depth_disagreement(const Voices& voices, double shared_lines, const Matrix6d& prior);
 

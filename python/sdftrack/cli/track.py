@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -242,9 +243,14 @@ def _track_one(folder: Path, out: Path, job: Job) -> list[str]:
                 truth = seq.ground_truth.get(i, {})
                 truths.append({k: truth[t.instance] for k, t in enumerate(targets) if t.instance in truth})
                 recorder.add(frame, results[-1], im_id=seq.ids[i], truth=truths[-1])
+            delay = tracker.color_delay
+            if delay:
+                recorder.note("color_delay", dataclasses.asdict(delay))
         if not job.quiet:
             alike = {k: t.symmetry for k, t in enumerate(targets) if t.symmetry}
             show_summary(folder, names, results, truths, [seq.ids[i] for i in numbers], out, alike)
+            if delay and delay.significant:
+                print(f"{delay}: the two images of a frame are of different moments")
             if selection and "lost" in map(str, results[0].status):
                 print(f"what was taken for the objects in the first frame: {out / NAME}")
         return list(lost_throughout(folder, names, results, [i.kind for i in job.inits]))

@@ -69,7 +69,7 @@ def add(T: ArrayLike, T_gt: ArrayLike, points: Any) -> Any:
 
 
 def adds(T: ArrayLike, T_gt: ArrayLike, points: Any) -> Any:
-    """ADD-S: mean distance of each model point under `T_gt` to the nearest under `T`, m."""
+    """ADD-S: mean distance of each model point under `T_gt` to the nearest under `T`, m; NaN of a pose that is not finite (lost)."""
     A, B = np.broadcast_arrays(_poses(T, "T"), _poses(T_gt, "T_gt"))
     p = _points(points)
     nearest = _nearest_in(p)
@@ -77,7 +77,7 @@ def adds(T: ArrayLike, T_gt: ArrayLike, points: Any) -> Any:
     for a, b in zip(A.reshape(-1, 4, 4), B.reshape(-1, 4, 4), strict=True):
         # Distances are the same in every frame: one tree in the object's serves all poses.
         seen = (p @ b[:3, :3].T + b[:3, 3] - a[:3, 3]) @ a[:3, :3]
-        flat.append(float(nearest(seen).mean()))
+        flat.append(float(nearest(seen).mean()) if np.isfinite(seen).all() else np.nan)
     return flat[0] if A.ndim == 2 else np.reshape(flat, A.shape[:-2])
 
 

@@ -27,7 +27,7 @@ from sdftrack.options import TrackerOptions
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.primitives.shape import Primitive
 from sdftrack.primitives.tracked import FreeSizes
-from sdftrack.results import Status, TrackResult
+from sdftrack.results import ColorDelay, Status, TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.sensor import SensorModel
 from sdftrack.symmetry import Symmetry
@@ -51,6 +51,7 @@ from sdftrack.tracking.start_places import clicked_places, found_anywhere
 __all__ = ["Tracker"]
 
 LOG = logging.getLogger("sdftrack")
+COLOR_DELAY_KNOWN_S = 0.05  # sd above which it is not told
 # What may have been meant where a keyword is neither an argument nor an option.
 KEYWORDS = (
     "mode", "device", "threads", "recover", "motion", "membership", "names", "collision", "symmetry", "options",
@@ -482,6 +483,22 @@ class Tracker:
         from sdftrack._internal.pickled import load_pickled
 
         return load_pickled(path, Tracker)
+
+    @property
+    def color_delay(self) -> ColorDelay | None:
+        """By how much colour images are of a later moment than depth images, by all objects since :meth:`start`.
+
+        Where the objects' outline is looked at in the colour image (``mode="rgbd"`` with ``outline``), its way from the
+        pose by depth is compared with the motion (docs/math/outline.md, section 6). Nothing is changed by it.
+
+        Returns
+        -------
+        ColorDelay or None
+            None: not known, for want of timestamps, colour, an outline that stands out, or a motion.
+        """
+        with self._alone():
+            delay_s, sd_s, frames = self._core.color_delay()
+        return ColorDelay(delay_s, sd_s, frames) if frames and sd_s < COLOR_DELAY_KNOWN_S else None
 
     def __getstate__(self) -> dict[str, Any]:
         with self._alone():

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/trust/color_delay.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace sdftrack::tracking {
+
+namespace {
+
+constexpr double kBias_m = 0.02, kBias_rad = 0.2, kDelay_s = 0.1;  // sd of what may be expected
+constexpr double kUnknowns = 6, kShared = 4;                       // neighbouring frames share their errors
+constexpr int kEnoughFrames = 8;
+
+}  // namespace
+
+void ColorDelay::observe(const std::optional<PosesApart>& apart, const Vector6d& velocity) {
+  if (waiting_) add(*waiting_, 0.5 * (before_ + velocity));
+  waiting_ = apart, before_ = velocity;
+}
+
+void ColorDelay::add(const PosesApart& apart, const Vector6d& velocity) {
+  if (!apart.way.allFinite() || !velocity.allFinite() || !apart.covariance.allFinite()) return;
+  Eigen::Matrix<double, 6, 7> J;
+  J << Matrix6d::Identity(), velocity;
+  const Vector6d left = apart.way - J * solution();
+  const Eigen::LDLT<Matrix6d> factor(apart.covariance);
+  const double distance2 = left.dot(factor.solve(left));
+  if (!(distance2 >= 0)) return;
+  const double weight = 1 / (1 + distance2 / kUnknowns);
+  A_ += weight * J.transpose() * factor.solve(J);
+  b_ += weight * J.transpose() * factor.solve(apart.way);
+  excess_ += weight * distance2;
+  ++frames_;
+}
+
+ColorDelay::Matrix7d ColorDelay::information() const {
+  Vector7d expected;
+  expected << Eigen::Vector3d::Constant(kBias_m), Eigen::Vector3d::Constant(kBias_rad), kDelay_s;
+  Matrix7d A = A_;
+  A.diagonal() += expected.cwiseAbs2().cwiseInverse();
+  return A;
+}
+
+ColorDelay::Vector7d ColorDelay::solution() const { return information().ldlt().solve(b_); }
+
+ColorDelay::Estimate ColorDelay::estimate() const {
+  if (frames_ < kEnoughFrames) return {};
+  const Matrix7d covariance = information().ldlt().solve(Matrix7d::Identity());
+  const double excess = std::max(1.0, excess_ / (kUnknowns * frames_));
+  return {solution()[6], std::sqrt(kShared * excess * covariance(6, 6)), frames_};
+}
+
+}  // namespace sdftrack::tracking

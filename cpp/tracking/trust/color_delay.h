@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// By how much the colour images are of a later moment than the depth images, from how an object moves.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "base/rigid.h"
+
+namespace sdftrack::tracking {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+// What depth alone and the outline in the colour image alone say of one frame, in camera axes about the
+// object's centre: the way from the depth's pose to the outline's (m, rad) and its covariance.
+struct PosesApart {
+  Vector6d way = Vector6d::Zero();
+  Matrix6d covariance = Matrix6d::Zero();
+};
+
+// Over a sequence the two poses are apart by  way = bias + delay velocity + noise,  bias constant (the sensor
+// errs in the same way all the time): seven unknowns by weighted least squares, of which the delay is told as
+// soon as the velocity has changed. A frame that is far off counts less (Cauchy).
+class ColorDelay {
+ public:
+  void forget() { *this = {}; }
+  // Of every sure frame in turn. velocity: since the frame before, in camera axes, per second; that at the
+  // frame itself is known with the next one. apart: where the outline was looked at.
+  void observe(const std::optional<PosesApart>& apart, const Vector6d& velocity);
+  void pass() { waiting_.reset(); }  // a frame that is not sure
+  // velocity: at the frame.
+  void add(const PosesApart& apart, const Vector6d& velocity);
+
+  struct Estimate {
+    double delay_s = 0, sd_s = 0;
+    int frames = 0;  // 0: nothing is known
+  };
+  Estimate estimate() const;
+
+ private:
+  using Vector7d = Eigen::Matrix<double, 7, 1>;
+  using Matrix7d = Eigen::Matrix<double, 7, 7>;
+  Vector7d solution() const;
+  Matrix7d information() const;
+
+  Matrix7d A_ = Matrix7d::Zero();
+  Vector7d b_ = Vector7d::Zero();
+  double excess_ = 0;  // sum of weighted squared residuals
+  int frames_ = 0;
+  std::optional<PosesApart> waiting_;
+  Vector6d before_ = Vector6d::Zero();
+};
+
+}  // namespace sdftrack::tracking
