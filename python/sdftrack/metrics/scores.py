@@ -69,7 +69,7 @@ def add(T: ArrayLike, T_gt: ArrayLike, points: Any) -> Any:
 
 
 def adds(T: ArrayLike, T_gt: ArrayLike, points: Any) -> Any:
-    """ADD-S: mean distance of each model point under `T_gt` to the nearest under `T`, m; NaN of a lost (not finite) pose."""
+    """ADD-S: mean distance of each model point under `T_gt` to the nearest under `T`, m; NaN of a lost pose."""
     A, B = np.broadcast_arrays(_poses(T, "T"), _poses(T_gt, "T_gt"))
     p = _points(points)
     nearest = _nearest_in(p)
