@@ -40,7 +40,7 @@ def grasp(
     share: tuple[float, ...] = (0.5, 0.65),
     frames: int = 200,
     sigma: float = 0.001,
-    noise: tuple[Literal["gaussian", "kinect"], ...] = ("gaussian", "kinect"),
+    noise: tuple[Literal["gaussian", "kinect", "stereo"], ...] = ("gaussian", "kinect"),
     voxels: int = 160,
     threads: int = 0,
     options: Settings = NO_SETTINGS,

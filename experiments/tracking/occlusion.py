@@ -52,7 +52,7 @@ def scene(
     from sdftrack import synth
 
     held = None if share == 0 else synth.Grip(share, color, grow=grow)
-    model = synth.Kinect() if noise == "kinect" else sigma_m
+    model = sigma_m if noise == "gaussian" else {"kinect": synth.Kinect, "stereo": synth.Stereo}[noise]()
     return synth.sequence(
         mesh, frames, noise=model, occluder=held, seed=seed, clutter=True, threads=threads, cache=cache
     )
@@ -96,7 +96,7 @@ def occlusion(
     seeds: int = 1,
     frames: int = 300,
     sigma: float = 0.001,
-    noise: Literal["gaussian", "kinect"] = "gaussian",
+    noise: Literal["gaussian", "kinect", "stereo"] = "gaussian",
     voxels: int = 200,
     threads: int = 0,
     options: Settings = NO_SETTINGS,
@@ -114,7 +114,7 @@ def occlusion(
     share
         of the visible object that is hidden
     noise
-        gaussian: of `sigma`; kinect: as structured light errs
+        gaussian: of `sigma`; kinect: as structured light errs; stereo: as a pair of cameras does
     grow
         frames in which the hand closes
     """
@@ -146,7 +146,7 @@ def occlusion(
                 row["kept"] = kept(row)
                 rows[f"{name}, {hand}, {way}"] = row
                 say("  ".join(_cells(f"{name}, {hand}, {way}", row)))
-    said = "a Kinect's noise" if noise == "kinect" else f"noise {1e3 * sigma:g} mm"
+    said = {"kinect": "a Kinect's noise", "stereo": "noise of stereo"}.get(noise, f"noise {1e3 * sigma:g} mm")
     title = f"{frames} frames, {said}, a hand that hides {100 * share:g} %, {seeds} seeds"
     return Table(title, HEAD, [_cells(name, row) for name, row in rows.items()], numbers=rows)
 

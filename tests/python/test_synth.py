@@ -127,6 +127,44 @@ def test_kinect_loses_edges_and_grazing_surfaces():
     assert (st.synth.Kinect()(ramp, np.full_like(ramp, np.cos(np.radians(60))), rng) > 0).all()
 
 
+def test_stereo_noise_is_one_of_disparity_shared_over_a_window():
+    stereo = st.synth.Stereo(bias_px=0.0, dropped=0.0)
+    wall, front = np.full((120, 160), 1.5, np.float32), np.ones((120, 160), np.float32)
+    errors = [stereo(wall, front, np.random.default_rng(k)) - wall for k in range(20)]
+    assert np.std(errors) == pytest.approx(stereo.sigma_m(1.5), rel=0.05)
+    middle = np.array(errors)[:, 20:100, 20:100]
+    beside = np.mean(middle[:, :, 1:] * middle[:, :, :-1]) / np.mean(middle**2)
+    apart = np.mean(middle[:, :, 9:] * middle[:, :, :-9]) / np.mean(middle**2)
+    assert beside == pytest.approx(6 / 7, abs=0.03)
+    assert abs(apart) < 0.05
+    biased = st.synth.Stereo(dropped=0.0)(wall, front, np.random.default_rng(0))
+    assert np.median(biased) - 1.5 == pytest.approx(-0.1 * 1.5**2 / stereo.baseline_m_px, rel=0.2)
+
+
+def test_stereo_has_a_shadow_beside_what_is_near_and_loses_patches_and_grazing_surfaces():
+    depth = np.full((60, 200), 2.0, np.float32)
+    depth[:, 80:120] = 0.5
+    stereo = st.synth.Stereo(subpixel_px=0.0, bias_px=0.0, dropped=0.0)
+    rng = np.random.default_rng(0)
+    seen = stereo(depth, np.ones_like(depth), rng) > 0
+    width = round(stereo.baseline_m_px * (1 / 0.5 - 1 / 2.0))
+    assert not seen[:, 80 - width + 1 : 80].any()
+    assert seen[:, : 80 - width - 1].all()
+    assert seen[:, 80:].all()
+    few = st.synth.Stereo(dropped=0.1)(depth, np.ones_like(depth), rng)
+    assert (few[:, 120:] == 0).mean() == pytest.approx(0.1, abs=0.05)
+    assert (stereo(depth, np.full_like(depth, np.cos(np.radians(85))), rng) == 0).all()
+    crease = (1 + 0.005 * np.abs(np.arange(100) - 50)).astype(np.float32)[None].repeat(40, axis=0)
+    rounded = stereo(crease, np.ones_like(crease), rng)
+    assert rounded[20, 50] > crease[20, 50] + 0.004  # the tip of the edge is averaged away
+
+
+def test_stereo_says_what_it_takes():
+    for bad in ({"window_px": 4}, {"dropped": 1.0}, {"baseline_m_px": 0.0}):
+        with pytest.raises(ValueError, match=rf"Stereo\({next(iter(bad))}\)"):
+            st.synth.Stereo(**bad)
+
+
 @pytest.mark.parametrize("fraction", [0.15, 0.3, 0.6])
 def test_a_hand_hides_the_wanted_fraction(fraction):
     bare = st.synth.sequence(BOX, 3, camera=SMALL, seed=8)

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.synth.stereo_noise import Stereo
+
 __all__ = ["Gaussian", "Kinect", "Noise", "noise_of"]
 
 Image = NDArray[np.float32]
@@ -78,10 +80,10 @@ def noise_of(noise: Any) -> Noise | None:
     if noise is None or noise == "none":
         return None
     if isinstance(noise, str):
-        named: dict[str, Noise] = {"gaussian": Gaussian(), "kinect": Kinect()}
+        named: dict[str, Noise] = {"gaussian": Gaussian(), "kinect": Kinect(), "stereo": Stereo()}
         if noise not in named:
             raise ValueError(
-                f'noise: expected None, metres, "gaussian", "kinect" or a function, got {noise!r}'
+                f'noise: expected None, metres, "gaussian", "kinect", "stereo" or a function, got {noise!r}'
             )
         return named[noise]
     if callable(noise):

@@ -53,7 +53,7 @@ def sequence(
         `random_walk(step_m=, step_rad=)`, `orbit(...)`, `static(...)`, `sweep(...)` and `leave_and_return(...)`
         make functions;
         (n, M, 4, 4) or a list gives each of M objects its own. Without, several objects keep side by side.
-    noise : None, sigma in metres, "kinect", `Gaussian(...)`, `Kinect(...)`, or a function
+    noise : None, sigma in metres, "kinect", "stereo", `Gaussian(...)`, `Kinect(...)`, `Stereo(...)`, or a function
     occluder : None, True or "hand" (0.3), the fraction (0..0.8) of the first object that a hand hides, or
         `Hand(share)`, an open hand in front of it; "grip" or `Grip(share, color=...)`, fingers wrapped around it, in
         contact; `Cover(first, frames)`, a board that hides all of it for some frames; an object with `ready`
