@@ -186,8 +186,8 @@ void ObjectFollower::learn_colors(FrameContext* context, TrackedObject* object) 
 
 void ObjectFollower::learn_outline(const FrameContext& context, TrackedObject* object) {
   if (options_.outline && options_.outline_local && object->colors.known())
-    fitter_.learn_outline(context.frame(), context.camera(), *object->shape, object->T_cam_obj,
-                          object->memory, &object->outline_colors);
+    fitter_.learn_outline(context.frame(), context.camera(), *object->shape, object->colors,
+                          object->T_cam_obj, object->memory, &object->outline_colors);
 }
 
 }  // namespace sdftrack::tracking

@@ -68,8 +68,9 @@ class PoseFitter {
                                     const FitTarget& target, double* share);
   // The colours on both sides of the outline at T_cam_obj (centred), which is sure.
   void learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
-                     const Rigidd& T_cam_obj, const FitMemory& memory, appearance::LocalColors* colors) {
-    view_.learn_outline(frame, camera, shape, T_cam_obj, memory, colors);
+                     const appearance::ColorModel& whole, const Rigidd& T_cam_obj, const FitMemory& memory,
+                     appearance::LocalColors* colors) {
+    view_.learn_outline(frame, camera, shape, whole, T_cam_obj, memory, colors);
   }
   // The memory of a record that is no longer needed, for the next fit.
   void give_back(std::vector<TrackStep>&& steps) {

@@ -114,7 +114,8 @@ class FitView {
   int read_outline(const Rigidd& T_cam_obj, int reach_px);
   // The colours on both sides of the outline at T_cam_obj, which is sure.
   void learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
-                     const Rigidd& T_cam_obj, const FitMemory& memory, appearance::LocalColors* colors);
+                     const appearance::ColorModel& whole, const Rigidd& T_cam_obj, const FitMemory& memory,
+                     appearance::LocalColors* colors);
   // Whether the outline is to hold the pose beside the readings: where these err in common or stand apart
   // from it, or where nobody knows yet.
   bool outline_helps() const {

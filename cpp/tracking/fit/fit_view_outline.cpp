@@ -35,9 +35,9 @@ int FitView::read_outline(const Rigidd& T_cam_obj, int reach_px) {
 }
 
 void FitView::learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
-                            const Rigidd& T_cam_obj, const FitMemory& memory,
-                            appearance::LocalColors* colors) {
-  learn_outline_colors(frame, camera, shape, T_cam_obj,
+                            const appearance::ColorModel& whole, const Rigidd& T_cam_obj,
+                            const FitMemory& memory, appearance::LocalColors* colors) {
+  learn_outline_colors(frame, camera, shape, whole, T_cam_obj,
                        {options_.outline_points, options_.outline_reach_px,
                         in_front_m(sensor_noise(options_).at(T_cam_obj.t.z), memory)},
                        &contours_, colors);

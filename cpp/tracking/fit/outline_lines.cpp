@@ -19,6 +19,8 @@ constexpr double kPixelSd = 0.29;  // of an edge somewhere in a pixel
 // From the outline, of pixels whose colours are learnt: nearer, a pose that is a little off would have those
 // of the other side.
 constexpr int kNearestLearnt_px = 2, kFarthestLearnt_px = 10;
+// Of a colour inside of the outline that the object has nowhere: of a finger whose depth is hardly nearer.
+constexpr float kForeign = 0.3f;
 constexpr float kLocalRate = 0.2f;
 constexpr float kSurest = 0.97f;  // chance that a place's colours give
 
@@ -123,7 +125,8 @@ int find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, con
 }
 
 void learn_outline_colors(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
-                          const Rigidd& T_cam_obj, const OutlineSearch& search, ContourLibrary* contours,
+                          const appearance::ColorModel& whole, const Rigidd& T_cam_obj,
+                          const OutlineSearch& search, ContourLibrary* contours,
                           appearance::LocalColors* colors) {
   const energies::ColorProjection view = color_projection(camera, frame.color->map);
   const OutlinePlaces places(frame, camera, shape, T_cam_obj, search.in_front_m, view);
@@ -136,8 +139,8 @@ void learn_outline_colors(const frame::DepthFrame& frame, const Camera& camera, 
       for (const int by : {-away, away}) {
         const double x = centre.x + by * normal.x + 0.5, y = centre.y + by * normal.y + 0.5;
         if (!(x >= 0 && y >= 0 && x < view.width && y < view.height)) continue;
-        const unsigned char* const rgb = frame.color->at(static_cast<int>(x), static_cast<int>(y));
-        colors->add(place, by < 0, appearance::color_bin(rgb));
+        const int bin = appearance::color_bin(frame.color->at(static_cast<int>(x), static_cast<int>(y)));
+        if (by > 0 || whole.weight(bin) > kForeign) colors->add(place, by < 0, bin);
       }
   }
 }

@@ -29,9 +29,11 @@ int find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, con
                        const OutlineColors& colors, const Rigidd& T_cam_obj, const OutlineSearch& search,
                        ContourLibrary* contours, energies::OutlineLines* out);
 
-// The colours on both sides of the outline at a pose that is sure.
+// The colours on both sides of the outline at a pose that is sure; inside, those that the whole object's
+// histograms do not take for something else.
 void learn_outline_colors(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
-                          const Rigidd& T_cam_obj, const OutlineSearch& search, ContourLibrary* contours,
+                          const appearance::ColorModel& whole, const Rigidd& T_cam_obj,
+                          const OutlineSearch& search, ContourLibrary* contours,
                           appearance::LocalColors* colors);
 
 }  // namespace sdftrack::tracking
