@@ -80,8 +80,8 @@ struct TrackerOptions {
   bool outline = true;
   double outline_weight = 1.0;  // 1: as its own noise and that of the depth say
   int outline_points = 120;
-  int outline_reach_px = 8;  // along a line, to both sides, near the pose;
-  int outline_far_px = 24;   // where the pose may be farther off
+  int outline_reach_px = 8;        // along a line, to both sides, near the pose;
+  int outline_far_px = 24;         // where the pose may be farther off
   double outline_from_m = 0.0005;  // beside depth where its readings share an error of this; 0: always
   bool outline_local =
       true;  // by the colours near each place of the outline, not by the whole object's alone
