@@ -13,6 +13,14 @@ constexpr int kFreeSpaceNodes = 40;  // along the longer side
 
 }  // namespace
 
+double reading_at(const DepthFrame& frame, const Camera& camera, Vec3d p_cam) {
+  const Vec2d u = camera.project_point(p_cam);
+  const bool inside = u.x > -0.5 && u.y > -0.5 && u.x < camera.width - 0.5 && u.y < camera.height - 0.5;
+  if (!inside || !frame.depth_m.data) return 0;
+  const double z = frame.depth_m(static_cast<int>(u.x + 0.5), static_cast<int>(u.y + 0.5));
+  return z > 0 ? z : 0;
+}
+
 Rect projected_box(const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj, double padding_m) {
   const Rect whole{0, 0, camera.width, camera.height};
   double low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};

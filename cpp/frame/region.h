@@ -38,6 +38,9 @@ struct IdealPixel {
   }
 };
 
+// What the sensor reads in the direction of a point in front of the camera; 0: nothing, or outside the image.
+double reading_at(const DepthFrame& frame, const Camera& camera, Vec3d p_cam);
+
 struct Rect {
   int x0, y0, x1, y1;  // half open
   bool empty() const { return x0 >= x1 || y0 >= y1; }

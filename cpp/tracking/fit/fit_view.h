@@ -124,7 +124,7 @@ class FitView {
                                std::max(memory.shared_m, memory.outline.apart_m) >= options_.outline_from_m);
   }
   bool reads_outline() const { return options_.outline && frame_->color && target_->outline.whole; }
-  // Covariance and noise by the outline alone,.
+  // Covariance and noise by the outline alone.
   void measure_outline_pose(const optim::State& x, Fitted* fitted);
   const energies::OutlineLines& outline_lines() const { return outline_lines_; }
   energies::OutlineEnergy outline_energy(const FitMemory& memory, double common_sd_px);

@@ -9,8 +9,6 @@ namespace sdftrack::tracking {
 
 namespace {
 
-using Row = Eigen::Matrix<double, 6, 1>;
-
 constexpr std::size_t kEnoughLines = 20, kWindow = 12;
 constexpr double kPieces = 12;  // of an outline, which err apart at best
 constexpr double kMedianOfNormal = 0.6745;
@@ -24,7 +22,7 @@ constexpr int kBisections = 10;
 void take_out_pose(std::vector<energies::OutlineResidual>* lines) {
   for (int round = 0; round < kRounds; ++round) {
     Matrix6d H = Matrix6d::Zero();
-    Row g = Row::Zero();
+    Vector6d g = Vector6d::Zero();
     for (const energies::OutlineResidual& line : *lines) {
       const double weight = 1 / (1 + 0.5 * line.off * line.off);
       H.noalias() += (weight * line.J) * line.J.transpose();
@@ -32,7 +30,7 @@ void take_out_pose(std::vector<energies::OutlineResidual>* lines) {
     }
     H.diagonal() *= 1 + 1e-6;
     H.diagonal().array() += 1e-9;
-    const Row d = H.ldlt().solve(-g);
+    const Vector6d d = H.ldlt().solve(-g);
     for (energies::OutlineResidual& line : *lines) line.off += line.J.dot(d);
   }
 }
@@ -74,7 +72,7 @@ Disagreement depth_disagreement(const Voices& v, double shared_lines, const Matr
   const Matrix6d H_inverse = (v.outline_H + prior).ldlt().solve(Matrix6d::Identity());
   // At the common pose the two gradients cancel: each one's own pose lies at minus its gradient over its
   // Hessian.
-  const Row apart = (v.outline_weight * A_inverse + H_inverse) * v.outline_g;
+  const Vector6d apart = (v.outline_weight * A_inverse + H_inverse) * v.outline_g;
   const Matrix6d depth = v.area_px * A_inverse * v.depth_B * A_inverse.transpose();
   const Matrix6d outline = shared_lines * H_inverse;
   const auto distance2 = [&](double factor) {
@@ -89,8 +87,8 @@ Disagreement depth_disagreement(const Voices& v, double shared_lines, const Matr
     const double middle = 0.5 * (low + high);
     (distance2(std::exp(middle)) > kUnknowns ? low : high) = middle;
   }
-  const Row left = v.outline_weight * A_inverse * v.outline_g;  // to the pose that depth asks for
-  const auto moves_m = [&](const Row& d) { return std::sqrt(std::max(0.0, d.dot(v.depth_slopes * d))); };
+  const Vector6d left = v.outline_weight * A_inverse * v.outline_g;  // to the pose that depth asks for
+  const auto moves_m = [&](const Vector6d& d) { return std::sqrt(std::max(0.0, d.dot(v.depth_slopes * d))); };
   found.excess = std::exp(0.5 * (low + high)), found.off_m = moves_m(left), found.apart_m = moves_m(apart);
   return found;
 }

@@ -26,7 +26,7 @@ struct Voices {
   Matrix6d depth_slopes;      // mean of J J^T, m^2 per squared increment
   double area_px;             // readings that share one error
   Matrix6d outline_H;
-  Eigen::Matrix<double, 6, 1> outline_g;
+  Vector6d outline_g;
   double outline_weight;  // with which the pose was found
 };
 
@@ -47,9 +47,9 @@ struct Disagreement {
   double excess = 1;
   // Rms over the visible surface of what depth alone would still move it by: its error, if the pose is right.
   double off_m = 0;
-  double apart_m = 0;                 // rms over it of the whole way from the outline's pose to that of depth
-  Eigen::Matrix<double, 6, 1> way{};  // that way, an increment of T_obj_cam; surely apart or not
-  Matrix6d covariance{};              // of it
+  double apart_m = 0;               // rms over it of the whole way from the outline's pose to that of depth
+  Vector6d way = Vector6d::Zero();  // that way, an increment of T_obj_cam; surely apart or not
+  Matrix6d covariance = Matrix6d::Zero();  // of it
 };
 Disagreement depth_disagreement(const Voices& voices, double shared_lines, const Matrix6d& prior);
 

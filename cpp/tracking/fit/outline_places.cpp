@@ -42,10 +42,9 @@ bool OutlinePlaces::is_hidden(Vec3d p, Vec3d n) const {
   for (const double k : {-1.0, 0.0, 1.0}) {
     const Vec3d at = p + (k * by) * n;
     if (!(at.z > 0)) return true;
-    const Vec2d ideal = project(camera_.K, at), u = frame_.rays ? camera_.project_point(at) : ideal;
-    if (!(u.x > -0.5 && u.y > -0.5 && u.x < camera_.width - 0.5 && u.y < camera_.height - 0.5)) continue;
-    const double z = frame_.depth_m(static_cast<int>(u.x + 0.5), static_cast<int>(u.y + 0.5));
-    if (!(z > 0) || z > p.z - in_front_m_) continue;
+    const double z = frame::reading_at(frame_, camera_, at);
+    if (z == 0 || z > p.z - in_front_m_) continue;
+    const Vec2d ideal = project(camera_.K, at);
     float phi;
     Vec3f unused;
     sample(shape_.sdf, (T_obj_cam_ * (z * ray(camera_.K, ideal.x, ideal.y))).cast<float>(), &phi, &unused);

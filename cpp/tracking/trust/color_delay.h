@@ -5,12 +5,9 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "base/rigid.h"
+#include "tracking/trust/covariance.h"
 
 namespace sdftrack::tracking {
-
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 // What depth alone and the outline in the colour image alone say of one frame, in camera axes about the
 // object's centre: the way from the depth's pose to the outline's (m, rad) and its covariance.
@@ -29,8 +26,6 @@ class ColorDelay {
   // frame itself is known with the next one. apart: where the outline was looked at.
   void observe(const std::optional<PosesApart>& apart, const Vector6d& velocity);
   void pass() { waiting_.reset(); }  // a frame that is not sure
-  // velocity: at the frame.
-  void add(const PosesApart& apart, const Vector6d& velocity);
 
   struct Estimate {
     double delay_s = 0, sd_s = 0;
@@ -41,6 +36,8 @@ class ColorDelay {
  private:
   using Vector7d = Eigen::Matrix<double, 7, 1>;
   using Matrix7d = Eigen::Matrix<double, 7, 7>;
+  // velocity: at the frame.
+  void add(const PosesApart& apart, const Vector6d& velocity);
   Vector7d solution() const;
   Matrix7d information() const;
 

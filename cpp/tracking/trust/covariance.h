@@ -10,6 +10,7 @@
 
 namespace sdftrack::tracking {
 
+using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 // The information of one observation of sd (diameter, pi) per direction.

@@ -89,14 +89,9 @@ Outline compare_outline(const frame::DepthFrame& frame, const Camera& camera, co
     const double angle = ((k + 0.5) / kDirections - 0.5) * 2 * std::numbers::pi;
     Vec2d u;
     if (!step_outside(eye, shape, T_obj_cam, rim, {std::cos(angle), std::sin(angle)}, &u)) continue;
-    const Vec2d ideal_px = u;
-    u = camera.project_point(ray(camera.K, u.x, u.y));  // where the lens puts it
-    const int x = static_cast<int>(std::lround(std::clamp(u.x, -1.0, 1e6)));
-    const int y = static_cast<int>(std::lround(std::clamp(u.y, -1.0, 1e6)));
-    const bool inside = x >= 0 && y >= 0 && x < camera.width && y < camera.height;
-    const double z = inside ? static_cast<double>(frame.depth_m(x, y)) : 0;
-    if (!(z > 0) || z < rim.depth_m - tolerance ||
-        on_one_of(others, z * ray(camera.K, ideal_px.x, ideal_px.y), tolerance))
+    const Vec3d direction = ray(camera.K, u.x, u.y);
+    const double z = frame::reading_at(frame, camera, direction);
+    if (!(z > 0) || z < rim.depth_m - tolerance || on_one_of(others, z * direction, tolerance))
       ++outline.unknown;
     else if (z > rim.depth_m + tolerance)
       ++outline.ends;

@@ -18,11 +18,8 @@ constexpr double kBehind_m = 0.03;    // and farther ones those of what is seen 
 // Whether what is read along the ray through p, a point of the surface, may be the object. No reading: it
 // may.
 bool may_be_object(const frame::DepthFrame& frame, const Camera& camera, Vec3d p) {
-  if (!frame.depth_m.data) return true;
-  const Vec2d u = frame.rays ? camera.project_point(p) : project(camera.K, p);
-  if (!(u.x > -0.5 && u.y > -0.5 && u.x < camera.width - 0.5 && u.y < camera.height - 0.5)) return true;
-  const double z = frame.depth_m(static_cast<int>(u.x + 0.5), static_cast<int>(u.y + 0.5));
-  return !(z > 0) || (z > p.z - kInFront_m && z < p.z + kBehind_m);
+  const double z = frame::reading_at(frame, camera, p);
+  return z == 0 || (z > p.z - kInFront_m && z < p.z + kBehind_m);
 }
 
 }  // namespace

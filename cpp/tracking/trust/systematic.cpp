@@ -13,7 +13,6 @@ constexpr int kBudget = 500;           // pixels
 constexpr float kGrazing = 0.17f;      // d phi / d z along the ray below which its hit says nothing
 constexpr double kUnitSquare = 1.118;  // 1 / rms of x^2 - 1, x uniform of variance 1
 
-using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Modes = Eigen::Matrix<double, kBiasModes, 1>;
 
 // Mean and sd of the coordinates of the pixels that show the surface.

@@ -40,17 +40,12 @@ Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera&
       if (!(sights.facing[k] > 0)) continue;
       ++seen.expected;
       const Vec3d p_cam = Vec3f{sights.x_m[k], sights.y_m[k], sights.z_m[k]}.cast<double>();
-      const Vec2d u = p_cam.z > 1e-3 ? camera.project_point(p_cam) : Vec2d{-1, -1};
-      const int x = static_cast<int>(std::lround(std::clamp(u.x, -1.0, 1e6)));
-      const int y = static_cast<int>(std::lround(std::clamp(u.y, -1.0, 1e6)));
-      const bool inside = x >= 0 && y >= 0 && x < camera.width && y < camera.height;
-      const float z = inside ? frame.depth_m(x, y) : 0.0f;
+      const double z = p_cam.z > 1e-3 ? frame::reading_at(frame, camera, p_cam) : 0;
       const double facing = sights.facing[k];
-      const double beyond = (static_cast<double>(z) - p_cam.z) * facing;  // about along the normal
+      const double beyond = (z - p_cam.z) * facing;  // about along the normal
       // A reading that is nearer to another object's surface is that object's, and hides this one.
       const bool known = !others.empty() && z > 0 && beyond < tolerance &&
-                         on_one_of(others, (static_cast<double>(z) / p_cam.z) * p_cam,
-                                   std::min(std::abs(beyond), tolerance));
+                         on_one_of(others, (z / p_cam.z) * p_cam, std::min(std::abs(beyond), tolerance));
       const bool hidden = known || (z > 0 && beyond < -tolerance);
       if (z > 0 && beyond > -kFinger_m && !known) ++gaps, gap_sum_m += std::min(std::abs(beyond), kMaxGap_m);
       if (!(z > 0))
