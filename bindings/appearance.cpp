@@ -26,7 +26,8 @@ py::object find_pixel(const appearance::ColorMap& map, float u, float v, float d
   return py::make_tuple(x, y);
 }
 
-appearance::ColorCounts counts_from(const py::array& object, const py::array& background) {
+appearance::ColorCounts counts_from(const py::array& object, const py::array& background,
+                                    const py::object& front) {
   const float* f = borrow<float>(object, "object", {appearance::kColorBins});
   const float* b = borrow<float>(background, "background", {appearance::kColorBins});
   appearance::ColorCounts counts;
@@ -36,12 +37,17 @@ appearance::ColorCounts counts_from(const py::array& object, const py::array& ba
     counts.object_pixels += static_cast<int>(f[i]), counts.object_weight += static_cast<double>(f[i]);
     counts.background_pixels += static_cast<int>(b[i]);
   }
+  if (front.is_none()) return counts;
+  const float* h = borrow<float>(front.cast<py::array>(), "front", {appearance::kColorBins});
+  counts.front.assign(h, h + appearance::kColorBins);
+  for (const float pixels : counts.front) counts.front_pixels += static_cast<int>(pixels);
   return counts;
 }
 
 py::tuple counts_to(appearance::ColorCounts counts) {
   return py::make_tuple(to_numpy(std::move(counts.object), {appearance::kColorBins}),
-                        to_numpy(std::move(counts.background), {appearance::kColorBins}));
+                        to_numpy(std::move(counts.background), {appearance::kColorBins}),
+                        to_numpy(std::move(counts.front), {appearance::kColorBins}));
 }
 
 py::tuple color_counts(const py::array& values, double voxel_m, const std::array<double, 3>& origin,
@@ -98,11 +104,12 @@ void bind_appearance(py::module_& m) {
       .def(
           "update",
           [](appearance::ColorModel& self, const py::array& object, const py::array& background,
-             double object_rate, double background_rate) {
-            self.update(counts_from(object, background), object_rate, background_rate);
+             double object_rate, double background_rate, const py::object& front) {
+            self.update(counts_from(object, background, front), object_rate, background_rate);
           },
           py::arg("object"), py::arg("background"), py::arg("object_rate") = 0.05,
-          py::arg("background_rate") = 0.3, "Mix in the counts of one frame, (4096,) float32 each.")
+          py::arg("background_rate") = 0.3, py::arg("front") = py::none(),
+          "Mix in the counts of one frame, (4096,) float32 each.")
       .def_property_readonly("known", &appearance::ColorModel::known)
       .def_property_readonly("overlap", &appearance::ColorModel::overlap)
       .def_property_readonly("posterior", [](const appearance::ColorModel& self) {
@@ -112,7 +119,8 @@ void bind_appearance(py::module_& m) {
   m.def("color_counts", &color_counts, py::arg("values"), py::arg("voxel_size"), py::arg("origin"),
         py::arg("camera"), py::arg("depth"), py::arg("mask"), py::arg("color"), py::arg("color_map"),
         py::arg("T_cam_obj"), py::arg("padding_m"), py::arg("budget"),
-        "Colours on the object and around it, (4096,) float32 each: at the pose, or by the mask if given.");
+        "Colours on the object, around it and in front of it, (4096,) float32 each: at the pose, or by the "
+        "mask if given.");
 }
 
 }  // namespace sdftrack::bindings

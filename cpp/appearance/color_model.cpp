@@ -11,6 +11,9 @@ namespace {
 constexpr float kUniformShare = 1e-3f;
 constexpr float kMinPosterior = 0.02f;
 constexpr int kMinPixels = 30;
+constexpr double kMinFrontShare = 0.1;  // pixels in front over those of the object; fewer are stray ones
+constexpr float kMaxFrontShare = 0.3f;  // of the object's histogram, that may be of what holds it
+constexpr float kFrontMargin = 1.5f;    // so much more is taken out: its colours vary from place to place
 
 void pool(const std::vector<float>& counts, double total, double rate, std::vector<float>* share) {
   const auto keep = static_cast<float>(1 - rate), gain = static_cast<float>(rate / total);
@@ -42,12 +45,22 @@ void smooth_axis(const std::vector<float>& in, std::size_t stride, std::vector<f
     }
 }
 
+// Of pairs of a value and its weight, whose weights have the sum 1; sorts them.
+float weighted_median(std::vector<std::pair<float, float>>* values) {
+  std::sort(values->begin(), values->end());
+  float below = 0;
+  for (const auto& [value, weight] : *values)
+    if ((below += weight) > 0.5f) return value;
+  return values->back().first;
+}
+
 }  // namespace
 
 void ColorCounts::clear() {
   std::fill(object.begin(), object.end(), 0.0f);
   std::fill(background.begin(), background.end(), 0.0f);
-  object_pixels = background_pixels = 0, object_weight = 0;
+  std::fill(front.begin(), front.end(), 0.0f);
+  object_pixels = background_pixels = front_pixels = 0, object_weight = 0;
 }
 
 void smooth_histogram(const std::vector<float>& share, std::vector<float>* scratch, std::vector<float>* out) {
@@ -63,7 +76,7 @@ void smooth_histogram(const std::vector<float>& share, std::vector<float>* scrat
 void ColorModel::update(const ColorCounts& counts, double object_rate, double background_rate) {
   if (!known_) {
     if (counts.object_pixels < kMinPixels) return;
-    known_ = true;
+    known_ = true, front_known_ = false;
     object_.assign(kColorBins, 0.0f);
     // Nothing seen around the object: any colour is as likely there as any other.
     background_.assign(kColorBins, 1.0f / static_cast<float>(kColorBins));
@@ -72,12 +85,39 @@ void ColorModel::update(const ColorCounts& counts, double object_rate, double ba
   if (counts.object_pixels >= kMinPixels) pool(counts.object, counts.object_weight, object_rate, &object_);
   if (counts.background_pixels >= kMinPixels)
     pool(counts.background, counts.background_pixels, background_rate, &background_);
+  if (counts.front_pixels >= std::max<double>(kMinPixels, kMinFrontShare * counts.object_pixels)) {
+    front_.resize(kColorBins);
+    pool(counts.front, counts.front_pixels, front_known_ ? background_rate : 1, &front_);
+    front_known_ = true;
+  }
   make_posterior();
+}
+
+// What holds the object lies on it too, and some of it is counted as the object's. Where its colours make up
+// the same small part of the object's histogram throughout, they are taken out; where they are a large part,
+// the object has them itself. docs/math/color.md, (4b).
+void ColorModel::take_out_front() {
+  if (!front_known_) return;
+  smooth_histogram(front_, &scratch_, &smooth_front_);
+  ratios_.clear();
+  for (std::size_t i = 0; i < front_.size(); ++i)
+    if (front_[i] > 0) ratios_.push_back({smooth_object_[i] / smooth_front_[i], front_[i]});
+  const float share = weighted_median(&ratios_);
+  if (share > kMaxFrontShare) return;
+  const float least = kUniformShare / static_cast<float>(kColorBins);
+  float sum = 0;
+  for (std::size_t i = 0; i < front_.size(); ++i) {
+    float& f = smooth_object_[i];
+    f = std::max(f - kFrontMargin * share * smooth_front_[i], least);
+    sum += f;
+  }
+  for (float& f : smooth_object_) f /= sum;
 }
 
 void ColorModel::make_posterior() {
   smooth_histogram(object_, &scratch_, &smooth_object_);
   smooth_histogram(background_, &scratch_, &smooth_background_);
+  take_out_front();
   posterior_.resize(kColorBins);
   overlap_ = 0;
   for (std::size_t i = 0; i < posterior_.size(); ++i) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "base/hd.h"
@@ -20,8 +21,9 @@ HD int color_bin(const unsigned char* rgb) {
 
 // Pixels per colour, of one frame. A pixel of the object may count for less than one.
 struct ColorCounts {
-  std::vector<float> object = std::vector<float>(kColorBins), background = std::vector<float>(kColorBins);
-  int object_pixels = 0, background_pixels = 0;
+  std::vector<float> object = std::vector<float>(kColorBins), background = std::vector<float>(kColorBins),
+                     front = std::vector<float>(kColorBins);
+  int object_pixels = 0, background_pixels = 0, front_pixels = 0;
   double object_weight = 0;
 
   void clear();
@@ -30,9 +32,11 @@ struct ColorCounts {
     ++object_pixels;
   }
   void add_background(int bin) { background[static_cast<std::size_t>(bin)] += 1, ++background_pixels; }
+  // Of what stands in front of the object; it may count as background too.
+  void add_front(int bin) { front[static_cast<std::size_t>(bin)] += 1, ++front_pixels; }
 };
 
-// p(colour | object) and p(colour | background), each smoothed, and
+// p(colour | object), without what holds the object, and p(colour | background), each smoothed, and
 //   P_f = prior p_f / (prior p_f + (1 - prior) p_b),
 // kept between two bounds: no colour proves anything. A colour that neither has seen gives the prior.
 class ColorModel {
@@ -64,11 +68,13 @@ class ColorModel {
 
  private:
   void make_posterior();
+  void take_out_front();
 
   float prior_;
-  bool known_ = false;
-  std::vector<float> object_, background_;  // as counted, sum 1
-  std::vector<float> posterior_, smooth_object_, smooth_background_, scratch_;
+  bool known_ = false, front_known_ = false;
+  std::vector<float> object_, background_, front_;  // as counted, sum 1
+  std::vector<float> posterior_, smooth_object_, smooth_background_, smooth_front_, scratch_;
+  std::vector<std::pair<float, float>> ratios_;  // object over front, and the weight, of colours in front
   double overlap_ = 0;
 };
 

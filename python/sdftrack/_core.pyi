@@ -178,7 +178,7 @@ class ColorModel:
     """
     def __init__(self, prior: typing.SupportsFloat | typing.SupportsIndex = 0.699999988079071) -> None:
         ...
-    def update(self, object: numpy.ndarray, background: numpy.ndarray, object_rate: typing.SupportsFloat | typing.SupportsIndex = 0.05, background_rate: typing.SupportsFloat | typing.SupportsIndex = 0.3) -> None:
+    def update(self, object: numpy.ndarray, background: numpy.ndarray, object_rate: typing.SupportsFloat | typing.SupportsIndex = 0.05, background_rate: typing.SupportsFloat | typing.SupportsIndex = 0.3, front: typing.Any = None) -> None:
         """
         Mix in the counts of one frame, (4096,) float32 each.
         """
@@ -1737,7 +1737,7 @@ def clean_mesh(vertices: numpy.ndarray, faces: numpy.ndarray, fraction: typing.S
     """
 def color_counts(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, depth: numpy.ndarray, mask: typing.Any, color: numpy.ndarray, color_map: ColorMap, T_cam_obj: numpy.ndarray, padding_m: typing.SupportsFloat | typing.SupportsIndex, budget: typing.SupportsInt | typing.SupportsIndex) -> tuple:
     """
-    Colours on the object and around it, (4096,) float32 each: at the pose, or by the mask if given.
+    Colours on the object, around it and in front of it, (4096,) float32 each: at the pose, or by the mask if given.
     """
 def colors_at(depth: numpy.ndarray, color: typing.Any, color_map: typing.Any, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"]) -> numpy.typing.NDArray[numpy.uint8]:
     ...

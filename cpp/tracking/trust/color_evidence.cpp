@@ -14,6 +14,9 @@ constexpr int kSightBudget = 6000;   // readings entered into the z-buffer
 constexpr int kEdge_px = 2;          // a colour this near a depth step may be that of the other side
 constexpr float kStep_m = 0.02f;
 constexpr float kBandVoxels = 3, kOffBands = 3;
+constexpr float kFrontBands = 1.5f, kInFront_m = 0.06f;  // of what hides the object
+constexpr float kBeside_m = 0.006f;  // fingers reach a little over the silhouette of what they hold
+constexpr int kLooksBehind = 8;
 
 int stride_for(const frame::Rect& r, int budget) {
   const double area = static_cast<double>(r.x1 - r.x0) * (r.y1 - r.y0);
@@ -105,6 +108,19 @@ bool near_a_step(const ImageView<float>& depth_m, int x, int y) {
   return off(x - kEdge_px, y) || off(x + kEdge_px, y) || off(x, y - kEdge_px) || off(x, y + kEdge_px);
 }
 
+// Whether the surface lies behind a point, on the camera's ray through it: steps as long as phi.
+bool hides(const energies::SingleObject<float>& field, Vec3f p_cam, float phi, float voxel_m) {
+  const Vec3f direction = (1 / norm(p_cam)) * p_cam;
+  float way = phi;
+  for (int k = 0; k < kLooksBehind && way < kInFront_m; ++k) {
+    Vec3f unused;
+    field.value(p_cam + way * direction, &phi, &unused);
+    if (phi < voxel_m + kBeside_m) return true;
+    way += phi;
+  }
+  return false;
+}
+
 }  // namespace
 
 void count_colors(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
@@ -131,14 +147,17 @@ void count_colors(const frame::DepthFrame& frame, const Camera& camera, const fr
       const bool on = std::abs(phi) <= band;
       // On what is only guessed of a shape lies the object, or a hand.
       if (on && shape.seen.amount && !shape.seen.below(shape.sdf, field.T_obj_cam * p_cam)) continue;
-      if (on ? near_a_step(frame.depth_m, x, y) : !(phi > kOffBands * band)) continue;
+      const bool in_front = phi > kFrontBands * band && hides(field, p_cam, phi, shape.sdf.voxel_m);
+      if (on ? near_a_step(frame.depth_m, x, y) : !in_front && !(phi > kOffBands * band)) continue;
       if (!on && on_one_of(others, p_cam.cast<double>(), static_cast<double>(kOffBands * band))) continue;
       const int bin = reader->bin(y * camera.width + x, u, z);
       if (bin < 0) continue;
-      if (on)
+      if (on) {
         counts->add_object(bin, known.weight(bin));
-      else
-        counts->add_background(bin);
+        continue;
+      }
+      if (phi > kOffBands * band) counts->add_background(bin);
+      if (in_front) counts->add_front(bin);
     }
 }
 
