@@ -108,7 +108,7 @@ bool near_a_step(const ImageView<float>& depth_m, int x, int y) {
   return off(x - kEdge_px, y) || off(x + kEdge_px, y) || off(x, y - kEdge_px) || off(x, y + kEdge_px);
 }
 
-// Whether the surface lies behind a point, on the camera's ray through it: steps as long as phi.
+// Whether the surface lies behind a point, on the ray of the camera through it or a little beside.
 bool hides(const energies::SingleObject<float>& field, Vec3f p_cam, float phi, float voxel_m) {
   const Vec3f direction = (1 / norm(p_cam)) * p_cam;
   float way = phi;

@@ -85,8 +85,8 @@ def track(
         bool | None,
         typer.Option(
             "--outline/--no-outline",
+            show_default="on, but with --mode depth",
             help="Read the outline in the colour image too, where depth is seen to err or is missing.",
-            show_default="no",
         ),
     ] = None,
     overlay_mesh: Annotated[
