@@ -32,12 +32,14 @@ class PyReconstruction {
  public:
   PyReconstruction(const std::array<int, 3>& voxels, double voxel_m, const std::array<double, 3>& origin,
                    const std::optional<py::array>& prior,
-                   const reconstruction::ReconstructionOptions& options, int threads)
+                   const reconstruction::ReconstructionOptions& options, int threads, const py::object& view)
       : threads_(threads) {
     const sdf::Grid grid{voxels[0], voxels[1], voxels[2], voxel_m, {origin[0], origin[1], origin[2]}};
     const float* const guess = prior ? borrow<float>(*prior, "prior", {grid.nz, grid.ny, grid.nx}) : nullptr;
+    std::shared_ptr<const reconstruction::FirstView> first;
+    if (!view.is_none()) first = view.cast<std::shared_ptr<reconstruction::FirstView>>();
     const ReleaseGil release;
-    core_ = std::make_unique<reconstruction::Reconstruction>(grid, guess, options);
+    core_ = std::make_unique<reconstruction::Reconstruction>(grid, guess, options, first, threads);
   }
 
   void fuse(const py::array& depth, const Camera& camera, const py::array& T,
@@ -71,6 +73,23 @@ class PyReconstruction {
   int threads_;
 };
 
+// planes: normal, offset and thickness of each.
+std::shared_ptr<const reconstruction::FirstView> first_view_from(const Camera& camera, const py::array& T,
+                                                                 const py::array& from_m,
+                                                                 const py::array& planes,
+                                                                 const std::array<double, 3>& middle,
+                                                                 double radius_m) {
+  const float* from = borrow<float>(from_m, "from_m", {camera.height, camera.width});
+  const double* plane = borrow<double>(planes, "planes", {planes.shape(0), 5});
+  std::vector<reconstruction::PlaneBelow> below;
+  for (py::ssize_t k = 0; k < planes.shape(0); ++k, plane += 5)
+    below.push_back({{plane[0], plane[1], plane[2]}, plane[3], plane[4]});
+  return std::make_shared<reconstruction::FirstView>(
+      camera, rigid_from(T, "T"),
+      std::vector<float>(from, from + static_cast<std::ptrdiff_t>(camera.width) * camera.height),
+      std::move(below), reconstruction::Place{{middle[0], middle[1], middle[2]}, radius_m});
+}
+
 const PyReconstruction& of(const py::object& self) { return self.cast<const PyReconstruction&>(); }
 
 }  // namespace
@@ -94,11 +113,30 @@ void bind_reconstruction(py::module_& m) {
           })
       .def_readwrite("rounds", &reconstruction::ReconstructionOptions::rounds)
       .def_readwrite("far_every", &reconstruction::ReconstructionOptions::far_every);
+  py::class_<reconstruction::FirstView, std::shared_ptr<reconstruction::FirstView>>(m, "FirstView")
+      .def(py::init([](const Camera& camera, const py::array& T, const py::array& from_m,
+                       const py::array& planes, const std::array<double, 3>& middle, double radius_m) {
+             return std::const_pointer_cast<reconstruction::FirstView>(
+                 first_view_from(camera, T, from_m, planes, middle, radius_m));
+           }),
+           py::arg("camera"), py::arg("T"), py::arg("from_m"), py::arg("planes"), py::arg("middle"),
+           py::arg("radius_m"))
+      .def(
+          "may_hold",
+          [](const reconstruction::FirstView& self, const py::array& points) {
+            const double* p = borrow<double>(points, "points", {points.shape(0), 3});
+            py::array_t<bool> out(points.shape(0));
+            for (py::ssize_t k = 0; k < points.shape(0); ++k, p += 3)
+              out.mutable_at(k) = self.may_hold({p[0], p[1], p[2]});
+            return out;
+          },
+          py::arg("points"), "Whether the object may be at points (N, 3) of the object frame.");
   py::class_<PyReconstruction>(m, "Reconstruction")
       .def(py::init<const std::array<int, 3>&, double, const std::array<double, 3>&,
-                    const std::optional<py::array>&, const reconstruction::ReconstructionOptions&, int>(),
+                    const std::optional<py::array>&, const reconstruction::ReconstructionOptions&, int,
+                    const py::object&>(),
            py::arg("voxels"), py::arg("voxel_m"), py::arg("origin"), py::arg("prior"), py::arg("options"),
-           py::arg("threads"))
+           py::arg("threads"), py::arg("view") = py::none())
       .def("fuse", &PyReconstruction::fuse, py::arg("depth"), py::arg("camera"), py::arg("T"),
            py::arg("region"), py::arg("mask") = py::none(), py::arg("foreground") = py::none(),
            py::arg("rgb") = py::none())

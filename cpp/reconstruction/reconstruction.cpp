@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "base/parallel.h"
 #include "reconstruction/option_schema.h"
 
 namespace sdftrack::reconstruction {
@@ -12,15 +13,39 @@ namespace sdftrack::reconstruction {
 namespace {
 
 constexpr int kFirstRounds = 8;
+constexpr float kNotIts = std::numeric_limits<float>::infinity();
+constexpr float kEmptyFrames = 3;     // that have looked past a place, and
+constexpr float kEmptyRatio = -1.5f;  // their mean, where nothing of the object can be
+
+// A guess is none where the object cannot be.
+levelset::EvidenceVolume guessed(const sdf::Grid& grid, const float* prior, const FirstView* view,
+                                 int threads) {
+  if (!prior || !view) return {grid, prior};
+  std::vector<float> kept(prior, prior + grid.size());
+  parallel_for(static_cast<std::size_t>(grid.nz), threads, [&](std::size_t slice) {
+    const int z = static_cast<int>(slice);
+    for (int y = 0; y < grid.ny; ++y)
+      for (int x = 0; x < grid.nx; ++x) {
+        float& ratio = kept[grid.index(x, y, z)];
+        if (ratio > 0 && !view->may_be_guessed(grid.point(x, y, z))) ratio = -ratio;
+      }
+  });
+  return {grid, kept.data()};
+}
 
 }  // namespace
 
 Reconstruction::Reconstruction(const sdf::Grid& grid, const float* prior,
-                               const ReconstructionOptions& options)
-    : Reconstruction(levelset::EvidenceVolume(grid, prior), options) {}
+                               const ReconstructionOptions& options, std::shared_ptr<const FirstView> view,
+                               int threads)
+    : Reconstruction(guessed(grid, prior, view.get(), threads), options, view) {}
 
-Reconstruction::Reconstruction(levelset::EvidenceVolume evidence, const ReconstructionOptions& options)
-    : options_(check_options(options)), evidence_(std::move(evidence)), distance_(evidence_) {
+Reconstruction::Reconstruction(levelset::EvidenceVolume evidence, const ReconstructionOptions& options,
+                               std::shared_ptr<const FirstView> view)
+    : options_(check_options(options)),
+      view_(std::move(view)),
+      evidence_(std::move(evidence)),
+      distance_(evidence_) {
   levelset::SensorNoise& noise = options_.evidence.noise;
   noise.min_m = std::max(noise.min_m, static_cast<float>(grid().voxel_m));
   noise.usual_m = std::max(noise.usual_m, noise.min_m);  // seen head on, a reading weighs 1 in any volume
@@ -28,7 +53,8 @@ Reconstruction::Reconstruction(levelset::EvidenceVolume evidence, const Reconstr
 
 std::unique_ptr<Reconstruction> Reconstruction::grown(const std::array<int, 3>& before,
                                                       const std::array<int, 3>& after, int threads) const {
-  std::unique_ptr<Reconstruction> larger(new Reconstruction(evidence_.padded(before, after), options_));
+  std::unique_ptr<Reconstruction> larger(
+      new Reconstruction(evidence_.padded(before, after), options_, view_));
   larger->frames_ = frames_;
   larger->measure_all(threads);
   return larger;
@@ -44,6 +70,20 @@ void Reconstruction::measure_all(int threads) {
   distance_.fill_far(options_.band_voxels, 0, grid().nz, threads);
 }
 
+// Nothing of the object is where the first frame leaves no room for it, nor where others have looked past.
+bool Reconstruction::may_be_its(Vec3d p_obj, float phi_m) const {
+  if (view_ && !view_->may_hold(p_obj)) return false;
+  if (phi_m < options_.roles.near_m) return true;
+  const Vec3d at = (1 / grid().voxel_m) * (p_obj - grid().origin_obj) + Vec3d{0.5, 0.5, 0.5};
+  const int x = static_cast<int>(std::floor(at.x)), y = static_cast<int>(std::floor(at.y)),
+            z = static_cast<int>(std::floor(at.z));
+  if (x < 0 || y < 0 || z < 0 || x >= grid().nx || y >= grid().ny || z >= grid().nz) return true;
+  const std::size_t voxel = grid().index(x, y, z);
+  const float weight = evidence_.weight()[voxel];
+  return !(weight > kEmptyFrames * levelset::kCarvedWeight &&
+           evidence_.log_ratio()[voxel] < kEmptyRatio * weight);
+}
+
 // Where the readings lie, seen from the surface so far.
 void Reconstruction::measure(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj) {
   const SdfView sdf = distance_.view();
@@ -56,7 +96,9 @@ void Reconstruction::measure(const FrameEvidence& frame, const Camera& camera, c
       Vec3f unused;
       if (z > 0 && std::isfinite(z)) {
         const Vec3d r = camera.distorted() ? camera.pixel_ray(x, y) : ray(camera.K, 1.0 * x, 1.0 * y);
-        sample(sdf, T_obj_cam * (z * r.cast<float>()), &phi, &unused);
+        const Vec3f p_obj = T_obj_cam * (z * r.cast<float>());
+        sample(sdf, p_obj, &phi, &unused);
+        if (!may_be_its(p_obj.cast<double>(), phi)) phi = kNotIts;
       }
       reading_distance_m_.push_back(phi);
     }

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "levelset/distance.h"
+#include "reconstruction/first_view.h"
 #include "reconstruction/roles.h"
 
 namespace sdftrack::reconstruction {
@@ -31,8 +32,10 @@ struct FrameEvidence {
 
 class Reconstruction {
  public:
-  // prior: log ratios by voxel before anything is seen, or nullptr.
-  Reconstruction(const sdf::Grid& grid, const float* prior, const ReconstructionOptions& options);
+  // prior: log ratios by voxel before anything is seen, or nullptr. view: what the object keeps to, or
+  // nullptr.
+  Reconstruction(const sdf::Grid& grid, const float* prior, const ReconstructionOptions& options,
+                 std::shared_ptr<const FirstView> view = nullptr, int threads = 1);
 
   // The same in a volume with whole blocks (8 voxels) more before and after it along each axis.
   std::unique_ptr<Reconstruction> grown(const std::array<int, 3>& before, const std::array<int, 3>& after,
@@ -46,12 +49,16 @@ class Reconstruction {
   const std::vector<levelset::PixelRole>& roles() const { return *roles_; }
 
  private:
-  Reconstruction(levelset::EvidenceVolume evidence, const ReconstructionOptions& options);
+  Reconstruction(levelset::EvidenceVolume evidence, const ReconstructionOptions& options,
+                 std::shared_ptr<const FirstView> view);
   void measure_all(int threads);
   void update_far(int threads);
   void measure(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj);
 
+  bool may_be_its(Vec3d p_obj, float phi_m) const;
+
   ReconstructionOptions options_;
+  std::shared_ptr<const FirstView> view_;
   levelset::EvidenceVolume evidence_;
   levelset::EvidenceDistance distance_;
   levelset::EvidenceImage image_;

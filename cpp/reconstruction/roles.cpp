@@ -21,7 +21,7 @@ const std::vector<levelset::PixelRole>& RoleFinder::find(const levelset::PixelRe
   const int w = rect.x1 - rect.x0, h = rect.y1 - rect.y0;
   roles_.assign(size_of(rect), levelset::PixelRole::kUnknown);
   const auto may_be = [&](std::size_t i) {
-    return !std::isnan(distance_m[i]) && !(foreground && foreground[i] < options.min_foreground);
+    return std::isfinite(distance_m[i]) && !(foreground && foreground[i] < options.min_foreground);
   };
   open_.clear();
   for (std::size_t i = 0; i < roles_.size(); ++i) {

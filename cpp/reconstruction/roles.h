@@ -16,7 +16,8 @@ struct RoleOptions {
 
 class RoleFinder {
  public:
-  // distance_m: of each reading of the rectangle from the surface so far, NaN where there is no reading;
+  // distance_m: of each reading of the rectangle from the surface so far, NaN where there is no reading,
+  // infinite where it cannot be the object's;
   // foreground: chance by colour, NaN where not known, or nullptr. A reading is the object's where its colour
   // may be and it hangs together with readings on the surface so far; any other lies beyond it or before it.
   const std::vector<levelset::PixelRole>& find(const levelset::PixelRect& rect,

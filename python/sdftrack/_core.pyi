@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'Curvature', 'EvolveOptions', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'contour_template_scores', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'surface_samples', 'thread_count', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'Curvature', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'contour_template_scores', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'surface_samples', 'thread_count', 'winding_numbers']
 class Calibration:
     """
     Frames of a known object, and the lens that explains them.
@@ -457,6 +457,13 @@ class EvolveOptions:
     @sigma_phi.setter
     def sigma_phi(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
+class FirstView:
+    def __init__(self, camera: Camera, T: numpy.ndarray, from_m: numpy.ndarray, planes: numpy.ndarray, middle: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], radius_m: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    def may_hold(self, points: numpy.ndarray) -> numpy.typing.NDArray[numpy.bool]:
+        """
+        Whether the object may be at points (N, 3) of the object frame.
+        """
 class FrameEnergy:
     """
     Data energy of one object in one frame; see sdftrack.Energy.
@@ -972,7 +979,7 @@ class PrimitiveView:
     def rays(self) -> int:
         ...
 class Reconstruction:
-    def __init__(self, voxels: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_m: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], prior: numpy.ndarray | None, options: ReconstructionOptions, threads: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def __init__(self, voxels: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_m: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], prior: numpy.ndarray | None, options: ReconstructionOptions, threads: typing.SupportsInt | typing.SupportsIndex, view: typing.Any = None) -> None:
         ...
     def fuse(self, depth: numpy.ndarray, camera: Camera, T: numpy.ndarray, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"], mask: typing.Any = None, foreground: numpy.ndarray | None = None, rgb: numpy.ndarray | None = None) -> None:
         ...

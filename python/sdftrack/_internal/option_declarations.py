@@ -13,6 +13,9 @@ RECONSTRUCT = (
     Option("prior", "number", 0.4, min=0, meaning="log ratio of the first guess, inside +, outside -; 0: no prior"),
     Option("least_seen", "number", 0.15, min=0, meaning="views after which a piece of surface may guide the tracker"),
     Option("padding_m", "number", 0.02, "m", min=0, min_open=True, meaning="how far beyond the shape so far its next frame is looked at"),
+    Option("planes", "bool", True, meaning="planes that reach beyond the first mask (a table, a wall) are not the object, nor is what lies behind them"),
+    Option("keep_to_mask", "bool", True, meaning="the object is nowhere where the first frame sees past it, beside its mask"),
+    Option("mask_margin_px", "int", 3, "px", min=0, max=100, meaning="how far beyond the first mask it may reach"),
     Option("kept_frames", "int", 600, min=1, meaning="most frames kept for refine() and save(): the first one, and others spread over all sides"),
 )
 MEMORY = (

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
+from sdftrack.reconstruction.first_view import FirstView, above, first_view, planes_below
+from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.sdf import SDF
 
 __all__ = [
@@ -27,6 +29,8 @@ EXTENT_PER_BALL = (
     1.8  # of its diameter (method of the thesis' section 4.6 with room for what is not seen yet)
 )
 MIN_READINGS = 100
+FRONT_QUANTILE = 0.05
+WIDER = 1.1  # than the ball is what may be guessed, where the mask and planes bound it
 CENTRE_BEHIND = 0.6  # radii: readings are the front of the ball, their median lies inside its outline
 JUMPS_M = (0.05, 0.03, 0.02, 0.01)  # of depth between neighbouring readings of one object
 MAX_ON_BORDER = 0.03  # of a box's border pixels
@@ -41,6 +45,8 @@ Mask = NDArray[np.bool_]
 class Ball:
     centre_cam: Array  # m
     radius_m: float
+    behind_m: float  # its centre, behind the object's front
+    shorter_m: float  # the shorter side of the mask
 
 
 @dataclass(frozen=True)
@@ -51,27 +57,75 @@ class Beginning:
     on_object: Mask  # (H, W), its pixels
     ball: Ball
     noise_m: float  # sd of the depth
+    view: FirstView | None = None  # where it can be; None: anywhere
 
 
 def find_object(
-    depth: NDArray[np.float32], place: Any, camera: Camera, initial: SDF | None, noise_m: float | None
+    depth: NDArray[np.float32], place: Any, camera: Camera, initial: SDF | None, options: ReconstructorOptions
 ) -> Beginning:
     """From a mask, a box, or the pose of the first guess (see `sdftrack.imaging.pose_hint`)."""
     posed = not isinstance(place, tuple) and place.shape == (4, 4)
     if isinstance(place, tuple):
-        on_object = mask_of_box(depth, place)
+        on_object = mask_of_box(_without_planes(depth, place, camera) if options.planes else depth, place)
     elif posed:
         assert initial is not None
         on_object = initial.silhouette(camera, place)
     else:
         on_object = place != 0
     ball = ball_of(depth, on_object, camera)
+    view = None if posed else _view(depth, on_object, place, camera, 2 * ball.radius_m, options)
+    if view is not None:
+        on_object = view.on_object
+        ball = ball_of(depth, on_object, camera)
     T = np.eye(4)
     T[:3, 3] = ball.centre_cam
     if initial is not None:
         points = inside_points(initial)
         T[:3, 3] -= 0.5 * (points.min(0) + points.max(0))
-    return Beginning(place if posed else T, on_object, ball, noise_m or measured_noise(depth, on_object))
+    noise_m = options.noise_m or measured_noise(depth, on_object)
+    return Beginning(place if posed else T, on_object, ball, noise_m, view)
+
+
+def _without_planes(
+    depth: NDArray[np.float32], box: tuple[int, int, int, int], camera: Camera
+) -> NDArray[np.float32]:
+    """The depth image, 0 where planes are read that reach beyond the box."""
+    x, y, w, h = box
+    inside = np.zeros(depth.shape, bool)
+    inside[y : y + h, x : x + w] = depth[y : y + h, x : x + w] > 0
+    if not inside.any():
+        return depth
+    size_m = max(w / camera.fx, h / camera.fy) * float(np.median(depth[inside]))
+    planes = planes_below(depth, inside, camera, size_m, among=True)
+    free = above(depth, camera, planes)
+    if inside.sum() and not (free & inside).any():
+        raise ValueError(
+            "box: expected an object in it, got nothing but a plane that reaches beyond it (a table, a wall); move the "
+            "box, or give planes=False if the object is as flat as that"
+        )
+    return np.where(free, depth, np.float32(0))
+
+
+def _view(
+    depth: NDArray[np.float32],
+    on_object: Mask,
+    place: Any,
+    camera: Camera,
+    size_m: float,
+    options: ReconstructorOptions,
+) -> FirstView | None:
+    """Where the object can be; a box's pixels hang together and may be fewer than the object's."""
+    if not (options.keep_to_mask or options.planes):
+        return None
+    outline = on_object
+    if not options.keep_to_mask:
+        outline = np.ones(depth.shape, bool)
+    elif isinstance(place, tuple):
+        x, y, w, h = place
+        outline = np.zeros(depth.shape, bool)
+        outline[y : y + h, x : x + w] = True
+    planes = planes_below(depth, on_object, camera, size_m) if options.planes else np.zeros((0, 5))
+    return first_view(depth, on_object, outline, camera, planes, options.mask_margin_px)
 
 
 def inside_points(shape: SDF) -> Array:
@@ -105,7 +159,17 @@ def ball_of(depth: NDArray[np.float32], mask: Mask, camera: Camera) -> Ball:
     radius = 0.5 * float((high - low).max()) * z
     at = z + CENTRE_BEHIND * radius
     middle = 0.5 * (low + high)
-    return Ball(at * np.array([middle[0], middle[1], 1.0]), radius)
+    front = float(np.quantile(depth[ys, xs], FRONT_QUANTILE))
+    return Ball(
+        at * np.array([middle[0], middle[1], 1.0]), radius, at - front, _shorter_side(xs, ys) * z / camera.fx
+    )
+
+
+def _shorter_side(xs: NDArray[np.intp], ys: NDArray[np.intp]) -> float:
+    """Of the narrowest rectangle about pixels, px."""
+    import cv2
+
+    return float(min(cv2.minAreaRect(np.stack([xs, ys], axis=1).astype(np.float32))[1]))
 
 
 def mask_of_box(depth: NDArray[np.float32], box: tuple[int, int, int, int]) -> Mask:
@@ -161,16 +225,27 @@ def measured_noise(depth: NDArray[np.float32], mask: Mask) -> float:
 
 
 def ball_prior(
-    ball: Ball, weight: float, voxels: tuple[int, int, int], voxel_m: float, origin: Array
+    ball: Ball,
+    weight: float,
+    voxels: tuple[int, int, int],
+    voxel_m: float,
+    origin: Array,
+    bounded: bool = False,
 ) -> NDArray[np.float32]:
-    """Log ratio (z, y, x) that guesses a ball about the object frame's origin."""
+    """Log ratio (z, y, x) that guesses a ball about the object frame's origin.
+
+    Where the first view bounds the guess from the sides, it is as deep as the mask's shorter side, and the ball wider.
+    """
     x, y, z = (
         np.arange(n, dtype=np.float32) * np.float32(voxel_m) + np.float32(o)
         for n, o in zip(voxels, origin, strict=True)
     )
     guess: NDArray[np.float32] = z[:, None, None] ** 2 + y[None, :, None] ** 2 + x[None, None, :] ** 2
     np.sqrt(guess, out=guess)
-    np.subtract(np.float32(ball.radius_m), guess, out=guess)
+    np.subtract(np.float32(ball.radius_m * (WIDER if bounded else 1)), guess, out=guess)
+    if bounded:
+        back = np.float32(ball.shorter_m - ball.behind_m) - z
+        np.minimum(guess, back[:, None, None], out=guess)
     return _faded(guess, weight, voxel_m)
 
 

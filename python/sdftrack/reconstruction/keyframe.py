@@ -75,12 +75,18 @@ class Refined:
         How often all poses and the shape were found anew.
     moved_m, turned_rad : list of float
         Root mean square change of the poses in each round, of the object's centre and of its orientation.
+    misfit_m : (float, float)
+        Mean distance of the frames' readings from the shape before and after, m.
+    taken : bool
+        Whether poses and shape are the refined ones; else they are what they were.
     """
 
     poses: dict[int, NDArray[np.float64]]
     rounds: int
     moved_m: list[float]
     turned_rad: list[float]
+    misfit_m: tuple[float, float] = (float("nan"), float("nan"))
+    taken: bool = True
 
 
 def cut(image: NDArray[Any], region: Region) -> NDArray[Any]:

@@ -45,6 +45,14 @@ class ReconstructorOptions:
     prior: float = described(0.4, "log ratio of the first guess, inside +, outside -; 0: no prior")
     least_seen: float = described(0.15, "views after which a piece of surface may guide the tracker")
     padding_m: float = described(0.02, "how far beyond the shape so far its next frame is looked at")
+    planes: bool = described(
+        True,
+        "planes that reach beyond the first mask (a table, a wall) are not the object, nor is what lies behind them",
+    )
+    keep_to_mask: bool = described(
+        True, "the object is nowhere where the first frame sees past it, beside its mask"
+    )
+    mask_margin_px: int = described(3, "how far beyond the first mask it may reach")
     kept_frames: int = described(
         600, "most frames kept for refine() and save(): the first one, and others spread over all sides"
     )

@@ -17,6 +17,8 @@ __all__ = ["Quality", "expected_error", "largest_body", "quality_of", "surface_m
 SEEN_SCALE = 256.0
 BAND_VOXELS = 8.0
 GUESS_BLUR_VOXELS = 2.5
+ENCLOSED = 5  # of six directions
+LEAST_WEIGHT = 0.1  # frames; of less nothing is known
 MARGIN_VOXELS = 8
 
 
@@ -56,6 +58,36 @@ def largest_body(phi: NDArray[np.float32]) -> NDArray[np.float32]:
     return out
 
 
+def without_cavities(phi: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The field with what no frame has said anything of, and surface encloses, as inside; a copy.
+
+    A frame speaks of what lies up to a few millimetres behind a surface. What is deeper is inside where the lattice's
+    lines lead to inside, and not to what was seen to be empty, in all of the six directions but one.
+    """
+    inside, unseen = phi <= 0, weight <= LEAST_WEIGHT
+    open_ = ~inside & unseen
+    enclosed = np.zeros(phi.shape, np.uint8)
+    for axis in range(3):
+        for order in (slice(None), slice(None, None, -1)):
+            _count_enclosed(
+                np.moveaxis(inside, axis, 0)[order],
+                np.moveaxis(open_, axis, 0)[order],
+                np.moveaxis(enclosed, axis, 0)[order],
+            )
+    out = np.array(phi)
+    cavity = open_ & (enclosed >= ENCLOSED)
+    out[cavity] = -out[cavity]
+    return out
+
+
+def _count_enclosed(inside: NDArray[np.bool_], open_: NDArray[np.bool_], enclosed: NDArray[np.uint8]) -> None:
+    """Add 1 where the first voxel back along the first axis of which something is known is inside."""
+    behind = np.zeros(inside.shape[1:], bool)
+    for k in range(len(inside)):
+        behind = np.where(open_[k], behind, inside[k])
+        enclosed[k] += behind
+
+
 def _smoothed_where_unseen(
     phi: NDArray[np.float32], seen: NDArray[np.uint16], voxel_m: float
 ) -> NDArray[np.float32]:
@@ -78,7 +110,8 @@ def surface_mesh(core: Any) -> Mesh:
     high = np.minimum(boxes[:, 3:].max(0) + MARGIN_VOXELS, core.voxels)
     part = tuple(slice(a, b) for a, b in zip(low[::-1], high[::-1], strict=True))
     amount = core.seen[part]
-    phi = largest_body(_smoothed_where_unseen(core.phi[part], amount, core.voxel_m))
+    whole = without_cavities(core.phi[part], core.weight[part])
+    phi = largest_body(_smoothed_where_unseen(whole, amount, core.voxel_m))
     for side in (phi[0], phi[-1], phi[:, 0], phi[:, -1], phi[:, :, 0], phi[:, :, -1]):
         np.maximum(side, np.float32(core.voxel_m), out=side)  # closed even where the volume ends
     zyx, faces, _, _ = marching_cubes(phi, 0.0, gradient_direction="ascent")

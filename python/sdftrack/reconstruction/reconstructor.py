@@ -26,6 +26,7 @@ from sdftrack.reconstruction.colors import learn_colors
 from sdftrack.reconstruction.initialization import find_object
 from sdftrack.reconstruction.keyframe import Keyframe, Refined, cut, region_of
 from sdftrack.reconstruction.keyframe_selection import Keyframes
+from sdftrack.reconstruction.misfit import OVERFIT, Judge
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.reconstruction.volume import BLOCK, Volume, lattice_for
 from sdftrack.results import Status, TrackResult
@@ -146,7 +147,7 @@ class Reconstructor:
         depth = check_beginning(frame, self._frame_camera, mask, box, pose, self.initial)
         begin = time.perf_counter()
         place = one_place(pose, mask, box, self._frame_camera)
-        found = find_object(depth, place, self._frame_camera, self.initial, self.options.noise_m)
+        found = find_object(depth, place, self._frame_camera, self.initial, self.options)
         check_extent(self.extent, found.ball.radius_m)
         lattice = lattice_for(found, self.initial, self.voxels, self.extent)
         volume = Volume(self._frame_camera, lattice, found, self.initial, self.options, self.threads)
@@ -233,7 +234,8 @@ class Reconstructor:
         """Find all kept poses and the shape anew, a few rounds: what takes drift out of both.
 
         In each round every kept frame is tracked against the whole shape, then the shape is made afresh from all of
-        them, so that the first frame stays where it is.
+        them, so that the first frame stays where it is. What comes out is taken where it explains the frames as well as
+        what was there; else all stays as it was, and ``Refined.taken`` says so.
 
         Parameters
         ----------
@@ -244,7 +246,17 @@ class Reconstructor:
         tracker = self._started("refine")
         last, newest = TrackerInterface(tracker).last_poses[0], self._kept[-1]
         before = newest.T_cam_obj
+        judge, volume, poses = Judge(self._kept, self.shape, self._frame_camera), self._volume, self._poses()
+        was_m = judge.misfit_m(self.shape)
         refined = refining.refine(self._kept, tracker, self._size, self._fuse_all, rounds, progress)
+        now_m = judge.misfit_m(self.shape)
+        refined = replace(refined, misfit_m=(was_m, now_m), taken=now_m < OVERFIT * was_m)
+        if not refined.taken:
+            self._volume = volume
+            for keyframe, pose in zip(self._kept, poses, strict=True):
+                keyframe.T_cam_obj = pose
+            self._reshape()
+            refined = replace(refined, poses={k.index: k.T_cam_obj for k in self._kept})
         # The last frame need not be among the kept ones; the object frame has moved in it as in the newest of them.
         tracker.set_pose(0, last @ np.linalg.solve(before, newest.T_cam_obj))
         return refined
@@ -304,6 +316,9 @@ class Reconstructor:
     @property
     def _kept(self) -> list[Keyframe]:
         return self._keyframes.frames
+
+    def _poses(self) -> list[Pose]:
+        return [keyframe.T_cam_obj for keyframe in self._kept]
 
     @property
     def _size(self) -> tuple[int, int]:

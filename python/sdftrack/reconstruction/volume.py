@@ -27,7 +27,8 @@ __all__ = ["BLOCK", "BYTES_PER_VOXEL", "MAX_VOXELS", "Lattice", "Volume", "latti
 BLOCK = 8  # voxels; volumes grow by whole blocks
 MAX_VOXELS = 512
 BYTES_PER_VOXEL = 20
-BLOCKS_GROWN = 2
+BLOCKS_GROWN = 4
+FRAMES_BETWEEN = 5  # from one look whether the object has come near the border to the next
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,17 @@ def lattice_for(beginning: Beginning, initial: SDF | None, voxels: int, extent: 
     return Lattice((voxels, voxels, voxels), side / (voxels - 1), (x, y, z))
 
 
+def _extent_of_largest(phi: NDArray[np.float32]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First and last voxels (x, y, z) of the largest body inside: the rest is not the object."""
+    from scipy import ndimage
+
+    labels, _ = ndimage.label(phi <= 0)
+    sizes = np.bincount(labels.ravel())
+    sizes[0] = 0
+    slices = ndimage.find_objects(labels)[int(np.argmax(sizes)) - 1][::-1]
+    return np.array([s.start for s in slices]), np.array([s.stop for s in slices])
+
+
 class Volume:
     """Evidence, distances and colours, as the core keeps them."""
 
@@ -71,13 +83,21 @@ class Volume:
             prior = shape_prior(initial, weight, lattice.voxels, lattice.voxel_m, np.array(lattice.origin))
         elif weight > 0:
             prior = ball_prior(
-                beginning.ball, weight, lattice.voxels, lattice.voxel_m, np.array(lattice.origin)
+                beginning.ball,
+                weight,
+                lattice.voxels,
+                lattice.voxel_m,
+                np.array(lattice.origin),
+                beginning.view is not None,
             )
         core_options = options.to_core(beginning.noise_m)
+        view, ball = beginning.view, beginning.ball
+        if view is not None:
+            view = view.to_core(camera, beginning.T_cam_obj, ball.centre_cam, ball.radius_m)
         self.core: Any = _core.Reconstruction(
-            lattice.voxels, lattice.voxel_m, lattice.origin, prior, core_options, threads
+            lattice.voxels, lattice.voxel_m, lattice.origin, prior, core_options, threads, view
         )
-        self.fused = 0
+        self.fused = self._look_again = 0
 
     @property
     def lattice(self) -> Lattice:
@@ -102,8 +122,13 @@ class Volume:
         if not len(boxes):
             return
         voxels = np.array(self.core.voxels)
-        before = (boxes[:, :3].min(0) < BLOCK).astype(int) * BLOCKS_GROWN
-        after = (boxes[:, 3:].max(0) > voxels - BLOCK).astype(int) * BLOCKS_GROWN
+        near = boxes.min() < BLOCK or (boxes[:, 3:].max(0) > voxels - BLOCK).any()
+        if not near or self.fused < self._look_again:
+            return
+        self._look_again = self.fused + FRAMES_BETWEEN
+        first, last = _extent_of_largest(self.core.phi)
+        before = (first < BLOCK).astype(int) * BLOCKS_GROWN
+        after = (last > voxels - BLOCK).astype(int) * BLOCKS_GROWN
         too_large = voxels + BLOCK * (before + after) > MAX_VOXELS
         before[too_large] = after[too_large] = 0
         if before.any() or after.any():

@@ -14,6 +14,7 @@ from sdftrack.synth.printed_can import can_mesh, turning_can
 from sdftrack.synth.region_picture import region_picture
 from sdftrack.synth.room import corner
 from sdftrack.synth.scene import sequence
+from sdftrack.synth.standing import standing
 from sdftrack.synth.stereo_noise import Stereo
 from sdftrack.synth.table_scene import TableScene, table_scene
 from sdftrack.synth.trajectories import leave_and_return, orbit, random_walk, static, sweep
@@ -42,6 +43,7 @@ __all__ = [
     "random_walk",
     "region_picture",
     "sequence",
+    "standing",
     "static",
     "sweep",
     "table_scene",

@@ -16,7 +16,7 @@ from sdftrack.camera import Camera
 if TYPE_CHECKING:
     from sdftrack.mesh import Mesh
 
-__all__ = ["CLUTTER", "Layer", "background", "box_mesh", "hand_mesh", "mesh_layer"]
+__all__ = ["CLUTTER", "Layer", "background", "box_mesh", "hand_mesh", "mesh_layer", "plane_layer"]
 
 Array = NDArray[np.float64]
 CLUTTER = ("wall", "table", "objects", "touching")
@@ -81,11 +81,11 @@ def background(camera: Camera, kind: str | None, distance_m: float, rng: np.rand
     if kind not in CLUTTER:
         raise ValueError(f"clutter: expected None or one of {', '.join(CLUTTER)}, got {kind!r}")
     back = distance_m + 0.5
-    scene.put(_plane(camera, np.array([0.1, 0.0, -1.0]), np.array([0, 0, back]), (150, 155, 160), rng))
+    scene.put(plane_layer(camera, np.array([0.1, 0.0, -1.0]), np.array([0, 0, back]), (150, 155, 160), rng))
     if kind == "wall":
         return scene
     scene.put(
-        _plane(camera, np.array([0.0, -1.0, -0.25]), np.array([0, 0.3, distance_m]), (120, 90, 65), rng)
+        plane_layer(camera, np.array([0.0, -1.0, -0.25]), np.array([0, 0.3, distance_m]), (120, 90, 65), rng)
     )
     if kind == "objects":
         for i in range(10):
@@ -105,7 +105,7 @@ def mesh_layer(mesh: Mesh, camera: Camera, T: Array, color: tuple[int, ...]) -> 
     return Layer.of(camera, depth, normals, lambda window: np.array(color, np.uint8))
 
 
-def _plane(
+def plane_layer(
     camera: Camera, normal: Array, point: Array, color: tuple[int, ...], rng: np.random.Generator
 ) -> Layer:
     layer = Layer.empty(camera)

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: MIT
+"""What the first frame says of where the object can be: behind its mask, and above the planes that it stands on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack import _core
+from sdftrack.camera import Camera
+from sdftrack.imaging.near_planes import NearPlane, planes_near, surface_normals
+
+__all__ = ["FirstView", "above", "first_view", "planes_below"]
+
+WINDOW_PX = 200  # along the surroundings, that are enough for a plane
+AROUND = 2.5  # times the object's size: the surroundings that planes are looked for in
+ABOVE = 0.9  # of the mask's readings lie above a plane that the object stands on or before
+THIN_M, PER_SD = 0.002, 2.0  # half thickness of a plane: so many sd of its own readings, at least 2 mm
+ALIKE, CLOSE_M = 0.97, 0.04  # cosine and distance of planes of which the one behind is enough
+MAD_TO_SD = 1.48
+OWN_SHARE = 0.2  # of a mask's readings, that planes leave at least
+NOT_HIDDEN, IN_MARGIN = np.float32(np.inf), np.float32(1e-3)  # m
+
+Mask = NDArray[np.bool_]
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FirstView:
+    """The object's room, in the first camera's frame.
+
+    Attributes
+    ----------
+    on_object : (H, W) bool
+        The mask without the readings of planes.
+    from_m : (H, W) float32
+        The least depth at which the object may be on each pixel's ray: 0 in the mask, 1 mm in the margin about it,
+        infinite where it cannot be.
+    planes : (N, 5) float64
+        Normal towards the camera, offset (m) and half thickness (m) of each; the object is above.
+    """
+
+    on_object: Mask
+    from_m: NDArray[np.float32]
+    planes: Array
+
+    def to_core(self, camera: Camera, T_cam_obj: Array, middle: Array, radius_m: float) -> Any:
+        """`middle` (camera frame) and `radius_m`: about where the object is."""
+        return _core.FirstView(camera._core, T_cam_obj, self.from_m, self.planes, middle.tolist(), radius_m)
+
+
+def first_view(
+    depth: NDArray[np.float32], on_object: Mask, outline: Mask, camera: Camera, planes: Array, margin_px: int
+) -> FirstView:
+    """From the object's pixels in the first frame, the pixels that it keeps to (a mask, a box), and planes.
+
+    Raises
+    ------
+    ValueError
+        Nearly all of the mask lies on a plane that reaches far beyond it.
+    """
+    free = on_object & above(depth, camera, planes)
+    before, after = (np.count_nonzero(m & (depth > 0)) for m in (on_object, free))
+    if after < OWN_SHARE * before:
+        raise ValueError(
+            f"mask: expected an object, got a plane that reaches beyond it ({100 - 100 * after / before:.0f} % of its "
+            "readings lie on a table or a wall); give the object's own mask, or planes=False if it is as flat as that"
+        )
+    return FirstView(free, _room(depth, free, outline, margin_px), planes)
+
+
+def above(depth: NDArray[np.float32], camera: Camera, planes: Array) -> Mask:
+    """(H, W), the pixels whose readings are higher than all planes are thick, or that have none."""
+    points = camera.back_project(depth)
+    free = np.ones(depth.shape, bool)
+    for plane in planes:
+        free &= (depth <= 0) | (points @ plane[:3] + plane[3] >= plane[4])
+    return free
+
+
+def _room(depth: NDArray[np.float32], on_object: Mask, outline: Mask, margin_px: int) -> NDArray[np.float32]:
+    """Within the outline anywhere; beside it only behind what stands before the object, and may hide it."""
+    import cv2
+
+    size = 2 * margin_px + 1
+    grown = cv2.dilate(outline.astype(np.uint8), np.ones((size, size), np.uint8)) > 0
+    middle = float(np.median(depth[on_object & (depth > 0)]))
+    hides = (depth > 0) & (depth < middle)
+    room = np.where(hides, depth, NOT_HIDDEN)
+    room[grown] = IN_MARGIN
+    room[outline] = 0
+    return room.astype(np.float32)
+
+
+def planes_below(
+    depth: NDArray[np.float32], on_object: Mask, camera: Camera, size_m: float, *, among: bool = False
+) -> Array:
+    """Planes about the object that reach farther than it does, and that it is above: (N, 5) as in `FirstView`.
+
+    `among`: they may show among its pixels, which are a box's.
+    """
+    read, points = depth > 0, camera.back_project(depth)
+    mine = points[on_object & read]
+    middle = np.median(mine, axis=0)
+    around = read & (among | ~on_object) & (np.linalg.norm(points - middle, axis=-1) < AROUND * size_m)
+    ys, xs = np.nonzero(around)
+    if not len(ys):
+        return np.zeros((0, 5))
+    (y0, y1), (x0, x1) = ((int(at.min()), int(at.max()) + 1) for at in (ys, xs))
+    step = max(1, max(y1 - y0, x1 - x0) // WINDOW_PX)
+    window = slice(y0, y1, step), slice(x0, x1, step)
+    there = points[window]
+    found = planes_near(there, surface_normals(there, read[window]), around[window], size_m)
+    rows = [_row(plane, there) for plane in found]
+    kept = [row for row in rows if np.mean(mine @ row[:3] + row[3] > -row[4]) > ABOVE]
+    return np.array(_without_doubles(kept, middle)).reshape(-1, 5)
+
+
+def _without_doubles(rows: list[Array], middle: Array) -> list[Array]:
+    """A table that a lens bends is found as several planes: of those the object stands highest above the last."""
+    rows = sorted(rows, key=lambda row: -float(row[:3] @ middle + row[3]))
+    kept: list[Array] = []
+    for row in rows:
+        height = row[:3] @ middle + row[3]
+        if not any(row[:3] @ k[:3] > ALIKE and k[:3] @ middle + k[3] - height < CLOSE_M for k in kept):
+            kept.append(row)
+    return kept
+
+
+def _row(plane: NearPlane, points: Array) -> Array:
+    heights = plane.height(points[plane.pixels])
+    offset = plane.offset - float(np.median(heights))
+    sd = MAD_TO_SD * float(np.median(np.abs(heights - np.median(heights))))
+    return np.array([*plane.normal, offset, max(THIN_M, PER_SD * sd)])

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: MIT
+"""What the first frame leaves for an unknown object: its mask's cone, above the table; and bodies solid inside."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack import _core
+from sdftrack.reconstruction import reconstructor as module
+from sdftrack.reconstruction.first_view import first_view, planes_below
+from sdftrack.reconstruction.quality import without_cavities
+from sdftrack.reference import first_view as twin
+
+CAMERA = st.Camera(200.0, 200.0, 79.5, 59.5, 160, 120)
+FRAMES, VOXELS, VOXEL_M = 24, 96, 0.004
+
+
+@pytest.fixture(scope="module")
+def duck():
+    from sdftrack.synth.duck import duck_mesh
+
+    return duck_mesh()
+
+
+def on_table(duck, n=FRAMES, **options):
+    return st.synth.standing(duck, n, camera=CAMERA, distance_m=0.45, turns=0.3, seed=2, **options)
+
+
+@pytest.fixture(scope="module")
+def standing(duck):
+    return on_table(duck)
+
+
+def first(seq):
+    return seq[0].depth, seq.masks(0)[0]
+
+
+def rebuilt(seq, **options):
+    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1, **options)
+    results = [star.start(seq[0], mask=seq.masks(0)[0])]
+    results += [star.track(seq[i]) for i in range(1, len(seq))]
+    return star, results
+
+
+def off_truth(star, results, seq):
+    """Distance (m) of the seen vertices from the true surface."""
+    mesh = star.mesh()
+    T = np.linalg.solve(seq.ground_truth[0][0], results[0].pose)
+    seen = mesh.vertices[mesh.seen >= 0.5] @ T[:3, :3].T + T[:3, 3]
+    return np.abs(st.SDF.from_mesh(seq.models[1], voxels=100)(seen))
+
+
+# --- where the object can be
+
+
+def test_the_room_is_that_of_the_twin():
+    rng = np.random.default_rng(0)
+    T = st.geometry.pose([0.2, -0.3, 0.1], [0.01, 0.02, 0.5])
+    from_m = np.full(CAMERA.shape, np.inf, np.float32)
+    from_m[30:90, 40:160] = 0  # cut by the right border
+    from_m[20:30] = 0.5
+    planes = np.array([[0.0, -1.0, 0.0, 0.05, 0.004]])
+    middle, radius = np.array([0.0, 0.0, 0.5]), 0.06
+    view = _core.FirstView(CAMERA._core, T, from_m, planes, middle.tolist(), radius)
+    points = rng.uniform(-0.4, 0.4, (3000, 3))
+    got = view.may_hold(points)
+    expected = [twin.may_hold(p, CAMERA, T, from_m, planes, middle, radius) for p in points]
+    np.testing.assert_array_equal(got, expected)
+    assert 200 < got.sum() < 2000
+
+
+def test_the_table_is_found_under_the_object(standing):
+    depth, mask = first(standing)
+    planes = planes_below(depth, mask, CAMERA, 0.12)
+    assert len(planes) == 1
+    up = standing.ground_truth[0][0][:3, 2]
+    assert planes[0, :3] @ up > np.cos(np.radians(2))
+    assert planes[0, 4] < 0.004
+
+
+def test_what_the_first_frame_looks_past_is_no_room_and_what_is_hidden_is(standing):
+    depth, mask = first(standing)
+    hand = depth.copy()
+    hand[:, :40] = 0.2  # stands before the object
+    view = first_view(hand, mask, mask, CAMERA, np.zeros((0, 5)), 3)
+    assert (view.from_m[mask] == 0).all()
+    assert np.isinf(view.from_m[5, 100])
+    assert view.from_m[5, 5] == np.float32(0.2)
+
+
+@pytest.mark.parametrize("where", ["mask", "box"])
+def test_a_piece_of_the_table_is_no_object(standing, where):
+    depth, mask = first(standing)
+    rows = slice(95, 118) if not mask[95:118].any() else slice(0, 20)
+    star = st.Reconstructor(CAMERA, voxels=48)
+    place = np.zeros(CAMERA.shape, bool)
+    place[rows, 20:70] = True
+    how = {"mask": place} if where == "mask" else {"box": (20, rows.start, 50, rows.stop - rows.start)}
+    with pytest.raises(ValueError, match=r"plane.*planes=False"):
+        star.start(st.Frame(depth), **how)
+    assert "not started" in repr(star)
+
+
+# --- whole reconstructions
+
+
+@pytest.mark.parametrize("taken_up_at", [None, 8])
+@pytest.mark.parametrize("mode", ["depth", "rgbd"])
+def test_an_object_on_a_table_comes_out_alone(duck, taken_up_at, mode):
+    seq = on_table(duck, taken_up_at=taken_up_at)
+    star, results = rebuilt(seq, mode=mode)
+    assert all(r.ok for r in results)
+    off = off_truth(star, results, seq)
+    assert len(off) > 2000
+    assert np.median(off) < 0.0006
+    assert (off > 2 * VOXEL_M).mean() < 0.005
+
+
+def test_without_its_room_the_table_joins_it(duck):
+    seq = on_table(duck, n=8)
+    star, results = rebuilt(seq, mode="depth", planes=False, keep_to_mask=False)
+    assert (off_truth(star, results, seq) > 2 * VOXEL_M).mean() > 0.3
+
+
+def test_a_box_around_an_object_on_a_table_takes_the_object(standing):
+    _, mask = first(standing)
+    rows, columns = np.nonzero(mask)
+    box = (columns.min() - 6, rows.min() - 6, np.ptp(columns) + 13, np.ptp(rows) + 13)
+    star = st.Reconstructor(CAMERA, voxels=VOXELS)
+    star.start(standing[0], box=tuple(int(v) for v in box))
+    taken = star._beginning.on_object
+    assert (taken & ~mask).sum() < 0.05 * mask.sum()
+    assert (taken & mask).sum() > 0.85 * mask.sum()
+
+
+# --- solid inside
+
+
+def hollow_box():
+    """phi and weight of a shell whose outside was seen, and nothing of what lies deep in it."""
+    phi = np.full((40, 40, 40), 2.0, np.float32)
+    weight = np.full(phi.shape, 5.0, np.float32)
+    phi[8:32, 8:32, 8:32] = -1
+    phi[12:28, 12:28, 12:28] = 1.5
+    weight[12:28, 12:28, 12:28] = 0
+    return phi, weight
+
+
+def test_what_seen_surface_encloses_is_inside():
+    phi, weight = hollow_box()
+    out = without_cavities(phi, weight)
+    assert (out[8:32, 8:32, 8:32] < 0).all()
+    np.testing.assert_array_equal(out[:8], phi[:8])
+
+
+def test_what_was_looked_into_stays_hollow():
+    phi, weight = hollow_box()
+    phi[12:28, 12:28, :12] = 1.5  # open in front, and seen to be empty
+    weight[12:28, 12:28, :28] = 5
+    np.testing.assert_array_equal(without_cavities(phi, weight), phi)
+
+
+# --- refine
+
+
+def test_a_refinement_that_explains_the_frames_worse_is_not_taken(standing, monkeypatch):
+    star, _ = rebuilt(standing[:8])
+    shape, poses = star.shape.values.copy(), [k.T_cam_obj.copy() for k in star._kept]
+
+    def worse(keyframes, *arguments):
+        for k in keyframes[1:]:
+            k.T_cam_obj = k.T_cam_obj @ st.geometry.pose([0.1, 0, 0], [0.004, 0, 0])
+        arguments[2](lambda share: None)
+        return st.reconstruction.keyframe.Refined({}, 1, [0.0], [0.0])
+
+    monkeypatch.setattr(module.refining, "refine", worse)
+    refined = star.refine()
+    assert not refined.taken
+    assert refined.misfit_m[1] > refined.misfit_m[0]
+    np.testing.assert_array_equal(star.shape.values, shape)
+    for k, pose in zip(star._kept, poses, strict=True):
+        np.testing.assert_array_equal(k.T_cam_obj, pose)
+
+
+def test_a_refinement_that_helps_is_taken(standing):
+    star, _ = rebuilt(standing)
+    assert star.refine().taken
