@@ -162,6 +162,29 @@ def test_what_was_looked_into_stays_hollow():
     np.testing.assert_array_equal(without_cavities(phi, weight), phi)
 
 
+def test_a_body_seen_all_round_has_its_volume_in_mesh_and_shape():
+    """A brick, larger than what frames say of its inside."""
+    brick = st.SDF.box((0.12, 0.1, 0.08), voxels=80).to_mesh()
+    n = 48
+    poses = [
+        st.geometry.pose([0, 2 * np.pi * i / 24, 0] if i < 24 else [2 * np.pi * i / 24, 0, 0], [0, 0, 0.45])
+        for i in range(n)
+    ]
+    seq = st.synth.sequence(brick, n, np.array(poses), 0.001, camera=CAMERA, clutter="wall", seed=1)
+    star = st.Reconstructor(CAMERA, voxels=80, threads=1)
+    star.start(seq[0], mask=seq.masks(0)[0])
+    for i in range(1, n):  # the truth, so that nothing but the fusion is judged
+        moved = seq.ground_truth[i][0] @ np.linalg.inv(seq.ground_truth[0][0])
+        star._add(seq[i], moved @ star._beginning.T_cam_obj)
+    corner = star.mesh().vertices[star.mesh().faces]
+    volume = np.einsum("ij,ij->", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])) / 6
+    assert volume == pytest.approx(0.12 * 0.1 * 0.08, rel=0.02)
+    shape = star.shape
+    middle = star._beginning.T_cam_obj
+    deep = shape(np.linalg.solve(middle, [*poses[0][:3, 3], 1])[None, :3])
+    assert deep[0] < -0.03  # of 40 mm
+
+
 # --- refine
 
 

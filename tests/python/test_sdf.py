@@ -458,3 +458,20 @@ def test_a_volume_saves_loads_pickles_copies_compares_and_is_short_in_print(tmp_
 def test_wrong_arrays_are_refused(arguments, error, message):
     with pytest.raises(error, match=message):
         SDF(*arguments)
+
+
+def test_a_cropped_volume_has_the_same_values_at_the_same_places():
+    ball = st.SDF.sphere(0.03, voxels=64)
+    wide = np.pad(ball.values, 20, constant_values=0.05)
+    ball = st.SDF(wide, ball.voxel_size, ball.origin - 20 * ball.voxel_size)
+    small = ball.cropped(4)
+    assert small.values.size < 0.5 * ball.values.size
+    points = np.random.default_rng(0).uniform(-0.032, 0.032, (500, 3))
+    np.testing.assert_allclose(small(points), ball(points), atol=1e-7)
+    assert small.cropped(4) == small
+
+
+def test_nothing_is_left_of_a_volume_without_a_shape():
+    empty = st.SDF(np.full((8, 8, 8), 0.1, np.float32), 0.01, (0, 0, 0))
+    with pytest.raises(ValueError, match="outside everywhere"):
+        empty.cropped()

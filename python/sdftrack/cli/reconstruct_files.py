@@ -22,7 +22,7 @@ def write_shape(out: Path, mesh: Any, shape: Any, formats: list[str]) -> list[st
     names = [f"mesh.{suffix}" for suffix in dict.fromkeys(["ply", *formats])]
     for name in names:
         mesh.save(out / name)
-    shape.save(out / "shape.npz")
+    shape.cropped().save(out / "shape.npz")
     return [*names, "shape.npz"]
 
 

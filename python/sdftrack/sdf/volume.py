@@ -315,6 +315,21 @@ class SDF:
             )
         return SDF._own(self._values, self._voxel_size, self._origin, rgba)
 
+    def cropped(self, margin_voxels: int = 16) -> SDF:
+        """The same shape in the smallest volume that holds it and a margin: a file of it is smaller.
+
+        Raises ValueError when nothing is inside.
+        """
+        inside = np.argwhere(self._values <= 0)
+        if not len(inside):
+            raise ValueError("cropped: expected a shape, got a volume that is outside everywhere")
+        low = np.maximum(inside.min(0) - margin_voxels, 0)
+        high = np.minimum(inside.max(0) + 1 + margin_voxels, self._values.shape)
+        part = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
+        colors = None if self._colors is None else np.ascontiguousarray(self._colors[part])
+        origin = self._origin + self._voxel_size * low[::-1]
+        return SDF._own(np.ascontiguousarray(self._values[part]), self._voxel_size, origin, colors)
+
     def redistanced(self, threads: int = 0) -> SDF:
         """The distance field with the same zero set: |gradient| = 1 again, after blending or evolving.
 
