@@ -13,7 +13,6 @@ namespace sdftrack::reconstruction {
 namespace {
 
 constexpr int kFirstRounds = 8;
-constexpr float kNotIts = std::numeric_limits<float>::infinity();
 constexpr float kEmptyFrames = 3;     // that have looked past a place, and
 constexpr float kEmptyRatio = -1.5f;  // their mean, where nothing of the object can be
 
@@ -71,37 +70,37 @@ void Reconstruction::measure_all(int threads) {
 }
 
 // Nothing of the object is where the first frame leaves no room for it, nor where others have looked past.
-bool Reconstruction::may_be_its(Vec3d p_obj, float phi_m) const {
+bool Reconstruction::has_room(Vec3d p_obj) const {
   if (view_ && !view_->may_hold(p_obj)) return false;
-  if (phi_m < options_.roles.near_m) return true;
   const Vec3d at = (1 / grid().voxel_m) * (p_obj - grid().origin_obj) + Vec3d{0.5, 0.5, 0.5};
   const int x = static_cast<int>(std::floor(at.x)), y = static_cast<int>(std::floor(at.y)),
             z = static_cast<int>(std::floor(at.z));
   if (x < 0 || y < 0 || z < 0 || x >= grid().nx || y >= grid().ny || z >= grid().nz) return true;
   const std::size_t voxel = grid().index(x, y, z);
   const float weight = evidence_.weight()[voxel];
-  return !(weight > kEmptyFrames * levelset::kCarvedWeight &&
+  return !(distance_.phi()[voxel] > options_.roles.near_m &&
+           weight > kEmptyFrames * levelset::kCarvedWeight &&
            evidence_.log_ratio()[voxel] < kEmptyRatio * weight);
 }
 
-// Where the readings lie, seen from the surface so far.
-void Reconstruction::measure(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj) {
+void Reconstruction::find_roles(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj) {
   const SdfView sdf = distance_.view();
   const Rigidf T_obj_cam = inverse(T_cam_obj).cast<float>();
+  const auto read_at = [&](int x, int y) {
+    const Vec3d r = camera.distorted() ? camera.pixel_ray(x, y) : ray(camera.K, 1.0 * x, 1.0 * y);
+    return T_obj_cam * (frame.depth_m(x, y) * r.cast<float>());
+  };
   reading_distance_m_.clear();
   for (int y = frame.rect.y0; y < frame.rect.y1; ++y)
     for (int x = frame.rect.x0; x < frame.rect.x1; ++x) {
       const float z = frame.depth_m(x, y);
       float phi = std::numeric_limits<float>::quiet_NaN();
       Vec3f unused;
-      if (z > 0 && std::isfinite(z)) {
-        const Vec3d r = camera.distorted() ? camera.pixel_ray(x, y) : ray(camera.K, 1.0 * x, 1.0 * y);
-        const Vec3f p_obj = T_obj_cam * (z * r.cast<float>());
-        sample(sdf, p_obj, &phi, &unused);
-        if (!may_be_its(p_obj.cast<double>(), phi)) phi = kNotIts;
-      }
+      if (z > 0 && std::isfinite(z)) sample(sdf, read_at(x, y), &phi, &unused);
       reading_distance_m_.push_back(phi);
     }
+  roles_ = &finder_.find(frame.rect, reading_distance_m_, frame.foreground, frame.depth_m, options_.roles,
+                         [&](int x, int y) { return has_room(read_at(x, y).cast<double>()); });
 }
 
 // A part in each frame.
@@ -117,8 +116,7 @@ void Reconstruction::fuse(const FrameEvidence& frame, const Camera& camera, cons
   if (frame.mask) {
     roles_ = &finder_.from_mask(frame.rect, frame.depth_m, frame.mask);
   } else {
-    measure(frame, camera, T_cam_obj);
-    roles_ = &finder_.find(frame.rect, reading_distance_m_, frame.foreground, frame.depth_m, options_.roles);
+    find_roles(frame, camera, T_cam_obj);
   }
   image_.make(frame.depth_m, camera, frame.rect, roles_->data(), options_.image);
   const std::vector<int>& changed =

@@ -53,9 +53,9 @@ class Reconstruction {
                  std::shared_ptr<const FirstView> view);
   void measure_all(int threads);
   void update_far(int threads);
-  void measure(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj);
+  void find_roles(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj);
 
-  bool may_be_its(Vec3d p_obj, float phi_m) const;
+  bool has_room(Vec3d p_obj) const;
 
   ReconstructionOptions options_;
   std::shared_ptr<const FirstView> view_;

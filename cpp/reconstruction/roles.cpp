@@ -17,17 +17,19 @@ const std::vector<levelset::PixelRole>& RoleFinder::find(const levelset::PixelRe
                                                          const std::vector<float>& distance_m,
                                                          const float* foreground,
                                                          const ImageView<float>& depth_m,
-                                                         const RoleOptions& options) {
+                                                         const RoleOptions& options,
+                                                         const std::function<bool(int, int)>& has_room) {
   const int w = rect.x1 - rect.x0, h = rect.y1 - rect.y0;
   roles_.assign(size_of(rect), levelset::PixelRole::kUnknown);
   const auto may_be = [&](std::size_t i) {
-    return std::isfinite(distance_m[i]) && !(foreground && foreground[i] < options.min_foreground);
+    return !std::isnan(distance_m[i]) && !(foreground && foreground[i] < options.min_foreground);
   };
+  const auto room = [&](int i) { return has_room(rect.x0 + i % w, rect.y0 + i / w); };
   open_.clear();
   for (std::size_t i = 0; i < roles_.size(); ++i) {
     if (std::isnan(distance_m[i])) continue;
     roles_[i] = levelset::PixelRole::kBeyond;
-    if (may_be(i) && std::abs(distance_m[i]) < options.near_m)
+    if (may_be(i) && std::abs(distance_m[i]) < options.near_m && room(static_cast<int>(i)))
       roles_[i] = levelset::PixelRole::kObject, open_.push_back(static_cast<int>(i));
   }
   while (!open_.empty()) {
@@ -39,7 +41,7 @@ const std::vector<levelset::PixelRole>& RoleFinder::find(const levelset::PixelRe
       const int at = ny * w + nx;
       const auto j = static_cast<std::size_t>(at);
       if (roles_[j] != levelset::PixelRole::kBeyond || !may_be(j)) return;
-      if (!(std::abs(depth_m(rect.x0 + nx, rect.y0 + ny) - z) < options.joined_m)) return;
+      if (!(std::abs(depth_m(rect.x0 + nx, rect.y0 + ny) - z) < options.joined_m) || !room(at)) return;
       roles_[j] = levelset::PixelRole::kObject, open_.push_back(at);
     };
     visit(x - 1, y), visit(x + 1, y), visit(x, y - 1), visit(x, y + 1);
