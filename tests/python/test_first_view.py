@@ -185,6 +185,15 @@ def test_a_body_seen_all_round_has_its_volume_in_mesh_and_shape():
     assert deep[0] < -0.03  # of 40 mm
 
 
+def test_the_seen_part_of_a_mesh_has_nothing_that_is_guessed(standing):
+    star, _ = rebuilt(standing[:4])
+    whole, part = star.mesh(), star.mesh(seen_only=True)
+    assert 0.2 * len(whole.faces) < len(part.faces) < 0.9 * len(whole.faces)
+    assert part.seen.min() >= star.options.least_seen
+    assert part.colors is not None
+    assert set(map(tuple, part.vertices)) <= set(map(tuple, whole.vertices))
+
+
 # --- refine
 
 

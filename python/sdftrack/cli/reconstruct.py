@@ -47,6 +47,7 @@ class Job:
     mode: str
     refine: bool
     formats: list[str]
+    seen_only: bool
     overwrite: bool
     part: slice
     layout: str
@@ -102,6 +103,10 @@ def reconstruct(
         str,
         typer.Option("--format", metavar="ply,obj,glb,stl", help="Of the mesh; mesh.ply is always written."),
     ] = "ply",
+    seen_only: Annotated[
+        bool,
+        typer.Option("--seen-only", help="Leave what is guessed out of the mesh files; shape.npz has it."),
+    ] = False,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     start: StartOption = 0,
@@ -145,6 +150,7 @@ def reconstruct(
         mode=mode,
         refine=not no_refine,
         formats=_formats(formats),
+        seen_only=seen_only,
         overwrite=overwrite,
         part=slice(start, stop, step),
         layout=layout,

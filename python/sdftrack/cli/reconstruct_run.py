@@ -117,7 +117,8 @@ class Run:
     def _keep(self, recorder: Any) -> None:
         """The files of the shape as it stands."""
         mesh = self.star.mesh()
-        recorder.wrote(*write_shape(self.out, mesh, self.star.shape, self.job.formats))
+        written = self.star.mesh(seen_only=True) if self.job.seen_only else mesh
+        recorder.wrote(*write_shape(self.out, written, self.star.shape, self.job.formats))
         recorder.wrote(*write_sides(self.out, mesh, self._first, self.job.threads))
         self._note(recorder, mesh)
 
@@ -140,6 +141,8 @@ class Run:
                 "rounds": self.refined.rounds,
                 "moved_m": self.refined.moved_m,
                 "turned_rad": self.refined.turned_rad,
+                "misfit_m": self.refined.misfit_m,
+                "taken": self.refined.taken,
                 "poses": {self.seq.ids[self.numbers[n]]: T for n, T in sorted(self.refined.poses.items())},
             }
         recorder.note("reconstruction", section)
@@ -173,6 +176,8 @@ class Run:
             mm, degrees = 1e3 * self.refined.moved_m[0], np.rad2deg(self.refined.turned_rad[0])
             print(
                 f"the refinement has moved the poses by {mm:.2f} mm and {degrees:.2f} deg (root mean square)"
+                if self.refined.taken
+                else "the refinement fitted the frames worse and was not taken: poses and shape are as they came"
             )
         print(f"look at {self.out / 'mesh.png'} and mesh.ply" + (", turntable.mp4" if self.job.video else ""))
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sdftrack._internal.array_equality import Compared
 from sdftrack.mesh import Mesh
 
-__all__ = ["Quality", "expected_error", "largest_body", "quality_of", "surface_mesh"]
+__all__ = ["Quality", "expected_error", "largest_body", "quality_of", "seen_part", "surface_mesh"]
 
 SEEN_SCALE = 256.0
 BAND_VOXELS = 8.0
@@ -124,6 +124,19 @@ def surface_mesh(core: Any) -> Mesh:
         colors[seen == 0] = np.median(known, axis=0).astype(np.uint8)
     vertices = (zyx[:, ::-1].astype(np.float64) + low) * core.voxel_m + np.array(core.origin)
     return Mesh(vertices, faces.astype(np.int32), colors if colored else None, seen=seen)
+
+
+def seen_part(mesh: Mesh, least_seen: float) -> Mesh:
+    """The faces whose vertices have all been seen so often: open where the rest is guessed."""
+    assert mesh.seen is not None
+    kept = mesh.faces[(mesh.seen >= least_seen)[mesh.faces].all(axis=1)]
+    used, faces = np.unique(kept, return_inverse=True)
+    return Mesh(
+        mesh.vertices[used],
+        faces.reshape(-1, 3).astype(np.int32),
+        None if mesh.colors is None else mesh.colors[used],
+        seen=mesh.seen[used],
+    )
 
 
 def expected_error(seen: NDArray[np.float32], noise_m: float, voxel_m: float) -> NDArray[np.float32]:

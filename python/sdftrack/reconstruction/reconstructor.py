@@ -204,10 +204,14 @@ class Reconstructor:
         self._started("shape")
         return self._volume.shape(self._least)
 
-    def mesh(self) -> Mesh:
-        """Watertight coloured mesh, m, object frame; ``seen`` tells how often each vertex was seen (0: guessed)."""
+    def mesh(self, *, seen_only: bool = False) -> Mesh:
+        """Watertight coloured mesh, m, object frame; ``seen`` tells how often each vertex was seen (0: guessed).
+
+        `seen_only` leaves out what is guessed (seen less than ``options.least_seen``): then it is open.
+        """
         self._started("mesh")
-        return quality.surface_mesh(self._volume.core)
+        mesh = quality.surface_mesh(self._volume.core)
+        return quality.seen_part(mesh, self.options.least_seen) if seen_only else mesh
 
     def quality(self, mesh: Mesh | None = None) -> quality.Quality:
         """How well the surface is known; `mesh`: what :meth:`mesh` gave for the shape as it is, if it is at hand."""
