@@ -162,7 +162,7 @@ def test_what_was_looked_into_stays_hollow():
     np.testing.assert_array_equal(without_cavities(phi, weight), phi)
 
 
-def test_a_body_seen_all_round_has_its_volume_in_mesh_and_shape():
+def test_a_body_seen_all_round_has_its_volume():
     """A brick, larger than what frames say of its inside."""
     brick = st.SDF.box((0.12, 0.1, 0.08), voxels=80).to_mesh()
     n = 48
@@ -179,10 +179,6 @@ def test_a_body_seen_all_round_has_its_volume_in_mesh_and_shape():
     corner = star.mesh().vertices[star.mesh().faces]
     volume = np.einsum("ij,ij->", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])) / 6
     assert volume == pytest.approx(0.12 * 0.1 * 0.08, rel=0.02)
-    shape = star.shape
-    middle = star._beginning.T_cam_obj
-    deep = shape(np.linalg.solve(middle, [*poses[0][:3, 3], 1])[None, :3])
-    assert deep[0] < -0.03  # of 40 mm
 
 
 def test_the_seen_part_of_a_mesh_has_nothing_that_is_guessed(standing):

@@ -20,7 +20,6 @@ from sdftrack.reconstruction.initialization import (
 )
 from sdftrack.reconstruction.keyframe import Keyframe
 from sdftrack.reconstruction.options import ReconstructorOptions
-from sdftrack.reconstruction.quality import without_cavities
 from sdftrack.sdf import SDF
 
 __all__ = ["BLOCK", "BYTES_PER_VOXEL", "MAX_VOXELS", "Lattice", "Volume", "lattice_for"]
@@ -29,7 +28,6 @@ BLOCK = 8  # voxels; volumes grow by whole blocks
 MAX_VOXELS = 512
 BYTES_PER_VOXEL = 20
 BLOCKS_GROWN = 4
-EXACT_VOXELS = 2  # beside the surface, where the distances are exact
 FRAMES_BETWEEN = 5  # from one look whether the object has come near the border to the next
 
 
@@ -146,15 +144,4 @@ class Volume:
             colors[seen, :3] = (rgb_seen[seen, :3] + 128) >> 8
             colors[seen, 3] = 255
             colors = colors.reshape(self.core.rgb_seen.shape)
-        return SDF(self._solid(), self.core.voxel_m, self.core.origin, colors)
-
-    def _solid(self) -> NDArray[np.float32]:
-        """The distances, without what is hollow only because nothing was seen of it."""
-        phi: NDArray[np.float32] = np.array(self.core.phi)
-        filled = without_cavities(phi, self.core.weight)
-        if np.array_equal(filled, phi):
-            return phi
-        again = _core.redistance(filled, self.core.voxel_m, 0)
-        near = (np.abs(phi) < EXACT_VOXELS * self.core.voxel_m) & (filled == phi)
-        out: NDArray[np.float32] = np.where(near, phi, again)
-        return out
+        return SDF(np.array(self.core.phi), self.core.voxel_m, self.core.origin, colors)
