@@ -74,11 +74,10 @@ class PyReconstruction {
 };
 
 // planes: normal, offset and thickness of each.
-std::shared_ptr<const reconstruction::FirstView> first_view_from(const Camera& camera, const py::array& T,
-                                                                 const py::array& from_m,
-                                                                 const py::array& planes,
-                                                                 const std::array<double, 3>& middle,
-                                                                 double radius_m) {
+std::shared_ptr<reconstruction::FirstView> first_view_from(const Camera& camera, const py::array& T,
+                                                           const py::array& from_m, const py::array& planes,
+                                                           const std::array<double, 3>& middle,
+                                                           double radius_m) {
   const float* from = borrow<float>(from_m, "from_m", {camera.height, camera.width});
   const double* plane = borrow<double>(planes, "planes", {planes.shape(0), 5});
   std::vector<reconstruction::PlaneBelow> below;
@@ -114,13 +113,8 @@ void bind_reconstruction(py::module_& m) {
       .def_readwrite("rounds", &reconstruction::ReconstructionOptions::rounds)
       .def_readwrite("far_every", &reconstruction::ReconstructionOptions::far_every);
   py::class_<reconstruction::FirstView, std::shared_ptr<reconstruction::FirstView>>(m, "FirstView")
-      .def(py::init([](const Camera& camera, const py::array& T, const py::array& from_m,
-                       const py::array& planes, const std::array<double, 3>& middle, double radius_m) {
-             return std::const_pointer_cast<reconstruction::FirstView>(
-                 first_view_from(camera, T, from_m, planes, middle, radius_m));
-           }),
-           py::arg("camera"), py::arg("T"), py::arg("from_m"), py::arg("planes"), py::arg("middle"),
-           py::arg("radius_m"))
+      .def(py::init(&first_view_from), py::arg("camera"), py::arg("T"), py::arg("from_m"), py::arg("planes"),
+           py::arg("middle"), py::arg("radius_m"))
       .def(
           "may_hold",
           [](const reconstruction::FirstView& self, const py::array& points) {

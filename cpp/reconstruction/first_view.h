@@ -24,8 +24,8 @@ struct Place {
 
 class FirstView {
  public:
-  // from_m: for each pixel of an image of this size the least depth at which the object may be; infinite
-  // where it may not. Planes in the same camera's frame.
+  // from_m: for each pixel of the camera's image the least depth at which the object may be: 0 in its mask,
+  // more than that in the margin about it, infinite where it cannot be. Planes in the same camera's frame.
   FirstView(const Camera& camera, const Rigidd& T_cam_obj, std::vector<float> from_m,
             std::vector<PlaneBelow> planes, const Place& place);
 

@@ -9,7 +9,7 @@ import pytest
 import sdftrack as st
 from sdftrack import _core
 from sdftrack.reconstruction import reconstructor as module
-from sdftrack.reconstruction.first_view import first_view, planes_below
+from sdftrack.reconstruction.first_view import planes_below, room
 from sdftrack.reconstruction.quality import without_cavities
 from sdftrack.reference import first_view as twin
 
@@ -84,10 +84,10 @@ def test_what_the_first_frame_looks_past_is_no_room_and_what_is_hidden_is(standi
     depth, mask = first(standing)
     hand = depth.copy()
     hand[:, :40] = 0.2  # stands before the object
-    view = first_view(hand, mask, mask, CAMERA, np.zeros((0, 5)), 3)
-    assert (view.from_m[mask] == 0).all()
-    assert np.isinf(view.from_m[5, 100])
-    assert view.from_m[5, 5] == np.float32(0.2)
+    from_m = room(hand, mask, mask, 3)
+    assert (from_m[mask] == 0).all()
+    assert np.isinf(from_m[5, 100])
+    assert from_m[5, 5] == np.float32(0.2)
 
 
 @pytest.mark.parametrize("where", ["mask", "box"])

@@ -116,8 +116,10 @@ class Run:
 
     def _keep(self, recorder: Any) -> None:
         """The files of the shape as it stands."""
+        from sdftrack.reconstruction.quality import seen_part
+
         mesh = self.star.mesh()
-        written = self.star.mesh(seen_only=True) if self.job.seen_only else mesh
+        written = seen_part(mesh, self.star.options.least_seen) if self.job.seen_only else mesh
         recorder.wrote(*write_shape(self.out, written, self.star.shape, self.job.formats))
         recorder.wrote(*write_sides(self.out, mesh, self._first, self.job.threads))
         self._note(recorder, mesh)

@@ -13,7 +13,7 @@ from sdftrack import _core
 from sdftrack.camera import Camera
 from sdftrack.imaging.near_planes import NearPlane, planes_near, surface_normals
 
-__all__ = ["FirstView", "above", "first_view", "planes_below"]
+__all__ = ["FirstView", "above", "own_pixels", "planes_below", "room"]
 
 WINDOW_PX = 200  # along the surroundings, that are enough for a plane
 AROUND = 2.5  # times the object's size: the surroundings that planes are looked for in
@@ -34,8 +34,6 @@ class FirstView:
 
     Attributes
     ----------
-    on_object : (H, W) bool
-        The mask without the readings of planes.
     from_m : (H, W) float32
         The least depth at which the object may be on each pixel's ray: 0 in the mask, 1 mm in the margin about it,
         infinite where it cannot be.
@@ -43,7 +41,6 @@ class FirstView:
         Normal towards the camera, offset (m) and half thickness (m) of each; the object is above.
     """
 
-    on_object: Mask
     from_m: NDArray[np.float32]
     planes: Array
 
@@ -52,10 +49,8 @@ class FirstView:
         return _core.FirstView(camera._core, T_cam_obj, self.from_m, self.planes, middle.tolist(), radius_m)
 
 
-def first_view(
-    depth: NDArray[np.float32], on_object: Mask, outline: Mask, camera: Camera, planes: Array, margin_px: int
-) -> FirstView:
-    """From the object's pixels in the first frame, the pixels that it keeps to (a mask, a box), and planes.
+def own_pixels(depth: NDArray[np.float32], on_object: Mask, camera: Camera, planes: Array) -> Mask:
+    """(H, W), the object's pixels without the readings of planes.
 
     Raises
     ------
@@ -69,7 +64,7 @@ def first_view(
             f"mask: expected an object, got a plane that reaches beyond it ({100 - 100 * after / before:.0f} % of its "
             "readings lie on a table or a wall); give the object's own mask, or planes=False if it is as flat as that"
         )
-    return FirstView(free, _room(depth, free, outline, margin_px), planes)
+    return free
 
 
 def above(depth: NDArray[np.float32], camera: Camera, planes: Array) -> Mask:
@@ -81,18 +76,21 @@ def above(depth: NDArray[np.float32], camera: Camera, planes: Array) -> Mask:
     return free
 
 
-def _room(depth: NDArray[np.float32], on_object: Mask, outline: Mask, margin_px: int) -> NDArray[np.float32]:
-    """Within the outline anywhere; beside it only behind what stands before the object, and may hide it."""
+def room(depth: NDArray[np.float32], on_object: Mask, outline: Mask, margin_px: int) -> NDArray[np.float32]:
+    """``FirstView.from_m`` by the object's pixels in the first frame and those that it keeps to (a mask, a box).
+
+    Within the outline anywhere; beside it only behind what stands before the object, and may hide it.
+    """
     import cv2
 
     size = 2 * margin_px + 1
     grown = cv2.dilate(outline.astype(np.uint8), np.ones((size, size), np.uint8)) > 0
     middle = float(np.median(depth[on_object & (depth > 0)]))
     hides = (depth > 0) & (depth < middle)
-    room = np.where(hides, depth, NOT_HIDDEN)
-    room[grown] = IN_MARGIN
-    room[outline] = 0
-    return room.astype(np.float32)
+    from_m = np.where(hides, depth, NOT_HIDDEN)
+    from_m[grown] = IN_MARGIN
+    from_m[outline] = 0
+    return from_m.astype(np.float32)
 
 
 def planes_below(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
-from sdftrack.reconstruction.first_view import FirstView, above, first_view, planes_below
+from sdftrack.reconstruction.first_view import FirstView, above, own_pixels, planes_below, room
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.sdf import SDF
 
@@ -73,9 +73,10 @@ def find_object(
     else:
         on_object = place != 0
     ball = ball_of(depth, on_object, camera)
-    view = None if posed else _view(depth, on_object, place, camera, 2 * ball.radius_m, options)
-    if view is not None:
-        on_object = view.on_object
+    view = None
+    if not posed and (options.keep_to_mask or options.planes):
+        outline = _outline(on_object, place, options)
+        on_object, view = _first_view(depth, on_object, outline, camera, 2 * ball.radius_m, options)
         ball = ball_of(depth, on_object, camera)
     T = np.eye(4)
     T[:3, 3] = ball.centre_cam
@@ -90,15 +91,14 @@ def _without_planes(
     depth: NDArray[np.float32], box: tuple[int, int, int, int], camera: Camera
 ) -> NDArray[np.float32]:
     """The depth image, 0 where planes are read that reach beyond the box."""
-    x, y, w, h = box
-    inside = np.zeros(depth.shape, bool)
-    inside[y : y + h, x : x + w] = depth[y : y + h, x : x + w] > 0
+    inside = _rectangle(depth.shape, box) & (depth > 0)
     if not inside.any():
         return depth
+    _, _, w, h = box
     size_m = max(w / camera.fx, h / camera.fy) * float(np.median(depth[inside]))
     planes = planes_below(depth, inside, camera, size_m, among=True)
     free = above(depth, camera, planes)
-    if inside.sum() and not (free & inside).any():
+    if not (free & inside).any():
         raise ValueError(
             "box: expected an object in it, got nothing but a plane that reaches beyond it (a table, a wall); move the "
             "box, or give planes=False if the object is as flat as that"
@@ -106,26 +106,32 @@ def _without_planes(
     return np.where(free, depth, np.float32(0))
 
 
-def _view(
+def _rectangle(shape: tuple[int, ...], box: tuple[int, int, int, int]) -> Mask:
+    x, y, w, h = box
+    inside = np.zeros(shape, bool)
+    inside[y : y + h, x : x + w] = True
+    return inside
+
+
+def _outline(on_object: Mask, place: Any, options: ReconstructorOptions) -> Mask:
+    """The pixels that the object keeps to; a box's own pixels hang together, and may be fewer than the object's."""
+    if not options.keep_to_mask:
+        return np.ones(on_object.shape, bool)
+    return _rectangle(on_object.shape, place) if isinstance(place, tuple) else on_object
+
+
+def _first_view(
     depth: NDArray[np.float32],
     on_object: Mask,
-    place: Any,
+    outline: Mask,
     camera: Camera,
     size_m: float,
     options: ReconstructorOptions,
-) -> FirstView | None:
-    """Where the object can be; a box's pixels hang together and may be fewer than the object's."""
-    if not (options.keep_to_mask or options.planes):
-        return None
-    outline = on_object
-    if not options.keep_to_mask:
-        outline = np.ones(depth.shape, bool)
-    elif isinstance(place, tuple):
-        x, y, w, h = place
-        outline = np.zeros(depth.shape, bool)
-        outline[y : y + h, x : x + w] = True
+) -> tuple[Mask, FirstView]:
+    """The object's pixels without those of planes, and where it can be."""
     planes = planes_below(depth, on_object, camera, size_m) if options.planes else np.zeros((0, 5))
-    return first_view(depth, on_object, outline, camera, planes, options.mask_margin_px)
+    own = own_pixels(depth, on_object, camera, planes)
+    return own, FirstView(room(depth, own, outline, options.mask_margin_px), planes)
 
 
 def inside_points(shape: SDF) -> Array:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
+from sdftrack.geometry import inverse, transform_points
 from sdftrack.reconstruction.keyframe import Keyframe
 from sdftrack.sdf import SDF
 
@@ -49,6 +50,4 @@ def _read_points(keyframe: Keyframe, camera: Camera) -> NDArray[np.float64]:
 
 
 def _in_object(points: NDArray[np.float64], keyframe: Keyframe) -> NDArray[np.float64]:
-    T = keyframe.T_cam_obj
-    inside: NDArray[np.float64] = (points - T[:3, 3]) @ T[:3, :3]
-    return inside
+    return transform_points(inverse(keyframe.T_cam_obj), points)

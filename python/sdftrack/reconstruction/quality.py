@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sdftrack._internal.array_equality import Compared
 from sdftrack.mesh import Mesh
 
-__all__ = ["Quality", "expected_error", "largest_body", "quality_of", "seen_part", "surface_mesh"]
+__all__ = ["Quality", "bodies", "expected_error", "largest_body", "quality_of", "seen_part", "surface_mesh"]
 
 SEEN_SCALE = 256.0
 BAND_VOXELS = 8.0
@@ -47,15 +47,20 @@ class Quality(Compared):
 
 def largest_body(phi: NDArray[np.float32]) -> NDArray[np.float32]:
     """The field without the smaller of several bodies; a copy."""
+    labels, largest = bodies(phi)
+    out = np.array(phi)
+    out[(labels > 0) & (labels != largest)] = np.float32(1e-6)
+    return out
+
+
+def bodies(phi: NDArray[np.float32]) -> tuple[NDArray[np.int32], int]:
+    """The number of the body that each voxel is inside of, 0 outside, and that of the largest."""
     from scipy import ndimage
 
-    labels, count = ndimage.label(phi < 0)
-    out = np.array(phi)
-    if count > 1:
-        sizes = np.bincount(labels.ravel())
-        sizes[0] = 0
-        out[(labels > 0) & (labels != int(np.argmax(sizes)))] = np.float32(1e-6)
-    return out
+    labels, _ = ndimage.label(phi < 0)
+    sizes = np.bincount(labels.ravel())
+    sizes[0] = 0
+    return labels, int(np.argmax(sizes))
 
 
 def without_cavities(phi: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -250,8 +250,9 @@ class Reconstructor:
         tracker = self._started("refine")
         last, newest = TrackerInterface(tracker).last_poses[0], self._kept[-1]
         before = newest.T_cam_obj
-        judge, volume, poses = Judge(self._kept, self.shape, self._frame_camera), self._volume, self._poses()
-        was_m = judge.misfit_m(self.shape)
+        shape, volume, poses = self.shape, self._volume, [keyframe.T_cam_obj for keyframe in self._kept]
+        judge = Judge(self._kept, shape, self._frame_camera)
+        was_m = judge.misfit_m(shape)
         refined = refining.refine(self._kept, tracker, self._size, self._fuse_all, rounds, progress)
         now_m = judge.misfit_m(self.shape)
         refined = replace(refined, misfit_m=(was_m, now_m), taken=now_m < OVERFIT * was_m)
@@ -320,9 +321,6 @@ class Reconstructor:
     @property
     def _kept(self) -> list[Keyframe]:
         return self._keyframes.frames
-
-    def _poses(self) -> list[Pose]:
-        return [keyframe.T_cam_obj for keyframe in self._kept]
 
     @property
     def _size(self) -> tuple[int, int]:

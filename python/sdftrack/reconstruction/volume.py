@@ -20,6 +20,7 @@ from sdftrack.reconstruction.initialization import (
 )
 from sdftrack.reconstruction.keyframe import Keyframe
 from sdftrack.reconstruction.options import ReconstructorOptions
+from sdftrack.reconstruction.quality import bodies
 from sdftrack.sdf import SDF
 
 __all__ = ["BLOCK", "BYTES_PER_VOXEL", "MAX_VOXELS", "Lattice", "Volume", "lattice_for"]
@@ -56,10 +57,8 @@ def _extent_of_largest(phi: NDArray[np.float32]) -> tuple[NDArray[np.int64], NDA
     """First and last voxels (x, y, z) of the largest body inside: the rest is not the object."""
     from scipy import ndimage
 
-    labels, _ = ndimage.label(phi <= 0)
-    sizes = np.bincount(labels.ravel())
-    sizes[0] = 0
-    slices = ndimage.find_objects(labels)[int(np.argmax(sizes)) - 1][::-1]
+    labels, largest = bodies(phi)
+    slices = ndimage.find_objects(labels)[largest - 1][::-1]
     return np.array([s.start for s in slices]), np.array([s.stop for s in slices])
 
 

@@ -71,8 +71,11 @@ def standing(
     error = noise_of(noise)
     frames, masks = [], []
     for i, (view, pose) in enumerate(zip(views, poses, strict=True)):
-        frame, mask = _frame(mesh, camera, view, pose, float(low[2]), error, np.random.default_rng((seed, i)))
-        frames.append(Frame(frame.depth, frame.color, timestamp=i / FPS, index=i, check_units=False))
+        scene, mask = _scene(mesh, camera, view, pose, float(low[2]))
+        depth = scene.depth
+        if error is not None:
+            depth = error(depth, scene.cosine, np.random.default_rng((seed, i)))
+        frames.append(Frame(depth, scene.color, timestamp=i / FPS, index=i, check_units=False))
         masks.append({0: mask})
     return Sequence(frames, camera, poses, {1: mesh}, masks=lambda i: masks[i])
 
@@ -87,9 +90,10 @@ def _taken_up(i: int, first: int | None, centre: Array) -> Array:
     return T
 
 
-def _frame(
-    mesh: Mesh, camera: Camera, view: Array, pose: Array, floor_m: float, error: Any, rng: np.random.Generator
-) -> tuple[Any, NDArray[np.bool_]]:
+def _scene(
+    mesh: Mesh, camera: Camera, view: Array, pose: Array, floor_m: float
+) -> tuple[Layer, NDArray[np.bool_]]:
+    """What the camera looks at, and which of it is the object."""
     normal, point = view[:3, :3] @ TABLE, view[:3, :3] @ (floor_m * TABLE) + view[:3, 3]
     scene = plane_layer(camera, normal, point, WOOD, np.random.default_rng(7))
     depth, normals, colors = mesh.raycast(camera, pose)
@@ -97,8 +101,7 @@ def _frame(
     window, nearer = scene.put(Layer.of(camera, depth, normals, paint))
     mask = np.zeros(camera.shape, bool)
     mask[window] = nearer
-    read = scene.depth if error is None else error(scene.depth, scene.cosine, rng)
-    return Frame(read, scene.color, check_units=False), mask
+    return scene, mask
 
 
 def _grey(depth: NDArray[np.float32]) -> NDArray[np.uint8]:

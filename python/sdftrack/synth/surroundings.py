@@ -108,6 +108,7 @@ def mesh_layer(mesh: Mesh, camera: Camera, T: Array, color: tuple[int, ...]) -> 
 def plane_layer(
     camera: Camera, normal: Array, point: Array, color: tuple[int, ...], rng: np.random.Generator
 ) -> Layer:
+    """A plane through a point (m, camera frame), seen from the side that its normal points to, up to 6 m away."""
     layer = Layer.empty(camera)
     n = normal / np.linalg.norm(normal)
     x, y = camera.rays[..., 0].astype(float), camera.rays[..., 1].astype(float)
