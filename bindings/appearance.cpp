@@ -6,6 +6,7 @@
 #include "appearance/color_model.h"
 #include "release_gil.h"
 #include "tracking/trust/color_evidence.h"
+#include "tracking/trust/smooth_foreground.h"
 #include "volume.h"
 
 namespace sdftrack::bindings {
@@ -74,6 +75,20 @@ py::tuple color_counts(const py::array& values, double voxel_m, const std::array
   return counts_to(std::move(counts));
 }
 
+py::array smooth_foreground(const py::array& at, const py::array& depth_m, const py::array& foreground,
+                            int width, float focal_px, float noise_m, const py::object& distance_m) {
+  const auto n = static_cast<py::ssize_t>(at.size());
+  const int* index = borrow<int>(at, "at", {n});
+  const float* z = borrow<float>(depth_m, "depth", {n});
+  const float* p = borrow<float>(foreground, "foreground", {n});
+  const float* d =
+      distance_m.is_none() ? nullptr : borrow<float>(distance_m.cast<py::array>(), "distance", {n});
+  energies::PixelSet pixels;
+  for (py::ssize_t i = 0; i < n; ++i) pixels.push(0, 0, z[i], 1, index[i], p[i]);
+  tracking::ForegroundSmoother().smooth(width, focal_px, noise_m, d, &pixels);
+  return to_numpy(std::move(pixels.foreground), {n});
+}
+
 }  // namespace
 
 appearance::ColorImage color_view(const py::object& color, const py::object& map) {
@@ -121,6 +136,9 @@ void bind_appearance(py::module_& m) {
         py::arg("T_cam_obj"), py::arg("padding_m"), py::arg("budget"),
         "Colours on the object, around it and in front of it, (4096,) float32 each: at the pose, or by the "
         "mask if given.");
+  m.def("smooth_foreground", &smooth_foreground, py::arg("at"), py::arg("depth"), py::arg("foreground"),
+        py::arg("width"), py::arg("focal_px"), py::arg("noise_m"), py::arg("distance") = py::none(),
+        "Posteriors (N,) float32 of pixels, smoothed over the image; distance: from the surface, or None.");
 }
 
 }  // namespace sdftrack::bindings

@@ -99,6 +99,9 @@ class TrackerOptions:
     color_prior: float = described(0.7, "posterior of a colour that says nothing")
     color_object_rate: float = described(0.05, "share of each new frame in the object's histogram (Eq. 4.22)")
     color_background_rate: float = described(0.3, "the same for the background's")
+    smooth_colors: bool = described(
+        True, "whether a reading is the object's is asked of the readings around it, too"
+    )
     color_free_space: bool = described(
         False, "a pixel without depth but of the background's colour is free space"
     )

@@ -178,6 +178,65 @@ def test_colours_of_a_mask_are_those_inside_and_in_the_ring(shape, depth, color)
     assert front.sum() == 0
 
 
+# --- over the image
+
+
+def a_finger_over_an_object(rng, width=64, height=40, noise_m=0.001):
+    """An upright object at 0.5 m, a finger that comes from 3 cm before it down onto it, some pixels left out."""
+    v, u = np.mgrid[0:height, 0:width]
+    depth = np.full((height, width), 0.5)
+    finger = abs(v - 20) < 7
+    depth[finger] = np.where(u < 40, 0.5 - 0.03 * np.clip((40 - u) / 20, 0, 1), depth)[finger]
+    depth += noise_m * rng.standard_normal(depth.shape)
+    at = np.flatnonzero((rng.random(depth.shape) < 0.7) & (u > 2)).astype(np.int32)
+    z = depth.ravel()[at].astype(np.float32)
+    return at, z, (0.5 - z).astype(np.float32), finger.ravel()[at] & (u.ravel()[at] < 40)
+
+
+@pytest.mark.parametrize("with_distance", [False, True])
+@pytest.mark.parametrize("noise_m", [0.001, 0.004])
+@pytest.mark.parametrize("focal_px", [80.0, 300.0, 2500.0])
+def test_posteriors_are_smoothed_over_the_image_as_by_the_twin(with_distance, noise_m, focal_px):
+    rng = np.random.default_rng(3)
+    at, z, distance, _ = a_finger_over_an_object(rng)
+    foreground = rng.uniform(0.02, 0.98, len(at)).astype(np.float32)
+    arguments = (64, focal_px, noise_m, distance if with_distance else None)
+    got = _core.smooth_foreground(at, z, foreground, *arguments)
+    expected = twin.smooth_foreground(at, z.astype(float), foreground.astype(float), *arguments)
+    np.testing.assert_allclose(got, expected, atol=POSTERIOR_ATOL)
+    assert np.abs(got - foreground).max() > 0.1
+
+
+def test_colours_of_single_pixels_err_and_those_of_a_neighbourhood_do_not():
+    rng = np.random.default_rng(4)
+    at, z, _, _ = a_finger_over_an_object(rng)
+    right = rng.random(len(at)) < 0.8
+    got = _core.smooth_foreground(at, z, np.where(right, 0.95, 0.05).astype(np.float32), 64, 300.0, 0.001)
+    assert (got > 0.7).mean() > 0.99
+
+
+def test_what_lies_on_the_surface_beside_a_finger_in_front_is_doubted_and_no_other_part_is():
+    rng = np.random.default_rng(5)
+    at, z, distance, finger = a_finger_over_an_object(rng)
+    prior = np.full(len(at), 0.7, np.float32)
+    got = _core.smooth_foreground(at, z, prior, 64, 300.0, 0.001, distance)
+    u, v = at % 64, at // 64
+    contact = finger & (distance < 0.005)
+    assert contact.sum() > 20
+    assert np.median(got[contact]) < 0.25
+    away = (abs(v - 20) > 14) | (u > 56)
+    np.testing.assert_allclose(got[away], 0.7, atol=1e-5)
+
+
+def test_a_surface_that_does_not_continue_a_reading_says_nothing_about_it():
+    at = np.arange(200, dtype=np.int32)
+    near = at % 20 < 10
+    z = np.where(near, 0.5, 0.53).astype(np.float32)
+    foreground = np.where(near, 0.05, 0.9).astype(np.float32)
+    got = _core.smooth_foreground(at, z, foreground, 20, 77.0, 0.001)
+    np.testing.assert_allclose(got, foreground, atol=1e-5)
+
+
 # --- from depth to colour
 
 

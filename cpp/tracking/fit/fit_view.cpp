@@ -41,6 +41,7 @@ int FitView::open(const frame::DepthFrame& frame, const Camera& camera, const Fi
     color_reader_.open(frame, camera, frame::projected_box(camera, target.shape, target.expected, padding_m),
                        frame::depth_range(target.shape, target.expected, padding_m));
   pack(options_.coarse_pixels, &coarse_);
+  smooth_foreground(nullptr, &coarse_);
   keep_seen(inverse(target.expected), &coarse_);
   return selection_.count();
 }
@@ -57,6 +58,15 @@ void FitView::open_without_depth(const frame::DepthFrame& frame, const Camera& c
 void FitView::pack(int wanted, energies::PixelSet* out) {
   selection_.pack(wanted, out);
   if (target_->colors) fetch_foreground(*target_->colors, color_reader_, out);
+}
+
+void FitView::smooth_foreground(const optim::State* x, energies::PixelSet* pixels) {
+  if (!target_->colors || !options_.smooth_colors) return;
+  const float* const distance_m =
+      x ? energies::SdfEnergy(target_->shape.sdf, pixels, {}).distances(*x) : nullptr;
+  smoother_.smooth(camera_->width, static_cast<float>(camera_->K.fx), static_cast<float>(stated_noise_m_),
+                   distance_m, pixels);
+  if (x) pixels->start_afresh();
 }
 
 energies::PhotometricEnergy FitView::brightness(const energies::PixelSet& pixels, const optim::State& x,
@@ -124,6 +134,7 @@ void FitView::pack_for_budget(double reach_m, const optim::State& x) {
 void FitView::choose_fine_pixels(double scale_m, const optim::State& x) {
   const double reach_m = fine_reach_m(scale_m);
   pack_for_budget(reach_m, x);
+  smooth_foreground(&x, &pixels_);
   if (options_.outlier_floor > 0) energies::SdfEnergy(target_->shape.sdf, &pixels_, {}).keep_near(x, reach_m);
   keep_seen(x.T_obj_cam[0], &pixels_);
   if (pixels_.count() > options_.max_pixels) {

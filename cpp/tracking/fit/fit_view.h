@@ -15,6 +15,7 @@
 #include "tracking/fit/outline_noise.h"
 #include "tracking/trust/color_delay.h"
 #include "tracking/trust/color_evidence.h"
+#include "tracking/trust/smooth_foreground.h"
 #include "tracking/trust/systematic.h"
 #include "tracking/trust/trust.h"
 
@@ -87,6 +88,8 @@ class FitView {
   // budget allows, into pixels().
   void choose_fine_pixels(double scale_m, const optim::State& x);
   void pack(int wanted, energies::PixelSet* out);
+  // x: a pose that is nearly right, or nullptr.
+  void smooth_foreground(const optim::State* x, energies::PixelSet* pixels);
   // What choose_fine_pixels begins with: as many pixels as hold the budget of those near the surface.
   void keep_seen(const Rigidd& T_obj_cam, energies::PixelSet* pixels) const;
   void pack_for_budget(double reach_m, const optim::State& x);
@@ -187,6 +190,7 @@ class FitView {
   energies::DistanceGrid free_grid_;
   CorrelationArea correlation_;
   ColorReader color_reader_;
+  ForegroundSmoother smoother_;
   energies::SummaryScratch summary_scratch_;
   std::vector<float> floats_;
   energies::GreyPixels grey_;

@@ -65,6 +65,7 @@ void visit_options(Options& o, Visit& f) {
   f("color_prior", o.color_prior, above(0).below(1), "", "posterior of a colour that says nothing");
   f("color_object_rate", o.color_object_rate, from_to(0, 1), "", "share of each new frame in the object's histogram (Eq. 4.22)");
   f("color_background_rate", o.color_background_rate, from_to(0, 1), "", "the same for the background's");
+  f("smooth_colors", o.smooth_colors, kTrueOrFalse, "", "whether a reading is the object's is asked of the readings around it, too");
   f("color_free_space", o.color_free_space, kTrueOrFalse, "", "a pixel without depth but of the background's colour is free space");
   f("color_max_overlap", o.color_max_overlap, kNonNegative, "", "auto: depth alone where sum sqrt(p_f p_b) of the histograms is above");
   f("photometric", o.photometric, kTrueOrFalse, "", "with a coloured shape and colour images: their brightness holds the pose too");

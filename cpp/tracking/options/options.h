@@ -69,6 +69,7 @@ struct TrackerOptions {
   double color_prior = 0.7;         // P_f of a colour that says nothing
   double color_object_rate = 0.05;  // of the opinion pool, per frame
   double color_background_rate = 0.3;
+  bool smooth_colors = true;       // the readings around a reading say what it is, too
   bool color_free_space = false;   // a pixel without depth but of the background's colour is free space
   double color_max_overlap = 0.9;  // sum sqrt(p_f p_b) beyond which the colours are not used
   // Brightness of surfaces whose colours are known (docs/math/photometric.md)

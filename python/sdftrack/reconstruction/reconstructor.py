@@ -66,7 +66,8 @@ class Reconstructor:
     options : ReconstructorOptions, optional
         A whole set of options; single ones may be given as keywords.
     tracker_options : TrackerOptions, optional
-        Of the tracker inside. Default: ``outline=False``, for the outline of a shape that grows is not yet its own.
+        Of the tracker inside. Default: ``outline=False, smooth_colors=False``, for the outline of a shape that grows is
+        not yet its own, and what stands before its guessed parts may be the object.
 
     Raises
     ------
@@ -106,7 +107,7 @@ class Reconstructor:
         self.mode, self.threads = mode, threads
         refuse_unknown(single_options, [*ReconstructorOptions.__dataclass_fields__, *KEYWORDS])
         self.options = (options or ReconstructorOptions()).replace(**single_options)
-        self.tracker_options = tracker_options or TrackerOptions(outline=False)
+        self.tracker_options = tracker_options or TrackerOptions(outline=False, smooth_colors=False)
         self._volume: Any = None
         self._tracker: Tracker | None = None
         self._keyframes = Keyframes(self.options.kept_frames)

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.files import replacing
 from sdftrack.evaluation.bound import MAX_INCIDENCE_RAD, expected_length, pose_information
 
 __all__ = ["DISTANCE_M", "Truth", "default_camera", "motion", "noisy", "render_truth"]
@@ -175,17 +176,16 @@ def _key(mesh: Any, poses: Array, camera: Any) -> str:
 
 def _save(path: Path, truth: Truth) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(path.stem + ".part.npz")
-    np.savez_compressed(
-        temporary,
-        poses=truth.poses,
-        boxes=np.array(truth.boxes),
-        sizes=np.array([c.shape for c in truth.crops]),
-        values=np.concatenate([c.ravel() for c in truth.crops]),
-        bounds=np.column_stack([truth.bound_m, truth.bound_rad]),
-        pixels=truth.pixels,
-    )
-    temporary.replace(path)
+    with replacing(path) as temporary:
+        np.savez_compressed(
+            temporary,
+            poses=truth.poses,
+            boxes=np.array(truth.boxes),
+            sizes=np.array([c.shape for c in truth.crops]),
+            values=np.concatenate([c.ravel() for c in truth.crops]),
+            bounds=np.column_stack([truth.bound_m, truth.bound_rad]),
+            pixels=truth.pixels,
+        )
 
 
 def _load(path: Path, camera: Any) -> Truth:

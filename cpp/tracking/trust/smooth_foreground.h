@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// What a reading is, said by the readings around it too: fingers are wider than a pixel, and next to one that
+// stands in front of the object, what lies on the object's surface may well be the finger's.
+#pragma once
+
+#include <vector>
+
+#include "energies/pixel_set.h"
+
+namespace sdftrack::tracking {
+
+class ForegroundSmoother {
+ public:
+  // The log odds of every pixel's `foreground`, averaged over the readings around it, some 20 mm across, that
+  // continue its surface (docs/math/color.md, section 4). width, focal_px: of the depth image that the pixels
+  // come from, row by row. distance_m: of each reading from the surface at a pose that is nearly right, or
+  // nullptr; one in front by more than the noise is taken for another's.
+  void smooth(int width, float focal_px, float noise_m, const float* distance_m, energies::PixelSet* pixels);
+
+ private:
+  struct Cell {
+    float log_odds = 0, count = 0, depth_m = 0;
+  };
+
+  void weigh(float in_front_m, const float* distance_m, const energies::PixelSet& pixels);
+  void gather(int width, int cell_px, const energies::PixelSet& pixels);
+  void average(energies::PixelSet* pixels) const;
+
+  std::vector<Cell> cells_;
+  int columns_ = 0;
+  std::vector<int> cell_of_;
+  std::vector<float> log_odds_;
+};
+
+}  // namespace sdftrack::tracking
