@@ -196,9 +196,8 @@ void SdfEnergy::leave_device() {
   if (CudaWork* const device = std::exchange(device_, nullptr)) device->download(pixels_);
 }
 
-void SdfEnergy::keep_near(const optim::State& x, double reach_m) {
+void SdfEnergy::keep_near(const float* phi, double reach_m) {
   const auto reach = static_cast<float>(reach_m);
-  const float* const phi = distances(x);
   const int n = pixels_->count();
   int kept = 0;
   while (kept < n && std::abs(phi[kept]) < reach) ++kept;  // often all: these stay where they are

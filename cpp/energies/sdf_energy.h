@@ -66,7 +66,8 @@ class SdfEnergy final : public optim::Energy {
   const float* distances(const optim::State& x);
   // How many pixels' points lie within reach_m of the surface at x; and leaves out the others.
   int count_near(const optim::State& x, double reach_m);
-  void keep_near(const optim::State& x, double reach_m);
+  void keep_near(const optim::State& x, double reach_m) { keep_near(distances(x), reach_m); }
+  void keep_near(const float* phi, double reach_m);  // phi: as `distances` gave it
   // `steps` Newton steps of every ray from the measured depths. The
   // next linearisation decides which rays meet the model; it stays so from then on, so that costs may be
   // compared.

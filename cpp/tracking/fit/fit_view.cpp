@@ -60,13 +60,10 @@ void FitView::pack(int wanted, energies::PixelSet* out) {
   if (target_->colors) fetch_foreground(*target_->colors, color_reader_, out);
 }
 
-void FitView::smooth_foreground(const optim::State* x, energies::PixelSet* pixels) {
-  if (!target_->colors || !options_.smooth_colors) return;
-  const float* const distance_m =
-      x ? energies::SdfEnergy(target_->shape.sdf, pixels, {}).distances(*x) : nullptr;
-  smoother_.smooth(camera_->width, static_cast<float>(camera_->K.fx), static_cast<float>(stated_noise_m_),
-                   distance_m, pixels);
-  if (x) pixels->start_afresh();
+void FitView::smooth_foreground(const float* distance_m, energies::PixelSet* pixels) {
+  if (target_->colors && options_.smooth_colors)
+    smoother_.smooth(camera_->width, static_cast<float>(camera_->K.fx), static_cast<float>(stated_noise_m_),
+                     distance_m, pixels);
 }
 
 energies::PhotometricEnergy FitView::brightness(const energies::PixelSet& pixels, const optim::State& x,
@@ -134,8 +131,13 @@ void FitView::pack_for_budget(double reach_m, const optim::State& x) {
 void FitView::choose_fine_pixels(double scale_m, const optim::State& x) {
   const double reach_m = fine_reach_m(scale_m);
   pack_for_budget(reach_m, x);
-  smooth_foreground(&x, &pixels_);
-  if (options_.outlier_floor > 0) energies::SdfEnergy(target_->shape.sdf, &pixels_, {}).keep_near(x, reach_m);
+  energies::SdfEnergy energy(target_->shape.sdf, &pixels_, {});
+  const float* const distance_m = energy.distances(x);
+  smooth_foreground(distance_m, &pixels_);
+  if (options_.outlier_floor > 0)
+    energy.keep_near(distance_m, reach_m);
+  else
+    pixels_.start_afresh();
   keep_seen(x.T_obj_cam[0], &pixels_);
   if (pixels_.count() > options_.max_pixels) {
     scratch_.assign_subset(pixels_, options_.max_pixels);

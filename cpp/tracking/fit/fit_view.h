@@ -88,10 +88,10 @@ class FitView {
   // budget allows, into pixels().
   void choose_fine_pixels(double scale_m, const optim::State& x);
   void pack(int wanted, energies::PixelSet* out);
-  // x: a pose that is nearly right, or nullptr.
-  void smooth_foreground(const optim::State* x, energies::PixelSet* pixels);
-  // What choose_fine_pixels begins with: as many pixels as hold the budget of those near the surface.
+  // distance_m: from the surface at a pose that is nearly right, or nullptr.
+  void smooth_foreground(const float* distance_m, energies::PixelSet* pixels);
   void keep_seen(const Rigidd& T_obj_cam, energies::PixelSet* pixels) const;
+  // What choose_fine_pixels begins with: as many pixels as hold the budget of those near the surface.
   void pack_for_budget(double reach_m, const optim::State& x);
   static double fine_reach_m(double scale_m);
 
