@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tracking/options/sensor_noise.h"
 
@@ -41,7 +42,7 @@ int FitView::open(const frame::DepthFrame& frame, const Camera& camera, const Fi
     color_reader_.open(frame, camera, frame::projected_box(camera, target.shape, target.expected, padding_m),
                        frame::depth_range(target.shape, target.expected, padding_m));
   pack(options_.coarse_pixels, &coarse_);
-  smooth_foreground(nullptr, &coarse_);
+  smooth_foreground(nullptr, 0, &coarse_);
   keep_seen(inverse(target.expected), &coarse_);
   return selection_.count();
 }
@@ -60,10 +61,10 @@ void FitView::pack(int wanted, energies::PixelSet* out) {
   if (target_->colors) fetch_foreground(*target_->colors, color_reader_, out);
 }
 
-void FitView::smooth_foreground(const float* distance_m, energies::PixelSet* pixels) {
+void FitView::smooth_foreground(const float* distance_m, double reach_m, energies::PixelSet* pixels) {
   if (target_->colors && options_.smooth_colors)
     smoother_.smooth(camera_->width, static_cast<float>(camera_->K.fx), static_cast<float>(stated_noise_m_),
-                     distance_m, pixels);
+                     distance_m, static_cast<float>(reach_m), pixels);
 }
 
 energies::PhotometricEnergy FitView::brightness(const energies::PixelSet& pixels, const optim::State& x,
@@ -119,25 +120,30 @@ void FitView::read_free_space(double padding_m) {
 
 double FitView::fine_reach_m(double scale_m) { return std::max(kFineReach_m, kFineReachPerScale * scale_m); }
 
+int FitView::budget_for(double reach_m, const optim::State& x) {
+  const int wanted = options_.max_pixels;
+  if (!(options_.outlier_floor > 0) || selection_.count() <= wanted) return wanted;
+  const int near = energies::SdfEnergy(target_->shape.sdf, &coarse_, {}).count_near(x, reach_m);
+  return static_cast<int>(wanted * std::min(kMaxSpread, coarse_.count() / std::max(1.0, 1.0 * near)));
+}
+
 void FitView::pack_for_budget(double reach_m, const optim::State& x) {
-  int wanted = options_.max_pixels;
-  if (options_.outlier_floor > 0 && selection_.count() > wanted) {
-    const int near = energies::SdfEnergy(target_->shape.sdf, &coarse_, {}).count_near(x, reach_m);
-    wanted = static_cast<int>(wanted * std::min(kMaxSpread, coarse_.count() / std::max(1.0, 1.0 * near)));
-  }
-  pack(wanted, &pixels_);
+  pack(budget_for(reach_m, x), &pixels_);
 }
 
 void FitView::choose_fine_pixels(double scale_m, const optim::State& x) {
-  const double reach_m = fine_reach_m(scale_m);
-  pack_for_budget(reach_m, x);
+  const double reach_m =
+      options_.outlier_floor > 0 ? fine_reach_m(scale_m) : std::numeric_limits<double>::infinity();
+  selection_.pack(budget_for(reach_m, x), &pixels_);
   energies::SdfEnergy energy(target_->shape.sdf, &pixels_, {});
-  const float* const distance_m = energy.distances(x);
-  smooth_foreground(distance_m, &pixels_);
-  if (options_.outlier_floor > 0)
+  if (target_->colors) {
+    const float* const distance_m = energy.keep_around(x, reach_m + ForegroundSmoother::kContinues_m);
+    fetch_foreground(*target_->colors, color_reader_, &pixels_);
+    smooth_foreground(distance_m, reach_m, &pixels_);
     energy.keep_near(distance_m, reach_m);
-  else
-    pixels_.start_afresh();
+  } else {
+    energy.keep_near(x, reach_m);
+  }
   keep_seen(x.T_obj_cam[0], &pixels_);
   if (pixels_.count() > options_.max_pixels) {
     scratch_.assign_subset(pixels_, options_.max_pixels);

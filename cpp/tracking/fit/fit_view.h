@@ -88,10 +88,10 @@ class FitView {
   // budget allows, into pixels().
   void choose_fine_pixels(double scale_m, const optim::State& x);
   void pack(int wanted, energies::PixelSet* out);
-  // distance_m: from the surface at a pose that is nearly right, or nullptr.
-  void smooth_foreground(const float* distance_m, energies::PixelSet* pixels);
+  // distance_m: from the surface at a pose that is nearly right, or nullptr; beyond reach_m they are not smoothed.
+  void smooth_foreground(const float* distance_m, double reach_m, energies::PixelSet* pixels);
   void keep_seen(const Rigidd& T_obj_cam, energies::PixelSet* pixels) const;
-  // What choose_fine_pixels begins with: as many pixels as hold the budget of those near the surface.
+  // As many pixels as hold the budget of those near the surface.
   void pack_for_budget(double reach_m, const optim::State& x);
   static double fine_reach_m(double scale_m);
 
@@ -162,6 +162,7 @@ class FitView {
                                     const energies::EnergySummary& depth, FitMemory* memory);
   void add_outline(const optim::State& x, double scale_m, double* area_px, energies::EnergySummary* summary,
                    FitMemory* memory);
+  int budget_for(double reach_m, const optim::State& x);
   void add_systematic(double systematic_m, Fitted* fitted) const;
   double correlation_area(const energies::SdfEnergyOptions& options, const optim::State& x,
                           energies::SdfEnergy* energy, FitMemory* memory);

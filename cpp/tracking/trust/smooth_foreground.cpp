@@ -4,26 +4,33 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/fast_math.h"
+
 namespace sdftrack::tracking {
 
 namespace {
 
 constexpr float kCell_m = 0.0065f;  // three of them are a finger's width
 constexpr int kMaxCell_px = 16;
-constexpr float kStep_m = 0.012f;  // readings this far apart in depth are of two surfaces
 constexpr float kInFront_m = 0.005f, kInFrontPerNoise = 3;
 constexpr float kInFrontLogOdds = -6;
+
+float logistic(float log_odds) {
+  const float e = exp_negative(-std::abs(log_odds));
+  return (log_odds < 0 ? e : 1) / (1 + e);
+}
 
 }  // namespace
 
 void ForegroundSmoother::smooth(int width, float focal_px, float noise_m, const float* distance_m,
-                                energies::PixelSet* pixels) {
+                                float reach_m, energies::PixelSet* pixels) {
   if (pixels->count() == 0) return;
   const float middle_m = pixels->depth_m[pixels->depth_m.size() / 2];
   const int cell_px = std::clamp(static_cast<int>(kCell_m * focal_px / middle_m + 0.5f), 1, kMaxCell_px);
   weigh(std::max(kInFront_m, kInFrontPerNoise * noise_m), distance_m, *pixels);
   gather(width, cell_px, *pixels);
-  average(pixels);
+  sum_around();
+  average(distance_m, reach_m, pixels);
 }
 
 void ForegroundSmoother::weigh(float in_front_m, const float* distance_m, const energies::PixelSet& pixels) {
@@ -31,7 +38,7 @@ void ForegroundSmoother::weigh(float in_front_m, const float* distance_m, const 
   log_odds_.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const float p = pixels.foreground[i];
-    log_odds_[i] = std::log(p / (1 - p));
+    log_odds_[i] = log_positive(p / (1 - p));
   }
   if (!distance_m) return;
   for (std::size_t i = 0; i < n; ++i)
@@ -52,7 +59,7 @@ void ForegroundSmoother::gather(int width, int cell_px, const energies::PixelSet
     cell_of_[i] = ((y - y0) / cell_px + 1) * columns_ + x / cell_px + 1;
     Cell& cell = cells_[static_cast<std::size_t>(cell_of_[i])];
     const float z = pixels.depth_m[i];
-    if (cell.count > 0 && std::abs(z - cell.depth_m) > kStep_m) {
+    if (cell.count > 0 && std::abs(z - cell.depth_m) > kContinues_m) {
       if (z > cell.depth_m) continue;  // of two surfaces the nearer one
       cell = {};
     }
@@ -61,16 +68,35 @@ void ForegroundSmoother::gather(int width, int cell_px, const energies::PixelSet
   }
 }
 
-void ForegroundSmoother::average(energies::PixelSet* pixels) const {
-  for (std::size_t i = 0; i < pixels->at.size(); ++i) {
-    float sum = log_odds_[i], count = 1;
-    const Cell* const middle = cells_.data() + cell_of_[i];
-    for (const int row : {-columns_, 0, columns_})
-      for (const Cell* cell = middle + row - 1; cell <= middle + row + 1; ++cell)
-        if (std::abs(cell->depth_m - pixels->depth_m[i]) < kStep_m)
-          sum += cell->log_odds, count += cell->count;
-    pixels->foreground[i] = 1 / (1 + std::exp(-sum / count));
+// The sums over the three by three cells around each one, of those that continue it.
+void ForegroundSmoother::sum_around() {
+  around_.resize(cells_.size());
+  for (std::size_t row = static_cast<std::size_t>(columns_); row + columns_ < cells_.size(); row += columns_)
+    for (std::size_t k = row + 1; k + 1 < row + columns_; ++k)
+      if (cells_[k].count > 0) around_[k] = those_that_continue(cells_[k].depth_m, &cells_[k]);
+}
+
+ForegroundSmoother::Cell ForegroundSmoother::those_that_continue(float depth_m, const Cell* middle) const {
+  Cell sum{0, 0, depth_m};
+  for (const int row : {-columns_, 0, columns_})
+    for (const Cell* cell = middle + row - 1; cell <= middle + row + 1; ++cell)
+      if (std::abs(cell->depth_m - depth_m) < kContinues_m)
+        sum.log_odds += cell->log_odds, sum.count += cell->count;
+  return sum;
+}
+
+void ForegroundSmoother::average(const float* distance_m, float reach_m, energies::PixelSet* pixels) {
+  const std::size_t n = pixels->at.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    if (distance_m && !(std::abs(distance_m[i]) < reach_m)) continue;
+    const auto at = static_cast<std::size_t>(cell_of_[i]);
+    const float z = pixels->depth_m[i];
+    // Where a cell holds two surfaces it stands for the nearer one.
+    const Cell sum = std::abs(around_[at].depth_m - z) < kContinues_m ? around_[at]
+                                                                      : those_that_continue(z, &cells_[at]);
+    log_odds_[i] = (log_odds_[i] + sum.log_odds) / (1 + sum.count);
   }
+  for (std::size_t i = 0; i < n; ++i) pixels->foreground[i] = logistic(log_odds_[i]);
 }
 
 }  // namespace sdftrack::tracking

@@ -11,11 +11,15 @@ namespace sdftrack::tracking {
 
 class ForegroundSmoother {
  public:
+  static constexpr float kContinues_m = 0.012f;  // readings this far apart in depth are of two surfaces
+
   // The log odds of every pixel's `foreground`, averaged over the readings around it, some 20 mm across, that
   // continue its surface (docs/math/color.md, section 4). width, focal_px: of the depth image that the pixels
   // come from, row by row. distance_m: of each reading from the surface at a pose that is nearly right, or
-  // nullptr; one in front by more than the noise is taken for another's.
-  void smooth(int width, float focal_px, float noise_m, const float* distance_m, energies::PixelSet* pixels);
+  // nullptr; one in front by more than the noise is taken for another's. Readings farther than reach_m from the
+  // surface are those of others: their own `foreground` is not averaged.
+  void smooth(int width, float focal_px, float noise_m, const float* distance_m, float reach_m,
+              energies::PixelSet* pixels);
 
  private:
   struct Cell {
@@ -24,9 +28,11 @@ class ForegroundSmoother {
 
   void weigh(float in_front_m, const float* distance_m, const energies::PixelSet& pixels);
   void gather(int width, int cell_px, const energies::PixelSet& pixels);
-  void average(energies::PixelSet* pixels) const;
+  void sum_around();
+  Cell those_that_continue(float depth_m, const Cell* middle) const;
+  void average(const float* distance_m, float reach_m, energies::PixelSet* pixels);
 
-  std::vector<Cell> cells_;
+  std::vector<Cell> cells_, around_;
   int columns_ = 0;
   std::vector<int> cell_of_;
   std::vector<float> log_odds_;
