@@ -15,6 +15,15 @@ BOX = box_mesh()
 VOLUME = st.SDF.from_mesh(BOX, 100)
 
 
+def bent(d, T, random, tilt_m, bulge_m):
+    """Depth of the box at T that errs: by noise, a tilt from one end to the other, and a bulge."""
+    v, u = np.mgrid[: CAMERA.height, : CAMERA.width]
+    p = np.stack([(u - CAMERA.cx) / CAMERA.fx * d, (v - CAMERA.cy) / CAMERA.fy * d, d], -1)
+    q = (p - T[:3, 3]) @ T[:3, :3]
+    noisy = d + random.normal(0, 0.001, d.shape)
+    return noisy + tilt_m * q[..., 0] / 0.06 - bulge_m * (np.hypot(q[..., 0], q[..., 1]) / 0.06) ** 2
+
+
 def scene(count, tilt_m=0.0, bulge_m=0.0):
     """A box that turns and moves before a wall; `tilt_m`: how far the depth bends from one end to the other.
 
@@ -25,13 +34,9 @@ def scene(count, tilt_m=0.0, bulge_m=0.0):
         T = geometry.pose([0.5 + 0.006 * i, -0.6, 0.2 + 0.004 * i], [0.01 + 0.0008 * i, 0.02, 0.5])
         random = np.random.default_rng(i)
         d = BOX.raycast(CAMERA, T)[0]
-        v, u = np.mgrid[: CAMERA.height, : CAMERA.width]
-        p = np.stack([(u - CAMERA.cx) / CAMERA.fx * d, (v - CAMERA.cy) / CAMERA.fy * d, d], -1)
-        q = (p - T[:3, 3]) @ T[:3, :3]
-        bent = d + random.normal(0, 0.001, d.shape) + tilt_m * q[..., 0] / 0.06
-        bent -= bulge_m * (np.hypot(q[..., 0], q[..., 1]) / 0.06) ** 2
+        read = bent(d, T, random, tilt_m, bulge_m)
         noisy = np.where((d > 0)[..., None], OBJECT, AROUND) + random.normal(0, 8, (*d.shape, 3))
-        depth = np.where(d > 0, bent, 1.2).astype(np.float32)
+        depth = np.where(d > 0, read, 1.2).astype(np.float32)
         frames.append(st.Frame(depth, np.clip(noisy, 0, 255).astype(np.uint8), timestamp=i / 30))
         poses.append(T)
     return frames, poses
@@ -74,6 +79,41 @@ def test_without_a_bias_nothing_is_lost():
     assert on.mean(axis=0) == pytest.approx(off.mean(axis=0), rel=0.25)
     default, *_ = follow(frames, poses)
     assert default.mean(axis=0) == pytest.approx(off.mean(axis=0), rel=0.05)
+
+
+def scene_of_two(count, colors, tilt_m, bulge_m):
+    """Two boxes side by side, 2 mm apart, that turn together; each bends the depth."""
+    frames, poses = [], []
+    beside = geometry.pose([0, 0, 0], [0, np.ptp(BOX.vertices[:, 1]) + 0.002, 0])
+    for i in range(count):
+        first = geometry.pose([0.5 + 0.006 * i, -0.6, 0.2 + 0.004 * i], [-0.03 + 0.0008 * i, 0.02, 0.6])
+        random = np.random.default_rng(i)
+        depth, color = np.full(CAMERA.shape, 1.2), np.tile(AROUND.astype(float), (*CAMERA.shape, 1))
+        for T, own in zip((first, first @ beside), colors, strict=True):
+            d = BOX.raycast(CAMERA, T)[0]
+            seen = (d > 0) & (d < depth)
+            depth[seen], color[seen] = bent(d, T, random, tilt_m, bulge_m)[seen], own
+        noisy = np.clip(color + random.normal(0, 8, color.shape), 0, 255).astype(np.uint8)
+        frames.append(st.Frame(depth.astype(np.float32), noisy, timestamp=i / 30))
+        poses.append([first, first @ beside])
+    return frames, poses
+
+
+@pytest.mark.parametrize("other", [OBJECT, np.array([60, 170, 60], np.uint8)], ids=["alike", "unlike"])
+def test_two_that_touch_are_held_by_their_outlines_too(other):
+    frames, poses = scene_of_two(40, [OBJECT, other], tilt_m=0.006, bulge_m=0.004)
+    degrees = {}
+    for outline in (False, True):
+        tracker = st.Tracker([VOLUME] * 2, CAMERA, mode="rgbd", threads=1, outline=outline)
+        results = [tracker.start(frames[0], poses=poses[0]), *(tracker.track(f) for f in frames[1:])]
+        assert all(s is not st.Status.LOST for r in results for s in r.status)
+        errors = [
+            [st.metrics.pose_error(T, truth)[1] for T, truth in zip(r.poses, both, strict=True)]
+            for r, both in zip(results, poses, strict=True)
+        ]
+        degrees[outline] = np.degrees(errors)[10:].mean(axis=0)
+    assert (degrees[False] > 2).all()
+    assert (degrees[True] < 0.5 * degrees[False]).all()
 
 
 def halved(frame, T):

@@ -88,7 +88,8 @@ class FitView {
   // budget allows, into pixels().
   void choose_fine_pixels(double scale_m, const optim::State& x);
   void pack(int wanted, energies::PixelSet* out);
-  // distance_m: from the surface at a pose that is nearly right, or nullptr; beyond reach_m they are not smoothed.
+  // distance_m: from the surface at a pose that is nearly right, or nullptr; beyond reach_m they are not
+  // smoothed.
   void smooth_foreground(const float* distance_m, double reach_m, energies::PixelSet* pixels);
   void keep_seen(const Rigidd& T_obj_cam, energies::PixelSet* pixels) const;
   // As many pixels as hold the budget of those near the surface.
@@ -114,7 +115,11 @@ class FitView {
   // The outline in the colour image as it is seen from T_cam_obj; none without colours, or where the options
   // leave it out. Valid until the next call.
   // Returns how many places were looked at.
-  int read_outline(const Rigidd& T_cam_obj, int reach_px);
+  int read_outline(const Rigidd& T_cam_obj, int reach_px) {
+    return read_outline(T_cam_obj, reach_px, target_->neighbors);
+  }
+  // Not where one of `beside` (nullptr: none) is seen next to it.
+  int read_outline(const Rigidd& T_cam_obj, int reach_px, const Neighbors* beside);
   // The colours on both sides of the outline at T_cam_obj, which is sure.
   void learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                      const appearance::ColorModel& whole, const Rigidd& T_cam_obj, const FitMemory& memory,

@@ -26,12 +26,13 @@ double in_front_m(double noise_m, const FitMemory& memory) {
 
 }  // namespace
 
-int FitView::read_outline(const Rigidd& T_cam_obj, int reach_px) {
+int FitView::read_outline(const Rigidd& T_cam_obj, int reach_px, const Neighbors* beside) {
   outline_lines_.lines.clear();
   if (!reads_outline()) return 0;
-  return find_outline_lines(*frame_, *camera_, target_->shape, target_->outline, T_cam_obj,
-                            {options_.outline_points, reach_px, in_front_m(stated_noise_m_, target_->memory)},
-                            &contours_, &outline_lines_);
+  return find_outline_lines(
+      *frame_, *camera_, target_->shape, target_->outline, T_cam_obj,
+      {options_.outline_points, reach_px, in_front_m(stated_noise_m_, target_->memory), beside}, &contours_,
+      &outline_lines_);
 }
 
 void FitView::learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
@@ -39,7 +40,7 @@ void FitView::learn_outline(const frame::DepthFrame& frame, const Camera& camera
                             const FitMemory& memory, appearance::LocalColors* colors) {
   learn_outline_colors(frame, camera, shape, whole, T_cam_obj,
                        {options_.outline_points, options_.outline_reach_px,
-                        in_front_m(sensor_noise(options_).at(T_cam_obj.t.z), memory)},
+                        in_front_m(sensor_noise(options_).at(T_cam_obj.t.z), memory), nullptr},
                        &contours_, colors);
 }
 

@@ -111,7 +111,7 @@ int find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, con
                        ContourLibrary* contours, energies::OutlineLines* out) {
   out->lines.clear();
   out->view = color_projection(camera, frame.color->map);
-  const OutlinePlaces places(frame, camera, shape, T_cam_obj, search.in_front_m, out->view);
+  const OutlinePlaces places(frame, camera, shape, T_cam_obj, search, out->view);
   const LineMaker maker(frame, colors, search, out->view);
   const std::vector<ContourPoint>& points = contour_in(out->view, camera, shape, T_cam_obj, search, contours);
   for (const ContourPoint& point : points) {
@@ -129,7 +129,7 @@ void learn_outline_colors(const frame::DepthFrame& frame, const Camera& camera, 
                           const OutlineSearch& search, ContourLibrary* contours,
                           appearance::LocalColors* colors) {
   const energies::ColorProjection view = color_projection(camera, frame.color->map);
-  const OutlinePlaces places(frame, camera, shape, T_cam_obj, search.in_front_m, view);
+  const OutlinePlaces places(frame, camera, shape, T_cam_obj, search, view);
   colors->open(kLocalRate);
   for (const ContourPoint& point : contour_in(view, camera, shape, T_cam_obj, search, contours)) {
     Vec2d centre, normal;

@@ -8,13 +8,15 @@
 #include "energies/outline_energy.h"
 #include "frame/region.h"
 #include "tracking/fit/contour_library.h"
+#include "tracking/trust/neighbors.h"
 
 namespace sdftrack::tracking {
 
 struct OutlineSearch {
-  int points = 200;           // of the outline that are looked at
-  int reach_px = 8;           // to both sides along a line
-  double in_front_m = 0.010;  // what is read by more than this in front of the outline hides it
+  int points = 200;                   // of the outline that are looked at
+  int reach_px = 8;                   // to both sides along a line
+  double in_front_m = 0.010;          // what is read by more than this in front of the outline hides it
+  const Neighbors* beside = nullptr;  // other objects, next to which an outline has other colours around it
 };
 
 struct OutlineColors {
@@ -22,9 +24,9 @@ struct OutlineColors {
   const appearance::LocalColors* local = nullptr;  // nullptr: none
 };
 
-// At T_cam_obj (centred). No line where something stands in front, where it leaves the image, and where the
-// colours on its two sides do not differ. The frame needs colours, not depth. Returns how many places it has
-// looked at.
+// At T_cam_obj (centred). No line where something stands in front or a neighbour is seen, where it leaves the
+// image, and where the colours on its two sides do not differ. The frame needs colours, not depth. Returns
+// how many places it has looked at.
 int find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                        const OutlineColors& colors, const Rigidd& T_cam_obj, const OutlineSearch& search,
                        ContourLibrary* contours, energies::OutlineLines* out);

@@ -8,12 +8,13 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kAside_px = 4;  // of the places on both sides at which an occluder is looked for
+constexpr double kAside_px = 4;         // of the places on both sides at which an occluder is looked for
+constexpr double kOnNeighbor_m = 0.01;  // a reading this near to it is a neighbour's
 
 }  // namespace
 
 OutlinePlaces::OutlinePlaces(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
-                             const Rigidd& T_cam_obj, double in_front_m,
+                             const Rigidd& T_cam_obj, const OutlineSearch& search,
                              const energies::ColorProjection& view)
     : frame_(frame),
       camera_(camera),
@@ -21,7 +22,8 @@ OutlinePlaces::OutlinePlaces(const frame::DepthFrame& frame, const Camera& camer
       T_cam_obj_(T_cam_obj),
       T_obj_cam_(inverse(T_cam_obj)),
       view_(view),
-      in_front_m_(in_front_m) {}
+      in_front_m_(search.in_front_m),
+      beside_(search.beside) {}
 
 bool OutlinePlaces::find(const ContourPoint& point, Vec2d* centre_px, Vec2d* normal) const {
   const Vec3d p = T_cam_obj_ * point.p_obj, n = T_cam_obj_.R * point.n_obj;
@@ -43,11 +45,14 @@ bool OutlinePlaces::is_hidden(Vec3d p, Vec3d n) const {
     const Vec3d at = p + (k * by) * n;
     if (!(at.z > 0)) return true;
     const double z = frame::reading_at(frame_, camera_, at);
-    if (z == 0 || z > p.z - in_front_m_) continue;
+    if (z == 0) continue;
     const Vec2d ideal = project(camera_.K, at);
+    const Vec3d seen = z * ray(camera_.K, ideal.x, ideal.y);
+    if (beside_ && on_one_of(*beside_, seen, kOnNeighbor_m)) return true;
+    if (z > p.z - in_front_m_) continue;
     float phi;
     Vec3f unused;
-    sample(shape_.sdf, (T_obj_cam_ * (z * ray(camera_.K, ideal.x, ideal.y))).cast<float>(), &phi, &unused);
+    sample(shape_.sdf, (T_obj_cam_ * seen).cast<float>(), &phi, &unused);
     if (static_cast<double>(phi) > in_front_m_) return true;
   }
   return false;

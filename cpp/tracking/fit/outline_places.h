@@ -5,15 +5,17 @@
 #include "energies/color_projection.h"
 #include "frame/region.h"
 #include "tracking/fit/contour_points.h"
+#include "tracking/fit/outline_lines.h"
 
 namespace sdftrack::tracking {
 
 class OutlinePlaces {
  public:
-  // At T_cam_obj (centred). What is read more than in_front_m in front of the surface, and off it, hides it.
-  // frame, camera, shape and view are kept by address.
+  // At T_cam_obj (centred). What is read more than search.in_front_m in front of the surface, and off it,
+  // hides it, and so does a neighbour that is read beside it. frame, camera, shape and view are kept by
+  // address.
   OutlinePlaces(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
-                const Rigidd& T_cam_obj, double in_front_m, const energies::ColorProjection& view);
+                const Rigidd& T_cam_obj, const OutlineSearch& search, const energies::ColorProjection& view);
 
   // Its pixel and the outline's normal there, outwards. False where it is hidden or not in front of the
   // camera.
@@ -28,6 +30,7 @@ class OutlinePlaces {
   const Rigidd T_cam_obj_, T_obj_cam_;
   const energies::ColorProjection& view_;
   const double in_front_m_;
+  const Neighbors* const beside_;
 };
 
 // The colour camera's centre in the depth camera's frame: the outline is that which the colour camera sees.

@@ -104,10 +104,17 @@ void JointFitter::fit_fine(optim::State* x) {
   energy.sharpness = static_cast<float>(options_.union_sharpness);
   energy.threads = threads_;
   for (int round = memory_.noise_known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
+    read_outlines(*x);
     energy.scale_m = static_cast<float>(last_scale());
     run_stage(&all_, energy, {options_.fine_steps, 0.003, 1, true}, x);
     measure(*x, round == 1);
   }
+}
+
+void JointFitter::read_outlines(const optim::State& x) {
+  for (std::size_t m = 0; m < targets_->size(); ++m)
+    if (views_[m]->candidates() > 0 && views_[m]->outline_helps())
+      views_[m]->read_outline(inverse(x.T_obj_cam[m]), options_.outline_reach_px, &neighbors_at(x, m));
 }
 
 void JointFitter::settle(JointPixels* pixels, const energies::SdfEnergyOptions& energy,
@@ -126,11 +133,11 @@ void JointFitter::settle(JointPixels* pixels, const energies::SdfEnergyOptions& 
   }
 }
 
-// Free space, brightness and prior of every object, as in a fit of its own.
+// Free space, brightness, outline and prior of every object, as in a fit of its own.
 void JointFitter::make_terms(const JointPixels& pixels, const optim::State& x, bool all) {
-  free_space_.clear(), priors_.clear(), brightness_.clear();
+  free_space_.clear(), priors_.clear(), brightness_.clear(), outlines_.clear();
   free_space_.reserve(targets_->size()), priors_.reserve(targets_->size());
-  brightness_.reserve(targets_->size());
+  brightness_.reserve(targets_->size()), outlines_.reserve(targets_->size());
   for (int m = 0; m < static_cast<int>(targets_->size()); ++m) {
     const auto i = static_cast<std::size_t>(m);
     const FitTarget& target = (*targets_)[i];
@@ -143,6 +150,11 @@ void JointFitter::make_terms(const JointPixels& pixels, const optim::State& x, b
     double weight = 0;
     if (own.count() > 0) brightness_.push_back(views_[i]->brightness(own, one_, &weight));
     if (weight > 0) group_.add(&brightness_.back(), weight * pixels.counts()[i] / own.count(), &m, 1);
+    weight = all ? views_[i]->outline_weight(target.memory) : 0;
+    if (weight > 0) {
+      outlines_.push_back(views_[i]->outline_energy(target.memory, kCommonBesideDepth_px));
+      group_.add(&outlines_.back(), weight, &m, 1);
+    }
     priors_.emplace_back(optim::Unknowns{1, false, false}, 0, inverse(target.expected), target.prior);
     if (target.prior.diagonal().maxCoeff() > 0) group_.add(&priors_.back(), 1, &m, 1);
   }
@@ -225,14 +237,18 @@ double JointFitter::cost_of(std::size_t m, energies::SdfEnergy* data) {
 
 void JointFitter::examine(const optim::State& x) {
   const std::vector<FitTarget>& targets = *targets_;
-  for (std::size_t m = 0; m < targets.size(); ++m) {
-    neighbors_.clear();
-    for (std::size_t k = 0; k < targets.size(); ++k)
-      if (k != m &&
-          may_touch(targets[m].shape, out_[m].fitted.T_cam_obj, targets[k].shape, out_[k].fitted.T_cam_obj))
-        neighbors_.push_back({targets[k].shape.sdf, x.T_obj_cam[k].cast<float>()});
-    views_[m]->examine(neighbors_, &out_[m].fitted);
-  }
+  for (std::size_t m = 0; m < targets.size(); ++m) views_[m]->examine(neighbors_at(x, m), &out_[m].fitted);
+}
+
+// Those that object m may touch; valid until the next call.
+const Neighbors& JointFitter::neighbors_at(const optim::State& x, std::size_t m) {
+  const std::vector<FitTarget>& targets = *targets_;
+  neighbors_.clear();
+  for (std::size_t k = 0; k < targets.size(); ++k)
+    if (k != m &&
+        may_touch(targets[m].shape, inverse(x.T_obj_cam[m]), targets[k].shape, inverse(x.T_obj_cam[k])))
+      neighbors_.push_back({targets[k].shape.sdf, x.T_obj_cam[k].cast<float>()});
+  return neighbors_;
 }
 
 }  // namespace sdftrack::tracking

@@ -37,6 +37,8 @@ class JointFitter {
   void fit_coarse(optim::State* x);
   void fit_between(optim::State* x);
   void fit_fine(optim::State* x);
+  void read_outlines(const optim::State& x);
+  const Neighbors& neighbors_at(const optim::State& x, std::size_t m);
   struct Stage {
     int steps;
     double contact_reach_m;  // of points that may come to lie in another object in the course of it
@@ -77,6 +79,7 @@ class JointFitter {
   std::vector<energies::SdfEnergy> energies_;
   std::vector<FreeSpaceEnergy> free_space_;
   std::vector<energies::PhotometricEnergy> brightness_;
+  std::vector<energies::OutlineEnergy> outlines_;
   std::vector<optim::PosePrior> priors_;
   Neighbors neighbors_;
   optim::GroupEnergy group_;

@@ -92,8 +92,8 @@ void ForegroundSmoother::average(const float* distance_m, float reach_m, energie
     const auto at = static_cast<std::size_t>(cell_of_[i]);
     const float z = pixels->depth_m[i];
     // Where a cell holds two surfaces it stands for the nearer one.
-    const Cell sum = std::abs(around_[at].depth_m - z) < kContinues_m ? around_[at]
-                                                                      : those_that_continue(z, &cells_[at]);
+    const Cell sum =
+        std::abs(around_[at].depth_m - z) < kContinues_m ? around_[at] : those_that_continue(z, &cells_[at]);
     log_odds_[i] = (log_odds_[i] + sum.log_odds) / (1 + sum.count);
   }
   for (std::size_t i = 0; i < n; ++i) pixels->foreground[i] = logistic(log_odds_[i]);

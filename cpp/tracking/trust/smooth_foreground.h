@@ -16,8 +16,8 @@ class ForegroundSmoother {
   // The log odds of every pixel's `foreground`, averaged over the readings around it, some 20 mm across, that
   // continue its surface (docs/math/color.md, section 4). width, focal_px: of the depth image that the pixels
   // come from, row by row. distance_m: of each reading from the surface at a pose that is nearly right, or
-  // nullptr; one in front by more than the noise is taken for another's. Readings farther than reach_m from the
-  // surface are those of others: their own `foreground` is not averaged.
+  // nullptr; one in front by more than the noise is taken for another's. Readings farther than reach_m from
+  // the surface are those of others: their own `foreground` is not averaged.
   void smooth(int width, float focal_px, float noise_m, const float* distance_m, float reach_m,
               energies::PixelSet* pixels);
 
