@@ -92,8 +92,7 @@ void JointFitter::fit_between(optim::State* x) {
   energy.sharpness = static_cast<float>(options_.union_sharpness);
   energy.scale_m = static_cast<float>(last_scale());
   refuse_behind(options_, &energy);
-  const double few = static_cast<double>(options_.coarse_pixels) * static_cast<double>(targets_->size());
-  each_share_between(all_.count() / std::max(1.0, few), [&](double share) {
+  each_share_between(all_.count() / std::max(1.0, coarse_count()), [&](double share) {
     part_.assign_share(all_, share);
     run_stage(&part_, energy, {options_.coarse_steps, 0.006, 2}, x);
   });
@@ -104,17 +103,24 @@ void JointFitter::fit_fine(optim::State* x) {
   energy.sharpness = static_cast<float>(options_.union_sharpness);
   energy.threads = threads_;
   for (int round = memory_.noise_known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
-    read_outlines(*x);
     energy.scale_m = static_cast<float>(last_scale());
-    run_stage(&all_, energy, {options_.fine_steps, 0.003, 1, true}, x);
+    // An outline may lead farther than depth, into another object: first where there is room to see that.
+    if (read_outlines(*x)) {
+      part_.assign_share(all_, std::min(1.0, coarse_count() / std::max(1, all_.count())));
+      run_stage(&part_, energy, {options_.fine_steps, 0.02, 2, false, true}, x);
+    }
+    run_stage(&all_, energy, {options_.fine_steps, 0.003, 1, true, true}, x);
     measure(*x, round == 1);
   }
 }
 
-void JointFitter::read_outlines(const optim::State& x) {
+bool JointFitter::read_outlines(const optim::State& x) {
+  bool any = false;
   for (std::size_t m = 0; m < targets_->size(); ++m)
     if (views_[m]->candidates() > 0 && views_[m]->outline_helps())
-      views_[m]->read_outline(inverse(x.T_obj_cam[m]), options_.outline_reach_px, &neighbors_at(x, m));
+      any |= views_[m]->read_outline(inverse(x.T_obj_cam[m]), options_.outline_reach_px,
+                                     &neighbors_at(x, m)) > 0;
+  return any;
 }
 
 void JointFitter::settle(JointPixels* pixels, const energies::SdfEnergyOptions& energy,
@@ -134,7 +140,7 @@ void JointFitter::settle(JointPixels* pixels, const energies::SdfEnergyOptions& 
 }
 
 // Free space, brightness, outline and prior of every object, as in a fit of its own.
-void JointFitter::make_terms(const JointPixels& pixels, const optim::State& x, bool all) {
+void JointFitter::make_terms(const JointPixels& pixels, const optim::State& x, const Stage& stage) {
   free_space_.clear(), priors_.clear(), brightness_.clear(), outlines_.clear();
   free_space_.reserve(targets_->size()), priors_.reserve(targets_->size());
   brightness_.reserve(targets_->size()), outlines_.reserve(targets_->size());
@@ -145,12 +151,14 @@ void JointFitter::make_terms(const JointPixels& pixels, const optim::State& x, b
                              free_space_options(options_, views_[i]->free_grid()));
     if (!views_[i]->free_grid().empty())
       group_.add(&free_space_.back(), free_space_weight(i, pixels.counts()[i]), &m, 1);
-    const energies::PixelSet& own = all ? views_[i]->pixels() : views_[i]->coarse();
+    const energies::PixelSet& own = stage.all ? views_[i]->pixels() : views_[i]->coarse();
     one_.K = x.K, one_.T_obj_cam.assign(1, x.T_obj_cam[i]);
     double weight = 0;
     if (own.count() > 0) brightness_.push_back(views_[i]->brightness(own, one_, &weight));
     if (weight > 0) group_.add(&brightness_.back(), weight * pixels.counts()[i] / own.count(), &m, 1);
-    weight = all ? views_[i]->outline_weight(target.memory) : 0;
+    weight = stage.outlines && views_[i]->pixels().count() > 0
+                 ? views_[i]->outline_weight(target.memory) * pixels.counts()[i] / views_[i]->pixels().count()
+                 : 0;
     if (weight > 0) {
       outlines_.push_back(views_[i]->outline_energy(target.memory, kCommonBesideDepth_px));
       group_.add(&outlines_.back(), weight, &m, 1);
@@ -168,7 +176,7 @@ void JointFitter::run_stage(JointPixels* pixels, const energies::SdfEnergyOption
   group_.clear(objects);
   std::size_t k = 0;
   for (const auto& part : *pixels) group_.add(&energies_[k++], 1, part->of.data(), part->objects);
-  make_terms(*pixels, *x, stage.all);
+  make_terms(*pixels, *x, stage);
   if (contact_reach_m_ != stage.contact_reach_m || stage.all) {
     collision_.prepare(shapes_, pixels->counts(), *x, stage.contact_reach_m, stage.contact_stride);
     contact_reach_m_ = stage.contact_reach_m;

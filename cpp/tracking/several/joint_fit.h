@@ -37,13 +37,14 @@ class JointFitter {
   void fit_coarse(optim::State* x);
   void fit_between(optim::State* x);
   void fit_fine(optim::State* x);
-  void read_outlines(const optim::State& x);
+  bool read_outlines(const optim::State& x);
   const Neighbors& neighbors_at(const optim::State& x, std::size_t m);
   struct Stage {
     int steps;
     double contact_reach_m;  // of points that may come to lie in another object in the course of it
     int contact_stride;      // of these points, how many are passed over for one that is looked at
     bool all = false;        // all pixels
+    bool outlines = false;   // also the outlines that were read
   };
   void run_stage(JointPixels* pixels, const energies::SdfEnergyOptions& energy, const Stage& stage,
                  optim::State* x);
@@ -52,13 +53,16 @@ class JointFitter {
   void measure_one(std::size_t m, const optim::State& x, bool last);
   double cost_of(std::size_t m, energies::SdfEnergy* data);
   void examine(const optim::State& x);
-  void make_terms(const JointPixels& pixels, const optim::State& x, bool all);
+  void make_terms(const JointPixels& pixels, const optim::State& x, const Stage& stage);
   double free_space_weight(std::size_t m, int pixels) const {
     return options_.free_space_weight * pixels / static_cast<double>((*targets_)[m].shape.outline.size());
   }
   // The group's reference noise, which is its first object's, over that of object m.
   float noise_ratio(std::size_t m) const {
     return static_cast<float>(views_.front()->stated_noise_m() / views_[m]->stated_noise_m());
+  }
+  double coarse_count() const {
+    return static_cast<double>(options_.coarse_pixels) * static_cast<double>(targets_->size());
   }
   double last_scale() const { return views_.front()->last_scale(memory_); }
 
