@@ -53,6 +53,10 @@ class ReconstructorOptions:
         True, "the object is nowhere where the first frame sees past it, beside its mask"
     )
     mask_margin_px: int = described(3, "how far beyond the first mask it may reach")
+    refit_after: int = described(
+        15,
+        "frames after which the first poses and the shape are found anew on another thread, then once more; 0: never",
+    )
     kept_frames: int = described(
         600, "most frames kept for refine() and save(): the first one, and others spread over all sides"
     )

@@ -29,6 +29,7 @@ from sdftrack.reconstruction.keyframe_selection import Keyframes
 from sdftrack.reconstruction.misfit import OVERFIT, Judge
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.reconstruction.volume import BLOCK, Volume, lattice_for
+from sdftrack.reconstruction.young_refit import AGAIN, YoungRefit, frames_taken
 from sdftrack.results import Status, TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
@@ -111,6 +112,8 @@ class Reconstructor:
         self._volume: Any = None
         self._tracker: Tracker | None = None
         self._keyframes = Keyframes(self.options.kept_frames)
+        self._refit: YoungRefit | None = None
+        self._refit_due = self._next_refit = 0  # the frame before which it is taken; after which one begins
         self._index = -1
 
     def __repr__(self) -> str:
@@ -161,6 +164,8 @@ class Reconstructor:
             raise ValueError(
                 "start: no surface was found on the object; is it too small for the volume's voxels?"
             )
+        self._end_refit()
+        self._next_refit = self.options.refit_after
         self._beginning, self._volume, self._index = found, volume, 0
         self._keyframes = Keyframes(self.options.kept_frames)
         self._keyframes.add(keyframe)
@@ -188,11 +193,14 @@ class Reconstructor:
         if frame.camera is not None and depth_camera(frame.camera) != self._frame_camera:
             raise ValueError("frame: expected the camera of all frames, got another one with this frame")
         begin = time.perf_counter()
+        if self._index + 1 == self._refit_due:
+            self._take_refit()
         result = tracker.track(frame)
         self._index += 1
         sure = result.status[0] is Status.OK and frame.depth is not None
         if sure:
             self._add(frame, result.poses[0])
+        self._begin_refit()
         return self._finished(result, result.poses[0], begin, fused=sure)
 
     process = track
@@ -249,6 +257,7 @@ class Reconstructor:
         rounds : int
         """
         tracker = self._started("refine")
+        self._end_refit()
         last, newest = TrackerInterface(tracker).last_poses[0], self._kept[-1]
         before = newest.T_cam_obj
         shape, volume, poses = self.shape, self._volume, [keyframe.T_cam_obj for keyframe in self._kept]
@@ -299,11 +308,14 @@ class Reconstructor:
     def _reshape(self, phi: Any = None, rgb_seen: Any = None) -> None:
         """The tracker takes the shape as it is, or copies that stay as they are."""
         assert self._tracker is not None
-        core = self._volume.core
-        volume = (core.phi if phi is None else phi, core.voxel_m, list(core.origin))
+        self._show(self._tracker, self._volume, phi, rgb_seen)
+
+    def _show(self, tracker: Tracker, volume: Volume, phi: Any = None, rgb_seen: Any = None) -> None:
+        core = volume.core
+        values = (core.phi if phi is None else phi, core.voxel_m, list(core.origin))
         colors = core.rgb_seen if rgb_seen is None else rgb_seen
-        inside = TrackerInterface(self._tracker)
-        inside.replace_shape(0, volume, colors, self._least, core.surface_boxes)
+        inside = TrackerInterface(tracker)
+        inside.replace_shape(0, values, colors, self._least, core.surface_boxes)
 
     def _add(self, frame: Frame, T: Pose) -> None:
         assert self._tracker is not None
@@ -316,8 +328,39 @@ class Reconstructor:
         keyframe = Keyframe(self._index, region, cut(frame.depth, region), rgb, foreground, np.array(T))
         self._volume.fuse(keyframe, frame.depth)
         self._keyframes.add(keyframe)
+        if self._refit is not None:
+            self._refit.add(keyframe)
         self._volume.grow_if_needed()
         self._reshape()
+
+    def _begin_refit(self) -> None:
+        """Have the young poses and the shape found anew on another thread, where that is due with this frame."""
+        if self._next_refit == 0 or self._refit is not None or self._index < self._next_refit:
+            return
+        first = self._next_refit == self.options.refit_after
+        self._next_refit = round(AGAIN * self._next_refit) if first else 0
+        self._refit = YoungRefit(self._kept, self._volume, self._new_tracker, self._show, self._index)
+        self._refit_due = self._index + frames_taken(self._index, max(self._volume.lattice.voxels))
+
+    def _take_refit(self) -> None:
+        """Poses and shape as they have been found anew; the object goes on from where it is by them."""
+        assert self._tracker is not None
+        assert self._refit is not None
+        refit, self._refit = self._refit, None
+        found = refit.finish()
+        if found is None:
+            return
+        last = TrackerInterface(self._tracker).last_poses[0]
+        self._volume = found.volume
+        for keyframe in self._kept:
+            keyframe.T_cam_obj = found.poses[keyframe.index]
+        self._reshape()
+        self._tracker.set_pose(0, last @ found.correction)
+
+    def _end_refit(self) -> None:
+        if self._refit is not None:
+            self._refit.cancel()
+        self._refit, self._refit_due, self._next_refit = None, 0, 0
 
     @property
     def _kept(self) -> list[Keyframe]:
@@ -372,12 +415,18 @@ class Reconstructor:
     def __getstate__(self) -> dict[str, Any]:
         state = dict(self.__dict__)
         volume, tracker = state.pop("_volume"), state.pop("_tracker")
+        state |= {
+            "_refit": None,
+            "_refit_due": 0,
+            "_next_refit": 0,
+        }  # what is kept is fused anew when it is read
         if tracker is not None:
             state["saved"] = volume.lattice, volume.fused, TrackerInterface(tracker).last_poses[0]
         return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         saved = state.pop("saved", None)
+        self._refit, self._refit_due, self._next_refit = None, 0, 0
         self.__dict__.update(state)
         self._volume = None
         self._tracker = None

@@ -13,7 +13,7 @@ from sdftrack.reconstruction.keyframe import Keyframe, Refined
 from sdftrack.tracking import Tracker
 from sdftrack.tracking.interface import TrackerInterface
 
-__all__ = ["refine"]
+__all__ = ["refine", "track_again"]
 
 TRACKING = 0.4  # of a round's time; the rest is fusing
 
@@ -37,7 +37,7 @@ def refine(
         anchor = keyframes[0].T_cam_obj
         steps = []
         for i, keyframe in enumerate(keyframes):
-            steps.append(_track_again(keyframe, tracker, size))
+            steps.append(track_again(keyframe, tracker, size))
             tell(TRACKING * i / len(keyframes))
         # The young shape took the first frame's noise for its form: all others know better where that one was.
         back = np.linalg.solve(keyframes[0].T_cam_obj, anchor)
@@ -51,7 +51,7 @@ def refine(
     return Refined(poses, rounds, moved, turned)
 
 
-def _track_again(keyframe: Keyframe, tracker: Tracker, size: tuple[int, int]) -> tuple[float, float]:
+def track_again(keyframe: Keyframe, tracker: Tracker, size: tuple[int, int]) -> tuple[float, float]:
     """A kept frame against the shape as it is now; how far its pose has moved (m, rad)."""
     tracker.set_pose(0, keyframe.T_cam_obj)
     color = None if tracker.mode == "depth" else keyframe.full_color(*size)

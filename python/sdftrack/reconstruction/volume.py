@@ -102,9 +102,9 @@ class Volume:
     def lattice(self) -> Lattice:
         return Lattice(tuple(self.core.voxels), self.core.voxel_m, tuple(self.core.origin))
 
-    def emptied(self) -> Volume:
-        """One of the same extent, without any frame."""
-        return Volume(self.camera, self.lattice, *self._made_of)
+    def emptied(self, lattice: Lattice | None = None) -> Volume:
+        """One without any frame, in the same place or in another."""
+        return Volume(self.camera, lattice or self.lattice, *self._made_of)
 
     def fuse(self, keyframe: Keyframe, depth: NDArray[np.float32]) -> None:
         """Add what a frame says; `depth` is its whole depth image."""
