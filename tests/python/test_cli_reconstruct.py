@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 import json
+import sys
 
 import cv2
 import numpy as np
@@ -256,6 +257,9 @@ def test_a_first_guess_is_a_ball_a_mesh_or_a_shape_of_before(recording, whole, d
         (["--out", "o", "--mode", "sonar"], "--mode"),
         (["--out", "o", "--layout", "scroll"], "--layout"),
         (["--out", "o", "--unit", "parsec"], "--unit"),
+        (["--out", "o", "--quality", "superb"], "--quality"),
+        (["--out", "o", "--quality", "fine", "--voxels", "64"], "one of --quality and --voxels"),
+        (["--out", "o", "--faces", "3"], "--faces"),
     ],
 )
 def test_wrong_usage_exits_with_2_and_one_line(arguments, message, capsys):
@@ -292,6 +296,24 @@ def test_what_only_the_sequence_can_tell_is_usage_too(bare, recording, tmp_path,
 def test_an_error_exits_with_1_before_the_folder_is_made(recording, tmp_path, capsys, arguments, message):
     assert quick(recording, tmp_path / "o", *arguments) == 1
     assert message in told(capsys)
+    assert not (tmp_path / "o").exists()
+
+
+def test_the_quality_is_a_number_of_voxels_and_the_mesh_may_have_few_faces(recording, tmp_path):
+    out = tmp_path / "o"
+    arguments = ["--out", str(out), "-q", "--no-refine", "--no-video", "--stop", "2", "--faces", "500"]
+    assert run(["reconstruct", str(recording), *arguments, "--quality", "quick"]) == 0
+    assert report_of(out)["settings"]["voxels"] == 96
+    mesh = st.Mesh.load(out / "mesh.ply")
+    assert len(mesh.faces) <= 500
+    assert mesh.to_trimesh().is_watertight
+    assert mesh.seen is not None
+
+
+def test_a_missing_package_is_told_before_any_work(recording, tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "fast_simplification", None)
+    assert quick(recording, tmp_path / "o", "--faces", "500") == 1
+    assert "pip install 'sdftrack[export]'" in told(capsys)
     assert not (tmp_path / "o").exists()
 
 

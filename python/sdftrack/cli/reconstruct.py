@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from sdftrack._internal.extras import need
 from sdftrack.cli.common import (
     ConfigOption,
     Device,
@@ -48,6 +50,7 @@ class Job:
     refine: bool
     formats: list[str]
     seen_only: bool
+    faces: int | None
     overwrite: bool
     part: slice
     layout: str
@@ -56,6 +59,12 @@ class Job:
     threads: int
     options: dict[str, Any]
     quiet: bool
+
+
+class Quality(str, Enum):
+    quick = "quick"
+    normal = "normal"
+    fine = "fine"
 
 
 def reconstruct(
@@ -83,9 +92,17 @@ def reconstruct(
         ),
     ] = None,
     unit: Annotated[str | None, typer.Option(help="Unit of the --shape mesh: m, mm, cm or in.")] = None,
+    quality: Annotated[
+        Quality | None,
+        typer.Option(
+            help="Voxels along each side of the volume: 96 for a first look, 200 (the default), or 300 for small detail.",
+            case_sensitive=False,
+        ),
+    ] = None,
     voxels: Annotated[
-        int, typer.Option(min=16, max=512, help="Along each side of the volume; 20 bytes each.")
-    ] = 200,
+        int | None,
+        typer.Option(min=16, max=512, help="The same by number; 20 bytes each. In place of --quality."),
+    ] = None,
     extent: Annotated[
         float | None,
         typer.Option(metavar="M", help="Side of the volume, m. By default 1.8 times the object's width."),
@@ -107,6 +124,10 @@ def reconstruct(
         bool,
         typer.Option("--seen-only", help="Leave what is guessed out of the mesh files; shape.npz has it."),
     ] = False,
+    faces: Annotated[
+        int | None,
+        typer.Option(min=4, metavar="N", help="At most so many triangles in the mesh files. Extra: export."),
+    ] = None,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     start: StartOption = 0,
@@ -139,18 +160,21 @@ def reconstruct(
     if extent is not None and not 0 < extent < 10:
         raise Usage(f"expected metres above 0 and below 10, got {extent:g}", "--extent")
     check_layout(layout)
+    if faces is not None:
+        need("fast_simplification", "export")  # now, not after all frames
     assert out is not None
     job = Job(
         init=parse_place(init),
         number=number,
         shape=parse_shape(shape),
         unit=unit,
-        voxels=voxels,
+        voxels=_voxels(quality, voxels),
         extent=extent,
         mode=mode,
         refine=not no_refine,
         formats=_formats(formats),
         seen_only=seen_only,
+        faces=faces,
         overwrite=overwrite,
         part=slice(start, stop, step),
         layout=layout,
@@ -166,6 +190,16 @@ def reconstruct(
         )
     # What a sequence's own masks or truths do not have is a usage error of that sequence alone.
     each_sequence(seq, out, lambda folder, target: _reconstruct_one(folder, target, job), typer.BadParameter)
+
+
+def _voxels(quality: Quality | None, voxels: int | None) -> int:
+    from sdftrack.reconstruction.arguments import VOXELS
+
+    if voxels is None:
+        return VOXELS[(quality or Quality.normal).value]
+    if quality is not None:
+        raise Usage("expected one of --quality and --voxels, got both", "--quality")
+    return voxels
 
 
 def _formats(text: str) -> list[str]:

@@ -120,6 +120,8 @@ class Run:
 
         mesh = self.star.mesh()
         written = seen_part(mesh, self.star.options.least_seen) if self.job.seen_only else mesh
+        if self.job.faces is not None:
+            written = written.decimated(self.job.faces)
         recorder.wrote(*write_shape(self.out, written, self.star.shape, self.job.formats))
         recorder.wrote(*write_sides(self.out, mesh, self._first, self.job.threads))
         self._note(recorder, mesh)
@@ -161,6 +163,7 @@ class Run:
             "mode": job.mode,
             "frames": [numbers.start, numbers.stop, numbers.step],
             "voxels": job.voxels,
+            "faces": job.faces,
             "extent": job.extent,
             "refine": job.refine,
             "threads": job.threads,

@@ -15,7 +15,20 @@ from sdftrack.frame import Frame
 from sdftrack.reconstruction.volume import BYTES_PER_VOXEL, MAX_VOXELS
 from sdftrack.sdf import SDF
 
-__all__ = ["check_beginning", "check_extent", "check_settings"]
+__all__ = ["VOXELS", "check_beginning", "check_extent", "check_settings", "voxels_of"]
+
+VOXELS = {"quick": 96, "normal": 200, "fine": 300}
+
+
+def voxels_of(voxels: Any) -> Any:
+    """A named number of voxels; anything else as it is."""
+    if not isinstance(voxels, str):
+        return voxels
+    if voxels not in VOXELS:
+        raise ValueError(
+            f"voxels: expected a whole number or one of {', '.join(map(repr, VOXELS))}, got {voxels!r}"
+        )
+    return VOXELS[voxels]
 
 
 def check_settings(initial: Any, voxels: Any, extent: float | None, device: str, mode: str) -> None:

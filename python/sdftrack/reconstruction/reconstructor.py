@@ -21,7 +21,7 @@ from sdftrack.imaging.pose_hint import one_place
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
 from sdftrack.reconstruction import quality, refining
-from sdftrack.reconstruction.arguments import check_beginning, check_extent, check_settings
+from sdftrack.reconstruction.arguments import check_beginning, check_extent, check_settings, voxels_of
 from sdftrack.reconstruction.colors import learn_colors
 from sdftrack.reconstruction.initialization import find_object
 from sdftrack.reconstruction.keyframe import Keyframe, Refined, cut, region_of
@@ -54,8 +54,8 @@ class Reconstructor:
     initial : SDF, optional
         A coarse shape of the object or of its kind, a guess where nothing has been seen. None: a ball fitted to the
         mask.
-    voxels : int
-        Along each side of the volume, 16 to 512; 20 bytes each (200: 160 MB).
+    voxels : int or {"quick", "normal", "fine"}
+        Along each side of the volume, 16 to 512; 20 bytes each (200: 160 MB). By name 96, 200 and 300.
     extent : float, optional
         Side of the volume, m. None: 1.8 times the ball's diameter. The volume grows where the shape reaches its border.
     device : {"auto", "cpu"}
@@ -90,7 +90,7 @@ class Reconstructor:
         self,
         camera: Camera | RGBDCamera,
         initial: SDF | None = None,
-        voxels: int = 200,
+        voxels: int | str = 200,
         extent: float | None = None,
         device: str = "auto",
         *,
@@ -102,6 +102,7 @@ class Reconstructor:
     ) -> None:
         self.camera = camera
         self._frame_camera = depth_camera(camera)
+        voxels = voxels_of(voxels)
         check_settings(initial, voxels, extent, device, mode)
         self.initial, self.voxels, self.extent = initial, int(voxels), extent
         self.mode, self.threads = mode, threads
@@ -205,14 +206,21 @@ class Reconstructor:
         self._started("shape")
         return self._volume.shape(self._least)
 
-    def mesh(self, *, seen_only: bool = False) -> Mesh:
+    def mesh(self, *, seen_only: bool = False, faces: int | None = None) -> Mesh:
         """Watertight coloured mesh, m, object frame; ``seen`` tells how often each vertex was seen (0: guessed).
 
-        `seen_only` leaves out what is guessed (seen less than ``options.least_seen``): then it is open.
+        Parameters
+        ----------
+        seen_only : bool
+            Leave out what is guessed (seen less than ``options.least_seen``): then it is open.
+        faces : int, optional
+            At most so many, by :meth:`Mesh.decimated`, which needs the extra ``sdftrack[export]``.
         """
         self._started("mesh")
         mesh = quality.surface_mesh(self._volume.core)
-        return quality.seen_part(mesh, self.options.least_seen) if seen_only else mesh
+        if seen_only:
+            mesh = quality.seen_part(mesh, self.options.least_seen)
+        return mesh if faces is None else mesh.decimated(faces)
 
     def quality(self, mesh: Mesh | None = None) -> quality.Quality:
         """How well the surface is known; `mesh`: what :meth:`mesh` gave for the shape as it is, if it is at hand."""
