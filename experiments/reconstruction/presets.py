@@ -58,7 +58,7 @@ def presets(
         poses = np.array([seq.ground_truth[i][0] for i in range(frames)])
         truth = Truth.of(mesh, load_sdf(mesh, name, TRUTH_VOXELS, None), seq.camera, poses)
         for which in voxels:
-            star = st.Reconstructor(seq.camera, voxels=which, threads=threads)  # type: ignore[arg-type]
+            star = st.Reconstructor(seq.camera, voxels=which, threads=threads)
             live = rebuild(star, seq, None, frames)
             own_true = inverse(live.poses[0]) @ poses[0]
             found = compare(star.mesh().transformed(inverse(own_true)), truth)

@@ -260,6 +260,7 @@ def test_a_first_guess_is_a_ball_a_mesh_or_a_shape_of_before(recording, whole, d
         (["--out", "o", "--quality", "superb"], "--quality"),
         (["--out", "o", "--quality", "fine", "--voxels", "64"], "one of --quality and --voxels"),
         (["--out", "o", "--faces", "3"], "--faces"),
+        (["--out", "o", "--texture", "4"], "--texture"),
     ],
 )
 def test_wrong_usage_exits_with_2_and_one_line(arguments, message, capsys):
@@ -302,18 +303,25 @@ def test_an_error_exits_with_1_before_the_folder_is_made(recording, tmp_path, ca
 def test_the_quality_is_a_number_of_voxels_and_the_mesh_may_have_few_faces(recording, tmp_path):
     out = tmp_path / "o"
     arguments = ["--out", str(out), "-q", "--no-refine", "--no-video", "--stop", "2", "--faces", "500"]
-    assert run(["reconstruct", str(recording), *arguments, "--quality", "quick"]) == 0
+    more = ["--texture", "128", "--format", "obj,glb,stl", "--quality", "quick"]
+    assert run(["reconstruct", str(recording), *arguments, *more]) == 0
+    pictures = {"mesh_texture.png", "mesh.mtl"}
+    written = TRACK_FILES | SHAPE_FILES | pictures | {"mesh.obj", "mesh.glb", "mesh.stl"}
+    assert {p.name for p in out.iterdir()} == written == set(report_of(out)["settings"]["files"])
+    assert cv2.imread(str(out / "mesh_texture.png")).shape == (128, 128, 3)
     assert report_of(out)["settings"]["voxels"] == 96
     mesh = st.Mesh.load(out / "mesh.ply")
-    assert len(mesh.faces) <= 500
-    assert mesh.to_trimesh().is_watertight
+    assert 250 < len(mesh.faces) <= 500
     assert mesh.seen is not None
+    assert st.Mesh.load(out / "mesh.stl").to_trimesh().process(validate=True).is_watertight
 
 
 def test_a_missing_package_is_told_before_any_work(recording, tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "fast_simplification", None)
-    assert quick(recording, tmp_path / "o", "--faces", "500") == 1
-    assert "pip install 'sdftrack[export]'" in told(capsys)
+    monkeypatch.setitem(sys.modules, "xatlas", None)
+    for asked in (["--faces", "500"], ["--texture", "64"]):
+        assert quick(recording, tmp_path / "o", *asked) == 1
+        assert "pip install 'sdftrack[export]'" in told(capsys)
     assert not (tmp_path / "o").exists()
 
 

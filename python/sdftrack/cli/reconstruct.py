@@ -51,6 +51,7 @@ class Job:
     formats: list[str]
     seen_only: bool
     faces: int | None
+    texture: int | None
     overwrite: bool
     part: slice
     layout: str
@@ -95,7 +96,7 @@ def reconstruct(
     quality: Annotated[
         Quality | None,
         typer.Option(
-            help="Voxels along each side of the volume: 96 for a first look, 200 (the default), or 300 for small detail.",
+            help="Voxels along each side of the volume: 96, 200 (the default) or 300.",
             case_sensitive=False,
         ),
     ] = None,
@@ -127,6 +128,15 @@ def reconstruct(
     faces: Annotated[
         int | None,
         typer.Option(min=4, metavar="N", help="At most so many triangles in the mesh files. Extra: export."),
+    ] = None,
+    texture: Annotated[
+        int | None,
+        typer.Option(
+            min=16,
+            max=8192,
+            metavar="N",
+            help="Colours in a picture of N x N texels; with --faces, those of the whole mesh. Extra: export.",
+        ),
     ] = None,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
@@ -160,8 +170,11 @@ def reconstruct(
     if extent is not None and not 0 < extent < 10:
         raise Usage(f"expected metres above 0 and below 10, got {extent:g}", "--extent")
     check_layout(layout)
+    # What is missing is told now, not after all frames.
     if faces is not None:
-        need("fast_simplification", "export")  # now, not after all frames
+        need("fast_simplification", "export")
+    if texture is not None:
+        need("xatlas", "export")
     assert out is not None
     job = Job(
         init=parse_place(init),
@@ -175,6 +188,7 @@ def reconstruct(
         formats=_formats(formats),
         seen_only=seen_only,
         faces=faces,
+        texture=texture,
         overwrite=overwrite,
         part=slice(start, stop, step),
         layout=layout,

@@ -11,7 +11,13 @@ from typing import Any
 import numpy as np
 
 from sdftrack.cli.common import Tell, progress_counter
-from sdftrack.cli.reconstruct_files import write_refined, write_shape, write_sides, write_turntable
+from sdftrack.cli.reconstruct_files import (
+    write_mesh_files,
+    write_refined,
+    write_shape,
+    write_sides,
+    write_turntable,
+)
 from sdftrack.cli.track import fitting
 from sdftrack.cli.track_summary import show_summary
 
@@ -119,10 +125,10 @@ class Run:
         from sdftrack.reconstruction.quality import seen_part
 
         mesh = self.star.mesh()
-        written = seen_part(mesh, self.star.options.least_seen) if self.job.seen_only else mesh
-        if self.job.faces is not None:
-            written = written.decimated(self.job.faces)
-        recorder.wrote(*write_shape(self.out, written, self.star.shape, self.job.formats))
+        whole = seen_part(mesh, self.star.options.least_seen) if self.job.seen_only else mesh
+        written = whole if self.job.faces is None else whole.decimated(self.job.faces)
+        recorder.wrote(*write_mesh_files(self.out, written, whole, self.job.formats, self.job.texture))
+        recorder.wrote(*write_shape(self.out, self.star.shape))
         recorder.wrote(*write_sides(self.out, mesh, self._first, self.job.threads))
         self._note(recorder, mesh)
 
@@ -164,6 +170,7 @@ class Run:
             "frames": [numbers.start, numbers.stop, numbers.step],
             "voxels": job.voxels,
             "faces": job.faces,
+            "texture": job.texture,
             "extent": job.extent,
             "refine": job.refine,
             "threads": job.threads,

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.files import write_whole
 from sdftrack._internal.rigid_poses import rigid_pose
 from sdftrack._internal.validation import numbers, whole
-from sdftrack.mesh.files import FORMATS, read_mesh, unit_scale
+from sdftrack.mesh.files import read_mesh, unit_scale
 
 if TYPE_CHECKING:
     import trimesh
@@ -110,7 +109,7 @@ class Mesh:
         -------
         Mesh
             In metres, with vertex colours where the file has them (a texture is sampled at the vertices), and `seen`
-            where a .ply has it.
+            where a .ply or .glb has it.
 
         Raises
         ------
@@ -121,16 +120,42 @@ class Mesh:
         vertices, faces, colors, seen = read_mesh(Path(path))
         return cls(vertices * scale, faces, colors, seen=seen)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write .ply, .obj, .glb or .stl (metres), whole or not at all."""
-        file = Path(path)
-        suffix = file.suffix.lower()
-        if suffix not in FORMATS:
-            raise ValueError(
-                f"path: expected a name ending in one of {', '.join(FORMATS)}, got {file.name!r}"
-            )
-        data: Any = self.to_trimesh().export(file_type=suffix[1:])
-        write_whole(file, data.encode() if isinstance(data, str) else data)
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        texture: int | None = None,
+        colors_from: Mesh | None = None,
+    ) -> None:
+        """Write .ply, .obj, .glb or .stl (metres), whole or not at all.
+
+        Colours are kept at the vertices by .ply, .obj and .glb, `seen` by .ply and .glb.
+
+        Parameters
+        ----------
+        path : path
+        texture : int, optional
+            Texels a side (16 to 8192) of a picture that has the colours; .obj, .ply and .glb say what lies where. It is
+            within a .glb, beside the others as NAME_texture.png (with NAME.mtl for .obj). Needs the extra
+            ``sdftrack[export]``. Vertices on borders in the picture are written once for each side.
+        colors_from : Mesh, optional
+            With `texture`: the mesh whose colours they are, those of its nearest points. None: its own. So a mesh of
+            few faces shows what the one with all of them does.
+
+        Raises
+        ------
+        ImportError
+            `texture` without xatlas.
+        ValueError
+            Another format, also one that has no texture; a texture of a mesh without colours.
+
+        Examples
+        --------
+        >>> mesh.decimated(5000).save("object.glb", texture=1024, colors_from=mesh)  # doctest: +SKIP
+        """
+        from sdftrack.mesh.writing import write_mesh
+
+        write_mesh(self, Path(path), texture, colors_from)
 
     def to_trimesh(self) -> trimesh.Trimesh:
         """The same mesh as a `trimesh.Trimesh`, vertices in the same order."""
@@ -159,8 +184,8 @@ class Mesh:
     def decimated(self, faces: int) -> Mesh:
         """The same surface with at most so many faces, by quadric error. Needs the extra ``sdftrack[export]``.
 
-        A closed surface stays closed. Colours are the mean of those of the vertices that went into each, seen ones where
-        there are any; `seen` is their median, so that what was mostly guessed stays a guess.
+        A closed surface stays closed. Colours are the mean over the vertices that went into each, of those that were
+        seen where there are any; `seen` is their median, so that what was mostly guessed stays a guess.
 
         Parameters
         ----------
