@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Meshes with their colours in a picture: the files, read again by another library, show the colours that were there."""
+"""Meshes with their colours in a picture: the files, read by another library, show the colours that were there."""
 
 from __future__ import annotations
 

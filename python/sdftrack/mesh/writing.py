@@ -75,14 +75,15 @@ def _textured_files(mesh: Mesh, laid_out: Textured, file: Path) -> dict[str, byt
     suffix = file.suffix.lower()
     if suffix == ".ply":
         return _textured_ply(mesh, laid_out, file)
-    picture, material = Image.fromarray(laid_out.image), None
+    picture = Image.fromarray(laid_out.image)
+    material: Any
     if suffix == ".glb":
         material = PBRMaterial(baseColorTexture=picture, metallicFactor=0.0, roughnessFactor=1.0)
     else:
         material = SimpleMaterial(
             image=picture, diffuse=WHITE, ambient=WHITE, specular=BLACK, name=f"{file.stem}_texture"
         )
-    out = trimesh.Trimesh(
+    out: Any = trimesh.Trimesh(
         laid_out.vertices, laid_out.faces, process=False, visual=TextureVisuals(uv=laid_out.uv, material=material)
     )  # fmt: skip
     if suffix == ".glb":
@@ -99,7 +100,7 @@ def _textured_ply(mesh: Mesh, laid_out: Textured, file: Path) -> dict[str, bytes
     import trimesh
 
     colors = None if mesh.colors is None else mesh.colors[laid_out.copy_of]
-    out = trimesh.Trimesh(laid_out.vertices, laid_out.faces, process=False, vertex_colors=colors)
+    out: Any = trimesh.Trimesh(laid_out.vertices, laid_out.faces, process=False, vertex_colors=colors)
     if mesh.seen is not None:
         out.vertex_attributes["seen"] = mesh.seen[laid_out.copy_of]
     for name, column in zip("st", laid_out.uv.T, strict=True):
