@@ -51,9 +51,19 @@ def check_settings(initial: Any, voxels: Any, extent: float | None, device: str,
 
 
 def check_beginning(
-    frame: Frame, camera: Camera, mask: Any, box: Any, pose: Any, initial: SDF | None
+    frame: Frame,
+    camera: Camera,
+    mask: Any,
+    box: Any,
+    pose: Any,
+    initial: SDF | None = None,
+    *,
+    known: bool = False,
 ) -> NDArray[np.float32]:
-    """The depth image (m) of a frame to begin with, and one way to know where the object is in it."""
+    """The depth image (m) of a frame to begin with, and one way to know where the object is in it.
+
+    `known`: there is a shape already, whose pose may be given.
+    """
     of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
     if frame.depth is None:
         raise ValueError(
@@ -68,7 +78,7 @@ def check_beginning(
     given = [name for name, v in (("mask", mask), ("box", box), ("pose", pose)) if v is not None]
     if len(given) != 1:
         raise ValueError(f"expected one of mask, box and pose, got {' and '.join(given) or 'none'}")
-    if pose is not None and initial is None:
+    if pose is not None and initial is None and not known:
         raise ValueError("pose: needs Reconstructor(camera, initial=sdf), whose pose it is; give mask or box")
     return depth
 

@@ -29,6 +29,7 @@ class Keyframe:
     foreground: NDArray[np.float32]
     T_cam_obj: NDArray[np.float64]
     mask: NDArray[np.uint8] | None = None  # of the region; the first frame has one
+    recording: int = 0  # 0: the one that `start` began
 
     def full_depth(self, height: int, width: int) -> NDArray[np.float32]:
         """The depth image, 0 outside the region."""

@@ -20,10 +20,10 @@ from sdftrack.imaging.appearance import color_map
 from sdftrack.imaging.pose_hint import one_place
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
-from sdftrack.reconstruction import quality, refining
+from sdftrack.reconstruction import quality, refining, resuming, saved_state
 from sdftrack.reconstruction.arguments import check_beginning, check_extent, check_settings, voxels_of
 from sdftrack.reconstruction.colors import learn_colors
-from sdftrack.reconstruction.initialization import find_object
+from sdftrack.reconstruction.initialization import Beginning, find_object
 from sdftrack.reconstruction.keyframe import Keyframe, Refined, cut, region_of
 from sdftrack.reconstruction.keyframe_selection import Keyframes
 from sdftrack.reconstruction.misfit import OVERFIT, Judge
@@ -112,6 +112,7 @@ class Reconstructor:
         self._volume: Any = None
         self._tracker: Tracker | None = None
         self._keyframes = Keyframes(self.options.kept_frames)
+        self._later: list[Beginning] = []  # of further recordings, what their first frames show
         self._index = -1
 
     def __repr__(self) -> str:
@@ -153,16 +154,13 @@ class Reconstructor:
         check_extent(self.extent, found.ball.radius_m)
         lattice = lattice_for(found, self.initial, self.voxels, self.extent)
         volume = Volume(self._frame_camera, lattice, found, self.initial, self.options, self.threads)
-        region = region_of(found.on_object, self._frame_camera)
-        rgb, mask_there = self._colors(frame, region), cut(found.on_object.astype(np.uint8), region)
-        nothing = np.empty(0, np.float32)
-        keyframe = Keyframe(0, region, cut(depth, region), rgb, nothing, found.T_cam_obj, mask_there)
+        keyframe = self._masked_keyframe(frame, found, 0, 0)
         volume.fuse(keyframe, depth)
         if not len(volume.core.surface_boxes):
             raise ValueError(
                 "start: no surface was found on the object; is it too small for the volume's voxels?"
             )
-        self._beginning, self._volume, self._index = found, volume, 0
+        self._beginning, self._volume, self._index, self._later = found, volume, 0, []
         self._keyframes = Keyframes(self.options.kept_frames)
         self._keyframes.add(keyframe)
         self._tracker = self._new_tracker()
@@ -170,6 +168,69 @@ class Reconstructor:
         result = self._tracker.start(frame, poses=found.T_cam_obj)
         self._tracker.set_pose(0, found.T_cam_obj)
         return self._finished(result, found.T_cam_obj, begin, fused=True)
+
+    def resume(
+        self, frame: Frame, mask: ArrayLike | None = None, *, box: Any = None, pose: ArrayLike | None = None
+    ) -> TrackResult:
+        """Go on with the same object in another recording, in which it may stand another side up.
+
+        The known shape is searched for in the frame, and what follows continues it: the side that it stood on gets seen.
+        Only a pose that is sure is taken. Else nothing changes: the status is ``"weak"`` or ``"lost"``, the reason says
+        why, and `track` goes on where it was; another frame may do, or a pose from elsewhere.
+
+        Parameters
+        ----------
+        frame : Frame
+            The first one of the other recording, of the same camera.
+        mask, box
+            Where the object is in it, as for :meth:`start`.
+        pose : (4, 4) float64
+            In place of both: its ``T_cam_obj`` there, about right.
+
+        Returns
+        -------
+        TrackResult
+            Its index goes on from those of the frames before.
+
+        Raises
+        ------
+        RuntimeError
+            Before :meth:`start`.
+        ValueError
+            As :meth:`start`; a mask or box of something that is much larger or smaller than the shape.
+
+        Notes
+        -----
+        The table and the mask of this frame bound what its recording adds, as those of the first frame did in theirs
+        (docs/math/reconstruction.md, section 6). What was seen before stays.
+        """
+        self._started("resume")
+        check_beginning(frame, self._frame_camera, mask, box, pose, known=True)
+        begin = time.perf_counter()
+        place = one_place(pose, mask, box, self._frame_camera)
+        shown = resuming.shown_in(frame, place, self._frame_camera, self.shape, self.options)
+        tracker = self._tracker_of_shape()
+        learn_colors(tracker, self._kept, self._frame_camera, self._index)
+        result = resuming.look_for(tracker, frame, place, shown.on_object)
+        if result.status[0] is Status.OK:
+            against = resuming.contradiction(
+                self._volume.core, self.mesh(), self.options.least_seen, frame, shown.on_object, self._frame_camera,
+                result.poses[0],
+            )  # fmt: skip
+            if against.reason:
+                result = resuming.told(result, against.reason)
+        if result.status[0] is not Status.OK:
+            return self._finished(result, result.poses[0], begin, fused=False)
+        T = np.array(result.poses[0])
+        self._tracker, self._index = tracker, self._index + 1
+        self._later.append(replace(shown, T_cam_obj=T))
+        self._volume.begin_recording(self._later[-1], T)
+        self._reshape()
+        if pose is None:
+            self._keep(self._masked_keyframe(frame, self._later[-1], self._index, len(self._later)), frame)
+        else:
+            self._add(frame, T)
+        return self._finished(result, T, begin, fused=True)
 
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
         """Follow the object into the next frame, and add what it shows where the pose is sure.
@@ -238,8 +299,7 @@ class Reconstructor:
         shape = self.shape
         tracker.shapes = [shape]
         self._reshape(shape.values, np.array(self._volume.core.rgb_seen))
-        self._tracker = self._new_tracker()
-        self._reshape()
+        self._tracker = self._tracker_of_shape()
         self._go_on(TrackerInterface(tracker).last_poses[0])
         return tracker
 
@@ -293,6 +353,11 @@ class Reconstructor:
             shape, self.camera, mode=self.mode, device="cpu", threads=self.threads, options=options
         )
 
+    def _tracker_of_shape(self) -> Tracker:
+        tracker = self._new_tracker()
+        self._reshape(tracker=tracker)
+        return tracker
+
     def _go_on(self, pose: Pose) -> None:
         """Bring a new tracker, which has the shape, to where the old one stood."""
         assert self._tracker is not None
@@ -304,13 +369,13 @@ class Reconstructor:
         """Of what was seen of a piece of surface, in the core's unit, for it to count."""
         return max(1, round(quality.SEEN_SCALE * self.options.least_seen))
 
-    def _reshape(self, phi: Any = None, rgb_seen: Any = None) -> None:
-        """The tracker takes the shape as it is, or copies that stay as they are."""
-        assert self._tracker is not None
+    def _reshape(self, phi: Any = None, rgb_seen: Any = None, tracker: Tracker | None = None) -> None:
+        """The tracker (or another) takes the shape as it is, or copies that stay as they are."""
+        tracker = self._started("shape") if tracker is None else tracker
         core = self._volume.core
         volume = (core.phi if phi is None else phi, core.voxel_m, list(core.origin))
         colors = core.rgb_seen if rgb_seen is None else rgb_seen
-        inside = TrackerInterface(self._tracker)
+        inside = TrackerInterface(tracker)
         inside.replace_shape(0, volume, colors, self._least, core.surface_boxes)
 
     def _add(self, frame: Frame, T: Pose) -> None:
@@ -321,7 +386,20 @@ class Reconstructor:
         if x1 - x0 < BLOCK or y1 - y0 < BLOCK:
             return
         foreground, rgb = inside.pixel_evidence(0, frame, region)
-        keyframe = Keyframe(self._index, region, cut(frame.depth, region), rgb, foreground, np.array(T))
+        depth, recording = cut(frame.depth, region), len(self._later)
+        self._keep(Keyframe(self._index, region, depth, rgb, foreground, np.array(T), None, recording), frame)
+
+    def _masked_keyframe(self, frame: Frame, found: Beginning, index: int, recording: int) -> Keyframe:
+        """The first frame of a recording, which says by a mask what is the object's."""
+        assert frame.depth is not None
+        region = region_of(found.on_object, self._frame_camera)
+        rgb, mask_there = self._colors(frame, region), cut(found.on_object.astype(np.uint8), region)
+        nothing = np.empty(0, np.float32)
+        depth = cut(frame.depth, region)
+        return Keyframe(index, region, depth, rgb, nothing, found.T_cam_obj, mask_there, recording)
+
+    def _keep(self, keyframe: Keyframe, frame: Frame) -> None:
+        assert frame.depth is not None
         self._volume.fuse(keyframe, frame.depth)
         self._keyframes.add(keyframe)
         self._volume.grow_if_needed()
@@ -337,8 +415,11 @@ class Reconstructor:
 
     def _fuse_all(self, progress: Callable[[float], None]) -> None:
         """The shape anew from all kept frames at the poses they have now."""
-        volume = self._volume.emptied()
+        volume, recording = self._volume.emptied(), 0
         for i, keyframe in enumerate(self._kept):
+            if keyframe.recording != recording:
+                recording = keyframe.recording
+                volume.begin_recording(self._later[recording - 1], keyframe.T_cam_obj)
             volume.fuse(keyframe, keyframe.full_depth(*self._size))
             progress((i + 1) / len(self._kept))
         self._volume = volume  # whole, or not at all
@@ -378,24 +459,7 @@ class Reconstructor:
         return load_pickled(path, Reconstructor)
 
     def __getstate__(self) -> dict[str, Any]:
-        state = dict(self.__dict__)
-        volume, tracker = state.pop("_volume"), state.pop("_tracker")
-        if tracker is not None:
-            state["saved"] = volume.lattice, volume.fused, TrackerInterface(tracker).last_poses[0]
-        return state
+        return saved_state.state_of(self)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        saved = state.pop("saved", None)
-        self.__dict__.update(state)
-        self._volume = None
-        self._tracker = None
-        if saved is None:
-            return
-        lattice, fused, pose = saved
-        self._volume = Volume(
-            self._frame_camera, lattice, self._beginning, self.initial, self.options, self.threads
-        )
-        self._tracker = self._new_tracker()
-        self._fuse_all(lambda share: None)
-        self._volume.fused = fused
-        self._go_on(pose)
+        saved_state.restore(self, state)
