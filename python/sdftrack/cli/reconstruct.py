@@ -30,6 +30,7 @@ from sdftrack.cli.common import (
 )
 from sdftrack.cli.init import Init
 from sdftrack.cli.reconstruct_place import INIT, SHAPE, find_place, load_shape, parse_place, parse_shape
+from sdftrack.cli.reconstruct_then import Further, parse_further
 from sdftrack.cli.sequences import check_usage, each_sequence
 from sdftrack.cli.track import fitting
 
@@ -41,6 +42,7 @@ class Job:
     """What was asked for, the same for every sequence."""
 
     init: Init | None
+    then: list[Further]
     number: int | None
     shape: str | None
     unit: str | None
@@ -76,6 +78,20 @@ def reconstruct(
             metavar=INIT,
             help="Where the object is in the first image: a box or a mask in the depth image, or the true pose of "
             "--shape. By default the sequence's own mask.",
+        ),
+    ] = None,
+    then: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="SEQ",
+            help="A further recording of the same object, another side up, that continues its shape; again for more.",
+        ),
+    ] = None,
+    then_init: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="box:x,y,w,h|mask.png|mask",
+            help="Where the object is in the first image of each --then; mask: the sequence's own, the default.",
         ),
     ] = None,
     number: Annotated[
@@ -163,7 +179,8 @@ def reconstruct(
     the poses that belong to the refined mesh.
 
     Ctrl-C ends a sequence early and keeps what stands. Several sequences get
-    a folder each.
+    a folder each; recordings of --then continue the shape of the first, and
+    their poses go to DIR/recording_2, and so on.
     """
     check_usage(mode, unit, out)
     refuse_cuda(device)
@@ -178,6 +195,7 @@ def reconstruct(
     assert out is not None
     job = Job(
         init=parse_place(init),
+        then=parse_further(then or [], then_init or [], seq),
         number=number,
         shape=parse_shape(shape),
         unit=unit,

@@ -174,9 +174,9 @@ class Reconstructor:
     ) -> TrackResult:
         """Go on with the same object in another recording, in which it may stand another side up.
 
-        The known shape is searched for in the frame, and what follows continues it: the side that it stood on gets seen.
-        Only a pose that is sure is taken. Else nothing changes: the status is ``"weak"`` or ``"lost"``, the reason says
-        why, and `track` goes on where it was; another frame may do, or a pose from elsewhere.
+        The known shape is searched for in the frame, and what follows continues it, so that the side it stood on gets
+        seen. Only a pose that is sure is taken. Else nothing changes: the status is ``"weak"`` or ``"lost"``, the
+        reason says why, and `track` goes on where it was; another frame may do, or a pose from elsewhere.
 
         Parameters
         ----------
@@ -208,22 +208,16 @@ class Reconstructor:
         check_beginning(frame, self._frame_camera, mask, box, pose, known=True)
         begin = time.perf_counter()
         place = one_place(pose, mask, box, self._frame_camera)
-        shown = resuming.shown_in(frame, place, self._frame_camera, self.shape, self.options)
-        tracker = self._tracker_of_shape()
+        tracker, shape = self._tracker_of_shape(), self.shape
         learn_colors(tracker, self._kept, self._frame_camera, self._index)
-        result = resuming.look_for(tracker, frame, place, shown.on_object)
-        if result.status[0] is Status.OK:
-            against = resuming.contradiction(
-                self._volume.core, self.mesh(), self.options.least_seen, frame, shown.on_object, self._frame_camera,
-                result.poses[0],
-            )  # fmt: skip
-            if against.reason:
-                result = resuming.told(result, against.reason)
-        if result.status[0] is not Status.OK:
+        result, shown = resuming.begin_again(
+            tracker, shape, self.mesh(), self._volume.core, frame, place, self._frame_camera, self.options
+        )
+        if shown is None:
             return self._finished(result, result.poses[0], begin, fused=False)
-        T = np.array(result.poses[0])
+        T = shown.T_cam_obj
         self._tracker, self._index = tracker, self._index + 1
-        self._later.append(replace(shown, T_cam_obj=T))
+        self._later.append(shown)
         self._volume.begin_recording(self._later[-1], T)
         self._reshape()
         if pose is None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What of a reconstructor is written to a file, and how it comes back: frames and poses, of which the shape is made anew."""
+"""What of a reconstructor is written to a file: frames and poses, of which the shape is made anew."""
 
 from __future__ import annotations
 
