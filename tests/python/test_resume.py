@@ -105,7 +105,8 @@ def test_the_bottom_gets_seen_and_no_table_with_it():
     assert share_after > 0.97
     assert off_after.mean() < max(0.0006, 1.2 * off.mean())
     assert off_after.max() < 0.005  # a table would stand out
-    assert back_after.mean() < 0.6 * back.mean()
+    assert back_after.mean() < 0.8 * back.mean()
+    assert back_after.max() < 0.5 * back.max()  # the bottom, which was guessed
     assert star.mesh().to_trimesh().is_watertight
 
 
