@@ -75,7 +75,7 @@ def test_the_error_is_a_small_part_of_a_voxel():
     rng = np.random.default_rng(0)
     weights = rng.dirichlet([1, 1, 1], 4000)
     corners = fewer.vertices[fewer.faces[rng.integers(len(fewer.faces), size=4000)]]
-    off = np.abs(np.linalg.norm(np.einsum("nk,nkd->nd", weights, corners), axis=1) - RADIUS)
+    off = np.abs(np.linalg.norm(np.einsum("nk,nkx->nx", weights, corners), axis=1) - RADIUS)
     assert off.mean() < 0.1 * voxel
     assert off.max() < 0.5 * voxel
 

@@ -35,8 +35,8 @@ def sampled(loaded, count=5000):
     rng = np.random.default_rng(0)
     face = rng.integers(len(loaded.faces), size=count)
     weight = rng.dirichlet([1, 1, 1], count)
-    points = np.einsum("nk,nkd->nd", weight, loaded.vertices[loaded.faces[face]])
-    uv = np.einsum("nk,nkd->nd", weight, loaded.visual.uv[loaded.faces[face]])
+    points = np.einsum("nk,nkx->nx", weight, loaded.vertices[loaded.faces[face]])
+    uv = np.einsum("nk,nkx->nx", weight, loaded.visual.uv[loaded.faces[face]])
     material = loaded.visual.material
     picture = np.asarray(getattr(material, "baseColorTexture", None) or material.image)[..., :3]
     column = np.clip((uv[:, 0] * picture.shape[1]).astype(int), 0, picture.shape[1] - 1)
@@ -128,7 +128,7 @@ def test_the_charts_leave_no_face_out_and_do_not_overlap():
 def test_weights_are_those_of_the_corners():
     rng = np.random.default_rng(0)
     corners, weight = rng.normal(size=(50, 3, 3)), rng.dirichlet([1, 1, 1], 50)
-    points = np.einsum("nk,nkd->nd", weight, corners)
+    points = np.einsum("nk,nkx->nx", weight, corners)
     np.testing.assert_allclose(_weights(points, corners), weight, atol=1e-9)
     flat = np.zeros((1, 3, 2))
     np.testing.assert_allclose(_weights(np.zeros((1, 2)), flat), [[1 / 3, 1 / 3, 1 / 3]])

@@ -30,7 +30,7 @@ from sdftrack.cli.common import (
 )
 from sdftrack.cli.init import Init
 from sdftrack.cli.reconstruct_place import INIT, SHAPE, find_place, load_shape, parse_place, parse_shape
-from sdftrack.cli.reconstruct_then import Further, parse_further
+from sdftrack.cli.reconstruct_then import Further, check_further, parse_further
 from sdftrack.cli.sequences import check_usage, each_sequence
 from sdftrack.cli.track import fitting
 
@@ -254,6 +254,8 @@ def _reconstruct_one(folder: Path, out: Path, job: Job) -> None:
             raise ValueError(f"--start, --stop: expected some of the {len(seq)} frames of {folder}, got none")
         frame = fitting(seq[numbers[0]], seq.camera)
         place = find_place(job.init, job.number, seq, numbers[0], frame, folder)
+        for further in job.then:
+            check_further(further, job)
         guess = load_shape(job.shape, job.unit, job.voxels)
         star = st.Reconstructor(
             seq.camera,

@@ -12,11 +12,11 @@ import numpy as np
 from sdftrack.cli.common import Tell, Usage
 from sdftrack.cli.init import Init
 from sdftrack.cli.reconstruct_files import write_refined
-from sdftrack.cli.reconstruct_place import find_place, parse_place
+from sdftrack.cli.reconstruct_place import Place, find_place, parse_place
 from sdftrack.cli.track import fitting
 from sdftrack.cli.track_summary import show_summary
 
-__all__ = ["Further", "follow_further", "parse_further"]
+__all__ = ["Further", "check_further", "follow_further", "parse_further"]
 
 
 @dataclass(frozen=True)
@@ -66,19 +66,32 @@ def parse_further(folders: list[str], inits: list[str], sequences: list[str]) ->
     return [Further(Path(folder), place) for folder, place in zip(folders, places, strict=True)]
 
 
-def follow_further(run: Any, further: Further, number: int, stack: Any, tell: Tell) -> Followed:
-    """Continue the shape of `run` with one more recording, whose files go into DIR/recording_<number>."""
+def check_further(further: Further, job: Any) -> None:
+    """Errors of a recording that can be told before the first one is followed."""
     import sdftrack as st
 
-    star, job = run.star, run.job
-    seq = stack.enter_context(st.open_sequence(further.folder, layout=job.layout))
+    with st.open_sequence(further.folder, layout=job.layout) as seq:
+        _first(further, seq, job)
+
+
+def _first(further: Further, seq: Any, job: Any) -> tuple[range, Any, Place]:
+    """Which frames, the first of them, and where the object is in it."""
     numbers = range(len(seq))[job.part]
     if not len(numbers):
         raise ValueError(
             f"--start, --stop: expected some of the {len(seq)} frames of {further.folder}, got none"
         )
     frame = fitting(seq[numbers[0]], seq.camera)
-    place = find_place(further.init, job.number, seq, numbers[0], frame, further.folder)
+    return numbers, frame, find_place(further.init, job.number, seq, numbers[0], frame, further.folder)
+
+
+def follow_further(run: Any, further: Further, number: int, stack: Any, tell: Tell) -> Followed:
+    """Continue the shape of `run` with one more recording, whose files go into DIR/recording_<number>."""
+    import sdftrack as st
+
+    star, job = run.star, run.job
+    seq = stack.enter_context(st.open_sequence(further.folder, layout=job.layout))
+    numbers, frame, place = _first(further, seq, job)
     result = star.resume(frame, **place.arguments)
     if not result.ok:
         raise ValueError(

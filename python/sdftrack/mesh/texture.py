@@ -72,7 +72,7 @@ def textured(mesh: Mesh, size: int, colors_from: Mesh) -> Textured:
         if own:
             blended = np.einsum("nk,nkc->nc", weight, colors[copy_of[faces[face]]])
         else:
-            points = np.einsum("nk,nkd->nd", weight, corner[face])
+            points = np.einsum("nk,nkx->nx", weight, corner[face])
             _, other, there = nearest._rays.closest(points)
             ends = nearest.faces[other]
             blended = np.einsum("nk,nkc->nc", _weights(there, nearest.vertices[ends]), colors[ends])
@@ -100,7 +100,7 @@ def _weights(points: Points, corners: Points) -> Points:
     """(N, 3) of the corners (N, 3, D) of the triangles that points (N, D) lie in; a third each where it has no area."""
     a, b, c = np.moveaxis(corners, 1, 0)
     u, v, p = b - a, c - a, points - a
-    uu, uv, vv, pu, pv = (np.einsum("nd,nd->n", x, y) for x, y in ((u, u), (u, v), (v, v), (p, u), (p, v)))
+    uu, uv, vv, pu, pv = (np.einsum("ni,ni->n", x, y) for x, y in ((u, u), (u, v), (v, v), (p, u), (p, v)))
     area = uu * vv - uv * uv
     with np.errstate(divide="ignore", invalid="ignore"):
         second, third = (vv * pu - uv * pv) / area, (uu * pv - uv * pu) / area
