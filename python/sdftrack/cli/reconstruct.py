@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -30,9 +30,11 @@ from sdftrack.cli.common import (
 )
 from sdftrack.cli.init import Init
 from sdftrack.cli.reconstruct_place import INIT, SHAPE, find_place, load_shape, parse_place, parse_shape
-from sdftrack.cli.reconstruct_then import Further, check_further, parse_further
 from sdftrack.cli.sequences import check_usage, each_sequence
 from sdftrack.cli.track import fitting
+
+if TYPE_CHECKING:
+    from sdftrack.cli.reconstruct_then import Further
 
 FORMATS = ("ply", "obj", "glb", "stl")
 
@@ -182,6 +184,8 @@ def reconstruct(
     a folder each; recordings of --then continue the shape of the first, and
     their poses go to DIR/recording_2, and so on.
     """
+    from sdftrack.cli.reconstruct_then import parse_further
+
     check_usage(mode, unit, out)
     refuse_cuda(device)
     if extent is not None and not 0 < extent < 10:
@@ -247,6 +251,7 @@ def _formats(text: str) -> list[str]:
 def _reconstruct_one(folder: Path, out: Path, job: Job) -> None:
     import sdftrack as st
     from sdftrack.cli.reconstruct_run import Run
+    from sdftrack.cli.reconstruct_then import check_further
 
     with st.open_sequence(folder, layout=job.layout) as seq:
         numbers = range(len(seq))[job.part]

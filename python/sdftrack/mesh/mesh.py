@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.rigid_poses import rigid_pose
-from sdftrack._internal.validation import numbers, whole
+from sdftrack._internal.validation import numbers, of_kind, whole
 from sdftrack.mesh.files import read_mesh, unit_scale
 
 if TYPE_CHECKING:
@@ -155,6 +155,8 @@ class Mesh:
         """
         from sdftrack.mesh.writing import write_mesh
 
+        if colors_from is not None:
+            of_kind(colors_from, Mesh, "colors_from")
         write_mesh(self, Path(path), texture, colors_from)
 
     def to_trimesh(self) -> trimesh.Trimesh:

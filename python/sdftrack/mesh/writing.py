@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sdftrack._internal.files import write_whole
-from sdftrack._internal.validation import of_kind, whole
+from sdftrack._internal.validation import whole
 from sdftrack.mesh.files import FORMATS
 from sdftrack.mesh.texture import LARGEST, SMALLEST, Textured, textured
 
@@ -52,10 +52,6 @@ def files_beside(name: str) -> list[str]:
 
 
 def _source(mesh: Mesh, colors_from: Mesh | None) -> Mesh:
-    if colors_from is not None:
-        from sdftrack.mesh.mesh import Mesh
-
-        of_kind(colors_from, Mesh, "colors_from")
     source = mesh if colors_from is None else colors_from
     if source.colors is None:
         raise ValueError("texture: expected a mesh with colours, got one without")

@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack import _core
 from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
-from sdftrack.imaging.appearance import color_map
 from sdftrack.imaging.pose_hint import one_place
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
@@ -24,7 +22,7 @@ from sdftrack.reconstruction import quality, refining, resuming, saved_state
 from sdftrack.reconstruction.arguments import check_beginning, check_extent, check_settings, voxels_of
 from sdftrack.reconstruction.colors import learn_colors
 from sdftrack.reconstruction.initialization import Beginning, find_object
-from sdftrack.reconstruction.keyframe import Keyframe, Refined, cut, region_of
+from sdftrack.reconstruction.keyframe import Keyframe, Refined, cut, masked_keyframe
 from sdftrack.reconstruction.keyframe_selection import Keyframes
 from sdftrack.reconstruction.misfit import OVERFIT, Judge
 from sdftrack.reconstruction.options import ReconstructorOptions
@@ -154,7 +152,7 @@ class Reconstructor:
         check_extent(self.extent, found.ball.radius_m)
         lattice = lattice_for(found, self.initial, self.voxels, self.extent)
         volume = Volume(self._frame_camera, lattice, found, self.initial, self.options, self.threads)
-        keyframe = self._masked_keyframe(frame, found, 0, 0)
+        keyframe = self._first_keyframe(frame, found)
         volume.fuse(keyframe, depth)
         if not len(volume.core.surface_boxes):
             raise ValueError(
@@ -221,7 +219,8 @@ class Reconstructor:
         self._volume.begin_recording(self._later[-1], T)
         self._reshape()
         if pose is None:
-            self._keep(self._masked_keyframe(frame, self._later[-1], self._index, len(self._later)), frame)
+            first = self._first_keyframe(frame, shown)
+            self._keep(replace(first, index=self._index, recording=len(self._later)), frame)
         else:
             self._add(frame, T)
         return self._finished(result, T, begin, fused=True)
@@ -383,14 +382,10 @@ class Reconstructor:
         depth, recording = cut(frame.depth, region), len(self._later)
         self._keep(Keyframe(self._index, region, depth, rgb, foreground, np.array(T), None, recording), frame)
 
-    def _masked_keyframe(self, frame: Frame, found: Beginning, index: int, recording: int) -> Keyframe:
+    def _first_keyframe(self, frame: Frame, found: Beginning) -> Keyframe:
         """The first frame of a recording, which says by a mask what is the object's."""
-        assert frame.depth is not None
-        region = region_of(found.on_object, self._frame_camera)
-        rgb, mask_there = self._colors(frame, region), cut(found.on_object.astype(np.uint8), region)
-        nothing = np.empty(0, np.float32)
-        depth = cut(frame.depth, region)
-        return Keyframe(index, region, depth, rgb, nothing, found.T_cam_obj, mask_there, recording)
+        camera = None if self.mode == "depth" else self.camera if frame.camera is None else frame.camera
+        return masked_keyframe(frame, found.on_object, found.T_cam_obj, self._frame_camera, camera)
 
     def _keep(self, keyframe: Keyframe, frame: Frame) -> None:
         assert frame.depth is not None
@@ -418,16 +413,6 @@ class Reconstructor:
             progress((i + 1) / len(self._kept))
         self._volume = volume  # whole, or not at all
         self._reshape()
-
-    def _colors(self, frame: Frame, region: tuple[int, int, int, int]) -> NDArray[np.uint8] | None:
-        """The first frame's colours around the object, depth pixel by depth pixel."""
-        if frame.depth is None or frame.color is None or self.mode == "depth":
-            return None
-        camera = self.camera if frame.camera is None else frame.camera
-        rgb: NDArray[np.uint8] = _core.colors_at(
-            frame.depth, frame.color, color_map(camera, frame.color), region
-        )
-        return rgb
 
     def _finished(self, result: TrackResult, T: Pose, begin: float, *, fused: bool) -> TrackResult:
         poses = np.array(result.poses)
