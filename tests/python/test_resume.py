@@ -154,6 +154,26 @@ def test_a_loaded_one_goes_on_too(tmp_path):
     assert error(result.pose, X, truth[0])[0] < POSE_M
 
 
+def test_a_shape_of_another_run_is_found_and_is_the_guess(tmp_path):
+    star, X = first_recording()
+    star.shape.cropped().save(tmp_path / "shape.npz")
+    _, seq, truth = recordings()
+    other = st.Reconstructor(seq.camera, st.SDF.load(tmp_path / "shape.npz"), voxels=VOXELS, threads=1)
+    result = other.resume(seq[0], mask=seq.masks(0)[0])
+    assert result.ok
+    assert error(result.pose, X, truth[0])[0] < POSE_M
+    later = follow(other, seq)
+    assert all(r.ok for r in later)
+    assert error(later[-1].pose, X, truth[-1])[0] < POSE_M
+    _, off, back = surface(other, X)
+    assert off.max() < 0.005
+    assert back.mean() < 0.001
+    ball = st.Reconstructor(seq.camera, st.SDF.sphere(0.045), voxels=VOXELS, threads=1)
+    assert not ball.resume(seq[0], mask=seq.masks(0)[0]).ok
+    with pytest.raises(RuntimeError, match="call start"):
+        ball.track(seq[1])
+
+
 def without_change(star, seq, mask):
     """What `resume` says, when it must leave everything as it is."""
     shape, poses, index = star.shape.values, len(star._kept), star._index

@@ -149,11 +149,16 @@ class Reconstructor:
         begin = time.perf_counter()
         place = one_place(pose, mask, box, self._frame_camera)
         found = find_object(depth, place, self._frame_camera, self.initial, self.options)
+        return self._begin(frame, found, begin)
+
+    def _begin(self, frame: Frame, found: Beginning, begin: float) -> TrackResult:
+        """Forget everything, and begin with what a frame shows; at `begin` it was asked for."""
+        assert frame.depth is not None
         check_extent(self.extent, found.ball.radius_m)
         lattice = lattice_for(found, self.initial, self.voxels, self.extent)
         volume = Volume(self._frame_camera, lattice, found, self.initial, self.options, self.threads)
         keyframe = self._first_keyframe(frame, found)
-        volume.fuse(keyframe, depth)
+        volume.fuse(keyframe, frame.depth)
         if not len(volume.core.surface_boxes):
             raise ValueError(
                 "start: no surface was found on the object; is it too small for the volume's voxels?"
@@ -176,6 +181,9 @@ class Reconstructor:
         seen. Only a pose that is sure is taken. Else nothing changes: the status is ``"weak"`` or ``"lost"``, the
         reason says why, and `track` goes on where it was; another frame may do, or a pose from elsewhere.
 
+        Before :meth:`start`, with `initial` (the ``shape.npz`` of another run), that shape is searched for, and the
+        reconstruction begins where it is found, with it as a guess; which parts of it were seen is not known.
+
         Parameters
         ----------
         frame : Frame
@@ -193,7 +201,7 @@ class Reconstructor:
         Raises
         ------
         RuntimeError
-            Before :meth:`start`.
+            Before :meth:`start`, without `initial`.
         ValueError
             As :meth:`start`; a mask or box of something that is much larger or smaller than the shape.
 
@@ -202,10 +210,15 @@ class Reconstructor:
         The table and the mask of this frame bound what its recording adds, as those of the first frame did in theirs
         (docs/math/reconstruction.md, section 6). What was seen before stays.
         """
-        self._started("resume")
+        if self.initial is None:
+            self._started("resume")
         check_beginning(frame, self._frame_camera, mask, box, pose, known=True)
         begin = time.perf_counter()
         place = one_place(pose, mask, box, self._frame_camera)
+        if self._tracker is None and self.initial is not None:
+            search = Tracker(self.initial, self.camera, mode=self.mode, device="cpu", threads=self.threads)
+            result, shown = resuming.begin_with(search, frame, place, self._frame_camera, self.options)
+            return result if shown is None else self._begin(frame, shown, begin)
         tracker, shape = self._tracker_of_shape(), self.shape
         learn_colors(tracker, self._kept, self._frame_camera, self._index)
         result, shown = resuming.begin_again(

@@ -24,7 +24,7 @@ from sdftrack.results import Status, TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
 
-__all__ = ["Contradiction", "Looked", "begin_again"]
+__all__ = ["Contradiction", "Looked", "begin_again", "begin_with"]
 
 NEAR_M = 0.006  # a reading farther before the surface is another thing's, if it is in space that was seen to be empty
 BEHIND_M = 0.010  # a reading farther behind the surface has looked through it
@@ -106,6 +106,23 @@ def begin_again(
     if result.status[0] is Status.OK and (reason := looked.against(result.poses[0]).reason):
         result = _doubted(result, reason)
     if result.status[0] is not Status.OK:
+        return result, None
+    return result, replace(shown, T_cam_obj=np.array(result.poses[0]))
+
+
+def begin_with(
+    tracker: Tracker, frame: Frame, place: Place, camera: Camera, options: ReconstructorOptions
+) -> tuple[TrackResult, Beginning | None]:
+    """The same with a tracker's own shape, of which nobody knows what was seen."""
+    assert frame.depth is not None
+    if isinstance(place, np.ndarray) and place.shape == (4, 4):
+        result, shown = tracker.start(frame, poses=place), None
+        if result.status[0] is Status.OK:
+            shown = _shown_at(frame.depth, np.array(result.poses[0]), camera, tracker.shapes[0], options)
+    else:
+        shown = find_object(frame.depth, place, camera, None, options)
+        result = tracker.start(frame, masks=shown.on_object)
+    if shown is None or result.status[0] is not Status.OK:
         return result, None
     return result, replace(shown, T_cam_obj=np.array(result.poses[0]))
 
