@@ -50,9 +50,9 @@ def recordings():
     return on_table(mesh()), *turned_over(mesh())
 
 
-def first_recording(shape=None, **options):
+def first_recording(shape=None, threads=1):
     seq = recordings()[0] if shape is None else on_table(shape)
-    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1, **options)
+    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=threads)
     results = [star.start(seq[0], mask=seq.masks(0)[0])]
     results += [star.track(seq[i]) for i in range(1, len(seq))]
     assert all(r.ok for r in results)
@@ -172,6 +172,15 @@ def test_a_shape_of_another_run_is_found_and_is_the_guess(tmp_path):
     assert not ball.resume(seq[0], mask=seq.masks(0)[0]).ok
     with pytest.raises(RuntimeError, match="call start"):
         ball.track(seq[1])
+
+
+def test_same_bits_on_any_number_of_threads():
+    star, *_, later, _ = both()
+    other, _ = first_recording(threads=2)
+    _, seq, _ = recordings()
+    other.resume(seq[0], mask=seq.masks(0)[0])
+    np.testing.assert_array_equal(follow(other, seq)[-1].poses, later[-1].poses)
+    np.testing.assert_array_equal(other.shape.values, star.shape.values)
 
 
 def without_change(star, seq, mask):
