@@ -23,12 +23,7 @@ from sdftrack.synth.trajectories import orbit
 __all__ = ["presets"]
 
 SEED = 1
-# Distance, noise (m), and how many times as large the object is.
-SENSORS = {
-    "0.7 m, 1 mm": (0.7, 0.001, 1),
-    "0.35 m, 0.2 mm": (0.35, 0.0002, 1),
-    "3 times as large, 1.5 m, 1 mm": (1.5, 0.001, 3),
-}
+SENSORS = {"0.7 m, 1 mm": (0.7, 0.001), "0.35 m, 0.2 mm": (0.35, 0.0002)}  # away, noise
 PRESETS = ("quick", "normal", "fine")
 FACES = (None, 50_000, 20_000, 5000, 2000, 500)
 
@@ -58,9 +53,8 @@ def presets(
         names; the meshes with fewer faces are of the last but one, from far away
     """
     rows, fewer = [], []
-    for name, (sensor, (away_m, noise_m, scale)) in itertools.product(only, SENSORS.items()):
+    for name, (sensor, (away_m, noise_m)) in itertools.product(only, SENSORS.items()):
         mesh = load_mesh(data, name)
-        mesh = st.Mesh(scale * mesh.vertices, mesh.faces, mesh.colors)
         path = orbit(distance_m=away_m, turns=1.0, elevation_rad=0.5)
         seq = st.synth.sequence(mesh, frames, path, noise_m, seed=SEED, clutter="wall", threads=threads)
         poses = np.array([seq.ground_truth[i][0] for i in range(frames)])
