@@ -62,6 +62,14 @@ class PyReconstruction {
     return std::unique_ptr<PyReconstruction>(
         new PyReconstruction(core_->grown(before, after, threads_), threads_));
   }
+  std::unique_ptr<PyReconstruction> continued(const py::object& view) {
+    const Busy busy(&busy_, "reconstruction");
+    std::shared_ptr<const reconstruction::FirstView> first;
+    if (!view.is_none()) first = view.cast<std::shared_ptr<reconstruction::FirstView>>();
+    const ReleaseGil release;
+    return std::unique_ptr<PyReconstruction>(
+        new PyReconstruction(core_->continued(std::move(first), threads_), threads_));
+  }
   const reconstruction::Reconstruction& core() const { return *core_; }
 
  private:
@@ -135,6 +143,7 @@ void bind_reconstruction(py::module_& m) {
            py::arg("region"), py::arg("mask") = py::none(), py::arg("foreground") = py::none(),
            py::arg("rgb") = py::none())
       .def("grown", &PyReconstruction::grown, py::arg("before"), py::arg("after"))
+      .def("continued", &PyReconstruction::continued, py::arg("view"))
       .def_property_readonly("change_m",
                              [](const PyReconstruction& self) { return self.core().distance().change_m(); })
       .def_property_readonly("voxels",

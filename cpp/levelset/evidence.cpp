@@ -56,6 +56,18 @@ EvidenceVolume EvidenceVolume::padded(const std::array<int, 3>& before,
   return larger;
 }
 
+void EvidenceVolume::bound_guess(const std::function<bool(Vec3d p_obj)>& may_be_inside, int threads) {
+  parallel_for(static_cast<std::size_t>(grid_.nz), threads, [&](std::size_t slice) {
+    const int z = static_cast<int>(slice);
+    for (int y = 0; y < grid_.ny; ++y)
+      for (int x = 0; x < grid_.nx; ++x) {
+        const std::size_t at = grid_.index(x, y, z);
+        if (!(weight_[at] > 0) && log_ratio_[at] > 0 && !may_be_inside(grid_.point(x, y, z)))
+          log_ratio_[at] = -log_ratio_[at];
+      }
+  });
+}
+
 void EvidenceVolume::find_tiles(const EvidenceImage& image, float reach_m) {
   tiles_x_ = (image.width() + kTile - 1) / kTile, tiles_y_ = (image.height() + kTile - 1) / kTile;
   const std::size_t count = static_cast<std::size_t>(tiles_x_) * static_cast<std::size_t>(tiles_y_);

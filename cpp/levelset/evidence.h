@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "base/large_array.h"
@@ -41,6 +42,9 @@ class EvidenceVolume {
 
   // The same evidence in a larger volume: whole blocks more before and after it along each axis.
   EvidenceVolume padded(const std::array<int, 3>& before, const std::array<int, 3>& after) const;
+
+  // What is only guessed to be inside, and cannot be, is outside from now on.
+  void bound_guess(const std::function<bool(Vec3d p_obj)>& may_be_inside, int threads);
 
   // Whether in one of these a voxel went from inside to outside or back, or was seen for the first time.
   bool turned(int block) const { return turned_[static_cast<std::size_t>(block)]; }

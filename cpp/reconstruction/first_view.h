@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the first frame leaves for the object: behind its mask, or behind what hides it, and above the planes
-// that it stands on or before (docs/math/reconstruction.md, section 5).
+// What the first frame of a recording leaves for the object: behind its mask, or behind what hides it, and
+// above the planes that it stands on or before (docs/math/reconstruction.md, section 5).
 #pragma once
 
 #include <vector>
@@ -33,6 +33,12 @@ class FirstView {
   bool may_hold(Vec3d p_obj) const {
     const Vec3d p = T_cam_obj_ * p_obj;
     return above(p, 1) && p.z > 0 && p.z >= from(p);
+  }
+  // Whether anything of the object can be there: in (12) and above the planes themselves, not their
+  // thickness.
+  bool leaves_room(Vec3d p_obj) const {
+    const Vec3d p = T_cam_obj_ * p_obj;
+    return above(p, 0) && p.z > 0 && p.z >= from(p);
   }
   // Whether a guess of the object may reach there: down to the planes, and nowhere beside the mask.
   bool may_be_guessed(Vec3d p_obj) const {

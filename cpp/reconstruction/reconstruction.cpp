@@ -59,6 +59,16 @@ std::unique_ptr<Reconstruction> Reconstruction::grown(const std::array<int, 3>& 
   return larger;
 }
 
+std::unique_ptr<Reconstruction> Reconstruction::continued(std::shared_ptr<const FirstView> view,
+                                                          int threads) const {
+  levelset::EvidenceVolume evidence = evidence_.padded({0, 0, 0}, {0, 0, 0});
+  if (view) evidence.bound_guess([&](Vec3d p_obj) { return view->leaves_room(p_obj); }, threads);
+  std::unique_ptr<Reconstruction> next(new Reconstruction(std::move(evidence), options_, std::move(view)));
+  next->frames_ = frames_;
+  next->measure_all(threads);
+  return next;
+}
+
 // The distances of the whole volume, from nothing.
 void Reconstruction::measure_all(int threads) {
   std::vector<int> all(
@@ -69,7 +79,8 @@ void Reconstruction::measure_all(int threads) {
   distance_.fill_far(options_.band_voxels, 0, grid().nz, threads);
 }
 
-// Nothing of the object is where the first frame leaves no room for it, nor where others have looked past.
+// Nothing of the object is where its recording's first frame leaves no room for it, nor where others have
+// looked past.
 bool Reconstruction::has_room(Vec3d p_obj) const {
   if (view_ && !view_->may_hold(p_obj)) return false;
   const Vec3d at = (1 / grid().voxel_m) * (p_obj - grid().origin_obj) + Vec3d{0.5, 0.5, 0.5};

@@ -41,6 +41,10 @@ class Reconstruction {
   std::unique_ptr<Reconstruction> grown(const std::array<int, 3>& before, const std::array<int, 3>& after,
                                         int threads) const;
 
+  // The same for frames of another recording, which keep to the view of its own first one; what no frame has
+  // spoken of is bounded by it, too.
+  std::unique_ptr<Reconstruction> continued(std::shared_ptr<const FirstView> view, int threads) const;
+
   void fuse(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj, int threads);
 
   const sdf::Grid& grid() const { return evidence_.grid(); }

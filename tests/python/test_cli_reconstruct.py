@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 import json
+import sys
 
 import cv2
 import numpy as np
@@ -37,10 +38,10 @@ def poses():
     return motion(FRAMES, 0.004, np.deg2rad(2.0), seed=2)
 
 
-def scene(duck, color=True):
+def scene(duck, color=True, at=None):
     rng = np.random.default_rng(0)
     frames, masks = [], []
-    for i, T in enumerate(poses()):
+    for i, T in enumerate(poses() if at is None else at):
         depth, _, rgb = duck.raycast(CAMERA, T)
         masks.append({0: depth > 0})
         depth = np.where(depth > 0, depth, 1.4).astype(np.float32)
@@ -65,6 +66,19 @@ def recording(tmp_path_factory, duck):
     seq = st.Sequence(frames, CAMERA, poses(), {1: duck}, masks=lambda i: masks[i])
     st.save_sequence(root, seq, layout="bop")
     return root
+
+
+@pytest.fixture(scope="module")
+def other(tmp_path_factory, duck):
+    """A second recording of the duck, lain down on its side: the scene, and its true poses."""
+    root = tmp_path_factory.mktemp("data") / "ducks" / "test" / "000004"
+    root.parent.mkdir(parents=True)
+    middle = st.geometry.pose(t_m=duck.bounds.mean(axis=0))
+    lain = middle @ st.geometry.pose([0, 0.5, 0]) @ st.geometry.inverse(middle)
+    at = st.geometry.pose([0, 0, np.pi / 2], [0, 0, 0]) @ poses() @ lain
+    frames, masks = scene(duck, at=at)
+    st.save_sequence(root, st.Sequence(frames, CAMERA, at, {1: duck}, masks=lambda i: masks[i]), layout="bop")
+    return root, at
 
 
 @pytest.fixture(scope="module")
@@ -256,6 +270,14 @@ def test_a_first_guess_is_a_ball_a_mesh_or_a_shape_of_before(recording, whole, d
         (["--out", "o", "--mode", "sonar"], "--mode"),
         (["--out", "o", "--layout", "scroll"], "--layout"),
         (["--out", "o", "--unit", "parsec"], "--unit"),
+        (["--out", "o", "--quality", "superb"], "--quality"),
+        (["--out", "o", "--quality", "fine", "--voxels", "64"], "one of --quality and --voxels"),
+        (["--out", "o", "--faces", "3"], "--faces"),
+        (["--out", "o", "--texture", "4"], "--texture"),
+        (["/elsewhere", "--out", "o", "--then", "/other"], "--then: expected one SEQ"),
+        (["--out", "o", "--then-init", "mask"], "--then-init: expected one for each --then"),
+        (["--out", "o", "--then", "/other", "--then-init", "gt"], "box:x,y,w,h, mask.png or mask"),
+        (["--out", "o", "--then", "/other", "--then-init", "box:1"], "box:x,y,w,h"),
     ],
 )
 def test_wrong_usage_exits_with_2_and_one_line(arguments, message, capsys):
@@ -274,6 +296,8 @@ def test_what_only_the_sequence_can_tell_is_usage_too(bare, recording, tmp_path,
     assert "--object" in told(capsys)
     assert quick(bare, out, "--init", "box:900,2,30,40") == 2
     assert "160 x 120" in told(capsys)
+    assert quick(recording, out, "--then", str(bare)) == 2  # told before the first recording is followed
+    assert "no mask" in told(capsys)
     assert quick(bare, out, "--init", "gt", "--shape", "sphere:0.1") == 2
     assert "no ground truth" in told(capsys)
     assert not out.exists()
@@ -293,6 +317,71 @@ def test_an_error_exits_with_1_before_the_folder_is_made(recording, tmp_path, ca
     assert quick(recording, tmp_path / "o", *arguments) == 1
     assert message in told(capsys)
     assert not (tmp_path / "o").exists()
+
+
+def test_the_quality_is_a_number_of_voxels_and_the_mesh_may_have_few_faces(recording, tmp_path):
+    out = tmp_path / "o"
+    arguments = ["--out", str(out), "-q", "--no-refine", "--no-video", "--stop", "2", "--faces", "500"]
+    more = ["--texture", "128", "--format", "obj,glb,stl", "--quality", "quick"]
+    assert run(["reconstruct", str(recording), *arguments, *more]) == 0
+    pictures = {"mesh_texture.png", "mesh.mtl"}
+    written = TRACK_FILES | SHAPE_FILES | pictures | {"mesh.obj", "mesh.glb", "mesh.stl"}
+    assert {p.name for p in out.iterdir()} == written == set(report_of(out)["settings"]["files"])
+    assert cv2.imread(str(out / "mesh_texture.png")).shape == (128, 128, 3)
+    assert report_of(out)["settings"]["voxels"] == 96
+    mesh = st.Mesh.load(out / "mesh.ply")
+    assert 250 < len(mesh.faces) <= 500
+    assert mesh.seen is not None
+    assert st.Mesh.load(out / "mesh.stl").to_trimesh().process(validate=True).is_watertight
+
+
+def test_a_missing_package_is_told_before_any_work(recording, tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "fast_simplification", None)
+    monkeypatch.setitem(sys.modules, "xatlas", None)
+    for asked in (["--faces", "500"], ["--texture", "64"]):
+        assert quick(recording, tmp_path / "o", *asked) == 1
+        assert "pip install 'sdftrack[export]'" in told(capsys)
+    assert not (tmp_path / "o").exists()
+
+
+def test_a_further_recording_continues_the_shape(recording, other, whole, tmp_path, capsys):
+    folder, at = other
+    out = tmp_path / "o"
+    common = ["--out", str(out), "--no-video", *VOXELS]
+    assert run(["reconstruct", str(recording), "--then", str(folder), *common]) == 0
+    assert capsys.readouterr().out.count("mean mm") == 2  # a table for each recording
+    assert {p.name for p in out.iterdir()} == TRACK_FILES | SHAPE_FILES | {"refined_0.txt", "recording_2"}
+    later = out / "recording_2"
+    assert {p.name for p in later.iterdir()} == TRACK_FILES | {"refined_0.txt"}
+    assert report_of(out)["settings"]["then"] == [str(folder)]
+    assert report_of(out)["reconstruction"]["frames_fused"] == 2 * FRAMES
+    assert report_of(out)["reconstruction"]["seen_share"] > report_of(whole)["reconstruction"]["seen_share"]
+    _, first = poses_of(out)
+    ids, found = poses_of(later)
+    assert ids == list(range(FRAMES))
+    metres, radians = st.metrics.pose_error(found, at @ np.linalg.solve(poses()[0], first[0]))
+    assert metres.max() < 2 * MAX_ERROR_M
+    assert radians.max() < MAX_ERROR_RAD
+    truth, tracked, refined = (
+        rows_of(later / f"{n}_0.txt") for n in ("ground_truth", "trajectory", "refined")
+    )
+    assert np.linalg.norm(tracked[:, 1:4] - truth[:, 1:4], axis=1).max() < 2 * MAX_ERROR_M
+    assert set(refined[:, 0]) <= set(tracked[:, 0])
+
+
+def test_a_recording_of_something_else_is_an_error_that_leaves_the_first_one(recording, tmp_path, capsys):
+    box = st.SDF.box((0.1, 0.16, 0.12), voxels=48).to_mesh()
+    frames, masks = scene(st.Mesh(box.vertices, box.faces, np.full(box.vertices.shape, 90, np.uint8)))
+    folder, out = tmp_path / "boxes", tmp_path / "o"
+    seq = st.Sequence(frames, CAMERA, poses(), {1: box}, masks=lambda i: masks[i])
+    st.save_sequence(folder, seq, layout="bop")
+    assert quick(recording, out, "--then", str(folder), "--then-init", "mask") == 1
+    text = told(capsys)
+    assert "not surely found in image 0" in text or "size" in text
+    assert "boxes" in text
+    assert {p.name for p in out.iterdir()} >= SHAPE_FILES
+    assert report_of(out)["reconstruction"]["frames_fused"] == 3
+    assert not (out / "recording_2").exists()
 
 
 def test_options_are_taken_from_a_file(bare, tmp_path):

@@ -93,6 +93,32 @@ def test_the_mesh_is_closed_coloured_and_says_what_was_seen() -> None:
     assert "turn the object further" in quality.summary
 
 
+def test_a_decimated_mesh_is_closed_and_keeps_to_the_surface() -> None:
+    star, _, _ = reconstructed()
+    whole, fewer = star.mesh(), star.mesh(faces=4000)
+    assert len(fewer.faces) <= 4000 < len(whole.faces) / 3
+    assert fewer.to_trimesh().is_watertight
+    assert fewer.seen is not None
+    assert whole.seen is not None
+    assert (fewer.seen == 0).mean() == pytest.approx((whole.seen == 0).mean(), abs=0.1)
+    assert np.ptp(fewer.colors, axis=0).max() > 30  # type: ignore[call-overload]
+    off = fewer._rays.closest(whole.vertices)[0]
+    assert off.mean() < 0.1 * star.shape.voxel_size
+    part = star.mesh(seen_only=True, faces=1000)
+    assert len(part.faces) <= 1000
+    assert part.seen is not None
+    assert part.seen.min() >= star.options.least_seen
+    with pytest.raises(ValueError, match="faces: expected"):
+        star.mesh(faces=2)
+
+
+def test_voxels_go_by_name_too() -> None:
+    for name, number in (("quick", 96), ("normal", 200), ("fine", 300)):
+        assert st.Reconstructor(scene.CAMERA, voxels=name).voxels == number
+    with pytest.raises(ValueError, match="'quick', 'normal', 'fine', got 'finest'"):
+        st.Reconstructor(scene.CAMERA, voxels="finest")
+
+
 def test_the_expected_error_is_of_the_true_ones_size() -> None:
     star, poses, _ = reconstructed()
     mesh = star.mesh()

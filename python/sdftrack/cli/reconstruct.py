@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from sdftrack._internal.extras import need
 from sdftrack.cli.common import (
     ConfigOption,
     Device,
@@ -31,6 +33,9 @@ from sdftrack.cli.reconstruct_place import INIT, SHAPE, find_place, load_shape, 
 from sdftrack.cli.sequences import check_usage, each_sequence
 from sdftrack.cli.track import fitting
 
+if TYPE_CHECKING:
+    from sdftrack.cli.reconstruct_then import Further
+
 FORMATS = ("ply", "obj", "glb", "stl")
 
 
@@ -39,6 +44,7 @@ class Job:
     """What was asked for, the same for every sequence."""
 
     init: Init | None
+    then: list[Further]
     number: int | None
     shape: str | None
     unit: str | None
@@ -48,6 +54,8 @@ class Job:
     refine: bool
     formats: list[str]
     seen_only: bool
+    faces: int | None
+    texture: int | None
     overwrite: bool
     part: slice
     layout: str
@@ -58,6 +66,12 @@ class Job:
     quiet: bool
 
 
+class Quality(str, Enum):
+    quick = "quick"
+    normal = "normal"
+    fine = "fine"
+
+
 def reconstruct(
     seq: Annotated[list[str], typer.Argument(metavar="SEQ", help="Folders of recorded sequences.")],
     init: Annotated[
@@ -66,6 +80,20 @@ def reconstruct(
             metavar=INIT,
             help="Where the object is in the first image: a box or a mask in the depth image, or the true pose of "
             "--shape. By default the sequence's own mask.",
+        ),
+    ] = None,
+    then: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="SEQ",
+            help="A further recording of the same object, another side up, that continues its shape; again for more.",
+        ),
+    ] = None,
+    then_init: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="box:x,y,w,h|mask.png|mask",
+            help="Where the object is in the first image of each --then; mask: the sequence's own, the default.",
         ),
     ] = None,
     number: Annotated[
@@ -83,9 +111,17 @@ def reconstruct(
         ),
     ] = None,
     unit: Annotated[str | None, typer.Option(help="Unit of the --shape mesh: m, mm, cm or in.")] = None,
+    quality: Annotated[
+        Quality | None,
+        typer.Option(
+            help="Voxels along each side of the volume: 96, 200 (the default) or 300.",
+            case_sensitive=False,
+        ),
+    ] = None,
     voxels: Annotated[
-        int, typer.Option(min=16, max=512, help="Along each side of the volume; 20 bytes each.")
-    ] = 200,
+        int | None,
+        typer.Option(min=16, max=512, help="The same by number; 20 bytes each. In place of --quality."),
+    ] = None,
     extent: Annotated[
         float | None,
         typer.Option(metavar="M", help="Side of the volume, m. By default 1.8 times the object's width."),
@@ -107,6 +143,19 @@ def reconstruct(
         bool,
         typer.Option("--seen-only", help="Leave what is guessed out of the mesh files; shape.npz has it."),
     ] = False,
+    faces: Annotated[
+        int | None,
+        typer.Option(min=4, metavar="N", help="At most so many triangles in the mesh files. Extra: export."),
+    ] = None,
+    texture: Annotated[
+        int | None,
+        typer.Option(
+            min=16,
+            max=8192,
+            metavar="N",
+            help="Colours in a picture of N x N texels; with --faces, those of the whole mesh. Extra: export.",
+        ),
+    ] = None,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     start: StartOption = 0,
@@ -132,25 +181,36 @@ def reconstruct(
     the poses that belong to the refined mesh.
 
     Ctrl-C ends a sequence early and keeps what stands. Several sequences get
-    a folder each.
+    a folder each; recordings of --then continue the shape of the first, and
+    their poses go to DIR/recording_2, and so on.
     """
+    from sdftrack.cli.reconstruct_then import parse_further
+
     check_usage(mode, unit, out)
     refuse_cuda(device)
     if extent is not None and not 0 < extent < 10:
         raise Usage(f"expected metres above 0 and below 10, got {extent:g}", "--extent")
     check_layout(layout)
+    # What is missing is told now, not after all frames.
+    if faces is not None:
+        need("fast_simplification", "export")
+    if texture is not None:
+        need("xatlas", "export")
     assert out is not None
     job = Job(
         init=parse_place(init),
+        then=parse_further(then or [], then_init or [], seq),
         number=number,
         shape=parse_shape(shape),
         unit=unit,
-        voxels=voxels,
+        voxels=_voxels(quality, voxels),
         extent=extent,
         mode=mode,
         refine=not no_refine,
         formats=_formats(formats),
         seen_only=seen_only,
+        faces=faces,
+        texture=texture,
         overwrite=overwrite,
         part=slice(start, stop, step),
         layout=layout,
@@ -168,6 +228,16 @@ def reconstruct(
     each_sequence(seq, out, lambda folder, target: _reconstruct_one(folder, target, job), typer.BadParameter)
 
 
+def _voxels(quality: Quality | None, voxels: int | None) -> int:
+    from sdftrack.reconstruction.arguments import VOXELS
+
+    if voxels is None:
+        return VOXELS[(quality or Quality.normal).value]
+    if quality is not None:
+        raise Usage("expected one of --quality and --voxels, got both", "--quality")
+    return voxels
+
+
 def _formats(text: str) -> list[str]:
     names = [name.strip().lower().removeprefix(".") for name in text.split(",")]
     for name in names:
@@ -181,6 +251,7 @@ def _formats(text: str) -> list[str]:
 def _reconstruct_one(folder: Path, out: Path, job: Job) -> None:
     import sdftrack as st
     from sdftrack.cli.reconstruct_run import Run
+    from sdftrack.cli.reconstruct_then import check_further
 
     with st.open_sequence(folder, layout=job.layout) as seq:
         numbers = range(len(seq))[job.part]
@@ -188,6 +259,8 @@ def _reconstruct_one(folder: Path, out: Path, job: Job) -> None:
             raise ValueError(f"--start, --stop: expected some of the {len(seq)} frames of {folder}, got none")
         frame = fitting(seq[numbers[0]], seq.camera)
         place = find_place(job.init, job.number, seq, numbers[0], frame, folder)
+        for further in job.then:
+            check_further(further, job)
         guess = load_shape(job.shape, job.unit, job.voxels)
         star = st.Reconstructor(
             seq.camera,

@@ -12,18 +12,36 @@ from numpy.typing import NDArray
 
 from sdftrack.cli.common import Tell
 
-__all__ = ["write_refined", "write_shape", "write_sides", "write_turntable"]
+__all__ = ["write_mesh_files", "write_refined", "write_shape", "write_sides", "write_turntable"]
 
 TURN_PICTURES, TURN_FPS = 90, 30.0
 
 
-def write_shape(out: Path, mesh: Any, shape: Any, formats: list[str]) -> list[str]:
-    """shape.npz, mesh.ply and the other formats; their names. Each replaces an older one when it is whole."""
-    names = [f"mesh.{suffix}" for suffix in dict.fromkeys(["ply", *formats])]
-    for name in names:
-        mesh.save(out / name)
+def write_mesh_files(
+    out: Path, mesh: Any, colors_from: Any, formats: list[str], texture: int | None
+) -> list[str]:
+    """mesh.ply and the other formats; their names. Each replaces an older one when it is whole.
+
+    `texture`: texels a side of a picture with the colours of `colors_from`; .stl and a mesh without colours have none.
+    """
+    from sdftrack.mesh.writing import TEXTURE_FORMATS, files_beside
+
+    names = []
+    for suffix in dict.fromkeys(["ply", *formats]):
+        name = f"mesh.{suffix}"
+        if texture is None or f".{suffix}" not in TEXTURE_FORMATS or mesh.colors is None:
+            mesh.save(out / name)
+        else:
+            mesh.save(out / name, texture=texture, colors_from=colors_from)
+            names += files_beside(name)
+        names.append(name)
+    return list(dict.fromkeys(names))
+
+
+def write_shape(out: Path, shape: Any) -> list[str]:
+    """shape.npz; its name."""
     shape.cropped().save(out / "shape.npz")
-    return [*names, "shape.npz"]
+    return ["shape.npz"]
 
 
 def write_sides(out: Path, mesh: Any, T: NDArray[np.float64], threads: int) -> list[str]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +12,14 @@ from typing import Any
 import numpy as np
 
 from sdftrack.cli.common import Tell, progress_counter
-from sdftrack.cli.reconstruct_files import write_refined, write_shape, write_sides, write_turntable
+from sdftrack.cli.reconstruct_files import (
+    write_mesh_files,
+    write_refined,
+    write_shape,
+    write_sides,
+    write_turntable,
+)
+from sdftrack.cli.reconstruct_then import follow_further
 from sdftrack.cli.track import fitting
 from sdftrack.cli.track_summary import show_summary
 
@@ -35,13 +43,14 @@ class Run:
     results: list[Any]
     truths: list[dict[int, Any]] = field(default_factory=list)
     refined: Any = None
+    later: list[Any] = field(default_factory=list)  # further recordings
+    name: str = NAME
 
     def go(self, frame: Any) -> None:
         """Follow, refine, write, tell; what stands is written also when one of them fails."""
         import sdftrack as st
 
         job, seq = self.job, self.seq
-        obj_id = int(seq.objects[self.instance]) if self._known else 1
         with (
             st.Recorder(
                 self.out,
@@ -49,15 +58,18 @@ class Run:
                 self.star.shape if job.video else None,
                 job.video,
                 job.overwrite,
-                obj_ids=[obj_id],
-                names=[NAME],
-                scene_id=int(self.folder.resolve().name) if self.folder.resolve().name.isdigit() else 0,
-                settings=self._settings(),
+                obj_ids=[self.obj_id],
+                names=[self.name],
+                scene_id=self.scene_id(self.folder),
+                settings=self.settings(self.folder, seq, self.numbers, job.init, self.instance),
             ) as recorder,
+            contextlib.ExitStack() as stack,
             progress_counter(job.quiet) as tell,
         ):
             try:
                 self._follow(frame, recorder, tell)
+                for number, further in enumerate(job.then, 2):
+                    self.later.append(follow_further(self, further, number, stack, tell))
             finally:
                 # Also before the refinement, so that nothing that comes later can take it away.
                 self._keep(recorder)
@@ -73,8 +85,14 @@ class Run:
             self._tell()
 
     @property
-    def _known(self) -> bool:
-        return self.instance is not None and self.instance < len(self.seq.objects)
+    def obj_id(self) -> int:
+        known = self.instance is not None and self.instance < len(self.seq.objects)
+        return int(self.seq.objects[self.instance]) if known else 1
+
+    @staticmethod
+    def scene_id(folder: Path) -> int:
+        name = folder.resolve().name
+        return int(name) if name.isdigit() else 0
 
     def _follow(self, frame: Any, recorder: Any, tell: Tell) -> None:
         label = self.folder.name or str(self.folder)
@@ -103,7 +121,10 @@ class Run:
         self.refined = self.star.refine(told)
         self._keep(recorder)
         times = [self._time(n) for n in range(len(self.results))]
-        recorder.wrote(*write_refined(self.out, self.refined.poses, times))
+        own = {n: T for n, T in self.refined.poses.items() if n < len(self.results)}
+        recorder.wrote(*write_refined(self.out, own, times))
+        for further in self.later:
+            further.write_refined(self.refined.poses)
 
     def _time(self, n: int) -> float:
         stamp = self.results[n].timestamp
@@ -119,8 +140,10 @@ class Run:
         from sdftrack.reconstruction.quality import seen_part
 
         mesh = self.star.mesh()
-        written = seen_part(mesh, self.star.options.least_seen) if self.job.seen_only else mesh
-        recorder.wrote(*write_shape(self.out, written, self.star.shape, self.job.formats))
+        whole = seen_part(mesh, self.star.options.least_seen) if self.job.seen_only else mesh
+        written = whole if self.job.faces is None else whole.decimated(self.job.faces)
+        recorder.wrote(*write_mesh_files(self.out, written, whole, self.job.formats, self.job.texture))
+        recorder.wrote(*write_shape(self.out, self.star.shape))
         recorder.wrote(*write_sides(self.out, mesh, self._first, self.job.threads))
         self._note(recorder, mesh)
 
@@ -145,22 +168,32 @@ class Run:
                 "turned_rad": self.refined.turned_rad,
                 "misfit_m": self.refined.misfit_m,
                 "taken": self.refined.taken,
-                "poses": {self.seq.ids[self.numbers[n]]: T for n, T in sorted(self.refined.poses.items())},
+                "poses": {
+                    self.seq.ids[self.numbers[n]]: T
+                    for n, T in sorted(self.refined.poses.items())
+                    if n < len(self.results)
+                },
             }
         recorder.note("reconstruction", section)
 
-    def _settings(self) -> dict[str, Any]:
-        job, numbers = self.job, self.numbers
+    def settings(
+        self, folder: Path, seq: Any, numbers: range, init: Any, instance: int | None
+    ) -> dict[str, Any]:
+        """For the report of a recording."""
+        job = self.job
         return {
             "command": "reconstruct",
-            "sequence": str(self.folder),
-            "layout": self.seq.layout,
-            "init": "mask of the sequence" if job.init is None else job.init.text,
-            "instances": [self.instance],
+            "sequence": str(folder),
+            "then": [str(further.folder) for further in job.then],
+            "layout": seq.layout,
+            "init": "mask of the sequence" if init is None else init.text,
+            "instances": [instance],
             "shape": job.shape,
             "mode": job.mode,
             "frames": [numbers.start, numbers.stop, numbers.step],
             "voxels": job.voxels,
+            "faces": job.faces,
+            "texture": job.texture,
             "extent": job.extent,
             "refine": job.refine,
             "threads": job.threads,
@@ -171,7 +204,9 @@ class Run:
     def _tell(self) -> None:
         ids = [self.seq.ids[i] for i in self.numbers]
         truths = [{}, *self.truths[1:]]  # in the first image the two agree by definition
-        show_summary(self.folder, [NAME], self.results, truths, ids, self.out)
+        show_summary(self.folder, [self.name], self.results, truths, ids, self.out)
+        for further in self.later:
+            further.tell(self.name)
         size = " x ".join(f"{1e3 * s:.0f}" for s in np.ptp(self.star.mesh().bounds, axis=0))
         print(f"{self.star.quality().summary}; it is {size} mm")
         if self.refined is not None and self.refined.moved_m:

@@ -70,14 +70,15 @@ def vertex_colors(loaded: Any) -> NDArray[np.uint8] | None:
 
 
 def _vertex_seen(loaded: Any) -> NDArray[np.float32] | None:
-    seen = getattr(loaded, "vertex_attributes", {}).get("seen")
+    attributes = getattr(loaded, "vertex_attributes", {})
+    seen = attributes.get("seen", attributes.get("_seen"))  # glTF wants names of one's own to begin so
     if seen is None:
         rows = loaded.metadata.get("_ply_raw", {}).get("vertex", {}).get("data")
         names = getattr(getattr(rows, "dtype", None), "names", None) or ()
         seen = rows["seen"] if "seen" in names else None
-    if seen is None or np.asarray(seen).shape != (len(loaded.vertices),):
+    if seen is None or np.size(seen) != len(loaded.vertices):
         return None
-    return np.asarray(seen, np.float32)
+    return np.asarray(seen, np.float32).reshape(-1)  # a column, where it is of a .glb
 
 
 def check_ply_is_whole(file: Path) -> None:

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.files import write_whole
 from sdftrack._internal.rigid_poses import rigid_pose
-from sdftrack._internal.validation import numbers
-from sdftrack.mesh.files import FORMATS, read_mesh, unit_scale
+from sdftrack._internal.validation import numbers, of_kind, whole
+from sdftrack.mesh.files import read_mesh, unit_scale
 
 if TYPE_CHECKING:
     import trimesh
@@ -110,7 +109,7 @@ class Mesh:
         -------
         Mesh
             In metres, with vertex colours where the file has them (a texture is sampled at the vertices), and `seen`
-            where a .ply has it.
+            where a .ply or .glb has it.
 
         Raises
         ------
@@ -121,16 +120,44 @@ class Mesh:
         vertices, faces, colors, seen = read_mesh(Path(path))
         return cls(vertices * scale, faces, colors, seen=seen)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write .ply, .obj, .glb or .stl (metres), whole or not at all."""
-        file = Path(path)
-        suffix = file.suffix.lower()
-        if suffix not in FORMATS:
-            raise ValueError(
-                f"path: expected a name ending in one of {', '.join(FORMATS)}, got {file.name!r}"
-            )
-        data: Any = self.to_trimesh().export(file_type=suffix[1:])
-        write_whole(file, data.encode() if isinstance(data, str) else data)
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        texture: int | None = None,
+        colors_from: Mesh | None = None,
+    ) -> None:
+        """Write .ply, .obj, .glb or .stl (metres), whole or not at all.
+
+        Colours are kept at the vertices by .ply, .obj and .glb, `seen` by .ply and .glb.
+
+        Parameters
+        ----------
+        path : path
+        texture : int, optional
+            Texels a side (16 to 8192) of a picture that has the colours; .obj, .ply and .glb say what lies where. It is
+            within a .glb, beside the others as NAME_texture.png (with NAME.mtl for .obj). Needs the extra
+            ``sdftrack[export]``. Vertices on borders in the picture are written once for each side.
+        colors_from : Mesh, optional
+            With `texture`: the mesh whose colours they are, those of its nearest points. None: its own. So a mesh of
+            few faces shows what the one with all of them does.
+
+        Raises
+        ------
+        ImportError
+            `texture` without xatlas.
+        ValueError
+            Another format, also one that has no texture; a texture of a mesh without colours.
+
+        Examples
+        --------
+        >>> mesh.decimated(5000).save("object.glb", texture=1024, colors_from=mesh)  # doctest: +SKIP
+        """
+        from sdftrack.mesh.writing import write_mesh
+
+        if colors_from is not None:
+            of_kind(colors_from, Mesh, "colors_from")
+        write_mesh(self, Path(path), texture, colors_from)
 
     def to_trimesh(self) -> trimesh.Trimesh:
         """The same mesh as a `trimesh.Trimesh`, vertices in the same order."""
@@ -155,6 +182,42 @@ class Mesh:
         """The mesh moved by a rigid 4x4: p -> T p."""
         M = rigid_pose(T, "T")
         return Mesh(self.vertices @ M[:3, :3].T + M[:3, 3], self.faces, self.colors, seen=self.seen)
+
+    def decimated(self, faces: int) -> Mesh:
+        """The same surface with at most so many faces, by quadric error. Needs the extra ``sdftrack[export]``.
+
+        A closed surface stays closed. Colours are the mean over the vertices that went into each, of those that were
+        seen where there are any; `seen` is their median, so that what was mostly guessed stays a guess.
+
+        Parameters
+        ----------
+        faces : int
+            At least 4. A mesh that has no more than that comes back as it is.
+
+        Raises
+        ------
+        ImportError
+            Without fast-simplification.
+        ValueError
+            Fewer than 4; a closed surface that cannot be made of so few.
+
+        Examples
+        --------
+        >>> mesh.decimated(5000).save("object.glb")  # doctest: +SKIP
+        """
+        from sdftrack.mesh import decimate
+
+        count = whole(faces, "faces", decimate.LEAST_FACES)
+        if len(self.faces) <= count:
+            return self
+        vertices, triangles, into = decimate.decimate(self.vertices, self.faces, count)
+        colors = seen = None
+        if self.colors is not None:
+            mean = decimate.weighted_mean_of_merged(self.colors, self.seen, into, len(vertices))
+            colors = np.clip(np.round(mean), 0, 255).astype(np.uint8)
+        if self.seen is not None:
+            seen = decimate.median_of_merged(self.seen, into, len(vertices))
+        return Mesh(vertices, triangles, colors, seen=seen)
 
     def raycast(
         self, camera: Any, T_cam_obj: ArrayLike, threads: int = 0

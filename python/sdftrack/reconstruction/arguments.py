@@ -15,7 +15,20 @@ from sdftrack.frame import Frame
 from sdftrack.reconstruction.volume import BYTES_PER_VOXEL, MAX_VOXELS
 from sdftrack.sdf import SDF
 
-__all__ = ["check_beginning", "check_extent", "check_settings"]
+__all__ = ["VOXELS", "check_beginning", "check_extent", "check_settings", "voxels_of"]
+
+VOXELS = {"quick": 96, "normal": 200, "fine": 300}
+
+
+def voxels_of(voxels: Any) -> Any:
+    """A named number of voxels; anything else as it is."""
+    if not isinstance(voxels, str):
+        return voxels
+    if voxels not in VOXELS:
+        raise ValueError(
+            f"voxels: expected a whole number or one of {', '.join(map(repr, VOXELS))}, got {voxels!r}"
+        )
+    return VOXELS[voxels]
 
 
 def check_settings(initial: Any, voxels: Any, extent: float | None, device: str, mode: str) -> None:
@@ -38,9 +51,19 @@ def check_settings(initial: Any, voxels: Any, extent: float | None, device: str,
 
 
 def check_beginning(
-    frame: Frame, camera: Camera, mask: Any, box: Any, pose: Any, initial: SDF | None
+    frame: Frame,
+    camera: Camera,
+    mask: Any,
+    box: Any,
+    pose: Any,
+    initial: SDF | None = None,
+    *,
+    known: bool = False,
 ) -> NDArray[np.float32]:
-    """The depth image (m) of a frame to begin with, and one way to know where the object is in it."""
+    """The depth image (m) of a frame to begin with, and one way to know where the object is in it.
+
+    `known`: there is a shape already, whose pose may be given.
+    """
     of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
     if frame.depth is None:
         raise ValueError(
@@ -55,7 +78,7 @@ def check_beginning(
     given = [name for name, v in (("mask", mask), ("box", box), ("pose", pose)) if v is not None]
     if len(given) != 1:
         raise ValueError(f"expected one of mask, box and pose, got {' and '.join(given) or 'none'}")
-    if pose is not None and initial is None:
+    if pose is not None and initial is None and not known:
         raise ValueError("pose: needs Reconstructor(camera, initial=sdf), whose pose it is; give mask or box")
     return depth
 

@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack import _core
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
+from sdftrack.imaging.appearance import color_map
 
-__all__ = ["Keyframe", "Refined", "cut", "region_of"]
+__all__ = ["Keyframe", "Refined", "cut", "masked_keyframe", "region_of"]
 
 MARGIN_PX = 25  # of what is kept around the object
 Region = tuple[int, int, int, int]
@@ -29,6 +31,7 @@ class Keyframe:
     foreground: NDArray[np.float32]
     T_cam_obj: NDArray[np.float64]
     mask: NDArray[np.uint8] | None = None  # of the region; the first frame has one
+    recording: int = 0  # 0: the one that `start` began
 
     def full_depth(self, height: int, width: int) -> NDArray[np.float32]:
         """The depth image, 0 outside the region."""
@@ -105,3 +108,21 @@ def region_of(mask: NDArray[np.bool_], camera: Camera) -> Region:
         min(camera.width, int(xs.max()) + MARGIN_PX + 1),
         min(camera.height, int(ys.max()) + MARGIN_PX + 1),
     )
+
+
+def masked_keyframe(
+    frame: Frame,
+    on_object: NDArray[np.bool_],
+    T_cam_obj: NDArray[np.float64],
+    depth_camera: Camera,
+    camera: Any,
+) -> Keyframe:
+    """A frame of which a mask says what is the object's, number 0; `camera`: of its colours, None: without."""
+    assert frame.depth is not None
+    region = region_of(on_object, depth_camera)
+    rgb = None
+    if camera is not None and frame.color is not None:
+        rgb = _core.colors_at(frame.depth, frame.color, color_map(camera, frame.color), region)
+    nothing = np.empty(0, np.float32)
+    mask = cut(on_object.astype(np.uint8), region)
+    return Keyframe(0, region, cut(frame.depth, region), rgb, nothing, T_cam_obj, mask)

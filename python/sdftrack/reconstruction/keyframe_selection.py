@@ -19,7 +19,7 @@ NEAREST_M = 1e-6
 
 
 class Keyframes:
-    """The first frame, and of all others those that leave a wide gap where they are left out.
+    """The first frame of each recording, and of all others those that leave a wide gap where they are left out.
 
     Two frames are alike when they show the same side from the same distance; how the camera was turned about the line
     of sight does not matter, and when it was matters little. Once there are more than `most`, with every frame that
@@ -63,7 +63,14 @@ class Keyframes:
         self._nearest = np.vstack([self._nearest, [-1, -1]])
         self._look_around(n)
         if n == self.most:
-            self._drop(1 + int(self._gaps[1:].sum(axis=1).argmin()))  # never the first: all relate to it
+            self._drop(self._least_missed())
+
+    def _least_missed(self) -> int:
+        """The one to let go; never the first of a recording: all of it relate to that one, and keep to its view."""
+        gaps = self._gaps.sum(axis=1)
+        recordings = np.array([keyframe.recording for keyframe in self.frames])
+        gaps[np.flatnonzero(np.diff(recordings, prepend=-1))] = np.inf
+        return int(gaps.argmin())
 
     def _drop(self, k: int) -> None:
         del self.frames[k]

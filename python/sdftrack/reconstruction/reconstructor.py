@@ -12,19 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack import _core
 from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
-from sdftrack.imaging.appearance import color_map
 from sdftrack.imaging.pose_hint import one_place
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
-from sdftrack.reconstruction import quality, refining
-from sdftrack.reconstruction.arguments import check_beginning, check_extent, check_settings
+from sdftrack.reconstruction import quality, refining, resuming, saved_state
+from sdftrack.reconstruction.arguments import check_beginning, check_extent, check_settings, voxels_of
 from sdftrack.reconstruction.colors import learn_colors
-from sdftrack.reconstruction.initialization import find_object
-from sdftrack.reconstruction.keyframe import Keyframe, Refined, cut, region_of
+from sdftrack.reconstruction.initialization import Beginning, find_object
+from sdftrack.reconstruction.keyframe import Keyframe, Refined, cut, masked_keyframe
 from sdftrack.reconstruction.keyframe_selection import Keyframes
 from sdftrack.reconstruction.misfit import OVERFIT, Judge
 from sdftrack.reconstruction.options import ReconstructorOptions
@@ -55,8 +53,8 @@ class Reconstructor:
     initial : SDF, optional
         A coarse shape of the object or of its kind, a guess where nothing has been seen. None: a ball fitted to the
         mask.
-    voxels : int
-        Along each side of the volume, 16 to 512; 20 bytes each (200: 160 MB).
+    voxels : int or {"quick", "normal", "fine"}
+        Along each side of the volume, 16 to 512; 20 bytes each (200: 160 MB). By name 96, 200 and 300.
     extent : float, optional
         Side of the volume, m. None: 1.8 times the ball's diameter. The volume grows where the shape reaches its border.
     device : {"auto", "cpu"}
@@ -91,7 +89,7 @@ class Reconstructor:
         self,
         camera: Camera | RGBDCamera,
         initial: SDF | None = None,
-        voxels: int = 200,
+        voxels: int | str = 200,
         extent: float | None = None,
         device: str = "auto",
         *,
@@ -103,6 +101,7 @@ class Reconstructor:
     ) -> None:
         self.camera = camera
         self._frame_camera = depth_camera(camera)
+        voxels = voxels_of(voxels)
         check_settings(initial, voxels, extent, device, mode)
         self.initial, self.voxels, self.extent = initial, int(voxels), extent
         self.mode, self.threads = mode, threads
@@ -112,6 +111,7 @@ class Reconstructor:
         self._volume: Any = None
         self._tracker: Tracker | None = None
         self._keyframes = Keyframes(self.options.kept_frames)
+        self._later: list[Beginning] = []  # of further recordings, what their first frames show
         self._refit: YoungRefit | None = None
         self._refit_due = self._next_refit = 0  # the frame before which it is taken; after which one begins
         self._index = -1
@@ -152,21 +152,23 @@ class Reconstructor:
         begin = time.perf_counter()
         place = one_place(pose, mask, box, self._frame_camera)
         found = find_object(depth, place, self._frame_camera, self.initial, self.options)
+        return self._begin(frame, found, begin)
+
+    def _begin(self, frame: Frame, found: Beginning, begin: float) -> TrackResult:
+        """Forget everything, and begin with what a frame shows; at `begin` it was asked for."""
+        assert frame.depth is not None
         check_extent(self.extent, found.ball.radius_m)
         lattice = lattice_for(found, self.initial, self.voxels, self.extent)
         volume = Volume(self._frame_camera, lattice, found, self.initial, self.options, self.threads)
-        region = region_of(found.on_object, self._frame_camera)
-        rgb, mask_there = self._colors(frame, region), cut(found.on_object.astype(np.uint8), region)
-        nothing = np.empty(0, np.float32)
-        keyframe = Keyframe(0, region, cut(depth, region), rgb, nothing, found.T_cam_obj, mask_there)
-        volume.fuse(keyframe, depth)
+        keyframe = self._first_keyframe(frame, found)
+        volume.fuse(keyframe, frame.depth)
         if not len(volume.core.surface_boxes):
             raise ValueError(
                 "start: no surface was found on the object; is it too small for the volume's voxels?"
             )
         self._end_refit()
         self._next_refit = self.options.refit_after
-        self._beginning, self._volume, self._index = found, volume, 0
+        self._beginning, self._volume, self._index, self._later = found, volume, 0, []
         self._keyframes = Keyframes(self.options.kept_frames)
         self._keyframes.add(keyframe)
         self._tracker = self._new_tracker()
@@ -174,6 +176,73 @@ class Reconstructor:
         result = self._tracker.start(frame, poses=found.T_cam_obj)
         self._tracker.set_pose(0, found.T_cam_obj)
         return self._finished(result, found.T_cam_obj, begin, fused=True)
+
+    def resume(
+        self, frame: Frame, mask: ArrayLike | None = None, *, box: Any = None, pose: ArrayLike | None = None
+    ) -> TrackResult:
+        """Go on with the same object in another recording, in which it may stand another side up.
+
+        The known shape is searched for in the frame, and what follows continues it, so that the side it stood on gets
+        seen. Only a pose that is sure is taken. Else nothing changes: the status is ``"weak"`` or ``"lost"``, the
+        reason says why, and `track` goes on where it was; another frame may do, or a pose from elsewhere.
+
+        Before :meth:`start`, with `initial` (the ``shape.npz`` of another run), that shape is searched for, and the
+        reconstruction begins where it is found, with it as a guess; which parts of it were seen is not known.
+
+        Parameters
+        ----------
+        frame : Frame
+            The first one of the other recording, of the same camera.
+        mask, box
+            Where the object is in it, as for :meth:`start`.
+        pose : (4, 4) float64
+            In place of both: its ``T_cam_obj`` there, about right.
+
+        Returns
+        -------
+        TrackResult
+            Its index goes on from those of the frames before.
+
+        Raises
+        ------
+        RuntimeError
+            Before :meth:`start`, without `initial`.
+        ValueError
+            As :meth:`start`; a mask or box of something that is much larger or smaller than the shape.
+
+        Notes
+        -----
+        The table and the mask of this frame bound what its recording adds, as those of the first frame did in theirs
+        (docs/math/reconstruction.md, section 6). What was seen before stays.
+        """
+        if self.initial is None:
+            self._started("resume")
+        check_beginning(frame, self._frame_camera, mask, box, pose, known=True)
+        begin = time.perf_counter()
+        place = one_place(pose, mask, box, self._frame_camera)
+        if self._tracker is None and self.initial is not None:
+            search = Tracker(self.initial, self.camera, mode=self.mode, device="cpu", threads=self.threads)
+            result, shown = resuming.begin_with(search, frame, place, self._frame_camera, self.options)
+            return result if shown is None else self._begin(frame, shown, begin)
+        tracker, shape = self._tracker_of_shape(), self.shape
+        learn_colors(tracker, self._kept, self._frame_camera, self._index)
+        result, shown = resuming.begin_again(
+            tracker, shape, self.mesh(), self._volume.core, frame, place, self._frame_camera, self.options
+        )
+        if shown is None:
+            return self._finished(result, result.poses[0], begin, fused=False)
+        T = shown.T_cam_obj
+        self._end_refit()
+        self._tracker, self._index = tracker, self._index + 1
+        self._later.append(shown)
+        self._volume.begin_recording(self._later[-1], T)
+        self._reshape()
+        if pose is None:
+            first = self._first_keyframe(frame, shown)
+            self._keep(replace(first, index=self._index, recording=len(self._later)), frame)
+        else:
+            self._add(frame, T)
+        return self._finished(result, T, begin, fused=True)
 
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
         """Follow the object into the next frame, and add what it shows where the pose is sure.
@@ -213,14 +282,21 @@ class Reconstructor:
         self._started("shape")
         return self._volume.shape(self._least)
 
-    def mesh(self, *, seen_only: bool = False) -> Mesh:
+    def mesh(self, *, seen_only: bool = False, faces: int | None = None) -> Mesh:
         """Watertight coloured mesh, m, object frame; ``seen`` tells how often each vertex was seen (0: guessed).
 
-        `seen_only` leaves out what is guessed (seen less than ``options.least_seen``): then it is open.
+        Parameters
+        ----------
+        seen_only : bool
+            Leave out what is guessed (seen less than ``options.least_seen``): then it is open.
+        faces : int, optional
+            At most so many, by :meth:`Mesh.decimated`, which needs the extra ``sdftrack[export]``.
         """
         self._started("mesh")
         mesh = quality.surface_mesh(self._volume.core)
-        return quality.seen_part(mesh, self.options.least_seen) if seen_only else mesh
+        if seen_only:
+            mesh = quality.seen_part(mesh, self.options.least_seen)
+        return mesh if faces is None else mesh.decimated(faces)
 
     def quality(self, mesh: Mesh | None = None) -> quality.Quality:
         """How well the surface is known; `mesh`: what :meth:`mesh` gave for the shape as it is, if it is at hand."""
@@ -238,8 +314,7 @@ class Reconstructor:
         shape = self.shape
         tracker.shapes = [shape]
         self._reshape(shape.values, np.array(self._volume.core.rgb_seen))
-        self._tracker = self._new_tracker()
-        self._reshape()
+        self._tracker = self._tracker_of_shape()
         self._go_on(TrackerInterface(tracker).last_poses[0])
         return tracker
 
@@ -294,6 +369,11 @@ class Reconstructor:
             shape, self.camera, mode=self.mode, device="cpu", threads=self.threads, options=options
         )
 
+    def _tracker_of_shape(self) -> Tracker:
+        tracker = self._new_tracker()
+        self._reshape(tracker=tracker)
+        return tracker
+
     def _go_on(self, pose: Pose) -> None:
         """Bring a new tracker, which has the shape, to where the old one stood."""
         assert self._tracker is not None
@@ -305,10 +385,9 @@ class Reconstructor:
         """Of what was seen of a piece of surface, in the core's unit, for it to count."""
         return max(1, round(quality.SEEN_SCALE * self.options.least_seen))
 
-    def _reshape(self, phi: Any = None, rgb_seen: Any = None) -> None:
-        """The tracker takes the shape as it is, or copies that stay as they are."""
-        assert self._tracker is not None
-        self._show(self._tracker, self._volume, phi, rgb_seen)
+    def _reshape(self, phi: Any = None, rgb_seen: Any = None, tracker: Tracker | None = None) -> None:
+        """The tracker (or another) takes the shape as it is, or copies that stay as they are."""
+        self._show(self._started("shape") if tracker is None else tracker, self._volume, phi, rgb_seen)
 
     def _show(self, tracker: Tracker, volume: Volume, phi: Any = None, rgb_seen: Any = None) -> None:
         core = volume.core
@@ -325,7 +404,16 @@ class Reconstructor:
         if x1 - x0 < BLOCK or y1 - y0 < BLOCK:
             return
         foreground, rgb = inside.pixel_evidence(0, frame, region)
-        keyframe = Keyframe(self._index, region, cut(frame.depth, region), rgb, foreground, np.array(T))
+        depth, recording = cut(frame.depth, region), len(self._later)
+        self._keep(Keyframe(self._index, region, depth, rgb, foreground, np.array(T), None, recording), frame)
+
+    def _first_keyframe(self, frame: Frame, found: Beginning) -> Keyframe:
+        """The first frame of a recording, which says by a mask what is the object's."""
+        camera = None if self.mode == "depth" else self.camera if frame.camera is None else frame.camera
+        return masked_keyframe(frame, found.on_object, found.T_cam_obj, self._frame_camera, camera)
+
+    def _keep(self, keyframe: Keyframe, frame: Frame) -> None:
+        assert frame.depth is not None
         self._volume.fuse(keyframe, frame.depth)
         self._keyframes.add(keyframe)
         if self._refit is not None:
@@ -372,22 +460,15 @@ class Reconstructor:
 
     def _fuse_all(self, progress: Callable[[float], None]) -> None:
         """The shape anew from all kept frames at the poses they have now."""
-        volume = self._volume.emptied()
+        volume, recording = self._volume.emptied(), 0
         for i, keyframe in enumerate(self._kept):
+            if keyframe.recording != recording:
+                recording = keyframe.recording
+                volume.begin_recording(self._later[recording - 1], keyframe.T_cam_obj)
             volume.fuse(keyframe, keyframe.full_depth(*self._size))
             progress((i + 1) / len(self._kept))
         self._volume = volume  # whole, or not at all
         self._reshape()
-
-    def _colors(self, frame: Frame, region: tuple[int, int, int, int]) -> NDArray[np.uint8] | None:
-        """The first frame's colours around the object, depth pixel by depth pixel."""
-        if frame.depth is None or frame.color is None or self.mode == "depth":
-            return None
-        camera = self.camera if frame.camera is None else frame.camera
-        rgb: NDArray[np.uint8] = _core.colors_at(
-            frame.depth, frame.color, color_map(camera, frame.color), region
-        )
-        return rgb
 
     def _finished(self, result: TrackResult, T: Pose, begin: float, *, fused: bool) -> TrackResult:
         poses = np.array(result.poses)
@@ -413,30 +494,7 @@ class Reconstructor:
         return load_pickled(path, Reconstructor)
 
     def __getstate__(self) -> dict[str, Any]:
-        state = dict(self.__dict__)
-        volume, tracker = state.pop("_volume"), state.pop("_tracker")
-        state |= {
-            "_refit": None,
-            "_refit_due": 0,
-            "_next_refit": 0,
-        }  # what is kept is fused anew when it is read
-        if tracker is not None:
-            state["saved"] = volume.lattice, volume.fused, TrackerInterface(tracker).last_poses[0]
-        return state
+        return saved_state.state_of(self)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        saved = state.pop("saved", None)
-        self._refit, self._refit_due, self._next_refit = None, 0, 0
-        self.__dict__.update(state)
-        self._volume = None
-        self._tracker = None
-        if saved is None:
-            return
-        lattice, fused, pose = saved
-        self._volume = Volume(
-            self._frame_camera, lattice, self._beginning, self.initial, self.options, self.threads
-        )
-        self._tracker = self._new_tracker()
-        self._fuse_all(lambda share: None)
-        self._volume.fused = fused
-        self._go_on(pose)
+        saved_state.restore(self, state)

@@ -106,6 +106,13 @@ class Volume:
         """One without any frame, in the same place or in another."""
         return Volume(self.camera, lattice or self.lattice, *self._made_of)
 
+    def begin_recording(self, beginning: Beginning, T_cam_obj: NDArray[np.float64]) -> None:
+        """The frames that follow keep to what the first one of their own recording leaves; it has this pose."""
+        view, ball = beginning.view, beginning.ball
+        if view is not None:
+            view = view.to_core(self.camera, T_cam_obj, ball.centre_cam, ball.radius_m)
+        self.core = self.core.continued(view)
+
     def fuse(self, keyframe: Keyframe, depth: NDArray[np.float32]) -> None:
         """Add what a frame says; `depth` is its whole depth image."""
         mask = keyframe.full_mask(self.camera.height, self.camera.width)

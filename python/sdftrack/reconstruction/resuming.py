@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: MIT
+"""A known shape found in the first frame of another recording, and whether what is seen there can be it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack import metrics
+from sdftrack.camera import Camera
+from sdftrack.frame import Frame
+from sdftrack.geometry import inverse, transform_points
+from sdftrack.imaging.pose_hint import Place
+from sdftrack.mesh import Mesh
+from sdftrack.reconstruction.alternatives import another_pose
+from sdftrack.reconstruction.first_view import FirstView, planes_below
+from sdftrack.reconstruction.initialization import Beginning, find_object
+from sdftrack.reconstruction.options import ReconstructorOptions
+from sdftrack.reconstruction.quality import seen_part
+from sdftrack.results import Status, TrackResult
+from sdftrack.sdf import SDF
+from sdftrack.tracking import Tracker
+
+__all__ = ["Contradiction", "Looked", "begin_again", "begin_with"]
+
+NEAR_M = 0.006  # a reading farther before the surface is another thing's, if it is in space that was seen to be empty
+BEHIND_M = 0.010  # a reading farther behind the surface has looked through it
+# As in cpp/reconstruction/reconstruction.cpp: three frames have looked past.
+EMPTY_FRAMES, EMPTY_RATIO = 3.0 / 2.94, -1.5
+MOST_EMPTY, MOST_THROUGH = 0.1, 0.1  # shares that a right pose may have, by noise and by what the mask errs
+WORSE = 0.025  # of a frame, that speaks against another pose more than against the one found, refutes it
+LEAST_PIXELS, SAME_M = 100, 1e-4
+AMBIGUOUS = (
+    "ambiguous: turned by {:.0f} deg it is as much in keeping with what was seen of it; show a side that tells, or "
+    "give the pose"
+)
+
+Pose = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """How much of a frame speaks against a pose of the shape as it is known.
+
+    Attributes
+    ----------
+    empty : float
+        Of the object's readings, the share in space that frames before have seen to be empty.
+    through : float
+        Of the surface that was seen before and faces the camera, the share that the frame looks through.
+    """
+
+    empty: float
+    through: float
+
+    @property
+    def total(self) -> float:
+        return self.empty + self.through
+
+    @property
+    def reason(self) -> str:
+        """One sentence; empty: nothing speaks against the pose."""
+        if self.empty > MOST_EMPTY:
+            return (
+                f"{100 * self.empty:.0f} % of what is seen lies where the object was seen not to be; give a tighter "
+                "mask, or another frame"
+            )
+        if self.through > MOST_THROUGH:
+            return f"{100 * self.through:.0f} % of the known surface should be seen and is not; give another frame"
+        return ""
+
+
+def begin_again(
+    tracker: Tracker,
+    shape: SDF,
+    mesh: Mesh,
+    core: Any,
+    frame: Frame,
+    place: Place,
+    camera: Camera,
+    options: ReconstructorOptions,
+) -> tuple[TrackResult, Beginning | None]:
+    """Start a tracker that has the known shape in the first frame of another recording.
+
+    Returns
+    -------
+    result : TrackResult
+    shown : Beginning or None
+        What that frame leaves for the object, at the pose found; None: the pose is not sure.
+    """
+    assert frame.depth is not None
+    if isinstance(place, np.ndarray) and place.shape == (4, 4):
+        result = tracker.start(frame, poses=place)
+        if result.status[0] is not Status.OK:
+            return result, None
+        shown = _shown_at(frame.depth, np.array(result.poses[0]), camera, shape, options)
+        looked = Looked(core, mesh, options.least_seen, frame, shown.on_object, camera)
+    else:
+        shown = find_object(frame.depth, place, camera, None, options)
+        looked = Looked(core, mesh, options.least_seen, frame, shown.on_object, camera)
+        result = _find_known(tracker, shape, looked, frame, shown.on_object)
+    if result.status[0] is Status.OK and (reason := looked.against(result.poses[0]).reason):
+        result = _doubted(result, reason)
+    if result.status[0] is not Status.OK:
+        return result, None
+    return result, replace(shown, T_cam_obj=np.array(result.poses[0]))
+
+
+def begin_with(
+    tracker: Tracker, frame: Frame, place: Place, camera: Camera, options: ReconstructorOptions
+) -> tuple[TrackResult, Beginning | None]:
+    """The same with a tracker's own shape, of which nobody knows what was seen."""
+    assert frame.depth is not None
+    if isinstance(place, np.ndarray) and place.shape == (4, 4):
+        result, shown = tracker.start(frame, poses=place), None
+        if result.status[0] is Status.OK:
+            shown = _shown_at(frame.depth, np.array(result.poses[0]), camera, tracker.shapes[0], options)
+    else:
+        shown = find_object(frame.depth, place, camera, None, options)
+        result = tracker.start(frame, masks=shown.on_object)
+    if shown is None or result.status[0] is not Status.OK:
+        return result, None
+    return result, replace(shown, T_cam_obj=np.array(result.poses[0]))
+
+
+def _shown_at(
+    depth: NDArray[np.float32], pose: Pose, camera: Camera, shape: SDF, options: ReconstructorOptions
+) -> Beginning:
+    """By a pose the object's pixels are those of its silhouette; no outline is known then, but planes are."""
+    shown = find_object(depth, pose, camera, shape, options)
+    if not options.planes:
+        return shown
+    planes = planes_below(depth, shown.on_object, camera, 2 * shown.ball.radius_m)
+    anywhere = np.zeros((camera.height, camera.width), np.float32)
+    return replace(shown, view=FirstView(anywhere, planes))
+
+
+class Looked:
+    """A frame of another recording against the shape as it is known; `mesh` is its surface, with `seen`."""
+
+    def __init__(
+        self, core: Any, mesh: Mesh, least_seen: float, frame: Frame, on_object: Mask, camera: Camera
+    ) -> None:
+        assert frame.depth is not None
+        self.mesh, self._part = mesh, seen_part(mesh, least_seen)
+        self._core, self._camera, self._depth = core, camera, frame.depth
+        self.read_cam: NDArray[np.float64] = camera.back_project(frame.depth)[on_object & (frame.depth > 0)]
+
+    def against(self, T_cam_obj: Pose) -> Contradiction:
+        """What of the frame contradicts a pose."""
+        return Contradiction(self._in_empty_space(T_cam_obj), self._looked_through(T_cam_obj))
+
+    def _in_empty_space(self, T_cam_obj: Pose) -> float:
+        core = self._core
+        p_obj = transform_points(inverse(T_cam_obj), self.read_cam)
+        voxel = np.round((p_obj - core.origin) / core.voxel_m).astype(np.intp)
+        x, y, z = voxel[((voxel >= 0) & (voxel < core.voxels)).all(axis=1)].T
+        weight = core.weight[z, y, x]
+        empty = (core.phi[z, y, x] > NEAR_M) & (weight > EMPTY_FRAMES)
+        empty &= core.log_ratio[z, y, x] < EMPTY_RATIO * weight
+        return float(np.sum(empty) / max(1, len(p_obj)))
+
+    def _looked_through(self, T_cam_obj: Pose) -> float:
+        if len(self._part.faces) == 0:
+            return 0.0
+        whole_m, part_m = (m.raycast(self._camera, T_cam_obj)[0] for m in (self.mesh, self._part))
+        # What lies behind a hole in the seen part is its far side, which the camera need not see.
+        known = (part_m > 0) & (np.abs(part_m - whole_m) < SAME_M) & (self._depth > 0)
+        if np.count_nonzero(known) < LEAST_PIXELS:
+            return 0.0
+        return float(np.mean(self._depth[known] > part_m[known] + BEHIND_M))
+
+
+def _find_known(tracker: Tracker, shape: SDF, looked: Looked, frame: Frame, on_object: Mask) -> TrackResult:
+    """Where the tracker's shape is, by a search on the object's pixels; weak where another pose is possible, too."""
+    result = tracker.start(frame, masks=on_object)
+    if result.status[0] is not Status.OK:
+        return result
+    found = np.array(result.poses[0])
+    most = looked.against(found).total + WORSE
+    other = another_pose(
+        found,
+        looked.mesh,
+        shape,
+        looked.read_cam,
+        lambda T: np.array(tracker.start(frame, poses=T).poses[0]),
+        lambda T: looked.against(T).total > most,
+    )
+    if other is not None:
+        turned = np.degrees(metrics.pose_error(other, found)[1])
+        return _doubted(result, AMBIGUOUS.format(turned))
+    return tracker.start(frame, poses=found)  # back from what was tried
+
+
+def _doubted(result: TrackResult, reason: str) -> TrackResult:
+    """The result with its only object weak for a reason."""
+    confidence = np.minimum(result.confidence, 0.5)
+    confidence.flags.writeable = False
+    return replace(result, status=[Status.WEAK], reason=[reason], confidence=confidence)

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: MIT
+"""What of a reconstructor is written to a file: frames and poses, of which the shape is made anew."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from sdftrack.reconstruction.volume import Volume
+from sdftrack.tracking.interface import TrackerInterface
+
+if TYPE_CHECKING:
+    from sdftrack.reconstruction.reconstructor import Reconstructor
+
+__all__ = ["restore", "state_of"]
+
+# One that is under way ends: what is kept is fused anew when it is read.
+NO_REFIT = {"_refit": None, "_refit_due": 0, "_next_refit": 0}
+
+
+def state_of(star: Reconstructor) -> dict[str, Any]:
+    """All but volume and tracker, and what these are made of."""
+    state = {**star.__dict__, **NO_REFIT}
+    volume, tracker = state.pop("_volume"), state.pop("_tracker")
+    if tracker is not None:
+        state["saved"] = volume.lattice, volume.fused, TrackerInterface(tracker).last_poses[0]
+    return state
+
+
+def restore(star: Reconstructor, state: dict[str, Any]) -> None:
+    """Fill a reconstructor that has no attributes yet."""
+    saved = state.pop("saved", None)
+    star.__dict__.update({"_later": [], **NO_REFIT, **state})  # files of version 0.1 have neither
+    star._volume = star._tracker = None
+    if saved is None:
+        return
+    lattice, fused, pose = saved
+    star._volume = Volume(
+        star._frame_camera, lattice, star._beginning, star.initial, star.options, star.threads
+    )
+    star._tracker = star._new_tracker()
+    star._fuse_all(lambda share: None)
+    star._volume.fused = fused
+    star._go_on(pose)

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: MIT
+"""Meshes with their colours in a picture: the files, read by another library, show the colours that were there."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+
+import sdftrack as st
+from sdftrack.mesh.texture import _weights, textured
+
+SIZE = 256
+RADIUS = 0.05
+# A texel is 0.9 mm here, over which the colours change by 5 of 255; reading takes the nearest texel.
+MEAN_OFF, MOST_OFF = 3.0, 16.0
+
+
+def painted(voxels=40):
+    """A ball whose colours are its places, red to the right, green to the front, blue upwards."""
+    mesh = st.SDF.sphere(RADIUS, voxels=voxels).to_mesh()
+    return st.Mesh(
+        mesh.vertices, mesh.faces, colors_at(mesh.vertices), seen=np.arange(len(mesh.vertices)) % 3
+    )
+
+
+def colors_at(points):
+    return np.clip(127.5 + points / RADIUS * 127.5, 0, 255).astype(np.uint8)
+
+
+def sampled(loaded, count=5000):
+    """Points on a mesh, and the texels that trimesh finds there."""
+    rng = np.random.default_rng(0)
+    face = rng.integers(len(loaded.faces), size=count)
+    weight = rng.dirichlet([1, 1, 1], count)
+    points = np.einsum("nk,nkx->nx", weight, loaded.vertices[loaded.faces[face]])
+    uv = np.einsum("nk,nkx->nx", weight, loaded.visual.uv[loaded.faces[face]])
+    material = loaded.visual.material
+    picture = np.asarray(getattr(material, "baseColorTexture", None) or material.image)[..., :3]
+    column = np.clip((uv[:, 0] * picture.shape[1]).astype(int), 0, picture.shape[1] - 1)
+    row = np.clip(((1 - uv[:, 1]) * picture.shape[0]).astype(int), 0, picture.shape[0] - 1)
+    return points, picture[row, column]
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".obj", ".ply"])
+def test_the_picture_shows_the_colours_that_the_vertices_had(tmp_path, suffix):
+    mesh = painted()
+    mesh.save(tmp_path / f"ball{suffix}", texture=SIZE)
+    beside = {".glb": set(), ".obj": {"ball.mtl", "ball_texture.png"}, ".ply": {"ball_texture.png"}}[suffix]
+    assert {p.name for p in tmp_path.iterdir()} == {f"ball{suffix}"} | beside
+    loaded = trimesh.load(tmp_path / f"ball{suffix}", force="mesh", process=False)
+    assert loaded.visual.kind == "texture"
+    assert len(loaded.faces) == len(mesh.faces)
+    points, colors = sampled(loaded)
+    off = np.abs(colors.astype(float) - colors_at(points))
+    assert off.mean() < MEAN_OFF
+    assert np.percentile(off, 99.9) < MOST_OFF
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".obj", ".ply"])
+def test_it_loads_back_as_a_coloured_mesh_of_the_same_surface(tmp_path, suffix):
+    mesh = painted()
+    mesh.save(tmp_path / f"ball{suffix}", texture=SIZE)
+    back = st.Mesh.load(tmp_path / f"ball{suffix}")
+    np.testing.assert_allclose(
+        np.sort(back.vertices[back.faces].mean(axis=1), axis=0),
+        np.sort(mesh.vertices[mesh.faces].mean(axis=1), axis=0),
+        atol=1e-6,
+    )
+    assert np.abs(back.colors.astype(float) - colors_at(back.vertices)).mean() < MEAN_OFF
+    if suffix != ".obj":
+        _, nearest = np.unique(np.round(mesh.vertices, 6), axis=0, return_index=True)
+        _, again = np.unique(np.round(back.vertices, 6), axis=0, return_index=True)
+        np.testing.assert_array_equal(back.seen[again], mesh.seen[nearest])
+    assert st.SDF.from_mesh(back, voxels=40)([[0, 0, 0]])[0] < 0  # closed: seams are merged
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".glb", ".obj", ".stl"])
+def test_without_a_picture_colours_and_views_are_kept_where_the_format_can(tmp_path, suffix):
+    mesh = painted()
+    mesh.save(tmp_path / f"ball{suffix}")
+    assert [p.name for p in tmp_path.iterdir()] == [f"ball{suffix}"]
+    back = st.Mesh.load(tmp_path / f"ball{suffix}")
+    if suffix != ".stl":
+        np.testing.assert_array_equal(back.colors[back.faces], mesh.colors[mesh.faces])
+    if suffix in (".ply", ".glb"):
+        np.testing.assert_array_equal(back.seen[back.faces], mesh.seen[mesh.faces])
+    else:
+        assert back.seen is None
+
+
+def test_a_coarse_mesh_shows_the_colours_of_the_fine_one(tmp_path):
+    fine = painted(voxels=100)
+    stripes = np.where((np.arctan2(*fine.vertices[:, :2].T) * 12 / np.pi).astype(int)[:, None] % 2, 220, 30)
+    fine = st.Mesh(fine.vertices, fine.faces, np.repeat(stripes, 3, axis=1).astype(np.uint8))
+    coarse = fine.decimated(300)
+
+    def wrong(mesh, **options):
+        mesh.save(tmp_path / "b.glb", texture=512, **options)
+        points, colors = sampled(trimesh.load(tmp_path / "b.glb", force="mesh", process=False))
+        _, face, _ = fine._rays.closest(points)
+        return np.abs(colors.astype(float) - fine.colors[fine.faces[face]].mean(axis=1)).mean()
+
+    assert wrong(coarse, colors_from=fine) < 10
+    assert wrong(coarse) > 40  # 300 faces hold no stripes
+
+
+def test_the_charts_leave_no_face_out_and_do_not_overlap():
+    mesh = painted()
+    out = textured(mesh, SIZE, mesh)
+    np.testing.assert_array_equal(out.vertices, mesh.vertices[out.copy_of])
+    np.testing.assert_array_equal(
+        np.sort(out.copy_of[out.faces].sum(axis=1)), np.sort(mesh.faces.sum(axis=1))
+    )
+    assert out.uv.min() >= 0
+    assert out.uv.max() <= 1
+    a, b, c = np.moveaxis(out.uv[out.faces], 1, 0)
+    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
+    area = 0.5 * np.abs(ux * vy - uy * vx)
+    assert 0.4 < area.sum() < 1  # of the picture; more would be an overlap
+    assert (area > 0).mean() > 0.999
+    again = textured(mesh, SIZE, mesh)
+    np.testing.assert_array_equal(again.image, out.image)
+
+
+def test_weights_are_those_of_the_corners():
+    rng = np.random.default_rng(0)
+    corners, weight = rng.normal(size=(50, 3, 3)), rng.dirichlet([1, 1, 1], 50)
+    points = np.einsum("nk,nkx->nx", weight, corners)
+    np.testing.assert_allclose(_weights(points, corners), weight, atol=1e-9)
+    flat = np.zeros((1, 3, 2))
+    np.testing.assert_allclose(_weights(np.zeros((1, 2)), flat), [[1 / 3, 1 / 3, 1 / 3]])
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "error", "message"),
+    [
+        ("b.stl", {"texture": 64}, ValueError, "path: expected one of .ply, .obj, .glb with texture="),
+        ("b.xyz", {"texture": 64}, ValueError, "path: expected a name ending"),
+        ("b.glb", {"texture": 8}, ValueError, "texture: expected a whole number from 16 to 8192"),
+        ("b.glb", {"texture": 10**5}, ValueError, "texture: expected a whole number from 16 to 8192"),
+        ("b.glb", {"texture": 64.0}, TypeError, "texture: expected a whole number"),
+        ("b.glb", {"colors_from": painted()}, ValueError, "colors_from: expected texture= with it"),
+        ("b.glb", {"texture": 64, "colors_from": "red"}, TypeError, "colors_from: expected st.Mesh"),
+    ],
+)
+def test_wrong_arguments_are_refused_and_nothing_is_written(tmp_path, name, options, error, message):
+    with pytest.raises(error, match=message):
+        painted().save(tmp_path / name, **options)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_mesh_without_colours_or_faces_has_no_texture(tmp_path):
+    bare = st.Mesh(painted().vertices, painted().faces)
+    with pytest.raises(ValueError, match="expected a mesh with colours"):
+        bare.save(tmp_path / "b.glb", texture=64)
+    bare.save(tmp_path / "b.glb", texture=64, colors_from=painted())
+    with pytest.raises(ValueError, match="expected a mesh with faces"):
+        st.Mesh([[0, 0, 0]], [], np.zeros((1, 3), np.uint8)).save(tmp_path / "c.glb", texture=64)
+
+
+def test_without_the_library_one_line_names_the_extra(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "xatlas", None)
+    with pytest.raises(ImportError, match=r"xatlas is not installed: pip install 'sdftrack\[export\]'"):
+        painted().save(tmp_path / "b.glb", texture=64)
+    assert not list(tmp_path.iterdir())
