@@ -29,10 +29,20 @@ class ReconstructorOptions:
     """
 
     # options: written by bindings/generate_options.py
-    evidence: str = described("smooth", "likelihood of a voxel: smooth, or printed (thesis Eqs. 4.30, 4.31)")
+    evolution: str = described(
+        "ours",
+        "ours: the surface where the mean log ratio is 0; printed: the thesis' gradient flow (Eqs. 4.40 to 4.42), with its evidence, first guess and tracker",
+    )
+    evidence: str = described(
+        "smooth", "likelihood of a voxel: smooth, or printed (thesis Eqs. 4.29 to 4.31)"
+    )
     sigma_d_m: float = described(
         0.003, "how far from a reading it says something; from twice that behind it nothing is said"
     )
+    sigma_d_voxels: float = described(
+        8.0, "in place of sigma_d_m with evolution printed, as the thesis has it"
+    )
+    evolution_steps: int = described(15, "of the printed evolution after each frame; 100 after the first")
     noise_m: float | None = described(None, "sd of the depth; None: measured on the first frame's mask")
     noise_per_m: float = described(0.0, "the noise grows as noise_m + noise_per_m Z^2")
     carve_from_m: float = described(0.003, "nearer before a reading nothing is carved")

@@ -28,6 +28,7 @@ from sdftrack.reconstruction.keyframe import Keyframe, Refined, cut, region_of
 from sdftrack.reconstruction.keyframe_selection import Keyframes
 from sdftrack.reconstruction.misfit import OVERFIT, Judge
 from sdftrack.reconstruction.options import ReconstructorOptions
+from sdftrack.reconstruction.printed import SCALE_VOXELS, tracker_options as printed_tracker_options
 from sdftrack.reconstruction.volume import BLOCK, Volume, lattice_for
 from sdftrack.results import Status, TrackResult
 from sdftrack.sdf import SDF
@@ -67,7 +68,8 @@ class Reconstructor:
         A whole set of options; single ones may be given as keywords.
     tracker_options : TrackerOptions, optional
         Of the tracker inside. Default: ``outline=False, smooth_colors=False``, for the outline of a shape that grows is
-        not yet its own, and what stands before its guessed parts may be the object.
+        not yet its own, and what stands before its guessed parts may be the object; with ``evolution="printed"``
+        those of ``TrackerOptions.printed()``, and no pose is called weak or lost.
 
     Raises
     ------
@@ -107,7 +109,11 @@ class Reconstructor:
         self.mode, self.threads = mode, threads
         refuse_unknown(single_options, [*ReconstructorOptions.__dataclass_fields__, *KEYWORDS])
         self.options = (options or ReconstructorOptions()).replace(**single_options)
-        self.tracker_options = tracker_options or TrackerOptions(outline=False, smooth_colors=False)
+        self.tracker_options = tracker_options or (
+            printed_tracker_options()
+            if self._printed
+            else TrackerOptions(outline=False, smooth_colors=False)
+        )
         self._volume: Any = None
         self._tracker: Tracker | None = None
         self._keyframes = Keyframes(self.options.kept_frames)
@@ -148,7 +154,7 @@ class Reconstructor:
         depth = check_beginning(frame, self._frame_camera, mask, box, pose, self.initial)
         begin = time.perf_counter()
         place = one_place(pose, mask, box, self._frame_camera)
-        found = find_object(depth, place, self._frame_camera, self.initial, self.options)
+        found = find_object(depth, place, self._frame_camera, self.initial, self._place_options)
         check_extent(self.extent, found.ball.radius_m)
         lattice = lattice_for(found, self.initial, self.voxels, self.extent)
         volume = Volume(self._frame_camera, lattice, found, self.initial, self.options, self.threads)
@@ -274,15 +280,34 @@ class Reconstructor:
             raise RuntimeError(f"{what}: call start(frame, mask=...) first")
         return self._tracker
 
+    @property
+    def _printed(self) -> bool:
+        return self.options.evolution == "printed"
+
+    @property
+    def _place_options(self) -> ReconstructorOptions:
+        """Of where the object begins: the source knows of no planes, and its shape may reach beyond the mask."""
+        return self.options.replace(planes=False, keep_to_mask=False) if self._printed else self.options
+
     def _new_tracker(self) -> Tracker:
         # The young shape fits the frames that it was made of too well to measure the sensor by.
         options = self.tracker_options.replace(
             adapt_noise=False, noise_m=self._beginning.noise_m, noise_per_m=self.options.noise_per_m
         )
+        as_printed: dict[str, Any] = {}
+        if self._printed:  # the width of the likelihood is in voxels, whatever the sensor
+            options = options.replace(noise_m=SCALE_VOXELS * self._volume.core.voxel_m, noise_per_m=0.0)
+            as_printed = {"recover": False, "motion": "static"}
         # Its own shape follows at once (reshape); this one says where the object frame's middle is.
         shape = self.initial or SDF.sphere(self._beginning.ball.radius_m, voxels=STAND_IN_VOXELS)
         return Tracker(
-            shape, self.camera, mode=self.mode, device="cpu", threads=self.threads, options=options
+            shape,
+            self.camera,
+            mode=self.mode,
+            device="cpu",
+            threads=self.threads,
+            options=options,
+            **as_printed,
         )
 
     def _go_on(self, pose: Pose) -> None:
@@ -303,7 +328,9 @@ class Reconstructor:
         volume = (core.phi if phi is None else phi, core.voxel_m, list(core.origin))
         colors = core.rgb_seen if rgb_seen is None else rgb_seen
         inside = TrackerInterface(self._tracker)
-        inside.replace_shape(0, volume, colors, self._least, core.surface_boxes)
+        # The source tracks by all of the shape, seen or guessed.
+        least = 0 if self._printed else self._least
+        inside.replace_shape(0, volume, colors, least, core.surface_boxes)
 
     def _add(self, frame: Frame, T: Pose) -> None:
         assert self._tracker is not None
