@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.options import TrackerOptions
+from sdftrack.reconstruction.initialization import Ball
 from sdftrack.sdf import SDF
 
 __all__ = ["SCALE_VOXELS", "first_guess", "first_shape", "tracker_options"]
@@ -21,18 +22,21 @@ Field = NDArray[np.float32]
 
 
 def first_shape(
-    radius_m: float,
+    ball: Ball,
     initial: SDF | None,
     voxels: tuple[int, int, int],
     voxel_m: float,
     origin: tuple[float, float, float],
 ) -> Field:
-    """Signed distance to the shape that the evolution begins with: `initial`, or a ball about the object frame's origin.
+    """Signed distance to the shape that the evolution begins with: `initial`, or a ball of the mask's size.
+
+    The source does not say where its sphere lies. Ours is as wide as the mask in the mean and has its front at the
+    object's: the first frame's steps move the surface by some ten voxels only.
 
     Parameters
     ----------
-    radius_m : float
-        Of the ball, m.
+    ball : Ball
+        As it was fitted to the mask; the object frame has its origin in the middle.
     voxels, voxel_m, origin
         The lattice: voxel centres are ``origin + voxel_m * (x, y, z)``, m, object frame.
 
@@ -41,10 +45,11 @@ def first_shape(
     (nz, ny, nx) float32
         m, negative inside.
     """
-    x, y, z = (
-        np.arange(n, dtype=np.float64) * voxel_m + o for n, o in zip(voxels, origin, strict=True)
-    )
+    x, y, z = (np.arange(n, dtype=np.float64) * voxel_m + o for n, o in zip(voxels, origin, strict=True))
     if initial is None:
+        radius_m = float(np.sqrt(0.5 * ball.shorter_m * ball.radius_m))
+        back = (radius_m - ball.behind_m) * ball.centre_cam / ball.centre_cam[2]
+        x, y, z = x - back[0], y - back[1], z - back[2]
         away = np.sqrt(z[:, None, None] ** 2 + y[None, :, None] ** 2 + x[None, None, :] ** 2)
         return (away - radius_m).astype(np.float32)
     points = np.stack([a.ravel() for a in np.meshgrid(z, y, x, indexing="ij")[::-1]], axis=1)

@@ -110,9 +110,7 @@ class Reconstructor:
         refuse_unknown(single_options, [*ReconstructorOptions.__dataclass_fields__, *KEYWORDS])
         self.options = (options or ReconstructorOptions()).replace(**single_options)
         self.tracker_options = tracker_options or (
-            printed_tracker_options()
-            if self._printed
-            else TrackerOptions(outline=False, smooth_colors=False)
+            printed_tracker_options() if self._printed else TrackerOptions(outline=False, smooth_colors=False)
         )
         self._volume: Any = None
         self._tracker: Tracker | None = None

@@ -80,8 +80,7 @@ class Volume:
         weight = options.prior
         prior = shape = None
         if options.evolution == "printed":
-            radius_m = beginning.ball.radius_m
-            shape = first_shape(radius_m, initial, lattice.voxels, lattice.voxel_m, lattice.origin)
+            shape = first_shape(beginning.ball, initial, lattice.voxels, lattice.voxel_m, lattice.origin)
             prior = first_guess(shape, lattice.voxel_m)
         elif weight > 0 and initial is not None:
             prior = shape_prior(initial, weight, lattice.voxels, lattice.voxel_m, np.array(lattice.origin))
