@@ -139,8 +139,7 @@ void bind_reconstruction(py::module_& m) {
            py::arg("region"), py::arg("mask") = py::none(), py::arg("foreground") = py::none(),
            py::arg("rgb") = py::none())
       .def("grown", &PyReconstruction::grown, py::arg("before"), py::arg("after"))
-      .def_property_readonly("change_m",
-                             [](const PyReconstruction& self) { return self.core().change_m(); })
+      .def_property_readonly("change_m", [](const PyReconstruction& self) { return self.core().change_m(); })
       .def_property_readonly("voxels",
                              [](const PyReconstruction& self) {
                                const sdf::Grid& g = self.core().grid();

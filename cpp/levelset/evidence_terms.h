@@ -97,8 +97,8 @@ struct EvidenceTerm {
   }
 
  private:
-  // (4.29) to (4.31): the range along the ray of the nearest pixel against the range that was read there, every
-  // reading alike, whatever the slope of its surface and its noise; what lies before it is not carved.
+  // (4.29) to (4.31): the range along the ray of the nearest pixel against the range that was read there,
+  // every reading alike, whatever the slope of its surface and its noise; what lies before it is not carved.
   HD Evidence<T> along_ray(Vec3<T> p_cam, T ui, T vi, T depth, T slant) const {
     const T x = (ui - T(K.cx - static_cast<float>(x0))) * T(1 / K.fx),
             y = (vi - T(K.cy - static_cast<float>(y0))) * T(1 / K.fy);

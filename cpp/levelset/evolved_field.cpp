@@ -29,8 +29,7 @@ EvolvedField::EvolvedField(const sdf::Grid& grid, const float* phi_m) : grid_(gr
 }
 
 void EvolvedField::evolve(const float* log_ratio, int steps, const EvolveOptions& options, int threads) {
-  const std::vector<float> next =
-      levelset::evolve(grid_, phi_.data(), log_ratio, steps, options, threads);
+  const std::vector<float> next = levelset::evolve(grid_, phi_.data(), log_ratio, steps, options, threads);
   measure_change(next);
   std::copy(next.begin(), next.end(), phi_.begin());
 }
@@ -38,7 +37,8 @@ void EvolvedField::evolve(const float* log_ratio, int steps, const EvolveOptions
 // At the voxels within one of the surface: how much the field has changed, over its slope.
 void EvolvedField::measure_change(const std::vector<float>& next) {
   const auto voxel = static_cast<float>(grid_.voxel_m);
-  const std::size_t row = static_cast<std::size_t>(grid_.nx), slice = row * static_cast<std::size_t>(grid_.ny);
+  const std::size_t row = static_cast<std::size_t>(grid_.nx),
+                    slice = row * static_cast<std::size_t>(grid_.ny);
   double sum_m = 0;
   int count = 0;
   for (int z = 1; z + 1 < grid_.nz; ++z)

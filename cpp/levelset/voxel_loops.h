@@ -33,8 +33,7 @@ struct VoxelLoops {
         const auto idle = (said.weight < L(2 * kFaint * kCarvedWeight)) & (before > L(kUnknownWeight));
         const L more = select(idle, L(0), said.weight), sum = before + more;
         // What was guessed counts until something is seen; printed, it is a factor that stays (4.35).
-        const L known =
-            given.form.printed ? own : select((before == L(0)) & (more > L(0)), L(0), own);
+        const L known = given.form.printed ? own : select((before == L(0)) & (more > L(0)), L(0), own);
         const L kept = any(sum > limit) ? select(sum > limit, limit / sum, L(1)) : L(1);
         const L now = kept * (known + select(idle, L(0), said.log_ratio)), weighs = kept * sum;
         store(now, ratios + i, n);

@@ -15,7 +15,7 @@ inline constexpr Choice<bool> kEvidenceForms[] = {{false, "smooth"}, {true, "pri
 template <OptionsOf<ReconstructionOptions> Options, class Visit>
 void visit_options(Options& o, Visit& f) {
   auto& e = o.evidence;
-  f("evolution", o.evolved, Choices<bool>(kEvolutions), "", "ours: the surface where the mean log ratio is 0; printed: the thesis' gradient flow (Eqs. 4.40 to 4.42), with its evidence, first guess and tracker");
+  f("evolution", o.evolved, Choices<bool>(kEvolutions), "", "ours, or printed: the thesis' evidence, gradient flow and tracker (Eqs. 4.18, 4.29 to 4.42)");
   f("evidence", e.form.printed, Choices<bool>(kEvidenceForms), "", "likelihood of a voxel: smooth, or printed (thesis Eqs. 4.29 to 4.31)");
   f("sigma_d_m", e.form.sigma_d_m, above(0), "m", "how far from a reading it says something; from twice that behind it nothing is said");
   f("sigma_d_voxels", o.sigma_d_voxels, above(0), "voxels", "in place of sigma_d_m with evolution printed, as the thesis has it");

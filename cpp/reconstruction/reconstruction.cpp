@@ -94,8 +94,7 @@ bool Reconstruction::has_room(Vec3d p_obj) const {
   if (x < 0 || y < 0 || z < 0 || x >= grid().nx || y >= grid().ny || z >= grid().nz) return true;
   const std::size_t voxel = grid().index(x, y, z);
   const float weight = evidence_.weight()[voxel];
-  return !(phi()[voxel] > options_.roles.near_m &&
-           weight > kEmptyFrames * levelset::kCarvedWeight &&
+  return !(phi()[voxel] > options_.roles.near_m && weight > kEmptyFrames * levelset::kCarvedWeight &&
            evidence_.log_ratio()[voxel] < kEmptyRatio * weight);
 }
 

@@ -18,7 +18,9 @@ WAYS: dict[str, dict[str, Any]] = {
     "printed evidence": {"evidence": "printed"},
     "printed": {"evolution": "printed"},
 }
-COLUMNS = ("case", "mean mm", "max mm", "mean deg", "max deg", "not ok", "chamfer mm", "too large by mm", "ms")  # fmt: skip
+COLUMNS = (
+    "case", "mean mm", "max mm", "mean deg", "max deg", "not ok", "chamfer mm", "too large by mm", "ms",
+)  # fmt: skip
 
 
 def _cells(case: str, row: dict[str, Any]) -> list[str]:

@@ -255,6 +255,7 @@ def test_a_first_guess_is_a_ball_a_mesh_or_a_shape_of_before(recording, whole, d
         (["--out", "o", "--format", "ply,dwg"], "ply, obj"),
         (["--out", "o", "--mode", "sonar"], "--mode"),
         (["--out", "o", "--layout", "scroll"], "--layout"),
+        (["--out", "o", "--evolution", "theirs"], "expected ours or printed, got 'theirs'"),
         (["--out", "o", "--unit", "parsec"], "--unit"),
     ],
 )
@@ -293,6 +294,18 @@ def test_an_error_exits_with_1_before_the_folder_is_made(recording, tmp_path, ca
     assert quick(recording, tmp_path / "o", *arguments) == 1
     assert message in told(capsys)
     assert not (tmp_path / "o").exists()
+
+
+@pytest.mark.parametrize("by_file", [False, True])
+def test_the_sources_evolution_can_be_asked_for_and_brings_its_tracker(bare, tmp_path, by_file):
+    config = tmp_path / "o.toml"
+    config.write_text("[reconstruct]\nevolution = 'printed'\n")
+    how = ["--config", str(config)] if by_file else ["--evolution", "printed"]
+    out = tmp_path / "out"
+    assert quick(bare, out, "--init", "box:40,20,80,80", *how) == 0
+    settings = report_of(out)["settings"]
+    assert settings["reconstructor"]["evolution"] == "printed"
+    assert settings["tracker"]["stop_rule"] == "printed"
 
 
 def test_options_are_taken_from_a_file(bare, tmp_path):

@@ -563,6 +563,9 @@ def test_every_option_has_a_meaning():
 def test_the_printed_form_tracks_too(box):
     printed = st.TrackerOptions.printed()
     assert (printed.residual, printed.curvature, printed.outlier_floor) == ("point", "printed", 0.0)
+    assert (printed.stop_rule, printed.color_likelihood, printed.color_prior) == ("printed", "printed", 0.5)
+    assert (printed.union_sharpness, printed.coarse_union_sharpness) == (2.0, 2.0)  # per voxel (section 5.2)
+    assert not any((printed.smooth_colors, printed.outline, printed.free_space, printed.photometric))
     result = st.Tracker(box, CAMERA, threads=1, options=printed).start(
         frame_of(), poses=[shifted(POSE, 0.002, 0, 0.002)]
     )

@@ -197,8 +197,7 @@ void PoseFitter::run_stage(energies::PixelSet* pixels, const energies::SdfEnergy
 
   optim::LmResult& found = lm_result_;
   found.x = *x;
-  optim::minimize(sum_,
-                  stage_lm(options_, steps, fitted->memory.damping, target_->memory.noise_known, all),
+  optim::minimize(sum_, stage_lm(options_, steps, fitted->memory.damping, target_->memory.noise_known, all),
                   &lm_work_, &found);
   data.leave_device();
   for (const optim::LmStep& step : found.steps)

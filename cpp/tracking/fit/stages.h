@@ -21,7 +21,7 @@ constexpr double kSureGain = 12;
 // those that follow, or what stands still would tremble.
 constexpr double kNoiseGain = 3;
 constexpr double kPrintedDampingMax = 10e6;  // Table 3.2
-constexpr double kMaxRatio = 6.5;  // of pixels from one stage to the next
+constexpr double kMaxRatio = 6.5;            // of pixels from one stage to the next
 // Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias.
 constexpr int kSettleSteps = 2;
 constexpr int kClassifySteps = 4;

@@ -107,6 +107,14 @@ def reconstruct(
         bool,
         typer.Option("--seen-only", help="Leave what is guessed out of the mesh files; shape.npz has it."),
     ] = False,
+    evolution: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ours|printed",
+            help="How the shape follows the frames: ours, or as printed in the thesis, with its tracker. By default "
+            "as --config says, else ours.",
+        ),
+    ] = None,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     start: StartOption = 0,
@@ -139,6 +147,8 @@ def reconstruct(
     if extent is not None and not 0 < extent < 10:
         raise Usage(f"expected metres above 0 and below 10, got {extent:g}", "--extent")
     check_layout(layout)
+    if evolution not in (None, "ours", "printed"):
+        raise Usage(f"expected ours or printed, got {evolution!r}", "--evolution")
     assert out is not None
     job = Job(
         init=parse_place(init),
@@ -157,7 +167,7 @@ def reconstruct(
         video=not no_video,
         device=device.value,
         threads=threads,
-        options=reconstructor_settings(config),
+        options=reconstructor_settings(config, evolution),
         quiet=quiet,
     )
     if job.init is not None and job.init.kind == "gt" and job.shape is None:

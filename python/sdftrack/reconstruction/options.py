@@ -30,8 +30,7 @@ class ReconstructorOptions:
 
     # options: written by bindings/generate_options.py
     evolution: str = described(
-        "ours",
-        "ours: the surface where the mean log ratio is 0; printed: the thesis' gradient flow (Eqs. 4.40 to 4.42), with its evidence, first guess and tracker",
+        "ours", "ours, or printed: the thesis' evidence, gradient flow and tracker (Eqs. 4.18, 4.29 to 4.42)"
     )
     evidence: str = described(
         "smooth", "likelihood of a voxel: smooth, or printed (thesis Eqs. 4.29 to 4.31)"

@@ -20,7 +20,7 @@ from sdftrack.imaging.appearance import color_map
 from sdftrack.imaging.pose_hint import one_place
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
-from sdftrack.reconstruction import quality, refining
+from sdftrack.reconstruction import printed, quality, refining
 from sdftrack.reconstruction.arguments import check_beginning, check_extent, check_settings
 from sdftrack.reconstruction.colors import learn_colors
 from sdftrack.reconstruction.initialization import find_object
@@ -28,7 +28,6 @@ from sdftrack.reconstruction.keyframe import Keyframe, Refined, cut, region_of
 from sdftrack.reconstruction.keyframe_selection import Keyframes
 from sdftrack.reconstruction.misfit import OVERFIT, Judge
 from sdftrack.reconstruction.options import ReconstructorOptions
-from sdftrack.reconstruction.printed import SCALE_VOXELS, tracker_options as printed_tracker_options
 from sdftrack.reconstruction.volume import BLOCK, Volume, lattice_for
 from sdftrack.results import Status, TrackResult
 from sdftrack.sdf import SDF
@@ -110,7 +109,7 @@ class Reconstructor:
         refuse_unknown(single_options, [*ReconstructorOptions.__dataclass_fields__, *KEYWORDS])
         self.options = (options or ReconstructorOptions()).replace(**single_options)
         self.tracker_options = tracker_options or (
-            printed_tracker_options() if self._printed else TrackerOptions(outline=False, smooth_colors=False)
+            printed.tracker_options() if self._printed else TrackerOptions(outline=False, smooth_colors=False)
         )
         self._volume: Any = None
         self._tracker: Tracker | None = None
@@ -294,7 +293,9 @@ class Reconstructor:
         )
         as_printed: dict[str, Any] = {}
         if self._printed:  # the width of the likelihood is in voxels, whatever the sensor
-            options = options.replace(noise_m=SCALE_VOXELS * self._volume.core.voxel_m, noise_per_m=0.0)
+            options = options.replace(
+                noise_m=printed.SCALE_VOXELS * self._volume.core.voxel_m, noise_per_m=0.0
+            )
             as_printed = {"recover": False, "motion": "static"}
         # Its own shape follows at once (reshape); this one says where the object frame's middle is.
         shape = self.initial or SDF.sphere(self._beginning.ball.radius_m, voxels=STAND_IN_VOXELS)

@@ -2,9 +2,10 @@
 """Figure 4.14: error of the surface while it grows, for five reaches sigma_d of the evidence.
 
 Set-up: the scene of Figure 4.13 (b), 1 mm of noise, the source's evolution and tracker (``evolution="printed"``) with
-sigma_d of 4 to 40 voxels; and ours. The error is the mean distance of points all over the truth, seen or not, to the surface as it is, after the two
-have been aligned anew. Printed: 6 mm at the start for all; below 20 voxels it falls and settles near frame 150; at 20
-the error stays large; at 40 the object is too thick after a few frames, then tracking is lost.
+sigma_d of 4 to 40 voxels; and ours. The error is the mean distance of points all over the truth, seen or not, to the
+surface as it is, after the two have been aligned anew. Printed: 6 mm at the start for all; below 20 voxels it falls and
+settles near frame 150; at 20 the error stays large; at 40 the object is too thick after a few frames, then tracking is
+lost.
 """
 
 from __future__ import annotations
