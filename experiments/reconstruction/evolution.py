@@ -65,7 +65,7 @@ def evolution(
             s = Setting(data, frames, "rgbd", voxels, threads, options, False, False, cache)
             (row,) = run_case(name, "hand", noise, s).values()
             case = f"{name}, {way}"
-            rows[case] = row
+            rows[case] = {k: v for k, v in row.items() if not isinstance(v, list)}  # frame by frame: too long
             cells.append(_cells(case, row))
             say("  ".join(cells[-1]))
     return Table(f"{frames} frames by hand, {noise}, {voxels} voxels", COLUMNS, cells, numbers=rows)
