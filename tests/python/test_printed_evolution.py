@@ -107,7 +107,7 @@ def test_an_unknown_body_is_tracked_and_reconstructed_as_printed(tmp_path):
     star = st.Reconstructor(seq.camera, voxels=64, threads=1, evolution="printed")
     results = [star.start(seq[0], mask=scene.first_mask(seq))]
     results += [star.track(seq[i]) for i in range(1, 13)]
-    assert all(r.ok for r in results)  # the source has no other status
+    assert all(r.ok for r in results)
     errors = scene.pose_errors(seq, {i: r.pose for i, r in enumerate(results)})
     assert errors[:, 0].max() < MOST_M
     assert np.degrees(errors[:, 1]).max() < MOST_DEG

@@ -64,7 +64,7 @@ def first_guess(shape_m: Field, voxel_m: float) -> Field:
 
 
 def tracker_options() -> TrackerOptions:
-    """Those of the source's tracker, which has no judgement of its poses: every frame adds to the shape."""
+    """Those of the source's tracker, which does not judge its poses."""
     return TrackerOptions.printed().replace(
         lost_inliers=0.0, weak_inliers=0.0, lost_evidence=0.0, weak_evidence=0.0
     )

@@ -68,7 +68,7 @@ class Reconstructor:
     tracker_options : TrackerOptions, optional
         Of the tracker inside. Default: ``outline=False, smooth_colors=False``, for the outline of a shape that grows is
         not yet its own, and what stands before its guessed parts may be the object; with ``evolution="printed"``
-        those of ``TrackerOptions.printed()``, and no pose is called weak or lost.
+        those of ``TrackerOptions.printed()`` without limits on what is called weak.
 
     Raises
     ------
@@ -179,7 +179,8 @@ class Reconstructor:
         Returns
         -------
         TrackResult
-            M = 1, with ``shape_change``. A frame whose pose is ``"weak"`` or ``"lost"`` adds nothing to the shape.
+            M = 1, with ``shape_change``. A frame whose pose is ``"weak"`` or ``"lost"`` adds nothing to the shape; with
+            ``evolution="printed"`` a weak one does.
 
         Raises
         ------
@@ -193,7 +194,9 @@ class Reconstructor:
         begin = time.perf_counter()
         result = tracker.track(frame)
         self._index += 1
-        sure = result.status[0] is Status.OK and frame.depth is not None
+        # The source does not judge its poses: every frame that could be tracked adds to the shape.
+        sure = result.status[0] in ((Status.OK, Status.WEAK) if self._printed else (Status.OK,))
+        sure = sure and frame.depth is not None
         if sure:
             self._add(frame, result.poses[0])
         return self._finished(result, result.poses[0], begin, fused=sure)
