@@ -575,6 +575,19 @@ def test_the_printed_form_tracks_too(box):
     assert result.confidence[0] > 0.9
 
 
+def test_the_printed_rule_goes_on_where_a_step_promises_little(box):
+    # From the minimum: the usual rule sees at once that nothing is to be gained.
+    start = {"frame": frame_of(), "poses": [POSE]}
+    steps = {
+        rule: st.Tracker(box, CAMERA, threads=1, options=st.TrackerOptions.printed(), stop_rule=rule)
+        .start(**start)
+        .steps[0]
+        for rule in ("gain", "printed")
+    }
+    assert len(steps["gain"]) < len(steps["printed"]) <= 100
+    assert all(step.pixels > 320 for step in steps["printed"])  # all of them, in one stage
+
+
 def test_options_from_a_file(tmp_path, box):
     path = tmp_path / "tracker.toml"
     path.write_text("padding_m = 0.06\nresidual = 'slope'\n")
