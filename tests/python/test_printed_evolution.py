@@ -18,6 +18,7 @@ from levelset_scene import (
 import sdftrack as st
 from sdftrack import _core
 from sdftrack.reconstruction.printed import first_guess
+from sdftrack.reconstruction.quality import surface_mesh
 from sdftrack.reference import levelset as reference
 
 VOXEL_M = 0.002
@@ -128,6 +129,13 @@ def test_without_colours_the_readings_that_hang_together_are_taken():
     before = star.shape.values
     assert star.track(seq[1]).ok
     assert (star.shape.values != before).any()
+
+
+def test_a_shape_that_has_vanished_has_no_mesh():
+    core, _ = evolving(16, np.full((16, 16, 16), 0.01, np.float32))
+    assert core.surface_boxes.shape == (0, 6)
+    with pytest.raises(RuntimeError, match="no surface is left"):
+        surface_mesh(core)
 
 
 def test_another_word_is_refused_and_the_known_ones_are_told():
