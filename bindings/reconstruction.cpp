@@ -32,14 +32,17 @@ class PyReconstruction {
  public:
   PyReconstruction(const std::array<int, 3>& voxels, double voxel_m, const std::array<double, 3>& origin,
                    const std::optional<py::array>& prior,
-                   const reconstruction::ReconstructionOptions& options, int threads, const py::object& view)
+                   const reconstruction::ReconstructionOptions& options, int threads, const py::object& view,
+                   const std::optional<py::array>& first_shape)
       : threads_(threads) {
     const sdf::Grid grid{voxels[0], voxels[1], voxels[2], voxel_m, {origin[0], origin[1], origin[2]}};
     const float* const guess = prior ? borrow<float>(*prior, "prior", {grid.nz, grid.ny, grid.nx}) : nullptr;
     std::shared_ptr<const reconstruction::FirstView> first;
+    const float* const shape =
+        first_shape ? borrow<float>(*first_shape, "first_shape", {grid.nz, grid.ny, grid.nx}) : nullptr;
     if (!view.is_none()) first = view.cast<std::shared_ptr<reconstruction::FirstView>>();
     const ReleaseGil release;
-    core_ = std::make_unique<reconstruction::Reconstruction>(grid, guess, options, first, threads);
+    core_ = std::make_unique<reconstruction::Reconstruction>(grid, guess, options, first, threads, shape);
   }
 
   void fuse(const py::array& depth, const Camera& camera, const py::array& T,
@@ -119,7 +122,8 @@ void bind_reconstruction(py::module_& m) {
             o.image.min_slant = o.evidence.min_slant = v;
           })
       .def_readwrite("rounds", &reconstruction::ReconstructionOptions::rounds)
-      .def_readwrite("far_every", &reconstruction::ReconstructionOptions::far_every);
+      .def_readwrite("far_every", &reconstruction::ReconstructionOptions::far_every)
+      .def_readwrite("first_steps", &reconstruction::ReconstructionOptions::first_steps);
   py::class_<reconstruction::FirstView, std::shared_ptr<reconstruction::FirstView>>(m, "FirstView")
       .def(py::init(&first_view_from), py::arg("camera"), py::arg("T"), py::arg("from_m"), py::arg("planes"),
            py::arg("middle"), py::arg("radius_m"))
@@ -136,16 +140,15 @@ void bind_reconstruction(py::module_& m) {
   py::class_<PyReconstruction>(m, "Reconstruction")
       .def(py::init<const std::array<int, 3>&, double, const std::array<double, 3>&,
                     const std::optional<py::array>&, const reconstruction::ReconstructionOptions&, int,
-                    const py::object&>(),
+                    const py::object&, const std::optional<py::array>&>(),
            py::arg("voxels"), py::arg("voxel_m"), py::arg("origin"), py::arg("prior"), py::arg("options"),
-           py::arg("threads"), py::arg("view") = py::none())
+           py::arg("threads"), py::arg("view") = py::none(), py::arg("first_shape") = py::none())
       .def("fuse", &PyReconstruction::fuse, py::arg("depth"), py::arg("camera"), py::arg("T"),
            py::arg("region"), py::arg("mask") = py::none(), py::arg("foreground") = py::none(),
            py::arg("rgb") = py::none())
       .def("grown", &PyReconstruction::grown, py::arg("before"), py::arg("after"))
       .def("continued", &PyReconstruction::continued, py::arg("view"))
-      .def_property_readonly("change_m",
-                             [](const PyReconstruction& self) { return self.core().distance().change_m(); })
+      .def_property_readonly("change_m", [](const PyReconstruction& self) { return self.core().change_m(); })
       .def_property_readonly("voxels",
                              [](const PyReconstruction& self) {
                                const sdf::Grid& g = self.core().grid();
@@ -161,12 +164,12 @@ void bind_reconstruction(py::module_& m) {
       .def_property_readonly("phi",
                              [](const py::object& self) {
                                const reconstruction::Reconstruction& core = of(self).core();
-                               return shown(core.distance().phi().data(), core.grid(), 1, self);
+                               return shown(core.phi().data(), core.grid(), 1, self);
                              })
       .def_property_readonly(
           "surface_boxes",
           [](const PyReconstruction& self) {
-            const std::vector<sdf::VoxelBox> cells = self.core().distance().surface_boxes();
+            const std::vector<sdf::VoxelBox> cells = self.core().surface_boxes();
             py::array_t<std::int32_t> out({static_cast<py::ssize_t>(cells.size()), py::ssize_t{6}});
             std::copy(cells.begin(), cells.end(), reinterpret_cast<sdf::VoxelBox*>(out.mutable_data()));
             return out;

@@ -15,14 +15,14 @@ namespace sdftrack::frame {
 struct SeenView {
   const std::uint16_t* amount = nullptr;  // nullptr: all is known
   int stride = 1;
-  std::uint16_t least = 1;  // less counts as unseen
+  std::uint16_t least = 1;  // less counts as unseen; 0: nothing does
 
   bool at(std::size_t voxel) const {
     return !amount || amount[voxel * static_cast<std::size_t>(stride)] >= least;
   }
   // By the voxel nearest to the point of the surface below p_obj.
   bool below(const SdfView& sdf, Vec3f p_obj) const {
-    if (!amount) return true;
+    if (!amount || least == 0) return true;
     float phi;
     Vec3f gradient;
     sample(sdf, p_obj, &phi, &gradient);

@@ -115,7 +115,8 @@ bool EvidenceVolume::touches(int block, const Rigidd& T_cam_obj, const Camera& c
 const std::vector<int>& EvidenceVolume::fuse(const EvidenceImage& image, const FrameColors& colors,
                                              const Camera& camera, const Rigidd& T_cam_obj,
                                              const EvidenceOptions& options, int threads) {
-  find_tiles(image, kReachPerSigma * options.form.sigma_d_m);
+  const float reach = options.form.printed ? kPrintedReach + 1 : kReachPerSigma;
+  find_tiles(image, reach * options.form.sigma_d_m);
   const EvidenceTerm<float> term{reinterpret_cast<const float*>(image.pixels().data()),
                                  image.rect().x0,
                                  image.rect().y0,

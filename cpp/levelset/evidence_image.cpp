@@ -30,8 +30,17 @@ void EvidenceImage::make(const ImageView<float>& depth_m, const Camera& camera, 
   pixels_.resize(count), source_.resize(count), role_.resize(count), border_.resize(count),
       spread_.resize(count);
   read(depth_m, camera, role);
+  if (options.printed) {
+    take_all();
+    return;
+  }
   find_borders(options);
   find_slopes(camera, options);
+}
+
+void EvidenceImage::take_all() {
+  for (std::size_t i = 0; i < pixels_.size(); ++i)
+    pixels_[i].slant = role_[i] == PixelRole::kObject ? 1.0f : 0.0f;
 }
 
 void EvidenceImage::read(const ImageView<float>& depth_m, const Camera& camera, const PixelRole* role) {

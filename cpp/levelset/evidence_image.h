@@ -26,6 +26,7 @@ struct EvidenceImageOptions {
   int border_px = 2;     // object pixels nearer than this to others, and those at jumps of depth, say nothing
   float jump_m = 0.01f;  // between neighbours
   float min_slant = 0.2f;  // cosine between the ray and the normal below which a surface says nothing
+  bool printed = false;    // every reading of the object speaks, of itself alone; no other does
 };
 
 class EvidenceImage {
@@ -45,6 +46,7 @@ class EvidenceImage {
  private:
   void read(const ImageView<float>& depth_m, const Camera& camera, const PixelRole* role);
   void find_borders(const EvidenceImageOptions& options);
+  void take_all();
   void find_slopes(const Camera& camera, const EvidenceImageOptions& options);
   std::size_t at(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width()) + static_cast<std::size_t>(x);

@@ -9,7 +9,7 @@
 namespace sdftrack::levelset {
 
 struct EvidenceForm {
-  bool printed = false;      // the thesis' Eqs. 4.30 and 4.31: infinite at the surface, here cut at +-10
+  bool printed = false;      // the thesis' Eqs. 4.29 to 4.31: infinite at the surface, here cut at +-10
   float sigma_d_m = 0.003f;  // how far behind and before a reading it still says something
 };
 
@@ -17,6 +17,7 @@ constexpr float kMaxSmooth = 0.9f;         // of |q|; a log ratio of 2.9
 constexpr float kMaxPrinted = 0.9999092f;  // a log ratio of 10
 constexpr float kReachPerSigma = 2.0f;     // behind the surface nothing is said from here on; nor before it,
                                            // but that it is empty
+constexpr float kPrintedReach = 16;  // the same of the printed form, which has no end: 1e-7 is left here
 
 // log(L_in / L_out) of a voxel d metres behind a reading (before it: negative) whose noise is `noise_m`.
 template <class T>
@@ -89,12 +90,25 @@ struct EvidenceTerm {
     const T uc = select(seen, u, T(0)), vc = select(seen, v, T(0));
     const IntOf<T> ui = truncate(uc + T(0.5f)), vi = truncate(vc + T(0.5f)), i = (vi * width + ui) * 4;
     const T slant = select(seen, gather<T>(pixels + 1, i), T(0));
+    if (form.printed) return along_ray(p_cam, real<T>(ui), real<T>(vi), gather<T>(pixels, i), slant);
     const T depth = gather<T>(pixels, i) + gather<T>(pixels + 2, i) * (uc - real<T>(ui)) +
                     gather<T>(pixels + 3, i) * (vc - real<T>(vi));
     return judge(z - depth, depth, slant);
   }
 
  private:
+  // (4.29) to (4.31): the range along the ray of the nearest pixel against the range that was read there,
+  // every reading alike, whatever the slope of its surface and its noise; what lies before it is not carved.
+  HD Evidence<T> along_ray(Vec3<T> p_cam, T ui, T vi, T depth, T slant) const {
+    const T x = (ui - T(K.cx - static_cast<float>(x0))) * T(1 / K.fx),
+            y = (vi - T(K.cy - static_cast<float>(y0))) * T(1 / K.fy);
+    const T length = sqrt(x * x + y * y + T(1));
+    const T behind_m = (p_cam.x * x + p_cam.y * y + p_cam.z) / length - depth * length;
+    const auto says = (slant > T(0)) & (abs(behind_m) < T(kPrintedReach * form.sigma_d_m));
+    return {select(says, log_ratio(behind_m, T(1), form), T(0)), select(says, T(1), T(0)),
+            select(says, behind_m, T(kNoSurface_m))};
+  }
+
   HD Evidence<T> judge(T behind_m, T depth, T slant) const {
     const auto surface = slant > T(0), readable = surface | (slant < T(0));
     const T d = behind_m * select(surface, slant, T(1));

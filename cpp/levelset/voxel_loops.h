@@ -32,8 +32,8 @@ struct VoxelLoops {
         // Where anything else has spoken, faint carving would gnaw at rims that are seldom seen.
         const auto idle = (said.weight < L(2 * kFaint * kCarvedWeight)) & (before > L(kUnknownWeight));
         const L more = select(idle, L(0), said.weight), sum = before + more;
-        // What was guessed counts until something is seen.
-        const L known = select((before == L(0)) & (more > L(0)), L(0), own);
+        // What was guessed counts until something is seen; printed, it is a factor that stays (4.35).
+        const L known = given.form.printed ? own : select((before == L(0)) & (more > L(0)), L(0), own);
         const L kept = any(sum > limit) ? select(sum > limit, limit / sum, L(1)) : L(1);
         const L now = kept * (known + select(idle, L(0), said.log_ratio)), weighs = kept * sum;
         store(now, ratios + i, n);

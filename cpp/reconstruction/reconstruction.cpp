@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <stdexcept>
 
 #include "base/parallel.h"
 #include "reconstruction/option_schema.h"
@@ -15,6 +16,16 @@ namespace {
 constexpr int kFirstRounds = 8;
 constexpr float kEmptyFrames = 3;     // that have looked past a place, and
 constexpr float kEmptyRatio = -1.5f;  // their mean, where nothing of the object can be
+
+ReconstructionOptions checked(ReconstructionOptions options, const sdf::Grid& grid) {
+  options = check_options(options);
+  if (options.evolved) {
+    options.evidence.form = {true, options.sigma_d_voxels * static_cast<float>(grid.voxel_m)};
+    options.evidence.max_weight = std::numeric_limits<float>::max();
+  }
+  options.image.printed = options.evidence.form.printed;
+  return options;
+}
 
 // A guess is none where the object cannot be.
 levelset::EvidenceVolume guessed(const sdf::Grid& grid, const float* prior, const FirstView* view,
@@ -36,12 +47,16 @@ levelset::EvidenceVolume guessed(const sdf::Grid& grid, const float* prior, cons
 
 Reconstruction::Reconstruction(const sdf::Grid& grid, const float* prior,
                                const ReconstructionOptions& options, std::shared_ptr<const FirstView> view,
-                               int threads)
-    : Reconstruction(guessed(grid, prior, view.get(), threads), options, view) {}
+                               int threads, const float* first_shape)
+    : Reconstruction(guessed(grid, prior, view.get(), threads), options, view) {
+  if (options.evolved != (first_shape != nullptr))
+    throw std::invalid_argument("first_shape: expected one with evolution 'printed', and with it alone");
+  if (options.evolved) field_.emplace(grid, first_shape);
+}
 
 Reconstruction::Reconstruction(levelset::EvidenceVolume evidence, const ReconstructionOptions& options,
                                std::shared_ptr<const FirstView> view)
-    : options_(check_options(options)),
+    : options_(checked(options, evidence.grid())),
       view_(std::move(view)),
       evidence_(std::move(evidence)),
       distance_(evidence_) {
@@ -52,6 +67,7 @@ Reconstruction::Reconstruction(levelset::EvidenceVolume evidence, const Reconstr
 
 std::unique_ptr<Reconstruction> Reconstruction::grown(const std::array<int, 3>& before,
                                                       const std::array<int, 3>& after, int threads) const {
+  if (field_) throw std::invalid_argument("grown: a volume of evolution 'printed' keeps its size");
   std::unique_ptr<Reconstruction> larger(
       new Reconstruction(evidence_.padded(before, after), options_, view_));
   larger->frames_ = frames_;
@@ -89,13 +105,16 @@ bool Reconstruction::has_room(Vec3d p_obj) const {
   if (x < 0 || y < 0 || z < 0 || x >= grid().nx || y >= grid().ny || z >= grid().nz) return true;
   const std::size_t voxel = grid().index(x, y, z);
   const float weight = evidence_.weight()[voxel];
-  return !(distance_.phi()[voxel] > options_.roles.near_m &&
-           weight > kEmptyFrames * levelset::kCarvedWeight &&
+  return !(phi()[voxel] > options_.roles.near_m && weight > kEmptyFrames * levelset::kCarvedWeight &&
            evidence_.log_ratio()[voxel] < kEmptyRatio * weight);
 }
 
 void Reconstruction::find_roles(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj) {
-  const SdfView sdf = distance_.view();
+  if (field_ && frame.foreground) {
+    roles_ = finder_.from_colors(frame.rect, frame.depth_m, frame.foreground);
+    if (roles_) return;  // else no colours are known
+  }
+  const SdfView sdf = grid().view(phi().data());
   const Rigidf T_obj_cam = inverse(T_cam_obj).cast<float>();
   const auto read_at = [&](int x, int y) {
     const Vec3d r = camera.distorted() ? camera.pixel_ray(x, y) : ray(camera.K, 1.0 * x, 1.0 * y);
@@ -132,13 +151,21 @@ void Reconstruction::fuse(const FrameEvidence& frame, const Camera& camera, cons
   image_.make(frame.depth_m, camera, frame.rect, roles_->data(), options_.image);
   const std::vector<int>& changed =
       evidence_.fuse(image_, {frame.rgb}, camera, T_cam_obj, options_.evidence, threads);
-  if (frames_ == 0) {
+  follow(changed, threads);
+  ++frames_;
+}
+
+// The shape, after these blocks have been fused.
+void Reconstruction::follow(const std::vector<int>& changed, int threads) {
+  if (field_) {
+    field_->evolve(evidence_.log_ratio().data(), frames_ ? options_.evolution_steps : options_.first_steps,
+                   options_.evolve, threads);
+  } else if (frames_ == 0) {
     measure_all(threads);
   } else {
     distance_.update(evidence_, changed, options_.rounds, options_.band_voxels, threads);
     update_far(threads);
   }
-  ++frames_;
 }
 
 }  // namespace sdftrack::reconstruction

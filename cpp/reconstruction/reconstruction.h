@@ -1,18 +1,27 @@
 // SPDX-License-Identifier: MIT
 // A shape that grows from frames with known poses: evidence, then the distance to the surface between inside
-// and outside.
+// and outside; or, as the thesis has it, steps of a field that follows the evidence.
 #pragma once
 
 #include <array>
 #include <memory>
+#include <optional>
 
 #include "levelset/distance.h"
+#include "levelset/evolved_field.h"
 #include "reconstruction/first_view.h"
 #include "reconstruction/roles.h"
 
 namespace sdftrack::reconstruction {
 
 struct ReconstructionOptions {
+  // The thesis' gradient flow in place of distances from the evidence, and all that it goes with: its
+  // likelihood, its reading of colours, every frame remembered. Lengths in voxels.
+  bool evolved = false;
+  levelset::EvolveOptions evolve{4, 3, 1, true};
+  float sigma_d_voxels = 8;
+  int first_steps = 100;
+  int evolution_steps = 15;  // "10 to 20" (section 4.6.1)
   levelset::EvidenceOptions evidence;
   levelset::EvidenceImageOptions image;
   RoleOptions roles;
@@ -33,11 +42,13 @@ struct FrameEvidence {
 class Reconstruction {
  public:
   // prior: log ratios by voxel before anything is seen, or nullptr. view: what the object keeps to, or
-  // nullptr.
+  // nullptr. first_shape: distances (m) by voxel that an evolution begins with, nullptr without one.
   Reconstruction(const sdf::Grid& grid, const float* prior, const ReconstructionOptions& options,
-                 std::shared_ptr<const FirstView> view = nullptr, int threads = 1);
+                 std::shared_ptr<const FirstView> view = nullptr, int threads = 1,
+                 const float* first_shape = nullptr);
 
-  // The same in a volume with whole blocks (8 voxels) more before and after it along each axis.
+  // The same in a volume with whole blocks (8 voxels) more before and after it along each axis; an evolution
+  // keeps to the volume that it began in.
   std::unique_ptr<Reconstruction> grown(const std::array<int, 3>& before, const std::array<int, 3>& after,
                                         int threads) const;
 
@@ -49,12 +60,18 @@ class Reconstruction {
 
   const sdf::Grid& grid() const { return evidence_.grid(); }
   const levelset::EvidenceVolume& evidence() const { return evidence_; }
-  const levelset::EvidenceDistance& distance() const { return distance_; }
+  // Of the shape, m: negative inside; its zero set is the surface.
+  const LargeArray<float>& phi() const { return field_ ? field_->phi() : distance_.phi(); }
+  std::vector<sdf::VoxelBox> surface_boxes() const {
+    return field_ ? field_->surface_boxes() : distance_.surface_boxes();
+  }
+  double change_m() const { return field_ ? field_->change_m() : distance_.change_m(); }
   const std::vector<levelset::PixelRole>& roles() const { return *roles_; }
 
  private:
   Reconstruction(levelset::EvidenceVolume evidence, const ReconstructionOptions& options,
                  std::shared_ptr<const FirstView> view);
+  void follow(const std::vector<int>& changed, int threads);
   void measure_all(int threads);
   void update_far(int threads);
   void find_roles(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj);
@@ -65,6 +82,7 @@ class Reconstruction {
   std::shared_ptr<const FirstView> view_;
   levelset::EvidenceVolume evidence_;
   levelset::EvidenceDistance distance_;
+  std::optional<levelset::EvolvedField> field_;  // in place of distance_
   levelset::EvidenceImage image_;
   RoleFinder finder_;
   const std::vector<levelset::PixelRole>* roles_ = nullptr;

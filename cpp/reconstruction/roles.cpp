@@ -49,6 +49,22 @@ const std::vector<levelset::PixelRole>& RoleFinder::find(const levelset::PixelRe
   return roles_;
 }
 
+const std::vector<levelset::PixelRole>* RoleFinder::from_colors(const levelset::PixelRect& rect,
+                                                                const ImageView<float>& depth_m,
+                                                                const float* foreground) {
+  roles_.resize(size_of(rect));
+  bool known = false;
+  std::size_t i = 0;
+  for (int y = rect.y0; y < rect.y1; ++y)
+    for (int x = rect.x0; x < rect.x1; ++x, ++i) {
+      known |= !std::isnan(foreground[i]);
+      roles_[i] = !(depth_m(x, y) > 0) || std::isnan(foreground[i]) ? levelset::PixelRole::kUnknown
+                  : foreground[i] > 0.5f                            ? levelset::PixelRole::kObject
+                                                                    : levelset::PixelRole::kBeyond;
+    }
+  return known ? &roles_ : nullptr;
+}
+
 const std::vector<levelset::PixelRole>& RoleFinder::from_mask(const levelset::PixelRect& rect,
                                                               const ImageView<float>& depth_m,
                                                               const unsigned char* mask) {

@@ -26,6 +26,11 @@ class RoleFinder {
                                                const std::vector<float>& distance_m, const float* foreground,
                                                const ImageView<float>& depth_m, const RoleOptions& options,
                                                const std::function<bool(int x, int y)>& has_room);
+  // The same by colour alone: where it is rather the object's than the background's (thesis, below 4.23).
+  // nullptr: of no pixel it is known.
+  const std::vector<levelset::PixelRole>* from_colors(const levelset::PixelRect& rect,
+                                                      const ImageView<float>& depth_m,
+                                                      const float* foreground);
   // The same from a mask (not 0: the object's), of the whole image.
   const std::vector<levelset::PixelRole>& from_mask(const levelset::PixelRect& rect,
                                                     const ImageView<float>& depth_m,

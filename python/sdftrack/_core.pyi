@@ -979,7 +979,7 @@ class PrimitiveView:
     def rays(self) -> int:
         ...
 class Reconstruction:
-    def __init__(self, voxels: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_m: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], prior: numpy.ndarray | None, options: ReconstructionOptions, threads: typing.SupportsInt | typing.SupportsIndex, view: typing.Any = None) -> None:
+    def __init__(self, voxels: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_m: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], prior: numpy.ndarray | None, options: ReconstructionOptions, threads: typing.SupportsInt | typing.SupportsIndex, view: typing.Any = None, first_shape: numpy.ndarray | None = None) -> None:
         ...
     def continued(self, view: typing.Any) -> Reconstruction:
         ...
@@ -1022,6 +1022,7 @@ class ReconstructionOptions:
     Options of a reconstruction; see sdftrack.ReconstructorOptions.
     """
     evidence: str
+    evolution: str
     def __init__(self) -> None:
         ...
     @property
@@ -1043,10 +1044,22 @@ class ReconstructionOptions:
     def color_reach_voxels(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
+    def evolution_steps(self) -> int:
+        ...
+    @evolution_steps.setter
+    def evolution_steps(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
     def far_every(self) -> int:
         ...
     @far_every.setter
     def far_every(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def first_steps(self) -> int:
+        ...
+    @first_steps.setter
+    def first_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def least_slant(self) -> float:
@@ -1083,6 +1096,12 @@ class ReconstructionOptions:
         ...
     @sigma_d_m.setter
     def sigma_d_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def sigma_d_voxels(self) -> float:
+        ...
+    @sigma_d_voxels.setter
+    def sigma_d_voxels(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def usual_noise_m(self) -> float:
@@ -1433,6 +1452,7 @@ class TrackerOptions:
     photometric: bool
     residual: str
     smooth_colors: bool
+    stop_rule: str
     def __init__(self) -> None:
         ...
     @property

@@ -50,24 +50,24 @@ def evidence(
         The voxels: those of a volume, or shape (nz, ny, nx), m, and the object coordinates (x, y, z) of the
         centre of voxel [0, 0, 0], m.
     form : "smooth" or "printed"
-        "printed" is the source's (4.30, 4.31), infinite at the surface and here cut at +-10; "smooth" knows the
-        noise, and stays within +-2.94.
+        "printed" is the source's (4.29 to 4.31) along the nearest pixel's ray, infinite at the surface and here cut at
+        +-10; "smooth" knows the slope and the noise, stays within +-2.94, and carves what a reading looks past.
     sigma_d_m : float
-        How far behind and before a reading it still speaks of the surface, m; nothing is said from twice that on
-        behind it.
+        How far behind and before a reading it still speaks of the surface, m; smooth, nothing is said from twice that
+        on behind it.
     noise_m, noise_per_m : float
         Standard deviation of a reading at depth Z is noise_m + noise_per_m Z^2, m and 1/m. No reading is
         taken to be better than a voxel.
     mask : (H, W) bool or uint8, optional
         0 = not the object; such readings say only that the space before them is empty. Default: the mask of
-        the frame; without one every reading is the object's.
+        the frame; without one every reading is the object's. Printed, other readings say nothing.
     threads : int
         0: all cores.
 
     Returns
     -------
     (nz, ny, nx) float32
-        Positive inside, negative outside, 0 where the frame says nothing. Times the cosine between ray and
+        Positive inside, negative outside, 0 where the frame says nothing. Smooth, times the cosine between ray and
         surface normal, and less at depths where the noise is above noise_m and a voxel.
 
     Raises

@@ -17,6 +17,7 @@ from sdftrack.sensor import SensorModel
 __all__ = ["TrackerOptions"]
 
 _SCHEMA = core_schema("tracker")
+ALL_PIXELS = 10**8  # more than any image has
 
 
 @refuses_unknown
@@ -70,6 +71,10 @@ class TrackerOptions:
     )
     damping_start: float = described(0.001, "Levenberg-Marquardt damping (the source starts at 100)")
     keep_damping: bool = described(False, "carry the damping from frame to frame")
+    stop_rule: str = described(
+        "gain",
+        "gain: a stage ends where its next step promises little; printed: where the damping passes 10e6 (Table 3.2)",
+    )
     coarse_floor: float = described(
         0.3, "outlier_floor of the coarse stages, for readings in front of the surface"
     )
@@ -153,23 +158,38 @@ class TrackerOptions:
 
     @classmethod
     def printed(cls) -> TrackerOptions:
-        """The energy and optimiser closest to the source's (thesis Eq. 3.11, 3.18, Table 3.2): for comparisons."""
+        """The source's energies and optimiser (thesis Eqs. 3.11, 3.18, 4.18, 5.14, Table 3.2): for comparisons.
+
+        ``Tracker(..., collision="printed", motion="static", recover=False)`` goes with it, which are not options of
+        this class. docs/math/depth_tracker.md, section 9, lists what is left between it and the source.
+        """
         return cls(
             residual="point",
             curvature="printed",
             outlier_floor=0.0,
             scale_start_m=0.0,
+            fine_first=False,
+            max_pixels=ALL_PIXELS,
             damping_start=100.0,
-            fine_steps=30,
+            stop_rule="printed",
+            coarse_pixels=ALL_PIXELS,
+            fine_steps=100,
             free_space=False,
             photometric=False,
+            outline=False,
             drop_plane=False,
             motion_sigma_m=0.0,
             padding_m=0.04,
             retry_inliers=0.0,
             adapt_noise=False,
+            max_systematic_m=0.0,
             noise_m=0.002,
             scale_per_noise=1.0,
+            union_sharpness=2.0,
+            coarse_union_sharpness=2.0,
+            color_likelihood="printed",
+            color_prior=0.5,
+            smooth_colors=False,
         )
 
     @classmethod

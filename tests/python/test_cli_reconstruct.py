@@ -269,6 +269,7 @@ def test_a_first_guess_is_a_ball_a_mesh_or_a_shape_of_before(recording, whole, d
         (["--out", "o", "--format", "ply,dwg"], "ply, obj"),
         (["--out", "o", "--mode", "sonar"], "--mode"),
         (["--out", "o", "--layout", "scroll"], "--layout"),
+        (["--out", "o", "--evolution", "theirs"], "expected ours or printed, got 'theirs'"),
         (["--out", "o", "--unit", "parsec"], "--unit"),
         (["--out", "o", "--quality", "superb"], "--quality"),
         (["--out", "o", "--quality", "fine", "--voxels", "64"], "one of --quality and --voxels"),
@@ -382,6 +383,18 @@ def test_a_recording_of_something_else_is_an_error_that_leaves_the_first_one(rec
     assert {p.name for p in out.iterdir()} >= SHAPE_FILES
     assert report_of(out)["reconstruction"]["frames_fused"] == 3
     assert not (out / "recording_2").exists()
+
+
+@pytest.mark.parametrize("by_file", [False, True])
+def test_the_sources_evolution_can_be_asked_for_and_brings_its_tracker(bare, tmp_path, by_file):
+    config = tmp_path / "o.toml"
+    config.write_text("[reconstruct]\nevolution = 'printed'\n")
+    how = ["--config", str(config)] if by_file else ["--evolution", "printed"]
+    out = tmp_path / "out"
+    assert quick(bare, out, "--init", "box:40,20,80,80", *how) == 0
+    settings = report_of(out)["settings"]
+    assert settings["reconstructor"]["evolution"] == "printed"
+    assert settings["tracker"]["stop_rule"] == "printed"
 
 
 def test_options_are_taken_from_a_file(bare, tmp_path):

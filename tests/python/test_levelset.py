@@ -91,7 +91,7 @@ def test_evidence_and_its_sums_are_those_of_the_twin(printed, most_weight):
     for T, depth, mask in views(4):  # from the fifth on the core leaves out what is surely empty
         fuse(core, CAMERA, T, depth, mask)
         said = reference.evidence(in_camera(T), np.nan_to_num(depth), mask, K, o)
-        ratio, weight = reference.fuse(ratio, weight, said, most_weight)
+        ratio, weight = reference.fuse(ratio, weight, said, most_weight, printed)
     assert (ratio > 0).mean() > 0.05
     assert (weight == 0).mean() > 0.05
     assert weight.max() <= most_weight * (1 + 1e-6)
@@ -263,7 +263,8 @@ def test_the_evidence_of_one_frame_is_that_of_the_twin(form):
     )
     expected, _ = reference.evidence(in_camera(T), frame.depth, frame.mask, K, o)
     assert ratio.dtype == np.float32
-    np.testing.assert_allclose(ratio, expected, atol=PRINTED_RATIO_ATOL if form == "printed" else RATIO_ATOL)
+    rtol, atol = (5e-3, PRINTED_RATIO_ATOL) if form == "printed" else (1e-7, RATIO_ATOL)
+    np.testing.assert_allclose(ratio, expected, rtol=rtol, atol=atol)
     assert ratio.max() > 0.5  # noise of a voxel and more: the smooth form is never sure
     assert ratio.min() <= -1
 

@@ -52,7 +52,7 @@ def recordings():
 
 def first_recording(shape=None, threads=1):
     seq = recordings()[0] if shape is None else on_table(shape)
-    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=threads)
+    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=threads, refit_after=0)
     results = [star.start(seq[0], mask=seq.masks(0)[0])]
     results += [star.track(seq[i]) for i in range(1, len(seq))]
     assert all(r.ok for r in results)
@@ -243,6 +243,8 @@ def test_bad_input_is_named():
         star.resume(st.Frame(np.ones((10, 10), np.float32)), mask=np.ones((10, 10), bool))
     with pytest.raises(TypeError, match="frame: expected"):
         star.resume(seq[0].depth, mask=mask)
+    with pytest.raises(ValueError, match="the source knows one recording"):
+        st.Reconstructor(CAMERA, evolution="printed").resume(seq[0], mask=mask)
     assert star.resume(st.Frame(np.ones_like(seq[0].depth)), pose=geometry.pose(t_m=[0, 0, 3])).status != [
         "ok"
     ]

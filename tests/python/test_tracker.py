@@ -563,6 +563,9 @@ def test_every_option_has_a_meaning():
 def test_the_printed_form_tracks_too(box):
     printed = st.TrackerOptions.printed()
     assert (printed.residual, printed.curvature, printed.outlier_floor) == ("point", "printed", 0.0)
+    assert (printed.stop_rule, printed.color_likelihood, printed.color_prior) == ("printed", "printed", 0.5)
+    assert (printed.union_sharpness, printed.coarse_union_sharpness) == (2.0, 2.0)  # per voxel (section 5.2)
+    assert not any((printed.smooth_colors, printed.outline, printed.free_space, printed.photometric))
     result = st.Tracker(box, CAMERA, threads=1, options=printed).start(
         frame_of(), poses=[shifted(POSE, 0.002, 0, 0.002)]
     )
@@ -570,6 +573,19 @@ def test_the_printed_form_tracks_too(box):
     assert_pose_close(result.pose, POSE, 0.002, 0.03)  # its normal equations are poor at the minimum
     assert np.sqrt(np.diag(result.covariance)).max() < 0.01  # m, rad: a box seen from three sides is known
     assert result.confidence[0] > 0.9
+
+
+def test_the_printed_rule_goes_on_where_a_step_promises_little(box):
+    # From the minimum: the usual rule sees at once that nothing is to be gained.
+    start = {"frame": frame_of(), "poses": [POSE]}
+    steps = {
+        rule: st.Tracker(box, CAMERA, threads=1, options=st.TrackerOptions.printed(), stop_rule=rule)
+        .start(**start)
+        .steps[0]
+        for rule in ("gain", "printed")
+    }
+    assert len(steps["gain"]) < len(steps["printed"]) <= 100
+    assert all(step.pixels > 320 for step in steps["printed"])  # all of them, in one stage
 
 
 def test_options_from_a_file(tmp_path, box):

@@ -197,8 +197,8 @@ void PoseFitter::run_stage(energies::PixelSet* pixels, const energies::SdfEnergy
 
   optim::LmResult& found = lm_result_;
   found.x = *x;
-  optim::minimize(sum_, stage_lm(steps, fitted->memory.damping, target_->memory.noise_known, all), &lm_work_,
-                  &found);
+  optim::minimize(sum_, stage_lm(options_, steps, fitted->memory.damping, target_->memory.noise_known, all),
+                  &lm_work_, &found);
   data.leave_device();
   for (const optim::LmStep& step : found.steps)
     fitted->steps.push_back({step, energy_options.scale_m, pixels->count()});

@@ -20,7 +20,8 @@ constexpr double kSureGain = 12;
 // Noise alone promises this much, one half for each unknown: a stage on a part of the pixels leaves it to
 // those that follow, or what stands still would tremble.
 constexpr double kNoiseGain = 3;
-constexpr double kMaxRatio = 6.5;  // of pixels from one stage to the next
+constexpr double kPrintedDampingMax = 10e6;  // Table 3.2
+constexpr double kMaxRatio = 6.5;            // of pixels from one stage to the next
 // Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias.
 constexpr int kSettleSteps = 2;
 constexpr int kClassifySteps = 4;
@@ -61,11 +62,16 @@ void each_share_between(double ratio, const Run& run) {
 
 // Gains are those of single objects. The first frame, whose noise is not known yet, may begin far off: there
 // every step counts, and is looked at.
-inline optim::LmOptions stage_lm(int steps, double damping, bool noise_known, bool all_pixels) {
+inline optim::LmOptions stage_lm(const TrackerOptions& options, int steps, double damping, bool noise_known,
+                                 bool all_pixels) {
   optim::LmOptions lm;
   lm.max_steps = steps;
   lm.damping = damping;
   lm.cost_relative = 0;
+  if (options.stop_printed) {
+    lm.damping_max = kPrintedDampingMax;
+    return lm;
+  }
   lm.cost_gain = kMinGain;
   lm.block = 6;
   if (!noise_known) return lm;

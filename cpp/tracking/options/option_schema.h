@@ -15,6 +15,8 @@ inline constexpr Choice<energies::Curvature> kCurvatures[] = {{energies::Curvatu
 inline constexpr Choice<energies::ColorLikelihood> kColorLikelihoods[] = {
     {energies::ColorLikelihood::kOdds, "odds"}, {energies::ColorLikelihood::kPrinted, "printed"}};
 
+inline constexpr Choice<bool> kStopRules[] = {{false, "gain"}, {true, "printed"}};
+
 // Beyond it a length, a weight or a count is a mistake.
 constexpr double kOptionLimit = 1e9;
 constexpr OptionRange kPositive = above(0).below(kOptionLimit);
@@ -47,6 +49,7 @@ void visit_options(Options& o, Visit& f) {
   f("fine_first", o.fine_first, kTrueOrFalse, "", "begin each frame without coarse stages, which a hand on the object would draw along");
   f("damping_start", o.damping_start, kNonNegative, "", "Levenberg-Marquardt damping (the source starts at 100)");
   f("keep_damping", o.keep_damping, kTrueOrFalse, "", "carry the damping from frame to frame");
+  f("stop_rule", o.stop_printed, Choices<bool>(kStopRules), "", "gain: a stage ends where its next step promises little; printed: where the damping passes 10e6 (Table 3.2)");
   f("coarse_floor", o.coarse_floor, at_least(0).below(1), "", "outlier_floor of the coarse stages, for readings in front of the surface");
   f("coarse_floor_behind", o.coarse_floor_behind, at_least(0).below(1), "", "the same behind it, where nothing can hide");
   f("coarse_steps", o.coarse_steps, kNonNegative, "", "trials per coarse stage");

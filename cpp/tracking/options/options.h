@@ -48,6 +48,7 @@ struct TrackerOptions {
   // Optimiser
   double damping_start = 1e-3;        // the source starts at 100
   bool keep_damping = false;          // from frame to frame
+  bool stop_printed = false;          // not where a step promises little, but where the damping passes 10e6
   int coarse_steps = 3;               // trials per coarse stage
   double coarse_floor = 0.3;          // e of the coarse stages: in front of the surface a hand may be,
   double coarse_floor_behind = 0.02;  // behind it the sensor sees nothing

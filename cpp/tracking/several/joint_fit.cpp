@@ -187,7 +187,7 @@ void JointFitter::run_stage(JointPixels* pixels, const energies::SdfEnergyOption
   if (!collision_.empty()) group_.add(&collision_);
 
   lm_result_.x = *x;
-  optim::LmOptions lm = stage_lm(stage.steps, memory_.damping, memory_.noise_known, stage.all);
+  optim::LmOptions lm = stage_lm(options_, stage.steps, memory_.damping, memory_.noise_known, stage.all);
   // A hinge bends where it begins: every step is looked at, and the last ones go back and forth over its
   // edge.
   if (!collision_.empty()) lm.sure_gain = 0, lm.cost_gain = std::max(lm.cost_gain, kMinGainInContact);

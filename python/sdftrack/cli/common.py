@@ -138,16 +138,19 @@ def tracker_settings(config: Path | None, sensor: str | None = None) -> dict[str
     return settings
 
 
-def reconstructor_settings(config: Path | None) -> dict[str, Any]:
-    """Keyword arguments for `Reconstructor` from --config."""
+def reconstructor_settings(config: Path | None, evolution: str | None = None) -> dict[str, Any]:
+    """Keyword arguments for `Reconstructor` from --config and --evolution."""
+    single = {} if evolution is None else {"evolution": evolution}
     if config is None:
-        return {}
+        return single
+    from sdftrack.options import TrackerOptions
     from sdftrack.reconstruction.options import ReconstructorOptions
 
-    return {
-        "options": ReconstructorOptions.from_file(_there(config)),
-        "tracker_options": tracker_settings(config)["options"],
-    }
+    options = ReconstructorOptions.from_file(_there(config)).replace(**single)
+    tracker = tracker_settings(config)["options"]
+    if options.evolution == "printed" and tracker == TrackerOptions():
+        return {"options": options}  # the printed evolution brings a tracker of its own
+    return {"options": options, "tracker_options": tracker}
 
 
 def contour_settings(config: Path | None) -> dict[str, Any]:

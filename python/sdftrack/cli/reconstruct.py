@@ -156,6 +156,14 @@ def reconstruct(
             help="Colours in a picture of N x N texels; with --faces, those of the whole mesh. Extra: export.",
         ),
     ] = None,
+    evolution: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ours|printed",
+            help="How the shape follows the frames: ours, or as printed in the thesis, with its tracker. By default "
+            "as --config says, else ours.",
+        ),
+    ] = None,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     start: StartOption = 0,
@@ -191,6 +199,8 @@ def reconstruct(
     if extent is not None and not 0 < extent < 10:
         raise Usage(f"expected metres above 0 and below 10, got {extent:g}", "--extent")
     check_layout(layout)
+    if evolution not in (None, "ours", "printed"):
+        raise Usage(f"expected ours or printed, got {evolution!r}", "--evolution")
     # What is missing is told now, not after all frames.
     if faces is not None:
         need("fast_simplification", "export")
@@ -217,7 +227,7 @@ def reconstruct(
         video=not no_video,
         device=device.value,
         threads=threads,
-        options=reconstructor_settings(config),
+        options=reconstructor_settings(config, evolution),
         quiet=quiet,
     )
     if job.init is not None and job.init.kind == "gt" and job.shape is None:

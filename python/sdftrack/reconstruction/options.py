@@ -29,10 +29,19 @@ class ReconstructorOptions:
     """
 
     # options: written by bindings/generate_options.py
-    evidence: str = described("smooth", "likelihood of a voxel: smooth, or printed (thesis Eqs. 4.30, 4.31)")
+    evolution: str = described(
+        "ours", "ours, or printed: the thesis' evidence, gradient flow and tracker (Eqs. 4.18, 4.29 to 4.42)"
+    )
+    evidence: str = described(
+        "smooth", "likelihood of a voxel: smooth, or printed (thesis Eqs. 4.29 to 4.31)"
+    )
     sigma_d_m: float = described(
         0.003, "how far from a reading it says something; from twice that behind it nothing is said"
     )
+    sigma_d_voxels: float = described(
+        8.0, "in place of sigma_d_m with evolution printed, as the thesis has it"
+    )
+    evolution_steps: int = described(15, "of the printed evolution after each frame; 100 after the first")
     noise_m: float | None = described(None, "sd of the depth; None: measured on the first frame's mask")
     noise_per_m: float = described(0.0, "the noise grows as noise_m + noise_per_m Z^2")
     carve_from_m: float = described(0.003, "nearer before a reading nothing is carved")

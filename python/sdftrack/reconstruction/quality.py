@@ -111,6 +111,8 @@ def surface_mesh(core: Any) -> Mesh:
     from skimage.measure import marching_cubes
 
     boxes = core.surface_boxes
+    if not len(boxes):
+        raise RuntimeError("mesh: no surface is left, the frames deny all of the shape; start again")
     low = np.maximum(boxes[:, :3].min(0) - MARGIN_VOXELS, 0)
     high = np.minimum(boxes[:, 3:].max(0) + MARGIN_VOXELS, core.voxels)
     part = tuple(slice(a, b) for a, b in zip(low[::-1], high[::-1], strict=True))

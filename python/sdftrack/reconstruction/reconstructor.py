@@ -18,7 +18,7 @@ from sdftrack.frame import Frame
 from sdftrack.imaging.pose_hint import one_place
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
-from sdftrack.reconstruction import quality, refining, resuming, saved_state
+from sdftrack.reconstruction import printed, quality, refining, resuming, saved_state
 from sdftrack.reconstruction.arguments import check_beginning, check_extent, check_settings, voxels_of
 from sdftrack.reconstruction.colors import learn_colors
 from sdftrack.reconstruction.initialization import Beginning, find_object
@@ -66,7 +66,8 @@ class Reconstructor:
         A whole set of options; single ones may be given as keywords.
     tracker_options : TrackerOptions, optional
         Of the tracker inside. Default: ``outline=False, smooth_colors=False``, for the outline of a shape that grows is
-        not yet its own, and what stands before its guessed parts may be the object.
+        not yet its own, and what stands before its guessed parts may be the object; with ``evolution="printed"``
+        those of ``TrackerOptions.printed()`` without limits on what is called weak.
 
     Raises
     ------
@@ -107,7 +108,9 @@ class Reconstructor:
         self.mode, self.threads = mode, threads
         refuse_unknown(single_options, [*ReconstructorOptions.__dataclass_fields__, *KEYWORDS])
         self.options = (options or ReconstructorOptions()).replace(**single_options)
-        self.tracker_options = tracker_options or TrackerOptions(outline=False, smooth_colors=False)
+        self.tracker_options = tracker_options or (
+            printed.tracker_options() if self._printed else TrackerOptions(outline=False, smooth_colors=False)
+        )
         self._volume: Any = None
         self._tracker: Tracker | None = None
         self._keyframes = Keyframes(self.options.kept_frames)
@@ -151,7 +154,7 @@ class Reconstructor:
         depth = check_beginning(frame, self._frame_camera, mask, box, pose, self.initial)
         begin = time.perf_counter()
         place = one_place(pose, mask, box, self._frame_camera)
-        found = find_object(depth, place, self._frame_camera, self.initial, self.options)
+        found = find_object(depth, place, self._frame_camera, self.initial, self._place_options)
         return self._begin(frame, found, begin)
 
     def _begin(self, frame: Frame, found: Beginning, begin: float) -> TrackResult:
@@ -167,7 +170,7 @@ class Reconstructor:
                 "start: no surface was found on the object; is it too small for the volume's voxels?"
             )
         self._end_refit()
-        self._next_refit = self.options.refit_after
+        self._next_refit = 0 if self._printed else self.options.refit_after
         self._beginning, self._volume, self._index, self._later = found, volume, 0, []
         self._keyframes = Keyframes(self.options.kept_frames)
         self._keyframes.add(keyframe)
@@ -215,6 +218,10 @@ class Reconstructor:
         The table and the mask of this frame bound what its recording adds, as those of the first frame did in theirs
         (docs/math/reconstruction.md, section 6). What was seen before stays.
         """
+        if self._printed:
+            raise ValueError(
+                "resume: expected evolution='ours', got 'printed': the source knows one recording"
+            )
         if self.initial is None:
             self._started("resume")
         check_beginning(frame, self._frame_camera, mask, box, pose, known=True)
@@ -250,7 +257,8 @@ class Reconstructor:
         Returns
         -------
         TrackResult
-            M = 1, with ``shape_change``. A frame whose pose is ``"weak"`` or ``"lost"`` adds nothing to the shape.
+            M = 1, with ``shape_change``. A frame whose pose is ``"weak"`` or ``"lost"`` adds nothing to the shape; with
+            ``evolution="printed"`` a weak one does.
 
         Raises
         ------
@@ -266,7 +274,9 @@ class Reconstructor:
             self._take_refit()
         result = tracker.track(frame)
         self._index += 1
-        sure = result.status[0] is Status.OK and frame.depth is not None
+        # The source does not judge its poses: every frame that could be tracked adds to the shape.
+        sure = result.status[0] in ((Status.OK, Status.WEAK) if self._printed else (Status.OK,))
+        sure = sure and frame.depth is not None
         if sure:
             self._add(frame, result.poses[0])
         self._begin_refit()
@@ -358,15 +368,36 @@ class Reconstructor:
             raise RuntimeError(f"{what}: call start(frame, mask=...) first")
         return self._tracker
 
+    @property
+    def _printed(self) -> bool:
+        return self.options.evolution == "printed"
+
+    @property
+    def _place_options(self) -> ReconstructorOptions:
+        """Of where the object begins: the source knows of no planes, and its shape may reach beyond the mask."""
+        return self.options.replace(planes=False, keep_to_mask=False) if self._printed else self.options
+
     def _new_tracker(self) -> Tracker:
         # The young shape fits the frames that it was made of too well to measure the sensor by.
         options = self.tracker_options.replace(
             adapt_noise=False, noise_m=self._beginning.noise_m, noise_per_m=self.options.noise_per_m
         )
+        as_printed: dict[str, Any] = {}
+        if self._printed:  # the width of the likelihood is in voxels, whatever the sensor
+            options = options.replace(
+                noise_m=printed.SCALE_VOXELS * self._volume.core.voxel_m, noise_per_m=0.0
+            )
+            as_printed = {"recover": False, "motion": "static"}
         # Its own shape follows at once (reshape); this one says where the object frame's middle is.
         shape = self.initial or SDF.sphere(self._beginning.ball.radius_m, voxels=STAND_IN_VOXELS)
         return Tracker(
-            shape, self.camera, mode=self.mode, device="cpu", threads=self.threads, options=options
+            shape,
+            self.camera,
+            mode=self.mode,
+            device="cpu",
+            threads=self.threads,
+            options=options,
+            **as_printed,
         )
 
     def _tracker_of_shape(self) -> Tracker:
@@ -394,7 +425,9 @@ class Reconstructor:
         values = (core.phi if phi is None else phi, core.voxel_m, list(core.origin))
         colors = core.rgb_seen if rgb_seen is None else rgb_seen
         inside = TrackerInterface(tracker)
-        inside.replace_shape(0, values, colors, self._least, core.surface_boxes)
+        # The source tracks by all of the shape, seen or guessed.
+        least = 0 if self._printed else self._least
+        inside.replace_shape(0, values, colors, least, core.surface_boxes)
 
     def _add(self, frame: Frame, T: Pose) -> None:
         assert self._tracker is not None

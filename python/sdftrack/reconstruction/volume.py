@@ -20,6 +20,7 @@ from sdftrack.reconstruction.initialization import (
 )
 from sdftrack.reconstruction.keyframe import Keyframe
 from sdftrack.reconstruction.options import ReconstructorOptions
+from sdftrack.reconstruction.printed import first_guess, first_shape
 from sdftrack.reconstruction.quality import bodies
 from sdftrack.sdf import SDF
 
@@ -77,8 +78,11 @@ class Volume:
         self.camera = camera
         self._made_of = beginning, initial, options, threads
         weight = options.prior
-        prior = None
-        if weight > 0 and initial is not None:
+        prior = shape = None
+        if options.evolution == "printed":
+            shape = first_shape(beginning.ball, initial, lattice.voxels, lattice.voxel_m, lattice.origin)
+            prior = first_guess(shape, lattice.voxel_m)
+        elif weight > 0 and initial is not None:
             prior = shape_prior(initial, weight, lattice.voxels, lattice.voxel_m, np.array(lattice.origin))
         elif weight > 0:
             prior = ball_prior(
@@ -94,7 +98,7 @@ class Volume:
         if view is not None:
             view = view.to_core(camera, beginning.T_cam_obj, ball.centre_cam, ball.radius_m)
         self.core: Any = _core.Reconstruction(
-            lattice.voxels, lattice.voxel_m, lattice.origin, prior, core_options, threads, view
+            lattice.voxels, lattice.voxel_m, lattice.origin, prior, core_options, threads, view, shape
         )
         self.fused = self._look_again = 0
 
@@ -123,7 +127,9 @@ class Volume:
         self.fused += 1
 
     def grow_if_needed(self) -> None:
-        """Make room where the surface has come within a block of the border."""
+        """Make room where the surface has come within a block of the border; the source's volume stays as it is."""
+        if self._made_of[2].evolution == "printed":
+            return
         boxes = self.core.surface_boxes
         if not len(boxes):
             return

@@ -21,6 +21,7 @@ CARVES_FAINTLY, FAINT = -2.0, 0.01  # beside an outline, and its share of the us
 CARVES = -1.0  # slant of a pixel that says no more than that the space before it is empty
 CARVED_RATIO = -1.0
 MAX_SMOOTH, MAX_PRINTED = 0.9, np.tanh(5.0)  # of |q|; log ratios of 2.94 and 10
+PRINTED_REACH = 16.0  # of sigma_d: the printed form has no end, and leaves 1e-7 there
 REACH = 2.0  # of sigma_d: nothing is said farther behind a reading
 
 
@@ -83,8 +84,49 @@ def pixels(depth_m: Array, mask: Array, K: Array, o: Options) -> tuple[Array, Ar
     return slant, du, dv
 
 
+def range_discrepancy(p_cam: Array, depth_m: Array, K: Array) -> Array:
+    """How far (..., 3) points lie behind the reading of their nearest pixel, along that pixel's ray; NaN: no reading.
+
+    (4.28) and (4.29) times the reading's range: m. Printed it is a share of that range, but sigma_d is a length.
+    """
+    h, w = depth_m.shape
+    fx, fy, cx, cy = K
+    z = np.where(p_cam[..., 2] > 0.01, p_cam[..., 2], np.inf)
+    j = np.floor(fx * p_cam[..., 0] / z + cx + 0.5).astype(int)
+    i = np.floor(fy * p_cam[..., 1] / z + cy + 0.5).astype(int)
+    seen = np.isfinite(z) & (i >= 0) & (j >= 0) & (i < h) & (j < w)
+    i, j = np.where(seen, i, 0), np.where(seen, j, 0)
+    reading = np.where(seen & (depth_m[i, j] > 0), depth_m[i, j], np.nan)
+    measured = reading[..., None] * np.stack([(j - cx) / fx, (i - cy) / fy, np.ones(j.shape)], axis=-1)
+    squared = (measured**2).sum(axis=-1)
+    share = (p_cam * measured).sum(axis=-1) / squared - 1  # (4.29)
+    return np.asarray(share * np.sqrt(squared))
+
+
+def printed_likelihood(d: Array, sigma_d: float) -> Array:
+    """L_in of (4.30); d and sigma_d in one unit. L_out is 1 - L_in."""
+    return np.asarray(0.5 * (np.sign(d) * np.exp(-np.abs(d) / sigma_d) + 1))
+
+
+def first_guess(phi: Array, influence: float = 0.5, sigma_g: float = 4.0) -> Array:
+    """G of (4.34), the likelihood of inside by the first shape; phi in voxels."""
+    return np.asarray(influence / (1 + np.exp(phi / sigma_g)) + (1 - influence) * 0.5)
+
+
+def printed_evidence(p_cam: Array, depth_m: Array, mask: Array, K: Array, o: Options) -> tuple[Array, Array]:
+    """What a frame says about (..., 3) points by (4.29) to (4.31): log ratio, and 1 where it says anything."""
+    depth = np.where(np.isfinite(depth_m) & (depth_m > 0) & (mask != 0), depth_m, 0).astype(np.float64)
+    d = range_discrepancy(p_cam, depth, K)
+    says = np.abs(d) < PRINTED_REACH * o.sigma_d_m
+    # Infinite at d = 0: the one place where the printed formula cannot be taken as it is.
+    inside = np.clip(printed_likelihood(d, o.sigma_d_m), 0.5 * (1 - MAX_PRINTED), 0.5 * (1 + MAX_PRINTED))
+    return np.where(says, np.log(inside / (1 - inside)), 0), np.where(says, 1.0, 0.0)
+
+
 def evidence(p_cam: Array, depth_m: Array, mask: Array, K: Array, o: Options) -> tuple[Array, Array]:
     """What a frame says about (..., 3) points: log ratio times weight, and the weight."""
+    if o.printed:
+        return printed_evidence(p_cam, depth_m, mask, K, o)
     slant_of, du, dv = pixels(depth_m, mask, K, o)
     h, w = slant_of.shape
     fx, fy, cx, cy = K
@@ -100,7 +142,7 @@ def evidence(p_cam: Array, depth_m: Array, mask: Array, K: Array, o: Options) ->
     near = surface & (np.abs(d) < REACH * o.sigma_d_m)
     before = surface & (d < REACH * o.sigma_d_m)
     weight = np.where(before, slant * (max(o.usual_noise_m, o.least_noise_m) / blur) ** 2, 0)
-    said = np.where(near, weight * log_ratio(d, blur, o.sigma_d_m, o.printed), 0)
+    said = np.where(near, weight * log_ratio(d, blur, o.sigma_d_m, False), 0)
     carved = (slant != 0) & (d < -np.maximum(3 * blur, o.carve_from_m))
     part = np.where(slant == CARVES_FAINTLY, FAINT, 1)
     past = -part * CARVED_RATIO / (2 * np.arctanh(MAX_SMOOTH))
@@ -114,12 +156,14 @@ def evidence(p_cam: Array, depth_m: Array, mask: Array, K: Array, o: Options) ->
 # ---- 2. fusing ----
 
 
-def fuse(ratio: Array, weight: Array, said: tuple[Array, Array], most_weight: float) -> tuple[Array, Array]:
-    """Sums over the frames so far and one more; what was guessed counts until something is seen."""
+def fuse(
+    ratio: Array, weight: Array, said: tuple[Array, Array], most_weight: float, printed: bool = False
+) -> tuple[Array, Array]:
+    """Sums over the frames so far and one more; what was guessed counts until something is seen, printed for good."""
     # Faint carving speaks only where nothing else has spoken.
     idle = (said[1] < 2 * FAINT * -CARVED_RATIO / (2 * np.arctanh(MAX_SMOOTH))) & (weight > UNKNOWN_WEIGHT)
     said = np.where(idle, 0, said[0]), np.where(idle, 0, said[1])
-    known = np.where((weight == 0) & (said[1] > 0), 0, ratio)
+    known = np.where((weight == 0) & (said[1] > 0) & (not printed), 0, ratio)
     total = weight + said[1]
     kept = np.minimum(1, most_weight / np.maximum(total, 1e-30))
     return kept * (known + said[0]), kept * total

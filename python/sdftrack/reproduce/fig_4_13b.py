@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Figure 4.13, run (b): an unknown object tracked and reconstructed, from a ball; run (a), the known one, beside it.
 
-Set-up: the scene of 4.13a, 300 frames, sigma 0 and 1 mm, the true mask in the first frame alone. "as printed" has the
-likelihood of the source (Eqs. 4.30, 4.31) with sigma_d of 8 voxels; all else is ours. Errors are relative to the first
-frame. Printed: at most 3 mm and 6 degrees.
+Set-up: the scene of 4.13a, 300 frames, sigma 0 and 1 mm, the true mask in the first frame alone. "as printed" is the
+source's evolution and tracker (``evolution="printed"``, Eqs. 4.18 and 4.29 to 4.42), sigma_d of 8 voxels. Errors are
+relative to the first frame. Printed: at most 3 mm and 6 degrees.
 """
 
 from __future__ import annotations

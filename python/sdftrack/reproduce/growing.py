@@ -64,10 +64,10 @@ def scene_of(context: Context, frames: int = FRAMES) -> Scene:
 
 
 def reconstructor(scene: Scene, seq: Any, sigma_d_voxels: float | None = None) -> Any:
-    """Ours, or with `sigma_d_voxels` one with the likelihood of the source (Eqs. 4.30, 4.31) and its unit of length."""
+    """Ours, or with `sigma_d_voxels` the source's, tracker and all (``evolution="printed"``)."""
     from sdftrack.reconstruction import Reconstructor
 
     more: dict[str, Any] = {}
     if sigma_d_voxels is not None:
-        more = {"evidence": "printed", "sigma_d_m": sigma_d_voxels * scene.voxel_m}
+        more = {"evolution": "printed", "sigma_d_voxels": sigma_d_voxels}
     return Reconstructor(seq.camera, voxels=VOXELS, extent=scene.extent, threads=scene.threads, **more)

@@ -129,7 +129,7 @@ class Tracker:
     -----
     The method is derived in docs/math/depth_tracker.md and docs/math/color.md (thesis, sections 3.4 and 4.3; ray-hit
     residual, outlier floor, free-space term and the odds of a colour are additions). ``TrackerOptions.printed()``
-    selects the form closest to the source's.
+    selects the source's form (docs/math/depth_tracker.md, section 9).
 
     >>> tracker = Tracker(sdf, camera)                              # doctest: +SKIP
     >>> result = tracker.start(frame, poses=[T_cam_obj])            # doctest: +SKIP

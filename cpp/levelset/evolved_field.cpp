@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#include "levelset/evolved_field.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sdftrack::levelset {
+
+namespace {
+
+constexpr int kBoxSide = 8;  // cells
+
+// Whether the field has both signs among the corners of a box of cells.
+bool holds_surface(const sdf::Grid& grid, const float* phi, const sdf::VoxelBox& box) {
+  bool inside = false, outside = false;
+  for (int z = box.z0; z <= box.z1; ++z)
+    for (int y = box.y0; y <= box.y1; ++y)
+      for (int x = box.x0; x <= box.x1; ++x) {
+        (phi[grid.index(x, y, z)] < 0 ? inside : outside) = true;
+        if (inside && outside) return true;
+      }
+  return false;
+}
+
+}  // namespace
+
+EvolvedField::EvolvedField(const sdf::Grid& grid, const float* phi_m) : grid_(grid), phi_(grid.size()) {
+  std::copy_n(phi_m, grid.size(), phi_.begin());
+}
+
+void EvolvedField::evolve(const float* log_ratio, int steps, const EvolveOptions& options, int threads) {
+  const std::vector<float> next = levelset::evolve(grid_, phi_.data(), log_ratio, steps, options, threads);
+  measure_change(next);
+  std::copy(next.begin(), next.end(), phi_.begin());
+}
+
+// At the voxels within one of the surface: how much the field has changed, over its slope.
+void EvolvedField::measure_change(const std::vector<float>& next) {
+  const auto voxel = static_cast<float>(grid_.voxel_m);
+  const std::size_t row = static_cast<std::size_t>(grid_.nx),
+                    slice = row * static_cast<std::size_t>(grid_.ny);
+  double sum_m = 0;
+  int count = 0;
+  for (int z = 1; z + 1 < grid_.nz; ++z)
+    for (int y = 1; y + 1 < grid_.ny; ++y)
+      for (int x = 1; x + 1 < grid_.nx; ++x) {
+        const std::size_t i = grid_.index(x, y, z);
+        if (!(std::abs(phi_[i]) < voxel)) continue;
+        const float gx = phi_[i + 1] - phi_[i - 1], gy = phi_[i + row] - phi_[i - row],
+                    gz = phi_[i + slice] - phi_[i - slice];
+        const float slope = std::sqrt(gx * gx + gy * gy + gz * gz) / (2 * voxel);
+        sum_m += static_cast<double>(std::abs(next[i] - phi_[i]) / std::max(slope, 0.1f));
+        ++count;
+      }
+  change_m_ = count > 0 ? sum_m / count : 0;
+}
+
+std::vector<sdf::VoxelBox> EvolvedField::surface_boxes() const {
+  std::vector<sdf::VoxelBox> boxes;
+  for (int z = 0; z + 1 < grid_.nz; z += kBoxSide)
+    for (int y = 0; y + 1 < grid_.ny; y += kBoxSide)
+      for (int x = 0; x + 1 < grid_.nx; x += kBoxSide) {
+        const sdf::VoxelBox box{x,
+                                y,
+                                z,
+                                std::min(x + kBoxSide, grid_.nx - 1),
+                                std::min(y + kBoxSide, grid_.ny - 1),
+                                std::min(z + kBoxSide, grid_.nz - 1)};
+        if (holds_surface(grid_, phi_.data(), box)) boxes.push_back(box);
+      }
+  return boxes;
+}
+
+}  // namespace sdftrack::levelset

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: MIT
+"""The source's STAR3D, part by part, beside this project's reconstruction."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from experiments.common.protocol import say
+from experiments.reconstruction.reconstruction import Setting, run_case
+from experiments.registry import experiment
+from experiments.table import Table
+
+__all__ = ["WAYS", "evolution"]
+
+WAYS: dict[str, dict[str, Any]] = {
+    "ours": {},
+    "printed evidence": {"evidence": "printed"},
+    "printed": {"evolution": "printed"},
+}
+COLUMNS = (
+    "case", "mean mm", "max mm", "mean deg", "max deg", "not ok", "chamfer mm", "too large by mm", "ms",
+)  # fmt: skip
+
+
+def _cells(case: str, row: dict[str, Any]) -> list[str]:
+    numbers = ("mean_mm", "max_mm", "mean_deg", "max_deg")
+    return [
+        case, *(f"{row[k]:.2f}" for k in numbers), f"{row['not_ok']}",
+        f"{row['chamfer_mm']:.2f}", f"{row['offset']:+.2f}", f"{row['cpu_ms']:.0f}",
+    ]  # fmt: skip
+
+
+@experiment(
+    "reconstruction.evolution",
+    needs=["meshes"],
+    chosen_on="nothing here: the ball that the printed evolution begins with was chosen on the built-in duck",
+    reported_on="bunny, lm_can, lm_duck, spot; hand, seed 1",
+    short={"only": ("spot",), "frames": 3, "voxels": 48},
+)
+def evolution(
+    *,
+    data: Path,
+    only: tuple[str, ...] = ("bunny", "lm_can", "lm_duck", "spot"),
+    frames: int = 100,
+    voxels: int = 128,
+    noise: str = "1mm",
+    threads: int = 0,
+    cache: Path | None = None,
+) -> Table:
+    """The source's reconstruction as printed, its evidence alone, and ours, on the same frames.
+
+    The path "hand" of the experiment ``reconstruction``, from the first frame's mask. "printed" is
+    ``evolution="printed"`` with its tracker, "printed evidence" all ours but for Eqs. 4.29 to 4.31. Chamfer is the mean
+    of both directions, over the part that the frames have shown; "ms" is the processor time of a frame.
+
+    Parameters
+    ----------
+    noise
+        "kinect" or millimetres as in "1mm"
+    """
+    cells, rows = [], {}
+    for name in only:
+        for way, options in WAYS.items():
+            s = Setting(data, frames, "rgbd", voxels, threads, options, False, False, cache)
+            (row,) = run_case(name, "hand", noise, s).values()
+            case = f"{name}, {way}"
+            rows[case] = {k: v for k, v in row.items() if not isinstance(v, list)}  # frame by frame: too long
+            cells.append(_cells(case, row))
+            say("  ".join(cells[-1]))
+    return Table(f"{frames} frames by hand, {noise}, {voxels} voxels", COLUMNS, cells, numbers=rows)
