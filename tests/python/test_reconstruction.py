@@ -93,6 +93,13 @@ def test_the_mesh_is_closed_coloured_and_says_what_was_seen() -> None:
     assert "turn the object further" in quality.summary
 
 
+def guessed_area(mesh: st.Mesh) -> float:
+    """The share of a mesh's area between vertices that were not seen."""
+    assert mesh.seen is not None
+    area = mesh.to_trimesh().area_faces
+    return float(area[(mesh.seen[mesh.faces] == 0).all(axis=1)].sum() / area.sum())
+
+
 def test_a_decimated_mesh_is_closed_and_keeps_to_the_surface() -> None:
     star, _, _ = reconstructed()
     whole, fewer = star.mesh(), star.mesh(faces=4000)
@@ -100,7 +107,7 @@ def test_a_decimated_mesh_is_closed_and_keeps_to_the_surface() -> None:
     assert fewer.to_trimesh().is_watertight
     assert fewer.seen is not None
     assert whole.seen is not None
-    assert (fewer.seen == 0).mean() == pytest.approx((whole.seen == 0).mean(), abs=0.1)
+    assert guessed_area(fewer) == pytest.approx(guessed_area(whole), abs=0.1)
     assert np.ptp(fewer.colors, axis=0).max() > 30  # type: ignore[call-overload]
     off = fewer._rays.closest(whole.vertices)[0]
     assert off.mean() < 0.1 * star.shape.voxel_size

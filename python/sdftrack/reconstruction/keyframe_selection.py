@@ -66,11 +66,11 @@ class Keyframes:
             self._drop(self._least_missed())
 
     def _least_missed(self) -> int:
-        """The one to let go; never the first of a recording: all of it relate to that one, and keep to its view."""
+        """The one to let go; never the first of a recording: its frames relate to that one and keep to its view."""
         gaps = self._gaps.sum(axis=1)
         recordings = np.array([keyframe.recording for keyframe in self.frames])
-        gaps[np.flatnonzero(np.diff(recordings, prepend=-1))] = np.inf
-        return int(gaps.argmin())
+        later = np.flatnonzero(np.diff(recordings, prepend=-1) == 0)
+        return int(later[gaps[later].argmin()]) if len(later) else len(gaps) - 1
 
     def _drop(self, k: int) -> None:
         del self.frames[k]
