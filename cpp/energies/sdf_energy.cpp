@@ -207,21 +207,6 @@ void SdfEnergy::keep_near(const float* phi, double reach_m) {
   pixels_->start_afresh();
 }
 
-const float* SdfEnergy::keep_around(const optim::State& x, double reach_m) {
-  const auto reach = static_cast<float>(reach_m);
-  const float* const phi = distances(x);
-  const int n = pixels_->count();
-  int kept = 0;
-  for (int i = 0; i < n; ++i) {
-    const float distance = phi[i];
-    if (!(std::abs(distance) < reach)) continue;
-    if (kept < i) pixels_->copy(*pixels_, i, kept);
-    pixels_->gain[static_cast<std::size_t>(kept++)] = distance;
-  }
-  pixels_->resize(kept);
-  return pixels_->gain.data();
-}
-
 void SdfEnergy::settle(const optim::State& x, int steps, CudaWork* device) {
   start_hits(pixels_);
   undecided_ = true;

@@ -68,8 +68,6 @@ class SdfEnergy final : public optim::Energy {
   int count_near(const optim::State& x, double reach_m);
   void keep_near(const optim::State& x, double reach_m) { keep_near(distances(x), reach_m); }
   void keep_near(const float* phi, double reach_m);  // phi: as `distances` gave it
-  // The same; returns the distances of those that are left, as `distances` does.
-  const float* keep_around(const optim::State& x, double reach_m);
   // `steps` Newton steps of every ray from the measured depths. The
   // next linearisation decides which rays meet the model; it stays so from then on, so that costs may be
   // compared.

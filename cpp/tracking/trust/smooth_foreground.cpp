@@ -12,6 +12,7 @@ namespace {
 
 constexpr float kCell_m = 0.0065f;  // three of them are a finger's width
 constexpr int kMaxCell_px = 16;
+constexpr float kContinues_m = 0.012f;  // readings this far apart in depth are of two surfaces
 constexpr float kInFront_m = 0.005f, kInFrontPerNoise = 3;
 constexpr float kInFrontLogOdds = -6;
 

@@ -11,8 +11,6 @@ namespace sdftrack::tracking {
 
 class ForegroundSmoother {
  public:
-  static constexpr float kContinues_m = 0.012f;  // readings this far apart in depth are of two surfaces
-
   // The log odds of every pixel's `foreground`, averaged over the readings around it, some 20 mm across, that
   // continue its surface (docs/math/color.md, section 4). width, focal_px: of the depth image that the pixels
   // come from, row by row. distance_m: of each reading from the surface at a pose that is nearly right, or
