@@ -12,7 +12,9 @@ the input, and their vectorised functions differ in the last bit from processor 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
+import os
 import platform
 import sys
 import time
@@ -35,10 +37,20 @@ ROOMS = (tracking_runs, shape_runs, picture_runs)
 PACKAGES = ("numpy", "opencv-python-headless", "scikit-image", "trimesh")
 
 
+def instructions() -> str:
+    """A digest of what the processor can do: numpy, OpenCV and BLAS choose their functions by it, not by its name."""
+    cpuinfo = Path("/proc/cpuinfo")
+    lines = cpuinfo.read_text().splitlines() if cpuinfo.exists() else []
+    flags = next((line for line in lines if line.startswith(("flags", "Features"))), "")
+    chosen = sorted(flags.split()) + [os.environ.get("OPENBLAS_CORETYPE", "")]
+    return hashlib.sha256(" ".join(chosen).encode()).hexdigest()[:12]
+
+
 def made_with() -> dict[str, str]:
     """What the bits depend on beside the code."""
     return {
         "processor": machine()["cpu"],
+        "instructions": instructions(),
         "python": platform.python_version(),
         **{name: version(name) for name in PACKAGES},
     }

@@ -69,21 +69,21 @@ void ForegroundSmoother::gather(int width, int cell_px, const energies::PixelSet
   }
 }
 
-// The sums over the three by three cells around each one, of those that continue it.
+// Of the three by three cells around each one: all of them together, for readings that all of them continue.
 void ForegroundSmoother::sum_around() {
   around_.resize(cells_.size());
-  for (std::size_t row = static_cast<std::size_t>(columns_); row + columns_ < cells_.size(); row += columns_)
-    for (std::size_t k = row + 1; k + 1 < row + columns_; ++k)
-      if (cells_[k].count > 0) around_[k] = those_that_continue(cells_[k].depth_m, &cells_[k]);
-}
-
-ForegroundSmoother::Cell ForegroundSmoother::those_that_continue(float depth_m, const Cell* middle) const {
-  Cell sum{0, 0, depth_m};
-  for (const int row : {-columns_, 0, columns_})
-    for (const Cell* cell = middle + row - 1; cell <= middle + row + 1; ++cell)
-      if (std::abs(cell->depth_m - depth_m) < kContinues_m)
-        sum.log_odds += cell->log_odds, sum.count += cell->count;
-  return sum;
+  const auto columns = static_cast<std::size_t>(columns_);
+  for (std::size_t row = columns; row + columns < cells_.size(); row += columns)
+    for (std::size_t k = row + 1; k + 1 < row + columns; ++k) {
+      if (!(cells_[k].count > 0)) continue;
+      Around& around = around_[k] = {0, 0, cells_[k].depth_m, cells_[k].depth_m};
+      each_around(&cells_[k], [&](const Cell& cell) {
+        if (!(cell.count > 0)) return;
+        around.log_odds += cell.log_odds, around.count += cell.count;
+        around.nearest_m = std::min(around.nearest_m, cell.depth_m);
+        around.farthest_m = std::max(around.farthest_m, cell.depth_m);
+      });
+    }
 }
 
 void ForegroundSmoother::average(const float* distance_m, float reach_m, energies::PixelSet* pixels) {
@@ -92,9 +92,13 @@ void ForegroundSmoother::average(const float* distance_m, float reach_m, energie
     if (distance_m && !(std::abs(distance_m[i]) < reach_m)) continue;
     const auto at = static_cast<std::size_t>(cell_of_[i]);
     const float z = pixels->depth_m[i];
-    // Where a cell holds two surfaces it stands for the nearer one.
-    const Cell sum =
-        std::abs(around_[at].depth_m - z) < kContinues_m ? around_[at] : those_that_continue(z, &cells_[at]);
+    Around sum = around_[at];
+    if (!(z - sum.nearest_m < kContinues_m && sum.farthest_m - z < kContinues_m)) {
+      sum = {};
+      each_around(&cells_[at], [&](const Cell& cell) {
+        if (std::abs(cell.depth_m - z) < kContinues_m) sum.log_odds += cell.log_odds, sum.count += cell.count;
+      });
+    }
     log_odds_[i] = (log_odds_[i] + sum.log_odds) / (1 + sum.count);
   }
   for (std::size_t i = 0; i < n; ++i) pixels->foreground[i] = logistic(log_odds_[i]);

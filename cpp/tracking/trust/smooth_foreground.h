@@ -24,13 +24,22 @@ class ForegroundSmoother {
     float log_odds = 0, count = 0, depth_m = 0;
   };
 
+  struct Around {
+    float log_odds = 0, count = 0, nearest_m = 0, farthest_m = 0;
+  };
+
   void weigh(float in_front_m, const float* distance_m, const energies::PixelSet& pixels);
   void gather(int width, int cell_px, const energies::PixelSet& pixels);
   void sum_around();
-  Cell those_that_continue(float depth_m, const Cell* middle) const;
+  template <class Visit>
+  void each_around(const Cell* middle, const Visit& visit) const {
+    for (const int row : {-columns_, 0, columns_})
+      for (const Cell* cell = middle + row - 1; cell <= middle + row + 1; ++cell) visit(*cell);
+  }
   void average(const float* distance_m, float reach_m, energies::PixelSet* pixels);
 
-  std::vector<Cell> cells_, around_;
+  std::vector<Cell> cells_;
+  std::vector<Around> around_;
   int columns_ = 0;
   std::vector<int> cell_of_;
   std::vector<float> log_odds_;

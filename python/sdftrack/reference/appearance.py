@@ -167,8 +167,6 @@ def smooth_foreground(
     out = np.empty(len(at))
     for i, (row, column) in enumerate(place):
         around = [cells.get((row + dy, column + dx), []) for dy in (-1, 0, 1) for dx in (-1, 0, 1)]
-        own = cells[row, column][0]  # stands for all readings of the surface that its cell is on
-        here = depth[own] if abs(depth[own] - depth[i]) < CONTINUES_M else depth[i]
-        near = [k for held in around if held and abs(depth[held[0]] - here) < CONTINUES_M for k in held]
+        near = [k for held in around if held and abs(depth[held[0]] - depth[i]) < CONTINUES_M for k in held]
         out[i] = 1 / (1 + np.exp(-np.mean(log_odds[[i, *near]])))
     return out
