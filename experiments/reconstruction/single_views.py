@@ -80,6 +80,7 @@ def single_views(
             kind = kind_of(scene, number)
             if kind is None:
                 continue
+            assert frame.camera is not None
             star = st.Reconstructor(frame.camera, voxels=voxels, threads=threads, **options)
             place = f"learn{scene} {number}"
             try:
@@ -88,14 +89,15 @@ def single_views(
                 refused[kind] += 1
                 say(f"{place}: {error}")
                 continue
-            own, covered = own_share(star, result.pose, mask), covered_share(star, result.pose, frame, mask)
-            found[kind].append((covered, own, place, 1e3 * result.seconds))
-            say(f"{place}: {100 * own:.1f} % its own, {100 * covered:.1f} % covered")
+            shares = covered_share(star, result.pose, frame, mask), own_share(star, result.pose, mask)
+            found[kind].append((*shares, place, 1e3 * result.seconds))
+            say(f"{place}: {100 * shares[1]:.1f} % its own, {100 * shares[0]:.1f} % covered")
     rows = []
     for kind, cases in found.items():
         if not cases:
             continue
-        covered, own = (100 * np.array([case[k] for case in cases]) for k in (0, 1))
+        covered = 100 * np.array([case[0] for case in cases])
+        own = 100 * np.array([case[1] for case in cases])
         ms = np.median([case[3] for case in cases])
         rows.append(
             [kind, str(len(cases)), str(refused[kind]), f"{np.median(own):.1f}", f"{own.min():.1f}",
