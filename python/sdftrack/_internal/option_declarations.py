@@ -16,7 +16,7 @@ RECONSTRUCT = (
     Option("planes", "bool", True, meaning="planes that reach beyond the first mask (a table, a wall) are not the object, nor is what lies behind them"),
     Option("keep_to_mask", "bool", True, meaning="the object is nowhere where the first frame sees past it, beside its mask"),
     Option("mask_margin_px", "int", 3, "px", min=0, max=100, meaning="how far beyond the first mask it may reach"),
-    Option("refit_after", "int", 15, min=0, meaning="frames after which the first poses and the shape are found anew on another thread, then once more; 0: never"),
+    Option("refit_after", "int", 0, min=0, meaning="frames after which the first poses and the shape are found anew on another thread, then once more; 0: never"),
     Option("kept_frames", "int", 600, min=1, meaning="most frames kept for refine() and save(): the first one, and others spread over all sides"),
 )
 MEMORY = (

@@ -63,7 +63,7 @@ class ReconstructorOptions:
     )
     mask_margin_px: int = described(3, "how far beyond the first mask it may reach")
     refit_after: int = described(
-        15,
+        0,
         "frames after which the first poses and the shape are found anew on another thread, then once more; 0: never",
     )
     kept_frames: int = described(

@@ -24,7 +24,7 @@ Pose = NDArray[np.float64]
 
 ROUNDS = 2
 AGAIN = 2.7  # a second refit begins after so many times the frames of the first
-POSE_VOXELS = 100  # along a side, of the volume in which poses are found: an eighth of the work of 200
+POSE_VOXELS = 200  # at most along a side, of the volume in which poses are found
 EVERY = 2  # of the frames, fused into the new volume: on another core it has to keep pace with the camera
 USUAL_VOXELS = 128  # at which a refit of n frames takes about as long as tracking n more
 # A correction is small; another pose of a shape that has several that look alike is none.
