@@ -52,7 +52,7 @@ def recordings():
 
 def first_recording(shape=None, threads=1):
     seq = recordings()[0] if shape is None else on_table(shape)
-    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=threads, refit_after=0)
+    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=threads)
     results = [star.start(seq[0], mask=seq.masks(0)[0])]
     results += [star.track(seq[i]) for i in range(1, len(seq))]
     assert all(r.ok for r in results)
