@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <limits>
 #include "appearance.h"
 
 #include <pybind11/stl.h>
+
+#include <limits>
 
 #include "appearance/color_model.h"
 #include "release_gil.h"
@@ -86,7 +87,8 @@ py::array smooth_foreground(const py::array& at, const py::array& depth_m, const
       distance_m.is_none() ? nullptr : borrow<float>(distance_m.cast<py::array>(), "distance", {n});
   energies::PixelSet pixels;
   for (py::ssize_t i = 0; i < n; ++i) pixels.push(0, 0, z[i], 1, index[i], p[i]);
-  tracking::ForegroundSmoother().smooth(width, focal_px, noise_m, d, std::numeric_limits<float>::infinity(), &pixels);
+  tracking::ForegroundSmoother().smooth(width, focal_px, noise_m, d, std::numeric_limits<float>::infinity(),
+                                        &pixels);
   return to_numpy(std::move(pixels.foreground), {n});
 }
 

@@ -42,7 +42,7 @@ def instructions() -> str:
     cpuinfo = Path("/proc/cpuinfo")
     lines = cpuinfo.read_text().splitlines() if cpuinfo.exists() else []
     flags = next((line for line in lines if line.startswith(("flags", "Features"))), "")
-    chosen = sorted(flags.split()) + [os.environ.get("OPENBLAS_CORETYPE", "")]
+    chosen = [*sorted(flags.split()), os.environ.get("OPENBLAS_CORETYPE", "")]
     return hashlib.sha256(" ".join(chosen).encode()).hexdigest()[:12]
 
 

@@ -137,7 +137,8 @@ void FitView::choose_fine_pixels(double scale_m, const optim::State& x) {
   selection_.pack(budget_for(reach_m, x), &pixels_);
   energies::SdfEnergy energy(target_->shape.sdf, &pixels_, {});
   if (target_->colors) {
-    // What is beside the surface and in front of it says whose the readings on it are: all of it is looked up.
+    // What is beside the surface and in front of it says whose the readings on it are: all of it is looked
+    // up.
     fetch_foreground(*target_->colors, color_reader_, &pixels_);
     const float* const distance_m = energy.distances(x);
     smooth_foreground(distance_m, reach_m, &pixels_);
