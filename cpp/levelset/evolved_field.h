@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A shape that follows the evidence as the thesis moves it: from a first shape on, by steps of its gradient
-// flow (docs/math/reconstruction.md, sections 4 and 6).
+// flow (docs/math/reconstruction.md, sections 4 and 7).
 #pragma once
 
 #include <vector>

@@ -77,6 +77,7 @@ std::unique_ptr<Reconstruction> Reconstruction::grown(const std::array<int, 3>& 
 
 std::unique_ptr<Reconstruction> Reconstruction::continued(std::shared_ptr<const FirstView> view,
                                                           int threads) const {
+  if (field_) throw std::invalid_argument("continued: a volume of evolution 'printed' knows one recording");
   levelset::EvidenceVolume evidence = evidence_.padded({0, 0, 0}, {0, 0, 0});
   if (view) evidence.bound_guess([&](Vec3d p_obj) { return view->leaves_room(p_obj); }, threads);
   std::unique_ptr<Reconstruction> next(new Reconstruction(std::move(evidence), options_, std::move(view)));

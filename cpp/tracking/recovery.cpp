@@ -35,7 +35,8 @@ bool has_reading(const ImageView<float>& depth_m, const std::vector<unsigned cha
 
 }  // namespace
 
-ObjectResult Recovery::find(FrameContext* context, const PoseHint& hint, TrackedObject* object) const {
+ObjectResult Recovery::find(FrameContext* context, const PoseHint& hint, TrackedObject* object,
+                            std::optional<Rigidd>* off_by_residuals) const {
   SearchQuery query;
   query.mask = hint.mask.empty() ? nullptr : hint.mask.data();
   query.box = hint.box;
@@ -49,6 +50,9 @@ ObjectResult Recovery::find(FrameContext* context, const PoseHint& hint, Tracked
     return result_without_pose(*object, {empty ? ReasonCode::kNoReadingInMask : ReasonCode::kNothingFound},
                                Status::kLost);
   }
+  if ((query.mask || query.box) && found->trust.status == Status::kLost &&
+      evidence_but_for_residuals(evidence_of(found->fitted, options_), 0) >= options_.lost_evidence)
+    *off_by_residuals = found->fitted.T_cam_obj;
   ObjectResult result = follower_->accept(found->fitted, found->trust, *context, object);
   result.runner_up = found->runner_up;
   object->alternatives.clear();

@@ -169,8 +169,23 @@ ObjectResult Tracker::track_one(Object* object) {
 }
 
 ObjectResult Tracker::begin_at(Object* object, const PoseHint& hint) {
-  if (!hint.T_cam_obj) return recovery_.find(&context_, hint, object);
-  object->T_cam_obj = centred(*hint.T_cam_obj, *object->shape);
+  if (hint.T_cam_obj) return begin_at_pose(object, centred(*hint.T_cam_obj, *object->shape));
+  std::optional<Rigidd> off_by_residuals;
+  ObjectResult found = recovery_.find(&context_, hint, object, &off_by_residuals);
+  if (!off_by_residuals) return found;
+  // Somebody says that it is there, and its outline agrees: that depth errs more than is stated is no other
+  // explanation of the frame.
+  object->lost_frames = 0;
+  ObjectResult believed = begin_at_pose(object, *off_by_residuals);
+  believed.runner_up = found.runner_up;
+  prepend(found.steps, &believed.steps);
+  if (believed.trust.status == Status::kOk)
+    believed.trust.status = Status::kWeak, believed.trust.reason = {ReasonCode::kPoorFit};
+  return believed;
+}
+
+ObjectResult Tracker::begin_at_pose(Object* object, const Rigidd& T_cam_obj) {
+  object->T_cam_obj = T_cam_obj;
   object->memory.learns_systematic = true;
   object->given = true;
   // Biased depth would turn it away from the given pose before its colours are learnt.

@@ -100,6 +100,7 @@ class Tracker {
   void answer_each(const Work& work);
   ObjectResult track_one(Object* object);
   ObjectResult begin_at(Object* object, const PoseHint& hint);
+  ObjectResult begin_at_pose(Object* object, const Rigidd& T_cam_obj);  // centred
   ObjectResult follow(Object* object);
   ObjectResult unread(Object* object) const;
 

@@ -13,6 +13,8 @@ struct Searches : PartsFixture {
   tracking::Recovery recovery{options, &follower};
 };
 
+std::optional<Rigidd> believed;  // off by residuals alone
+
 tracking::ObjectResult with_status(tracking::Status status) {
   tracking::ObjectResult result;
   result.trust.status = status;
@@ -26,7 +28,8 @@ TEST(Recovery, an_object_is_found_in_its_mask) {
   parts.open({kPose}, 0);
   tracking::PoseHint hint;
   hint.mask = parts.image.mask;
-  const tracking::ObjectResult result = parts.recovery.find(&parts.context, hint, &parts.objects[0]);
+  const tracking::ObjectResult result =
+      parts.recovery.find(&parts.context, hint, &parts.objects[0], &believed);
   ASSERT_TRUE(tracking::is_followed(result.trust.status)) << tracking::sentence(result.trust.reason);
   EXPECT_LT(norm(result.T_cam_obj.t - kPose.t), 1e-3);  // of the turns of a box, any
   EXPECT_GT(result.runner_up, 0.8);
@@ -39,14 +42,14 @@ TEST(Recovery, why_nothing_is_found_is_said_by_a_code) {
   parts.open({}, 0);
   tracking::PoseHint hint;
   hint.box = frame::Rect{40, 40, 100, 90};
-  tracking::ObjectResult result = parts.recovery.find(&parts.context, hint, &parts.objects[0]);
+  tracking::ObjectResult result = parts.recovery.find(&parts.context, hint, &parts.objects[0], &believed);
   EXPECT_EQ(result.trust.reason.code, tracking::ReasonCode::kNothingFound);
   EXPECT_EQ(parts.objects[0].lost_frames, 1);
   parts.open({kPose}, 0);
   hint.mask = parts.image.mask;
   for (std::size_t i = 0; i < hint.mask.size(); ++i)
     if (hint.mask[i]) parts.image.depth_m[i] = 0;
-  result = parts.recovery.find(&parts.context, hint, &parts.objects[0]);
+  result = parts.recovery.find(&parts.context, hint, &parts.objects[0], &believed);
   EXPECT_EQ(result.trust.reason.code, tracking::ReasonCode::kNoReadingInMask);
 }
 

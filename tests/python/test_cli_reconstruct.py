@@ -277,8 +277,12 @@ def test_a_first_guess_is_a_ball_a_mesh_or_a_shape_of_before(recording, whole, d
         (["--out", "o", "--texture", "4"], "--texture"),
         (["/elsewhere", "--out", "o", "--then", "/other"], "--then: expected one SEQ"),
         (["--out", "o", "--then-init", "mask"], "--then-init: expected one for each --then"),
-        (["--out", "o", "--then", "/other", "--then-init", "gt"], "box:x,y,w,h, mask.png or mask"),
-        (["--out", "o", "--then", "/other", "--then-init", "box:1"], "box:x,y,w,h"),
+        (
+            ["--out", "o", "--then", "/other", "--then-init", "gt"],
+            "--then-init: expected box:x,y,w,h, mask.png, mask, got 'gt'",
+        ),
+        (["--out", "o", "--then", "/other", "--then-init", "box:1"], "--then-init: expected box:x,y,w,h"),
+        (["--out", "o", "--then", "/other", "--evolution", "printed"], "the source knows one recording"),
     ],
 )
 def test_wrong_usage_exits_with_2_and_one_line(arguments, message, capsys):
@@ -368,6 +372,20 @@ def test_a_further_recording_continues_the_shape(recording, other, whole, tmp_pa
     )
     assert np.linalg.norm(tracked[:, 1:4] - truth[:, 1:4], axis=1).max() < 2 * MAX_ERROR_M
     assert set(refined[:, 0]) <= set(tracked[:, 0])
+
+
+def test_a_recording_by_another_camera_is_told_before_the_first_one_is_followed(
+    recording, duck, tmp_path, capsys
+):
+    frames, masks = scene(duck)
+    nearer = st.Camera(0.9 * CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy, CAMERA.width, CAMERA.height)
+    folder, out = tmp_path / "nearer", tmp_path / "o"
+    seq = st.Sequence(frames, nearer, poses(), {1: duck}, masks=lambda i: masks[i])
+    st.save_sequence(folder, seq, layout="bop")
+    assert quick(recording, out, "--then", str(folder), "--then-init", "box:40,20,80,80") == 1
+    assert "expected the camera of the first recording" in (text := told(capsys))
+    assert str(folder) in text
+    assert not out.exists()
 
 
 def test_a_recording_of_something_else_is_an_error_that_leaves_the_first_one(recording, tmp_path, capsys):

@@ -85,9 +85,27 @@ def test_an_error_on_the_thread_is_raised_where_its_result_is_due(monkeypatch: A
         raise MemoryError("no room for a second volume")
 
     monkeypatch.setattr(young_refit.YoungRefit, "_refit", broken)
-    followed(DUE)
+    star, _ = followed(DUE)
     with pytest.raises(MemoryError, match="second volume"):
-        followed(DUE + 1)
+        star.track(noisy()[DUE])
+    assert star.track(noisy()[DUE]).index == DUE  # and the camera goes on
+
+
+def test_a_frame_that_is_refused_where_it_is_due_leaves_all_in_order() -> None:
+    star, _ = followed(DUE)
+    with pytest.raises(ValueError, match="camera's size"):
+        star.track(st.Frame(np.ones((10, 10), np.float32)))
+    assert star.track(noisy()[DUE]).ok
+
+
+def test_a_refit_counts_all_frames_and_one_that_is_due_later_is_kept_in_a_file(tmp_path: Any) -> None:
+    assert followed(DUE + 1)[0].quality().frames == DUE + 1
+    star, _ = followed(FIRST - 2)
+    star.save(tmp_path / "star")
+    again = st.Reconstructor.load(tmp_path / "star")
+    for i in range(FIRST - 2, FIRST + 1):
+        again.track(noisy()[i])
+    assert again._refit is not None
 
 
 def test_what_is_asked_for_meanwhile_ends_it(tmp_path: Any) -> None:

@@ -30,7 +30,7 @@ bool clear_view(const Visibility& seen) {
 
 int FitView::open(const frame::DepthFrame& frame, const Camera& camera, const FitTarget& target,
                   double padding_m, const frame::Plane* plane) {
-  frame_ = &frame, camera_ = &camera, target_ = &target;
+  frame_ = &frame, camera_ = &camera, target_ = &target, beside_ = target.neighbors;
   stated_noise_m_ = sensor_noise(options_).at(target.expected.t.z);
   free_grid_.distance_px.clear();
   selection_.choose(frame, camera, target.shape, target.expected, sensor_noise(options_), padding_m, plane);
@@ -49,7 +49,7 @@ int FitView::open(const frame::DepthFrame& frame, const Camera& camera, const Fi
 
 void FitView::open_without_depth(const frame::DepthFrame& frame, const Camera& camera,
                                  const FitTarget& target) {
-  frame_ = &frame, camera_ = &camera, target_ = &target;
+  frame_ = &frame, camera_ = &camera, target_ = &target, beside_ = target.neighbors;
   stated_noise_m_ = sensor_noise(options_).at(target.expected.t.z);
   coarse_.clear(), pixels_.clear();
   outline_lines_.lines.clear();

@@ -115,11 +115,9 @@ class FitView {
   // The outline in the colour image as it is seen from T_cam_obj; none without colours, or where the options
   // leave it out. Valid until the next call.
   // Returns how many places were looked at.
-  int read_outline(const Rigidd& T_cam_obj, int reach_px) {
-    return read_outline(T_cam_obj, reach_px, target_->neighbors);
-  }
-  // Not where one of `beside` (nullptr: none) is seen next to it.
-  int read_outline(const Rigidd& T_cam_obj, int reach_px, const Neighbors* beside);
+  int read_outline(const Rigidd& T_cam_obj, int reach_px);
+  // Next to which an outline says nothing, from now on: kept by address. At first those of the target.
+  void stand_beside(const Neighbors* neighbors) { beside_ = neighbors; }
   // The colours on both sides of the outline at T_cam_obj, which is sure.
   void learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                      const appearance::ColorModel& whole, const Rigidd& T_cam_obj, const FitMemory& memory,
@@ -177,6 +175,7 @@ class FitView {
   const frame::DepthFrame* frame_ = nullptr;
   const Camera* camera_ = nullptr;
   const FitTarget* target_ = nullptr;
+  const Neighbors* beside_ = nullptr;
   double stated_noise_m_ = 0;
 
   // Of the last pose that was measured: what its covariance was made of.

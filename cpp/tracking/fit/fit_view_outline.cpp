@@ -26,12 +26,12 @@ double in_front_m(double noise_m, const FitMemory& memory) {
 
 }  // namespace
 
-int FitView::read_outline(const Rigidd& T_cam_obj, int reach_px, const Neighbors* beside) {
+int FitView::read_outline(const Rigidd& T_cam_obj, int reach_px) {
   outline_lines_.lines.clear();
   if (!reads_outline()) return 0;
   return find_outline_lines(
       *frame_, *camera_, target_->shape, target_->outline, T_cam_obj,
-      {options_.outline_points, reach_px, in_front_m(stated_noise_m_, target_->memory), beside}, &contours_,
+      {options_.outline_points, reach_px, in_front_m(stated_noise_m_, target_->memory), beside_}, &contours_,
       &outline_lines_);
 }
 

@@ -116,10 +116,13 @@ void JointFitter::fit_fine(optim::State* x) {
 
 bool JointFitter::read_outlines(const optim::State& x) {
   bool any = false;
-  for (std::size_t m = 0; m < targets_->size(); ++m)
-    if (views_[m]->candidates() > 0 && views_[m]->outline_helps())
-      any |= views_[m]->read_outline(inverse(x.T_obj_cam[m]), options_.outline_reach_px,
-                                     &neighbors_at(x, m)) > 0;
+  for (std::size_t m = 0; m < targets_->size(); ++m) {
+    FitView& view = *views_[m];
+    if (view.candidates() == 0 || !view.outline_helps()) continue;
+    view.stand_beside(&neighbors_at(x, m));
+    view.read_outline(inverse(x.T_obj_cam[m]), options_.outline_reach_px);
+    any |= view.outline_weight((*targets_)[m].memory) > 0;
+  }
   return any;
 }
 
@@ -232,6 +235,7 @@ void JointFitter::measure_one(std::size_t m, const optim::State& x, bool last) {
   fitted.cost = cost_of(m, &energy);
   const energies::EnergySummary summary = energy.summarize(one_, kSummaryPixels, &view.summary_scratch());
   view.measure_noise(summary, &fitted.memory);
+  view.stand_beside(&neighbors_at(x, m));
   if (last) view.measure_pose(options, one_, summary, &energy, &fitted);
 }
 

@@ -14,7 +14,8 @@ constexpr double kRead = 0.25;  // weak: a smaller share of the visible surface 
 constexpr double kReadWidth = 0.03;
 constexpr double kHardlyRead = 0.05;
 constexpr int kFewEnds = 3;  // directions in which the object is seen to end
-constexpr int kEnough = 6;   // agreeing points; fewer say nothing
+constexpr double kGoodGap_m = 0.001;
+constexpr int kEnough = 6;  // agreeing points; fewer say nothing
 
 // Logistic regression over poses with known error, true ones, disturbed ones and those where a fit went
 // astray or was made to another object (python -m experiments run trust.fit; docs/trust.md).
@@ -61,6 +62,12 @@ double evidence_share(const PoseEvidence& e, double prior_log_odds) {
                  w.log_rough * std::log(std::clamp(e.roughness, 0.5, 20.0));
   if (e.color_gain) score += w.color * *e.color_gain;
   return rise(score);
+}
+
+double evidence_but_for_residuals(PoseEvidence evidence, double prior_log_odds) {
+  evidence.seen.gap_m = std::min(evidence.seen.gap_m, kGoodGap_m);
+  evidence.roughness = std::min(evidence.roughness, 1.0);
+  return evidence_share(evidence, prior_log_odds);
 }
 
 Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const TrackerOptions& options,

@@ -51,31 +51,31 @@ def parse_inits(texts: list[str], models: int) -> list[Init]:
     return inits
 
 
-def parse_init(text: str, known: str = INIT) -> Init:
-    """One --init; a usage error that lists the `known` ones for a text that is none of them."""
+def parse_init(text: str, known: str = INIT, option: str = "--init") -> Init:
+    """What was typed after an option; a usage error that lists the `known` ones for a text that is none of them."""
     if text in ("gt", "auto"):
         return Init(text, text)
     kind, colon, values = text.partition(":")
     for name, wanted in (("box", "x,y,w,h"), ("click", "x,y")):
         if colon and kind == name:
-            return Init(name, text, _numbers(text, values, name, wanted))
+            return Init(name, text, _numbers(text, values, name, wanted, option))
     suffix = Path(text).suffix.lower()
     if suffix == ".json":
         return Init("poses", text)
     if suffix in (".png", ".bmp", ".tif", ".tiff", ".pgm"):
         return Init("mask", text)
-    raise Usage(f"expected {known.replace('|', ', ')}, got {text!r}", "--init")
+    raise Usage(f"expected {known.replace('|', ', ')}, got {text!r}", option)
 
 
-def _numbers(text: str, values: str, name: str, wanted: str) -> tuple[float, ...]:
+def _numbers(text: str, values: str, name: str, wanted: str, option: str) -> tuple[float, ...]:
     try:
         numbers = tuple(float(v) for v in values.split(","))
     except ValueError:
         numbers = ()
     if len(numbers) != len(wanted.split(",")) or not all(map(math.isfinite, numbers)):
-        raise Usage(f"expected {name}:{wanted} in pixels of the depth image, got {text!r}", "--init")
+        raise Usage(f"expected {name}:{wanted} in pixels of the depth image, got {text!r}", option)
     if name == "box" and (numbers[2] <= 0 or numbers[3] <= 0):
-        raise Usage(f"expected a width and a height above 0, got {text!r}", "--init")
+        raise Usage(f"expected a width and a height above 0, got {text!r}", option)
     return numbers
 
 

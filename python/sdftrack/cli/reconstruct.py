@@ -145,7 +145,12 @@ def reconstruct(
     ] = False,
     faces: Annotated[
         int | None,
-        typer.Option(min=4, metavar="N", help="At most so many triangles in the mesh files. Extra: export."),
+        typer.Option(
+            min=4,
+            max=2**31 - 1,
+            metavar="N",
+            help="At most so many triangles in the mesh files. Extra: export.",
+        ),
     ] = None,
     texture: Annotated[
         int | None,
@@ -230,6 +235,11 @@ def reconstruct(
         options=reconstructor_settings(config, evolution),
         quiet=quiet,
     )
+    known = job.options.get("evolution") or getattr(job.options.get("options"), "evolution", "ours")
+    if job.then and known == "printed":
+        raise Usage(
+            "expected the default evolution with it, got printed: the source knows one recording", "--then"
+        )
     if job.init is not None and job.init.kind == "gt" and job.shape is None:
         raise Usage(
             "gt: expected --shape with it, whose true pose the sequence knows; or leave --init out", "--init"
@@ -270,7 +280,7 @@ def _reconstruct_one(folder: Path, out: Path, job: Job) -> None:
         frame = fitting(seq[numbers[0]], seq.camera)
         place = find_place(job.init, job.number, seq, numbers[0], frame, folder)
         for further in job.then:
-            check_further(further, job)
+            check_further(further, job, seq.camera)
         guess = load_shape(job.shape, job.unit, job.voxels)
         star = st.Reconstructor(
             seq.camera,

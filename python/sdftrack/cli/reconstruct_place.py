@@ -29,13 +29,13 @@ class Place:
     instance: int | None
 
 
-def parse_place(text: str | None) -> Init | None:
-    """What was typed after --init; None: nothing, so the sequence's own mask."""
+def parse_place(text: str | None, option: str = "--init", forms: str = INIT) -> Init | None:
+    """What was typed after an option; None: nothing, so the sequence's own mask."""
     if text is None:
         return None
-    init = parse_init(text, INIT)
-    if init.kind not in ("box", "mask", "gt"):
-        raise Usage(f"expected {INIT.replace('|', ', ')}, got {text!r}", "--init")
+    init = parse_init(text, forms, option)
+    if init.kind not in ("box", "mask", "gt") or init.kind not in forms:
+        raise Usage(f"expected {forms.replace('|', ', ')}, got {text!r}", option)
     return init
 
 

@@ -140,12 +140,16 @@ class Run:
         from sdftrack.reconstruction.quality import seen_part
 
         mesh = self.star.mesh()
-        whole = seen_part(mesh, self.star.options.least_seen) if self.job.seen_only else mesh
-        written = whole if self.job.faces is None else whole.decimated(self.job.faces)
-        recorder.wrote(*write_mesh_files(self.out, written, whole, self.job.formats, self.job.texture))
         recorder.wrote(*write_shape(self.out, self.star.shape))
         recorder.wrote(*write_sides(self.out, mesh, self._first, self.job.threads))
         self._note(recorder, mesh)
+        whole = seen_part(mesh, self.star.options.least_seen) if self.job.seen_only else mesh
+        written = whole
+        if self.job.faces is not None:
+            # The whole mesh first: a ring cannot be made of four triangles.
+            recorder.wrote(*write_mesh_files(self.out, whole, whole, [], None))
+            written = whole.decimated(self.job.faces)
+        recorder.wrote(*write_mesh_files(self.out, written, whole, self.job.formats, self.job.texture))
 
     def _note(self, recorder: Any, mesh: Any) -> None:
         """The section of report.json about the shape."""

@@ -16,6 +16,8 @@ from sdftrack.cli.reconstruct_place import Place, find_place, parse_place
 from sdftrack.cli.track import fitting
 from sdftrack.cli.track_summary import show_summary
 
+INIT = "box:x,y,w,h|mask.png|mask"
+
 __all__ = ["Further", "check_further", "follow_further", "parse_further"]
 
 
@@ -59,18 +61,20 @@ def parse_further(folders: list[str], inits: list[str], sequences: list[str]) ->
         raise Usage(f"expected one SEQ with it, got {len(sequences)}", "--then")
     if inits and len(inits) != len(folders):
         raise Usage(f"expected one for each --then ({len(folders)}), got {len(inits)}", "--then-init")
-    places = [None if text == "mask" else parse_place(text) for text in inits] or [None] * len(folders)
-    for place in places:
-        if place is not None and place.kind == "gt":
-            raise Usage("expected box:x,y,w,h, mask.png or mask, got gt", "--then-init")
+    places = [None if text == "mask" else parse_place(text, "--then-init", INIT) for text in inits]
+    places = places or [None] * len(folders)
     return [Further(Path(folder), place) for folder, place in zip(folders, places, strict=True)]
 
 
-def check_further(further: Further, job: Any) -> None:
-    """Errors of a recording that can be told before the first one is followed."""
+def check_further(further: Further, job: Any, camera: Any) -> None:
+    """Errors of a recording that can be told before the first one, taken by `camera`, is followed."""
     import sdftrack as st
 
     with st.open_sequence(further.folder, layout=job.layout) as seq:
+        if seq.camera != camera:
+            raise ValueError(
+                f"{further.folder}: expected the camera of the first recording, {camera!r}, got {seq.camera!r}"
+            )
         _first(further, seq, job)
 
 

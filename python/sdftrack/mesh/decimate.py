@@ -40,6 +40,8 @@ def decimate(vertices: Points, faces: Faces, count: int) -> tuple[Points, Faces,
         For each vertex that was given the one it went into; -1: into a part that folded flat and was left out.
     """
     library = need("fast_simplification", "export")
+    if not np.isfinite(vertices).all():
+        raise ValueError("vertices: every coordinate must be finite")
     # In units of the object's size, so that the library's tolerances do not depend on metres or millimetres.
     low, size = vertices.min(axis=0), max(float(np.ptp(vertices, axis=0).max()), 1e-12)
     unit = np.ascontiguousarray((vertices - low) / size)
@@ -55,9 +57,8 @@ def decimate(vertices: Points, faces: Faces, count: int) -> tuple[Points, Faces,
         points, triangles, merged_into = _without_flat_parts(points, triangles, merged_into)
         if len(triangles) >= LEAST_FACES and (not closed or is_closed(triangles)):
             return size * points + low, triangles, merged_into
-    raise ValueError(
-        f"faces: no closed surface of {count} faces was found for this mesh; give a larger number"
-    )
+    kind = "closed surface" if closed else "surface"
+    raise ValueError(f"faces: no {kind} of {count} faces was found for this mesh; give a larger number")
 
 
 def is_closed(faces: Faces) -> bool:

@@ -127,7 +127,7 @@ class Mesh:
         texture: int | None = None,
         colors_from: Mesh | None = None,
     ) -> None:
-        """Write .ply, .obj, .glb or .stl (metres), whole or not at all.
+        """Write .ply, .obj, .glb or .stl (metres); each file whole or not at all.
 
         Colours are kept at the vertices by .ply, .obj and .glb, `seen` by .ply and .glb.
 
@@ -136,7 +136,8 @@ class Mesh:
         path : path
         texture : int, optional
             Texels a side (16 to 8192) of a picture that has the colours; .obj, .ply and .glb say what lies where. It is
-            within a .glb, beside the others as NAME_texture.png (with NAME.mtl for .obj). Needs the extra
+            within a .glb, beside the others as NAME_texture.png (with NAME.mtl for .obj), written before the mesh:
+            give a .ply and an .obj of different meshes different names. Needs the extra
             ``sdftrack[export]``. Vertices on borders in the picture are written once for each side.
         colors_from : Mesh, optional
             With `texture`: the mesh whose colours they are, those of its nearest points. None: its own. So a mesh of
@@ -199,7 +200,8 @@ class Mesh:
         ImportError
             Without fast-simplification.
         ValueError
-            Fewer than 4; a closed surface that cannot be made of so few.
+            Fewer than 4; a surface that cannot be made of so few (closed, if this one is); vertices that are not
+            finite.
 
         Examples
         --------

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import time
+import weakref
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -239,17 +240,17 @@ class Reconstructor:
         if shown is None:
             return self._finished(result, result.poses[0], begin, fused=False)
         T = shown.T_cam_obj
+        self._volume.begin_recording(shown, T)
         self._end_refit()
+        self._next_refit = 0  # the first frames are those of the first recording
         self._tracker, self._index = tracker, self._index + 1
         self._later.append(shown)
-        self._volume.begin_recording(self._later[-1], T)
         self._reshape()
         if pose is None:
             first = self._first_keyframe(frame, shown)
             self._keep(replace(first, index=self._index, recording=len(self._later)), frame)
-        else:
-            self._add(frame, T)
-        return self._finished(result, T, begin, fused=True)
+        fused = pose is None or self._add(frame, T)
+        return self._finished(result, T, begin, fused=fused)
 
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
         """Follow the object into the next frame, and add what it shows where the pose is sure.
@@ -270,17 +271,15 @@ class Reconstructor:
         if frame.camera is not None and depth_camera(frame.camera) != self._frame_camera:
             raise ValueError("frame: expected the camera of all frames, got another one with this frame")
         begin = time.perf_counter()
-        if self._index + 1 == self._refit_due:
+        if self._refit is not None and self._index + 1 == self._refit_due:
             self._take_refit()
         result = tracker.track(frame)
         self._index += 1
         # The source does not judge its poses: every frame that could be tracked adds to the shape.
         sure = result.status[0] in ((Status.OK, Status.WEAK) if self._printed else (Status.OK,))
-        sure = sure and frame.depth is not None
-        if sure:
-            self._add(frame, result.poses[0])
+        fused = sure and frame.depth is not None and self._add(frame, result.poses[0])
         self._begin_refit()
-        return self._finished(result, result.poses[0], begin, fused=sure)
+        return self._finished(result, result.poses[0], begin, fused=fused)
 
     process = track
 
@@ -343,6 +342,7 @@ class Reconstructor:
         """
         tracker = self._started("refine")
         self._end_refit()
+        self._next_refit = 0  # this one is of all frames
         last, newest = TrackerInterface(tracker).last_poses[0], self._kept[-1]
         before = newest.T_cam_obj
         shape, volume, poses = self.shape, self._volume, [keyframe.T_cam_obj for keyframe in self._kept]
@@ -429,16 +429,18 @@ class Reconstructor:
         least = 0 if self._printed else self._least
         inside.replace_shape(0, values, colors, least, core.surface_boxes)
 
-    def _add(self, frame: Frame, T: Pose) -> None:
+    def _add(self, frame: Frame, T: Pose) -> bool:
+        """Fuse a frame at its pose; whether enough of the object is in the image for that."""
         assert self._tracker is not None
         assert frame.depth is not None
         inside = TrackerInterface(self._tracker)
         region = x0, y0, x1, y1 = inside.region(0, T, self.options.padding_m)
         if x1 - x0 < BLOCK or y1 - y0 < BLOCK:
-            return
+            return False
         foreground, rgb = inside.pixel_evidence(0, frame, region)
         depth, recording = cut(frame.depth, region), len(self._later)
         self._keep(Keyframe(self._index, region, depth, rgb, foreground, np.array(T), None, recording), frame)
+        return True
 
     def _first_keyframe(self, frame: Frame, found: Beginning) -> Keyframe:
         """The first frame of a recording, which says by a mask what is the object's."""
@@ -461,17 +463,19 @@ class Reconstructor:
         first = self._next_refit == self.options.refit_after
         self._next_refit = round(AGAIN * self._next_refit) if first else 0
         self._refit = YoungRefit(self._kept, self._volume, self._new_tracker, self._show, self._index)
+        weakref.finalize(self, self._refit.cancel)  # nobody will ask for it then
         self._refit_due = self._index + frames_taken(self._index, max(self._volume.lattice.voxels))
 
     def _take_refit(self) -> None:
         """Poses and shape as they have been found anew; the object goes on from where it is by them."""
         assert self._tracker is not None
         assert self._refit is not None
-        refit, self._refit = self._refit, None
+        refit, self._refit, self._refit_due = self._refit, None, 0
         found = refit.finish()
         if found is None:
             return
         last = TrackerInterface(self._tracker).last_poses[0]
+        found.volume.fused = self._volume.fused  # each that was fused stands for itself and one beside it
         self._volume = found.volume
         for keyframe in self._kept:
             keyframe.T_cam_obj = found.poses[keyframe.index]
@@ -481,7 +485,7 @@ class Reconstructor:
     def _end_refit(self) -> None:
         if self._refit is not None:
             self._refit.cancel()
-        self._refit, self._refit_due, self._next_refit = None, 0, 0
+        self._refit, self._refit_due = None, 0
 
     @property
     def _kept(self) -> list[Keyframe]:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["restore", "state_of"]
 
 # One that is under way ends: what is kept is fused anew when it is read.
-NO_REFIT = {"_refit": None, "_refit_due": 0, "_next_refit": 0}
+NO_REFIT = {"_refit": None, "_refit_due": 0}
 
 
 def state_of(star: Reconstructor) -> dict[str, Any]:
@@ -29,7 +29,9 @@ def state_of(star: Reconstructor) -> dict[str, Any]:
 def restore(star: Reconstructor, state: dict[str, Any]) -> None:
     """Fill a reconstructor that has no attributes yet."""
     saved = state.pop("saved", None)
-    star.__dict__.update({"_later": [], **NO_REFIT, **state})  # files of version 0.1 have neither
+    star.__dict__.update(
+        {"_later": [], "_next_refit": 0, **NO_REFIT, **state}
+    )  # files of version 0.1 have none
     star._volume = star._tracker = None
     if saved is None:
         return

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -86,6 +86,7 @@ class YoungRefit:
         self._new_tracker, self._reshape = new_tracker, reshape
         self._tracker: Any = None
         self._volume: Any = None
+        self._cancelled = False
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="sdftrack-refit")
         self._work: list[Future[None]] = [self._pool.submit(self._refit)]
 
@@ -107,7 +108,8 @@ class YoungRefit:
         return Refitted(self._volume, {k.index: k.T_cam_obj for k in self._keyframes}, self._correction())
 
     def cancel(self) -> None:
-        """Let it go; nothing is waited for but what is being done at this moment."""
+        """Let it go: the thread ends after the frame that it is at, and is not waited for."""
+        self._cancelled = True
         self._pool.shutdown(wait=False, cancel_futures=True)
 
     # -- on the thread
@@ -116,6 +118,10 @@ class YoungRefit:
     def _size(self) -> tuple[int, int]:
         return self._camera.height, self._camera.width
 
+    def _go_on(self) -> None:
+        if self._cancelled:
+            raise CancelledError
+
     def _correction(self) -> Pose:
         last = self._keyframes[-1]
         return np.asarray(np.linalg.solve(self._before[last.index], last.T_cam_obj))
@@ -123,6 +129,7 @@ class YoungRefit:
     def _fused(self, lattice: Lattice, every: int) -> Volume:
         volume = self._empty(lattice)
         for keyframe in self._keyframes[::every]:
+            self._go_on()
             volume.fuse(keyframe, keyframe.full_depth(*self._size))
         return volume
 
@@ -142,7 +149,7 @@ class YoungRefit:
             coarse = self._fused(place, 1)
             self._reshape(tracker, coarse)
 
-        refine(self._keyframes, tracker, self._size, fuse_all, ROUNDS, None)
+        refine(self._keyframes, tracker, self._size, fuse_all, ROUNDS, lambda share: self._go_on())
         better = judge.misfit_m(coarse.shape(1)) < was_m
         if not better or _far(before, [k.T_cam_obj for k in self._keyframes]):
             self._tracker = None
