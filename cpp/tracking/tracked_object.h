@@ -33,6 +33,7 @@ struct TrackedObject {
   ColorDelay color_delay;          // of what it shows, since the start of the sequence
   PredictionErrors errors;         // 0 of a pose that is given: right, as far as anybody knows
   bool given = false;              // its pose, by somebody who vouches for it; until a frame has shown it
+  bool by_mask_alone = false;      // found in a mask or box though its residuals speak against it
   bool weak = false;               // in the last frame
   int sure_frames = 0;             // since the start
   int weak_frames = 0;             // in a row
@@ -67,7 +68,7 @@ struct TrackedObject {
     memory = {};
     memory.damping = options.damping_start, memory.systematic_m = options.systematic_m;
     motion.reset(), errors = {}, sure_frames = 0;
-    usual_share = usual_cost = prior_log_odds = 0, weak = given = false,
+    usual_share = usual_cost = prior_log_odds = 0, weak = given = by_mask_alone = false,
     lost_frames = hidden_frames = weak_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();
     doubtful_frames = 0, double_of = -1;

@@ -160,7 +160,7 @@ ObjectResult Tracker::track_one(Object* object) {
   if (result.trust.status != Status::kLost) {
     object->lost_frames = 0;
     compare_alternatives(&context_, &follower_, object, &result);
-    return result;
+    return doubt_mask(*object, std::move(result));
   }
   ++object->lost_frames;
   object->motion.reset();
@@ -179,9 +179,16 @@ ObjectResult Tracker::begin_at(Object* object, const PoseHint& hint) {
   ObjectResult believed = begin_at_pose(object, *off_by_residuals);
   believed.runner_up = found.runner_up;
   prepend(found.steps, &believed.steps);
-  if (believed.trust.status == Status::kOk)
-    believed.trust.status = Status::kWeak, believed.trust.reason = {ReasonCode::kPoorFit};
-  return believed;
+  object->by_mask_alone = true;
+  return doubt_mask(*object, std::move(believed));
+}
+
+// Another object of about that size would have such residuals too: it stays in doubt.
+ObjectResult Tracker::doubt_mask(const Object& object, ObjectResult result) const {
+  if (!object.by_mask_alone || result.trust.status != Status::kOk) return result;
+  result.trust.status = Status::kWeak, result.trust.reason = {ReasonCode::kPoorFit};
+  result.trust.confidence = std::min(result.trust.confidence, options_.weak_evidence);
+  return result;
 }
 
 ObjectResult Tracker::begin_at_pose(Object* object, const Rigidd& T_cam_obj) {

@@ -101,6 +101,7 @@ class Tracker {
   ObjectResult track_one(Object* object);
   ObjectResult begin_at(Object* object, const PoseHint& hint);
   ObjectResult begin_at_pose(Object* object, const Rigidd& T_cam_obj);  // centred
+  ObjectResult doubt_mask(const Object& object, ObjectResult result) const;
   ObjectResult follow(Object* object);
   ObjectResult unread(Object* object) const;
 
