@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import functools
+import gc
 import time
+import weakref
 from typing import Any
 
 import numpy as np
@@ -124,6 +126,14 @@ def test_what_is_asked_for_meanwhile_ends_it(tmp_path: Any) -> None:
         star.track(seq[i])
     assert star._refit is not None
     assert star._refit is not begun
+
+
+def test_a_reconstructor_that_is_let_go_takes_its_refits_with_it() -> None:
+    star, _ = followed(DUE + 1)
+    gone = weakref.ref(star)
+    del star
+    gc.collect()
+    assert gone() is None
 
 
 def test_a_coarser_lattice_holds_the_same_space() -> None:

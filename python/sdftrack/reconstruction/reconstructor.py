@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 import time
-import weakref
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -463,7 +462,6 @@ class Reconstructor:
         first = self._next_refit == self.options.refit_after
         self._next_refit = round(AGAIN * self._next_refit) if first else 0
         self._refit = YoungRefit(self._kept, self._volume, self._new_tracker, self._show, self._index)
-        weakref.finalize(self, self._refit.cancel)  # nobody will ask for it then
         self._refit_due = self._index + frames_taken(self._index, max(self._volume.lattice.voxels))
 
     def _take_refit(self) -> None:
