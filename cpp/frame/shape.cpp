@@ -53,12 +53,26 @@ int contact_count(double area_m2) {
 }
 
 constexpr int kCoarseVoxels = 80;  // along the longest side
-constexpr int kCoarseInPart = 40;  // of a shape that is made anew again and again
+constexpr int kCoarseInPart = 50;  // of a shape that is made anew again and again
 
-void make_coarse(int voxels, Shape* shape) {
-  const SdfView& sdf = shape->sdf;
+// Voxels from one node of so many to the next.
+float coarse_step(const SdfView& sdf, int nodes) {
   const int longest = std::max({sdf.nx, sdf.ny, sdf.nz});
-  const float step = std::max(1.0f, static_cast<float>(longest - 1) / static_cast<float>(voxels - 1));
+  return std::max(1.0f, static_cast<float>(longest - 1) / static_cast<float>(nodes - 1));
+}
+
+float node_value(const SdfView& sdf, float step, int x, int y, int z) {
+  const Vec3f at{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+  float phi;
+  Vec3f gradient;
+  sample(sdf, sdf.origin_obj + step * sdf.voxel_m * at, &phi, &gradient);
+  return phi;
+}
+
+// value_at(x, y, z): the distance at a node, `step` voxels from the next.
+template <class ValueAt>
+void make_coarse(float step, const ValueAt& value_at, Shape* shape) {
+  const SdfView& sdf = shape->sdf;
   const auto count = [&](int n) {
     return std::max(2, static_cast<int>(std::ceil(static_cast<float>(n - 1) / step)) + 1);
   };
@@ -69,13 +83,28 @@ void make_coarse(int voxels, Shape* shape) {
                             static_cast<std::size_t>(coarse.nz));
   for (int z = 0; z < coarse.nz; ++z)
     for (int y = 0; y < coarse.ny; ++y)
-      for (int x = 0; x < coarse.nx; ++x) {
-        const Vec3f at{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
-        float phi;
-        Vec3f gradient;
-        sample(sdf, coarse.origin_obj + coarse.voxel_m * at, &phi, &gradient);
-        shape->coarse_phi.push_back(phi);
-      }
+      for (int x = 0; x < coarse.nx; ++x) shape->coarse_phi.push_back(value_at(x, y, z));
+}
+
+void mix_coarse(Shape* shape) {
+  const float step = coarse_step(shape->sdf, kCoarseVoxels);
+  make_coarse(
+      step, [&](int x, int y, int z) { return node_value(shape->sdf, step, x, y, z); }, shape);
+}
+
+// Nodes that are voxels take one value each and mix none: a shape in part is made anew with every frame.
+void pick_coarse(Shape* shape) {
+  const SdfView& sdf = shape->sdf;
+  const float step = std::ceil(coarse_step(sdf, kCoarseInPart));
+  const int whole = static_cast<int>(step);
+  make_coarse(
+      step,
+      [&](int x, int y, int z) {
+        const int vx = whole * x, vy = whole * y, vz = whole * z;
+        return vx < sdf.nx && vy < sdf.ny && vz < sdf.nz ? sdf.phi[(vz * sdf.ny + vy) * sdf.nx + vx]
+                                                         : node_value(sdf, step, x, y, z);
+      },
+      shape);
 }
 
 void put_points(const std::vector<sdf::SurfaceSample>& samples, std::vector<Vec3f>* points,
@@ -123,7 +152,7 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
   put_points(surface.samples(kSearchPoints), &shape.search_points, &shape.search_normals);
   for (const sdf::SurfaceSample& s : surface.samples(contact_count(surface.area_m2())))
     shape.contact.push_back(s.p_obj);
-  make_coarse(kCoarseVoxels, &shape);
+  mix_coarse(&shape);
   return shape;
 }
 
@@ -155,7 +184,7 @@ Shape make_shape(const PartialShape& known, int point_count, int outline_count) 
                              shape.points.begin() + static_cast<std::ptrdiff_t>(searched));
   shape.search_normals.assign(shape.normals.begin(),
                               shape.normals.begin() + static_cast<std::ptrdiff_t>(searched));
-  make_coarse(kCoarseInPart, &shape);
+  pick_coarse(&shape);
   const std::vector<float>& phi = shape.coarse_phi;
   const auto deepest = static_cast<int>(std::min_element(phi.begin(), phi.end()) - phi.begin());
   const SdfView& c = shape.coarse_sdf;

@@ -13,6 +13,8 @@ namespace sdftrack::levelset {
 namespace {
 
 constexpr int kBlocksAtOnce = 64;
+constexpr int kKnownFrames = 30;  // that have spoken of a block
+constexpr int kRestTogether = 4;  // blocks along each axis that take the same frames
 int blocks_along(int n) { return (n + EvidenceVolume::kBlock - 1) / EvidenceVolume::kBlock; }
 
 std::uint16_t mixed(std::uint16_t before, unsigned char now, float share) {
@@ -32,6 +34,7 @@ EvidenceVolume::EvidenceVolume(const sdf::Grid& grid, const float* prior)
       weight_(grid.size()),
       colors_(grid.size()),
       empty_(static_cast<std::size_t>(bx_) * static_cast<std::size_t>(by_) * static_cast<std::size_t>(bz_)),
+      spoken_(empty_.size()),
       turned_(empty_.size(), 1) {
   if (prior) std::copy_n(prior, grid.size(), log_ratio_.begin());
 }
@@ -53,6 +56,12 @@ EvidenceVolume EvidenceVolume::padded(const std::array<int, 3>& before,
       std::copy_n(weight_.begin() + from, grid_.nx, larger.weight_.begin() + to);
       std::copy_n(colors_.begin() + from, grid_.nx, larger.colors_.begin() + to);
     }
+  for (int b = 0; b < static_cast<int>(spoken_.size()); ++b) {
+    const int x = b % bx_ + before[0], y = b / bx_ % by_ + before[1], z = b / (bx_ * by_) + before[2];
+    larger.spoken_[static_cast<std::size_t>((z * larger.by_ + y) * larger.bx_ + x)] =
+        spoken_[static_cast<std::size_t>(b)];
+  }
+  larger.frame_ = frame_;
   return larger;
 }
 
@@ -112,6 +121,15 @@ bool EvidenceVolume::touches(int block, const Rigidd& T_cam_obj, const Camera& c
   return false;
 }
 
+// What many frames have spoken of changes little with one more: it takes each `known_every`-th, neighbours
+// mostly the same one, for the work at a surface is shared by the blocks on both sides of it.
+bool EvidenceVolume::rests(int block, const EvidenceOptions& options) const {
+  if (spoken_[static_cast<std::size_t>(block)] < kKnownFrames) return false;
+  const int group =
+      block % bx_ / kRestTogether + block / bx_ % by_ / kRestTogether + block / (bx_ * by_) / kRestTogether;
+  return (group + frame_) % options.known_every != 0;
+}
+
 const std::vector<int>& EvidenceVolume::fuse(const EvidenceImage& image, const FrameColors& colors,
                                              const Camera& camera, const Rigidd& T_cam_obj,
                                              const EvidenceOptions& options, int threads) {
@@ -136,7 +154,7 @@ const std::vector<int>& EvidenceVolume::fuse(const EvidenceImage& image, const F
                            last = std::min(blocks, first + kBlocksAtOnce);
                  int here[kBlocksAtOnce], n = 0;
                  for (int b = first; b < last; ++b)
-                   if (touches(b, T_cam_obj, camera, image)) here[n++] = b;
+                   if (!rests(b, options) && touches(b, T_cam_obj, camera, image)) here[n++] = b;
                  for (int k = 0; k < n; ++k) {
                    prefetch_block(here[std::min(k + 1, n - 1)]);
                    touched_[static_cast<std::size_t>(here[k])] =
@@ -146,6 +164,7 @@ const std::vector<int>& EvidenceVolume::fuse(const EvidenceImage& image, const F
   changed_.clear();
   for (int b = 0; b < blocks; ++b)
     if (touched_[static_cast<std::size_t>(b)]) changed_.push_back(b);
+  ++frame_;
   return changed_;
 }
 
@@ -177,6 +196,8 @@ bool EvidenceVolume::fuse_block(int block, const EvidenceTerm<float>& term, cons
       voxel_ops_for(used_isa())
           .fuse(term, place, rows, options.max_weight, &log_ratio_[first], &weight_[first], distance);
   empty_[static_cast<std::size_t>(block)] = change.empty;
+  unsigned char& spoken = spoken_[static_cast<std::size_t>(block)];
+  if (change.near && spoken < kKnownFrames) ++spoken;
   const float reach = options.color_reach_voxels * static_cast<float>(grid_.voxel_m);
   for (int row = 0; row < rows.ny * rows.nz; ++row)
     if (change.near >> row & 1)

@@ -22,6 +22,7 @@ struct EvidenceOptions {
   float min_slant = 0.2f;
   float max_weight = 100;           // frames that a voxel remembers
   float color_reach_voxels = 2.5f;  // from the surface
+  int known_every = 2;              // a block that many frames have spoken of takes one of so many
 };
 
 // Colours of a frame: rgb of each pixel of the evidence image, or nullptr.
@@ -67,6 +68,7 @@ class EvidenceVolume {
  private:
   bool touches(int block, const Rigidd& T_cam_obj, const Camera& camera, const EvidenceImage& image) const;
   void find_tiles(const EvidenceImage& image, float reach_m);
+  bool rests(int block, const EvidenceOptions& options) const;
   bool fuse_block(  // whether the surface may have changed
       int block, const EvidenceTerm<float>& term, const EvidenceImage& image, const FrameColors& colors,
       const Rigidd& T_cam_obj, const EvidenceOptions& options);
@@ -89,7 +91,9 @@ class EvidenceVolume {
   };
   std::vector<Tile> tiles_;
   int tiles_x_ = 0, tiles_y_ = 0;
-  std::vector<unsigned char> empty_;  // blocks of which every voxel is as surely outside as it can be
+  std::vector<unsigned char> empty_;   // blocks of which every voxel is as surely outside as it can be
+  std::vector<unsigned char> spoken_;  // frames that have spoken of a block's surface, until it is known
+  int frame_ = 0;
   std::vector<unsigned char> turned_, touched_;
   std::vector<int> changed_;
 };

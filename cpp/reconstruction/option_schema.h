@@ -24,6 +24,7 @@ void visit_options(Options& o, Visit& f) {
   f("noise_per_m", e.noise.noise_per_m, at_least(0), "1/m", "the noise grows as noise_m + noise_per_m Z^2");
   f("carve_from_m", e.carve_from_m, above(0), "m", "nearer before a reading nothing is carved");
   f("memory", e.max_weight, above(0), "", "frames that a voxel remembers; fewer forget mistakes sooner, more average better");
+  f("known_every", e.known_every, at_least(1), "", "a place that 30 frames have shown takes one of so many that follow; 1: all of them");
   f("border_px", o.image.border_px, at_least(0), "px", "the object's pixels this near to an outline or a jump of depth say nothing");
 }
 // clang-format on

@@ -14,7 +14,8 @@ namespace sdftrack::reconstruction {
 namespace {
 
 constexpr int kFirstRounds = 8;
-constexpr float kEmptyFrames = 3;     // that have looked past a place, and
+constexpr int kYoungRounds = 6;    // updates of far distances (an even number), after which half as many do
+constexpr float kEmptyFrames = 3;  // that have looked past a place, and
 constexpr float kEmptyRatio = -1.5f;  // their mean, where nothing of the object can be
 
 ReconstructionOptions checked(ReconstructionOptions options, const sdf::Grid& grid) {
@@ -22,6 +23,7 @@ ReconstructionOptions checked(ReconstructionOptions options, const sdf::Grid& gr
   if (options.evolved) {
     options.evidence.form = {true, options.sigma_d_voxels * static_cast<float>(grid.voxel_m)};
     options.evidence.max_weight = std::numeric_limits<float>::max();
+    options.evidence.known_every = 1;
   }
   options.image.printed = options.evidence.form.printed;
   return options;
@@ -136,10 +138,10 @@ void Reconstruction::find_roles(const FrameEvidence& frame, const Camera& camera
 
 // A part in each frame.
 void Reconstruction::update_far(int threads) {
-  const int part = frames_ % options_.far_every, nz = grid().nz;
+  const int every = options_.far_every * (frames_ < kYoungRounds * options_.far_every ? 1 : 2);
+  const int part = frames_ % every, nz = grid().nz;
   if (part == 0) distance_.sweep_far(options_.band_voxels);
-  distance_.fill_far(options_.band_voxels, nz * part / options_.far_every,
-                     nz * (part + 1) / options_.far_every, threads);
+  distance_.fill_far(options_.band_voxels, nz * part / every, nz * (part + 1) / every, threads);
 }
 
 void Reconstruction::fuse(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj,

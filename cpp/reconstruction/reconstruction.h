@@ -27,7 +27,7 @@ struct ReconstructionOptions {
   RoleOptions roles;
   float band_voxels = 8;  // of distances that are kept up to date in every frame
   int rounds = 2;         // of relaxation per frame
-  int far_every = 10;     // frames from one update of the distances beyond to the next
+  int far_every = 10;     // frames from one update of the distances beyond to the next, at first
 };
 
 // A frame, of a rectangle of pixels.

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.common.protocol import say
-from experiments.reconstruction.reconstruction import Setting, run_case
+from experiments.reconstruction.reconstruction import PARTS, Setting, run_case
 from experiments.registry import experiment
 from experiments.table import Table
 
@@ -62,7 +62,8 @@ def evolution(
     cells, rows = [], {}
     for name in only:
         for way, options in WAYS.items():
-            s = Setting(data, frames, "rgbd", voxels, threads, options, False, False, cache)
+            seed = PARTS["choose"][1]
+            s = Setting(data, frames, "rgbd", voxels, threads, options, False, False, cache, seed)
             (row,) = run_case(name, "hand", noise, s).values()
             case = f"{name}, {way}"
             rows[case] = {k: v for k, v in row.items() if not isinstance(v, list)}  # frame by frame: too long

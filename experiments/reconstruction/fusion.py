@@ -1,17 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""What plain fusion of truncated distances gets with the true poses: a baseline that has no pose to find (Open3D)."""
+"""Baselines of Open3D: fusion of truncated distances, with the true poses or those of frame-to-model ICP."""
 
 from __future__ import annotations
 
+import time
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import depth_camera
-from sdftrack.reproduce.measures.whole_scene import open3d
+from sdftrack.frame import Frame
+from sdftrack.geometry import inverse
+from sdftrack.reproduce.measures.whole_scene import camera_path, open3d
 
-__all__ = ["fused"]
+__all__ = ["fused", "tracked"]
 
 TRUNCATION_VOXELS = 5.0
 MIN_WEIGHT = 3.0  # frames; the default of Open3D
@@ -38,3 +42,44 @@ def fused(seq: Any, n: int, poses: NDArray[np.float64], voxel_m: float) -> Any:
         grid.integrate(grid.compute_unique_block_coordinates(image, *at), image, *at)
     mesh = grid.extract_triangle_mesh(MIN_WEIGHT)
     return Mesh(mesh.vertex.positions.numpy(), mesh.triangle.indices.numpy())
+
+
+@dataclass(frozen=True)
+class _Masked:
+    """A sequence with the depth of the object's true pixels alone."""
+
+    whole: Any
+
+    @property
+    def camera(self) -> Any:
+        return self.whole.camera
+
+    def __getitem__(self, i: int) -> Frame:
+        frame = self.whole[i]
+        return Frame(np.where(self.whole.masks(i)[0], frame.depth, np.float32(0)), frame.color)
+
+
+def tracked(
+    seq: Any, n: int, first: NDArray[np.float64], voxel_m: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Poses (n, 4, 4) T_cam_obj of the object by frame-to-model ICP, and the seconds of each frame.
+
+    It is told which pixels are the object's in every frame, and the pose in the first one. Rendering is not counted.
+    """
+    ends = [0.0] * n
+    begins = [0.0] * n
+    masked = _Masked(seq)
+    frames = [masked[i] for i in range(n)]
+
+    class Timed:
+        camera = seq.camera
+
+        def __getitem__(self, i: int) -> Frame:
+            begins[i] = begins[i] or time.perf_counter()
+            return frames[i]
+
+    def step(i: int) -> None:
+        ends[i] = time.perf_counter()
+
+    path = camera_path(Timed(), n, step, voxel_m=voxel_m, truncation_voxels=TRUNCATION_VOXELS)
+    return inverse(path) @ first, np.array(ends) - np.array(begins)

@@ -13,7 +13,7 @@ import numpy as np
 import sdftrack as st
 from experiments.common.protocol import load_mesh, load_sdf, say
 from experiments.options import NO_SETTINGS, Settings
-from experiments.reconstruction.fusion import fused
+from experiments.reconstruction.fusion import fused, tracked
 from experiments.registry import experiment
 from experiments.several.several import noise_of
 from experiments.table import Table
@@ -24,9 +24,13 @@ from sdftrack.reproduce.measures.whole_scene import open3d
 
 __all__ = ["HEAD", "PATHS", "Setting", "cells", "reconstruction", "run_case"]
 
-MESHES = ("lm_cat", "lm_duck", "lm_can", "lm_driller", "spot")
+# The meshes and the seed of a part; options were chosen on those of "choose".
+PARTS = {
+    "choose": (("lm_cat", "lm_duck", "lm_can", "lm_driller", "spot"), 1),
+    "report": (("bunny", "lm_ape", "lm_glue"), 11),
+}
 PATHS: tuple[Literal["turntable", "hand"], ...] = ("turntable", "hand")
-DISTANCE_M, SEED = 0.7, 1
+DISTANCE_M = 0.7
 TRUTH_VOXELS = 240
 HEAD = [
     *(
@@ -76,15 +80,16 @@ class Setting:
     threads: int
     options: Any
     refine: bool
-    tsdf: bool
+    peers: bool
     cache: Path | None
+    seed: int
 
 
 def run_case(name: str, path: str, noise: str, s: Setting) -> dict[str, dict[str, Any]]:
     """Rows of one object, path and noise: live, and as asked for refined and fusion."""
     mesh = load_mesh(s.data, name)
     seq = st.synth.sequence(
-        mesh, s.frames, path_of(path), noise_of(noise, 0.0), seed=SEED, clutter="wall",
+        mesh, s.frames, path_of(path), noise_of(noise, 0.0), seed=s.seed, clutter="wall",
         threads=s.threads, cache=s.cache,
     )  # fmt: skip
     poses = np.array([seq.ground_truth[i][0] for i in range(s.frames)])
@@ -107,10 +112,25 @@ def run_case(name: str, path: str, noise: str, s: Setting) -> dict[str, dict[str
             | shape_row(compare(_in_truth(star, inverse(found[0]) @ poses[0]), truth))
             | {"seconds": seconds, "kept": len(kept)}
         )
-    if s.tsdf:
-        plain = fused(seq, s.frames, poses, star.shape.voxel_size)
+    if s.peers:
+        voxel_m = star.shape.voxel_size
+        plain = fused(seq, s.frames, poses, voxel_m)
         rows[f"{key}, fusion"] = shape_row(compare(plain, truth))
+        rows[f"{key}, ICP"] = icp_row(seq, poses, voxel_m, middle, truth)
     return rows
+
+
+def icp_row(seq: Any, poses: Any, voxel_m: float, middle: Any, truth: Truth) -> dict[str, Any]:
+    """Numbers of Open3D's frame-to-model ICP and the fusion at its poses; it raises where it is lost."""
+    try:
+        found, seconds = tracked(seq, len(poses), poses[0], voxel_m)
+    except RuntimeError:
+        return {"not_ok": len(poses)}
+    return (
+        pose_row(found, poses, middle)
+        | shape_row(compare(fused(seq, len(poses), found, voxel_m), truth))
+        | {"ms": 1e3 * float(np.median(seconds[1:])), "first_ms": 1e3 * float(seconds[0])}
+    )
 
 
 def _in_truth(star: Any, own_true: Any) -> Any:
@@ -165,14 +185,15 @@ def cells(name: str, row: dict[str, Any]) -> list[str]:
     "reconstruction",
     needs=["meshes"],
     uses=["package:open3d"],
-    chosen_on="the same five meshes, both paths, seed 1",
-    reported_on="lm_cat, lm_duck, lm_can, lm_driller, spot; both paths, seed 1: the same",
+    chosen_on="part choose: lm_cat, lm_duck, lm_can, lm_driller, spot; both paths, seed 1",
+    reported_on="part report: bunny, lm_ape, lm_glue; both paths, seed 11",
     short={"only": ("spot",), "paths": ("hand",), "noise": ("1mm",), "frames": 4, "voxels": 60},
 )
 def reconstruction(
     *,
     data: Path,
-    only: tuple[str, ...] = MESHES,
+    part: Literal["choose", "report"] = "report",
+    only: tuple[str, ...] = (),
     paths: tuple[Literal["turntable", "hand"], ...] = PATHS,
     noise: tuple[str, ...] = ("1mm", "kinect"),
     mode: Literal["depth", "rgbd", "auto"] = "rgbd",
@@ -181,7 +202,7 @@ def reconstruction(
     threads: int = 0,
     options: Settings = NO_SETTINGS,
     refine: bool = False,
-    tsdf: bool = False,
+    peers: bool = False,
     cache: Path | None = None,
 ) -> Table:
     """Unknown objects reconstructed while they are tracked, from the mask of the first frame: poses, shape, time.
@@ -203,18 +224,22 @@ def reconstruction(
         of the reconstructor
     refine
         also the poses and the shape after refine()
-    tsdf
-        also Open3D's fusion with the true poses
+    peers
+        also Open3D's fusion, with the true poses, and with those of its frame-to-model ICP; both are told the object's
+        pixels in every frame
+    part
+        which meshes and seed; `only` chooses among all
     """
-    if tsdf:
+    if peers:
         open3d()  # missing: said before the first case, not after it
-    s = Setting(data, frames, mode, voxels, threads, options, refine, tsdf, cache)
+    meshes, seed = PARTS[part]
+    s = Setting(data, frames, mode, voxels, threads, options, refine, peers, cache, seed)
     rows: dict[str, Any] = {}
     for which in noise:
         for path in paths:
-            for name in only:
+            for name in only or meshes:
                 for key, row in run_case(name, path, which, s).items():
                     rows[key] = row
                     say("  ".join(cells(key, row)))
-    title = f"{frames} frames, {voxels} voxels, {mode}; mm, degrees, ms, MiB"
+    title = f"{part}: {frames} frames, {voxels} voxels, {mode}; mm, degrees, ms, MiB"
     return Table(title, HEAD, [cells(k, r) for k, r in rows.items()], numbers=rows)

@@ -239,3 +239,10 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and not np.isfinite(value):
         return None
     return value
+
+
+def doubted(result: TrackResult, reason: str) -> TrackResult:
+    """The result of one object, as weak for a reason that its tracker cannot know."""
+    confidence = np.minimum(result.confidence, 0.5)
+    confidence.flags.writeable = False
+    return dataclasses.replace(result, status=[Status.WEAK], reason=[reason], confidence=confidence)

@@ -58,6 +58,7 @@ class Beginning:
     ball: Ball
     noise_m: float  # sd of the depth
     view: FirstView | None = None  # where it can be; None: anywhere
+    outline: Mask | None = None  # the mask, or the box; None where a pose was given
 
 
 def find_object(
@@ -74,9 +75,10 @@ def find_object(
         on_object = place != 0
     ball = ball_of(depth, on_object, camera)
     view = None
-    if not posed and (options.keep_to_mask or options.planes):
-        outline = _outline(on_object, place, options)
-        on_object, view = _first_view(depth, on_object, outline, camera, 2 * ball.radius_m, options)
+    outline = None if posed else _outline(on_object, place)
+    if outline is not None and (options.keep_to_mask or options.planes):
+        limits = outline if options.keep_to_mask else np.ones(outline.shape, bool)
+        on_object, view = _first_view(depth, on_object, limits, camera, 2 * ball.radius_m, options)
         ball = ball_of(depth, on_object, camera)
     T = np.eye(4)
     T[:3, 3] = ball.centre_cam
@@ -84,7 +86,7 @@ def find_object(
         points = inside_points(initial)
         T[:3, 3] -= 0.5 * (points.min(0) + points.max(0))
     noise_m = options.noise_m or measured_noise(depth, on_object)
-    return Beginning(place if posed else T, on_object, ball, noise_m, view)
+    return Beginning(place if posed else T, on_object, ball, noise_m, view, outline)
 
 
 def _without_planes(
@@ -113,10 +115,8 @@ def _rectangle(shape: tuple[int, ...], box: tuple[int, int, int, int]) -> Mask:
     return inside
 
 
-def _outline(on_object: Mask, place: Any, options: ReconstructorOptions) -> Mask:
-    """The pixels that the object keeps to; a box's own pixels hang together, and may be fewer than the object's."""
-    if not options.keep_to_mask:
-        return np.ones(on_object.shape, bool)
+def _outline(on_object: Mask, place: Any) -> Mask:
+    """The pixels that show all of the object; a box's own pixels hang together, and may be fewer than the object's."""
     return _rectangle(on_object.shape, place) if isinstance(place, tuple) else on_object
 
 

@@ -48,6 +48,9 @@ class ReconstructorOptions:
     memory: float = described(
         100.0, "frames that a voxel remembers; fewer forget mistakes sooner, more average better"
     )
+    known_every: int = described(
+        2, "a place that 30 frames have shown takes one of so many that follow; 1: all of them"
+    )
     border_px: int = described(
         2, "the object's pixels this near to an outline or a jump of depth say nothing"
     )

@@ -24,11 +24,12 @@ from sdftrack.reconstruction.colors import learn_colors
 from sdftrack.reconstruction.initialization import Beginning, find_object
 from sdftrack.reconstruction.keyframe import Keyframe, Refined, cut, masked_keyframe
 from sdftrack.reconstruction.keyframe_selection import Keyframes
+from sdftrack.reconstruction.mask_extent import MaskExtent
 from sdftrack.reconstruction.misfit import OVERFIT, Judge
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.reconstruction.volume import BLOCK, Volume, lattice_for
 from sdftrack.reconstruction.young_refit import AGAIN, YoungRefit, frames_taken
-from sdftrack.results import Status, TrackResult
+from sdftrack.results import Status, TrackResult, doubted
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
 from sdftrack.tracking.interface import TrackerInterface
@@ -38,6 +39,7 @@ __all__ = ["Reconstructor"]
 Pose = NDArray[np.float64]
 STAND_IN_VOXELS = 24
 ROUNDS = 3
+YOUNG_FRAMES = 30  # in which the tracker takes the shape as each frame leaves it
 
 # What may have been meant where a keyword is neither an argument nor an option.
 KEYWORDS = ("initial", "voxels", "extent", "device", "mode", "threads", "options", "tracker_options")
@@ -114,6 +116,7 @@ class Reconstructor:
         self._volume: Any = None
         self._tracker: Tracker | None = None
         self._keyframes = Keyframes(self.options.kept_frames)
+        self._mask_extent: MaskExtent | None = None  # None: the shape keeps to the mask, or there is none
         self._later: list[Beginning] = []  # of further recordings, what their first frames show
         self._refit: YoungRefit | None = None
         self._refit_due = self._next_refit = 0  # the frame before which it is taken; after which one begins
@@ -174,6 +177,9 @@ class Reconstructor:
         self._beginning, self._volume, self._index, self._later = found, volume, 0, []
         self._keyframes = Keyframes(self.options.kept_frames)
         self._keyframes.add(keyframe)
+        self._mask_extent = None
+        if found.outline is not None and not self.options.keep_to_mask and not self._printed:
+            self._mask_extent = MaskExtent(self._frame_camera, found.outline, found.T_cam_obj)
         self._tracker = self._new_tracker()
         self._reshape()
         result = self._tracker.start(frame, poses=found.T_cam_obj)
@@ -452,8 +458,9 @@ class Reconstructor:
         self._keyframes.add(keyframe)
         if self._refit is not None:
             self._refit.add(keyframe)
-        self._volume.grow_if_needed()
-        self._reshape()
+        # What many frames have shown moves little with one more.
+        if self._volume.grow_if_needed() or self._volume.fused <= YOUNG_FRAMES or self._volume.fused % 2 == 0:
+            self._reshape()
 
     def _begin_refit(self) -> None:
         """Have the young poses and the shape found anew on another thread, where that is due with this frame."""
@@ -508,6 +515,9 @@ class Reconstructor:
     def _finished(self, result: TrackResult, T: Pose, begin: float, *, fused: bool) -> TrackResult:
         poses = np.array(result.poses)
         poses[0] = T
+        if fused and self._mask_extent is not None and result.status[0] is Status.OK:
+            reason = self._mask_extent.reason(self._volume.core, self._volume.fused, self._least)
+            result = doubted(result, reason) if reason else result
         change = float(self._volume.core.change_m) if fused else float("nan")
         seconds = time.perf_counter() - begin
         return replace(result, poses=poses, seconds=seconds, index=self._index, shape_change=change)

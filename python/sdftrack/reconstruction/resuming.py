@@ -20,7 +20,7 @@ from sdftrack.reconstruction.first_view import FirstView, planes_below
 from sdftrack.reconstruction.initialization import Beginning, find_object
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.reconstruction.quality import seen_part
-from sdftrack.results import Status, TrackResult
+from sdftrack.results import Status, TrackResult, doubted
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
 
@@ -104,7 +104,7 @@ def begin_again(
         looked = Looked(core, mesh, options.least_seen, frame, shown.on_object, camera)
         result = _find_known(tracker, shape, looked, frame, shown.on_object)
     if result.status[0] is Status.OK and (reason := looked.against(result.poses[0]).reason):
-        result = _doubted(result, reason)
+        result = doubted(result, reason)
     if result.status[0] is not Status.OK:
         return result, None
     return result, replace(shown, T_cam_obj=np.array(result.poses[0]))
@@ -192,12 +192,5 @@ def _find_known(tracker: Tracker, shape: SDF, looked: Looked, frame: Frame, on_o
     )
     if other is not None:
         turned = np.degrees(metrics.pose_error(other, found)[1])
-        return _doubted(result, AMBIGUOUS.format(turned))
+        return doubted(result, AMBIGUOUS.format(turned))
     return tracker.start(frame, poses=found)  # back from what was tried
-
-
-def _doubted(result: TrackResult, reason: str) -> TrackResult:
-    """The result with its only object weak for a reason."""
-    confidence = np.minimum(result.confidence, 0.5)
-    confidence.flags.writeable = False
-    return replace(result, status=[Status.WEAK], reason=[reason], confidence=confidence)

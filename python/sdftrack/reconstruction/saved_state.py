@@ -30,7 +30,7 @@ def restore(star: Reconstructor, state: dict[str, Any]) -> None:
     """Fill a reconstructor that has no attributes yet."""
     saved = state.pop("saved", None)
     star.__dict__.update(
-        {"_later": [], "_next_refit": 0, **NO_REFIT, **state}
+        {"_later": [], "_mask_extent": None, "_next_refit": 0, **NO_REFIT, **state}
     )  # files of version 0.1 have none
     star._volume = star._tracker = None
     if saved is None:

@@ -126,25 +126,27 @@ class Volume:
         )
         self.fused += 1
 
-    def grow_if_needed(self) -> None:
+    def grow_if_needed(self) -> bool:
         """Make room where the surface has come within a block of the border; the source's volume stays as it is."""
         if self._made_of[2].evolution == "printed":
-            return
+            return False
         boxes = self.core.surface_boxes
         if not len(boxes):
-            return
+            return False
         voxels = np.array(self.core.voxels)
         near = boxes.min() < BLOCK or (boxes[:, 3:].max(0) > voxels - BLOCK).any()
         if not near or self.fused < self._look_again:
-            return
+            return False
         self._look_again = self.fused + FRAMES_BETWEEN
         first, last = _extent_of_largest(self.core.phi)
         before = (first < BLOCK).astype(int) * BLOCKS_GROWN
         after = (last > voxels - BLOCK).astype(int) * BLOCKS_GROWN
         too_large = voxels + BLOCK * (before + after) > MAX_VOXELS
         before[too_large] = after[too_large] = 0
-        if before.any() or after.any():
+        grows = bool(before.any() or after.any())
+        if grows:
             self.core = self.core.grown(before.tolist(), after.tolist())
+        return grows
 
     def shape(self, least: int) -> SDF:
         """The distances and colours so far, a copy; colours of what was seen less than `least` are left out."""

@@ -31,13 +31,20 @@ def open3d() -> Any:
     return module
 
 
-def camera_path(seq: Any, n: int, step: Callable[[int], None] | None = None) -> Array:
+def camera_path(
+    seq: Any,
+    n: int,
+    step: Callable[[int], None] | None = None,
+    *,
+    voxel_m: float = VOXEL_M,
+    truncation_voxels: float = TRUNCATION_VOXELS,
+) -> Array:
     """(n, 4, 4) T_first_cam of the camera in the frame of its first place; ImportError without Open3D."""
     o3d = open3d()
     slam, tensor, cpu = o3d.t.pipelines.slam, o3d.core.Tensor, o3d.core.Device("CPU:0")
     camera = depth_camera(seq.camera)
     K = tensor(np.ascontiguousarray(camera.K, np.float64))
-    model = slam.Model(VOXEL_M, 16, BLOCKS, tensor(np.eye(4)), cpu)
+    model = slam.Model(voxel_m, 16, BLOCKS, tensor(np.eye(4)), cpu)
     seen, drawn = (slam.Frame(camera.height, camera.width, K, cpu) for _ in range(2))
     T = np.eye(4)
     path = [T]
@@ -52,8 +59,8 @@ def camera_path(seq: Any, n: int, step: Callable[[int], None] | None = None) -> 
                 T = T @ found.transformation.cpu().numpy()
                 path.append(T)
             model.update_frame_pose(i, tensor(T))
-            model.integrate(seen, 1.0, FARTHEST_M, TRUNCATION_VOXELS)
-            model.synthesize_model_frame(drawn, 1.0, NEAREST_M, FARTHEST_M, TRUNCATION_VOXELS, False)
+            model.integrate(seen, 1.0, FARTHEST_M, truncation_voxels)
+            model.synthesize_model_frame(drawn, 1.0, NEAREST_M, FARTHEST_M, truncation_voxels, False)
             if step is not None:
                 step(i)
     return np.array(path)

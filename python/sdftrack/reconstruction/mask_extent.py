@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""How far what was seen of the shape reaches beyond the mask that it began with."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.camera import Camera
+from sdftrack.reconstruction.quality import bodies
+
+__all__ = ["MaskExtent"]
+
+MOST_BEYOND = 0.15  # of the mask's width or height
+FRAMES_BETWEEN = 10  # from one look at the surface to the next
+NEAREST_M = 1e-3
+
+Array = NDArray[np.float64]
+
+
+class MaskExtent:
+    """Compare the shape's extent in the first frame's image with that of its mask.
+
+    A rigid object that the mask shows whole stays in it, as seen from there, whatever other frames add. What reaches
+    beyond is something else that has joined the shape, or the mask shows a part of the object. Where the mask ends with
+    the image nothing is known.
+
+    Parameters
+    ----------
+    camera : Camera
+    outline : (H, W) bool
+        The mask, or the box.
+    T_cam_obj : (4, 4) float64
+        Of the first frame.
+    """
+
+    def __init__(self, camera: Camera, outline: NDArray[np.bool_], T_cam_obj: Array) -> None:
+        ys, xs = np.nonzero(outline)
+        self._low = np.array([xs.min(), ys.min()], float)
+        self._high = np.array([xs.max(), ys.max()], float)
+        size = np.array([camera.width, camera.height])
+        self._cut_low, self._cut_high = self._low <= 0, self._high >= size - 1
+        self._camera, self._T = camera, T_cam_obj
+        self._looked = -FRAMES_BETWEEN
+        self._share = 0.0
+
+    def beyond(self, core: Any, fused: int, least: int) -> float:
+        """Share of the mask's width or height, the larger one, by which the seen surface is longer.
+
+        Parameters
+        ----------
+        core : sdftrack._core.Reconstruction
+        fused : int
+            Frames so far; the surface itself is looked at in one of ten.
+        least : int
+            Of what was seen of a voxel, in the core's unit, for it to count.
+        """
+        boxes = core.surface_boxes
+        if not len(boxes):
+            return self._share
+        corners = np.stack([boxes[:, (a, b, c)] for a in (0, 3) for b in (1, 4) for c in (2, 5)], axis=1)
+        if self._share_of(core, corners.reshape(-1, 3)) <= MOST_BEYOND:
+            self._share = 0.0  # blocks hold their surface: no need to look at it
+        elif fused >= self._looked + FRAMES_BETWEEN:
+            self._looked = fused
+            self._share = self._share_of(core, _seen_surface(core, least))
+        return self._share
+
+    def reason(self, core: Any, fused: int, least: int) -> str:
+        """Why the size of the shape speaks against it; empty where it does not."""
+        share = self.beyond(core, fused, least)
+        if share <= MOST_BEYOND:
+            return ""
+        return (
+            f"what was seen of the shape reaches {100 * share:.0f} % beyond the first mask: something else has joined "
+            "it, or the mask shows a part of the object; start with a mask of all of it, and keep_to_mask=True"
+        )
+
+    def _share_of(self, core: Any, voxels: NDArray[Any]) -> float:
+        points = voxels * core.voxel_m + np.array(core.origin)
+        in_camera = points @ self._T[:3, :3].T + self._T[:3, 3]
+        in_camera = in_camera[in_camera[:, 2] > NEAREST_M]
+        if not len(in_camera):
+            return 0.0
+        uv = self._camera.project(in_camera)
+        low = np.where(self._cut_low, self._low, np.minimum(uv.min(0), self._low))
+        high = np.where(self._cut_high, self._high, np.maximum(uv.max(0), self._high))
+        return float(((high - low + 1) / (self._high - self._low + 1)).max()) - 1
+
+
+def _seen_surface(core: Any, least: int) -> NDArray[np.intp]:
+    """(N, 3) voxels (x, y, z) of the largest body that lie on its surface and were seen."""
+    phi = core.phi
+    labels, largest = bodies(phi)
+    on_surface = (labels == largest) & (phi > -core.voxel_m) & (core.seen >= least)
+    return np.argwhere(on_surface)[:, ::-1]
