@@ -47,3 +47,25 @@ def test_poses_agree_with_the_references(sponge):
         metres, radians = st.metrics.pose_error(results[i - FIRST].pose @ to_model, reference[i])
         assert metres < 0.006
         assert radians < np.radians(4)
+
+
+def test_two_at_once_are_what_each_is_alone(data_dir):
+    path, frames, voxels = data_dir / "k1", 10, 96
+    if not path.is_dir():
+        pytest.skip(f"recorded data absent: {path}")
+    with st.open_sequence(path) as seq:
+        masks = seq.masks(0)
+        assert len(masks) == 2
+
+        def begun(k):
+            star = st.Reconstructor(seq.camera, voxels=voxels, threads=2)
+            star.start(seq[0], mask=masks[k])
+            return star
+
+        both = [begun(k) for k in sorted(masks)]
+        together = [[star.track(seq[i]).pose for star in both] for i in range(1, frames)]
+        for n, k in enumerate(sorted(masks)):
+            alone = begun(k)
+            poses = [alone.track(seq[i]).pose for i in range(1, frames)]
+            assert np.array_equal(poses, [p[n] for p in together])
+            assert np.array_equal(alone.shape.values, both[n].shape.values)

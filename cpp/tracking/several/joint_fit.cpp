@@ -235,8 +235,9 @@ void JointFitter::measure_one(std::size_t m, const optim::State& x, bool last) {
   fitted.cost = cost_of(m, &energy);
   const energies::EnergySummary summary = energy.summarize(one_, kSummaryPixels, &view.summary_scratch());
   view.measure_noise(summary, &fitted.memory);
+  if (!last) return;
   view.stand_beside(&neighbors_at(x, m));
-  if (last) view.measure_pose(options, one_, summary, &energy, &fitted);
+  view.measure_pose(options, one_, summary, &energy, &fitted);
 }
 
 // Mean per pixel at one_, of the terms that a fit of this object alone has.
