@@ -242,4 +242,5 @@ def reconstruction(
                     rows[key] = row
                     say("  ".join(cells(key, row)))
     title = f"{part}: {frames} frames, {voxels} voxels, {mode}; mm, degrees, ms, MiB"
-    return Table(title, HEAD, [cells(k, r) for k, r in rows.items()], numbers=rows)
+    numbers = {key: {k: v for k, v in row.items() if not isinstance(v, list)} for key, row in rows.items()}
+    return Table(title, HEAD, [cells(k, r) for k, r in rows.items()], numbers=numbers)
