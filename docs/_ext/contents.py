@@ -23,7 +23,7 @@ def toctree(caption: str, pages: list[str]) -> str:
 
 
 def with_toctrees(text: str) -> str:
-    head, *parts = SECTION.split(text)
+    _head, *parts = SECTION.split(text)
     sections = zip(parts[::2], parts[1::2], strict=True)
     pages = [(caption, list(dict.fromkeys(PAGE_LINK.findall(section)))) for caption, section in sections]
     return "\n".join([text, *(toctree(caption, names) for caption, names in pages if names)])

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Files of the repository outside of docs/ as pages of the site, and links that lead to them.
 
-README, CONTRIBUTING, CHANGELOG and the notebooks are copied into two folders that git ignores, for Sphinx reads one folder
-only. Links are written relative to the place of a file in the repository; before a page is parsed they are rewritten to
+README, CONTRIBUTING, CHANGELOG and the notebooks are copied into two folders that git ignores, for Sphinx reads one
+folder only. Links are written relative to the place of a file in the repository; before a page is parsed they are rewritten to
 its place in the site.
 """
 
