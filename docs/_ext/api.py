@@ -10,6 +10,9 @@ from docutils import nodes
 from sphinx.addnodes import pending_xref
 
 DOCUMENT = re.compile(r"(?<![\w/`])docs/([\w/]+)\.md\b")
+COLON = (
+    "\uf001"  # stands for ":" while napoleon reads the docstring of a property, which it would split there
+)
 LITERAL = re.compile(r"(`+[^`]*`+)")
 
 
@@ -18,11 +21,17 @@ def plain_text(text: str) -> str:
     return DOCUMENT.sub(r":doc:`/\1`", text.replace("|", r"\|"))
 
 
-def adapt_docstring(_app: Any, _what: str, _name: str, _obj: Any, _options: Any, lines: list[str]) -> None:
+def adapt_docstring(_app: Any, what: str, _name: str, _obj: Any, _options: Any, lines: list[str]) -> None:
     for i, line in enumerate(lines):
         if not line.lstrip().startswith((">>>", "...")):
             parts = LITERAL.split(line)
             lines[i] = "".join(part if part.startswith("`") else plain_text(part) for part in parts)
+    if what in ("property", "attribute", "data") and lines:
+        lines[0] = lines[0].replace(": ", f"{COLON} ")
+
+
+def restore_colons(_app: Any, _what: str, _name: str, _obj: Any, _options: Any, lines: list[str]) -> None:
+    lines[:] = [line.replace(COLON, ":") for line in lines]
 
 
 def unlink_prose(_app: Any, doctree: nodes.document) -> None:
@@ -46,6 +55,7 @@ def resolve_home(app: Any, env: Any, node: pending_xref, content: Any) -> Any:
 
 def setup(app: Any) -> dict[str, Any]:
     app.connect("autodoc-process-docstring", adapt_docstring, priority=400)  # before napoleon
+    app.connect("autodoc-process-docstring", restore_colons, priority=600)  # after it
     app.connect("doctree-read", unlink_prose)
     app.connect("missing-reference", resolve_home)
     return {"parallel_read_safe": True}

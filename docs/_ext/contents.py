@@ -18,8 +18,12 @@ SECTION = re.compile(r"^## (.*)$", re.MULTILINE)
 PAGE_LINK = re.compile(r"\]\(([^)#\s:]+)\.(?:md|ipynb)\)")
 
 
+TITLES = {"project/README": "README"}  # its own title is that of the site
+
+
 def toctree(caption: str, pages: list[str]) -> str:
-    return "\n".join(["```{toctree}", ":hidden:", f":caption: {caption}", "", *pages, "```", ""])
+    entries = [f"{TITLES[page]} <{page}>" if page in TITLES else page for page in pages]
+    return "\n".join(["```{toctree}", ":hidden:", f":caption: {caption}", "", *entries, "```", ""])
 
 
 def with_toctrees(text: str) -> str:

@@ -2,8 +2,8 @@
 """Files of the repository outside of docs/ as pages of the site, and links that lead to them.
 
 README, CONTRIBUTING, CHANGELOG and the notebooks are copied into two folders that git ignores, for Sphinx reads one
-folder only. Links are written relative to the place of a file in the repository; before a page is parsed they are rewritten to
-its place in the site.
+folder only. Links are written relative to the place of a file in the repository; before a page is parsed they are
+rewritten to its place in the site.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 DOCS = Path(__file__).resolve().parents[1]
 ROOT = DOCS.parent
-LINK = re.compile(r"(\]\()([^)#\s:]+)(#[^)\s]*)?(\))")
+LINK = re.compile(r"\[([^\]\[]*)\]\(([^)#\s:]+)(#[^)\s]*)?\)")
 
 PAGES = {ROOT / name: DOCS / "project" / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")}
 PAGES |= {path: DOCS / "notebooks" / path.name for path in sorted((ROOT / "notebooks").glob("*.ipynb"))}
@@ -41,9 +41,13 @@ def site_target(target: str, original: Path, page: Path) -> str | None:
 
 def site_links(text: str, original: Path, page: Path) -> str:
     def rewritten(match: re.Match[str]) -> str:
-        opening, target, anchor, closing = match.groups()
+        words, target, anchor = match.groups()
         where = site_target(target, original, page)
-        return match[0] if where is None else f"{opening}{where}{anchor or ''}{closing}"
+        if where is None:
+            return match[0]
+        if words.endswith(".md"):  # the name of the file: the site shows the title of the page
+            words = ""
+        return f"[{words}]({where}{anchor or ''})"
 
     return LINK.sub(rewritten, text)
 

@@ -22,7 +22,9 @@ def realsense(frames, camera):
             stream_type=lambda: f"stream.{name}",
             as_video_stream_profile=lambda: stream_profile(name),
             get_intrinsics=lambda: intrinsics,
-            get_extrinsics_to=lambda other: SimpleNamespace(rotation=np.eye(3).ravel(), translation=[0, 0, 0]),
+            get_extrinsics_to=lambda other: SimpleNamespace(
+                rotation=np.eye(3).ravel(), translation=[0, 0, 0]
+            ),
         )
 
     sensor = SimpleNamespace(get_depth_scale=lambda: 0.001)
