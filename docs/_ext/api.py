@@ -8,6 +8,7 @@ from typing import Any
 
 from docutils import nodes
 from sphinx.addnodes import pending_xref
+from sphinx.domains.python import PyObject
 
 DOCUMENT = re.compile(r"(?<![\w/`])docs/([\w/]+)\.md\b")
 COLON = (
@@ -54,6 +55,9 @@ def resolve_home(app: Any, env: Any, node: pending_xref, content: Any) -> Any:
 
 
 def setup(app: Any) -> dict[str, Any]:
+    for field in PyObject.doc_field_types:
+        if field.name == "variable":
+            field.label = "Attributes"  # as docstrings call them
     app.connect("autodoc-process-docstring", adapt_docstring, priority=400)  # before napoleon
     app.connect("autodoc-process-docstring", restore_colons, priority=600)  # after it
     app.connect("doctree-read", unlink_prose)

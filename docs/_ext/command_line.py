@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -21,8 +22,13 @@ def commands(command: Any, path: str) -> Iterator[tuple[str, Any]]:
         yield from commands(each, f"{path} {name}")
 
 
+def prose(text: str) -> str:
+    """Help as Markdown: options in it are code, and a bracket opens no tag."""
+    return re.sub(r"(?<![\w-])--[a-z][\w-]*", r"`\g<0>`", text.replace("<", "&lt;"))
+
+
 def cell(text: str) -> str:
-    return " ".join(str(text).split()).replace("|", "\\|").replace("<", "&lt;")
+    return prose(" ".join(str(text).split())).replace("|", "\\|")
 
 
 def names_of(option: Any) -> str:
@@ -49,7 +55,7 @@ def section(path: str, command: Any) -> str:
     usage = " ".join([path, *command.collect_usage_pieces(context)])
     options = [p for p in command.params if p.param_type_name == "option" and not p.hidden]
     arguments = [p for p in command.params if p.param_type_name == "argument"]
-    lines = [f"## {path}", "", "```text", usage, "```", "", (command.help or "").replace("<", "&lt;"), ""]
+    lines = [f"## {path}", "", "```text", usage, "```", "", prose(command.help or ""), ""]
     lines += [f"* `{p.metavar or p.name.upper()}`: {cell(p.help or '')}" for p in arguments]
     lines += ["", "| option | meaning | default |", "| --- | --- | --- |"]
     lines += [f"| {names_of(p)} | {cell(p.help or '')} | {default_of(p)} |" for p in options]
