@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -32,6 +33,7 @@ STRIP = (
     0.95,
 )  # parts of the time that the strip shows; in the middle a hand passes
 VOXELS = 160
+SEQUENCE, KEPT_FRAMES = "sequence", 30
 
 
 def demo(
@@ -47,13 +49,14 @@ def demo(
     """Synthesise a hand-held duck over a cluttered table, track it by depth, and write what happened.
 
     Then the duck turns once before the camera, and its shape is found from that alone: mesh.ply, mesh.png.
+    The first frames stay behind in the folder sequence, for a try of ``sdftrack track``.
     Without --out the folder is ./sdftrack-demo; what an earlier demo wrote there is replaced.
     """
     import numpy as np
 
     import sdftrack as st
     from sdftrack._internal.files import write_text
-    from sdftrack.cli.demo_turn import WHOLE_TURN, reconstruct_duck
+    from sdftrack.cli.demo_turn import WHOLE_TURN, duck_mask, reconstruct_duck
     from sdftrack.evaluation.pose_errors import pose_errors
     from sdftrack.evaluation.tables import text_table
     from sdftrack.recorder import prepare_folder
@@ -65,8 +68,10 @@ def demo(
     overwrite = overwrite or (out is None and _ours(folder))
     options = {**tracker_settings(config), "device": device.value, "threads": threads}
     shown = {round(s * (frames - 1)) for s in STRIP}
-    pictures, results = [], []
+    pictures, results, first = [], [], []
     settings = {"command": "demo", "frames": frames, "seed": seed, "voxels": VOXELS, "threads": threads}
+    if _ours(folder) and overwrite:
+        shutil.rmtree(folder / SEQUENCE, ignore_errors=True)
     prepare_folder(folder, overwrite)  # a folder that will not do is an error before the work, not after it
     if not quiet:
         print("making the scene and the duck's signed distances", flush=True)
@@ -83,9 +88,18 @@ def demo(
             if i in shown and picture is not None:
                 pictures.append(picture)
             results.append(result)
+            if i < KEPT_FRAMES:
+                first.append(frame)
+        masks = {0: {0: duck_mask(first[0], sdf, scene.camera, scene.poses[0])}}
+        sequence = st.Sequence(
+            first, scene.camera, scene.poses[: len(first)], {1: scene.duck}, masks=lambda i: masks.get(i, {})
+        )
+        st.save_sequence(folder / SEQUENCE, sequence)
         found = reconstruct_duck(scene, sdf, min(WHOLE_TURN, frames // 4 + 8), threads, quiet)
         found.mesh.save(folder / "mesh.ply")
-        save_picture(folder / "mesh.png", four_sides(found.mesh, found.pose, threads=threads))
+        save_picture(
+            folder / "mesh.png", four_sides(found.mesh, found.pose, threads=threads, min_seen=found.min_seen)
+        )
         recorder.wrote("mesh.ply", "mesh.png")
         recorder.note("reconstruction", found.section())
     errors = pose_errors(np.array([r.poses[0] for r in results]), scene.poses)
@@ -100,6 +114,11 @@ def demo(
         print(f"reconstruction: {found.summary}")
         print(
             f"look at {folder / 'overlay.mp4'}, mesh.png, frames.png, errors.png and sdf_slices.png beside it"
+        )
+        seq = folder / SEQUENCE
+        print(
+            f"try it: sdftrack track {seq} --model {seq / 'models/obj_000001.ply'} "
+            f"--init {seq / 'mask_visib/000000_000000.png'} --out tracked"
         )
 
 

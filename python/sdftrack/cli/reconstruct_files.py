@@ -44,22 +44,24 @@ def write_shape(out: Path, shape: Any) -> list[str]:
     return ["shape.npz"]
 
 
-def write_sides(out: Path, mesh: Any, T: NDArray[np.float64], threads: int) -> list[str]:
-    """mesh.png; its name. `T`: T_cam_obj of the first image."""
+def write_sides(out: Path, mesh: Any, T: NDArray[np.float64], threads: int, min_seen: float) -> list[str]:
+    """mesh.png; its name. `T`: T_cam_obj of the first image; `min_seen`: from which on a vertex was seen."""
     from sdftrack.viz.pictures import save_picture
     from sdftrack.viz.turntable import four_sides
 
-    save_picture(out / "mesh.png", four_sides(mesh, T, threads=threads))
+    save_picture(out / "mesh.png", four_sides(mesh, T, threads=threads, min_seen=min_seen))
     return ["mesh.png"]
 
 
-def write_turntable(out: Path, mesh: Any, T: NDArray[np.float64], threads: int, tell: Tell) -> list[str]:
+def write_turntable(
+    out: Path, mesh: Any, T: NDArray[np.float64], threads: int, min_seen: float, tell: Tell
+) -> list[str]:
     """turntable.mp4, which begins as mesh.png does; its name."""
     from sdftrack.io.video import write_video
     from sdftrack.viz.turntable import turning
 
     def told() -> Iterator[NDArray[np.uint8]]:
-        for n, picture in enumerate(turning(mesh, T, TURN_PICTURES, threads=threads), 1):
+        for n, picture in enumerate(turning(mesh, T, TURN_PICTURES, threads=threads, min_seen=min_seen), 1):
             yield picture
             tell(n, TURN_PICTURES, "turntable.mp4")
 

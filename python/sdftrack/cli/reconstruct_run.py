@@ -80,7 +80,16 @@ class Run:
             if job.refine:
                 self._refine(recorder, tell)
             if job.video:
-                recorder.wrote(*write_turntable(self.out, self.star.mesh(), self._first, job.threads, tell))
+                recorder.wrote(
+                    *write_turntable(
+                        self.out,
+                        self.star.mesh(),
+                        self._first,
+                        job.threads,
+                        self.star.options.least_seen,
+                        tell,
+                    )
+                )
         if not job.quiet:
             self._tell()
 
@@ -141,7 +150,9 @@ class Run:
 
         mesh = self.star.mesh()
         recorder.wrote(*write_shape(self.out, self.star.shape))
-        recorder.wrote(*write_sides(self.out, mesh, self._first, self.job.threads))
+        recorder.wrote(
+            *write_sides(self.out, mesh, self._first, self.job.threads, self.star.options.least_seen)
+        )
         self._note(recorder, mesh)
         whole = seen_part(mesh, self.star.options.least_seen) if self.job.seen_only else mesh
         written = whole

@@ -26,25 +26,29 @@ CAPTION_PX = 26
 SOFT_PX = 1.5
 
 
-def four_sides(mesh: Mesh, T_cam_obj: ArrayLike, size_px: int = 420, threads: int = 0) -> Picture:
+def four_sides(
+    mesh: Mesh, T_cam_obj: ArrayLike, size_px: int = 420, threads: int = 0, *, min_seen: float = 0.0
+) -> Picture:
     """The mesh from the side that was seen first and from three more, a quarter turn apart.
 
     Parameters
     ----------
     mesh : Mesh
-        Surface that was not seen (``mesh.seen`` is 0) is tinted violet, and a line below says so.
+        Surface that was not seen is tinted violet, and a line below says so.
     T_cam_obj : (4, 4)
         From where it was seen first; it is turned about that image's upright axis.
     size_px : int
         Of one side.
     threads : int
+    min_seen : float
+        ``mesh.seen`` from which on a vertex counts as seen: ``options.least_seen`` of its reconstructor.
 
     Returns
     -------
     (H, 4 size_px, 3) uint8 RGB
     """
-    tinted = _tinted(mesh)
-    guessed = 0.0 if mesh.seen is None else float((mesh.seen == 0).mean())
+    tinted = _tinted(mesh, min_seen)
+    guessed = 0.0 if mesh.seen is None else float(_unseen(mesh.seen, min_seen).mean())
     height = size_px + CAPTION_PX * (2 if guessed > 0 else 1)
     out = np.full((height, size_px * len(SIDES), 3), PAPER_RGB, np.uint8)
     for n, (caption, degrees) in enumerate(SIDES):
@@ -59,20 +63,31 @@ def four_sides(mesh: Mesh, T_cam_obj: ArrayLike, size_px: int = 420, threads: in
 
 
 def turning(
-    mesh: Mesh, T_cam_obj: ArrayLike, pictures: int = 90, size_px: int = 400, threads: int = 0
+    mesh: Mesh,
+    T_cam_obj: ArrayLike,
+    pictures: int = 90,
+    size_px: int = 400,
+    threads: int = 0,
+    *,
+    min_seen: float = 0.0,
 ) -> Iterator[Picture]:
-    """Pictures (size_px, size_px, 3) of one full turn, to be played in a loop."""
-    tinted = _tinted(mesh)
+    """Pictures (size_px, size_px, 3) of one full turn, to be played in a loop; the rest as in `four_sides`."""
+    tinted = _tinted(mesh, min_seen)
     for angle in np.linspace(0, 2 * np.pi, pictures, endpoint=False):
         yield _view(tinted, T_cam_obj, float(angle), size_px, threads)
 
 
-def _tinted(mesh: Mesh) -> Mesh:
+def _unseen(seen: NDArray[np.float32], min_seen: float) -> NDArray[np.bool_]:
+    unseen: NDArray[np.bool_] = (seen <= 0) | (seen < min_seen)
+    return unseen
+
+
+def _tinted(mesh: Mesh, min_seen: float) -> Mesh:
     """The same mesh in the colours that it is shown in."""
     colored = mesh.colors is not None and bool(mesh.colors.any())  # all black: no colour image was there
     shown = np.array(mesh.colors if colored else np.broadcast_to(PLAIN_RGB, mesh.vertices.shape), np.float32)
     if mesh.seen is not None:
-        unseen = mesh.seen == 0
+        unseen = _unseen(mesh.seen, min_seen)
         shown[unseen] += TINT * (UNSEEN_RGB - shown[unseen])
     return Mesh(mesh.vertices, mesh.faces, shown.astype(np.uint8))
 
