@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The second half of ``sdftrack demo``: the same duck turned before the camera, and its shape found from that alone."""
+"""The second half of ``sdftrack demo``: reconstruction of the duck while it rotates in front of the camera."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Reconstruction:
-    """What became of it.
+    """Result of the reconstruction.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Reconstruction:
 
 
 def reconstruct_duck(scene: Any, sdf: Any, frames: int, threads: int, quiet: bool) -> Reconstruction:
-    """Turn the demo's duck, once round in 60 frames, and reconstruct it; `sdf` is the true shape, to compare with."""
+    """Rotate the demo's duck once in 60 frames and reconstruct it; `sdf` is the true shape for comparison."""
     import sdftrack as st
     from sdftrack.synth.demo_scene import alone
 
