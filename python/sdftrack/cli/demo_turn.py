@@ -31,7 +31,7 @@ class Reconstruction:
     T_duck_obj : (4, 4) from the mesh's object frame to the true duck's
     distances_m : of the mesh's seen vertices from the true surface
     seen_share : of the surface, 0..1
-    min_seen : of ``mesh.seen``, from which on a vertex counts as seen
+    min_seen : minimum ``mesh.seen`` of an observed vertex
     summary : how much of it was seen, for people
     frames : of the turn
     seconds : per frame, of tracking and fusing

@@ -46,7 +46,8 @@ def write_shape(out: Path, shape: Any) -> list[str]:
 
 
 def write_sides(out: Path, mesh: Any, T: NDArray[np.float64], threads: int, min_seen: float) -> list[str]:
-    """mesh.png; its name. `T`: T_cam_obj of the first image; `min_seen`: from which on a vertex was seen."""
+    """Write mesh.png; returns its name. `T`: T_cam_obj of the first image; `min_seen`: minimum of an observed
+    vertex."""
     from sdftrack.viz.pictures import save_picture
     from sdftrack.viz.turntable import four_sides
 

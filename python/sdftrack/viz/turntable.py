@@ -26,24 +26,15 @@ CAPTION_PX = 26
 SOFT_PX = 1.5
 
 
-<<<<<<< HEAD
 def four_sides(
     mesh: Mesh, T_cam_obj: ArrayLike, size_px: int = 420, threads: int = 0, *, min_seen: float = 0.0
 ) -> Picture:
-    """The mesh from the side that was seen first and from three more, a quarter turn apart.
-=======
-def four_sides(mesh: Mesh, T_cam_obj: ArrayLike, size_px: int = 420, threads: int = 0) -> Picture:
     """The mesh from the first viewpoint and from three more, a quarter turn apart.
->>>>>>> 1385166 (Rewrite help texts, and docstrings of files, pictures, imaging and evaluation)
 
     Parameters
     ----------
     mesh : Mesh
-<<<<<<< HEAD
-        Surface that was not seen is tinted violet, and a line below says so.
-=======
-        Unobserved surface (``mesh.seen`` is 0) is tinted violet, with a caption.
->>>>>>> 1385166 (Rewrite help texts, and docstrings of files, pictures, imaging and evaluation)
+        Unobserved surface is tinted violet, with a caption.
     T_cam_obj : (4, 4)
         Pose in the first view; the mesh is rotated about that image's vertical axis.
     size_px : int
@@ -80,29 +71,19 @@ def turning(
     *,
     min_seen: float = 0.0,
 ) -> Iterator[Picture]:
-<<<<<<< HEAD
-    """Pictures (size_px, size_px, 3) of one full turn, to be played in a loop; the rest as in `four_sides`."""
+    """Images (size_px, size_px, 3) of one full turn, to be played in a loop; the rest as in `four_sides`."""
     tinted = _tinted(mesh, min_seen)
-=======
-    """Images (size_px, size_px, 3) of one full turn, to be played in a loop."""
-    tinted = _tinted(mesh)
->>>>>>> 1385166 (Rewrite help texts, and docstrings of files, pictures, imaging and evaluation)
     for angle in np.linspace(0, 2 * np.pi, pictures, endpoint=False):
         yield _view(tinted, T_cam_obj, float(angle), size_px, threads)
 
 
-<<<<<<< HEAD
 def _unseen(seen: NDArray[np.float32], min_seen: float) -> NDArray[np.bool_]:
     unseen: NDArray[np.bool_] = (seen <= 0) | (seen < min_seen)
     return unseen
 
 
 def _tinted(mesh: Mesh, min_seen: float) -> Mesh:
-    """The same mesh in the colours that it is shown in."""
-=======
-def _tinted(mesh: Mesh) -> Mesh:
     """The mesh with its display colours."""
->>>>>>> 1385166 (Rewrite help texts, and docstrings of files, pictures, imaging and evaluation)
     colored = mesh.colors is not None and bool(mesh.colors.any())  # all black: no colour image was there
     shown = np.array(mesh.colors if colored else np.broadcast_to(PLAIN_RGB, mesh.vertices.shape), np.float32)
     if mesh.seen is not None:
