@@ -236,7 +236,7 @@ def test_saved_and_read_again(tmp_path: Any) -> None:
     one, two = other.track(seq[8]), star.track(seq[8])
     assert_same_minimum(one, two)
     (tmp_path / "cut.pkl").write_bytes((tmp_path / "star.pkl").read_bytes()[:1000])
-    with pytest.raises(ValueError, match="cannot be read"):
+    with pytest.raises(ValueError, match="got an unreadable one"):
         st.Reconstructor.load(tmp_path / "cut.pkl")
 
 
@@ -267,11 +267,11 @@ def test_bad_input_is_named() -> None:
             use()
     with pytest.raises(ValueError, match="object alone"):
         star.start(seq[0], mask=np.ones_like(mask))
-    with pytest.raises(ValueError, match="readings on the object"):
+    with pytest.raises(ValueError, match="depth measurements on the object"):
         star.start(st.Frame(np.where(mask, 0, seq[0].depth).astype(np.float32)), mask=mask)
     with pytest.raises(ValueError, match="one of mask, box and pose"):
         star.start(seq[0])
-    with pytest.raises(ValueError, match="needs Reconstructor"):
+    with pytest.raises(ValueError, match="requires Reconstructor"):
         star.start(seq[0], pose=np.eye(4))
     with pytest.raises(ValueError, match="larger extent"):
         st.Reconstructor(seq.camera, voxels=64, extent=0.05).start(seq[0], mask=mask)

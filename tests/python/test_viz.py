@@ -160,7 +160,7 @@ def test_the_share_that_four_sides_names_is_that_of_what_counts_as_seen(monkeypa
     written = []
     monkeypatch.setattr(turntable, "_write", lambda picture, text, *rest: written.append(text))
     turntable.four_sides(st.Mesh(ball.vertices, ball.faces, seen=seen), np.eye(4), 32, min_seen=0.25)
-    assert written[-1] == "violet: not seen, guessed (25 % of the surface)"
+    assert written[-1] == "violet: not observed, guessed (25 % of the surface)"
 
 
 def test_a_long_reason_is_shown_whole(monkeypatch):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack demo``: a made-up scene, tracked, with pictures to look at; needs no data."""
+"""``sdftrack demo``: tracking of a synthetic scene, with figures; needs no data."""
 
 from __future__ import annotations
 
@@ -39,18 +39,18 @@ SEQUENCE, KEPT_FRAMES = "sequence", 30
 def demo(
     out: OutOption = None,
     overwrite: OverwriteOption = False,
-    frames: Annotated[int, typer.Option(min=12, help="Length of the sequence.")] = 240,
-    seed: Annotated[int, typer.Option(min=0, help="Of the noise and the colours.")] = 0,
+    frames: Annotated[int, typer.Option(min=12, help="Number of frames.")] = 240,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed of noise and colours.")] = 0,
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
-    """Synthesise a hand-held duck over a cluttered table, track it by depth, and write what happened.
+    """Synthesise a hand-held duck over a cluttered table, track it by depth, and write a report.
 
-    Then the duck turns once before the camera, and its shape is found from that alone: mesh.ply, mesh.png.
-    The first frames stay behind in the folder sequence, for a try of ``sdftrack track``.
-    Without --out the folder is ./sdftrack-demo; what an earlier demo wrote there is replaced.
+    Then the duck rotates once in front of the camera, and its shape is reconstructed: mesh.ply, mesh.png.
+    The first frames are kept in the folder sequence, for trying ``sdftrack track``.
+    Without --out the folder is ./sdftrack-demo; files of an earlier demo are replaced.
     """
     import numpy as np
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The second half of ``sdftrack demo``: the same duck turned before the camera, and its shape found from that alone."""
+"""The second half of ``sdftrack demo``: reconstruction of the duck while it rotates in front of the camera."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Reconstruction:
-    """What became of it.
+    """Result of the reconstruction.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Reconstruction:
     T_duck_obj : (4, 4) from the mesh's object frame to the true duck's
     distances_m : of the mesh's seen vertices from the true surface
     seen_share : of the surface, 0..1
-    min_seen : of ``mesh.seen``, from which on a vertex counts as seen
+    min_seen : minimum ``mesh.seen`` of an observed vertex
     summary : how much of it was seen, for people
     frames : of the turn
     seconds : per frame, of tracking and fusing
@@ -70,7 +70,7 @@ class Reconstruction:
 
 
 def reconstruct_duck(scene: Any, sdf: Any, frames: int, threads: int, quiet: bool) -> Reconstruction:
-    """Turn the demo's duck, once round in 60 frames, and reconstruct it; `sdf` is the true shape, to compare with."""
+    """Rotate the demo's duck once in 60 frames and reconstruct it; `sdf` is the true shape for comparison."""
     import sdftrack as st
     from sdftrack.synth.demo_scene import alone
 
