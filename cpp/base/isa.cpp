@@ -4,18 +4,41 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#ifdef SDFTRACK_X86_SETS
+#include <cpuid.h>
+#endif
+
 namespace sdftrack {
 
 namespace {
 
+#ifdef SDFTRACK_X86_SETS
+// Not by __builtin_cpu_supports: it asks the compiler's run-time library, and zig's says no to everything.
+struct Processor {
+  unsigned features = 0;  // register ebx of leaf 7
+  unsigned saved = 0;     // XCR0: the registers that the system keeps when it changes threads
+
+  Processor() {
+    constexpr unsigned kAvx = 1u << 28, kXgetbv = 1u << 27;
+    unsigned a = 0, b = 0, c = 0, d = 0;
+    if (!__get_cpuid(1, &a, &b, &c, &d) || (c & kAvx) == 0 || (c & kXgetbv) == 0) return;
+    if (!__get_cpuid_count(7, 0, &a, &features, &c, &d)) return;
+    __asm__("xgetbv" : "=a"(saved), "=d"(d) : "c"(0));
+  }
+  bool has(unsigned needed, unsigned registers) const {
+    return (features & needed) == needed && (saved & registers) == registers;
+  }
+};
+#endif
+
 std::vector<Isa> detect() {
   std::vector<Isa> found{Isa::kBaseline};
 #ifdef SDFTRACK_X86_SETS
-  __builtin_cpu_init();
-  if (__builtin_cpu_supports("avx2")) found.push_back(Isa::kAvx2);
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
-    found.push_back(Isa::kAvx512);
+  constexpr unsigned kAvx2 = 1u << 5, kAvx512 = 1u << 16 | 1u << 17 | 1u << 30 | 1u << 31;  // F, DQ, BW, VL
+  constexpr unsigned kYmm = 0x6, kZmm = 0xe6;
+  const Processor processor;
+  if (processor.has(kAvx2, kYmm)) found.push_back(Isa::kAvx2);
+  if (processor.has(kAvx2 | kAvx512, kZmm)) found.push_back(Isa::kAvx512);
 #endif
   return found;
 }

@@ -7,7 +7,10 @@ set(lanes_header_avx2 base/pack.h)
 set(lanes_avx512 "Pack<16>")
 set(lanes_header_avx512 base/pack.h)
 set(options_baseline "")
-set(pack_warnings -Wno-psabi -Wno-maybe-uninitialized)  # the latter: of GCC 12 about its own intrinsics
+set(pack_warnings -Wno-psabi)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  list(APPEND pack_warnings -Wno-maybe-uninitialized)  # of GCC 12 about its own intrinsics
+endif()
 set(options_avx2 -mavx2 ${pack_warnings})
 set(options_avx512 -mavx512f -mavx512bw -mavx512dq -mavx512vl -mprefer-vector-width=512 ${pack_warnings})
 

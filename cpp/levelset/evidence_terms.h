@@ -110,7 +110,8 @@ struct EvidenceTerm {
   }
 
   HD Evidence<T> judge(T behind_m, T depth, T slant) const {
-    const auto surface = slant > T(0), readable = surface | (slant < T(0));
+    const auto surface = slant > T(0);
+    const auto readable = surface | (slant < T(0));  // of floats int, not bool
     const T d = behind_m * select(surface, slant, T(1));
     const T sensor = T(noise.noise_m) + T(noise.noise_per_m) * depth * depth;
     const T blur = select(sensor > T(noise.min_m), sensor, T(noise.min_m));

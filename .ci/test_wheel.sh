@@ -1,0 +1,53 @@
+#!/usr/bin/env bash
+# A wheel as its users get it: bash .ci/test_wheel.sh FOLDER
+# Installs the wheel in FOLDER for this Python and processor into a new environment with no compiler in reach, runs the
+# demo, says how long that took, and runs tests of each part of the package against what was installed.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+[ $# = 1 ] || { echo "usage: bash .ci/test_wheel.sh FOLDER" >&2; exit 2; }
+limit_s=60   # from the wheel to the end of the demo
+dist=$(cd "$1" && pwd)
+work=$PWD/build/wheels/installed
+venv=$work/venv
+python=$(command -v "${PYTHON:-python3}")
+# Of each part the files that take little time and go through bindings, errors, threads and every instruction set.
+tests=(isa threads array_equality core_tracker frame sdf mesh render levelset lwpr superpixels plane primitives files options
+  start_bad_input tracker contour_tracker)
+files=("${tests[@]/%/.py}")
+files=("${files[@]/#/tests/python/test_}")
+
+rm -rf "$work"
+mkdir -p "$work/place/tests"
+# Beside the tests nothing of this folder: what is imported is what was installed.
+cp -r pyproject.toml experiments "$work/place"
+cp -r tests/conftest.py tests/python tests/data "$work/place/tests"
+tag=$("$python" -c 'import sys; print("cp{0}{1}-cp{0}{1}".format(*sys.version_info))')
+wheels=("$dist"/sdftrack-*-"$tag"-*"_$(uname -m).whl")
+if [ ${#wheels[@]} != 1 ] || [ ! -f "${wheels[0]}" ]; then
+  echo "$dist: expected one wheel for $tag on $(uname -m)" >&2; exit 1
+fi
+
+size=$(stat -c %s "${wheels[0]}")
+echo "$(basename "${wheels[0]}"): $((size / 1000)) kB"
+[ "$size" -le 15000000 ] || { echo "the wheel is larger than 15 MB" >&2; exit 1; }
+
+# From here on: nothing but this environment.
+start_s=$SECONDS
+"$python" -m venv "$venv"
+export PATH="$venv/bin" MPLBACKEND=agg PIP_DISABLE_PIP_VERSION_CHECK=1
+unset PYTHONPATH CC CXX
+for compiler in cc c++ gcc g++ clang clang++ cmake ninja; do
+  if command -v $compiler; then echo "a compiler is in reach" >&2; exit 1; fi
+done
+pip install -q --only-binary :all: "${wheels[0]}"
+cd "$work/place"
+sdftrack demo --quiet
+taken_s=$((SECONDS - start_s))
+echo "from the wheel to the end of the demo: $taken_s s"
+[ "$taken_s" -le "$limit_s" ] || { echo "that is more than $limit_s s" >&2; exit 1; }
+
+pip install -q "${wheels[0]}[test]"
+python -c 'import pathlib, sys, sdftrack; sys.exit(not pathlib.Path(sdftrack.__file__).is_relative_to(sys.prefix))' ||
+  { echo "sdftrack was not imported from the environment" >&2; exit 1; }
+python -m pytest -q -m "not slow" --durations=5 "${files[@]}"
+echo "all of the wheel's test took $((SECONDS - start_s)) s"
