@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.synth.contact import Solid, min_gap
+from sdftrack.synth.contact import Solid, least_gap
 
 __all__ = ["Scene", "kept", "make"]
 
@@ -114,7 +114,7 @@ def make(
         ("truth", mesh.vertices, poses, drawn, occluder, clutter, seed),
         lambda: {
             "share": _shares(seq, painted, drawn, threads),
-            "gaps": np.array([min_gap(solid, p) for p in poses]),
+            "gaps": np.array([least_gap(solid, p) for p in poses]),
         },
     )
     return Scene(name, solid, poses, known["share"], known["gaps"], seq, seed)
