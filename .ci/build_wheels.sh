@@ -46,12 +46,13 @@ export SKBUILD_INSTALL_STRIP=false   # the linker has, also where strip does not
 if command -v ccache >/dev/null; then
   # The compiler is a script, which says nothing of what it runs. Its paths are those of this folder.
   export CCACHE_COMPILERCHECK="string:zig $zig_version $arch $glibc" CCACHE_COMPILERTYPE=clang
-  export CCACHE_BASEDIR="$PWD" CCACHE_NOHASHDIR=1 CMAKE_CXX_COMPILER_LAUNCHER=ccache
+  export CCACHE_BASEDIR="$PWD" CCACHE_NOHASHDIR=1 CCACHE_DEPEND=1 CMAKE_CXX_COMPILER_LAUNCHER=ccache
 fi
 if [ "$arch" != "$(uname -m)" ]; then
   suffix=$("$tools/bin/python" -c 'import sysconfig; print(sysconfig.get_config_var("EXT_SUFFIX"))')
   export _PYTHON_HOST_PLATFORM="linux-$arch" SETUPTOOLS_EXT_SUFFIX="${suffix/$(uname -m)/$arch}"
   define+=";CMAKE_SYSTEM_NAME=Linux;CMAKE_SYSTEM_PROCESSOR=$arch"
+  define+=";PYTHON_MODULE_EXTENSION=$SETUPTOOLS_EXT_SUFFIX;PYTHON_MODULE_DEBUG_POSTFIX="
 fi
 export SKBUILD_CMAKE_DEFINE="$define"
 
@@ -64,6 +65,21 @@ tar -xzf "$work"/sdist/*.tar.gz -C "$work/source" --strip-components=1
 echo "--- wheel for $arch"
 "$tools/bin/python" -m build -v --wheel --outdir "$work/raw" "$work/source" >"$work/build.log" 2>&1 ||
   { tail -n 60 "$work/build.log" >&2; exit 1; }
+
+echo "--- checks"
+# zig's run-time library has its own exp, sin and so on, other than glibc's in the last bit. It stays out as long as
+# nothing needs anything of it.
+"$tools/bin/python" - "$work"/raw/*.whl <<'PYTHON'
+import io, sys, zipfile
+
+from elftools.elf.elffile import ELFFile
+
+wheel = zipfile.ZipFile(sys.argv[1])
+(name,) = [name for name in wheel.namelist() if name.endswith(".so")]
+symbols = ELFFile(io.BytesIO(wheel.read(name))).get_section_by_name(".dynsym").iter_symbols()
+missing = {"exp", "log", "sin", "cos", "memcpy"} - {s.name for s in symbols if s["st_shndx"] == "SHN_UNDEF"}
+sys.exit(f"{name}: not from the system's libraries: {', '.join(sorted(missing))}" if missing else 0)
+PYTHON
 
 echo "--- repair"
 "$tools/bin/auditwheel" repair --plat "manylinux_${glibc/./_}_$arch" --wheel-dir "$dist" "$work"/raw/*.whl

@@ -19,7 +19,7 @@ files=("${files[@]/#/tests/python/test_}")
 rm -rf "$work"
 mkdir -p "$work/place/tests"
 # Beside the tests nothing of this folder: what is imported is what was installed.
-cp -r pyproject.toml experiments "$work/place"
+cp -r pyproject.toml experiments docs "$work/place"
 cp -r tests/conftest.py tests/python tests/data "$work/place/tests"
 tag=$("$python" -c 'import sys; print("cp{0}{1}-cp{0}{1}".format(*sys.version_info))')
 wheels=("$dist"/sdftrack-*-"$tag"-*"_$(uname -m).whl")
@@ -39,12 +39,16 @@ unset PYTHONPATH CC CXX
 for compiler in cc c++ gcc g++ clang clang++ cmake ninja; do
   if command -v $compiler; then echo "a compiler is in reach" >&2; exit 1; fi
 done
-pip install -q --only-binary :all: "${wheels[0]}"
 cd "$work/place"
-sdftrack demo --quiet
-taken_s=$((SECONDS - start_s))
-echo "from the wheel to the end of the demo: $taken_s s"
-[ "$taken_s" -le "$limit_s" ] || { echo "that is more than $limit_s s" >&2; exit 1; }
+first_use() { pip install -q --only-binary :all: "${wheels[0]}" && sdftrack demo --quiet; }
+TIMEFORMAT='%0R %0U %0S'
+{ time first_use 2>&3; } 3>&2 2>"$work/seconds"
+read -r taken_s user_s system_s <"$work/seconds"
+echo "from the wheel to the end of the demo: $taken_s s, of the processor $((user_s + system_s)) s"
+# On a busy machine the clock says little.
+if [ "$taken_s" -gt "$limit_s" ] && [ $((user_s + system_s)) -gt "$limit_s" ]; then
+  echo "that is more than $limit_s s" >&2; exit 1
+fi
 
 pip install -q "${wheels[0]}[test]"
 python -c 'import pathlib, sys, sdftrack; sys.exit(not pathlib.Path(sdftrack.__file__).is_relative_to(sys.prefix))' ||

@@ -7,6 +7,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "base/normal.h"
 #include "base/parallel.h"
 #include "frame/selection.h"
 #include "optim/dense.h"
@@ -233,7 +234,7 @@ optim::SharedVector IntrinsicsProblem::bias(std::uint64_t seed, int pairs) {
   for (int pair = 0; pair < pairs; ++pair)
     for (const double sign : {1.0, -1.0}) {
       std::mt19937_64 random(seed + static_cast<std::uint64_t>(pair));
-      std::normal_distribution<double> normal;
+      Normal normal;
       std::vector<LensFrame> twins = frames_;
       for (LensFrame& twin : twins) {
         if (options_.residual == energies::Residual::kPoint)

@@ -11,7 +11,14 @@
 namespace sdftrack::lwpr {
 namespace {
 
-using Four = double __attribute__((vector_size(32), aligned(8)));
+using Four = double __attribute__((vector_size(32)));
+
+// Rows lie where a double may.
+HD Four load_four(const double* p) {
+  Four x;
+  __builtin_memcpy(&x, p, sizeof(x));
+  return x;
+}
 
 // Loops over a row of n numbers: unrolled for N of them, else packs of four with zeros at the end.
 template <int N>
@@ -25,8 +32,7 @@ struct Rows {
       return sum;
     } else {
       Four sum{};
-      for (int j = 0; j < row; j += 4)
-        sum += *reinterpret_cast<const Four*>(a + j) * *reinterpret_cast<const Four*>(b + j);
+      for (int j = 0; j < row; j += 4) sum += load_four(a + j) * load_four(b + j);
       return (sum[0] + sum[1]) + (sum[2] + sum[3]);
     }
   }
@@ -36,8 +42,8 @@ struct Rows {
       for (int j = 0; j < N; ++j) a[j] = ka * a[j] + kb * b[j];
     } else {
       for (int j = 0; j < row; j += 4) {
-        Four& to = *reinterpret_cast<Four*>(a + j);
-        to = ka * to + kb * *reinterpret_cast<const Four*>(b + j);
+        const Four mixed = ka * load_four(a + j) + kb * load_four(b + j);
+        __builtin_memcpy(a + j, &mixed, sizeof(mixed));
       }
     }
   }
