@@ -82,6 +82,9 @@ sys.exit(f"{name}: not from the system's libraries: {', '.join(sorted(missing))}
 PYTHON
 
 echo "--- repair"
-"$tools/bin/auditwheel" repair --plat "manylinux_${glibc/./_}_$arch" --wheel-dir "$dist" "$work"/raw/*.whl
+# Of another processor auditwheel finds the tag but takes none: it is for the oldest glibc that will do.
+plat=manylinux_${glibc/./_}_$arch
+[ "$arch" = "$(uname -m)" ] || plat=auto
+"$tools/bin/auditwheel" repair --plat "$plat" --wheel-dir "$dist" "$work"/raw/*.whl
 cp "$work"/sdist/*.tar.gz "$dist"
 ls -l "$dist"

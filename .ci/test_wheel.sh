@@ -11,7 +11,7 @@ work=$PWD/build/wheels/installed
 venv=$work/venv
 python=$(command -v "${PYTHON:-python3}")
 # Of each part the files that take little time and go through bindings, errors, threads and every instruction set.
-tests=(isa threads array_equality core_tracker frame sdf mesh render levelset lwpr superpixels plane primitives files options
+tests=(isa threads array_equality core_tracker frame sdf mesh render levelset lwpr superpixels plane primitives files
   start_bad_input tracker contour_tracker)
 files=("${tests[@]/%/.py}")
 files=("${files[@]/#/tests/python/test_}")
@@ -19,7 +19,7 @@ files=("${files[@]/#/tests/python/test_}")
 rm -rf "$work"
 mkdir -p "$work/place/tests"
 # Beside the tests nothing of this folder: what is imported is what was installed.
-cp -r pyproject.toml experiments docs "$work/place"
+cp -r pyproject.toml experiments "$work/place"
 cp -r tests/conftest.py tests/python tests/data "$work/place/tests"
 tag=$("$python" -c 'import sys; print("cp{0}{1}-cp{0}{1}".format(*sys.version_info))')
 wheels=("$dist"/sdftrack-*-"$tag"-*"_$(uname -m).whl")
