@@ -19,7 +19,7 @@ zig_version=0.17.1
 mkdir -p "$1"
 dist=$(cd "$1" && pwd)
 work=$PWD/build/wheels
-tools=$work/tools
+tools=$work/tools-$("${PYTHON:-python3}" -c 'import sys; print(sys.implementation.cache_tag)')
 export CMAKE_BUILD_PARALLEL_LEVEL="${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}" PIP_DISABLE_PIP_VERSION_CHECK=1
 
 echo "--- tools from PyPI"

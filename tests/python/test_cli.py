@@ -468,6 +468,11 @@ def test_the_demo_needs_nothing_and_writes_pictures(tmp_path, monkeypatch, capsy
     (line,) = (line for line in printed.splitlines() if line.startswith("try it: sdftrack "))
     assert run(line.removeprefix("try it: sdftrack ").split()) == 0
     capsys.readouterr()
+    mine = tmp_path / "sdftrack-demo" / "sequence" / "rgb" / "mine.png"
+    mine.write_text("keep")
+    assert run(["demo", "--frames", "12", "-q"]) == 1
+    assert "no files of others" in told(capsys)
+    assert mine.read_text() == "keep"
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "a.txt").write_text("keep")
     assert not _ours(tmp_path / "mine")

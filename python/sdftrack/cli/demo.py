@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 from typing import Annotated, Any
@@ -34,6 +35,9 @@ STRIP = (
 )  # parts of the time that the strip shows; in the middle a hand passes
 VOXELS = 160
 SEQUENCE, KEPT_FRAMES = "sequence", 30
+PART_OF_SEQUENCE = re.compile(
+    r"scene_(camera|gt)\.json|(depth|rgb)/\d{6}\.png|mask_visib/\d{6}_\d{6}\.png|models/obj_\d{6}\.ply"
+)
 
 
 def demo(
@@ -70,8 +74,10 @@ def demo(
     shown = {round(s * (frames - 1)) for s in STRIP}
     pictures, results, first = [], [], []
     settings = {"command": "demo", "frames": frames, "seed": seed, "voxels": VOXELS, "threads": threads}
-    if _ours(folder) and overwrite:
-        shutil.rmtree(folder / SEQUENCE, ignore_errors=True)
+    if not _may_replace(folder / SEQUENCE):
+        raise FileExistsError(
+            f"out: expected no files of others in {folder / SEQUENCE}, which the demo replaces; choose another folder"
+        )
     prepare_folder(folder, overwrite)  # a folder that will not do is an error before the work, not after it
     if not quiet:
         print("making the scene and the duck's signed distances", flush=True)
@@ -94,6 +100,7 @@ def demo(
         sequence = st.Sequence(
             first, scene.camera, scene.poses[: len(first)], {1: scene.duck}, masks=lambda i: masks.get(i, {})
         )
+        shutil.rmtree(folder / SEQUENCE, ignore_errors=True)
         st.save_sequence(folder / SEQUENCE, sequence)
         found = reconstruct_duck(scene, sdf, min(WHOLE_TURN, frames // 4 + 8), threads, quiet)
         found.mesh.save(folder / "mesh.ply")
@@ -147,3 +154,13 @@ def _ours(folder: Path) -> bool:
         return bool(report["settings"]["command"] == "demo")
     except (OSError, ValueError, KeyError, TypeError):
         return False
+
+
+def _may_replace(sequence: Path) -> bool:
+    """Whether it is not there, or holds nothing but what an earlier demo saved."""
+    if sequence.is_symlink() or (sequence.exists() and not sequence.is_dir()):
+        return False
+    return all(
+        path.is_dir() or PART_OF_SEQUENCE.fullmatch(path.relative_to(sequence).as_posix()) is not None
+        for path in sequence.rglob("*")
+    )

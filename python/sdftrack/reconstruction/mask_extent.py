@@ -68,6 +68,10 @@ class MaskExtent:
             self._share = self._share_of(core, _seen_surface(core, least))
         return self._share
 
+    def forget(self) -> None:
+        """Look at the surface anew with the next frame: the volume has been replaced."""
+        self._looked, self._share = -FRAMES_BETWEEN, 0.0
+
     def reason(self, core: Any, fused: int, least: int) -> str:
         """Reason to doubt the shape by its size; empty if there is none."""
         share = self.beyond(core, fused, least)

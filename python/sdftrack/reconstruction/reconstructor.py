@@ -257,7 +257,7 @@ class Reconstructor:
             first = self._first_keyframe(frame, shown)
             self._keep(replace(first, index=self._index, recording=len(self._later)), frame)
         fused = pose is None or self._add(frame, T)
-        return self._finished(result, T, begin, fused=fused)
+        return self._finished(result, T, begin, fused=fused, judged=False)  # ok says that it was added
 
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
         """Track the object in the next frame, and fuse the frame if the pose is reliable.
@@ -265,7 +265,8 @@ class Reconstructor:
         Returns
         -------
         TrackResult
-            M = 1, with ``shape_change``. Frames with status ``"weak"`` or ``"lost"`` are not fused; with
+            M = 1, with ``shape_change``. Frames with status ``"weak"`` or ``"lost"`` are not fused, except those
+            that are weak because the shape exceeds its first mask; with
             ``evolution="printed"`` weak ones are.
 
         Raises
@@ -360,6 +361,7 @@ class Reconstructor:
         refined = replace(refined, misfit_m=(was_m, now_m), taken=now_m < OVERFIT * was_m)
         if not refined.taken:
             self._volume = volume
+            self._look_at_extent_again()
             for keyframe, pose in zip(self._kept, poses, strict=True):
                 keyframe.T_cam_obj = pose
             self._reshape()
@@ -460,7 +462,8 @@ class Reconstructor:
         self._keyframes.add(keyframe)
         if self._refit is not None:
             self._refit.add(keyframe)
-        # What many frames have shown moves little with one more.
+        # What many frames have shown moves little with one more: sample points, normals and the coarse grid of the
+        # tracker's shape may be one frame older than the distances and colours, which it borrows.
         if self._volume.grow_if_needed() or self._volume.fused <= YOUNG_FRAMES or self._volume.fused % 2 == 0:
             self._reshape()
 
@@ -484,6 +487,7 @@ class Reconstructor:
         last = TrackerInterface(self._tracker).last_poses[0]
         found.volume.fused = self._volume.fused  # each that was fused stands for itself and one beside it
         self._volume = found.volume
+        self._look_at_extent_again()
         for keyframe in self._kept:
             keyframe.T_cam_obj = found.poses[keyframe.index]
         self._reshape()
@@ -512,12 +516,19 @@ class Reconstructor:
             volume.fuse(keyframe, keyframe.full_depth(*self._size))
             progress((i + 1) / len(self._kept))
         self._volume = volume  # whole, or not at all
+        self._look_at_extent_again()
         self._reshape()
 
-    def _finished(self, result: TrackResult, T: Pose, begin: float, *, fused: bool) -> TrackResult:
+    def _look_at_extent_again(self) -> None:
+        if self._mask_extent is not None:
+            self._mask_extent.forget()
+
+    def _finished(
+        self, result: TrackResult, T: Pose, begin: float, *, fused: bool, judged: bool = True
+    ) -> TrackResult:
         poses = np.array(result.poses)
         poses[0] = T
-        if fused and self._mask_extent is not None and result.status[0] is Status.OK:
+        if judged and fused and self._mask_extent is not None and result.status[0] is Status.OK:
             reason = self._mask_extent.reason(self._volume.core, self._volume.fused, self._least)
             result = doubted(result, reason) if reason else result
         change = float(self._volume.core.change_m) if fused else float("nan")

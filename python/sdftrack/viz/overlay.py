@@ -28,6 +28,7 @@ OBJECT_RGB = ((90, 170, 255), (255, 120, 190), (180, 140, 255), (90, 220, 210), 
 AXES_RGB = ((255, 80, 80), (90, 225, 90), (100, 140, 255))
 IN_FRONT_M = 0.015  # a measurement this much nearer than the model hides it: a hand stays in front
 REASON = 70  # letters in each line of the reason, below the status
+REASON_LINES = 3
 SHADE = 0.28  # share of the drawn surface in the mix
 TINT = 0.55  # share of the objects' colours where memberships are shown
 
@@ -223,7 +224,9 @@ def _captions(picture: Picture, result: Any, names: Sequence[str] | None) -> Non
         text = "  ".join(part for part in (name, str(status).replace("_", " "), sure) if part)
         lines.append((text, STATUS_RGB[str(status)]))
         reason = result.reason[k]
-        lines += [(line, STATUS_RGB[str(status)]) for line in textwrap.wrap(reason, REASON)]
+        lines += [
+            (line, STATUS_RGB[str(status)]) for line in textwrap.wrap(reason, REASON, max_lines=REASON_LINES)
+        ]
     margin = max(3, round(6 * scale))
     width = max((cv2.getTextSize(t, font, size, 1)[0][0] for t, _ in lines), default=0)
     if not width:
