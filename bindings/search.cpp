@@ -77,7 +77,7 @@ class PySearcher {
 }  // namespace
 
 void bind_search(py::module_& m) {
-  py::class_<PySearcher>(m, "Searcher", "Finds a shape in a depth image without a first pose.")
+  py::class_<PySearcher>(m, "Searcher", "Finds a shape in a depth image without an initial pose.")
       .def(py::init<const ShapeTuple&, const tracking::TrackerOptions&>(), py::arg("shape"),
            py::arg("options"))
       .def("search", &PySearcher::search, py::arg("depth"), py::arg("camera"), py::arg("mask") = py::none(),

@@ -37,11 +37,11 @@ void bind_tracking(py::module_& m) {
       .value("static", tracking::MotionModel::kStatic)
       .value("constant_velocity", tracking::MotionModel::kConstantVelocity)
       .value("adaptive", tracking::MotionModel::kAdaptive);
-  py::enum_<tracking::Collision>(m, "Collision", "What it costs objects to stand in one another.")
+  py::enum_<tracking::Collision>(m, "Collision", "Penalty on the penetration of objects.")
       .value("none", tracking::Collision::kNone)
       .value("contact", tracking::Collision::kContact)
       .value("printed", tracking::Collision::kPrinted);
-  py::class_<PyFrame>(m, "TrackerFrame", "A frame for Tracker; without depth, `error` may say why.")
+  py::class_<PyFrame>(m, "TrackerFrame", "A frame for Tracker; without depth, `error` may give the reason.")
       .def(py::init<py::object, py::object, py::object, py::object, double, std::string>(), py::arg("depth"),
            py::arg("mask") = py::none(), py::arg("color") = py::none(), py::arg("color_map") = py::none(),
            py::arg("time_s") = tracking::kUnknown, py::arg("error") = "");
@@ -76,7 +76,8 @@ void bind_tracking(py::module_& m) {
       .def("set_camera", &PyTracker::set_camera, py::arg("camera"))
       .def("set_pose", &PyTracker::set_pose, py::arg("k"), py::arg("T"), py::arg("covariance"));
   m.def("correlation_area", &correlation_area, py::arg("u_px"), py::arg("v_px"), py::arg("residual_m"),
-        py::arg("scale_m"), py::arg("outlier_floor"), "Pixels that share one error; 0: too few to tell.");
+        py::arg("scale_m"), py::arg("outlier_floor"),
+        "Number of pixels that share one error; 0: too few to estimate it.");
 
   m.def(
       "colors_at",

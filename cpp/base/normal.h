@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Standard normal numbers, the same ones with every standard library: how std::normal_distribution makes them
-// is left to the library. Marsaglia's polar method, as libstdc++ has it.
+// Standard normal numbers, the same ones with every C++ standard library that has the same `log`: how
+// std::normal_distribution makes them is left to the library. Marsaglia's polar method, as libstdc++ has it.
 #pragma once
 
 #include <algorithm>

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "calibration/intrinsics.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,6 +10,7 @@
 #include "base/normal.h"
 #include "base/parallel.h"
 #include "frame/selection.h"
+#include "optim/dense.h"
 
 namespace sdftrack::calibration {
 
@@ -46,10 +45,11 @@ optim::Vector6d weak_information(const frame::Shape& shape) {
 // of view has them.
 int open_shifts(const Eigen::Matrix<double, 6, 6>& pose) {
   const Eigen::Matrix3d cross = pose.topRightCorner<3, 3>(), turn = pose.bottomRightCorner<3, 3>();
-  const Eigen::Matrix3d shift = pose.topLeftCorner<3, 3>() - cross * turn.ldlt().solve(cross.transpose());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(shift, Eigen::EigenvaluesOnly);
+  const Eigen::Matrix3d shift =
+      pose.topLeftCorner<3, 3>() - cross * optim::solve_symmetric<3, 3>(turn, cross.transpose());
+  const Eigen::Vector3d values = optim::eigenpairs<3>(shift).values;
   const double usual = pose.topLeftCorner<3, 3>().trace() / 3;
-  return static_cast<int>((solver.eigenvalues().array() < kOpenShift * usual).count());
+  return static_cast<int>((values.array() < kOpenShift * usual).count());
 }
 
 // Newton's step, nothing along what the frames leave open. Unknowns are measured by what is said of each
@@ -58,11 +58,11 @@ optim::SharedVector step_within_the_known(const optim::SharedMatrix& information
                                           const optim::SharedVector& pull) {
   const optim::SharedVector unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const optim::SharedMatrix scaled = unit.asDiagonal() * information * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<optim::SharedMatrix> solver(scaled);
-  optim::SharedVector along = solver.eigenvectors().transpose() * unit.asDiagonal() * pull;
+  const optim::Eigenpairs<Eigen::Dynamic> pairs = optim::eigenpairs<Eigen::Dynamic>(scaled);
+  optim::SharedVector along = pairs.vectors.transpose() * unit.asDiagonal() * pull;
   for (int j = 0; j < along.size(); ++j)
-    along[j] = solver.eigenvalues()[j] > kKnown ? along[j] / solver.eigenvalues()[j] : 0.0;
-  return -(unit.asDiagonal() * (solver.eigenvectors() * along));
+    along[j] = pairs.values[j] > kKnown ? along[j] / pairs.values[j] : 0.0;
+  return -(unit.asDiagonal() * (pairs.vectors * along));
 }
 
 }  // namespace
@@ -171,7 +171,8 @@ FrameEstimate IntrinsicsProblem::estimate_of(LensFrame* frame, Lens lens) const 
   const int n = free_.count();
   Eigen::Matrix<double, 6, 6> pose = bread.topLeftCorner<6, 6>();
   pose.diagonal() += weak_information(shape_);
-  const Eigen::MatrixXd follow = pose.ldlt().solve(bread.topRightCorner(6, n));  // how the pose follows
+  const Eigen::MatrixXd follow =
+      optim::solve_symmetric<6, Eigen::Dynamic>(pose, bread.topRightCorner(6, n));  // how the pose follows
   optim::ArrowBlock block;
   frame->linearize(energy.view(), penalty, false, &block);
   Eigen::MatrixXd along(6 + n, n);

@@ -18,8 +18,8 @@ namespace {
 
 constexpr double kMinContrast = 0.02;
 constexpr const char* kOneColor =
-    "box: expected an object whose colours are not those around the box, got next to nothing that differs; "
-    "draw it closer, or start from a mask";
+    "box: expected an object whose colours differ from those around the box, got almost no such pixels; "
+    "draw a tighter box, or start from a mask";
 
 }  // namespace
 
@@ -29,11 +29,10 @@ std::string ContourTracker::unfit(const RgbView& image, int pixels) const {
   std::ostringstream text;
   if (others < kMinPixels) {
     text << "mask: expected background around the object, at least " << kMinPixels << " pixels, got "
-         << others << "; mark the object alone";
+         << others << "; mark only the object";
   } else {
-    text << "mask: expected one object, got " << pixels
-         << " pixels so scattered that on a grid with cells of " << grid_.warp.scale()
-         << " px they leave no object or no background; mark one object as a whole";
+    text << "mask: expected one object, got " << pixels << " scattered pixels; on a grid with cells of "
+         << grid_.warp.scale() << " px they leave no object or no background; mark one connected object";
   }
   return text.str();
 }

@@ -154,12 +154,12 @@ void ContourTracker::judge(const RgbView& image) {
   } else if (report_.confidence >= (was_lost ? kSure : kDoubtful) && inside_ >= kMinPixels) {
     report_.status = ContourStatus::kWeak;
     report_.reason = contrast < report_.likeness
-                         ? "colours inside and beside the outline differ less than at the start"
-                         : "colours inside the outline are no longer those at the start";
+                         ? "the colours on either side of the outline differ less than at the start"
+                         : "the colours inside the outline no longer match those at the start";
   } else {
     report_.status = ContourStatus::kLost;
     report_.reason =
-        "neither the colours inside nor those beside the outline are the object's and its surroundings'";
+        "the colours match neither the object inside the outline nor its surroundings outside it";
     ++lost_frames_;
   }
 }

@@ -68,6 +68,31 @@ struct Row {
   }
 };
 
+// Contributions in rows that lie `stride` apart.
+struct BlockView {
+  const float *slope, *curvature, *J;
+  int stride, filled;
+};
+
+// Row A of the sums, which is its gradient and the products with the rows before it, and those rows. Not
+// inlined: it is long, and the same for all energies that have so many unknowns or more.
+template <class L, int A>
+__attribute__((noinline)) void add_rows(const BlockView& block, double* gradient, double* hessian) {
+  if constexpr (A > 0) add_rows<L, A - 1>(block, gradient, hessian);
+  PartialSums<L> slopes, products[A + 1];
+  for (int k = 0; k < block.filled; k += kLanes)
+    for (int j = 0; j < PartialSums<L>::N; ++j) {
+      const int at = k + j * kWidth<L>;
+      const L row = load<L>(block.J + A * block.stride + at, kWidth<L>);
+      const L weighted = load<L>(block.curvature + at, kWidth<L>) * row;
+      slopes.part[j] += load<L>(block.slope + at, kWidth<L>) * row;
+      for (int b = 0; b <= A; ++b)
+        products[b].part[j] += weighted * load<L>(block.J + b * block.stride + at, kWidth<L>);
+    }
+  gradient[A] += slopes.total();
+  for (int b = 0; b <= A; ++b) hessian[A * (A + 1) / 2 + b] += products[b].total();
+}
+
 // Contributions without their costs. So many sums do not fit in registers together with a pixel: first all of
 // the rows, then their products.
 template <int P, int kSize = kBlock>
@@ -93,26 +118,8 @@ struct Block {
   template <class L>
   HD void add_to(Sums<double, P>* sums) {
     align();
-    add_rows<L, 0>(sums);
+    add_rows<L, P - 1>({slope, curvature, J[0], kSize, filled}, sums->gradient, sums->hessian);
     filled = 0;
-  }
-
- private:
-  // Row A of the sums: its gradient and the products with the rows before it.
-  template <class L, int A>
-  HD void add_rows(Sums<double, P>* sums) const {
-    PartialSums<L> gradient, hessian[A + 1];
-    for (int k = 0; k < filled; k += kLanes)
-      for (int j = 0; j < PartialSums<L>::N; ++j) {
-        const int at = k + j * kWidth<L>;
-        const L row = load<L>(J[A] + at, kWidth<L>);
-        const L weighted = load<L>(curvature + at, kWidth<L>) * row;
-        gradient.part[j] += load<L>(slope + at, kWidth<L>) * row;
-        for (int b = 0; b <= A; ++b) hessian[b].part[j] += weighted * load<L>(J[b] + at, kWidth<L>);
-      }
-    sums->gradient[A] += gradient.total();
-    for (int b = 0; b <= A; ++b) sums->hessian[A * (A + 1) / 2 + b] += hessian[b].total();
-    if constexpr (A + 1 < P) add_rows<L, A + 1>(sums);
   }
 };
 

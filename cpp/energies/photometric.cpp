@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "energies/photometric.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
+
+#include "optim/dense.h"
 
 namespace sdftrack::energies {
 
@@ -105,7 +106,7 @@ Tone PhotometricEnergy::toned(Tone tone, int rounds) const {
       H.noalias() += (w * J) * J.transpose();
       b += w * hit.grey_seen * J;
     }
-    tone = H.ldlt().solve(b);
+    tone = optim::solve_symmetric<5, 1>(H, b);
   }
   return tone;
 }
@@ -144,7 +145,7 @@ void PhotometricEnergy::linearize(const optim::State& x, optim::NormalEquations*
     g += w * r * J;
   }
   const Eigen::Matrix<double, 6, 5> by_tone =
-      H.bottomRightCorner<5, 5>().ldlt().solve(H.bottomLeftCorner<5, 6>()).transpose();
+      optim::solve_symmetric<5, 6>(H.bottomRightCorner<5, 5>(), H.bottomLeftCorner<5, 6>()).transpose();
   out->hessian += H.topLeftCorner<6, 6>() - by_tone * H.bottomLeftCorner<5, 6>();
   out->gradient += g.head<6>() - by_tone * g.tail<5>();
   out->cost += cost_of(tone_);

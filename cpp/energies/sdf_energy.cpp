@@ -28,7 +28,8 @@ Pair pair_of_union(const SdfEnergyOptions& options, int objects) {
                                               {Pair::kFour, Pair::kFourColorOdds, Pair::kFourColorPrinted}};
   if (options.scale || options.intrinsics)
     throw std::invalid_argument(
-        "unknowns: of several objects only the poses are compiled; expected neither scale nor intrinsics");
+        "unknowns: with several objects only their poses are supported; expected neither scale nor "
+        "intrinsics");
   const int penalty = !options.color ? 0 : options.color_likelihood == ColorLikelihood::kOdds ? 1 : 2;
   return kPairs[objects - 2][penalty];
 }
@@ -37,11 +38,11 @@ Pair pair_of(const SdfEnergyOptions& options, int objects) {
   if (objects > 1) return pair_of_union(options, objects);
   if (options.scale && options.intrinsics)
     throw std::invalid_argument(
-        "unknowns: pose, scale and intrinsics together are not compiled; expected at most two");
+        "unknowns: pose, scale and intrinsics together are not supported; expected at most two of them");
   if (options.color) {
     if (options.scale || options.intrinsics)
       throw std::invalid_argument(
-          "unknowns: with colour only the pose is compiled; expected neither scale nor intrinsics");
+          "unknowns: with colour only the pose is supported; expected neither scale nor intrinsics");
     return options.color_likelihood == ColorLikelihood::kOdds ? Pair::kPoseColorOdds
                                                               : Pair::kPoseColorPrinted;
   }

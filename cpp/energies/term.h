@@ -69,6 +69,13 @@ struct Sums {
   }
 };
 
+struct NoPenalty {
+  template <class U>
+  HD NoPenalty cast() const {
+    return {};
+  }
+};
+
 // Pixel i and, in a pack, the n - 1 that follow it.
 template <class Field, class Penalty>
 struct Term {
@@ -99,6 +106,11 @@ struct Term {
         newton_steps,
         U(inv_fx),
         U(inv_fy)};
+  }
+
+  // The same for what asks for residuals and not for their costs.
+  HD Term<Field, NoPenalty> without_penalty() const {
+    return {field, {}, K, pixels, residual, reclassify, newton_steps, inv_fx, inv_fy};
   }
 
   HD Vec3<T> ray_of(int i, int n = 1) const {

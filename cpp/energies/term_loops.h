@@ -10,6 +10,31 @@
 namespace sdftrack::energies {
 namespace {
 
+// What does not depend on the penalty, once for all energies of a field.
+template <class L, class Field>
+struct FieldLoops {
+  using Given = Term<Field, NoPenalty>;
+
+  __attribute__((noinline)) static void settle(const Given& given, int begin, int end) {
+    const auto term = given.template cast<L>();
+    each_pack<L>(begin, end, [&](int i, int n) SDFTRACK_INLINE { term.settle(i, n); });
+  }
+
+  __attribute__((noinline)) static void classify(const Given& given, int begin, int end) {
+    const auto term = given.template cast<L>();
+    each_pack<L>(begin, end, [&](int i, int n) SDFTRACK_INLINE {
+      FieldRow<L, Field::P> row;
+      term.read(i, n, &row);
+    });
+  }
+
+  __attribute__((noinline)) static void distances(const Given& given, int begin, int end, float* phi_m) {
+    const auto term = given.template cast<L>();
+    each_pack<L>(begin, end,
+                 [&](int i, int n) SDFTRACK_INLINE { store(term.distance(i, n), phi_m + i - begin, n); });
+  }
+};
+
 template <class L, class Field, class Penalty>
 struct Loops {
   using Given = Term<Field, Penalty>;
@@ -43,22 +68,13 @@ struct Loops {
   }
 
   static void settle(const Given& given, int begin, int end) {
-    const auto term = given.template cast<L>();
-    each_pack<L>(begin, end, [&](int i, int n) SDFTRACK_INLINE { term.settle(i, n); });
+    FieldLoops<L, Field>::settle(given.without_penalty(), begin, end);
   }
-
   static void classify(const Given& given, int begin, int end) {
-    const auto term = given.template cast<L>();
-    each_pack<L>(begin, end, [&](int i, int n) SDFTRACK_INLINE {
-      FieldRow<L, P> row;
-      term.read(i, n, &row);
-    });
+    FieldLoops<L, Field>::classify(given.without_penalty(), begin, end);
   }
-
   static void distances(const Given& given, int begin, int end, float* phi_m) {
-    const auto term = given.template cast<L>();
-    each_pack<L>(begin, end,
-                 [&](int i, int n) SDFTRACK_INLINE { store(term.distance(i, n), phi_m + i - begin, n); });
+    FieldLoops<L, Field>::distances(given.without_penalty(), begin, end, phi_m);
   }
 
   static TermSums<P> summarize(const Given& given, int budget, float voxel_m, bool missed, float* residual_m,

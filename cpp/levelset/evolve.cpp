@@ -43,10 +43,9 @@ void check(const EvolveOptions& o) {
       throw std::invalid_argument("sigma_h, sigma_phi, dt: expected positive numbers");
   const float most = longest_step(o);
   if (!(o.dt <= most))
-    throw std::invalid_argument(
-        "dt: expected at most " + std::to_string(most) +
-        " with this sigma_h and sigma_phi, beyond which the evolution is unstable; got " +
-        std::to_string(o.dt));
+    throw std::invalid_argument("dt: expected at most " + std::to_string(most) +
+                                " for this sigma_h and sigma_phi (stability limit of the evolution), got " +
+                                std::to_string(o.dt));
 }
 
 }  // namespace

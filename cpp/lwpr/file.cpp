@@ -18,7 +18,7 @@ constexpr std::size_t kHeadBytes = 3 * sizeof(std::uint64_t);
 constexpr double kMaxCount = 1e6;  // of inputs or outputs: anything larger is no model
 
 [[noreturn]] void refuse(const char* why) {
-  throw std::invalid_argument(std::string("expected what LWPR.save wrote, got ") + why);
+  throw std::invalid_argument(std::string("expected a model written by LWPR.save, got ") + why);
 }
 
 // FNV-1a on words of 64 bits.
@@ -58,17 +58,17 @@ class Reader {
  public:
   Reader(const double* begin, const double* end) : at(begin), end_(end) {}
   double next() {
-    if (at == end_) refuse("a model that ends early");
+    if (at == end_) refuse("a truncated model");
     return *at++;
   }
   std::size_t count() {
     const double value = next();
     if (!(value >= 0 && value <= kMaxCount * kMaxCount && value == std::floor(value)))
-      refuse("a model with a count that is none");
+      refuse("a model with an invalid count");
     return static_cast<std::size_t>(value);
   }
   std::vector<double> numbers(std::size_t n) {
-    if (n > static_cast<std::size_t>(end_ - at)) refuse("a model that ends early");
+    if (n > static_cast<std::size_t>(end_ - at)) refuse("a truncated model");
     const double* const from = at;
     at += n;
     return {from, at};
@@ -112,10 +112,10 @@ LwprModel LwprModel::from_bytes(const char* data, std::size_t size) {
   std::uint64_t head[3] = {}, sum = 0;
   if (size < kHeadBytes + sizeof(sum)) refuse("too few bytes");
   std::memcpy(head, data, sizeof(head));
-  if (head[0] != kMark) refuse("something else");
-  if (head[1] != kVersion) refuse("a version that this build does not know");
+  if (head[0] != kMark) refuse("another kind of file");
+  if (head[1] != kVersion) refuse("an unknown version");
   const std::size_t rest = size - kHeadBytes - sizeof(sum);
-  if (rest % sizeof(double) != 0 || head[2] != rest / sizeof(double)) refuse("a model that was cut off");
+  if (rest % sizeof(double) != 0 || head[2] != rest / sizeof(double)) refuse("a truncated model");
   std::memcpy(&sum, data + size - sizeof(sum), sizeof(sum));
   if (sum != checksum(data, size - sizeof(sum))) refuse("a model whose checksum is wrong");
 
@@ -124,7 +124,7 @@ LwprModel LwprModel::from_bytes(const char* data, std::size_t size) {
   const double* const end = numbers.data() + numbers.size();
   Reader in(numbers.data(), end);
   const std::size_t n_in = in.count(), n_out = in.count();
-  if (n_in > kMaxCount || n_out > kMaxCount) refuse("a model with a count that is none");
+  if (n_in > kMaxCount || n_out > kMaxCount) refuse("a model with an invalid count");
   const double samples = in.next();
   const LwprOptions options = read_options(&in);
   std::vector<double> norm_in = in.numbers(n_in), norm_out = in.numbers(n_out);
@@ -132,8 +132,8 @@ LwprModel LwprModel::from_bytes(const char* data, std::size_t size) {
                   std::move(norm_out));
   model.samples_ = samples;
   for (LwprUnit& unit : model.units_)
-    if (!unit.read_from(&in.at, end)) refuse("a model whose fields do not fit");
-  if (in.at != end) refuse("a model with more than its fields");
+    if (!unit.read_from(&in.at, end)) refuse("a model with inconsistent fields");
+  if (in.at != end) refuse("a model with trailing data");
   return model;
 }
 

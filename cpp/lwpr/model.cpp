@@ -55,7 +55,7 @@ void check_finite(const char* name, const double* values, std::size_t count,
       throw std::invalid_argument(std::string(name) + ": expected finite numbers, at most 1e25 times norm_" +
                                   (name[0] == 'x' ? "in" : "out") + ", got " + text_of(value) +
                                   " in sample " + std::to_string(i) +
-                                  "; leave such samples out (the model is as it was)");
+                                  "; omit such samples (the model is unchanged)");
     }
 }
 

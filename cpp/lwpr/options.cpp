@@ -63,8 +63,7 @@ std::vector<double> initial_metric(const LwprOptions& options, int n_in) {
   std::vector<double> out;
   for (Eigen::Index i = 0; i < n_in; ++i)
     for (Eigen::Index j = i; j < (options.diagonal ? i + 1 : n_in); ++j) out.push_back(M(i, j));
-  if (options.diagonal && !D.isDiagonal())
-    refuse_metric("a matrix that is not diagonal together with diagonal=True");
+  if (options.diagonal && !D.isDiagonal()) refuse_metric("a non-diagonal matrix with diagonal=True");
   return out;
 }
 

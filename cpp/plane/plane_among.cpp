@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "optim/dense.h"
 #include "plane/plane.h"
 
 namespace sdftrack::plane {
@@ -26,8 +26,7 @@ bool refit(const std::vector<Vec3d>& points, double reach, frame::Plane* plane) 
   }
   if (total < 3) return false;
   mean /= total;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(second / total - mean * mean.transpose());
-  Eigen::Vector3d n = solver.eigenvectors().col(0);
+  Eigen::Vector3d n = optim::eigenpairs<3>(second / total - mean * mean.transpose()).vectors.col(0);
   if (n.dot(mean) > 0) n = -n;  // towards the camera
   *plane = {{n.x(), n.y(), n.z()}, -n.dot(mean)};
   return true;
@@ -48,7 +47,7 @@ double middle_variance(const std::vector<Vec3d>& points) {
   const auto n = static_cast<double>(std::max<std::size_t>(1, points.size()));
   mean /= n;
   const Eigen::Matrix3d covariance = second / n - mean * mean.transpose();
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues()(1);
+  return optim::eigenpairs<3>(covariance).values(1);
 }
 
 // Three points that lie apart by about `apart_m`, found from a place in the list.

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "optim/dense.h"
+
 namespace sdftrack::primitives {
 
 namespace {
@@ -81,10 +83,10 @@ bool meeting_point(const std::vector<Oriented>& normals, Vec3d* centre) {
       const Eigen::Matrix3d M = weight[i] * (Eigen::Matrix3d::Identity() - n * n.transpose());
       A += M, b += M * eigen(normals[i].p);
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(A);
-    if (!(solver.eigenvalues()[0] > 0.01 * solver.eigenvalues()[2])) return false;
-    const Eigen::Vector3d c = solver.eigenvectors() * (solver.eigenvalues().cwiseInverse().asDiagonal() *
-                                                       (solver.eigenvectors().transpose() * b));
+    const optim::Eigenpairs<3> pairs = optim::eigenpairs<3>(A);
+    if (!(pairs.values[0] > 0.01 * pairs.values[2])) return false;
+    const Eigen::Vector3d c =
+        pairs.vectors * (pairs.values.cwiseInverse().asDiagonal() * (pairs.vectors.transpose() * b));
     *centre = vec(c);
     for (std::size_t i = 0; i < normals.size(); ++i) {
       const Vec3d d = *centre - normals[i].p, off = d - dot(d, normals[i].n) * normals[i].n;

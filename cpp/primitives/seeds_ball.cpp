@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "optim/dense.h"
 #include "primitives/seeds.h"
 
 namespace sdftrack::primitives {
@@ -21,7 +22,7 @@ bool algebraic_ball(const std::vector<Vec3d>& points, Vec3d mean, Vec3d* centre,
     const Eigen::Vector4d row(2 * q.x, 2 * q.y, 2 * q.z, 1);
     A += row * row.transpose(), b += dot(q, q) * row;
   }
-  const Eigen::Vector4d x = A.ldlt().solve(b);
+  const Eigen::Vector4d x = optim::solve_symmetric<4, 1>(A, b);
   const double r2 = x[3] + x.head<3>().squaredNorm();
   if (!x.allFinite() || !(r2 > 0)) return false;
   *centre = mean + Vec3d{x[0], x[1], x[2]};
@@ -76,17 +77,17 @@ bool algebraic_ellipsoid(const SeedCloud& cloud, Vec3d about, double normals_wei
       M += normals_weight * row * row.transpose();
     }
   }
-  const Vector9 x = M.ldlt().solve(rhs);
+  const Vector9 x = optim::solve_symmetric<9, 1>(M, rhs);
   if (!x.allFinite()) return false;
   Eigen::Matrix3d A;
   A << x[0], x[3], x[4], x[3], x[1], x[5], x[4], x[5], x[2];
-  const Eigen::Vector3d b = x.tail<3>(), c = -0.5 * A.ldlt().solve(b);
+  const Eigen::Vector3d b = x.tail<3>(), c = -0.5 * optim::solve_symmetric<3, 1>(A, b);
   const double level = 1 + c.dot(A * c);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(A / level);
-  if (!c.allFinite() || !(solver.eigenvalues()[0] > 1e-3)) return false;
+  const optim::Eigenpairs<3> pairs = optim::eigenpairs<3>(A / level);
+  if (!c.allFinite() || !(pairs.values[0] > 1e-3)) return false;
   out->centre = about + unit * Vec3d{c[0], c[1], c[2]};
-  out->axes = solver.eigenvectors();
-  out->radii = unit * solver.eigenvalues().cwiseSqrt().cwiseInverse();
+  out->axes = pairs.vectors;
+  out->radii = unit * pairs.values.cwiseSqrt().cwiseInverse();
   return true;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "optim/dense.h"
 #include "primitives/seeds.h"
 
 namespace sdftrack::primitives {
@@ -106,7 +107,7 @@ void guess_boxes(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGue
     const Eigen::Vector3d d(p.x - cloud.mean.x, p.y - cloud.mean.y, p.z - cloud.mean.z);
     second += d * d.transpose();
   }
-  const Eigen::Matrix3d v = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(second).eigenvectors();
+  const Eigen::Matrix3d v = optim::eigenpairs<3>(second).vectors;
   const auto column = [&](int i) { return Vec3d{v(0, i), v(1, i), v(2, i)}; };
   std::vector<Vec3d> tops = {column(0)};
   if (cloud.view->has_plane) tops.push_back(cloud.view->plane.normal_cam);

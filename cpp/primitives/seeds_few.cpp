@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "optim/dense.h"
 #include "primitives/seeds.h"
 
 namespace sdftrack::primitives {
@@ -32,7 +33,7 @@ bool circle_through(const std::vector<Flat>& points, Vec2d* middle, double* radi
       const Eigen::Vector3d row(2 * p.x, 2 * p.y, 1);
       A += weight[i] * row * row.transpose(), b += weight[i] * (p.x * p.x + p.y * p.y) * row;
     }
-    const Eigen::Vector3d c = A.ldlt().solve(b);
+    const Eigen::Vector3d c = optim::solve_symmetric<3, 1>(A, b);
     const double r2 = c[2] + c[0] * c[0] + c[1] * c[1];
     if (!c.allFinite() || !(r2 > 0)) return false;
     *middle = {c[0], c[1]}, *radius = std::sqrt(r2);

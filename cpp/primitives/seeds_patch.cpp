@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "optim/dense.h"
 #include "primitives/seeds.h"
 
 namespace sdftrack::primitives {
@@ -35,7 +36,7 @@ Oriented plane_through(const std::vector<Vec3d>& points) {
     const Eigen::Vector3d d = Eigen::Vector3d(p.x, p.y, p.z) - mean;
     second += d * d.transpose();
   }
-  Eigen::Vector3d n = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(second).eigenvectors().col(0);
+  Eigen::Vector3d n = optim::eigenpairs<3>(second).vectors.col(0);
   if (n.dot(mean) > 0) n = -n;
   return {{mean.x(), mean.y(), mean.z()}, {n.x(), n.y(), n.z()}};
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "optim/dense.h"
 #include "primitives/seeds.h"
 
 namespace sdftrack::primitives {
@@ -46,7 +47,7 @@ std::vector<Vec3d> axes_of(PrimitiveKind kind, const SeedCloud& cloud, unsigned 
     const Eigen::Vector3d n(o.n.x, o.n.y, o.n.z);
     second += n * n.transpose();
   }
-  const Eigen::Matrix3d v = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(second).eigenvectors();
+  const Eigen::Matrix3d v = optim::eigenpairs<3>(second).vectors;
   for (int k = 0; k < 3; k += 2) axes.push_back({v(0, k), v(1, k), v(2, k)});
   return axes;
 }

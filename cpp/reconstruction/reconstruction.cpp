@@ -52,7 +52,7 @@ Reconstruction::Reconstruction(const sdf::Grid& grid, const float* prior,
                                int threads, const float* first_shape)
     : Reconstruction(guessed(grid, prior, view.get(), threads), options, view) {
   if (options.evolved != (first_shape != nullptr))
-    throw std::invalid_argument("first_shape: expected one with evolution 'printed', and with it alone");
+    throw std::invalid_argument("first_shape: expected one if and only if evolution is 'printed'");
   if (options.evolved) field_.emplace(grid, first_shape);
 }
 
@@ -69,7 +69,7 @@ Reconstruction::Reconstruction(levelset::EvidenceVolume evidence, const Reconstr
 
 std::unique_ptr<Reconstruction> Reconstruction::grown(const std::array<int, 3>& before,
                                                       const std::array<int, 3>& after, int threads) const {
-  if (field_) throw std::invalid_argument("grown: a volume of evolution 'printed' keeps its size");
+  if (field_) throw std::invalid_argument("grown: a volume with evolution 'printed' cannot be enlarged");
   std::unique_ptr<Reconstruction> larger(
       new Reconstruction(evidence_.padded(before, after), options_, view_));
   larger->frames_ = frames_;
@@ -79,7 +79,7 @@ std::unique_ptr<Reconstruction> Reconstruction::grown(const std::array<int, 3>& 
 
 std::unique_ptr<Reconstruction> Reconstruction::continued(std::shared_ptr<const FirstView> view,
                                                           int threads) const {
-  if (field_) throw std::invalid_argument("continued: a volume of evolution 'printed' knows one recording");
+  if (field_) throw std::invalid_argument("continued: evolution 'printed' supports only one recording");
   levelset::EvidenceVolume evidence = evidence_.padded({0, 0, 0}, {0, 0, 0});
   if (view) evidence.bound_guess([&](Vec3d p_obj) { return view->leaves_room(p_obj); }, threads);
   std::unique_ptr<Reconstruction> next(new Reconstruction(std::move(evidence), options_, std::move(view)));

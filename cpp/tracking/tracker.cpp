@@ -77,7 +77,7 @@ const FrameResult& Tracker::recover(const frame::DepthFrame& frame, const std::v
                                     const std::vector<PoseHint>& hints) {
   if (!verdict_.has_result() && objects.size() < objects_.size())
     throw std::runtime_error(
-        "recover: call track(frame) first: nothing is known of the other objects in the last frame");
+        "recover: call track(frame) first; the poses of the other objects in the last frame are unknown");
   served_ = objects;
   context_.open(frame, objects_);
   answer_each([&](std::size_t i, Object* object) {

@@ -15,7 +15,7 @@ from experiments.table import Table
 
 __all__ = ["repeated_depth"]
 
-SAID = "the depth image is that of the frame before"
+SAID = "the depth image repeats the previous one"
 SHARE = 0.05  # of the frames
 SURE_SD = 3  # an error beyond so many standard deviations contradicts the covariance
 COLUMNS = ("object", "frames", "repeated", "named", "ok", "beyond 3 sd and ok", "in the recording itself")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Track and reconstruct rigid objects with an RGB-D camera, by signed distance functions.
+"""Track and reconstruct rigid objects with an RGB-D camera, using signed distance functions.
 
-Public names are imported when they are first asked for (PEP 562): ``import sdftrack`` takes some
-milliseconds, and a program pays for the parts that it uses.
+Public names are imported lazily (PEP 562): ``import sdftrack`` takes a few milliseconds, and a program loads only the
+parts that it uses.
 """
 
 from importlib import import_module

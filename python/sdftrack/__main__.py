@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``python -m sdftrack`` is the command ``sdftrack``."""
+"""Run the command ``sdftrack`` as ``python -m sdftrack``."""
 
 from sdftrack.cli import main
 

@@ -9,7 +9,7 @@ import typing
 __all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'Curvature', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'contour_template_scores', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'smooth_foreground', 'surface_samples', 'thread_count', 'winding_numbers']
 class Calibration:
     """
-    Frames of a known object, and the lens that explains them.
+    Estimates the intrinsics from frames of a known object.
     """
     lens: Lens
     def __init__(self, volume: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], lens: Lens, free: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], options: IntrinsicsOptions) -> None:
@@ -57,7 +57,7 @@ class Camera:
         ...
 class Collision:
     """
-    What it costs objects to stand in one another.
+    Penalty on the penetration of objects.
     
     Members:
     
@@ -387,7 +387,7 @@ class ContourOptions:
         ...
 class Curvature:
     """
-    How the normal equations see a penalty.
+    Approximation of the Hessian for a robust penalty.
     
     Members:
     
@@ -514,16 +514,16 @@ class IntrinsicsOptions:
     def fine_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
-    def least_scale_m(self) -> float:
-        ...
-    @least_scale_m.setter
-    def least_scale_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
     def max_pixels(self) -> int:
         ...
     @max_pixels.setter
     def max_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def min_scale_m(self) -> float:
+        ...
+    @min_scale_m.setter
+    def min_scale_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def outlier_floor(self) -> float:
@@ -551,7 +551,7 @@ class IntrinsicsOptions:
         ...
 class Lens:
     """
-    A depth camera with skew and the law of its depth.
+    A depth camera with skew, depth scale and depth offset.
     """
     def __init__(self, camera: Camera, skew: typing.SupportsFloat | typing.SupportsIndex = 0.0, depth_scale: typing.SupportsFloat | typing.SupportsIndex = 1.0, depth_offset_m: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
         ...
@@ -882,10 +882,10 @@ class PrimitiveFitOptions:
     def __init__(self) -> None:
         ...
     @property
-    def most_points(self) -> int:
+    def max_points(self) -> int:
         ...
-    @most_points.setter
-    def most_points(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    @max_points.setter
+    def max_points(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def seed(self) -> int:
@@ -958,7 +958,7 @@ class PrimitiveKind:
         ...
 class PrimitiveView:
     """
-    Readings and edge pixels of an object, for solids of unknown size.
+    Depth measurements and edge pixels of an object, for fitting solids of unknown size.
     """
     @staticmethod
     def of_image(depth: numpy.ndarray, labels: numpy.ndarray, camera: Camera, reach_px: typing.SupportsInt | typing.SupportsIndex = 2) -> PrimitiveView:
@@ -1062,16 +1062,22 @@ class ReconstructionOptions:
     def first_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
-    def least_slant(self) -> float:
+    def known_every(self) -> int:
         ...
-    @least_slant.setter
-    def least_slant(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    @known_every.setter
+    def known_every(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def memory(self) -> float:
         ...
     @memory.setter
     def memory(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def min_slant(self) -> float:
+        ...
+    @min_slant.setter
+    def min_slant(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def noise_m(self) -> float:
@@ -1254,7 +1260,7 @@ class Scaling:
         ...
 class Searcher:
     """
-    Finds a shape in a depth image without a first pose.
+    Finds a shape in a depth image without an initial pose.
     """
     def __init__(self, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], options: TrackerOptions) -> None:
         ...
@@ -1431,7 +1437,7 @@ class Tracker:
         ...
 class TrackerFrame:
     """
-    A frame for Tracker; without depth, `error` may say why.
+    A frame for Tracker; without depth, `error` may give the reason.
     """
     def __init__(self, depth: typing.Any, mask: typing.Any = None, color: typing.Any = None, color_map: typing.Any = None, time_s: typing.SupportsFloat | typing.SupportsIndex = ..., error: str = '') -> None:
         ...
@@ -1801,7 +1807,7 @@ def copy_from_dlpack(capsule: typing.Any, name: str) -> numpy.ndarray:
     """
 def correlation_area(u_px: numpy.ndarray, v_px: numpy.ndarray, residual_m: numpy.ndarray, scale_m: typing.SupportsFloat | typing.SupportsIndex, outlier_floor: typing.SupportsFloat | typing.SupportsIndex) -> float:
     """
-    Pixels that share one error; 0: too few to tell.
+    Number of pixels that share one error; 0: too few to estimate it.
     """
 def cuda_available() -> bool:
     """
@@ -1847,7 +1853,7 @@ def open_mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typin
     """
 def option_expected(kind: str, min: typing.SupportsFloat | typing.SupportsIndex, max: typing.SupportsFloat | typing.SupportsIndex, min_open: bool, max_open: bool, ends_only: bool, may_be_none: bool, choices: collections.abc.Sequence[str]) -> str:
     """
-    What a message about such an option says was expected.
+    The expected values of such an option, as stated in error messages.
     """
 def option_in_range(value: typing.SupportsFloat | typing.SupportsIndex, min: typing.SupportsFloat | typing.SupportsIndex, max: typing.SupportsFloat | typing.SupportsIndex, min_open: bool, max_open: bool, ends_only: bool) -> bool:
     """
@@ -1855,7 +1861,7 @@ def option_in_range(value: typing.SupportsFloat | typing.SupportsIndex, min: typ
     """
 def option_schema() -> dict:
     """
-    Every option of the core, by the table that it stands in.
+    All options of the core, grouped by table.
     """
 def outline_energy(lines: numpy.ndarray, camera: Camera, color_map: ColorMap, T_obj_cam: numpy.ndarray, noise: typing.SupportsFloat | typing.SupportsIndex = 1.0, common_sd_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, shared_lines: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> tuple:
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where work runs: the CPU, or a CUDA device when the build and the machine both have one; what the build is."""
+"""Selection of the device (CPU or CUDA), and information about the build."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ def cuda_available() -> bool:
 
 
 def resolve_device(device: str) -> Literal["cpu", "cuda"]:
-    """Turn the argument ``device`` of a public function into the device to use.
+    """Resolve the argument ``device`` of a public function to the device to use.
 
     Parameters
     ----------
     device : {"cpu", "cuda", "auto"}
-        ``"auto"`` is the GPU where :func:`cuda_available`, else the CPU.
+        ``"auto"`` selects the GPU if :func:`cuda_available`, else the CPU.
 
     Returns
     -------
@@ -46,9 +46,9 @@ def resolve_device(device: str) -> Literal["cpu", "cuda"]:
     TypeError
         ``device`` is not a string.
     ValueError
-        Another word.
+        An unknown device.
     RuntimeError
-        ``"cuda"`` where the build or the machine lacks it; the message says which of the two.
+        ``"cuda"`` without support in the build or without a device; the message says which of the two.
     """
     if not isinstance(device, str):
         raise TypeError(f"device: expected one of {_DEVICES}, got {type(device).__name__}")
@@ -63,30 +63,30 @@ def resolve_device(device: str) -> Literal["cpu", "cuda"]:
         )
     if not cuda_available():
         raise RuntimeError(
-            'device="cuda": this build has CUDA, but no device answers on this machine (see nvidia-smi); '
+            'device="cuda": this build supports CUDA, but no CUDA device is available here (see nvidia-smi); '
             'use device="cpu"'
         )
     return "cuda"
 
 
 def host_array(value: Any, name: str) -> NDArray[Any]:
-    """Anything array-like as a numpy array; one on a CUDA device is copied to the host.
+    """Convert an array-like to a numpy array; arrays on a CUDA device are copied to the host.
 
     Parameters
     ----------
     value : array_like, or an array of CuPy, PyTorch, Numba, JAX on a CUDA device
-        On a device by ``__cuda_array_interface__`` or DLPack (``__dlpack__``).
+        Arrays on a device need ``__cuda_array_interface__`` or DLPack (``__dlpack__``).
     name : str
-        For messages.
+        Name of the argument in error messages.
 
     Raises
     ------
     RuntimeError
         An array on a GPU and a build without CUDA.
     TypeError
-        By DLPack: elements that numpy has no type for.
+        An element type in DLPack that numpy does not support.
     ValueError
-        One that is not C-contiguous there, or on a device that is neither the CPU nor a CUDA device.
+        An array on the device that is not C-contiguous, or a device other than the CPU or CUDA.
     """
     if isinstance(value, np.ndarray):
         return value
@@ -122,7 +122,7 @@ def _copied_from_cuda(interface: dict[str, Any], name: str) -> NDArray[Any]:
 def _need_cuda_build(name: str) -> None:
     if not _core.cuda_build:
         raise RuntimeError(
-            f"{name}: this array lies on a GPU, and this build of sdftrack has no CUDA path; copy it to the host "
+            f"{name}: this array is on a GPU, but this build of sdftrack has no CUDA path; copy it to the host "
             "first (CuPy: .get(), PyTorch: .cpu().numpy())"
         )
 

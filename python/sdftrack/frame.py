@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One image pair: depth in metres and colour, checked once where it enters the library."""
+"""A pair of depth (metres) and colour images, validated once when it enters the library."""
 
 from __future__ import annotations
 
@@ -20,29 +20,29 @@ _GRID_PIXELS = 1000
 
 
 class Frame:
-    """A depth image, a colour image, or both, with their time.
+    """A depth image, a colour image, or both, with a timestamp.
 
     Parameters
     ----------
     depth : (H, W) array or None
-        On the host; with a CUDA build also on a GPU (DLPack or ``__cuda_array_interface__``), from where it is copied.
-        float32 metres (used without a copy when C-contiguous and valid), float64 metres (copied), or uint16
-        with `depth_scale`. 0, NaN, infinite and negative pixels mean "no measurement". None: colour only.
+        On the host; with a CUDA build also on a GPU (DLPack or ``__cuda_array_interface__``), from which it is copied.
+        float32 metres (used without a copy when C-contiguous and valid), float64 metres (copied), or uint16 with
+        `depth_scale`. 0, NaN, infinite and negative pixels mean "no measurement". None: colour only.
     color : (h, w, 3) uint8, optional
-        Any strides; may have another size than `depth` when the camera holds the mapping between them.
+        Any strides; its size may differ from that of `depth` if the camera holds the mapping between them.
     timestamp : float, optional
         Seconds on any clock.
     depth_scale : float, optional
         Metres per unit of a uint16 depth image (RealSense and most sensors: 0.001; not Open3D's 1000 and not
         BOP's millimetres).
     color_order : "rgb" or "bgr"
-        Order of the channels of `color` (OpenCV reads bgr); stored as rgb.
+        Channel order of `color` (OpenCV reads bgr); stored as rgb.
     mask : (H, W) bool or uint8, optional
-        0 = not the object. In the geometry of `depth` (of `color` when there is no depth).
+        0 = not the object. Aligned with `depth` (with `color` if there is no depth).
     camera : Camera or RGBDCamera, optional
-        The camera of this frame alone, where it changes from image to image.
+        The camera of this frame, if it differs between images.
     index : int, optional
-        Number of the frame in its sequence.
+        Index of the frame in its sequence.
     check_units : bool
         False accepts a median depth outside 0.05..50 m.
 
@@ -52,14 +52,14 @@ class Frame:
     color : (h, w, 3) uint8 C-contiguous, read-only, RGB; or None
     mask : (H, W) bool, read-only; or None
     error : str
-        "" or why the images of this frame could not be read; then depth and color are None.
+        "", or the reason why the images of this frame could not be read; depth and color are then None.
 
     Raises
     ------
     TypeError
         A dtype other than those above.
     ValueError
-        Wrong shape, sizes that do not fit each other, or a unit that cannot be right.
+        Wrong shape, inconsistent sizes, or an implausible unit.
     """
 
     __slots__ = ("camera", "color", "depth", "error", "index", "mask", "timestamp")
@@ -106,7 +106,7 @@ class Frame:
 
     @classmethod
     def unreadable(cls, error: str, timestamp: float | None = None, index: int | None = None) -> Frame:
-        """A frame without images: a tracker reports it as a bad frame, with `error` as the reason."""
+        """Return a frame without images; a tracker reports it as a bad frame with `error` as the reason."""
         frame = cls.__new__(cls)
         frame.depth = frame.color = frame.mask = frame.camera = None
         frame.timestamp, frame.index, frame.error = timestamp, index, error
@@ -119,7 +119,7 @@ class Frame:
         return (0, 0) if image is None else (image.shape[0], image.shape[1])
 
     def replace(self, **changes: Any) -> Frame:
-        """A copy with other values for some attributes; images that do not change are shared."""
+        """Return a copy with some attributes changed; unchanged images are shared."""
         values = {name: getattr(self, name) for name in self.__slots__ if name != "error"}
         if self.error:
             return Frame.unreadable(
@@ -186,7 +186,7 @@ def _depth_m(depth: NDArray[Any], depth_scale: float | None, check_units: bool) 
     elif depth.dtype.kind == "f" and depth.dtype.itemsize in (4, 8):
         if depth_scale is not None:
             raise ValueError(
-                f"depth_scale: expected None with a {depth.dtype} depth image, which is in metres already, "
+                f"depth_scale: expected None with a {depth.dtype} depth image, which is already in metres, "
                 f"got {depth_scale}"
             )
         metres = np.ascontiguousarray(depth, dtype=np.float32)
@@ -196,7 +196,7 @@ def _depth_m(depth: NDArray[Any], depth_scale: float | None, check_units: bool) 
             "convert with depth.astype(np.uint16) if these are sensor units, or to float metres"
         )
     if metres.ndim != 2 or metres.size == 0:
-        raise ValueError(f"depth: expected shape (H, W), got {depth.shape}; index out the one channel")
+        raise ValueError(f"depth: expected shape (H, W), got {depth.shape}; select a single channel")
     # One pass each and no temporary: NaN makes both comparisons false.
     if not (metres.min() >= 0 and metres.max() < np.inf):
         metres = np.where(np.isfinite(metres) & (metres > 0), metres, np.float32(0))
@@ -238,12 +238,12 @@ def _check_unit(metres: NDArray[np.float32], dtype: np.dtype[Any]) -> None:
         ("centimetres", 1e-2),
     ):
         if far and 0.2 <= median * metres_per_unit <= 10:
-            hint = f"it looks like {name}: multiply {fix} by {metres_per_unit:g}"
+            hint = f"it seems to be in {name}: multiply {fix} by {metres_per_unit:g}"
             break
     else:
         hint = f"expected metres: check {fix}"
         if not far and 0.2 <= median * 1000 <= 10:
-            hint = f"it looks scaled by 0.001 twice (kilometres): multiply {fix} by 1000"
+            hint = f"it seems to be scaled by 0.001 twice (kilometres): multiply {fix} by 1000"
     raise ValueError(
         f"depth: expected a median within {low:g}..{high:g} m, got {median:g} m; {hint} "
         "(check_units=False skips this check)"

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Poses as (4, 4) float64 arrays: `T_a_b` maps a point in frame b to frame a, `p_a = T_a_b p_b`.
 
-Chains read off: `T_obj_cam = T_obj_world @ T_world_cam`. The camera looks along +z with x to the right and
-y down. Rotations are given by rotation vectors: axis times angle in radians.
+Transforms compose as `T_obj_cam = T_obj_world @ T_world_cam`. The camera looks along +z, with x to the right and y
+down. Rotations are given by rotation vectors: axis times angle in radians.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ Array = NDArray[np.float64]
 def rigid(T: ArrayLike, name: str = "T") -> Array:
     """`T` as a (4, 4) float64 rigid transform.
 
-    A rotation that is off by up to 0.01 (max |R^T R - I|) is replaced by the nearest true one, beyond 0.001 with a
-    warning; ValueError where it is farther off.
+    A matrix whose deviation from a rotation, max |R^T R - I|, is at most 0.01 is projected to the nearest rotation,
+    with a warning beyond 0.001; larger deviations raise ValueError.
     """
     return rigid_pose(T, name)
 
 
 def pose(w_rad: ArrayLike = (0.0, 0.0, 0.0), t_m: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
-    """Transform with rotation vector `w_rad` and translation `t_m`, each given by itself."""
+    """Transform with rotation vector `w_rad` and translation `t_m`."""
     T: Array = np.array(_core.rotation_exp(_vector(w_rad, "w_rad").tolist()))
     T[:3, 3] = _vector(t_m, "t_m")
     return T
@@ -40,7 +40,7 @@ def exp(twist: ArrayLike) -> Array:
     Parameters
     ----------
     twist : (6,) array (v, w)
-        Translational part in metres, then the rotation vector in radians, both for unit time.
+        Translational part in metres, then the rotation vector in radians, both per unit time.
 
     Examples
     --------
@@ -75,7 +75,7 @@ def inverse(T: ArrayLike) -> Array:
 
 
 def transform_points(T: ArrayLike, points: ArrayLike) -> Array:
-    """Points (..., 3) under the pose `T` (4, 4)."""
+    """Apply the pose `T` (4, 4) to points (..., 3)."""
     M = np.asarray(T, dtype=np.float64)
     moved: Array = np.asarray(points, dtype=np.float64) @ M[:3, :3].T + M[:3, 3]
     return moved

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The parts of a reconstruction by themselves: evidence of one frame, evolution of a level set, distances.
+"""The parts of a reconstruction: evidence of one frame, level-set evolution, and redistancing.
 
 `Reconstructor` does not need them; they are for experiments with the method (docs/math/reconstruction.md).
 """
@@ -36,46 +36,47 @@ def evidence(
     mask: ArrayLike | None = None,
     threads: int = 0,
 ) -> NDArray[np.float32]:
-    """Log ratio of inside to outside that one frame gives each voxel (docs/math/reconstruction.md, 1).
+    """Log likelihood ratio (inside to outside) of each voxel given one frame (docs/math/reconstruction.md, 1).
 
     Parameters
     ----------
     frame : Frame
-        With a depth image (m). Pixels without a reading, and those beside a jump of depth, say nothing.
+        With a depth image (m). Pixels without a measurement, and those next to a depth discontinuity, are ignored.
     camera : Camera or RGBDCamera
         Of the depth image.
     T_cam_obj : (4, 4) array
         Maps object coordinates to camera coordinates, m.
     grid : SDF or (shape, voxel_size, origin)
-        The voxels: those of a volume, or shape (nz, ny, nx), m, and the object coordinates (x, y, z) of the
-        centre of voxel [0, 0, 0], m.
+        The voxel grid: that of a volume, or shape (nz, ny, nx), m, and the object coordinates (x, y, z) of the centre
+        of voxel [0, 0, 0], m.
     form : "smooth" or "printed"
-        "printed" is the source's (4.29 to 4.31) along the nearest pixel's ray, infinite at the surface and here cut at
-        +-10; "smooth" knows the slope and the noise, stays within +-2.94, and carves what a reading looks past.
+        "printed" is the form of the thesis (4.29 to 4.31) along the ray of the nearest pixel, infinite at the surface
+        and here limited to +-10. "smooth" accounts for surface slope and noise, stays within +-2.94, and carves free
+        space in front of each measurement.
     sigma_d_m : float
-        How far behind and before a reading it still speaks of the surface, m; smooth, nothing is said from twice that
-        on behind it.
+        Support of the likelihood on either side of a depth measurement, m. With "smooth", nothing is inferred from
+        twice that distance behind it.
     noise_m, noise_per_m : float
-        Standard deviation of a reading at depth Z is noise_m + noise_per_m Z^2, m and 1/m. No reading is
-        taken to be better than a voxel.
+        The standard deviation of a measurement at depth Z is noise_m + noise_per_m Z^2, m and 1/m, but at least one
+        voxel.
     mask : (H, W) bool or uint8, optional
-        0 = not the object; such readings say only that the space before them is empty. Default: the mask of
-        the frame; without one every reading is the object's. Printed, other readings say nothing.
+        0 = not the object; such measurements only imply free space in front of them. Default: the mask of the frame;
+        without one every measurement belongs to the object. With "printed", measurements outside the mask are ignored.
     threads : int
         0: all cores.
 
     Returns
     -------
     (nz, ny, nx) float32
-        Positive inside, negative outside, 0 where the frame says nothing. Smooth, times the cosine between ray and
-        surface normal, and less at depths where the noise is above noise_m and a voxel.
+        Positive inside, negative outside, 0 without information. With "smooth", it is weighted by the cosine between
+        ray and surface normal, and reduced at depths where the noise exceeds noise_m and a voxel.
 
     Raises
     ------
     TypeError
-        `frame` or `grid` of another kind.
+        `frame` or `grid` of the wrong type.
     ValueError
-        No depth image, sizes that do not fit, a pose that is not rigid, a length that is not positive.
+        No depth image, inconsistent sizes, a pose that is not rigid, a length that is not positive.
 
     Examples
     --------
@@ -134,27 +135,28 @@ def evolve(
     redistance_every: int = 5,
     threads: int = 0,
 ) -> NDArray[np.float32]:
-    """Steps of the source's gradient flow (4.40 to 4.42, mended; docs/math/reconstruction.md, 4).
+    """Steps of the gradient flow of the thesis (4.40 to 4.42, corrected; docs/math/reconstruction.md, 4).
 
     Parameters
     ----------
     phi : (nz, ny, nx) float32
         Signed distance (m), negative inside.
     log_ratio : (nz, ny, nx) float32
-        Of inside to outside, all frames together; the logit of an initial guess added, if there is one.
+        Log ratio of inside to outside, summed over all frames, plus the logit of the initial guess, if any.
     steps : int
-        The front moves by at most dt / (2 sigma_h) voxels in each.
+        Number of steps; in each, the front moves by at most dt / (2 sigma_h) voxels.
     voxel_size : float
         m.
     regulariser : "double_well" or "printed"
-        What holds |grad phi| at 1: the potential of Li, Xu, Gui and Fox (2010), or the source's (4.39).
+        Regulariser that keeps |grad phi| at 1: the potential of Li, Xu, Gui and Fox (2010), or that of the thesis
+        (4.39).
     sigma_h, sigma_phi : float
         Widths of the Heaviside (4.38) and of the prior on |grad phi| (4.39), voxels.
     dt : float
-        Length of a step.
+        Step size.
     redistance_every : int
-        After so many steps, and after the last, phi is made a distance to its zero set again, which the
-        regulariser alone does not keep. 0: never.
+        Number of steps after which phi is reinitialised to a signed distance function (also after the last step), which
+        the regulariser alone does not maintain. 0: never.
     threads : int
         0: all cores. The result is the same bits for any number.
 
@@ -168,8 +170,8 @@ def evolve(
     TypeError
         Another dtype.
     ValueError
-        Shapes that differ, numbers that are not finite, a field of one sign only, a step beyond the limit of
-        stability (the message says which that is).
+        Different shapes, non-finite values, a field of one sign only, or a step size beyond the stability limit (the
+        message states the limit).
 
     Examples
     --------
@@ -200,7 +202,7 @@ def evolve(
 
 
 def redistance(phi: ArrayLike, voxel_size: float, *, threads: int = 0) -> NDArray[np.float32]:
-    """Distance to the zero set of a field, with its signs: exact near it, by fast sweeping farther away.
+    """Signed distance to the zero set of a field: exact near it, by fast sweeping farther away.
 
     Parameters
     ----------
@@ -221,7 +223,7 @@ def redistance(phi: ArrayLike, voxel_size: float, *, threads: int = 0) -> NDArra
     TypeError
         Another dtype.
     ValueError
-        Numbers that are not finite, a field of one sign only.
+        Non-finite values, or a field of one sign only.
 
     Examples
     --------

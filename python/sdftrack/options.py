@@ -25,8 +25,8 @@ ALL_PIXELS = 10**8  # more than any image has
 class TrackerOptions:
     """Options of :class:`sdftrack.Tracker`; any of them is also a keyword of it.
 
-    Lengths are metres, angles radians, depth noise is a standard deviation along z. Each option's meaning is printed
-    by ``sdftrack config`` and stands in docs/options.md; docs/results.md shows what the important ones do to the error.
+    Lengths are in metres, angles in radians; depth noise is a standard deviation along z. ``sdftrack config`` and
+    docs/options.md describe every option; docs/results.md shows how the important ones affect the error.
 
     >>> TrackerOptions(padding_m=0.06).to_dict()["padding_m"]
     0.06
@@ -35,122 +35,149 @@ class TrackerOptions:
     # options: written by bindings/generate_options.py
     residual: str = described(
         "ray_hit",
-        "ray_hit: depth where the ray meets the model minus measured; slope; point: as printed (Eq. 3.11)",
+        "ray_hit: depth where the ray intersects the model minus measured depth; slope; point: as printed (Eq. 3.11)",
     )
     curvature: str = described("irls", "irls, or printed: J^T J of the log-likelihood's gradient (Eq. 3.18)")
-    outlier_floor: float = described(0.1, "share of outliers in the likelihood; 0: as printed")
-    scale_start_m: float = described(0.005, "s of the first coarse stage, halved stage by stage; 0: none")
-    scale_per_noise: float = described(1.0, "s of the last stage over the sensor's noise")
-    noise_m: float = described(0.001, "sensor noise sigma(Z) = noise_m + noise_per_m Z^2")
+    outlier_floor: float = described(0.1, "outlier fraction of the likelihood; 0: as printed")
+    scale_start_m: float = described(
+        0.005, "scale s of the first coarse stage, halved from stage to stage; 0: no coarse stages"
+    )
+    scale_per_noise: float = described(1.0, "scale s of the last stage, relative to the sensor noise")
+    noise_m: float = described(0.001, "sensor noise: sigma(Z) = noise_m + noise_per_m Z^2")
     noise_per_m: float = described(0.0, "see noise_m")
-    adapt_noise: bool = described(True, "rescale sigma(Z) by the residuals, frame by frame")
+    adapt_noise: bool = described(True, "rescale sigma(Z) in every frame by the residuals")
     systematic_m: float = described(
         0.0,
-        "sd of the depth error that neighbouring readings share (stereo, time of flight); 0: learnt at a given pose",
+        "sd of the depth error shared by neighbouring pixels (stereo, time of flight); 0: estimated at a given pose",
     )
-    max_systematic_m: float = described(0.008, "most that is learnt for systematic_m")
-    systematic_per_m: float = described(0.0, "grows with distance: systematic_m + systematic_per_m Z^2")
+    max_systematic_m: float = described(0.008, "upper bound of the estimated systematic_m")
+    systematic_per_m: float = described(
+        0.0, "the systematic error grows with distance: systematic_m + systematic_per_m Z^2"
+    )
     lateral_px: float = described(
-        0.0, "sd of where the depth image lies against its intrinsics; widens the covariance"
+        0.0,
+        "standard deviation of the lateral offset of the depth image from its intrinsics; widens the covariance",
     )
     correlation_area_px: float = described(
-        0.0, "pixels that share one error; widens the covariance; 0: measured"
+        0.0, "number of pixels that share one error; widens the covariance; 0: estimated"
     )
-    min_correlation_area_px: float = described(0.0, "least that is measured for correlation_area_px")
-    padding_m: float = described(0.04, "pixels count this near the object's box at its last pose")
+    min_correlation_area_px: float = described(0.0, "lower bound of the estimated correlation_area_px")
+    padding_m: float = described(
+        0.04, "pixels within this distance of the object's bounding box at its last pose are used"
+    )
     retry_inliers: float = described(
-        0.5, "at a start: share of agreeing points below which a wider attempt is made; 0: never one"
+        0.5, "at a start: a wider second attempt is made if the inlier fraction is below this; 0: never"
     )
-    far_scale_m: float = described(0.012, "scale_start_m of that attempt")
-    far_padding_m: float = described(0.045, "padding_m of that attempt")
-    max_pixels: int = described(10000, "budget of the last stage")
-    coarse_pixels: int = described(320, "budget of the coarse stages")
-    min_pixels: int = described(40, "fewer readings near the object: lost")
+    far_scale_m: float = described(0.012, "scale_start_m of the second attempt")
+    far_padding_m: float = described(0.045, "padding_m of the second attempt")
+    max_pixels: int = described(10000, "maximum number of pixels in the last stage")
+    coarse_pixels: int = described(320, "maximum number of pixels in the coarse stages")
+    min_pixels: int = described(40, "with fewer depth measurements near the object it is lost")
     fine_first: bool = described(
-        True, "begin each frame without coarse stages, which a hand on the object would draw along"
+        True,
+        "start each frame without coarse stages, in which a hand holding the object would pull the pose along",
     )
-    damping_start: float = described(0.001, "Levenberg-Marquardt damping (the source starts at 100)")
-    keep_damping: bool = described(False, "carry the damping from frame to frame")
+    damping_start: float = described(0.001, "initial Levenberg-Marquardt damping (100 in the thesis)")
+    keep_damping: bool = described(False, "carry the damping over to the next frame")
     stop_rule: str = described(
         "gain",
-        "gain: a stage ends where its next step promises little; printed: where the damping passes 10e6 (Table 3.2)",
+        "gain: a stage ends once the predicted decrease is small; printed: once the damping exceeds 10e6 (Table 3.2)",
     )
     coarse_floor: float = described(
-        0.3, "outlier_floor of the coarse stages, for readings in front of the surface"
+        0.3, "outlier_floor of the coarse stages for measurements in front of the surface"
     )
-    coarse_floor_behind: float = described(0.02, "the same behind it, where nothing can hide")
-    coarse_steps: int = described(3, "trials per coarse stage")
-    fine_steps: int = described(8, "trials of the last stage")
-    free_space: bool = described(True, "a model point may not stand where the sensor sees past it")
-    free_space_scale_m: float = described(0.003, "s of the free-space term")
-    free_space_weight: float = described(1.0, "1: all surface points weigh as much as all pixels")
-    free_space_points: int = described(120, "surface points of the free-space term")
-    motion_sigma_m: float = described(0.03, "weak prior about the predicted pose; 0: none")
-    motion_sigma_rad: float = described(0.3, "the same for the rotation")
-    drop_plane: bool = described(False, "leave out the pixels of the dominant plane (a table)")
+    coarse_floor_behind: float = described(
+        0.02,
+        "outlier_floor of the coarse stages for measurements behind the surface, where no occluder can be",
+    )
+    coarse_steps: int = described(3, "maximum number of iterations per coarse stage")
+    fine_steps: int = described(8, "maximum number of iterations of the last stage")
+    free_space: bool = described(True, "penalise model points in space that the sensor observes to be free")
+    free_space_scale_m: float = described(0.003, "scale s of the free-space term")
+    free_space_weight: float = described(
+        1.0, "weight of the free-space term; 1: all its surface points together weigh as much as all pixels"
+    )
+    free_space_points: int = described(120, "number of surface points in the free-space term")
+    motion_sigma_m: float = described(
+        0.03,
+        "standard deviation of the weak prior on the translation, centred at the predicted pose; 0: no prior",
+    )
+    motion_sigma_rad: float = described(0.3, "standard deviation of the same prior on the rotation")
+    drop_plane: bool = described(False, "ignore the pixels of the dominant plane (a table)")
     collision_tolerance_m: float = described(
-        3e-05, "how deep objects may stand in one another, as one standard deviation"
+        3e-05, "standard deviation of the penetration depth between objects"
     )
     union_sharpness: float = described(
-        40.0, "of the soft minimum of several objects, per voxel, in the last stages"
+        40.0, "sharpness of the soft minimum over several objects, per voxel, in the last stages"
     )
     coarse_union_sharpness: float = described(
-        2.0, "the same in the coarse stages; 2 is the source's (thesis, section 5.2)"
+        2.0, "sharpness of the soft minimum in the coarse stages; 2 in the thesis (section 5.2)"
     )
     color_likelihood: str = described(
         "odds",
-        "odds: the colour sets each pixel's share of outliers; printed: P_f d_on + P_b H_out (Eq. 4.18)",
+        "odds: the colour sets each pixel's outlier fraction; printed: P_f d_on + P_b H_out (Eq. 4.18)",
     )
-    color_prior: float = described(0.7, "posterior of a colour that says nothing")
-    color_object_rate: float = described(0.05, "share of each new frame in the object's histogram (Eq. 4.22)")
-    color_background_rate: float = described(0.3, "the same for the background's")
+    color_prior: float = described(0.7, "foreground posterior of an uninformative colour")
+    color_object_rate: float = described(
+        0.05, "learning rate of the object's histogram: weight of a new frame (Eq. 4.22)"
+    )
+    color_background_rate: float = described(
+        0.3, "learning rate of the background's histogram: weight of a new frame"
+    )
     smooth_colors: bool = described(
-        True, "whether a reading is the object's is asked of the readings around it, too"
+        True, "combine the colour evidence of a pixel with that of its neighbours on the same surface"
     )
     color_free_space: bool = described(
-        False, "a pixel without depth but of the background's colour is free space"
+        False, "treat a pixel without depth but with background colour as free space"
     )
     color_max_overlap: float = described(
-        0.9, "auto: depth alone where sum sqrt(p_f p_b) of the histograms is above"
+        0.9, "mode auto: depth alone if the overlap of the histograms, sum sqrt(p_f p_b), exceeds this"
     )
     photometric: bool = described(
-        True, "with a coloured shape and colour images: their brightness holds the pose too"
+        True, "with a coloured shape and colour images: add a photometric term to the pose estimation"
     )
     photometric_sigma: float = described(
-        0.03, "standard deviation of a pixel's brightness, of its full range"
+        0.03, "standard deviation of a pixel's brightness, relative to its full range"
     )
-    photometric_weight: float = described(0.3, "of that term; 1: as its noise says")
-    photometric_pixels: int = described(600, "pixels that it looks at")
+    photometric_weight: float = described(
+        0.3, "weight of the photometric term; 1: according to its noise alone"
+    )
+    photometric_pixels: int = described(600, "number of pixels in the photometric term")
     outline: bool = described(
         True,
-        "with colour images: the object's outline in them holds the pose too, and alone where a frame has no depth",
+        "with colour images: use the object's outline (occluding contour) too; the only term in frames without depth",
     )
-    outline_weight: float = described(1.0, "of that term; 1: as its noise and that of the depth say")
-    outline_points: int = described(120, "places on the outline that it looks at")
-    outline_reach_px: int = described(8, "how far to both sides of the outline it looks, near the pose")
-    outline_far_px: int = described(24, "the same where the pose may be farther off")
+    outline_weight: float = described(
+        1.0, "weight of the outline term; 1: according to its noise and that of the depth alone"
+    )
+    outline_points: int = described(120, "number of points on the outline in the outline term")
+    outline_reach_px: int = described(8, "search distance on either side of the outline, near the pose")
+    outline_far_px: int = described(
+        24, "search distance on either side of the outline when the pose may be farther off"
+    )
     outline_from_m: float = described(
-        0.0005, "beside depth only where its readings are seen to share an error as large as this; 0: always"
+        0.0005,
+        "with depth, use the outline only if the depth measurements share an error of at least this; 0: always",
     )
     outline_local: bool = described(
         True,
-        "the colours on its two sides are learnt place by place; False: those of the whole object and of all around it",
+        "learn the colours along the outline locally; False: those of the whole object and its whole surroundings",
     )
     recover_seeds: int = described(
-        120, "rotations that a search for a lost object tries per frame, of 240: bounds its time"
+        120, "rotations, of 240, that a search for a lost object tries per frame; bounds its time"
     )
-    lost_inliers: float = described(0.3, "lost below this share of agreeing points among those not hidden")
-    weak_inliers: float = described(0.55, "weak below it")
-    lost_evidence: float = described(
-        0.02, "lost where the evidence gives the pose a smaller chance than this"
+    lost_inliers: float = described(
+        0.3, "lost if the inlier fraction among unoccluded surface points is below this"
     )
-    weak_evidence: float = described(0.5, "weak below it")
-    given_odds: float = described(20.0, "odds of an object at a pose that is given, before any evidence")
+    weak_inliers: float = described(0.55, "weak if that inlier fraction is below this")
+    lost_evidence: float = described(0.02, "lost if the posterior probability of the pose is below this")
+    weak_evidence: float = described(0.5, "weak if the posterior probability of the pose is below this")
+    given_odds: float = described(20.0, "prior odds that the object is present at a given pose")
     search_odds: float = described(
         0.05,
-        "odds, before any evidence, that what a search without mask or box finds is the object; until a frame is ok",
+        "prior odds that the result of a search without mask or box is the object; applies until a frame is ok",
     )
-    trust_points: int = described(320, "surface points asked for the status")
+    trust_points: int = described(320, "number of surface points used to determine the status")
     # options: end
 
     def __post_init__(self) -> None:
@@ -158,10 +185,10 @@ class TrackerOptions:
 
     @classmethod
     def printed(cls) -> TrackerOptions:
-        """The source's energies and optimiser (thesis Eqs. 3.11, 3.18, 4.18, 5.14, Table 3.2): for comparisons.
+        """The energies and optimiser of the thesis (Eqs. 3.11, 3.18, 4.18, 5.14, Table 3.2), for comparisons.
 
-        ``Tracker(..., collision="printed", motion="static", recover=False)`` goes with it, which are not options of
-        this class. docs/math/depth_tracker.md, section 9, lists what is left between it and the source.
+        ``Tracker(..., collision="printed", motion="static", recover=False)`` should be combined with it; these are not
+        options of this class. docs/math/depth_tracker.md, section 9, lists the remaining differences from the thesis.
         """
         return cls(
             residual="point",
@@ -194,29 +221,29 @@ class TrackerOptions:
 
     @classmethod
     def for_sensor(cls, sensor: str, **changes: Any) -> TrackerOptions:
-        """The depth errors of a kind of sensor, from published measurements.
+        """Options for the depth errors of a sensor type, from published measurements.
 
         Parameters
         ----------
         sensor : "kinect_v1", "realsense_d400" or "azure_kinect"
-            Structured light, active stereo and time of flight: :meth:`SensorModel.preset` has the numbers and their
+            Structured light, active stereo and time of flight: :meth:`SensorModel.preset` lists the values and their
             sources.
         changes
-            Further options, by their names.
+            Further options, by name.
 
         Raises
         ------
         ValueError
-            Another name.
+            Unknown sensor name.
         """
         return cls(**{**SensorModel.preset(sensor).options(), **changes})
 
     @classmethod
     def fast(cls, **changes: Any) -> TrackerOptions:
-        """Two thousand readings per object and frame: about half the time, one and a half times the noise.
+        """Use 2,000 measurements per object and frame: about half the time, 1.5 times the noise.
 
-        The default uses up to 10,000 and stays near the Cramér-Rao bound of all of them (docs/results.md). An object
-        that shows fewer than 2,000 is tracked alike by both.
+        The default uses up to 10,000 and stays near the Cramér-Rao bound for all of them (docs/results.md). Objects
+        with fewer than 2,000 measurements are tracked identically in both cases.
         """
         return cls(**{"max_pixels": 2000, **changes})
 

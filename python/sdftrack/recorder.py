@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Tracking results on disk: poses, trajectories, a video and a report, each whole or not at all."""
+"""Write tracking results to disk: poses, trajectories, a video and a report, each complete or not at all."""
 
 from __future__ import annotations
 
@@ -29,41 +29,41 @@ __all__ = ["Recorder", "plain", "prepare_folder", "refuse_folder", "tum_row"]
 
 
 class Recorder:
-    """Write the files of ``sdftrack track`` from a loop of one's own.
+    """Write the files of ``sdftrack track`` from your own tracking loop.
 
     ``poses.csv`` (BOP results), ``trajectory_<k>.txt`` (TUM format of T_cam_obj), ``ground_truth_<k>.txt``
-    where the truth is given, ``overlay.mp4`` and ``report.json`` appear when the recorder is closed, also if
-    the loop raises. Until then they carry temporary names; a disk that is full leaves none of them.
+    if ground truth is given, ``overlay.mp4`` and ``report.json`` appear when the recorder is closed, even if the loop
+    raises an exception. Until then they have temporary names; if the disk is full, none of them is left behind.
 
     Parameters
     ----------
     directory : path
-        New or empty, unless `overwrite`. Only files of the names above are ever replaced.
+        New or empty, unless `overwrite`. Only files with the names above are replaced.
     camera : Camera or RGBDCamera
-        For the video; a frame's own camera goes first.
+        For the video; a frame's own camera takes precedence.
     shapes : SDF or list of SDF, optional
-        For the video, which is left out without them.
+        For the video, which is omitted without them.
     video : bool
         Whether to write ``overlay.mp4``.
     overwrite : bool
-        Whether `directory` may hold files.
+        Whether `directory` may contain files.
     obj_ids, names : sequence, optional
-        Per object; by default all 1..M by position, and "object_<k>".
+        One per object; default: 1..M by position, and "object_<k>".
     meshes : list of Mesh or None, optional
         Drawn at the poses, see `draw`.
     scene_id : int
         For ``poses.csv``.
     settings : mapping, optional
-        Goes into ``report.json`` as it is (plain values).
+        Copied to ``report.json`` unchanged (plain values).
     bop_name : str, optional
-        Also write ``poses.csv`` under this name, as bop_toolkit wants it: ``sdftrack_<dataset>-<split>.csv``.
+        Also write ``poses.csv`` under this name, as bop_toolkit requires: ``sdftrack_<dataset>-<split>.csv``.
     fps : float, optional
-        Of the video; by default from the timestamps, else 30.
+        Frame rate of the video; default: from the timestamps, else 30.
 
     Raises
     ------
     FileExistsError
-        `directory` holds files and `overwrite` is false, or it is a file.
+        `directory` contains files and `overwrite` is false, or it is a file.
     OSError
         The disk is full or not writable; nothing is left behind.
 
@@ -134,18 +134,18 @@ class Recorder:
         frame : Frame
         result : TrackResult
         im_id : int, optional
-            Number of the image; by default the frame's index, else the count of frames.
+            Number of the image; default: the frame's index, else the number of frames so far.
         truth : {k: (4, 4)}, optional
             True T_cam_obj of the k-th object, where known.
         shapes : SDF or list of SDF, optional
-            As they are in this frame, where they grow: drawn in place of the recorder's own.
+            The shapes in this frame, if they change over time; drawn instead of the recorder's own.
 
         Returns
         -------
-        The picture that went into the video, or None.
+        The image added to the video, or None.
         """
         if self._closed:
-            raise ValueError("recorder: expected an open one, got one that is closed; make another")
+            raise ValueError("recorder: expected an open recorder, got a closed one; create a new one")
         index = getattr(frame, "index", None)
         im_id = int(im_id if im_id is not None else index if index is not None else len(self._frames))
         stamp = result.timestamp if result.timestamp is not None else getattr(frame, "timestamp", None)
@@ -183,13 +183,15 @@ class Recorder:
         return picture
 
     def note(self, section: str, values: Mapping[str, Any]) -> None:
-        """Add a section of plain values to ``report.json``, beside its settings and frames."""
+        """Add a section of plain values to ``report.json``, in addition to its settings and frames."""
         if section in ("version", "settings", "frames"):
-            raise ValueError(f"section: expected a name of one's own, got {section!r}, which the report has")
+            raise ValueError(
+                f"section: expected a new section name, got {section!r}, which the report already uses"
+            )
         self._sections[section] = plain(values)
 
     def wrote(self, *names: str) -> None:
-        """Files that the caller has put into the folder: the report lists them, so that they can be replaced."""
+        """Register files that the caller wrote into the folder; the report lists them, so they may be replaced."""
         self._beside += [name for name in names if name not in self._beside]
 
     def close(self) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a tracker says about one frame."""
+"""Results of a tracker for one frame."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["ColorDelay", "Status", "Step", "TrackResult"]
 
 
 class Status(str, enum.Enum):
-    """How far a pose may be trusted; compares equal to its text."""
+    """Reliability of a pose; compares equal to its string value."""
 
     OK = "ok"
     WEAK = "weak"
@@ -28,20 +28,20 @@ class Status(str, enum.Enum):
 
 
 class Step(NamedTuple):
-    """One trial of the optimiser.
+    """One trial step of the optimiser.
 
     Attributes
     ----------
     cost : float
-        Cost at the pose that was kept (a sum over ``pixels`` pixels, without unit).
+        Cost at the retained pose (a dimensionless sum over ``pixels`` pixels).
     damping : float
-        Levenberg-Marquardt damping of the trial.
+        Levenberg-Marquardt damping of the trial step.
     accepted : bool
-        Whether the trial lowered the cost and was kept.
+        Whether the trial step lowered the cost and was accepted.
     scale_m : float
         Scale ``s`` of the depth density in this stage, metres at the reference depth.
     pixels : int
-        Pixels that the cost sums over.
+        Number of pixels in the cost.
     """
 
     cost: float
@@ -52,7 +52,7 @@ class Step(NamedTuple):
 
 
 class Steps(Sequence[Step]):
-    """The trials of one object as a read-only list of :class:`Step`, made when they are asked for."""
+    """The trial steps of one object as a read-only list of :class:`Step`, created on access."""
 
     __slots__ = ("_rows",)
 
@@ -90,14 +90,14 @@ def _step(row: list[float]) -> Step:
 
 @dataclass(frozen=True)
 class ColorDelay:
-    """By how much colour images are of a later moment than the depth images that came with them.
+    """Delay of the colour images relative to the depth images of the same frames.
 
     Attributes
     ----------
     delay_s, sd_s : float
-        Seconds, and its standard deviation. Negative: colour is earlier.
+        Delay in seconds, and its standard deviation. Negative: colour is earlier.
     frames : int
-        In which it was looked at.
+        Number of frames used for the estimate.
     """
 
     delay_s: float
@@ -106,7 +106,7 @@ class ColorDelay:
 
     @property
     def significant(self) -> bool:
-        """More than three standard deviations and 3 ms from none."""
+        """Whether the delay exceeds three standard deviations and 3 ms."""
         return abs(self.delay_s) > max(3 * self.sd_s, 0.003)
 
     def __str__(self) -> str:
@@ -116,49 +116,50 @@ class ColorDelay:
 
 @dataclass(frozen=True, eq=False)
 class TrackResult:
-    """Poses of the M tracked objects in one frame, each with a measure of trust.
+    """Poses of the M tracked objects in one frame, each with measures of its reliability.
 
     Attributes
     ----------
     poses : (M, 4, 4) float64
-        ``T_cam_obj``: object points (m) to the depth camera's frame. The last good pose when lost.
+        ``T_cam_obj``: maps object points (m) to the depth camera's frame. The last good pose if lost.
     status : list of Status
         ``"ok"``, ``"weak"``, ``"lost"`` or ``"bad_frame"``, per object.
     reason : list of str
         Empty, or one sentence that explains the status.
     confidence : (M,) float64
-        0..1, comparable between frames and objects; 0 when lost.
+        0..1, comparable between frames and objects; 0 if lost.
     covariances : (M, 6, 6) float64
         Of (x, y, z, rx, ry, rz), m and rad, camera axes, about the object's origin: ``t = t^ + d``,
-        ``R = Exp(r) R^``. Directions without data have the variance of the object's diameter and of pi. NaN when lost.
+        ``R = Exp(r) R^``. Unconstrained directions have the variance of the object's diameter squared and of pi
+        squared. NaN if lost.
     twists : (M, 6) float64
         (v, w), same origin and axes, m/s and rad/s; NaN until two frames have timestamps.
     inliers : (M,) float64
-        Share of the pixels expected on the object that lie on its surface.
+        Fraction of the pixels expected on the object that lie on its surface.
     runner_up : (M,) float64
-        After a search: score of the best other pose over this one's, near 1 where the view does not decide between
-        them (a symmetric body, a flat side). NaN where nothing was searched.
+        After a search: ratio of the score of the best alternative pose to that of this one; near 1 if the view is
+        ambiguous (a symmetric body, a flat side). NaN without a search.
     energy : float
         Mean cost per pixel at the final poses.
     iterations : int
-        Trials of the optimiser, all stages.
+        Number of trial steps of the optimiser in all stages.
     steps : list of sequences of Step
-        Every trial, per object.
+        Every trial step, per object.
     seconds : float
-        Time of ``track`` alone.
+        Duration of ``track`` alone.
     timestamp : float or None
-        Of the frame, s.
+        Timestamp of the frame, s.
     index : int
         Number of the frame since ``start`` (0).
     shape_change : float
-        Of a :class:`Reconstructor`: how far the surface moved with this frame, m, on the mean where it was seen; NaN
-        where nothing was fused.
+        For a :class:`Reconstructor`: change of the surface in this frame, m, averaged over the observed surface; NaN if
+        the frame was not fused.
     sensor : str
-        Name of the sensor model that the covariances rest on; "" where none was named: then the noise is measured from
-        frame to frame, and the systematic error learnt where a pose was given.
+        Name of the sensor model used for the covariances. "" if none was given: the noise is then estimated in every
+        frame, and the systematic error in frames with a given pose.
     systematic : (M,) float64 or None
-        Sd (m) of the depth error that an object's readings are taken to share; 0 where none is known, and the
-        covariance is that of the noise alone (docs/sensors.md).
+        Sd (m) assumed for the depth error shared by all measurements of an object; 0 if unknown: the covariance then
+        accounts for noise alone (docs/sensors.md).
     """
 
     poses: NDArray[np.float64]
@@ -192,12 +193,12 @@ class TrackResult:
 
     @property
     def pose(self) -> NDArray[np.float64]:
-        """The only object's ``T_cam_obj``, (4, 4); ValueError when there are several."""
+        """``T_cam_obj`` (4, 4) of the only object; ValueError if there are several."""
         return self._only(self.poses, "pose", "poses")
 
     @property
     def covariance(self) -> NDArray[np.float64]:
-        """The only object's covariance, (6, 6); ValueError when there are several."""
+        """Covariance (6, 6) of the only object; ValueError if there are several."""
         return self._only(self.covariances, "covariance", "covariances")
 
     def _only(self, values: NDArray[np.float64], name: str, plural: str) -> NDArray[np.float64]:
@@ -242,7 +243,7 @@ def _plain(value: Any) -> Any:
 
 
 def doubted(result: TrackResult, reason: str) -> TrackResult:
-    """The result of one object, as weak for a reason that its tracker cannot know."""
+    """Mark the result of one object as weak for a reason unknown to its tracker."""
     confidence = np.minimum(result.confidence, 0.5)
     confidence.flags.writeable = False
     return dataclasses.replace(result, status=[Status.WEAK], reason=[reason], confidence=confidence)

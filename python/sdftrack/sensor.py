@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a depth camera's readings are off by: noise, how far it reaches from pixel to pixel, and bias."""
+"""The error model of a depth camera: noise, its correlation between pixels, and bias."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["PRESETS", "SensorModel"]
 
 Array = NDArray[np.float64]
 STEEPEST = math.radians(85)  # incidences beyond it count as this one
-USUAL_INCIDENCE = math.radians(30)  # of a reading on an object
+USUAL_INCIDENCE = math.radians(30)  # of a measurement on an object
 
 
 @refuses_unknown
@@ -27,27 +27,27 @@ USUAL_INCIDENCE = math.radians(30)  # of a reading on an object
 class SensorModel:
     """depth = true + bias(Z, incidence) + noise(Z, incidence), lengths in metres along z.
 
-    The noise has the sd ``hypot(noise_m + noise_per_m Z^2, noise_incidence Z tan(incidence))`` and is shared by
-    neighbours: two readings d pixels apart have the correlation ``exp(-d^2 / (2 correlation_px^2))``. The bias is
-    ``bias_m + bias_per_m Z^2 + bias_incidence_m tan(incidence)``; what is left of it after correction varies smoothly
-    over an object with the sd ``systematic_m + systematic_per_m Z^2``.
+    The noise has the standard deviation (sd) ``hypot(noise_m + noise_per_m Z^2, noise_incidence Z tan(incidence))`` and
+    is spatially correlated: two measurements d pixels apart have the correlation ``exp(-d^2 / (2 correlation_px^2))``.
+    The bias is ``bias_m + bias_per_m Z^2 + bias_incidence_m tan(incidence)``. The residual bias after correction varies
+    smoothly over an object, with the sd ``systematic_m + systematic_per_m Z^2``.
 
     Attributes
     ----------
     name : str
-        What results call the model.
+        Name of the model in results.
     noise_m, noise_per_m, noise_incidence : float
     correlation_px : float
-        0: each reading has its own noise.
+        Correlation length of the noise, pixels; 0: the noise of all pixels is independent.
     bias_m, bias_per_m, bias_incidence_m : float
-        Measured minus true. A tracker takes the first two out of each reading; the third counts as uncertainty, for
-        the incidence of a reading is not known before the pose is.
+        Measured minus true. A tracker subtracts the first two from each measurement. The third counts as uncertainty,
+        because the incidence is unknown until the pose is known.
     systematic_m, systematic_per_m : float
-        Sd of what a part of a surface is off by. 0: learnt by the tracker in a frame whose pose is given.
+        Sd of the systematic error over a part of a surface. 0: estimated by the tracker in a frame whose pose is given.
     lateral_px : float
-        Sd of where the depth image lies against its intrinsics, pixels.
+        Sd of the lateral offset of the depth image from its intrinsics, pixels.
     source : str
-        Where the numbers come from.
+        Source of the values.
 
     >>> sensor = SensorModel.preset("kinect_v1")
     >>> round(1e3 * float(sensor.noise(2.0)), 1)
@@ -72,7 +72,7 @@ class SensorModel:
             value = getattr(self, field.name)
             if field.type == "str":
                 if not isinstance(value, str):
-                    raise TypeError(f"{field.name}: expected a text, got {value!r}")
+                    raise TypeError(f"{field.name}: expected a string, got {value!r}")
                 continue
             value = number(value, field.name)
             signed = field.name.startswith("bias")
@@ -82,10 +82,10 @@ class SensorModel:
                 )
             object.__setattr__(self, field.name, value)
         if not self.noise_m + self.noise_per_m > 0:
-            raise ValueError("noise_m, noise_per_m: expected one of them above 0, got 0 and 0")
+            raise ValueError("noise_m, noise_per_m: expected at least one of them above 0, got 0 and 0")
 
     def noise(self, depth_m: ArrayLike, incidence_rad: ArrayLike = 0.0) -> Array:
-        """Sd of a reading's noise at a distance and an angle between ray and normal."""
+        """Sd of the noise at a distance and an angle between ray and surface normal."""
         z = np.asarray(depth_m, np.float64)
         straight = self.noise_m + self.noise_per_m * z**2
         return np.hypot(straight, self.noise_incidence * z * _tan(incidence_rad))
@@ -97,14 +97,14 @@ class SensorModel:
         return offset
 
     def systematic(self, depth_m: ArrayLike) -> Array:
-        """Sd of what is left of the bias, over a part of a surface."""
+        """Sd of the residual bias over a part of a surface."""
         z = np.asarray(depth_m, np.float64)
         slanted = self.bias_incidence_m * math.tan(USUAL_INCIDENCE)
         return np.hypot(self.systematic_m + self.systematic_per_m * z**2, slanted)
 
     @property
     def correlation_area_px(self) -> float:
-        """Pixels that share one error: the sum of the correlations of one with all others."""
+        """Number of pixels that share one error: the sum of the correlations of one pixel with all others."""
         return 2 * math.pi * self.correlation_px**2
 
     @property
@@ -113,7 +113,7 @@ class SensorModel:
         return self.bias_m != 0 or self.bias_per_m != 0
 
     def corrected(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
-        """A depth image (m, 0 = none) without the bias that depends on the distance alone."""
+        """Return a depth image (m, 0 = none) with the distance-dependent bias removed."""
         if not self.corrects:
             return depth
         z = np.multiply(depth, depth, dtype=np.float32)  # few passes: this is done to every frame
@@ -125,7 +125,7 @@ class SensorModel:
         return z
 
     def options(self) -> dict[str, float]:
-        """The options of a tracker that say the same, by name."""
+        """The equivalent tracker options, by name."""
         return {
             "noise_m": max(self.noise_m, 1e-6),
             "noise_per_m": self.noise_per_m,
@@ -151,13 +151,13 @@ class SensorModel:
 
     @staticmethod
     def preset(name: str) -> SensorModel:
-        """A kind of sensor by published measurements: "kinect_v1", "realsense_d400" or "azure_kinect"."""
+        """Return a sensor model from published measurements: "kinect_v1", "realsense_d400" or "azure_kinect"."""
         if name not in PRESETS:
             raise ValueError(f"sensor: expected one of {', '.join(map(repr, PRESETS))}, got {name!r}")
         return PRESETS[name]
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the model to a TOML file, or a JSON file where the name ends so; whole or not at all."""
+        """Write the model to a TOML file (JSON if the name ends in .json), completely or not at all."""
         from sdftrack._internal.sensor_file import write
 
         write(self.to_dict(), path)
@@ -180,7 +180,7 @@ class SensorModel:
     def of(given: SensorModel | str | os.PathLike[str]) -> SensorModel: ...
     @staticmethod
     def of(given: SensorModel | str | os.PathLike[str] | None) -> SensorModel | None:
-        """A model as a user names it: itself, a preset's name, or a file."""
+        """Resolve a model that is given as itself, as a preset's name, or as a file."""
         if given is None or isinstance(given, SensorModel):
             return given
         if not isinstance(given, (str, os.PathLike)):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Symmetries of shapes: given by a data set or found in a distance field, and what poses are equal by them."""
+"""Symmetries of shapes: given by a data set or found in a distance field, and equivalence of poses under them."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def _none() -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Symmetry:
-    """The motions of an object that leave its shape as it is, in its own frame.
+    """The rigid motions that map an object's shape onto itself, in the object frame.
 
     Attributes
     ----------
     discrete : (n, 4, 4) float64
-        Rigid motions, the identity not among them.
+        Rigid motions, excluding the identity.
     continuous : tuple of (axis, point)
-        Axes about which every turn is one: unit vectors and a point on each, m.
+        Axes of rotational symmetry: a unit vector and a point on each axis, m.
 
     Examples
     --------
@@ -72,7 +72,7 @@ class Symmetry:
 
     @classmethod
     def from_bop(cls, info: Mapping[str, Any]) -> Symmetry:
-        """From an object's entry in BOP's ``models_info.json`` (mm)."""
+        """Create from an object's entry in BOP's ``models_info.json`` (mm)."""
         motions = []
         for i, values in enumerate(info.get("symmetries_discrete", ())):
             try:
@@ -97,9 +97,9 @@ class Symmetry:
         return bool(len(self.discrete) or self.continuous)
 
     def motions(self, steps: int | None = None) -> Array:
-        """(n, 4, 4) all of them, the identity first; a continuous one in `steps` equal turns.
+        """All symmetry motions (n, 4, 4), the identity first; continuous ones sampled at `steps` equal rotations.
 
-        None: so many that the farthest point moves by at most 1 % of the diameter from one to the next, as in BOP.
+        None: as many as needed for the farthest point to move by at most 1 % of the diameter per step, as in BOP.
         """
         count = int(np.ceil(np.pi / STEP)) if steps is None else int(steps)
         if count < 1:
@@ -111,9 +111,9 @@ class Symmetry:
         return motions
 
     def canonical(self, T: ArrayLike, near: ArrayLike | None = None) -> Array:
-        """Of all poses that look like `T`, the one whose rotation is nearest to that of `near` (None: the identity).
+        """Among all poses equivalent to `T`, the one whose rotation is nearest to that of `near` (None: the identity).
 
-        Exact for continuous symmetries about one axis; about more of them (a ball) the rotation of `near`.
+        Exact for a continuous symmetry about one axis; about several axes (a ball), the rotation of `near`.
         """
         M = rigid(T)
         wanted = np.eye(3) if near is None else rigid(near, "near")[:3, :3]
@@ -134,7 +134,7 @@ class Symmetry:
         return best
 
     def to_dict(self) -> dict[str, Any]:
-        """As an entry of ``models_info.json`` (mm)."""
+        """Convert to an entry of ``models_info.json`` (mm)."""
         motions = self.discrete.copy()
         motions[:, :3, 3] /= M_PER_MM
         return {
@@ -158,17 +158,17 @@ def _best_angle(R: Array, axis: Array) -> float:
 
 
 def find_symmetries(sdf: Any, tolerance: float = 1.5) -> Symmetry:
-    """The rotations that leave a shape as it is, found from its distance field alone.
+    """Find the rotations that map a shape onto itself, from its distance field alone.
 
-    Axes through the centre of the surface, spread over all directions, are tried with turns by 1/2, 1/3, 1/4, 1/5 and
-    1/6 of a circle; the best are refined until the turned surface lies on itself, and products of those that do are
-    tried too. Axes about which every turn fits are continuous. Colours are not looked at.
+    Axes through the centroid of the surface, distributed over all directions, are tested with rotations by 1/2, 1/3,
+    1/4, 1/5 and 1/6 of a full turn. The best are refined until the rotated surface coincides with itself, and their
+    products are tested too. An axis is continuous if every rotation about it fits. Colours are ignored.
 
     Parameters
     ----------
     sdf : SDF
     tolerance : float
-        Voxels: 98 % of the turned surface must lie within this of the surface.
+        In voxels: 98 % of the rotated surface must lie within this distance of the surface.
 
     Returns
     -------
@@ -188,7 +188,7 @@ class _Search:
     DIRECTIONS, COARSE, BEST = 600, 150, 8
     APART = np.cos(np.deg2rad(10.0))  # of two axes
     SAME = np.deg2rad(25.0)  # of two rotations: those of a finite group are 60 degrees apart or more
-    MOST = 60  # rotations of an icosahedron
+    MAX_ROTATIONS = 60  # rotations of an icosahedron
 
     def __init__(self, sdf: Any, tolerance: float) -> None:
         if not (np.isfinite(tolerance) and tolerance > 0):
@@ -221,7 +221,7 @@ class _Search:
         return all(self._fits(_turn(axis, self.centre, angle)) for angle in (0.4, 1.0, 1.9, 2.7))
 
     def _of_fold(self, fold: int) -> list[Array]:
-        """Refined turns by a `fold`-th of a circle that fit."""
+        """Refined rotations by 1/`fold` of a full turn that fit."""
         some = self.points[:: max(1, len(self.points) // self.COARSE)]
         axes = _half_sphere(self.DIRECTIONS)
         axes = np.concatenate([np.linalg.eigh(np.cov((self.points - self.centre).T))[1].T, np.eye(3), axes])
@@ -241,7 +241,7 @@ class _Search:
         return np.linalg.norm(_core.rotation_log(S)) > self.SAME
 
     def _refined(self, S: Array) -> Array:
-        """The nearest motion that lays the surface on itself: Gauss-Newton on the distances of the turned points."""
+        """The nearest motion that maps the surface onto itself, by Gauss-Newton on the moved points' distances."""
         some = self.points[::3]
         for _ in range(8):
             p = some @ S[:3, :3].T + S[:3, 3]
@@ -258,7 +258,7 @@ class _Search:
         return S
 
     def _closed(self, good: list[Array]) -> Array:
-        """The group that the turns make, each of its members tried on the shape."""
+        """The group generated by the rotations; each member is verified on the shape."""
         group: list[Array] = [np.eye(4)]
 
         def new(S: Array) -> bool:
@@ -266,13 +266,13 @@ class _Search:
             return all(np.trace(G[:3, :3].T @ S[:3, :3]) < 1 + 2 * np.cos(self.SAME) for G in group)
 
         for S in good:
-            if len(group) < self.MOST and new(S):
+            if len(group) < self.MAX_ROTATIONS and new(S):
                 group.append(S)
         at = 0
-        while at < len(group) and len(group) < self.MOST:
+        while at < len(group) and len(group) < self.MAX_ROTATIONS:
             for other in list(group):
                 S = self._rigid_again(group[at] @ other)
-                if len(group) < self.MOST and new(S) and self._fits(S):
+                if len(group) < self.MAX_ROTATIONS and new(S) and self._fits(S):
                     group.append(S)
             at += 1
         return np.array(group[1:]).reshape(-1, 4, 4)

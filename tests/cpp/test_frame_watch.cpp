@@ -111,12 +111,13 @@ TEST(FrameWatch, a_fault_makes_ok_weak_and_stands_behind_another_reason) {
   doubt_frame(ReasonCode::kTimeJump, &status, &reason, &confidence);
   doubt_frame(ReasonCode::kTimeJump, &status, &reason, &confidence);
   EXPECT_EQ(status, tracking::Status::kWeak);
-  EXPECT_EQ(sentence(reason), "the timestamp jumps by more than ten usual steps");
+  EXPECT_EQ(sentence(reason), "the timestamp jumps by more than ten times the usual interval");
   EXPECT_DOUBLE_EQ(confidence, 0.45);
   reason = {ReasonCode::kPoorFit};
   doubt_frame(ReasonCode::kTimeJump, &status, &reason, &confidence);
   EXPECT_EQ(sentence(reason),
-            "the readings do not fit the shape well; the timestamp jumps by more than ten usual steps");
+            "the depth measurements do not fit the shape well; the timestamp jumps by more than ten times "
+            "the usual interval");
 }
 
 }  // namespace

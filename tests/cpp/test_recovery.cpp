@@ -132,7 +132,7 @@ TEST(Identity, where_nothing_decides_both_are_doubted_for_a_few_frames) {
     tracking::doubt_identity(&parts.objects[0], &result);
     EXPECT_EQ(result.trust.status, tracking::Status::kWeak);
     EXPECT_EQ(result.trust.confidence, 0.4);
-    EXPECT_EQ(tracking::sentence(result.trust.reason), "it may have changed places with object 3");
+    EXPECT_EQ(tracking::sentence(result.trust.reason), "it may have been swapped with object 3");
     EXPECT_EQ(parts.objects[0].doubtful_frames, left);
   }
   tracking::ObjectResult sure = with_status(tracking::Status::kOk);

@@ -91,7 +91,7 @@ TEST(Verdict, a_primitive_not_found_yet_is_lost_whatever_its_placeholder_looks_l
   EXPECT_TRUE(std::isnan(result.covariance(0, 0)));
   EXPECT_TRUE(std::isnan(result.T_cam_obj.t.x));
   EXPECT_EQ(tracking::sentence(result.trust.reason),
-            "no cylinder found there; give a mask of it, or a frame in which it stands free on the table");
+            "no cylinder found there; give a mask of it, or a frame in which it stands alone on the table");
   EXPECT_EQ(v.conclude({answer(kPose, tracking::Status::kBadFrame)}, 0).objects[0].trust.status,
             tracking::Status::kBadFrame);
 }
@@ -111,11 +111,12 @@ TEST(Verdict, a_sequence_that_was_kept_elsewhere_goes_on) {
 TEST(Sentence, arguments_stand_in_it_and_names_where_they_are_known) {
   EXPECT_EQ(tracking::sentence({}), "");
   EXPECT_EQ(tracking::sentence(tracking::reason_with_percent(tracking::ReasonCode::kHidden, 41)),
-            "41 % of the object is hidden");
+            "41 % of the object is occluded");
   EXPECT_EQ(tracking::sentence({tracking::ReasonCode::kUnreadable, 0, -1, "torn"}), "torn");
   const tracking::Reason overlap = tracking::reason_about(tracking::ReasonCode::kOverlaps, 1);
-  EXPECT_EQ(tracking::sentence(overlap), "it stands where another is tracked: object 1");
-  EXPECT_EQ(tracking::sentence(overlap, {"cup", "can"}), "it stands where another is tracked: can");
+  EXPECT_EQ(tracking::sentence(overlap), "the pose coincides with that of another tracked object: object 1");
+  EXPECT_EQ(tracking::sentence(overlap, {"cup", "can"}),
+            "the pose coincides with that of another tracked object: can");
 }
 
 TEST(Sentence, every_code_has_its_own) {

@@ -186,7 +186,7 @@ def test_a_memory_that_was_taught_before_serves_another_tracker():
 def test_a_memory_of_masks_in_another_frame_is_refused():
     memory = st.contour.ShapeMemory()
     memory.learn(np.pad(np.ones((20, 30), bool), 10))
-    with pytest.raises(ValueError, match=r"memory: expected one taught with masks of 64 x 64, got .*align"):
+    with pytest.raises(ValueError, match=r"memory: expected one trained with masks of 64 x 64, got .*align"):
         st.contour.ContourTracker(memory=memory)
 
 

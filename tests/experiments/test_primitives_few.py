@@ -39,7 +39,7 @@ def test_as_many_points_as_unknowns_tell_no_variance(kind, more):
     assert fit.status != "ok"
     assert not any(fit.bounded.values())
     if fit.status == "weak" and fit.inliers > 0.6:
-        assert f"{count} readings are too few" in fit.reason
+        assert f"{count} measurements are too few" in fit.reason
 
 
 def test_points_in_two_clusters_have_an_answer_or_a_clear_error():

@@ -12,7 +12,11 @@ import pytest
 from experiments import record, render
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+COPIES = ROOT / "docs" / "project"  # made for the site, not in git
+PAGES = [
+    ROOT / "README.md",
+    *(page for page in sorted((ROOT / "docs").rglob("*.md")) if not page.is_relative_to(COPIES)),
+]
 ROW = re.compile(r"^\|.*\|$", re.MULTILINE)
 COMMAND = re.compile(r"python -m experiments run ([a-z][\w.]*\w)([^`#\n]*)")
 # Measured by tests/bench, docs/images and `sdftrack reproduce`, not by `python -m experiments run`.

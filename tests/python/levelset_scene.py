@@ -54,8 +54,8 @@ def reconstruction(shape, voxel_m, origin, prior=None, threads=1, **options):
     o = _core.ReconstructionOptions()
     if "printed" in options:
         options["evidence"] = "printed" if options.pop("printed") else "smooth"
-    if "most_weight" in options:
-        options["memory"] = options.pop("most_weight")
+    if "max_weight" in options:
+        options["memory"] = options.pop("max_weight")
     for name, value in options.items():
         setattr(o, name, value)
     return _core.Reconstruction(list(shape[::-1]), voxel_m, list(origin), prior, o, threads)

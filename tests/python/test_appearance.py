@@ -425,7 +425,7 @@ def test_a_histogram_from_an_empty_mask_is_refused(shape, depth, color):
 def test_a_mask_without_depth_is_refused(shape, depth, color):
     mask = np.zeros((60, 80), np.uint8)
     mask[20:30, 20:30] = 1
-    with pytest.raises(ValueError, match=r"mask: expected pixels with depth that the colour camera sees"):
+    with pytest.raises(ValueError, match=r"mask: expected pixels with depth in view of the colour camera"):
         counted(shape, np.where(mask, 0, depth).astype(np.float32), color, TRUTH, mask)
 
 

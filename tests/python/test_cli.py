@@ -461,6 +461,18 @@ def test_the_demo_needs_nothing_and_writes_pictures(tmp_path, monkeypatch, capsy
     report = json.loads((tmp_path / "sdftrack-demo" / "report.json").read_text())
     assert report["reconstruction"]["mean_distance_m"] < MAX_DEMO_SURFACE_M
     assert _ours(tmp_path / "sdftrack-demo")  # so that it may be made again
+    assert run(["demo", "--frames", "12", "-q"]) == 0
+    with st.open_sequence(tmp_path / "sdftrack-demo" / "sequence") as seq:
+        assert len(seq) == len(seq.ground_truth) == 12
+        assert seq.masks(0)[0].any()
+    (line,) = (line for line in printed.splitlines() if line.startswith("try it: sdftrack "))
+    assert run(line.removeprefix("try it: sdftrack ").split()) == 0
+    capsys.readouterr()
+    mine = tmp_path / "sdftrack-demo" / "sequence" / "rgb" / "mine.png"
+    mine.write_text("keep")
+    assert run(["demo", "--frames", "12", "-q"]) == 1
+    assert "no files of others" in told(capsys)
+    assert mine.read_text() == "keep"
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "a.txt").write_text("keep")
     assert not _ours(tmp_path / "mine")

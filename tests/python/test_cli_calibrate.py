@@ -118,7 +118,7 @@ def test_wrong_usage_exits_with_two(folder, extra, capsys):
 @pytest.mark.parametrize(
     ("extra", "message"),
     [
-        (["--ball-color", "0,0,250"], "--ball-color: found no round thing"),
+        (["--ball-color", "0,0,250"], "--ball-color: found no round object"),
         (["--color-camera", "nowhere.json"], "nowhere.json"),
         (["--start", "90"], "--start"),
         (["--stop", "4", "--ball-color", "225,60,30"], "at least 6 frames"),
@@ -148,7 +148,7 @@ def test_the_sequences_own_camera_is_not_replaced(kind, folder, capsys):
     before = (folder / "camera.json").read_bytes()
     more = ["--ball-radius", str(RADIUS_M)] if kind == "color" else ["--model", "m.ply"]
     assert run(["calibrate", kind, str(folder), *more, "--out", str(folder), "--overwrite"]) == 1
-    assert "SEQ: expected no file that the results replace" in told(capsys)
+    assert "SEQ: expected no file that would be replaced by the results" in told(capsys)
     assert (folder / "camera.json").read_bytes() == before
 
 

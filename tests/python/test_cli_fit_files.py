@@ -50,7 +50,7 @@ def written(folder, name):
         ("words.xyz", "line 1: expected x y z, got 'hello world foo'"),
         ("two.xyz", "line 1: expected x y z"),
         ("empty.ply", "empty.ply"),
-        ("torn.ply", "cut short: its header says 400 lines of data, 200 are there"),
+        ("torn.ply", "truncated: its header states 400 lines of data, found 200"),
     ],
 )
 def test_a_file_that_is_no_whole_cloud_is_named_in_one_line(tmp_path, capsys, name, why):
@@ -75,7 +75,7 @@ def test_a_model_that_is_cut_short_is_refused_too(tmp_path):
 
     path = tmp_path / "torn.ply"
     path.write_text(ply(200))
-    with pytest.raises(ValueError, match="cut short"):
+    with pytest.raises(ValueError, match="truncated"):
         read_mesh(path)
 
 
@@ -95,7 +95,7 @@ def test_points_that_are_not_finite_are_told_without_python(tmp_path, capsys):
     np.save(tmp_path / "nan.npy", points)
     assert run(["fit", str(tmp_path / "nan.npy"), "--out", str(tmp_path / "out")]) == 1
     line = capsys.readouterr().err
-    assert "1 of 400 points with NaN or infinity; leave them out" in line
+    assert "1 of 400 points with NaN or infinity; remove them" in line
     assert "np." not in line
 
 

@@ -212,5 +212,5 @@ def test_a_click_takes_what_hangs_together_and_leaves_the_table():
         connected_region(st.Frame.unreadable("cut short"), CAMERA, (5, 5), 0.1)
     speck = np.zeros(CAMERA.shape, np.float32)
     speck[5, 5] = 1
-    with pytest.raises(ValueError, match="1 pixels"):
+    with pytest.raises(ValueError, match="1 connected pixels"):
         connected_region(st.Frame(speck), CAMERA, (5, 5), 0.1)

@@ -172,7 +172,7 @@ def test_the_report_says_how_far_the_shape_may_be_trusted(whole):
     assert section["complete"] is True
     assert section["frames_fused"] == FRAMES
     assert 0.1 < section["seen_share"] < 0.9
-    assert "% of the surface was seen" in section["summary"]
+    assert "% of the surface was observed" in section["summary"]
     assert len(section["surface_change_m"]) == FRAMES
     assert set(section["refined"]["poses"]) == {str(i) for i in range(FRAMES)}
     assert report["settings"]["command"] == "reconstruct"
@@ -203,7 +203,7 @@ def test_it_says_how_it_goes_and_how_it_went(recording, tmp_path, capsys):
     printed = capsys.readouterr()
     assert "3/3, surface moved" in printed.err
     assert "mean mm" in printed.out
-    assert "% of the surface was seen" in printed.out
+    assert "% of the surface was observed" in printed.out
     assert {p.name for p in out.iterdir()} == TRACK_FILES | SHAPE_FILES
     assert report_of(out)["reconstruction"]["refined"] is None
 
@@ -282,7 +282,7 @@ def test_a_first_guess_is_a_ball_a_mesh_or_a_shape_of_before(recording, whole, d
             "--then-init: expected box:x,y,w,h, mask.png, mask, got 'gt'",
         ),
         (["--out", "o", "--then", "/other", "--then-init", "box:1"], "--then-init: expected box:x,y,w,h"),
-        (["--out", "o", "--then", "/other", "--evolution", "printed"], "the source knows one recording"),
+        (["--out", "o", "--then", "/other", "--evolution", "printed"], "supports only one recording"),
     ],
 )
 def test_wrong_usage_exits_with_2_and_one_line(arguments, message, capsys):
@@ -396,7 +396,7 @@ def test_a_recording_of_something_else_is_an_error_that_leaves_the_first_one(rec
     st.save_sequence(folder, seq, layout="bop")
     assert quick(recording, out, "--then", str(folder), "--then-init", "mask") == 1
     text = told(capsys)
-    assert "not surely found in image 0" in text or "size" in text
+    assert "not found reliably in image 0" in text or "size" in text
     assert "boxes" in text
     assert {p.name for p in out.iterdir()} >= SHAPE_FILES
     assert report_of(out)["reconstruction"]["frames_fused"] == 3

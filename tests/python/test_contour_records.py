@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.contour.dct import MOST_LEVEL_SET_PX
+from sdftrack.contour.dct import MAX_LEVEL_SET_PX
 from sdftrack.synth.blob import blob_video
 from sdftrack.synth.gait import gait
 
@@ -147,6 +147,6 @@ def test_a_memory_in_use_by_another_thread_is_not_saved_half_way(masks, tmp_path
 
 
 def test_a_level_set_too_large_for_memory_is_refused():
-    side = int(np.sqrt(MOST_LEVEL_SET_PX)) + 1
-    with pytest.raises(ValueError, match=f"shape: expected at most {MOST_LEVEL_SET_PX} pixels"):
+    side = int(np.sqrt(MAX_LEVEL_SET_PX)) + 1
+    with pytest.raises(ValueError, match=f"shape: expected at most {MAX_LEVEL_SET_PX} pixels"):
         st.contour.silhouette(np.ones(4), (side, side), level_set=True)

@@ -385,7 +385,7 @@ def test_options_that_cannot_be_are_refused(given, error, told):
 
 def test_pixels_that_are_no_object_on_the_grid_are_refused():
     fine = np.add.outer(np.arange(240), np.arange(320)) % 2 == 0
-    with pytest.raises(ValueError, match="so scattered that on a grid with cells of 2 px"):
+    with pytest.raises(ValueError, match="scattered pixels; on a grid with cells of 2 px"):
         st.contour.ContourTracker().start(np.zeros((240, 320, 3), np.uint8), mask=fine)
 
 

@@ -20,7 +20,7 @@ def test_auto_is_cuda_exactly_where_it_can_be_used():
 def test_cuda_without_a_device_or_build_says_which_is_missing(monkeypatch, cuda_build):
     monkeypatch.setattr(_core, "cuda_build", cuda_build)
     monkeypatch.setattr(_core, "cuda_available", lambda: False)
-    missing = "no device answers" if cuda_build else r"no CUDA path.*SDFTRACK_CUDA=ON"
+    missing = "no CUDA device is available" if cuda_build else r"no CUDA path.*SDFTRACK_CUDA=ON"
     with pytest.raises(RuntimeError, match=missing):
         device.resolve_device("cuda")
     assert device.resolve_device("auto") == "cpu"
@@ -76,7 +76,7 @@ def test_an_array_on_the_host_comes_by_dlpack_without_a_copy():
 def test_an_array_on_a_gpu_comes_by_dlpack_with_cuda_and_is_refused_without(monkeypatch):
     depth = np.full((48, 64), 0.7, np.float32)
     monkeypatch.setattr(_core, "cuda_build", False)
-    with pytest.raises(RuntimeError, match=r"depth: this array lies on a GPU.*copy it to the host"):
+    with pytest.raises(RuntimeError, match=r"depth: this array is on a GPU.*copy it to the host"):
         st.Frame(ByDlpack(depth, 2))
     monkeypatch.setattr(_core, "cuda_build", True)
     assert np.array_equal(st.Frame(ByDlpack(depth, 2)).depth, depth)

@@ -10,7 +10,12 @@ import pytest
 import sdftrack as st
 
 ROOT = Path(__file__).resolve().parents[2]
-DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
+COPIES = (ROOT / "docs" / "project", ROOT / "docs" / "notebooks")  # made for the site, not in git
+DOCUMENTS = sorted(
+    path
+    for path in [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+    if not any(path.is_relative_to(copy) for copy in COPIES)
+)
 LINK = re.compile(r"\[[^\]]*\]\(([^)#\s]+)[^)]*\)")
 ANCHOR = re.compile(r"\]\(([^)#\s]*)#([^)\s]+)\)")
 CODE = re.compile(r"^ *```(\w+)\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
@@ -55,6 +60,9 @@ def test_every_anchor_is_a_heading(document):
 def test_every_note_can_be_reached_from_the_index():
     index = ROOT / "docs" / "index.md"
     linked = {(index.parent / link).resolve() for link in LINK.findall(index.read_text(encoding="utf-8"))}
+    linked |= (
+        set((index.parent / "api").glob("*.md")) if index.parent / "api" / "index.md" in linked else set()
+    )
     notes = {path for path in DOCUMENTS if path.is_relative_to(ROOT / "docs") and path != index}
     assert sorted(map(name_of, notes - linked)) == []
 

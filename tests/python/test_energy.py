@@ -451,7 +451,7 @@ def test_back_project_leaves_masked_pixels_out_and_checks_the_masks_size():
         ({"camera": "camera.json"}, TypeError, "camera"),
         ({"frame": st.Frame(None, np.zeros((60, 80, 3), np.uint8))}, ValueError, "depth"),
         ({"frame": st.Frame(np.ones((50, 80), np.float32))}, ValueError, r"depth: expected"),
-        ({"frame": st.Frame(np.full((60, 80), 3, np.float32))}, ValueError, "no depth reading near"),
+        ({"frame": st.Frame(np.full((60, 80), 3, np.float32))}, ValueError, "no depth measurement near"),
         ({"poses": np.full((4, 4), np.nan)}, ValueError, "poses: .*not finite"),
         ({"poses": START.T}, ValueError, "poses: .*transposed"),
         ({"poses": np.diag([1.1, 1.1, 1.1, 1])}, ValueError, "poses: .*not a rotation"),

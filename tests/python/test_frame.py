@@ -62,7 +62,7 @@ def test_other_depth_types_are_refused(dtype):
         (np.full((12, 16), 800, np.uint16), 0.1, "multiply depth_scale by 0.01"),
         (np.full((12, 16), 812, np.float32), None, "millimetres: multiply depth by 0.001"),
         (np.full((12, 16), 0.0008, np.float32), None, "multiply depth by 1000"),
-        (DEPTH, 0.001, "metres already"),
+        (DEPTH, 0.001, "already in metres"),
     ],
 )
 def test_wrong_units_are_named(depth, scale, message):

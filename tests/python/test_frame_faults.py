@@ -8,7 +8,7 @@ import sdftrack as st
 from sdftrack.synth.duck import duck_mesh
 
 CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
-REPEATED, TIME, EXPOSURE = "that of the frame before; the pose", "timestamp", "brightness"
+REPEATED, TIME, EXPOSURE = "repeats the previous one; the pose", "timestamp", "brightness"
 FRAMES = 12
 
 
@@ -70,8 +70,8 @@ def test_the_same_frame_given_again_and_a_rendering_without_noise_are_no_faults(
 @pytest.mark.parametrize(
     ("times", "bad", "said"),
     [
-        ([0, 1, 2, 3, 4, 4, 5, 6, 7, 8, 9, 10], 5, "is that of the frame before"),
-        ([0, 1, 2, 3, 4, 1.5, 2, 3, 4, 5, 6, 7], 5, "lies before"),
+        ([0, 1, 2, 3, 4, 4, 5, 6, 7, 8, 9, 10], 5, "equals that of the previous"),
+        ([0, 1, 2, 3, 4, 1.5, 2, 3, 4, 5, 6, 7], 5, "is earlier than that"),
         ([0, 1, 2, 3, 4, 5, 25, 26, 27, 28, 29, 30], 6, "jumps"),
     ],
 )

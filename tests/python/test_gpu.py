@@ -64,7 +64,7 @@ class OnGpu:
 
 @pytest.mark.skipif(_core.cuda_build, reason="a build with CUDA")
 def test_an_array_on_a_gpu_is_refused_by_a_cpu_build_with_a_way_out():
-    with pytest.raises(RuntimeError, match=r"depth: this array lies on a GPU.*no CUDA path.*\.cpu\(\)"):
+    with pytest.raises(RuntimeError, match=r"depth: this array is on a GPU.*no CUDA path.*\.cpu\(\)"):
         st.Frame(OnGpu())
 
 

@@ -206,7 +206,9 @@ def test_a_depth_that_reads_too_short_is_found():
 
 
 def test_a_depth_law_is_not_asked_of_flat_faces(frames, swept, box):
-    with pytest.raises(ValueError, match=r"depth_scale cannot be found .* flat to \d+ %: take a curved one"):
+    with pytest.raises(
+        ValueError, match=r"depth_scale cannot be estimated .* flat to \d+ %: use a curved shape"
+    ):
         st.calibrate_intrinsics(frames, box, GUESS, swept.ground_truth[0][0], free=("fx", "depth_scale"))
 
 
@@ -238,12 +240,12 @@ def test_a_user_who_never_came_to_the_edges_is_told_so(box):
     seq = st.synth.sequence(box.to_mesh(), 30, path, SIGMA_M, seed=1, camera=TRUTH, color=False)
     found = st.calibrate_intrinsics(seq, box, TRUTH, seq.ground_truth[0][0])
     assert found.status == "weak"
-    assert "hardly to its left" in found.reason
+    assert "hardly reached its left" in found.reason
     assert (found.observability.coverage[0] == 0).any()
 
 
 def test_an_object_that_never_moves_is_refused(frames, swept, box):
-    with pytest.raises(ValueError, match="never moves"):
+    with pytest.raises(ValueError, match="does not move"):
         st.calibrate_intrinsics([frames[0]] * 8, box, TRUTH, swept.ground_truth[0][0])
 
 

@@ -83,18 +83,18 @@ def test_the_printed_form_puts_voxels_near_the_surface_on_the_wrong_side():
 
 
 @pytest.mark.parametrize("printed", [False, True])
-@pytest.mark.parametrize("most_weight", [100.0, 1.5])
-def test_evidence_and_its_sums_are_those_of_the_twin(printed, most_weight):
-    o = reference.Options(printed=printed, least_noise_m=VOXEL_M, most_weight=most_weight, **NOISE)
-    core = reconstruction(SHAPE, VOXEL_M, ORIGIN, printed=printed, most_weight=most_weight, **NOISE)
+@pytest.mark.parametrize("max_weight", [100.0, 1.5])
+def test_evidence_and_its_sums_are_those_of_the_twin(printed, max_weight):
+    o = reference.Options(printed=printed, min_noise_m=VOXEL_M, max_weight=max_weight, **NOISE)
+    core = reconstruction(SHAPE, VOXEL_M, ORIGIN, printed=printed, max_weight=max_weight, **NOISE)
     ratio, weight = np.zeros(SHAPE), np.zeros(SHAPE)
     for T, depth, mask in views(4):  # from the fifth on the core leaves out what is surely empty
         fuse(core, CAMERA, T, depth, mask)
         said = reference.evidence(in_camera(T), np.nan_to_num(depth), mask, K, o)
-        ratio, weight = reference.fuse(ratio, weight, said, most_weight, printed)
+        ratio, weight = reference.fuse(ratio, weight, said, max_weight, printed)
     assert (ratio > 0).mean() > 0.05
     assert (weight == 0).mean() > 0.05
-    assert weight.max() <= most_weight * (1 + 1e-6)
+    assert weight.max() <= max_weight * (1 + 1e-6)
     np.testing.assert_allclose(core.weight, weight, atol=WEIGHT_ATOL)
     # Printed, q comes within 1e-4 of 1, and its logarithm has that many digits less.
     rtol = 5e-4 if printed else 1e-7
@@ -249,7 +249,7 @@ def test_the_evidence_of_one_frame_is_that_of_the_twin(form):
     frame, T = one_frame()
     o = reference.Options(
         printed=form == "printed", sigma_d_m=0.006, noise_m=0.002, noise_per_m=0.03,
-        least_noise_m=VOXEL_M, usual_noise_m=VOXEL_M,
+        min_noise_m=VOXEL_M, usual_noise_m=VOXEL_M,
     )  # fmt: skip
     ratio = st.levelset.evidence(
         frame,

@@ -55,7 +55,7 @@ def test_a_model_without_data_can_be_saved(tmp_path):
     empty = st.LWPR(2, w_gen=0.3)
     other = as_saved(empty, tmp_path)
     assert other == empty
-    assert repr(other) == "LWPR(n_in=2, n_out=None, nothing learnt)"
+    assert repr(other) == "LWPR(n_in=2, n_out=None, nothing learned)"
 
 
 def test_models_with_other_options_or_data_are_not_equal(model):
@@ -91,7 +91,7 @@ def test_the_core_refuses_bytes_that_are_no_model(model):
     core = state["core"]
     for bad in (core[:-8], core[8:], core + b"12345678", b"x" * 100, core[:24]):
         state["core"] = bad
-        with pytest.raises(ValueError, match=r"expected what LWPR\.save wrote"):
+        with pytest.raises(ValueError, match=r"expected a model written by LWPR\.save"):
             model.copy().__setstate__(state)
 
 
@@ -145,7 +145,9 @@ def test_a_sample_that_is_not_finite_is_refused_and_changes_nothing(model, bad, 
     before = model.copy()
     x, y = data(50, n_out=2)
     (x if where == "x" else y)[30, 1] = bad
-    with pytest.raises(ValueError, match=f"^{where}: expected finite numbers.*sample 30.*as it was"):
+    with pytest.raises(
+        ValueError, match=f"^{where}: expected finite numbers.*sample 30.*the model is unchanged"
+    ):
         model.update(x, y)
     assert model == before
     if not np.isfinite(bad):  # its standard deviation would be none
@@ -187,9 +189,9 @@ def test_samples_of_one_input_given_flat_are_refused_with_the_way_out():
 
 @pytest.mark.parametrize("ask", ["predict", "activations"])
 def test_nothing_is_predicted_before_anything_is_learnt(ask):
-    with pytest.raises(ValueError, match="nothing has been learnt yet; call update or fit"):
+    with pytest.raises(ValueError, match="nothing has been learned yet; call update or fit"):
         getattr(st.LWPR(2), ask)([0.0, 0.0])
-    with pytest.raises(ValueError, match="nothing has been learnt yet"):
+    with pytest.raises(ValueError, match="nothing has been learned yet"):
         _ = st.LWPR().training_error
 
 
@@ -343,7 +345,7 @@ def test_scikit_learns_own_checks_pass():
 @pytest.mark.parametrize("y", [np.zeros(0), np.zeros((0, 2))])
 def test_a_first_batch_without_samples_teaches_nothing(y):
     model = st.LWPR().update(np.zeros((0, 2)), y)
-    with pytest.raises(ValueError, match="nothing has been learnt"):
+    with pytest.raises(ValueError, match="nothing has been learned"):
         model.predict([0.0, 0.0])
     model.update(np.zeros((3, 4)), np.zeros(3))  # the first data still say how many inputs there are
     assert model.n_inputs == 4
@@ -360,7 +362,7 @@ def test_what_is_not_finite_is_refused_whatever_the_norm(bad):
 
 def test_masked_values_are_no_data():
     x, y = np.ma.masked_array(np.zeros((3, 2)), mask=[[0, 0], [1, 0], [0, 0]]), np.zeros(3)
-    with pytest.raises(ValueError, match="x: expected no masked values, got 1; leave their samples out"):
+    with pytest.raises(ValueError, match="x: expected no masked values, got 1; omit their samples"):
         st.LWPR().update(x, y)
     with pytest.raises(ValueError, match="y: expected no masked values"):
         st.LWPR().update(np.zeros((3, 2)), np.ma.masked_array(y, mask=[1, 0, 0]))

@@ -21,6 +21,17 @@ def run(mask, *, frames=12, **options):
     return results
 
 
+def test_another_recording_that_is_added_is_ok_and_what_follows_is_weak():
+    seq = sequence()
+    star = st.Reconstructor(CAMERA, **FREE)
+    star.start(seq[0], mask=half(first_mask(seq)))
+    assert not [star.track(seq[i]) for i in range(1, 12)][-1].ok
+    result = star.resume(seq[12], mask=seq.masks(12)[0])
+    assert result.ok
+    assert result.index == 12
+    assert star.track(seq[13]).status == ["weak"]
+
+
 def half(mask):
     """The mask without its left half: what is there joins the shape."""
     out = mask.copy()
@@ -60,6 +71,16 @@ class Volume:
 def disk(radius_px):
     y, x = np.mgrid[: CAMERA.height, : CAMERA.width]
     return np.hypot(x - CAMERA.cx, y - CAMERA.cy) <= radius_px
+
+
+def test_a_volume_that_is_replaced_is_looked_at_again():
+    T = np.eye(4)
+    T[2, 3] = 0.5
+    extent = MaskExtent(CAMERA, disk(15), T)
+    assert extent.beyond(Volume(0.03), 1, 200) > 0.5
+    assert extent.beyond(Volume(0.019), 2, 200) > 0.5  # not looked at again so soon
+    extent.forget()
+    assert extent.beyond(Volume(0.019), 2, 200) < 0.15
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1.3, 1.6])

@@ -142,7 +142,7 @@ def test_weights_are_those_of_the_corners():
         ("b.glb", {"texture": 8}, ValueError, "texture: expected a whole number from 16 to 8192"),
         ("b.glb", {"texture": 10**5}, ValueError, "texture: expected a whole number from 16 to 8192"),
         ("b.glb", {"texture": 64.0}, TypeError, "texture: expected a whole number"),
-        ("b.glb", {"colors_from": painted()}, ValueError, "colors_from: expected texture= with it"),
+        ("b.glb", {"colors_from": painted()}, ValueError, "colors_from: requires texture="),
         ("b.glb", {"texture": 64, "colors_from": "red"}, TypeError, "colors_from: expected st.Mesh"),
     ],
 )

@@ -50,13 +50,13 @@ def test_the_sign_is_that_of_the_sum_of_all_solid_angles(name):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("turned 0", "it was inside out; the faces were turned outwards"),
+        ("turned 0", "it was inside out; the faces were flipped outwards"),
         ("one of two turned 0", "1 of its parts were inside out"),
         ("hollow turned 0", "2 of its parts were inside out"),
-        ("double-sided 0", "12 faces were there both ways"),
+        ("double-sided 0", "12 faces were double-sided"),
         ("unused nan 0", "2 vertices that are NaN or infinite belong to no face"),
-        ("cracked 0", "no gap that shows at this voxel size"),
-        ("cut by itself 2", "it cuts itself: .* count as outside"),
+        ("cracked 0", "no gap as wide as a voxel"),
+        ("cut by itself 2", "it intersects itself: .* count as outside"),
     ],
 )
 def test_what_was_done_to_a_mesh_is_told(name, message):

@@ -144,7 +144,7 @@ def test_every_tenth_frame_without_depth_is_followed():
     assert errors[:, 1].max() < 2
     for i in without:
         assert results[i].status[0] is st.Status.WEAK
-        assert "followed by its outline" in results[i].reason[0]
+        assert "tracked by the outline" in results[i].reason[0]
         C = results[i].covariances[0]
         assert C[2, 2] > 4 * max(C[0, 0], C[1, 1])  # along the viewing direction
     assert results[10].status[0] is st.Status.OK
@@ -186,7 +186,7 @@ def test_colour_alone_says_what_it_needs():
     grey = st.Frame(None, np.full((*CAMERA.shape, 3), 90, np.uint8))
     lost = tracker.track(grey)
     assert lost.status[0] is st.Status.LOST
-    assert "too little of its outline" in lost.reason[0]
+    assert "too little of the outline" in lost.reason[0]
     assert tracker.track(frames[1]).status[0] is st.Status.WEAK
 
 

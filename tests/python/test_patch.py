@@ -385,7 +385,7 @@ def test_the_command_line_fits_a_patch_to_a_flat_cloud(tmp_path, capsys):
     mesh = st.Mesh.load(out / "primitive.ply")
     np.testing.assert_allclose(mesh.vertices.mean(axis=0), POSE[:3, 3], atol=2e-3)
     assert cv2.imread(str(out / "fit.png")) is not None
-    assert "nothing that is seen bounds" in capsys.readouterr().out
+    assert "the observation does not bound" in capsys.readouterr().out
 
 
 def test_the_command_line_fits_a_patch_to_a_sequence(tmp_path):
@@ -412,7 +412,7 @@ def test_the_command_line_fits_a_patch_to_a_sequence(tmp_path):
             ValueError,
             "in one line",
         ),
-        (lambda: st.fit_primitive(np.ones((50, 3)), "plane"), ValueError, "one place"),
+        (lambda: st.fit_primitive(np.ones((50, 3)), "plane"), ValueError, "a single location"),
         (lambda: st.fit_primitive(cloud(50)), ValueError, "in one plane; fit kind='plane'"),
         (
             lambda: st.fit_primitive(cloud(50), "plane", initial=(np.eye(4), {"width": 1.0})),

@@ -92,15 +92,15 @@ def bad_frames(good):
         "nan": (st.Frame(depth * np.nan), "nothing|got none"),
         "empty mask": (
             st.Frame(depth, mask=np.zeros(depth.shape, bool)),
-            "mask: expected some depth readings",
+            "mask: expected some depth measurements",
         ),
         "other size": (st.Frame(depth[:100]), "camera: expected the depth image's size"),
         "unreadable": (st.Frame.unreadable("torn"), "torn"),
-        "colour alone": (st.Frame(None, np.zeros((*depth.shape, 3), np.uint8)), "colour alone"),
+        "only colour": (st.Frame(None, np.zeros((*depth.shape, 3), np.uint8)), "only colour"),
     }
 
 
-@pytest.mark.parametrize("name", ["zero", "nan", "empty mask", "other size", "unreadable", "colour alone"])
+@pytest.mark.parametrize("name", ["zero", "nan", "empty mask", "other size", "unreadable", "only colour"])
 def test_a_bad_frame_in_the_middle_is_left_out_and_named(still, name):
     import re
 

@@ -134,7 +134,7 @@ def test_a_cloud_is_not_replaced_by_its_fit(tmp_path, capsys):
     source = cloud_file(tmp_path).rename(tmp_path / "primitive.ply")
     before = source.read_bytes()
     assert run(["fit", str(source), "--out", str(tmp_path), "--overwrite"]) == 1
-    assert "expected no file that the results replace" in capsys.readouterr().err
+    assert "expected no file that would be replaced by the results" in capsys.readouterr().err
     assert source.read_bytes() == before
 
 

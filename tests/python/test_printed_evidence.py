@@ -100,7 +100,7 @@ def test_the_core_says_what_the_twin_says_and_the_guess_stays_a_factor():
         fuse(core, CAMERA, T, depth, mask)
         p_cam = lattice(SHAPE, VOXEL_M, ORIGIN) @ T[:3, :3].T + T[:3, 3]
         said = reference.evidence(p_cam, depth, mask, K, o)
-        ratio, weight = reference.fuse(ratio, weight, said, o.most_weight, printed=True)
+        ratio, weight = reference.fuse(ratio, weight, said, o.max_weight, printed=True)
     np.testing.assert_array_equal(core.weight, weight)
     assert 0.1 < (weight == 0).mean() < 0.9
     np.testing.assert_allclose(core.log_ratio, ratio, rtol=RATIO_RTOL, atol=RATIO_ATOL)

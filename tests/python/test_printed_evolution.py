@@ -84,10 +84,10 @@ def test_a_ball_seen_from_all_round_is_found_from_one_that_is_too_large():
 
 def test_a_first_shape_goes_with_the_printed_evolution_alone():
     phi = ball_field(16, 0.01)
-    with pytest.raises(ValueError, match="first_shape: expected one with evolution 'printed'"):
+    with pytest.raises(ValueError, match="first_shape: expected one if and only if evolution is 'printed'"):
         _core.Reconstruction([16] * 3, VOXEL_M, [0.0] * 3, None, _core.ReconstructionOptions(), 1, None, phi)
     core, _ = evolving(16, phi)
-    with pytest.raises(ValueError, match="grown: a volume of evolution 'printed' keeps its size"):
+    with pytest.raises(ValueError, match="grown: a volume with evolution 'printed' cannot be enlarged"):
         core.grown([1, 0, 0], [0, 0, 0])
 
 

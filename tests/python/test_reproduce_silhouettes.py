@@ -41,7 +41,7 @@ def test_figure_6_9_in_small_gets_worse_with_many_inputs_and_the_memory_is_above
         assert max(mean["9-10 -> 1-8"], mean["8-10 -> 1-7"]) > mean["5-10 -> 1-4"] > mean["2-10 -> 1"]
         assert mean["memory"] > max(mean[split_name(n)] for n in SPLITS)
         assert row["curves"]["no recovery"][0] > 0.85  # a tenth is hidden
-    assert "the source's videos are not to be had" in out
+    assert "the thesis' videos are not available" in out
     assert "no davis masks here" in out
 
 

@@ -164,7 +164,7 @@ def test_split_vertices_duplicate_and_flipped_faces_are_repaired():
     assert doubled == whole
     assert (doubled.report.duplicate_faces, doubled.report.degenerate_faces) == (3, 1)
     faces[2] = faces[2][::-1]
-    with pytest.warns(UserWarning, match="1 faces pointed against"):
+    with pytest.warns(UserWarning, match="1 faces were oriented against"):
         assert SDF.from_mesh((vertices, faces), voxels=30) == whole
 
 
@@ -197,7 +197,7 @@ def _with_nan(vertices):
     ("mesh", "message"),
     [
         (lambda v, f: (v[:0], f[:0]), "it is empty"),
-        (lambda v, f: (v, f[:0]), "points alone have no inside"),
+        (lambda v, f: (v, f[:0]), "a point cloud has no inside"),
         (lambda v, f: (v, f[:3]), "expected a closed surface"),
         (lambda v, f: (_with_nan(v), f), "1 of 8 vertices are NaN or infinite and belong to faces"),
         (lambda v, f: (1000 * v, f), r"longest side is 100 m.*pass unit='mm'"),

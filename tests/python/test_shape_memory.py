@@ -345,7 +345,7 @@ def test_damaged_and_foreign_files_are_refused_in_one_line(memory, tmp_path):
     memory.save(path)
     content = path.read_bytes()
     broken = {
-        "something else": b"\x89PNG\r\n" + content,
+        "another kind of file": b"\x89PNG\r\n" + content,
         "checksum": content[:-7],
         "version": content.replace(b"memory 1\n", b"memory 9\n", 1),
         "checksum does not": content[:5000] + b"?" + content[5001:],
@@ -355,7 +355,7 @@ def test_damaged_and_foreign_files_are_refused_in_one_line(memory, tmp_path):
         with pytest.raises(ValueError, match=words):
             st.contour.ShapeMemory.load(path)
     path.write_bytes(memory_file.to_bytes({"options": {}}))
-    with pytest.raises(ValueError, match="do not fit together"):
+    with pytest.raises(ValueError, match="inconsistent contents"):
         st.contour.ShapeMemory.load(path)
     with pytest.raises(FileNotFoundError, match="no such file"):
         st.contour.ShapeMemory.load(tmp_path / "none")
@@ -367,7 +367,7 @@ def test_damaged_and_foreign_files_are_refused_in_one_line(memory, tmp_path):
 @pytest.mark.parametrize("rule", RULES)
 @pytest.mark.parametrize("ask", ["judge", "recover", "assess", "observe"])
 def test_a_memory_that_has_learnt_nothing_says_so(rule, ask, cat):
-    with pytest.raises(RuntimeError, match=r"nothing has been learnt; call learn"):
+    with pytest.raises(RuntimeError, match=r"nothing has been learned; call learn"):
         getattr(st.contour.ShapeMemory(rule=rule), ask)(cat[0])
 
 
@@ -385,7 +385,7 @@ def test_the_printed_rule_calls_everything_novel_until_its_scale_is_known(cat):
         (np.zeros((64, 64), bool), ValueError, "some pixels inside"),
         (np.ones((64, 64), bool), ValueError, "some pixels outside"),
         (np.ones((64, 64)), TypeError, "bool or uint8"),
-        (np.eye(32, dtype=bool), ValueError, "shape of those learnt"),
+        (np.eye(32, dtype=bool), ValueError, "shape of the learned masks"),
         (np.ones((64, 64, 3), np.uint8), ValueError, "an image"),
     ],
 )
@@ -424,7 +424,7 @@ def test_what_vanishes_on_the_grid_is_refused():
         ({"spacing": -1.0}, ValueError, "spacing: expected"),
         ({"capacity": 1}, ValueError, "capacity: expected"),
         ({"w_gen": "high"}, TypeError, "w_gen: expected a number"),
-        ({"lwpr": {"diagonal": False}}, ValueError, "lwpr: expected with"),
+        ({"lwpr": {"diagonal": False}}, ValueError, "lwpr: expected only with"),
         ({"rule": "printed", "lwpr": {"init_alpha": -1.0}}, ValueError, "init_alpha"),
     ],
 )

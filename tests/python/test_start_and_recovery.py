@@ -119,7 +119,7 @@ def test_a_mask_without_readings_finds_nothing(tracker, body):
     holes[mask] = 0
     result = tracker.start(st.Frame(holes), masks=mask)
     assert result.status == ["lost"]
-    assert "no depth reading" in result.reason[0]
+    assert "no depth measurement" in result.reason[0]
 
 
 def test_an_unreadable_first_frame_keeps_the_place_for_the_next(tracker, body):
@@ -382,7 +382,7 @@ FULL = np.ones(CAMERA.shape, bool)
         ({"masks": FULL[:10]}, ValueError, r"masks\[0\]: expected the depth image's shape \(240, 320\)"),
         ({"masks": FULL.astype(float)}, TypeError, r"masks\[0\]: expected \(H, W\) bool or uint8"),
         ({"masks": "mask.png"}, TypeError, "masks: expected one"),
-        ({"boxes": [(400, 10, 20, 20)]}, ValueError, r"boxes\[0\]: expected a box that meets the image"),
+        ({"boxes": [(400, 10, 20, 20)]}, ValueError, r"boxes\[0\]: expected a box that overlaps the image"),
         ({"boxes": [(10, 10, 0, 20)]}, ValueError, r"boxes\[0\]: expected a width and a height above 0"),
         ({"boxes": [(10, 10, 20)]}, ValueError, r"boxes\[0\]: expected \(x, y, w, h\)"),
         ({"boxes": [(10, 10, 20, np.nan)]}, ValueError, r"boxes\[0\]"),
@@ -435,7 +435,7 @@ def test_add_remove_and_recover_check_what_they_are_given(tracker, body):
         tracker.add(body, pose=POSE, mask=mask)
     with pytest.raises(ValueError, match=r"k: expected 0\.\.0, got 1"):
         tracker.remove(1)
-    with pytest.raises(ValueError, match="at least one object"):
+    with pytest.raises(ValueError, match="at least one remaining object"):
         tracker.remove(0)
     with pytest.raises(ValueError, match=r"k: expected 0\.\.0, got 3"):
         tracker.recover(frame, k=3)

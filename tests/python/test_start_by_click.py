@@ -97,7 +97,7 @@ def test_every_click_on_an_object_on_a_table_finds_it(scene, colored):
 def test_a_click_on_a_table_or_on_nothing_or_off_the_image_is_one_clear_line(scene):
     frame, box, _, _ = scene
     tracker = st.Tracker(box, CAMERA, threads=1)
-    with pytest.raises(ValueError, match=r"clicks\[0\]: .*on a plane that reaches over"):
+    with pytest.raises(ValueError, match=r"clicks\[0\]: .*on a plane that extends over"):
         tracker.start(frame, clicks=(120, 400))
     holed = frame.depth.copy()
     holed[90:130, 90:130] = 0

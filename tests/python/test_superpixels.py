@@ -448,7 +448,7 @@ def test_the_command_replaces_no_input_and_deletes_no_array_of_others(tmp_path, 
     before = (tmp_path / "mean.png").read_bytes()
     given = ["superpixels", str(tmp_path / "mean.png"), "--segments", "40", "-q", "--overwrite", "--out"]
     assert run([*given, str(tmp_path)]) == 1
-    assert "IMAGE: expected no file that the results replace" in capsys.readouterr().err
+    assert "IMAGE: expected no file that would be replaced by the results" in capsys.readouterr().err
     assert (tmp_path / "mean.png").read_bytes() == before
     out = tmp_path / "out"
     out.mkdir()

@@ -118,7 +118,7 @@ def test_the_budgets_of_pixels_are_kept(box):
 def test_fewer_readings_than_min_pixels_are_lost(box):
     result = st.Tracker(box, CAMERA, threads=1, min_pixels=100_000).start(frame_of(), poses=[POSE])
     assert result.status == ["lost"]
-    assert "few depth readings" in result.reason[0]
+    assert "few depth measurements" in result.reason[0]
 
 
 def test_steps_say_scale_and_pixels_of_their_stage_and_costs_fall_within_it(tracker):
@@ -273,8 +273,8 @@ def test_a_partly_hidden_object_is_followed_and_a_mostly_hidden_one_is_not_calle
 @pytest.mark.parametrize(
     ("frame", "reason"),
     [
-        (st.Frame(np.zeros(CAMERA.shape, np.float32)), "no valid reading"),
-        (st.Frame(np.full(CAMERA.shape, np.nan, np.float32), check_units=False), "no valid reading"),
+        (st.Frame(np.zeros(CAMERA.shape, np.float32)), "no valid measurement"),
+        (st.Frame(np.full(CAMERA.shape, np.nan, np.float32), check_units=False), "no valid measurement"),
         (st.Frame.unreadable("000007.png: the file ends early"), "000007.png: the file ends early"),
         (st.Frame(None, np.zeros((*CAMERA.shape, 3), np.uint8)), "no depth"),
     ],

@@ -189,7 +189,7 @@ def test_of_two_objects_started_in_one_place_one_is_lost_and_says_why(box):
     result = tracker.start(frame, poses=[POSE, POSE])
     assert sorted(result.status) == ["lost", "ok"]
     gone = result.status.index("lost")
-    assert result.reason[gone] == f"it stands where another is tracked: object {1 - gone}"
+    assert result.reason[gone] == f"the pose coincides with that of another tracked object: object {1 - gone}"
     assert np.isfinite(result.poses).all()
     assert tracker.track(frame).status[1 - gone] == "ok"
 

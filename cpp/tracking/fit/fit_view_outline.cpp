@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "optim/dense.h"
 #include "tracking/fit/fit_view.h"
 #include "tracking/options/sensor_noise.h"
 
@@ -75,7 +76,7 @@ Vector6d FitView::way_to_its_minimum(const optim::State& x, energies::OutlineEne
     outline_there_.reset(6);
     outline->linearize(outline_at_, &outline_there_);
     const Matrix6d H = outline_there_.hessian + weak_knowledge(target_->shape);
-    way -= H.ldlt().solve(Vector6d(outline_there_.gradient));
+    way -= optim::solve_symmetric<6, 1>(H, outline_there_.gradient);
     outline_at_.T_obj_cam[0] =
         increment(Vec3d{way[0], way[1], way[2]}, Vec3d{way[3], way[4], way[5]}) * x.T_obj_cam[0];
   }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "tracking/fit/outline_noise.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "optim/dense.h"
 
 namespace sdftrack::tracking {
 
@@ -30,7 +31,7 @@ void take_out_pose(std::vector<energies::OutlineResidual>* lines) {
     }
     H.diagonal() *= 1 + 1e-6;
     H.diagonal().array() += 1e-9;
-    const Vector6d d = H.ldlt().solve(-g);
+    const Vector6d d = optim::solve_symmetric<6, 1>(H, -g);
     for (energies::OutlineResidual& line : *lines) line.off += line.J.dot(d);
   }
 }
@@ -68,8 +69,8 @@ OutlineNoise outline_noise(energies::OutlineLines* lines, const Rigidd& T_obj_ca
 }
 
 Disagreement depth_disagreement(const Voices& v, double shared_lines, const Matrix6d& prior) {
-  const Matrix6d A_inverse = (v.depth_A + prior).ldlt().solve(Matrix6d::Identity());
-  const Matrix6d H_inverse = (v.outline_H + prior).ldlt().solve(Matrix6d::Identity());
+  const Matrix6d A_inverse = optim::inverse_symmetric<6>(v.depth_A + prior);
+  const Matrix6d H_inverse = optim::inverse_symmetric<6>(v.outline_H + prior);
   // At the common pose the two gradients cancel: each one's own pose lies at minus its gradient over its
   // Hessian.
   const Vector6d apart = (v.outline_weight * A_inverse + H_inverse) * v.outline_g;
@@ -77,7 +78,7 @@ Disagreement depth_disagreement(const Voices& v, double shared_lines, const Matr
   const Matrix6d outline = shared_lines * H_inverse;
   const auto distance2 = [&](double factor) {
     const Matrix6d C = factor * depth + outline;
-    return apart.dot(C.ldlt().solve(apart));
+    return apart.dot(optim::solve_symmetric<6, 1>(C, apart));
   };
   Disagreement found;
   found.way = apart, found.covariance = depth + outline;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "tracking/search/quick_fit.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "frame/point_ops.h"
+#include "optim/dense.h"
 
 namespace sdftrack::tracking {
 
@@ -77,7 +77,7 @@ Vector6d solve(const energies::Sums<double, 6>& sums) {
     const double spring = a < 3 ? kSpring_m : kSpring_rad;
     H(a, a) += kDamping * H(a, a) + 1 / (spring * spring);
   }
-  return H.ldlt().solve(-g);
+  return optim::solve_symmetric<6, 1>(H, -g);
 }
 
 Vec3d bounded(const Vec3d& step, double longest) {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "tracking/trust/color_delay.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "optim/dense.h"
 
 namespace sdftrack::tracking {
 
@@ -25,12 +26,11 @@ void ColorDelay::add(const PosesApart& apart, const Vector6d& velocity) {
   Eigen::Matrix<double, 6, 7> J;
   J << Matrix6d::Identity(), velocity;
   const Vector6d left = apart.way - J * solution();
-  const Eigen::LDLT<Matrix6d> factor(apart.covariance);
-  const double distance2 = left.dot(factor.solve(left));
+  const double distance2 = left.dot(optim::solve_symmetric<6, 1>(apart.covariance, left));
   if (!(distance2 >= 0)) return;
   const double weight = 1 / (1 + distance2 / kUnknowns);
-  A_ += weight * J.transpose() * factor.solve(J);
-  b_ += weight * J.transpose() * factor.solve(apart.way);
+  A_ += weight * J.transpose() * optim::solve_symmetric<6, 7>(apart.covariance, J);
+  b_ += weight * J.transpose() * optim::solve_symmetric<6, 1>(apart.covariance, apart.way);
   excess_ += weight * distance2;
   ++frames_;
 }
@@ -43,11 +43,11 @@ ColorDelay::Matrix7d ColorDelay::information() const {
   return A;
 }
 
-ColorDelay::Vector7d ColorDelay::solution() const { return information().ldlt().solve(b_); }
+ColorDelay::Vector7d ColorDelay::solution() const { return optim::solve_symmetric<7, 1>(information(), b_); }
 
 ColorDelay::Estimate ColorDelay::estimate() const {
   if (frames_ < kEnoughFrames) return {};
-  const Matrix7d covariance = information().ldlt().solve(Matrix7d::Identity());
+  const Matrix7d covariance = optim::inverse_symmetric<7>(information());
   const double excess = std::max(1.0, excess_ / (kUnknowns * frames_));
   return {solution()[6], std::sqrt(kShared * excess * covariance(6, 6)), frames_};
 }

@@ -175,7 +175,7 @@ void count_mask_colors(const frame::DepthFrame& frame, const Camera& camera, con
     }
   if (box.empty())
     throw std::invalid_argument(
-        "mask: expected pixels of the object, got an empty mask; no histogram can be made from it");
+        "mask: expected pixels of the object, got an empty mask; no colour histogram can be built");
   const frame::Rect region =
       grown(box, 8 + (box.x1 - box.x0) * 3 / 10, 8 + (box.y1 - box.y0) * 3 / 10, camera);
   reader->open(frame, camera, region, range);
@@ -192,7 +192,8 @@ void count_mask_colors(const frame::DepthFrame& frame, const Camera& camera, con
     }
   if (counts->object_pixels == 0)
     throw std::invalid_argument(
-        "mask: expected pixels with depth that the colour camera sees, got none; no histogram can be made");
+        "mask: expected pixels with depth in view of the colour camera, got none; no colour histogram can be "
+        "built");
 }
 
 }  // namespace sdftrack::tracking

@@ -2,8 +2,9 @@
 #include "tracking/trust/covariance.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <numbers>
+
+#include "optim/dense.h"
 
 namespace sdftrack::tracking {
 
@@ -23,11 +24,11 @@ Matrix6d seen_directions(const energies::EnergySummary& sums, const frame::Shape
   Eigen::Matrix<double, 6, 1> unit;
   unit << 1, 1, 1, Eigen::Vector3d::Constant(2 / shape.diameter_m);
   const Matrix6d geometry = unit.asDiagonal() * sums.geometry * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> directions(geometry);
+  const optim::Eigenpairs<6> directions = optim::eigenpairs(geometry);
   Matrix6d seen = Matrix6d::Zero();
   for (int i = 0; i < 6; ++i)
-    if (directions.eigenvalues()[i] >= kBlindSlope * kBlindSlope)
-      seen += directions.eigenvectors().col(i) * directions.eigenvectors().col(i).transpose();
+    if (directions.values[i] >= kBlindSlope * kBlindSlope)
+      seen += directions.vectors.col(i) * directions.vectors.col(i).transpose();
   return unit.cwiseInverse().asDiagonal() * seen * unit.asDiagonal();
 }
 
@@ -62,7 +63,7 @@ Matrix6d increment_covariance(const energies::EnergySummary& sums, const frame::
   const Matrix6d P = seen_directions(sums, shape);
   const Matrix6d A = P * sums.A * P.transpose() + prior;
   const Matrix6d B = correlation_area_px * (P * sums.B * P.transpose()) + prior;
-  const Matrix6d A_inverse = A.ldlt().solve(Matrix6d::Identity());
+  const Matrix6d A_inverse = optim::inverse_symmetric<6>(A);
   Matrix6d C = A_inverse * B * A_inverse.transpose();
   for (const energies::SmallVector* bias : {&sums.rounding, &sums.missed}) {
     const Eigen::Matrix<double, 6, 1> shift = A_inverse * (P * *bias);
@@ -85,7 +86,7 @@ Matrix6d camera_covariance(const Matrix6d& increment, const Rigidd& T_cam_obj, V
 
 Matrix6d increment_information(const Matrix6d& camera, const Rigidd& T_cam_obj, Vec3d origin_obj) {
   const Matrix6d J = camera_by_increment(T_cam_obj, origin_obj);
-  const Matrix6d C = J.transpose() * camera.ldlt().solve(J);
+  const Matrix6d C = J.transpose() * optim::solve_symmetric<6, 6>(camera, J);
   return 0.5 * (C + C.transpose());
 }
 

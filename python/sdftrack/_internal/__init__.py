@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""What the package uses inside; nothing here is public."""
+"""Internal helpers; nothing here is public."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Equality of records some of whose fields are arrays."""
+"""Equality of records that contain arrays."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ __all__ = ["Compared"]
 
 
 class Compared:
-    """Base of a dataclass (``eq=False``): two are equal where all fields are.
+    """Base of a dataclass (``eq=False``): two records are equal if all fields are.
 
-    Arrays by shape, dtype and every value, NaN equal to NaN; what holds them by its parts.
+    Arrays are compared by shape, dtype and values, NaN equal to NaN; containers by their elements.
     """
 
     def _values(self) -> dict[str, Any]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Packages that only some uses need."""
+"""Optional packages."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["need"]
 
 
 def need(package: str, extra: str) -> Any:
-    """The module, or an ImportError that names the extra of this package which installs it.
+    """Import the module, or raise an ImportError naming the extra of this package that installs it.
 
     >>> need("no_such_package", "export")
     Traceback (most recent call last):

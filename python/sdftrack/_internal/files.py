@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Output files that are written whole or not at all."""
+"""Output files that are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from typing import Any, BinaryIO
 
 @contextlib.contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A temporary name beside `path`; renamed to it when the block ends well, removed when it does not."""
+    """A temporary name next to `path`; renamed to it on success, removed on failure."""
     path = Path(path)
     if not path.parent.is_dir():
         raise FileNotFoundError(f"{path}: the folder {path.parent} does not exist; make it first")
@@ -39,7 +39,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def write_whole(path: str | os.PathLike[str], content: bytes | Callable[[BinaryIO], object]) -> None:
-    """Write bytes, or what a function writes into an open file, whole or not at all."""
+    """Write bytes, or the output of a function that writes to an open file, completely or not at all."""
     with replacing(path) as temporary:
         if callable(content):
             with temporary.open("wb") as file:
@@ -72,7 +72,7 @@ def _umask() -> int:
 
 @contextlib.contextmanager
 def replacing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A temporary folder beside `path` (new or empty); renamed to it when the block ends well."""
+    """A temporary folder next to `path` (new or empty); renamed to it on success."""
     path = Path(path)
     if (path.is_dir() and any(path.iterdir())) or path.is_file():
         raise FileExistsError(f"{path}: expected a new or empty folder; choose another or remove it")

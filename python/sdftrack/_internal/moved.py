@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Modules and classes by the names that pickles of earlier versions have for them."""
+"""Modules and classes under the names used in pickles of earlier versions."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CLASSES = {"Shot": "Keyframe"}
 
 
 class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Asked by Python only for modules that are not found otherwise."""
+    """Import finder, called by Python only for modules that are not found otherwise."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
@@ -43,6 +43,6 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 
 
 def find_moved_modules() -> None:
-    """From now on the old names can be imported."""
+    """Enable import of the old names."""
     if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
         sys.meta_path.append(_Finder())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The tables of an options file, as ``sdftrack config`` prints it and ``--config`` reads it."""
+"""The tables of an options file, as printed by ``sdftrack config`` and read by ``--config``."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ TABLES = ("tracker", "reconstruct", "contour")
 
 
 def read_tables(path: str | os.PathLike[str]) -> dict[str, dict[str, Any]]:
-    """The tables [tracker], [reconstruct] and [contour] of a TOML file, {} for one that is not there.
+    """The tables [tracker], [reconstruct] and [contour] of a TOML file, {} for a missing one.
 
-    The tracker's options may also stand at the top level, without their table.
+    The tracker's options may also be at the top level, without their table.
     """
     import tomllib
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Every option by name, with its bounds, unit and meaning, and the one check of a value.
+"""All options by name, with bounds, unit and meaning, and validation of values.
 
-The options of the core are described in C++, one line each (``cpp/*/option_schema.h``); those that only Python has, in
+The options of the core are described in C++, one line each (``cpp/*/option_schema.h``); those only in Python, in
 `sdftrack._internal.option_declarations`. `bindings/generate_options.py` writes classes and tables from both.
 """
 
@@ -27,7 +27,7 @@ LONGEST_SHOWN = 80  # characters of a value in a message
 
 @dataclass(frozen=True)
 class Option:
-    """One option: as C++ describes it, or declared in Python."""
+    """One option, described in C++ or declared in Python."""
 
     name: str
     kind: str  # "bool", "int", "number", "choice" or "numbers"
@@ -44,14 +44,14 @@ class Option:
 
     @property
     def expected(self) -> str:
-        """What a message says was expected; in the core's words."""
+        """The expected values, as stated in error messages."""
         return _core.option_expected(
             self.kind, self.min, self.max, self.min_open, self.max_open, self.ends_only, self.may_be_none,
             list(self.choices),
         )  # fmt: skip
 
     def check(self, value: Any) -> Any:
-        """The value in Python's own type; TypeError for another kind of value, ValueError outside the bounds."""
+        """Validate a value and convert it to a plain type; TypeError for a wrong type, ValueError out of range."""
         if value is None and self.may_be_none:
             return None
         plain = self._plain(value)
@@ -100,18 +100,18 @@ def _shown(value: Any) -> str:
 
 @functools.cache
 def core_schema(table: str) -> dict[str, Option]:
-    """The options of the core that stand in "tracker", "reconstruct", "contour" or "lwpr"; by name, in order."""
+    """The options of the core in table "tracker", "reconstruct", "contour" or "lwpr"; by name, in order."""
     return {o["name"]: Option(**{**o, "choices": tuple(o["choices"])}) for o in _core.option_schema()[table]}
 
 
 def check_options(given: Mapping[str, Any], schema: Mapping[str, Option], others: Iterable[str] = ()) -> Any:
-    """Options by name, each checked; `others` are names beside them that a caller may have meant."""
+    """Validate options by name; `others` are further names suggested for unknown ones."""
     refuse_unknown(given, [*schema, *others])
     return {name: schema[name].check(value) for name, value in given.items()}
 
 
 def check_fields(options: Any, schema: Mapping[str, Option]) -> None:
-    """Check the fields of a frozen dataclass, and keep them in Python's own types."""
+    """Validate the fields of a frozen dataclass, and convert them to plain types."""
     for f in dataclasses.fields(options):
         if f.name in schema:
             object.__setattr__(options, f.name, schema[f.name].check(getattr(options, f.name)))

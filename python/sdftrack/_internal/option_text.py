@@ -10,9 +10,9 @@ __all__ = ["options_as_toml"]
 
 
 def options_as_toml(options: Any = None, reconstruct: Any = None, contour: Any = None) -> str:
-    """Text of a TOML file that sets every option to its default, or to those that are given."""
+    """Text of a TOML file with every option, set to the given value or its default."""
     lines = [
-        "# Options of sdftrack; pass this file with --config. A line that is left out keeps its default.",
+        "# Options of sdftrack; pass this file with --config. Omitted options keep their defaults.",
         "# Units are in the names (_m metres, _rad radians, _px pixels) or in brackets.",
     ]
     given = {
@@ -33,7 +33,7 @@ def _lines(table: str, given: dict[str, Any]) -> list[str]:
         value = given.get(name, option.default)
         lines.append(f"# {option.meaning}" + (f" [{option.unit}]" if option.unit else ""))
         # TOML has no word for None.
-        lines.append(f"# {name} is None: left out" if value is None else f"{name} = {_toml(value)}")
+        lines.append(f"# {name} is None: omitted" if value is None else f"{name} = {_toml(value)}")
     return lines
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Objects kept in one file by pickle: written whole or not at all, read with one clear error."""
+"""Objects stored in a pickle file: written completely or not at all, read with clear errors."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ T = TypeVar("T")
 
 
 def save_pickled(thing: Any, path: str | os.PathLike[str]) -> None:
-    """Write `thing` whole or not at all."""
+    """Write `thing`, completely or not at all."""
     write_whole(path, lambda file: pickle.dump(thing, file))
 
 
 def load_pickled(path: str | os.PathLike[str], kind: type[T]) -> T:
-    """Read what `kind.save` wrote; FileNotFoundError or ValueError that names the file."""
+    """Read a file written by `kind.save`; FileNotFoundError or ValueError naming the file."""
     if not os.path.isfile(path):
         raise FileNotFoundError(f"{kind.__name__.lower()}: no such file: {os.fspath(path)}")
     try:
@@ -28,7 +28,7 @@ def load_pickled(path: str | os.PathLike[str], kind: type[T]) -> T:
             thing = pickle.load(file)
     except (pickle.UnpicklingError, EOFError, AttributeError, ImportError, IndexError) as error:
         raise ValueError(
-            f"{os.fspath(path)}: expected a file of {kind.__name__}.save, this cannot be read ({error})"
+            f"{os.fspath(path)}: expected a file of {kind.__name__}.save, got an unreadable one ({error})"
         ) from None
     if not isinstance(thing, kind):
         raise ValueError(f"{os.fspath(path)}: expected a saved {kind.__name__}, got {type(thing).__name__}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Poses that users and data sets give: projected onto the rigid transforms, with a warning where that shows."""
+"""Poses given by users and data sets: projected to rigid transforms, with a warning if the change is noticeable."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ SILENT = 1e-3  # of max |R^T R - I|: rounding in a text file; the core refuses 0
 
 
 class RotationErrors:
-    """How far the rotations of many poses are off, told in one warning."""
+    """Deviations of many poses from rotations, reported in one warning."""
 
     def __init__(self) -> None:
         self.count, self.worst, self.first = 0, 0.0, ""
 
     def add(self, error: float, name: str) -> None:
-        """Note a rotation that is off by `error`."""
+        """Record a deviation of `error` from a rotation."""
         if error <= SILENT:
             return
         self.count += 1
@@ -32,7 +32,7 @@ class RotationErrors:
         self.worst = max(self.worst, error)
 
     def tell(self, stacklevel: int = 3) -> None:
-        """Warn, if there is something to tell."""
+        """Issue the warning, if any."""
         if not self.count:
             return
         one = self.count == 1
@@ -47,9 +47,9 @@ class RotationErrors:
 def rigid_pose(
     T: Any, name: str, errors: RotationErrors | None = None, stacklevel: int = 3
 ) -> NDArray[np.float64]:
-    """`T` as a (4, 4) float64 rigid transform, its rotation the nearest one.
+    """`T` as a (4, 4) float64 rigid transform, with the nearest rotation.
 
-    max |R^T R - I| may be 0.01; beyond 0.001 there is a warning, or with `errors` a note in it.
+    max |R^T R - I| may be up to 0.01; beyond 0.001 a warning is issued, or with `errors` recorded there.
 
     Raises
     ------

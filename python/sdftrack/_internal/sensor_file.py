@@ -16,7 +16,7 @@ HEAD = "# Depth sensor: lengths in metres, see docs/sensors.md. Use: st.Tracker(
 
 
 def write(values: dict[str, Any], path: str | os.PathLike[str]) -> None:
-    """Whole or not at all; JSON where the name ends in .json, else TOML."""
+    """Write completely or not at all; JSON if the name ends in .json, else TOML."""
     if Path(path).suffix.lower() == ".json":
         text = json.dumps(values, indent=2) + "\n"
     else:
@@ -25,7 +25,7 @@ def write(values: dict[str, Any], path: str | os.PathLike[str]) -> None:
 
 
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """The values of a file, unchecked; ValueError where it is neither."""
+    """Read the values of a file, not validated; ValueError if it is neither TOML nor JSON."""
     import tomllib
 
     if not os.path.isfile(path):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A shaded picture of a shape, for notebooks."""
+"""A shaded image of a shape, for notebooks."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One thread at a time."""
+"""Guards objects against concurrent use."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["SingleThreadGuard"]
 
 
 class SingleThreadGuard:
-    """The lock of `what` for one call, or an error at once where another thread holds it."""
+    """The lock of `what` for one call; raises an error immediately if another thread holds it."""
 
     __slots__ = ("_lock", "_what")
 

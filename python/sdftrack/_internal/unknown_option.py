@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""An option that does not exist: the nearest name, in the same words everywhere."""
+"""Consistent messages for unknown options, with the nearest name."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ C = TypeVar("C", bound=type)
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str | None:
-    """The known name nearest to one that is unknown, if any is near."""
+    """The known name nearest to an unknown one, if any is similar."""
     near = difflib.get_close_matches(str(name), list(known), 1)
     return near[0] if near else None
 
 
 def unknown_option(name: object, known: Iterable[str]) -> str:
-    """What every message about an unknown option says.
+    """The message for an unknown option.
 
     >>> unknown_option("paddin_m", ["padding_m", "max_pixels"])
     "unknown option 'paddin_m'; did you mean 'padding_m'?"
@@ -34,7 +34,7 @@ def unknown_option(name: object, known: Iterable[str]) -> str:
 
 
 def refuse_unknown(given: Iterable[object], known: Iterable[str]) -> None:
-    """TypeError for the first of `given` that is not known."""
+    """TypeError for the first unknown name in `given`."""
     names = list(known)
     for name in given:
         if name not in names:
@@ -42,7 +42,7 @@ def refuse_unknown(given: Iterable[object], known: Iterable[str]) -> None:
 
 
 def refuses_unknown(cls: C) -> C:
-    """Let the class name the nearest keyword where one of its keywords is unknown."""
+    """Class decorator: errors for unknown keywords suggest the nearest one."""
     init: Any = cls.__init__  # type: ignore[misc]
     known = [name for name in inspect.signature(init).parameters if name != "self"]
 

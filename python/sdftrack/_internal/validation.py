@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Arguments of the wrong kind, refused by name before they fail somewhere inside."""
+"""Validation of argument types, with errors that name the argument."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["THREADS", "number", "numbers", "of_kind", "whole"]
 
 
 def number(value: Any, name: str) -> float:
-    """`value` as a float; TypeError that names the argument."""
+    """`value` as a float; TypeError naming the argument."""
     try:
         if isinstance(value, (str, bytes, bool, np.bool_)):
             raise TypeError
@@ -23,7 +23,7 @@ def number(value: Any, name: str) -> float:
 
 
 def numbers(values: Any, name: str) -> NDArray[np.float64]:
-    """`values` as a float64 array in C order; TypeError that names the argument."""
+    """`values` as a float64 array in C order; TypeError naming the argument."""
     try:
         given = np.asarray(values)
         if given.dtype.kind not in "biuf":
@@ -40,7 +40,7 @@ THREADS = "a whole number from 0 (0: all cores)"
 
 
 def whole(value: Any, name: str, least: int, most: int = INT_MAX, what: str = "") -> int:
-    """`value`, any whole number but a bool, as an int of least..most; errors say that `what` was expected.
+    """`value`, an integer but not a bool, as an int in least..most; errors say that `what` was expected.
 
     >>> whole(np.int64(2), "threads", 0, 99, "a number of threads")
     2
@@ -58,7 +58,7 @@ def whole(value: Any, name: str, least: int, most: int = INT_MAX, what: str = ""
 
 
 def of_kind(value: Any, kind: type, name: str, hint: str = "") -> None:
-    """TypeError that names the argument unless `value` is of `kind`."""
+    """TypeError naming the argument unless `value` is of type `kind`."""
     if not isinstance(value, kind):
         raise TypeError(
             f"{name}: expected st.{kind.__name__}, got {type(value).__name__}{hint and '; ' + hint}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which pixels have the ball's colour: a histogram of chromaticity, learnt from a given colour or from what moves."""
+"""Colour model of the ball: a chromaticity histogram, learned from a given colour or from moving pixels."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ MOVED = 25  # grey values from the median of the frames
 
 
 class BallColor:
-    """Likeness of pixels to the ball.
+    """Similarity of pixels to the ball's colour.
 
     Parameters
     ----------
     ball_color : (3,) RGB, 0..255
-        Its brightness does not matter.
+        Its brightness is ignored.
     """
 
     def __init__(self, ball_color: Array) -> None:
@@ -45,7 +45,7 @@ class BallColor:
         return np.where(bright, self._posterior[at[0], at[1]], np.float32(0))
 
     def learn(self, images: Sequence[NDArray[np.uint8]], masks: Sequence[NDArray[np.bool_]]) -> None:
-        """Replace the histogram by that of pixels inside `masks` against all others (posterior, even odds)."""
+        """Replace the histogram by the posterior of pixels inside `masks` against all others (equal priors)."""
         inside, outside = np.full((BINS, BINS), 1e-6), np.full((BINS, BINS), 1e-6)
         for image, mask in zip(images, masks, strict=True):
             at, bright = _bins(image)
@@ -60,7 +60,7 @@ class BallColor:
 
 
 def checked_color(ball_color: Any) -> Array:
-    """(3,) float64 of a saturated colour, or an error that says what is wrong with it."""
+    """Check that a colour is valid and saturated; returns (3,) float64."""
     c = numbers(ball_color, "ball_color")
     if c.shape != (3,) or not (np.isfinite(c).all() and (c >= 0).all() and (c <= 255).all()):
         raise ValueError(
@@ -81,7 +81,7 @@ def moving_color(images: Sequence[NDArray[np.uint8]]) -> Array:
     Raises
     ------
     ValueError
-        Nothing saturated moves.
+        No saturated pixels change.
     """
     picked = np.stack(images)[:, ::2, ::2].astype(np.int16)
     middle = np.median(picked, axis=0)
@@ -92,7 +92,7 @@ def moving_color(images: Sequence[NDArray[np.uint8]]) -> Array:
     vivid = saturation > 0.5
     if np.count_nonzero(vivid) < 50:
         raise ValueError(
-            "ball_color: expected a saturated thing that moves, found none in the colour images; pass "
+            "ball_color: expected a moving object of saturated colour, found none in the images; pass "
             "its colour (ball_color)"
         )
     p, weight = pixels[vivid], saturation[vivid] ** 4

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The outline of a coloured ball in a colour image, to a fraction of a pixel, and the image of its centre.
+"""Sub-pixel detection of a coloured ball's outline in a colour image, and the image of its centre.
 
-The rays that touch a sphere form a circular cone, so the centre comes from a cone fitted to the outline's rays and not
-from the outline's own centre (docs/math/color_to_depth.md, eq. 6 to 9).
+The tangent rays of a sphere form a circular cone, so its centre follows from a cone fitted to the outline's rays, not
+from the outline's centroid (docs/math/color_to_depth.md, eq. 6 to 9).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ GATES_PX = (3.0, 1.5, 1.0)  # of edges around the fitted outline, round by round
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """Edges (N, 2) px of a ball's outline that agree with a cone, their rms (px), mean radius (px), share seen."""
+    """Edges (N, 2) px of a ball's outline consistent with a cone, their rms and mean radius (px), visible fraction."""
 
     edges_px: Array
     rms_px: float
@@ -44,19 +44,19 @@ class Outline:
 def find_outlines(
     color: NDArray[np.uint8], likeness: NDArray[np.float32], camera: Camera, seed: int = 0, most: int = 3
 ) -> list[Outline]:
-    """Round things of the ball's colour, the best first.
+    """Find round regions of the ball's colour, the best first.
 
     Parameters
     ----------
     color : (h, w, 3) uint8 RGB
     likeness : (h, w) float32
-        0 to 1: how likely the pixel shows the ball (:mod:`sdftrack.calibration.ball_color`), or a mask.
+        0 to 1: likelihood that the pixel shows the ball (:mod:`sdftrack.calibration.ball_color`), or a mask.
     camera : Camera
-        The colour camera, or a guess of it: it only shapes the outline that edges are looked for around.
+        The colour camera, or an estimate: only used to predict the outline around which edges are searched.
     seed : int
-        Of the random samples of the first circle.
+        Seed of the random samples for the initial circle.
     most : int
-        Blobs that are looked at.
+        Maximum number of blobs examined.
 
     Returns
     -------
@@ -85,7 +85,7 @@ def find_outlines(
 
 
 def _circle(border: Array, rng: np.random.Generator, tries: int = 60) -> tuple[Array, float] | None:
-    """The circle that most of a blob's border lies on: a hand before the ball cuts a piece off."""
+    """The circle that fits most of a blob's border, robust to occlusion by a hand."""
     n = len(border)
     if n < 12:
         return None
@@ -149,7 +149,7 @@ def _refined(image: NDArray[np.float32], centre: Array, radius: float, camera: C
 
 
 def _along(width: Array, sure: NDArray[np.bool_]) -> Array:
-    """Median of the widths of the sure edges in a sector around each; blur differs with the direction."""
+    """Median width of the reliable edges in a sector around each edge, because blur depends on the direction."""
     n = len(width)
     half = max(2, n // 24)
     around = (np.arange(n)[:, None] + np.arange(-half, half + 1)) % n

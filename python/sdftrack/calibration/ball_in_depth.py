@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The centre of a ball of known radius in a depth image: the tracker's ray-hit residual with translation alone.
+"""Centre of a ball of known radius in a depth image, by the tracker's ray-hit residual with translation only.
 
 Thesis section 3.7 (the 3-DoF version of section 3.5's tracker); docs/math/color_to_depth.md, eq. 2 to 5.
 """
@@ -18,7 +18,7 @@ __all__ = ["DepthBall", "fit_ball", "ray_hits", "search_balls"]
 
 Array = NDArray[np.float64]
 MIN_COSINE = (
-    0.5  # readings at more than 60 degrees of incidence are at the mercy of lateral noise and edge loss
+    0.5  # measurements at more than 60 degrees of incidence are at the mercy of lateral noise and edge loss
 )
 MIN_PIXELS = 40
 MIN_RADIUS_PX = 4.0
@@ -35,7 +35,7 @@ INNER, AROUND, OUTER, ROUND = (0.35, 0.62, 0.8), 8, 1.3, 16
 
 @dataclass(frozen=True, eq=False)
 class DepthBall:
-    """Centre (m, depth camera), its covariance (3, 3), sd of a reading (m), readings used, share of the ball seen."""
+    """Centre (m, depth camera), its covariance (3, 3), depth noise sd (m), pixels used, visible fraction."""
 
     center_cam: Array
     covariance: Array
@@ -45,7 +45,7 @@ class DepthBall:
 
 
 def ray_hits(rays: Array, center_cam: Array, radius_m: float) -> tuple[Array, Array]:
-    """Where rays first meet a sphere.
+    """First intersections of rays with a sphere.
 
     Parameters
     ----------
@@ -57,9 +57,9 @@ def ray_hits(rays: Array, center_cam: Array, radius_m: float) -> tuple[Array, Ar
     Returns
     -------
     z : (N,) float64
-        Depth of the meeting, m; NaN where the ray passes by.
+        Depth of the intersection, m; NaN if the ray misses.
     dz : (N, 3) float64
-        Its derivative by the centre: ``n / (n . d)`` with the outward normal n and the ray d.
+        Its derivative with respect to the centre: ``n / (n . d)`` with the outward normal n and the ray d.
     """
     d = np.column_stack([rays, np.ones(len(rays))])
     dd, dc = np.einsum("nk,nk->n", d, d), d @ center_cam
@@ -74,7 +74,7 @@ def ray_hits(rays: Array, center_cam: Array, radius_m: float) -> tuple[Array, Ar
 def fit_ball(
     depth: NDArray[np.float32], camera: Camera, radius_m: float, start_cam: Array
 ) -> DepthBall | None:
-    """Fit the ball's centre from a start within about half a radius; None where the readings are not a ball's.
+    """Fit the ball's centre from a start within about half a radius; None if the measurements are not of a ball.
 
     Parameters
     ----------
@@ -136,10 +136,10 @@ def fit_ball(
 def search_balls(
     depth: NDArray[np.float32], camera: Camera, radius_m: float, tried: int = 8
 ) -> list[DepthBall]:
-    """Everything in the image that has the ball's shape and size, the most completely seen first.
+    """Find all regions with the ball's shape and size, the most completely visible first.
 
-    Every fourth pixel is taken for a ball's nearest point; readings on three rings must rise as a sphere does, those
-    on a ring around it must lie behind. The best places are fitted.
+    Every fourth pixel is tested as the nearest point of a ball: depth on three rings must match a sphere, and a ring
+    around it must lie behind. The best candidates are fitted.
 
     Parameters
     ----------
@@ -147,12 +147,12 @@ def search_balls(
     camera : Camera
     radius_m : float
     tried : int
-        Places to fit.
+        Number of candidates to fit.
 
     Returns
     -------
     list of DepthBall
-        Empty where there is none. A round thing in the background is one too.
+        Empty if none is found. May include round objects in the background.
     """
     import cv2
 
@@ -200,7 +200,7 @@ def search_balls(
 
 
 def _free_around(depth: NDArray[np.float32], camera: Camera, center: Array, radius_m: float) -> float:
-    """Share of the pixels in a ring around the outline that do not stand on or before the ball's far half."""
+    """Fraction of the pixels in a ring around the outline that lie behind the ball."""
     angle = 2 * np.pi * np.arange(48) / 48
     ring = center + 1.3 * radius_m * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(48)])
     px = camera.project(ring)
@@ -209,7 +209,7 @@ def _free_around(depth: NDArray[np.float32], camera: Camera, center: Array, radi
 
 
 def _window(camera: Camera, center: Array, radius_m: float, radii: float) -> tuple[slice, slice]:
-    """Rows and columns of the ball's image."""
+    """Rows and columns of the ball in the image."""
     u, v = camera.project(center)
     reach = 1.2 * radii * max(camera.fx, camera.fy) * radius_m / max(center[2] - radius_m, 0.02) + 1
     x0, x1 = np.clip([int(u - reach), int(u + reach) + 2], 0, camera.width)
@@ -218,7 +218,7 @@ def _window(camera: Camera, center: Array, radius_m: float, radii: float) -> tup
 
 
 def _sample(depth: NDArray[Any], u: Array, v: Array) -> Array:
-    """Nearest reading; -1 outside the image."""
+    """Nearest depth measurement; -1 outside the image."""
     h, w = depth.shape
     x, y = np.rint(u).astype(np.intp), np.rint(v).astype(np.intp)
     inside = (x >= 0) & (x < w) & (y >= 0) & (y < h)

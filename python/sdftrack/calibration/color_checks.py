@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What keeps a ball's recording from giving a registration, said by its cause."""
+"""Checks that a recording of the ball is sufficient for a registration, with the cause if not."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MAX_SIZE_SCATTER = 0.15  # relative; a right ball's is below 0.05, the angle of 
 def check_arguments(
     frames: Any, depth_camera: Any, ball_radius: Any, ball_color: Any, mask_fn: Any, color_camera: Any
 ) -> None:
-    """TypeError or ValueError for what cannot be meant."""
+    """TypeError or ValueError for invalid arguments."""
     of_kind(depth_camera, Camera, "depth_camera", "an RGBDCamera has one as .depth")
     if color_camera is not None:
         of_kind(color_camera, Camera, "color_camera")
@@ -44,7 +44,7 @@ def check_arguments(
 
 
 def check_found(looked: Watch, depth: Camera, radius_m: float, masked: bool) -> None:
-    """ValueError where the ball was in no depth image, in no colour image, or never in both."""
+    """ValueError if the ball was found in no depth image, in no colour image, or never in both."""
     n = len(looked.seen)
     if not any(s.balls for s in looked.seen):
         near_px = 0.5 * (depth.fx + depth.fy) * radius_m
@@ -58,11 +58,11 @@ def check_found(looked: Watch, depth: Camera, radius_m: float, masked: bool) -> 
         if looked.largest_px > 0:
             raise ValueError(
                 f"frames: the ball is too small in the colour images: a radius of {looked.largest_px:.1f} px at most, "
-                f"{MIN_RADIUS_PX:g} px are needed; bring it nearer or take a larger one"
+                f"{MIN_RADIUS_PX:g} px are needed; move it closer or use a larger ball"
             )
         color = "" if looked.color is None else f" of the colour {tuple(int(c) for c in looked.color)}"
         raise ValueError(
-            f"{what}: found no round thing{color} in any of {n} colour images; give the ball's colour as the camera "
+            f"{what}: found no round object{color} in any of {n} colour images; give the ball's colour as the camera "
             "shows it, light it evenly, or give masks of it (from Python: mask_fn)"
         )
     if not any(s.balls and s.outlines for s in looked.seen):
@@ -87,44 +87,44 @@ def check_spread(pairs: BallPairs, smallest: int, depth: Camera, name: str) -> N
     least = max(MIN_THICKNESS * size[0], 3 * noise)
     extent = f"{1e3 * size[0]:.0f} x {1e3 * size[1]:.0f} x {1e3 * size[2]:.0f} mm (standard deviations)"
     if size[0] < 3 * noise or size[0] < 0.01:
-        raise ValueError(f"{name}: the ball hardly moves, its centres spread over {extent}; wave it about")
+        raise ValueError(
+            f"{name}: the ball hardly moves, its centres spread over {extent}; move it through the volume"
+        )
     if size[1] < least:
         raise ValueError(
-            f"{name}: all {n} centres lie on a line, {extent}; wave the ball across the view and along it"
+            f"{name}: all {n} centres lie on a line, {extent}; move the ball sideways and along the view"
         )
     if smallest >= 6 and size[2] < least:
         flat = abs(axes[2][2, 2]) > 0.9
         where = "at one depth" if flat else "in one plane"
-        fix = (
-            "move the ball along the view, nearer and farther" if flat else "wave the ball out of that plane"
-        )
+        fix = "move the ball closer and farther" if flat else "move the ball out of that plane"
         raise ValueError(
             f"{name}: all {n} centres lie {where}, {extent}; {fix}, or give the colour camera (color_camera)"
         )
 
 
 def _expect_its_size(pairs: BallPairs, name: str) -> None:
-    """ValueError where the two images show things of different sizes: a wrong radius finds another thing in depth.
+    """ValueError if depth and colour show objects of different sizes: with a wrong radius another object is found.
 
-    Outline times distance is the same in all frames for one ball: its radius times the colour camera's focal length.
+    For one ball, outline radius times distance is constant: its radius times the colour camera's focal length.
     """
     size = pairs.radius_px * pairs.center_cam[:, 2]
     middle = float(np.median(size))
     scatter = 1.4826 * float(np.median(np.abs(size - middle))) / middle
     if scatter > MAX_SIZE_SCATTER:
         raise ValueError(
-            f"{name}: what is found in depth is not the ball that is found in colour, whose outline shrinks with the "
-            f"distance: their product varies by {100 * scatter:.0f} %; is ball_radius right, nothing else of that "
-            "shape in view, and both images of one moment?"
+            f"{name}: the object found in depth is not the ball found in colour, whose outline shrinks with the "
+            f"distance: their product varies by {100 * scatter:.0f} %; check ball_radius, that nothing else of that "
+            "shape is in view, and that both images are simultaneous"
         )
 
 
 def check_kept(fit: Fit, found: int, time_offset: bool) -> None:
-    """ValueError where most pairs were dropped."""
+    """ValueError if most pairs were rejected."""
     kept = int(np.count_nonzero(fit.kept))
     if kept < max(4, MIN_KEPT * found):
-        late = "" if time_offset else ", or colour is late (estimate it: time_offset)"
+        late = "" if time_offset else ", or colour is delayed (estimate it: time_offset)"
         raise ValueError(
-            f"frames: only {kept} of {found} pairs agree with one map; something else of the ball's colour or shape is "
-            f"in view, the cameras move to each other{late}"
+            f"frames: only {kept} of {found} pairs agree with one mapping; something else like the ball is "
+            f"in view, or the cameras move relative to each other{late}"
         )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Plots of a depth-to-colour registration: residuals before and after, what the pairs cover, the path."""
+"""Plots of a depth-to-colour registration: residuals before and after, coverage, and the ball's path."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["plot_coverage", "plot_path", "plot_residuals"]
 
 
 def plot_residuals(result: ColorCalibration, before: RGBDCamera) -> Any:
-    """Residuals over the colour image under the camera before (`before`) and under the new one, enlarged alike."""
+    """Residuals over the colour image for the previous camera (`before`) and the new one, equally magnified."""
     p = result.pairs
     old = p.color_px - before.project_to_color(p.center_cam)
     fig, axes = figure(1, 2, (11.0, 4.2))
@@ -31,14 +31,14 @@ def plot_residuals(result: ColorCalibration, before: RGBDCamera) -> Any:
                     width=0.003, label="kept" if kept else "dropped",
                 )  # fmt: skip
         rms = float(np.sqrt((r[known & p.kept] ** 2).sum(axis=1).mean()))
-        axis.set_title(f"{name}: rms {rms:.2f} px, arrows x {enlarged:.0f}", fontsize=10)
+        axis.set_title(f"{name}: rms {rms:.2f} px, arrows magnified x {enlarged:.0f}", fontsize=10)
         _image_axes(axis, result)
         axis.legend(fontsize=8)
     return fig
 
 
 def plot_coverage(result: ColorCalibration) -> Any:
-    """Where in the image and at which depths the pairs are: beyond them the registration is a guess."""
+    """Distribution of the pairs over the image and depth: outside it the registration is extrapolated."""
     p = result.pairs
     fig, axes = figure(1, 2, (11.0, 4.2))
     shown = axes[0].scatter(*p.color_px[p.kept].T, c=p.center_cam[p.kept, 2], s=14, cmap="viridis")
@@ -51,7 +51,7 @@ def plot_coverage(result: ColorCalibration) -> Any:
 
 
 def plot_path(result: ColorCalibration) -> Any:
-    """The ball's path in the depth camera's frame, and residuals frame by frame."""
+    """The ball's path in the depth camera's frame, and residuals per frame."""
     p = result.pairs
     fig, axes = figure(1, 2, (11.0, 4.2))
     for k, name in enumerate("xyz"):

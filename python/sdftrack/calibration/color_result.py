@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What :func:`sdftrack.calibrate_color_to_depth` returns."""
+"""Result of :func:`sdftrack.calibrate_color_to_depth`."""
 
 from __future__ import annotations
 
@@ -22,37 +22,39 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class ColorCalibration(Compared):
-    """A depth-to-colour registration and how well it is known.
+    """A depth-to-colour registration and its uncertainty.
 
     Attributes
     ----------
     P, q : (3, 3) and (3,) float64
         ``lambda x' = P (Z x) + q`` (thesis Eq. 3.25), Z in metres; lambda is the depth (m) in the colour camera. With
-        `color_camera`: those of its ideal pixels, lens removed.
+        `color_camera`: for its ideal pixels, with distortion removed.
     covariance : (12, 12) float64
-        Of (P row by row, q). The scale is held by ``|row 3 of P K| = 1``, so the rank is 11 (6 with `color_camera`).
+        Covariance of (P row by row, q). The scale is fixed by ``|row 3 of P K| = 1``, so the rank is 11 (6 with
+        `color_camera`).
     rms_px : float
-        Root mean square of the kept pairs' residuals, as 2-vectors (Eq. 3.26).
+        Root mean square of the inlier pairs' residuals, as 2-vectors (Eq. 3.26).
     pairs : BallPairs
-        Every pair of centres, its residual, and whether it was kept.
+        All pairs of centres, their residuals, and whether they are inliers.
     T_color_depth : (4, 4) float64
-        Depth camera to colour camera, m. Without `color_camera`: from P and q taken apart, beside `K_color`.
+        Maps depth camera to colour camera, m. Without `color_camera`: from the decomposition of P and q, with
+        `K_color`.
     T_covariance : (6, 6) float64 or None
-        Of (v, w): T <- exp(v, w) T, m and rad; with `color_camera`.
+        Covariance of (v, w): T <- exp(v, w) T, m and rad; with `color_camera`.
     K_color : (3, 3) float64
-        The colour camera's matrix: the given one, or P and q taken apart (with a skew, which nothing forbids).
+        The colour camera's matrix: as given, or from the decomposition of P and q (which may have skew).
     camera : RGBDCamera
         Ready for :class:`sdftrack.Tracker`.
     time_offset_s, time_offset_sd_s : float
-        How much later than its timestamp (that of depth) colour was taken; 0 and 0 when it was not asked for.
+        Delay of colour relative to its timestamp (that of depth); 0 and 0 if not estimated.
     map : ProjectiveMap or RigidMap
-        The fitted map itself, with derivatives.
+        The fitted mapping, with derivatives.
     map_covariance : (n, n) float64
-        Of the map's unknowns, then of the time offset if it was asked for.
+        Covariance of the mapping's unknowns, and of the time offset if estimated.
     color_size : (width, height)
-        Of the colour images.
+        Size of the colour images.
     freedom : int
-        Degrees of freedom of the covariance: intervals are Student's t with so many.
+        Degrees of freedom of the covariance, for intervals by Student's t.
     """
 
     P: Array
@@ -94,7 +96,7 @@ class ColorCalibration(Compared):
         return student_t975(self.freedom) * self.sd_px(points)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers for JSON."""
+        """Convert to plain numbers for JSON."""
         p = self.pairs
         return {
             "P": self.P.tolist(),
@@ -123,7 +125,7 @@ class ColorCalibration(Compared):
         }
 
     def camera_dict(self, depth_scale_m: float = 0.001) -> dict[str, Any]:
-        """A camera.json of the k1 layout (docs/data.md) with the mapping in it."""
+        """Contents of a camera.json of the k1 layout (docs/data.md), including the mapping."""
 
         def pinhole(c: Camera) -> dict[str, Any]:
             lens = {"distortion": list(c.distortion)} if c.distortion else {}

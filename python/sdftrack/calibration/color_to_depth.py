@@ -43,30 +43,31 @@ def calibrate_color_to_depth(
     threads: int = 0,
     seed: int = 0,
 ) -> ColorCalibration:
-    """Find where depth pixels lie in the colour image, from a coloured ball that is waved before both cameras.
+    """Estimate the mapping from depth to colour pixels, from a coloured ball moved in front of both cameras.
 
     Parameters
     ----------
     frames : sequence or iterable of Frame
-        Depth and colour, not registered, the cameras at rest to each other. The ball should visit the whole image and
-        the whole range of depth; 60 frames do.
+        Depth and colour, not registered; the relative pose of the cameras is fixed. The ball should cover the whole
+        image and the whole depth range; 60 frames suffice.
     depth_camera : Camera
     ball_radius : float
-        m. Its error goes into depth: 1 mm too large moves all centres back by 1 mm.
+        m. Its error shifts depth: if it is 1 mm too large, all centres move back by 1 mm.
     ball_color : (r, g, b), 0 to 255, optional
-        None: the most saturated thing that moves.
+        None: the most saturated moving object.
     mask_fn : function Frame -> (h, w) bool, optional
-        The ball's pixels in the colour image, in place of `ball_color`.
+        The ball's pixels in the colour image, instead of `ball_color`.
     color_camera : Camera, optional
-        With it the pose of the colour camera is estimated, 6 numbers in place of 11, and its lens is honoured.
+        If given, only the pose of the colour camera is estimated, 6 parameters instead of 11, and its distortion is
+        accounted for.
     time_offset : bool
-        Estimate by how much colour is later than depth; needs timestamps and a ball that moves.
+        Estimate the delay of colour relative to depth; requires timestamps and a moving ball.
     progress : function, optional
-        Called with the share that is done, 0 to 1.
+        Called with the completed fraction, 0 to 1.
     threads : int
         0: all cores. The result does not depend on it.
     seed : int
-        Of the random samples in the search for consistent pairs.
+        Seed of the random samples in the search for consistent pairs.
 
     Returns
     -------
@@ -74,19 +75,20 @@ def calibrate_color_to_depth(
 
     Notes
     -----
-    Minimises Eq. 3.26 with Huber's loss, each pair weighted by the covariances of its two centres. A pair is dropped
-    where its squared whitened residual is above 13.8 times the others' (chi-square, two degrees of freedom, 0.1 %).
+    Minimises Eq. 3.26 with Huber's loss, each pair weighted by the covariances of its two centres. A pair is rejected
+    if its squared whitened residual exceeds 13.8 times that of the others (chi-square, two degrees of freedom, 0.1 %).
 
     Warns
     -----
     UserWarning
-        Pairs that scatter by more than 1.5 px.
+        Pairs with an rms residual above 1.5 px.
 
     Raises
     ------
     TypeError, ValueError
-        Arguments of the wrong kind or unit; the ball not found in depth, or in colour, or too small there; fewer than
-        6 pairs (4 with `color_camera`), all in one plane, at one depth or on a line; pairs that agree on no map.
+        Arguments of the wrong type or unit; the ball not found in depth or in colour, or too small there; fewer than 6
+        pairs (4 with `color_camera`), all in one plane, at one depth or on a line; no mapping consistent with the
+        pairs.
 
     Examples
     --------
@@ -127,7 +129,7 @@ def registered(
     time_offset: bool,
     seed: int,
 ) -> tuple[Fit, BallPairs]:
-    """Pairs under a colour camera, the map, the camera from the map, until the centres stay."""
+    """Iterate pairs, mapping, and the colour camera implied by the mapping, until the centres converge."""
     eye = color_camera or guessed_camera(*color_size)
     both = [s for s in seen if s.balls and s.outlines]
     picks = [(0, 0)] * len(both)
@@ -153,7 +155,7 @@ def registered(
 
 
 def check_times(seen: list[ObservedFrame]) -> None:
-    """ValueError unless the frames have times that grow."""
+    """ValueError unless the frames have increasing timestamps."""
     times = np.array([s.time_s for s in seen])
     if not np.isfinite(times).all() or not (np.diff(times) > 0).all():
         raise ValueError(

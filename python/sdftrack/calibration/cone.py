@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The cone of rays that touch a sphere: it holds the sphere's centre, the outline's own centre does not.
+"""The cone of tangent rays of a sphere: its axis passes through the centre, unlike the outline's centroid.
 
 Unit rays d of the outline obey ``d . n = cos(a)`` with the axis n and the half angle a, sin(a) = radius / distance;
 ``m = n / cos(a)`` makes it linear, ``d . m = 1`` (docs/math/color_to_depth.md, eq. 6 and 7).
@@ -33,7 +33,7 @@ class Cone:
     covariance_px: Array
 
     def residuals_px(self, edges_px: Array, camera: Camera) -> Array:
-        """How far edges (N, 2) lie outside the cone, in pixels of the image's middle."""
+        """Distances of edges (N, 2) outside the cone, in pixels at the image centre."""
         cosine = np.clip(rays_of(edges_px, camera) @ self.axis, -1, 1)
         return _focal(camera) * (np.arccos(cosine) - self.half_angle_rad)
 
@@ -49,7 +49,7 @@ class Cone:
 
 
 def rays_of(px: Array, camera: Camera) -> Array:
-    """(N, 3) unit rays of pixels (N, 2), lens removed."""
+    """(N, 3) unit rays of pixels (N, 2), distortion removed."""
     f = np.array([camera.fx, camera.fy])
     xy = (px - np.array([camera.cx, camera.cy])) / f
     if camera.distortion:
@@ -60,7 +60,7 @@ def rays_of(px: Array, camera: Camera) -> Array:
 
 
 def fit_cone(edges_px: Array, camera: Camera) -> Cone | None:
-    """Robust cone through the rays of edges (N, 2), px; None where they do not make one.
+    """Robust fit of a cone to the rays of edges (N, 2), px; None if it fails.
 
     >>> fit_cone(outline_of_sphere(camera, [0.1, 0, 1], 0.04), camera).center_px  # doctest: +SKIP
     """

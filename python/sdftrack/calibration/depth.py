@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The errors of a depth camera from images of a flat wall or table, or of a known object at known poses."""
+"""Calibration of depth errors from images of a flat wall or table, or of a known object at known poses."""
 
 from __future__ import annotations
 
@@ -36,32 +36,32 @@ from sdftrack.sensor import SensorModel
 __all__ = ["DepthCalibration", "calibrate_depth"]
 
 Array = NDArray[np.float64]
-LEAST_FRAMES = 5
-LEAST_PATCHES = 6
+MIN_FRAMES = 5
+MIN_PATCHES = 6
 STEEPEST_DEG = (
     40.0  # of the straightest view: from slanted ones alone the noise of a straight one is not told
 )
-LEAST_CORRELATION = 0.1  # of neighbours; below it each reading has its own noise
+MIN_CORRELATION = 0.1  # of neighbours; below it each measurement has its own noise
 
 
 @dataclass(frozen=True)
 class DepthCalibration:
-    """A sensor's model, and what it was made of.
+    """A sensor model, and the measurements it is based on.
 
     Attributes
     ----------
     sensor : SensorModel
     surface : "plane" or "object"
     used : int
-        Frames.
+        Number of frames used.
     noise : list of NoiseSample
         Sd at a distance and an incidence, per frame.
     systematic : (N, 2) float64
-        Distance (m) and the sd (m) of a surface's smooth error, per frame.
+        Distance (m) and sd (m) of the smooth error of a surface, per frame.
     bias : (N, 2) float64
-        Distance and measured minus true (m), per frame; empty for planes, whose true distance nobody knows.
+        Distance and measured minus true (m), per frame; empty for planes, whose true distance is unknown.
     left_out : dict of int to str
-        Why a frame was of no use.
+        Reason why a frame was not used.
     """
 
     sensor: SensorModel
@@ -82,7 +82,7 @@ def calibrate_depth(
     name: str = "calibrated",
     progress: Callable[[int], None] | None = None,
 ) -> DepthCalibration:
-    """Measure noise, its reach over the image, and bias (docs/sensors.md).
+    """Measure the noise, its spatial correlation, and the bias (docs/sensors.md).
 
     Parameters
     ----------
@@ -92,17 +92,17 @@ def calibrate_depth(
     model : SDF, optional
         A known object; None: the largest plane of each frame.
     poses : sequence or dict of (4, 4) float64, optional
-        ``T_cam_obj`` per frame (None, or no entry, where it is not known); with `model` alone.
+        ``T_cam_obj`` per frame (None, or no entry, if unknown); only with `model`.
     name : str
-        Of the sensor model.
+        Name of the sensor model.
     progress : callable, optional
-        Told how many frames are done.
+        Called with the number of frames processed.
 
     Raises
     ------
     ValueError
-        Fewer than five frames that show a plane or the object, none of them nearly straight, or one of `model` and
-        `poses` without the other.
+        Fewer than five frames with a plane or the object, none of them nearly frontal, or one of `model` and `poses`
+        without the other.
 
     >>> sensor = calibrate_depth(seq, seq.camera).sensor  # doctest: +SKIP
     """
@@ -123,21 +123,21 @@ def calibrate_depth(
             left_out[i] = str(error)
         if progress is not None:
             progress(total)
-    if measured.used < LEAST_FRAMES:
+    if measured.used < MIN_FRAMES:
         shown = "a plane" if model is None else "the object at a known pose"
         why = f"; the last one: {list(left_out.values())[-1]}" if left_out else ""
         raise ValueError(
-            f"frames: expected at least {LEAST_FRAMES} that show {shown}, got {measured.used} of {total}{why}"
+            f"frames: expected at least {MIN_FRAMES} that show {shown}, got {measured.used} of {total}{why}"
         )
     if not measured.noise:
         raise ValueError(
-            "frames: expected surfaces of some hundred readings at one distance, got smaller ones; go nearer"
+            "frames: expected surfaces of some hundred pixels at one distance, got smaller ones; move closer"
         )
     steep = math.degrees(math.atan(min(s.tangent for s in measured.noise)))
     if steep > STEEPEST_DEG:
         raise ValueError(
-            f"frames: expected some that look at the surface at less than {STEEPEST_DEG:.0f} degrees from its normal, "
-            f"got {steep:.0f} and more; hold the camera more nearly straight before it"
+            f"frames: expected some views at less than {STEEPEST_DEG:.0f} degrees from its normal, "
+            f"got {steep:.0f} and more; hold the camera more frontal to it"
         )
     surface = "plane" if model is None else "object"
     return DepthCalibration(
@@ -169,12 +169,12 @@ def _errors(frame: Frame, camera: Camera, model: SDF | None, T: Any) -> DepthErr
     else:
         errors = errors_of_object(frame, camera, model, T)
     if errors.known.sum() < 400:
-        raise ValueError("fewer than 400 readings of it")
+        raise ValueError("fewer than 400 depth measurements of it")
     return errors
 
 
 class _Measured:
-    """What the frames have shown."""
+    """Measurements accumulated over the frames."""
 
     def __init__(self) -> None:
         self.used = 0
@@ -192,7 +192,7 @@ class _Measured:
         r = neighbour_correlation(rough_part(errors))
         self.correlations += [r] if math.isfinite(r) else []
         patches = smooth_part(errors)
-        if len(patches) >= LEAST_PATCHES:
+        if len(patches) >= MIN_PATCHES:
             spread = float(np.median(np.abs(patches - np.median(patches))) / 0.6745)
             self.systematic.append((z, spread))
         self.bias.append((z, float(np.median(errors.error[known]))))
@@ -210,17 +210,17 @@ class _Measured:
         z = np.array(self.bias)[:, 0]
         if surface == "object":
             offsets = np.array(self.bias)
-            slope = float(np.median(self.slopes)) if len(self.slopes) >= LEAST_FRAMES else 0.0
+            slope = float(np.median(self.slopes)) if len(self.slopes) >= MIN_FRAMES else 0.0
             bias_m, bias_per_m = fit_growth(z, offsets[:, 1], signed=True)
             left = offsets[:, 1] - bias_m - bias_per_m * z**2
             s0 = math.hypot(s0, float(np.median(np.abs(left))) / 0.6745)
-        span = "" if z.max() > SPAN * z.min() else "; one distance: growth with it is not told"
+        span = "" if z.max() > SPAN * z.min() else "; single distance: growth with distance is undetermined"
         return SensorModel(
             name,
             noise_m=noise_m if noise_m + noise_per_m > 0 else 1e-6,
             noise_per_m=noise_per_m,
             noise_incidence=noise_incidence,
-            correlation_px=length_of(r) if r > LEAST_CORRELATION else 0.0,
+            correlation_px=length_of(r) if r > MIN_CORRELATION else 0.0,
             bias_m=bias_m,
             bias_per_m=bias_per_m,
             bias_incidence_m=slope,

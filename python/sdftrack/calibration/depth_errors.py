@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Errors of a depth image against what it should show: the largest plane in it, or a known object at a known pose."""
+"""Errors of a depth image relative to a known surface: the largest plane in it, or a known object at a known pose."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ __all__ = ["DepthErrors", "errors_of_object", "errors_of_plane", "rough_part", "
 
 Array = NDArray[np.float64]
 WINDOW_PX = 31  # wider than noise is shared, narrower than what bends a surface
-PATCH_PX, LEAST_PATCH_PX = 61, 9  # the size of a part of an object,
+PATCH_PX, MIN_PATCH_PX = 61, 9  # the size of a part of an object,
 PARTS = 4  # of which so many lie side by side
 FILLED = 0.6  # of a window
-EDGE_PX = 4  # readings so near the edge of an object or of a hole are left out
+EDGE_PX = 4  # measurements so near the edge of an object or of a hole are left out
 FAR_M = 0.04  # from an object's surface: another thing
 CLIPPED = 4.0  # sd
 
 
 @dataclass(frozen=True)
 class DepthErrors:
-    """Of one image: measured minus expected depth (m), NaN where nothing is known; expected depth; tan(incidence)."""
+    """For one image: measured minus expected depth (m), NaN where unknown; expected depth; tan(incidence)."""
 
     error: Array
     depth: Array
@@ -34,12 +34,12 @@ class DepthErrors:
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """Where there is an error."""
+        """Pixels with a known error."""
         return np.isfinite(self.error)
 
 
 def errors_of_plane(frame: Frame, camera: Camera) -> DepthErrors:
-    """Against the largest plane; ValueError where there is none."""
+    """Errors relative to the largest plane; ValueError if there is none."""
     from sdftrack.imaging.plane import remove_plane
 
     beside, (normal, offset) = remove_plane(frame, camera, feet=False)
@@ -54,7 +54,7 @@ def errors_of_plane(frame: Frame, camera: Camera) -> DepthErrors:
 
 
 def errors_of_object(frame: Frame, camera: Camera, shape: Any, T_cam_obj: ArrayLike) -> DepthErrors:
-    """Against an SDF at its pose."""
+    """Errors relative to an SDF at its pose."""
     assert frame.depth is not None
     measured = frame.depth.astype(np.float64)
     depth, normals = shape.render(camera, np.asarray(T_cam_obj, np.float64))
@@ -70,7 +70,7 @@ def _rays(camera: Camera) -> Array:
 
 
 def _kept(measured: Array, expected: Array, cosine: Array, on: NDArray[np.bool_]) -> DepthErrors:
-    """Without what lies near an edge."""
+    """Remove pixels near an edge."""
     import cv2
 
     kernel = np.ones((2 * EDGE_PX + 1,) * 2, np.uint8)
@@ -83,7 +83,7 @@ def _kept(measured: Array, expected: Array, cosine: Array, on: NDArray[np.bool_]
 
 
 def _mean_about(values: Array, known: NDArray[np.bool_], side: int) -> tuple[Array, Array]:
-    """Mean of the known values in a window about each pixel, and which share of the window is known."""
+    """Mean of the known values in a window around each pixel, and the known fraction of the window."""
     import cv2
 
     share = cv2.boxFilter(known.astype(np.float64), -1, (side, side), borderType=cv2.BORDER_CONSTANT)
@@ -92,7 +92,7 @@ def _mean_about(values: Array, known: NDArray[np.bool_], side: int) -> tuple[Arr
 
 
 def rough_part(errors: DepthErrors) -> Array:
-    """What an error has beyond the mean of its surroundings; NaN where they are not known. Outliers are left out."""
+    """Errors minus their local mean; NaN where unknown. Outliers are removed."""
     known = errors.known
     mean, share = _mean_about(errors.error, known, WINDOW_PX)
     rough = np.where(known & (share > FILLED), errors.error - mean, np.nan)
@@ -103,8 +103,8 @@ def rough_part(errors: DepthErrors) -> Array:
 
 
 def smooth_part(errors: DepthErrors) -> Array:
-    """Means over patches that lie side by side, (N,)."""
-    half = int(np.clip(np.sqrt(errors.known.sum()) / PARTS, LEAST_PATCH_PX, PATCH_PX)) // 2
+    """Means over adjacent patches, (N,)."""
+    half = int(np.clip(np.sqrt(errors.known.sum()) / PARTS, MIN_PATCH_PX, PATCH_PX)) // 2
     mean, share = _mean_about(errors.error, errors.known, 2 * half + 1)
     centres = np.zeros(mean.shape, bool)
     centres[half :: 2 * half + 1, half :: 2 * half + 1] = True

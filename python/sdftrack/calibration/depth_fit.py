@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Laws of noise and bias through what single images have shown."""
+"""Fits of noise and bias models to measurements from single images."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ __all__ = ["SPAN", "NoiseSample", "fit_growth", "fit_noise", "neighbour_correlat
 Array = NDArray[np.float64]
 BINS_DEG = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
 STEP = 1.1  # of a bin of distances
-ENOUGH = 400  # readings of a bin
+ENOUGH = 400  # measurements of a bin
 SPAN = 1.3  # largest over smallest distance, from which on growth with distance can be told
 ROUNDS = 60
-LEAST_M = 1e-6
+MIN_M = 1e-6
 
 
 class NoiseSample(NamedTuple):
-    """Sd (m) of some readings at one distance (m) and tan(incidence)."""
+    """Noise sd (m) of measurements at one distance (m) and tan(incidence)."""
 
     depth: float
     tangent: float
@@ -32,7 +32,7 @@ class NoiseSample(NamedTuple):
 
 
 def neighbour_correlation(rough: Array) -> float:
-    """Correlation of readings side by side; NaN where too few are known."""
+    """Correlation of neighbouring pixels; NaN if too few are known."""
     pairs = [(rough[:, 1:], rough[:, :-1]), (rough[1:], rough[:-1])]
     products, squares, count = 0.0, 0.0, 0
     for a, b in pairs:
@@ -44,7 +44,7 @@ def neighbour_correlation(rough: Array) -> float:
 
 
 def noise_samples(errors: DepthErrors) -> list[NoiseSample]:
-    """One per bin of distance and incidence that holds enough readings of an image."""
+    """One sample per bin of distance and incidence with enough pixels of an image."""
     rough = rough_part(errors)
     known = np.isfinite(rough)
     if not known.any():
@@ -69,7 +69,7 @@ def noise_samples(errors: DepthErrors) -> list[NoiseSample]:
 
 
 def length_of(neighbours: float) -> float:
-    """The length (px) of exp(-d^2 / (2 length^2)) that is `neighbours` at d = 1."""
+    """The length (px) for which exp(-d^2 / (2 length^2)) equals `neighbours` at d = 1."""
     return math.sqrt(-1 / (2 * math.log(min(max(neighbours, 1e-9), 0.999))))
 
 
@@ -98,7 +98,7 @@ def fit_noise(samples: list[NoiseSample]) -> tuple[float, float, float]:
             x, best, damping = trial, now, damping / 3
         else:
             damping *= 5
-    values = np.where(np.exp(x) > LEAST_M, np.exp(x), 0.0)
+    values = np.where(np.exp(x) > MIN_M, np.exp(x), 0.0)
     return float(values[0]), float(values[1]), float(values[2])
 
 
@@ -113,7 +113,7 @@ def _misfit(x: Array, z: Array, t: Array, sd: Array, weight: Array) -> float:
 
 
 def fit_growth(z: Array, value: Array, signed: bool) -> tuple[float, float]:
-    """(constant, per Z^2) through values at distances, robustly; the growth is 0 where the distances span too little.
+    """Robust fit of (constant, per Z^2) to values over distance; the growth is 0 if the range is too small.
 
     Unless `signed`, both are at least 0.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Edges between a thing of one colour and what is around it, to a fraction of a pixel.
+"""Sub-pixel edges between an object of uniform colour and its surroundings.
 
 docs/math/color_to_depth.md, eq. 9.
 """
@@ -32,17 +32,18 @@ class Edges:
 def edges_along(image: NDArray[np.float32], at: Array, normal: Array, reach_px: Array) -> Edges:
     """Find edges along outward normals.
 
-    Coverage is measured along the colour direction in which the two sides differ and the inner colour, however
-    bright, does not: shade moves no edge (eq. 9). The length covered is the sum of coverage.
+    Coverage is measured along the colour direction in which the two sides differ but which is insensitive to the
+    brightness of the inner colour, so that shading does not move edges (eq. 9). The edge position is the sum of
+    coverage.
 
     Parameters
     ----------
     image : (h, w, 3) float32
     at : (N, 2) px
-        About where the edges are.
-    normal : (N, 2) unit vectors, out of the thing
+        Approximate locations of the edges.
+    normal : (N, 2) unit vectors, pointing out of the object
     reach_px : (N,)
-        How far from `at` the edge and its blur may extend to each side.
+        Maximum distance of the edge and its blur from `at` on each side.
     """
     import cv2
 

@@ -54,35 +54,36 @@ def calibrate_intrinsics(
     max_pixels: int = 5000,
     threads: int = 0,
 ) -> IntrinsicsResult:
-    """Find the intrinsics of a depth camera from frames of a known object: no pattern, no correspondences.
+    """Estimate the intrinsics of a depth camera from frames of a known object, without pattern or correspondences.
 
-    The object is tracked with the camera as it is known by then; the camera is found anew each time the number of
-    frames has grown by half, and once more from all of them.
+    The object is tracked with the current camera estimate; the camera is re-estimated each time the number of frames
+    has grown by half, and finally from all frames.
 
     Parameters
     ----------
     frames : iterable of Frame
-        The object moved through the whole image, nearer and farther, and turned; some tens of frames do.
+        The object moving through the whole image, closer and farther, and rotating; a few tens of frames suffice.
     sdf : SDF
         Its shape, in metres.
     initial_camera : Camera or RGBDCamera
-        A first guess: 10 % off in fx and fy and 20 px in cx and cy is good enough. What is not free stays as it is.
+        Initial estimate: errors of 10 % in fx and fy and 20 px in cx and cy are acceptable. Fixed parameters are
+        unchanged.
     initial_pose : (4, 4) float64, optional
         ``T_cam_obj`` in the first frame; or else `mask` ((H, W), not 0 on the object) or `box` ((x, y, w, h), depth
         pixels) to search in; none of them: the whole image is searched.
     joint : bool
-        True: one solution over all frames, which share the camera. False: the source's information-weighted mean of
-        every frame's own estimate (thesis Eq. 3.23). Both are in the result.
+        True: joint solution over all frames, which share the camera. False: information-weighted mean of the estimates
+        of single frames (thesis Eq. 3.23). The result contains both.
     free : sequence of str
-        What is unknown, out of "fx", "fy", "cx", "cy", "skew", "k1", "k2" (of the lens distortion), "depth_scale" and
-        "depth_offset" (``depth = scale * reading + offset``); the last two ask for a curved shape.
+        Parameters to estimate, out of "fx", "fy", "cx", "cy", "skew", "k1", "k2" (of the lens distortion),
+        "depth_scale" and "depth_offset" (``depth = scale * reading + offset``); the last two require a curved shape.
     progress : callable, optional
-        Called with the number of frames read so far.
+        Called with the number of frames processed so far.
     residual : "ray_hit" or "point"
-        What a reading says in the last stage: the depth at which its ray meets the model, minus the measured one; or
-        the source's, phi at the measured point (thesis Eq. 3.11), whose fx and fy fall as the noise grows.
+        Residual of the last stage: depth at which the ray intersects the model minus measured depth; or that of the
+        thesis, phi at the measured point (Eq. 3.11), for which fx and fy decrease with increasing noise.
     max_pixels : int
-        Readings of a frame that are used, evenly spread.
+        Maximum number of pixels per frame, evenly distributed.
     threads : int
         0: all cores. The result has the same bits for any number.
 
@@ -94,10 +95,10 @@ def calibrate_intrinsics(
     Raises
     ------
     TypeError
-        An argument of the wrong kind.
+        An argument of the wrong type.
     ValueError
-        A name that is not known, depth of another size than the camera's, fewer than five frames in which the object
-        was found, an object that never moves, or one that does not show an unknown (the error names it, and says why).
+        An unknown name, depth of a size other than the camera's, fewer than five frames in which the object was found,
+        an object that never moves, or a parameter that is not observable (the error names it and the reason).
 
     >>> found = calibrate_intrinsics(seq, sdf, st.Camera(600, 600, 300, 200, 640, 480))  # doctest: +SKIP
     >>> found.camera, found.interval95                                                    # doctest: +SKIP
@@ -129,7 +130,7 @@ def calibrate_intrinsics(
 
 
 def _places(pose: Any, mask: Any, box: Any, camera: Camera) -> dict[str, Any]:
-    """How `Tracker.start` is told; checked before a frame is read."""
+    """Arguments of `Tracker.start`; validated before a frame is read."""
     place = one_place(pose, mask, box, camera)
     given = {"poses": pose, "masks": mask, "boxes": box}
     return {kind: place for kind, value in given.items() if value is not None}
@@ -143,12 +144,12 @@ def _expect_enough(follower: Follower) -> None:
     detail = f" ({'; '.join(reasons)})" if reasons else ""
     raise ValueError(
         f"frames: expected the object in at least {MIN_FRAMES}, found it in {len(follower.used)} of {total}{detail}; "
-        "record more, or say where it is with initial_pose=, mask= or box="
+        "record more, or give its location with initial_pose=, mask= or box="
     )
 
 
 class _Problem:
-    """The core's problem and how it is asked."""
+    """The core's estimation problem and its interface."""
 
     def __init__(
         self, sdf: SDF, camera: Camera, free: tuple[str, ...], joint: bool, options: _core.IntrinsicsOptions
@@ -164,7 +165,7 @@ class _Problem:
         self.per_frame: PerFrame | None = None
 
     def improve(self, frames: int) -> None:
-        """The lens by the frames so far; what anybody knows of lenses keeps it sane while they are few."""
+        """Estimate the lens from the frames so far; a generic prior stabilises it while they are few."""
         now = self._values(self._start())
         sd = prior_sd(self.sorted, self.first)
         self.core.solve(FIRST_SCALE_M if frames < 20 else SCALE_M, now, sd, quick=True)
@@ -176,7 +177,7 @@ class _Problem:
         return [lens[UNKNOWNS.index(name)] for name in self.sorted]
 
     def refuse_what_slides(self, frames: int) -> None:
-        """ValueError where the object slides in most frames and leaves unknowns open: with no prior they fly."""
+        """ValueError if the pose is ambiguous in most frames, so that parameters are unobservable without a prior."""
         self.improve(frames)
         estimates = self.core.examine()
         if np.median(estimates["open_shifts"]) > 0:
@@ -184,7 +185,7 @@ class _Problem:
             refuse_unobservable(self.free, sd, self.first, frames, estimates["open_shifts"])
 
     def finish(self, follower: Follower) -> None:
-        """All frames together, then once more without those that do not fit."""
+        """Solve over all frames, then again without outlier frames."""
         most = int(MAX_LEFT_OUT * len(follower.used))
         for k in range(TEST_ROUNDS):
             steps, _, _, count = self.core.polish() if k else self.core.solve(SCALE_M)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Plots of a calibration of intrinsics: where the object was, the unknowns over frames, residuals before and after."""
+"""Plots of an intrinsic calibration: image coverage, estimates over frames, residuals before and after."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ BAND_IN_VIEW = 3.0  # the axis holds so many half-widths of the interval about t
 
 
 def plot_coverage(result: IntrinsicsResult) -> Any:
-    """Readings of the object in each cell of the image; cells with too few to count are crossed."""
+    """Number of object pixels in each cell of the image; cells with too few are crossed out."""
     fig, axis = figure(1, 1, (6.6, 5.0))
     coverage = result.observability.coverage
     few = coverage < MIN_IN_CELL
     shown = np.where(coverage > 0, coverage, np.nan).astype(float)
     picture = show_cells(axis, shown, result, few, cmap="viridis", vmin=0)
-    fig.colorbar(picture, ax=axis, label="readings of the object")
+    fig.colorbar(picture, ax=axis, label="depth measurements of the object")
     axis.set_title(
-        f"the object came to {100 * np.mean(~few):.0f} % of the image (x: fewer than {MIN_IN_CELL} readings)",
+        f"the object covered {100 * np.mean(~few):.0f} % of the image (x: fewer than {MIN_IN_CELL} pixels)",
         fontsize=10,
     )
     return fig
 
 
 def plot_estimates(result: IntrinsicsResult) -> Any:
-    """Each unknown over the number of frames: single frames, their running mean, and the answer with its interval."""
+    """Each parameter over the number of frames: single frames, running mean, and result with its interval."""
     n = len(result.free)
     columns = 2 if n > 1 else 1
     rows = -(-n // columns)
@@ -53,12 +53,12 @@ def plot_estimates(result: IntrinsicsResult) -> Any:
 
 
 def show_estimate(axis: Any, result: IntrinsicsResult, k: int) -> None:
-    """The k-th unknown over the number of frames, drawn into `axis`."""
+    """Draw the k-th parameter over the number of frames into `axis`."""
     name, value, (low, high) = result.free[k], result.values[k], result.interval95[k]
     single, running = result.per_frame.values[:, k], result.per_frame.running()[:, k]
     count = np.arange(1, len(single) + 1)
-    axis.plot(count, single, ".", color="0.7", markersize=3, label="a frame by itself")
-    axis.plot(count, running, color=COLORS[1], linewidth=1.4, label="mean so far")
+    axis.plot(count, single, ".", color="0.7", markersize=3, label="single frame")
+    axis.plot(count, running, color=COLORS[1], linewidth=1.4, label="running mean")
     axis.axhspan(low, high, color=COLORS[0], alpha=0.2, label="95 %")
     axis.axhline(
         value, color=COLORS[0], linewidth=1.2, label="all together" if result.joint else "the answer"
@@ -72,15 +72,15 @@ def show_estimate(axis: Any, result: IntrinsicsResult, k: int) -> None:
 
 
 def plot_residuals(before: Misfit, after: Misfit, result: IntrinsicsResult) -> Any:
-    """Median distance of the readings from the surface, by cells, under the first guess and the calibrated camera."""
+    """Median distance of the measurements from the surface, by cells, for the initial and the calibrated camera."""
     fig, axes = figure(1, 2, (11.0, 4.4))
     known = np.concatenate([before.cells_m.ravel(), after.cells_m.ravel()])
     known = known[np.isfinite(known)]
-    most_mm = 1e3 * float(known.max()) if len(known) else 1.0
+    max_mm = 1e3 * float(known.max()) if len(known) else 1.0
     picture = None
     for axis, seen, name in ((axes[0], before, "first guess"), (axes[1], after, "calibrated")):
         picture = show_cells(
-            axis, 1e3 * seen.cells_m, result, cmap="magma", vmin=0, vmax=most_mm, text="{:.1f}"
+            axis, 1e3 * seen.cells_m, result, cmap="magma", vmin=0, vmax=max_mm, text="{:.1f}"
         )
         told = f"median {1e3 * seen.median_m:.2f} mm" if seen.frames else "the object was not found"
         axis.set_title(f"{name}: {told}, {seen.frames} frames", fontsize=10)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How well a camera lets a known shape fit its readings, by places of the image: before and after a calibration."""
+"""Misfit of a known shape to the measurements over the image, before and after a calibration."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ __all__ = ["Misfit", "compare", "misfit", "points_of"]
 Array = NDArray[np.float64]
 
 SHOWN_FRAMES = 12  # of those that the calibration used, evenly chosen
-NEAR_M = 0.03  # readings farther from the surface are of other things
+NEAR_M = 0.03  # measurements farther from the surface are of other things
 POOR_LENS_NOISE_M = 0.006  # a tracker that forgives a lens which is 10 % off
 
 
 @dataclass(frozen=True, eq=False)
 class Misfit:
-    """Distances of readings from the shape's surface under one camera.
+    """Distances of measurements from the shape's surface for one camera.
 
     Attributes
     ----------
     median_m : float
-        Median of their sizes, all readings together.
+        Median absolute distance over all measurements.
     cells_m : (6, 8) float64
-        Median of their sizes in each cell of the image, rows from the top; NaN with fewer than 50 readings.
+        Median absolute distance in each cell of the image, rows from the top; NaN with fewer than 50 measurements.
     frames : int
-        In which the object was found under this camera.
+        Number of frames in which the object was found with this camera.
     """
 
     median_m: float
@@ -48,14 +48,14 @@ class Misfit:
     frames: int
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values, None where nothing is known."""
+        """Convert to plain values, None where unknown."""
         cells = [[float(v) if np.isfinite(v) else None for v in row] for row in self.cells_m]
         median = float(self.median_m) if np.isfinite(self.median_m) else None
         return {"median_m": median, "cells_m": cells, "frames": self.frames}
 
 
 class Frames(Protocol):
-    """A list of frames, or anything that is asked like one."""
+    """A list of frames, or anything that is indexed like one."""
 
     def __getitem__(self, i: int, /) -> Frame: ...
 
@@ -63,18 +63,18 @@ class Frames(Protocol):
 def compare(
     frames: Frames, sdf: SDF, first: Camera | RGBDCamera, result: IntrinsicsResult, threads: int = 0
 ) -> tuple[Misfit, Misfit]:
-    """The misfit under the first guess and under the calibrated camera, of the same frames.
+    """Misfit for the initial and the calibrated camera, on the same frames.
 
-    Each camera is given the best it can do: poses fitted with it. Those of the calibrated one are the result's;
-    with the first guess the object is fitted anew, beginning where the calibrated camera saw it.
+    For each camera the poses are optimised: those of the calibrated camera are the result's; for the initial camera the
+    object is refitted, starting from the same pixels.
 
     Parameters
     ----------
     frames : sequence of Frame, or what is indexed like one
-        Those that the calibration was given; a dozen of the ones it used are read.
+        The frames given to the calibration; a dozen of those used are read.
     sdf : SDF
     first : Camera or RGBDCamera
-        The first guess.
+        The initial camera.
     result : IntrinsicsResult
     threads : int
 
@@ -103,7 +103,7 @@ def compare(
 
 
 def misfit(readings: Sequence[tuple[NDArray[Any], Array]], camera: Camera) -> Misfit:
-    """One map from the readings of several frames: pixels (N, 2) and distances (N,), m, of each."""
+    """Misfit from the measurements of several frames: pixels (N, 2) and distances (N,), m, of each."""
     if not readings:
         return Misfit(float("nan"), np.full((ROWS, COLUMNS), np.nan), 0)
     pixels = np.concatenate([px for px, _ in readings])
@@ -120,7 +120,7 @@ def misfit(readings: Sequence[tuple[NDArray[Any], Array]], camera: Camera) -> Mi
 
 
 def points_of(depth: NDArray[np.float32], camera: Camera, extra: dict[str, float] | None = None) -> Array:
-    """(H, W, 3) points, m, with what a Camera does not hold; (0, 0, 0) where there is no reading.
+    """(H, W, 3) points, m, with parameters not in Camera; (0, 0, 0) without a measurement.
 
     `extra`: skew (px), depth_scale, depth_offset (m), see `IntrinsicsResult.extra`.
     """
@@ -132,7 +132,7 @@ def points_of(depth: NDArray[np.float32], camera: Camera, extra: dict[str, float
 
 
 def _rays(camera: Camera, skew: float) -> Array:
-    """(H, W, 3) rays, z = 1, of a camera with skew: each row is one of a camera without, its centre shifted."""
+    """(H, W, 3) rays, z = 1, of a camera with skew: each row is that of a camera without skew, with shifted centre."""
     rays = np.ones((*camera.shape, 3))
     for v in range(camera.height):
         cx = camera.cx + skew * (v - camera.cy) / camera.fy
@@ -148,7 +148,7 @@ def _readings(
     T_cam_obj: Array,
     extra: dict[str, float] | None = None,
 ) -> tuple[NDArray[Any], Array]:
-    """Pixels (N, 2) within the object's outline, and how far outside its surface (m) what they read is."""
+    """Pixels (N, 2) within the object's outline, and signed distances of the measurements to its surface (m)."""
     v, u = np.nonzero(sdf.silhouette(camera, T_cam_obj) & (depth > 0))
     p_cam = points_of(depth, camera, extra)[v, u]
     outside_m = sdf((p_cam - T_cam_obj[:3, 3]) @ T_cam_obj[:3, :3])
@@ -157,7 +157,7 @@ def _readings(
 
 
 def _as_seen_by(camera: Camera, other: Camera, T_other_obj: Array, middle_obj: Array) -> Array:
-    """The pose moved sideways, so that `camera` has the object's middle at the pixel where `other` has it."""
+    """The pose shifted laterally, so that `camera` sees the object's centre at the same pixel as `other`."""
     middle = T_other_obj[:3, :3] @ middle_obj + T_other_obj[:3, 3]
     u, v = other.project(middle)
     z = middle[2]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a calibration of the intrinsics returns."""
+"""Result of an intrinsic calibration."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class PerFrame(Compared):
-    """Each frame's own optimum, and their information-weighted mean (thesis Eq. 3.23).
+    """Estimates from single frames, and their information-weighted mean (thesis Eq. 3.23).
 
-    Frames that have none, since their view leaves an unknown open, are not among them.
+    Frames in which a parameter is unobservable are excluded.
 
     Attributes
     ----------
     frames : list of int
-        Which frames they are.
+        Indices of the frames.
     values : (M, n) float64
         In the order of ``free``.
     covariances : (M, n, n) float64
@@ -54,39 +54,39 @@ class PerFrame(Compared):
 
 @dataclass(frozen=True, eq=False)
 class IntrinsicsResult(Compared):
-    """Intrinsics of a depth camera from a known object, with what they are worth.
+    """Intrinsics of a depth camera from a known object, with their uncertainty.
 
     Attributes
     ----------
     camera : Camera
     free : tuple of str
-        The unknowns, in the order that the arrays have.
+        The estimated parameters, in the order of the arrays.
     values : (n,) float64
         Pixels, plain numbers, or metres (depth_offset).
     covariance : (n, n) float64
     interval95 : (n, 2) float64
-        Low and high end of the 95 % intervals.
+        Lower and upper end of the 95 % intervals.
     extra : dict
         skew (px), depth_scale and depth_offset (m) where they were free: ``depth = scale * reading + offset``.
     bias : (n,) float64
-        What noise does to the estimate on average: measured on a simulated twin (readings made up from the
-        solution, with the noise of each frame), not subtracted.
+        Bias of the estimate due to noise, measured in a simulation (depth rendered from the solution, with the noise of
+        each frame); not subtracted.
     per_frame : PerFrame
-        Of the frames that were used.
+        Estimates from the frames that were used.
     poses : (M, 4, 4) float64
         ``T_cam_obj`` of the frames that were used, m.
     frames : list of int
-        Which those are.
+        Indices of those frames.
     left_out : dict of int to str
-        Why the other frames were not used.
+        Reasons why the other frames were not used.
     noise_m : (M,) float64
-        sd of the readings, by frame.
+        Noise sd of the depth in each frame.
     observability : Observability
     status : "ok" or "weak"
-        "weak": the object's motion left something to be wished for; see ``reason``.
+        "weak": the object's motion was insufficient; see ``reason``.
     reason : str
     joint : bool
-        True: one solution over all frames; False: the mean of each frame's own.
+        True: joint solution over all frames; False: mean of the single-frame estimates.
     steps : list of Step
     seconds : float
     """
@@ -123,7 +123,7 @@ class IntrinsicsResult(Compared):
         return f"IntrinsicsResult({', '.join(parts)}; {len(self.frames)} frames, {self.status})"
 
     def to_dict(self) -> dict[str, Any]:
-        """Everything as numbers, lists and texts, for JSON."""
+        """Convert to numbers, lists and strings for JSON."""
         camera = {name: getattr(self.camera, name) for name in ("fx", "fy", "cx", "cy", "width", "height")}
         observed = dataclasses.asdict(self.observability)
         return {
@@ -151,7 +151,7 @@ class IntrinsicsResult(Compared):
 
 
 def per_frame_of(estimates: dict[str, Any], order: list[int], frames: list[int]) -> PerFrame:
-    """From what the core found of `frames`, its unknowns put into the caller's `order`."""
+    """Single-frame estimates of the core for `frames`, with the parameters in the caller's `order`."""
     information = estimates["information"]
     sane = np.linalg.eigvalsh(information)[:, 0] > 0
     if not sane.any():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The unknowns of a depth camera by name, and the way between them and :class:`sdftrack.Camera`."""
+"""The parameters of a depth camera by name, and conversion to and from :class:`sdftrack.Camera`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def check_free(free: Any) -> tuple[str, ...]:
     """`free` as a tuple of known names, each once."""
     if isinstance(free, str):
         raise TypeError(
-            f"free: expected a sequence of names, got the text {free!r}; a single one is ({free!r},)"
+            f"free: expected a sequence of names, got the string {free!r}; for a single name use ({free!r},)"
         )
     names = tuple(free)
     for name in names:
@@ -38,13 +38,13 @@ def check_free(free: Any) -> tuple[str, ...]:
 
 
 def core_lens(camera: Camera, extra: dict[str, float] | None = None) -> Any:
-    """The core's lens of a camera and what a Camera does not hold."""
+    """The core's lens for a camera and the parameters not in Camera."""
     values = {**EXTRA, **(extra or {})}
     return _core.Lens(camera._core, values["skew"], values["depth_scale"], values["depth_offset"])
 
 
 def camera_of(values: Sequence[float], like: Camera) -> Camera:
-    """The camera that `values` (in the order of UNKNOWNS) describe; all else as in `like`."""
+    """The camera with `values` (in the order of UNKNOWNS); everything else as in `like`."""
     named = dict(zip(UNKNOWNS, values, strict=True))
     lens = list(like.distortion)
     if named["k1"] or named["k2"]:
@@ -62,7 +62,7 @@ def extra_of(values: Sequence[float]) -> dict[str, float]:
 
 
 def prior_sd(names: Sequence[str], camera: Camera) -> list[float]:
-    """What anybody knows of a depth camera before any frame (sd), while only few frames speak."""
+    """Generic prior of a depth camera (sd), used while there are few frames."""
     known = {
         "fx": 0.15 * camera.fx,
         "fy": 0.15 * camera.fy,

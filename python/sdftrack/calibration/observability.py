@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the frames of a calibration could and could not say: which motion is missing, which unknown is left open."""
+"""Observability of a calibration: which motion is missing, which parameters are not determined."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["Observability", "observe", "refuse_flat_shape", "refuse_still_object
 Array = NDArray[np.float64]
 
 COLUMNS, ROWS = 8, 6  # cells of the image
-MIN_IN_CELL = 50  # readings for a cell to count as visited
+MIN_IN_CELL = 50  # measurements for a cell to count as visited
 ALIKE = 0.95  # correlation beyond which two unknowns are not told apart
 STILL_M, STILL_RAD = 0.01, np.radians(2.0)
 FLAT, FLAT_RAD = 0.6, np.radians(1.0)
@@ -40,20 +40,20 @@ SIDES: dict[str, Any] = {
 
 @dataclass(frozen=True, eq=False)
 class Observability(Compared):
-    """What the object showed of the camera.
+    """Observability of the camera parameters from the recording.
 
     Attributes
     ----------
     coverage : (6, 8) int
-        Readings in each cell of the image, rows from the top.
+        Number of object pixels in each cell of the image, rows from the top.
     depth_m : (float, float)
-        Nearest and farthest place of the object.
+        Smallest and largest distance of the object.
     turn_rad : float
-        Largest turn between two frames.
+        Largest rotation between two frames.
     correlation : (n, n) float64
-        Of the unknowns, in the order of ``free``.
+        Correlation of the parameters, in the order of ``free``.
     advice : list of str
-        What to do for a better calibration, a sentence each; empty: nothing is missing.
+        How to improve the calibration, one sentence each; empty: nothing is missing.
     """
 
     coverage: NDArray[np.int64]
@@ -64,7 +64,7 @@ class Observability(Compared):
 
 
 def observe(coverage: NDArray[Any], poses: Array, names: Sequence[str], covariance: Array) -> Observability:
-    """The report from the poses (M, 4, 4), the readings per cell, and the covariance of the unknowns."""
+    """Report from the poses (M, 4, 4), the pixels per cell, and the covariance of the parameters."""
     distance = np.linalg.norm(poses[:, :3, 3], axis=1)
     sd = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(sd, sd)
@@ -72,15 +72,15 @@ def observe(coverage: NDArray[Any], poses: Array, names: Sequence[str], covarian
     advice = _missing_places(coverage)
     if np.ptp(distance) < DEPTH_SPAN * distance.mean():
         advice.append(
-            f"the object stayed {distance.min():.2f} to {distance.max():.2f} m away: move it nearer and farther"
+            f"the object stayed at {distance.min():.2f} to {distance.max():.2f} m: move it closer and farther"
         )
     if turn < TURN_RAD:
-        advice.append(f"the object turned by {np.degrees(turn):.0f} deg only: show it from more sides")
+        advice.append(f"the object rotated by only {np.degrees(turn):.0f} deg: show it from more sides")
     for i, j in itertools.combinations(range(len(names)), 2):
         if abs(correlation[i, j]) > ALIKE:
             advice.append(
-                f"{names[i]} and {names[j]} are hardly told apart (correlation {correlation[i, j]:.3f}): "
-                "move the object nearer and farther, or free only one of them"
+                f"{names[i]} and {names[j]} are hardly distinguishable (correlation {correlation[i, j]:.3f}): "
+                "move the object closer and farther, or free only one of them"
             )
     return Observability(
         coverage.astype(np.int64), (distance.min(), distance.max()), turn, correlation, advice
@@ -88,32 +88,32 @@ def observe(coverage: NDArray[Any], poses: Array, names: Sequence[str], covarian
 
 
 def refuse_still_object(poses: Array) -> None:
-    """ValueError when the object is in one place all the time: one view says too little of a lens."""
+    """ValueError if the object does not move: one view is not sufficient."""
     moved = np.linalg.norm(np.ptp(poses[:, :3, 3], axis=0))
     turned = _largest_turn(poses)
     if moved < STILL_M and turned < STILL_RAD:
         raise ValueError(
-            f"frames: the object never moves ({1e3 * moved:.1f} mm and {np.degrees(turned):.1f} deg in all); move it "
+            f"frames: the object does not move ({1e3 * moved:.1f} mm and {np.degrees(turned):.1f} deg in all); move it "
             "through the whole image, nearer and farther, and turn it"
         )
 
 
 def refuse_flat_shape(sdf: SDF, names: Sequence[str]) -> None:
-    """ValueError when the depth's own law is asked of a shape of flat faces.
+    """ValueError if depth scale or offset is to be estimated from a shape with flat faces.
 
-    Faces and the angles between them look the same on a smaller body nearer by; only curved surfaces, or the
-    outline, which the readings within it do not show, have a size (docs/math/intrinsics.md, section 3).
+    Planar faces and their angles look the same on a smaller, closer body; only curved surfaces, or the outline, which
+    is not used, determine the size (docs/math/intrinsics.md, section 3).
     """
     asked = [name for name in ("depth_scale", "depth_offset") if name in names]
     if asked and (flat := _flat_share(sdf)) > FLAT:
         raise ValueError(
-            f"free: {' and '.join(asked)} cannot be found with this shape, whose surface is flat "
-            f"to {100 * flat:.0f} %: take a curved one, or leave it out"
+            f"free: {' and '.join(asked)} cannot be estimated with this shape, whose surface is flat "
+            f"to {100 * flat:.0f} %: use a curved shape, or fix the parameter"
         )
 
 
 def _flat_share(sdf: SDF) -> float:
-    """Share of the surface whose normal does not turn over a twentieth of the object's size."""
+    """Fraction of the surface whose normal is constant over a twentieth of the object's size."""
     vertices = sdf.to_mesh().vertices
     points = vertices[:: max(1, len(vertices) // 1000)]
     step = 0.05 * float(np.linalg.norm(np.ptp(vertices, axis=0)))
@@ -130,9 +130,9 @@ def _unit(v: Array) -> Array:
 def refuse_unobservable(
     names: Sequence[str], sd: Array, camera: Camera, frames: int, open_shifts: Array
 ) -> None:
-    """ValueError that names the unknowns on which the frames say next to nothing, and the cause.
+    """ValueError naming the parameters that are not observable in the frames, and the cause.
 
-    `open_shifts` (M,): along how many directions each frame's readings let the object slide.
+    `open_shifts` (M,): number of directions in which the object's position is undetermined in each frame.
     """
     unit = {"fx": camera.fx, "fy": camera.fy, "cx": camera.width, "cy": camera.width, "skew": camera.fx}
     bad = [
@@ -146,18 +146,16 @@ def refuse_unobservable(
 
 
 def _cause(frames: int, open_shifts: Array) -> str:
-    """A body without a symmetry of its own may still look the same when moved: where its ends are out of view."""
+    """Cause: even a body without symmetry may look the same when moved, if its ends are out of view."""
     usual = int(np.median(open_shifts))
     if usual:
         way = "along a line" if usual == 1 else "along two lines"
         return (
-            f"what is in view looks the same when the object is moved {way}, as a pole or a plate does whose ends are "
-            "out of view; show its ends, turn it about the view, or take a smaller one"
+            f"what is in view looks the same when the object is moved {way}, like a pole or a plate whose ends are "
+            "out of view; show its ends, rotate it in the image, or use a smaller one"
         )
     if frames < FEW_FRAMES:
-        return (
-            f"{frames} frames are too few for it; record some tens, the object moved and turned between them"
-        )
+        return f"{frames} frames are too few; record a few tens of frames with the object moving and rotating"
     return "move it through the whole image, nearer and farther, and turn it"
 
 
@@ -167,13 +165,13 @@ def _missing_places(coverage: NDArray[Any]) -> list[str]:
         return []
     share = (coverage >= MIN_IN_CELL).mean()
     return [
-        f"the object came to {100 * share:.0f} % of the image and hardly to its {', '.join(missing)} "
+        f"the object covered {100 * share:.0f} % of the image and hardly reached its {', '.join(missing)} "
         f"{'edge' if len(missing) == 1 else 'edges'}: move it into the corners"
     ]
 
 
 def _largest_turn(poses: Array) -> float:
-    """Largest angle from the first frame, or from the one that is farthest from that."""
+    """Largest angle from the first frame, or from the frame farthest from it."""
     if len(poses) < 2:
         return 0.0
     from_first = metrics.pose_error(poses, poses[0])[1]

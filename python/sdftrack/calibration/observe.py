@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Every frame of a recording: what may be the ball in depth, and what may be it in colour."""
+"""Ball candidates in depth and in colour, for every frame of a recording."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FIRST_PASS = 0.2  # of the progress
 
 @dataclass(eq=False)
 class ObservedFrame:
-    """Frame `index`: its time (s, NaN: none), round things in depth and in colour, the likelier ones first."""
+    """Frame `index`: its time (s, NaN: none), candidates in depth and in colour, most likely first."""
 
     index: int
     time_s: float
@@ -36,7 +36,7 @@ class ObservedFrame:
 
 @dataclass(eq=False)
 class Watch:
-    """All frames; the ball's colour; (width, height) of the colour images; the largest too small blob's radius (px)."""
+    """All frames; the ball's colour; (width, height) of the colour images; radius of the largest rejected blob (px)."""
 
     seen: list[ObservedFrame]
     color: Array | None
@@ -55,7 +55,7 @@ def watch(
     seed: int,
     progress: Callable[[float], None] | None,
 ) -> Watch:
-    """Look for the ball in every frame; unreadable frames and those without one of the images are passed over."""
+    """Search for the ball in every frame; unreadable frames and those without one of the images are skipped."""
     from concurrent.futures import ThreadPoolExecutor
 
     tell = progress or (lambda share: None)
@@ -97,23 +97,23 @@ def watch(
 
 
 def _samples(frames: Any) -> list[Any]:
-    """Some 20 usable frames from the whole recording; of a bad one the readable ones that there are."""
+    """About 20 usable frames from the whole recording; fewer if not enough are readable."""
     step = max(1, len(frames) // LEARNT_FROM)
     for chosen in (range(0, len(frames), step), range(len(frames))):
         usable = [f for f in (frames[i] for i in chosen) if _usable(f)]
         if usable:
             return usable[:: max(1, len(usable) // LEARNT_FROM)]
-    raise ValueError("frames: expected frames with depth and colour, got none that has both")
+    raise ValueError("frames: expected frames with depth and colour, got none with both")
 
 
 def guessed_camera(width: int, height: int) -> Camera:
-    """A colour camera of 60 degrees across, for a start."""
+    """An initial colour camera with a field of view of 60 degrees."""
     f = 0.87 * max(width, height)
     return Camera(f, f, 0.5 * (width - 1), 0.5 * (height - 1), width, height)
 
 
 def moving_first(seen: list[ObservedFrame], radius_m: float) -> None:
-    """Put round things of the background behind those that move, frame by frame, in place."""
+    """Sort moving candidates before those of the background, in each frame, in place."""
     everything = [b.center_cam for s in seen for b in s.balls]
     if not everything:
         return
@@ -130,10 +130,10 @@ def moving_first(seen: list[ObservedFrame], radius_m: float) -> None:
 
 
 def _model(images: list[NDArray[np.uint8]], ball_color: Any, eye: Camera, seed: int) -> BallColor:
-    """Histogram from the given colour, or from what moves, learnt again from outlines found with it."""
+    """Histogram from the given colour, or from moving pixels, relearned from the outlines found with it."""
     if ball_color is None and len(images) < 3:
         raise ValueError(
-            f"ball_color: expected (r, g, b) with so few frames ({len(images)}): what moves cannot be seen"
+            f"ball_color: expected (r, g, b) with so few frames ({len(images)}): motion cannot be detected"
         )
     model = BallColor(checked_color(ball_color) if ball_color is not None else moving_color(images))
     kept, masks = [], []
@@ -187,7 +187,7 @@ def _mask(mask: Any, shape: tuple[int, int], i: int) -> NDArray[np.float32]:
 
 
 def _blob_radius(likeness: NDArray[np.float32]) -> float:
-    """Radius of a disc with the largest blob's area, where that is below what can be fitted; else 0."""
+    """Radius of a disc with the largest blob's area, if it is too small to be fitted; else 0."""
     import cv2
 
     count, _, stats, _ = cv2.connectedComponentsWithStats((likeness > 0.5).astype(np.uint8))

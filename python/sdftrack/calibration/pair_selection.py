@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which round things are the ball under a map, their pairs and path, and the camera that the map implies."""
+"""Selection of ball candidates consistent with a mapping, their pairs and path, and the implied camera."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LATE_BAND_PX = 40.0  # of the choice between candidates while colour may be late
 
 
 def pairs_of(both: list[ObservedFrame], picks: list[tuple[int, int]], eye: Camera) -> BallPairs:
-    """Centres of the chosen round things; the image of the centre is the cone's axis under `eye`."""
+    """Centres of the selected candidates; the image of the centre is the cone's axis under `eye`."""
     rows = []
     for s, (a, b) in zip(both, picks, strict=True):
         ball, outline = s.balls[a], s.outlines[b]
@@ -54,7 +54,7 @@ def pairs_of(both: list[ObservedFrame], picks: list[tuple[int, int]], eye: Camer
 def picked(
     both: list[ObservedFrame], picks: list[tuple[int, int]], fit: Fit, eye: Camera, time_offset: bool
 ) -> tuple[list[tuple[int, int]], bool]:
-    """In each frame the two round things that the map brings nearest to each other."""
+    """In each frame the two candidates that are closest under the mapping."""
     new = []
     for k, s in enumerate(both):
         if len(s.balls) == 1 and len(s.outlines) == 1:
@@ -75,7 +75,7 @@ def picked(
 def path_of(
     seen: list[ObservedFrame], both: list[ObservedFrame], picks: list[tuple[int, int]], fit: Fit
 ) -> Path:
-    """Of the chosen balls; frames without colour help, dropped pairs do not."""
+    """Path of the selected balls; frames without colour are used, rejected pairs are not."""
     # A pair that the path did not reach has no residual; it is not wrong for that.
     right = fit.kept | ~np.isfinite(fit.residual_px).all(axis=1)
     chosen = {s.index: s.balls[a] for s, (a, _), k in zip(both, picks, right, strict=True) if k}
@@ -89,7 +89,7 @@ def path_of(
 
 
 def color_camera_of(x: ProjectiveMap | RigidMap, size: tuple[int, int], before: Camera) -> Camera:
-    """The colour camera that the map implies; the one before where that cannot be a camera."""
+    """The colour camera implied by the mapping; the previous one if it is not a valid camera."""
     assert isinstance(x, ProjectiveMap)
     try:
         K, _ = decompose(x.M)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where the ball was in both cameras, and its path between the frames."""
+"""Positions of the ball in both cameras, and its path between the frames."""
 
 from __future__ import annotations
 
@@ -25,21 +25,22 @@ class BallPairs(Compared):
     Attributes
     ----------
     index : (N,) int
-        Number of the frame in what was given.
+        Index of the frame in the input.
     center_cam : (N, 3) float64
-        Centre when the depth image was taken, depth camera, m.
+        Centre at the time of the depth image, depth camera, m.
     center_covariance : (N, 3, 3) float64, m^2
     color_px : (N, 2) float64
-        Image of the centre in the colour image (not the centre of the outline).
+        Projection of the centre in the colour image (not the centroid of the outline).
     color_covariance : (N, 2, 2) float64, px^2
     radius_px : (N,) float64
-        Of the outline in the colour image.
+        Radius of the outline in the colour image.
     time_s : (N,) float64
-        Timestamps; NaN where there were none.
+        Timestamps; NaN if missing.
     residual_px : (N, 2) float64
-        Measured less mapped; NaN before a map is fitted, and where the path has no point at the colour's time.
+        Measured minus mapped; NaN before a mapping is fitted, and if the path is undefined at the time of the colour
+        image.
     kept : (N,) bool
-        False: dropped as an outlier (see :func:`sdftrack.calibrate_color_to_depth`).
+        False: rejected as an outlier (see :func:`sdftrack.calibrate_color_to_depth`).
     """
 
     index: NDArray[np.int64]
@@ -56,15 +57,15 @@ class BallPairs(Compared):
         return len(self.index)
 
     def part(self, which: NDArray[np.bool_]) -> BallPairs:
-        """Some of the pairs."""
+        """A subset of the pairs."""
         return BallPairs(*(getattr(self, f.name)[which] for f in fields(self)))
 
 
 class Path:
-    """The ball's centre between frames: cubic Hermite pieces, slopes of polynomials through up to five points.
+    """The ball's centre between frames: cubic Hermite interpolation, slopes from polynomials through up to five points.
 
-    With slopes of fourth order a piece of length h errs by h^4 / 384 of the fourth derivative (eq. 10 of
-    docs/math/color_to_depth.md); Catmull-Rom's, of second order, would err by h^3 / 60 of the third.
+    With slopes of fourth order the error of a segment of length h is h^4 / 384 times the fourth derivative (eq. 10 of
+    docs/math/color_to_depth.md); with second-order slopes (Catmull-Rom) it would be h^3 / 60 times the third.
 
     Parameters
     ----------
@@ -88,10 +89,10 @@ class Path:
 
     @classmethod
     def through(cls, time_s: Array, center_cam: Array) -> Path:
-        """A path without the points that jump aside: something else was taken for the ball there.
+        """A path without outlier points, where something else was taken for the ball.
 
-        A jump is farther from the line between its neighbours than JUMP times what is usual, and 3 cm; the farthest
-        goes first, for it moves its neighbours' lines too.
+        An outlier is farther from the line between its neighbours than JUMP times the typical distance, and 3 cm; the
+        farthest is removed first, because it also affects its neighbours.
         """
         kept = np.arange(len(time_s))
         while len(kept) > 5:
@@ -105,7 +106,7 @@ class Path:
         return cls(time_s[kept], center_cam[kept])
 
     def at(self, time_s: Array) -> tuple[Array, Array, Array]:
-        """Centres (N, 3), velocities (N, 3) and shares (N, 2) of the piece's two ends; NaN outside the path."""
+        """Centres (N, 3), velocities (N, 3) and weights (N, 2) of the segment's two ends; NaN outside the path."""
         k = np.clip(np.searchsorted(self.t, time_s, side="right") - 1, 0, len(self.t) - 2)
         h = self.t[k + 1] - self.t[k]
         s = (time_s - self.t[k]) / h

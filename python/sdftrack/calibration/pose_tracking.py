@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""An object followed through the frames of a calibration while the camera becomes known."""
+"""Tracking of an object through the frames of a calibration while the camera is estimated."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ FOLLOWED = (Status.OK, Status.WEAK)
 
 
 class Follower:
-    """Frames in, readings near the object out, to a `_core.Calibration`."""
+    """Passes the measurements near the object in each frame to a `_core.Calibration`."""
 
     def __init__(
         self, core: Any, sdf: SDF, camera: Camera, improve: Callable[[int], None], threads: int
@@ -52,7 +52,7 @@ class Follower:
     def follow(
         self, frames: Iterable[Frame], places: dict[str, Any], tell: Callable[[int], None] | None
     ) -> None:
-        """Track through all frames; find the lens anew whenever their number has grown by half."""
+        """Track through all frames; re-estimate the lens whenever their number has grown by half."""
         next_look = FIRST_LOOK
         for i, frame in enumerate(frames):
             of_kind(frame, Frame, f"frames[{i}]", "make one with st.Frame(depth)")
@@ -70,7 +70,7 @@ class Follower:
                 tell(i + 1)
 
     def _take(self, frame: Frame, places: dict[str, Any]) -> str:
-        """One frame to the core; why not, else."""
+        """Pass one frame to the core; returns the reason if it cannot be used."""
         if frame.depth is None:
             return frame.error or "no depth image"
         seen = self._as_seen(frame.depth, frame.mask)
@@ -81,7 +81,7 @@ class Follower:
         count = self.core.add(seen.depth, mask, result.poses[0])
         if count < MIN_READINGS:
             self.core.drop([len(self.used)])
-            return f"only {count} readings of the object (expected at least {MIN_READINGS})"
+            return f"only {count} depth measurements of the object (expected at least {MIN_READINGS})"
         return ""
 
     def _tracked(self, seen: Frame, places: dict[str, Any]) -> TrackResult:
@@ -99,7 +99,7 @@ class Follower:
         return result
 
     def _look(self, frames: int) -> None:
-        """Find the lens; the poses move with it, and the tracker goes on from there."""
+        """Estimate the lens and the poses, and continue tracking from there."""
         self.improve(frames)
         if self._forgives and frames >= LENS_KNOWN:
             self._forgives, self._tracker = False, None
@@ -111,7 +111,7 @@ class Follower:
         return Frame(np.zeros(self.first_camera.shape, np.float32), check_units=False)
 
     def _as_seen(self, depth: NDArray[np.float32], mask: NDArray[np.bool_] | None) -> Frame:
-        """The frame through the lens as it is known by now."""
+        """The frame corrected by the current lens estimate."""
         values = self.core.lens.values
         extra = extra_of(values)
         if extra["depth_scale"] != 1 or extra["depth_offset"] != 0:

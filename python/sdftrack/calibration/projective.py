@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""The map from points of the depth camera to colour pixels, in two forms, with derivatives.
+"""The mapping from points of the depth camera to colour pixels, in two forms, with derivatives.
 
-Projective: ``lambda x' = P (Z x) + q`` (thesis Eq. 3.25), held as ``M = [P K | q]`` on points in metres, 12 numbers
-up to scale. Rigid: ``x' = pi(T_color_depth p)`` with a known colour camera, 6 numbers. docs/math/color_to_depth.md,
-eq. 1, 11 and 12.
+Projective: ``lambda x' = P (Z x) + q`` (thesis Eq. 3.25), stored as ``M = [P K | q]`` on points in metres, 12
+parameters up to scale. Rigid: ``x' = pi(T_color_depth p)`` with a known colour camera, 6 numbers.
+docs/math/color_to_depth.md, eq. 1, 11 and 12.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class ProjectiveMap(Compared):
     unknowns = 12
 
     def predict(self, p_cam: Array) -> tuple[Array, Array, Array]:
-        """Pixels (N, 2) of points (N, 3), derivatives by the 12 numbers (N, 2, 12) and by the points (N, 2, 3)."""
+        """Pixels (N, 2) of points (N, 3), derivatives by the 12 parameters (N, 2, 12) and by the points (N, 2, 3)."""
         p1 = np.column_stack([p_cam, np.ones(len(p_cam))])
         y = p1 @ self.M.T
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -46,12 +46,12 @@ class ProjectiveMap(Compared):
         return px, J.reshape(-1, 2, 12), by_point
 
     def moved(self, step: Array) -> ProjectiveMap:
-        """M plus a step, brought back to its scale."""
+        """M plus a step, renormalised."""
         return ProjectiveMap(_scaled(self.M + step.reshape(3, 4)), self.depth)
 
     @property
     def scales(self) -> Array:
-        """(12,) size of each unknown, for damping."""
+        """(12,) scale of each parameter, for damping."""
         size = np.array([self.M[0, 0], self.M[1, 1], 1.0])
         return np.repeat(np.abs(size), 4)
 
@@ -60,7 +60,7 @@ class ProjectiveMap(Compared):
         return self.M[:, :3] @ np.linalg.inv(self.depth.K), self.M[:, 3].copy()
 
     def Pq_jacobian(self) -> Array:
-        """(12, 12) d (P row by row, q) / d (M row by row), the scale held."""
+        """(12, 12) d (P row by row, q) / d (M row by row), at fixed scale."""
         K_inv = np.linalg.inv(self.depth.K)
         J = np.zeros((12, 12))
         for r in range(3):
@@ -69,7 +69,7 @@ class ProjectiveMap(Compared):
         return J @ self.gauge()
 
     def gauge(self) -> Array:
-        """(12, 12) projector of changes of M onto those that keep |M[2, :3]| = 1 by rescaling."""
+        """(12, 12) projector of changes of M onto those that preserve |M[2, :3]| = 1 by rescaling."""
         along = np.zeros((3, 4))
         along[2, :3] = self.M[2, :3]
         return np.eye(12) - np.outer(self.M.ravel(), along.ravel())
@@ -108,7 +108,7 @@ class RigidMap(Compared):
         return np.ones(6)
 
     def Pq(self) -> tuple[Array, Array]:
-        """(P, q) for ideal pixels: those of the colour camera without its lens."""
+        """(P, q) for ideal pixels: those of the colour camera without distortion."""
         K = self.color.K
         return K @ self.T_color_depth[:3, :3] @ np.linalg.inv(self.depth.K), K @ self.T_color_depth[:3, 3]
 
@@ -146,7 +146,7 @@ def dlt(p_cam: Array, color_px: Array, depth: Camera) -> ProjectiveMap:
 
 
 def resection(p_cam: Array, color_px: Array, color: Camera, depth: Camera) -> RigidMap | None:
-    """A pose of the colour camera from N >= 4 pairs, not on a line; None where there is none."""
+    """A pose of the colour camera from N >= 4 pairs, not on a line; None if there is none."""
     import cv2
 
     from sdftrack.calibration.cone import rays_of
@@ -167,11 +167,11 @@ def resection(p_cam: Array, color_px: Array, color: Camera, depth: Camera) -> Ri
 def decompose(M: Array) -> tuple[Array, Array]:
     """K' (3, 3) with K'[2, 2] = 1, and T_color_depth (4, 4), of ``M = K' [R' | t]`` (up to scale).
 
-    K' may have a skew, K'[0, 1]: nothing in the 12 numbers forbids it.
+    K' may have a skew, K'[0, 1]: the 12 parameters do not exclude it.
     """
     A = M[:, :3]
     if np.linalg.det(A) < 0:
-        raise ValueError("M: expected a map of points before the camera, got one that mirrors them")
+        raise ValueError("M: expected a mapping of points in front of the camera, got one that mirrors them")
     # RQ by QR of the reversed matrix.
     flip = np.eye(3)[::-1]
     Q, U = np.linalg.qr((flip @ A).T)

@@ -32,7 +32,7 @@ HUBER_COST = 1.018
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A map, the time offset (s), covariance of (unknowns of the map, offset), residuals (N, 2) px, pairs kept (N,)."""
+    """A mapping, the time offset (s), covariance of (mapping, offset), residuals (N, 2) px, inlier pairs (N,)."""
 
     map: Any
     offset_s: float
@@ -50,11 +50,11 @@ def fit_map(
     path: Path | None = None,
     offset_s: float = 0.0,
 ) -> Fit:
-    """Refine a map on pairs, and with a `path` of the ball the time offset too.
+    """Refine a mapping on pairs, and with a `path` of the ball also the time offset.
 
-    Each residual is whitened by the covariances of both centres. After each minimum the residuals' own scale is taken
-    from their median, pairs beyond 0.1 % of a chi-square are dropped, and the minimum is looked for again until the
-    set stays. Pairs that are not `kept` at the start may come back.
+    Each residual is whitened by the covariances of both centres. After each minimisation the scale of the residuals is
+    estimated from their median, pairs beyond the 0.1 % quantile of a chi-square are rejected, and the minimisation is
+    repeated until the set is stable. Pairs not `kept` at the start may be readmitted.
     """
     x, dt, scale = start, offset_s, 1.0
     kept = np.ones(len(pairs), dtype=np.bool_) if kept is None else kept
@@ -90,7 +90,7 @@ def fit_map(
 
 
 def _with_the_stated(measured: float, freedom: int) -> float:
-    """Variance over the stated one: as measured where that is more, else drawn towards the stated, 1, by few data."""
+    """Ratio of the variance to the stated one: as measured if larger, else shrunk towards 1 for few data."""
     return max(measured, (freedom * measured + STATED_FREEDOM) / (freedom + STATED_FREEDOM))
 
 
@@ -99,10 +99,10 @@ def _rows(x: Any, dt: float, pairs: BallPairs, path: Path | None) -> Array:
 
 
 def _studentised(white: Array, J: Array, kept: NDArray[np.bool_]) -> Array:
-    """(N,) squared whitened residuals r^T (I -+ J H^+ J^T)^-1 r: those that were fitted are shorter than true ones.
+    """(N,) squared studentised residuals r^T (I -+ J H^+ J^T)^-1 r: those of fitted pairs are too small.
 
-    A pair that was fitted (minus) has pulled the map towards itself; one that was not (plus) stands off by the map's
-    own uncertainty too.
+    A fitted pair (minus) has pulled the mapping towards itself; for a pair not fitted (plus) the uncertainty of the
+    mapping adds.
     """
     J = np.nan_to_num(J)
     H = np.einsum("nka,nkb->ab", J[kept], J[kept])
@@ -117,7 +117,7 @@ def _studentised(white: Array, J: Array, kept: NDArray[np.bool_]) -> Array:
 
 
 def _inverse(H: Array, x: Any) -> Array:
-    """Of the Hessian in scaled unknowns; the scale of a projective map, of which nothing is known, is held."""
+    """Inverse of the Hessian in scaled parameters; the unobservable scale of a projective mapping is fixed."""
     if x.unknowns != 12:
         inverse: Array = np.asarray(np.linalg.pinv(H, hermitian=True), dtype=np.float64)
         return inverse
@@ -139,7 +139,7 @@ def consensus(
     seed: int,
     tries: int = 200,
 ) -> tuple[Any, NDArray[np.bool_], float]:
-    """The map from few pairs that most pairs agree with to `band_px` (RANSAC), which pairs, and how well they do."""
+    """RANSAC: the mapping from few pairs with the most inliers within `band_px`, the inliers, and their score."""
     rng = np.random.default_rng([seed, 21])
     n = len(pairs)
     best: Any = None
@@ -189,7 +189,7 @@ def _residuals(x: Any, dt: float, pairs: BallPairs, path: Path | None) -> tuple[
 def _minimum(
     x: Any, dt: float, pairs: BallPairs, path: Path | None, kept: NDArray[np.bool_], scale: float
 ) -> tuple[Any, float, Array]:
-    """Levenberg-Marquardt; also the Hessian of the weighted squares at the end, in scaled unknowns."""
+    """Levenberg-Marquardt; also returns the final Hessian of the weighted squares, in scaled parameters."""
     damping = 1e-3
     r, J, cost = _weighted(x, dt, pairs, path, kept, scale)
     for _ in range(STEPS):

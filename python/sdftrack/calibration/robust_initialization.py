@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The first map of all, from pairs of which some are wrong, while colour may be late."""
+"""Robust initial mapping from pairs with outliers, with a possible delay of colour."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ TRIES, LATE_TRIES = (
 def first_map(
     pairs: BallPairs, depth: Camera, color: Camera | None, time_offset: bool, smallest: int, seed: int
 ) -> Fit:
-    """The map (and the delay) that most pairs agree with, refined on these."""
+    """The mapping (and delay) with the most inliers, refined on them."""
     path = Path.through(pairs.time_s, pairs.center_cam) if time_offset else None
     delays = [0.0]
     if path is not None:
@@ -49,10 +49,14 @@ def first_map(
             best = score, x, agree, right, float(dt)
     if best is None or np.count_nonzero(best[2]) < smallest:
         few = len(pairs) < smallest + 3
-        more = f"; of so few a single wrong one leaves no map, {2 * smallest} pairs stand some" if few else ""
+        more = (
+            f"; with so few pairs a single outlier is fatal, {2 * smallest} pairs tolerate some"
+            if few
+            else ""
+        )
         raise ValueError(
-            f"frames: no map agrees with {smallest} of the {len(pairs)} pairs to {BAND_PX:g} px; is the ball that is "
-            "found in depth the one that is found in colour? Look at the size (ball_radius) and the colour "
+            f"frames: no mapping agrees with {smallest} of the {len(pairs)} pairs to {BAND_PX:g} px; is the ball "
+            "found in depth the one found in colour? Check the size (ball_radius) and the colour "
             f"(ball_color){more}"
         )
     _, x, agree, right, dt = best
@@ -64,7 +68,7 @@ def first_map(
 def _agreed(
     pairs: BallPairs, depth: Camera, color: Camera | None, smallest: int, seed: int, tries: int
 ) -> tuple[Any, NDArray[np.bool_], float]:
-    """The map that most pairs agree with to BAND_PX, which, and how well they do."""
+    """The mapping with the most inliers within BAND_PX, the inliers, and their score."""
 
     def solve(chosen: NDArray[np.intp]) -> Any:
         chosen = chosen[np.isfinite(pairs.color_px[chosen]).all(axis=1)]  # an outline may make no cone

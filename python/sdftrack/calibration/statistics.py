@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From what each frame says of the unknowns to one answer: fusion, covariance, intervals, and who does not fit."""
+"""Combination of single-frame estimates: fusion, covariance, intervals, and outlier frames."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def fuse(values: Array, information: Array) -> tuple[Array, Array]:
     Returns
     -------
     mean : (n,), covariance : (n, n)
-        The latter by the scatter of the estimates about their mean.
+        The covariance from the scatter of the estimates about their mean.
     """
     total = np.linalg.inv(information.sum(axis=0))
     mean: Array = total @ np.einsum("mij,mj->i", information, values)
@@ -53,10 +53,10 @@ def fuse(values: Array, information: Array) -> tuple[Array, Array]:
 
 
 def covariance_of(estimates: Estimates) -> Array:
-    """Covariance of the joint solution: the sandwich over whole frames, or over pixels where they are few.
+    """Covariance of the joint solution: sandwich estimator over frames, or over pixels if frames are few.
 
-    Errors of the pixels of one frame go together (grain of the voxels, correlated noise); those of different frames do
-    not. With enough frames their own scatter says how much; docs/math/intrinsics.md, section 4.
+    Errors of pixels in one frame are correlated (voxel grid, correlated noise); those of different frames are not. With
+    enough frames their scatter measures this; docs/math/intrinsics.md, section 4.
     """
     pulls = estimates["gradient"]
     frames, n = pulls.shape
@@ -72,10 +72,10 @@ def covariance_of(estimates: Estimates) -> Array:
 
 
 def inverse_of(information: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Pseudo-inverse (n, n) within the directions that are known, and which unknowns (n,) have a part in the others.
+    """Pseudo-inverse (n, n) in the observable directions, and the parameters (n,) involved in unobservable ones.
 
-    Each unknown is measured by what is said of it alone, so that neither pixels nor plain numbers weigh more. A
-    direction without information, or with less than rounding leaves, is open; with it the unknowns that it mixes.
+    Each parameter is scaled by its own information, so that units do not matter. A direction without information beyond
+    rounding is unobservable, as are the parameters that it involves.
     """
     own = np.diag(information)
     said: NDArray[np.bool_] = np.asarray(own > 0, dtype=np.bool_)
@@ -88,24 +88,26 @@ def inverse_of(information: Array) -> tuple[Array, NDArray[np.bool_]]:
 
 
 def robust_chi2(estimates: Estimates) -> Array:
-    """(M,) squared length of each frame's pull on the unknowns, by what its noise explains: chi-square of n."""
+    """(M,) squared length of each frame's gradient, whitened by its noise: chi-square with n degrees of freedom."""
     scatter = estimates["scatter"]
     size = np.trace(scatter, axis1=1, axis2=2)
-    # A frame without readings pulls nowhere: any scatter will do.
+    # A frame without measurements pulls nowhere: any scatter will do.
     least = np.where(size > 0, 1e-12 * size, 1.0)[:, None, None] * np.eye(scatter.shape[1])
     solved = np.linalg.solve(scatter + least, estimates["gradient"][:, :, None])[:, :, 0]
     return np.einsum("mi,mi->m", estimates["gradient"], solved)
 
 
 def frame_test(estimates: Estimates, min_hits: int) -> dict[int, str]:
-    """Frames to leave out, by their number: little seen, badly fitting, or pulling where no other does.
+    """Frames to exclude, by index: too few pixels, a bad fit, or disagreement with the others.
 
-    The last is a chi-square test at 99.9 % of the frame's pull on the unknowns, its scatter measured by the median of
-    all frames; docs/math/intrinsics.md, section 5.
+    The last is a chi-square test at 99.9 % of the frame's gradient, with its scatter estimated from the median of all
+    frames; docs/math/intrinsics.md, section 5.
     """
     n = estimates["gradient"].shape[1]
     out = {
-        int(m): f"only {estimates['hits'][m]} readings within the outline (expected at least {min_hits})"
+        int(
+            m
+        ): f"only {estimates['hits'][m]} depth measurements within the outline (expected at least {min_hits})"
         for m in np.flatnonzero(estimates["hits"] < min_hits)
     }
     usual = float(np.median(estimates["noise_m"]))
@@ -124,7 +126,7 @@ def frame_test(estimates: Estimates, min_hits: int) -> dict[int, str]:
 
 
 def half_width95(sd: Array, frames: int) -> Array:
-    """Half of the 95 % interval of estimates with this sd, which has been measured from so many frames."""
+    """Half width of the 95 % interval for this sd, estimated from this many frames."""
     freedom = max(1, frames - len(sd))
     return sd * student_t975(freedom)
 
@@ -144,6 +146,6 @@ def student_t975(freedom: int) -> float:
 
 
 def chi2_quantile(probability: float, freedom: int) -> float:
-    """Quantile of chi-square by Wilson and Hilferty's cube of a normal."""
+    """Quantile of chi-square by the Wilson-Hilferty approximation."""
     z = NormalDist().inv_cdf(probability)
     return freedom * (1 - 2 / (9 * freedom) + z * math.sqrt(2 / (9 * freedom))) ** 3

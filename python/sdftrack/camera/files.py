@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Camera files and messages of other programs. `make` is the class of the camera to build."""
+"""Camera files and messages of other programs. `make` is the camera class to create."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def load_camera(make: type[Camera], path: Path, width: int | None, height: int |
     for name, wanted in (("width", width), ("height", height)):
         if wanted is not None and wanted != getattr(camera, name):
             raise ValueError(
-                f"{name}: {path} is of a camera with {name} {getattr(camera, name)}, got {wanted}; "
-                "leave it out, or use .scaled() or .cropped()"
+                f"{name}: {path} has {name} {getattr(camera, name)}, got {wanted}; "
+                "omit it, or use .scaled() or .cropped()"
             )
     return camera
 
@@ -66,7 +66,7 @@ def _from_json(make: type[Camera], path: Path, width: int | None, height: int | 
 
 
 def _from_yaml(make: type[Camera], path: Path) -> Camera:
-    """The camera_info files of ROS' calibrator. So few fields need no YAML library."""
+    """The camera_info files of ROS' calibrator, parsed without a YAML library."""
     text = path.read_text(encoding="utf-8")
 
     def scalar(name: str) -> str | None:

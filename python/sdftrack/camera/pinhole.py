@@ -38,8 +38,8 @@ class Camera:
     Raises
     ------
     ValueError
-        fx or fy not positive, a number not finite, a size below 1, another count of distortion numbers,
-        a lens polynomial that folds over inside the image.
+        fx or fy not positive, a non-finite value, a size below 1, a wrong number of distortion coefficients, a lens
+        polynomial that folds over inside the image.
 
     Examples
     --------
@@ -81,7 +81,7 @@ class Camera:
             self._check_lens()
 
     def _check_lens(self) -> None:
-        """Refuse a polynomial that folds over inside the image: its border pixels would have no ray."""
+        """Reject a polynomial that folds over inside the image: its border pixels would have no ray."""
         right, bottom = self.width - 1, self.height - 1
         for u in (0, right / 2, right):
             for v in (0, bottom / 2, bottom):
@@ -124,7 +124,7 @@ class Camera:
 
     @classmethod
     def from_K(cls, K: ArrayLike, width: int, height: int, distortion: ArrayLike | None = None) -> Camera:
-        """Camera of a (3, 3) matrix without skew."""
+        """Camera from a (3, 3) matrix without skew."""
         M = numbers(K, "K")
         if M.shape != (3, 3):
             raise ValueError(f"K: expected a 3 x 3 matrix, got shape {M.shape}")
@@ -139,7 +139,7 @@ class Camera:
 
     @classmethod
     def from_fov(cls, fov_x_rad: float, width: int, height: int) -> Camera:
-        """Ideal camera with square pixels that sees `fov_x_rad` radians from edge to edge of the image."""
+        """Ideal camera with square pixels and a horizontal field of view of `fov_x_rad` radians, edge to edge."""
         if not 0.0 < fov_x_rad < math.pi:
             raise ValueError(f"fov_x_rad: expected radians between 0 and pi, got {fov_x_rad:g}")
         f = 0.5 * width / math.tan(0.5 * fov_x_rad)
@@ -147,11 +147,11 @@ class Camera:
 
     @classmethod
     def from_realsense(cls, intrinsics: Any) -> Camera:
-        """Camera of a RealSense `intrinsics` object (read by attributes: the SDK is not needed).
+        """Camera from a RealSense `intrinsics` object (by attributes; the SDK is not required).
 
-        Their `inverse_brown_conrady` maps distorted coordinates to ideal ones; it and
-        `modified_brown_conrady` are converted by a fit that must agree to 0.3 px over the whole image, else
-        ValueError. Lens models without such a conversion (f-theta, Kannala-Brandt) raise ValueError.
+        RealSense's `inverse_brown_conrady` maps distorted to ideal coordinates; it and `modified_brown_conrady` are
+        converted by a fit that must agree within 0.3 px over the whole image, else ValueError. Lens models without such
+        a conversion (f-theta, Kannala-Brandt) raise ValueError.
         """
         from sdftrack.camera.realsense_lens import opencv_distortion_from_realsense
 
@@ -168,7 +168,7 @@ class Camera:
         return camera_from_ros(cls, camera_info)
 
     def scaled(self, s: float) -> Camera:
-        """Camera of this image resized by `s`: pixel (u, v) goes to s (u + 0.5) - 0.5, sizes are rounded."""
+        """Camera of the image resized by `s`: pixel (u, v) moves to s (u + 0.5) - 0.5; sizes are rounded."""
         s = _finite("s", s)
         width, height = round(self.width * s), round(self.height * s)
         if s <= 0 or width < 1 or height < 1:
@@ -177,7 +177,7 @@ class Camera:
         return Camera(s * self.fx, s * self.fy, cx, cy, width, height, self.distortion)
 
     def cropped(self, x: int, y: int, w: int, h: int) -> Camera:
-        """Camera of the part `image[y:y + h, x:x + w]`, which must lie inside the image."""
+        """Camera of the crop `image[y:y + h, x:x + w]`, which must lie inside the image."""
         if x < 0 or y < 0 or w < 1 or h < 1 or x + w > self.width or y + h > self.height:
             raise ValueError(
                 f"x, y, w, h: expected a rectangle inside {self.width} x {self.height}, got {(x, y, w, h)}"
@@ -225,9 +225,9 @@ class Camera:
         Raises
         ------
         TypeError
-            Whole numbers: raw sensor units are not metres.
+            An integer dtype: raw sensor units are not metres.
         ValueError
-            A size other than the camera's.
+            The size differs from the camera's.
         """
         d = np.asarray(depth)
         if d.dtype.kind != "f":
@@ -240,7 +240,7 @@ class Camera:
         return points
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a small JSON file, whole or not at all."""
+        """Write a JSON file, completely or not at all."""
         from sdftrack.camera.files import save_camera
 
         save_camera(path, self)
@@ -251,8 +251,8 @@ class Camera:
     ) -> Camera:
         """Read a camera: our JSON, Open3D's intrinsic.json, BOP's camera.json, a ROS yaml or cam_K.txt.
 
-        `width` and `height` are needed for cam_K.txt, which does not hold them; where the file does, they
-        must agree. FileNotFoundError, or ValueError that says what the file lacks.
+        `width` and `height` are required for cam_K.txt, which does not contain them; if the file does, they must agree.
+        FileNotFoundError, or ValueError stating what the file lacks.
         """
         from sdftrack.camera.files import load_camera
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""RealSense's lens models as OpenCV's, by a fit over the image."""
+"""Conversion of RealSense's lens models to OpenCV's, by a fit over the image."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 def opencv_distortion_from_realsense(
     model: str, coefficients: tuple[float, ...], camera: Camera
 ) -> tuple[float, ...]:
-    """OpenCV's numbers for a RealSense lens: `model` by name, `coefficients` k1 k2 p1 p2 k3."""
+    """OpenCV's coefficients for a RealSense lens: `model` by name, `coefficients` k1 k2 p1 p2 k3."""
     kind = model.rsplit(".", 1)[-1].strip().lower().replace(" ", "_").replace("-", "_")
     if kind == "none" or not any(coefficients):
         return ()
@@ -77,8 +77,8 @@ def _polynomial(xy: Array, c: tuple[float, ...], radial_first: bool) -> Array:
 def _fit(ideal: Array, distorted: Array) -> tuple[float, ...]:
     """k1 k2 p1 p2 k3 k4 k5 k6 by least squares.
 
-    distorted = ideal N / D + t with N, D polynomials in r^2; times D it is linear in all unknowns but for the
-    product D t, whose D is taken from the round before.
+    distorted = ideal N / D + t with N, D polynomials in r^2; multiplied by D, it is linear in all unknowns except the
+    product D t, where D is taken from the previous iteration.
     """
     r2 = (ideal**2).sum(1, keepdims=True)
     x, y = ideal.T

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A depth camera with the colour camera beside it, and where a depth pixel lies in the colour image."""
+"""A depth camera with a colour camera, and the mapping from depth to colour pixels."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ __all__ = ["RGBDCamera", "depth_camera"]
 
 @dataclass(frozen=True, eq=False)
 class RGBDCamera:
-    """A depth camera and the colour camera beside it.
+    """A depth camera and a colour camera in a fixed relative pose.
 
     Parameters
     ----------
     depth : Camera
-        The camera of the depth image; poses T_cam_obj are in its frame.
+        Camera of the depth image; poses T_cam_obj are in its frame.
     color : Camera, optional
         The colour camera; None with no mapping: colour images are aligned to depth pixel by pixel.
     T_color_depth : (4, 4) array, optional
         Maps points of the depth camera to the colour camera, metres.
     projective : (P, q), optional
-        The other form of the mapping: (y0, y1, y2) = P (u Z, v Z, Z) + q for depth pixel (u, v) and depth Z
-        in metres; the colour pixel is (y0 / y2, y1 / y2). P is (3, 3), q is (3,).
+        Alternative form of the mapping: (y0, y1, y2) = P (u Z, v Z, Z) + q for depth pixel (u, v) and depth Z in
+        metres; the colour pixel is (y0 / y2, y1 / y2). P is (3, 3), q is (3,).
     """
 
     depth: Camera
@@ -83,7 +83,7 @@ class RGBDCamera:
 
     @property
     def aligned(self) -> bool:
-        """True where a colour pixel belongs to the depth pixel with the same coordinates."""
+        """Whether colour and depth pixels with the same coordinates correspond."""
         return self.T_color_depth is None and self.projective is None
 
     @property
@@ -124,7 +124,7 @@ class RGBDCamera:
 
 
 def depth_camera(camera: Camera | RGBDCamera, name: str = "camera") -> Camera:
-    """The camera of the depth image, from either kind; TypeError for anything else."""
+    """The camera of the depth image, from either type; TypeError for other types."""
     if isinstance(camera, RGBDCamera):
         return camera.depth
     if isinstance(camera, Camera):

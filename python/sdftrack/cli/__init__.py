@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The command ``sdftrack``: one file per subcommand, and the only place that prints and exits."""
+"""The command ``sdftrack``: one file per subcommand; the only package that prints and exits."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["main"]
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit: 0 done, 1 an error in one clear line, 2 wrong usage."""
+    """Run the command line and exit: 0 success, 1 error (one line), 2 usage error."""
     import signal
     import sys
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Advice for Python as advice for the command line: ``unit='mm'`` becomes ``--unit mm``."""
+"""Translates advice in error messages for the command line: ``unit='mm'`` becomes ``--unit mm``."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ END = r"(?=[\s,;.)]|$)"
 
 
 def options_of(command: Any, arguments: Sequence[str]) -> dict[str, str]:
-    """By the name of the argument in Python, the options of the (sub)command that the arguments call."""
+    """Options of the (sub)command called by the arguments, by the name of the Python argument."""
     for word in arguments:
         below = getattr(command, "commands", {}).get(word)
         if below is None:
@@ -31,7 +31,7 @@ def options_of(command: Any, arguments: Sequence[str]) -> dict[str, str]:
 
 
 def as_options(text: str, options: dict[str, str]) -> str:
-    """`text` with the arguments that are options written as such; advice that no option can follow is left out."""
+    """Rewrite Python arguments in `text` as options; advice without a corresponding option is removed."""
     # Code in brackets, such as (points[np.isfinite(points).all(axis=1)]), is for those who write code.
     text = re.sub(r" \([a-z_]+\[.*?\]\)", "", text)
     text = re.sub(r"\bpass " + NAME + r", or ", lambda m: m[0] if m[1] in options else "", text)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The commands put together, and what becomes of their errors."""
+"""Assembles the commands and handles their errors."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ __all__ = ["app", "run"]
 
 app = typer.Typer(
     name="sdftrack",
-    help="Track and reconstruct rigid objects with an RGB-D camera, by signed distance functions.",
+    help="Track and reconstruct rigid objects with an RGB-D camera, using signed distance functions.",
     add_completion=False,
     pretty_exceptions_enable=False,
     no_args_is_help=True,
@@ -69,7 +69,7 @@ def _root(
 
 
 def run(arguments: list[str]) -> int:
-    """Run one command; the exit code."""
+    """Run one command; returns the exit code."""
     import warnings
 
     command: Any = typer.main.get_command(app)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack calibrate``: cameras from what they have seen."""
+"""``sdftrack calibrate``: camera calibration from recordings."""
 
 from __future__ import annotations
 

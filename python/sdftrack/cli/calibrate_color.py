@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack calibrate color``: a recording of a coloured ball on a wand in, the depth-to-colour registration out."""
+"""``sdftrack calibrate color``: depth-to-colour registration from a recording of a coloured ball on a wand."""
 
 from __future__ import annotations
 
@@ -38,17 +38,19 @@ def color(
     seq: Annotated[Path, typer.Argument(metavar="SEQ", help="Folder of a recorded sequence.")],
     ball_radius: Annotated[float, typer.Option(metavar="R", help="Radius of the ball, metres.")],
     ball_color: Annotated[
-        str | None, typer.Option(metavar="r,g,b", help="0 to 255; without: the most saturated moving thing.")
+        str | None, typer.Option(metavar="r,g,b", help="0 to 255; default: the most saturated moving object.")
     ] = None,
     color_camera: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Known colour camera: its pose is estimated, its lens honoured."),
+        typer.Option(
+            metavar="FILE", help="Known colour camera: only its pose is estimated; its distortion is used."
+        ),
     ] = None,
     time_offset: Annotated[
-        bool, typer.Option("--time-offset", help="Estimate by how much colour is later than depth, too.")
+        bool, typer.Option("--time-offset", help="Also estimate the delay of colour relative to depth.")
     ] = False,
     fps: Annotated[
-        float | None, typer.Option(metavar="N", help="Frames per second, where the sequence has no times.")
+        float | None, typer.Option(metavar="N", help="Frames per second, if the sequence has no timestamps.")
     ] = None,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
@@ -56,15 +58,15 @@ def color(
     stop: StopOption = None,
     step: StepOption = 1,
     layout: LayoutOption = "auto",
-    seed: Annotated[int, typer.Option(min=0, help="Of the search for consistent pairs.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed of the search for consistent pairs.")] = 0,
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
-    """Find where depth pixels lie in the colour image, from a coloured ball waved before both cameras.
+    """Estimate the depth-to-colour mapping from a coloured ball moved in front of both cameras.
 
-    Writes camera.json (with the mapping, as a sequence's folder has it), result.json and plots into DIR.
+    Writes camera.json (with the mapping, in the format of a sequence folder), result.json and plots into DIR.
     """
     if out is None:
         raise Usage("expected a folder for the result", "--out")
@@ -114,7 +116,7 @@ def color(
 
 
 class _Frames:
-    """Frames of a sequence, with times by `fps` where they have none."""
+    """Frames of a sequence, with timestamps from `fps` if they have none."""
 
     def __init__(self, seq: Any, numbers: range, fps: float | None) -> None:
         self._seq, self._numbers, self._fps = seq, numbers, fps
@@ -145,12 +147,12 @@ def _color(text: str | None) -> tuple[float, ...] | None:
 
 
 def _opened(path: Path, layout: str) -> Any:
-    """The sequence with its colour images, whatever their size: that they are not registered is the point."""
+    """The sequence with its colour images of any size, because they are not registered yet."""
     import sdftrack as st
     from sdftrack.io.datasets.images import ImageFrames
 
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message=".*colour images of .* are left out")
+        warnings.filterwarnings("ignore", message=".*colour images of .* are ignored")
         seq = st.open_sequence(path, layout=layout)
     if isinstance(seq._frames, ImageFrames):
         seq._frames.take_color_of_any_size()
@@ -158,7 +160,7 @@ def _opened(path: Path, layout: str) -> Any:
 
 
 def _depth_scale(path: Path) -> float:
-    """That of a camera.json of the k1 layout, so that the new one may take its place; else millimetres."""
+    """Depth scale of a camera.json of the k1 layout, so that the new file can replace it; else millimetres."""
     from sdftrack._internal.files import read_json
 
     file = path / "camera.json"
@@ -187,9 +189,9 @@ def _show(result: Any, out: Path) -> None:
         ["pairs kept", f"{int(np.count_nonzero(result.pairs.kept))} of {len(result.pairs)}"],
         ["rms px", f"{result.rms_px:.3f}"],
         ["colour camera fx fy cx cy", f"{K[0, 0]:.1f} {K[1, 1]:.1f} {K[0, 2]:.1f} {K[1, 2]:.1f}"],
-        ["depth camera in its frame, mm", " ".join(f"{1e3 * v:+.1f}" for v in t)],
+        ["depth camera position in its frame, mm", " ".join(f"{1e3 * v:+.1f}" for v in t)],
     ]
     if result.time_offset_sd_s:
         late = f"{1e3 * result.time_offset_s:+.2f} +- {1e3 * result.time_offset_sd_s:.2f}"
-        rows.append(["colour later than depth, ms", late])
+        rows.append(["delay of colour, ms", late])
     show_table(f"{out}: {', '.join(FILES)}", ["", "value"], rows)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack calibrate depth``: recordings of a wall, a table or a known object in, the sensor's errors out."""
+"""``sdftrack calibrate depth``: depth error model from recordings of a wall, a table or a known object."""
 
 from __future__ import annotations
 
@@ -35,18 +35,22 @@ def depth(
     seqs: Annotated[list[Path], typer.Argument(metavar="SEQ...", help="Folders of recorded sequences.")],
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", metavar="FILE.toml", help="The sensor's model; a picture beside it."),
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="FILE.toml",
+            help="Output file of the sensor model; a plot is written next to it.",
+        ),
     ] = None,
     model: Annotated[
         Path | None,
         typer.Option(
-            metavar="M.ply", help="A known object, at the sequence's own poses. Without: a wall or table."
+            metavar="M.ply",
+            help="A known object, at the sequence's ground-truth poses. Default: a wall or table.",
         ),
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="FILE may be there; it is replaced.")
-    ] = False,
-    name: Annotated[str, typer.Option(help="Of the sensor, for results.")] = "calibrated",
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace FILE if it exists.")] = False,
+    name: Annotated[str, typer.Option(help="Name of the sensor, used in results.")] = "calibrated",
     start: StartOption = 0,
     stop: StopOption = None,
     step: StepOption = 1,
@@ -58,7 +62,7 @@ def depth(
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
-    """Measure a depth camera's noise, its reach over the image, and its bias.
+    """Measure a depth camera's noise, its spatial correlation, and its bias.
 
     From a flat wall or table at several distances and angles, or from a known object at known poses. Use the result
     with --sensor FILE.toml, or Tracker(..., sensor=FILE.toml).
@@ -68,7 +72,7 @@ def depth(
         raise Usage("expected a file for the result: --out sensor.toml", "--out")
     if out.exists() and not overwrite:
         raise Usage(
-            f"expected a new file, got {out}, which is there; choose another or give --overwrite", "--out"
+            f"expected a new file, got {out}, which exists; choose another or pass --overwrite", "--out"
         )
     if unit not in (None, *UNITS):
         raise Usage(f"expected {', '.join(UNITS)}, got {unit!r}", "--unit")
@@ -100,7 +104,7 @@ def depth(
 
 
 class _Source:
-    """The chosen frames of all sequences, each with its camera, and the poses of the object in them."""
+    """The selected frames of all sequences, with their cameras and object poses."""
 
     def __init__(
         self,
@@ -156,8 +160,8 @@ def _show(result: Any, out: Path, picture: Path) -> None:
                 f"{1e3 * float(sensor.systematic(at)):.2f}",
             ]
         )
-    head = ["distance m", "noise seen mm", "model 0 deg", "30 deg", "60 deg", "bias mm", "its sd mm"]
+    head = ["distance m", "noise measured mm", "model 0 deg", "30 deg", "60 deg", "bias mm", "its sd mm"]
     show_table(f"{out}, {picture.name}: {sensor.source}", head, rows)
-    print(f"neighbours share their noise over {sensor.correlation_px:.1f} px; {result.used} frames used")
+    print(f"the noise is correlated over {sensor.correlation_px:.1f} px; {result.used} frames used")
     if result.left_out:
         print(f"left out: {len(result.left_out)} frames, the last one: {list(result.left_out.values())[-1]}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack calibrate intrinsics``: a recording of a known object in, the depth camera's intrinsics out."""
+"""``sdftrack calibrate intrinsics``: intrinsics of a depth camera from a recording of a known object."""
 
 from __future__ import annotations
 
@@ -52,26 +52,37 @@ def intrinsics(
     seq: Annotated[Path, typer.Argument(metavar="SEQ", help="Folder of a recorded sequence.")],
     model: Annotated[Path, typer.Option(metavar="M.ply", help="Mesh of the object.")],
     init: Annotated[
-        str, typer.Option(metavar=INIT, help="Where it is in the first image; auto: by its mask or a search.")
+        str,
+        typer.Option(
+            metavar=INIT, help="Location of the object in the first image; auto: by its mask or a search."
+        ),
     ] = "auto",
     free: Annotated[
         str,
         typer.Option(
             metavar="NAME,...",
-            help="What is unknown, out of fx, fy, cx, cy, skew, k1, k2, depth_scale, depth_offset.",
+            help="Parameters to estimate, out of fx, fy, cx, cy, skew, k1, k2, depth_scale, depth_offset.",
         ),
     ] = ",".join(PINHOLE),
     per_frame: Annotated[
-        bool, typer.Option("--per-frame", help="The weighted mean of single frames, not one solution of all.")
+        bool,
+        typer.Option(
+            "--per-frame", help="Weighted mean of single-frame estimates instead of a joint solution."
+        ),
     ] = False,
     residual: Annotated[
-        Residual, typer.Option(help="ray_hit: where the ray meets the model; point: the source's.")
+        Residual,
+        typer.Option(
+            help="ray_hit: depth of the ray's intersection with the model; point: as in the thesis."
+        ),
     ] = Residual.ray_hit,
     camera: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="First guess, in place of the sequence's own camera.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Initial estimate, instead of the sequence's own camera."),
     ] = None,
     guess: Annotated[
-        str | None, typer.Option(metavar="fx,fy,cx,cy", help="First guess, pixels; within 10 % will do.")
+        str | None,
+        typer.Option(metavar="fx,fy,cx,cy", help="Initial estimate, pixels; 10 % accuracy suffices."),
     ] = None,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
@@ -80,19 +91,20 @@ def intrinsics(
     step: StepOption = 1,
     layout: LayoutOption = "auto",
     unit: Annotated[str | None, typer.Option(help="Unit of the mesh: m, mm, cm or in.")] = None,
-    voxels: Annotated[int, typer.Option(min=8, help="Voxels along its longest side.")] = 200,
+    voxels: Annotated[int, typer.Option(min=8, help="Voxels along the longest side of the model.")] = 200,
     holes: Annotated[
-        str, typer.Option(metavar="error|close", help="An open mesh: refuse it, or close it.")
+        str, typer.Option(metavar="error|close", help="Open meshes: report an error, or close them.")
     ] = "error",
     max_pixels: Annotated[
-        int, typer.Option("--max-pixels", min=MIN_PIXELS, help="Readings of a frame that are used.")
+        int,
+        typer.Option("--max-pixels", min=MIN_PIXELS, help="Maximum number of depth pixels used per frame."),
     ] = 5000,
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
-    """Find a depth camera's intrinsics from a known object moved before it: no pattern, no correspondences.
+    """Estimate a depth camera's intrinsics from a known object moved in front of it (no calibration pattern).
 
     Writes camera.json, result.json and plots into DIR.
     """
@@ -155,7 +167,7 @@ def intrinsics(
 
 
 class _Frames:
-    """Depth of some frames of a sequence, seen by one camera."""
+    """Depth of selected frames of a sequence, with one camera."""
 
     def __init__(self, seq: Any, numbers: range, camera: Any) -> None:
         self.seq, self.numbers, self.camera = seq, numbers, camera
@@ -197,7 +209,7 @@ def _guess(text: str | None, camera: Path | None) -> tuple[float, ...] | None:
 
 
 def _first_guess(own: Any, file: Path | None, values: tuple[float, ...] | None) -> Any:
-    """The sequence's depth camera, or another one in its place that has its size."""
+    """The sequence's depth camera, or a replacement of the same size."""
     from sdftrack.camera import Camera, depth_camera
 
     depth = depth_camera(own)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What ``sdftrack calibrate intrinsics`` writes and prints."""
+"""Output of ``sdftrack calibrate intrinsics``."""
 
 from __future__ import annotations
 
@@ -47,14 +47,16 @@ def show(result: Any, misfits: Any, first: Any, given: int, out: Path) -> None:
         print(f"camera.json does not hold {', '.join(result.extra)}: see result.json")
     for name, bias, (low, high) in zip(result.free, result.bias, result.interval95, strict=True):
         if abs(bias) > 0.5 * (high - low):
-            print(f"noise moves {name} by about {bias:+.3g}, beyond its interval: see bias in result.json")
+            print(
+                f"noise biases {name} by about {bias:+.3g}, which exceeds its interval: see bias in result.json"
+            )
     if result.status == "weak":
-        print("weak: do not rely on it, nor on its intervals, before this is mended")
+        print("weak: neither the result nor its intervals are reliable until this is fixed")
     for sentence in result.observability.advice:
         print(f"advice: {sentence}")
 
 
 def _counted(left_out: dict[int, str]) -> str:
-    """Reasons with how often each is the one, without the figures of the single frame."""
+    """Reasons and their counts, without the numbers of single frames."""
     kinds = Counter(reason.split(":")[0] for reason in left_out.values())
     return ", ".join(f"{n} {kind}" for kind, n in kinds.items())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Options that every command takes, progress, and folders for output."""
+"""Common options, progress reports, and output folders."""
 
 from __future__ import annotations
 
@@ -54,40 +54,40 @@ class Device(str, Enum):
     cuda = "cuda"
 
 
-DeviceOption = Annotated[Device, typer.Option(help="Where the work runs.", case_sensitive=False)]
+DeviceOption = Annotated[Device, typer.Option(help="Device for the computation.", case_sensitive=False)]
 ThreadsOption = Annotated[
-    int, typer.Option(min=0, help="Threads; 0: all cores. Results do not depend on it.")
+    int, typer.Option(min=0, help="Number of threads; 0: all cores. Results do not depend on it.")
 ]
 ConfigOption = Annotated[
     Path | None,
-    typer.Option("--config", metavar="FILE.toml", help="Options, see sdftrack config."),
+    typer.Option("--config", metavar="FILE.toml", help="Options file, see sdftrack config."),
 ]
 SensorOption = Annotated[
     str | None,
     typer.Option(
         "--sensor",
         metavar="NAME|FILE",
-        help="What the depth camera errs by: kinect_v1, realsense_d400, azure_kinect or a file of calibrate depth.",
+        help="Depth error model: kinect_v1, realsense_d400, azure_kinect or a file written by calibrate depth.",
     ),
 ]
-QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone.")]
-OutOption = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Folder for the output.")]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors.")]
+OutOption = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Output folder.")]
 OverwriteOption = Annotated[
-    bool, typer.Option("--overwrite", help="DIR may hold files; those of this command are replaced.")
+    bool, typer.Option("--overwrite", help="Allow DIR to contain files; files of this command are replaced.")
 ]
 StartOption = Annotated[int, typer.Option(min=0, help="First frame.")]
-StopOption = Annotated[int | None, typer.Option(min=0, help="Frame to end before.")]
+StopOption = Annotated[int | None, typer.Option(min=0, help="End frame (exclusive).")]
 StepOption = Annotated[int, typer.Option(min=1, help="Every n-th frame.")]
 LayoutOption = Annotated[str, typer.Option(help="auto, bop, tum, open3d, k1 or folders.")]
 
 
 def Usage(message: str, option: str | None = None) -> typer.BadParameter:
-    """An error that exits with 2."""
+    """A usage error (exit code 2)."""
     return typer.BadParameter(message, param_hint=option) if option else typer.BadParameter(message)
 
 
 def check_layout(layout: str) -> None:
-    """Usage error for a layout that no reader has."""
+    """Usage error for an unknown layout."""
     from sdftrack.io.datasets import LAYOUTS
 
     known = ["auto", *LAYOUTS]
@@ -96,13 +96,13 @@ def check_layout(layout: str) -> None:
 
 
 def check_cpu_only(config: Path | None, device: Device) -> None:
-    """For commands that work on the CPU alone and have no use for --config: a wrong one is an error."""
+    """For commands that run on the CPU and do not use --config: an invalid one is an error."""
     refuse_cuda(device)
     check_common(config, device)
 
 
 def refuse_cuda(device: Device) -> None:
-    """Usage error for --device cuda, in commands that would ignore it."""
+    """Usage error for --device cuda in commands that do not support it."""
     if device is Device.cuda:
         raise Usage(
             "expected auto or cpu, got cuda: this command runs on the CPU (track, superpixels and demo use a GPU)",
@@ -111,7 +111,7 @@ def refuse_cuda(device: Device) -> None:
 
 
 def check_common(config: Path | None, device: Device) -> str:
-    """For commands whose work has no use for --config: it is read, and a wrong one is an error.
+    """For commands that do not use --config: it is read, and an invalid one is an error.
 
     Returns the device, "cpu" or "cuda".
     """
@@ -180,7 +180,7 @@ def parse_box(text: str) -> tuple[float, float, float, float]:
 
 
 def progress(items: Iterable[T], total: int, label: str, quiet: bool) -> Iterator[T]:
-    """A bar on a terminal, a line every few seconds in a pipe, nothing when quiet."""
+    """Report progress: a bar on a terminal, a line every few seconds in a pipe, nothing if quiet."""
     if quiet:
         yield from items
         return
@@ -201,14 +201,14 @@ def progress(items: Iterable[T], total: int, label: str, quiet: bool) -> Iterato
 
 
 class Tell(Protocol):
-    """How far work is: done of total, what it is called, and a note that may change from call to call."""
+    """Progress callback: done, total, label, and a note that may change from call to call."""
 
     def __call__(self, done: int, total: int, label: str, note: str = "") -> None: ...
 
 
 @contextlib.contextmanager
 def progress_counter(quiet: bool) -> Iterator[Tell]:
-    """The same for work that tells how far it is by a call; a new label begins a new count."""
+    """The same for work that reports progress by a callback; a new label starts a new count."""
     if quiet:
         yield lambda done, total, label, note="": None
     elif sys.stderr.isatty():
@@ -246,7 +246,7 @@ def show_table(
 ) -> str:
     """Print a table (drawn on a terminal, aligned text in a pipe) and return its text.
 
-    `colors` are of columns, by their heads, for a terminal; cells with "0" stay plain.
+    `colors` are those of columns, by head, on a terminal; cells with "0" are not coloured.
     """
     text = text_table(title, head, rows)
     if sys.stdout.isatty():

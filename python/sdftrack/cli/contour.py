@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack contour``: a colour video and a box in, masks out."""
+"""``sdftrack contour``: segmentation of a deforming object in colour video, from a box."""
 
 from __future__ import annotations
 
@@ -44,28 +44,29 @@ def contour(
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     box: Annotated[
-        str | None, typer.Option(metavar="x,y,w,h", help="Where the object is in the first frame, pixels.")
+        str | None, typer.Option(metavar="x,y,w,h", help="Location of the object in the first frame, pixels.")
     ] = None,
     mask: Annotated[
-        Path | None, typer.Option(metavar="M.png", help="The same as a mask: not 0 is the object.")
+        Path | None,
+        typer.Option(metavar="M.png", help="Alternatively, a mask: nonzero pixels are the object."),
     ] = None,
     warp: Annotated[
-        Warp | None, typer.Option(help="What moves the shape.  [default: similarity]", case_sensitive=False)
+        Warp | None, typer.Option(help="Motion model.  [default: similarity]", case_sensitive=False)
     ] = None,
     memory: Annotated[
-        bool, typer.Option("--memory", help="Learn the shape, and recover it where it is covered.")
+        bool, typer.Option("--memory", help="Learn the shape, and recover it when occluded.")
     ] = False,
     memory_file: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Begin with the memory in it, if it exists, and keep it there."),
+        typer.Option(metavar="FILE", help="Load the memory from this file, if it exists, and save it there."),
     ] = None,
     burn_in: Annotated[
         int | None,
-        typer.Option(min=0, help="Frames to learn from first.  [default: 60; 0 with a memory from a file]"),
+        typer.Option(min=0, help="Number of burn-in frames.  [default: 60; 0 with a memory from a file]"),
     ] = None,
     masks: Annotated[
         Path | None,
-        typer.Option(metavar="FOLDER", help="True masks, one for each frame: adds IoU and iou.png."),
+        typer.Option(metavar="FOLDER", help="Ground-truth masks, one per frame: adds IoU and iou.png."),
     ] = None,
     start: StartOption = 0,
     stop: StopOption = None,
@@ -75,7 +76,7 @@ def contour(
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
-    """Track something that deforms in colour video by its outline.
+    """Track a deforming object in colour video by its outline.
 
     Writes into DIR mask/NNNNNN.png (0 and 255), overlay.mp4 and result.json (status, confidence,
     warp and area of each frame); with --masks also iou.png. --config: the table [contour] of sdftrack config.
@@ -135,7 +136,7 @@ def contour(
 
 
 def _memory(wanted: bool, path: Path | None, burn_in: int | None) -> tuple[Any, int]:
-    """The memory to begin with, and the frames that it learns from before it judges."""
+    """The initial memory, and the number of burn-in frames."""
     if not wanted:
         for name, value in (("--memory-file", path), ("--burn-in", burn_in)):
             if value is not None:
@@ -149,7 +150,7 @@ def _memory(wanted: bool, path: Path | None, burn_in: int | None) -> tuple[Any, 
 
 
 def _follow(tracker: Any, frames: Iterable[tuple[int, Any]], files: Any, last: Any) -> None:
-    """All further frames. One that cannot be used is told of, and the track goes on from the one before."""
+    """Track the remaining frames; unusable ones are reported and skipped."""
     import numpy as np
 
     from sdftrack.results import Status
@@ -175,7 +176,7 @@ def _follow(tracker: Any, frames: Iterable[tuple[int, Any]], files: Any, last: A
 
 
 def _keep(files: Any, error: BaseException) -> None:
-    """What was found until then stays, unless there is no room for it."""
+    """Keep the results obtained so far, unless the disk is full."""
     if not files.rows or isinstance(error, OSError):
         files.drop()
         return

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What ``sdftrack contour`` writes: masks, a video, a report; and which files it may replace."""
+"""Output of ``sdftrack contour``: masks, a video, a report; and which files may be replaced."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ OWN = re.compile(r"mask/\d{6,}\.png|overlay\.mp4|iou\.png")
 
 
 def refuse_places(out: Path, inputs: Sequence[tuple[str, Path]]) -> None:
-    """ValueError where an output would take the place of an input, or of a mask that somebody else has put there.
+    """ValueError if an output would replace an input, or a mask not written by this command.
 
     Parameters
     ----------
     out : path
-        Folder of the results.
+        Output folder.
     inputs : list of (option, path)
-        Files or folders that are read.
+        Input files or folders.
     """
     masks = (out / "mask").resolve()
     for option, path in inputs:
@@ -52,7 +52,7 @@ def refuse_places(out: Path, inputs: Sequence[tuple[str, Path]]) -> None:
 
 
 def _written_before(out: Path) -> set[str]:
-    """The names, relative to `out`, that an earlier run of this command lists."""
+    """File names, relative to `out`, listed by an earlier run of this command."""
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
         report = json.loads((out / "result.json").read_text(encoding="utf-8"))
         if report["settings"]["command"] == "contour":
@@ -61,18 +61,18 @@ def _written_before(out: Path) -> set[str]:
 
 
 class ContourFiles:
-    """The files of one run. Masks appear as they are found; video, plot and report when it is closed.
+    """The files of one run. Masks are written immediately; video, plot and report on closing.
 
     Parameters
     ----------
     out : path
-        New or empty, unless `overwrite`; what an earlier run lists in its result.json is replaced.
+        New or empty, unless `overwrite`; files listed in an earlier run's result.json are replaced.
     fps : float or None
-        Of the video; None: 30.
+        Frame rate of the video; None: 30.
     truth : list of paths, optional
-        A true mask for each frame of the source.
+        A ground-truth mask for each frame of the source.
     settings : dict
-        Goes into result.json.
+        Stored in result.json.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class ContourFiles:
         self.rows: list[dict[str, Any]] = []
 
     def add(self, number: int, image: Any, result: Any) -> None:
-        """A frame's result; `image` None where it could not be used."""
+        """Add a frame's result; `image` is None if it could not be used."""
         import numpy as np
 
         from sdftrack.contour.drawing import draw_outline
@@ -136,13 +136,13 @@ class ContourFiles:
         return {"iou": iou(mask, true)}
 
     def drop(self) -> None:
-        """Leave nothing of this run behind."""
+        """Remove all files of this run."""
         self._video.drop()
         for name in self._files:
             (self.out / name).unlink(missing_ok=True)
 
     def close(self, stopped: str = "") -> None:
-        """Finish all files. `stopped`: why before the end, one sentence for result.json."""
+        """Finish all files. `stopped`: reason for an early end, one sentence for result.json."""
         import sdftrack as st
         from sdftrack._internal.files import write_json
 
@@ -162,7 +162,7 @@ class ContourFiles:
         write_json(self.out / "result.json", {**report, "frames": self.rows})
 
     def mean_iou(self) -> float:
-        """Over the frames that were tracked; the first was given."""
+        """Mean IoU over the tracked frames, without the given first one."""
         rows = self.rows[1:] or self.rows
         return float(sum(row["iou"] for row in rows) / len(rows))
 

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack demo``: a made-up scene, tracked, with pictures to look at; needs no data."""
+"""``sdftrack demo``: tracking of a synthetic scene, with figures; needs no data."""
 
 from __future__ import annotations
 
 import json
+import re
+import shutil
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -32,28 +34,33 @@ STRIP = (
     0.95,
 )  # parts of the time that the strip shows; in the middle a hand passes
 VOXELS = 160
+SEQUENCE, KEPT_FRAMES = "sequence", 30
+PART_OF_SEQUENCE = re.compile(
+    r"scene_(camera|gt)\.json|(depth|rgb)/\d{6}\.png|mask_visib/\d{6}_\d{6}\.png|models/obj_\d{6}\.ply"
+)
 
 
 def demo(
     out: OutOption = None,
     overwrite: OverwriteOption = False,
-    frames: Annotated[int, typer.Option(min=12, help="Length of the sequence.")] = 240,
-    seed: Annotated[int, typer.Option(min=0, help="Of the noise and the colours.")] = 0,
+    frames: Annotated[int, typer.Option(min=12, help="Number of frames.")] = 240,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed of noise and colours.")] = 0,
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
-    """Synthesise a hand-held duck over a cluttered table, track it by depth, and write what happened.
+    """Synthesise a hand-held duck over a cluttered table, track it by depth, and write a report.
 
-    Then the duck turns once before the camera, and its shape is found from that alone: mesh.ply, mesh.png.
-    Without --out the folder is ./sdftrack-demo; what an earlier demo wrote there is replaced.
+    Then the duck rotates once in front of the camera, and its shape is reconstructed: mesh.ply, mesh.png.
+    The first frames are kept in the folder sequence, for trying ``sdftrack track``.
+    Without --out the folder is ./sdftrack-demo; files of an earlier demo are replaced.
     """
     import numpy as np
 
     import sdftrack as st
     from sdftrack._internal.files import write_text
-    from sdftrack.cli.demo_turn import WHOLE_TURN, reconstruct_duck
+    from sdftrack.cli.demo_turn import WHOLE_TURN, duck_mask, reconstruct_duck
     from sdftrack.evaluation.pose_errors import pose_errors
     from sdftrack.evaluation.tables import text_table
     from sdftrack.recorder import prepare_folder
@@ -65,8 +72,12 @@ def demo(
     overwrite = overwrite or (out is None and _ours(folder))
     options = {**tracker_settings(config), "device": device.value, "threads": threads}
     shown = {round(s * (frames - 1)) for s in STRIP}
-    pictures, results = [], []
+    pictures, results, first = [], [], []
     settings = {"command": "demo", "frames": frames, "seed": seed, "voxels": VOXELS, "threads": threads}
+    if not _may_replace(folder / SEQUENCE):
+        raise FileExistsError(
+            f"out: expected no files of others in {folder / SEQUENCE}, which the demo replaces; choose another folder"
+        )
     prepare_folder(folder, overwrite)  # a folder that will not do is an error before the work, not after it
     if not quiet:
         print("making the scene and the duck's signed distances", flush=True)
@@ -83,9 +94,19 @@ def demo(
             if i in shown and picture is not None:
                 pictures.append(picture)
             results.append(result)
+            if i < KEPT_FRAMES:
+                first.append(frame)
+        masks = {0: {0: duck_mask(first[0], sdf, scene.camera, scene.poses[0])}}
+        sequence = st.Sequence(
+            first, scene.camera, scene.poses[: len(first)], {1: scene.duck}, masks=lambda i: masks.get(i, {})
+        )
+        shutil.rmtree(folder / SEQUENCE, ignore_errors=True)
+        st.save_sequence(folder / SEQUENCE, sequence)
         found = reconstruct_duck(scene, sdf, min(WHOLE_TURN, frames // 4 + 8), threads, quiet)
         found.mesh.save(folder / "mesh.ply")
-        save_picture(folder / "mesh.png", four_sides(found.mesh, found.pose, threads=threads))
+        save_picture(
+            folder / "mesh.png", four_sides(found.mesh, found.pose, threads=threads, min_seen=found.min_seen)
+        )
         recorder.wrote("mesh.ply", "mesh.png")
         recorder.note("reconstruction", found.section())
     errors = pose_errors(np.array([r.poses[0] for r in results]), scene.poses)
@@ -100,6 +121,11 @@ def demo(
         print(f"reconstruction: {found.summary}")
         print(
             f"look at {folder / 'overlay.mp4'}, mesh.png, frames.png, errors.png and sdf_slices.png beside it"
+        )
+        seq = folder / SEQUENCE
+        print(
+            f"try it: sdftrack track {seq} --model {seq / 'models/obj_000001.ply'} "
+            f"--init {seq / 'mask_visib/000000_000000.png'} --out tracked"
         )
 
 
@@ -128,3 +154,13 @@ def _ours(folder: Path) -> bool:
         return bool(report["settings"]["command"] == "demo")
     except (OSError, ValueError, KeyError, TypeError):
         return False
+
+
+def _may_replace(sequence: Path) -> bool:
+    """Whether it is not there, or holds nothing but what an earlier demo saved."""
+    if sequence.is_symlink() or (sequence.exists() and not sequence.is_dir()):
+        return False
+    return all(
+        path.is_dir() or PART_OF_SEQUENCE.fullmatch(path.relative_to(sequence).as_posix()) is not None
+        for path in sequence.rglob("*")
+    )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The second half of ``sdftrack demo``: the same duck turned before the camera, and its shape found from that alone."""
+"""The second half of ``sdftrack demo``: reconstruction of the duck while it rotates in front of the camera."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sdftrack.cli.common import progress
 
-__all__ = ["Reconstruction", "reconstruct_duck"]
+__all__ = ["Reconstruction", "duck_mask", "reconstruct_duck"]
 
 VOXELS, ROUNDS = 128, 1  # half a millimetre on the mean, in a quarter of the demo's minute
 WHOLE_TURN = 60  # frames
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Reconstruction:
-    """What became of it.
+    """Result of the reconstruction.
 
     Attributes
     ----------
@@ -31,6 +31,7 @@ class Reconstruction:
     T_duck_obj : (4, 4) from the mesh's object frame to the true duck's
     distances_m : of the mesh's seen vertices from the true surface
     seen_share : of the surface, 0..1
+    min_seen : minimum ``mesh.seen`` of an observed vertex
     summary : how much of it was seen, for people
     frames : of the turn
     seconds : per frame, of tracking and fusing
@@ -41,6 +42,7 @@ class Reconstruction:
     T_duck_obj: Array
     distances_m: Array
     seen_share: float
+    min_seen: float
     summary: str
     frames: int
     seconds: float
@@ -68,7 +70,7 @@ class Reconstruction:
 
 
 def reconstruct_duck(scene: Any, sdf: Any, frames: int, threads: int, quiet: bool) -> Reconstruction:
-    """Turn the demo's duck, once round in 60 frames, and reconstruct it; `sdf` is the true shape, to compare with."""
+    """Rotate the demo's duck once in 60 frames and reconstruct it; `sdf` is the true shape for comparison."""
     import sdftrack as st
     from sdftrack.synth.demo_scene import alone
 
@@ -77,7 +79,7 @@ def reconstruct_duck(scene: Any, sdf: Any, frames: int, threads: int, quiet: boo
     seconds = []
     for i, frame in enumerate(progress(turned.frames(), len(turned), "reconstructing", quiet)):
         if i == 0:
-            result = star.start(frame, mask=_mask(frame, sdf, scene.camera, turned.poses[0]))
+            result = star.start(frame, mask=duck_mask(frame, sdf, scene.camera, turned.poses[0]))
             first = result.pose
         else:
             result = star.track(frame)
@@ -93,6 +95,7 @@ def reconstruct_duck(scene: Any, sdf: Any, frames: int, threads: int, quiet: boo
         T_duck_obj=T_duck_obj,
         distances_m=np.abs(sdf(seen @ T_duck_obj[:3, :3].T + T_duck_obj[:3, 3])),
         seen_share=quality.seen_share,
+        min_seen=star.options.least_seen,
         summary=quality.summary,
         frames=frames,
         seconds=float(np.mean(seconds[1:])),
@@ -105,7 +108,7 @@ def _turn(frames: int) -> Array:
     return np.stack([TILT_RAD * np.sin(2 * a), np.zeros(frames), a], axis=1)
 
 
-def _mask(frame: Any, sdf: Any, camera: Any, T: Array) -> NDArray[np.bool_]:
+def duck_mask(frame: Any, sdf: Any, camera: Any, T: Array) -> NDArray[np.bool_]:
     """The duck's pixels, as a hand-drawn mask would have them."""
     depth = sdf.render(camera, T)[0]
     on_duck: NDArray[np.bool_] = (depth > 0) & (np.abs(frame.depth - depth) < ON_DUCK_M)

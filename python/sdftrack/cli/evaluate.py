@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack evaluate``: recorded results against a sequence's ground truth."""
+"""``sdftrack evaluate``: comparison of recorded results with a sequence's ground truth."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from sdftrack.cli.symmetries import check_symmetry, symmetries_of
 
 def evaluate(
     directory: Annotated[
-        Path, typer.Argument(metavar="DIR", help="Folder that sdftrack track or reconstruct wrote.")
+        Path, typer.Argument(metavar="DIR", help="Output folder of sdftrack track or reconstruct.")
     ],
-    seq: Annotated[str, typer.Argument(metavar="SEQ", help="The sequence, with its ground truth.")],
+    seq: Annotated[str, typer.Argument(metavar="SEQ", help="The sequence with ground truth.")],
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     layout: Annotated[str, typer.Option(help="auto, bop, tum, open3d, k1 or folders.")] = "auto",
     symmetry: Annotated[
         str,
         typer.Option(
-            help="recorded (of the results, else of the data set), auto (else found in the shape), none, or a "
+            help="recorded (from the results, else from the data set), auto (else detected in the shape), none, or a "
             "models_info.json."
         ),
     ] = "recorded",
@@ -43,7 +43,7 @@ def evaluate(
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
-    """Compare results with ground truth: a table, plots, result.json (by default in DIR/evaluation)."""
+    """Compare results with ground truth: a table, plots, result.json (default: in DIR/evaluation)."""
     import sdftrack as st
     from sdftrack._internal.files import write_json, write_text
     from sdftrack.evaluation.report import (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack fit``: a recorded sequence or a point cloud in, a primitive's pose and size out."""
+"""``sdftrack fit``: pose and size of a primitive from a recorded sequence or a point cloud."""
 
 from __future__ import annotations
 
@@ -51,31 +51,32 @@ class Unit(str, Enum):
 
 def fit(
     source: Annotated[
-        Path, typer.Argument(metavar="SEQ|CLOUD.ply", help="Recorded sequence, or points in metres.")
+        Path, typer.Argument(metavar="SEQ|CLOUD.ply", help="Recorded sequence, or point cloud in metres.")
     ],
     kind: Annotated[
-        Kind, typer.Option(help="What it is; auto: the best solid; plane: a rectangle.", case_sensitive=False)
+        Kind,
+        typer.Option(
+            help="Kind of primitive; auto: the best solid; plane: a rectangle.", case_sensitive=False
+        ),
     ] = Kind.auto,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     mask: Annotated[
-        Path | None, typer.Option(metavar="mask.png", help="Where the object is in the first depth image.")
+        Path | None, typer.Option(metavar="mask.png", help="Mask of the object in the first depth image.")
     ] = None,
     box: Annotated[
         str | None,
-        typer.Option(metavar="x,y,w,h", help="The same as a box in pixels; it may hold other things."),
+        typer.Option(metavar="x,y,w,h", help="Alternatively, a box in pixels; may contain other objects."),
     ] = None,
-    frame: Annotated[int | None, typer.Option(min=0, help="This frame alone.")] = None,
+    frame: Annotated[int | None, typer.Option(min=0, help="Use only this frame.")] = None,
     start: StartOption = 0,
     stop: StopOption = None,
     step: StepOption = 1,
-    no_plane: Annotated[
-        bool, typer.Option("--no-plane", help="It stands on no table, or none that counts.")
-    ] = False,
+    no_plane: Annotated[bool, typer.Option("--no-plane", help="There is no supporting plane.")] = False,
     unit: Annotated[
-        Unit | None, typer.Option(help="Unit of a cloud's numbers (m unless given).", case_sensitive=False)
+        Unit | None, typer.Option(help="Unit of the point cloud (default: m).", case_sensitive=False)
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Of the first guesses.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Random seed of the initial guesses.")] = 0,
     layout: LayoutOption = "auto",
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,
@@ -84,13 +85,11 @@ def fit(
 ) -> None:
     """Fit a sphere, cylinder, cone, box, ellipsoid or plane patch of unknown size.
 
-    Without --mask or --box it is the sequence's own mask, or the largest
-    thing on the table. Several frames are fitted one after another and their
-    sizes averaged by information.
+    Without --mask or --box, the sequence's own mask or the largest object on the table is used. Several frames are
+    fitted sequentially, and their sizes averaged by information.
 
-    Writes into DIR result.json (pose, size, covariance, scores; null: a
-    variance without bound), fit.png, and primitive.ply in the pose of the
-    last frame (metres, camera frame).
+    Writes into DIR result.json (pose, size, covariance, scores; null: infinite variance), fit.png, and primitive.ply in
+    the pose of the last frame (metres, camera frame).
     """
     if out is None:
         raise Usage("expected a folder for the results: --out DIR", "--out")
@@ -207,7 +206,7 @@ def _mask(place: tuple[Path | None, tuple[float, ...] | None], frame: Any, seq: 
 
 
 def _written(out: Path, overwrite: bool, found: Any, about: dict[str, Any]) -> Path:
-    """The folder, with result.json and primitive.ply in it."""
+    """Create the folder with result.json and primitive.ply."""
     import sdftrack as st
     from sdftrack._internal.files import write_json
     from sdftrack.recorder import prepare_folder

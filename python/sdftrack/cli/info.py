@@ -22,7 +22,7 @@ def info(
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
-    """Print version, build options, CPU features in use, GPU and threads; DIR gets them as info.json."""
+    """Print version, build options, CPU features in use, GPU and threads; also written to DIR/info.json."""
     from sdftrack import _core
     from sdftrack.cli.common import check_common
     from sdftrack.device import info as collect

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``--init``: how the first poses are found, from what was typed to the arguments of `Tracker.start`."""
+"""``--init``: conversion of the option to the arguments of `Tracker.start`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ INIT = "gt|auto|poses.json|mask.png|box:x,y,w,h|click:x,y"
 
 @dataclass(frozen=True)
 class Init:
-    """One --init: "gt", "auto", "poses", "mask", "box" or "click", its text and its numbers (pixels)."""
+    """One --init: "gt", "auto", "poses", "mask", "box" or "click", its text and numbers (pixels)."""
 
     kind: str
     text: str
@@ -32,27 +32,27 @@ class Init:
 
     @property
     def option(self) -> str:
-        """As it was typed."""
+        """The option as typed."""
         return f"--init {self.text}"
 
 
 def parse_inits(texts: list[str], models: int) -> list[Init]:
-    """What was typed; gt, auto and a poses.json speak of all models, the others of one each, in their order."""
+    """Parse --init options; gt, auto and a poses.json apply to all models, others to one each, in order."""
     inits = [parse_init(text) for text in texts]
     kinds = {i.kind for i in inits}
     if kinds & {"gt", "auto", "poses"}:
         if len(inits) > 1:
-            raise Usage(f"expected {inits[0].text} alone, or a mask, box or click per --model", "--init")
+            raise Usage(f"expected only {inits[0].text}, or a mask, box or click per --model", "--init")
         return inits
     if len(inits) != models:
         raise Usage(f"expected one mask, box or click per --model ({models}), got {len(inits)}", "--init")
     if "box" in kinds and len(kinds) > 1:
-        raise Usage("expected boxes alone or masks and clicks, got both", "--init")
+        raise Usage("expected only boxes, or masks and clicks, got both", "--init")
     return inits
 
 
 def parse_init(text: str, known: str = INIT, option: str = "--init") -> Init:
-    """What was typed after an option; a usage error that lists the `known` ones for a text that is none of them."""
+    """Parse the value of an option; the usage error for an invalid one lists the `known` forms."""
     if text in ("gt", "auto"):
         return Init(text, text)
     kind, colon, values = text.partition(":")
@@ -82,9 +82,9 @@ def _numbers(text: str, values: str, name: str, wanted: str, option: str) -> tup
 def begin(
     tracker: Any, inits: list[Init], targets: list[Target], frame: Any, folder: Path, first: int, seq: Any
 ) -> tuple[Any, Selection]:
-    """Start the tracker on `frame`, the one with number `first`; its result, and what it was told.
+    """Start the tracker on `frame` with index `first`; returns its result and the hints used.
 
-    StartError where what is clicked on or masked is not the object.
+    StartError if the clicked or masked region is not the object.
     """
     if inits[0].kind not in ("mask", "click"):
         told = places(inits, targets, frame, folder, first, seq)
@@ -117,7 +117,7 @@ def begin(
 def places(
     inits: list[Init], targets: list[Target], frame: Any, folder: Path, first: int, seq: Any
 ) -> dict[str, Any]:
-    """What `Tracker.start` is told of `frame`, the one with number `first`: poses, masks or boxes, one per target."""
+    """Hints for `Tracker.start` on `frame` with index `first`: poses, masks or boxes, one per target."""
     kind = inits[0].kind
     if kind == "gt":
         return {"poses": _truth(targets, folder, first, seq)}
@@ -133,7 +133,7 @@ def places(
 
 
 def _known_masks(targets: list[Target], first: int, seq: Any) -> list[NDArray[np.bool_]] | None:
-    """The sequence's own masks of the objects in that image; None where one of them has none."""
+    """The sequence's own masks of the objects in that image; None if any is missing."""
     masks = {k: m for k, m in seq.masks(first).items() if m.any()}
     found = [masks.get(t.instance) if t.instance is not None else None for t in targets]
     if all(m is None for m in found) and len(masks) == len(targets):
@@ -143,7 +143,7 @@ def _known_masks(targets: list[Target], first: int, seq: Any) -> list[NDArray[np
 
 
 def box_inside(init: Init, shape: tuple[int, int]) -> tuple[float, ...]:
-    """The typed box, which meets the depth image."""
+    """The given box, which must overlap the depth image."""
     x, y, w, h = init.numbers
     if x >= shape[1] or y >= shape[0] or x + w <= 0 or y + h <= 0:
         raise Usage(f"expected a box in the {shape[1]} x {shape[0]} depth image, got {init.text}", "--init")
@@ -151,7 +151,7 @@ def box_inside(init: Init, shape: tuple[int, int]) -> tuple[float, ...]:
 
 
 def mask_file(init: Init, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """The mask.png that was typed, of the depth image's shape and not empty."""
+    """The given mask.png, of the depth image's shape and not empty."""
     from sdftrack.io.frames import read_mask
 
     path = Path(init.text)
@@ -182,7 +182,7 @@ def _mask(init: Init, target: Target, frame: Any, camera: Any, shape: tuple[int,
 
 
 def _click(init: Init, shape: tuple[int, int]) -> tuple[float, float]:
-    """The typed pixel, which is one of the depth image."""
+    """The given pixel, which must be inside the depth image."""
     x, y = init.numbers
     if not (-0.5 <= x < shape[1] - 0.5 and -0.5 <= y < shape[0] - 0.5):
         raise Usage(f"expected a pixel of the {shape[1]} x {shape[0]} depth image, got {init.text}", "--init")

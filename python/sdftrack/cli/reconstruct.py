@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack reconstruct``: recorded sequences of an unknown object in, its shape, mesh and poses out."""
+"""``sdftrack reconstruct``: shape, mesh and poses of an unknown object from recorded sequences."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ FORMATS = ("ply", "obj", "glb", "stl")
 
 @dataclass(frozen=True)
 class Job:
-    """What was asked for, the same for every sequence."""
+    """The settings of a run, common to all sequences."""
 
     init: Init | None
     then: list[Further]
@@ -78,36 +78,36 @@ def reconstruct(
         str | None,
         typer.Option(
             metavar=INIT,
-            help="Where the object is in the first image: a box or a mask in the depth image, or the true pose of "
-            "--shape. By default the sequence's own mask.",
+            help="Location of the object in the first image: a box or a mask in the depth image, or the true pose of "
+            "--shape. Default: the sequence's own mask.",
         ),
     ] = None,
     then: Annotated[
         list[str] | None,
         typer.Option(
             metavar="SEQ",
-            help="A further recording of the same object, another side up, that continues its shape; again for more.",
+            help="Another recording of the same object, on another side, that extends its shape; may be repeated.",
         ),
     ] = None,
     then_init: Annotated[
         list[str] | None,
         typer.Option(
             metavar="box:x,y,w,h|mask.png|mask",
-            help="Where the object is in the first image of each --then; mask: the sequence's own, the default.",
+            help="Location of the object in the first image of each --then; mask (default): the sequence's own.",
         ),
     ] = None,
     number: Annotated[
         int | None,
         typer.Option(
-            "--object", min=0, metavar="K", help="Which of the sequence's own objects it is, from 0."
+            "--object", min=0, metavar="K", help="Index of the object among those of the sequence, from 0."
         ),
     ] = None,
     shape: Annotated[
         str | None,
         typer.Option(
             metavar=SHAPE,
-            help="A first guess of the shape, metres: a ball, a mesh of its kind, or a shape.npz. By default a ball as "
-            "wide as the object.",
+            help="Initial shape, metres: a ball, a mesh of a similar object, or a shape.npz. Default: a ball as wide "
+            "as the object.",
         ),
     ] = None,
     unit: Annotated[str | None, typer.Option(help="Unit of the --shape mesh: m, mm, cm or in.")] = None,
@@ -120,28 +120,28 @@ def reconstruct(
     ] = None,
     voxels: Annotated[
         int | None,
-        typer.Option(min=16, max=512, help="The same by number; 20 bytes each. In place of --quality."),
+        typer.Option(min=16, max=512, help="Number of voxels instead of --quality; 20 bytes each."),
     ] = None,
     extent: Annotated[
         float | None,
-        typer.Option(metavar="M", help="Side of the volume, m. By default 1.8 times the object's width."),
+        typer.Option(metavar="M", help="Side of the volume, m. Default: 1.8 times the object's width."),
     ] = None,
     mode: Annotated[
-        str, typer.Option(metavar="auto|depth|rgbd", help="Depth alone, or with colour where there is.")
+        str, typer.Option(metavar="auto|depth|rgbd", help="Depth only, or with colour if available.")
     ] = "auto",
     no_refine: Annotated[
         bool,
-        typer.Option(
-            "--no-refine", help="Leave poses and shape as they came, without a second look at all frames."
-        ),
+        typer.Option("--no-refine", help="Do not refine poses and shape over all frames at the end."),
     ] = False,
     formats: Annotated[
         str,
-        typer.Option("--format", metavar="ply,obj,glb,stl", help="Of the mesh; mesh.ply is always written."),
+        typer.Option(
+            "--format", metavar="ply,obj,glb,stl", help="Mesh file formats; mesh.ply is always written."
+        ),
     ] = "ply",
     seen_only: Annotated[
         bool,
-        typer.Option("--seen-only", help="Leave what is guessed out of the mesh files; shape.npz has it."),
+        typer.Option("--seen-only", help="Omit guessed surface from the mesh files; shape.npz contains it."),
     ] = False,
     faces: Annotated[
         int | None,
@@ -149,7 +149,7 @@ def reconstruct(
             min=4,
             max=2**31 - 1,
             metavar="N",
-            help="At most so many triangles in the mesh files. Extra: export.",
+            help="Maximum number of triangles in the mesh files. Extra: export.",
         ),
     ] = None,
     texture: Annotated[
@@ -158,15 +158,15 @@ def reconstruct(
             min=16,
             max=8192,
             metavar="N",
-            help="Colours in a picture of N x N texels; with --faces, those of the whole mesh. Extra: export.",
+            help="Store colours in a texture of N x N texels; with --faces, those of the full mesh. Extra: export.",
         ),
     ] = None,
     evolution: Annotated[
         str | None,
         typer.Option(
             metavar="ours|printed",
-            help="How the shape follows the frames: ours, or as printed in the thesis, with its tracker. By default "
-            "as --config says, else ours.",
+            help="Evolution of the shape: ours, or as printed in the thesis, with its tracker. Default: as in "
+            "--config, else ours.",
         ),
     ] = None,
     out: OutOption = None,
@@ -176,26 +176,24 @@ def reconstruct(
     step: StepOption = 1,
     layout: LayoutOption = "auto",
     no_video: Annotated[
-        bool, typer.Option("--no-video", help="Leave out overlay.mp4 and turntable.mp4.")
+        bool, typer.Option("--no-video", help="Do not write overlay.mp4 and turntable.mp4.")
     ] = False,
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
-    """Reconstruct an unknown rigid object from recorded sequences, and track it meanwhile.
+    """Reconstruct an unknown rigid object from recorded sequences while tracking it.
 
     Writes into DIR the mesh (mesh.ply, metres), the shape (shape.npz), and
-    mesh.png and turntable.mp4, which show it with what was not seen in violet.
+    mesh.png and turntable.mp4, which show it with unobserved surface in violet.
 
     Also the files of track: poses.csv (BOP) and trajectory_0.txt (TUM) with
-    the poses as they were found frame by frame, ground_truth_0.txt where
-    known (in the mesh's frame), overlay.mp4, report.json. refined_0.txt has
-    the poses that belong to the refined mesh.
+    the poses estimated frame by frame, ground_truth_0.txt where known (in the mesh's frame), overlay.mp4, report.json.
+    refined_0.txt has the poses that belong to the refined mesh.
 
-    Ctrl-C ends a sequence early and keeps what stands. Several sequences get
-    a folder each; recordings of --then continue the shape of the first, and
-    their poses go to DIR/recording_2, and so on.
+    Ctrl-C ends a sequence early and keeps the results so far. Several sequences get a folder each; recordings of --then
+    continue the shape of the first, and their poses go to DIR/recording_2, and so on.
     """
     from sdftrack.cli.reconstruct_then import parse_further
 
@@ -238,11 +236,11 @@ def reconstruct(
     known = job.options.get("evolution") or getattr(job.options.get("options"), "evolution", "ours")
     if job.then and known == "printed":
         raise Usage(
-            "expected the default evolution with it, got printed: the source knows one recording", "--then"
+            "expected the default evolution with it, got printed, which supports only one recording", "--then"
         )
     if job.init is not None and job.init.kind == "gt" and job.shape is None:
         raise Usage(
-            "gt: expected --shape with it, whose true pose the sequence knows; or leave --init out", "--init"
+            "gt: requires --shape with a known true pose in the sequence; otherwise omit --init", "--init"
         )
     # What a sequence's own masks or truths do not have is a usage error of that sequence alone.
     each_sequence(seq, out, lambda folder, target: _reconstruct_one(folder, target, job), typer.BadParameter)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What ``sdftrack reconstruct`` writes beside the files of ``track``: the shape, its mesh, and pictures of it."""
+"""Output of ``sdftrack reconstruct`` in addition to that of ``track``: shape, mesh, and images of it."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ TURN_PICTURES, TURN_FPS = 90, 30.0
 def write_mesh_files(
     out: Path, mesh: Any, colors_from: Any, formats: list[str], texture: int | None
 ) -> list[str]:
-    """mesh.ply and the other formats; their names. Each replaces an older one when it is whole.
+    """Write mesh.ply and the other formats; returns their names. Existing files are replaced atomically.
 
-    `texture`: texels a side of a picture with the colours of `colors_from`; .stl and a mesh without colours have none.
+    `texture`: side of a texture, in texels, with the colours of `colors_from`; ignored for .stl and meshes without
+    colours.
     """
     from sdftrack.mesh.writing import TEXTURE_FORMATS, files_beside
 
@@ -44,22 +45,25 @@ def write_shape(out: Path, shape: Any) -> list[str]:
     return ["shape.npz"]
 
 
-def write_sides(out: Path, mesh: Any, T: NDArray[np.float64], threads: int) -> list[str]:
-    """mesh.png; its name. `T`: T_cam_obj of the first image."""
+def write_sides(out: Path, mesh: Any, T: NDArray[np.float64], threads: int, min_seen: float) -> list[str]:
+    """Write mesh.png; returns its name. `T`: T_cam_obj of the first image; `min_seen`: minimum of an observed
+    vertex."""
     from sdftrack.viz.pictures import save_picture
     from sdftrack.viz.turntable import four_sides
 
-    save_picture(out / "mesh.png", four_sides(mesh, T, threads=threads))
+    save_picture(out / "mesh.png", four_sides(mesh, T, threads=threads, min_seen=min_seen))
     return ["mesh.png"]
 
 
-def write_turntable(out: Path, mesh: Any, T: NDArray[np.float64], threads: int, tell: Tell) -> list[str]:
-    """turntable.mp4, which begins as mesh.png does; its name."""
+def write_turntable(
+    out: Path, mesh: Any, T: NDArray[np.float64], threads: int, min_seen: float, tell: Tell
+) -> list[str]:
+    """Write turntable.mp4, which starts with the view of mesh.png; returns its name."""
     from sdftrack.io.video import write_video
     from sdftrack.viz.turntable import turning
 
     def told() -> Iterator[NDArray[np.uint8]]:
-        for n, picture in enumerate(turning(mesh, T, TURN_PICTURES, threads=threads), 1):
+        for n, picture in enumerate(turning(mesh, T, TURN_PICTURES, threads=threads, min_seen=min_seen), 1):
             yield picture
             tell(n, TURN_PICTURES, "turntable.mp4")
 
@@ -68,7 +72,7 @@ def write_turntable(out: Path, mesh: Any, T: NDArray[np.float64], threads: int, 
 
 
 def write_refined(out: Path, poses: dict[int, Any], times: list[float]) -> list[str]:
-    """refined_0.txt: the poses that belong to the refined mesh, in the form of trajectory_0.txt."""
+    """Write refined_0.txt: the poses of the refined mesh, in the format of trajectory_0.txt."""
     from sdftrack._internal.files import write_text
     from sdftrack.recorder import tum_row
 

@@ -23,14 +23,14 @@ HOW = "pass --init box:x,y,w,h (pixels of the depth image) or a mask.png of that
 
 @dataclass(frozen=True)
 class Place:
-    """How `Reconstructor.start` is told, and which of the sequence's objects it is where that is known."""
+    """Hint for `Reconstructor.start`, and the index of the object in the sequence, if known."""
 
     arguments: dict[str, Any]
     instance: int | None
 
 
 def parse_place(text: str | None, option: str = "--init", forms: str = INIT) -> Init | None:
-    """What was typed after an option; None: nothing, so the sequence's own mask."""
+    """Parse the value of an option; None: the sequence's own mask."""
     if text is None:
         return None
     init = parse_init(text, forms, option)
@@ -40,7 +40,7 @@ def parse_place(text: str | None, option: str = "--init", forms: str = INIT) -> 
 
 
 def parse_shape(text: str | None) -> str | None:
-    """--shape as it was typed, after a look whether it can be one."""
+    """Validate the value of --shape."""
     if text is None:
         return None
     kind, colon, value = text.partition(":")
@@ -68,7 +68,7 @@ def _radius(text: str, value: str) -> float:
 
 
 def load_shape(text: str | None, unit: str | None, voxels: int) -> Any:
-    """The SDF that --shape speaks of, or None."""
+    """The SDF given by --shape, or None."""
     if text is None:
         return None
     from sdftrack.sdf import SDF
@@ -87,7 +87,7 @@ def load_shape(text: str | None, unit: str | None, voxels: int) -> Any:
 def find_place(
     init: Init | None, number: int | None, seq: Any, first: int, frame: Any, folder: Path
 ) -> Place:
-    """Where the object is in the image with number `first`, whose frame is given."""
+    """Location of the object in `frame`, the image with index `first`."""
     if number is not None and not 0 <= number < max(len(seq.objects), 1 + max(seq.masks(first), default=-1)):
         known = ", ".join(map(str, sorted({*range(len(seq.objects)), *seq.masks(first)}))) or "none"
         raise Usage(f"expected one of the objects of {folder} ({known}), got {number}", "--object")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One sequence of ``sdftrack reconstruct`` from its second frame to the files and the closing lines."""
+"""One sequence of ``sdftrack reconstruct``, from its second frame to the output files and the summary."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ REFINE_STEPS = 100
 
 @dataclass
 class Run:
-    """A reconstructor that has been started on the first of the frames with `numbers`."""
+    """A run of a reconstructor that was started on the first of the frames with `numbers`."""
 
     folder: Path
     out: Path
@@ -47,7 +47,7 @@ class Run:
     name: str = NAME
 
     def go(self, frame: Any) -> None:
-        """Follow, refine, write, tell; what stands is written also when one of them fails."""
+        """Track, refine, write, report; results so far are written even if a step fails."""
         import sdftrack as st
 
         job, seq = self.job, self.seq
@@ -80,7 +80,16 @@ class Run:
             if job.refine:
                 self._refine(recorder, tell)
             if job.video:
-                recorder.wrote(*write_turntable(self.out, self.star.mesh(), self._first, job.threads, tell))
+                recorder.wrote(
+                    *write_turntable(
+                        self.out,
+                        self.star.mesh(),
+                        self._first,
+                        job.threads,
+                        self.star.options.least_seen,
+                        tell,
+                    )
+                )
         if not job.quiet:
             self._tell()
 
@@ -106,7 +115,7 @@ class Run:
             tell(n + 1, len(self.numbers), label, _moved(self.results[n].shape_change))
 
     def _truth(self, i: int) -> dict[int, Any]:
-        """The true pose, of the reconstruction's own object frame: the two agree in the first image."""
+        """The true pose of the reconstruction's object frame, aligned in the first image."""
         known = self.seq.ground_truth
         first = known.get(self.numbers[0], {}).get(self.instance)
         here = known.get(i, {}).get(self.instance)
@@ -132,16 +141,18 @@ class Run:
 
     @property
     def _first(self) -> Any:
-        """The pose in the first image: the side that the pictures begin with."""
+        """The pose in the first image, which defines the first view of the images."""
         return self.results[0].pose
 
     def _keep(self, recorder: Any) -> None:
-        """The files of the shape as it stands."""
+        """Write the files of the current shape."""
         from sdftrack.reconstruction.quality import seen_part
 
         mesh = self.star.mesh()
         recorder.wrote(*write_shape(self.out, self.star.shape))
-        recorder.wrote(*write_sides(self.out, mesh, self._first, self.job.threads))
+        recorder.wrote(
+            *write_sides(self.out, mesh, self._first, self.job.threads, self.star.options.least_seen)
+        )
         self._note(recorder, mesh)
         whole = seen_part(mesh, self.star.options.least_seen) if self.job.seen_only else mesh
         written = whole
@@ -216,9 +227,9 @@ class Run:
         if self.refined is not None and self.refined.moved_m:
             mm, degrees = 1e3 * self.refined.moved_m[0], np.rad2deg(self.refined.turned_rad[0])
             print(
-                f"the refinement has moved the poses by {mm:.2f} mm and {degrees:.2f} deg (root mean square)"
+                f"the refinement changed the poses by {mm:.2f} mm and {degrees:.2f} deg (root mean square)"
                 if self.refined.taken
-                else "the refinement fitted the frames worse and was not taken: poses and shape are as they came"
+                else "the refinement fitted the frames worse and was rejected: poses and shape are unrefined"
             )
         print(f"look at {self.out / 'mesh.png'} and mesh.ply" + (", turntable.mp4" if self.job.video else ""))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``--then`` of ``sdftrack reconstruct``: further recordings of the same object, which continue its shape."""
+"""``--then`` of ``sdftrack reconstruct``: further recordings of the same object, which extend its shape."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["Further", "check_further", "follow_further", "parse_further"]
 
 @dataclass(frozen=True)
 class Further:
-    """A recording to continue with: its folder, and where the object is in its first image (None: its own mask)."""
+    """A further recording: its folder, and the location of the object in its first image (None: its own mask)."""
 
     folder: Path
     init: Init | None
@@ -31,7 +31,7 @@ class Further:
 
 @dataclass
 class Followed:
-    """What came of one: its results, and which number of all frames the first of them has."""
+    """Result of a further recording, and the index of its first frame among all frames."""
 
     folder: Path
     out: Path
@@ -51,12 +51,12 @@ class Followed:
         self.recorder.wrote(*write_refined(self.out, own, times))
 
     def tell(self, name: str) -> None:
-        """The table of its poses."""
+        """Print the table of its poses."""
         show_summary(self.folder, [name], self.results, self.truths, self.ids, self.out)
 
 
 def parse_further(folders: list[str], inits: list[str], sequences: list[str]) -> list[Further]:
-    """--then and --then-init, which go together in their order; "mask" stands for the sequence's own one."""
+    """Combine --then and --then-init in order; "mask" stands for the sequence's own mask."""
     if folders and len(sequences) != 1:
         raise Usage(f"expected one SEQ with it, got {len(sequences)}", "--then")
     if inits and len(inits) != len(folders):
@@ -67,7 +67,7 @@ def parse_further(folders: list[str], inits: list[str], sequences: list[str]) ->
 
 
 def check_further(further: Further, job: Any, camera: Any) -> None:
-    """Errors of a recording that can be told before the first one, taken by `camera`, is followed."""
+    """Check a further recording in advance; `camera` is that of the first recording."""
     import sdftrack as st
 
     with st.open_sequence(further.folder, layout=job.layout) as seq:
@@ -79,7 +79,7 @@ def check_further(further: Further, job: Any, camera: Any) -> None:
 
 
 def _first(further: Further, seq: Any, job: Any) -> tuple[range, Any, Place]:
-    """Which frames, the first of them, and where the object is in it."""
+    """The frame numbers, the first frame, and the location of the object in it."""
     numbers = range(len(seq))[job.part]
     if not len(numbers):
         raise ValueError(
@@ -90,7 +90,7 @@ def _first(further: Further, seq: Any, job: Any) -> tuple[range, Any, Place]:
 
 
 def follow_further(run: Any, further: Further, number: int, stack: Any, tell: Tell) -> Followed:
-    """Continue the shape of `run` with one more recording, whose files go into DIR/recording_<number>."""
+    """Extend the shape of `run` with one more recording, with output in DIR/recording_<number>."""
     import sdftrack as st
 
     star, job = run.star, run.job
@@ -99,8 +99,8 @@ def follow_further(run: Any, further: Further, number: int, stack: Any, tell: Te
     result = star.resume(frame, **place.arguments)
     if not result.ok:
         raise ValueError(
-            f"{further.folder}: the object was not surely found in image {seq.ids[numbers[0]]} ({result.reason[0]}): "
-            "nothing of it was added; begin at an image that shows it better (--start), or give --then-init"
+            f"{further.folder}: the object was not found reliably in image {seq.ids[numbers[0]]} ({result.reason[0]}): "
+            "the recording was not added; start at a better image (--start), or give --then-init"
         )
     out = run.out / f"recording_{number}"
     recorder = stack.enter_context(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack reproduce``: figures of the source text beside the printed values."""
+"""``sdftrack reproduce``: figures of the thesis, with the printed values."""
 
 from __future__ import annotations
 
@@ -24,13 +24,17 @@ from sdftrack.cli.common import (
 
 
 def reproduce(
-    figure: Annotated[list[str] | None, typer.Argument(metavar="FIGURE", help="Ids, see --list.")] = None,
-    show_list: Annotated[bool, typer.Option("--list", help="List the figures that can be made.")] = False,
+    figure: Annotated[
+        list[str] | None, typer.Argument(metavar="FIGURE", help="Figure ids, see --list.")
+    ] = None,
+    show_list: Annotated[bool, typer.Option("--list", help="List the available figures.")] = False,
     mesh: Annotated[
-        Path | None, typer.Option(metavar="M.ply", help="Mesh in place of the built-in shape.")
+        Path | None, typer.Option(metavar="M.ply", help="Mesh to use instead of the built-in shape.")
     ] = None,
     unit: Annotated[str | None, typer.Option(help="Unit of the mesh: m, mm, cm or in.")] = None,
-    frames: Annotated[int | None, typer.Option(min=2, help="Fewer frames, for a quick look.")] = None,
+    frames: Annotated[
+        int | None, typer.Option(min=2, help="Number of frames, e.g. fewer for a quick test.")
+    ] = None,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     config: ConfigOption = None,
@@ -38,7 +42,7 @@ def reproduce(
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
-    """Make figures of the source text again; all of them when none is named."""
+    """Reproduce figures of the thesis; all of them if none is named."""
     from sdftrack import __version__
     from sdftrack._internal.files import write_json
     from sdftrack.mesh import UNITS

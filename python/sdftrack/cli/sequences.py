@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What commands over recorded sequences share: common usage errors, a folder and a turn for each sequence."""
+"""Common parts of commands for recorded sequences: usage errors, output folders, processing in turn."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def check_usage(mode: str, unit: str | None, out: Path | None, modes: tuple[str,
 
 
 def folder_each(sequences: list[Path], out: Path) -> list[Path]:
-    """Where each sequence's results go: `out` for a single one, else a folder of its name in it."""
+    """Output folder of each sequence: `out` for a single one, else a subfolder of its name."""
     if len(sequences) == 1:
         return [out]
     names: list[str] = []
@@ -39,7 +39,7 @@ def folder_each(sequences: list[Path], out: Path) -> list[Path]:
 def each_sequence(
     sequences: list[str], out: Path, work: Callable[[Path, Path], None], *also: type[Exception]
 ) -> None:
-    """Do `work(sequence, its folder for results)` for each; with several, what fails is told at the end."""
+    """Call `work(sequence, output folder)` for each; with several, failures are reported at the end."""
     folders = [Path(s) for s in sequences]
     targets = folder_each(folders, out)
     for folder, target in zip(folders, targets, strict=True):

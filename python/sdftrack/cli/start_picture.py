@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``start.png``: what was taken for the objects at a start, and where they were found."""
+"""``start.png``: the regions selected as objects at the start, and the poses found."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CLICK_PX = 6
 
 @dataclass
 class Selection:
-    """What a start was told: masks or the regions of clicks, the pixels clicked on, and boxes (x, y, w, h)."""
+    """Hints of a start: masks or regions of clicks, the clicked pixels, and boxes (x, y, w, h)."""
 
     regions: list[NDArray[np.bool_]] = field(default_factory=list)
     clicks: list[tuple[float, float]] = field(default_factory=list)
@@ -31,7 +31,7 @@ class Selection:
 
 
 class StartError(ValueError):
-    """What is seen in the frame is not the object; `selection` is what was looked at."""
+    """The selected region is not the object; `selection` is the region examined."""
 
     def __init__(self, message: str, selection: Selection) -> None:
         super().__init__(message)
@@ -41,7 +41,7 @@ class StartError(ValueError):
 def save_start_picture(
     path: Path, frame: Any, camera: Any, selection: Selection, result: Any = None, sdfs: Any = ()
 ) -> None:
-    """Write the picture, with the outlines of the shapes where the result has found them."""
+    """Write the image, with the outlines of the shapes at the poses found."""
     import cv2
 
     from sdftrack.viz.pictures import save_picture
@@ -60,7 +60,7 @@ def save_start_picture(
 
 
 def error_with_picture(error: StartError, out: Path, overwrite: bool, frame: Any, camera: Any) -> ValueError:
-    """The error with the path of its picture, where the folder may be written to."""
+    """Add the path of the image to the error, if the folder is writable."""
     from sdftrack.io.out_folder import prepare_folder
 
     try:
@@ -68,7 +68,7 @@ def error_with_picture(error: StartError, out: Path, overwrite: bool, frame: Any
         save_start_picture(out / NAME, frame, camera, error.selection)
     except OSError:
         return ValueError(str(error))
-    return ValueError(f"{error}; {out / NAME} shows what was taken for it")
+    return ValueError(f"{error}; {out / NAME} shows the selected region")
 
 
 def _outline(picture: NDArray[np.uint8], inside: NDArray[np.bool_], color: tuple[int, int, int]) -> None:
@@ -80,7 +80,7 @@ def _outline(picture: NDArray[np.uint8], inside: NDArray[np.bool_], color: tuple
 
 
 def _backdrop(frame: Any, camera: Any) -> NDArray[np.uint8]:
-    """The frame's colours in the geometry of its depth image; its depth in grey where it has none."""
+    """The frame's colours aligned to its depth image, or its depth in grey without colour."""
     import numpy as np
 
     from sdftrack.imaging.click_regions import registered_colors

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack superpixels``: an image in, labels and two pictures out."""
+"""``sdftrack superpixels``: superpixel segmentation of an image."""
 
 from __future__ import annotations
 
@@ -37,17 +37,17 @@ class Distance(str, Enum):
 
 
 def superpixels(
-    image: Annotated[Path, typer.Argument(metavar="IMAGE", help="PNG, JPEG or another picture.")],
-    segments: Annotated[int, typer.Option(min=1, help="About how many.")] = 1200,
-    compactness: Annotated[float, typer.Option(help="m; larger: rounder segments.")] = 10.0,
-    iterations: Annotated[int, typer.Option(min=1, help="Rounds of k-means.")] = 5,
+    image: Annotated[Path, typer.Argument(metavar="IMAGE", help="PNG, JPEG or another image file.")],
+    segments: Annotated[int, typer.Option(min=1, help="Approximate number of segments.")] = 1200,
+    compactness: Annotated[float, typer.Option(help="Compactness m; larger: rounder segments.")] = 10.0,
+    iterations: Annotated[int, typer.Option(min=1, help="Maximum number of k-means iterations.")] = 5,
     color_space: Annotated[
-        Space, typer.Option(help="Where colours are compared.", case_sensitive=False)
+        Space, typer.Option(help="Colour space of the comparison.", case_sensitive=False)
     ] = Space.lab,
     distance: Annotated[
         Distance, typer.Option(help="slic: squared; thesis: d_lab + (m / S) d_xy.", case_sensitive=False)
     ] = Distance.slic,
-    mask: Annotated[Path | None, typer.Option(metavar="mask.png", help="Divide these pixels alone.")] = None,
+    mask: Annotated[Path | None, typer.Option(metavar="mask.png", help="Segment only these pixels.")] = None,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     config: ConfigOption = None,
@@ -55,7 +55,7 @@ def superpixels(
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
-    """Cut an image into small regions of one colour.
+    """Segment an image into superpixels (small regions of uniform colour).
 
     Writes into DIR labels.png (16 bit; labels.npy, 32 bit, where there are
     more than 65535), boundaries.png, mean.png and result.json.
@@ -116,7 +116,7 @@ def _write(out: Path, picture: Any, labels: Any, settings: dict[str, Any], secon
 
 
 def _save_labels(out: Path, labels: Any, segments: int) -> list[str]:
-    """16 bits in a PNG; what does not fit there goes, whole, into an array beside it. Their names."""
+    """Write labels as 16-bit PNG, and as an array if they do not fit; returns the file names."""
     import cv2
     import numpy as np
 
@@ -132,7 +132,7 @@ def _save_labels(out: Path, labels: Any, segments: int) -> list[str]:
 
 
 def _drop_old_array(out: Path) -> None:
-    """labels.npy, where the report of an earlier run says that it has written one."""
+    """Remove labels.npy if an earlier run's report lists it."""
     import contextlib
     import json
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``--symmetry``: which turns of an object look alike."""
+"""``--symmetry``: symmetries of an object."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ VOXELS = 80  # of a model whose symmetries are looked for
 
 
 def check_symmetry(text: str) -> None:
-    """Usage error for what is neither a word nor a file of JSON."""
+    """Usage error for a value that is neither a keyword nor a JSON file."""
     if text not in ("auto", "none") and Path(text).suffix.lower() != ".json":
         raise Usage(f"expected auto, none or a models_info.json, got {text!r}", "--symmetry")
 
 
 def symmetries_of(text: str, seq: Any, objects: list[int]) -> dict[int, Any]:
-    """By obj_id: those of a models_info.json, or with "auto" the data set's, else those found in its model."""
+    """Symmetries by obj_id: from a models_info.json, or with "auto" from the data set, else detected in the model."""
     from sdftrack.symmetry import find_symmetries
 
     if text == "none":
@@ -48,7 +48,7 @@ def _listed(text: str) -> dict[int, Any]:
 
 
 def give_symmetries(targets: list[Target], seq: Any, text: str, colored: bool) -> None:
-    """Set each target's symmetry; colours that hold turns (--colored) leave none."""
+    """Set each target's symmetry; none if colours resolve it (--colored)."""
     if text == "none" or colored:
         return
     from sdftrack.symmetry import find_symmetries

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The objects of ``sdftrack track``: meshes with their volumes, and which instance of the truth each one is."""
+"""The objects of ``sdftrack track``: meshes with volumes, and their instances in the ground truth."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Target:
 def load_targets(
     models: list[Path], seq: Any, unit: str | None, voxels: int, holes: Any = "error", color: bool = False
 ) -> list[Target]:
-    """Meshes with their volumes (one per distinct file) and the ground truth's instances."""
+    """Load meshes with volumes (one per distinct file) and assign ground-truth instances."""
     import sdftrack as st
 
     loaded: dict[Path, tuple[Any, Any, int | None]] = {}
@@ -59,7 +59,7 @@ def load_targets(
 
 @contextlib.contextmanager
 def about_file(option: str, path: Path) -> Iterator[None]:
-    """Errors and warnings inside speak of the option and the file."""
+    """Prefix errors and warnings inside with the option and the file."""
 
     def told(text: str) -> str:
         text = text.removeprefix("mesh: ")
@@ -83,7 +83,7 @@ def load_mesh(path: Path, option: str, unit: str | None) -> Any:
 
 
 def own_obj_id(mesh: Any, seq: Any, known_unit: bool = False) -> int | None:
-    """obj_id under which the sequence has this mesh; where its unit is not known, also when read in another."""
+    """The obj_id of this mesh in the sequence; if its unit is unknown, other units are tested as well."""
     import numpy as np
 
     from sdftrack.mesh import UNITS

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack track``: recorded sequences and meshes in, poses, video and report out."""
+"""``sdftrack track``: poses of known objects in recorded sequences, with video and report."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ ALL_LOST = 3  # exit code
 
 @dataclass(frozen=True)
 class Job:
-    """What was asked for, the same for every sequence."""
+    """The settings of a run, common to all sequences."""
 
     models: list[Path]
     inits: list[Init]
@@ -61,37 +61,39 @@ class Job:
 
 def track(
     seq: Annotated[list[str], typer.Argument(metavar="SEQ", help="Folders of recorded sequences.")],
-    model: Annotated[list[Path], typer.Option(metavar="M.ply", help="Mesh; again for several objects.")],
+    model: Annotated[list[Path], typer.Option(metavar="M.ply", help="Mesh; repeat for several objects.")],
     count: Annotated[
         list[int] | None,
-        typer.Option(min=1, metavar="N", help="Copies of the --model, or again for every one of them."),
+        typer.Option(
+            min=1, metavar="N", help="Number of copies of the --model; once, or repeated for every model."
+        ),
     ] = None,
     init: Annotated[
         list[str] | None,
         typer.Option(
             metavar=INIT,
-            help="Where the objects are in the first image: the truth (default); found by itself; a file; a mask, box "
-            "or click in the depth image, again for every --model.",
+            help="Location of the objects in the first image: ground truth (default); automatic search; a file; "
+            "a mask, box or click in the depth image, repeated for every --model.",
         ),
     ] = None,
     mode: Annotated[
         str,
         typer.Option(
             metavar="auto|depth|rgbd|rgb",
-            help="Depth alone; with colour where there is; or the outline in the colour image alone.",
+            help="Depth only; with colour if available; or only the outline in the colour image.",
         ),
     ] = "auto",
     outline: Annotated[
         bool | None,
         typer.Option(
             "--outline/--no-outline",
-            show_default="on, but with --mode depth",
-            help="Read the outline in the colour image too, where depth is seen to err or is missing.",
+            show_default="on, except with --mode depth",
+            help="Also use the outline in the colour image, if depth is biased or missing.",
         ),
     ] = None,
     overlay_mesh: Annotated[
         list[Path] | None,
-        typer.Option(metavar="MESH.ply", help="Drawn at the pose; the k-th at the k-th object."),
+        typer.Option(metavar="MESH.ply", help="Mesh drawn at the pose; the k-th one at the k-th object."),
     ] = None,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
@@ -104,27 +106,29 @@ def track(
         int, typer.Option(min=8, help="Voxels along the longest side of a model's volume.")
     ] = 200,
     holes: Annotated[
-        str, typer.Option(metavar="error|close", help="An open mesh: refuse it, or close it.")
+        str, typer.Option(metavar="error|close", help="Open meshes: report an error, or close them.")
     ] = "error",
     colored: Annotated[
         bool,
-        typer.Option("--colored", help="The models' colours hold turns that their shapes do not show."),
+        typer.Option(
+            "--colored", help="Use the models' colours, which resolve rotations that their shapes do not."
+        ),
     ] = False,
     symmetry: Annotated[
         str,
         typer.Option(
             metavar="auto|none|models_info.json",
-            help="Turns that look alike, for the errors: the data set's or found in the shape; none; a file of BOP's.",
+            help="Symmetries for the errors: from the data set or detected in the shape; none; a BOP file.",
         ),
     ] = "none",
-    no_video: Annotated[bool, typer.Option("--no-video", help="Leave out overlay.mp4.")] = False,
+    no_video: Annotated[bool, typer.Option("--no-video", help="Do not write overlay.mp4.")] = False,
     config: ConfigOption = None,
     sensor: SensorOption = None,
     device: DeviceOption = Device.auto,
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
-    """Track known shapes through recorded sequences.
+    """Track known shapes in recorded sequences.
 
     Writes poses.csv (BOP), trajectory_<k>.txt (TUM), overlay.mp4 and report.json into DIR; several sequences get
     a folder each. The exit code is 3 where an object is lost in all frames.
@@ -132,11 +136,12 @@ def track(
     model = _copies(model, count or [1] * len(model))
     _check_usage(mode, unit, holes, out, overlay_mesh, model)
     if colored and mode == "depth":
-        raise Usage("expected --mode rgbd or auto: depth alone shows no colours", "--colored")
+        raise Usage("expected --mode rgbd or auto: depth mode does not use colours", "--colored")
     inits = parse_inits(init or ["gt"], len(model))
     if mode == "rgb" and any(i.kind not in ("gt", "poses") for i in inits):
         raise Usage(
-            "expected gt or a file of poses: --mode rgb reads no depth to find an object in", "--init"
+            "expected gt or a file of poses: --mode rgb uses no depth, so it cannot search for an object",
+            "--init",
         )
     check_layout(layout)
     assert out is not None
@@ -144,10 +149,10 @@ def track(
     if outline is not None:
         if outline and mode == "depth":
             raise Usage(
-                "expected --mode rgbd, rgb or auto: depth alone shows no outline in colour", "--outline"
+                "expected --mode rgbd, rgb or auto: depth mode does not use colour images", "--outline"
             )
         if not outline and mode == "rgb":
-            raise Usage("expected --outline: --mode rgb follows nothing else", "--no-outline")
+            raise Usage("expected --outline: --mode rgb uses nothing else", "--no-outline")
         options["outline"] = outline
     part = slice(start, stop, step)
     job = Job(
@@ -198,7 +203,7 @@ def _check_usage(
 
 
 def _track_one(folder: Path, out: Path, job: Job) -> list[str]:
-    """Returns a line with what to try next for each object that is lost in all frames."""
+    """Returns one line of advice for each object that is lost in all frames."""
     import sdftrack as st
     from sdftrack.cli.track_summary import lost_throughout, show_summary
 
@@ -250,16 +255,16 @@ def _track_one(folder: Path, out: Path, job: Job) -> list[str]:
             alike = {k: t.symmetry for k, t in enumerate(targets) if t.symmetry}
             show_summary(folder, names, results, truths, [seq.ids[i] for i in numbers], out, alike)
             if delay and delay.significant:
-                print(f"{delay}: the two images of a frame are of different moments")
+                print(f"{delay}: the two images of a frame are not simultaneous")
             if selection and "lost" in map(str, results[0].status):
-                print(f"what was taken for the objects in the first frame: {out / NAME}")
+                print(f"the regions selected as objects in the first frame: {out / NAME}")
         return list(lost_throughout(folder, names, results, [i.kind for i in job.inits]))
 
 
 def _settings(
     folder: Path, job: Job, targets: list[Target], numbers: range, seq: Any, tracker: Any
 ) -> dict[str, Any]:
-    """What report.json says about how it was made."""
+    """Settings for report.json."""
     return {
         "command": "track",
         "sequence": str(folder),
@@ -284,7 +289,7 @@ def _settings(
 
 
 def fitting(frame: Any, camera: Any) -> Any:
-    """The frame, or an unreadable one in its place where its size is not the camera's."""
+    """The frame, or an unreadable one if its size differs from the camera's."""
     from sdftrack.frame import Frame
 
     lens = frame.camera if frame.camera is not None else camera
@@ -298,7 +303,7 @@ def fitting(frame: Any, camera: Any) -> Any:
 
 
 def _bop_name(folder: Path) -> str:
-    """``sdftrack_<dataset>-<split>.csv`` from <dataset>/<split>/<scene>; a lone scene is its own data set."""
+    """``sdftrack_<dataset>-<split>.csv`` from <dataset>/<split>/<scene>; a single scene is its own data set."""
     scene = folder.resolve()
     split = scene.parent.name
     if scene.name.isdigit() and split.split("_")[0] in ("train", "val", "test"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What ``track`` and ``reconstruct`` print in the end: how many frames were followed, how well, and where not."""
+"""Summary printed by ``track`` and ``reconstruct``: tracked frames, errors, and failures."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def show_summary(
     out: Path,
     alike: dict[int, Any] | None = None,
 ) -> None:
-    """Print it; `truths` and `ids` (of the images) one per result, a truth being {k: T_cam_obj} where known.
+    """Print the summary; `truths` and `ids` (of the images) one per result, each truth {k: T_cam_obj} if known.
 
-    `alike`: {k: Symmetry}, up to which errors are counted.
+    `alike`: {k: Symmetry}, modulo which errors are computed.
     """
     from sdftrack.metrics import pose_error
 
@@ -60,7 +60,7 @@ def show_summary(
 NEXT = {
     "gt": "check that --model is the object of the ground truth, in its unit (--unit) and its frame",
     "poses": "check the poses' unit (m) and direction (T_cam_obj), and the unit of --model (--unit)",
-    "auto": "say where it is: --init box:x,y,w,h, --init click:x,y or --init mask.png",
+    "auto": "give its location: --init box:x,y,w,h, --init click:x,y or --init mask.png",
     "mask": "check that the mask shows the object in the first image, and the unit of --model (--unit)",
     "box": "try a mask, --init mask.png, and check the unit of --model (--unit)",
     "click": "try a box or a mask, --init box:x,y,w,h or --init mask.png, and check the unit of --model (--unit)",
@@ -68,7 +68,7 @@ NEXT = {
 
 
 def lost_throughout(folder: Path, names: list[str], results: list[Any], inits: list[str]) -> Iterator[str]:
-    """A line for each object without a single pose: since when, why, and what to try next."""
+    """One line for each object without any pose: since when, why, and what to try next."""
     for k, name in enumerate(names):
         if any(str(r.status[k]) in ("ok", "weak") for r in results):
             continue
@@ -79,7 +79,7 @@ def lost_throughout(folder: Path, names: list[str], results: list[Any], inits: l
 
 
 def _events(names: list[str], results: list[Any], ids: list[int]) -> Iterator[str]:
-    """Where an object stops being ok: one line for each run of frames with one status."""
+    """Events where an object is not ok: one line per run of frames with the same status."""
     for k, name in enumerate(names):
         begin = 0
         status = [str(r.status[k]) for r in results]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Shapes in two dimensions: an outline that follows a thing in video, a memory of its shapes, and regression."""
+"""Two-dimensional shapes: contour tracking in video, a memory of silhouettes, and regression."""
 
 from sdftrack.contour.assessment import Assessment
 from sdftrack.contour.dct import harmonics, silhouette

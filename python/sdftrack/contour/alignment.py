@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Which remembered silhouette lies where, by the colours of the image (docs/shape_memory.md, "In a video").
+"""Matching of stored silhouettes to the colours of the image (docs/shape_memory.md, "In a video").
 
-What is searched is the posterior of the colours, not the tracker's outline: behind an occluder the outline has gone
-astray before a part is missed. A silhouette M at a place costs, with e = 2 p - 1 the evidence for the object at a
-pixel,
+The posterior of the colours is searched, not the tracker's outline, which goes astray at an occluder before a missing
+part is detected. With e = 2 p - 1 the evidence for the object at a pixel, the cost of a silhouette M at a location is
 
     cost = 1 - (sum of e+ where M is  -  LACKING * sum of e- where M is) / area + priors,
 
-so that colours that are neither the object's nor the background's, an occluder's, count for nothing. The edge of M is
-soft over EDGE_PX, which makes the sums products of two pictures: all silhouettes at all places are one matrix product.
+so that colours of an occluder, which are neither the object's nor the background's, have no effect. The edge of M is
+soft over EDGE_PX, so the sums are inner products of two images: all silhouettes at all locations are one matrix
+product.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ AREA = (FILL * FRAME) ** 2  # of a silhouette
 
 
 class Shapes(Protocol):
-    """What is searched for."""
+    """The silhouettes to search for."""
 
     def templates(self, stage: Stage) -> Picture: ...
     def distances(self, places: NDArray[np.int64]) -> Picture: ...
@@ -52,17 +52,17 @@ class Shapes(Protocol):
 
 @dataclass(frozen=True)
 class Found:
-    """The best place, and what is expected there.
+    """The best location, and the expected silhouette there.
 
     Attributes
     ----------
     placement : Placement
     phi : (size, size) float32
-        Distances of the likely silhouettes' average, pixels, negative inside.
+        Signed distances of the average of the likely silhouettes, pixels, negative inside.
     weights, finalists : (k,)
         Of that average.
     cost : float
-        0 where every pixel of the object's colours is inside and none of the background's.
+        0 if all pixels of the object's colours are inside and none of the background's.
     """
 
     placement: Placement
@@ -74,8 +74,8 @@ class Found:
 
 @dataclass(frozen=True)
 class Stage:
-    """Places that are tried around one, and how finely: shifts up to `reach` times `block` pixels, each with some log
-    scales and angles (radians)."""
+    """Search grid around a location: shifts up to `reach` times `block` pixels, each with some log scales and angles
+    (radians)."""
 
     block: int
     reach: int
@@ -83,7 +83,7 @@ class Stage:
 
     @property
     def length(self) -> int:
-        """Numbers of a template."""
+        """Length of a template."""
         return 2 * (FRAME // self.block) ** 2
 
 
@@ -98,7 +98,7 @@ LAST = (
 
 
 def template(phi: Picture, stage: Stage) -> Picture:
-    """(stage.length,) what evidence for, then against the object costs at each pixel of a silhouette's frame.
+    """(stage.length,) weights of the evidence for, then against the object at each pixel of a silhouette's frame.
 
     `phi`: (size, size) signed distances, pixels.
     """
@@ -123,22 +123,22 @@ def find(
     shapes: Shapes,
     poses: Picture,
 ) -> Found:
-    """The best silhouette and place.
+    """Find the best silhouette and location.
 
     Parameters
     ----------
     signed : (ny, nx) float32
         2 p - 1 on the tracker's grid.
     warp : (3, 3)
-        From cells of the grid to pixels.
+        Maps cells of the grid to pixels.
     predicted : Prediction
-        Where it should be.
+        Predicted location.
     turn : (2, 2)
-        Of determinant 1: how the tracker says that it is turned.
+        Rotation given by the tracker, determinant 1.
     shapes : object
         With ``templates(stage)``, (n, stage.length) float32, and ``distances(k)``, (k, size, size) float32 pixels.
     poses : (n,) float32
-        How unlike the last pose each silhouette is, 0 to 2.
+        Dissimilarity of each silhouette to the last pose, 0 to 2.
     """
     start = Placement(predicted.center_px, predicted.size_px, turn)
     evidence = seen_from(
@@ -166,7 +166,7 @@ def find(
 
 
 class _Search:
-    """Costs of silhouettes at places around a start; moves are (x, y in pixels, log scale, angle) from it."""
+    """Costs of silhouettes at locations around a start; moves are (x, y in pixels, log scale, angle) from it."""
 
     def __init__(self, evidence: Picture, start: Placement, predicted: Prediction) -> None:
         self._evidence = evidence
@@ -175,7 +175,7 @@ class _Search:
         self._off = max(MIN_MISS, predicted.place_error), max(MIN_MISS, predicted.size_error)
 
     def costs(self, stage: Stage, around: Array, templates: Picture) -> tuple[Picture, Array]:
-        """(places, shapes) costs but for that of the pose, and (places, 4) the moves."""
+        """(places, shapes) costs without the pose term, and (places, 4) moves."""
         shifts = np.arange(-stage.reach, stage.reach + 1)
         pictures, moves = [], []
         for log_scale, angle in stage.tried:
@@ -199,7 +199,7 @@ class _Search:
         return np.asarray(PRIOR * off + TURNED * moves[:, 3] ** 2, np.float32)
 
     def _shifted(self, stage: Stage, move: Array) -> Picture:
-        """(shifts, stage.length): the evidence from one move, and from shifts of it by whole blocks."""
+        """(shifts, stage.length): the evidence for one move, and for its shifts by whole blocks."""
         import cv2
 
         side, reach = FRAME // stage.block, stage.reach

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the shape memory says of one silhouette."""
+"""Assessment of a silhouette by the shape memory."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ Judgement: TypeAlias = Literal["unoccluded", "occluded", "novel"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Assessment(ArrayRecord):
-    """A silhouette judged and completed, by `ShapeMemory.assess`.
+    """Judgement and completion of a silhouette, by `ShapeMemory.assess`.
 
     Attributes
     ----------
     judgement : "unoccluded", "occluded" or "novel"
     mask : (H, W) bool
-        What to go on with: the recovered silhouette where it is occluded, else the given one.
+        The silhouette to use: the recovered one if it is occluded, else the given one.
     completed : (H, W) bool
-        The recovered silhouette whatever the judgement; worth little where that is "novel".
+        The recovered silhouette, whatever the judgement; unreliable if that is "novel".
     coefficients : (m,) float64
         Harmonics of `completed`, as from `st.contour.harmonics`.
     std : (m,) float64
-        Of `coefficients`: as LWPR predicts it, or among the silhouettes that explain the mask (0 where one alone does);
-        0 where they are those of the given mask.
+        Standard deviation of `coefficients`: predicted by LWPR, or among the silhouettes that explain the mask (0 for a
+        single one); 0 if they are those of the given mask.
     error : float
-        How far the observed silhouette is from the one that was expected; "occluded" from `threshold` on. With
-        ``rule="remembered"`` the share of the completed silhouette that is not seen, with ``rule="printed"``
+        Deviation of the observed silhouette from the expected one; "occluded" from `threshold` on. With
+        ``rule="remembered"`` the share of the completed silhouette that is not visible, with ``rule="printed"``
         |x_predicted - x_observed| over the low harmonics (Table 6.3).
     threshold : float
     known : float
-        Share of the details that have been seen before: of the outline ("remembered"), of the regressions that are
-        active ("printed"). Below a half the silhouette is "novel".
+        Share of the details that were observed before: of the outline ("remembered"), or of the active regressions
+        ("printed"). Below one half the silhouette is "novel".
     """
 
     judgement: Judgement

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Silhouettes as the low part of a cosine series (thesis Eq. 6.1 to 6.4; docs/math/harmonics.md).
+"""Silhouettes as truncated cosine series (thesis Eq. 6.1 to 6.4; docs/math/harmonics.md).
 
-A silhouette is +1 inside and -1 outside. Its orthonormal DCT-II is cut to the lowest `n` harmonics; "harmonic k" is the
-set of all coefficients of order k, where the order of C(u, v) is max(u, v) + 1 (an L-shaped shell, n harmonics are the
-n x n block) or u + v + 1 (a diagonal, n harmonics are a triangle).
+A silhouette is +1 inside and -1 outside. Its orthonormal DCT-II is truncated to the lowest `n` harmonics; "harmonic k"
+is the set of all coefficients of order k, where the order of C(u, v) is max(u, v) + 1 (an L-shaped shell, n harmonics
+are the n x n block) or u + v + 1 (a diagonal, n harmonics are a triangle).
 """
 
 from __future__ import annotations
@@ -21,40 +21,40 @@ __all__ = ["Order", "block_of", "count", "harmonic_numbers", "harmonics", "serie
 Array: TypeAlias = NDArray[np.float64]
 Order: TypeAlias = Literal["max", "sum"]
 GRID = 64  # side of the grid that the coefficients belong to, unless told otherwise
-MOST_LEVEL_SET_PX = 2**22  # half a gigabyte of finer samples
+MAX_LEVEL_SET_PX = 2**22  # half a gigabyte of finer samples
 FINE = 4  # samples per pixel and axis where a level set is asked for: distances to an eighth of a pixel
 
 
 def harmonics(mask: ArrayLike, n: int, order: Order = "max", size: int = GRID) -> Array:
-    """The coefficients of the first `n` harmonics of a silhouette.
+    """Coefficients of the first `n` harmonics of a silhouette.
 
     Parameters
     ----------
     mask : (H, W) array, bool or uint8
-        Not 0: inside. Another shape than (size, size) is resampled to it by area; aspect is not kept, so cut a
+        Nonzero: inside. Other shapes are resampled to (size, size) by area; the aspect ratio is not kept, so crop a
         square first (`align`, or the tracker's own grid).
     n : int
-        How many, 1 to `size`.
+        Number of harmonics, 1 to `size`.
     order : {"max", "sum"}
-        What harmonic k is: all C(u, v) with max(u, v) + 1 = k, or all with u + v + 1 = k. n = `size` holds the whole
-        picture with "max"; with "sum" it leaves out what has u + v >= `size`, and a mask comes
-        back to an IoU of 0.9995, not 1.
+        Definition of harmonic k: all C(u, v) with max(u, v) + 1 = k, or all with u + v + 1 = k. With "max", n = `size`
+        represents the whole image; with "sum", coefficients with u + v >= `size` are omitted, and a mask is recovered
+        with an IoU of 0.9995, not 1.
     size : int
         Side of the grid, pixels; the coefficients of a constant grow with it.
 
     Returns
     -------
     (m,) float64 array
-        m = n^2 for "max", n (n + 1) / 2 for "sum"; harmonic after harmonic, the lowest first. Within one: from
-        (u, v) = (0, k - 1), v the column's frequency, along the shell to (k - 1, 0). `harmonic_numbers` says
-        which harmonic each coefficient belongs to. The first k harmonics are always the first part.
+        m = n^2 for "max", n (n + 1) / 2 for "sum"; ordered by harmonic, the lowest first. Within a harmonic: from (u,
+        v) = (0, k - 1), v the column frequency, along the shell to (k - 1, 0). `harmonic_numbers` gives the harmonic of
+        each coefficient. The first k harmonics always come first.
 
     Raises
     ------
     TypeError
-        `mask` is of another dtype.
+        `mask` has an unsupported dtype.
     ValueError
-        `mask` is not an image, has no inside or no outside; `n`, `order`, `size` out of range.
+        `mask` is not an image, or has no inside or no outside; `n`, `order`, `size` out of range.
 
     Examples
     --------
@@ -72,28 +72,28 @@ def silhouette(
     *,
     level_set: bool = False,
 ) -> NDArray[Any]:
-    """The mask, or the level set, of a cosine series.
+    """Reconstruct the mask, or the level set, from a cosine series.
 
     Parameters
     ----------
     coefficients : (m,) array
-        As from `harmonics` with the same `order`.
+        As returned by `harmonics` with the same `order`.
     shape : int or (H, W)
-        Of the picture, pixels; any: the series is continuous.
+        Size of the image, pixels; arbitrary, because the series is continuous.
     order : {"max", "sum"}
     level_set : bool
-        Give signed distances to the contour instead of the mask.
+        Return signed distances to the contour instead of the mask.
 
     Returns
     -------
-    (H, W) bool array: True where the series is positive, that is inside. With ``level_set=True`` (H, W) float32:
-    distance to the contour in pixels, negative inside, to an eighth of a pixel where pixels are square; everywhere
-    plus or minus the picture's diagonal where there is no contour.
+    (H, W) bool array: True where the series is positive, i.e. inside. With ``level_set=True`` (H, W) float32: distance
+    to the contour in pixels, negative inside, accurate to an eighth of a pixel for square pixels; plus or minus the
+    image diagonal everywhere if there is no contour.
 
     Raises
     ------
     TypeError, ValueError
-        `coefficients` are not finite numbers of a length that this order can have; `shape` is not a size.
+        `coefficients` are not finite, or their number does not match the order; `shape` is not a size.
 
     Examples
     --------
@@ -102,10 +102,10 @@ def silhouette(
     h, w = _picture_shape(shape)
     if not level_set:
         return series(coefficients, (h, w), order) > 0
-    if h * w > MOST_LEVEL_SET_PX:
+    if h * w > MAX_LEVEL_SET_PX:
         raise ValueError(
-            f"shape: expected at most {MOST_LEVEL_SET_PX} pixels with level_set=True, which works on {FINE} x {FINE} "
-            f"places in each, got {h} x {w}; take a smaller shape and enlarge its distances"
+            f"shape: expected at most {MAX_LEVEL_SET_PX} pixels with level_set=True, which works on {FINE} x {FINE} "
+            f"samples per pixel, got {h} x {w}; use a smaller shape and upscale its distances"
         )
     inside = series(coefficients, (FINE * h, FINE * w), order) > 0
     return _distances(inside, h, w)
@@ -122,9 +122,9 @@ def block_of(inside: NDArray[Any], n: int, order: Order, size: int) -> Array:
 
 
 def series(coefficients: ArrayLike, shape: tuple[int, int], order: Order = "max", size: int = GRID) -> Array:
-    """The cosine series itself, about +1 inside and -1 outside, sampled at the pixel centres of (H, W).
+    """The cosine series itself, about +1 inside and -1 outside, sampled at the pixel centres of an (H, W) image.
 
-    `size` is that of the grid the coefficients were taken on; the sign, and so the mask, does not depend on it.
+    `size` is that of the grid of the coefficients; the sign, and thus the mask, does not depend on it.
     """
     c = np.asarray(coefficients)
     n = _harmonics_in(c, order)
@@ -136,12 +136,12 @@ def series(coefficients: ArrayLike, shape: tuple[int, int], order: Order = "max"
 
 
 def count(n: int, order: Order = "max") -> int:
-    """How many coefficients the first `n` harmonics have."""
+    """Number of coefficients of the first `n` harmonics."""
     return n * n if order == "max" else n * (n + 1) // 2
 
 
 def harmonic_numbers(n: int, order: Order = "max") -> NDArray[np.int64]:
-    """(m,) harmonic, 1 to n, of each coefficient that `harmonics` gives."""
+    """(m,) harmonic, 1 to n, of each coefficient returned by `harmonics`."""
     _check(n, order, max(n, 1))
     return _layout(n, order)[2].copy()
 
@@ -161,7 +161,7 @@ def _layout(n: int, order: Order) -> tuple[NDArray[np.int64], NDArray[np.int64],
 
 @lru_cache(maxsize=64)
 def _basis(n: int, samples: int, size: int) -> Array:
-    """(n, samples): the first n cosines of a grid of `size`, sampled at `samples` even places (Eq. 6.1, 6.2)."""
+    """(n, samples): the first n cosines of a grid of `size`, at `samples` equidistant points (Eq. 6.1, 6.2)."""
     x = (np.arange(samples) + 0.5) / samples
     rows = np.sqrt(2.0 / size) * np.cos(np.pi * np.arange(n)[:, None] * x)
     rows[0] = np.sqrt(1.0 / size)
@@ -189,14 +189,14 @@ def _check(n: int, order: str, size: int) -> None:
     if not 1 <= n <= size:
         raise ValueError(
             f"n: expected 1 to {size} harmonics (a grid of {size} pixels has no more), got {n}; "
-            "take fewer or a larger size"
+            "use fewer harmonics or a larger size"
         )
 
 
 def _harmonics_in(c: NDArray[Any], order: str) -> int:
-    """How many harmonics a vector of coefficients has; an error where its length fits no number."""
+    """Number of harmonics in a vector of coefficients; an error if its length is invalid."""
     if c.dtype.kind not in "iuf":
-        raise TypeError(f"coefficients: expected numbers, as from harmonics(), got dtype {c.dtype}")
+        raise TypeError(f"coefficients: expected numbers, as returned by harmonics(), got dtype {c.dtype}")
     if order not in ("max", "sum"):
         raise ValueError(f'order: expected "max" or "sum", got {order!r}')
     m = c.size

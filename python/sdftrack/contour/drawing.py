@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""An outline in a picture."""
+"""Drawing of an outline into an image."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ COLORS = {"ok": (60, 220, 90), "weak": (250, 180, 40), "lost": (230, 60, 60)}
 
 
 def draw_outline(image: NDArray[np.uint8], mask: NDArray[np.bool_], status: str = "ok") -> NDArray[np.uint8]:
-    """The image with everything but the object darkened and the outline in the colour of the status.
+    """Return the image with the surroundings of the object darkened and the outline in the colour of the status.
 
     Parameters
     ----------

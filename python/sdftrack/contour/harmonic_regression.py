@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Low harmonics of a silhouette regressed from its high ones by LWPR (thesis 6.3.4, Table 6.3)."""
+"""Regression of the low harmonics of a silhouette from its high ones by LWPR (thesis 6.3.4, Table 6.3)."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ class PredictedHarmonics:
 class HarmonicRegression:
     """One LWPR unit for each low coefficient, all with the same inputs: the coefficients of the high harmonics.
 
-    Inputs are divided by their standard deviations over the first `settle` samples, which are then learnt at once;
-    the scale stays. The metric of a field is D = (reach / inputs) I: two silhouettes whose high harmonics differ by one
-    standard deviation in the mean activate each other by exp(-reach / 2). A small reach makes few fields, up to one for
-    all, which is then a linear regression by partial least squares; a large one makes hidden details "novel".
+    Inputs are divided by their standard deviations over the first `settle` samples, which are then learned at once; the
+    scale remains fixed. The metric of a field is D = (reach / inputs) I: two silhouettes whose high harmonics differ by
+    one standard deviation on average activate each other by exp(-reach / 2). A small reach yields few fields, down to a
+    single one, which is a linear regression by partial least squares; a large one makes occluded details "novel".
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class HarmonicRegression:
 
     @property
     def ready(self) -> bool:
-        """Whether enough silhouettes were learnt to set the scale of the inputs."""
+        """Whether enough silhouettes were learned to set the scale of the inputs."""
         return self.scale is not None
 
     def learn(self, c: Array) -> None:
@@ -90,11 +90,11 @@ class HarmonicRegression:
         return PredictedHarmonics(out, std, float(np.linalg.norm(mean - c[~self.high])), active)
 
     def training_error(self) -> float:
-        """|e| of Table 6.3: the root of the summed squares of what learning left of each low coefficient."""
+        """|e| of Table 6.3: root of the sum of squared training residuals of the low coefficients."""
         return float(np.linalg.norm(self.model.training_error))
 
     def state(self) -> dict[str, Any]:
-        """All that learning has changed, as arrays and bytes."""
+        """The learned state, as arrays and bytes."""
         waiting = np.array(self._waiting).reshape(-1, len(self.high))
         scale = np.zeros(0) if self.scale is None else self.scale
         return {"waiting": waiting, "scale": scale, "lwpr": self.model.__getstate__()["core"]}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Locally weighted projection regression: a function learnt sample by sample, without keeping the samples."""
+"""Locally weighted projection regression: incremental learning of a function without storing the samples."""
 
 from __future__ import annotations
 
@@ -24,46 +24,46 @@ __all__ = ["LWPR"]
 _SCHEMA = core_schema("lwpr")
 
 Array = NDArray[np.float64]
-MOST = 2**31  # of a count: what the core's int holds
+MAX_COUNT = 2**31  # of a count: what the core's int holds
 
 
 @refuses_unknown
 class LWPR(SklearnParts):
-    """Online regression by many small linear models (Vijayakumar, D'Souza and Schaal 2005; thesis 6.3.2).
+    """Online regression with many local linear models (Vijayakumar, D'Souza and Schaal 2005; thesis 6.3.2).
 
     Parameters
     ----------
     n_in, n_out : int, optional
-        Numbers of inputs and outputs; None: taken from the first data.
+        Number of inputs and outputs; None: taken from the first data.
     w_gen : float, 0 to 1
-        A sample that activates no field above it gets a field of its own. More: fields closer together.
+        A sample whose activation stays below this in every receptive field creates a new one. Larger: denser fields.
     w_prune : float, above w_gen to 1
-        Of two fields that a sample activates above it, one goes.
+        If a sample activates two fields above this, one of them is pruned.
     w_cutoff : float
-        Activations below it count as 0, in learning and in predictions.
+        Activations below this are treated as 0, in learning and in prediction.
     init_D : float, (n_in,) or (n_in, n_in) float
-        Metric of a new field, for inputs divided by ``norm_in``: 25 is a standard deviation of 0.2.
+        Initial distance metric of a new field, for inputs divided by ``norm_in``: 25 is a standard deviation of 0.2.
     diagonal : bool
-        The metric stays diagonal: faster from about 5 inputs on, blind to directions between the axes.
+        Restrict the metric to a diagonal matrix: faster from about 5 inputs on, but limited to axis-aligned fields.
     update_D : bool
-        The metric is learnt, by gradient descent on the penalised leave-one-out error.
+        Learn the metric by gradient descent on the penalised leave-one-out error.
     init_alpha, meta, meta_rate : float, bool, float
-        Its learning rate; whether the rates are learnt as well, and how fast.
+        Learning rate of the metric; whether the rates are adapted as well, and the meta learning rate.
     penalty : float
-        gamma of eq. 6.13: against ever smaller fields.
+        gamma of eq. 6.13: regularisation that prevents fields from shrinking without limit.
     add_threshold : float, 0 to 1
-        Another projection where the last one left less than this share of the mean squared error.
+        A projection is added if the last one left less than this share of the mean squared error.
     init_lambda, final_lambda, tau_lambda : float
-        Forgetting of a field at first, in the end, and the pace between them.
+        Initial and final forgetting factor of a field, and the annealing rate between them.
     norm_in, norm_out : None, float, array or "auto"
-        Inputs and outputs are divided by them. None: 1. "auto": the standard deviations of the first data.
+        Divisors of inputs and outputs. None: 1. "auto": the standard deviations of the first data.
     threads : int
-        Threads to use at most; 0: all cores. The results do not depend on it.
+        Maximum number of threads; 0: all cores. The results do not depend on it.
 
     Raises
     ------
     TypeError, ValueError
-        An option of the wrong kind or out of range.
+        An option of the wrong type or out of range.
 
     Examples
     --------
@@ -115,7 +115,7 @@ class LWPR(SklearnParts):
     # Learning
 
     def update(self, x: ArrayLike, y: ArrayLike) -> LWPR:
-        """Learn one sample or many, in their order.
+        """Learn one sample or several, in order.
 
         Parameters
         ----------
@@ -130,7 +130,7 @@ class LWPR(SklearnParts):
         Raises
         ------
         ValueError
-            A wrong shape, or a number that is not finite: the model is as it was before the call.
+            A wrong shape, or a non-finite value; the model is unchanged.
         RuntimeError
             Another thread is using the model.
         """
@@ -144,26 +144,26 @@ class LWPR(SklearnParts):
     def predict(
         self, x: ArrayLike, confidence: bool = False, *, return_std: bool = False, device: str = "cpu"
     ) -> Any:
-        """What the model expects at one place or at many.
+        """Predict the outputs for one input or several.
 
         Parameters
         ----------
         x : (n_in,) or (N, n_in) float
         confidence, return_std : bool
-            Either: also the standard deviation of the expectation (docs/lwpr.md says of what).
+            Either: also return the standard deviation of the prediction (defined in docs/lwpr.md).
         device : "cpu", "cuda" or "auto"
-            The GPU gives no standard deviations.
+            The GPU does not support standard deviations.
 
         Returns
         -------
         mean, or (mean, sd) : float64
-            A number or (n_out,) for (n_in,); (N,) or (N, n_out) for (N, n_in): as the outputs were given. Where no
-            field is active the mean is that of all outputs so far, and the standard deviation is infinite.
+            A number or (n_out,) for (n_in,); (N,) or (N, n_out) for (N, n_in), as the outputs were given. If no field
+            is active, the mean is that of all outputs so far, and the standard deviation is infinite.
 
         Raises
         ------
         ValueError
-            Nothing learnt yet, a wrong shape, or a number that is not finite.
+            Nothing learned yet, a wrong shape, or a non-finite value.
         RuntimeError
             Another thread is updating the model, or there is no GPU for "cuda".
         """
@@ -173,7 +173,9 @@ class LWPR(SklearnParts):
         where = resolve_device(device)
         if where == "cuda" and with_sd:
             if device == "cuda":
-                raise ValueError('device: standard deviations are made on the CPU; use device="cpu" for them')
+                raise ValueError(
+                    'device: standard deviations are computed on the CPU; use device="cpu" for them'
+                )
             where = "cpu"
         said = model.predict(rows, with_sd, self.threads, where == "cuda")
         if with_sd:
@@ -181,7 +183,7 @@ class LWPR(SklearnParts):
         return self._shaped(said, single)
 
     def activations(self, x: ArrayLike) -> Array:
-        """The largest activation of each output's fields: how well x is known.
+        """The largest activation of each output's fields, a measure of how well x is covered.
 
         Parameters
         ----------
@@ -190,12 +192,12 @@ class LWPR(SklearnParts):
         Returns
         -------
         (n_out,) or (N, n_out) float64
-            0 to 1; 0 where all are below ``w_cutoff``.
+            0 to 1; 0 if all are below ``w_cutoff``.
 
         Raises
         ------
         ValueError, RuntimeError
-            As `predict`.
+            As in `predict`.
         """
         model = self._learnt("activations")
         rows, single = inputs(x, model.n_in)
@@ -206,27 +208,27 @@ class LWPR(SklearnParts):
 
     @property
     def n_inputs(self) -> int | None:
-        """Inputs, as given or as of the first data; None before either."""
+        """Number of inputs, as given or from the first data; None if unknown."""
         return self.n_in if self._model is None else self._model.n_in
 
     @property
     def n_outputs(self) -> int | None:
-        """Outputs, as given or as of the first data; None before either."""
+        """Number of outputs, as given or from the first data; None if unknown."""
         return self.n_out if self._model is None else self._model.n_out
 
     @property
     def n_samples(self) -> int:
-        """Samples learnt."""
+        """Number of samples learned."""
         return 0 if self._model is None else self._model.samples
 
     @property
     def n_fields(self) -> tuple[int, ...]:
-        """Receptive fields of each output."""
+        """Number of receptive fields of each output."""
         return () if self._model is None else tuple(self._model.field_counts())
 
     @property
     def fields(self) -> list[LWPRField]:
-        """All receptive fields, output by output, as records to look at."""
+        """All receptive fields, grouped by output, as records."""
         if self._model is None:
             return []
         model, norm_in = self._model, np.array(self._model.norm_in)
@@ -240,25 +242,25 @@ class LWPR(SklearnParts):
     def training_error(self) -> Array:
         """(n_out,) float64: the e of eq. 6.12, in the units of the outputs.
 
-        A field's e is what a sample leaves after its last projection, the sample already learnt. This is the root
-        of the mean of their squares over samples and fields, weighted by activation, with the fields' forgetting.
+        The e of a field is the residual of a sample after the field's last projection, once the sample is learned. The
+        result is the root mean square of e over samples and fields, weighted by activation and the fields' forgetting.
         """
         return np.array(self._learnt("training_error").training_error())
 
     # Files, copies
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the model into a file, whole or not at all. `LWPR.load` reads it."""
+        """Write the model to a file, completely or not at all. `LWPR.load` reads it."""
         lwpr_file.write(path, self.__getstate__())
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> LWPR:
-        """Read what `save` wrote, to the last bit.
+        """Load a model written by `save`, bit by bit identical.
 
         Raises
         ------
         FileNotFoundError, ValueError
-            No such file; a file that is something else, cut off or damaged.
+            No such file; a file of another kind, truncated or damaged.
         """
         model = cls.__new__(cls)
         try:
@@ -268,7 +270,7 @@ class LWPR(SklearnParts):
         return model
 
     def copy(self) -> LWPR:
-        """A model of its own with the same contents."""
+        """Return an independent copy of the model."""
         out = type(self).__new__(type(self))
         out.__setstate__(self.__getstate__())
         return out
@@ -299,7 +301,7 @@ class LWPR(SklearnParts):
 
     def __repr__(self) -> str:
         if self._model is None:
-            return f"LWPR(n_in={self.n_in}, n_out={self.n_out}, nothing learnt)"
+            return f"LWPR(n_in={self.n_in}, n_out={self.n_out}, nothing learned)"
         count = self.n_fields
         fields = str(count[0]) if len(count) == 1 else f"{min(count)} to {max(count)} an output"
         return (
@@ -312,8 +314,8 @@ class LWPR(SklearnParts):
         for name in ("n_in", "n_out"):
             value = getattr(self, name)
             if value is not None:
-                whole(value, name, 1, MOST - 1, "None or a whole number of at least 1")
-        whole(self.threads, "threads", 0, MOST - 1, f"0 (all cores) to {MOST - 1}")
+                whole(value, name, 1, MAX_COUNT - 1, "None or a whole number of at least 1")
+        whole(self.threads, "threads", 0, MAX_COUNT - 1, f"0 (all cores) to {MAX_COUNT - 1}")
         self._core_options().check()
         for name in ("norm_in", "norm_out"):
             check_norm(getattr(self, name), name)
@@ -337,7 +339,7 @@ class LWPR(SklearnParts):
         model.update(data.x, data.y, self.threads)
         if self._model is not before:
             raise RuntimeError(
-                "this LWPR is in use by another thread, which has begun it meanwhile; take turns"
+                "this LWPR is in use by another thread, which initialised it concurrently; take turns"
             )
         self._model, self._flat = model, data.flat
 
@@ -350,7 +352,7 @@ class LWPR(SklearnParts):
 
     def _learnt(self, what: str) -> _core.LwprModel:
         if self._model is None:
-            raise self._not_fitted(f"LWPR.{what}: nothing has been learnt yet; call update or fit first")
+            raise self._not_fitted(f"LWPR.{what}: nothing has been learned yet; call update or fit first")
         return self._model
 
     def _shaped(self, values: Array, single: bool) -> Any:

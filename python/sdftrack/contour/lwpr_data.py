@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Samples as they are given, checked and brought into rows."""
+"""Validation of samples and conversion to rows."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 class Samples(NamedTuple):
-    """x (N, n_in), y (N, n_out), and whether y came without an axis for its outputs."""
+    """x (N, n_in), y (N, n_out), and whether y was given without an output axis."""
 
     x: Array
     y: Array
@@ -24,12 +24,12 @@ class Samples(NamedTuple):
 
 
 def inputs(x: ArrayLike, n_in: int | None, name: str = "x") -> tuple[Array, bool]:
-    """Rows of inputs, and whether it was a single one.
+    """Rows of inputs, and whether a single sample was given.
 
     Raises
     ------
     TypeError, ValueError
-        No numbers; a wrong shape. (The core refuses what is not finite.)
+        Not numeric; a wrong shape. (The core rejects non-finite values.)
     """
     rows = _unmasked(x, name)
     single = rows.ndim == 1
@@ -68,16 +68,16 @@ def samples(x: ArrayLike, y: ArrayLike, n_in: int | None, n_out: int | None) -> 
 
 
 def _unmasked(values: ArrayLike, name: str) -> Array:
-    """Numbers, none of which numpy holds to be missing: what lies under a mask is no data."""
+    """Check that no value is masked: masked values are not data."""
     if np.ma.isMaskedArray(values) and np.ma.is_masked(values):
         raise ValueError(
-            f"{name}: expected no masked values, got {int(np.ma.count_masked(values))}; leave their samples out"
+            f"{name}: expected no masked values, got {int(np.ma.count_masked(values))}; omit their samples"
         )
     return numbers(values, name)
 
 
 def check_norm(norm: Any, name: str) -> None:
-    """TypeError or ValueError that names the parameter, for what cannot divide data."""
+    """TypeError or ValueError naming the parameter, if it cannot be used as a divisor."""
     if norm is None or (isinstance(norm, str) and norm == "auto"):
         return
     if isinstance(norm, str):
@@ -88,7 +88,7 @@ def check_norm(norm: Any, name: str) -> None:
 
 
 def norms(norm: Any, data: Array, name: str) -> Array:
-    """What data are divided by: (columns,) float64, from a parameter of `sdftrack.LWPR`."""
+    """Divisors of the data: (columns,) float64, from a parameter of `sdftrack.LWPR`."""
     columns = data.shape[1]
     if norm is None:
         return np.ones(columns)
@@ -96,7 +96,7 @@ def norms(norm: Any, data: Array, name: str) -> Array:
         if len(data) < 2:
             raise ValueError(
                 f'{name}: "auto" takes standard deviations from the first data, which needs at least 2 samples, '
-                f"got {len(data)}; begin with more, or give {name} as numbers"
+                f"got {len(data)}; start with more, or give {name} as numbers"
             )
         _finite(data, "x" if name == "norm_in" else "y")
         sd = data.std(axis=0)
@@ -112,6 +112,6 @@ def _finite(values: Array, name: str) -> None:
     if not good.all():
         k = int(np.argmin(good))
         raise ValueError(
-            f"{name}: expected finite numbers, got NaN or inf in sample {k}; leave such samples out "
-            "(the model is as it was)"
+            f"{name}: expected finite numbers, got NaN or inf in sample {k}; omit such samples "
+            "(the model is unchanged)"
         )

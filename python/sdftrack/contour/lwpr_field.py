@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A receptive field as a record to look at."""
+"""A receptive field as a record."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ class LWPRField:
     Attributes
     ----------
     output : int
-        Whose field it is.
+        Index of the output that the field belongs to.
     center : (n_in,) float64
     D : (n_in, n_in) float64
         Metric: the activation of x is ``exp(-0.5 (x - center) @ D @ (x - center))``.
     slope, value : (n_in,) float64, float
-        What the field says: ``value + slope @ (x - center)``.
+        Prediction of the field: ``value + slope @ (x - center)``.
     n_data : int
-        Samples that have activated it.
+        Number of samples that activated it.
     n_projections, n_trusted : int
-        Projections that it has, and that have seen enough (2 n_in samples) for predictions.
+        Number of projections, and number of those with enough samples (2 n_in) for predictions.
     trustworthy : bool
-        Whether it takes part in predictions.
+        Whether it is used in predictions.
     mse : (n_projections,) float64
         Mean squared residual after each projection.
     loo_mse : float
-        The same after the last trusted one, each sample left out in turn; NaN before there is one.
+        Leave-one-out mean squared residual after the last trusted projection; NaN without one.
     weight : float
         Sum of the activations, with forgetting.
     forgetting : float
-        The present lambda.
+        Current forgetting factor lambda.
     """
 
     output: int
@@ -66,7 +66,7 @@ class LWPRField:
 def field_from_core(
     raw: dict[str, Any], output: int, norm_in: NDArray[np.float64], norm_out: float
 ) -> LWPRField:
-    """A record of the core, which knows scaled numbers, in the units of the data."""
+    """Convert a field of the core, in scaled units, to the units of the data."""
     M = raw["M"] / norm_in
     arrays = {
         "center": raw["center"] * norm_in,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The file of an LWPR: a mark, a line of JSON, the core's bytes, a checksum."""
+"""File format of an LWPR: a magic number, a line of JSON, the core's bytes, a checksum."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SUM_BYTES = 4
 
 
 def write(path: str | os.PathLike[str], state: dict[str, Any]) -> None:
-    """Write the state of a model whole or not at all."""
+    """Write the state of a model, completely or not at all."""
     parameters = plain(state["parameters"])
     head = json.dumps({"parameters": parameters, "flat": state["flat"]}).encode() + b"\n"
     content = MARK + head + state["core"]
@@ -28,7 +28,7 @@ def write(path: str | os.PathLike[str], state: dict[str, Any]) -> None:
 
 
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Read it back; ValueError for anything else (the caller names the file)."""
+    """Read the state of a model; ValueError for other files (the caller names the file)."""
     if not os.path.isfile(path):
         raise FileNotFoundError(f"lwpr: no such file: {os.fspath(path)}")
     with open(path, "rb") as file:
@@ -37,13 +37,13 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
         raise ValueError(_something_else(data))
     content, checksum = data[:-SUM_BYTES], data[-SUM_BYTES:]
     if zlib.crc32(content).to_bytes(SUM_BYTES, "little") != checksum:
-        raise ValueError("expected a file of LWPR.save, got one that was cut off or damaged")
+        raise ValueError("expected a file of LWPR.save, got a truncated or damaged one")
     head, _, core = content[len(MARK) :].partition(b"\n")
     return {**json.loads(head), "core": core}
 
 
 def plain(value: Any) -> Any:
-    """Numpy's numbers and arrays as Python's own, also inside lists and dictionaries: what JSON can hold."""
+    """Convert numpy numbers and arrays, also inside lists and dictionaries, to plain Python types for JSON."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, list | tuple):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What scikit-learn's tools ask of an estimator, without needing scikit-learn."""
+"""The estimator interface of scikit-learn, without requiring scikit-learn."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class SklearnParts:
     _model: Any = None
 
     def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
-        """Forget everything, then learn X (N, n_in) and y (N,) or (N, n_out) in their order.
+        """Reset the model, then learn X (N, n_in) and y (N,) or (N, n_out) in order.
 
         Raises
         ------
         ValueError
-            As `update`; the model then still knows what it knew.
+            As in `update`; the model is then unchanged.
         """
         rows = numbers(X, "X")
         if rows.ndim != 2:
@@ -45,7 +45,7 @@ class SklearnParts:
         return self.update(X, y)  # type: ignore[attr-defined,no-any-return]
 
     def score(self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None) -> float:
-        """R^2, the mean over the outputs: 1 is perfect, 0 as good as a constant.
+        """R^2, averaged over the outputs: 1 is perfect, 0 is as good as a constant.
 
         Parameters
         ----------
@@ -58,7 +58,7 @@ class SklearnParts:
         if true.shape != said.shape:
             raise ValueError(f"y: expected {said.shape}, got {true.shape}")
         if not np.isfinite(true).all():
-            raise ValueError("y: expected finite numbers, got NaN or inf; leave such samples out")
+            raise ValueError("y: expected finite numbers, got NaN or inf; omit such samples")
         if not len(true):
             raise ValueError("X: expected at least one sample to compare with, got 0")
         w = np.ones(len(true)) if sample_weight is None else numbers(sample_weight, "sample_weight")
@@ -73,16 +73,16 @@ class SklearnParts:
         return float(np.mean(np.where(whole > 0, 1 - left / np.where(whole > 0, whole, 1), constant)))
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """The parameters by name, as they were given."""
+        """The parameters by name, as given."""
         return {name: getattr(self, name) for name in self._parameter_names()}
 
     def set_params(self, **parameters: Any) -> Self:
-        """Change parameters. What has been learnt stays as it is: they count from the next `fit` on.
+        """Change parameters. The learned state is kept: changes take effect at the next `fit`.
 
         Raises
         ------
         TypeError, ValueError
-            No such parameter, or a value out of range; nothing is changed then.
+            No such parameter, or a value out of range; nothing is changed.
         """
         before = self.get_params()
         try:
@@ -101,9 +101,9 @@ class SklearnParts:
 
     @property
     def n_features_in_(self) -> int:
-        """Inputs, under scikit-learn's name; not there before the first data."""
+        """Number of inputs, under scikit-learn's name; undefined before the first data."""
         if self._model is None:
-            raise AttributeError("n_features_in_: nothing has been learnt yet")
+            raise AttributeError("n_features_in_: nothing has been learned yet")
         return int(self._model.n_in)
 
     def __sklearn_is_fitted__(self) -> bool:
@@ -134,7 +134,7 @@ class SklearnParts:
 
     @staticmethod
     def _not_fitted(message: str) -> ValueError:
-        """A ValueError; where scikit-learn is loaded, the kind of it that its tools wait for."""
+        """A ValueError; if scikit-learn is loaded, its NotFittedError."""
         module = sys.modules.get("sklearn.exceptions")
         kind: type[ValueError] = ValueError if module is None else module.NotFittedError
         return kind(message)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Masks on their way into the shape memory: checked, resampled, moved into a frame of their own."""
+"""Preparation of masks for the shape memory: validation, resampling, alignment."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FILL = 0.35  # square root of the area over the grid's side: a thin body three t
 
 
 def checked_mask(mask: ArrayLike, name: str = "mask") -> Mask:
-    """`mask` as an (H, W) bool array with an inside and an outside; TypeError or ValueError that names it."""
+    """`mask` as an (H, W) bool array with an inside and an outside; TypeError or ValueError naming the argument."""
     m = np.asarray(mask)
     if m.dtype == bool:
         inside = m
@@ -31,14 +31,12 @@ def checked_mask(mask: ArrayLike, name: str = "mask") -> Mask:
     if not inside.any():
         raise ValueError(f"{name}: expected some pixels inside, got none; a silhouette needs an object")
     if inside.all():
-        raise ValueError(
-            f"{name}: expected some pixels outside, got none; cut the silhouette out with a margin"
-        )
+        raise ValueError(f"{name}: expected some pixels outside, got none; crop the silhouette with a margin")
     return inside
 
 
 def resampled(mask: Mask, size: int) -> NDArray[np.float32]:
-    """(size, size) float32, the share of each pixel that is inside, by area."""
+    """(size, size) float32: fraction of each pixel that is inside, by area."""
     if mask.shape == (size, size):
         return mask.astype(np.float32)
     import cv2
@@ -61,32 +59,32 @@ def signed_distances(mask: Mask) -> NDArray[np.float32]:
 
 
 def align(mask: ArrayLike, size: int = 64, fill: float = FILL) -> tuple[Mask, Array]:
-    """Move a mask into a frame of its own: centroid in the middle, square root of the area `fill` times the side.
+    """Normalise a mask: centroid at the centre, square root of the area `fill` times the side.
 
-    What a tracker's grid does for the shape memory, for masks that come without a tracker. Neither turns nor
-    shears. Alignment is meant for whole silhouettes: the centroid of a half hidden one is not that of the object
-    (take the last whole one's transform and `transformed`).
+    Replaces a tracker's grid for masks that do not come from a tracker. Applies neither rotation nor shear. Alignment
+    is meant for unoccluded silhouettes: the centroid of a partly occluded one is not that of the object (use the
+    transform of the last unoccluded one with `transformed`).
 
     Parameters
     ----------
     mask : (H, W) array, bool or uint8
         Not 0: inside.
     size : int
-        Side of the new grid, pixels.
+        Side of the output grid, pixels.
     fill : float
-        0.05 to 0.9. What does not fit into the grid is cut off.
+        0.05 to 0.9. Parts outside the grid are cropped.
 
     Returns
     -------
     aligned : (size, size) bool
     T_grid_image : (3, 3) float64
-        Pixel (x, y, 1) of the image to that of the grid; ``transformed(mask, T_grid_image, size)`` does the same to
-        another mask of the image, ``np.linalg.inv`` leads back.
+        Maps pixel (x, y, 1) of the image to the grid; ``transformed(mask, T_grid_image, size)`` applies it to another
+        mask of the image, ``np.linalg.inv`` is the inverse.
 
     Raises
     ------
     TypeError, ValueError
-        As `checked_mask`; `size` or `fill` out of range.
+        As in `checked_mask`; `size` or `fill` out of range.
 
     Examples
     --------
@@ -105,7 +103,7 @@ def align(mask: ArrayLike, size: int = 64, fill: float = FILL) -> tuple[Mask, Ar
 
 
 def transformed(mask: Mask, T_grid_image: Any, size: int) -> Mask:
-    """(size, size) bool: a mask of the image seen in the grid of `align`, by area where it shrinks."""
+    """(size, size) bool: a mask of the image resampled to the grid of `align`, by area when shrinking."""
     import cv2
 
     T = np.asarray(T_grid_image, np.float64)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A memory of the silhouettes of one moving object: is this one whole, what is hidden of it (thesis chapter 6)?"""
+"""A memory of an object's silhouettes: detects occlusion and recovers occluded parts (thesis, chapter 6)."""
 
 from __future__ import annotations
 
@@ -37,36 +37,37 @@ MIN_ERROR = 0.02  # share not seen, up to which a difference is that of two outl
 
 @refuses_unknown
 class ShapeMemory:
-    """Learns whole silhouettes of one object; tells hidden ones and recovers them.
+    """Learns unoccluded silhouettes of one object; detects and recovers occluded ones.
 
     Parameters
     ----------
     n_harmonics : int
-        Harmonics of a silhouette that are used, 2 to 32.
+        Number of harmonics that describe a silhouette, 2 to 32.
     n_inputs : int
-        How many of them, the highest, predict the others; 1 to n_harmonics - 1. For ``rule="printed"``.
+        Number of the highest harmonics that predict the others; 1 to n_harmonics - 1. For ``rule="printed"``.
     rule : {"remembered", "printed"}
-        How hidden parts are found. "printed": low harmonics regressed from high ones by LWPR, judged by
-        Table 6.3. "remembered": the silhouettes themselves are kept and explain what is seen, given that an
-        occluder only takes away; better in every measurement (docs/shape_memory.md).
+        How occluded parts are recovered. "printed": low harmonics are regressed from high ones by LWPR and judged by
+        Table 6.3. "remembered": stored silhouettes explain the visible part, given that an occluder only removes area;
+        better in every measurement (docs/shape_memory.md).
     order : {"max", "sum"}
-        What a harmonic is, see `st.contour.harmonics`.
+        Definition of a harmonic, see `st.contour.harmonics`.
     size : int
         Side of the memory's grid, 16 to 256 pixels.
     capacity, spacing : int, float
-        Silhouettes kept at most, and how unlike two must be (symmetric difference over area). "remembered".
+        Maximum number of stored silhouettes, and minimum dissimilarity of two of them (symmetric difference over area).
+        "remembered".
     max_occluders : int
-        More things than this before the object, a fence say: "novel". "remembered".
+        A silhouette with more occluders than this (a fence, say) is "novel". "remembered".
     calibrate_on : int
-        The error of the first so many known silhouettes sets the threshold, which then stays. "remembered".
+        Number of known silhouettes whose error sets the threshold, which is then fixed. "remembered".
     w_gen, reach, settle : float, float, int
-        Activation below which nothing is known; how far a silhouette is known around it; silhouettes that set the
-        scale of the inputs, which then stays. "printed".
+        Activation below which a silhouette is unknown; scale of the fields' metric, D = reach / n_inputs; number of
+        silhouettes that set the scale of the inputs, which is then fixed. "printed".
     lwpr : dict
         Further options of `st.contour.LWPR`. "printed".
 
-    Masks come in one frame that moves with the object: a tracker's grid, or `st.contour.align`. All masks of one
-    memory have the same shape. ``rule``, sizes and thresholds cannot change later.
+    Masks must be given in a frame that moves with the object: a tracker's grid, or `st.contour.align`. All masks of a
+    memory have the same shape. ``rule``, sizes and thresholds cannot be changed later.
 
     Examples
     --------
@@ -117,17 +118,18 @@ class ShapeMemory:
     # Learning
 
     def learn(self, mask: ArrayLike) -> None:
-        """Learn a silhouette that is known to be whole.
+        """Learn a silhouette that is known to be unoccluded.
 
         Parameters
         ----------
         mask : (H, W) array, bool or uint8
-            Not 0: inside. The first one fixes the shape of all.
+            Nonzero: inside. The first mask fixes the shape of all masks.
 
         Raises
         ------
         TypeError, ValueError
-            Another dtype, no image, nothing inside or nothing outside, or another shape than the first one's.
+            Unsupported dtype, not an image, nothing inside or nothing outside, or a shape that differs from the first
+            mask's.
         """
         given = self._checked(mask)
         on_grid = self._on_grid(given)
@@ -148,7 +150,7 @@ class ShapeMemory:
         shapes.add(on_grid)
 
     def observe(self, mask: ArrayLike) -> Assessment:
-        """Judge a silhouette and learn it if it is whole: the loop of a tracker after its first frames."""
+        """Judge a silhouette and learn it if it is unoccluded, as a tracker does after its first frames."""
         said = self.assess(mask)
         if said.judgement == "unoccluded":
             self.learn(mask)
@@ -161,16 +163,16 @@ class ShapeMemory:
         return self.assess(mask).judgement
 
     def recover(self, mask: ArrayLike) -> Mask:
-        """(H, W) bool: the whole silhouette where `mask` is judged occluded, else `mask`; errors as `assess`."""
+        """(H, W) bool: the recovered silhouette if `mask` is judged occluded, else `mask`; errors as in `assess`."""
         return self.assess(mask).mask
 
     def assess(self, mask: ArrayLike) -> Assessment:
-        """Judge and recover in one go.
+        """Judge and recover in a single call.
 
         Parameters
         ----------
         mask : (H, W) array, bool or uint8
-            Not 0: inside. Of the shape of the masks learnt.
+            Nonzero: inside. Must have the shape of the learned masks.
 
         Returns
         -------
@@ -180,14 +182,14 @@ class ShapeMemory:
         Raises
         ------
         TypeError, ValueError
-            As `learn`.
+            As in `learn`.
         RuntimeError
-            Nothing has been learnt; another thread is using the memory.
+            Nothing has been learned; another thread is using the memory.
         """
         given = self._checked(mask)
         if self._learnt == 0:
             raise RuntimeError(
-                "memory: nothing has been learnt; call learn(mask) with whole silhouettes first"
+                "memory: nothing has been learned; call learn(mask) with unoccluded silhouettes first"
             )
         on_grid = self._on_grid(given)
         with SingleThreadGuard(self._lock, "shape memory"):
@@ -196,18 +198,18 @@ class ShapeMemory:
             assert self._regression is not None
             return self._printed(self._regression, given, on_grid)
 
-    def judged(self, given: Mask, on_grid: Mask, said: Explanation, least_piece: float = 0.0) -> Assessment:
-        """What an explanation of a mask comes to, by rule "remembered".
+    def judged(self, given: Mask, on_grid: Mask, said: Explanation, min_piece: float = 0.0) -> Assessment:
+        """Assessment from an explanation of a mask, by rule "remembered".
 
-        `on_grid` is the mask on the memory's grid; pieces that are hidden count as occluders from `least_piece` times
-        the largest on.
+        `on_grid` is the mask on the memory's grid; hidden pieces smaller than `min_piece` times the largest do not
+        count as occluders.
         """
         assert self._shapes is not None
         threshold = self.threshold
         # Slivers that may be another pose raise the error, but where nothing is to be recovered nothing is occluded.
         occluded = said.missing >= threshold and said.hidden.any()
         judgement: Judgement = "occluded" if occluded else "unoccluded"
-        if self._is_novel(said, on_grid, least_piece):
+        if self._is_novel(said, on_grid, min_piece):
             judgement = "novel"
         completed = given | self._back(said.hidden, given.shape)
         codes = self._shapes.codes[said.finalists]
@@ -232,21 +234,21 @@ class ShapeMemory:
             said.error, threshold, said.active,
         )  # fmt: skip
 
-    def _is_novel(self, said: Explanation, on_grid: Mask, least_piece: float = 0.0) -> bool:
-        """Too little of what is seen has been seen before, too little is seen, or too many things are before it."""
+    def _is_novel(self, said: Explanation, on_grid: Mask, min_piece: float = 0.0) -> bool:
+        """Whether too little of the visible part is known, too little is visible, or there are too many occluders."""
         return bool(
             said.explained < MIN_KNOWN
             or said.outline < MIN_OUTLINE
             or said.riddled > MAX_RIDDLED
             or said.off_px > MAX_OFF_PX * self._options.size / 64
-            or count_occluders(said.hidden, on_grid, least_piece) > self._options.max_occluders
+            or count_occluders(said.hidden, on_grid, min_piece) > self._options.max_occluders
         )
 
     # What it is
 
     @property
     def threshold(self) -> float:
-        """The error from which on a silhouette is "occluded": the square root of 2 times that of training."""
+        """Error from which a silhouette is "occluded": sqrt(2) times the training error."""
         if self._regression is not None:
             return np.sqrt(2) * self._regression.training_error() if self._regression.ready else np.inf
         rms = np.sqrt(self._squares / self._calibrated) if self._calibrated else 0.0
@@ -254,27 +256,27 @@ class ShapeMemory:
 
     @property
     def n_learnt(self) -> int:
-        """Silhouettes learnt."""
+        """Number of silhouettes learned."""
         return self._learnt
 
     @property
     def n_kept(self) -> int:
-        """Silhouettes kept; 0 with ``rule="printed"``, which keeps none."""
+        """Number of silhouettes stored; 0 with ``rule="printed"``, which stores none."""
         return self._shapes.count if self._shapes is not None else 0
 
     @property
     def shape(self) -> tuple[int, int] | None:
-        """(H, W) of the masks learnt, that all others must have; None before the first."""
+        """(H, W) of all masks; None before the first one."""
         return self._shape
 
     @property
     def shapes(self) -> SilhouetteLibrary | None:
-        """The silhouettes kept; None with ``rule="printed"``. For a tracker; what changes them is `learn`."""
+        """The stored silhouettes, for a tracker; None with ``rule="printed"``. Modified only by `learn`."""
         return self._shapes
 
     @property
     def options(self) -> MemoryOptions:
-        """What it was made with; frozen."""
+        """The options of the memory; frozen."""
         return self._options
 
     def __repr__(self) -> str:
@@ -293,19 +295,19 @@ class ShapeMemory:
     # Files
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write options and all that was learnt to a file, whole or not at all."""
+        """Write options and learned state to a file, completely or not at all."""
         memory_file.write(path, self.__getstate__())
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> ShapeMemory:
-        """Read what `save` wrote. FileNotFoundError; ValueError for another, a newer or a damaged file."""
+        """Load a file written by `save`. FileNotFoundError; ValueError for another, a newer or a damaged file."""
         state = memory_file.read(path)
         memory = cls.__new__(cls)
         try:
             memory.__setstate__(state)
         except (KeyError, TypeError, ValueError, IndexError) as error:
             raise ValueError(
-                f"{path}: expected a shape memory, its contents do not fit together ({error})"
+                f"{path}: expected a shape memory, got inconsistent contents ({error})"
             ) from None
         return memory
 
@@ -337,7 +339,7 @@ class ShapeMemory:
         given = checked_mask(mask)
         if self._shape is not None and given.shape != self._shape:
             raise ValueError(
-                f"mask: expected the shape of those learnt, {self._shape}, got {given.shape}; a memory belongs to "
+                f"mask: expected the shape of the learned masks, {self._shape}, got {given.shape}; a memory belongs to "
                 "one grid: resample the mask or make another memory"
             )
         return given
@@ -350,13 +352,13 @@ class ShapeMemory:
         if not on_grid.any() or on_grid.all():
             what = "inside" if not on_grid.any() else "outside"
             raise ValueError(
-                f"mask: expected something {what} on a grid of {size} x {size}, nothing is left of it; "
-                "cut closer to the object, or take a larger size"
+                f"mask: expected something {what} on a grid of {size} x {size}, nothing is left after resampling; "
+                "crop closer to the object, or use a larger size"
             )
         return on_grid
 
     def _back(self, on_grid: Mask, shape: tuple[int, ...]) -> Mask:
-        """A mask of the grid in the caller's shape."""
+        """Convert a mask of the grid to the caller's shape."""
         if on_grid.shape == shape:
             return on_grid
         import cv2

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Files of a shape memory: a line that names them, a checksum, then arrays as numpy writes them."""
+"""File format of a shape memory: a header line, a checksum, then arrays in numpy's format."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ DIGEST = 64  # hexadecimal digits of SHA-256
 
 
 def write(path: str | os.PathLike[str], state: dict[str, Any]) -> None:
-    """Write a memory's state, whole or not at all."""
+    """Write a memory's state, completely or not at all."""
     from sdftrack._internal.files import write_whole
 
     write_whole(path, to_bytes(state))
 
 
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Read what `write` wrote. FileNotFoundError; ValueError in one line for anything else."""
+    """Read a file written by `write`. FileNotFoundError; ValueError in one line for other files."""
     file = Path(path)
     if not file.is_file():
         raise FileNotFoundError(f"{file}: no such file; expected one written by ShapeMemory.save")
@@ -54,12 +54,12 @@ def to_bytes(state: dict[str, Any]) -> bytes:
 
 
 def from_bytes(content: bytes) -> dict[str, Any]:
-    """A state from `to_bytes`; ValueError says what is wrong with other bytes."""
+    """Restore a state from `to_bytes`; ValueError for invalid bytes."""
     import zipfile
 
     first, _, rest = content.partition(b"\n")
     if not first.startswith(NAME):
-        raise ValueError("expected a file written by ShapeMemory.save, this is something else")
+        raise ValueError("expected a file written by ShapeMemory.save, got another kind of file")
     version = first[len(NAME) :].decode("ascii", "replace")
     if version != str(VERSION):
         raise ValueError(
@@ -67,7 +67,7 @@ def from_bytes(content: bytes) -> dict[str, Any]:
         )
     digest, end, body = rest[:DIGEST], rest[DIGEST : DIGEST + 1], rest[DIGEST + 1 :]
     if _digest(body) != digest or end != b"\n":
-        raise ValueError("damaged or cut off: the checksum does not fit; take another copy")
+        raise ValueError("damaged or truncated: the checksum does not match; use another copy")
     try:
         with np.load(io.BytesIO(body), allow_pickle=False) as data:
             arrays = {name: data[name] for name in data.files}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a shape memory is made with, checked."""
+"""The options of a shape memory, validated."""
 
 from __future__ import annotations
 
@@ -25,27 +25,34 @@ SET_BY_MEMORY = {
 
 @dataclass(frozen=True)
 class MemoryOptions:
-    """The arguments of `ShapeMemory`; ValueError or TypeError names the one that is out of range."""
+    """The arguments of `ShapeMemory`; ValueError or TypeError names an invalid one."""
 
     # options: written by bindings/generate_options.py
-    n_harmonics: int = described(10, "harmonics of a silhouette that are used")
+    n_harmonics: int = described(10, "number of harmonics that describe a silhouette")
     n_inputs: int = described(
-        3, "how many of them, the highest, predict the others (printed); below n_harmonics"
+        3, "number of the highest harmonics that predict the others (printed); must be below n_harmonics"
     )
     rule: str = described(
-        "remembered", "how hidden parts are found: by the silhouettes themselves, or as printed (Table 6.3)"
+        "remembered", "how occluded parts are recovered: from stored silhouettes, or as printed (Table 6.3)"
     )
-    order: Order = described("max", "what a harmonic is: all C(u, v) of one max(u, v), or of one u + v")
-    size: int = described(64, "side of the memory's grid")
-    capacity: int = described(256, "silhouettes kept at most (remembered)")
+    order: Order = described(
+        "max", "how coefficients form a harmonic: all C(u, v) with equal max(u, v), or with equal u + v"
+    )
+    size: int = described(64, "side of the grid to which silhouettes are normalised")
+    capacity: int = described(256, "maximum number of stored silhouettes (remembered)")
     spacing: float = described(
-        0.02, "how unlike two of them must be: symmetric difference over area (remembered)"
+        0.02, "minimum dissimilarity of two stored silhouettes: symmetric difference over area (remembered)"
     )
-    max_occluders: int = described(2, "more things than this before the object: novel (remembered)")
-    calibrate_on: int = described(100, "known silhouettes whose error sets the threshold (remembered)")
-    w_gen: float = described(0.1, "activation below which nothing is known (printed)")
-    reach: float = described(0.1, "how far a silhouette is known around it (printed)")
-    settle: int = described(20, "silhouettes that set the scale of the inputs (printed)")
+    max_occluders: int = described(2, "a silhouette with more occluders than this is novel (remembered)")
+    calibrate_on: int = described(
+        100, "number of known silhouettes whose error sets the threshold (remembered)"
+    )
+    w_gen: float = described(0.1, "a silhouette is unknown if its activation is below this (printed)")
+    reach: float = described(
+        0.1,
+        "distance metric of the receptive fields, D = reach / n_inputs; smaller values generalise farther (printed)",
+    )
+    settle: int = described(20, "number of silhouettes that determine the scale of the inputs (printed)")
     # options: end
     lwpr: dict[str, Any] = field(default_factory=dict)
 
@@ -61,15 +68,15 @@ class MemoryOptions:
             )
         object.__setattr__(self, "lwpr", _checked_lwpr(self.lwpr))
         if self.lwpr and self.rule != "printed":
-            raise ValueError('lwpr: expected with rule="printed" alone; the other rule has no regression')
+            raise ValueError('lwpr: expected only with rule="printed"; the other rule has no regression')
 
     def to_dict(self) -> dict[str, Any]:
-        """As keyword arguments."""
+        """Return the options as keyword arguments."""
         return dataclasses.asdict(self)
 
 
 def _checked_lwpr(given: Any) -> dict[str, Any]:
-    """Options for LWPR in plain values; TypeError names one that it does not have, or that the memory sets itself."""
+    """Options of LWPR as plain values; TypeError names one that is unknown, or set by the memory itself."""
     from sdftrack.contour.lwpr import LWPR
     from sdftrack.contour.lwpr_file import plain
 

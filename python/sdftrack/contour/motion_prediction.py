@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Place and size of a silhouette in the next frame, extrapolated from the last frames."""
+"""Prediction of the location and size of a silhouette from the last frames."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MAX_ERROR = 0.2  # of the size: one jump does not make all later ones likely
 
 @dataclass(frozen=True)
 class Prediction:
-    """Predicted place and size in the image, and the rms error of such predictions, relative to the size."""
+    """Predicted location and size in the image, and the rms prediction error relative to the size."""
 
     center_px: Array
     size_px: float
@@ -35,7 +35,7 @@ class Prediction:
 
 
 class MotionPredictor:
-    """Weighted places and sizes of the last frames: constant velocity for the place, constant size."""
+    """Weighted locations and sizes of the last frames: constant velocity and constant size."""
 
     def __init__(self) -> None:
         self._times: deque[int] = deque(maxlen=HISTORY)
@@ -57,7 +57,7 @@ class MotionPredictor:
         self._weights.append(weight)
 
     def forget(self) -> None:
-        """Drop the places; the errors of earlier predictions are kept."""
+        """Drop the locations; the errors of earlier predictions are kept."""
         for kept in (self._times, self._states, self._weights):
             kept.clear()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How many things stand before a silhouette, by the pieces that it lacks."""
+"""Number of occluders of a silhouette, from its missing pieces."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ SEEN_BETWEEN = (
 
 
 def count_occluders(hidden: Mask, seen: Mask, of_largest: float = 0.0) -> int:
-    """Pieces of `hidden`, those counted as one between which nothing of the object is seen.
+    """Count the pieces of `hidden`; pieces with no visible part of the object between them count as one.
 
     Pieces smaller than `of_largest` times the largest are not counted.
 
-    One bar before four legs hides four pieces, but between them is background; the slats of a fence have the
-    object between them.
+    One bar in front of four legs hides four pieces, with background between them; between the slats of a fence the
+    object is visible.
     """
     import cv2
 
@@ -59,7 +59,7 @@ def _hull(points: NDArray[np.int32]) -> NDArray[np.int32]:
 
 
 def _seen_share(hull: NDArray[np.int32], hidden: Mask, seen: Mask) -> float:
-    """Share of the object in a convex region that is seen."""
+    """Fraction of the object in a convex region that is visible."""
     import cv2
 
     inside = np.zeros(seen.shape, np.uint8)

@@ -54,7 +54,7 @@ class OcclusionHandler:
         self._memory = memory
 
     def begin(self, mask: Mask, warp: Array) -> None:
-        """The mask (ny, nx) of the first frame, whole, on a grid that `warp` (3, 3) takes to the image."""
+        """Start with the unoccluded mask (ny, nx) of the first frame; `warp` (3, 3) maps its grid to the image."""
         self._time, self._lost = 0, False
         self._motion = MotionPredictor()
         self._waiting: deque[Mask] = deque()
@@ -62,7 +62,7 @@ class OcclusionHandler:
         self._last: Mask = self._whole(mask, warp)
 
     def learn(self, mask: Mask, warp: Array) -> None:
-        """A mask that is known to be whole: the burn-in."""
+        """Learn a mask that is known to be unoccluded (burn-in)."""
         self._time += 1
         self._lost = False
         self._memory.learn(self._whole(mask, warp))
@@ -76,11 +76,11 @@ class OcclusionHandler:
     def judge(
         self, mask: Mask, warp: Array, sure: bool, look: Callable[[], Picture]
     ) -> tuple[str, Mask | None]:
-        """The judgement, and the whole silhouette on the grid where it is "occluded".
+        """The judgement, and the recovered silhouette on the grid if it is "occluded".
 
-        `sure`: the colours inside and beside the outline are those of the start; else nothing is learned.
-        `look()` gives the posterior (ny, nx) float32 of the object's colours at every cell; it is asked for only
-        where area is missing or the colours are not sure.
+        `sure`: the colours on both sides of the outline match those at the start; otherwise nothing is learned.
+        `look()` returns the posterior (ny, nx) float32 of the object's colours at every cell; it is called only if area
+        is missing or the colours are uncertain.
         """
         self._time += 1
         own = placement_of(mask, warp)

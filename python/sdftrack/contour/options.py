@@ -20,19 +20,19 @@ MEANINGS = {name: option.meaning for name, option in _SCHEMA.items()}
 
 
 def contour_options(given: dict[str, Any]) -> dict[str, Any]:
-    """The options as plain Python values of the core's types.
+    """Return the options as plain Python values of the core's types.
 
     Parameters
     ----------
     given : dict
-        Some of the names of `MEANINGS`; numpy's numbers are taken as well.
+        Options by name, see `MEANINGS`; numpy numbers are accepted as well.
 
     Raises
     ------
     TypeError
-        A name that is unknown (the nearest is named) or a value of another kind.
+        An unknown name (the nearest one is suggested) or a value of the wrong type.
     ValueError
-        A value out of range. The core checks what concerns several options.
+        A value out of range. Constraints on several options are checked by the core.
 
     >>> contour_options({"bins": np.int64(32)})
     {'bins': 32}
@@ -43,7 +43,7 @@ def contour_options(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def options_from_file(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """The table ``[contour]`` of a TOML file, checked; one without it gives {}."""
+    """Read and check the table ``[contour]`` of a TOML file; {} if it is missing."""
     try:
         options = contour_options(read_tables(path)["contour"])
         _core.ContourCore(options)  # which checks the bounds
@@ -55,7 +55,7 @@ def options_from_file(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def checked_whole(value: Any, option: Option) -> int:
-    """A whole number, also as a float."""
+    """Accept a whole number, also as a float."""
     return int(option.check(_without_point(value)))
 
 
@@ -64,5 +64,5 @@ def _is_whole(name: str) -> bool:
 
 
 def _without_point(value: Any) -> Any:
-    """16 for 16.0, which this tracker takes for a whole number too."""
+    """Convert 16.0 to 16, which this tracker accepts as a whole number."""
     return int(value) if isinstance(value, float | np.floating) and float(value).is_integer() else value

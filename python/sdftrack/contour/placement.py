@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Where a silhouette lies in an image: the frame that a shape memory keeps it in, between two grids.
+"""Placement of a silhouette in an image: the transform between the memory's frame and the tracker's grid.
 
-The tracker's own grid follows the box of what is seen, in jumps; a memory wants the same shape in the same place. So
-its frame has the silhouette's centroid in the middle and a fixed area (as `st.contour.align`), and turns with the
-tracker.
+The tracker's grid follows the bounding box of the visible part in jumps, but a memory requires equal shapes at equal
+locations. Its frame is therefore centred at the silhouette's centroid, has a fixed area (as in `st.contour.align`), and
+rotates with the tracker.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ class Placement:
     Attributes
     ----------
     center_px : (2,) float64
-        Of the silhouette, (x, y) in the image.
+        Centroid of the silhouette, (x, y) in the image.
     size_px : float
-        Square root of its area.
+        Square root of its area, pixels.
     turn : (2, 2) float64
-        From the frame's axes to those of the image, of determinant 1: a rotation, sheared where the tracker shears.
+        Maps the frame's axes to those of the image, determinant 1: a rotation, with shear if the tracker has shear.
     """
 
     center_px: Array
@@ -42,13 +42,13 @@ class Placement:
     turn: Array
 
     def to_image(self, size: int) -> Array:
-        """(3, 3): pixel (x, y, 1) of the `size` x `size` frame to that of the image."""
+        """(3, 3): maps pixel (x, y, 1) of the `size` x `size` frame to the image."""
         linear = self.size_px / (FILL * size) * self.turn
         middle = (size - 1) / 2
         return np.vstack([np.column_stack([linear, self.center_px - linear.sum(axis=1) * middle]), [0, 0, 1]])
 
     def moved(self, x: float, y: float, log_scale: float, angle_rad: float, size: int) -> Placement:
-        """Shifted by x, y pixels of the frame, then larger and turned."""
+        """Translated by x, y pixels of the frame, then scaled and rotated."""
         c, s = np.cos(angle_rad), np.sin(angle_rad)
         center = self.center_px + self.size_px / (FILL * size) * (self.turn @ [x, y])
         return Placement(
@@ -57,7 +57,7 @@ class Placement:
 
 
 def placement_of(mask: Mask, warp: Array) -> Placement:
-    """By centroid and area of a mask on a grid that `warp` (3, 3) takes to the image; it must not be empty."""
+    """Placement from centroid and area of a mask on a grid that `warp` (3, 3) maps to the image; must not be empty."""
     rows, columns = mask.sum(axis=1, dtype=np.float64), mask.sum(axis=0, dtype=np.float64)
     cells = rows.sum()
     middle = np.array([columns @ np.arange(len(columns)), rows @ np.arange(len(rows)), cells]) / cells
@@ -66,7 +66,7 @@ def placement_of(mask: Mask, warp: Array) -> Placement:
 
 
 def seen_from(picture: Picture, warp: Array, placement: Placement, size: int, margin: int = 0) -> Picture:
-    """A picture on the tracker's grid in a placement's frame, by area where it shrinks.
+    """Resample an image on the tracker's grid to a placement's frame, by area when shrinking.
 
     (size + 2 margin, size + 2 margin) float32, 0 beyond the grid.
     """
@@ -86,7 +86,7 @@ def seen_from(picture: Picture, warp: Array, placement: Placement, size: int, ma
 
 
 def put_back(mask: Mask, warp: Array, placement: Placement, shape: tuple[int, int]) -> Mask:
-    """A mask of a placement's frame on the tracker's grid of `shape` cells."""
+    """Resample a mask of a placement's frame to the tracker's grid of `shape` cells."""
     import cv2
 
     to_frame = np.linalg.inv(placement.to_image(mask.shape[0])) @ warp

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the results of this part have in common: arrays that cannot be written, equality, pickles, pictures."""
+"""Base of the results of this package: read-only arrays, equality, pickling, images."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PICTURE_PX = 240  # height of a picture in a notebook, at most
 class ArrayRecord(Compared):
     """Base of a frozen dataclass (``eq=False``) some of whose fields are arrays.
 
-    Arrays are kept as copies that cannot be written, so that a result stays what it was.
+    Arrays are stored as read-only copies.
     """
 
     def __post_init__(self) -> None:
@@ -35,7 +35,7 @@ class ArrayRecord(Compared):
 
 
 def mask_png(mask: NDArray[np.bool_], more: NDArray[np.bool_] | None = None) -> bytes:
-    """PNG of a silhouette, white on black; what `more` has beyond it in orange."""
+    """PNG of a silhouette, white on black; pixels only in `more` are orange."""
     import cv2
 
     picture = np.zeros((*mask.shape, 3), np.uint8)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A library of whole silhouettes, and how they explain one that is partly hidden (docs/shape_memory.md).
+"""A library of unoccluded silhouettes, and how they explain a partly occluded one (docs/shape_memory.md).
 
 An occluder takes pixels away from a silhouette and adds none. A stored silhouette therefore explains an observed one as
 far as the observed one does not extend beyond it; what it has in excess may be hidden. In contrast to the regression of
@@ -47,10 +47,10 @@ class Explanation:
 
     Attributes
     ----------
-    completed : mask; the observed silhouette and what is taken for hidden
-    hidden : mask; the second part by itself
-    missing : share of the whole that is not seen; slivers of more than 2 px count, whatever `hidden` leaves out
-    riddled : share of what lies deep in the expected silhouette that is neither seen nor taken for hidden
+    completed : mask; the observed silhouette and the hidden part
+    hidden : mask; the hidden part alone
+    missing : share of the whole that is not visible; slivers of more than 2 px count, even if not in `hidden`
+    riddled : share of the interior of the expected silhouette that is neither visible nor explained as hidden
     off_px : area of the observed silhouette beyond the best stored one, per pixel of its contour
     explained : share of the observed contour that lies on the expected one
     outline : length of that part over the length of the expected contour
@@ -74,13 +74,13 @@ class SilhouetteLibrary:
     Parameters
     ----------
     n_harmonics, order
-        Of the short codes by which the nearest are looked for.
+        Of the short codes used to find the nearest silhouettes.
     size : int
         Side of the grid, pixels.
     capacity : int
-        When it is reached, the older one of the two most alike gives way.
+        Maximum number; beyond it, the older of the two most similar silhouettes is replaced.
     spacing : float
-        Symmetric difference over area, below which a silhouette is not kept: it is known.
+        Symmetric difference over area below which a silhouette is considered known and not stored.
     """
 
     def __init__(self, n_harmonics: int, order: Order, size: int, capacity: int, spacing: float) -> None:
@@ -99,7 +99,7 @@ class SilhouetteLibrary:
 
     @property
     def masks(self) -> Mask:
-        """(count, size, size) the silhouettes, in the order of their places."""
+        """(count, size, size) the silhouettes, in storage order."""
         return self._phi[: self.count].reshape(-1, self.size, self.size) < 0
 
     @property
@@ -132,7 +132,7 @@ class SilhouetteLibrary:
             kept[place] = template(phi, stage)
 
     def _place_to_reuse(self) -> int:
-        """Place of the older of the two that are most alike."""
+        """Index of the older of the two most similar silhouettes."""
         pair = np.unravel_index(int(self._unlike.argmin()), self._unlike.shape)
         return int(min(pair, key=lambda k: self._ages[k]))
 
@@ -156,7 +156,8 @@ class SilhouetteLibrary:
         own_edge: bool = False,
     ) -> Explanation:
         """Explain an observed silhouette by an expected one, given by its distances `phi` and the number of observed
-        pixels beyond it. `own_edge`: the outline beside what is hidden is the occluder's and need not be explained."""
+        pixels beyond it. `own_edge`: the outline next to the hidden part belongs to the occluder and need not be
+        explained."""
         edge = _edge(mask)
         length = np.count_nonzero(edge)
         off_px = beyond_px / length
@@ -180,23 +181,23 @@ class SilhouetteLibrary:
         )  # fmt: skip
 
     def templates(self, stage: Stage) -> Array:
-        """(count, stage.length) the templates that they are searched with in an image."""
+        """(count, stage.length) the templates for searching an image."""
         return self._templates[stage][: self.count]
 
     def distances(self, places: NDArray[np.int64]) -> Array:
-        """(k, size, size) signed distances of some of them, pixels, cut at REACH_PX."""
+        """(k, size, size) signed distances of some of them, pixels, truncated at REACH_PX."""
         some = self._phi[places].astype(np.float32) / np.float32(STEPS_PER_PX)
         return np.asarray(some.reshape(-1, self.size, self.size))
 
     def dissimilarity(self, mask: Mask) -> Array:
-        """(count,) symmetric difference to a mask of the grid over its area, by the small pictures."""
+        """(count,) symmetric difference to a mask of the grid over its area, from the downsampled images."""
         small, per = _small(mask).astype(np.float32), COARSE * COARSE
         common = self._small[: self.count].astype(np.float32) @ small / per
         area = max(1.0, float(small.sum()))
         return np.asarray((self._areas[: self.count] + small.sum() - 2 * common) / area, np.float32)
 
     def state(self) -> dict[str, Any]:
-        """All that learning has changed, as arrays; masks as bits."""
+        """The learned state, as arrays; masks as bits."""
         n = self.count
         return {
             "kept": np.packbits(self.masks.reshape(n, self.size * self.size), axis=1),
@@ -217,10 +218,10 @@ class SilhouetteLibrary:
         self._clock = int(state["clock"])
 
     def _nearest(self, mask: Mask) -> tuple[NDArray[np.int64], Array]:
-        """The FINALISTS that the observed silhouette sticks out of least, and by how many pixels each.
+        """The FINALISTS beyond which the observed silhouette extends least, and by how many pixels each.
 
         With f = +1 inside and -1 outside, the product of two pictures over all pixels is that of their series, and
-        4 |a and b| = f_a . f_b + 2 |a| + 2 |b| - size^2: the harmonics choose, small pictures compare.
+        4 |a and b| = f_a . f_b + 2 |a| + 2 |b| - size^2: the harmonics preselect, the downsampled images decide.
         """
         n = self.count
         near = np.arange(n)
@@ -244,8 +245,8 @@ def _small(mask: Mask) -> NDArray[np.int16]:
 def with_hidden(seen: Mask, expected: Mask, off_px: float | None = None) -> tuple[Mask, Mask]:
     """The seen part together with the hidden part, and the hidden part alone.
 
-    Slivers along the seen contour are differences between two poses: up to 2 px thick they are left out, up to 4 px
-    where the seen silhouette sticks out of the expected one by much (`off_px` per contour pixel; None: measured here).
+    Slivers along the seen contour are differences between two poses: up to 2 px thick they are ignored, up to 4 px if
+    the visible silhouette extends far beyond the expected one (`off_px` per contour pixel; None: measured here).
     """
     if off_px is None:
         off_px = np.count_nonzero(seen & ~expected) / max(1, int(np.count_nonzero(_edge(seen))))
@@ -254,7 +255,7 @@ def with_hidden(seen: Mask, expected: Mask, off_px: float | None = None) -> tupl
 
 
 def _thick(mask: Mask, sliver: int) -> Mask:
-    """What is thicker than 2 `sliver` pixels, whole, up to its rim."""
+    """The parts thicker than 2 `sliver` pixels, including their rim."""
     import cv2
 
     image, square = mask.astype(np.uint8), np.ones((3, 3), np.uint8)
@@ -264,7 +265,7 @@ def _thick(mask: Mask, sliver: int) -> Mask:
 
 
 def _grown(mask: Mask, by: int) -> Mask:
-    """With all that lies up to so many pixels beside it."""
+    """Dilate by this many pixels."""
     import cv2
 
     square = np.ones((2 * by + 1, 2 * by + 1), np.uint8)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The mask of something that deforms, frame by frame, from a box or a mask in the first one."""
+"""Segmentation of a deforming object in video, from a box or a mask in the first frame."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ JUDGEMENTS = get_args(Judgement)
 
 
 class Memory(Protocol):
-    """What a shape memory offers. Masks are bool, in the tracker's own grid: (ny, nx), always of one size."""
+    """Interface of a shape memory. Masks are bool, on the tracker's grid: (ny, nx), always of the same size."""
 
     def learn(self, mask: NDArray[np.bool_]) -> Any: ...
     def judge(self, mask: NDArray[np.bool_]) -> str: ...
@@ -35,26 +35,26 @@ class Memory(Protocol):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ContourResult(ArrayRecord):
-    """One frame.
+    """Result of one frame.
 
     Attributes
     ----------
     mask : (H, W) bool
-        Pixels of the object; none when it is lost.
+        Pixels of the object; empty if it is lost.
     warp : (3, 3) float64
-        From the object's grid, (column, row) counted from its first cell, to pixels (x, y) of the image.
+        Maps the object's grid, (column, row) from its first cell, to pixels (x, y) of the image.
     phi : (ny, nx) float32
-        Signed distance to the outline on the object's grid, in cells, negative inside, cut off beyond the band.
+        Signed distance to the outline on the object's grid, in cells, negative inside, truncated beyond the band.
     status : Status
-        "ok", "weak" (something covers it or its colours have changed; nothing is learned) or "lost" (it is looked
-        for in the next frames).
+        "ok", "weak" (it is occluded or its colours have changed; nothing is learned) or "lost" (it is searched for in
+        the next frames).
     reason : str
-        Why it is not "ok"; else empty.
+        Reason if the status is not "ok"; else empty.
     confidence : float
-        0 to 1: how much of the start's contrast between inside and beside the outline is left, times how much the
-        colours inside are those at the start (sum of sqrt(p q)).
+        0 to 1: contrast across the outline relative to the start, times the similarity of the colours inside to those
+        at the start (sum of sqrt(p q)).
     judgement : str or None
-        What the shape memory says: "unoccluded", "occluded" or "novel"; None without a memory or while it learns.
+        Judgement of the shape memory: "unoccluded", "occluded" or "novel"; None without a memory or during burn-in.
     """
 
     mask: NDArray[np.bool_]
@@ -83,32 +83,33 @@ class ContourResult(ArrayRecord):
 class ContourTracker:
     """Track a deforming object in colour video by pixel-wise posteriors (thesis 6.3; Bibby and Reid, ECCV 2008).
 
-    Each frame finds where the object's grid lies (a similarity or an affinity, Gauss-Newton), moves its outline by a
-    few steps of a level set, corrects the drift of the grid, and pools the frame's colours into the histograms of
-    object and surroundings. docs/math/contour.md derives it. A frame runs on one thread.
+    For each frame, the object's grid is registered (a similarity or affine transform, Gauss-Newton), its outline
+    evolves by a few level-set steps, drift of the grid is corrected, and the histograms of object and surroundings are
+    updated. docs/math/contour.md derives the method. A frame is processed by one thread.
 
     Parameters
     ----------
     warp : "similarity" or "affine"
-        What moves the grid: 4 or 6 unknowns.
+        Motion model of the grid: 4 or 6 parameters.
     memory : ShapeMemory or object, optional
-        The first `burn_in` frames are learned. Afterwards an occluded shape is replaced by the whole one and changes
-        no histogram, an unoccluded one is learned, a novel one neither. A `ShapeMemory` that keeps silhouettes is asked
-        only where area is missing or colours are not sure, and is searched by the colours of the image; it gets and
-        gives silhouettes as by `st.contour.align`. Another object needs ``learn(mask)``, ``judge(mask)`` and
-        ``recover(mask)``, and is asked about each mask on the tracker's grid.
+        The first `burn_in` frames are learned. Afterwards, an occluded shape is replaced by the recovered one and does
+        not change the histograms, an unoccluded one is learned, and a novel one is neither replaced nor learned. A
+        `ShapeMemory` with stored silhouettes is queried only if area is missing or the colours are uncertain, and is
+        matched to the colours of the image; its silhouettes are normalised as by `st.contour.align`. Any other object
+        must provide ``learn(mask)``, ``judge(mask)`` and ``recover(mask)``, and is queried with each mask on the
+        tracker's grid.
     burn_in : int
-        Frames that the memory learns from before it judges; 0 for one that has been taught.
+        Number of frames from which the memory learns before it judges; 0 for a trained memory.
     **options
         Any of ``ContourTracker().options``, which holds the defaults; `sdftrack.contour.options.MEANINGS` and
-        ``sdftrack config`` say what each one does.
+        ``sdftrack config`` describe each one.
 
     Raises
     ------
     TypeError
-        An option that is unknown (the nearest name is told) or of another kind.
+        An unknown option (the nearest name is suggested) or a value of the wrong type.
     ValueError
-        An option that is out of range.
+        An option out of range.
 
     >>> tracker = ContourTracker()
     >>> tracker.start(image, box=(40, 30, 120, 90))  # doctest: +SKIP
@@ -138,7 +139,7 @@ class ContourTracker:
             side = memory.options.size
             if memory.shape not in (None, (side, side)):
                 raise ValueError(
-                    f"memory: expected one taught with masks of {side} x {side}, got one of {memory.shape}; teach "
+                    f"memory: expected one trained with masks of {side} x {side}, got one of {memory.shape}; train "
                     f"another with st.contour.align(mask, {side})[0]"
                 )
             self._occlusions = OcclusionHandler(memory)
@@ -153,7 +154,7 @@ class ContourTracker:
 
     @property
     def warp(self) -> NDArray[np.float64]:
-        """(3, 3) from the object's grid, as it lies now, to pixels (x, y): that of the masks a memory is asked about.
+        """(3, 3): maps the object's current grid to pixels (x, y); the masks passed to a memory are on this grid.
 
         RuntimeError before `start`.
         """
@@ -164,29 +165,29 @@ class ContourTracker:
     def start(
         self, image: ArrayLike, box: ArrayLike | None = None, mask: ArrayLike | None = None
     ) -> ContourResult:
-        """Begin, or begin again, with the object in this image.
+        """Start or restart with the object in this image.
 
         Parameters
         ----------
         image : (H, W, 3) uint8
             RGB.
         box : (x, y, w, h), optional
-            In pixels, around the object, as tight as may be: what is outside counts as background.
+            In pixels, as tight as possible around the object: everything outside is background.
         mask : (H, W) bool or uint8, optional
-            The object's pixels. One of the two.
+            The object's pixels; alternative to `box`.
 
         Returns
         -------
         ContourResult
-            Of this image.
+            Result for this image.
 
         Raises
         ------
         TypeError
-            The image is not uint8, or the mask neither bool nor uint8.
+            The image is not uint8, or the mask is neither bool nor uint8.
         ValueError
             Neither or both of box and mask; a box or mask without object or without background; an image without
-            colour channels.
+            colour.
         """
         rgb = _image(image)
         if (box is None) == (mask is None):
@@ -207,7 +208,7 @@ class ContourTracker:
         Parameters
         ----------
         image : (H, W, 3) uint8
-            RGB, of the size of the first.
+            RGB, of the same size as the first image.
 
         Returns
         -------
@@ -218,7 +219,7 @@ class ContourTracker:
         RuntimeError
             Before `start`.
         TypeError, ValueError
-            An image of another type or size.
+            An image of the wrong type or size.
         """
         if self._shape is None:
             raise RuntimeError("track: expected start(image, box=...) first, got no start yet")
@@ -253,7 +254,7 @@ class ContourTracker:
     def _judge(
         self, memory: Memory, rgb: NDArray[np.uint8], seen: _core.ContourObservation
     ) -> tuple[str | None, NDArray[np.bool_] | None]:
-        """What the memory says of the shape that was found, and the whole one where it recovered one."""
+        """The memory's judgement of the segmented shape, and the recovered shape, if any."""
         if seen.status == "lost":
             if self._occlusions is not None:
                 self._occlusions.mark_lost()
@@ -283,7 +284,7 @@ class ContourTracker:
 
 
 def _asked(memory: Memory, mask: NDArray[np.bool_], sure: bool) -> tuple[str, NDArray[np.bool_] | None]:
-    """A memory's judgement of a mask on the tracker's grid, and the recovered one where it is occluded."""
+    """Query a memory: judgement of a mask on the tracker's grid, and the recovered mask if it is occluded."""
     judgement = str(memory.judge(mask))
     if judgement not in JUDGEMENTS:
         raise ValueError(
@@ -307,8 +308,8 @@ def _image(image: ArrayLike) -> NDArray[np.uint8]:
         raise TypeError(f"image: expected (H, W, 3) uint8, got {type(image).__name__}")
     if given.ndim == 2 or (given.ndim == 3 and given.shape[2] == 1):
         raise ValueError(
-            f"image: expected colours, (H, W, 3), got a grey image {given.shape}; histograms of colour are what this "
-            "tracker lives on, grey repeated three times works where brightness alone tells the object apart"
+            f"image: expected colours, (H, W, 3), got a grey image {given.shape}; this tracker is based on colour "
+            "histograms; repeat grey three times if brightness alone distinguishes the object"
         )
     if given.ndim != 3 or given.shape[2] != 3:
         raise ValueError(
@@ -335,14 +336,12 @@ def _mask(mask: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
     if given.shape != shape:
         raise ValueError(f"mask: expected the image's size {shape}, got {given.shape}")
     if given.all():
-        raise ValueError(
-            "mask: expected background around the object, got a full mask; mark the object alone"
-        )
+        raise ValueError("mask: expected background around the object, got a full mask; mark only the object")
     return np.ascontiguousarray(given)
 
 
 def _box(box: Any, width: int, height: int) -> tuple[int, int, int, int]:
-    """(x0, y0, x1, y1) of the part inside the image."""
+    """(x0, y0, x1, y1), clipped to the image."""
     try:
         x, y, w, h = (float(v) for v in box)
     except (TypeError, ValueError):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The kernels themselves, for experiments and teaching."""
+"""Access to the kernels, for experiments and teaching."""
 
 from sdftrack.energy.energy import Energy, minimize
 from sdftrack.energy.state import Linearization, Minimum, State

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The kernels themselves, for experiments and teaching: the energy of a frame, and the optimiser."""
+"""Access to the kernels, for experiments and teaching: the energy of a frame, and the optimiser."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MAX_JOINED = 4  # objects in a union
 class Energy:
     """The data energy of one object in one frame, as a function of its pose, or of the union of up to four objects.
 
-    The field of a union is the soft minimum of its objects' (thesis Eq. 5.14); unknowns come object by object.
+    The field of a union is the soft minimum of its objects' (thesis Eq. 5.14); unknowns are ordered by object.
 
     The pixels (those near the object at `poses`) and their class (the ray meets the model, or not) are fixed at
     construction, so the cost is a function of the state alone and can be differentiated numerically.
@@ -41,17 +41,17 @@ class Energy:
     camera : Camera or RGBDCamera
     frame : Frame
     poses : (4, 4) or (M, 4, 4) float64
-        ``T_cam_obj`` that chooses the pixels; also ``energy.start``.
+        ``T_cam_obj`` that selects the pixels; also ``energy.start``.
     penalty : {"depth", "rgbd"}
-        ``"rgbd"`` weighs each pixel by its colour's posterior; the histograms are made from this frame, inside and
-        around its ``mask``, or without one from the readings on and off the surface at `poses`.
+        ``"rgbd"`` weights each pixel by its colour posterior; the histograms are built from this frame, inside and
+        around its ``mask``, or without one from the measurements on and off the surface at `poses`.
     unknowns : ("pose",), ("pose", "intrinsics") or ("pose", "scale")
     scale_m : float
         s of the logistic density (thesis Eq. 3.11), m.
     threads : int
         0: all cores. The sums have the same bits for any number.
     device : {"cpu", "cuda", "auto"}
-        Where the sums run; on a GPU they agree with the CPU's to 1e-4.
+        Device for the sums; results on a GPU agree with the CPU to 1e-4.
     options : fields of TrackerOptions
         ``residual``, ``curvature``, ``outlier_floor``, ``padding_m``, ``noise_m``, ``max_pixels``,
         ``color_likelihood``, ...
@@ -59,8 +59,8 @@ class Energy:
     Raises
     ------
     ValueError
-        An unknown penalty or set of unknowns; a frame without depth, or for ``"rgbd"`` without colour, with colour of
-        another size than the camera says, with an empty mask, or with too little of the object in it.
+        An unknown penalty or set of unknowns; a frame without depth, or for ``"rgbd"`` without colour, with a colour
+        image whose size differs from the camera's, with an empty mask, or with too few pixels of the object.
 
     >>> energy = Energy(sdf, camera, frame, T_cam_obj)                    # doctest: +SKIP
     >>> energy.linearize(energy.start).gradient.shape                     # doctest: +SKIP
@@ -139,7 +139,7 @@ class Energy:
         return self._core.state(list(T), [camera.fx, camera.fy, camera.cx, camera.cy], scales)
 
     def cost(self, x: State) -> float:
-        """Sum over the pixels of the penalty of the residual, without unit."""
+        """Sum of the penalty over the pixels, dimensionless."""
         return float(self._core.cost(self._state(x)))
 
     def linearize(self, x: State) -> Linearization:
@@ -150,12 +150,12 @@ class Energy:
         """Arrays of one value per pixel.
 
         ``residual_m``; ``weight`` (the penalty's curvature there); ``hit`` (the ray meets the model); ``u_px``,
-        ``v_px``, ``depth_m`` (the reading); ``foreground`` (the colour's posterior, with ``penalty="rgbd"``).
+        ``v_px``, ``depth_m`` (the measurement); ``foreground`` (the colour posterior, with ``penalty="rgbd"``).
         """
         return dict(self._core.residuals(self._state(x)))
 
     def moved(self, x: State, delta: ArrayLike) -> State:
-        """`x` moved by an increment in the order of :class:`Linearization`: how the optimiser steps."""
+        """Apply an increment, in the order of :class:`Linearization`, to `x`, as the optimiser does."""
         return self._to_state(*self._core.retract(self._state(x), np.asarray(delta, np.float64)))
 
     def _to_state(self, T: Sequence[Array], K: Sequence[float], scale: float) -> State:
@@ -168,7 +168,7 @@ class Energy:
 
 
 def minimize(energy: Energy, start: State | None = None, **lm_options: Any) -> Minimum:
-    """Minimise an energy by Levenberg-Marquardt, the optimiser of every tracker here.
+    """Minimise an energy by Levenberg-Marquardt, the optimiser of all trackers in this library.
 
     Parameters
     ----------
@@ -177,14 +177,15 @@ def minimize(energy: Energy, start: State | None = None, **lm_options: Any) -> M
         None: ``energy.start``.
     lm_options
         ``max_steps``, ``damping``, ``damping_up``, ``damping_down``, ``damping_max``, ``step_m``, ``step_rad``,
-        ``cost_relative``, ``cost_gain`` (a step that promises less is not tried), ``sure_gain`` (one that promises less
-        is kept without a look, and is the last), ``fixed`` (one bool per unknown: left alone, taken out of the system).
+        ``cost_relative``, ``cost_gain`` (steps with a smaller predicted decrease are not tried), ``sure_gain`` (a step
+        with a smaller predicted decrease is accepted without evaluation, and is the last), ``fixed`` (one bool per
+        unknown: excluded from the system).
 
     Returns
     -------
     Minimum
-        ``stop`` is "small_step", "small_gain", "max_steps", "damping_max", "not_finite" or "no_data"; the last
-        three mean "do not trust".
+        ``stop`` is "small_step", "small_gain", "max_steps", "damping_max", "not_finite" or "no_data"; the last three
+        indicate an unreliable result.
     """
     of_kind(energy, Energy, "energy")
     options = _core.LmOptions()

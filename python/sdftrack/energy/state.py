@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What an energy is a function of, and what is said of it at a point: plain records."""
+"""Records: the state of an energy, its linearisation, and its minimum."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class State:
     poses : (M, 4, 4) float64
         ``T_cam_obj``, m.
     camera : Camera, optional
-        Whose fx, fy, cx, cy are unknowns with ``"intrinsics"``; None: the energy's own.
+        Camera whose fx, fy, cx, cy are unknowns with ``"intrinsics"``; None: the energy's own.
     scales : (M,) float64, optional
-        Size over the shape's own, with ``"scale"``; None: 1.
+        Scale relative to the shape, with ``"scale"``; None: 1.
     """
 
     poses: Array
@@ -52,7 +52,7 @@ class Linearization:
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
-    """Where :func:`minimize` stopped, every step on the way, and why."""
+    """Result of :func:`minimize`: final state, all steps, and stopping reason."""
 
     x: State
     steps: list[Step]
@@ -62,7 +62,7 @@ class Minimum:
 
 
 def state_poses(poses: ArrayLike, count: int) -> Array:
-    """(count, 4, 4) rigid poses, or an error that says how many are wanted."""
+    """Validate (count, 4, 4) rigid poses."""
     T = numbers(poses, "poses")
     T = T[None] if T.ndim == 2 else T
     if T.ndim != 3 or len(T) != count:

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""Results against the truth: errors of poses, their least possible size, tables and plots of `sdftrack evaluate`."""
+"""Evaluation against ground truth: pose errors, their lower bound, tables and plots of `sdftrack evaluate`."""

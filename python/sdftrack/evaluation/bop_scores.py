@@ -22,7 +22,7 @@ BLOCK = 500
 
 @dataclass(frozen=True)
 class BopErrors:
-    """Errors of one object over the frames that have a pose and a truth.
+    """Errors of one object over the frames with a pose and ground truth.
 
     Attributes
     ----------
@@ -40,9 +40,9 @@ class BopErrors:
     width: int
 
     def recall(self, mssd_m: Array, compared: int) -> dict[str, float]:
-        """AR_VSD, AR_MSSD, AR_MSPD and their mean; of `compared` frames those without a pose count as wrong.
+        """AR_VSD, AR_MSSD, AR_MSPD and their mean over `compared` frames; frames without a pose count as wrong.
 
-        Frames without a depth image do not count for VSD; without any there is no AR_VSD.
+        Frames without a depth image are excluded from VSD; without any there is no AR_VSD.
         """
         missing = max(0, compared - len(mssd_m))
         lost = np.full(missing, np.inf)
@@ -67,7 +67,7 @@ def bop_errors(
     mesh: Any,
     symmetry: Symmetry | None = None,
 ) -> BopErrors:
-    """MSPD and VSD of poses (N, 4, 4) in the sequence's frames of these numbers."""
+    """MSPD and VSD of poses (N, 4, 4) in the sequence's frames with these indices."""
     points = mesh.vertices[:: max(1, len(mesh.vertices) // POINTS)]
     across = diameter(points)
     mspd_px, discrepancy, width = np.zeros(len(frames)), np.full((len(frames), len(TAUS)), np.nan), 0

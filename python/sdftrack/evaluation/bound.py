@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""How well a pose can be known at all from noisy depth: the Cramer-Rao bound of the visible pixels.
+"""Lower bound of the pose error from noisy depth: the Cramer-Rao bound of the visible pixels.
 
 A pixel's ray ``z r`` (``r`` with z = 1) meets the surface at the hit ``X`` with normal ``n``. Moving the
 object by ``t = t^ + d``, ``R = Exp(w) R^`` (camera axes, about the object's origin ``o``) changes the depth
-to first order by ``dz = (n . d + ((X - o) x n) . w) / (n . r)``: the turn of the normal itself drops out at
-the hit. With independent noise of standard deviation sigma on z the covariance of any unbiased estimate is at
-least ``(sum (dz/dp)(dz/dp)^T / sigma^2)^-1``.
+to first order by ``dz = (n . d + ((X - o) x n) . w) / (n . r)``: the rotation of the normal itself cancels at the hit.
+With independent noise of standard deviation sigma on z the covariance of any unbiased estimate is at least ``(sum
+(dz/dp)(dz/dp)^T / sigma^2)^-1``.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PoseBound:
-    """Bound of one frame.
+    """Cramer-Rao bound of one frame.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class PoseBound:
     translation_m, rotation_rad : float
         Expected length of the translation and the rotation error of an estimate that attains the bound.
     pixels : int
-        Visible pixels that count.
+        Number of visible pixels used.
     """
 
     covariance: Array
@@ -104,8 +104,8 @@ def pose_bound(
 ) -> PoseBound:
     """Cramer-Rao bound of one frame; arguments as in `pose_information`.
 
-    ``sigma_m`` is the noise of a depth reading, m. A direction that no pixel sees (a turn of a body of
-    revolution) has an infinite covariance: ValueError names it by the smallest eigenvalue.
+    ``sigma_m`` is the depth noise, m. An unobservable direction (rotation of a body of revolution) has infinite
+    covariance: ValueError states the smallest eigenvalue.
     """
     information, pixels = pose_information(depth, normals, rays, origin, max_incidence_rad)
     scale = np.sqrt(np.clip(np.diag(information), 1e-300, None))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A sequence through a tracker, and its errors against the truth."""
+"""Tracking of a sequence, and errors against the ground truth."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ class Errors:
     offset_m : (N, 3) float64
         Estimate minus truth, camera axes.
     turn_rad : (N,) float64
-        Turn about the given axis; then ``rotation_rad`` is the rest (the angle between the axes). Zero
-        without one.
+        Rotation about the given axis; ``rotation_rad`` is then the remainder (the angle between the axes). Zero without
+        an axis.
     """
 
     translation_m: Array
@@ -41,7 +41,7 @@ class Errors:
 
 
 def swing_and_turn(R: Array, axis: Array) -> tuple[float, float]:
-    """Split a rotation (object frame) into the tilt of `axis` and the turn about it, both rad."""
+    """Split a rotation (object frame) into the tilt of `axis` and the rotation about it, both rad."""
     axis = np.asarray(axis, np.float64) / np.linalg.norm(axis)
     turned = R @ axis
     swing = float(np.arctan2(np.linalg.norm(np.cross(axis, turned)), axis @ turned))
@@ -59,8 +59,8 @@ def pose_errors(
 ) -> Errors:
     """Errors of ``(N, 4, 4)`` estimates against ``(N, 4, 4)`` truth.
 
-    `axis` (object frame) reports the turn about it apart. `turns` are (4, 4) object-frame motions that leave
-    the object (nearly) unchanged: the smallest error over them counts.
+    With `axis` (object frame), the rotation about it is reported separately. `turns` are (4, 4) object-frame motions
+    that leave the object (nearly) unchanged: the smallest error over them is used.
     """
     poses, truth = np.asarray(poses, np.float64), np.asarray(truth, np.float64)
     group = [np.eye(4)] if turns is None else list(turns)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Poses off the truth, and the motions that map a shape onto itself."""
+"""Perturbed poses, and the motions that map a shape onto itself."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def _rotation(axis: Array, angle_rad: float) -> Array:
 
 
 def off_pose(T: Array, metres: float, radians: float, rng: np.random.Generator) -> Array:
-    """Push a pose by exactly `metres` and `radians` in random directions, about the object's origin."""
+    """Perturb a pose by exactly `metres` and `radians` in random directions, about the object's origin."""
     d, w = rng.normal(size=3), rng.normal(size=3)
     out = np.array(T, np.float64)
     out[:3, 3] += metres * d / np.linalg.norm(d)

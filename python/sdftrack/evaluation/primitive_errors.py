@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Errors of fitted primitives against the solids that were rendered."""
+"""Errors of fitted primitives against the rendered solids."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ ALIKE = 0.1  # two radii of an ellipsoid that differ by less have no directions 
 
 @dataclass(frozen=True)
 class Error:
-    """Of one fit: the largest relative error of a length, and the angle (deg; nan: no axis) to the true axes.
+    """Errors of one fit: the largest relative error of a length, and the angle (deg; nan: no axis) to the true axes.
 
-    `size_sd` and `axis_sd_deg`: the largest deviation that the fit states for any of these.
+    `size_sd` and `axis_sd_deg`: the largest standard deviations stated by the fit.
     """
 
     size: float
@@ -32,7 +32,7 @@ class Error:
 
 
 def measure(fit: PrimitiveFit, scene: SolidScene) -> Error:
-    """Errors of a fit of the right kind; the axes of a box or ellipsoid may come in any order."""
+    """Errors of a fit of the correct kind; the axes of a box or ellipsoid may be in any order."""
     found, true = np.array(list(fit.size.values())), np.array(list(scene.size.values()))
     size_sd = float((np.sqrt(np.diag(fit.covariance)[6:]) / found).max())
     R = fit.T_cam_obj[:3, :3].T @ scene.T_cam_obj[:3, :3]
@@ -53,26 +53,26 @@ def measure(fit: PrimitiveFit, scene: SolidScene) -> Error:
 
 
 def is_own(radii: Array, j: int) -> bool:
-    """Whether an ellipsoid's radius differs from both others: a circle has no directions."""
+    """Whether an ellipsoid's radius differs from both others: the axes of a circle are arbitrary."""
     return min(abs(np.log(radii[j] / radii[k])) for k in range(3) if k != j) > ALIKE
 
 
 def _axis_sd(fit: PrimitiveFit, axis: int) -> float:
-    """Stated deviation (deg) of the direction of an axis: turns about itself do not count."""
+    """Stated sd (deg) of the direction of an axis, ignoring rotation about itself."""
     a = fit.T_cam_obj[:3, axis]
     across = np.eye(3) - np.outer(a, a)
     return float(np.degrees(np.sqrt(np.trace(across @ fit.covariance[3:6, 3:6] @ across))))
 
 
 def angle_deg(cosine: float) -> float:
-    """Of a cosine, which rounding may have moved past one."""
+    """Angle of a cosine, which may exceed one due to rounding."""
     return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
 
 
 def measure_patch(fit: PrimitiveFit, scene: SolidScene) -> tuple[Array, Array, float]:
     """Relative errors of width and height, the errors over their stated deviations, angle of the normal (deg).
 
-    The sides may come in either order.
+    The sides may be in either order.
     """
     R = fit.T_cam_obj[:3, :3].T @ scene.T_cam_obj[:3, :3]
     order = slice(None) if abs(R[0, 0]) > abs(R[0, 1]) else slice(None, None, -1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Recorded results against ground truth: numbers, tables, curves."""
+"""Comparison of recorded results with ground truth: numbers, tables, plots."""
 
 from __future__ import annotations
 
@@ -43,21 +43,21 @@ HEAD = [
 
 @dataclass
 class ObjectScore:
-    """Errors of one object over the frames whose truth is known.
+    """Errors of one object over the frames with ground truth.
 
     Attributes
     ----------
     images : (N,) int64
-        Numbers of the images that were tracked and have ground truth.
+        Numbers of the tracked images with ground truth.
     translation_m, rotation_rad, add_m : (N,) float64
         ``add_m`` is NaN without a model.
     poses, truth : (N, 4, 4) float64
     bop : BopErrors or None
         MSPD and VSD; None without a model.
     adds_m, mssd_m : (N,) float64
-        ADD-S and MSSD, the latter over the symmetries that the results or the data set state; NaN without a model.
+        ADD-S and MSSD, the latter over the symmetries of the results or the data set; NaN without a model.
     frames, compared, lost : int
-        All frames; those with truth; those without a pose (lost, bad frame).
+        Number of all frames; of those with ground truth; of those without a pose (lost, bad frame).
     """
 
     name: str
@@ -78,7 +78,7 @@ class ObjectScore:
     bop: BopErrors | None = None
 
     def told(self) -> str:
-        """Which object and which images were compared."""
+        """Description of the object and the images compared."""
         n = len(self.images)
         which = f"images {self.images.min()} to {self.images.max()}" if n else "no image"
         alike = "" if not self.symmetry else ", with its symmetries"
@@ -178,8 +178,8 @@ def compare(
 ) -> list[ObjectScore]:
     """Score every object of a report against the sequence's ground truth.
 
-    A reconstruction chooses its own object frame: its poses are compared as if the first one were true.
-    `symmetries`, by obj_id, go before those that the results or the data set state.
+    A reconstruction defines its own object frame: its poses are compared as if the first one were true. `symmetries`,
+    by obj_id, take precedence over those of the results or the data set.
     """
     if not seq.ground_truth:
         raise ValueError("ground truth: this sequence has none; expected scene_gt.json, poses or the like")
@@ -262,7 +262,7 @@ def _symmetric_errors(rows: list[Any], mesh: Any, symmetry: Symmetry | None) -> 
 
 
 def _known_symmetries(report: dict[str, Any], seq: Any) -> list[Symmetry | None]:
-    """Of each object: those that it was tracked with, else those of the data set."""
+    """Symmetries of each object: those used for tracking, else those of the data set."""
     entries = report["frames"][0]["objects"]
     recorded = report["settings"].get("symmetries")
     if isinstance(recorded, list) and len(recorded) == len(entries):
@@ -271,7 +271,7 @@ def _known_symmetries(report: dict[str, Any], seq: Any) -> list[Symmetry | None]
 
 
 def _check_frames(frames: list[Any], number: dict[int, int]) -> None:
-    """That the images of the results are some of the sequence's."""
+    """Check that the images of the results belong to the sequence."""
     ids = [f["im_id"] for f in frames]
     foreign = [i for i in ids if i not in number]
     if len(foreign) == len(ids):
@@ -287,7 +287,7 @@ def _check_frames(frames: list[Any], number: dict[int, int]) -> None:
 
 
 def _check_object(report: dict[str, Any], seq: Any, k: int, instance: int | None) -> None:
-    """That an object of the results is the one whose truth it is compared with."""
+    """Check that an object of the results matches its ground truth."""
     settings, entry = report["settings"], report["frames"][0]["objects"][k]
     known = settings.get("known_models")
     if settings.get("command") == "reconstruct" or not seq.models:

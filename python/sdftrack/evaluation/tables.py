@@ -9,7 +9,7 @@ __all__ = ["text_table"]
 
 
 def text_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns as wide as they need; the first to the left, numbers to the right."""
+    """Aligned columns; the first left-aligned, numbers right-aligned."""
     widths = [max(len(r[i]) for r in [head, *rows]) for i in range(len(head))]
     lines = [
         "  ".join(

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""What a frame shows before anything is tracked: regions, planes, colours, and where a user says an object is."""
+"""Analysis of a frame before tracking: regions, planes, colours, and user hints for objects."""

@@ -17,19 +17,19 @@ __all__ = ["color_map"]
 def color_map(camera: Camera | RGBDCamera, color: NDArray[np.uint8]) -> Any:
     """The core's mapping from depth pixels to the pixels of `color`, (h, w, 3).
 
-    A Camera, and an RGBDCamera without a mapping, mean colour aligned to depth, pixel by pixel.
+    A Camera, or an RGBDCamera without a mapping, means that colour is aligned to depth.
 
     Raises
     ------
     ValueError
-        `color` is not of the size that the camera (for aligned colour: the depth image) has.
+        `color` does not have the size of the camera (for aligned colour: of the depth image).
     """
     depth, size = depth_camera(camera), color.shape[:2]
     rig = camera if isinstance(camera, RGBDCamera) and not camera.aligned else None
     if rig is None:
         if size != depth.shape:
             raise ValueError(
-                f"color: expected the size of the depth image, {depth.width} x {depth.height}, since the camera "
+                f"color: expected the size of the depth image, {depth.width} x {depth.height}, because the camera "
                 f"says that colour is aligned to depth, got {size[1]} x {size[0]}; give the tracker an RGBDCamera "
                 "with T_color_depth or projective, or resize the colour image"
             )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From a depth image to points."""
+"""Back-projection of depth images to points."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ __all__ = ["back_project"]
 def back_project(
     depth: ArrayLike, camera: Camera | RGBDCamera, mask: ArrayLike | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Lift the valid pixels of a depth image to points.
+    """Back-project the valid pixels of a depth image to points.
 
     Parameters
     ----------
     depth : (H, W) float, m, 0 or NaN = no measurement
     camera : Camera or RGBDCamera
     mask : (H, W) bool, optional
-        False: leave the pixel out.
+        False: omit the pixel.
 
     Returns
     -------
@@ -33,7 +33,7 @@ def back_project(
     Raises
     ------
     ValueError
-        `depth` or `mask` is not of the camera's size.
+        The size of `depth` or `mask` differs from the camera's.
     """
     pinhole = depth_camera(camera)
     z = np.asarray(depth)

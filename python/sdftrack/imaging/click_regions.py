@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a user may have meant by a click: regions of a frame about it, by depth, by colour, and both."""
+"""Candidate regions for a click: segmentations around it by depth, by colour, and by both."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ SEED_PX, SEED_M = 3, 0.01  # about the click, what surely is the object
 
 
 def click_regions(frame: Any, camera: Any, px: tuple[float, float], size_m: float) -> list[Mask]:
-    """Regions about a click that may be the object, the likeliest first; none of them is a plane's.
+    """Candidate regions of the object around a click, most likely first; planes are excluded.
 
     Parameters
     ----------
     frame : Frame
-        With a depth image; its colours are used where it has them.
+        With a depth image; colours are used if available.
     camera : Camera or RGBDCamera
     px : (x, y)
         Depth pixels.
     size_m : float
-        No two points of the object are farther apart.
+        Largest distance between two points of the object, m.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def click_regions(frame: Any, camera: Any, px: tuple[float, float], size_m: floa
     Raises
     ------
     ValueError
-        No depth near `px`; it lies on a plane that is larger than the object; nothing hangs together there.
+        No depth near `px`; `px` lies on a plane larger than the object; there is no connected region.
     """
     whole = nearest_reading(frame, px)
     pinhole = depth_camera(camera)
@@ -67,8 +67,8 @@ def click_regions(frame: Any, camera: Any, px: tuple[float, float], size_m: floa
         beside = _nearest(free, points, clicked)
         if beside is None:
             raise ValueError(
-                f"expected a pixel of the object, got ({px[0]:g}, {px[1]:g}) on a plane that reaches over "
-                f"{table.extent_m:.2f} m (a table, a wall); click on the middle of the object"
+                f"expected a pixel of the object, got ({px[0]:g}, {px[1]:g}) on a plane that extends over "
+                f"{table.extent_m:.2f} m (a table, a wall); click on the centre of the object"
             )
         seed = beside
     joined = _joined(depth, free, seed, pinhole.fx, 1.0)
@@ -86,14 +86,14 @@ def click_regions(frame: Any, camera: Any, px: tuple[float, float], size_m: floa
             kept[-1][window] = region
     if not kept:
         raise ValueError(
-            f"expected a surface, got {np.count_nonzero(joined)} pixels that hang together; click on the middle of "
+            f"expected a surface, got only {np.count_nonzero(joined)} connected pixels; click on the centre of "
             "the object"
         )
     return kept
 
 
 def _nearest(free: Mask, points: NDArray[np.float64], clicked: tuple[int, int]) -> tuple[int, int] | None:
-    """The pixel of `free` nearest to the one clicked on, if it is as near as a plane is thick."""
+    """The pixel of `free` nearest to the clicked one, if it is within a plane's thickness."""
     v, u = np.nonzero(free)
     if not len(v):
         return None
@@ -106,7 +106,7 @@ def _nearest(free: Mask, points: NDArray[np.float64], clicked: tuple[int, int]) 
 def _window(
     camera: Any, depth: NDArray[np.float32], seed: tuple[int, int], reach_m: float
 ) -> tuple[slice, slice]:
-    """Rows and columns in which things within `reach_m` of the seed may be seen, its nearer ones too."""
+    """Rows and columns that contain everything within `reach_m` of the seed."""
     z = float(depth[seed])
     far = reach_m / max(z - 0.5 * reach_m, 0.5 * z)
     rows, columns = int(far * camera.fy) + 1, int(far * camera.fx) + 1
@@ -117,7 +117,7 @@ def _window(
 
 
 def registered_colors(frame: Any, camera: Any) -> NDArray[np.uint8] | None:
-    """The colour of every depth pixel, (H, W, 3); black where none is known; None without a colour image."""
+    """The colour of every depth pixel, (H, W, 3); black if unknown; None without a colour image."""
     if frame.color is None:
         return None
     if not isinstance(camera, RGBDCamera) or camera.aligned:
@@ -135,7 +135,7 @@ def registered_colors(frame: Any, camera: Any) -> NDArray[np.uint8] | None:
 
 
 def _joined(depth: NDArray[np.float32], free: Mask, seed: tuple[int, int], fx: float, strict: float) -> Mask:
-    """Pixels of `free` that are joined to `seed` without a step in depth."""
+    """Pixels of `free` connected to `seed` without a depth discontinuity."""
     import cv2
 
     blocked = np.ones((depth.shape[0] + 2, depth.shape[1] + 2), np.uint8)
@@ -158,7 +158,7 @@ def _cut(
     points: NDArray[np.float64],
     seed: tuple[int, int],
 ) -> Mask | None:
-    """The part of `free` that colours tell from what is around it: GrabCut, begun with what hangs together."""
+    """Segmentation of `free` by colour: GrabCut, initialised with the connected region."""
     import cv2
 
     rows, columns = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Three planes that meet in a corner, each fitted to all readings that are its own."""
+"""Three planes that meet in a corner, each fitted to all of its measurements."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from sdftrack.imaging.plane import KINECT, remove_plane
 __all__ = ["three_planes"]
 
 Array = NDArray[np.float64]
-APART = 3.0  # slabs: readings nearer to a second plane are of an edge, where the sensor mixes both
+APART = 3.0  # slabs: measurements nearer to a second plane are of an edge, where the sensor mixes both
 ROUNDS = 2  # of sharing out and fitting: after the first one nothing moves by more than its own error
 
 
 def three_planes(frame: Frame, camera: Any, tolerance: float) -> tuple[Array, Array]:
     """The three largest planes of a depth image: (3, 3) unit normals (rows) towards the camera, and (3,) offsets, m.
 
-    They are found one after the other. Then each is fitted anew to every reading within its slab that is not near one
-    of the others, weighted by the sensor's noise along the ray: a straight fit of inverse depth over pixels, which does
-    not depend on the focal length or the principal point (docs/math/planes.md, section 6).
+    They are found sequentially. Then each is refitted to all measurements within its slab that are not near the other
+    planes, weighted by the sensor's noise along the ray: a linear fit of inverse depth over pixels, which does not
+    depend on the focal length or the principal point (docs/math/planes.md, section 6).
     """
     normals, offsets, rest = [], [], frame
     for _ in range(3):
@@ -45,7 +45,7 @@ def _refitted(frame: Frame, camera: Camera, n: Array, d: Array, tolerance: float
     assert frame.depth is not None
     z = frame.depth.astype(np.float64)
     height = np.abs(camera.back_project(frame.depth) @ n.T + d)
-    # The slab of readings at their depth and angle, as remove_plane has it: three sd along the normal.
+    # The slab of measurements at their depth and angle, as remove_plane has it: three sd along the normal.
     rays = np.concatenate([camera.rays, np.ones((*camera.shape, 1), np.float32)], axis=-1)
     sigma = (KINECT[0] + KINECT[1] * (z - 0.4) ** 2)[..., None] * np.abs(rays @ n.T)
     near = height / np.maximum(tolerance, 3 * sigma)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Tables, walls and boards about a place in a depth image: planes that are larger than an object there."""
+"""Tables, walls and boards around a location in a depth image: planes larger than the object."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 MIN_M, PER_M2 = 0.005, 0.005  # half thickness of a plane at distance z: MIN_M + PER_M2 z^2
-POINTS = 3000  # readings that a plane is looked for among
+POINTS = 3000  # measurements that a plane is looked for among
 TRIALS = 120
-MOST = 5
+MAX_PLANES = 5
 SHARE = 0.03  # of the surroundings, that a plane holds at least
-LARGER = 1.3  # times the object's size, that its readings reach in one piece
-FACES = 0.85  # cosine of the angle between a reading's own normal and the plane's
+LARGER = 1.3  # times the object's size, that its measurements reach in one piece
+FACES = 0.85  # cosine of the angle between a measurement's own normal and the plane's
 BLUR_PX, APART_PX = 5, 3  # a normal is that of the mean points so far to its sides
 
 
 class NearPlane(NamedTuple):
-    """``normal . p + offset = 0``, the normal towards the camera; its pixels, and how far they reach."""
+    """``normal . p + offset = 0``, the normal towards the camera; its pixels and their extent."""
 
     normal: Array
     offset: float
@@ -32,18 +32,18 @@ class NearPlane(NamedTuple):
     extent_m: float
 
     def height(self, points: Array) -> Array:
-        """Of points (..., 3) above it, on the camera's side."""
+        """Height of points (..., 3) above the plane, on the camera's side."""
         heights: Array = points @ self.normal + self.offset
         return heights
 
 
 def tolerance_m(z: Array) -> Array:
-    """How far from a plane a reading at distance z may be and still be of it."""
+    """Tolerance for a measurement at distance z to belong to a plane."""
     return MIN_M + PER_M2 * z**2
 
 
 def surface_normals(points: Array, read: Mask) -> Array:
-    """(H, W, 3) unit normals towards the camera of points (H, W, 3); 0 at the edge of what is read."""
+    """(H, W, 3) unit normals towards the camera of points (H, W, 3); 0 at the border of valid measurements."""
     import cv2
 
     weight = cv2.blur(read.astype(np.float64), (BLUR_PX, BLUR_PX))
@@ -62,13 +62,13 @@ def surface_normals(points: Array, read: Mask) -> Array:
 
 
 def planes_near(points: Array, normals: Array, around: Mask, size_m: float) -> list[NearPlane]:
-    """Planes among the pixels `around` whose readings reach farther, in one piece, than an object of `size_m`."""
+    """Planes among the pixels `around` with a connected extent larger than an object of `size_m`."""
     rng = np.random.default_rng(0)
     left = around & (np.abs(normals).sum(axis=-1) > 0)
     least = max(30, int(SHARE * np.count_nonzero(left)))
     found: list[NearPlane] = []
-    for _ in range(2 * MOST):
-        if len(found) == MOST or np.count_nonzero(left) < least:
+    for _ in range(2 * MAX_PLANES):
+        if len(found) == MAX_PLANES or np.count_nonzero(left) < least:
             break
         normal, offset = _best(points[left], normals[left], rng)
         on = around & (np.abs(points @ normal + offset) < tolerance_m(points[..., 2]))
@@ -83,7 +83,7 @@ def planes_near(points: Array, normals: Array, around: Mask, size_m: float) -> l
 
 
 def _best(p: Array, n: Array, rng: np.random.Generator) -> tuple[Array, float]:
-    """The plane through a reading, across its normal, that holds most others; refined."""
+    """The plane through a measurement, by its normal, with the most inliers; refined."""
     if len(p) > POINTS:
         chosen = rng.choice(len(p), POINTS, replace=False)
         p, n = p[chosen], n[chosen]
@@ -104,7 +104,7 @@ def _best(p: Array, n: Array, rng: np.random.Generator) -> tuple[Array, float]:
 
 
 def _largest_piece(on: Mask, points: Array) -> tuple[Mask, float]:
-    """Pixels that hang together, small gaps bridged, and reach farthest; how far, without 2 % at each end."""
+    """The connected component with the largest extent, bridging small gaps, and its extent without 2 % at each end."""
     import cv2
 
     bridged = cv2.morphologyEx(on.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
@@ -123,7 +123,7 @@ def _largest_piece(on: Mask, points: Array) -> tuple[Mask, float]:
 
 
 def _grown(piece: Mask, on: Mask) -> Mask:
-    """The piece, and what lies on the plane right beside it, where normals are not known."""
+    """The piece and adjacent pixels on the plane, where normals are unknown."""
     import cv2
 
     return (cv2.dilate(piece.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0) & on

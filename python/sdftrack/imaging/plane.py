@@ -32,10 +32,10 @@ def remove_plane(
     feet: bool = True,
     threads: int = 0,
 ) -> tuple[NDArray[np.bool_], tuple[NDArray[np.float64], float]]:
-    """Find the plane that most readings lie on, and mark what is not on it (thesis, section 3.8 and Fig. 3.15).
+    """Find the dominant plane, and mark the pixels that are not on it (thesis, section 3.8 and Fig. 3.15).
 
-    A patch is fitted, extended over the image, refitted to all readings near it, and a slab about it is taken out. Of
-    parallel planes close together (a table, the top of a box on it) the one behind is taken. docs/math/planes.md
+    A patch is fitted, extended over the image, refitted to all measurements near it, and a slab around it is removed.
+    Among close parallel planes (a table, the top of a box on it) the one behind is selected. docs/math/planes.md
     derives the tests.
 
     Parameters
@@ -45,34 +45,35 @@ def remove_plane(
     camera : Camera or RGBDCamera, optional
         None: the frame's own.
     start_px : (x, y), optional
-        A pixel on the plane, whose neighbourhood starts the fit; None: local patches all over the image are tried.
+        A pixel on the plane, whose neighbourhood initialises the fit; None: local patches all over the image are
+        tested.
     tolerance : float
-        Half thickness of the slab that counts as the plane, m. Where three sd of the sensor's noise, seen along the
-        normal, are more, the slab is that thick.
+        Half thickness of the slab around the plane, m; at least three sd of the sensor's noise along the normal.
     method : "rigid", "bent" or "printed"
-        "bent" lets the plane bend by a cubic in image coordinates, for sensors whose depth is bent towards the borders.
-        "printed" is the thesis's: the patch is extended as it is, and the slab is `tolerance` everywhere.
+        "bent" models the surface with a cubic in image coordinates, for sensors with depth distortion towards the
+        borders. "printed" is that of the thesis: the patch is extended without refitting, and the slab is `tolerance`
+        everywhere.
     noise : None, "kinect" or float
-        Noise of a depth. None: grows as a structured-light sensor's does, and is as large as measured on the plane;
-        "kinect": that law as it stands; a number: this sd (m) at all depths.
+        Depth noise. None: grows like that of a structured-light sensor, scaled to the noise measured on the plane;
+        "kinect": that noise model without scaling; a number: this sd (m) at all depths.
     feet : bool
-        Keep readings in the slab that are higher than two sd and hang together with something that stands out: the
-        lower edges of objects.
+        Keep measurements in the slab that are above two sd and connected to something above the slab: the lower edges
+        of objects.
     threads : int
         0: all cores. The result is the same, bit by bit.
 
     Returns
     -------
     mask : (H, W) bool
-        True: a reading that is not on the plane. False on the plane and where nothing was measured.
+        True: a measurement that is not on the plane. False on the plane and where depth is missing.
     plane : ((3,) float64, float)
         Unit normal ``n`` towards the camera and offset ``d`` (m) in the camera's frame: ``n . p + d = 0``.
 
     Raises
     ------
     ValueError
-        No depth, no camera, too few readings, ``start_px`` outside the image, without a reading or not on a plane,
-        ``tolerance`` not within 0..0.5 m, or no plane that holds a tenth of the readings.
+        No depth, no camera, too few measurements, ``start_px`` outside the image, without a measurement or not on a
+        plane, ``tolerance`` not within 0..0.5 m, or no plane with a tenth of the measurements.
 
     >>> mask, (n, d) = remove_plane(frame, camera)  # doctest: +SKIP
     """
@@ -157,22 +158,20 @@ def _law(noise: str | float | None) -> tuple[float, float, float]:
 
 def _miss(why: str, start_px: tuple[float, float] | None, tolerance: float) -> str:
     if why == "few readings":
-        return "frame: expected depth readings of a plane, got next to none (no plane can be fitted)"
+        return "frame: expected depth measurements of a plane, got almost none (no plane can be fitted)"
     if why == "no start":
-        return (
-            f"start_px: expected a pixel with a depth reading, got a hole at {start_px}; choose one beside it"
-        )
+        return f"start_px: expected a pixel with a depth measurement, got none at {start_px}; choose one beside it"
     if why == "start not flat":
         return (
-            f"start_px: expected a pixel on a plane, got one at {start_px} about which the readings are not flat or "
-            "too few; choose one farther from edges"
+            f"start_px: expected a pixel on a plane, got one at {start_px} around which the depth is not planar or "
+            "too sparse; choose one farther from edges"
         )
     if start_px is not None:
         return (
-            f"start_px: the plane at {start_px} holds less than a tenth of the depth readings; choose a pixel on the "
-            "table or floor, or leave start_px out"
+            f"start_px: the plane at {start_px} contains less than a tenth of the depth measurements; choose a pixel "
+            "on the table or floor, or omit start_px"
         )
     return (
-        f"frame: no plane holds a tenth of its depth readings within {tolerance:g} m; pass start_px or a larger "
+        f"frame: no plane contains a tenth of its depth measurements within {tolerance:g} m; pass start_px or a larger "
         "tolerance"
     )

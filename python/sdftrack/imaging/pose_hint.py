@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where an object is at a start: a pose, a mask or a box, checked. What the core's tracker is given."""
+"""Validated hints for an object's location at a start: a pose, a mask or a box, as passed to the core."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ Place = NDArray[np.float64] | NDArray[np.uint8] | tuple[int, int, int, int] | No
 
 
 def pose_place(pose: Any, name: str, camera: Camera) -> NDArray[np.float64]:
-    """``T_cam_obj``, projected onto the rigid transforms when within 0.01 of one."""
+    """``T_cam_obj``, projected to the nearest rigid transform if within 0.01."""
     return rigid_pose(pose, name)
 
 
 def mask_place(mask: Any, name: str, camera: Camera) -> NDArray[np.uint8]:
-    """(H, W) bool or uint8 of the depth image's size, not 0 where the object is."""
+    """(H, W) bool or uint8 of the depth image's size, nonzero on the object."""
     given = np.asarray(mask)
     if given.dtype != bool and given.dtype != np.uint8:
         raise TypeError(f"{name}: expected (H, W) bool or uint8, got {given.dtype} {given.shape}")
@@ -40,7 +40,7 @@ def mask_place(mask: Any, name: str, camera: Camera) -> NDArray[np.uint8]:
 
 
 def box_place(box: Any, name: str, camera: Camera) -> tuple[int, int, int, int]:
-    """(x, y, w, h) in depth pixels: cut at the image's border, rounded outwards."""
+    """(x, y, w, h) in depth pixels: clipped to the image, rounded outwards."""
     values = numbers(box, name)
     if values.shape != (4,) or not np.isfinite(values).all():
         raise ValueError(f"{name}: expected (x, y, w, h), got {box!r}")
@@ -51,7 +51,7 @@ def box_place(box: Any, name: str, camera: Camera) -> tuple[int, int, int, int]:
     x1, y1 = min(camera.width, math.ceil(x + w)), min(camera.height, math.ceil(y + h))
     if x0 >= x1 or y0 >= y1:
         raise ValueError(
-            f"{name}: expected a box that meets the image ({camera.width} x {camera.height} px), got {box!r}"
+            f"{name}: expected a box that overlaps the image ({camera.width} x {camera.height} px), got {box!r}"
         )
     return x0, y0, x1 - x0, y1 - y0
 
@@ -64,7 +64,7 @@ _KINDS: dict[str, tuple[Callable[[Any, str, Camera], Place], int, str]] = {
 
 
 def place_list(kind: str, given: Any, count: int, camera: Camera) -> list[Place]:
-    """One place per shape; for one shape the pose, mask or box itself will do, without a list."""
+    """One hint per shape; for a single shape the pose, mask or box itself suffices, without a list."""
     convert, ndim, what = _KINDS[kind]
     if count == 1 and _is_single(given, ndim):
         given = [given]
@@ -87,7 +87,7 @@ def _is_single(given: Any, ndim: int) -> bool:
 
 
 def one_place(pose: Any, mask: Any, box: Any, camera: Camera) -> Place:
-    """At most one of the three; none of them: anywhere."""
+    """At most one of the three; none: anywhere in the image."""
     given = [name for name, value in (("pose", pose), ("mask", mask), ("box", box)) if value is not None]
     if len(given) > 1:
         raise ValueError(f"expected one of pose, mask and box, got {' and '.join(given)}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The part of a depth image that hangs together around a pixel."""
+"""The connected region of a depth image around a pixel."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ __all__ = ["connected_region", "nearest_reading"]
 
 # A larger difference between neighbours is an edge: noise, and a surface that is seen at 76 degrees.
 STEP, STEP_PX = 0.012, 4.0  # of the depth, and of a pixel's width there
-NEAR_PX = 4  # a click on a hole is taken for the nearest reading this near
+NEAR_PX = 4  # a click on a hole is taken for the nearest measurement this near
 MIN_PX = 20
 PLANE_M = 0.008  # half thickness of what counts as the table
 
 
 def connected_region(frame: Any, camera: Any, px: tuple[float, float], reach_m: float) -> NDArray[np.bool_]:
-    """Pixels joined to `px` without a step in depth, within `reach_m` of it, and not of the dominant plane.
+    """Pixels connected to `px` without a depth discontinuity, within `reach_m`, and not on the dominant plane.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def connected_region(frame: Any, camera: Any, px: tuple[float, float], reach_m: 
     px : (x, y)
         Depth pixels.
     reach_m : float
-        No point of the object is farther from the one at `px`, m: the object's diameter.
+        Largest distance of the object's points from the one at `px`, m: the object's diameter.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def connected_region(frame: Any, camera: Any, px: tuple[float, float], reach_m: 
     Raises
     ------
     ValueError
-        No depth at `px` or near it, or next to nothing that hangs together there.
+        No depth at or near `px`, or almost no connected pixels there.
     """
     import cv2
 
@@ -64,14 +64,14 @@ def connected_region(frame: Any, camera: Any, px: tuple[float, float], reach_m: 
     region: NDArray[np.bool_] = (blocked != before)[1:-1, 1:-1]
     if np.count_nonzero(region) < MIN_PX:
         raise ValueError(
-            f"expected a surface, got {np.count_nonzero(region)} pixels that hang together; click on the middle of "
+            f"expected a surface, got only {np.count_nonzero(region)} connected pixels; click on the centre of "
             "the object"
         )
     return region
 
 
 def nearest_reading(frame: Any, px: tuple[float, float]) -> tuple[int, int]:
-    """(row, column) of the reading at `px` or next to it; ValueError where there is none."""
+    """(row, column) of the measurement at `px` or next to it; ValueError if there is none."""
     if frame.depth is None:
         raise ValueError(f"expected a depth image, got none{': ' + frame.error if frame.error else ''}")
     depth = frame.depth
@@ -80,7 +80,7 @@ def nearest_reading(frame: Any, px: tuple[float, float]) -> tuple[int, int]:
     v, u = np.nonzero(depth[top : y + NEAR_PX + 1, left : x + NEAR_PX + 1])
     if not len(v):
         raise ValueError(
-            f"expected a depth reading at ({x}, {y}), got none there; click on the object itself"
+            f"expected a depth measurement at ({x}, {y}), got none there; click on the object itself"
         )
     nearest = int(np.argmin((v + top - y) ** 2 + (u + left - x) ** 2))
     return int(v[nearest]) + top, int(u[nearest]) + left

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What stands out of the planes of a frame and is of about an object's size: where an object may be."""
+"""Candidate regions for an object: regions above the planes of a frame with about the object's size."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Mask = NDArray[np.bool_]
 
 PIXELS = 320  # along the longer side of the image that is looked at
 STEP, STEP_PX = 0.015, 3.0  # a step in depth, of the depth and of a pixel's width there, is an edge
-LEAST, MOST = 0.3, 1.4  # of the object's size: what a thing reaches over
+MIN_REACH, MAX_REACH = 0.3, 1.4  # of the object's size: what a thing reaches over
 LIKELY = 0.8  # of it, what is mostly seen
 MIN_PX = 40  # of the thinned out image
 ENDS = (0.03, 0.97)
@@ -25,14 +25,14 @@ APART = 0.7  # of the object's size, between pixels of larger things
 
 
 class Standing(NamedTuple):
-    """Regions of about an object's size, and pixels (x, y) of larger ones, of which the object may be a part."""
+    """Regions of about the object's size, and pixels (x, y) in larger ones, which may contain the object."""
 
     regions: list[Mask]
     pixels: list[tuple[int, int]]
 
 
 def standing_regions(frame: Any, camera: Any, size_m: float, most: int = 12) -> Standing:
-    """Regions without planes, parted by steps in depth; the likeliest sizes and the nearest pixels first.
+    """Regions without planes, separated by depth discontinuities; the likeliest sizes and nearest pixels first.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def standing_regions(frame: Any, camera: Any, size_m: float, most: int = 12) -> 
     Returns
     -------
     Standing
-        At most `most` regions, (H, W) bool, and as many pixels.
+        At most `most` regions, (H, W) bool, and at most as many pixels.
     """
     import cv2
 
@@ -66,9 +66,9 @@ def standing_regions(frame: Any, camera: Any, size_m: float, most: int = 12) -> 
             continue
         region = labels == k
         reach = _reach(points[region])
-        if LEAST * size_m < reach < MOST * size_m:
+        if MIN_REACH * size_m < reach < MAX_REACH * size_m:
             found.append((abs(float(np.log(reach / (LIKELY * size_m)))), region))
-        elif reach > LEAST * size_m:
+        elif reach > MIN_REACH * size_m:
             large |= region
     found.sort(key=lambda f: f[0])
     pixels = [(every * u, every * v) for u, v in _spread(large, points, APART * size_m, most)]
@@ -76,7 +76,7 @@ def standing_regions(frame: Any, camera: Any, size_m: float, most: int = 12) -> 
 
 
 def _spread(large: Mask, points: NDArray[np.float64], apart_m: float, most: int) -> list[tuple[int, int]]:
-    """Pixels (x, y) whose points lie apart from one another, each the nearest to the camera that is left."""
+    """Pixels (x, y) with mutually distant points, each the nearest remaining one to the camera."""
     import cv2
 
     v, u = np.nonzero(cv2.erode(large.astype(np.uint8), np.ones((3, 3), np.uint8)))
@@ -96,7 +96,7 @@ def _spread(large: Mask, points: NDArray[np.float64], apart_m: float, most: int)
 
 
 def _edges(depth: NDArray[np.float32], px: float) -> Mask:
-    """The farther pixel of each step between neighbours."""
+    """The farther pixel at each depth discontinuity between neighbours."""
     edge = np.zeros(depth.shape, bool)
     for axis in (0, 1):
         step = np.diff(depth, axis=axis)

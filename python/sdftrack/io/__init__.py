@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""Files in and out; every conversion to metres, seconds and radians happens here."""
+"""File input and output, including all conversions to metres, seconds and radians."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Files of points: PLY, OBJ, STL, text and numpy's own."""
+"""Point cloud files: PLY, OBJ, STL, text and numpy formats."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ FORMATS = (".ply", ".obj", ".stl", ".xyz", ".npy")
 
 
 def read_cloud(file: Path) -> NDArray[Any]:
-    """Points (N, 3) in the file's unit, of one of `FORMATS`.
+    """Read points (N, 3) in the file's unit, from one of `FORMATS`.
 
-    FileNotFoundError; ValueError that names a file which is empty, cut short or no cloud.
+    FileNotFoundError; ValueError naming a file that is empty, truncated or not a point cloud.
 
     >>> points = read_cloud(Path("cloud.ply"))  # doctest: +SKIP
     """
@@ -47,7 +47,7 @@ def read_cloud(file: Path) -> NDArray[Any]:
 
 
 def _read_text(file: Path) -> NDArray[np.float64]:
-    """x y z in the first columns, parted by blanks, tabs, commas or semicolons."""
+    """Read x y z from the first columns, separated by blanks, tabs, commas or semicolons."""
     rows: list[list[float]] = []
     for i, line in enumerate(file.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
         words = re.split(r"[\s,;]+", line.split("#")[0].strip())

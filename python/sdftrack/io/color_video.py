@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Colour frames of a video file or of a folder of images, one after another."""
+"""Colour frames of a video file or an image folder."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class ColorVideo:
     Raises
     ------
     FileNotFoundError
-        There is nothing.
+        `source` does not exist.
     ValueError
-        No images in the folder; a file that is no video, or that breaks off while it is read.
+        No images in the folder; a file that is not a video, or is truncated.
     """
 
     def __init__(self, source: str | Path) -> None:
@@ -56,12 +56,12 @@ class ColorVideo:
                 for frame in container.decode(video=0):
                     yield np.ascontiguousarray(frame.to_ndarray(format="rgb24"))
         except av.FFmpegError as error:
-            raise ValueError(f"{self.source}: the video cannot be read on ({error.strerror})") from None
+            raise ValueError(f"{self.source}: the video cannot be read further ({error.strerror})") from None
 
     def frames(
         self, start: int = 0, stop: int | None = None, step: int = 1
     ) -> Iterator[tuple[int, NDArray[np.uint8] | ValueError | OSError]]:
-        """Numbers and images of a part; the error in place of an image of a folder that cannot be read.
+        """Numbers and images of a range of frames; an exception object instead of an unreadable image of a folder.
 
         >>> for number, image in ColorVideo(path).frames(step=2): ...  # doctest: +SKIP
         """
@@ -80,7 +80,7 @@ class ColorVideo:
         try:
             with av.open(str(self.source)) as container:
                 if not container.streams.video:
-                    raise ValueError(f"{self.source}: expected a video, got a file without pictures")
+                    raise ValueError(f"{self.source}: expected a video, got a file without images")
                 stream = container.streams.video[0]
                 self.count = int(stream.frames)
                 self.fps = float(stream.average_rate) if stream.average_rate else None

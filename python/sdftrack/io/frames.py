@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Depth, colour and mask images as files. Depth is 16 bit; the unit of a file belongs to its layout."""
+"""Depth, colour and mask images as files. Depth is 16 bit; the unit of a file is defined by its layout."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _TAIL = 1024  # writers may put a few bytes after the end mark
 
 
 def read_depth_units(path: str | os.PathLike[str], name: str | None = None) -> NDArray[np.uint16]:
-    """(H, W) uint16 raw units of a depth image; `name` stands for the file in messages.
+    """(H, W) uint16 raw units of a depth image; `name` identifies the file in messages.
 
     FileNotFoundError when it is missing; ValueError when it is truncated, not an image, or not 16 bit.
     """
@@ -28,7 +28,7 @@ def read_depth_units(path: str | os.PathLike[str], name: str | None = None) -> N
         channels = "one channel" if image.ndim == 2 else f"{image.shape[2]} channels"
         raise ValueError(
             f"{name or path}: expected 16-bit depth in one channel, got {image.dtype} with {channels}; "
-            "8-bit pictures of depth have lost the distances"
+            "8-bit depth images do not contain the distances"
         )
     return image
 
@@ -52,21 +52,21 @@ def read_mask(path: str | os.PathLike[str], name: str | None = None) -> NDArray[
 
 
 def write_depth_units(path: str | os.PathLike[str], units: NDArray[np.uint16]) -> None:
-    """Write a 16-bit PNG, whole or not at all."""
+    """Write a 16-bit PNG, completely or not at all."""
     if units.dtype != np.uint16 or units.ndim != 2:
         raise TypeError(f"units: expected uint16 (H, W), got {units.dtype} {units.shape}")
     _encode(path, units)
 
 
 def write_color(path: str | os.PathLike[str], color: NDArray[np.uint8]) -> None:
-    """Write RGB uint8 (H, W, 3), whole or not at all."""
+    """Write RGB uint8 (H, W, 3), completely or not at all."""
     if color.dtype != np.uint8 or color.ndim != 3 or color.shape[2] != 3:
         raise TypeError(f"color: expected uint8 (H, W, 3), got {color.dtype} {color.shape}")
     _encode(path, color[..., ::-1])
 
 
 def write_mask(path: str | os.PathLike[str], mask: NDArray[np.bool_]) -> None:
-    """Write a mask as 0 and 255, whole or not at all."""
+    """Write a mask as 0 and 255, completely or not at all."""
     _encode(path, np.where(mask, np.uint8(255), np.uint8(0)))
 
 

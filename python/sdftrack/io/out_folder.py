@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The folder that results go to: new or empty, unless it may be overwritten."""
+"""Output folders: new or empty, unless they may be overwritten."""
 
 from __future__ import annotations
 
@@ -15,30 +15,29 @@ __all__ = ["cannot_write", "prepare_folder", "refuse_folder", "refuse_inputs"]
 
 
 def refuse_folder(directory: Path, overwrite: bool) -> None:
-    """The errors of `prepare_folder` before the work, and nothing made where there would be none."""
+    """Raise the errors of `prepare_folder` in advance, without creating anything."""
     if directory.exists() and not (directory.is_dir() and not any(directory.iterdir())):
         prepare_folder(directory, overwrite)
 
 
 def refuse_inputs(directory: Path, names: Iterable[str], inputs: Iterable[tuple[str, Path | None]]) -> None:
-    """ValueError where one of `names` in the folder is a file that is read: (option, path or None) each."""
+    """ValueError if one of `names` in the folder is an input file: (option, path or None) each."""
     taken = {(directory / name).resolve(): name for name in names}
     for option, path in inputs:
         if path is not None and path.resolve() in taken:
             raise ValueError(
-                f"{option}: expected no file that the results replace, got {path}; choose another --out"
+                f"{option}: expected no file that would be replaced by the results, got {path}; choose another --out"
             )
 
 
 def prepare_folder(directory: Path, overwrite: bool) -> set[str]:
-    """Make the folder; refuse one that holds files unless `overwrite`. Returns the names an earlier run wrote
-    there."""
+    """Create the folder; raise an error if it contains files, unless `overwrite`. Returns files of an earlier run."""
     if directory.exists() and not directory.is_dir():
         raise FileExistsError(f"out: expected a folder, got the file {directory}")
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise OSError(error.errno, f"out: cannot make the folder {directory}: {error.strerror}") from None
+        raise OSError(error.errno, f"out: cannot create the folder {directory}: {error.strerror}") from None
     for part in directory.glob(f".*{PART}"):  # left by a run that was killed
         part.unlink(missing_ok=True)
     if not any(directory.iterdir()):
@@ -55,7 +54,7 @@ def prepare_folder(directory: Path, overwrite: bool) -> set[str]:
 
 
 def cannot_write(error: OSError, directory: Path) -> OSError:
-    """The error of a write as one that names the folder and says what to do."""
+    """Convert a write error to one that names the folder and suggests a remedy."""
     if error.errno == errno.ENOSPC or "no space left" in str(error).lower():
         return OSError(
             errno.ENOSPC, f"out: no space left on the disk of {directory}; free some or choose another folder"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Rows of the files that a tracked sequence is written to: BOP results, TUM trajectories, report.json."""
+"""Rows of the output files of a tracked sequence: BOP results, TUM trajectories, report.json."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def tum_row(time: float, T: Array) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Numpy, paths and NaN as JSON can hold them."""
+    """Convert numpy values, paths and NaN for JSON."""
     if isinstance(value, np.ndarray):
         return plain(value.tolist())
     if isinstance(value, Mapping):
@@ -67,5 +67,5 @@ def plain(value: Any) -> Any:
 
 
 def number_or_none(value: Any) -> float | None:
-    """None for what JSON cannot hold."""
+    """None for values that JSON cannot represent."""
     return float(value) if value is not None and np.isfinite(value) else None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Write a sequence in a layout that other programs read; docs/data.md shows the folders."""
+"""Write a sequence in a layout supported by other programs; docs/data.md describes the layouts."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FRAME_PERIOD_S = 1 / 30  # for TUM's files, where a sequence has no times
 
 
 def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bop") -> None:
-    """Write `seq` into the new or empty folder `path`, whole or not at all.
+    """Write `seq` into the new or empty folder `path`, completely or not at all.
 
     Parameters
     ----------
@@ -36,17 +36,17 @@ def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bo
     seq : Sequence
     layout : "bop", "tum" or "open3d"
         bop: every pose, mask and model; depth in 0.1 mm (in 1 mm beyond 6.5 m). tum: one object, depth in
-        0.2 mm up to 13.1 m. open3d: one object, depth in 1 mm up to 65.5 m. A frame that was not readable has
-        no images in bop and is left out of the others. Colour that is not aligned to depth is left out,
-        with a UserWarning, for none of the three can hold the mapping.
+        0.2 mm up to 13.1 m. open3d: one object, depth in 1 mm up to 65.5 m. An unreadable frame has no images in bop
+        and is omitted in the others. Colour that is not aligned to depth is omitted, with a UserWarning, because none
+        of the three can store the mapping.
 
     Raises
     ------
     FileExistsError
-        The folder holds something.
+        The folder is not empty.
     ValueError
-        What the layout cannot hold: lens distortion (bop, open3d), changing cameras or several objects (tum,
-        open3d), depth beyond its range.
+        Something that the layout cannot represent: lens distortion (bop, open3d), changing cameras or several objects
+        (tum, open3d), depth beyond its range.
     """
     of_kind(seq, Sequence, "seq")
     writers: dict[str, Callable[[Path, Sequence], None]] = {
@@ -58,7 +58,7 @@ def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bo
         raise ValueError(f"layout: expected one of {', '.join(writers)}, got {layout!r}")
     if not seq.camera.aligned:
         warnings.warn(
-            f"{path}: colour is left out: the {layout} layout needs it aligned to depth", stacklevel=2
+            f"{path}: colour is omitted: the {layout} layout requires it to be aligned to depth", stacklevel=2
         )
     with replacing_folder(path) as folder:
         writers[layout](folder, seq)
@@ -165,8 +165,8 @@ def _units(frame: Frame, units_per_m: float) -> NDArray[np.uint16]:
     farthest = float(frame.depth.max())
     if round(farthest * units_per_m) > 65535:
         raise ValueError(
-            f"depth: frame {frame.index} has {farthest:.2f} m, 16 bits end at {65535 / units_per_m:.2f} m; "
-            "cut the depth or choose another layout"
+            f"depth: frame {frame.index} has {farthest:.2f} m, 16 bits are limited to {65535 / units_per_m:.2f} m; "
+            "crop the depth or choose another layout"
         )
     return np.rint(frame.depth.astype(np.float64) * units_per_m).astype(np.uint16)
 
@@ -179,7 +179,7 @@ def _write_color(path: Path, frame: Frame, seq: Sequence) -> bool:
 
 
 def _one_object(seq: Sequence, layout: str) -> dict[int, NDArray[np.float64]]:
-    """Poses of the only object; these layouts hold a camera path in a still world: the object."""
+    """Poses of the only object; these layouts store a camera trajectory relative to the object."""
     if len(seq.objects) > 1:
         raise ValueError(f"layout: {layout} holds one object's poses, got {len(seq.objects)}; use 'bop'")
     for frame in seq:

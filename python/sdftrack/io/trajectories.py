@@ -51,7 +51,7 @@ def rotation(q: ArrayLike) -> Array:
 
 
 def write_tum(path: str | os.PathLike[str], timestamps: Sequence[float], poses: ArrayLike) -> None:
-    """Lines `timestamp tx ty tz qx qy qz qw` (s, m), whole or not at all."""
+    """Lines `timestamp tx ty tz qx qy qz qw` (s, m), completely or not at all."""
     lines = ["# timestamp tx ty tz qx qy qz qw"]
     for time, T in zip(timestamps, np.asarray(poses, dtype=np.float64).reshape(-1, 4, 4), strict=True):
         numbers = [*T[:3, 3], *quaternion(T[:3, :3])]
@@ -81,7 +81,7 @@ def read_tum(path: str | os.PathLike[str]) -> tuple[Array, Array]:
 
 
 def write_log(path: str | os.PathLike[str], numbers: Sequence[int], poses: ArrayLike) -> None:
-    """Redwood's trajectory log: a line of three whole numbers, then the 4 x 4 matrix, m."""
+    """Redwood's trajectory log: a line of three integers, then the 4 x 4 matrix, m."""
     lines = []
     for i, T in zip(numbers, np.asarray(poses, dtype=np.float64).reshape(-1, 4, 4), strict=True):
         lines.append(f"{i} {i} {i + 1}")
@@ -90,7 +90,7 @@ def write_log(path: str | os.PathLike[str], numbers: Sequence[int], poses: Array
 
 
 def read_log(path: str | os.PathLike[str]) -> dict[int, Array]:
-    """Poses of a Redwood trajectory log by the first whole number of their head line."""
+    """Poses of a Redwood trajectory log, by the first integer of their header line."""
     lines = [s for s in Path(path).read_text(encoding="utf-8").splitlines() if s.strip()]
     try:
         blocks = [lines[i : i + 5] for i in range(0, len(lines), 5)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Videos that any browser plays, written whole or not at all."""
+"""Videos that any browser plays, written completely or not at all."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class VideoFile:
             self._container.mux(packet)
 
     def finish(self) -> bool:
-        """Flush and close; whether there is a video at all."""
+        """Flush and close; returns whether there is a video."""
         if self._container is None and self._waiting:
             self._open()
         if self._container is None:
@@ -93,7 +93,7 @@ class VideoFile:
 
 
 def write_video(path: Path, pictures: Iterable[NDArray[np.uint8]], fps: float) -> None:
-    """All pictures (H x W x 3 RGB, of one size) as one video; no file is left when one of them fails."""
+    """Write images (H x W x 3 RGB, of one size) as a video; no file is left if one of them fails."""
     video = VideoFile(path, fps)
     try:
         for picture in pictures:

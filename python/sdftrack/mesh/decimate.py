@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Fewer triangles for the same surface: edges collapsed by quadric error (Garland and Heckbert 1997).
+"""Mesh simplification by edge collapse with quadric error (Garland and Heckbert 1997).
 
-The collapsing is that of the package fast-simplification.
+Uses the package fast-simplification.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.extras import need
 
-__all__ = ["LEAST_FACES", "decimate", "median_of_merged", "weighted_mean_of_merged"]
+__all__ = ["MIN_FACES", "decimate", "median_of_merged", "weighted_mean_of_merged"]
 
-LEAST_FACES = 4  # a tetrahedron
+MIN_FACES = 4  # a tetrahedron
 # How readily the library takes an edge that costs much, so as to be done in fewer passes: at 4 the mean error is half
 # that of its own default, 7, in the same time, but on some meshes it ends before there are so few.
 AGGRESSIVENESS = (4.0, 5.0, 6.0, 7.0)
@@ -30,14 +30,14 @@ Indices = NDArray[np.int64]
 
 
 def decimate(vertices: Points, faces: Faces, count: int) -> tuple[Points, Faces, Indices]:
-    """At most `count` faces in place of those given; a closed surface stays closed.
+    """Reduce a mesh to at most `count` faces; a closed surface stays closed.
 
     Returns
     -------
     vertices : (V', 3) float64
     faces : (F', 3) int32
     merged_into : (V,) int64
-        For each vertex that was given the one it went into; -1: into a part that folded flat and was left out.
+        For each input vertex the vertex into which it was merged; -1: it was in a part that collapsed and was removed.
     """
     library = need("fast_simplification", "export")
     if not np.isfinite(vertices).all():
@@ -49,13 +49,13 @@ def decimate(vertices: Points, faces: Faces, count: int) -> tuple[Points, Faces,
     closed = is_closed(faces)
     for share, aggressiveness in itertools.product(SHARES, AGGRESSIVENESS):
         _, left, collapses = library.simplify(
-            unit, faces, target_count=max(LEAST_FACES, int(share * count)), agg=aggressiveness, return_collapses=True
+            unit, faces, target_count=max(MIN_FACES, int(share * count)), agg=aggressiveness, return_collapses=True
         )  # fmt: skip
         if len(left) > count:
             continue
         points, triangles, merged_into = library.replay_simplification(unit, faces, collapses)
         points, triangles, merged_into = _without_flat_parts(points, triangles, merged_into)
-        if len(triangles) >= LEAST_FACES and (not closed or is_closed(triangles)):
+        if len(triangles) >= MIN_FACES and (not closed or is_closed(triangles)):
             return size * points + low, triangles, merged_into
     kind = "closed surface" if closed else "surface"
     raise ValueError(f"faces: no {kind} of {count} faces was found for this mesh; give a larger number")
@@ -70,7 +70,7 @@ def is_closed(faces: Faces) -> bool:
 
 
 def _without_flat_parts(points: Points, faces: Faces, merged_into: Indices) -> tuple[Points, Faces, Indices]:
-    """Without pairs of faces on the same three vertices, which hold no volume, and without vertices of no face."""
+    """Remove pairs of faces with the same three vertices, which enclose no volume, and unused vertices."""
     _, group, number = np.unique(np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True)
     faces = faces[number[group.ravel()] == 1]
     used, renumbered = np.unique(faces, return_inverse=True)
@@ -82,7 +82,7 @@ def _without_flat_parts(points: Points, faces: Faces, merged_into: Indices) -> t
 def weighted_mean_of_merged(
     values: NDArray[Any], weights: NDArray[Any] | None, merged_into: Indices, count: int
 ) -> NDArray[np.float64]:
-    """(count, C) mean of the `values` (V, C) of all vertices that went into each, by `weights` where there are any."""
+    """(count, C) mean of the `values` (V, C) of all vertices merged into each, weighted by `weights` if nonzero."""
     kept = merged_into >= 0
     into, rows = merged_into[kept], values[kept].astype(np.float64)
     weight = np.ones(len(into)) if weights is None else weights[kept].astype(np.float64)
@@ -94,7 +94,7 @@ def weighted_mean_of_merged(
 
 
 def median_of_merged(values: NDArray[Any], merged_into: Indices, count: int) -> NDArray[Any]:
-    """(count,) the (lower) median of the `values` (V,) of all vertices that went into each."""
+    """(count,) the (lower) median of the `values` (V,) of all vertices merged into each."""
     kept = np.flatnonzero(merged_into >= 0)
     order = kept[np.lexsort((values[kept], merged_into[kept]))]
     number = np.bincount(merged_into[kept], minlength=count)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Mesh files and the units of their numbers."""
+"""Mesh files and their units."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ HEADER_BYTES = 64 * 1024  # of a PLY, at most
 def read_mesh(
     file: Path,
 ) -> tuple[NDArray[np.float64], NDArray[Any], NDArray[np.uint8] | None, NDArray[np.float32] | None]:
-    """Vertices (V, 3) in the file's unit, faces (F, 3), and per vertex colours and `seen` where it has them.
+    """Vertices (V, 3) in the file's unit, faces (F, 3), and per-vertex colours and `seen` if present.
 
-    FileNotFoundError; ValueError for a file that is not a mesh, is cut short, or has no triangle.
+    FileNotFoundError; ValueError for a file that is not a mesh, is truncated, or has no triangle.
     """
     import trimesh
 
@@ -52,7 +52,7 @@ def unit_scale(unit: str | None) -> float:
 
 
 def vertex_colors(loaded: Any) -> NDArray[np.uint8] | None:
-    """(V, 3) uint8 of what trimesh has read, a texture sampled at the vertices."""
+    """(V, 3) uint8 vertex colours read by trimesh; a texture is sampled at the vertices."""
     visual = getattr(loaded, "visual", None)
     try:
         if visual is None:
@@ -82,7 +82,7 @@ def _vertex_seen(loaded: Any) -> NDArray[np.float32] | None:
 
 
 def check_ply_is_whole(file: Path) -> None:
-    """ValueError where an ASCII PLY has fewer lines than its header says: its reader takes those that are there."""
+    """ValueError if an ASCII PLY has fewer lines than its header states: the reader would accept it."""
     with open(file, "rb") as stream:
         head = stream.read(HEADER_BYTES)
         end = re.search(rb"end_header[ \t]*\r?\n?", head)
@@ -92,4 +92,4 @@ def check_ply_is_whole(file: Path) -> None:
         stream.seek(end.end())
         lines = sum(1 for line in stream if line.strip())
     if lines < sum(counts):
-        raise ValueError(f"cut short: its header says {sum(counts)} lines of data, {lines} are there")
+        raise ValueError(f"truncated: its header states {sum(counts)} lines of data, found {lines}")

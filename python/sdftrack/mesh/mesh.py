@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Triangle meshes: load, save, render exactly."""
+"""Triangle meshes: load, save, exact rendering."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ class Mesh:
     colors : (V, 3) uint8, optional
         RGB per vertex.
     seen : (V,) float32, optional
-        Of a reconstruction: how often each vertex was seen, in views head on; 0: guessed.
+        For a reconstruction: number of observations of each vertex, in equivalent frontal views; 0: guessed.
 
     Raises
     ------
     TypeError
         Faces that are not integers, colours that are not uint8.
     ValueError
-        Wrong shapes, an index outside the vertices. Coordinates that are not finite are let in, so that a
-        broken file can be looked at; `SDF.from_mesh` and `raycast` refuse them.
+        Wrong shapes, an index out of range. Non-finite coordinates are accepted, so that a damaged file can be
+        inspected; `SDF.from_mesh` and `raycast` reject them.
 
     Examples
     --------
@@ -108,13 +108,13 @@ class Mesh:
         Returns
         -------
         Mesh
-            In metres, with vertex colours where the file has them (a texture is sampled at the vertices), and `seen`
-            where a .ply or .glb has it.
+            In metres, with vertex colours if the file has them (a texture is sampled at the vertices), and `seen` if a
+            .ply or .glb has it.
 
         Raises
         ------
         FileNotFoundError, ValueError
-            No such file; a file that is not a mesh, is cut short, or has no triangle.
+            No such file; a file that is not a mesh, is truncated, or has no triangle.
         """
         scale = unit_scale(unit)
         vertices, faces, colors, seen = read_mesh(Path(path))
@@ -127,28 +127,28 @@ class Mesh:
         texture: int | None = None,
         colors_from: Mesh | None = None,
     ) -> None:
-        """Write .ply, .obj, .glb or .stl (metres); each file whole or not at all.
+        """Write .ply, .obj, .glb or .stl (metres); each file completely or not at all.
 
-        Colours are kept at the vertices by .ply, .obj and .glb, `seen` by .ply and .glb.
+        Vertex colours are stored in .ply, .obj and .glb, `seen` in .ply and .glb.
 
         Parameters
         ----------
         path : path
         texture : int, optional
-            Texels a side (16 to 8192) of a picture that has the colours; .obj, .ply and .glb say what lies where. It is
-            within a .glb, beside the others as NAME_texture.png (with NAME.mtl for .obj), written before the mesh:
-            give a .ply and an .obj of different meshes different names. Needs the extra
-            ``sdftrack[export]``. Vertices on borders in the picture are written once for each side.
+            Side of a texture image in texels (16 to 8192); .obj, .ply and .glb store texture coordinates. The texture
+            is embedded in a .glb, and otherwise written to NAME_texture.png (with NAME.mtl for .obj) before the mesh:
+            use different names for a .ply and an .obj of different meshes. Requires the extra ``sdftrack[export]``.
+            Vertices on texture seams are duplicated.
         colors_from : Mesh, optional
-            With `texture`: the mesh whose colours they are, those of its nearest points. None: its own. So a mesh of
-            few faces shows what the one with all of them does.
+            With `texture`: mesh from which colours are taken, at the nearest points. None: this mesh. A simplified mesh
+            can thus show the colours of the full one.
 
         Raises
         ------
         ImportError
             `texture` without xatlas.
         ValueError
-            Another format, also one that has no texture; a texture of a mesh without colours.
+            Unknown format, or one without texture support; a texture for a mesh without colours.
 
         Examples
         --------
@@ -180,28 +180,28 @@ class Mesh:
         return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
 
     def transformed(self, T: ArrayLike) -> Mesh:
-        """The mesh moved by a rigid 4x4: p -> T p."""
+        """The mesh transformed by a rigid 4x4: p -> T p."""
         M = rigid_pose(T, "T")
         return Mesh(self.vertices @ M[:3, :3].T + M[:3, 3], self.faces, self.colors, seen=self.seen)
 
     def decimated(self, faces: int) -> Mesh:
-        """The same surface with at most so many faces, by quadric error. Needs the extra ``sdftrack[export]``.
+        """Simplify to at most this many faces by quadric error. Requires the extra ``sdftrack[export]``.
 
-        A closed surface stays closed. Colours are the mean over the vertices that went into each, of those that were
-        seen where there are any; `seen` is their median, so that what was mostly guessed stays a guess.
+        A closed surface stays closed. Colours are averaged over the merged vertices (over observed ones, if any);
+        `seen` is their median, so that mostly guessed surface remains guessed.
 
         Parameters
         ----------
         faces : int
-            At least 4. A mesh that has no more than that comes back as it is.
+            At least 4. A mesh that already has no more faces is returned unchanged.
 
         Raises
         ------
         ImportError
-            Without fast-simplification.
+            The package fast-simplification is missing.
         ValueError
-            Fewer than 4; a surface that cannot be made of so few (closed, if this one is); vertices that are not
-            finite.
+            Fewer than 4; a surface that cannot be represented by so few faces (closed, if this one is); non-finite
+            vertices.
 
         Examples
         --------
@@ -209,7 +209,7 @@ class Mesh:
         """
         from sdftrack.mesh import decimate
 
-        count = whole(faces, "faces", decimate.LEAST_FACES)
+        count = whole(faces, "faces", decimate.MIN_FACES)
         if len(self.faces) <= count:
             return self
         vertices, triangles, into = decimate.decimate(self.vertices, self.faces, count)
@@ -226,8 +226,8 @@ class Mesh:
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint8] | None]:
         """Depth, normals and colours as a noise-free camera would see them.
 
-        Exact ray-triangle casting through every pixel's centre, lens distortion included. Both sides of a
-        face are seen.
+        Exact ray-triangle casting through every pixel centre, including lens distortion. Both sides of a face are
+        visible.
 
         Parameters
         ----------
@@ -244,7 +244,7 @@ class Mesh:
         normals : (H, W, 3) float32
             Unit normal of the face, camera frame, towards the camera; 0 where no face is hit.
         colors : (H, W, 3) uint8 or None
-            Vertex colours, blended; 0 where no face is hit. None for a mesh without colours.
+            Interpolated vertex colours; 0 where no face is hit. None for a mesh without colours.
         """
         if len(self.faces) == 0:
             raise ValueError("mesh: expected at least one face to render, got none")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A mesh laid out in a picture of its colours: the charts by xatlas, the picture baked texel by texel."""
+"""Texture atlas of a mesh: charts by xatlas, colours baked texel by texel."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ Faces = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Textured:
-    """A mesh whose vertices have places in a picture.
+    """A mesh with texture coordinates.
 
     Attributes
     ----------
     vertices : (V, 3) float64
-        m. One that lies on a border of charts is there once for each.
+        m. A vertex on a chart border is duplicated for each chart.
     faces : (F, 3) int32
     uv : (V, 2) float64
-        0..1, to the right and upwards from the picture's lower left corner.
+        0..1, to the right and upwards from the image's lower left corner.
     image : (S, S, 3) uint8
         RGB.
     copy_of : (V,) int64
-        The vertex of the mesh that each is.
+        Index of the original vertex of each vertex.
     """
 
     vertices: Points
@@ -51,10 +51,10 @@ class Textured:
 
 
 def textured(mesh: Mesh, size: int, colors_from: Mesh) -> Textured:
-    """Charts of `mesh`, and a picture of `size` texels a side with the colours of the nearest points of `colors_from`.
+    """Unwrap `mesh` into charts, with a texture (`size` texels a side) of the nearest colours of `colors_from`.
 
-    Every texel takes the colour of the nearest point of a chart, also between charts: what a renderer blends across
-    a border, or in a smaller copy of the picture, is then of the border's own colour.
+    Every texel gets the colour of the nearest chart point, also between charts, so that filtering and mip-mapping
+    across chart borders do not introduce other colours.
     """
     copy_of, faces, uv = _charts(mesh, size)
     flat = _core.MeshCaster(np.column_stack([uv, np.zeros(len(uv))]), faces)
@@ -81,7 +81,7 @@ def textured(mesh: Mesh, size: int, colors_from: Mesh) -> Textured:
 
 
 def _charts(mesh: Mesh, size: int) -> tuple[NDArray[np.int64], Faces, Points]:
-    """For each vertex of the charts the mesh's own, the faces, and (V, 2) places in the picture, 0..1."""
+    """Original index of each chart vertex, the faces, and (V, 2) texture coordinates, 0..1."""
     xatlas = need("xatlas", "export")
     low, high = mesh.bounds
     unit = (mesh.vertices - low) / max(float((high - low).max()), 1e-12)
@@ -97,7 +97,7 @@ def _charts(mesh: Mesh, size: int) -> tuple[NDArray[np.int64], Faces, Points]:
 
 
 def _weights(points: Points, corners: Points) -> Points:
-    """(N, 3) of the corners (N, 3, D) of the triangles that points (N, D) lie in; a third each where it has no area."""
+    """(N, 3) barycentric weights of points (N, D) in triangles with corners (N, 3, D); 1/3 each without area."""
     a, b, c = np.moveaxis(corners, 1, 0)
     u, v, p = b - a, c - a, points - a
     uu, uv, vv, pu, pv = (np.einsum("ni,ni->n", x, y) for x, y in ((u, u), (u, v), (v, v), (p, u), (p, v)))

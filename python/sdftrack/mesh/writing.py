@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Meshes written to files, with colours at their vertices or in a picture."""
+"""Writing of meshes, with vertex colours or a texture."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ WHITE, BLACK = [255, 255, 255, 255], [0, 0, 0, 255]
 
 
 def write_mesh(mesh: Mesh, file: Path, texture: int | None, colors_from: Mesh | None) -> None:
-    """One file, or with a picture what the format needs beside it; each whole or not at all, the mesh last."""
+    """Write the mesh, and with a texture the additional files; each completely or not at all, the mesh last."""
     suffix = file.suffix.lower()
     if suffix not in FORMATS:
         raise ValueError(f"path: expected a name ending in one of {', '.join(FORMATS)}, got {file.name!r}")
     if texture is None:
         if colors_from is not None:
-            raise ValueError("colors_from: expected texture= with it, the texels of the picture along a side")
+            raise ValueError("colors_from: requires texture=, the side of the texture image in texels")
         data: Any = mesh.to_trimesh().export(file_type=suffix[1:])
         write_whole(file, data.encode() if isinstance(data, str) else data)
         return
@@ -45,7 +45,7 @@ def write_mesh(mesh: Mesh, file: Path, texture: int | None, colors_from: Mesh | 
 
 
 def files_beside(name: str) -> list[str]:
-    """Names of the files that a mesh with a picture has beside its own."""
+    """Names of the additional files of a mesh with a texture."""
     stem, suffix = Path(name).stem, Path(name).suffix.lower()
     picture = f"{stem}_texture.png"
     return {".ply": [picture], ".obj": [picture, f"{stem}.mtl"]}.get(suffix, [])
@@ -61,7 +61,7 @@ def _source(mesh: Mesh, colors_from: Mesh | None) -> Mesh:
 
 
 def _textured_files(mesh: Mesh, laid_out: Textured, file: Path) -> dict[str, bytes]:
-    """What to write, by name; the mesh's own file is the last, so that it never names one that is not there."""
+    """Contents of the files, by name; the mesh's own file is the last, so it never refers to a missing file."""
     import trimesh
     from PIL import Image
     from trimesh.exchange.obj import export_obj
@@ -91,7 +91,7 @@ def _textured_files(mesh: Mesh, laid_out: Textured, file: Path) -> dict[str, byt
 
 
 def _textured_ply(mesh: Mesh, laid_out: Textured, file: Path) -> dict[str, bytes]:
-    """PLY keeps the colours of its vertices, too, for readers that know nothing of pictures."""
+    """PLY with texture coordinates, and also vertex colours for readers without texture support."""
     import cv2
     import trimesh
 

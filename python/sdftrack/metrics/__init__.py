@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Scores of poses, shapes and segmentations against the truth."""
+"""Metrics of poses, shapes and segmentations against ground truth."""
 
 from sdftrack.metrics.bop import average_recall, mspd, mssd, vsd
 from sdftrack.metrics.scores import (

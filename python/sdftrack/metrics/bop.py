@@ -29,7 +29,7 @@ def mssd(T: ArrayLike, T_gt: ArrayLike, points: Any, symmetry: Symmetry | None =
 
 
 def mspd(T: ArrayLike, T_gt: ArrayLike, points: Any, camera: Any, symmetry: Symmetry | None = None) -> float:
-    """Maximum symmetry-aware projection distance, pixels; infinite where a point of `T` is not before the camera."""
+    """Maximum symmetry-aware projection distance, pixels; infinite if a point of `T` is not in front of the camera."""
     lens = getattr(camera, "depth", camera)
     A, p = _one(T, "T"), _points(points)
     seen = _projected(p @ A[:3, :3].T + A[:3, 3], lens)
@@ -59,14 +59,14 @@ def vsd(
         The frame's depth and the object rendered alone at the estimated and the true pose, m; 0: nothing.
     camera : Camera or RGBDCamera
     tau : float or array
-        How far two visible surfaces may be apart along the ray, m; BOP takes 5 % to 50 % of the diameter.
+        Tolerance between two visible surfaces along the ray, m; BOP uses 5 % to 50 % of the diameter.
     delta : float
-        How far a surface may lie behind the frame's depth and still count as visible, m.
+        Tolerance for a surface behind the frame's depth to count as visible, m.
 
     Returns
     -------
     float, or float64 array like `tau`
-        The share of the pixels in which either pose shows the object that do not show it alike in both.
+        Fraction of the pixels in the union of both visible masks in which the two renderings disagree.
     """
     lens = getattr(camera, "depth", camera)
     scene, found, true = (np.asarray(d, np.float64) for d in (depth, depth_estimate, depth_gt))
@@ -101,7 +101,7 @@ def average_recall(
     diameter: float | ArrayLike | None = None,
     width: int = 640,
 ) -> dict[str, float]:
-    """BOP's average recall: the share of poses below a threshold, its mean over the thresholds.
+    """BOP's average recall: the fraction of poses below a threshold, averaged over the thresholds.
 
     Parameters
     ----------
@@ -115,8 +115,8 @@ def average_recall(
     Returns
     -------
     dict
-        "AR_VSD", "AR_MSSD", "AR_MSPD" of those that are given, and "AR", their mean. NaN and infinity (lost)
-        count as wrong.
+        "AR_VSD", "AR_MSSD", "AR_MSPD" for the given errors, and "AR", their mean. NaN and infinity (lost) count as
+        wrong.
     """
     out: dict[str, float] = {}
     if vsd_errors is not None:

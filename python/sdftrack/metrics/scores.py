@@ -69,7 +69,7 @@ def add(T: ArrayLike, T_gt: ArrayLike, points: Any) -> Any:
 
 
 def adds(T: ArrayLike, T_gt: ArrayLike, points: Any) -> Any:
-    """ADD-S: mean distance of each model point under `T_gt` to the nearest under `T`, m; NaN of a lost pose."""
+    """ADD-S: mean distance of each model point under `T_gt` to the nearest under `T`, m; NaN for a lost pose."""
     A, B = np.broadcast_arrays(_poses(T, "T"), _poses(T_gt, "T_gt"))
     p = _points(points)
     nearest = _nearest_in(p)
@@ -132,7 +132,7 @@ def boundary_recall(labels: ArrayLike, truth: ArrayLike, tolerance: int = 2) -> 
 def undersegmentation(labels: ArrayLike, truth: ArrayLike) -> float:
     """Under-segmentation error of Neubert and Protzel (2012), 0 = every superpixel lies in one segment.
 
-    Each superpixel adds, for each true segment that it touches, the smaller of its parts inside and outside.
+    For each true segment that it touches, a superpixel adds the smaller of its parts inside and outside.
     """
     overlap = _overlaps(labels, truth)
     outside = overlap.sum(axis=1, keepdims=True) - overlap
@@ -140,9 +140,9 @@ def undersegmentation(labels: ArrayLike, truth: ArrayLike) -> float:
 
 
 def achievable_accuracy(labels: ArrayLike, truth: ArrayLike) -> float:
-    """Achievable segmentation accuracy (Liu et al. 2011): the best that segments made of whole superpixels can do.
+    """Achievable segmentation accuracy (Liu et al. 2011): the upper bound for segmentations composed of superpixels.
 
-    Fraction of the pixels that are right when each superpixel takes the true segment that it shares most pixels with.
+    Fraction of correct pixels if each superpixel is assigned to the true segment with the largest overlap.
     """
     overlap = _overlaps(labels, truth)
     return float(overlap.max(axis=1).sum() / overlap.sum())
@@ -151,18 +151,18 @@ def achievable_accuracy(labels: ArrayLike, truth: ArrayLike) -> float:
 def plane_angles(frame: Any, camera: Any = None, tolerance: float = 0.01) -> Array:
     """Angles between the three largest planes of a depth image, degrees, ascending.
 
-    For three planes that are orthogonal in truth the distance from 90 tells how good the intrinsics are (thesis,
-    Table 3.1 and Fig. 3.13). Each plane is fitted to all its readings but those near an edge, weighted by the noise
-    along the ray; with the true intrinsics about a hundredth of a degree per angle is left (docs/planes.md).
+    For three orthogonal planes, the deviation from 90 indicates the quality of the intrinsics (thesis, Table 3.1 and
+    Fig. 3.13). Each plane is fitted to all its measurements except those near an edge, weighted by the noise along the
+    ray; with the true intrinsics the error is about a hundredth of a degree per angle (docs/planes.md).
 
     Parameters
     ----------
     frame : Frame
         With a depth image of a corner.
     camera : Camera or RGBDCamera, optional
-        The intrinsics that are judged; None: the frame's own.
+        The intrinsics to assess; None: the frame's own.
     tolerance : float
-        Half thickness of a plane, m; where the sensor's noise is larger, that.
+        Half thickness of a plane, m; at least the sensor's noise.
 
     Returns
     -------
@@ -171,7 +171,7 @@ def plane_angles(frame: Any, camera: Any = None, tolerance: float = 0.01) -> Arr
     Raises
     ------
     ValueError
-        No depth, no camera, or not three planes, each with a tenth of the readings that the ones before it leave.
+        No depth, no camera, or fewer than three planes, each with a tenth of the remaining measurements.
 
     Examples
     --------
@@ -248,7 +248,7 @@ def _label_images(labels: ArrayLike, truth: ArrayLike) -> tuple[NDArray[Any], ND
 
 
 def _overlaps(labels: ArrayLike, truth: ArrayLike) -> NDArray[np.int64]:
-    """Pixels that each superpixel (rows) shares with each true segment."""
+    """Number of pixels shared by each superpixel (rows) and each true segment."""
     L, G = _label_images(labels, truth)
     _, l = np.unique(L, return_inverse=True)
     _, g = np.unique(G, return_inverse=True)

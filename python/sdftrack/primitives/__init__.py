@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Solids and plane patches of unknown size: where they are and how large (thesis, section 3.8)."""
+"""Pose and size of solids and plane patches (thesis, section 3.8)."""
 
 from sdftrack.primitives.fitting import fit_primitive
 from sdftrack.primitives.result import PrimitiveFit

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which readings of a frame are near a surface that is known from before."""
+"""Association of measurements with a previously known surface."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from sdftrack.primitives.segmentation import SegmentedFrame, pieces
 
 __all__ = ["distance_to", "mask_near"]
 
-NEAR_M = 0.03  # readings so near, at up to 1 m, may be the object's after it has moved a little
+NEAR_M = 0.03  # measurements so near, at up to 1 m, may be the object's after it has moved a little
 STILL_M = 0.008  # and so near where it has not moved: what it touches is not in the mask then
 SPREADS = 4.0  # of the median distance: what a band about a surface has to hold
 ALONE = 0.6  # share of a piece that is near: the piece is the object and nothing else
 
 
 def distance_to(seen: SegmentedFrame, kind: str, lengths: list[float], T_cam_obj: NDArray[np.float64]) -> Any:
-    """Of every reading to the surface (H, W), m as at 1 m of depth, above which it shrinks; inf without a reading."""
+    """Distance of every measurement to the surface (H, W), m, normalised to the noise at 1 m; inf if missing."""
     T = np.linalg.inv(T_cam_obj)
     points = np.ascontiguousarray(seen.points.reshape(-1, 3) @ T[:3, :3].T + T[:3, 3])
     phi, _, _ = _core.primitive_distances(TABLE[kind].member, lengths, points)
@@ -32,11 +32,11 @@ def distance_to(seen: SegmentedFrame, kind: str, lengths: list[float], T_cam_obj
 def mask_near(
     seen: SegmentedFrame, kind: str, lengths: list[float], T_cam_obj: NDArray[np.float64]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]] | None:
-    """Where an object is that was at a pose: a mask of it, and the whole piece that it is in.
+    """Mask of an object that was at a pose, and the whole connected piece that contains it.
 
-    Of the pieces that stand off the table the one with the most readings near the old surface, or, where none has any,
-    the one that comes nearest to it. Of a piece that holds other things too (it touches them) what lies in a band about
-    the surface, as wide as its own readings need. None: nothing stands within its own size of where it was.
+    Among the pieces on the table, the one with the most measurements near the old surface, or the nearest one if none
+    has any. If a piece contains other objects too (they touch), only a band around the surface is used, as wide as its
+    measurements require. None: there is nothing within the object's size of its old location.
     """
     away = distance_to(seen, kind, lengths, T_cam_obj)
     found = pieces(seen)

@@ -41,42 +41,42 @@ def fit_primitive(
     threads: int = 0,
     unit: str | None = None,
 ) -> PrimitiveFit:
-    """Pose and size of a primitive, from points of its surface or from what a camera sees of it.
+    """Fit pose and size of a primitive, to points on its surface or to depth images.
 
-    Guesses from normals and moments, then the pose at an arbitrary size, then pose and size together (thesis, section
-    3.8; docs/math/primitives.md). A frame tells more than points do: where the object ends before what is behind it,
-    and the table that it stands on.
+    Initial guesses come from normals and moments; then the pose is fitted at a fixed size, then pose and size jointly
+    (thesis, section 3.8; docs/math/primitives.md). A frame provides more information than points: the silhouette
+    against the background, and the supporting plane.
 
     Parameters
     ----------
     points_or_frame : (N, 3) array, Frame, or several frames
-        Points of the surface, m, in any frame; outliers are forgiven, up to a third or so. Or a frame with a depth
-        image. Or an iterable of frames (a list, a `Sequence`) of one object: each is fitted from where it was in the
-        frame before, and the sizes are averaged by their information (thesis Eq. 3.23).
+        Points on the surface, m, in any coordinate frame; up to about a third may be outliers. Or a frame with a depth
+        image. Or an iterable of frames (a list, a `Sequence`) of one object: each is fitted starting from the pose in
+        the previous frame, and the sizes are averaged by their information (thesis Eq. 3.23).
     kind : {"sphere", "cylinder", "cone", "box", "ellipsoid", "plane", "auto"}
-        ``"plane"`` is a patch: a rectangle of no thickness, for a sheet, a door, a sign, a table's top or one face of a
-        thing. ``"auto"`` takes the best solid by `PrimitiveFit.scores`; patches are not among them, for nothing tells
-        one from the face of a box that is seen alone, and a patch has no distance volume.
+        ``"plane"`` is a patch: a rectangle without thickness, for a sheet, a door, a sign, a table top or one face of
+        an object. ``"auto"`` selects the best solid by `PrimitiveFit.scores`; patches are excluded, because a patch
+        cannot be distinguished from a single visible face of a box, and has no distance volume.
     camera : Camera or RGBDCamera, optional
-        Of the frame. None: the frame's own.
+        Camera of the frame. None: the frame's own.
     mask : (H, W) bool or uint8, optional
-        Where the object is, in the depth image's geometry; of several frames in the first one. None: the frame's own;
-        without that, the largest piece that stands off the dominant plane.
+        Object mask aligned with the depth image; for several frames, that of the first one. None: the frame's own;
+        without one, the largest connected piece above the dominant plane.
     initial : PrimitiveFit or (T_cam_obj, {name: m}), optional
-        A start in place of guesses.
+        Initial value, instead of guesses.
     seed : int
-        Of the guesses; the same seed gives the same bits.
+        Seed of the guesses; the same seed gives the same bits.
     scaling : {"exact", "printed"}
-        The exact distance to a solid of these lengths, or the source's: a unit solid scaled along its axes, its field
-        corrected to first order (thesis Eq. 3.27).
+        Exact distance to the solid, or the form of the thesis: a unit solid scaled along its axes, with a first-order
+        corrected field (Eq. 3.27).
     plane : "auto", None or (n, d)
-        The table ``n . p + d = 0`` (m, camera frame, n towards the camera) that the object may stand on and cannot
-        reach through: searched, none, or given.
+        The table ``n . p + d = 0`` (m, camera frame, n towards the camera) on which the object may stand and which it
+        cannot penetrate: searched, none, or given.
     threads : int
         0: all cores. The result does not depend on it.
     unit : None, "m", "mm", "cm" or "in"
-        Of the points' numbers; the fit is in metres. None: metres, and points that reach over more than 10 m or less
-        than 1 mm are an error, for they are in another unit.
+        Unit of the points; the fit is in metres. None: metres, and an extent of more than 10 m or less than 1 mm is an
+        error, because it suggests another unit.
 
     Returns
     -------
@@ -85,10 +85,10 @@ def fit_primitive(
     Raises
     ------
     TypeError
-        Neither numbers nor frames; a mask of another dtype.
+        Neither points nor frames; a mask of unsupported dtype.
     ValueError
-        Fewer points than unknowns, all in one line or (but for a patch) plane, or not finite; an unknown kind; a frame
-        without a depth image or camera; a mask without readings; nothing that stands off the plane.
+        Fewer points than unknowns; points on a line or (except for a patch) in a plane, or not finite; an unknown kind;
+        a frame without a depth image or camera; a mask without depth measurements; nothing above the plane.
 
     >>> fit = st.fit_primitive(frame, "auto", camera=camera)  # doctest: +SKIP
     >>> fit.kind, fit.size, fit.ok                            # doctest: +SKIP
@@ -128,7 +128,7 @@ def _check_belongings(frame_like: bool, given: Any, camera: Any, mask: Any, unit
 
 
 def in_metres(points: Any, unit: str | None) -> Any:
-    """Points of a unit in metres; ValueError where none is given and they do not look like metres."""
+    """Convert points to metres; ValueError if no unit is given and they do not look like metres."""
     p = numbers(points, "points")
     if unit not in (None, "m"):
         p = p * unit_scale(unit)
@@ -140,7 +140,7 @@ def in_metres(points: Any, unit: str | None) -> Any:
     if farthest >= FARTHEST_M:
         raise ValueError(
             f"points: expected coordinates below {FARTHEST_M:g} m, got {farthest:.3g}; check the unit, "
-            "or drop what is no reading"
+            "or drop invalid points"
         )
     across = float(np.linalg.norm([np.ptp(p[:, k]) for k in range(3)]))
     if across > WIDEST_M and len(p) >= MIN_SPREAD:  # or a few outliers are
@@ -148,12 +148,12 @@ def in_metres(points: Any, unit: str | None) -> Any:
         across = float(np.linalg.norm(high - low))
     if unit is None and across > WIDEST_M:
         raise ValueError(
-            f"points: expected metres, got points that reach over {across:.3g}; are they in mm? pass unit='mm' (or "
+            f"points: expected metres, got an extent of {across:.3g}; are they in mm? pass unit='mm' (or "
             "unit='m' if this is meant)"
         )
     if unit is None and 0 < across < NARROWEST_M:
         raise ValueError(
-            f"points: expected metres, got points that reach over {across:.3g}; in which unit are they? pass unit='m' "
+            f"points: expected metres, got an extent of {across:.3g}; in which unit are they? pass unit='m' "
             "if this is meant"
         )
     return p
@@ -168,21 +168,21 @@ def _are_frames(value: Any) -> bool:
 
 
 def points_view(points: Any, least: int, flat: bool = False) -> Any:
-    """The core's view of bare points, (N, 3) m. `flat`: they may all lie in one plane."""
+    """The core's view of points without a camera, (N, 3) m. `flat`: they may all lie in one plane."""
     p: NDArray[np.float64] = numbers(points, "points")
     if p.ndim != 2 or p.shape[1] != 3:
         raise ValueError(f"points: expected shape (N, 3), got {p.shape}")
     bad = int(np.count_nonzero(~np.isfinite(p).all(axis=1)))
     if bad:
         raise ValueError(
-            f"points: expected finite coordinates, got {bad} of {len(p)} points with NaN or infinity; leave them out "
+            f"points: expected finite coordinates, got {bad} of {len(p)} points with NaN or infinity; remove them "
             "(points[np.isfinite(points).all(axis=1)])"
         )
     if len(p) < least:
         raise ValueError(f"points: expected at least {least}, as many as there are unknowns, got {len(p)}")
     spread = np.linalg.svd(p - p.mean(axis=0), compute_uv=False) if len(p) <= 4000 else _spread(p)
     if not spread[0] > 0:
-        raise ValueError("points: expected points of a surface, got one place")
+        raise ValueError("points: expected points on a surface, got a single location")
     for thin, name in ((1, "line"), (2, "plane")):
         if spread[thin] < FLAT * spread[0] and not (flat and name == "plane"):
             how = "; fit kind='plane' to a patch" if name == "plane" else ""

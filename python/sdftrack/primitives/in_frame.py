@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Fit a primitive to what one frame shows of it."""
+"""Fit a primitive to one frame."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ __all__ = ["FrameFitter"]
 
 
 class FrameFitter:
-    """Fits to frames with one camera (None: each frame's own) and one say about the table."""
+    """Fits to frames with one camera (None: each frame's own) and one setting for the table."""
 
     def __init__(self, camera: Any, plane: Any) -> None:
         self.camera, self.plane = camera, plane
 
     def fit(self, frame: Frame, mask: Any, request: FitRequest) -> PrimitiveFit:
-        """In the mask; without one in the frame's own, where the start is, or in the largest piece off the table."""
+        """Fit in the mask; without one, in the frame's own mask, at the start, or in the largest piece on the table."""
         seen, given = self._seen(frame, mask)
         if given is not None:
             return _solved(seen, given, False, request)
@@ -47,9 +47,9 @@ class FrameFitter:
         return _solved(seen, found[0], True, request)
 
     def again(self, frame: Frame, request: FitRequest) -> Iterator[PrimitiveFit]:
-        """Fits of what `request` starts from in a later frame, to be asked for until one will do.
+        """Candidate fits in a later frame, starting from `request`; iterate until one is acceptable.
 
-        From where it was; then from guesses in the same piece, for what has moved farther than a start reaches.
+        First from the previous pose; then from guesses in the same piece, for larger motion.
         """
         seen, given = self._seen(frame, None)
         assert request.size is not None
@@ -62,7 +62,9 @@ class FrameFitter:
             return
         near = mask_near(seen, request.kinds[0], request.size, request.pose)
         if near is None:
-            raise ValueError("nothing stands within its own size of where it was in the frame before")
+            raise ValueError(
+                "there is nothing within the object's size of its location in the previous frame"
+            )
         yield _solved(seen, near[0], True, request)
         yield _solved(seen, near[1], True, fresh)
 
@@ -80,7 +82,7 @@ def _solved(
     if count < request.min_points():
         off = "" if seen.plane is None else " off the table"
         raise ValueError(
-            f"mask: expected at least {request.min_points()} readings{off} within it, as many as there are unknowns, "
+            f"mask: expected at least {request.min_points()} depth measurements{off} in it (the number of unknowns), "
             f"got {count}"
         )
     return solve(seen.view(labels), request)

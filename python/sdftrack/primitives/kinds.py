@@ -18,13 +18,14 @@ class Kind:
     ----------
     name : str
     sizes : tuple of str
-        Names of its lengths, m; the order of the columns of a covariance.
+        Names of its lengths, m; in the order of the covariance's columns.
     size_axes : tuple of int
-        For each length the axis of the object's frame along which its middle is in doubt where the length is.
+        For each length, the axis of the object frame along which the centre is uncertain if the length is.
     extent : tuple of (int, float)
-        For x, y and z the number of the length that runs along it (-1: none), and how much of it lies on either side.
+        For x, y and z, the index of the length along it (-1: none), and the fraction of it on either side.
     unknowns : int
-        Those that a view can determine: a ball has no direction, a round body no turn about its axis.
+        Number of unknowns that a view can determine: a ball has no orientation, a round body no rotation about its
+        axis.
     has_inside : bool
         Whether it has a distance volume.
     """
@@ -38,11 +39,11 @@ class Kind:
 
     @property
     def member(self) -> _core.PrimitiveKind:
-        """In the core."""
+        """The member in the core."""
         return _core.PrimitiveKind.__members__[self.name]
 
     def half_extent(self, lengths: list[float]) -> list[float]:
-        """From the middle to the farthest point along x, y and z, m."""
+        """Distance from the centre to the farthest point along x, y and z, m."""
         return [lengths[i] * half if i >= 0 else 0.0 for i, half in self.extent]
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One size from many frames."""
+"""Size estimation from several frames."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ FLOOR_M = 2e-4  # of the spread between frames: a length that is seen as well as
 
 
 class SizeSum:
-    """Sizes (n,), m, summed by their information (thesis Eq. 3.23), one after another."""
+    """Recursive information-weighted mean of sizes (n,), m (thesis Eq. 3.23)."""
 
     def __init__(self, n: int) -> None:
         self._information, self._weighted = np.zeros((n, n)), np.zeros(n)
         self._largest = np.zeros(n)
 
     def add(self, size: NDArray[np.float64], covariance: NDArray[np.float64]) -> None:
-        """One more, with its covariance (n, n), m^2; a length with an infinite variance has no say."""
+        """Add a size with its covariance (n, n), m^2; lengths with infinite variance are ignored."""
         self._largest = np.maximum(self._largest, size)
         held = np.flatnonzero(np.isfinite(np.diag(covariance)))
         if not len(held):
@@ -46,7 +46,7 @@ class SizeSum:
         self._weighted[held] += own @ size[held]
 
     def mean(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Size and covariance; a length that none bounded is the largest of all, for each is the least that holds."""
+        """Size and covariance; a length never bounded is the maximum of all, because each is a lower bound."""
         n = len(self._weighted)
         known = np.flatnonzero(np.diag(self._information) > 0)
         out, covariance = self._largest.copy(), np.zeros((n, n))
@@ -59,7 +59,7 @@ class SizeSum:
 
 
 def _inverse(a: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of a symmetric matrix that may be 0 in some direction: exact readings have no variance."""
+    """Inverse of a symmetric matrix that may be singular: exact measurements have no variance."""
     values, vectors = np.linalg.eigh(a)
     safe = np.maximum(values, max(MIN_M2, MIN_SHARE * float(values[-1])))
     out: NDArray[np.float64] = (vectors / safe) @ vectors.T
@@ -81,7 +81,7 @@ def fuse_sizes(
 
 
 def fused(frames: Iterable[Any], request: FitRequest, mask: Any, fitter: FrameFitter) -> PrimitiveFit:
-    """Each frame from the last one that could be fitted, then one size for all, and the last such frame's pose."""
+    """Fit each frame starting from the last fitted one; returns one size for all, and the pose in the last one."""
     fits: dict[int, PrimitiveFit] = {}
     skipped: dict[int, str] = {}
     lost: PrimitiveFit | None = None
@@ -114,7 +114,7 @@ def fused(frames: Iterable[Any], request: FitRequest, mask: Any, fitter: FrameFi
 def _follow(
     frame: Frame, request: FitRequest, fitter: FrameFitter, fits: dict[int, PrimitiveFit]
 ) -> PrimitiveFit:
-    """The object of `fits` in one more frame; ValueError where what is found there is not it."""
+    """Fit the object of `fits` in one more frame; ValueError if another object is found."""
     known = list(fits.values())
     now = copy.copy(request)
     now.kinds = (known[0].kind,)
@@ -129,17 +129,17 @@ def _follow(
 
 
 def _another(found: PrimitiveFit, known: list[PrimitiveFit]) -> str:
-    """Why a fit is not one of the object that is known; "" where it may be."""
+    """Reason why a fit is not of the known object; "" if it may be."""
     least = min(MIN_INLIERS, MIN_SHARE_OF_FIRST * known[0].inliers)
     if found.inliers < least:
-        return f"only {100 * found.inliers:.0f} % of the readings are on its surface"
+        return f"only {100 * found.inliers:.0f} % of the depth measurements are on its surface"
     middle = np.median(_sizes(known), axis=0)
     bounded = [any(f.bounded[name] for f in known) for name in found.size]
     for at, (name, length) in enumerate(found.size.items()):
         ratio = abs(np.log(length / middle[at]))
         if found.bounded[name] and bounded[at] and ratio > np.log(MAX_RATIO):
             return (
-                f"another thing: a {name} of {1e3 * length:.1f} mm where the frames before have "
+                f"another object: a {name} of {1e3 * length:.1f} mm where the previous frames have "
                 f"{1e3 * middle[at]:.1f} mm"
             )
     return ""
@@ -160,7 +160,7 @@ def _sizes(fits: list[PrimitiveFit]) -> NDArray[np.float64]:
 
 
 def _odd_ones(fits: dict[int, PrimitiveFit]) -> dict[int, str]:
-    """Those whose size is far from the median's, by their own deviation and the others' spread, and why."""
+    """Fits whose size is far from the median, relative to their deviation and the spread, with the reason."""
     sizes = _sizes(list(fits.values()))
     middle = np.median(sizes, axis=0)
     spread = 1.4826 * np.median(np.abs(sizes - middle), axis=0) + FLOOR_M

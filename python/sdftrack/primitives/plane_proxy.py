@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What stands in for a plane patch where a volume is needed: a plate that hides behind it."""
+"""Proxy volume for a plane patch: a plate hidden behind it."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from sdftrack.sdf.grid import MAX_VOXELS, grid_round
 __all__ = ["plate_of"]
 
 TAN_HIDDEN = math.sqrt(3)  # of 60 degrees: views within that see no side of the plate
-DEPTH = 0.8  # of the depth at which its sides would meet: the farther its back, the fewer readings are drawn to it
+DEPTH = 0.8  # of the depth at which its sides would meet: the farther its back, the fewer measurements are drawn to it
 MIN_VOXELS = 5  # along the depth, else the volume has no inside to speak of
 
 
 def plate_of(width: float, height: float, voxels: int) -> SDF:
-    """A frustum (m) whose front is the rectangle at z = 0, with so many voxels along its longest side or more."""
+    """A frustum (m) whose front is the rectangle at z = 0, with at least this many voxels along its longest side."""
     depth = DEPTH * min(width, height) / (2 * TAN_HIDDEN)
     vertices, faces = _frustum(width, height, depth, depth * TAN_HIDDEN)
     voxels = max(voxels, min(MAX_VOXELS, math.ceil(MIN_VOXELS * max(width, height) / depth)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a fit of a primitive found."""
+"""Result of fitting a primitive."""
 
 from __future__ import annotations
 
@@ -22,40 +22,41 @@ __all__ = ["PrimitiveFit", "volume_of"]
 
 @dataclass(frozen=True, eq=False)
 class PrimitiveFit(Compared):
-    """A primitive's pose and size, and how well they are known.
+    """A primitive's pose and size, and their uncertainty.
 
     Attributes
     ----------
     kind : {"sphere", "cylinder", "cone", "box", "ellipsoid", "plane"}
     T_cam_obj : (4, 4) float64
-        Object to camera (of points: to the frame that they are in), m. Origin at the middle, axis along z, a cone's
-        apex at +z, a patch's normal along z and towards the camera.
+        Maps object to camera (for points: to their frame), m. Origin at the centre, axis along z, a cone's apex at +z,
+        a patch's normal along z and towards the camera.
     size : dict of str to float
         Lengths, m: ``radius`` of a sphere; ``radius`` and ``height`` of a cylinder or cone; the full edges ``x``,
         ``y``, ``z`` of a box; the radii ``rx``, ``ry``, ``rz`` of an ellipsoid; ``width`` (along x) and
         ``height`` (along y) of a plane patch, in either order.
     covariance : (6 + n, 6 + n) float64
         First the pose, (x, y, z, rx, ry, rz) in m and rad about the origin in camera axes as in `TrackResult`, then
-        the n lengths in the order of `size`, m. A length that nothing bounds has an infinite variance, and the value
-        is then the least that holds what was seen; turns that do not show have (pi rad)^2.
+        the n lengths in the order of `size`, m. A length that is not bounded has infinite variance, and its value is a
+        lower bound given by the observation; unobservable rotations have (pi rad)^2.
     rms : float
-        m, of the readings that lie on the surface to 3 mm (more beyond 1 m: depth noise grows with the square).
+        RMS distance (m) of the measurements within 3 mm of the surface (more beyond 1 m: depth noise grows with the
+        square).
     inliers : float
-        Their share.
+        Fraction of those measurements.
     status : Status
-        ``"ok"``; ``"weak"``: a length is not bounded, or less than 60 % of the readings are on the surface;
+        ``"ok"``; ``"weak"``: a length is not bounded, or less than 60 % of the measurements are on the surface;
         ``"lost"``: less than 20 %.
     reason : str
-        Of a status other than ``"ok"``.
+        Reason for a status other than ``"ok"``.
     scores : dict of str to float
-        Of each kind that was tried, 0..1, the best one first: how likely it is among them (by a Bayesian information
-        criterion) times the share of readings on its surface and, of a frame, the share of the pixels beside the edge
-        of its picture that it explains to a pixel. Two kinds that a view does not tell apart have scores that are
-        alike. Of a single kind the shares alone.
+        Score of each kind that was tested, 0..1, best first: its probability among them (by a Bayesian information
+        criterion) times the fraction of measurements on its surface and, for a frame, the fraction of silhouette pixels
+        explained to within a pixel. Two kinds that a view does not distinguish have similar scores. For a single kind,
+        only the fractions.
     per_frame : tuple of PrimitiveFit
-        Of several frames, what each one gave that has a say in the size; else empty.
+        For several frames, the fits that contribute to the size; else empty.
     skipped : dict of int to str
-        Of several frames, those left out and why, by their place among the frames from 0 on.
+        For several frames, the excluded ones and the reasons, by frame index from 0.
     """
 
     kind: str
@@ -72,7 +73,7 @@ class PrimitiveFit(Compared):
 
     @cached_property
     def sdf(self) -> SDF:
-        """Its distance volume (100 voxels along the longest side), to track it with.
+        """Distance volume (100 voxels along the longest side) for tracking.
 
         ValueError for a plane patch, which has no inside: see `plate`.
         """
@@ -84,19 +85,19 @@ class PrimitiveFit(Compared):
         return volume_of(self.kind, self.size)
 
     def plate(self, voxels: int = 100) -> SDF:
-        """The distance volume of a plate whose front is this plane patch, in the same frame, to track it with.
+        """Distance volume of a plate whose front is this plane patch, in the same frame, for tracking.
 
-        Its sides slope inwards, so that it hides behind the patch from every view within 60 degrees of the normal.
+        Its sides slope inwards, so that it is hidden behind the patch in every view within 60 degrees of the normal.
 
         Parameters
         ----------
         voxels : int
-            Along the longest side.
+            Number of voxels along the longest side.
 
         Raises
         ------
         ValueError
-            A fit of another kind.
+            The fit is of another kind.
 
         >>> tracker = st.Tracker(fit.plate(), camera)  # doctest: +SKIP
         """
@@ -105,7 +106,7 @@ class PrimitiveFit(Compared):
         return volume_of(self.kind, self.size, voxels)
 
     def to_mesh(self) -> Mesh:
-        """Its surface, own frame, m: of a solid by marching cubes in `sdf`, of a plane patch two triangles."""
+        """Surface mesh, object frame, m: by marching cubes of `sdf` for a solid, two triangles for a plane patch."""
         if TABLE[self.kind].has_inside:
             return self.sdf.to_mesh()
         x, y = self.size["width"] / 2, self.size["height"] / 2
@@ -113,7 +114,7 @@ class PrimitiveFit(Compared):
 
     @property
     def bounded(self) -> dict[str, bool]:
-        """Which lengths the readings bound."""
+        """Which lengths are bounded by the measurements."""
         return dict(zip(self.size, np.isfinite(np.diag(self.covariance)[6:]).tolist(), strict=True))
 
     @property
@@ -130,7 +131,7 @@ class PrimitiveFit(Compared):
         return f"PrimitiveFit({self.kind}: {lengths}; rms {1e3 * self.rms:.1f} mm, {self.status.value})"
 
     def to_dict(self) -> dict[str, object]:
-        """For JSON: lists and numbers, None in place of what is not finite."""
+        """Convert to lists and numbers for JSON; None for non-finite values."""
         finite = [[float(v) if np.isfinite(v) else None for v in row] for row in self.covariance]
         return {
             "kind": self.kind,
@@ -148,7 +149,7 @@ class PrimitiveFit(Compared):
 
 
 def volume_of(kind: str, size: dict[str, float], voxels: int = 100) -> SDF:
-    """The distance volume of a solid of these lengths (m); of a plane patch that of a plate behind it."""
+    """Distance volume of a solid with these lengths (m); for a plane patch that of a plate behind it."""
     known = TABLE[kind]
     lengths = [size[name] for name in known.sizes]
     if not known.has_inside:

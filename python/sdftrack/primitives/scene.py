@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Every primitive on a table, one after another."""
+"""Sequential fitting of all primitives on a table."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from sdftrack.results import Status
 
 __all__ = ["fit_primitives"]
 
-CLAIM_M = 0.008  # readings so near a fitted surface, at up to 1 m, are that object's
+CLAIM_M = 0.008  # measurements so near a fitted surface, at up to 1 m, are that object's
 MIN_READINGS = 150
 
 
@@ -42,7 +42,7 @@ def fit_primitives(
     plane: Any = "auto",
     threads: int = 0,
 ) -> list[PrimitiveFit]:
-    """Fit one primitive after another: each takes the readings on its surface, the next ones are fitted to the rest.
+    """Fit primitives sequentially: each removes the measurements on its surface, the next is fitted to the rest.
 
     Parameters
     ----------
@@ -51,19 +51,19 @@ def fit_primitives(
     kind, camera, seed, scaling, plane, threads
         As in `fit_primitive`.
     mask : (H, W) bool or uint8, optional
-        Where to look; None: everywhere off the table.
+        Search region; None: everything above the table.
     most : int
-        Objects at most.
+        Maximum number of objects.
 
     Returns
     -------
     list of PrimitiveFit
-        The largest piece's first. What no primitive explains (status ``"lost"``) is left out.
+        In order of decreasing piece size. Pieces that no primitive explains (status ``"lost"``) are omitted.
 
     >>> for fit in st.fit_primitives(frame, camera=camera): print(fit)  # doctest: +SKIP
     """
     request = FitRequest(kind, None, seed, scaling, threads)
-    most = whole(most, "most", 1, what="a number of objects from 1 on")
+    most = whole(most, "most", 1, what="a number of objects, at least 1")
     of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
     pinhole = camera_of(frame, camera)
     given = checked_mask(mask, frame) if mask is not None else None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which readings of a depth image are the object's, and which table it stands on."""
+"""Segmentation of the object in a depth image, and detection of its supporting plane."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ __all__ = [
 
 OFF, ON, UNKNOWN = 0, 1, 2  # the core's labels
 TABLE_M = (
-    0.008  # half the thickness of a table in readings at up to 1 m; it grows with the square of the depth
+    0.008  # half the thickness of a table in measurements at up to 1 m; it grows with the square of the depth
 )
-SURE_TABLE_M = 0.003  # a reading above this may be the object's foot
-BAND = 0.5  # of TABLE_M, above and below: where a reading's neighbours say whether it is the table's
+SURE_TABLE_M = 0.003  # a measurement above this may be the object's foot
+BAND = 0.5  # of TABLE_M, above and below: where a measurement's neighbours say whether it is the table's
 BAND_PX = 5  # width of the window of these neighbours
 FOOT_M = 0.03  # an object seen as far down as this stands on the table
 STEP_M = 0.02  # a step in depth, at up to 1 m, that parts two things
-MIN_PIECE = 60  # readings
+MIN_PIECE = 60  # measurements
 CRUMB_PX = 7  # width of the window about a piece in which a smaller one is part of it
 OWN_FACE = 0.5  # a plane that holds so much of the masked object is its own face
 
@@ -45,7 +45,7 @@ Plane = tuple[NDArray[np.float64], float]
 
 @dataclass(frozen=True)
 class SegmentedFrame:
-    """A frame, its camera, the points of its pixels, and the table if there is one."""
+    """A frame, its camera, the points of its pixels, and the table, if any."""
 
     frame: Frame
     camera: Camera
@@ -55,7 +55,7 @@ class SegmentedFrame:
 
     @classmethod
     def of(cls, frame: Frame, camera: Camera, plane: Any, mask: NDArray[np.bool_] | None) -> SegmentedFrame:
-        """`plane`: "auto" searches it, None: none, or (n, d)."""
+        """`plane`: "auto" to search, None: none, or (n, d)."""
         assert frame.depth is not None
         points = camera.back_project(frame.depth).astype(np.float64)
         found = table_under(frame.depth, camera, points, mask) if isinstance(plane, str) else plane
@@ -63,20 +63,20 @@ class SegmentedFrame:
 
     @property
     def growth(self) -> NDArray[np.float64]:
-        """How much more than at 1 m a reading is in doubt."""
+        """Noise of each measurement relative to that at 1 m."""
         return np.maximum(1.0, self.depth.astype(np.float64) ** 2)
 
     def heights(self) -> NDArray[np.float64]:
-        """Of every reading above the table, m; inf without a table."""
+        """Height of every measurement above the table, m; inf without a table."""
         if self.plane is None:
             return np.full(self.depth.shape, np.inf)
         return self.points @ self.plane[0] + self.plane[1]
 
     def low(self) -> NDArray[np.bool_]:
-        """Which readings are the table's, or may be.
+        """Measurements that are, or may be, on the table.
 
-        Near the threshold the mean of the neighbours decides. If each reading decided for itself, those that noise
-        lifts would be kept and those that it lowers dropped: the foot would bulge by millimetres.
+        Near the threshold the mean of the neighbours decides. With a per-pixel decision, measurements raised by noise
+        would be kept and lowered ones dropped, so that the foot would bulge by millimetres.
         """
         import cv2
 
@@ -91,7 +91,7 @@ class SegmentedFrame:
         return low
 
     def labels(self, mask: NDArray[np.bool_], own_foot: bool) -> NDArray[np.uint8]:
-        """What each pixel says of the object in `mask`. `own_foot`: low readings beside it may be its own."""
+        """Label of each pixel for the object in `mask`. `own_foot`: adjacent low measurements may belong to it."""
         height, growth = self.heights(), self.growth
         valid = self.depth > 0
         low = self.low()
@@ -104,7 +104,7 @@ class SegmentedFrame:
         return labels
 
     def view(self, labels: NDArray[np.uint8]) -> Any:
-        """The core's view of what is labelled as on the object."""
+        """The core's view of the pixels labelled as object."""
         view = _core.PrimitiveView.of_image(self.depth, labels, self.camera._core)
         if self.plane is not None:
             on = labels == ON
@@ -123,7 +123,7 @@ def camera_of(frame: Frame, camera: Camera | RGBDCamera | None) -> Camera:
         )
     pinhole = depth_camera(camera if camera is not None else frame.camera)  # type: ignore[arg-type]
     if frame.depth is None:
-        why = frame.error or "it has colour alone"
+        why = frame.error or "it has only colour"
         raise ValueError(f"frame: expected a depth image, got none ({why})")
     if frame.depth.shape != pinhole.shape:
         raise ValueError(
@@ -146,7 +146,7 @@ def checked_mask(mask: ArrayLike | None, frame: Frame) -> NDArray[np.bool_] | No
     out: NDArray[np.bool_] = given != 0
     if not (out & (frame.depth > 0)).any():
         raise ValueError(
-            f"mask: expected some depth readings within it, got none ({np.count_nonzero(out)} pixels are set)"
+            f"mask: expected some depth measurements within it, got none ({np.count_nonzero(out)} pixels are set)"
         )
     return out
 
@@ -186,7 +186,7 @@ def table_under(
 
 
 def pieces(seen: SegmentedFrame, mask: NDArray[np.bool_] | None = None) -> list[NDArray[np.bool_]]:
-    """What hangs together above the table, parted at steps in depth; the largest first."""
+    """Connected pieces above the table, separated at depth discontinuities; the largest first."""
     import cv2
 
     depth, growth = seen.depth, seen.growth
@@ -216,9 +216,9 @@ def _with_rim(
     crumbs: NDArray[np.bool_],
     step_m: NDArray[np.float64],
 ) -> NDArray[np.bool_]:
-    """With the pixels at its steps that lie no farther than itself, for a step belongs to the nearer side.
+    """Add the pixels at its depth edges that are not farther away, because an edge belongs to the nearer side.
 
-    And with `crumbs` beside it at its depth: the tip of a cone is thinner than a pixel and hangs together with nothing.
+    Also adds adjacent `crumbs` at its depth: the tip of a cone is thinner than a pixel and thus not connected.
     """
     import cv2
 

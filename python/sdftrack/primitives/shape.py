@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A shape for the tracker whose size is not known yet: found at the start, made better while it is followed."""
+"""A shape of unknown size for the tracker: estimated at the start, refined during tracking."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ EVERY = 5  # frames between two looks at the size
 class Primitive:
     """A primitive of unknown size among the shapes of a `Tracker`.
 
-    At ``start`` it is fitted in the object's mask or box, or to the largest piece off the table; then its distance
-    volume is tracked. Its size is estimated anew every few frames, averaged by information (thesis Eq. 3.23), and the
-    volume replaced when it has changed by more than a voxel.
+    At ``start`` it is fitted within the object's mask or box, or to the largest piece on the table; then its distance
+    volume is tracked. Its size is re-estimated every few frames, averaged by information (thesis Eq. 3.23), and the
+    volume is replaced if it changes by more than a voxel.
 
     Parameters
     ----------
     kind : {"auto", "sphere", "cylinder", "cone", "box", "ellipsoid", "plane"}
-        A plane patch has no inside that could be tracked: a plate hidden behind it stands in (`PrimitiveFit.plate`).
+        A plane patch has no inside, so a plate hidden behind it is tracked instead (`PrimitiveFit.plate`).
     voxels : int
-        Along the longest side of the volume.
+        Number of voxels along the longest side of the volume.
     seed : int
         As in `fit_primitive`.
 
@@ -70,7 +70,7 @@ class Primitive:
         return _primitive, (self.kind, self.voxels, self.seed)
 
     def placeholder(self) -> SDF:
-        """What the tracker holds until the start."""
+        """Placeholder shape before the start."""
         return SDF.sphere(PLACEHOLDER_M, voxels=24)
 
 
@@ -79,12 +79,12 @@ def _primitive(kind: str, voxels: int, seed: int) -> Primitive:
 
 
 class FreeSize:
-    """What is known so far of one tracked primitive.
+    """Current size estimate of one tracked primitive.
 
     Attributes
     ----------
     fit : PrimitiveFit or None
-        The first fit with the sizes as they are now; None before a start that found something.
+        The first fit with the current sizes; None until it is found.
     """
 
     def __init__(self, primitive: Primitive) -> None:
@@ -119,7 +119,7 @@ class FreeSize:
         return fit
 
     def look(self, frame: Frame, camera: Camera, T_cam_obj: NDArray[np.float64], threads: int) -> SDF | None:
-        """Estimate the size again at a tracked pose; a new volume where it has changed by more than a voxel."""
+        """Re-estimate the size at a tracked pose; returns a new volume if it changed by more than a voxel."""
         self._frames += 1
         if self.fit is None or frame.depth is None or self._frames % EVERY:
             return None
@@ -139,14 +139,14 @@ class FreeSize:
         return self.volume()
 
     def volume(self) -> SDF:
-        """Of the size as it is now."""
+        """Volume of the current size."""
         assert self.fit is not None
         out = volume_of(self.fit.kind, self.fit.size, self.primitive.voxels)
         self._shown, self._voxel_m = np.array(list(self.fit.size.values())), out.voxel_size
         return out
 
     def _plausible(self, fit: PrimitiveFit) -> bool:
-        """Somebody's hand over the object makes it smaller or larger: half as large again is no measurement."""
+        """Reject implausible sizes: a hand over the object makes it appear smaller or larger."""
         assert self.fit is not None
         bounded = np.array(list(self.fit.bounded.values()))
         ratio = np.array(list(fit.size.values())) / np.array(list(self.fit.size.values()))
@@ -179,7 +179,7 @@ def _mask_of(place: Any, shape: tuple[int, int]) -> NDArray[np.bool_] | None:
 
 
 def _at(found: list[NDArray[np.bool_]], place: Any, camera: Camera) -> list[NDArray[np.bool_]]:
-    """Of a pose, the pieces that its origin is seen in."""
+    """For a pose, the pieces that contain the projection of its origin."""
     if np.shape(place) != (4, 4):
         return found
     x, y = (round(float(v)) for v in camera.project(np.asarray(place)[None, :3, 3])[0])

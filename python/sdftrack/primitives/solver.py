@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From what is seen to a fit: the core called, its answer told in lengths, variances and scores."""
+"""Calls the core's solver and converts its result to lengths, variances and scores."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ __all__ = ["FitRequest", "solve", "unbounded"]
 WEAK_INLIERS, LOST_INLIERS = 0.6, 0.2
 ENDLESS_M = 100.0  # of a length that was found: nothing before a depth camera is as long
 MIN_M, MAX_M = 1e-7, 1e6  # of a start's lengths: beyond them nothing is left of a float's digits
-UNTOLD = 2  # readings more than unknowns, up to which their spread tells no variance (the core's kUntold)
+UNTOLD = 2  # measurements more than unknowns, up to which their spread tells no variance (the core's kUntold)
 
 
 class FitRequest:
-    """What is to be fitted and how, checked once."""
+    """A validated request for a fit."""
 
     def __init__(self, kind: str, initial: Any, seed: int, scaling: str, threads: int) -> None:
         for name, value in (("kind", kind), ("scaling", scaling)):
@@ -70,22 +70,22 @@ class FitRequest:
 
     @property
     def flat(self) -> bool:
-        """Whether points that all lie in one plane will do."""
+        """Whether coplanar points are sufficient."""
         return self.kinds == ("plane",)
 
     def min_points(self) -> int:
-        """As many as there are unknowns."""
+        """Minimum number of points: the number of unknowns."""
         return min(FREE[kind] for kind in self.kinds)
 
 
 def solve(view: Any, request: FitRequest) -> PrimitiveFit:
-    """The best of the kinds wished for."""
+    """Fit the best of the requested kinds."""
     of_kind(request, FitRequest, "request")
     points = len(view.points)
     kinds = [k for k in request.kinds if points >= FREE[k]]
     if not kinds:
         raise ValueError(
-            f"points: expected at least {request.min_points()} readings of a "
+            f"points: expected at least {request.min_points()} points of a "
             f"{' or '.join(request.kinds)}, got {points}"
         )
     answers = view.fit(
@@ -94,8 +94,8 @@ def solve(view: Any, request: FitRequest) -> PrimitiveFit:
     found = {k: a for k, a in zip(kinds, answers, strict=True) if a is not None}
     if not found:
         raise ValueError(
-            f"points: no {' or '.join(kinds)} could be started from {points} readings; they may lie in one line, or in "
-            "one plane: give more of them, farther apart, or a start (initial=)"
+            f"points: no {' or '.join(kinds)} could be initialised from {points} points; they may lie on a line, or in "
+            "a plane: give more points, farther apart, or an initial value (initial=)"
         )
     scores = _scores(found)
     best = next(iter(scores))
@@ -103,8 +103,8 @@ def solve(view: Any, request: FitRequest) -> PrimitiveFit:
 
 
 def unbounded(names: list[str]) -> str:
-    """The reason of a fit whose only fault is that these lengths are not bounded."""
-    return f"nothing that is seen bounds {' and '.join(names)}: the value is the least that holds it"
+    """The reason for a fit in which only these lengths are not bounded."""
+    return f"the observation does not bound {' and '.join(names)}: the value is a lower bound"
 
 
 def _scores(found: dict[str, dict[str, Any]]) -> dict[str, float]:
@@ -139,18 +139,22 @@ def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> Prim
     inliers = float(answer["inliers"])
     if endless:
         status = Status.LOST
-        reason = (
-            f"{' and '.join(endless)} grew without end: what is seen is next to flat; is it of this kind?"
-        )
+        reason = f"{' and '.join(endless)} diverged: the observed surface is nearly flat; is it of this kind?"
     elif inliers < LOST_INLIERS:
-        status, reason = Status.LOST, f"only {100 * inliers:.0f} % of the readings are on its surface"
+        status, reason = (
+            Status.LOST,
+            f"only {100 * inliers:.0f} % of the depth measurements are on its surface",
+        )
     elif inliers < WEAK_INLIERS:
-        status, reason = Status.WEAK, f"only {100 * inliers:.0f} % of the readings are on its surface"
+        status, reason = (
+            Status.WEAK,
+            f"only {100 * inliers:.0f} % of the depth measurements are on its surface",
+        )
     elif answer["freedom"] <= UNTOLD:
         status = Status.WEAK
         reason = (
-            f"{FREE[kind] + answer['freedom']} readings are too few to tell the noise from the {FREE[kind]} unknowns "
-            f"of a {kind}: nothing says how wrong its lengths are"
+            f"{FREE[kind] + answer['freedom']} measurements are too few to separate noise from the {FREE[kind]} "
+            f"unknowns of a {kind}: the errors of its lengths are unknown"
         )
     elif loose:
         status = Status.WEAK

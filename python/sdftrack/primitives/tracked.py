@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a `Tracker` does about shapes of unknown size: a volume in their place, and a better one now and then."""
+"""Handling of shapes of unknown size in a `Tracker`: placeholder volumes, and updates of the size."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class FreeSizes:
     Attributes
     ----------
     shapes : Any
-        What the tracker was given, with a volume in the place of every primitive.
+        The tracker's shapes, with a volume in place of every primitive.
     """
 
     def __init__(self, shapes: Any) -> None:
@@ -41,32 +41,32 @@ class FreeSizes:
         return len(self._free)
 
     def shapes_unknown(self, k: int) -> bool:
-        """Whether the size of shape k is not known beforehand."""
+        """Whether the size of shape k is not known in advance."""
         return k in self._free
 
     def fits(self, count: int) -> list[PrimitiveFit | None]:
-        """What is known of each of the `count` shapes."""
+        """Current estimates for each of the `count` shapes."""
         return [self._free[k].fit if k in self._free else None for k in range(count)]
 
     def add(self, k: int, shape: Any, place: Any) -> Any:
-        """One more shape, in `place` in the next frame; what the core is to be given."""
+        """Add a shape, located at `place` in the next frame; returns the shape for the core."""
         if not isinstance(shape, Primitive):
             return shape
         self._free[k], self._missing[k] = FreeSize(shape), place
         return shape.placeholder()
 
     def remove(self, k: int) -> None:
-        """Object k is gone; those behind it move up."""
+        """Remove object k; later indices decrease by one."""
         self._free = {j - (j > k): free for j, free in self._free.items() if j != k}
         self._missing = {j - (j > k): place for j, place in self._missing.items() if j != k}
 
     def look_at(self, k: int, place: Any) -> None:
-        """Where the next frame shows object k, if it was not found yet."""
+        """Set the location of object k in the next frame, if it was not found yet."""
         if k in self._missing:
             self._missing[k] = place
 
     def start(self, tracker: TrackerInterface, frame: Frame, camera: Camera, places: list[Any]) -> None:
-        """Fit each in its place, which becomes its pose."""
+        """Fit each primitive at its location, which yields its pose."""
         self._missing = {k: places[k] for k in self._free}
         found = self._found(frame, camera, tracker.threads, dict(self._missing))
         self.mark_unfound(tracker)
@@ -80,7 +80,7 @@ class FreeSizes:
     def find(
         self, tracker: TrackerInterface, frame: Frame, camera: Camera, anywhere: bool
     ) -> dict[int, NDArray[np.float64]]:
-        """Poses of those not found before this frame; `anywhere`: also of those without a place."""
+        """Poses of primitives not found before this frame; `anywhere`: also of those without a location."""
         places = {k: place for k, place in self._missing.items() if anywhere or place is not None}
         found = self._found(frame, camera, tracker.threads, places)
         self.mark_unfound(tracker)
@@ -94,7 +94,7 @@ class FreeSizes:
     def _found(
         self, frame: Frame, camera: Camera, threads: int, places: dict[int, Any]
     ) -> dict[int, PrimitiveFit]:
-        """Fits of those that are there, missing no longer; the places of others were this frame's alone."""
+        """Fits of primitives that were found now; the locations of the others applied only to this frame."""
         found: dict[int, PrimitiveFit] = {}
         if frame.depth is None:
             return found
@@ -108,13 +108,13 @@ class FreeSizes:
         return found
 
     def mark_unfound(self, tracker: TrackerInterface) -> None:
-        """Of those not found yet the tracker follows a placeholder, which it reports as lost."""
+        """The tracker tracks a placeholder for primitives not found yet; it is reported as lost."""
         for k, free in self._free.items():
             kind = free.primitive.kind.replace("auto", "primitive")
             tracker.mark_unfound(k, kind if free.fit is None else "")
 
     def look(self, tracker: TrackerInterface, frame: Frame, camera: Camera, result: TrackResult) -> None:
-        """After a frame: sizes again, and new volumes where they have changed by more than a voxel."""
+        """Update after a frame: re-estimate sizes, and replace volumes that changed by more than a voxel."""
         shapes, before = tracker.shapes, tracker.shapes
         for k, free in self._free.items():
             if result.status[k] is not Status.OK:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Other poses that a frame leaves possible for a shape of which a part is only guessed.
+"""Alternative poses that are consistent with a frame, for a shape that is only partly observed.
 
-A search compares how well poses explain a view, and prefers those that put it on surface that was seen. A can that was
-seen from one side has its other end as a guess: standing on its head it looks as before, and the search finds it not
-turned. What decides is therefore not which pose fits best but which of them the frames refute.
+A search ranks poses by how well they explain a view, and prefers those that match previously observed surface. If a can
+was observed from one side, its other end is a guess: upside down it looks the same, and the search finds the upright
+pose. The decision is therefore not which pose fits best, but which poses are refuted by the frames.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from sdftrack.sdf import SDF
 __all__ = ["another_pose", "turns"]
 
 STEP_RAD = np.radians(30.0)
-TRIED = 12  # of the turns, those that explain the readings best
+TRIED = 12  # of the turns, those that explain the measurements best
 APART_RAD = np.radians(12.0)  # nearer than that to the pose found it is the same one
 READINGS = 600
-FAR_M = 0.01  # a reading farther from the surface is not explained at all
-POSSIBLE_M = 0.004  # mean distance of readings, at most; a guess may be off by so much
+FAR_M = 0.01  # a measurement farther from the surface is not explained at all
+POSSIBLE_M = 0.004  # mean distance of measurements, at most; a guess may be off by so much
 
 Pose = NDArray[np.float64]
 Points = NDArray[np.float64]
 
 
 def turns(mesh: Mesh) -> list[Pose]:
-    """Turns (4, 4) of the object frame about a mesh's axes of inertia, by steps of 30 degrees, upright and overhead."""
+    """Rotations (4, 4) of the object frame about a mesh's axes of inertia, every 30 degrees, upright and inverted."""
     corner = mesh.vertices[mesh.faces]
     area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
     middles = corner.mean(axis=1)
@@ -58,20 +58,20 @@ def another_pose(
     settle: Callable[[Pose], Pose],
     refuted: Callable[[Pose], bool],
 ) -> Pose | None:
-    """A pose far from the one found that explains the readings, too, and that nothing refutes; None: there is none.
+    """A pose far from the one found that also explains the measurements and is not refuted; None: there is none.
 
     Parameters
     ----------
     T_cam_obj : (4, 4)
         The pose found.
     mesh, shape
-        Of the object, its guessed parts included.
+        Of the object, including its guessed parts.
     read_cam : (N, 3)
-        The object's readings, camera frame.
+        The object's depth measurements, camera frame.
     settle
-        A pose near the one given that explains the frame best.
+        Function that refines a pose to the best fit nearby.
     refuted
-        Whether the frame speaks against a pose.
+        Function that tells whether the frame contradicts a pose.
     """
     some = read_cam[:: max(1, len(read_cam) // READINGS)]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The arguments of a reconstructor, checked: each error names the argument, what was expected and what came."""
+"""Validation of a reconstructor's arguments: each error states the argument, what was expected and what was given."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ VOXELS = {"quick": 96, "normal": 200, "fine": 300}
 
 
 def voxels_of(voxels: Any) -> Any:
-    """A named number of voxels; anything else as it is."""
+    """Resolve a named number of voxels; other values are returned unchanged."""
     if not isinstance(voxels, str):
         return voxels
     if voxels not in VOXELS:
@@ -32,7 +32,7 @@ def voxels_of(voxels: Any) -> Any:
 
 
 def check_settings(initial: Any, voxels: Any, extent: float | None, device: str, mode: str) -> None:
-    """Of the right kinds and in range."""
+    """Check types and ranges."""
     if initial is not None:
         of_kind(initial, SDF, "initial", "make one with SDF.from_mesh or SDF.sphere")
     if isinstance(voxels, bool) or not isinstance(voxels, (int, np.integer)):
@@ -45,7 +45,7 @@ def check_settings(initial: Any, voxels: Any, extent: float | None, device: str,
     if extent is not None and not 0 < extent < 10:
         raise ValueError(f"extent: expected metres between 0 and 10, got {extent!r}")
     if device != "auto" and resolve_device(device) == "cuda":
-        raise ValueError("device: reconstruction runs on the CPU so far; use device='cpu' or 'auto'")
+        raise ValueError("device: reconstruction runs on the CPU only; use device='cpu' or 'auto'")
     if mode not in ("auto", "depth", "rgbd"):
         raise ValueError(f"mode: expected 'auto', 'depth' or 'rgbd', got {mode!r}")
 
@@ -60,14 +60,14 @@ def check_beginning(
     *,
     known: bool = False,
 ) -> NDArray[np.float32]:
-    """The depth image (m) of a frame to begin with, and one way to know where the object is in it.
+    """Check the first frame and that exactly one hint for the object is given; returns its depth image (m).
 
-    `known`: there is a shape already, whose pose may be given.
+    `known`: a shape already exists, so its pose may be given.
     """
     of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
     if frame.depth is None:
         raise ValueError(
-            f"frame: expected a depth image to begin with, got none ({frame.error or 'colour only'})"
+            f"frame: expected a depth image at the start, got none ({frame.error or 'colour only'})"
         )
     depth = frame.depth
     if depth.shape != (camera.height, camera.width):
@@ -79,14 +79,16 @@ def check_beginning(
     if len(given) != 1:
         raise ValueError(f"expected one of mask, box and pose, got {' and '.join(given) or 'none'}")
     if pose is not None and initial is None and not known:
-        raise ValueError("pose: needs Reconstructor(camera, initial=sdf), whose pose it is; give mask or box")
+        raise ValueError(
+            "pose: requires Reconstructor(camera, initial=sdf), whose pose it is; otherwise give mask or box"
+        )
     return depth
 
 
 def check_extent(extent: float | None, radius_m: float) -> None:
-    """Whether a volume of this side holds an object of this radius, m."""
+    """Check that a volume of this side contains an object of this radius, m."""
     if extent is not None and 2 * radius_m > extent:
         raise ValueError(
             f"extent: the object is about {2 * radius_m:.3g} m wide, the volume {extent:.3g} m; "
-            "give a larger extent, or none"
+            "give a larger extent, or omit it"
         )

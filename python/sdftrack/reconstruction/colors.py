@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The colours of object and background, learnt from kept frames by a tracker that has not seen any."""
+"""Learns the colours of object and background from keyframes, for a tracker without colour models."""
 
 from __future__ import annotations
 
@@ -14,6 +14,6 @@ LAST = 20  # what came before, a tracker that has followed all of them has nearl
 
 
 def learn_colors(tracker: Tracker, keyframes: list[Keyframe], camera: Camera, index: int) -> None:
-    """Show the last of `keyframes` to a tracker that has their shape; where it stands afterwards is to be set anew."""
+    """Let a tracker with their shape learn from the last of `keyframes`; its pose must be set again afterwards."""
     colored = [s for s in keyframes if s.rgb is not None][-LAST:]
     TrackerInterface(tracker).relearn_colors(((s.frame(camera), s.T_cam_obj) for s in colored), index)

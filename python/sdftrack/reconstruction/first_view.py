@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the first frame says of where the object can be: behind its mask, and above the planes that it stands on."""
+"""Bounds on the object from the first frame: within its silhouette cone and above its supporting planes."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ __all__ = ["FirstView", "above", "own_pixels", "planes_below", "room"]
 
 WINDOW_PX = 200  # along the surroundings, that are enough for a plane
 AROUND = 2.5  # times the object's size: the surroundings that planes are looked for in
-ABOVE = 0.9  # of the mask's readings lie above a plane that the object stands on or before
-THIN_M, PER_SD = 0.002, 2.0  # half thickness of a plane: so many sd of its own readings, at least 2 mm
+ABOVE = 0.9  # of the mask's measurements lie above a plane that the object stands on or before
+THIN_M, PER_SD = 0.002, 2.0  # half thickness of a plane: so many sd of its own measurements, at least 2 mm
 ALIKE, CLOSE_M = 0.97, 0.04  # cosine and distance of planes of which the one behind is enough
 MAD_TO_SD = 1.48
-OWN_SHARE = 0.2  # of a mask's readings, that planes leave at least
+OWN_SHARE = 0.2  # of a mask's measurements, that planes leave at least
 NOT_HIDDEN, IN_MARGIN = np.float32(np.inf), np.float32(1e-3)  # m
 
 Mask = NDArray[np.bool_]
@@ -30,13 +30,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class FirstView:
-    """The object's room, in the first camera's frame.
+    """The region that can contain the object, in the first camera's frame.
 
     Attributes
     ----------
     from_m : (H, W) float32
-        The least depth at which the object may be on each pixel's ray: 0 in the mask, 1 mm in the margin about it,
-        infinite where it cannot be.
+        Minimum depth of the object along each pixel's ray: 0 in the mask, 1 mm in the margin around it, infinite where
+        the object cannot be.
     planes : (N, 5) float64
         Normal towards the camera, offset (m) and half thickness (m) of each; the object is above.
     """
@@ -45,30 +45,30 @@ class FirstView:
     planes: Array
 
     def to_core(self, camera: Camera, T_cam_obj: Array, middle: Array, radius_m: float) -> Any:
-        """`middle` (camera frame) and `radius_m`: about where the object is."""
+        """`middle` (camera frame) and `radius_m`: approximate location of the object."""
         return _core.FirstView(camera._core, T_cam_obj, self.from_m, self.planes, middle.tolist(), radius_m)
 
 
 def own_pixels(depth: NDArray[np.float32], on_object: Mask, camera: Camera, planes: Array) -> Mask:
-    """(H, W), the object's pixels without the readings of planes.
+    """(H, W), the object's pixels without those on planes.
 
     Raises
     ------
     ValueError
-        Nearly all of the mask lies on a plane that reaches far beyond it.
+        Nearly all of the mask lies on a plane that extends far beyond it.
     """
     free = on_object & above(depth, camera, planes)
     before, after = (np.count_nonzero(m & (depth > 0)) for m in (on_object, free))
     if after < OWN_SHARE * before:
         raise ValueError(
-            f"mask: expected an object, got a plane that reaches beyond it ({100 - 100 * after / before:.0f} % of its "
-            "readings lie on a table or a wall); give the object's own mask, or planes=False if it is as flat as that"
+            f"mask: expected an object, got a plane that extends beyond it ({100 - 100 * after / before:.0f} % of its "
+            "depth measurements lie on a table or a wall); give the object's mask, or planes=False if it is that flat"
         )
     return free
 
 
 def above(depth: NDArray[np.float32], camera: Camera, planes: Array) -> Mask:
-    """(H, W), the pixels whose readings are higher than all planes are thick, or that have none."""
+    """(H, W), the pixels whose measurement is above all planes (beyond their thickness), or that have none."""
     points = camera.back_project(depth)
     free = np.ones(depth.shape, bool)
     for plane in planes:
@@ -77,9 +77,9 @@ def above(depth: NDArray[np.float32], camera: Camera, planes: Array) -> Mask:
 
 
 def room(depth: NDArray[np.float32], on_object: Mask, outline: Mask, margin_px: int) -> NDArray[np.float32]:
-    """``FirstView.from_m`` by the object's pixels in the first frame and those that it keeps to (a mask, a box).
+    """``FirstView.from_m`` from the object's pixels in the first frame and its outline (a mask, a box).
 
-    Within the outline anywhere; beside it only behind what stands before the object, and may hide it.
+    Within the outline at any depth; outside it only behind a possible occluder.
     """
     import cv2
 
@@ -96,9 +96,9 @@ def room(depth: NDArray[np.float32], on_object: Mask, outline: Mask, margin_px: 
 def planes_below(
     depth: NDArray[np.float32], on_object: Mask, camera: Camera, size_m: float, *, among: bool = False
 ) -> Array:
-    """Planes about the object that reach farther than it does, and that it is above: (N, 5) as in `FirstView`.
+    """Planes around the object that are larger than it, and that it is above: (N, 5) as in `FirstView`.
 
-    `among`: they may show among its pixels, which are a box's.
+    `among`: they may be visible among its pixels, which come from a box.
     """
     read, points = depth > 0, camera.back_project(depth)
     mine = points[on_object & read]
@@ -118,7 +118,7 @@ def planes_below(
 
 
 def _without_doubles(rows: list[Array], middle: Array) -> list[Array]:
-    """A table that a lens bends is found as several planes: of those the object stands highest above the last."""
+    """A table bent by lens distortion is found as several planes: only the one farthest below the object is kept."""
     rows = sorted(rows, key=lambda row: -float(row[:3] @ middle + row[3]))
     kept: list[Array] = []
     for row in rows:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where a reconstruction begins: which pixels are the object's, a ball about them, the volume's extent."""
+"""Initialisation of a reconstruction: the object's pixels, a ball fitted to them, the extent of the volume."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ EXTENT_PER_BALL = (
 MIN_READINGS = 100
 FRONT_QUANTILE = 0.05
 WIDER = 1.1  # than the ball is what may be guessed, where the mask and planes bound it
-CENTRE_BEHIND = 0.6  # radii: readings are the front of the ball, their median lies inside its outline
-JUMPS_M = (0.05, 0.03, 0.02, 0.01)  # of depth between neighbouring readings of one object
+CENTRE_BEHIND = 0.6  # radii: measurements are the front of the ball, their median lies inside its outline
+JUMPS_M = (0.05, 0.03, 0.02, 0.01)  # of depth between neighbouring measurements of one object
 MAX_ON_BORDER = 0.03  # of a box's border pixels
 MIN_NOISE_M = 5e-4
 GUESS_FADES_VOXELS = 4.0  # sigma_G of thesis Eq. 4.34
@@ -51,7 +51,7 @@ class Ball:
 
 @dataclass(frozen=True)
 class Beginning:
-    """What the first frame shows of the object."""
+    """Observation of the object in the first frame."""
 
     T_cam_obj: Array
     on_object: Mask  # (H, W), its pixels
@@ -64,7 +64,7 @@ class Beginning:
 def find_object(
     depth: NDArray[np.float32], place: Any, camera: Camera, initial: SDF | None, options: ReconstructorOptions
 ) -> Beginning:
-    """From a mask, a box, or the pose of the first guess (see `sdftrack.imaging.pose_hint`)."""
+    """Find the object from a mask, a box, or the pose of the initial shape (see `sdftrack.imaging.pose_hint`)."""
     posed = not isinstance(place, tuple) and place.shape == (4, 4)
     if isinstance(place, tuple):
         on_object = mask_of_box(_without_planes(depth, place, camera) if options.planes else depth, place)
@@ -92,7 +92,7 @@ def find_object(
 def _without_planes(
     depth: NDArray[np.float32], box: tuple[int, int, int, int], camera: Camera
 ) -> NDArray[np.float32]:
-    """The depth image, 0 where planes are read that reach beyond the box."""
+    """The depth image, 0 on planes that extend beyond the box."""
     inside = _rectangle(depth.shape, box) & (depth > 0)
     if not inside.any():
         return depth
@@ -102,8 +102,8 @@ def _without_planes(
     free = above(depth, camera, planes)
     if not (free & inside).any():
         raise ValueError(
-            "box: expected an object in it, got nothing but a plane that reaches beyond it (a table, a wall); move the "
-            "box, or give planes=False if the object is as flat as that"
+            "box: expected an object in it, got only a plane that extends beyond it (a table, a wall); move the "
+            "box, or give planes=False if the object is that flat"
         )
     return np.where(free, depth, np.float32(0))
 
@@ -116,7 +116,7 @@ def _rectangle(shape: tuple[int, ...], box: tuple[int, int, int, int]) -> Mask:
 
 
 def _outline(on_object: Mask, place: Any) -> Mask:
-    """The pixels that show all of the object; a box's own pixels hang together, and may be fewer than the object's."""
+    """The pixels that may show the object; the connected region in a box may be smaller than the object."""
     return _rectangle(on_object.shape, place) if isinstance(place, tuple) else on_object
 
 
@@ -128,7 +128,7 @@ def _first_view(
     size_m: float,
     options: ReconstructorOptions,
 ) -> tuple[Mask, FirstView]:
-    """The object's pixels without those of planes, and where it can be."""
+    """The object's pixels without planes, and the region that can contain it."""
     planes = planes_below(depth, on_object, camera, size_m) if options.planes else np.zeros((0, 5))
     own = own_pixels(depth, on_object, camera, planes)
     return own, FirstView(room(depth, own, outline, options.mask_margin_px), planes)
@@ -142,19 +142,19 @@ def inside_points(shape: SDF) -> Array:
 
 
 def ball_of(depth: NDArray[np.float32], mask: Mask, camera: Camera) -> Ball:
-    """Fit a ball to a mask: as wide as its longer side, its front at the readings.
+    """Fit a ball to a mask: its diameter is the longer side, its front touches the measurements.
 
     Raises
     ------
     ValueError
-        Too few readings on the mask, or a mask of nearly the whole image.
+        Too few measurements in the mask, or a mask of nearly the whole image.
     """
     if mask.mean() > 0.8:
         raise ValueError(f"mask: expected the object alone, got {100 * mask.mean():.0f} % of the image")
     ys, xs = np.nonzero(mask & (depth > 0))
     if len(ys) < MIN_READINGS:
         raise ValueError(
-            f"mask: expected at least {MIN_READINGS} depth readings on the object, got {len(ys)}; is it black, "
+            f"mask: expected at least {MIN_READINGS} depth measurements on the object, got {len(ys)}; is it black, "
             "shiny, too small or too near?"
         )
     z = float(np.median(depth[ys, xs]))
@@ -172,14 +172,14 @@ def ball_of(depth: NDArray[np.float32], mask: Mask, camera: Camera) -> Ball:
 
 
 def _shorter_side(xs: NDArray[np.intp], ys: NDArray[np.intp]) -> float:
-    """Of the narrowest rectangle about pixels, px."""
+    """Shorter side of the narrowest rectangle around the pixels, px."""
     import cv2
 
     return float(min(cv2.minAreaRect(np.stack([xs, ys], axis=1).astype(np.float32))[1]))
 
 
 def mask_of_box(depth: NDArray[np.float32], box: tuple[int, int, int, int]) -> Mask:
-    """Readings in a box that hang together with its middle: over the widest jumps that do not lead out of it."""
+    """Measurements in a box connected to its centre, with the largest depth step that does not lead out of the box."""
     x, y, w, h = box
     part = np.ascontiguousarray(depth[y : y + h, x : x + w])
     seed = _middle_reading(part)
@@ -194,13 +194,13 @@ def mask_of_box(depth: NDArray[np.float32], box: tuple[int, int, int, int]) -> M
 
 
 def _middle_reading(part: NDArray[np.float32]) -> tuple[int, int]:
-    """The pixel (x, y) nearest to the middle, of what is near in the middle half."""
+    """The pixel (x, y) nearest to the centre, among the near pixels of the central half."""
     h, w = part.shape
     y0, x0 = h // 4, w // 4
     middle = part[y0 : max(y0 + 1, 3 * h // 4), x0 : max(x0 + 1, 3 * w // 4)]
     if not (middle > 0).any():
         raise ValueError(
-            "box: expected depth readings in its middle, got none; is the object black or shiny?"
+            "box: expected depth measurements at its centre, got none; is the object black or shiny?"
         )
     near = float(np.percentile(middle[middle > 0], 25))
     inner = np.argwhere((middle > 0) & (np.abs(middle - near) < JUMPS_M[-1]))
@@ -219,7 +219,7 @@ def _joined(part: NDArray[np.float32], seed: tuple[int, int], jump_m: float) -> 
 
 
 def measured_noise(depth: NDArray[np.float32], mask: Mask) -> float:
-    """Sd (m) of the readings on a mask about the straight lines through their neighbours; at least 0.5 mm."""
+    """Sd (m) of the depth in a mask about straight lines through neighbouring pixels; at least 0.5 mm."""
     found = []
     for z, on in ((depth, mask & (depth > 0)), (depth.T, (mask & (depth > 0)).T)):
         bend = z[:, 2:] - 2 * z[:, 1:-1] + z[:, :-2]
@@ -238,9 +238,9 @@ def ball_prior(
     origin: Array,
     bounded: bool = False,
 ) -> NDArray[np.float32]:
-    """Log ratio (z, y, x) that guesses a ball about the object frame's origin.
+    """Prior log ratio (z, y, x) of a ball around the object frame's origin.
 
-    Where the first view bounds the guess from the sides, it is as deep as the mask's shorter side, and the ball wider.
+    If the first view bounds the guess laterally, its depth is the mask's shorter side, and the ball is wider.
     """
     x, y, z = (
         np.arange(n, dtype=np.float32) * np.float32(voxel_m) + np.float32(o)
@@ -256,7 +256,7 @@ def ball_prior(
 
 
 def _faded(inside_m: NDArray[np.float32], weight: float, voxel_m: float) -> NDArray[np.float32]:
-    """Full weight a few voxels from the surface; in place."""
+    """Scale to full weight a few voxels from the surface; in place."""
     inside_m *= np.float32(weight / (GUESS_FADES_VOXELS * voxel_m))
     return np.clip(inside_m, -weight, weight, out=inside_m)
 
@@ -264,7 +264,7 @@ def _faded(inside_m: NDArray[np.float32], weight: float, voxel_m: float) -> NDAr
 def shape_prior(
     shape: SDF, weight: float, voxels: tuple[int, int, int], voxel_m: float, origin: Array
 ) -> NDArray[np.float32]:
-    """The same of a given shape, in its own object frame."""
+    """Prior log ratio of a given shape, in its own object frame."""
     nx, ny, nz = voxels
     zyx = np.indices((nz, ny, nx), dtype=np.float64)
     points = np.moveaxis(zyx[::-1], 0, -1).reshape(-1, 3) * voxel_m + origin

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Frames kept for a later look, cut to the object, and what refining them has done."""
+"""Keyframes cropped to the object, and the result of refining them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Region = tuple[int, int, int, int]
 
 @dataclass
 class Keyframe:
-    """A fused frame: its images around the object, and the pose it was fused at."""
+    """A fused frame: its images cropped to the object, and the pose used for fusion."""
 
     index: int
     region: Region  # x0, y0, x1, y1 of the depth image
@@ -41,7 +41,7 @@ class Keyframe:
         return depth
 
     def full_color(self, height: int, width: int) -> NDArray[np.uint8] | None:
-        """The colours, pixel by pixel those of the depth image, black outside the region."""
+        """The colours aligned to the depth image, black outside the region."""
         if self.rgb is None:
             return None
         color = np.zeros((height, width, 3), np.uint8)
@@ -58,7 +58,7 @@ class Keyframe:
         return mask
 
     def frame(self, camera: Camera) -> Frame:
-        """Both images, the colours pixel by pixel those of the depth; readings without a colour (black) left out."""
+        """Both images, colour aligned to depth; measurements without a colour (black) are removed."""
         depth = self.full_depth(camera.height, camera.width)
         color = self.full_color(camera.height, camera.width)
         if color is None:
@@ -68,20 +68,20 @@ class Keyframe:
 
 @dataclass(frozen=True)
 class Refined:
-    """What :meth:`Reconstructor.refine` has done.
+    """Result of :meth:`Reconstructor.refine`.
 
     Attributes
     ----------
     poses : dict of int to (4, 4) float64
         Refined ``T_cam_obj`` of each kept frame, by its index.
     rounds : int
-        How often all poses and the shape were found anew.
+        Number of rounds in which all poses and the shape were re-estimated.
     moved_m, turned_rad : list of float
-        Root mean square change of the poses in each round, of the object's centre and of its orientation.
+        RMS change of the object's centre and orientation in each round.
     misfit_m : (float, float)
-        Mean distance of the frames' readings from the shape before and after, m.
+        Mean distance of the frames' measurements from the shape before and after, m.
     taken : bool
-        Whether poses and shape are the refined ones; else they are what they were.
+        Whether the refined poses and shape were accepted; otherwise they are unchanged.
     """
 
     poses: dict[int, NDArray[np.float64]]
@@ -93,13 +93,13 @@ class Refined:
 
 
 def cut(image: NDArray[Any], region: Region) -> NDArray[Any]:
-    """A region of an image, contiguous."""
+    """Crop a region of an image, contiguous."""
     x0, y0, x1, y1 = region
     return np.ascontiguousarray(image[y0:y1, x0:x1])
 
 
 def region_of(mask: NDArray[np.bool_], camera: Camera) -> Region:
-    """Around a mask (H, W), with a margin."""
+    """Bounding box of a mask (H, W), with a margin."""
     ys, xs = np.nonzero(mask)
     x0, y0 = max(0, int(xs.min()) - MARGIN_PX), max(0, int(ys.min()) - MARGIN_PX)
     return (
@@ -117,7 +117,7 @@ def masked_keyframe(
     depth_camera: Camera,
     camera: Any,
 ) -> Keyframe:
-    """A frame of which a mask says what is the object's, number 0; `camera`: of its colours, None: without."""
+    """A keyframe (index 0) with the object given by a mask; `camera`: that of the colours, None: no colour."""
     assert frame.depth is not None
     region = region_of(on_object, depth_camera)
     rgb = None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which fused frames are kept: at most so many, spread over the sides they show and over time."""
+"""Selection of keyframes: a limited number, spread over viewpoints and time."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ NEAREST_M = 1e-6
 
 
 class Keyframes:
-    """The first frame of each recording, and of all others those that leave a wide gap where they are left out.
+    """Keeps the first frame of each recording, and those frames whose removal would leave the widest gaps.
 
-    Two frames are alike when they show the same side from the same distance; how the camera was turned about the line
-    of sight does not matter, and when it was matters little. Once there are more than `most`, with every frame that
-    comes the one goes whose two nearest are nearest, taken together. (By the nearest alone it would always be the last
-    but one of a camera that moves on, and the gap behind it would grow without end.) Each frame knows its two nearest,
-    so that one more costs O(most).
+    Two frames are similar if they show the same side from the same distance; rotation about the line of sight is
+    ignored, and time has a small weight. Once there are more than `most`, each new frame replaces the frame with the
+    smallest sum of distances to its two nearest neighbours. (With the nearest one alone it would always be the second
+    to last frame of a moving camera, and the gap behind it would grow without bound.) Each frame stores its two nearest
+    neighbours, so adding a frame costs O(most).
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class Keyframes:
     Attributes
     ----------
     frames : list of Keyframe
-        In the order they came.
+        In order of arrival.
     """
 
     def __init__(self, most: int) -> None:
@@ -50,7 +50,7 @@ class Keyframes:
         self.__dict__.update(state)
 
     def add(self, keyframe: Keyframe) -> None:
-        """Keep one more, and let one go where there are too many."""
+        """Add a keyframe, and remove one if there are too many."""
         n = len(self.frames)
         self.frames.append(keyframe)
         self._views = np.vstack([self._views, _view(keyframe)])
@@ -66,7 +66,7 @@ class Keyframes:
             self._drop(self._least_missed())
 
     def _least_missed(self) -> int:
-        """The one to let go; never the first of a recording: its frames relate to that one and keep to its view."""
+        """The keyframe to remove; never the first of a recording, to which its other frames refer."""
         gaps = self._gaps.sum(axis=1)
         recordings = np.array([keyframe.recording for keyframe in self.frames])
         later = np.flatnonzero(np.diff(recordings, prepend=-1) == 0)
@@ -81,7 +81,7 @@ class Keyframes:
             self._look_around(int(i))
 
     def _look_around(self, i: int) -> None:
-        """The two nearest of keyframe i, among all."""
+        """Update the two nearest neighbours of keyframe i."""
         gaps = _apart(self._views, self._views[i])
         gaps[i] = np.inf
         who = np.append(np.where(np.isfinite(gaps), np.arange(len(gaps)), -1), -1)
@@ -90,19 +90,19 @@ class Keyframes:
 
 
 def _view(keyframe: Keyframe) -> Numbers:
-    """Where the camera stands as seen from the object: direction, distance, and when."""
+    """Viewpoint relative to the object: direction, distance, and time."""
     R, t = keyframe.T_cam_obj[:3, :3], keyframe.T_cam_obj[:3, 3]
     away = max(float(np.linalg.norm(t)), NEAREST_M)
     return np.array([*(-R.T @ t / away), PER_DISTANCE * np.log(away), keyframe.index])
 
 
 def _apart(views: Numbers, view: Numbers) -> Numbers:
-    """(n,) how unlike each of `views` is to `view`: radians, for directions that are near each other."""
+    """(n,) dissimilarity of each of `views` to `view`: radians, for nearby directions."""
     aside = np.linalg.norm(views[:, :4] - view[:4], axis=1)
     return np.asarray(aside + np.minimum(PER_FRAME * np.abs(views[:, 4] - view[4]), LATE))
 
 
 def _two_smallest(gaps: Numbers, who: NDArray[np.intp]) -> tuple[Numbers, NDArray[np.intp]]:
-    """(n, 2) of (n, k): the two least gaps of each row in order, the earlier where they are equal."""
+    """(n, 2) of (n, k): the two smallest gaps of each row in order; ties go to the earlier one."""
     order = np.argsort(gaps, axis=1, kind="stable")[:, :2]
     return np.take_along_axis(gaps, order, 1), np.take_along_axis(who, order, 1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How far what was seen of the shape reaches beyond the mask that it began with."""
+"""How far the observed shape extends beyond the initial mask."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sdftrack.reconstruction.quality import bodies
 
 __all__ = ["MaskExtent"]
 
-MOST_BEYOND = 0.15  # of the mask's width or height
+MAX_BEYOND = 0.15  # of the mask's width or height
 FRAMES_BETWEEN = 10  # from one look at the surface to the next
 NEAREST_M = 1e-3
 
@@ -23,9 +23,9 @@ Array = NDArray[np.float64]
 class MaskExtent:
     """Compare the shape's extent in the first frame's image with that of its mask.
 
-    A rigid object that the mask shows whole stays in it, as seen from there, whatever other frames add. What reaches
-    beyond is something else that has joined the shape, or the mask shows a part of the object. Where the mask ends with
-    the image nothing is known.
+    If the mask covers the whole rigid object, the shape stays within it from that viewpoint, whatever other frames add.
+    If it extends beyond, something else was fused into the shape, or the mask covers only a part of the object. Nothing
+    is inferred where the mask ends at the image border.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class MaskExtent:
     outline : (H, W) bool
         The mask, or the box.
     T_cam_obj : (4, 4) float64
-        Of the first frame.
+        Pose in the first frame.
     """
 
     def __init__(self, camera: Camera, outline: NDArray[np.bool_], T_cam_obj: Array) -> None:
@@ -47,35 +47,39 @@ class MaskExtent:
         self._share = 0.0
 
     def beyond(self, core: Any, fused: int, least: int) -> float:
-        """Share of the mask's width or height, the larger one, by which the seen surface is longer.
+        """Relative excess of the observed surface over the mask's width or height, whichever is larger.
 
         Parameters
         ----------
         core : sdftrack._core.Reconstruction
         fused : int
-            Frames so far; the surface itself is looked at in one of ten.
+            Number of frames so far; the surface is checked in every tenth frame.
         least : int
-            Of what was seen of a voxel, in the core's unit, for it to count.
+            Minimum observation weight of a voxel, in the core's unit.
         """
         boxes = core.surface_boxes
         if not len(boxes):
             return self._share
         corners = np.stack([boxes[:, (a, b, c)] for a in (0, 3) for b in (1, 4) for c in (2, 5)], axis=1)
-        if self._share_of(core, corners.reshape(-1, 3)) <= MOST_BEYOND:
+        if self._share_of(core, corners.reshape(-1, 3)) <= MAX_BEYOND:
             self._share = 0.0  # blocks hold their surface: no need to look at it
         elif fused >= self._looked + FRAMES_BETWEEN:
             self._looked = fused
             self._share = self._share_of(core, _seen_surface(core, least))
         return self._share
 
+    def forget(self) -> None:
+        """Look at the surface anew with the next frame: the volume has been replaced."""
+        self._looked, self._share = -FRAMES_BETWEEN, 0.0
+
     def reason(self, core: Any, fused: int, least: int) -> str:
-        """Why the size of the shape speaks against it; empty where it does not."""
+        """Reason to doubt the shape by its size; empty if there is none."""
         share = self.beyond(core, fused, least)
-        if share <= MOST_BEYOND:
+        if share <= MAX_BEYOND:
             return ""
         return (
-            f"what was seen of the shape reaches {100 * share:.0f} % beyond the first mask: something else has joined "
-            "it, or the mask shows a part of the object; start with a mask of all of it, and keep_to_mask=True"
+            f"the observed shape extends {100 * share:.0f} % beyond the first mask: something else was fused into "
+            "it, or the mask shows only a part of the object; start with a complete mask, and keep_to_mask=True"
         )
 
     def _share_of(self, core: Any, voxels: NDArray[Any]) -> float:
@@ -91,7 +95,7 @@ class MaskExtent:
 
 
 def _seen_surface(core: Any, least: int) -> NDArray[np.intp]:
-    """(N, 3) voxels (x, y, z) of the largest body that lie on its surface and were seen."""
+    """(N, 3) observed surface voxels (x, y, z) of the largest body."""
     phi = core.phi
     labels, largest = bodies(phi)
     on_surface = (labels == largest) & (phi > -core.voxel_m) & (core.seen >= least)

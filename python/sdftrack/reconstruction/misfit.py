@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How well a shape and the poses of its frames explain what these have read: what a refinement is judged by."""
+"""Misfit between a shape with its poses and the depth measurements, used to judge a refinement."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ __all__ = ["OVERFIT", "Judge"]
 
 # A shape that grew with its poses has taken over some of their frames' errors: what is right may fit so much worse.
 OVERFIT = 1.01
-FAR_M = 0.006  # a reading farther from the surface is another thing's, or as wrong as can be
+FAR_M = 0.006  # a measurement farther from the surface is another thing's, or as wrong as can be
 FRAMES, READINGS = 60, 1500  # that are looked at: of all frames, and of each
 
 
 class Judge:
-    """Some readings of some frames, chosen once: those that are the object's by the shape as it is.
+    """A fixed sample of the object's depth measurements, selected with the current shape.
 
-    The same readings judge every later shape and set of poses, so that none can look better by explaining less.
+    The same measurements judge every later shape and set of poses, so that none scores better by explaining less.
     """
 
     def __init__(self, keyframes: list[Keyframe], shape: SDF, camera: Camera) -> None:
@@ -34,7 +34,7 @@ class Judge:
             self._points.append(points[near])
 
     def misfit_m(self, shape: SDF) -> float:
-        """Mean distance of the readings, at their frames' poses as they are now, from a shape; at most 6 mm each."""
+        """Mean distance of the measurements from a shape, at the current poses; each at most 6 mm."""
         off = [
             np.minimum(np.abs(shape(_in_object(points, keyframe))), FAR_M)
             for keyframe, points in zip(self._frames, self._points, strict=True)
@@ -43,7 +43,7 @@ class Judge:
 
 
 def _read_points(keyframe: Keyframe, camera: Camera) -> NDArray[np.float64]:
-    """(N, 3) points of the camera's frame."""
+    """(N, 3) points in the camera frame."""
     points = camera.back_project(keyframe.full_depth(camera.height, camera.width))
     read: NDArray[np.float64] = points[points[..., 2] > 0]
     return read[:: max(1, len(read) // READINGS)]

@@ -22,7 +22,7 @@ _SCHEMA = schema_of("reconstruct")
 @refuses_unknown
 @dataclass(frozen=True)
 class ReconstructorOptions:
-    """Options of :class:`sdftrack.Reconstructor`; any of them is also a keyword of it. Metres, unless said.
+    """Options of :class:`sdftrack.Reconstructor`; any of them is also a keyword of it. Lengths in metres.
 
     >>> ReconstructorOptions(evidence="printed").sigma_d_m
     0.003
@@ -30,47 +30,62 @@ class ReconstructorOptions:
 
     # options: written by bindings/generate_options.py
     evolution: str = described(
-        "ours", "ours, or printed: the thesis' evidence, gradient flow and tracker (Eqs. 4.18, 4.29 to 4.42)"
+        "ours",
+        "ours, or printed: evidence, gradient flow and tracker of the thesis (Eqs. 4.18, 4.29 to 4.42)",
     )
     evidence: str = described(
         "smooth", "likelihood of a voxel: smooth, or printed (thesis Eqs. 4.29 to 4.31)"
     )
     sigma_d_m: float = described(
-        0.003, "how far from a reading it says something; from twice that behind it nothing is said"
+        0.003,
+        "support of the likelihood around a depth measurement; nothing is inferred from twice that distance behind it",
     )
-    sigma_d_voxels: float = described(
-        8.0, "in place of sigma_d_m with evolution printed, as the thesis has it"
+    sigma_d_voxels: float = described(8.0, "replaces sigma_d_m when evolution is printed, as in the thesis")
+    evolution_steps: int = described(
+        15, "steps of the printed evolution per frame; 100 after the first frame"
     )
-    evolution_steps: int = described(15, "of the printed evolution after each frame; 100 after the first")
-    noise_m: float | None = described(None, "sd of the depth; None: measured on the first frame's mask")
-    noise_per_m: float = described(0.0, "the noise grows as noise_m + noise_per_m Z^2")
-    carve_from_m: float = described(0.003, "nearer before a reading nothing is carved")
+    noise_m: float | None = described(
+        None, "standard deviation of the depth noise; None: estimated within the mask of the first frame"
+    )
+    noise_per_m: float = described(0.0, "depth noise grows with distance: noise_m + noise_per_m Z^2")
+    carve_from_m: float = described(
+        0.003, "no free space is carved within this distance in front of a depth measurement"
+    )
     memory: float = described(
-        100.0, "frames that a voxel remembers; fewer forget mistakes sooner, more average better"
+        100.0,
+        "maximum number of frames averaged in a voxel; fewer forget errors sooner, more reduce noise further",
     )
     known_every: int = described(
-        2, "a place that 30 frames have shown takes one of so many that follow; 1: all of them"
+        2,
+        "once a block has been observed in 30 frames, only every n-th further frame is fused into it; 1: every frame",
     )
     border_px: int = described(
-        2, "the object's pixels this near to an outline or a jump of depth say nothing"
+        2, "object pixels within this distance of the silhouette or of a depth discontinuity are ignored"
     )
-    prior: float = described(0.4, "log ratio of the first guess, inside +, outside -; 0: no prior")
-    least_seen: float = described(0.15, "views after which a piece of surface may guide the tracker")
-    padding_m: float = described(0.02, "how far beyond the shape so far its next frame is looked at")
+    prior: float = described(
+        0.4, "log ratio of the initial guess, positive inside, negative outside; 0: no prior"
+    )
+    least_seen: float = described(
+        0.15, "a surface patch is used for tracking once it has been observed in this many (frontal) views"
+    )
+    padding_m: float = described(
+        0.02, "pixels within this distance of the current shape are considered in the next frame"
+    )
     planes: bool = described(
         True,
-        "planes that reach beyond the first mask (a table, a wall) are not the object, nor is what lies behind them",
+        "planes that extend beyond the first mask (table, wall), and what lies behind them, are not part of the object",
     )
     keep_to_mask: bool = described(
-        True, "the object is nowhere where the first frame sees past it, beside its mask"
+        True, "the object is excluded where the first frame observes free space outside its mask"
     )
-    mask_margin_px: int = described(3, "how far beyond the first mask it may reach")
+    mask_margin_px: int = described(3, "how far the object may extend beyond the first mask")
     refit_after: int = described(
         0,
-        "frames after which the first poses and the shape are found anew on another thread, then once more; 0: never",
+        "frames after which the first poses and the shape are re-estimated on another thread, then once more; 0: never",
     )
     kept_frames: int = described(
-        600, "most frames kept for refine() and save(): the first one, and others spread over all sides"
+        600,
+        "maximum number of frames kept for refine() and save(): the first, and others spread over all viewpoints",
     )
     # options: end
 
@@ -79,7 +94,7 @@ class ReconstructorOptions:
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str]) -> ReconstructorOptions:
-        """Read the table ``[reconstruct]`` of a TOML file; one without it gives the defaults."""
+        """Read the table ``[reconstruct]`` of a TOML file; the defaults if it is missing."""
         table = read_tables(path)["reconstruct"]
         try:
             return cls().replace(**table)
@@ -92,7 +107,7 @@ class ReconstructorOptions:
         return dataclasses.replace(self, **changes)
 
     def to_core(self, noise_m: float) -> _core.ReconstructionOptions:
-        """What the core takes, with the noise that was measured."""
+        """Convert to the core's options, with the measured noise."""
         core = _core.ReconstructionOptions()
         for name in core_schema("reconstruct"):
             if name != "noise_m":

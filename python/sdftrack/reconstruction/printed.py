@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""What ``evolution="printed"`` begins and tracks with: the first shape, the guess from it, the tracker's options.
+"""Initialisation and tracking with ``evolution="printed"``: first shape, prior, tracker options.
 
-docs/math/reconstruction.md, section 7, says what is the source's and what it leaves open.
+docs/math/reconstruction.md, section 7, states what the thesis specifies and what it leaves open.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ def first_shape(
     voxel_m: float,
     origin: tuple[float, float, float],
 ) -> Field:
-    """Signed distance to the shape that the evolution begins with: `initial`, or a ball of the mask's size.
+    """Signed distance to the initial shape of the evolution: `initial`, or a ball of the mask's size.
 
-    The source does not say where its sphere lies. Ours is as wide as the mask in the mean and has its front at the
-    object's: the first frame's steps move the surface by some ten voxels only.
+    The thesis does not specify the location of its sphere. Ours has the mean width of the mask, and its front touches
+    the object's, because the steps of the first frame move the surface by only about ten voxels.
 
     Parameters
     ----------
     ball : Ball
-        As it was fitted to the mask; the object frame has its origin in the middle.
+        The ball fitted to the mask; the origin of the object frame is its centre.
     voxels, voxel_m, origin
         The lattice: voxel centres are ``origin + voxel_m * (x, y, z)``, m, object frame.
 
@@ -57,14 +57,14 @@ def first_shape(
 
 
 def first_guess(shape_m: Field, voxel_m: float) -> Field:
-    """Log ratio of inside to outside that the first shape gives each voxel (thesis Eqs. 4.32 to 4.34), (nz, ny, nx)."""
+    """Prior log ratio of inside to outside from the first shape (thesis Eqs. 4.32 to 4.34), (nz, ny, nx)."""
     inside = INFLUENCE / (1 + np.exp(shape_m / (FADES_VOXELS * voxel_m))) + 0.5 * (1 - INFLUENCE)
     guess: Field = np.log(inside / (1 - inside)).astype(np.float32)
     return guess
 
 
 def tracker_options() -> TrackerOptions:
-    """Those of the source's tracker, which does not judge its poses."""
+    """Options of the thesis' tracker, which does not assess its poses."""
     return TrackerOptions.printed().replace(
         lost_inliers=0.0, weak_inliers=0.0, lost_evidence=0.0, weak_evidence=0.0
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The surface of a reconstruction as a mesh, and how well each part of it is known."""
+"""The surface of a reconstruction as a mesh, and its expected accuracy."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ SEEN_SCALE = 256.0
 BAND_VOXELS = 8.0
 GUESS_BLUR_VOXELS = 2.5
 ENCLOSED = 5  # of six directions
-LEAST_WEIGHT = 0.1  # frames; of less nothing is known
+MIN_WEIGHT = 0.1  # frames; of less nothing is known
 MARGIN_VOXELS = 8
 
 
 @dataclass(frozen=True, eq=False)
 class Quality(Compared):
-    """How far a reconstruction may be trusted.
+    """Quality of a reconstruction.
 
     Attributes
     ----------
     seen_share : float
-        Of the surface's vertices, those seen well enough to be measured (0..1); the rest is guessed.
+        Fraction of the surface vertices that were observed (0..1); the rest is guessed.
     expected_error_m : (V,) float32
-        Sd of the surface's place at each vertex of ``mesh()``: the sensor's noise over the root of how often it was
-        seen, and never less than a fifth of a voxel; infinite where nothing was seen.
+        Sd of the surface position at each vertex of ``mesh()``: sensor noise divided by the square root of the number
+        of observations, at least a fifth of a voxel; infinite where unobserved.
     frames : int
-        Frames that were fused.
+        Number of fused frames.
     summary : str
-        One sentence for people.
+        One human-readable sentence.
     """
 
     seen_share: float
@@ -46,7 +46,7 @@ class Quality(Compared):
 
 
 def largest_body(phi: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The field without the smaller of several bodies; a copy."""
+    """A copy of the field with only the largest body."""
     labels, largest = bodies(phi)
     out = np.array(phi)
     out[(labels > 0) & (labels != largest)] = np.float32(1e-6)
@@ -54,7 +54,7 @@ def largest_body(phi: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def bodies(phi: NDArray[np.float32]) -> tuple[NDArray[np.int32], int]:
-    """The number of the body that each voxel is inside of, 0 outside, and that of the largest."""
+    """Body label of each voxel, 0 outside, and the label of the largest body."""
     from scipy import ndimage
 
     labels, _ = ndimage.label(phi < 0)
@@ -64,12 +64,12 @@ def bodies(phi: NDArray[np.float32]) -> tuple[NDArray[np.int32], int]:
 
 
 def without_cavities(phi: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The field with what no frame has said anything of, and surface encloses, as inside; a copy.
+    """A copy of the field in which unobserved voxels enclosed by the surface are inside.
 
-    A frame speaks of what lies up to a few millimetres behind a surface. What is deeper is inside where the lattice's
-    lines lead to inside, and not to what was seen to be empty, in all of the six directions but one.
+    A frame provides evidence only up to a few millimetres behind a surface. Deeper voxels are inside if grid lines in
+    at least five of the six directions lead to inside, and not to observed free space.
     """
-    inside, unseen = phi <= 0, weight <= LEAST_WEIGHT
+    inside, unseen = phi <= 0, weight <= MIN_WEIGHT
     open_ = ~inside & unseen
     enclosed = np.zeros(phi.shape, np.uint8)
     for axis in range(3):
@@ -86,7 +86,7 @@ def without_cavities(phi: NDArray[np.float32], weight: NDArray[np.float32]) -> N
 
 
 def _count_enclosed(inside: NDArray[np.bool_], open_: NDArray[np.bool_], enclosed: NDArray[np.uint8]) -> None:
-    """Add 1 where the first voxel back along the first axis of which something is known is inside."""
+    """Add 1 where the first known voxel backwards along the first axis is inside."""
     behind = np.zeros(inside.shape[1:], bool)
     for k in range(len(inside)):
         behind = np.where(open_[k], behind, inside[k])
@@ -96,7 +96,7 @@ def _count_enclosed(inside: NDArray[np.bool_], open_: NDArray[np.bool_], enclose
 def _smoothed_where_unseen(
     phi: NDArray[np.float32], seen: NDArray[np.uint16], voxel_m: float
 ) -> NDArray[np.float32]:
-    """The field as it is where it was measured; what is only guessed has no detail to keep."""
+    """Smooth the unobserved part of the field, which has no detail; the observed part is unchanged."""
     from scipy import ndimage
 
     near = np.clip(phi, -BAND_VOXELS * voxel_m, BAND_VOXELS * voxel_m)
@@ -107,12 +107,12 @@ def _smoothed_where_unseen(
 
 
 def surface_mesh(core: Any) -> Mesh:
-    """Watertight mesh of the zero set, its colours the mean of what was seen, `seen` in views head on."""
+    """Watertight mesh of the zero set with mean observed colours; `seen` in equivalent frontal views."""
     from skimage.measure import marching_cubes
 
     boxes = core.surface_boxes
     if not len(boxes):
-        raise RuntimeError("mesh: no surface is left, the frames deny all of the shape; start again")
+        raise RuntimeError("mesh: no surface is left, the frames contradict the whole shape; start again")
     low = np.maximum(boxes[:, :3].min(0) - MARGIN_VOXELS, 0)
     high = np.minimum(boxes[:, 3:].max(0) + MARGIN_VOXELS, core.voxels)
     part = tuple(slice(a, b) for a, b in zip(low[::-1], high[::-1], strict=True))
@@ -134,7 +134,7 @@ def surface_mesh(core: Any) -> Mesh:
 
 
 def seen_part(mesh: Mesh, least_seen: float) -> Mesh:
-    """The faces whose vertices have all been seen so often: open where the rest is guessed."""
+    """The faces whose vertices were all observed at least this often: open where the rest is guessed."""
     assert mesh.seen is not None
     kept = mesh.faces[(mesh.seen >= least_seen)[mesh.faces].all(axis=1)]
     used, faces = np.unique(kept, return_inverse=True)
@@ -154,11 +154,11 @@ def expected_error(seen: NDArray[np.float32], noise_m: float, voxel_m: float) ->
 
 
 def quality_of(mesh: Mesh, fused: int, voxel_m: float, noise_m: float, least_seen: float) -> Quality:
-    """Of what `surface_mesh` gave, made of `fused` frames with the sensor's noise (m)."""
+    """Quality of the result of `surface_mesh`, from `fused` frames with the sensor's noise (m)."""
     assert mesh.seen is not None
     errors = expected_error(mesh.seen, noise_m, voxel_m)
     share = float((mesh.seen >= least_seen).mean())
     rest = "" if share > 0.9 else "; turn the object further to see the rest"
     frames = f"{fused} frame{'s' * (fused != 1)}"
-    text = f"{100 * share:.0f} % of the surface was seen in {frames}{rest}"
+    text = f"{100 * share:.0f} % of the surface was observed in {frames}{rest}"
     return Quality(share, errors, fused, text)

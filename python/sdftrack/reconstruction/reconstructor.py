@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The public class: a shape that grows while it is tracked."""
+"""Reconstruction of a shape while it is tracked: the public class."""
 
 from __future__ import annotations
 
@@ -51,25 +51,27 @@ class Reconstructor:
     Parameters
     ----------
     camera : Camera or RGBDCamera
-        As for :class:`sdftrack.Tracker`.
+        As in :class:`sdftrack.Tracker`.
     initial : SDF, optional
-        A coarse shape of the object or of its kind, a guess where nothing has been seen. None: a ball fitted to the
+        A coarse shape of the object or its category, used as a prior for unobserved parts. None: a ball fitted to the
         mask.
     voxels : int or {"quick", "normal", "fine"}
-        Along each side of the volume, 16 to 512; 20 bytes each (200: 160 MB). By name 96, 200 and 300.
+        Number of voxels along each side of the volume, 16 to 512; 20 bytes each (200: 160 MB). The names stand for 96,
+        200 and 300.
     extent : float, optional
-        Side of the volume, m. None: 1.8 times the ball's diameter. The volume grows where the shape reaches its border.
+        Side of the volume, m. None: 1.8 times the ball's diameter. The volume grows if the shape reaches its border.
     device : {"auto", "cpu"}
     mode : {"auto", "depth", "rgbd"}
-        What the poses are tracked by, as in :class:`sdftrack.Tracker`; colours also tell the object from what holds it.
+        Images used for tracking, as in :class:`sdftrack.Tracker`; colours also separate the object from a hand that
+        holds it.
     threads : int
         0: all cores. The result has the same bits for any number.
     options : ReconstructorOptions, optional
         A whole set of options; single ones may be given as keywords.
     tracker_options : TrackerOptions, optional
-        Of the tracker inside. Default: ``outline=False, smooth_colors=False``, for the outline of a shape that grows is
-        not yet its own, and what stands before its guessed parts may be the object; with ``evolution="printed"``
-        those of ``TrackerOptions.printed()`` without limits on what is called weak.
+        Options of the internal tracker. Default: ``outline=False, smooth_colors=False``, because the outline of a
+        growing shape is not final, and measurements in front of guessed parts may belong to the object; with
+        ``evolution="printed"``, those of ``TrackerOptions.printed()`` without limits for the status ``"weak"``.
 
     Raises
     ------
@@ -78,8 +80,8 @@ class Reconstructor:
 
     Notes
     -----
-    The object frame has its axes along the first frame's camera and its origin in the middle of the ball, or is that
-    of `initial`. Poses relate to the first frame: the object is where it was, whatever the shape becomes.
+    The object frame has the axes of the first frame's camera and its origin at the centre of the ball, or is that of
+    `initial`. Poses are relative to the first frame and do not depend on the evolving shape.
     docs/math/reconstruction.md derives the method (thesis, section 4.5).
 
     >>> star = Reconstructor(camera)                              # doctest: +SKIP
@@ -131,27 +133,27 @@ class Reconstructor:
     def start(
         self, frame: Frame, mask: ArrayLike | None = None, *, box: Any = None, pose: ArrayLike | None = None
     ) -> TrackResult:
-        """Begin, or begin again, with the frame that shows where the object is.
+        """Start or restart with a frame in which the location of the object is given.
 
         Parameters
         ----------
         frame : Frame
         mask : (H, W) bool or uint8
-            Not 0 on the object, in the geometry of the depth image.
+            Nonzero on the object, aligned with the depth image.
         box : (x, y, w, h)
-            In place of the mask: the surface in its middle that hangs together is the object.
+            Instead of the mask: the connected surface at its centre is the object.
         pose : (4, 4) float64
-            In place of both, with `initial`: its ``T_cam_obj``.
+            Instead of both, with `initial`: its ``T_cam_obj``.
 
         Returns
         -------
         TrackResult
-            The pose of the first frame is exact by definition; the object frame is chosen by it.
+            The pose of the first frame is exact by definition, because it defines the object frame.
 
         Raises
         ------
         ValueError
-            None or several of mask, box and pose; no depth on the object; a mask of everything; an object larger
+            None or several of mask, box and pose; no depth on the object; a mask of the whole image; an object larger
             than `extent`.
         """
         depth = check_beginning(frame, self._frame_camera, mask, box, pose, self.initial)
@@ -161,7 +163,7 @@ class Reconstructor:
         return self._begin(frame, found, begin)
 
     def _begin(self, frame: Frame, found: Beginning, begin: float) -> TrackResult:
-        """Forget everything, and begin with what a frame shows; at `begin` it was asked for."""
+        """Reset and start with a frame; `begin`: the time of the call."""
         assert frame.depth is not None
         check_extent(self.extent, found.ball.radius_m)
         lattice = lattice_for(found, self.initial, self.voxels, self.extent)
@@ -189,44 +191,44 @@ class Reconstructor:
     def resume(
         self, frame: Frame, mask: ArrayLike | None = None, *, box: Any = None, pose: ArrayLike | None = None
     ) -> TrackResult:
-        """Go on with the same object in another recording, in which it may stand another side up.
+        """Continue with the same object in another recording, in which it may rest on another side.
 
-        The known shape is searched for in the frame, and what follows continues it, so that the side it stood on gets
-        seen. Only a pose that is sure is taken. Else nothing changes: the status is ``"weak"`` or ``"lost"``, the
-        reason says why, and `track` goes on where it was; another frame may do, or a pose from elsewhere.
+        The known shape is searched for in the frame, and the following frames extend it, so that the side it rested on
+        is observed as well. Only a reliable pose is accepted. Otherwise nothing changes: the status is ``"weak"`` or
+        ``"lost"``, the reason explains why, and `track` continues as before; try another frame, or give the pose.
 
-        Before :meth:`start`, with `initial` (the ``shape.npz`` of another run), that shape is searched for, and the
-        reconstruction begins where it is found, with it as a guess; which parts of it were seen is not known.
+        If called before :meth:`start`, with `initial` (the ``shape.npz`` of another run), that shape is searched for
+        and serves as the prior of the reconstruction; which of its parts were observed is unknown.
 
         Parameters
         ----------
         frame : Frame
-            The first one of the other recording, of the same camera.
+            The first frame of the other recording, from the same camera.
         mask, box
-            Where the object is in it, as for :meth:`start`.
+            Location of the object in it, as in :meth:`start`.
         pose : (4, 4) float64
-            In place of both: its ``T_cam_obj`` there, about right.
+            Instead of both: its approximate ``T_cam_obj`` there.
 
         Returns
         -------
         TrackResult
-            Its index goes on from those of the frames before.
+            Its index continues that of the previous frames.
 
         Raises
         ------
         RuntimeError
-            Before :meth:`start`, without `initial`.
+            Called before :meth:`start` without `initial`.
         ValueError
-            As :meth:`start`; a mask or box of something that is much larger or smaller than the shape.
+            As in :meth:`start`; a mask or box of something much larger or smaller than the shape.
 
         Notes
         -----
-        The table and the mask of this frame bound what its recording adds, as those of the first frame did in theirs
-        (docs/math/reconstruction.md, section 6). What was seen before stays.
+        The table and the mask of this frame bound what its recording adds, as those of the first frame did in its
+        recording (docs/math/reconstruction.md, section 6). Earlier observations are kept.
         """
         if self._printed:
             raise ValueError(
-                "resume: expected evolution='ours', got 'printed': the source knows one recording"
+                "resume: expected evolution='ours', got 'printed', which supports only one recording"
             )
         if self.initial is None:
             self._started("resume")
@@ -255,16 +257,17 @@ class Reconstructor:
             first = self._first_keyframe(frame, shown)
             self._keep(replace(first, index=self._index, recording=len(self._later)), frame)
         fused = pose is None or self._add(frame, T)
-        return self._finished(result, T, begin, fused=fused)
+        return self._finished(result, T, begin, fused=fused, judged=False)  # ok says that it was added
 
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
-        """Follow the object into the next frame, and add what it shows where the pose is sure.
+        """Track the object in the next frame, and fuse the frame if the pose is reliable.
 
         Returns
         -------
         TrackResult
-            M = 1, with ``shape_change``. A frame whose pose is ``"weak"`` or ``"lost"`` adds nothing to the shape; with
-            ``evolution="printed"`` a weak one does.
+            M = 1, with ``shape_change``. Frames with status ``"weak"`` or ``"lost"`` are not fused, except those
+            that are weak because the shape exceeds its first mask; with
+            ``evolution="printed"`` weak ones are.
 
         Raises
         ------
@@ -274,13 +277,13 @@ class Reconstructor:
         tracker = self._started("track")
         frame = depth if isinstance(depth, Frame) else Frame(depth, color)
         if frame.camera is not None and depth_camera(frame.camera) != self._frame_camera:
-            raise ValueError("frame: expected the camera of all frames, got another one with this frame")
+            raise ValueError("frame: expected the same camera in all frames, got another one with this frame")
         begin = time.perf_counter()
         if self._refit is not None and self._index + 1 == self._refit_due:
             self._take_refit()
         result = tracker.track(frame)
         self._index += 1
-        # The source does not judge its poses: every frame that could be tracked adds to the shape.
+        # The thesis does not judge its poses: every frame that could be tracked adds to the shape.
         sure = result.status[0] in ((Status.OK, Status.WEAK) if self._printed else (Status.OK,))
         fused = sure and frame.depth is not None and self._add(frame, result.poses[0])
         self._begin_refit()
@@ -292,19 +295,19 @@ class Reconstructor:
 
     @property
     def shape(self) -> SDF:
-        """The shape so far, a copy: distances in metres, negative inside, and the colours of what was seen."""
+        """A copy of the current shape: distances in metres, negative inside, and observed colours."""
         self._started("shape")
         return self._volume.shape(self._least)
 
     def mesh(self, *, seen_only: bool = False, faces: int | None = None) -> Mesh:
-        """Watertight coloured mesh, m, object frame; ``seen`` tells how often each vertex was seen (0: guessed).
+        """Watertight coloured mesh, m, object frame; ``seen``: number of observations of each vertex (0: guessed).
 
         Parameters
         ----------
         seen_only : bool
-            Leave out what is guessed (seen less than ``options.least_seen``): then it is open.
+            Omit the guessed surface (seen less than ``options.least_seen``); the mesh is then open.
         faces : int, optional
-            At most so many, by :meth:`Mesh.decimated`, which needs the extra ``sdftrack[export]``.
+            Maximum number of faces, by :meth:`Mesh.decimated`, which requires the extra ``sdftrack[export]``.
         """
         self._started("mesh")
         mesh = quality.surface_mesh(self._volume.core)
@@ -313,7 +316,7 @@ class Reconstructor:
         return mesh if faces is None else mesh.decimated(faces)
 
     def quality(self, mesh: Mesh | None = None) -> quality.Quality:
-        """How well the surface is known; `mesh`: what :meth:`mesh` gave for the shape as it is, if it is at hand."""
+        """Quality of the surface; `mesh`: the result of :meth:`mesh` for the current shape, if available."""
         return quality.quality_of(
             self.mesh() if mesh is None else mesh,
             self._volume.fused,
@@ -323,7 +326,7 @@ class Reconstructor:
         )
 
     def tracker(self) -> Tracker:
-        """A Tracker that goes on with this shape, the last pose, and the colours learnt."""
+        """A Tracker that continues with this shape, the last pose, and the learned colours."""
         tracker = self._started("tracker")
         shape = self.shape
         tracker.shapes = [shape]
@@ -333,16 +336,16 @@ class Reconstructor:
         return tracker
 
     def refine(self, progress: Callable[[float], None] | None = None, rounds: int = ROUNDS) -> Refined:
-        """Find all kept poses and the shape anew, a few rounds: what takes drift out of both.
+        """Re-estimate all kept poses and the shape in a few rounds, which removes drift from both.
 
-        In each round every kept frame is tracked against the whole shape, then the shape is made afresh from all of
-        them, so that the first frame stays where it is. What comes out is taken where it explains the frames as well as
-        what was there; else all stays as it was, and ``Refined.taken`` says so.
+        In each round every keyframe is tracked against the whole shape, then the shape is rebuilt from all of them,
+        with the first frame fixed. The result is accepted if it explains the frames at least as well as before;
+        otherwise nothing changes, and ``Refined.taken`` is False.
 
         Parameters
         ----------
         progress : callable, optional
-            Called with the share done, 0..1.
+            Called with the completed fraction, 0..1.
         rounds : int
         """
         tracker = self._started("refine")
@@ -358,6 +361,7 @@ class Reconstructor:
         refined = replace(refined, misfit_m=(was_m, now_m), taken=now_m < OVERFIT * was_m)
         if not refined.taken:
             self._volume = volume
+            self._look_at_extent_again()
             for keyframe, pose in zip(self._kept, poses, strict=True):
                 keyframe.T_cam_obj = pose
             self._reshape()
@@ -379,7 +383,7 @@ class Reconstructor:
 
     @property
     def _place_options(self) -> ReconstructorOptions:
-        """Of where the object begins: the source knows of no planes, and its shape may reach beyond the mask."""
+        """Options of the initialisation: the thesis removes no planes, and lets the shape extend beyond the mask."""
         return self.options.replace(planes=False, keep_to_mask=False) if self._printed else self.options
 
     def _new_tracker(self) -> Tracker:
@@ -411,18 +415,18 @@ class Reconstructor:
         return tracker
 
     def _go_on(self, pose: Pose) -> None:
-        """Bring a new tracker, which has the shape, to where the old one stood."""
+        """Transfer the state of the old tracker to a new one, which has the shape."""
         assert self._tracker is not None
         learn_colors(self._tracker, self._kept, self._frame_camera, self._index)
         self._tracker.set_pose(0, pose)
 
     @property
     def _least(self) -> int:
-        """Of what was seen of a piece of surface, in the core's unit, for it to count."""
+        """Minimum observation weight of a surface patch, in the core's unit."""
         return max(1, round(quality.SEEN_SCALE * self.options.least_seen))
 
     def _reshape(self, phi: Any = None, rgb_seen: Any = None, tracker: Tracker | None = None) -> None:
-        """The tracker (or another) takes the shape as it is, or copies that stay as they are."""
+        """Give the tracker (or another one) the current shape, or given copies of it."""
         self._show(self._started("shape") if tracker is None else tracker, self._volume, phi, rgb_seen)
 
     def _show(self, tracker: Tracker, volume: Volume, phi: Any = None, rgb_seen: Any = None) -> None:
@@ -430,12 +434,12 @@ class Reconstructor:
         values = (core.phi if phi is None else phi, core.voxel_m, list(core.origin))
         colors = core.rgb_seen if rgb_seen is None else rgb_seen
         inside = TrackerInterface(tracker)
-        # The source tracks by all of the shape, seen or guessed.
+        # The thesis tracks by all of the shape, seen or guessed.
         least = 0 if self._printed else self._least
         inside.replace_shape(0, values, colors, least, core.surface_boxes)
 
     def _add(self, frame: Frame, T: Pose) -> bool:
-        """Fuse a frame at its pose; whether enough of the object is in the image for that."""
+        """Fuse a frame at its pose; returns False if too little of the object is in the image."""
         assert self._tracker is not None
         assert frame.depth is not None
         inside = TrackerInterface(self._tracker)
@@ -448,7 +452,7 @@ class Reconstructor:
         return True
 
     def _first_keyframe(self, frame: Frame, found: Beginning) -> Keyframe:
-        """The first frame of a recording, which says by a mask what is the object's."""
+        """The first keyframe of a recording, in which a mask marks the object."""
         camera = None if self.mode == "depth" else self.camera if frame.camera is None else frame.camera
         return masked_keyframe(frame, found.on_object, found.T_cam_obj, self._frame_camera, camera)
 
@@ -458,12 +462,13 @@ class Reconstructor:
         self._keyframes.add(keyframe)
         if self._refit is not None:
             self._refit.add(keyframe)
-        # What many frames have shown moves little with one more.
+        # What many frames have shown moves little with one more: sample points, normals and the coarse grid of the
+        # tracker's shape may be one frame older than the distances and colours, which it borrows.
         if self._volume.grow_if_needed() or self._volume.fused <= YOUNG_FRAMES or self._volume.fused % 2 == 0:
             self._reshape()
 
     def _begin_refit(self) -> None:
-        """Have the young poses and the shape found anew on another thread, where that is due with this frame."""
+        """Start re-estimating the first poses and the shape on another thread, if due at this frame."""
         if self._next_refit == 0 or self._refit is not None or self._index < self._next_refit:
             return
         first = self._next_refit == self.options.refit_after
@@ -472,7 +477,7 @@ class Reconstructor:
         self._refit_due = self._index + frames_taken(self._index, max(self._volume.lattice.voxels))
 
     def _take_refit(self) -> None:
-        """Poses and shape as they have been found anew; the object goes on from where it is by them."""
+        """Adopt the re-estimated poses and shape, and continue from the corrected pose."""
         assert self._tracker is not None
         assert self._refit is not None
         refit, self._refit, self._refit_due = self._refit, None, 0
@@ -482,6 +487,7 @@ class Reconstructor:
         last = TrackerInterface(self._tracker).last_poses[0]
         found.volume.fused = self._volume.fused  # each that was fused stands for itself and one beside it
         self._volume = found.volume
+        self._look_at_extent_again()
         for keyframe in self._kept:
             keyframe.T_cam_obj = found.poses[keyframe.index]
         self._reshape()
@@ -501,7 +507,7 @@ class Reconstructor:
         return self._frame_camera.height, self._frame_camera.width
 
     def _fuse_all(self, progress: Callable[[float], None]) -> None:
-        """The shape anew from all kept frames at the poses they have now."""
+        """Rebuild the shape from all keyframes at their current poses."""
         volume, recording = self._volume.emptied(), 0
         for i, keyframe in enumerate(self._kept):
             if keyframe.recording != recording:
@@ -510,12 +516,19 @@ class Reconstructor:
             volume.fuse(keyframe, keyframe.full_depth(*self._size))
             progress((i + 1) / len(self._kept))
         self._volume = volume  # whole, or not at all
+        self._look_at_extent_again()
         self._reshape()
 
-    def _finished(self, result: TrackResult, T: Pose, begin: float, *, fused: bool) -> TrackResult:
+    def _look_at_extent_again(self) -> None:
+        if self._mask_extent is not None:
+            self._mask_extent.forget()
+
+    def _finished(
+        self, result: TrackResult, T: Pose, begin: float, *, fused: bool, judged: bool = True
+    ) -> TrackResult:
         poses = np.array(result.poses)
         poses[0] = T
-        if fused and self._mask_extent is not None and result.status[0] is Status.OK:
+        if judged and fused and self._mask_extent is not None and result.status[0] is Status.OK:
             reason = self._mask_extent.reason(self._volume.core, self._volume.fused, self._least)
             result = doubted(result, reason) if reason else result
         change = float(self._volume.core.change_m) if fused else float("nan")
@@ -525,7 +538,7 @@ class Reconstructor:
     # -- files
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the kept frames, their poses and the settings to one file (pickle), whole or not at all."""
+        """Write the keyframes, their poses and the settings to one file (pickle), completely or not at all."""
         from sdftrack._internal.pickled import save_pickled
 
         self._started("save")
@@ -533,7 +546,7 @@ class Reconstructor:
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Reconstructor:
-        """Read what :meth:`save` wrote; the shape is fused again. Only open files that you trust: this is a pickle."""
+        """Load a file written by :meth:`save`; the shape is fused again. Only open trusted files: this is a pickle."""
         from sdftrack._internal.pickled import load_pickled
 
         return load_pickled(path, Reconstructor)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""All kept poses and the shape, found anew in turn: what takes drift out of both."""
+"""Alternating re-estimation of all kept poses and the shape, which removes drift from both."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def refine(
     rounds: int,
     progress: Callable[[float], None] | None,
 ) -> Refined:
-    """Track every keyframe against the shape, then have the shape made anew (`fuse_all`), some rounds."""
+    """In each round, track every keyframe against the shape, then rebuild the shape (`fuse_all`)."""
     moved, turned = [], []
     for k in range(rounds):
 
@@ -52,7 +52,7 @@ def refine(
 
 
 def track_again(keyframe: Keyframe, tracker: Tracker, size: tuple[int, int]) -> tuple[float, float]:
-    """A kept frame against the shape as it is now; how far its pose has moved (m, rad)."""
+    """Track a keyframe against the current shape; returns the change of its pose (m, rad)."""
     tracker.set_pose(0, keyframe.T_cam_obj)
     color = None if tracker.mode == "depth" else keyframe.full_color(*size)
     places = None if color is None else _core.ColorMap.aligned(size[1], size[0])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A known shape found in the first frame of another recording, and whether what is seen there can be it."""
+"""Finds a known shape in the first frame of another recording, and checks consistency with the frame."""
 
 from __future__ import annotations
 
@@ -26,15 +26,17 @@ from sdftrack.tracking import Tracker
 
 __all__ = ["Contradiction", "Looked", "begin_again", "begin_with"]
 
-NEAR_M = 0.006  # a reading farther before the surface is another thing's, if it is in space that was seen to be empty
-BEHIND_M = 0.010  # a reading farther behind the surface has looked through it
+NEAR_M = (
+    0.006  # a measurement farther in front of the surface, in space observed to be free, is of another object
+)
+BEHIND_M = 0.010  # a measurement farther behind the surface contradicts it
 # As in cpp/reconstruction/reconstruction.cpp: three frames have looked past.
 EMPTY_FRAMES, EMPTY_RATIO = 3.0 / 2.94, -1.5
-MOST_EMPTY, MOST_THROUGH = 0.1, 0.1  # shares that a right pose may have, by noise and by what the mask errs
+MAX_EMPTY, MAX_THROUGH = 0.1, 0.1  # shares that a right pose may have, by noise and by what the mask errs
 WORSE = 0.025  # of a frame, that speaks against another pose more than against the one found, refutes it
-LEAST_PIXELS, SAME_M = 100, 1e-4
+MIN_PIXELS, SAME_M = 100, 1e-4
 AMBIGUOUS = (
-    "ambiguous: turned by {:.0f} deg it is as much in keeping with what was seen of it; show a side that tells, or "
+    "ambiguous: rotated by {:.0f} deg it is equally consistent with the observations; show a distinctive side, or "
     "give the pose"
 )
 
@@ -44,14 +46,14 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Contradiction:
-    """How much of a frame speaks against a pose of the shape as it is known.
+    """Amount of evidence in a frame against a pose of the known shape.
 
     Attributes
     ----------
     empty : float
-        Of the object's readings, the share in space that frames before have seen to be empty.
+        Fraction of the object's measurements in space observed to be free by earlier frames.
     through : float
-        Of the surface that was seen before and faces the camera, the share that the frame looks through.
+        Fraction of the previously observed, camera-facing surface where the frame observes free space.
     """
 
     empty: float
@@ -63,14 +65,14 @@ class Contradiction:
 
     @property
     def reason(self) -> str:
-        """One sentence; empty: nothing speaks against the pose."""
-        if self.empty > MOST_EMPTY:
+        """One sentence; empty: no contradiction."""
+        if self.empty > MAX_EMPTY:
             return (
-                f"{100 * self.empty:.0f} % of what is seen lies where the object was seen not to be; give a tighter "
+                f"{100 * self.empty:.0f} % of the measurements lie in space observed to be free; give a tighter "
                 "mask, or another frame"
             )
-        if self.through > MOST_THROUGH:
-            return f"{100 * self.through:.0f} % of the known surface should be seen and is not; give another frame"
+        if self.through > MAX_THROUGH:
+            return f"{100 * self.through:.0f} % of the known surface should be visible and is not; give another frame"
         return ""
 
 
@@ -90,7 +92,7 @@ def begin_again(
     -------
     result : TrackResult
     shown : Beginning or None
-        What that frame leaves for the object, at the pose found; None: the pose is not sure.
+        Bounds on the object from that frame, at the pose found; None: the pose is not reliable.
     """
     assert frame.depth is not None
     if isinstance(place, np.ndarray) and place.shape == (4, 4):
@@ -113,7 +115,7 @@ def begin_again(
 def begin_with(
     tracker: Tracker, frame: Frame, place: Place, camera: Camera, options: ReconstructorOptions
 ) -> tuple[TrackResult, Beginning | None]:
-    """The same with a tracker's own shape, of which nobody knows what was seen."""
+    """As `begin_again`, with a tracker's own shape, whose observed parts are unknown."""
     assert frame.depth is not None
     if isinstance(place, np.ndarray) and place.shape == (4, 4):
         result, shown = tracker.start(frame, poses=place), None
@@ -130,7 +132,7 @@ def begin_with(
 def _shown_at(
     depth: NDArray[np.float32], pose: Pose, camera: Camera, shape: SDF, options: ReconstructorOptions
 ) -> Beginning:
-    """By a pose the object's pixels are those of its silhouette; no outline is known then, but planes are."""
+    """With a given pose, the object's pixels are those of its silhouette; there is no outline, but planes are known."""
     shown = find_object(depth, pose, camera, shape, options)
     if not options.planes:
         return shown
@@ -140,7 +142,7 @@ def _shown_at(
 
 
 class Looked:
-    """A frame of another recording against the shape as it is known; `mesh` is its surface, with `seen`."""
+    """Compares a frame of another recording with the known shape; `mesh` is its surface, with `seen`."""
 
     def __init__(
         self, core: Any, mesh: Mesh, least_seen: float, frame: Frame, on_object: Mask, camera: Camera
@@ -151,7 +153,7 @@ class Looked:
         self.read_cam: NDArray[np.float64] = camera.back_project(frame.depth)[on_object & (frame.depth > 0)]
 
     def against(self, T_cam_obj: Pose) -> Contradiction:
-        """What of the frame contradicts a pose."""
+        """Evidence of the frame against a pose."""
         return Contradiction(self._in_empty_space(T_cam_obj), self._looked_through(T_cam_obj))
 
     def _in_empty_space(self, T_cam_obj: Pose) -> float:
@@ -170,13 +172,13 @@ class Looked:
         whole_m, part_m = (m.raycast(self._camera, T_cam_obj)[0] for m in (self.mesh, self._part))
         # What lies behind a hole in the seen part is its far side, which the camera need not see.
         known = (part_m > 0) & (np.abs(part_m - whole_m) < SAME_M) & (self._depth > 0)
-        if np.count_nonzero(known) < LEAST_PIXELS:
+        if np.count_nonzero(known) < MIN_PIXELS:
             return 0.0
         return float(np.mean(self._depth[known] > part_m[known] + BEHIND_M))
 
 
 def _find_known(tracker: Tracker, shape: SDF, looked: Looked, frame: Frame, on_object: Mask) -> TrackResult:
-    """Where the tracker's shape is, by a search on the object's pixels; weak where another pose is possible, too."""
+    """Search for the tracker's shape in the object's pixels; weak if another pose is possible too."""
     result = tracker.start(frame, masks=on_object)
     if result.status[0] is not Status.OK:
         return result

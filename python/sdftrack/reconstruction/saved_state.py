@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What of a reconstructor is written to a file: frames and poses, of which the shape is made anew."""
+"""State of a reconstructor in a file: frames and poses, from which the shape is rebuilt."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NO_REFIT = {"_refit": None, "_refit_due": 0}
 
 
 def state_of(star: Reconstructor) -> dict[str, Any]:
-    """All but volume and tracker, and what these are made of."""
+    """Everything except volume and tracker, and the data to rebuild them."""
     state = {**star.__dict__, **NO_REFIT}
     volume, tracker = state.pop("_volume"), state.pop("_tracker")
     if tracker is not None:
@@ -27,7 +27,7 @@ def state_of(star: Reconstructor) -> dict[str, Any]:
 
 
 def restore(star: Reconstructor, state: dict[str, Any]) -> None:
-    """Fill a reconstructor that has no attributes yet."""
+    """Restore the attributes of an empty reconstructor."""
     saved = state.pop("saved", None)
     star.__dict__.update(
         {"_later": [], "_mask_extent": None, "_next_refit": 0, **NO_REFIT, **state}

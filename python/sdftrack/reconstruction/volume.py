@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The volume that a shape grows in: its place, its first guess, and frames fused into it."""
+"""The reconstruction volume: its grid, its prior, and the frames fused into it."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Lattice:
 
 
 def lattice_for(beginning: Beginning, initial: SDF | None, voxels: int, extent: float | None) -> Lattice:
-    """A cube about the object as it was found, or about its first guess."""
+    """A cube around the detected object, or around the initial shape."""
     middle, widest = np.zeros(3), 2 * beginning.ball.radius_m
     if initial is not None:
         points = inside_points(initial)
@@ -55,7 +55,7 @@ def lattice_for(beginning: Beginning, initial: SDF | None, voxels: int, extent: 
 
 
 def _extent_of_largest(phi: NDArray[np.float32]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """First and last voxels (x, y, z) of the largest body inside: the rest is not the object."""
+    """First and last voxels (x, y, z) of the largest body; smaller ones are not part of the object."""
     from scipy import ndimage
 
     labels, largest = bodies(phi)
@@ -64,7 +64,7 @@ def _extent_of_largest(phi: NDArray[np.float32]) -> tuple[NDArray[np.int64], NDA
 
 
 class Volume:
-    """Evidence, distances and colours, as the core keeps them."""
+    """Evidence, distances and colours, stored in the core."""
 
     def __init__(
         self,
@@ -107,18 +107,18 @@ class Volume:
         return Lattice(tuple(self.core.voxels), self.core.voxel_m, tuple(self.core.origin))
 
     def emptied(self, lattice: Lattice | None = None) -> Volume:
-        """One without any frame, in the same place or in another."""
+        """An empty volume on the same grid or on another one."""
         return Volume(self.camera, lattice or self.lattice, *self._made_of)
 
     def begin_recording(self, beginning: Beginning, T_cam_obj: NDArray[np.float64]) -> None:
-        """The frames that follow keep to what the first one of their own recording leaves; it has this pose."""
+        """Bound the following frames by the first frame of their recording, which has this pose."""
         view, ball = beginning.view, beginning.ball
         if view is not None:
             view = view.to_core(self.camera, T_cam_obj, ball.centre_cam, ball.radius_m)
         self.core = self.core.continued(view)
 
     def fuse(self, keyframe: Keyframe, depth: NDArray[np.float32]) -> None:
-        """Add what a frame says; `depth` is its whole depth image."""
+        """Fuse a frame; `depth` is its whole depth image."""
         mask = keyframe.full_mask(self.camera.height, self.camera.width)
         foreground = None if keyframe.mask is not None else keyframe.foreground
         self.core.fuse(
@@ -127,7 +127,7 @@ class Volume:
         self.fused += 1
 
     def grow_if_needed(self) -> bool:
-        """Make room where the surface has come within a block of the border; the source's volume stays as it is."""
+        """Enlarge the volume if the surface is within a block of the border; the printed form keeps its volume."""
         if self._made_of[2].evolution == "printed":
             return False
         boxes = self.core.surface_boxes
@@ -149,7 +149,7 @@ class Volume:
         return grows
 
     def shape(self, least: int) -> SDF:
-        """The distances and colours so far, a copy; colours of what was seen less than `least` are left out."""
+        """A copy of the current distances and colours; colours observed less than `least` are omitted."""
         rgb_seen = self.core.rgb_seen.reshape(-1, 4)
         seen = np.flatnonzero(rgb_seen[:, 3] >= least)
         colors = None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The young shape and its poses, found anew on a thread of their own while the camera goes on."""
+"""Re-estimation of the early shape and its poses on a separate thread while tracking continues."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ MAX_MOVED_M, MAX_TURNED_RAD = 0.01, np.deg2rad(8.0)
 
 
 def frames_taken(frames: int, voxels: int) -> int:
-    """After how many more frames a refit of so many is taken: known beforehand, not when its thread is done."""
+    """Number of further frames after which a refit is adopted: fixed in advance, independent of the thread's timing."""
     return max(1, round(frames * (voxels / USUAL_VOXELS) ** 2))
 
 
 def coarser(lattice: Lattice, voxels: int) -> Lattice:
-    """The same extent with at most so many voxels along a side."""
+    """The same extent with at most this many voxels along a side."""
     scale = max(1.0, (max(lattice.voxels) - 1) / (voxels - 1))
     x, y, z = (int(np.ceil((n - 1) / scale)) + 1 for n in lattice.voxels)
     return Lattice((x, y, z), scale * lattice.voxel_m, lattice.origin)
 
 
 class Refitted(NamedTuple):
-    """The new volume, the pose of each frame, and `correction`, which the last pose is to be multiplied by."""
+    """The new volume, the pose of each frame, and `correction`, by which the last pose must be multiplied."""
 
     volume: Volume
     poses: dict[int, Pose]
@@ -52,23 +52,23 @@ class Refitted(NamedTuple):
 
 
 class YoungRefit:
-    """Poses and shape of the first frames found anew; then the frames that come meanwhile follow the new shape.
+    """Re-estimates poses and shape of the first frames, then tracks the frames received meanwhile.
 
-    It works on copies of its own: nothing that it reads is changed by who made it, and the other way round. What it
-    finds depends on the frames that it is given, not on how long it takes.
+    It works on private copies, so neither side changes the other's data. The result depends on the given frames, not on
+    timing.
 
     Parameters
     ----------
     keyframes : list of Keyframe
         The frames so far.
     volume : Volume
-        Where they were fused; only its place and its settings are used.
+        The volume into which they were fused; only its grid and settings are used.
     new_tracker : callable
-        Makes a tracker for this object.
+        Creates a tracker for this object.
     reshape : callable
-        Gives a tracker the shape in a volume.
+        Sets a tracker's shape to that of a volume.
     index : int
-        Of the last frame.
+        Index of the last frame.
     """
 
     def __init__(
@@ -91,13 +91,13 @@ class YoungRefit:
         self._work: list[Future[None]] = [self._pool.submit(self._refit)]
 
     def add(self, keyframe: Keyframe) -> None:
-        """Have a frame, fused by its own pose meanwhile, follow the new shape too."""
+        """Add a frame that was fused meanwhile, to be tracked against the new shape too."""
         self._before[keyframe.index] = keyframe.T_cam_obj
         copy = replace(keyframe, T_cam_obj=keyframe.T_cam_obj.copy())
         self._work.append(self._pool.submit(self._follow, copy))
 
     def finish(self) -> Refitted | None:
-        """What was found; None where it explains the frames no better. Waits for the thread."""
+        """The result; None if it does not explain the frames better. Waits for the thread."""
         try:
             for work in self._work:
                 work.result()
@@ -108,7 +108,7 @@ class YoungRefit:
         return Refitted(self._volume, {k.index: k.T_cam_obj for k in self._keyframes}, self._correction())
 
     def cancel(self) -> None:
-        """Let it go: the thread ends after the frame that it is at, and is not waited for."""
+        """Cancel: the thread ends after its current frame; does not wait for it."""
         self._cancelled = True
         self._pool.shutdown(wait=False, cancel_futures=True)
 

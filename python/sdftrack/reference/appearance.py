@@ -18,7 +18,7 @@ Array = NDArray[Any]
 BINS = 16  # per channel
 UNIFORM_SHARE = 1e-3
 MIN_POSTERIOR = 0.02
-BEHIND = 1.025  # a reading this much farther than another at the same colour pixel is hidden from it
+BEHIND = 1.025  # a measurement this much farther than another at the same colour pixel is hidden from it
 EDGE_PX, STEP_M = 2, 0.02
 BAND_VOXELS, OFF_BANDS = 3, 3
 FRONT_BANDS, FRONT_REACH_M, BESIDE_M, LOOKS_BEHIND = 1.5, 0.06, 0.006, 8  # of what stands in front
@@ -88,7 +88,7 @@ def seen_by_color(color_px: Array, color_depth: Array, reach_px: float = 1.0) ->
 
 
 def near_a_step(depth: Array, u: int, v: int) -> bool:
-    """Whether a reading two pixels to one of the four sides is missing or 20 mm off."""
+    """Whether a measurement two pixels to one of the four sides is missing or 20 mm off."""
     for x, y in ((u - EDGE_PX, v), (u + EDGE_PX, v), (u, v - EDGE_PX), (u, v + EDGE_PX)):
         if not (0 <= x < depth.shape[1] and 0 <= y < depth.shape[0]):
             return True
@@ -148,7 +148,7 @@ def smooth_foreground(
 ) -> Array:
     """P_f of N pixels by the log odds of those around each that continue its surface.
 
-    `at` (N,): index in the depth image, in order; `distance` (N,): of each reading from the surface, or None.
+    `at` (N,): index in the depth image, in order; `distance` (N,): of each measurement from the surface, or None.
     """
     log_odds = np.log(foreground / (1 - foreground))
     if distance is not None:

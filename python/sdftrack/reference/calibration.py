@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A lens and what an object says of it, in plain numpy: the twin of cpp/calibration.
 
-Lens values stand in the order fx, fy, cx, cy, skew, k1, k2, depth scale, depth offset (m). A reading d at pixel (u, v)
-is the point ``(scale d + offset) ray(u, v)``. Derivation: docs/math/intrinsics.md.
+The lens parameters are fx, fy, cx, cy, skew, k1, k2, depth scale, depth offset (m). A measurement d at pixel (u, v) is
+the point ``(scale d + offset) ray(u, v)``. Derivation: docs/math/intrinsics.md.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def ray_of(lens: Array, u_px: float, v_px: float) -> Array:
 
 
 def depth_of(lens: Array, reading_m: float) -> float:
-    """Depth (m) of a reading."""
+    """Depth (m) of a measurement."""
     return float(lens[7] * reading_m + lens[8])
 
 
@@ -48,7 +48,7 @@ def residual(
     v_px: float,
     reading_m: float,
 ) -> float:
-    """Depth at which the ray meets the surface, minus the depth measured (m), by Newton's method from the reading."""
+    """Depth at which the ray meets the surface, minus measured depth (m), by Newton's method from the latter."""
     values, voxel_m, origin = volume
     ray, depth = ray_of(lens, u_px, v_px), depth_of(lens, reading_m)
     R, t = T_obj_cam[:3, :3], T_obj_cam[:3, 3]
@@ -69,7 +69,7 @@ def point_residual(
     v_px: float,
     reading_m: float,
 ) -> float:
-    """phi at the measured point, in metres of the reading: the source's residual (thesis Eq. 3.11)."""
+    """phi at the measured point, in metres of the measurement: the thesis' residual (thesis Eq. 3.11)."""
     values, voxel_m, origin = volume
     point = depth_of(lens, reading_m) * ray_of(lens, u_px, v_px)
     phi, _ = sample(values, voxel_m, origin, T_obj_cam[:3, :3] @ point + T_obj_cam[:3, 3])

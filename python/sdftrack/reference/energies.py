@@ -24,8 +24,8 @@ Array = NDArray[Any]
 GRAZING_SLOPE = 0.17  # d phi / d z along a ray at 80 degrees from the normal
 FALLBACK_SLOPE = 0.3  # least slope that a pixel without a hit is divided by
 HIT_TOLERANCE_M = 5e-4
-HIT_LEAD_M = 0.003  # the search starts this far in front of the reading
-HIT_REACH_M = 0.05  # and begins again where it gets farther than this from the reading
+HIT_LEAD_M = 0.003  # the search starts this far in front of the measurement
+HIT_REACH_M = 0.05  # and begins again where it gets farther than this from the measurement
 CONVERGED_M = 1e-5
 NEWTON_STEPS = 8
 POSTERIOR_FLOOR = 1e-3
@@ -135,7 +135,7 @@ class DepthLogistic:
     scale_m: float
     outlier_floor: float = 0.0
     curvature: str = "irls"
-    floor_behind: float | None = None  # e of readings behind the surface (r < 0), where it is another
+    floor_behind: float | None = None  # e of measurements behind the surface (r < 0), where it is another
 
     def floor_of(self, residual: float) -> float:
         return self.outlier_floor if self.floor_behind is None or residual >= 0 else self.floor_behind
@@ -219,7 +219,7 @@ class Hit(NamedTuple):
 def find_hit(field: Field, ray: Array, depth: float, steps: int = NEWTON_STEPS) -> Hit:
     """Newton's iteration for phi(z ray) = 0; the slope is at most -GRAZING_SLOPE.
 
-    From a little in front of the reading: one behind the middle of a thin wall would run away from the wall's front.
+    Starts slightly in front of the measurement, because from behind the middle of a thin wall it would miss the front.
     """
     z = depth - HIT_LEAD_M
     for _ in range(steps):

@@ -22,7 +22,7 @@ CARVES = -1.0  # slant of a pixel that says no more than that the space before i
 CARVED_RATIO = -1.0
 MAX_SMOOTH, MAX_PRINTED = 0.9, np.tanh(5.0)  # of |q|; log ratios of 2.94 and 10
 PRINTED_REACH = 16.0  # of sigma_d: the printed form has no end, and leaves 1e-7 there
-REACH = 2.0  # of sigma_d: nothing is said farther behind a reading
+REACH = 2.0  # of sigma_d: nothing is said farther behind a measurement
 
 
 @dataclass
@@ -33,20 +33,20 @@ class Options:
     sigma_d_m: float = 0.003
     noise_m: float = 0.001
     noise_per_m: float = 0.0
-    least_noise_m: float = 0.001  # at least a voxel
+    min_noise_m: float = 0.001  # at least a voxel
     usual_noise_m: float = 0.001
     carve_from_m: float = 0.003
-    least_slant: float = 0.2
+    min_slant: float = 0.2
     border_px: int = 2
     jump_m: float = 0.01
-    most_weight: float = 100.0
+    max_weight: float = 100.0
 
 
 # ---- 1. evidence ----
 
 
 def log_ratio(d_m: Array, noise_m: Array | float, sigma_d_m: float, printed: bool) -> Array:
-    """log(L_in / L_out) of a voxel d behind a reading, (1) and (2)."""
+    """log(L_in / L_out) of a voxel d behind a measurement, (1) and (2)."""
     d = np.asarray(d_m, np.float64)
     sure = np.sign(d) if printed else np.vectorize(erf)(d / (np.sqrt(2) * np.asarray(noise_m)))
     most = MAX_PRINTED if printed else MAX_SMOOTH
@@ -79,15 +79,15 @@ def pixels(depth_m: Array, mask: Array, K: Array, o: Options) -> tuple[Array, Ar
         b = np.polyfit(np.arange(-2, 3), z[y - 2 : y + 3, x - 1 : x + 2], 1)[0].mean()
         fx, fy, cx, cy = K
         c = z[y, x] / np.linalg.norm([fx * a, fy * b, z[y, x] + (x - cx) * a + (y - cy) * b])
-        if c >= o.least_slant:
+        if c >= o.min_slant:
             slant[y, x], du[y, x], dv[y, x] = c, a, b
     return slant, du, dv
 
 
 def range_discrepancy(p_cam: Array, depth_m: Array, K: Array) -> Array:
-    """How far (..., 3) points lie behind the reading of their nearest pixel, along that pixel's ray; NaN: no reading.
+    """How far (..., 3) points lie behind the measurement of their nearest pixel, along that pixel's ray; NaN: none.
 
-    (4.28) and (4.29) times the reading's range: m. Printed it is a share of that range, but sigma_d is a length.
+    (4.28) and (4.29) times the measurement's range: m. Printed it is a share of that range, but sigma_d is a length.
     """
     h, w = depth_m.shape
     fx, fy, cx, cy = K
@@ -138,10 +138,10 @@ def evidence(p_cam: Array, depth_m: Array, mask: Array, K: Array, o: Options) ->
     depth = np.where(slant != 0, depth_m[i, j] + du[i, j] * (u - j) + dv[i, j] * (v - i), 1e6)
     surface = slant > 0
     d = (z - depth) * np.where(surface, slant, 1)
-    blur = np.maximum(o.noise_m + o.noise_per_m * depth**2, o.least_noise_m)
+    blur = np.maximum(o.noise_m + o.noise_per_m * depth**2, o.min_noise_m)
     near = surface & (np.abs(d) < REACH * o.sigma_d_m)
     before = surface & (d < REACH * o.sigma_d_m)
-    weight = np.where(before, slant * (max(o.usual_noise_m, o.least_noise_m) / blur) ** 2, 0)
+    weight = np.where(before, slant * (max(o.usual_noise_m, o.min_noise_m) / blur) ** 2, 0)
     said = np.where(near, weight * log_ratio(d, blur, o.sigma_d_m, False), 0)
     carved = (slant != 0) & (d < -np.maximum(3 * blur, o.carve_from_m))
     part = np.where(slant == CARVES_FAINTLY, FAINT, 1)
@@ -157,7 +157,7 @@ def evidence(p_cam: Array, depth_m: Array, mask: Array, K: Array, o: Options) ->
 
 
 def fuse(
-    ratio: Array, weight: Array, said: tuple[Array, Array], most_weight: float, printed: bool = False
+    ratio: Array, weight: Array, said: tuple[Array, Array], max_weight: float, printed: bool = False
 ) -> tuple[Array, Array]:
     """Sums over the frames so far and one more; what was guessed counts until something is seen, printed for good."""
     # Faint carving speaks only where nothing else has spoken.
@@ -165,7 +165,7 @@ def fuse(
     said = np.where(idle, 0, said[0]), np.where(idle, 0, said[1])
     known = np.where((weight == 0) & (said[1] > 0) & (not printed), 0, ratio)
     total = weight + said[1]
-    kept = np.minimum(1, most_weight / np.maximum(total, 1e-30))
+    kept = np.minimum(1, max_weight / np.maximum(total, 1e-30))
     return kept * (known + said[0]), kept * total
 
 

@@ -19,10 +19,10 @@ __all__ = [
 Array = NDArray[np.float64]
 TUKEY = 4.685  # 95 % efficiency for Gaussian noise
 MAD = 1.4826  # of the median of |e| to one sd
-SIGMAS = 3.0  # of the noise, that a reading of the plane may be off
+SIGMAS = 3.0  # of the noise, that a measurement of the plane may be off
 FIRST_REACH = 3.0  # slabs, that a first plane may be off; a bend grows from what lies in one slab
-FOOT_SIGMAS = 2.0  # of the noise, above which a reading may be a foot
-FLOOR_M = 0.0005  # of the noise: a sensor that rounds has readings without any scatter
+FOOT_SIGMAS = 2.0  # of the noise, above which a measurement may be a foot
+FLOOR_M = 0.0005  # of the noise: a sensor that rounds has measurements without any scatter
 MIN_SCALE = 0.1  # of the noise, against which a bend is held small
 BEND_SD = 0.01  # of depth, that a term of the bend is expected to have: 1 cm at 1 m
 FOOT = 2.0  # times the tolerance, that a foot may reach from what stands out
@@ -98,7 +98,7 @@ def fit(
     rounds: int = 6,
     terms: Array | None = None,
 ) -> Fit:
-    """Plane through readings, from a first one: weighted least squares of inverse depth, Tukey's weights (eq. 5, 6).
+    """Refine a plane on measurements: weighted least squares of inverse depth, Tukey's weights (eq. 5, 6).
 
     `rays` (N, 3), `z` (N,) m. The first round believes what is within three slabs, the others what the measured noise
     says. With `terms` (N, 7) the surface may bend (eq. 8).
@@ -110,7 +110,7 @@ def fit(
     for k in range(rounds):
         bend = 0.0 if terms is None else terms @ x[3:]
         length = np.linalg.norm(x[:3])
-        # Not at the reading's own depth: what is noisy must not weigh itself.
+        # Not at the measurement's own depth: what is noisy must not weigh itself.
         on_plane = plane_depth_m(x[:3], rays, z)
         sigma = height_sigma_m(x[:3], rays, on_plane, focal_px, noise)
         e = height_m(x[:3], rays, z, bend)
@@ -155,7 +155,7 @@ def off_plane(
 def feet(
     out: NDArray[np.bool_], raised: NDArray[np.bool_], z: Array, focal_px: float, tolerance_m: float
 ) -> NDArray[np.bool_]:
-    """`out` and those raised readings that hang together with it, over neighbours that are raised too.
+    """`out` and those raised measurements that hang together with it, over neighbours that are raised too.
 
     A foot reaches as many pixels from what stands out as `FOOT` tolerances take at its depth.
     """

@@ -84,7 +84,7 @@ def _ellipsoid(p: Array, a: Array) -> float:
 
 
 def printed_distance(kind: str, size: dict[str, float], points: Array, step: float = 1e-6) -> Array:
-    """The source's form (thesis Eq. 3.27): a unit solid under S = diag(s), over |S^-1 grad phi_u|, by differences."""
+    """The thesis' form (thesis Eq. 3.27): a unit solid under S = diag(s), over |S^-1 grad phi_u|, by differences."""
     scale = {
         "sphere": lambda s: [s["radius"]] * 3,
         "box": lambda s: [s["x"], s["y"], s["z"]],
@@ -142,7 +142,7 @@ def clearance(
 
 
 def ray_residual(kind: str, size: dict[str, float], T_obj_cam: Array, p_cam: Array) -> float:
-    """The way (m of depth) from a reading along its ray to where the ray first meets the solid; nan: it does not."""
+    """Depth difference (m) between a measurement and the first intersection of its ray with the solid; nan: none."""
     ray = p_cam / p_cam[2]
     z = np.linspace(p_cam[2] - 0.05, p_cam[2] + 0.05, 801)
     phi = distance(kind, size, (z[:, None] * ray) @ T_obj_cam[:3, :3].T + T_obj_cam[:3, 3])
@@ -155,7 +155,7 @@ def ray_residual(kind: str, size: dict[str, float], T_obj_cam: Array, p_cam: Arr
 
 
 def patch_way(size: dict[str, float], T_obj_cam: Array, p_cam: Array) -> float:
-    """The way (m of depth) from a reading along its ray to a plane patch, from either side; nan: it is not met."""
+    """Depth difference (m) between a measurement and the intersection with a plane patch; nan: none."""
     R, t = T_obj_cam[:3, :3], T_obj_cam[:3, 3]
     ray = R @ (p_cam / p_cam[2])
     depth = -t[2] / ray[2]

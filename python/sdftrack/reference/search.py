@@ -44,7 +44,7 @@ def seed_rotation(k: int, n: int) -> Array:
 
 
 def explained_share(phi: Array, slope: Array, tolerance_m: float) -> float:
-    """Share of readings that lie on a surface facing the camera: phi (N,) m, d phi / d depth (N,)."""
+    """Share of measurements that lie on a surface facing the camera: phi (N,) m, d phi / d depth (N,)."""
     return float(np.mean((np.abs(phi) < tolerance_m) & (slope < 0)))
 
 

@@ -63,7 +63,7 @@ def features(image: Array, space: str, scale: float) -> Array:
 
 
 def depth_feature(depth_m: Array, scale: float) -> Array:
-    """Whole numbers; where nothing is read the last reading to the left, or else the first of the row."""
+    """Whole numbers; where nothing is read the last measurement to the left, or else the first of the row."""
     out = np.zeros(depth_m.shape, np.int64)
     for row, readings in zip(out, depth_m.astype(float), strict=True):
         seen = np.flatnonzero(readings > 0)

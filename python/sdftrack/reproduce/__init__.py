@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Figures and tables of the source text, made again: one module each, with the printed values beside ours."""
+"""Reproduction of figures and tables of the thesis: one module each, with the printed values for comparison."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ __all__ = ["FIGURES", "Context", "Figure", "find"]
 
 @dataclass(frozen=True)
 class Figure:
-    """An experiment that can be made again."""
+    """An experiment that can be reproduced."""
 
     id: str
     title: str
     module: str
 
     def run(self, context: Context) -> dict[str, Any]:
-        """Make it; the numbers that go into result.json. Files are written into ``context.out``."""
+        """Run it; returns the numbers for result.json. Files are written into ``context.out``."""
         made: dict[str, Any] = importlib.import_module(f"sdftrack.reproduce.{self.module}").run(context)
         return made
 
 
 @dataclass(frozen=True)
 class Context:
-    """What a figure is made with.
+    """Settings of a figure.
 
     Attributes
     ----------
     out : Path
-        An existing folder of the figure's own.
+        An existing output folder for the figure.
     mesh : Path or None
-        A mesh in place of the built-in shape.
+        A mesh to use instead of the built-in shape.
     frames : int or None
-        Fewer frames for a quick look; None: as stated by the figure.
+        Number of frames, e.g. fewer for a quick test; None: as stated by the figure.
     options : dict
         Keyword arguments for `Tracker`.
     step : callable (done, total, label)
-        Told of progress.
+        Progress callback.
     unit : str or None
-        Of the mesh; None: metres.
+        Unit of the mesh; None: metres.
     """
 
     out: Path
@@ -82,7 +82,7 @@ FIGURES = {
 
 
 def find(name: str) -> Figure:
-    """The figure of that id; ValueError lists those that exist."""
+    """The figure with that id; ValueError lists the available ones."""
     if name not in FIGURES:
         raise ValueError(f"figure: expected one of {', '.join(FIGURES)}, got {name!r} (see --list)")
     return FIGURES[name]

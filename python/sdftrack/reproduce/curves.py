@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Curves that several figures draw."""
+"""Curves used by several figures."""
 
 from __future__ import annotations
 

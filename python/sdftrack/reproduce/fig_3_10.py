@@ -2,7 +2,7 @@
 """Figure 3.10: depth-only tracking of a virtual object, four levels of Gaussian noise on Z (Eq. 3.21).
 
 Set-up: 300 frames, 640 x 480, fx = fy = 525, about 0.8 m away, noise 0, 1, 2 and sqrt(10) mm. Frames,
-intrinsics, distance and the two middle levels are not printed in the source; these are ours. Printed: at 1 mm
+intrinsics, distance and the two middle levels are not given in the thesis; these are ours. Printed: at 1 mm
 all errors are below 1 mm and 2 degrees; at sqrt(10) mm the object is never lost.
 """
 

@@ -3,7 +3,7 @@
 
 Set-up: a cube of 200 mm swept once through the whole image, 0.5 to 1.2 m away, 300 frames, 640 x 480, true intrinsics
 575 575 319.5 239.5, start 600 600 300 200 and the true first pose. Object, frames, intrinsics and start are not printed
-in the source; these are ours. Curves: the source's information-weighted mean of the frames' own estimates (Eq. 3.23),
+in the thesis; these are ours. Curves: the thesis' information-weighted mean of the frames' own estimates (Eq. 3.23),
 by the depth at which rays meet the model; thin: by phi at the measured points, as printed (Eq. 3.11). Marks: the joint
 solution over the first frames. Printed: at 1 mm fx and fy within 1 %, cx and cy within 2 px from less
 than 200 frames; in higher noise fx / fy is still right, the principal point is worse, fx and fy are too low.
@@ -27,7 +27,7 @@ __all__ = ["FIRST_GUESS", "calibration_object", "run"]
 
 SIGMAS_M = (0.0, 0.001, 0.002, np.sqrt(10.0) * 1e-3)
 FRAMES, SEED, VOXELS = 300, 0, 200
-FIRST_GUESS = Camera(600.0, 600.0, 300.0, 200.0, 640, 480)  # of the source's real experiment (Table 3.1)
+FIRST_GUESS = Camera(600.0, 600.0, 300.0, 200.0, 640, 480)  # of the thesis' real experiment (Table 3.1)
 PARTS = (25, 50, 100, 200)  # frames after which the joint solution is looked at, beside all of them
 WITHIN = np.array([0.01 * TRUTH.fx, 0.01 * TRUTH.fy, 2.0, 2.0])  # printed, px
 BEFORE = 200  # frames

@@ -3,8 +3,8 @@
 
 Set-up: a cube of 200 mm is moved before a camera with a Kinect's noise (true intrinsics 575 575 319.5 239.5), start
 600 600 300 200 as printed, 500 frames. Then corners of a room, ten poses with the same noise, are back-projected with
-what was found. The source used a real Kinect and one corner; truth, object and corners are ours. Overall error: the
-sum of the three angles' distances from 90 degrees. Printed: 2.10 by the source, 5.10 by a checkerboard, 2.75 by the
+what was found. The thesis used a real Kinect and one corner; truth, object and corners are ours. Overall error: the
+sum of the three angles' distances from 90 degrees. Printed: 2.10 by the thesis, 5.10 by a checkerboard, 2.75 by the
 toolbox of Herrera et al., 7.81 with the start values.
 """
 
@@ -29,13 +29,13 @@ __all__ = ["run"]
 FRAMES, SEED, CORNERS = 500, 0, 10
 TARGET_DEG = 0.5
 PRINTED = (
-    ("printed: the source's", (90.18, 91.61, 89.69), 2.10),
+    ("printed: thesis", (90.18, 91.61, 89.69), 2.10),
     ("printed: Zhang", (90.87, 92.19, 87.96), 5.10),
     ("printed: Herrera et al.", (91.61, 89.22, 90.35), 2.75),
     ("printed: start values", (88.40, 87.96, 94.18), 7.81),
 )
 HEAD = ["method", "angle 1", "angle 2", "angle 3", "overall", "mean of corners", "worst", "kept"]
-SLAB_M = 0.03  # readings nearer than this to a plane are drawn as its own
+SLAB_M = 0.03  # measurements nearer than this to a plane are drawn as its own
 Array = NDArray[np.float64]
 
 

@@ -3,8 +3,8 @@
 
 Set-up: the recorded scene `learn33` (things on a table) where SDFTRACK_DATA names a folder with the part `osd`, three
 synthetic boxes otherwise; both ways start at the middle of the largest free part of the table. Upper row: as printed,
-the patch extended as it is, a constant tolerance. Lower row: refitted to all readings near it, a slab that knows the
-noise, feet of objects kept. Printed: the three pictures, no numbers.
+the patch extended without refitting, a constant tolerance. Lower row: refitted to all measurements near it, a slab that
+knows the noise, feet of objects kept. Printed: the three pictures, no numbers.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def _table_normal(scene: TableScene) -> NDArray[np.float64]:
 
 
 def _shaded(scene: TableScene) -> Picture:
-    """The depth image in grey, near is bright; black without a reading."""
+    """The depth image in grey, near is bright; black without a measurement."""
     z = scene.frame.depth
     low, high = np.percentile(z[z > 0], [1, 99])
     grey = np.where(z > 0, 60 + 160 * np.clip((high - z) / (high - low), 0, 1), 0)

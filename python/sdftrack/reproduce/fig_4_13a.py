@@ -2,7 +2,7 @@
 """Figure 4.13, run (a): RGB-D tracking of a known, textured object.
 
 Set-up: 300 frames of colour and depth, 640 x 480, fx = fy = 525, about 0.8 m away, over a cluttered table; the
-object turns so that its whole surface is seen. Noise and frame count are not printed in the source; ours is 1 mm
+object turns so that its whole surface is seen. Noise and frame count are not given in the thesis; ours is 1 mm
 and none. Printed: errors stay below 2 mm and 1 degree.
 """
 

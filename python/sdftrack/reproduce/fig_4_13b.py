@@ -73,12 +73,12 @@ def _known(scene: Scene, seq: Any, context: Context) -> tuple[Errors, tuple[list
 
 def _row(sigma: float, way: str, errors: Errors, status: list[str], seconds: Array) -> dict[str, Any]:
     mm, deg = 1e3 * errors.metres, np.rad2deg(errors.radians)
-    most_mm, most_deg = PRINTED[way]
+    limit_mm, limit_deg = PRINTED[way]
     row = {
         "sigma_m": sigma, "way": way, "mean_mm": float(mm.mean()), "max_mm": float(mm.max()),
         "mean_deg": float(deg.mean()), "max_deg": float(deg.max()), "not_ok": sum(s != "ok" for s in status),
-        "ms": 1e3 * float(np.median(seconds[1:])), "printed": f"{most_mm:g} mm, {most_deg:g} deg",
-        "kept": bool(mm.max() <= most_mm and deg.max() <= most_deg),
+        "ms": 1e3 * float(np.median(seconds[1:])), "printed": f"{limit_mm:g} mm, {limit_deg:g} deg",
+        "kept": bool(mm.max() <= limit_mm and deg.max() <= limit_deg),
     }  # fmt: skip
     numbers = (f"{row[k]:.3f}" for k in ("mean_mm", "max_mm", "mean_deg", "max_deg"))
     row["cells"] = [

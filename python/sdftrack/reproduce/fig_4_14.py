@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Figure 4.14: error of the surface while it grows, for five reaches sigma_d of the evidence.
 
-Set-up: the scene of Figure 4.13 (b), 1 mm of noise, the source's evolution and tracker (``evolution="printed"``) with
+Set-up: the scene of Figure 4.13 (b), 1 mm of noise, the thesis' evolution and tracker (``evolution="printed"``) with
 sigma_d of 4 to 40 voxels; and ours. The error is the mean distance of points all over the truth, seen or not, to the
 surface as it is, after the two have been aligned anew. Printed: 6 mm at the start for all; below 20 voxels it falls and
 settles near frame 150; at 20 the error stays large; at 40 the object is too thick after a few frames, then tracking is
@@ -80,7 +80,7 @@ def aligned_error(shape: Any, points: Array, T: Array) -> tuple[float, Array]:
 
 
 def _distances(shape: Any) -> Any:
-    """A shape whose field is a distance; the source's evolution leaves one that is steeper."""
+    """A shape whose field is a distance; the thesis' evolution leaves one that is steeper."""
     from sdftrack import levelset
     from sdftrack.sdf import SDF
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Figures 4.15 and 4.16: a camera carried around an object that rests among others, by the object alone and by all.
 
-Set-up: the duck on a table with eight boxes about it, 300 frames, once round it, noise 1 mm; no such recording is at
-hand. "object" is ours: the duck alone is reconstructed, with its true mask in the first frame, and the camera's path is
-that in the object's frame. "whole scene" is Open3D's fusion of everything, frame against model, in place of the
+Set-up: the duck on a table with eight boxes about it, 300 frames, once round it, noise 1 mm; no such recording is
+available. "object" is ours: the duck alone is reconstructed, with its true mask in the first frame, and the camera's
+path is that in the object's frame. "whole scene" is Open3D's fusion of everything, frame against model, in place of the
 Kinect's; it is left out where Open3D is not installed. The constant rigid motion between two paths is taken out by the
 camera centres. Printed: the two nearly coincide (no numbers).
 """

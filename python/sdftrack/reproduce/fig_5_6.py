@@ -2,7 +2,7 @@
 """Figure 5.6: two look-alikes that meet and part, tracked jointly and by two independent trackers.
 
 Set-up: 220 frames of depth and colour, noise 1 mm and 5 grey levels; they pass one before the other, in contact,
-near frames 78, 111 and 142, and are apart at 94. Shape, noise and path are not printed in the source; ours are. Among
+near frames 78, 111 and 142, and are apart at 94. Shape, noise and path are not given in the thesis; ours are. Among
 such paths this is one on which independent trackers fail: on about every other one they do not. Printed: apart both
 are equally good; close the independent trackers are very wrong, the joint one is steady.
 """

@@ -2,7 +2,7 @@
 """Figure 5.8: two look-alikes at rest, seen by a camera that moves: how steady is their relative pose?
 
 Set-up: 200 frames of depth and colour, noise 1 mm and 5 grey levels, a gap of 3 mm, the camera keeps facing the
-pair. The source's recording is not at hand: this one is synthetic. Printed: the joint tracker is much steadier in
+pair. The thesis' recording is not available: this one is synthetic. Printed: the joint tracker is much steadier in
 translation and rotation (no numbers).
 """
 

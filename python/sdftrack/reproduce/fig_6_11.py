@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Figure 6.11 and Table 6.4: recovery and time per frame of the regression against other ways.
 
-Set-up: the walker, all frames learnt, harmonics 8-10 give 1-7, rectangles that hide 29 to 94 %. The source compares
+Set-up: the walker, all frames learnt, harmonics 8-10 give 1-7, rectangles that hide 29 to 94 %. The thesis compares
 with a search in a learnt latent space (GPLVM-DCT), which is not built here: the nearest training shape and principal
 components of the harmonics stand for it. Printed: GPLVM ahead by 10 % on average and up to 114 times slower; below
 10 % hidden no recovery is best.

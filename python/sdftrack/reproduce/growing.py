@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the figures on reconstruction share: the scene of Figure 4.13, and a reconstructor that begins with a ball."""
+"""Common parts of the figures on reconstruction: the scene of Figure 4.13, a reconstructor started from a ball."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Scene:
 
 
 def scene_of(context: Context, frames: int = FRAMES) -> Scene:
-    """The built-in duck, or the mesh that was asked for, turned until its whole surface has been seen."""
+    """The built-in duck, or the given mesh, rotated until its whole surface has been observed."""
     from sdftrack.mesh import Mesh
     from sdftrack.synth.duck import duck_mesh
 
@@ -64,7 +64,7 @@ def scene_of(context: Context, frames: int = FRAMES) -> Scene:
 
 
 def reconstructor(scene: Scene, seq: Any, sigma_d_voxels: float | None = None) -> Any:
-    """Ours, or with `sigma_d_voxels` the source's, tracker and all (``evolution="printed"``)."""
+    """Ours, or with `sigma_d_voxels` the thesis', tracker and all (``evolution="printed"``)."""
     from sdftrack.reconstruction import Reconstructor
 
     more: dict[str, Any] = {}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the figures of several look-alikes share: the shape, and which ways of tracking this version knows."""
+"""Common parts of the figures with several identical objects: the shape, and the tracking variants."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def name_of(context: Context) -> str:
 
 
 def ways(solid: Solid, camera: Any) -> list[str]:
-    """Jointly with each form of the collision term that the tracker has, and one tracker for each object."""
+    """Joint tracking with each form of the collision term, and one tracker per object."""
     import sdftrack as st
 
     try:

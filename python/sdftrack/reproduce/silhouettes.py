@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""What Figures 6.9 to 6.11 share: sets of silhouettes, hidden in part, memories for every split of the harmonics.
+"""Common parts of Figures 6.9 to 6.11: partly occluded silhouettes, memories for every split of the harmonics.
 
-The source's four videos (a running cat, a jumping woman, a walking man, a hand) are not to be had. Synthetic gaits with
-as many frames stand in for them, and where SDFTRACK_DATA names a folder with the part `davis`, the hand-made masks of
-two of its sequences are added. All frames are training data, as printed.
+The thesis' four videos (a running cat, a jumping woman, a walking man, a hand) are not available. They are replaced by
+synthetic gaits with as many frames; if SDFTRACK_DATA names a folder with the part `davis`, the manual masks of two of
+its sequences are added. All frames are training data, as printed.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Mask: TypeAlias = NDArray[np.bool_]
 HARMONICS = 10
 SPLITS = (1, 2, 3, 4, 5, 6, 7, 8, 9)  # how many of them, the highest, are inputs
 VIDEOS = ("cows", "camel")  # of davis: those that are in sight nearly all the time
-NOTE = "the source's videos are not to be had: synthetic gaits with as many frames"
+NOTE = "the thesis' videos are not available: synthetic gaits with as many frames"
 
 
 def sets(context: Context) -> tuple[dict[str, Mask], str]:

@@ -3,7 +3,7 @@
 
 Set-up: the built-in duck, 200 voxels, in front of a 1280 x 960 camera at distances where it shows 1e3 to 3e5 pixels,
 1 mm of noise, going back and forth by 5 mm and 1.5 degrees, every pixel used. Object, camera and motion are not
-printed in the source; these are ours. Printed: CPU above 100 Hz on a hand-held object; GPU about 20 ms for an object
+printed in the thesis; these are ours. Printed: CPU above 100 Hz on a hand-held object; GPU about 20 ms for an object
 of about 200 mm; GPU slower than CPU at a few thousand pixels; GPU time nearly constant, CPU time linear in the number
 of pixels.
 """

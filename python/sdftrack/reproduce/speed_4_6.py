@@ -4,7 +4,7 @@
 Set-up: the first frames of Figure 4.13 (b), 1 mm of noise, 640 x 480. Printed: tracking at about 100 Hz on a CPU; a
 step of the level set 1.5 to 2 ms on a GTX 680, about 100 steps on the first frame and 10 to 20 on each later one. Ours
 takes no steps: it adds a frame's evidence and brings the distances up to date where that has changed. "as printed" is
-the source's evolution and tracker here, on the CPU (``evolution="printed"``, 100 steps and then 15).
+the thesis' evolution and tracker here, on the CPU (``evolution="printed"``, 100 steps and then 15).
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ def _ms(value: float | None) -> str:
 
 
 def evidence(d_voxels: Array, sigma_d: float, noise_voxels: float | None) -> Array:
-    """Likelihood that a voxel `d_voxels` behind the reading is inside: printed (no noise), or the smooth form."""
+    """Likelihood that a voxel `d_voxels` behind the measurement is inside: printed (no noise), or the smooth form."""
     fades = np.exp(-np.abs(d_voxels) / sigma_d)
     if noise_voxels is None:
         printed: Array = 0.5 * (np.sign(d_voxels) * fades + 1)
@@ -140,7 +140,7 @@ def _plot(path: Any) -> None:
     for sigma_d in (4.0, 8.0, 20.0):
         axes[0].plot(d, evidence(d, sigma_d, None), label=f"printed, {sigma_d:g} voxels", linewidth=1.2)
     axes[0].plot(d, evidence(d, 8.0, 1.0), "k--", label="smooth, 8 voxels, noise 1", linewidth=1.2)
-    axes[0].set(title="4.6: a voxel behind its reading is inside", xlabel="voxels behind the reading")
+    axes[0].set(title="4.6: a voxel behind its measurement is inside", xlabel="voxels behind the measurement")
     guess = ReconstructorOptions().prior * np.tanh(-d / GUESS_FADES_VOXELS)
     axes[1].plot(d, 1 / (1 + np.exp(-guess)), label="ours: log ratio of 0.4 at most", linewidth=1.2)
     printed = first_guess(d.astype(np.float32), 1.0)

@@ -3,7 +3,7 @@
 
 Set-up: a made picture (`synth.region_picture`) at 320 x 240, 640 x 480 and 1280 x 960, 256 pixels a segment (1,200 at
 640 x 480), compactness 10, 5 iterations, connectivity included. Picture, segments, compactness and iterations are not
-printed in the source; these are ours. Its "SLIC" is the authors' program on one core of an i7-2600, its gSLIC ran on
+printed in the thesis; these are ours. Its "SLIC" is the authors' program on one core of an i7-2600, its gSLIC ran on
 a GTX 460; "CPU SLIC" here is scikit-image's.
 """
 

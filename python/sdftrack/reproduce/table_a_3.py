@@ -2,7 +2,7 @@
 """Table A.3: the parts of the time of superpixels, k-means and connectivity, for three sizes of image.
 
 Set-up: that of Table A.2; one thread, least times of many calls, "k-means" with colours and centres. On a GPU it is a
-call without connectivity, and "connectivity" what a call with it takes more. In the source k-means ran on the GPU
+call without connectivity, and "connectivity" what a call with it takes more. In the thesis k-means ran on the GPU
 and connectivity, by recursion, on the CPU.
 """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Signed distance volumes: from meshes and formulas, sampled, moved, joined, rendered, saved."""
+"""Signed distance volumes: creation from meshes and formulas, sampling, transforms, unions, rendering, files."""
 
 from sdftrack.sdf.mesh_report import MeshReport
 from sdftrack.sdf.unions import smooth_union, union

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A volume in an .npz file: values, voxel_size, origin, and colors where there are any."""
+"""Volumes in .npz files: values, voxel_size, origin, and colors if present."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def write_volume(
     origin: NDArray[np.float64],
     colors: NDArray[np.uint8] | None,
 ) -> None:
-    """Write it whole or not at all."""
+    """Write a volume, completely or not at all."""
     data = io.BytesIO()
     arrays: dict[str, Any] = {"values": values, "voxel_size": voxel_size, "origin": origin}
     if colors is not None:
@@ -37,7 +37,7 @@ def write_volume(
 
 
 def read_volume(path: str | os.PathLike[str], kind: type[SDF]) -> SDF:
-    """The volume, checked by its constructor `kind`. FileNotFoundError; ValueError for another or a broken file."""
+    """Read a volume, validated by its constructor `kind`. FileNotFoundError; ValueError for an invalid file."""
     file = Path(path)
     if not file.is_file():
         raise FileNotFoundError(f"sdf: no such file: {file}")

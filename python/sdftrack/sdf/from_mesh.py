@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From a mesh to distances: what it must be like, its grid, inside and outside (docs/math/mesh_to_sdf.md)."""
+"""Conversion of a mesh to signed distances: validation, grid, sign (docs/math/mesh_to_sdf.md)."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def distances_of_mesh(
             else ""
         )
         raise ValueError(
-            f"mesh: no voxel lies inside it, it encloses nothing at {1e3 * voxel_size:.2g} mm a voxel; {thin}"
+            f"mesh: no voxel lies inside it at a voxel size of {1e3 * voxel_size:.2g} mm; {thin}"
             "check that it encloses a volume and that its faces point outwards"
         )
     warn_of(report, voxel_size, voxels)
@@ -99,11 +99,9 @@ def distances_of_mesh(
 def _without_unused(
     vertices: NDArray[np.float64], faces: NDArray[np.int32]
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Without those vertices that are not finite and that no face uses; ValueError for those that one does."""
+    """Remove unused non-finite vertices; ValueError for non-finite vertices that are used by a face."""
     if len(vertices) == 0 or len(faces) == 0:
-        cloud = (
-            "; points alone have no inside: reconstruct a surface from them first" if len(vertices) else ""
-        )
+        cloud = "; a point cloud has no inside: reconstruct a surface from it first" if len(vertices) else ""
         raise ValueError(
             f"mesh: it is empty ({len(vertices)} vertices, {len(faces)} faces); expected triangles{cloud}"
         )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The grid of a volume: round a box, and another volume sampled on it."""
+"""The grid of a volume: around a box, and resampling of another volume on it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def shape_zyx(n_xyz: NDArray[Any]) -> Shape3:
 def grid_round(
     low: NDArray[np.float64], high: NDArray[np.float64], voxels: int, padding: float | None
 ) -> tuple[float, Shape3, NDArray[np.float64]]:
-    """Voxel size, shape [z, y, x] and origin of the grid round a box."""
+    """Voxel size, shape [z, y, x] and origin of the grid around a box."""
     if number(voxels, "voxels") != int(voxels) or not 8 <= voxels <= MAX_VOXELS:
         raise ValueError(
             f"voxels: expected a whole number from 8 to {MAX_VOXELS} along the longest side, got {voxels}"
@@ -51,7 +51,7 @@ def resample(
     origin: NDArray[np.float64],
     T: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float32]:
-    """Values of `sdf` at T (grid point), slice by slice."""
+    """Values of `sdf` at T (grid point), evaluated slice by slice."""
     nz, ny, nx = shape
     out = np.empty(shape, np.float32)
     xy = np.zeros((ny, nx, 3))

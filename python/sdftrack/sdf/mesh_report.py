@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a mesh was like before it became a volume, and what is told about its thin and open places."""
+"""Report on a mesh before its conversion to a volume, and warnings about thin and open parts."""
 
 from __future__ import annotations
 
@@ -25,26 +25,25 @@ __all__ = [
 
 @dataclass(frozen=True)
 class MeshReport:
-    """What a mesh was like before it became a distance field; all of it after merging equal vertices.
+    """Properties of a mesh before its conversion to a distance field, after merging equal vertices.
 
     Attributes
     ----------
     watertight : bool
-        Every edge is used as often one way as the other, so there is an inside.
+        Every edge is used equally often in both directions, so there is an inside.
     merged_vertices, degenerate_faces, duplicate_faces, flipped_faces : int
-        Repaired: equal vertices merged, faces without area or given twice dropped, faces turned against their
-        neighbours turned back.
+        Repaired: equal vertices merged, faces without area and duplicate faces removed, faces oriented against their
+        neighbours flipped.
     double_sided_faces, inverted_parts : int
-        Repaired: faces that were there both ways, of which one was kept; parts that were inside out as a whole and
-        were turned.
+        Repaired: double-sided faces, of which one side was kept; parts that were inside out, which were flipped.
     open_edges, non_manifold_edges : int
-        Edges in one face only, in more than two.
+        Edges of only one face, and of more than two faces.
     parts : int
-        Connected pieces.
+        Number of connected parts.
     volume : float
-        m^3; of an open mesh, meaningless.
+        m^3; meaningless for an open mesh.
     thinnest : float
-        m; all but the thinnest 2 % of the surface have at least this much material behind them.
+        m; all but the thinnest 2 % of the surface have at least this thickness of material behind them.
     """
 
     watertight: bool
@@ -62,7 +61,7 @@ class MeshReport:
 
 
 def openness(report: MeshReport) -> str:
-    """Why it is not watertight, in words."""
+    """Reason why it is not watertight."""
     kinds = [f"{report.open_edges} open edges"] if report.open_edges else []
     kinds += (
         [f"{report.non_manifold_edges} edges in more than two faces"] if report.non_manifold_edges else []
@@ -71,12 +70,12 @@ def openness(report: MeshReport) -> str:
 
 
 def enough_voxels(voxels: int, factor: float) -> int:
-    """`voxels` times a factor, rounded up to a ten."""
+    """`voxels` times a factor, rounded up to a multiple of ten."""
     return int(np.ceil(((voxels - 1) * factor + 1) / 10) * 10)
 
 
 def use_voxels(voxels: int) -> str:
-    """Advice to use so many, or that no number will do."""
+    """Advice to use this many voxels, or that no number suffices."""
     if voxels > MAX_VOXELS:
         return (
             f"it would take {voxels} voxels, at most {MAX_VOXELS} are possible: thicken it in a mesh editor,"
@@ -85,7 +84,7 @@ def use_voxels(voxels: int) -> str:
 
 
 def voxels_for_thinnest(report: MeshReport, voxel_size: float, voxels: int) -> int:
-    """How many would put 2 through its thinnest parts."""
+    """Number of voxels for which the thinnest parts are 2 voxels thick."""
     return enough_voxels(voxels, 2 * voxel_size / max(report.thinnest, 1e-6))
 
 
@@ -95,35 +94,33 @@ def warn(text: str) -> None:
 
 
 def warn_of_inward(voxels: int) -> None:
-    """That a closed mesh cuts itself so that some of it is inside out."""
+    """Warn that a closed mesh intersects itself so that some of it is inside out."""
     if voxels:
         warn(
-            f"mesh: it cuts itself: {voxels} voxels lie inside faces that point inwards; their winding number is "
+            f"mesh: it intersects itself: {voxels} voxels lie inside faces that point inwards; their winding number is "
             "below 0 and they count as outside"
         )
 
 
 def warn_of_cracks(report: MeshReport) -> None:
-    """That an open mesh was closed without being asked for, because no gap is as wide as a voxel."""
+    """Warn that an open mesh was closed automatically, because all gaps are narrower than a voxel."""
     warn(
-        f"mesh: it has {openness(report)}, but no gap that shows at this voxel size; the winding number closed it"
+        f"mesh: it has {openness(report)}, but no gap as wide as a voxel; it was closed by the winding number"
     )
 
 
 def warn_of(report: MeshReport, voxel_size: float, voxels: int) -> None:
-    """Warn the caller of `SDF.from_mesh` of what was repaired and of what is thin."""
+    """Warn the caller of `SDF.from_mesh` about repairs and thin parts."""
     if report.double_sided_faces:
-        warn(
-            f"mesh: {report.double_sided_faces} faces were there both ways (double-sided); one of each was kept"
-        )
+        warn(f"mesh: {report.double_sided_faces} faces were double-sided; one side of each was kept")
     if report.inverted_parts:
         which = "it was" if report.parts == 1 else f"{report.inverted_parts} of its parts were"
-        warn(f"mesh: {which} inside out; the faces were turned outwards")
+        warn(f"mesh: {which} inside out; the faces were flipped outwards")
     if report.flipped_faces:
-        warn(f"mesh: {report.flipped_faces} faces pointed against their neighbours and were turned")
+        warn(f"mesh: {report.flipped_faces} faces were oriented against their neighbours and were flipped")
     if report.thinnest < 2 * voxel_size:
         need = use_voxels(voxels_for_thinnest(report, voxel_size, voxels)).rstrip(",")
         warn(
             f"mesh: parts of it, {1e3 * report.thinnest:.2g} mm and less, are thinner than 2 voxels of "
-            f"{1e3 * voxel_size:.2g} mm, and their surfaces will be off; {need}"
+            f"{1e3 * voxel_size:.2g} mm, and their surfaces will be inaccurate; {need}"
         )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Distances to solids with a formula: sphere, box, cylinder, cone, ellipsoid."""
+"""Distances to analytic solids: sphere, box, cylinder, cone, ellipsoid."""
 
 from __future__ import annotations
 

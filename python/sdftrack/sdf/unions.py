@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Several shapes as one: sharp and smooth unions on a common grid."""
+"""Sharp and smooth unions of shapes on a common grid."""
 
 from __future__ import annotations
 
@@ -15,15 +15,14 @@ __all__ = ["smooth_union", "union"]
 def union(*shapes: SDF) -> SDF:
     """Union of shapes in one object frame, on a common grid of the finest voxel, as a distance field.
 
-    Outside, the smaller of two distances is the distance; inside an overlap it is not, so the result is
-    re-distanced.
+    The minimum of two distances is exact outside, but not inside an overlap, so the result is redistanced.
     """
     grid = _common_grid(shapes)
     return SDF._own(np.minimum.reduce([resample(s, *grid) for s in shapes]), grid[1], grid[2]).redistanced()
 
 
 def smooth_union(*shapes: SDF, radius: float = 0.01) -> SDF:
-    """Union whose concave creases are rounded over about `radius` (m): soft minimum, then re-distanced.
+    """Union whose concave creases are rounded over about `radius` (m): soft minimum, then redistanced.
 
     -log(sum exp(-a phi_k)) / a with a = 4 log(2) / radius, so that where two surfaces meet the new one lies
     radius / 4 outside.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A signed distance volume: what it is, what it says of points, and what is made from it."""
+"""The signed distance volume."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ class SDF:
     origin : (3,) array
         Object coordinates (x, y, z) of the centre of voxel [0, 0, 0], m.
     colors : (nz, ny, nx, 4) uint8, optional
-        RGBA of the surface, on the voxels beside it; alpha 0: not known. See :meth:`colored`.
+        RGBA of the surface, stored in nearby voxels; alpha 0: unknown. See :meth:`colored`.
 
     Attributes
     ----------
     report : MeshReport or None
-        What `from_mesh` found; None for other sources. Not part of a comparison, not saved.
+        Report of `from_mesh`; None for other sources. Not compared, not saved.
 
     Examples
     --------
@@ -103,7 +103,7 @@ class SDF:
         origin: ArrayLike,
         colors: NDArray[np.uint8] | None = None,
     ) -> SDF:
-        """Without copy or check: for arrays that the core has just made."""
+        """Create without copy or validation, for arrays just created by the core."""
         sdf = cls.__new__(cls)
         sdf._set(values, float(voxel_size), np.array(origin, dtype=np.float64), colors)
         return sdf
@@ -124,24 +124,24 @@ class SDF:
     ) -> SDF:
         """Signed distance volume of a mesh (docs/math/mesh_to_sdf.md).
 
-        Within 6 voxels of the surface the distance to the nearest triangle, exactly; farther out by fast
-        sweeping. The sign is the winding number's.
+        Within 6 voxels of the surface the distance to the nearest triangle is exact; farther away it is computed by
+        fast sweeping. The sign is given by the winding number.
 
         Parameters
         ----------
         mesh : path, Mesh, trimesh.Trimesh or (vertices, faces)
         voxels : int
-            Along the longest side, padding included.
+            Number of voxels along the longest side, including padding.
         padding : float, optional
             Free space on each face, a fraction of the longest side. None: 0.1 and at least 25 mm. Never less
             than 2 voxels.
         unit : "m", "mm", "cm" or "in", optional
             Unit of the mesh. None: metres, and a longest side over 3 m or under 3 mm is an error.
         holes : "error" or "close"
-            What to do with an open mesh: refuse it, or let the generalised winding number close it. One whose gaps are
-            narrower than a voxel is closed, with a warning, in both cases.
+            Treatment of an open mesh: raise an error, or close it by the generalised winding number. A mesh whose gaps
+            are narrower than a voxel is closed in both cases, with a warning.
         color : bool
-            Take the colours of the mesh's vertices too, see :meth:`colored`.
+            Also use the colours of the mesh's vertices, see :meth:`colored`.
         threads : int
             0: all cores. The result does not depend on it.
 
@@ -155,16 +155,15 @@ class SDF:
         FileNotFoundError, TypeError
             No such file; not a mesh.
         ValueError
-            Empty or open mesh, coordinates of faces that are not finite, a size that hints at another unit,
-            too few voxels (the shortest side under 4).
+            Empty or open mesh, non-finite coordinates, a size that suggests another unit, too few voxels (shortest side
+            under 4).
 
         Warns
         -----
         UserWarning
-            Parts thinner than 2 voxels (with the number of voxels to use); what was repaired: flipped faces and
-            parts that were inside out (turned), double-sided faces (one side kept), vertices that are not finite and
-            that no face uses (dropped), places where the mesh cuts itself (outside where the winding number is
-            below 1/2).
+            Parts thinner than 2 voxels (with the number of voxels to use). Repairs: flipped faces and inside-out parts
+            (re-oriented), double-sided faces (one side kept), unused non-finite vertices (removed), self-intersections
+            (outside where the winding number is below 1/2).
         """
         if holes not in ("error", "close"):
             raise ValueError(f"holes: expected 'error' or 'close', got {holes!r}")
@@ -234,7 +233,7 @@ class SDF:
 
     @property
     def colors(self) -> NDArray[np.uint8] | None:
-        """(nz, ny, nx, 4) uint8: RGBA of the surface on the voxels beside it, alpha 0 elsewhere; None without."""
+        """(nz, ny, nx, 4) uint8: RGBA of the surface in nearby voxels, alpha 0 elsewhere; None without colours."""
         return self._colors
 
     @property
@@ -247,12 +246,12 @@ class SDF:
     def __call__(self, points: ArrayLike) -> NDArray[np.float64]:
         """Signed distance (m) at points (..., 3), m, object frame; trilinear.
 
-        Outside the box it goes on as phi(q) + |p - q|, q the nearest point of the box.
+        Outside the volume it is extrapolated as phi(q) + |p - q|, with q the nearest point of the volume.
         """
         return self._sampled(points)[0]
 
     def gradient(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Gradient of the same interpolant at points (..., 3): (..., 3), without unit, exact in each cell."""
+        """Gradient of the same interpolant at points (..., 3): (..., 3), dimensionless, exact within each cell."""
         return self._sampled(points)[1]
 
     def _sampled(self, points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -272,9 +271,9 @@ class SDF:
     # ---- made from it ----
 
     def transformed(self, T: ArrayLike) -> SDF:
-        """The shape moved by a rigid 4x4 (p -> T p), resampled on the box of the moved volume, without colours.
+        """The shape transformed by a rigid 4x4 (p -> T p), resampled on the transformed volume's box, without colours.
 
-        A pure translation moves the origin and nothing else.
+        A pure translation only moves the origin.
         """
         M = rigid_pose(T, "T")
         if np.array_equal(M[:3, :3], np.eye(3)):
@@ -296,12 +295,13 @@ class SDF:
         unit: Literal["m", "mm", "cm", "in"] | None = None,
         threads: int = 0,
     ) -> SDF:
-        """The same shape with the colours of a mesh, with which a tracker sees turns that the shape does not show.
+        """The shape with the colours of a mesh, which let a tracker resolve rotations that the shape does not.
 
-        Each voxel within 3 voxels of the mesh takes the colour of its nearest point, mixed from the vertices of the
-        face. Detail between vertices (a texture) is lost: give the mesh vertices as close as the voxels.
+        Each voxel within 3 voxels of the mesh gets the colour of the nearest point, interpolated between the vertices
+        of the face. Detail between vertices (a texture) is lost: use a mesh with vertex spacing similar to the voxel
+        size.
 
-        Raises ValueError when the mesh has no colours at its vertices, or lies elsewhere.
+        Raises ValueError if the mesh has no vertex colours, or is not near the surface.
         """
         m = mesh_of(mesh)
         if m.colors is None:
@@ -311,14 +311,14 @@ class SDF:
         rgba = _core.paint(vertices, m.faces, rgb, *self._core_args, reach, threads)
         if not rgba[..., 3].any():
             raise ValueError(
-                "mesh: no part of it lies at the surface of this shape; is it in another unit or frame? pass unit='mm'"
+                "mesh: no part of it is near the surface of this shape; is it in another unit or frame? pass unit='mm'"
             )
         return SDF._own(self._values, self._voxel_size, self._origin, rgba)
 
     def cropped(self, margin_voxels: int = 16) -> SDF:
-        """The same shape in the smallest volume that holds it and a margin: a file of it is smaller.
+        """The shape in the smallest volume that contains it with a margin, for smaller files.
 
-        Raises ValueError when nothing is inside.
+        Raises ValueError if nothing is inside.
         """
         inside = np.argwhere(self._values <= 0)
         if not len(inside):
@@ -331,9 +331,9 @@ class SDF:
         return SDF._own(np.ascontiguousarray(self._values[part]), self._voxel_size, origin, colors)
 
     def redistanced(self, threads: int = 0) -> SDF:
-        """The distance field with the same zero set: |gradient| = 1 again, after blending or evolving.
+        """Distance field with the same zero set: restores |gradient| = 1 after blending or evolution.
 
-        Raises ValueError when the field has one sign only.
+        Raises ValueError if the field has only one sign.
         """
         return SDF._own(
             _core.redistance(self._values, self._voxel_size, threads),
@@ -343,7 +343,7 @@ class SDF:
         )
 
     def to_mesh(self) -> Mesh:
-        """Its surface by marching cubes, faces outwards, m, object frame. ValueError without a surface."""
+        """Surface mesh by marching cubes, faces outwards, m, object frame. ValueError without a surface."""
         from skimage.measure import marching_cubes
 
         if not (self._values.min() < 0 < self._values.max()):
@@ -353,7 +353,7 @@ class SDF:
         return Mesh(vertices, faces.astype(np.int32))
 
     def surface_samples(self, count: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Points (N, 3) float32, m, evenly spread over the surface, and unit normals outwards; always the same."""
+        """Points (N, 3) float32, m, evenly distributed over the surface, and outward unit normals; deterministic."""
         return _core.surface_samples(*self._core_args, int(count))
 
     def render(
@@ -386,12 +386,12 @@ class SDF:
     # ---- kept ----
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write an .npz (values, voxel_size, origin, and colors where there are any), whole or not at all."""
+        """Write an .npz file (values, voxel_size, origin, and colors if present), completely or not at all."""
         write_volume(path, self._values, self._voxel_size, self._origin, self._colors)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> SDF:
-        """Read what `save` wrote. FileNotFoundError; ValueError for another or a broken file."""
+        """Load a file written by `save`. FileNotFoundError; ValueError for an invalid file."""
         return read_volume(path, cls)
 
     def __reduce__(self) -> tuple[Any, ...]:

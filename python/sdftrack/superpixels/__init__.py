@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Superpixels: an image cut into small regions of one colour, by simple linear iterative clustering (appendix A)."""
+"""Superpixel segmentation by simple linear iterative clustering (SLIC; thesis, appendix A)."""
 
 from sdftrack.superpixels.regions import Regions, adjacency, boundaries, mark_boundaries, mean_colors, regions
 from sdftrack.superpixels.segment import Video, slic

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Images, masks and depth as the core wants them, or one clear error."""
+"""Validation and conversion of images, masks and depth for the core."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ __all__ = [
 MAX_PIXELS = 2**31 - 65
 # What scikit-image's slic takes besides: values that change nothing, and what to do for another.
 USUAL: dict[str, tuple[tuple[Any, ...], str]] = {
-    "channel_axis": ((-1, 2), "put the colours last with numpy.moveaxis"),
+    "channel_axis": ((-1, 2), "move the channel axis last with numpy.moveaxis"),
     "sigma": ((0, None), "blur the image first, as skimage.filters.gaussian does"),
     "spacing": ((None, (1, 1)), "pixels are square; resize the image"),
-    "convert2lab": ((None, True), 'for colours as they are use color_space="rgb"'),
+    "convert2lab": ((None, True), 'to use colours unchanged, pass color_space="rgb"'),
     "slic_zero": ((False,), "compactness is the same for all segments"),
     "max_size_factor": ((3,), "segments have no largest size; raise compactness"),
 }
@@ -42,7 +42,7 @@ def checked_image(image: ArrayLike) -> NDArray[Any]:
 
 
 def refuse_unless_usual(others: dict[str, Any]) -> None:
-    """TypeError for an unknown argument, ValueError for one of scikit-image's that would change something."""
+    """TypeError for an unknown argument, ValueError for a scikit-image argument with a non-neutral value."""
     for name, value in others.items():
         if name not in USUAL:
             raise TypeError(f"slic() got an unexpected keyword argument {name!r}")
@@ -52,7 +52,7 @@ def refuse_unless_usual(others: dict[str, Any]) -> None:
 
 
 def checked_shape(image: ArrayLike) -> NDArray[Any]:
-    """(H, W) or (H, W, 3), uint8 or float, whatever its values."""
+    """(H, W) or (H, W, 3), uint8 or float; values are not checked."""
     given = host_array(image, "image")
     if given.dtype.kind == "b" or (given.dtype.kind in "iu" and given.dtype != np.uint8):
         raise TypeError(
@@ -64,7 +64,9 @@ def checked_shape(image: ArrayLike) -> NDArray[Any]:
     if given.ndim == 3 and given.shape[2] == 1:
         given = given[..., 0]
     if given.ndim not in (2, 3) or (given.ndim == 3 and given.shape[2] != 3):
-        hint = "; leave out alpha with image[..., :3]" if given.ndim == 3 and given.shape[2] == 4 else ""
+        hint = (
+            "; drop the alpha channel with image[..., :3]" if given.ndim == 3 and given.shape[2] == 4 else ""
+        )
         raise ValueError(f"image: expected (H, W, 3) or (H, W), got {given.shape}{hint}")
     if given.size == 0:
         raise ValueError(f"image: expected at least one pixel, got {given.shape}")
@@ -76,7 +78,7 @@ def checked_shape(image: ArrayLike) -> NDArray[Any]:
 
 
 def checked_values(given: NDArray[Any], inside: NDArray[np.uint8] | None) -> NDArray[Any]:
-    """C-contiguous, uint8, or float32 in 0..1; 0 outside a mask where floats need not be any."""
+    """C-contiguous, uint8, or float32 in 0..1; 0 outside a mask, where floats may be arbitrary."""
     if given.dtype == np.uint8:
         return np.ascontiguousarray(given)
     if inside is not None:
@@ -97,7 +99,7 @@ def checked_values(given: NDArray[Any], inside: NDArray[np.uint8] | None) -> NDA
 def checked_mask(
     mask: ArrayLike | None, shape: tuple[int, ...], start_label: Any
 ) -> NDArray[np.uint8] | None:
-    """0 or 1 for each pixel, or None."""
+    """Mask with 0 or 1 for each pixel, or None."""
     if mask is None:
         return None
     given = host_array(mask, "mask")
@@ -114,7 +116,7 @@ def checked_mask(
 
 
 def part_with(inside: NDArray[np.uint8] | None, shape: tuple[int, ...]) -> tuple[slice, slice]:
-    """Rows and columns of the least rectangle with all pixels inside; of all pixels without a mask."""
+    """Rows and columns of the bounding rectangle of the mask; the whole image without a mask."""
     if inside is None:
         return slice(0, shape[0]), slice(0, shape[1])
     rows, columns = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
@@ -122,12 +124,12 @@ def part_with(inside: NDArray[np.uint8] | None, shape: tuple[int, ...]) -> tuple
 
 
 def cut(image: NDArray[Any], part: tuple[slice, slice]) -> NDArray[Any]:
-    """That part of an image, C-contiguous; the image itself where it is all of it."""
+    """Crop an image, C-contiguous; the image itself if it is not cropped."""
     return np.ascontiguousarray(image[part])
 
 
 def checked_depth(depth: ArrayLike | None, shape: tuple[int, ...], weight: Any) -> NDArray[np.float32] | None:
-    """Metres as float32, 0 where nothing is seen, or None."""
+    """Depth in metres as float32, 0 where missing, or None."""
     per_m = number(weight, "depth_weight")
     if not per_m > 0:
         raise ValueError(f"depth_weight: expected a number above 0, got {per_m:g}")
@@ -150,7 +152,7 @@ def checked_depth(depth: ArrayLike | None, shape: tuple[int, ...], weight: Any) 
 
 
 def one_of(value: Any, words: tuple[str, ...], name: str) -> str:
-    """`value`, or an error that lists the words."""
+    """Check that `value` is one of the allowed words."""
     if not isinstance(value, str):
         raise TypeError(f"{name}: expected one of {words}, got {value!r}")
     if value not in words:

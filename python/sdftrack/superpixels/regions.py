@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a label image holds: pictures, mean colours, neighbours, sizes and places of its regions."""
+"""Properties of a label image: boundaries, mean colours, adjacency, sizes and locations of its regions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Regions(Compared):
-    """Arrays with an entry for each region, in the order of `labels`.
+    """Arrays with one entry per region, in the order of `labels`.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ def regions(labels: ArrayLike, image: ArrayLike | None = None) -> Regions:
 
     Parameters
     ----------
-    labels : (H, W) array of whole numbers from 0 on; 0 counts as a region like every other
+    labels : (H, W) array of integers >= 0; 0 counts as a region like any other
     image : (H, W, 3) or (H, W) array, optional
 
     >>> import sdftrack as st
@@ -69,7 +69,7 @@ def regions(labels: ArrayLike, image: ArrayLike | None = None) -> Regions:
 
 
 def mean_colors(image: ArrayLike, labels: ArrayLike) -> NDArray[Any]:
-    """The image with each region in its mean colour.
+    """The image with each region filled with its mean colour.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def adjacency(labels: ArrayLike) -> NDArray[np.int64]:
 
     Returns
     -------
-    (N, 2) int64 array, in order, each pair once
+    (N, 2) int64 array, sorted, each pair once
 
     >>> import sdftrack as st
     >>> st.superpixels.adjacency([[1, 1, 2], [3, 3, 2]]).tolist()
@@ -140,7 +140,7 @@ def boundaries(labels: ArrayLike) -> NDArray[np.bool_]:
 def mark_boundaries(
     image: ArrayLike, labels: ArrayLike, color: tuple[int, int, int] = RED
 ) -> NDArray[np.uint8]:
-    """A picture with the boundaries of the regions drawn on it.
+    """Draw the boundaries of the regions on the image.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Images into labels, one by one or as a video."""
+"""Segmentation of single images and of video."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ __all__ = ["Video", "slic"]
 Labels = NDArray[np.int32]
 SPACES = ("lab", "xyz", "rgb")
 DISTANCES = ("slic", "thesis")
-MOST = 2**30  # segments, rounds, first label
+MAX_COUNT = 2**30  # segments, rounds, first label
 BYTES_PER_PIXEL, BYTES_PER_SEGMENT = 10, 220
 
 
@@ -60,51 +60,51 @@ def slic(
     image : (H, W, 3) RGB or (H, W) grey array of uint8, or of float in 0..1
         Any strides; arrays that are not C-contiguous are copied.
     n_segments : int
-        About how many segments; more than there are pixels: one for each pixel.
+        Approximate number of segments; if it exceeds the number of pixels, one per pixel.
     compactness : float
         m in ``D^2 = d_lab^2 + (m d_xy / S)^2``, above 0 and up to 4000; larger: rounder segments.
     max_num_iter : int
-        Rounds of k-means; it ends earlier where no centre moves.
+        Maximum number of k-means iterations; stops earlier if no centre moves.
     color_space : {"lab", "xyz", "rgb"}
         CIELAB (D65), or XYZ or RGB in percent (0..100, so that `compactness` has a similar scale).
     start_label : int
         The first label, at least 0, and at least 1 with a mask.
     mask : (H, W) bool array, optional
-        Only these pixels are divided; the grid of centres lies in the rectangle that holds them.
+        Only these pixels are segmented; the grid of centres covers their bounding rectangle.
     enforce_connectivity : bool
-        Each segment one piece of 4-connected pixels; smaller ones than `min_size_factor` join their largest neighbour.
+        Make each segment 4-connected; segments smaller than `min_size_factor` are merged into their largest neighbour.
     distance : {"slic", "thesis"}
         ``"thesis"``: ``D = d_lab + (m / S) d_xy`` (A.1).
     min_size_factor : float
-        The smallest segment as a part of the mean size (pixels / `n_segments`).
+        Minimum segment size relative to the mean size (pixels / `n_segments`).
     depth : (H, W) array, optional
-        Metres, 0 or NaN: not seen (the reading to the left takes its place). Adds `depth_weight` x depth to the
-        colour as a fourth number.
+        Metres, 0 or NaN: missing (replaced by the measurement to the left). Adds `depth_weight` x depth as a fourth
+        colour channel.
     depth_weight : float
         Units of colour per metre, above 0; `depth_weight` x the largest depth at most 200.
     threads : int
         0: all cores.
     device : {"auto", "cpu", "cuda"}
     **scikit_image
-        ``channel_axis``, ``sigma``, ``spacing``, ``convert2lab``, ``slic_zero``, ``max_size_factor``, as long as they
-        have the value that changes nothing there; the error of another one says what to do instead.
+        ``channel_axis``, ``sigma``, ``spacing``, ``convert2lab``, ``slic_zero``, ``max_size_factor``, accepted only
+        with their neutral value; the error for other values suggests an alternative.
 
     Returns
     -------
     (H, W) int32 array
-        `start_label`, `start_label` + 1, ... in the order in which segments come in the image (without connectivity:
-        of the grid); 0 outside the mask.
+        `start_label`, `start_label` + 1, ... in raster order of the segments (without connectivity: of the grid); 0
+        outside the mask.
 
     Raises
     ------
     TypeError
-        Another dtype of image, mask or number.
+        Unsupported dtype of image, mask or number.
     ValueError
         A wrong shape, values outside 0..1 or not finite, an empty mask, a number out of range.
     RuntimeError
         ``device="cuda"`` without one.
     MemoryError
-        An image too large; the message says how much it needs.
+        The image is too large; the message states the memory required.
 
     Examples
     --------
@@ -125,7 +125,7 @@ def slic(
         n_segments, compactness, max_num_iter, color_space, start_label, enforce_connectivity, distance,
         min_size_factor, depth_weight if seen is not None else 0.0,
     )  # fmt: skip
-    workers = whole(threads, "threads", 0, MOST, THREADS)
+    workers = whole(threads, "threads", 0, MAX_COUNT, THREADS)
     part = part_with(inside, shape)
     pixels = cut(pixels, part)
     inside, seen = (None if a is None else cut(a, part) for a in (inside, seen))
@@ -141,26 +141,26 @@ def slic(
         need = BYTES_PER_PIXEL * pixels.shape[0] * pixels.shape[1] + BYTES_PER_SEGMENT * segments
         raise MemoryError(
             f"image: {shape[0]} x {shape[1]} pixels in {segments} segments need about {need / 2**20:.0f} MiB of "
-            "memory, which is not there; cut the image into parts"
+            "memory, which is not available; split the image"
         ) from None
 
 
 class Video:
-    """Superpixels of a video: each image starts from the centres of the last one and needs fewer rounds.
+    """Superpixels of a video: each image starts from the centres of the previous one and needs fewer iterations.
 
     Parameters
     ----------
     n_segments, compactness, color_space, start_label, enforce_connectivity, distance, min_size_factor, threads
-        As of `slic`.
+        As in `slic`.
     first_num_iter, max_num_iter : int
-        Rounds for the first image, and for those that follow.
+        Maximum number of iterations for the first image, and for the following ones.
 
     Attributes
     ----------
     iterations, segments : int
-        Of the last image.
+        Numbers of iterations and segments in the last image.
     residual : float
-        How far its centres went in the last round, in units of colour.
+        Movement of the centres in the last iteration, in units of colour.
 
     Examples
     --------
@@ -192,15 +192,15 @@ class Video:
             )
             for rounds in (first_num_iter, max_num_iter)
         ]  # fmt: skip
-        self._threads = whole(threads, "threads", 0, MOST, THREADS)
+        self._threads = whole(threads, "threads", 0, MAX_COUNT, THREADS)
         self._work = _core.SlicWork()
         self._shape: tuple[int, ...] | None = None
         self.iterations, self.segments, self.residual = 0, 0, float("nan")
 
     def next(self, image: ArrayLike) -> Labels:
-        """Labels of the next image, as those of `slic`; one of another size starts anew.
+        """Labels of the next image, as in `slic`; an image of another size restarts.
 
-        A segment keeps no name from image to image: labels follow the order in the image.
+        Labels are not consistent between images: they follow the raster order in each image.
         """
         pixels = checked_image(image)
         resume = self._shape == pixels.shape[:2]
@@ -229,11 +229,11 @@ def _options(
     depth_weight: float,
 ) -> Any:
     options = _core.SlicOptions()
-    options.n_segments = whole(n_segments, "n_segments", 1, MOST)
+    options.n_segments = whole(n_segments, "n_segments", 1, MAX_COUNT)
     options.compactness = number(compactness, "compactness")
-    options.max_iterations = whole(max_num_iter, "max_num_iter", 1, MOST)
+    options.max_iterations = whole(max_num_iter, "max_num_iter", 1, MAX_COUNT)
     options.space = one_of(color_space, SPACES, "color_space")
-    options.first_label = whole(start_label, "start_label", 0, MOST)
+    options.first_label = whole(start_label, "start_label", 0, MAX_COUNT)
     options.connected = bool(connected)
     options.distance = one_of(distance, DISTANCES, "distance")
     options.min_size = number(min_size, "min_size_factor")

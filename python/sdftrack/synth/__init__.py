@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Synthetic sequences with exact truth: shapes, paths, sensor noise, clutter, hands in front, colour, gaits."""
+"""Synthetic sequences with exact ground truth: shapes, trajectories, sensor noise, clutter, hands, colour, gaits."""
 
 from sdftrack.synth.ball import BallScene, ball_scene
 from sdftrack.synth.blob import BlobVideo, blob_video

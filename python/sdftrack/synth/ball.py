@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A coloured ball on a wand waved before a depth camera and the colour camera beside it, with exact truth."""
+"""A coloured ball on a wand moved in front of a depth and a colour camera, with exact ground truth."""
 
 from __future__ import annotations
 
@@ -29,22 +29,22 @@ RATES_HZ = (0.31, 0.43, 0.17)  # of x / z, y / z and z: no two in a simple ratio
 
 @dataclass(frozen=True, eq=False)
 class BallScene:
-    """The sequence and what is true of it.
+    """The sequence and its ground truth.
 
     Attributes
     ----------
     sequence : Sequence
-        ``camera`` is the true RGBDCamera, ``ground_truth[i][0]`` the ball (no rotation) when depth was taken.
+        ``camera`` is the true RGBDCamera, ``ground_truth[i][0]`` the ball (no rotation) at the time of the depth image.
     radius_m : float
     color : (r, g, b) of the ball in white light, 0..255
     centers_cam : (n, 3) float64
-        The ball when the depth image was taken, depth camera, m.
+        The ball at the time of the depth image, depth camera, m.
     color_px : (n, 2) float64
-        Image of the ball's centre when the colour image was taken.
+        Projection of the ball's centre at the time of the colour image.
     time_offset_s : float
-        How much later than depth colour was taken.
+        Delay of colour relative to depth.
     volume_m : ((x, y, z), (x, y, z))
-        Box in tangents of the view (x / z, y / z) and depth z (m) that the path fills.
+        Box in view tangents (x / z, y / z) and depth z (m) covered by the path.
     """
 
     sequence: Sequence
@@ -61,14 +61,14 @@ class BallScene:
         return self.sequence.camera
 
     def random_points(self, n: int, seed: int = 0) -> Array:
-        """(n, 3) points spread over the volume (depth camera, m), to compare mappings at."""
+        """(n, 3) points distributed over the volume (depth camera, m), for comparing mappings."""
         low, high = np.array(self.volume_m)
         p = np.random.default_rng(seed).uniform(low, high, (n, 3))
         return np.column_stack([p[:, :2] * p[:, 2:], p[:, 2]])
 
 
 def ball_path(seed: int = 0, near_m: float = 0.55, far_m: float = 1.45) -> Any:
-    """The centre (..., 3) of the ball at times (...), s: slow waves across the view and along it, from `seed`."""
+    """The centre (..., 3) of the ball at times (...), s: slow oscillations across and along the view, from `seed`."""
     phase = np.random.default_rng([seed, 11]).uniform(0, 2 * np.pi, 3)
 
     def at(t: ArrayLike) -> Array:
@@ -99,7 +99,7 @@ def ball_scene(
     color_noise: float = 2.0,
     gloss: float = 0.25,
 ) -> BallScene:
-    """A ball waved through the working volume; the same arguments give the same images.
+    """A ball moved through the working volume; the same arguments give the same images.
 
     Parameters
     ----------
@@ -109,21 +109,21 @@ def ball_scene(
     noise : None, sigma in metres, "kinect", or a function
         Of the depth image, as for :func:`sdftrack.synth.sequence`.
     seed : int
-        Of the path, the noise and the surroundings.
+        Seed of the path, the noise and the surroundings.
     ball_color : (r, g, b), 0..255
     depth_camera, color_camera : Camera
-        The colour camera may have another size and a lens.
+        The colour camera may have another size and lens distortion.
     T_color_depth : (4, 4), optional
-        Depth camera to colour camera, m; None: 25 mm apart and turned by a degree.
+        Maps depth camera to colour camera, m; None: 25 mm apart and rotated by one degree.
     path : function t (s) -> (..., 3) centres in the depth camera's frame, m; or (n, 3) centres, one a frame
     fps : float
         Frames per second.
     time_offset_s : float
-        Colour is taken this much later than depth.
+        Delay of colour relative to depth.
     exposure_s : float
-        Of the colour image: the ball is blurred along its path.
+        Exposure of the colour image: the ball is blurred along its path.
     wand, hand, clutter : bool
-        A stick below the ball, a hand with forearm at its end, coloured things before the wall.
+        A stick below the ball, a hand with forearm at its end, coloured objects in front of the wall.
     color_noise : float
         Standard deviation in grey values.
     gloss : float
@@ -174,7 +174,7 @@ def _path_of(path: Any, seed: int, times: Array) -> Any:
 
 
 class _Frames:
-    """Renders a frame when it is asked for."""
+    """Renders frames on access."""
 
     def __init__(
         self,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Colour video of a blob that moves, turns, grows and deforms over a background, with its true masks."""
+"""Colour video of a blob that moves, rotates, grows and deforms over a background, with its true masks."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ def blob_video(
     size : (width, height)
         Pixels.
     deform : float
-        How far the radius swings, over its mean.
+        Amplitude of the radius variation, relative to its mean.
     noise : float
         Standard deviation of the sensor's noise, grey values.
     post : bool
-        A grey post stands before the scene, which the blob passes behind.
+        A grey post in the foreground, behind which the blob passes.
     seed : int
-        Of textures and noise.
+        Seed of textures and noise.
 
     Returns
     -------

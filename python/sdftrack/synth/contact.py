@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Gaps between solids: how deep two poses sink into each other, and where copies of a shape touch.
+"""Gaps between solids: penetration depth of two poses, and contact of copies of a shape.
 
 A gap is the least value of one solid's signed distance at points of the other's surface, taken both ways: below
 zero it is a depth of penetration. Two copies at nearly one pose have their surfaces on each other, so points inside

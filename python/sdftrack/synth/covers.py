@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Things before a silhouette: parts of a mask taken away, a wanted share of its pixels at a time."""
+"""Occluders of a silhouette: removal of a given share of a mask's pixels."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ Region: TypeAlias = Callable[[float], Mask]  # grows with its argument, from not
 
 
 def hide(mask: Mask, share: float, by: str = "rectangle", seed: int | np.random.Generator = 0) -> Mask:
-    """A mask without the part that something stands before.
+    """Remove the part of a mask that is covered by an occluder.
 
     Parameters
     ----------
     mask : (H, W) bool
     share : float
-        Of its pixels that go, 0 to 1; met to within a row of pixels of the thing.
+        Share of its pixels that are removed, 0 to 1; accurate to one row of pixels of the occluder.
     by : {"rectangle", "bar", "fence"}
         A rectangle around a random pixel of the mask, sides up to 4 : 1; a bar through a random pixel in a random
-        direction; upright or level slats an eighth of the image apart.
+        direction; vertical or horizontal slats an eighth of the image apart.
     seed : int or numpy Generator
 
     Returns

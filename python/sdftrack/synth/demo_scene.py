@@ -219,7 +219,7 @@ def _clutter(seed: int) -> Any:
 
 
 def _sensor_depth(depth: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
-    """Ragged edges, noise that grows with Z^2, and no reading at steps and here and there."""
+    """Ragged edges, noise that grows with Z^2, and missing measurements at depth edges and at random."""
     h, w = depth.shape
     v, u = np.mgrid[0:h, 0:w]
     jitter = np.rint(0.45 * rng.standard_normal((2, h, w), dtype=np.float32)).astype(np.int32)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A bath duck with a cap: the built-in shape of the figures and the demo, made of smoothly united ellipsoids.
 
-It has no symmetry (the cap sits askew, one wing is up) and both broad and thin parts.
+It has no symmetry (the cap is tilted, one wing is raised) and both broad and thin parts.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Silhouettes that walk, run, jump and wave, with their truth: made of tapered limbs, seen from afar.
+"""Silhouettes that walk, run, jump and wave, with ground truth, composed of tapered limbs.
 
-They stand in for the four videos of the source's chapter 6 (a running cat, a walking man, a jumping woman, a hand),
-which are not to be had. A figure is a set of limbs, each the hull of two discs; its joints follow a cycle with small,
-slow variations, so that no two periods are the same.
+They replace the four videos of chapter 6 of the thesis (a running cat, a walking man, a jumping woman, a hand), which
+are not available. A figure is a set of limbs, each the hull of two discs; its joints follow a cycle with small, slow
+variations, so that no two periods are the same.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ def gait(kind: str, n: int = 400, seed: int = 0, size: int = 64, fill: float = F
         A running cat (few poses, side view), a walker who turns (many poses), somebody who does jumping jacks, a hand
         that opens and closes its fingers one after the other.
     n : int
-        Frames, at least 1.
+        Number of frames, at least 1.
     seed : int
-        Of the variations. The same seed gives the same masks.
+        Seed of the variations. The same seed gives the same masks.
     size, fill : int, float
-        Of the grid, as for `st.contour.align`.
+        Size and fill of the grid, as in `st.contour.align`.
 
     Returns
     -------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Colour video of a gait that something passes before, with the whole and the visible silhouettes."""
+"""Colour video of a gait with an occluder, with the whole and the visible silhouettes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TEXTURE, NOISE = 14.0, 6.0  # standard deviations of the ground and of the senso
 
 @dataclass(frozen=True)
 class GaitVideo:
-    """`images`: list of (H, W, 3) uint8 RGB; `whole`, `seen`: lists of (H, W) bool; `during`: frames with the thing."""
+    """`images`: list of (H, W, 3) uint8 RGB; `whole`, `seen`: lists of (H, W) bool; `during`: occluded frames."""
 
     images: list[Image]
     whole: list[Mask]
@@ -46,13 +46,13 @@ def gait_video(
     Parameters
     ----------
     kind : str
-        As for `st.synth.gait`.
+        As in `st.synth.gait`.
     frames : int
     thing : {"none", "bar", "fence", "window"}
-        A bar of 22 % of the figure's square that sweeps over it from the left to the right, narrow slats all over it,
-        or all but a disc in its middle.
+        A bar of 22 % of the figure's square that moves across it from left to right, narrow slats all over it, or
+        everything except a disc at its centre.
     during : (int, int)
-        First frame with it, and first without.
+        First frame with the occluder, and first frame without.
     size : (width, height)
         Pixels; the figure's square is half as high.
     seed : int

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""A hand that holds the object: fingers of capsules wrapped around it, in contact, hiding a wanted share.
+"""A hand that holds the object: capsule fingers wrapped around it, in contact, occluding a given share.
 
-The hand holds on to the object for a while and moves with it, then slides back, in contact, to where the
-camera sees it, and holds again; meanwhile it drifts, and its fingers creep. How far the fingers reach around is
-solved for in every frame, so that they hide the wanted share of what would be seen.
+The hand holds the object for a while and moves with it, then slides back, in contact, to the side facing the camera,
+and holds again; meanwhile the hand and its fingers drift. In every frame the reach of the fingers is solved for, so
+that they occlude the given share of the visible object.
 """
 
 from __future__ import annotations
@@ -38,16 +38,17 @@ class Grip:
     Parameters
     ----------
     share : float
-        Of the object's visible pixels that the hand hides in every frame, 0..0.7.
+        Share of the object's visible pixels occluded by the hand in every frame, 0..0.7.
     color : "skin", "similar", "other" or (r, g, b)
-        "similar": every finger has a colour found on the object. "other": of skin and some gloves the colour
-        least like the object's.
+        "similar": every finger has a colour found on the object. "other": the colour among skin and some gloves that
+        differs most from the object's.
     finger_m : float
         A finger's radius.
     hold, slide : int
         Frames for which the hand moves with the object, and in which it then slides back into view.
     grow : int
-        Frames in which the hand closes: the share rises evenly from nothing; 0: it is closed from the first on.
+        Number of frames in which the hand closes: the share rises linearly from zero; 0: closed from the first frame
+        on.
     """
 
     share: float = 0.4

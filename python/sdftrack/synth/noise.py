@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a depth sensor does to perfect depth: functions (depth, cosines, random numbers) -> depth."""
+"""Depth sensor models: functions (depth, cosines, random numbers) -> depth."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ class Kinect:
     """Structured light at close range.
 
     Axial noise `s0_m + s2_per_m (Z - 0.4 m)^2` (Nguyen, Izadi and Lovell 2012), lateral jitter of `lateral_px`,
-    disparity in steps of an eighth of a pixel for a baseline times focal length of `baseline_m_px`, no
-    reading beyond `grazing_rad` of incidence (fading in over 10 degrees) and, with probability
-    `edge_loss`, beside a depth step larger than `edge_m`.
+    disparity quantised to an eighth of a pixel for a baseline times focal length of `baseline_m_px`, no measurement
+    beyond `grazing_rad` of incidence (fading in over 10 degrees) and, with probability `edge_loss`, next to a depth
+    discontinuity larger than `edge_m`.
     """
 
     s0_m: float = 0.0012

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A hand that floats in front of the object, a board that hides it, and what users may write for one."""
+"""Occluders: a hand in front of the object, a board that hides it, and parsing of the `occluder` argument."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ BOARD_RGB = (95, 110, 90)
 
 @dataclass(frozen=True)
 class Hand:
-    """An open hand between camera and object that hides `share` (0..0.8) of it, 2 cm in front, not touching."""
+    """An open hand between camera and object that occludes `share` (0..0.8) of it, 2 cm in front, without contact."""
 
     share: float = 0.3
 
@@ -72,10 +72,10 @@ class Hand:
 
 @dataclass(frozen=True)
 class Cover:
-    """A board that hides all of the object in the frames `first` to `first + frames - 1`.
+    """A board that fully occludes the object in the frames `first` to `first + frames - 1`.
 
-    It stands `gap_m` in front of the nearest place that the object takes in these frames and the one after
-    them, large enough to hide all of these places; `color` is its (r, g, b).
+    It is `gap_m` in front of the nearest position of the object in these frames and the one after them, and large
+    enough to cover all of these positions; `color` is its (r, g, b).
     """
 
     first: int

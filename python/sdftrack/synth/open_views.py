@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Views of a solid that leave one of its lengths open."""
+"""Views of a solid in which one of its lengths is unobservable."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def open_view(
     depth, cosine : (H, W) float32
     mask : (H, W) bool
     hidden : str
-        The length that nothing shows.
+        The unobservable length.
     """
     size = random_solid(kind, rng)
     away = rng.uniform(0.6, 1.2)

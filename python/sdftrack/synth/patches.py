@@ -36,8 +36,8 @@ def patch_scene(
     Parameters
     ----------
     view : {"standing", "lying", "held"}
-        Upright on a table, its y axis up; level like a low table's top, the floor 0.4 m below it; or in the air at any
-        turn and at most 60 degrees of tilt, a wall 0.5 m behind it.
+        Upright on a table, y axis up; horizontal like a low table top, 0.4 m above the floor; or in the air with
+        arbitrary rotation and at most 60 degrees of tilt, 0.5 m in front of a wall.
     size : dict of str to float
         ``width``, ``height``, m.
 
@@ -80,7 +80,7 @@ def _at(
 
 
 def cut_scene(size: dict[str, float], camera: Camera, rng: np.random.Generator) -> SolidScene:
-    """A patch whose right end is outside of the picture: its x axis along the image's, the width open."""
+    """A patch whose right end is outside the image: its x axis is along the image's, so the width is unobservable."""
     z = rng.uniform(*DISTANCE_M)
     edge = camera.back_project(np.full(camera.shape, z, np.float32))[camera.height // 2, -1]
     seen = rng.uniform(0.3, 0.7) * size["width"]
@@ -92,7 +92,7 @@ def cut_scene(size: dict[str, float], camera: Camera, rng: np.random.Generator) 
 
 
 def hidden_scene(size: dict[str, float], camera: Camera, rng: np.random.Generator) -> SolidScene:
-    """A patch whose right end is hidden by a board nearer to the camera: the width is open."""
+    """A patch whose right end is occluded by a board, so the width is unobservable."""
     scene = cut_scene(size, camera, rng)
     T = scene.T_cam_obj.copy()
     T[0, 3] = rng.uniform(-0.05, 0.05)  # back into the picture

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A picture with known regions: curved patches of colour, shaded and with a texture like that of photographs."""
+"""An image with known regions: curved patches of colour, with shading and texture similar to photographs."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ SHADE = 0.25
 def region_picture(
     height: int = 480, width: int = 640, regions: int = 30, seed: int = 0
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
-    """An image and the region of each pixel, the same picture at any size.
+    """An image and the region of each pixel, with the same content at any size.
 
     Parameters
     ----------
     height, width : int, pixels
     regions : int
-        Patches: the nearest of so many seeds, borders bent.
+        Number of patches: Voronoi cells of this many seeds, with curved borders.
     seed : int
 
     Returns

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The corner of a room: three planes at right angles, by which intrinsics are judged (thesis, Table 3.1, Fig. 3.13)."""
+"""The corner of a room: three orthogonal planes for assessing intrinsics (thesis, Table 3.1, Fig. 3.13)."""
 
 from __future__ import annotations
 
@@ -42,16 +42,16 @@ def corner(
     Parameters
     ----------
     n : int
-        Frames; with `poses` their number.
+        Number of frames; with `poses` their number.
     noise : None, sigma in metres, "kinect", `Gaussian(...)`, `Kinect(...)`, or a function (depth, cosine, rng) -> depth
     seed : int
-        Of the poses and of the noise.
+        Seed of the poses and of the noise.
     camera : Camera, optional
-        The true one, lens and all; by default 640 x 480 with 525 px.
+        The true camera, including distortion; default: 640 x 480 with 525 px.
     poses : (n, 4, 4) float64 array of T_cam_corner (m), optional
-        By default `corner_poses(n, seed, distance_m)`.
+        Default: `corner_poses(n, seed, distance_m)`.
     distance_m : (nearest, farthest)
-        Of the camera from the corner, where poses are not given.
+        Distance of the camera from the corner, if poses are not given.
     reach_m : float
         Beyond this depth (m) nothing is measured.
     fps : float
@@ -65,7 +65,7 @@ def corner(
     Raises
     ------
     ValueError
-        `n` below 1, poses of another shape or with the camera outside the room.
+        `n` below 1, poses of wrong shape or with the camera outside the room.
 
     Examples
     --------

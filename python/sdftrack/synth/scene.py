@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Frames rendered when asked for: objects on their paths, surroundings, a hand, and the sensor's noise."""
+"""Frames rendered on access: objects on trajectories, surroundings, occluders, and sensor noise."""
 
 from __future__ import annotations
 
@@ -39,39 +39,39 @@ def sequence(
     threads: int = 0,
     cache: str | os.PathLike[str] | None = None,
 ) -> Sequence:
-    """A sequence with exact ground truth, rendered frame by frame when it is asked for.
+    """Create a synthetic sequence with exact ground truth, rendered on access.
 
     The same arguments give the same images, bit by bit, in any order of access.
 
     Parameters
     ----------
     shape_or_mesh : SDF, Mesh, path of a mesh in metres, or a list of these
-        Meshes are cast exactly, triangle by triangle. One object given twice is one model with two instances.
+        Meshes are rendered by exact ray casting. One object given twice is one model with two instances.
     n : int
         Frames.
     trajectory : "random" (default), "orbit", "static", "sweep", a function, or (n, 4, 4) poses T_cam_obj
         `random_walk(step_m=, step_rad=)`, `orbit(...)`, `static(...)`, `sweep(...)` and `leave_and_return(...)`
         make functions;
-        (n, M, 4, 4) or a list gives each of M objects its own. Without, several objects keep side by side.
+        (n, M, 4, 4) or a list gives each of M objects its own. By default, several objects stay side by side.
     noise : None, sigma in metres, "kinect", "stereo", `Gaussian(...)`, `Kinect(...)`, `Stereo(...)`, or a function
     occluder : None, True or "hand" (0.3), the fraction (0..0.8) of the first object that a hand hides, or
         `Hand(share)`, an open hand in front of it; "grip" or `Grip(share, color=...)`, fingers wrapped around it, in
         contact; `Cover(first, frames)`, a board that hides all of it for some frames; an object with `ready`
         as these have it (see `sdftrack.synth.stage.Occluder`)
     seed : int
-        Of everything random: path, noise, clutter, colours.
+        Seed of everything random: path, noise, clutter, colours.
     camera : Camera, optional
-        By default 640 x 480 with 525 px.
+        Default: 640 x 480 with 525 px.
     clutter : None, "wall", "table" (and wall), "objects" (table, and ten things behind) or True for these, or
         "touching": a table under the first object, and boxes and cans on it that touch the object; they move with it
     color : bool
-        With colour images: the mesh's own colours, or a solid texture drawn from `seed`.
+        Render colour images: the mesh's own colours, or a random solid texture from `seed`.
     fps : float
         Frames per second of the timestamps.
     threads : int
         0: all cores.
     cache : folder, optional
-        Keeps noise-free pictures between runs: they are read where the same scene asks for them again.
+        Cache of noise-free images, reused by later runs with the same scene.
 
     Returns
     -------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Sequences of several copies of one shape that touch, hide and push each other, with exact truth.
+"""Sequences of several copies of one shape that touch, occlude and push each other, with exact ground truth.
 
 No two solids ever penetrate: pairs are set apart along their line of centres until the least gap is the wanted
 one. An object moves by at most 5 mm (its middle) and 1.5 deg from frame to frame wherever it can be seen.

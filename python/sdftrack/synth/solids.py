@@ -17,7 +17,7 @@ __all__ = ["KINDS", "SolidScene", "random_solid", "ray_depth", "rendered_scene",
 Array = NDArray[np.float64]
 SIZES = {kind["name"]: kind["sizes"] for kind in _core.primitive_kinds()}
 KINDS = tuple(kind["name"] for kind in _core.primitive_kinds() if kind["has_inside"])
-FAR_M = 3.0  # no reading beyond
+FAR_M = 3.0  # no measurement beyond
 LOOK_DOWN_RAD = (np.radians(25), np.radians(55))  # so that the top is seen, and a side
 
 
@@ -29,9 +29,9 @@ class SolidScene:
     ----------
     depth : (H, W) float32 m, without noise; 0: nothing there
     cosine : (H, W) float32
-        Of the angle between the ray and the surface's normal: what grazing readings are lost by.
+        Cosine of the angle between ray and surface normal, which determines the loss of grazing measurements.
     mask : (H, W) bool
-        Where the solid is seen.
+        Pixels of the solid.
     """
 
     kind: str

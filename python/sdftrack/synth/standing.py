@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""An object that stands on a table while the camera goes round it, and is taken up and turned after that."""
+"""An object that stands on a table while the camera moves around it, and is then lifted and rotated."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def standing(
     taken_up_at: int | None = None,
     seed: int = 0,
 ) -> Sequence:
-    """A sequence of an object on a table, z of its mesh upwards, its lowest point on the table.
+    """Sequence of an object on a table, with the z axis of its mesh upwards and its lowest point on the table.
 
     Parameters
     ----------
@@ -51,10 +51,10 @@ def standing(
     noise : None, float, str or function
         As in :func:`sequence`.
     turns : float
-        Of the camera around it, over all frames.
+        Revolutions of the camera around the object, over all frames.
     taken_up_at : int, optional
-        From this frame on the object rises by 15 cm and turns about a horizontal axis by 3 deg per frame; the table
-        stays, and so does the camera.
+        From this frame on the object rises by 15 cm and rotates about a horizontal axis by 3 deg per frame; table and
+        camera stay fixed.
 
     Returns
     -------

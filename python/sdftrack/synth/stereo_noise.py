@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a stereo depth camera does to perfect depth."""
+"""Noise model of a stereo depth camera."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ Image = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Stereo:
-    """Active stereo as a RealSense D400: errors of disparity, shared over the window that is matched.
+    """Active stereo like a RealSense D400: disparity errors, correlated over the matching window.
 
-    Depth is ``Z = f B / d``, so an error of the disparity d (px) becomes ``Z^2 / (f B)`` times as much depth. Noise of
-    `subpixel_px` is what the maker's tuning guide states on a textured wall, its correlation that of a window of
-    `window_px` pixels, over which the disparity of one surface is averaged: edges and creases are rounded. `bias_px` is
-    an error of the rig's calibration, the same in the whole sequence. No reading where the other camera's view is
-    hidden (a shadow on one side of what is near), beyond `grazing_rad` of incidence (fading in over 10 degrees), and in
-    a share `dropped` of patches of a window.
+    Depth is ``Z = f B / d``, so an error in the disparity d (px) causes a depth error larger by ``Z^2 / (f B)``. The
+    noise `subpixel_px` is that of the manufacturer's tuning guide for a textured wall, its correlation that of a window
+    of `window_px` pixels, over which the disparity of a surface is averaged: edges and creases are rounded. `bias_px`
+    is a calibration error of the stereo rig, constant over the sequence. There are no measurements where the view of
+    the other camera is occluded (a shadow on one side of near objects), beyond `grazing_rad` of incidence (fading in
+    over 10 degrees), and in a share `dropped` of window-sized patches.
     """
 
     baseline_m_px: float = 30.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Boxes on a table, with the truth about each reading."""
+"""Boxes on a table, with ground truth for each pixel."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ BOXES = (
 
 @dataclass(frozen=True)
 class TableScene:
-    """A frame, its camera, and which readings are the table's and the objects'; `height_m` over the labelled table."""
+    """A frame, its camera, and the pixels of table and objects; `height_m` above the labelled table."""
 
     name: str
     frame: Any

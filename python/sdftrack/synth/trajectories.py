@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Paths of an object before the camera: functions (n, random numbers, centre) -> (n, 4, 4) poses T_cam_obj.
+"""Trajectories of an object in front of the camera: functions (n, random numbers, centre) -> (n, 4, 4) T_cam_obj.
 
 `centre` is the middle of the object in its own frame; it is what a path moves, so that an object whose origin
 lies outside it stays in view.
@@ -24,9 +24,9 @@ Trajectory = Callable[[int, np.random.Generator, Array], Array]
 
 @dataclass(frozen=True)
 class random_walk:
-    """A smooth wandering path that turns the object through many views.
+    """A smooth random path with rotation through many views.
 
-    Every frame the centre moves by exactly `step_m` metres (straight line) and the object turns by exactly
+    In every frame the centre moves by exactly `step_m` metres (straight line) and the object rotates by exactly
     `step_rad` radians. The centre stays within `spread_m` of (0, 0, `distance_m`) along each axis.
     """
 
@@ -59,7 +59,7 @@ class orbit:
 
 @dataclass(frozen=True)
 class sweep:
-    """Once through the whole image, near and far, turning: the motion that a calibration of the camera wants.
+    """Motion through the whole image, near and far, with rotation, as required for camera calibration.
 
     The centre goes left and right as far as `reach_x` (x / z) and twice up and down as far as `reach_y`, from `near_m`
     to `far_m` away and back; the object turns by `step_rad` a frame.
@@ -92,11 +92,11 @@ class static:
 
 @dataclass(frozen=True)
 class leave_and_return:
-    """A path that breaks off for `away` frames, from frame `first` on, and goes on elsewhere.
+    """A path that is interrupted for `away` frames, from frame `first` on, and continues elsewhere.
 
-    The object comes back at another place, at least `apart_m` from where it went, and in another orientation.
-    Meanwhile its centre is `out_m` to the right of the middle, out of the image of a usual camera; with
-    `out_m` of 0 it stays in view and jumps halfway (to be hidden by `Cover(first, away)`).
+    The object reappears at another location, at least `apart_m` from where it disappeared, and in another orientation.
+    Meanwhile its centre is `out_m` to the right of the image centre, outside the image of a usual camera; with `out_m`
+    = 0 it stays in view and jumps halfway (to be hidden by `Cover(first, away)`).
     """
 
     first: int = 20

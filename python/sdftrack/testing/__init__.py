@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Helpers for tests of programs that use this library; the pytest fixtures are in `fixtures`."""
+"""Helpers for testing programs that use this library; the pytest fixtures are in `fixtures`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def assert_pose_close(T: ArrayLike, T_ref: ArrayLike, atol_m: float, atol_rad: f
     Raises
     ------
     AssertionError
-        With both distances; also when a number is NaN.
+        States both distances; also raised for NaN.
     """
     __tracebackhide__ = True
     A, B = np.asarray(T, dtype=np.float64), np.asarray(T_ref, dtype=np.float64)

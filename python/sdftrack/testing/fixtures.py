@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Pytest fixtures for other people's suites: a small camera, shape and sequence, always the same."""
+"""Pytest fixtures for external test suites: a small, deterministic camera, shape and sequence."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def sdftrack_camera() -> sdftrack.Camera:
 
 @pytest.fixture(scope="session")
 def sdftrack_shape() -> sdftrack.SDF:
-    """A box of 10 x 14 x 18 cm: no two sides alike, so that its pose is observable."""
+    """A box of 10 x 14 x 18 cm with three different sides, so that its pose is observable."""
     import sdftrack
 
     return sdftrack.SDF.box((0.10, 0.14, 0.18))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The arguments of a tracker, checked: each error names the argument, what was expected and what came."""
+"""Validation of a tracker's arguments: each error states the argument, what was expected and what was given."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ COLLISIONS = {"contact": "contact", "printed": "printed", None: "none"}  # the c
 
 
 def shape_list(shapes: SDF | Sequence[SDF]) -> list[SDF]:
-    """One or more shapes as a list."""
+    """Return one or more shapes as a list."""
     several = isinstance(shapes, (list, tuple))
     many: list[Any] = list(shapes) if isinstance(shapes, (list, tuple)) else [shapes]
     if not many:
@@ -46,7 +46,7 @@ def shape_list(shapes: SDF | Sequence[SDF]) -> list[SDF]:
 
 
 def option_set(options: Any) -> TrackerOptions:
-    """The defaults where none are given."""
+    """Return the options, or the defaults if none are given."""
     if options is None:
         return TrackerOptions()
     if not isinstance(options, TrackerOptions):
@@ -58,13 +58,13 @@ def option_set(options: Any) -> TrackerOptions:
 
 
 def options_of(options: Any, sensor: SensorModel | None, single: dict[str, Any]) -> TrackerOptions:
-    """The set, in it what the sensor says, and single options before both."""
+    """Combine the options with those of the sensor; single options take precedence over both."""
     known = {} if sensor is None else sensor.options()
     return option_set(options).replace(**{**known, **single})
 
 
 def name_list(names: Any, count: int) -> list[str]:
-    """One name per shape; numbers where none are given."""
+    """One name per shape; numbers if none are given."""
     if names is None:
         return [f"object {k}" for k in range(count)]
     if isinstance(names, (str, bytes)) or not hasattr(names, "__iter__"):
@@ -76,13 +76,13 @@ def name_list(names: Any, count: int) -> list[str]:
 
 
 def expect(name: str, value: str, known: tuple[str, ...]) -> None:
-    """One of the words, or an error that lists them."""
+    """Check that a value is one of the known ones; the error lists them."""
     if value not in known:
         raise ValueError(f"{name}: expected one of {known} in this version, got {value!r}")
 
 
 def check_switches(collision: Any, membership: Any, threads: Any) -> None:
-    """Of the right kinds, or an error that names the argument."""
+    """Check the types; the error names the argument."""
     if collision not in COLLISIONS:
         raise ValueError(f"collision: expected 'contact', 'printed' or None, got {collision!r}")
     if not isinstance(membership, bool):
@@ -92,7 +92,7 @@ def check_switches(collision: Any, membership: Any, threads: Any) -> None:
 
 
 def object_number(k: Any, count: int) -> int:
-    """0..count - 1, or an error that names `k`."""
+    """Check that `k` is in 0..count - 1."""
     try:
         index = operator.index(k)
     except TypeError:
@@ -103,11 +103,11 @@ def object_number(k: Any, count: int) -> int:
 
 
 def pose_covariance(given: ArrayLike) -> NDArray[np.float64]:
-    """(6, 6) float64, symmetric and positive definite, or an error."""
+    """Check that a covariance is (6, 6), symmetric and positive definite; returns float64."""
     covariance = numbers(given, "covariance")
     if covariance.shape != (6, 6) or not np.isfinite(covariance).all():
         raise ValueError(f"covariance: expected (6, 6) finite, got {covariance.shape}")
     if not np.allclose(covariance, covariance.T) or np.linalg.eigvalsh(covariance)[0] <= 0:
-        raise ValueError("covariance: expected a symmetric matrix with eigenvalues above 0; a direction without "
-                         "knowledge has a large variance")  # fmt: skip
+        raise ValueError("covariance: expected a symmetric matrix with eigenvalues above 0; give "
+                         "unknown directions a large variance")  # fmt: skip
     return covariance

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Results of objects with a declared symmetry: of all poses that look alike, the one nearest to the last."""
+"""Results for symmetric objects: among all equivalent poses, the one nearest to the previous pose."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ADVICE = "make one with st.find_symmetries(sdf)"
 
 
 class CanonicalPoses:
-    """Symmetries of a tracker's objects, and the pose of each that was told last."""
+    """Symmetries of a tracker's objects, and the last reported pose of each."""
 
     def __init__(self, symmetry: Any, shapes: Sequence[Any], mode: str) -> None:
         count = len(shapes)
@@ -38,29 +38,29 @@ class CanonicalPoses:
         self._last: list[Array | None] = [None] * count
 
     def declare(self, core: Any) -> None:
-        """Tell the core which poses are one answer."""
+        """Declare to the core which poses are equivalent."""
         for k, symmetry in enumerate(self._used):
             if symmetry is not None:
                 core.set_symmetries(k, np.ascontiguousarray(symmetry.motions()[1:]))
 
     def begin(self, places: Sequence[Place]) -> None:
-        """Forget what was told; a pose that is given is what the first result is near to."""
+        """Forget all reported poses; the first result will be near the given pose, if any."""
         poses = (isinstance(p, np.ndarray) and p.dtype == np.float64 for p in places)
         self._last = [
             np.asarray(p, np.float64) if given else None for p, given in zip(places, poses, strict=True)
         ]
 
     def resume(self, result: TrackResult | None) -> None:
-        """Go on from a result that was told by another tracker."""
+        """Continue from a result reported by another tracker."""
         if result is not None:
             self._last = [np.array(T) if np.isfinite(T).all() else None for T in result.poses]
 
     def set_pose(self, k: int, T: Array) -> None:
-        """Object k is given a pose."""
+        """Set the pose of object k."""
         self._last[k] = T
 
     def add(self) -> None:
-        """One more object, without a symmetry."""
+        """Add an object without symmetry."""
         self.symmetries, self._used, self._last = (
             [*self.symmetries, None],
             [*self._used, None],
@@ -68,12 +68,12 @@ class CanonicalPoses:
         )
 
     def remove(self, k: int) -> None:
-        """Object k is tracked no longer."""
+        """Remove object k."""
         for values in (self.symmetries, self._used, self._last):
             del values[k]  # type: ignore[attr-defined]
 
     def applied(self, found: dict[str, Any]) -> dict[str, Any]:
-        """What the core has found, with poses, covariances and twists of those that look alike."""
+        """Map the core's poses, covariances and twists to the equivalents nearest to the previous poses."""
         if not any(self._used):
             return found
         poses, covariances, twists = (found[n].copy() for n in ("poses", "covariances", "twists"))
@@ -93,7 +93,7 @@ class CanonicalPoses:
 
 
 def moved_covariance(covariance: Array, offset: Array) -> Array:
-    """Of (x, y, z, rx, ry, rz) about an origin that lies `offset` (m, camera axes) beside the former one."""
+    """Covariance of (x, y, z, rx, ry, rz) about an origin displaced by `offset` (m, camera axes)."""
     x, y, z = offset
     J = np.eye(6)
     J[:3, 3:] = -np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Frames, volumes and colours in the form that the core takes."""
+"""Conversion of frames, volumes and colours to the core's types."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def core_frame(
     with_depth: bool = True,
     sensor: SensorModel | None = None,
 ) -> _core.TrackerFrame:
-    """A frame, the sensor's bias taken out, with the colour image to be used, if any, and where its pixels lie."""
+    """Convert a frame: subtract the sensor's bias; add the colour image to use, if any, and its mapping."""
     depth = frame.depth if with_depth else None
     if depth is not None and sensor is not None:
         depth = sensor.corrected(depth)
@@ -38,7 +38,7 @@ def volume_of(shape: SDF) -> tuple[NDArray[np.float32], float, list[float]]:
 
 
 def rgb_seen(rgba: NDArray[np.uint8]) -> NDArray[np.uint16]:
-    """A shape's colours as the core has them: 256 times each, and after them how much was seen."""
+    """A shape's colours in the core's form: each times 256, followed by the observation weight."""
     out = rgba.astype(np.uint16) * np.uint16(256)
     known = rgba[..., 3] > 0
     out[..., 3] = np.where(known, 65535, 0)

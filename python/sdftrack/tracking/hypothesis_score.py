@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How well a pose explains the depth image about a place: what hypotheses of a start are compared by."""
+"""Score of a pose against the depth image in a region, used to compare start hypotheses."""
 
 from __future__ import annotations
 
@@ -10,21 +10,24 @@ from numpy.typing import NDArray
 
 __all__ = ["HypothesisScore", "score_pose"]
 
-MIN_M, PER_M = 0.006, 0.01  # a reading this near to the model's depth is its surface; per metre of distance
+MIN_M, PER_M = (
+    0.006,
+    0.01,
+)  # a measurement this near to the model's depth is its surface; per metre of distance
 CLICK_PX = 4  # a pose is of another thing where nothing of it lies this near to the click
 
 
 class HypothesisScore(NamedTuple):
-    """How well a pose explains what is seen about a place, 0..1.
+    """How well a pose explains the depth image in a region, 0..1.
 
     Attributes
     ----------
     seen : float
-        Of the surface that the camera should see, what nothing nearer hides: the share that is where it should be.
+        Fraction of the unoccluded surface that is observed where the pose predicts it.
     explained : float
-        Of the region's readings, the share on the surface.
+        Fraction of the region's depth measurements that lie on the surface.
     clicked : bool
-        Whether the reading that was clicked on is on it.
+        Whether the clicked measurement lies on it.
     """
 
     seen: float
@@ -45,7 +48,7 @@ def score_pose(
     region: NDArray[np.bool_],
     px: Any,
 ) -> HypothesisScore:
-    """Compare a depth image with what it should be at a pose; `px`: (x, y) that has to be on the surface."""
+    """Compare a depth image with the rendering at a pose; `px`: (x, y) that must lie on the surface."""
     expected = sdf.render(camera, T)[0]
     on = expected > 0
     near = MIN_M + PER_M * expected

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What other parts of this package ask of a tracker beyond its public methods."""
+"""Interface of a tracker for other parts of this package, beyond its public methods."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ Pose = NDArray[np.float64]
 
 
 class PixelEvidence(NamedTuple):
-    """What a frame shows in a region of depth pixels.
+    """Colour evidence of a frame in a region of depth pixels.
 
     Attributes
     ----------
     foreground : (h, w) float32
-        The chance by colour that a pixel is the object's; NaN: not known.
+        Posterior probability, by colour, that a pixel belongs to the object; NaN: unknown.
     rgb : (h, w, 3) uint8 or None
         The colours; None: the frame has none.
     """
@@ -40,19 +40,19 @@ class PixelEvidence(NamedTuple):
 
 
 class TrackerInterface:
-    """The inside of one tracker, for shapes that change while they are tracked; objects go by their number."""
+    """Internal access to a tracker, for shapes that change during tracking; objects are identified by index."""
 
     def __init__(self, tracker: Tracker) -> None:
         self._tracker = tracker
 
     @property
     def last_poses(self) -> NDArray[np.float64]:
-        """(M, 4, 4): the last good ``T_cam_obj``, NaN where there was none yet."""
+        """(M, 4, 4): the last good ``T_cam_obj``, NaN if there was none yet."""
         return self._tracker._core.best
 
     @property
     def threads(self) -> int:
-        """Of the tracker; 0: all cores."""
+        """Number of threads of the tracker; 0: all cores."""
         return self._tracker.threads
 
     # -- shapes
@@ -76,18 +76,18 @@ class TrackerInterface:
         ----------
         volume : values, voxel size and origin (m)
         rgb_seen : (z, y, x, 4) uint16
-            Colours, and how much of the surface was seen near each voxel; less than `least_seen` is unknown.
+            Colours, and the observation weight of the surface near each voxel; below `least_seen` it is unknown.
         boxes : (n, 6) int32
             Voxels x0 y0 z0 x1 y1 z1 that hold the surface.
         """
         self._tracker._core.reshape(k, volume, rgb_seen[..., 3], least_seen, boxes, rgb_seen)
 
     def replace_shapes(self, shapes: list[SDF], poses: NDArray[np.float64]) -> None:
-        """Give the same objects other volumes; `poses` (M, 4, 4): where they go on from, NaN: not known."""
+        """Replace the volumes of the objects; tracking continues from `poses` (M, 4, 4), NaN: unknown."""
         self._tracker._replace_shapes(shapes, poses)
 
     def mark_unfound(self, k: int, kind: str) -> None:
-        """Say that object k stands for a primitive of this kind that is not found yet; "": it is found."""
+        """Mark object k as a placeholder for a primitive of this kind not found yet; "": it was found."""
         self._tracker._core.mark_unfound(k, kind)
 
     # -- starts
@@ -95,30 +95,30 @@ class TrackerInterface:
     def hypothesis_at_click(
         self, k: int, frame: Frame, px: tuple[float, float], name: str
     ) -> StartHypothesis:
-        """Where to look for object k after a click on it; errors begin with `name`."""
+        """Return the search region for object k after a click on it; errors begin with `name`."""
         from sdftrack.tracking.start_places import hypothesis_at_click
 
         return hypothesis_at_click(self._tracker, k, frame, px, name)
 
     def start_at(self, frame: Frame, places: list[Place]) -> TrackResult:
-        """Start with places of mixed kinds: pose, mask, box or None for each object."""
+        """Start with hints of mixed types: a pose, mask, box or None for each object."""
         tracker = self._tracker
         return tracker._start_at(frame, tracker._camera_of(frame), tracker._colors_of(frame), places)
 
     # -- frames
 
     def region(self, k: int, T_cam_obj: Pose, padding_m: float) -> tuple[int, int, int, int]:
-        """Where object k, padded, may be seen at a pose: depth pixels x0, y0, x1, y1, half open."""
+        """Image region of object k, padded, at a pose: depth pixels x0, y0, x1, y1, half open."""
         x0, y0, x1, y1 = self._tracker._core.region(k, T_cam_obj, padding_m)
         return x0, y0, x1, y1
 
     def pixel_evidence(self, k: int, frame: Frame, region: tuple[int, int, int, int]) -> PixelEvidence:
-        """What a frame with depth says in a region by the colours that object k is known by."""
+        """Foreground evidence of a frame with depth in a region, by the learned colours of object k."""
         given = core_frame(frame, *self._tracker._colors_of(frame), sensor=self._tracker.sensor)
         return PixelEvidence(*self._tracker._core.look_at(given, k, region))
 
     def judge(self, k: int, frame: Frame, T_cam_obj: Pose) -> dict[str, Any]:
-        """What would be said of object k at a pose as it is, by depth; empty: too few readings are near."""
+        """Assess object k at a fixed pose by depth; empty: too few measurements nearby."""
         said = self._tracker._core.judge(
             core_frame(frame, None, None, sensor=self._tracker.sensor), k, np.ascontiguousarray(T_cam_obj)
         )
@@ -127,16 +127,16 @@ class TrackerInterface:
     def revisit(
         self, depth: NDArray[np.float32], color: NDArray[np.uint8] | None, color_map: Any
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """Follow the objects into a frame outside of the sequence: poses (M, 4, 4), and whether each is sure."""
+        """Track the objects in a frame outside the sequence; returns poses (M, 4, 4), and whether each is reliable."""
         poses, sure = self._tracker._core.revisit(
             core_frame(Frame(depth, check_units=False), color, color_map)
         )
         return poses, sure
 
     def relearn_colors(self, shown: Iterable[tuple[Frame, Pose]], index: int) -> None:
-        """Show a tracker that has its shape but no colours frames with their poses.
+        """Learn the colours of a tracker that has a shape but no colours, from frames with known poses.
 
-        Where it stands afterwards is to be set anew; `index`: of the last frame from then on.
+        Its pose must be set again afterwards; `index`: the index of the last frame from then on.
         """
         for n, (frame, T) in enumerate(shown):
             if n == 0:

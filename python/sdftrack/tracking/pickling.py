@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Trackers in files of version 0.1, which name the function here that makes them again."""
+"""Restores trackers from files of version 0.1, which refer to the function here."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def rebuild(
     best: NDArray[np.float64],
     free_sizes: FreeSizes | None = None,
 ) -> Tracker:
-    """A tracker that goes on from the poses `best` (M, 4, 4), metres; NaN: not found yet.
+    """Restore a tracker that continues from the poses `best` (M, 4, 4), metres; NaN: not found yet.
 
-    `free_sizes`: of the primitives among the shapes; None in the oldest files.
+    `free_sizes`: state of the primitives among the shapes; None in the oldest files.
     """
     tracker = Tracker.__new__(Tracker)
     progress = (index, last, best, free_sizes)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A `TrackResult` of what the core answers about a frame: arrays and lists with an entry per object."""
+"""Builds a `TrackResult` from the core's result of a frame: arrays and lists with one entry per object."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def assembled(
     foreground: NDArray[np.float32] | None,
     sensor: str = "",
 ) -> TrackResult:
-    """Wrap up `found`; all that is decided about a frame is decided in the core."""
+    """Wrap `found`; all decisions about a frame are made in the core."""
     steps = [Steps(trials) for trials in found["steps"]]
     return TrackResult(
         poses=found["poses"],
@@ -49,10 +49,10 @@ def assembled(
 
 
 def modes_of(found: dict[str, Any], alone: str = "rgbd") -> list[str]:
-    """What each object was tracked by, as ``mode_used`` says it; `alone`: where colours were used."""
+    """The mode of each object, as in ``mode_used``; `alone`: the mode if colours were used."""
     return [alone if used else "depth" for used in found["color_used"]]
 
 
 def followed(result: TrackResult | None) -> list[bool]:
-    """Who had a pose in a frame; empty where there was none."""
+    """Which objects had a pose in a frame; empty if there was no frame."""
     return [] if result is None else [s in (Status.OK, Status.WEAK) for s in result.status]

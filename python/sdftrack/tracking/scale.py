@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Whether a shape is of the size of what is seen: a unit that was mistaken is named before a search fails."""
+"""Check that a shape has the size of the observed object: reports a wrong unit before a search fails."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ FACTOR = 8.0  # between what is seen and the shape: a view may show a part, and 
 COARSE = 50  # voxels along the shortest side that are enough to tell a size
 INCH_AND_CM = 200.0  # a larger factor is that of millimetres
 MIN_PX, MAX_IMAGES = 3.0, 20.0  # how large a shape that is clicked on may appear
-ENDS = (0.05, 0.95)  # of a mask's readings: those behind the object's edge do not count
+ENDS = (0.05, 0.95)  # of a mask's measurements: those behind the object's edge do not count
 
 
 def size_of(sdf: Any) -> float:
-    """Length of the diagonal of the box about the surface, m; from a part of the voxels."""
+    """Diagonal of the bounding box of the surface, m; from a subset of the voxels."""
     every = max(1, min(sdf.values.shape) // COARSE)
     inside = sdf.values[::every, ::every, ::every] < 0.5 * every * sdf.voxel_size
     sides = [np.flatnonzero(inside.any(axis=axes)) for axes in ((1, 2), (0, 2), (0, 1))]
@@ -30,7 +30,7 @@ def size_of(sdf: Any) -> float:
 
 
 def extent_of(camera: Any, depth: NDArray[np.float32], mask: NDArray[np.bool_]) -> float:
-    """How far the readings of a mask reach along their longest direction, m, without a twentieth at each end."""
+    """Extent of the measurements in a mask along their longest direction, m, without 5 % at each end."""
     chosen = mask & (depth > 0)
     if np.count_nonzero(chosen) < 3:
         return 0.0
@@ -41,27 +41,27 @@ def extent_of(camera: Any, depth: NDArray[np.float32], mask: NDArray[np.bool_]) 
 
 
 def check_scale(frame: Any, camera: Any, mask: NDArray[np.bool_], sdf: Any, name: str) -> None:
-    """ValueError where the readings of a mask are of another size than the shape."""
+    """ValueError if the extent of the measurements in a mask differs from the size of the shape."""
     if frame.depth is None:
         return
     seen, size = extent_of(camera, frame.depth, mask), size_of(sdf)
     if seen == 0 or size / FACTOR < seen < FACTOR * size:
         return
     raise ValueError(
-        f"{name}: expected the object, {_length(size)} across by its mesh, got readings that reach over "
+        f"{name}: expected the object, {_length(size)} across by its mesh, got depth measurements that extend over "
         f"{_length(seen)}; " + _advice(size / seen)
     )
 
 
 def check_size(frame: Any, camera: Any, px: tuple[float, float], sdf: Any) -> None:
-    """ValueError where a shape at the reading of `px` would be a speck, or many images large."""
+    """ValueError if the shape at the depth of `px` would be a speck, or many times larger than the image."""
     v, u = nearest_reading(frame, px)
     z, size, pinhole = float(frame.depth[v, u]), size_of(sdf), depth_camera(camera)
     pixels = pinhole.fx * size / z
     if MIN_PX < pixels < MAX_IMAGES * max(pinhole.shape):
         return
     raise ValueError(
-        f"expected an object that can be seen, got a shape of {_length(size)} at a distance of {_length(z)}, "
+        f"expected an object of visible size, got a shape of {_length(size)} at a distance of {_length(z)}, "
         f"{pixels:.3g} pixels large; " + _advice(1e3 if pixels > MIN_PX else 1e-3)
     )
 
@@ -71,8 +71,8 @@ def _length(metres: float) -> str:
 
 
 def _advice(ratio: float) -> str:
-    """What may be mistaken where a shape is `ratio` times as large as what is seen."""
+    """Likely cause if a shape is `ratio` times as large as what is observed."""
     if ratio < 1:
-        return "is the depth in millimetres (it is to be in metres), or was the mesh scaled twice?"
+        return "is the depth in millimetres (metres are expected), or was the mesh scaled twice?"
     unit = "mm" if ratio > INCH_AND_CM else "cm or in"
     return f"is the mesh in {unit} and read as metres, or the depth in a larger unit than metres?"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A start without a place, where a search of the whole image has failed: what stands on tables is tried."""
+"""Start without a hint after the search of the whole image has failed: objects standing on planes are tested."""
 
 from __future__ import annotations
 
@@ -17,17 +17,24 @@ from sdftrack.tracking.hypothesis_score import score_pose
 from sdftrack.tracking.scale import size_of
 from sdftrack.tracking.start_by_click import StartHypothesis
 
-__all__ = ["FOUND_STANDING", "LEAST", "best_anywhere", "is_unconvincing", "search_confidence", "unconfirmed"]
+__all__ = [
+    "FOUND_STANDING",
+    "MIN_CONFIDENCE",
+    "best_anywhere",
+    "is_unconvincing",
+    "search_confidence",
+    "unconfirmed",
+]
 
-FOUND_STANDING = "found among what stands on the table; the next frame must confirm it"
-LEAST = 0.45  # belief from which a region is taken for the object, without anybody's word
+FOUND_STANDING = "found among the objects on a plane; the next frame must confirm it"
+MIN_CONFIDENCE = 0.45  # belief from which a region is taken for the object, without anybody's word
 AMBIGUOUS = 0.8  # of the best score, from which the second one halves the confidence
 SURE = 0.6  # belief from which nothing else is tried
 CLICKED = 3  # of the likeliest regions, that are looked at with their colours where no region is
 
 
 def best_anywhere(sdf: Any, camera: Any, frame: Any, start: Callable[..., Any]) -> StartHypothesis | None:
-    """The region in which the object is best found, None where it is found in none; `start` as for a click."""
+    """The region with the best match of the object, or None; `start` as for a click."""
     if frame.depth is None or not (frame.depth > 0).any():
         return None
     standing = standing_regions(frame, camera, size_of(sdf))
@@ -47,13 +54,13 @@ def best_anywhere(sdf: Any, camera: Any, frame: Any, start: Callable[..., Any]) 
             belief, hypothesis = _tried(sdf, camera, frame, region, start)
             if belief > most:
                 best, most = hypothesis, belief
-    return best if most >= LEAST else None
+    return best if most >= MIN_CONFIDENCE else None
 
 
 def _tried(
     sdf: Any, camera: Any, frame: Any, region: Any, start: Callable[..., Any]
 ) -> tuple[float, StartHypothesis]:
-    """How far the object is believed to be in a region, 0..1."""
+    """Confidence that the object is in a region, 0..1."""
     try:
         result = start(masks=[region])
     except ValueError:  # of a size that cannot be the object's
@@ -65,7 +72,7 @@ def _tried(
 
 
 def search_confidence(result: TrackResult, k: int = 0) -> float:
-    """The confidence in a start, without the doubt between two turns of a symmetric shape; 0: it is lost."""
+    """Confidence in a start, ignoring ambiguity between symmetric rotations; 0: lost."""
     if result.status[k] is Status.LOST or result.status[k] is Status.BAD_FRAME:
         return 0.0
     runner_up = float(result.runner_up[k])
@@ -73,12 +80,12 @@ def search_confidence(result: TrackResult, k: int = 0) -> float:
 
 
 def is_unconvincing(result: TrackResult) -> bool:
-    """Whether a search of the whole image has not found the only object, or hardly believes it."""
-    return result.status[0] in (Status.LOST, Status.WEAK) and search_confidence(result) < LEAST
+    """Whether a search of the whole image has not found the only object, or only with low confidence."""
+    return result.status[0] in (Status.LOST, Status.WEAK) and search_confidence(result) < MIN_CONFIDENCE
 
 
 def unconfirmed(result: TrackResult) -> TrackResult:
-    """The result with its only object weak: nobody has said that it is there."""
+    """Mark the only object of a result as weak: its presence has not been confirmed."""
     if result.status[0] is Status.LOST:
         return result
     confidence = 0.5 * result.confidence

@@ -21,21 +21,21 @@ __all__ = ["StartHypothesis", "best_at_click", "click_list"]
 Mask = NDArray[np.bool_]
 
 BOX_MARGIN = 0.15  # of the larger side of a region, about it
-LEAST = 0.42  # score below which the shape is not there
+MIN_SCORE = 0.42  # score below which the shape is not there
 CONVINCING = 0.8  # score from which no other region is tried
 
 
 class StartHypothesis(NamedTuple):
-    """Where an object may be: a region of the depth image or a box about it, and what speaks for it.
+    """A hypothesis for an object's location: a region of the depth image or a box around it, and its score.
 
     Attributes
     ----------
     region : (H, W) bool
-        What is taken for the object.
+        Pixels assumed to show the object.
     box : (x, y, w, h) or None
-        In which it is searched in place of the region.
+        Search box, used instead of the region.
     score : HypothesisScore or None
-        Of the pose that was found there; None: none was.
+        Score of the pose found there; None: no pose was found.
     """
 
     region: Mask
@@ -43,17 +43,17 @@ class StartHypothesis(NamedTuple):
     score: HypothesisScore | None
 
     def place(self, camera: Any) -> Place:
-        """What the core's tracker is given."""
+        """The hint passed to the core's tracker."""
         return one_place(None, self.region if self.box is None else None, self.box, depth_camera(camera))
 
     @property
     def value(self) -> float:
-        """Of the score; -1: there is none."""
+        """Value of the score; -1: none."""
         return -1.0 if self.score is None else self.score.value
 
 
 def click_list(clicks: Any, count: int, camera: Any) -> list[tuple[float, float]]:
-    """One pixel of the depth image per shape; for one shape the two numbers will do."""
+    """One pixel of the depth image per shape; for a single shape the two numbers suffice."""
     given = np.asarray(clicks, dtype=object if isinstance(clicks, str) else float)
     if count == 1 and given.shape == (2,):
         given = given[None]
@@ -70,7 +70,7 @@ def click_list(clicks: Any, count: int, camera: Any) -> list[tuple[float, float]
 def best_at_click(
     sdf: Any, camera: Any, frame: Any, px: tuple[float, float], start: Callable[..., Any]
 ) -> StartHypothesis:
-    """The region or box in which `start` finds the pose that explains best what is seen about a click.
+    """The region or box in which `start` finds the pose that best explains the image around a click.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def best_at_click(
     Raises
     ------
     ValueError
-        The click is on nothing, or on a table.
+        The click is not on a surface, or on a table.
     """
     check_size(frame, camera, px, sdf)
     v, u = nearest_reading(frame, px)
@@ -102,7 +102,7 @@ def best_at_click(
         if best.value > CONVINCING:
             break
     assert best is not None
-    if best.value < LEAST:
+    if best.value < MIN_SCORE:
         raise ValueError(
             f"expected the shape ({1e3 * size_of(sdf):.0f} mm across) at ({u}, {v}), got a surface of "
             f"{1e3 * extent_of(camera, frame.depth, regions[0]):.0f} mm that none of its poses explains; click on the "

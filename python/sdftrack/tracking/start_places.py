@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where a tracker begins that was given clicks or nothing: hypotheses, tried with a tracker of one shape alone."""
+"""Start from clicks or without hints: hypotheses are tested with a tracker of a single shape."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["clicked_places", "found_anywhere", "hypothesis_at_click"]
 
 
 def clicked_places(tracker: Tracker, clicks: Any, frame: Frame, camera: Camera) -> list[Place]:
-    """Of each object the place that its click stands for; `camera`: the frame's depth camera."""
+    """For each object the hint derived from its click; `camera`: the frame's depth camera."""
     pixels = click_list(clicks, len(tracker.shapes), camera)
     full = tracker.camera if frame.camera is None else frame.camera
     return [
@@ -30,7 +30,7 @@ def clicked_places(tracker: Tracker, clicks: Any, frame: Frame, camera: Camera) 
 def hypothesis_at_click(
     tracker: Tracker, k: int, frame: Frame, px: tuple[float, float], name: str
 ) -> StartHypothesis:
-    """Where to look for object k after a click on it, by a tracker of it alone; errors begin with `name`."""
+    """The hypothesis for object k after a click on it, tested with a tracker of it alone; errors begin with `name`."""
     if tracker._free_sizes.shapes_unknown(k):
         raise ValueError(f"{name}: expected a shape of known size, got a Primitive; give a mask or box of it")
     alone = tracker._alone_with(k, frame)
@@ -46,7 +46,7 @@ def hypothesis_at_click(
 def found_anywhere(
     tracker: Tracker, frame: Frame, camera: Camera, colors: tuple[Any, Any], result: TrackResult
 ) -> TrackResult:
-    """Where the search of the whole image has failed for the only object: what stands on tables may be it."""
+    """If the search of the whole image failed for the only object, test the objects standing on planes."""
     if len(tracker.shapes) > 1 or tracker._free_sizes.shapes_unknown(0) or not is_unconvincing(result):
         return result
     alone = tracker._alone_with(0, frame)

@@ -60,56 +60,58 @@ KEYWORDS = (
 
 
 class Tracker:
-    """Track one or more known shapes, each from its last pose, by depth and colour.
+    """Track one or more known shapes by depth and colour, each starting from its last pose.
 
-    Objects that may touch or hide each other are fitted together: every pixel speaks to the union of their shapes, and
-    none may stand in another (docs/several_objects.md). The others are fitted one by one.
+    Objects that may touch or occlude each other are fitted jointly: every pixel is compared with the union of their
+    shapes, and interpenetration is penalised (docs/several_objects.md). The others are fitted individually.
 
     Parameters
     ----------
     shapes : SDF or Primitive, or a sequence of them
-        The objects; the same SDF twice is stored once. A `Primitive` is a simple solid whose size is found at the start
-        and made better while it is followed; :attr:`sizes` tells it.
+        The objects; the same SDF twice is stored once. A `Primitive` is a simple solid whose size is estimated at the
+        start and refined during tracking; see :attr:`sizes`.
     camera : Camera or RGBDCamera
-        Of the depth images; a Camera means that colour is aligned to depth. A frame's own ``camera`` goes before it.
+        Camera of the depth images; a Camera means that colour is aligned to depth. A frame's own ``camera`` takes
+        precedence.
     mode : {"auto", "depth", "rgbd", "rgb"}
-        ``"auto"`` uses colour where a frame has it and where it tells the object from what is around it;
-        ``"rgbd"`` asks for it in every frame and always uses it; ``"depth"`` never. The first frame shows the
-        colours and is fitted by depth alone. ``"rgb"`` follows the outline in the colour image and reads no depth:
-        it starts from poses, does not search, and every frame is at best ``"weak"``, for an outline hardly shows the
-        distance (docs/math/outline.md). ``mode_used`` says what the last frame was tracked by.
+        ``"auto"`` uses colour if a frame has it and if it distinguishes the object from its surroundings. ``"rgbd"``
+        requires colour in every frame and always uses it; ``"depth"`` never uses it. The colours are learned in the
+        first frame, which is fitted by depth alone. ``"rgb"`` tracks the outline in the colour image without depth: it
+        starts from poses, does not search, and the status is at best ``"weak"``, because an outline hardly constrains
+        the distance (docs/math/outline.md). ``mode_used`` states the mode used in the last frame.
     device : {"auto", "cpu", "cuda"}
-        Where the sums over many pixels run; with ``"cuda"`` those of 1,500 and more run on the GPU, all else on the
-        CPU. ``"auto"`` is the CPU: only frames with far more readings than usual gain by a GPU.
+        Device for the sums over many pixels; with ``"cuda"`` those over 1,500 pixels and more run on the GPU,
+        everything else on the CPU. ``"auto"`` is the CPU: a GPU pays off only with far more pixels than usual.
     threads : int
         0: all cores. The result has the same bits for any number.
     recover : bool
-        Search for a lost object in every later frame: around its last pose first, then everywhere. False: it is only
-        followed from its last pose, until :meth:`recover` or :meth:`set_pose`.
+        Search for a lost object in every later frame: first around its last pose, then everywhere. False: it is only
+        tracked from its last pose, until :meth:`recover` or :meth:`set_pose`.
     motion : {"adaptive", "static", "constant_velocity"}
-        Where an object is expected in the next frame: at its last pose, or moved on as between the last two sure
-        ones; "adaptive": whichever has been nearer lately. While an object is ``"weak"`` its motion is always used,
-        and believed less from frame to frame.
+        Motion model that predicts the pose in the next frame: the last pose, or constant velocity from the last two
+        reliable poses; "adaptive": whichever predicted better recently. While an object is ``"weak"``, constant
+        velocity is always used, with a confidence that decreases from frame to frame.
     names : sequence of str, optional
-        One per shape, for reports.
+        One per shape, used in reports.
     membership : bool
-        Fill ``result.membership`` and ``result.foreground`` in every frame: (H, W, M) soft weights of the objects in
-        each reading within 10 mm of a surface (thesis Eq. 5.21; they add up to 1, and to 0 elsewhere), and (H, W) the
-        chance by colour that a pixel is an object's (NaN: not known; None without colours). Costs some milliseconds.
+        Fill ``result.membership`` and ``result.foreground`` in every frame: (H, W, M) soft assignment of each
+        measurement within 10 mm of a surface to the objects (thesis Eq. 5.21; the weights sum to 1, and to 0
+        elsewhere), and (H, W) posterior probability, by colour, that a pixel belongs to an object (NaN: unknown; None
+        without colours). Costs a few milliseconds.
     collision : {"contact", "printed", None}
-        What keeps objects that touch out of one another: a penalty on how deep, the source's form (thesis Eq. 5.25),
-        which does not pull apart what has got into one another, or nothing.
+        Constraint against interpenetration of touching objects: a penalty on the penetration depth, the form of the
+        thesis (Eq. 5.25), which cannot separate objects that already overlap, or none.
     symmetry : Symmetry, or a sequence with one or None per shape, optional
-        Turns that look alike and are one answer: a start in any of them is not ambiguous, and of the poses that look
-        alike the results hold the one nearest to the object's last (at a start: to the given pose, else to the
-        camera's axes). A shape with colours, in a mode that reads them, has none: its colours tell the turns apart.
+        Symmetries of the shapes. Equivalent poses are not reported as ambiguous, and results contain the equivalent
+        pose nearest to the object's last pose (at a start: to the given pose, else to the camera's axes). They are
+        ignored for a shape with colours in a mode that uses colour, because its colours resolve the symmetry.
     options : TrackerOptions, optional
         A whole set of options; single ones may be given as keywords.
     sensor : SensorModel, str or path, optional
-        What the depth camera errs by: a model, a preset ("kinect_v1", "realsense_d400", "azure_kinect") or a file of
-        ``sdftrack calibrate depth``. It sets the options of noise and systematic error, also in `options`, but not
-        single ones that are given; and its bias is taken out of every depth image. None: the noise is measured from
-        frame to frame, and the systematic error learnt where a pose is given (docs/sensors.md).
+        Error model of the depth camera: a model, a preset ("kinect_v1", "realsense_d400", "azure_kinect") or a file
+        written by ``sdftrack calibrate depth``. It sets the options for noise and systematic error, overriding
+        `options` but not single options given as keywords, and its bias is subtracted from every depth image. None: the
+        noise is estimated in every frame, and the systematic error in frames with a given pose (docs/sensors.md).
 
     Raises
     ------
@@ -118,18 +120,18 @@ class Tracker:
     ValueError
         No shape, or an option out of range.
     RuntimeError
-        ``device="cuda"`` without it; one tracker used by two threads at once.
+        ``device="cuda"`` without CUDA; concurrent use of one tracker by two threads.
 
     Attributes
     ----------
     mode_used : list of "depth", "rgbd" or "rgb"
-        Per object, of the last frame.
+        Mode of each object in the last frame.
 
     Notes
     -----
     The method is derived in docs/math/depth_tracker.md and docs/math/color.md (thesis, sections 3.4 and 4.3; ray-hit
     residual, outlier floor, free-space term and the odds of a colour are additions). ``TrackerOptions.printed()``
-    selects the source's form (docs/math/depth_tracker.md, section 9).
+    selects the form of the thesis (docs/math/depth_tracker.md, section 9).
 
     >>> tracker = Tracker(sdf, camera)                              # doctest: +SKIP
     >>> result = tracker.start(frame, poses=[T_cam_obj])            # doctest: +SKIP
@@ -165,7 +167,7 @@ class Tracker:
         expect("mode", mode, ("auto", "depth", "rgbd", "rgb"))
         expect("motion", motion, tuple(_core.MotionModel.__members__))
         check_switches(collision, membership, threads)
-        # A frame of some thousand readings is done here before a GPU has been told of it.
+        # A frame of some thousand measurements finishes on the CPU before a kernel could launch.
         cuda = device != "auto" and resolve_device(device) == "cuda"
         self.mode = mode
         self.mode_used = ["depth"] * len(self.shapes)
@@ -204,7 +206,7 @@ class Tracker:
             self._paint(k, shape)
 
     def _replace_shapes(self, shapes: list[SDF], poses: NDArray[np.float64]) -> None:
-        """Other volumes for the same objects; `poses`: where to go on from."""
+        """Replace the volumes of the objects; tracking continues from `poses`."""
         self._core.replace_shapes([volume_of(s) for s in shapes], np.ascontiguousarray(poses))
         self.shapes = shapes
         self._paint_all()
@@ -214,7 +216,7 @@ class Tracker:
 
     @property
     def sizes(self) -> list[PrimitiveFit | None]:
-        """What is known of the size of each `Primitive` among the shapes; None: another shape, or not found yet."""
+        """Current size estimate of each `Primitive` among the shapes; None: another shape, or not found yet."""
         return self._free_sizes.fits(len(self.shapes))
 
     def start(
@@ -226,41 +228,43 @@ class Tracker:
         boxes: Any = None,
         clicks: Any = None,
     ) -> TrackResult:
-        """Begin, or begin again, from poses, masks, boxes, clicks, or by a search of the whole image.
+        """Start or restart from poses, masks, boxes or clicks, or by searching the whole image.
 
         Parameters
         ----------
         frame : Frame
-        poses : sequence of (4, 4) float64, one per shape; for one shape the matrix itself will do
-            ``T_cam_obj``, metres; refined on this frame. Projected onto the rigid ones when within 1e-3 of one.
-        masks : sequence of (H, W) bool or uint8, one per shape; for one shape the mask itself will do
-            Not 0 where the object is seen, in the geometry of the depth image: its pose is searched there.
-        boxes : sequence of (x, y, w, h), one per shape; for one shape the four numbers will do
-            In depth pixels; the object lies within, other things may too.
-        clicks : sequence of (x, y), one per shape; for one shape the two numbers will do
-            A depth pixel of each object. What hangs together there, without tables and walls, and what colours part
-            from its surroundings, are searched; the pose that explains best what is seen there is begun with.
+        poses : sequence of (4, 4) float64, one per shape, or the matrix itself for a single shape
+            ``T_cam_obj``, metres; refined on this frame. Projected to the nearest rigid transform if within 1e-3.
+        masks : sequence of (H, W) bool or uint8, one per shape, or the mask itself for a single shape
+            Nonzero on the object, aligned with the depth image; the pose is searched within the mask.
+        boxes : sequence of (x, y, w, h), one per shape, or the four numbers for a single shape
+            In depth pixels; contains the object, and possibly other things.
+        clicks : sequence of (x, y), one per shape, or the two numbers for a single shape
+            A depth pixel on each object. The connected region there, without tables and walls, and its segmentation by
+            colour are searched; the pose that best explains the image there is used.
 
         Returns
         -------
         TrackResult
-            With ``index`` 0. An object that is not found is ``"lost"``; its pose is NaN. One whose view fits two poses
-            nearly as well is ``"weak"`` and says so; ``runner_up`` tells how near the second one came.
+            With ``index`` 0. An object that is not found is ``"lost"`` and its pose is NaN. An object with two nearly
+            equally good poses is ``"weak"``, with the reason "ambiguous"; ``runner_up`` is the relative score of the
+            second one.
 
         Raises
         ------
         TypeError
             `frame` is not a Frame, or `poses`, `masks` or `boxes` are not arrays of numbers.
         ValueError
-            Not one per shape; poses not finite or not rigid; an empty mask or one of another size; a box without
-            area or outside the image; two of the four given; a depth or colour image of another size than the
-            camera says; no colour image with ``mode="rgbd"``; a click on nothing or on a table; a mask or click where
-            what is seen is of another size than the shape (its unit, or that of the depth, is then named).
+            Not one per shape; poses that are not finite or not rigid; an empty mask or one of the wrong size; a box
+            without area or outside the image; more than one of the four given; a depth or colour image whose size
+            differs from the camera's; no colour image with ``mode="rgbd"``; a click that is not on a surface, or on a
+            table; a mask or click on something of a different size than the shape (the message names the unit, of the
+            mesh or the depth, that may be wrong).
         """
         of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
         if self.mode == "rgb" and poses is None:
             raise ValueError(
-                "poses: expected one per shape with mode='rgb', got none; without depth nothing is searched for: "
+                "poses: expected one per shape with mode='rgb', got none; without depth there is no search: "
                 "start(frame, poses=[...])"
             )
         given = [
@@ -290,7 +294,7 @@ class Tracker:
         return result if given else found_anywhere(self, frame, camera, colors, result)
 
     def _alone_with(self, k: int, frame: Frame) -> Tracker:
-        """A tracker of shape k, to try places with."""
+        """A tracker of shape k alone, for testing hypotheses."""
         mode = "auto" if self.mode == "rgbd" and frame.color is None else self.mode
         single = self.options.to_dict()
         return Tracker(self.shapes[k], self.camera, mode, threads=self.threads, sensor=self.sensor, **single)
@@ -312,28 +316,28 @@ class Tracker:
             return self._finish(frame, view, self._core.start(view, places, self.names), begin)
 
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
-        """Follow the objects into the next frame.
+        """Track the objects in the next frame.
 
         Parameters
         ----------
         depth : Frame, or (H, W) float32 m (0 = none)
             The frame, or its depth image.
         color : (H, W, 3) uint8, optional
-            Aligned to depth, or as the RGBDCamera says.
+            Aligned to depth, or as given by the RGBDCamera.
 
         Returns
         -------
         TrackResult
-            A lost object keeps its last good pose, and is looked for there in the next frame. An unreadable or
-            empty frame is ``"bad_frame"``, not an exception.
+            A lost object keeps its last good pose, and is searched for there in the next frame. An unreadable or empty
+            frame results in ``"bad_frame"``, not an exception.
 
         Raises
         ------
         RuntimeError
             Before :meth:`start`.
         ValueError
-            A depth or colour image of another size than the camera says; no colour image with ``mode="rgbd"``. The
-            tracker is as it was before.
+            A depth or colour image whose size differs from the camera's; no colour image with ``mode="rgbd"``. The
+            state of the tracker is unchanged.
         """
         if self._core.index < 0:
             raise RuntimeError("track: call start(frame, poses=[...]) first")
@@ -352,34 +356,34 @@ class Tracker:
     def recover(
         self, frame: Frame, k: int | None = None, mask: ArrayLike | None = None, box: Any = None
     ) -> TrackResult:
-        """Search for lost objects in this frame, now and with all effort.
+        """Search for lost objects in this frame exhaustively.
 
         Parameters
         ----------
         frame : Frame
-            Often the one that was just tracked; frames are not counted.
+            Usually the last tracked frame; the frame index does not advance.
         k : int, optional
-            Only this object, lost or not. None: every object that is lost.
+            Only this object, whether lost or not. None: all lost objects.
         mask : (H, W) bool or uint8, optional
         box : (x, y, w, h), optional
-            Where to look, as in :meth:`start`. With several lost objects `k` is needed.
+            Search region, as in :meth:`start`. With several lost objects `k` is required.
 
         Returns
         -------
         TrackResult
-            The last result, with the objects that were searched for replaced.
+            The last result, with the entries of the searched objects replaced.
 
         Raises
         ------
         RuntimeError
-            Before :meth:`start`, or between :meth:`add` or :meth:`remove` and the next frame.
+            Called before :meth:`start`, or between :meth:`add` or :meth:`remove` and the next frame.
         ValueError
-            An empty mask, a box outside the image, both of them, or one of them for several objects.
+            An empty mask, a box outside the image, both given, or either given for several objects.
         """
         of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
         if self._last is None:
             first = (
-                "track(frame), for the objects are not the last frame's"
+                "track(frame), because the set of objects has changed since the last frame"
                 if self._core.index >= 0
                 else "start(frame)"
             )
@@ -394,7 +398,7 @@ class Tracker:
                 wanted = [object_number(k, len(self.shapes))]
             if place is not None and len(wanted) > 1:
                 raise ValueError(
-                    f"k: expected the number of the object to look for, got None and {len(wanted)} lost"
+                    f"k: expected the index of the object to search for, got None with {len(wanted)} objects lost"
                 )
             if not wanted:
                 return last
@@ -407,7 +411,7 @@ class Tracker:
             return self._finish(frame, view, self._core.recover(view, wanted, places, self.names), begin)
 
     def set_pose(self, k: int, T: ArrayLike, covariance: ArrayLike | None = None) -> None:
-        """Replace object k's last pose; it counts as followed again.
+        """Replace the last pose of object k; it is no longer considered lost.
 
         Parameters
         ----------
@@ -415,8 +419,8 @@ class Tracker:
         T : (4, 4) float64
             ``T_cam_obj``, metres.
         covariance : (6, 6) float64, optional
-            Of T, as in :class:`TrackResult`: makes T a prior that the next frame is weighed against, in place of the
-            weak one about the expected pose.
+            Covariance of T, as in :class:`TrackResult`: makes T a Gaussian prior in the next frame, replacing the weak
+            prior around the predicted pose.
         """
         index = object_number(k, len(self.shapes))
         pose = rigid_pose(T, "T")
@@ -440,7 +444,7 @@ class Tracker:
         ----------
         shape : SDF or Primitive
         pose, mask, box
-            Where it is in the next frame, as in :meth:`start`: one of them, or none to search the whole image.
+            Its location in the next frame, as in :meth:`start`: one of them, or none to search the whole image.
         name : str, optional
         """
         if not isinstance(shape, Primitive):
@@ -459,10 +463,10 @@ class Tracker:
             return k
 
     def remove(self, k: int) -> None:
-        """Track object k no longer; those behind it move up by one."""
+        """Stop tracking object k; the indices of later objects decrease by one."""
         index = object_number(k, len(self.shapes))
         if len(self.shapes) == 1:
-            raise ValueError("k: expected at least one object to be left, got the only one")
+            raise ValueError("k: expected at least one remaining object, got the only one")
         with self._alone():
             self._core.remove(index)
             self._free_sizes.remove(index)
@@ -472,29 +476,30 @@ class Tracker:
             self._last = None
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write shapes, camera, options and last poses to one file (pickle), whole or not at all."""
+        """Write shapes, camera, options and last poses to one file (pickle), completely or not at all."""
         from sdftrack._internal.pickled import save_pickled
 
         save_pickled(self, path)
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Tracker:
-        """Read what :meth:`save` wrote. Only open files that you trust: this is a pickle."""
+        """Load a file written by :meth:`save`. Only open files that you trust: this is a pickle."""
         from sdftrack._internal.pickled import load_pickled
 
         return load_pickled(path, Tracker)
 
     @property
     def color_delay(self) -> ColorDelay | None:
-        """By how much colour images are of a later moment than depth images, by all objects since :meth:`start`.
+        """Delay of the colour images relative to the depth images, estimated from all objects since :meth:`start`.
 
-        Where the objects' outline is looked at in the colour image (``mode="rgbd"`` with ``outline``), its way from the
-        pose by depth is compared with the motion (docs/math/outline.md, section 6). Nothing is changed by it.
+        If the outline in the colour image is used (``mode="rgbd"`` with ``outline``), its displacement from the pose
+        estimated by depth is compared with the motion (docs/math/outline.md, section 6). The estimate does not affect
+        tracking.
 
         Returns
         -------
         ColorDelay or None
-            None: not known, for want of timestamps, colour, an outline that stands out, or a motion.
+            None: unknown, for lack of timestamps, colour, a distinct outline, or motion.
         """
         with self._alone():
             delay_s, sd_s, frames = self._core.color_delay()
@@ -531,7 +536,7 @@ class Tracker:
     def _resume(
         self, index: int, last: TrackResult | None, best: NDArray[np.float64], free_sizes: FreeSizes | None
     ) -> None:
-        """Go on with a sequence whose record was kept in a file."""
+        """Continue a sequence whose state was saved to a file."""
         if free_sizes is not None:
             self._free_sizes = free_sizes
             free_sizes.mark_unfound(TrackerInterface(self))
@@ -541,7 +546,7 @@ class Tracker:
         self._last = last
 
     def _interrupt(self, index: int) -> None:
-        """No motion leads from the last frame, which has this number from now on, to the next one."""
+        """Mark a discontinuity: the last frame gets this index, and no motion is predicted from it to the next one."""
         with self._alone():
             self._core.interrupt(index)
             self._last = None
@@ -559,7 +564,7 @@ class Tracker:
         return camera
 
     def _colors_of(self, frame: Frame) -> tuple[Any, Any]:
-        """The frame's colour image, if it is to be used, and where its pixels lie."""
+        """The frame's colour image, if it is used, and the mapping of its pixels."""
         alone = frame.depth is None or self.mode == "rgb"
         if self.mode == "depth" or (alone and not self._reads_outline):
             return None, None
@@ -580,7 +585,7 @@ class Tracker:
         return frame.color, self._color_map[1]
 
     def _paint(self, k: int, shape: SDF) -> None:
-        """Hand a shape's colours over; copies of one shape share them."""
+        """Pass a shape's colours to the core; copies of one shape share them."""
         if shape.colors is None:
             return
         for rgba, seen in self._painted:

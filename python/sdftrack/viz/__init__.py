@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Pictures: overlays on frames (numpy and OpenCV), plots (matplotlib)."""
+"""Visualisation: overlays on frames (numpy and OpenCV), plots (matplotlib)."""
 
 from sdftrack.viz.overlay import draw
 

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What an overlay is drawn on: the colour image in the depth image's geometry, or the depth itself in
-colours."""
+"""Background of overlays: the colour image aligned to depth, or the depth image in colours."""
 
 from __future__ import annotations
 
@@ -12,11 +11,11 @@ from numpy.typing import NDArray
 __all__ = ["backdrop", "depth_picture"]
 
 Picture = NDArray[np.uint8]
-NOTHING_RGB = (22, 24, 30)  # pixels without a reading
+NOTHING_RGB = (22, 24, 30)  # pixels without a measurement
 
 
 def backdrop(frame: Any, camera: Any) -> Picture:
-    """H x W x 3 uint8 RGB, a fresh array in the geometry of the camera's depth image."""
+    """H x W x 3 uint8 RGB, a new array aligned with the camera's depth image."""
     shape = _depth_camera(camera).shape
     if frame.color is not None:
         if getattr(camera, "aligned", True):
@@ -34,7 +33,7 @@ def _depth_camera(camera: Any) -> Any:
 
 
 def depth_picture(depth: NDArray[np.float32]) -> Picture:
-    """Near is warm, far is cool, with a soft relief from the slope; no reading is near black."""
+    """Colour-coded depth: near is warm, far is cool, with soft shading by slope; missing depth is near black."""
     import cv2
 
     seen = depth > 0
@@ -55,7 +54,7 @@ def depth_picture(depth: NDArray[np.float32]) -> Picture:
 
 
 def _palette() -> NDArray[np.float32]:
-    """256 x 3: ink blue (far) over slate and sand to cream (near); muted, so that drawings stand out."""
+    """256 x 3: ink blue (far) over slate and sand to cream (near); muted, so that overlays are visible."""
     stops = np.array(
         [[28, 38, 62], [52, 82, 110], [110, 134, 138], [184, 166, 132], [240, 226, 196]], np.float32
     )
@@ -64,7 +63,7 @@ def _palette() -> NDArray[np.float32]:
 
 
 def _warped(frame: Any, camera: Any) -> Picture:
-    """Colour looked up for every depth pixel; pixels without depth borrow that of their surroundings."""
+    """Colour of every depth pixel; pixels without depth use the depth of their surroundings."""
     import cv2
 
     depth_camera = _depth_camera(camera)
@@ -88,7 +87,7 @@ def _warped(frame: Any, camera: Any) -> Picture:
 
 
 def _filled(depth: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Depth with its holes filled by the farthest reading nearby: most are shadows on the background."""
+    """Depth with holes filled by the farthest measurement nearby, because most are shadows on the background."""
     import cv2
 
     holes = depth <= 0

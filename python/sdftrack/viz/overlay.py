@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""A tracked frame as a picture: outline, light shading, axes and status of every object."""
+"""Image of a tracked frame: outline, light shading, axes and status of every object."""
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
@@ -25,8 +26,9 @@ STATUS_RGB = {
 }
 OBJECT_RGB = ((90, 170, 255), (255, 120, 190), (180, 140, 255), (90, 220, 210), (255, 210, 90))
 AXES_RGB = ((255, 80, 80), (90, 225, 90), (100, 140, 255))
-IN_FRONT_M = 0.015  # a reading this much nearer than the model hides it: a hand stays in front
-REASON = 70  # letters of the reason that stand below the status
+IN_FRONT_M = 0.015  # a measurement this much nearer than the model hides it: a hand stays in front
+REASON = 70  # letters in each line of the reason, below the status
+REASON_LINES = 3
 SHADE = 0.28  # share of the drawn surface in the mix
 TINT = 0.55  # share of the objects' colours where memberships are shown
 
@@ -42,25 +44,25 @@ def draw(
 ) -> Picture:
     """Draw the tracked objects over a frame.
 
-    The picture has the depth image's geometry: colour where it is aligned to it or can be mapped onto it,
-    else the depth in colours. Outlines are green ("ok"), amber ("weak") or red ("lost", at the last good
-    pose). With ``result.membership`` every reading has the colours of the objects that it is taken for, mixed where
-    that is not decided; without it the surfaces are shaded.
+    The image is aligned with the depth image: colour if it is aligned or can be mapped, else colour-coded depth.
+    Outlines are green ("ok"), amber ("weak") or red ("lost", at the last good pose). With ``result.membership`` every
+    pixel has the colours of the objects to which it is assigned, blended if ambiguous; without it the surfaces are
+    shaded.
 
     Parameters
     ----------
     frame : Frame
     result : TrackResult
-        Of this frame; ``poses`` are ``T_cam_obj`` of the depth camera.
+        Result of this frame; ``poses`` are ``T_cam_obj`` of the depth camera.
     shapes : SDF or list of SDF
         In the order of ``result.poses``.
     camera : Camera or RGBDCamera
-        ``frame.camera`` goes first where the frame has its own.
+        A frame's own ``frame.camera`` takes precedence.
     meshes : list of Mesh or None, optional
         One per object (None: nothing), drawn solid at the object's pose, e.g. a sword on a tracked handle. m,
         object frame.
     names : list of str, optional
-        Shown beside the status in place of the object's number.
+        Shown next to the status instead of the object's index.
 
     Returns
     -------
@@ -70,7 +72,7 @@ def draw(
     Raises
     ------
     ValueError
-        A number of shapes, meshes or names other than that of the poses.
+        The number of shapes, meshes or names differs from that of the poses.
 
     Examples
     --------
@@ -117,14 +119,14 @@ def draw(
 
 
 def _tint(picture: Picture, membership: NDArray[np.float32]) -> None:
-    """Mix the objects' colours into the picture by whose each reading is."""
+    """Blend the objects' colours into the image by the assignment of each pixel."""
     y, x = np.nonzero(membership.sum(axis=2) > 0)
     colours = np.array([OBJECT_RGB[k % len(OBJECT_RGB)] for k in range(membership.shape[2])], np.float32)
     picture[y, x] = ((1 - TINT) * picture[y, x] + TINT * (membership[y, x] @ colours)).astype(np.uint8)
 
 
 def _window(depth: NDArray[np.float32]) -> tuple[slice, slice] | None:
-    """The box that holds the object's pixels, 2 px wider."""
+    """Bounding box of the object's pixels, enlarged by 2 px."""
     seen = depth > 0
     rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
     if not len(rows):
@@ -145,7 +147,7 @@ def _shade(
     colour: Any,
     share: float,
 ) -> None:
-    """Mix a lit surface into the picture where nothing is in front of it. `colour`: one RGB or an image."""
+    """Blend a shaded surface into the image where it is not occluded. `colour`: one RGB or an image."""
     d = depth[window]
     free = (d > 0) & (d <= surface[window])
     if measured is not None:
@@ -179,7 +181,7 @@ def _outline(
     window: tuple[slice, slice],
     colour: Any,
 ) -> None:
-    """The border of the silhouette, left out where another tracked object is in front of it."""
+    """Border of the silhouette, omitted where another tracked object is in front of it."""
     import cv2
 
     contours, _ = cv2.findContours((depth > 0).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
@@ -194,7 +196,7 @@ def _outline(
 
 
 def _axes(picture: Picture, shape: Any, lens: Any, T: Array) -> None:
-    """The object's x, y, z from the middle of its box, half its longest side long."""
+    """The object's x, y, z axes from the centre of its box, half its longest side long."""
     import cv2
 
     low, high = np.asarray(shape.bounds, np.float64)
@@ -222,9 +224,9 @@ def _captions(picture: Picture, result: Any, names: Sequence[str] | None) -> Non
         text = "  ".join(part for part in (name, str(status).replace("_", " "), sure) if part)
         lines.append((text, STATUS_RGB[str(status)]))
         reason = result.reason[k]
-        if reason:
-            short = reason if len(reason) <= REASON else reason[: REASON - 3].rstrip() + "..."
-            lines.append((short, STATUS_RGB[str(status)]))
+        lines += [
+            (line, STATUS_RGB[str(status)]) for line in textwrap.wrap(reason, REASON, max_lines=REASON_LINES)
+        ]
     margin = max(3, round(6 * scale))
     width = max((cv2.getTextSize(t, font, size, 1)[0][0] for t, _ in lines), default=0)
     if not width:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Still pictures that explain a run: a strip of frames, a slice through a volume, errors over time."""
+"""Figures of a run: a strip of frames, slices through a volume, errors over time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STATUS_SHADE = {"weak": "#f2c14e", "lost": "#d1495b", "bad_frame": "#9aa0a6"}
 
 
 def save_picture(path: Path, picture: NDArray[np.uint8]) -> None:
-    """Write an H x W x 3 RGB picture as PNG, whole or not at all."""
+    """Write an H x W x 3 RGB image as PNG, completely or not at all."""
     import cv2
 
     from sdftrack._internal.files import replacing
@@ -32,7 +32,7 @@ def save_picture(path: Path, picture: NDArray[np.uint8]) -> None:
 
 
 def strip(pictures: Sequence[NDArray[np.uint8]], columns: int = 3, scale: float = 0.75) -> NDArray[np.uint8]:
-    """Pictures of one size side by side, in rows, with a thin gap."""
+    """Arrange images of equal size in rows, with a thin gap."""
     import cv2
 
     small = [cv2.resize(p, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) for p in pictures]
@@ -46,7 +46,7 @@ def strip(pictures: Sequence[NDArray[np.uint8]], columns: int = 3, scale: float 
 
 
 def plot_sdf_slices(path: Path, sdf: Any) -> None:
-    """Three cuts through the middle of a volume: distance in colours, the surface as a line."""
+    """Three slices through the centre of a volume: distance in colours, the surface as a line."""
     values, h = np.asarray(sdf.values), 1e3 * sdf.voxel_size
     low = 1e3 * np.asarray(sdf.origin)
     count = np.array(values.shape)  # z, y, x
@@ -80,7 +80,7 @@ def plot_sdf_slices(path: Path, sdf: Any) -> None:
 def plot_run(
     path: Path, translation_m: Array, rotation_rad: Array, results: Sequence[Any], k: int = 0
 ) -> None:
-    """Errors over the frames with the tracker's own 2-sigma, its trust, and the frames that it doubts."""
+    """Errors over the frames with the tracker's own 2-sigma, confidence, and weak or lost frames."""
     fig, axes = figure(3, 1, size=(9.0, 7.0), sharex=True, height_ratios=[3, 3, 2])
     frames = np.arange(len(results))
     spread = np.array([np.sqrt(np.clip(np.diag(r.covariances[k]), 0, None)) for r in results])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Plots without a window: the figure's style, and saving it whole."""
+"""Plots without a window: figure style, and saving."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ COLORS = ("#2b6cb0", "#d1495b", "#3a9d6b", "#8456a5", "#e08e2b", "#4a4e69")
 def figure(
     rows: int = 1, columns: int = 1, size: tuple[float, float] = (8.0, 4.5), **options: Any
 ) -> tuple[Any, Any]:
-    """A figure and its axes, on no screen; `options` as those of ``Figure.subplots``."""
+    """A figure and its axes, without a display; `options` as in ``Figure.subplots``."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -29,7 +29,7 @@ def figure(
 
 
 def save_figure(fig: Any, path: Path) -> None:
-    """Write a PNG, whole or not at all."""
+    """Write a PNG, completely or not at all."""
     from sdftrack._internal.files import replacing
 
     with replacing(path) as temporary:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Primitives as wires over an image, or over the cloud that they were fitted to."""
+"""Wireframes of primitives over an image, or over the fitted point cloud."""
 
 from __future__ import annotations
 
@@ -53,12 +53,12 @@ def _moved(line: NDArray[Any], T: NDArray[Any]) -> Array:
 
 
 def draw_primitives(frame: Any, fits: Sequence[PrimitiveFit], camera: Any) -> NDArray[np.uint8]:
-    """The frame with every primitive's wires, thin where they lie behind it; green: ok, amber: weak, red: lost.
+    """The frame with wireframes of all primitives, thin where self-occluded; green: ok, amber: weak, red: lost.
 
     Returns
     -------
     (H, W, 3) uint8
-        RGB, in the depth image's geometry.
+        RGB, aligned with the depth image.
 
     >>> picture = draw_primitives(frame, st.fit_primitives(frame, camera=camera), camera)  # doctest: +SKIP
     """
@@ -86,7 +86,7 @@ def draw_primitives(frame: Any, fits: Sequence[PrimitiveFit], camera: Any) -> ND
 
 
 def plot_cloud(path: Path, points: NDArray[Any], fit: PrimitiveFit) -> None:
-    """The cloud from three sides, in the primitive's frame, with its wires."""
+    """Three views of the point cloud in the primitive's frame, with its wireframe."""
     from sdftrack.viz.plots import figure, save_figure
 
     T = np.linalg.inv(fit.T_cam_obj)

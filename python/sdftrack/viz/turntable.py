@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A reconstructed mesh from all around: four sides in one picture, a turn in pictures; what was not seen is tinted."""
+"""Views of a reconstructed mesh: four sides in one image, a turntable; unobserved surface is tinted."""
 
 from __future__ import annotations
 
@@ -26,25 +26,29 @@ CAPTION_PX = 26
 SOFT_PX = 1.5
 
 
-def four_sides(mesh: Mesh, T_cam_obj: ArrayLike, size_px: int = 420, threads: int = 0) -> Picture:
-    """The mesh from the side that was seen first and from three more, a quarter turn apart.
+def four_sides(
+    mesh: Mesh, T_cam_obj: ArrayLike, size_px: int = 420, threads: int = 0, *, min_seen: float = 0.0
+) -> Picture:
+    """The mesh from the first viewpoint and from three more, a quarter turn apart.
 
     Parameters
     ----------
     mesh : Mesh
-        Surface that was not seen (``mesh.seen`` is 0) is tinted violet, and a line below says so.
+        Unobserved surface is tinted violet, with a caption.
     T_cam_obj : (4, 4)
-        From where it was seen first; it is turned about that image's upright axis.
+        Pose in the first view; the mesh is rotated about that image's vertical axis.
     size_px : int
-        Of one side.
+        Size of one view.
     threads : int
+    min_seen : float
+        Minimum ``mesh.seen`` of an observed vertex: ``options.least_seen`` of its reconstructor.
 
     Returns
     -------
     (H, 4 size_px, 3) uint8 RGB
     """
-    tinted = _tinted(mesh)
-    guessed = 0.0 if mesh.seen is None else float((mesh.seen == 0).mean())
+    tinted = _tinted(mesh, min_seen)
+    guessed = 0.0 if mesh.seen is None else float(_unseen(mesh.seen, min_seen).mean())
     height = size_px + CAPTION_PX * (2 if guessed > 0 else 1)
     out = np.full((height, size_px * len(SIDES), 3), PAPER_RGB, np.uint8)
     for n, (caption, degrees) in enumerate(SIDES):
@@ -53,32 +57,43 @@ def four_sides(mesh: Mesh, T_cam_obj: ArrayLike, size_px: int = 420, threads: in
         _write(out, caption, left + size_px // 2, size_px + CAPTION_PX // 2, INK_RGB)
     if guessed > 0:
         colour = tuple(int(c) for c in UNSEEN_RGB)
-        text = f"violet: not seen, guessed ({100 * guessed:.0f} % of the surface)"
+        text = f"violet: not observed, guessed ({100 * guessed:.0f} % of the surface)"
         _write(out, text, out.shape[1] // 2, size_px + 3 * CAPTION_PX // 2, colour)
     return out
 
 
 def turning(
-    mesh: Mesh, T_cam_obj: ArrayLike, pictures: int = 90, size_px: int = 400, threads: int = 0
+    mesh: Mesh,
+    T_cam_obj: ArrayLike,
+    pictures: int = 90,
+    size_px: int = 400,
+    threads: int = 0,
+    *,
+    min_seen: float = 0.0,
 ) -> Iterator[Picture]:
-    """Pictures (size_px, size_px, 3) of one full turn, to be played in a loop."""
-    tinted = _tinted(mesh)
+    """Images (size_px, size_px, 3) of one full turn, to be played in a loop; the rest as in `four_sides`."""
+    tinted = _tinted(mesh, min_seen)
     for angle in np.linspace(0, 2 * np.pi, pictures, endpoint=False):
         yield _view(tinted, T_cam_obj, float(angle), size_px, threads)
 
 
-def _tinted(mesh: Mesh) -> Mesh:
-    """The same mesh in the colours that it is shown in."""
+def _unseen(seen: NDArray[np.float32], min_seen: float) -> NDArray[np.bool_]:
+    unseen: NDArray[np.bool_] = (seen <= 0) | (seen < min_seen)
+    return unseen
+
+
+def _tinted(mesh: Mesh, min_seen: float) -> Mesh:
+    """The mesh with its display colours."""
     colored = mesh.colors is not None and bool(mesh.colors.any())  # all black: no colour image was there
     shown = np.array(mesh.colors if colored else np.broadcast_to(PLAIN_RGB, mesh.vertices.shape), np.float32)
     if mesh.seen is not None:
-        unseen = mesh.seen == 0
+        unseen = _unseen(mesh.seen, min_seen)
         shown[unseen] += TINT * (UNSEEN_RGB - shown[unseen])
     return Mesh(mesh.vertices, mesh.faces, shown.astype(np.uint8))
 
 
 def _view(mesh: Mesh, T_cam_obj: ArrayLike, angle_rad: float, size_px: int, threads: int) -> Picture:
-    """The mesh in the middle of a square, turned about the upright axis of its first image."""
+    """The mesh centred in a square image, rotated about the vertical axis of its first image."""
     c, s = np.cos(angle_rad), np.sin(angle_rad)
     R = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]) @ np.asarray(T_cam_obj, np.float64)[:3, :3]
     middle = 0.5 * mesh.bounds.sum(axis=0)
@@ -98,7 +113,7 @@ def _view(mesh: Mesh, T_cam_obj: ArrayLike, angle_rad: float, size_px: int, thre
 
 
 def _softened(normals: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Normals without the steps from triangle to triangle, which are the voxels' and not the object's."""
+    """Smoothed normals, without steps between triangles that are due to the voxels."""
     import cv2
 
     soft = cv2.GaussianBlur(normals, (0, 0), SOFT_PX)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Recorded sequences by layout. One file per layout; each registers how it is recognised and opened."""
+"""Recorded sequences by layout: one file per layout, which registers its detection and reader."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ __all__ = ["LAYOUTS", "Layout", "LazyModels", "Sequence", "open_sequence", "regi
 
 
 def open_sequence(path: str | os.PathLike[str], layout: str = "auto") -> Sequence:
-    """Open a recorded sequence; frames are read when they are asked for.
+    """Open a recorded sequence; frames are read on access.
 
     Parameters
     ----------
     path : folder
-        docs/data.md shows what each layout looks like.
+        docs/data.md describes the layouts.
     layout : "auto", "bop", "tum", "open3d", "k1" or "folders"
 
     Returns
     -------
     Sequence
-        Depth in metres, poses T_cam_obj in metres, whatever the files' units. A frame that cannot be read, or
-        has another size, comes as a Frame without images whose `error` says why.
+        Depth in metres, poses T_cam_obj in metres, whatever the files' units. A frame that cannot be read, or has a
+        different size, is returned as a Frame without images whose `error` gives the reason.
 
     Raises
     ------
     FileNotFoundError
         No such folder.
     ValueError
-        Unknown layout, no depth, no camera, or units that cannot be right.
+        Unknown layout, no depth, no camera, or implausible units.
     """
     root = Path(path)
     known = "; ".join(f"{k.name} ({k.marks})" for k in LAYOUTS.values())

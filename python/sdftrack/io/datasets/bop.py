@@ -97,10 +97,10 @@ def _depth_scale(root: Path, im_id: int, values: dict[str, Any]) -> float:
 def _ground_truth(
     root: Path, ids: list[int]
 ) -> tuple[list[int], dict[int, dict[int, int]], dict[int, dict[int, NDArray[np.float64]]]]:
-    """obj_id of each instance, {i: {k: place in the image's list}} and {i: {k: T_cam_obj}}.
+    """obj_id of each instance, {i: {k: index in the image's list}} and {i: {k: T_cam_obj}}.
 
-    The place in an image's list is not an identity: an instance keeps its k by its obj_id and its rank among
-    those of the same obj_id.
+    The index in an image's list does not identify an instance: k follows from its obj_id and its rank among instances
+    of the same obj_id.
     """
     path = root / "scene_gt.json"
     if not path.is_file():
@@ -150,7 +150,7 @@ def _model_folders(root: Path) -> tuple[Path, ...]:
 
 
 def read_symmetries(path: Path) -> dict[int, Symmetry]:
-    """{obj_id: Symmetry} of a ``models_info.json``; objects without any are left out."""
+    """{obj_id: Symmetry} of a ``models_info.json``; objects without any are omitted."""
     found = {}
     for obj_id, info in _by_number(path, dict).items():
         try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Frames from image files: what all layouts on disk share."""
+"""Frames from image files, common to all layouts on disk."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Entry:
 
 
 def image_files(folder: Path) -> list[Path]:
-    """The images in a folder, by number where all names are numbers, else by name."""
+    """The images in a folder, sorted by number if all names are numbers, else by name."""
     if not folder.is_dir():
         return []
     files = [p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES and not p.name.startswith(".")]
@@ -44,10 +44,10 @@ def numbered(files: Iterable[Path]) -> dict[str, Path]:
 
 
 def image_size(root: Path, files: Iterable[Path]) -> tuple[int, int]:
-    """(width, height) of the first depth image that can be read; ValueError when there is none."""
+    """(width, height) of the first readable depth image; ValueError if there is none."""
     files, reasons = list(files), []
     if not files:
-        raise ValueError(f"{root}: the sequence has no depth images; depth is what the trackers work on")
+        raise ValueError(f"{root}: the sequence has no depth images, which the trackers require")
     for file in files[:10]:
         try:
             units = read_depth_units(file, _name(file, root))
@@ -58,11 +58,11 @@ def image_size(root: Path, files: Iterable[Path]) -> tuple[int, int]:
 
 
 class ImageFrames:
-    """Reads frames when asked for; one that cannot be read comes as `Frame.unreadable` with the reason."""
+    """Reads frames on access; unreadable ones are returned as `Frame.unreadable` with the reason."""
 
     def __init__(self, root: Path, entries: list[Entry], camera: RGBDCamera) -> None:
         if not entries:
-            raise ValueError(f"{root}: the sequence has no depth images; depth is what the trackers work on")
+            raise ValueError(f"{root}: the sequence has no depth images, which the trackers require")
         self._root, self._entries, self._camera = root, entries, camera
         self._color_size = self._usable_color_size()
         self._check_first()
@@ -102,7 +102,7 @@ class ImageFrames:
         )
 
     def _check_first(self) -> None:
-        """A wrong unit or camera shows in the first frame: better an error now than a bad frame each time."""
+        """Check the first frame: raise an error for a wrong unit or camera instead of returning bad frames."""
         for i, entry in enumerate(self._entries[:10]):
             try:
                 units = read_depth_units(entry.depth)
@@ -121,7 +121,7 @@ class ImageFrames:
             return
 
     def take_color_of_any_size(self) -> None:
-        """Read colour images that no mapping registers to depth, too: to find that mapping."""
+        """Also read colour images without a mapping to depth, for estimating that mapping."""
         for entry in self._entries[:10]:
             if entry.color is not None and entry.color.is_file():
                 try:
@@ -132,7 +132,7 @@ class ImageFrames:
                 return
 
     def _usable_color_size(self) -> tuple[int, int] | None:
-        """The size of the colour images, or None when they cannot be used."""
+        """The size of the colour images, or None if they cannot be used."""
         for entry in self._entries[:10]:
             if entry.color is None or not entry.color.is_file():
                 continue
@@ -143,7 +143,7 @@ class ImageFrames:
             wanted = self._camera.color or (self._camera.depth if self._camera.aligned else None)
             if wanted is not None and size != wanted.shape:
                 warnings.warn(
-                    f"{self._root}: colour images of {_size(size)} pixels are left out: without a mapping they "
+                    f"{self._root}: colour images of {_size(size)} pixels are ignored: without a mapping they "
                     f"would have to be of {_size(wanted.shape)}",
                     stacklevel=5,
                 )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One camera.json with K_depth and units, depth/, rgb/ of another camera, mask/, poses_init.json, a mesh."""
+"""The k1 layout: camera.json with K_depth and units, depth/, rgb/ of another camera, mask/, poses_init.json, a mesh."""
 
 from __future__ import annotations
 

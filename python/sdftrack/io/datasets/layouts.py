@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The known layouts of recorded sequences, and how a reader makes itself known."""
+"""The known layouts of recorded sequences, and registration of readers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["LAYOUTS", "Layout", "register"]
 
 @dataclass(frozen=True)
 class Layout:
-    """How a kind of folder is recognised and opened."""
+    """Detection and reader of a layout."""
 
     name: str
     marks: str
@@ -30,7 +30,7 @@ def register(
 ) -> Callable[[Callable[[Path], Sequence]], Callable[[Path], Sequence]]:
     """Decorator that makes `function(path) -> Sequence` the reader of layout `name`.
 
-    `marks` names in a few words the files by which `detect(path)` knows the layout; it stands in messages.
+    `marks` briefly names the files by which `detect(path)` recognises the layout, for messages.
     """
 
     def add(function: Callable[[Path], Sequence]) -> Callable[[Path], Sequence]:

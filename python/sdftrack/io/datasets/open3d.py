@@ -77,7 +77,7 @@ def _camera(root: Path, size: tuple[int, int]) -> tuple[Camera, float]:
                 )
             return Camera.load(root / name, *size), units
     if size == (DEFAULT.width, DEFAULT.height):
-        warnings.warn(f"{root}: no intrinsic.json; PrimeSense's camera (525 px) is taken", stacklevel=4)
+        warnings.warn(f"{root}: no intrinsic.json; using PrimeSense's camera (525 px)", stacklevel=4)
         return DEFAULT, UNITS_PER_M
     raise ValueError(f"{root}: no camera for images of {size[0]} x {size[1]}; put an intrinsic.json there")
 

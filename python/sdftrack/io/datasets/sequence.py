@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Sequences of frames: in memory, on disk, or a part of another one, all with the same names."""
+"""Sequences of frames in memory, on disk, or sliced from another sequence, with a common interface."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ Masks = dict[int, NDArray[np.bool_]]
 
 
 class Sequence:
-    """Frames with their camera and, where known, the truth.
+    """Frames with their camera and, if known, the ground truth.
 
     Parameters
     ----------
     frames : sequence of Frame
-        A list, or anything with len() and integer indexing (read when asked for).
+        A list, or any object with len() and integer indexing (read on access).
     camera : Camera or RGBDCamera
     ground_truth : {i: {k: T_cam_obj}} or (n, 4, 4) array, optional
         Poses (m) of instance k in frame i; an array is the pose of one object in every frame.
     models : {obj_id: Mesh}, optional
         Meshes in metres.
     objects : list of int, optional
-        obj_id of each instance k; by default the one model, the models in order, or 1, 2, ...
+        obj_id of each instance k; default: the only model, the models in order, or 1, 2, ...
     ids : list of int, optional
-        Number of each image in its data set; by default 0, 1, ...
+        Number of each image in its data set; default: 0, 1, ...
     masks : function i -> {k: (H, W) bool}, optional
     symmetries : {obj_id: Symmetry}, optional
-        Those that the data set states.
+        Symmetries given by the data set.
     layout, name : str
-        How the sequence is stored and what to call it.
+        Layout and name of the sequence.
 
     Examples
     --------
@@ -130,12 +130,12 @@ class Sequence:
         )
 
     def masks(self, i: int) -> Masks:
-        """{k: (H, W) bool} masks of the instances in frame i, in depth geometry; {} if unknown."""
+        """{k: (H, W) bool} masks of the instances in frame i, aligned with depth; {} if unknown."""
         i = range(len(self))[i]
         return {} if self._masks is None else self._masks(i)
 
     def close(self) -> None:
-        """Let go of what is open; the frames that were handed out stay valid."""
+        """Close open files; frames already returned stay valid."""
 
     def __enter__(self) -> Sequence:
         return self
@@ -155,7 +155,7 @@ class Sequence:
 
 
 class _Picked:
-    """Some frames of another sequence, read when asked for."""
+    """A subset of the frames of another sequence, read on access."""
 
     def __init__(self, whole: Sequence, numbers: range) -> None:
         self._whole, self._numbers = whole, numbers
@@ -168,7 +168,7 @@ class _Picked:
 
 
 class LazyModels(Mapping[int, Any]):
-    """{obj_id: Mesh} whose files are read at first use."""
+    """{obj_id: Mesh} whose files are read on first access."""
 
     def __init__(self, files: Mapping[int, Any], unit: str) -> None:
         self._files, self._unit = dict(sorted(files.items())), unit

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""TUM RGB-D: depth.txt, rgb.txt and groundtruth.txt, joined by time; 5000 units per metre."""
+"""TUM RGB-D: depth.txt, rgb.txt and groundtruth.txt, associated by time; 5000 units per metre."""
 
 from __future__ import annotations
 
@@ -81,9 +81,7 @@ def _camera(root: Path, size: tuple[int, int]) -> Camera:
         for key, camera in PUBLISHED.items():
             if key in root.resolve().name:
                 return camera
-        warnings.warn(
-            f"{root}: no camera.json; the data set's default camera (525 px) is taken", stacklevel=4
-        )
+        warnings.warn(f"{root}: no camera.json; using the data set's default camera (525 px)", stacklevel=4)
         return DEFAULT
     raise ValueError(
         f"{root}: no camera for images of {size[0]} x {size[1]}; put a camera.json beside depth.txt"
@@ -106,7 +104,7 @@ def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path]]:
 
 
 def _nearest(times: NDArray[np.float64], wanted: NDArray[np.float64]) -> list[int | None]:
-    """For each wanted time the nearest of `times`, or None where it is more than 20 ms away."""
+    """For each requested time the nearest of `times`, or None if it is more than 20 ms away."""
     if not len(times):
         return [None] * len(wanted)
     gap = np.abs(times[None, :] - wanted[:, None])

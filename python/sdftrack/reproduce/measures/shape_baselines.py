@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What a shape memory is compared with: the nearest training shape, and principal components, of harmonics.
 
-They take the place of the source's GPLVM, a search in a learnt latent space that takes seconds a frame and is not built
+They take the place of the thesis' GPLVM, a search in a learnt latent space that takes seconds a frame and is not built
 here. Each is given coefficients (m,) of an observed silhouette and gives those of the whole one.
 """
 

@@ -30,7 +30,7 @@ Mask: TypeAlias = NDArray[np.bool_]
 Asked: TypeAlias = Callable[[Mask], tuple[Mask, float, str]]  # completed mask, error, judgement
 
 SIZE = 64
-FRAMES = {"cat": 398, "jumper": 410, "walker": 411, "hand": 408}  # as many as the source's four videos have
+FRAMES = {"cat": 398, "jumper": 410, "walker": 411, "hand": 408}  # as many as the thesis' four videos have
 DAVIS = ("cows", "camel", "libby", "bmx-trees")
 SHARES = (0.10, 0.22, 0.33, 0.45, 0.57, 0.68, 0.80)  # seven sizes from 10 to 80 % hidden
 
@@ -69,7 +69,7 @@ class Detection:
 
 
 def gaits(frames: int | None = None, seed: int = 0) -> dict[str, Mask]:
-    """The four synthetic sets, in place of the source's videos; `frames`: at most so many of each."""
+    """The four synthetic sets, in place of the thesis' videos; `frames`: at most so many of each."""
     return {k: gait(k, n if frames is None else min(n, frames), seed, SIZE) for k, n in FRAMES.items()}
 
 

@@ -14,11 +14,11 @@ from sdftrack.camera import depth_camera
 __all__ = ["camera_path", "open3d"]
 
 Array = NDArray[np.float64]
-VOXEL_M = 1 / 384  # of the source
+VOXEL_M = 1 / 384  # of the thesis
 TRUNCATION_VOXELS = 8.0
 MIN_WEIGHT = 1.0
 NEAREST_M, FARTHEST_M = 0.1, 3.0
-JUMP_M = 0.07  # farther apart a reading and the model are no pair; the default of Open3D
+JUMP_M = 0.07  # farther apart a measurement and the model are no pair; the default of Open3D
 BLOCKS = 6000  # of 16^3 voxels; the grid takes more when it needs them
 
 

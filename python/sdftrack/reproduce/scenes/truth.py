@@ -111,7 +111,7 @@ class Truth:
 
 
 def noisy(depth: NDArray[np.float32], sigma_m: float, rng: np.random.Generator) -> NDArray[np.float32]:
-    """Add zero-mean Gaussian noise to every valid reading (Eq. 3.21)."""
+    """Add zero-mean Gaussian noise to every valid measurement (Eq. 3.21)."""
     out = depth.copy()
     seen = out > 0
     if sigma_m > 0:

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: MIT
+"""The how-tos do what they say: their code and their commands are run in order, on a short synthetic recording."""
+
+import re
+import shlex
+import shutil
+import sys
+from pathlib import Path
+
+import cv2
+import howto_fakes
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.cli.app import run
+
+HOWTOS = Path(__file__).resolve().parents[2] / "docs" / "howto"
+BLOCK = re.compile(r"^```(python|bash)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+CAMERA = st.Camera(420.0, 420.0, 319.5, 239.5, 640, 480)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """A folder with two recordings of a duck, its mesh in millimetres, and its mask in the first image."""
+    folder = tmp_path_factory.mktemp("howtos")
+    mesh = st.synth.duck_mesh()
+    for name, seed in (("recording", 4), ("recording_2", 5)):
+        made = st.synth.sequence(mesh, 8, noise=0.001, clutter="objects", seed=seed, camera=CAMERA)
+        st.save_sequence(folder / name, made, layout="bop")
+    st.Mesh(1000 * mesh.vertices, mesh.faces, mesh.colors).save(folder / "part.ply")
+    with st.open_sequence(folder / "recording") as seq:
+        mask = seq.masks(0)[0]
+    cv2.imwrite(str(folder / "mask.png"), 255 * mask.astype(np.uint8))
+    return folder
+
+
+@pytest.fixture
+def page(recorded, tmp_path, monkeypatch):
+    """Runs a page in a folder of its own; the names that its code defined."""
+    folder = tmp_path / "here"
+    shutil.copytree(recorded, folder)
+    monkeypatch.chdir(folder)
+
+    def run_page(name, replaced=()):
+        text = (HOWTOS / name).read_text(encoding="utf-8")
+        for old, new in replaced:
+            assert old in text
+            text = text.replace(old, new)
+        names = {"__name__": "howto"}
+        for language, code in BLOCK.findall(text):
+            if language == "python":
+                exec(compile(code, name, "exec"), names)
+                continue
+            for line in code.splitlines():
+                command, *arguments = shlex.split(line, comments=True)
+                assert command == "sdftrack"
+                assert run([*arguments, *(["--quiet"] if arguments[0] == "track" else [])]) == 0, line
+        return names
+
+    return run_page
+
+
+@pytest.fixture
+def sequence(recorded):
+    with st.open_sequence(recorded / "recording") as seq:
+        yield seq
+
+
+def install(monkeypatch, modules):
+    for name, module in modules.items():
+        monkeypatch.setitem(sys.modules, name, module)
+
+
+@pytest.mark.slow
+def test_choosing_voxels(page, capsys):
+    names = page("voxels.md", [("mesh, 20,", "mesh, 8,")])
+    errors = [float(error) for error in re.findall(r"error ([\d.]+) mm", capsys.readouterr().out)]
+    assert len(errors) == 3
+    assert errors[0] > errors[1] > errors[2]
+    assert names["tracker"] is not None
+
+
+def test_tracking_at_90_hz(page):
+    names = page("speed.md")
+    assert all(result.ok for result in names["results"])
+
+
+@pytest.mark.slow
+def test_symmetric_objects(page):
+    names = page("symmetry.md")
+    assert names["result"].ok
+    assert names["position_m"] < 0.001
+    assert names["angle_rad"] < np.radians(1)
+    plain = st.Tracker(names["box"], names["sequence"].camera)
+    start = plain.start(names["sequence"][0], masks=[names["sequence"].masks(0)[0]])
+    assert (start.status[0], "ambiguous" in start.reason[0]) == ("weak", True)
+
+
+@pytest.mark.slow
+def test_good_to_one_millimetre(page):
+    names = page("one_millimetre.md")
+    assert len(names["good"]) == 7
+
+
+@pytest.mark.slow
+def test_a_recording_of_ones_own(page):
+    page("own_recording.md")
+    assert {path.name for path in Path("result").iterdir()} >= {
+        "start.png", "overlay.mp4", "poses.csv", "trajectory_0.txt", "report.json",
+    }  # fmt: skip
+    assert len(st.open_sequence("from_arrays")) == 3
+
+
+@pytest.mark.slow
+def test_many_recordings(page, capfd):
+    page("many_recordings.md")
+    assert all((Path("results") / name / "poses.csv").is_file() for name in ("recording", "recording_2"))
+    assert "failed" not in capfd.readouterr().out
+
+
+@pytest.mark.slow
+def test_frames_of_a_realsense(page, sequence, monkeypatch):
+    frames, mask = list(sequence), sequence.masks(0)[0]
+    install(monkeypatch, howto_fakes.realsense(frames, CAMERA))
+    v, u = np.argwhere(mask)[np.count_nonzero(mask) // 2]
+    clicks = [("320, 240", f"{u}, {v}"), ("320,240", f"{u},{v}")]
+    assert page("realsense.md", clicks)["result"].ok
+
+
+@pytest.mark.slow
+def test_frames_from_ros2(page, sequence, monkeypatch):
+    writer = pytest.importorskip("rosbags.rosbag2")
+    frames, published = list(sequence), []
+    install(monkeypatch, howto_fakes.ros(frames, CAMERA, published))
+    write_bag(writer, Path("bag"), frames)
+    page("ros2.md")
+    truth = sequence.ground_truth
+    assert len(published) == len(frames)
+    for i, message in enumerate(published):
+        at = message.pose.pose.position
+        assert np.allclose([at.x, at.y, at.z], truth[i][0][:3, 3], atol=0.002)
+        turn = message.pose.pose.orientation
+        assert np.hypot(np.hypot(turn.x, turn.y), np.hypot(turn.z, turn.w)) == pytest.approx(1)
+
+
+def write_bag(rosbag2, folder, frames):
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    kinds = store.types
+
+    def header(i):
+        stamp = kinds["builtin_interfaces/msg/Time"](sec=i, nanosec=0)
+        return kinds["std_msgs/msg/Header"](stamp=stamp, frame_id="depth")
+
+    roi = kinds["sensor_msgs/msg/RegionOfInterest"](
+        x_offset=0, y_offset=0, height=0, width=0, do_rectify=False
+    )
+    info = kinds["sensor_msgs/msg/CameraInfo"](
+        header=header(0), height=CAMERA.height, width=CAMERA.width, distortion_model="plumb_bob", d=np.zeros(5),
+        k=CAMERA.K.ravel(), r=np.eye(3).ravel(), p=np.hstack([CAMERA.K, np.zeros((3, 1))]).ravel(),
+        binning_x=0, binning_y=0, roi=roi,
+    )  # fmt: skip
+    with rosbag2.Writer(folder, version=9) as bag:
+        image_type, info_type = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
+        infos = bag.add_connection("/depth/camera_info", info_type, typestore=store)
+        images = bag.add_connection("/depth/image_rect", image_type, typestore=store)
+        bag.write(infos, 0, store.serialize_cdr(info, info_type))
+        for i, frame in enumerate(frames):
+            pixels = howto_fakes.millimetres(frame)
+            message = kinds[image_type](
+                header=header(i), height=pixels.shape[0], width=pixels.shape[1], encoding="16UC1",
+                is_bigendian=0, step=2 * pixels.shape[1], data=pixels.view(np.uint8).ravel(),
+            )  # fmt: skip
+            bag.write(images, i + 1, store.serialize_cdr(message, image_type))
