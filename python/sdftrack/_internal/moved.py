@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import importlib
-import importlib.abc
 import importlib.machinery
 import sys
 from collections.abc import Sequence
@@ -25,13 +24,20 @@ MODULES = {
 CLASSES = {"Shot": "Keyframe"}
 
 
-class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Import finder, called by Python only for modules that are not found otherwise."""
+class _Finder:
+    """Import finder and loader, called by Python only for modules that are not found otherwise.
+
+    Without the base classes of ``importlib.abc``, whose import would take most of the time of ``import sdftrack``.
+    """
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> importlib.machinery.ModuleSpec | None:
-        return importlib.machinery.ModuleSpec(fullname, self) if fullname in MODULES else None
+        loader: Any = self
+        return importlib.machinery.ModuleSpec(fullname, loader) if fullname in MODULES else None
+
+    def create_module(self, spec: importlib.machinery.ModuleSpec) -> None:
+        """Let Python make the module."""
 
     def exec_module(self, module: ModuleType) -> None:
         today = importlib.import_module(MODULES[module.__name__])
