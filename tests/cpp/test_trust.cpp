@@ -58,7 +58,7 @@ TEST(Judge, what_a_hand_hides_is_weak_for_that_reason_and_what_is_seen_past_is_l
   e.seen = {80, 14, 0, 66, 0, 0.0012};
   tracking::Trust trust = tracking::judge(e, small_covariance(), {}, 0);
   EXPECT_EQ(trust.status, tracking::Status::kWeak);
-  EXPECT_NE(tracking::sentence(trust.reason).find("hidden"), std::string::npos);
+  EXPECT_NE(tracking::sentence(trust.reason).find("occluded"), std::string::npos);
   e.seen = {80, 16, 60, 0, 4, 0.02};
   trust = tracking::judge(e, small_covariance(), {}, 0);
   EXPECT_EQ(trust.status, tracking::Status::kLost);
