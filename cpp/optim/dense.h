@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Small dense systems: Eigen's decompositions, compiled in one file for every size that is used (dense.cpp).
-// Where they are instantiated they cost seconds.
+// Small dense systems: Eigen's decompositions, compiled once for every size that is used (dense.cpp,
+// dense_solve_*.cpp). Where they are instantiated they cost seconds.
 #pragma once
 
 #include <Eigen/Core>

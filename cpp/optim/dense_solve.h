@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// The definition behind dense.h, for the files that instantiate it: each a few sizes, for one alone would
+// take more than a gigabyte to compile.
+#pragma once
+
+#include <Eigen/Cholesky>
+
+#include "optim/dense.h"
+
+namespace sdftrack::optim {
+
+template <int N, int M>
+Eigen::Matrix<double, N, M> solve_symmetric(const Eigen::Matrix<double, N, N>& A,
+                                            const Eigen::Matrix<double, N, M>& B) {
+  return A.ldlt().solve(B);
+}
+
+}  // namespace sdftrack::optim
+
+#define SDFTRACK_SOLVE(N, M)                                                                     \
+  template Eigen::Matrix<double, N, M> solve_symmetric<N, M>(const Eigen::Matrix<double, N, N>&, \
+                                                             const Eigen::Matrix<double, N, M>&);

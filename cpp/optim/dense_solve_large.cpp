@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+#include "optim/dense_solve.h"
+
+namespace sdftrack::optim {
+
+SDFTRACK_SOLVE(7, 1)
+SDFTRACK_SOLVE(7, 7)
+SDFTRACK_SOLVE(9, 1)
+
+}  // namespace sdftrack::optim
