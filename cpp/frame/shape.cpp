@@ -53,7 +53,7 @@ int contact_count(double area_m2) {
 }
 
 constexpr int kCoarseVoxels = 80;  // along the longest side
-constexpr int kCoarseInPart = 50;  // of a shape that is made anew again and again
+constexpr int kCoarseInPart = 50;  // at most, of a shape that is rebuilt while it grows; half of it at least
 
 // Voxels from one node of so many to the next.
 float coarse_step(const SdfView& sdf, int nodes) {

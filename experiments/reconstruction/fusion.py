@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,11 @@ FARTHEST_M = 3.0
 BLOCKS = 4000  # of 16^3 voxels; the grid takes more when it needs them
 
 
+def own_depth(seq: Any, i: int) -> NDArray[np.float32]:
+    """(H, W) depth of frame i at the object's true pixels, m; 0 elsewhere."""
+    return np.where(seq.masks(i)[0], seq[i].depth, np.float32(0))
+
+
 def fused(seq: Any, n: int, poses: NDArray[np.float64], voxel_m: float) -> Any:
     """Mesh (object frame) of the object's true pixels fused at `poses` (n, 4, 4) T_cam_obj.
 
@@ -36,27 +40,11 @@ def fused(seq: Any, n: int, poses: NDArray[np.float64], voxel_m: float) -> Any:
     grid = o3d.t.geometry.VoxelBlockGrid(("tsdf", "weight"), (one, one), ((1), (1)), voxel_m, 16, BLOCKS)
     K = tensor(np.ascontiguousarray(depth_camera(seq.camera).K, np.float64))
     for i in range(n):
-        depth = np.where(seq.masks(i)[0], seq[i].depth, np.float32(0))
-        image = o3d.t.geometry.Image(tensor(depth[..., None].copy()))
+        image = o3d.t.geometry.Image(tensor(own_depth(seq, i)[..., None].copy()))
         at = (K, tensor(np.ascontiguousarray(poses[i])), 1.0, FARTHEST_M, TRUNCATION_VOXELS)
         grid.integrate(grid.compute_unique_block_coordinates(image, *at), image, *at)
     mesh = grid.extract_triangle_mesh(MIN_WEIGHT)
     return Mesh(mesh.vertex.positions.numpy(), mesh.triangle.indices.numpy())
-
-
-@dataclass(frozen=True)
-class _Masked:
-    """A sequence with the depth of the object's true pixels alone."""
-
-    whole: Any
-
-    @property
-    def camera(self) -> Any:
-        return self.whole.camera
-
-    def __getitem__(self, i: int) -> Frame:
-        frame = self.whole[i]
-        return Frame(np.where(self.whole.masks(i)[0], frame.depth, np.float32(0)), frame.color)
 
 
 def tracked(
@@ -66,10 +54,8 @@ def tracked(
 
     It is told which pixels are the object's in every frame, and the pose in the first one. Rendering is not counted.
     """
-    ends = [0.0] * n
-    begins = [0.0] * n
-    masked = _Masked(seq)
-    frames = [masked[i] for i in range(n)]
+    begins, ends = [0.0] * n, [0.0] * n
+    frames = [Frame(own_depth(seq, i), seq[i].color) for i in range(n)]
 
     class Timed:
         camera = seq.camera
