@@ -191,35 +191,6 @@ py::tuple run_minimize(FrameEnergy& self, const optim::State& x, const optim::Lm
 
 }  // namespace
 
-void bind_energies(py::module_& m) {
-  py::enum_<energies::Residual>(m, "Residual", "What a pixel's residual is.")
-      .value("point", energies::Residual::kPoint)
-      .value("slope", energies::Residual::kSlope)
-      .value("ray_hit", energies::Residual::kRayHit);
-  py::enum_<energies::Curvature>(m, "Curvature", "Approximation of the Hessian for a robust penalty.")
-      .value("irls", energies::Curvature::kIrls)
-      .value("printed", energies::Curvature::kPrinted);
-  py::enum_<energies::ColorLikelihood>(m, "ColorLikelihood", "How a pixel's colour enters its likelihood.")
-      .value("odds", energies::ColorLikelihood::kOdds)
-      .value("printed", energies::ColorLikelihood::kPrinted);
-  py::class_<optim::State>(m, "State", "A point in the space of unknowns, in the core's own frames.");
-  py::class_<optim::LmOptions>(m, "LmOptions", "Options of the optimiser.")
-      .def(py::init<>())
-      .def_readwrite("max_steps", &optim::LmOptions::max_steps)
-      .def_readwrite("damping", &optim::LmOptions::damping)
-      .def_readwrite("damping_up", &optim::LmOptions::damping_up)
-      .def_readwrite("damping_down", &optim::LmOptions::damping_down)
-      .def_readwrite("damping_min", &optim::LmOptions::damping_min)
-      .def_readwrite("damping_max", &optim::LmOptions::damping_max)
-      .def_readwrite("step_m", &optim::LmOptions::step_m)
-      .def_readwrite("step_rad", &optim::LmOptions::step_rad)
-      .def_readwrite("step_relative", &optim::LmOptions::step_relative)
-      .def_readwrite("cost_relative", &optim::LmOptions::cost_relative)
-      .def_readwrite("cost_gain", &optim::LmOptions::cost_gain)
-      .def_readwrite("sure_gain", &optim::LmOptions::sure_gain)
-      .def_readwrite("fixed", &optim::LmOptions::fixed);
-}
-
 // After TrackerOptions are known, so that the signature can name them.
 void bind_frame_energy(py::module_& m) {
   py::class_<FrameEnergy>(m, "FrameEnergy", "Data energy of one object in one frame; see sdftrack.Energy.")

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "contour/registration.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 
+#include "optim/dense.h"
 #include "optim/lm_loop.h"
 
 namespace sdftrack::contour {
@@ -29,7 +30,7 @@ class WarpSystem {
   bool find_step(double damping) {
     Matrix A = hessian();
     optim::damp(damping, &A);
-    step_ = A.ldlt().solve(-gradient());
+    step_ = optim::solve_symmetric<P, 1>(A, -gradient());
     return step_.allFinite();
   }
   optim::Promise promised() const {

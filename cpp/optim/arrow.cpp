@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "optim/arrow.h"
 
-#include <Eigen/Cholesky>
 #include <utility>
+
+#include "optim/dense.h"
 
 namespace sdftrack::optim {
 
@@ -30,13 +31,13 @@ class ArrowSystem {
       const ArrowBlock& block = here_.blocks[i];
       Matrix6d pose = block.pose;
       damp(damping, &pose);
-      const Eigen::LDLT<Matrix6d> factor(pose);
-      solved_[i] = {factor.solve(block.cross), factor.solve(block.pose_gradient)};
+      solved_[i] = {solve_symmetric<6, Eigen::Dynamic>(pose, block.cross),
+                    solve_symmetric<6, 1>(pose, block.pose_gradient)};
       A -= block.cross.transpose() * solved_[i].cross;
       g -= block.cross.transpose() * solved_[i].gradient;
     }
     shared_ = SharedVector::Zero(n);
-    if (n > 0) shared_ = -A.ldlt().solve(g);
+    if (n > 0) shared_ = -solve_symmetric<Eigen::Dynamic, 1>(A, g);
     bool finite = shared_.allFinite();
     for (std::size_t i = 0; i < m; ++i) {
       poses_[i] = -solved_[i].gradient - solved_[i].cross * shared_;

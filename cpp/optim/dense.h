@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Small dense systems: Eigen's decompositions, compiled once for every size that is used (dense.cpp,
-// dense_solve_*.cpp). Where they are instantiated they cost seconds.
+// Small dense systems: Eigen's decompositions, compiled once for every size that is used (dense_solve_*.cpp,
+// dense_eigenpairs_*.cpp). Where they are instantiated they cost seconds.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +14,7 @@ Eigen::Matrix<double, N, M> solve_symmetric(const Eigen::Matrix<double, N, N>& A
 
 template <int N>
 Eigen::Matrix<double, N, N> inverse_symmetric(const Eigen::Matrix<double, N, N>& A) {
-  return solve_symmetric<N, N>(A, Eigen::Matrix<double, N, N>::Identity());
+  return solve_symmetric<N, N>(A, Eigen::Matrix<double, N, N>::Identity(A.rows(), A.cols()));
 }
 
 // Of a symmetric matrix, in increasing order; the vectors are columns.

@@ -3,8 +3,7 @@
 
 namespace sdftrack::optim {
 
-SDFTRACK_SOLVE(7, 1)
-SDFTRACK_SOLVE(7, 7)
 SDFTRACK_SOLVE(9, 1)
+SDFTRACK_SOLVE(10, 1)
 
 }  // namespace sdftrack::optim

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "optim/prior.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 namespace sdftrack::optim {
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "plane/plane_fit.h"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "optim/dense.h"
 
 namespace sdftrack::plane {
 
@@ -61,7 +63,7 @@ struct PlaneSums {
     }
     if (!spans_area(M.template topLeftCorner<3, 3>())) return false;
     for (int i = 3; i < P; ++i) M(i, i) += bend_information;
-    const Eigen::Matrix<double, P, 1> found = M.ldlt().solve(rhs);
+    const Eigen::Matrix<double, P, 1> found = optim::solve_symmetric<P, 1>(M, rhs);
     if (!found.allFinite() || !(found.template head<3>().norm() > 0)) return false;
     plane->g = {found(0), found(1), found(2)};
     for (int i = 3; i < P; ++i) plane->bend[static_cast<std::size_t>(i - 3)] = found(i);

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "primitives/bounds.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
+
+#include "optim/dense.h"
 
 namespace sdftrack::primitives {
 
@@ -105,11 +107,25 @@ Eigen::MatrixXd fit_covariance(const PrimitiveView& view, const PrimitiveEnergyO
   if (told <= 0) return prior.cwiseInverse().asDiagonal();
   PrimitiveEnergy::Sandwich at = cost.sandwich(fit.x);
   at.A.diagonal() += prior;
-  const Eigen::MatrixXd inverse = at.A.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::MatrixXd inverse = optim::inverse_symmetric<Eigen::Dynamic>(at.A);
   if (few) at.B = cost.sandwich(fit.x, &inverse).B;
   at.B.diagonal() += prior;
   const double share = few ? static_cast<double>(fit.freedom) / told : 1.0;
   return share * inverse * at.B * inverse.transpose();
+}
+
+Eigen::MatrixXd camera_covariance(const PrimitiveFit& fit) {
+  const int n = size_count(fit.kind);
+  const Rigidd T = inverse(fit.x.T_obj_cam[0]);
+  const Vec3d rows[3] = {T.R.r0, T.R.r1, T.R.r2};
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(6 + n, 6 + n);
+  for (int block = 0; block < 6; block += 3)
+    for (int i = 0; i < 3; ++i)
+      J(block + i, block) = -rows[i].x, J(block + i, block + 1) = -rows[i].y,
+                   J(block + i, block + 2) = -rows[i].z;
+  const PrimitiveSize size = fit.size();
+  for (int i = 0; i < n; ++i) J(6 + i, 6 + i) = size[static_cast<std::size_t>(i)];
+  return J * fit.covariance * J.transpose();
 }
 
 }  // namespace sdftrack::primitives

@@ -14,4 +14,7 @@ void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy
 Eigen::MatrixXd fit_covariance(const PrimitiveView& view, const PrimitiveEnergyOptions& energy,
                                const PrimitiveFit& fit, double diameter_m);
 
+// The same of T_cam_obj's increment, in the camera's frame, and of the lengths themselves (m).
+Eigen::MatrixXd camera_covariance(const PrimitiveFit& fit);
+
 }  // namespace sdftrack::primitives

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "primitives/seeds.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 

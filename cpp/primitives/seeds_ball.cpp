@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Balls and ellipsoids.
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 

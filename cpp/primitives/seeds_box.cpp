@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Boxes: three directions across each other that most normals follow, and how far the points reach along
 // them.
-#include <Eigen/Dense>
+#include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Guesses from points too few, or too far apart, for normals: directions all over, and what the points show
 // along each. A cost tells them apart, and that of a hundred points is soon counted.
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 

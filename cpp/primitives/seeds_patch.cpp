@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Plane patches: planes that hold many points, and rectangles at all turns around these.
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Cylinders and cones: an axis, where it runs, and the radius along it.
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 

@@ -3,10 +3,11 @@ Private core of sdftrack; use the names of the package sdftrack.
 """
 from __future__ import annotations
 import collections.abc
+import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorLikelihood', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'Curvature', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'contour_template_scores', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'smooth_foreground', 'surface_samples', 'thread_count', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'contour_template_scores', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'smooth_foreground', 'surface_samples', 'thread_count', 'winding_numbers']
 class Calibration:
     """
     Estimates the intrinsics from frames of a known object.
@@ -55,103 +56,13 @@ class Camera:
     @property
     def width(self) -> int:
         ...
-class Collision:
+class Collision(enum.Enum):
     """
     Penalty on the penetration of objects.
-    
-    Members:
-    
-      none
-    
-      contact
-    
-      printed
     """
-    __members__: typing.ClassVar[dict[str, Collision]]  # value = {'none': <Collision.none: 0>, 'contact': <Collision.contact: 1>, 'printed': <Collision.printed: 2>}
     contact: typing.ClassVar[Collision]  # value = <Collision.contact: 1>
     none: typing.ClassVar[Collision]  # value = <Collision.none: 0>
     printed: typing.ClassVar[Collision]  # value = <Collision.printed: 2>
-    @typing.overload
-    def __eq__(self, other: Collision) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: Collision) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
-class ColorLikelihood:
-    """
-    How a pixel's colour enters its likelihood.
-    
-    Members:
-    
-      odds
-    
-      printed
-    """
-    __members__: typing.ClassVar[dict[str, ColorLikelihood]]  # value = {'odds': <ColorLikelihood.odds: 0>, 'printed': <ColorLikelihood.printed: 1>}
-    odds: typing.ClassVar[ColorLikelihood]  # value = <ColorLikelihood.odds: 0>
-    printed: typing.ClassVar[ColorLikelihood]  # value = <ColorLikelihood.printed: 1>
-    @typing.overload
-    def __eq__(self, other: ColorLikelihood) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: ColorLikelihood) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
 class ColorMap:
     """
     Depth pixel to colour pixel; see sdftrack.RGBDCamera.
@@ -384,53 +295,6 @@ class ContourOptions:
         ...
     @windows.setter
     def windows(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-class Curvature:
-    """
-    Approximation of the Hessian for a robust penalty.
-    
-    Members:
-    
-      irls
-    
-      printed
-    """
-    __members__: typing.ClassVar[dict[str, Curvature]]  # value = {'irls': <Curvature.irls: 0>, 'printed': <Curvature.printed: 1>}
-    irls: typing.ClassVar[Curvature]  # value = <Curvature.irls: 0>
-    printed: typing.ClassVar[Curvature]  # value = <Curvature.printed: 1>
-    @typing.overload
-    def __eq__(self, other: Curvature) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: Curvature) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
         ...
 class EvolveOptions:
     printed: bool
@@ -779,56 +643,13 @@ class MeshCaster:
         """
         -> depth (H, W) float32 m, normals (H, W, 3) float32, colours (H, W, 3) uint8 or None.
         """
-class MotionModel:
+class MotionModel(enum.Enum):
     """
     Where an object is expected in the next frame.
-    
-    Members:
-    
-      static
-    
-      constant_velocity
-    
-      adaptive
     """
-    __members__: typing.ClassVar[dict[str, MotionModel]]  # value = {'static': <MotionModel.static: 0>, 'constant_velocity': <MotionModel.constant_velocity: 1>, 'adaptive': <MotionModel.adaptive: 2>}
     adaptive: typing.ClassVar[MotionModel]  # value = <MotionModel.adaptive: 2>
     constant_velocity: typing.ClassVar[MotionModel]  # value = <MotionModel.constant_velocity: 1>
     static: typing.ClassVar[MotionModel]  # value = <MotionModel.static: 0>
-    @typing.overload
-    def __eq__(self, other: MotionModel) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: MotionModel) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
 class PrimitiveEnergyOptions:
     in_double: bool
     rest: Rest
@@ -899,63 +720,13 @@ class PrimitiveFitOptions:
     @tolerance_m.setter
     def tolerance_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
-class PrimitiveKind:
-    """
-    Members:
-    
-      sphere
-    
-      cylinder
-    
-      cone
-    
-      box
-    
-      ellipsoid
-    
-      plane
-    """
-    __members__: typing.ClassVar[dict[str, PrimitiveKind]]  # value = {'sphere': <PrimitiveKind.sphere: 0>, 'cylinder': <PrimitiveKind.cylinder: 1>, 'cone': <PrimitiveKind.cone: 2>, 'box': <PrimitiveKind.box: 3>, 'ellipsoid': <PrimitiveKind.ellipsoid: 4>, 'plane': <PrimitiveKind.plane: 5>}
+class PrimitiveKind(enum.Enum):
     box: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.box: 3>
     cone: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.cone: 2>
     cylinder: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.cylinder: 1>
     ellipsoid: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.ellipsoid: 4>
     plane: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.plane: 5>
     sphere: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.sphere: 0>
-    @typing.overload
-    def __eq__(self, other: PrimitiveKind) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: PrimitiveKind) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
 class PrimitiveView:
     """
     Depth measurements and edge pixels of an object, for fitting solids of unknown size.
@@ -1115,149 +886,20 @@ class ReconstructionOptions:
     @usual_noise_m.setter
     def usual_noise_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
-class Residual:
+class Residual(enum.Enum):
     """
     What a pixel's residual is.
-    
-    Members:
-    
-      point
-    
-      slope
-    
-      ray_hit
     """
-    __members__: typing.ClassVar[dict[str, Residual]]  # value = {'point': <Residual.point: 0>, 'slope': <Residual.slope: 1>, 'ray_hit': <Residual.ray_hit: 2>}
     point: typing.ClassVar[Residual]  # value = <Residual.point: 0>
     ray_hit: typing.ClassVar[Residual]  # value = <Residual.ray_hit: 2>
     slope: typing.ClassVar[Residual]  # value = <Residual.slope: 1>
-    @typing.overload
-    def __eq__(self, other: Residual) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: Residual) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
-class Rest:
-    """
-    Members:
-    
-      point
-    
-      base
-    
-      side
-    """
-    __members__: typing.ClassVar[dict[str, Rest]]  # value = {'point': <Rest.point: 0>, 'base': <Rest.base: 1>, 'side': <Rest.side: 2>}
+class Rest(enum.Enum):
     base: typing.ClassVar[Rest]  # value = <Rest.base: 1>
     point: typing.ClassVar[Rest]  # value = <Rest.point: 0>
     side: typing.ClassVar[Rest]  # value = <Rest.side: 2>
-    @typing.overload
-    def __eq__(self, other: Rest) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: Rest) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
-class Scaling:
-    """
-    Members:
-    
-      exact
-    
-      printed
-    """
-    __members__: typing.ClassVar[dict[str, Scaling]]  # value = {'exact': <Scaling.exact: 0>, 'printed': <Scaling.printed: 1>}
+class Scaling(enum.Enum):
     exact: typing.ClassVar[Scaling]  # value = <Scaling.exact: 0>
     printed: typing.ClassVar[Scaling]  # value = <Scaling.printed: 1>
-    @typing.overload
-    def __eq__(self, other: Scaling) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: Scaling) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
 class Searcher:
     """
     Finds a shape in a depth image without an initial pose.
@@ -1266,59 +908,14 @@ class Searcher:
         ...
     def search(self, depth: numpy.ndarray, camera: Camera, mask: typing.Any = None, box: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"] | None = None, near: typing.Any = None, reach_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, foreground: typing.Any = None, plane: tuple[typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], typing.SupportsFloat | typing.SupportsIndex] | None = None, taken: typing.Any = None, first_seed: typing.SupportsInt | typing.SupportsIndex = 0, seeds: typing.SupportsInt | typing.SupportsIndex = 0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> list:
         ...
-class ShapeJudgement:
+class ShapeJudgement(enum.Enum):
     """
     What a memory says of a frame's shape.
-    
-    Members:
-    
-      none
-    
-      unoccluded
-    
-      occluded
-    
-      novel
     """
-    __members__: typing.ClassVar[dict[str, ShapeJudgement]]  # value = {'none': <ShapeJudgement.none: 0>, 'unoccluded': <ShapeJudgement.unoccluded: 1>, 'occluded': <ShapeJudgement.occluded: 2>, 'novel': <ShapeJudgement.novel: 3>}
     none: typing.ClassVar[ShapeJudgement]  # value = <ShapeJudgement.none: 0>
     novel: typing.ClassVar[ShapeJudgement]  # value = <ShapeJudgement.novel: 3>
     occluded: typing.ClassVar[ShapeJudgement]  # value = <ShapeJudgement.occluded: 2>
     unoccluded: typing.ClassVar[ShapeJudgement]  # value = <ShapeJudgement.unoccluded: 1>
-    @typing.overload
-    def __eq__(self, other: ShapeJudgement) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: ShapeJudgement) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
 class SlicOptions:
     connected: bool
     def __init__(self) -> None:

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "optim/dense.h"
+// The definition behind dense.h, for the files that instantiate it.
+#pragma once
 
 #include <Eigen/Eigenvalues>
+
+#include "optim/dense.h"
 
 namespace sdftrack::optim {
 
@@ -11,8 +14,6 @@ Eigenpairs<N> eigenpairs(const Eigen::Matrix<double, N, N>& A) {
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
-template Eigenpairs<3> eigenpairs<3>(const Eigen::Matrix3d&);
-template Eigenpairs<Eigen::Dynamic> eigenpairs<Eigen::Dynamic>(const Eigen::MatrixXd&);
-template Eigenpairs<6> eigenpairs<6>(const Eigen::Matrix<double, 6, 6>&);
-
 }  // namespace sdftrack::optim
+
+#define SDFTRACK_EIGENPAIRS(N) template Eigenpairs<N> eigenpairs<N>(const Eigen::Matrix<double, N, N>&);

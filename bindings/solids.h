@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+// Sizes and points of primitives as Python gives them, checked.
+#pragma once
+
+#include <vector>
+
+#include "array.h"
+#include "primitives/solids.h"
+
+namespace sdftrack::bindings {
+
+primitives::PrimitiveSize checked_size(primitives::PrimitiveKind kind, const std::vector<double>& size);
+const Vec3d* borrow_points(const py::array& points, std::size_t* n);
+
+}  // namespace sdftrack::bindings
