@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: MIT
+"""A running camera: a thread takes its frames, so that a slow program loses frames instead of falling behind."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Iterator
+from importlib import import_module
+from types import TracebackType
+from typing import Any
+
+from sdftrack.camera import RGBDCamera
+from sdftrack.frame import Frame
+from sdftrack.live.clock import CameraClock
+from sdftrack.live.sources import CAMERAS, CameraLost, FrameSource
+
+__all__ = ["LiveCamera", "open_camera"]
+
+_DRIVERS = ("replay",)  # modules of this package, each of which registers its cameras
+RETRY_S = 0.5  # between attempts to connect again
+
+
+def open_camera(address: str, **options: Any) -> LiveCamera:
+    """Open a camera; close it by ``with`` or :meth:`LiveCamera.close`.
+
+    Parameters
+    ----------
+    address : str
+        ``"realsense:"`` (or with a serial number behind the colon), ``"webcam:0"`` (colour only) or
+        ``"replay:PATH"``, which plays a recorded sequence at its own rate.
+    **options
+        ``waiting`` of :class:`LiveCamera`, and those of the kind of camera: ``width``, ``height`` and ``fps`` for all.
+
+    Returns
+    -------
+    LiveCamera
+        An iterable of frames with ``.camera``.
+
+    Raises
+    ------
+    ValueError
+        Unknown kind of camera, or a profile that the camera does not have; the message lists those that it has.
+    ImportError
+        The kind needs an extra that is not installed.
+    OSError
+        No such camera, or another program uses it.
+
+    Examples
+    --------
+    >>> with st.open_camera("realsense:", width=640, height=480, fps=30) as live:  # doctest: +SKIP
+    ...     tracker = st.Tracker(sdf, live.camera)
+    ...     tracker.start(next(iter(live)), None)
+    ...     for frame in live:
+    ...         result = tracker.track(frame)
+    """
+    if not isinstance(address, str):
+        raise TypeError(f"address: expected a text such as 'realsense:', got {type(address).__name__}")
+    for driver in _DRIVERS:
+        import_module(f"sdftrack.live.{driver}")
+    name, _, rest = address.partition(":")
+    if name not in CAMERAS:
+        known = ", ".join(f'"{kind.name}:" ({kind.address})' for kind in CAMERAS.values())
+        raise ValueError(f"address: expected one of {known}, got {address!r}")
+    waiting = options.pop("waiting", 2)
+    return LiveCamera(CAMERAS[name].open(rest, **options), waiting=waiting)
+
+
+class LiveCamera:
+    """The frames of a running camera, newest first where the program is too slow for all.
+
+    Iteration returns frames in the order in which they were taken. At most `waiting` frames wait; when another one
+    comes, the oldest is dropped and counted. While the camera is disconnected, iteration returns frames without
+    images whose `error` says so, which a tracker reports as bad frames, and the connection is tried again.
+
+    Parameters
+    ----------
+    source : FrameSource
+        The device; it is closed with this object.
+    waiting : int
+        Number of frames that may wait, at least 1. More lose fewer frames when the program pauses, and are older when
+        they are used.
+
+    Attributes
+    ----------
+    camera : RGBDCamera
+    name : str
+    taken, dropped : int
+        Number of frames that the camera delivered, and of those that the program never saw.
+    """
+
+    def __init__(self, source: FrameSource, waiting: int = 2) -> None:
+        if isinstance(waiting, bool) or not isinstance(waiting, int) or waiting < 1:
+            raise ValueError(f"waiting: expected a number of frames, at least 1, got {waiting!r}")
+        self.camera: RGBDCamera = source.camera
+        self.name = source.name
+        self.taken = self.dropped = 0
+        self._source, self._waiting = source, waiting
+        self._clock = CameraClock()
+        self._frames: deque[Frame] = deque()
+        self._changed = threading.Condition()
+        self._ended = self._closed = False
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._take_all, name=f"camera {source.name}", daemon=True)
+        self._thread.start()
+
+    def __iter__(self) -> Iterator[Frame]:
+        while (frame := self.next()) is not None:
+            yield frame
+
+    def next(self, timeout_s: float | None = None) -> Frame | None:
+        """The oldest frame that waits, or the next one; None once the stream has ended or after `timeout_s`."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._frames or self._ended, timeout_s)
+            if self._frames:
+                return self._frames.popleft()
+            if self._error is not None and not self._closed:
+                raise self._error
+            return None
+
+    def latest(self, timeout_s: float | None = None) -> Frame | None:
+        """The newest frame; older ones that wait are dropped and counted. Otherwise as :meth:`next`."""
+        with self._changed:
+            while len(self._frames) > 1:
+                self._frames.popleft()
+                self.dropped += 1
+        return self.next(timeout_s)
+
+    def age_s(self, frame: Frame) -> float:
+        """Seconds since the camera took `frame`; NaN without a timestamp.
+
+        A camera with a clock of its own is compared with the frame that was delivered fastest: its age at arrival
+        counts as zero.
+        """
+        return self._clock.age_s(frame.timestamp, time.time())
+
+    def close(self) -> None:
+        """Stop the camera and release it; a second call does nothing."""
+        with self._changed:
+            if self._closed:
+                return
+            self._closed = True
+            self._changed.notify_all()
+        self._thread.join(timeout=10)
+        self._source.close()
+
+    def __enter__(self) -> LiveCamera:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"LiveCamera({self.name!r}, {self.taken} frames, {self.dropped} dropped)"
+
+    def _take_all(self) -> None:
+        try:
+            while not self._closed:
+                frame = self._read()
+                if frame is None:
+                    break
+                self._offer(frame)
+        except BaseException as error:  # raised again where the frames are asked for
+            self._error = error
+        with self._changed:
+            self._ended = True
+            self._changed.notify_all()
+
+    def _read(self) -> Frame | None:
+        try:
+            return self._source.read()
+        except CameraLost as lost:
+            reason = str(lost)
+        try:
+            self._source.reopen()
+        except CameraLost:
+            self._wait(RETRY_S)
+        return Frame.unreadable(f"{self.name}: {reason}")
+
+    def _wait(self, seconds: float) -> None:
+        with self._changed:
+            self._changed.wait_for(lambda: self._closed, seconds)
+
+    def _offer(self, frame: Frame) -> None:
+        with self._changed:
+            self.taken += 1
+            if frame.timestamp is not None and not frame.error:
+                self._clock.arrived(frame.timestamp, time.time())
+            if len(self._frames) == self._waiting:
+                self._frames.popleft()
+                self.dropped += 1
+            self._frames.append(frame.replace(index=self.taken - 1))
+            self._changed.notify_all()

@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: MIT
+"""A running camera: order, dropped frames, age, faults, and its end."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.live import CameraLost, LiveCamera, open_camera
+from sdftrack.live.clock import CameraClock
+from sdftrack.live.replay import Replay
+from sdftrack.testing.faults import FaultyCamera
+
+CAMERA = st.Camera(20, 20, 7.5, 5.5, 16, 12)
+
+
+def sequence(count=10):
+    return st.Sequence(
+        [st.Frame(np.full((12, 16), 0.5 + 0.01 * i, np.float32), timestamp=i / 30) for i in range(count)],
+        CAMERA,
+    )
+
+
+def number(frame):
+    return round((float(frame.depth[0, 0]) - 0.5) / 0.01)
+
+
+class Steps:
+    """A source that delivers a frame whenever the test lets it."""
+
+    camera, name = st.RGBDCamera(CAMERA), "steps"
+
+    def __init__(self, *frames):
+        self.frames, self.gate, self.closed = list(frames), threading.Semaphore(0), 0
+
+    def read(self):
+        assert self.gate.acquire(timeout=10)
+        item = self.frames.pop(0) if self.frames else None
+        if isinstance(item, BaseException):
+            raise item
+        return item
+
+    def reopen(self):
+        pass
+
+    def close(self):
+        self.closed += 1
+
+    def give(self, live, count):
+        """Deliver so many frames, and wait until the camera's thread has them."""
+        wanted = live.taken + count
+        for _ in range(count):
+            self.gate.release()
+        for _ in range(2000):
+            if live.taken == wanted:
+                return
+            time.sleep(0.001)
+        raise AssertionError(f"{live.taken} frames taken, not {wanted}")
+
+
+def test_frames_come_in_order_and_the_stream_ends():
+    with LiveCamera(Replay(sequence(), fps=500), waiting=10) as live:
+        frames = list(live)
+    assert [number(f) for f in frames] == list(range(10))
+    assert [f.index for f in frames] == list(range(10))
+    assert (live.taken, live.dropped) == (10, 0)
+
+
+def test_a_slow_program_loses_the_oldest_frames_and_they_are_counted():
+    source = Steps(*sequence())
+    with LiveCamera(source, waiting=2) as live:
+        source.give(live, 5)
+        assert [number(live.next()), number(live.next())] == [3, 4]
+        assert live.dropped == 3
+        source.gate.release(20)
+
+
+def test_latest_drops_all_but_the_newest():
+    source = Steps(*sequence())
+    with LiveCamera(source, waiting=4) as live:
+        source.give(live, 4)
+        assert number(live.latest()) == 3
+        assert live.dropped == 3
+        source.gate.release(20)
+
+
+def test_next_returns_none_after_its_time():
+    source = Steps(*sequence())
+    with LiveCamera(source) as live:
+        assert live.next(timeout_s=0.01) is None
+        source.gate.release(20)
+
+
+def test_an_error_of_the_driver_is_raised_where_frames_are_asked_for():
+    source = Steps(sequence()[0], RuntimeError("firmware"))
+    source.gate.release(2)
+    with LiveCamera(source) as live:
+        assert live.next() is not None
+        with pytest.raises(RuntimeError, match="firmware"):
+            live.next()
+
+
+def test_an_unplugged_camera_gives_bad_frames_until_it_is_back():
+    frames = sequence()
+    source = Steps(frames[0], CameraLost("no frame for 1 s"), frames[1])
+    source.gate.release(4)
+    with LiveCamera(source, waiting=10) as live:
+        first, missing, back = list(live)
+    assert first.error == ""
+    assert number(back) == 1
+    assert missing.error == "steps: no frame for 1 s"
+
+
+def test_closing_waits_for_the_thread_and_releases_the_source_once():
+    source = Steps(*sequence())
+    live = LiveCamera(source)
+    source.gate.release(20)
+    live.close()
+    live.close()
+    assert source.closed == 1
+    assert not live._thread.is_alive()
+
+
+def test_a_replay_keeps_the_rate_of_the_recording():
+    start = time.monotonic()
+    with LiveCamera(Replay(sequence(7)), waiting=10) as live:
+        frames = list(live)
+    assert time.monotonic() - start >= 5.5 / 30
+    np.testing.assert_allclose(np.diff([f.timestamp for f in frames]).min(), 1 / 30, atol=1e-6)
+
+
+def test_a_replay_that_loops_starts_again():
+    with LiveCamera(Replay(sequence(3), fps=1000, loop=True), waiting=50) as live:
+        assert [number(live.next()) for _ in range(7)] == [0, 1, 2, 0, 1, 2, 0]
+
+
+def test_a_replay_by_its_address(tmp_path):
+    st.save_sequence(tmp_path / "seq", sequence(3), layout="open3d")
+    with open_camera(f"replay:{tmp_path / 'seq'}", fps=200, waiting=3) as live:
+        assert live.camera.depth == CAMERA
+        assert len(list(live)) == 3
+
+
+@pytest.mark.parametrize(
+    ("address", "options", "error", "words"),
+    [
+        ("realsens:", {}, ValueError, '"replay:" \\(a recorded sequence\\).*realsens:'),
+        ("replay:/no/such/folder", {}, FileNotFoundError, "no such folder"),
+        (3, {}, TypeError, "address: expected a text"),
+    ],
+)
+def test_bad_addresses_are_refused(address, options, error, words):
+    with pytest.raises(error, match=words):
+        open_camera(address, **options)
+
+
+def test_bad_options_are_refused(tmp_path):
+    st.save_sequence(tmp_path / "seq", sequence(3), layout="open3d")
+    address = f"replay:{tmp_path / 'seq'}"
+    with pytest.raises(ValueError, match="waiting: expected a number of frames, at least 1, got 0"):
+        open_camera(address, waiting=0)
+    with pytest.raises(ValueError, match="has 16 x 12, got 640 x 480"):
+        open_camera(address, width=640, height=480)
+    with pytest.raises(ValueError, match="fps: expected frames per second above 0, got -1"):
+        open_camera(address, fps=-1)
+
+
+def test_the_age_of_a_frame_on_the_computers_clock():
+    clock = CameraClock()
+    clock.arrived(100.0, 100.03)
+    assert clock.age_s(100.0, 100.05) == pytest.approx(0.05)
+
+
+def test_a_clock_that_drifts_does_not_make_frames_look_old():
+    clock = CameraClock()
+    for i in range(36000):  # 20 minutes at 30 Hz, 50 millionths slow
+        clock.arrived(i / 30 * (1 - 5e-5), 7000 + i / 30 + 0.004)
+    assert clock.age_s(35999 / 30 * (1 - 5e-5), 7000 + 35999 / 30 + 0.010) == pytest.approx(0.006, abs=5e-4)
+    assert np.isnan(CameraClock().age_s(1.0, 2.0))
+
+
+def test_a_camera_with_faults_delivers_what_it_is_told_to():
+    faulty = FaultyCamera(sequence(8), drop=[1], repeat=[2], swap=[4], unplugged=range(6, 7), real_time=False)
+    with LiveCamera(faulty, waiting=20) as live:
+        got = [f.error.partition(":")[0] or number(f) for f in live]
+    assert got == [0, 2, 2, 3, 5, 4, "camera with faults", 7]
