@@ -84,6 +84,7 @@ def energy(T, seen, settled=None, sdf=BALL):
     return _core.photometric(core_args(sdf), list(K), T if settled is None else settled, T, *seen, SIGMA)
 
 
+@pytest.mark.slow
 def test_the_cost_is_that_of_the_twin():
     seen = pixels(pose(), gain=0.9, offset=0.05, noise=0.01)
     settled, T = pose(), pose(1, 3e-4)

@@ -123,6 +123,7 @@ def test_settled_is_where_all_that_follows_is_near_the_end():
     assert settled_at(frames, np.full(5, 1e-3)) == 0
 
 
+@pytest.mark.slow
 def test_a_small_run_prints_its_rows(tmp_path, measured, capsys):
     (tmp_path / "meshes").mkdir()
     st.SDF.box((0.10, 0.07, 0.05)).to_mesh().save(tmp_path / "meshes" / "box.ply")

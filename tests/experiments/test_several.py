@@ -87,6 +87,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_solids_never_penetrate_and_move_by_no_more_than_stated(duck, case):
     scene = CASES[case](duck)
@@ -234,6 +235,7 @@ def folder(tmp_path_factory, duck):
     return made
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("case", "more"),
     [
@@ -282,6 +284,7 @@ def test_both_sponges_from_the_command(data_dir, measured, capsys):
     assert "joint, depth, left" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("figure", ["5.4", "5.6", "5.8"])
 def test_the_figures_of_chapter_5_in_small(figure, tmp_path, monkeypatch):
     monkeypatch.setattr(fig_5_4, "COUNTS", (1, 2, 3))

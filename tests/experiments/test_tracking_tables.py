@@ -14,6 +14,7 @@ from sdftrack.reproduce.scenes.truth import default_camera, motion, render_truth
 from sdftrack.synth.duck import duck_mesh
 
 
+@pytest.mark.slow
 def test_a_tracked_row_stands_near_the_bound():
     duck = duck_mesh()
     centre = duck.bounds.mean(axis=0)

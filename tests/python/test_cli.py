@@ -286,6 +286,7 @@ def rows_of(folder):
         return list(csv.DictReader(f))
 
 
+@pytest.mark.slow
 def test_track_follows_the_truth_and_leaves_the_documented_files(recording, tmp_path, capsys):
     root, model, poses = recording
     out = tmp_path / "out"
@@ -447,6 +448,7 @@ def test_the_output_folder_must_be_new_or_empty(recording, tmp_path, capsys):
     assert (tmp_path / "mine.txt").read_text() == "keep"
 
 
+@pytest.mark.slow
 def test_the_demo_needs_nothing_and_writes_pictures(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert run(["demo", "--frames", "12"]) == 0

@@ -63,6 +63,7 @@ def told(capsys):
     return err
 
 
+@pytest.mark.slow
 def test_a_recording_gives_a_camera_with_intervals_and_plots(command, tmp_path, capsys):
     out = tmp_path / "out"
     assert run([*command, "--init", "gt", "--guess", GUESS, "--voxels", "60", "--out", str(out)]) == 0

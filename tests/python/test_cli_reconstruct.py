@@ -115,6 +115,7 @@ def rows_of(path):
     return np.loadtxt(path, ndmin=2)
 
 
+@pytest.mark.slow
 def test_it_writes_the_documented_files_and_lists_them(whole):
     files = TRACK_FILES | SHAPE_FILES | {"overlay.mp4", "turntable.mp4", "mesh.obj", "refined_0.txt"}
     assert {p.name for p in whole.iterdir()} == files

@@ -184,6 +184,7 @@ def test_a_thing_that_does_not_shrink_with_the_distance_is_not_the_ball():
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("noise", "known"), [(0.001, False), ("kinect", True)])
 def test_a_recording_registers_the_cameras(noise, known):
     scene, frames = recorded(noise=noise, seed=0)

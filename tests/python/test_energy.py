@@ -163,6 +163,7 @@ def union_energy(shape, count, residual, sharpness):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("residual", ["point", "ray_hit"])
 @pytest.mark.parametrize(("count", "sharpness"), [(2, 2.0), (3, 40.0), (4, 2.0)])
 def test_a_union_is_the_twins_soft_minimum(shape, count, sharpness, residual):

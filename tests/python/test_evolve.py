@@ -121,6 +121,7 @@ def test_a_step_beyond_the_limit_is_refused_for_it_grows_without_end():
     assert np.abs(grown).max() > 100 * np.abs(checkers).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("regulariser", ["double_well", "printed"])
 @pytest.mark.parametrize("start", [-1.5, 2.0])
 def test_the_front_ends_on_the_ball_that_the_evidence_tells_of(regulariser, start):

@@ -106,6 +106,7 @@ def test_a_piece_of_the_table_is_no_object(standing, where):
 # --- whole reconstructions
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("taken_up_at", [None, 8])
 @pytest.mark.parametrize("mode", ["depth", "rgbd"])
 def test_an_object_on_a_table_comes_out_alone(duck, taken_up_at, mode):

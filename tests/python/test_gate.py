@@ -17,6 +17,7 @@ from digest import digest  # noqa: E402
 KEPT = json.loads(hashes.KEPT.read_text())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run", sorted(KEPT["hashes"]))
 def test_a_run_gives_the_bits_that_it_gave(run):
     here = hashes.made_with()

@@ -81,6 +81,7 @@ def test_choosing_voxels(page, capsys):
     assert names["tracker"] is not None
 
 
+@pytest.mark.slow
 def test_tracking_at_90_hz(page):
     names = page("speed.md")
     assert all(result.ok for result in names["results"])

@@ -133,6 +133,7 @@ def test_what_a_frame_says_of_the_lens_is_its_marginal_information():
 # --- what is found
 
 
+@pytest.mark.slow
 def test_the_intrinsics_are_found_from_a_poor_guess(found):
     error = found.values - values_of(TRUTH)
     assert found.status == "ok", found.reason
@@ -158,6 +159,7 @@ def test_the_poses_come_with_them(found, swept):
     )  # where the image cuts both ends off, the box may lie anywhere along itself
 
 
+@pytest.mark.slow
 def test_the_mean_of_the_frames_own_estimates_is_there_too(found, frames, swept, box):
     assert found.joint
     assert np.abs(found.per_frame.fused - values_of(TRUTH)).max() < 1.5  # 0.5 %: each frame alone is noisy
@@ -170,6 +172,7 @@ def test_the_mean_of_the_frames_own_estimates_is_there_too(found, frames, swept,
     assert np.array_equal(values_of(alone.camera), alone.per_frame.fused)
 
 
+@pytest.mark.slow
 def test_the_sources_residual_is_there_by_name(found, frames, swept, box):
     printed = st.calibrate_intrinsics(frames, box, GUESS, swept.ground_truth[0][0], False, residual="point")
     error = printed.values - values_of(TRUTH)
@@ -186,6 +189,7 @@ def test_the_result_has_the_same_bits_on_any_number_of_threads(frames, swept, bo
     assert np.array_equal(one.covariance, three.covariance)
 
 
+@pytest.mark.slow
 def test_the_unknowns_come_in_the_order_asked_for(found, frames, swept, box):
     turned = st.calibrate_intrinsics(
         frames, box, GUESS, swept.ground_truth[0][0], free=("cy", "fx", "cx", "fy")
@@ -194,6 +198,7 @@ def test_the_unknowns_come_in_the_order_asked_for(found, frames, swept, box):
     assert np.allclose(turned.covariance, found.covariance[np.ix_([3, 0, 2, 1], [3, 0, 2, 1])])
 
 
+@pytest.mark.slow
 def test_a_depth_that_reads_too_short_is_found():
     body = st.SDF.ellipsoid((0.12, 0.08, 0.06), voxels=100)
     seq = st.synth.sequence(body.to_mesh(), 60, PATH, SIGMA_M, seed=3, camera=TRUTH, color=False)
@@ -212,6 +217,7 @@ def test_a_depth_law_is_not_asked_of_flat_faces(frames, swept, box):
         st.calibrate_intrinsics(frames, box, GUESS, swept.ground_truth[0][0], free=("fx", "depth_scale"))
 
 
+@pytest.mark.slow
 def test_distortion_is_found(box):
     camera = dataclasses.replace(TRUTH, distortion=(0.12, 0.0, 0.0, 0.0))
     seq = st.synth.sequence(box.to_mesh(), FRAMES, PATH, SIGMA_M, seed=5, camera=camera, color=False)
@@ -224,6 +230,7 @@ def test_distortion_is_found(box):
 # --- frames that do not fit, motion that is missing
 
 
+@pytest.mark.slow
 def test_a_frame_of_another_camera_is_left_out_and_named(frames, swept, box):
     depths = [frame.depth for frame in frames]
     zoomed = cv2.warpAffine(
@@ -249,6 +256,7 @@ def test_an_object_that_never_moves_is_refused(frames, swept, box):
         st.calibrate_intrinsics([frames[0]] * 8, box, TRUTH, swept.ground_truth[0][0])
 
 
+@pytest.mark.slow
 def test_a_ball_shows_the_intrinsics_whatever_its_symmetry():
     ball = st.SDF.sphere(0.06, voxels=60)
     seq = st.synth.sequence(ball.to_mesh(), 50, PATH, SIGMA_M, seed=2, camera=TRUTH, color=False)

@@ -33,6 +33,7 @@ def made(mesh, voxels=40, holes="error"):
     return sdf, [str(w.message) for w in caught]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MESHES)
 def test_the_sign_is_that_of_the_sum_of_all_solid_angles(name):
     mesh, holes, meant = MESHES[name]
@@ -94,6 +95,7 @@ def test_sheets_that_enclose_nothing_are_refused():
         SDF.from_mesh((sheet[0], sheet[1][:2]), voxels=40, holes="close")
 
 
+@pytest.mark.slow
 def test_every_voxel_of_an_open_mesh_has_the_sign_of_its_own_sum():
     """Blocks share one sum; none of them may speak for a voxel on the other side of 1/2."""
     v, f = nasty.without(nasty.ball(), lambda c: c[:, 2] < 0.02)
@@ -108,6 +110,7 @@ def test_every_voxel_of_an_open_mesh_has_the_sign_of_its_own_sum():
     assert np.array_equal((values.ravel()[pick] < 0)[sure], (truth > 0.5)[sure])
 
 
+@pytest.mark.slow
 def test_an_open_mesh_takes_little_longer_than_a_closed_one():
     whole = nasty.ball(voxels=60)
     cup = nasty.without(whole, lambda c: c[:, 2] < 0.03)

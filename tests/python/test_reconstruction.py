@@ -333,12 +333,14 @@ def turned_there_and_back(threads, **options):
     return star, results
 
 
+@pytest.mark.slow
 def test_what_many_frames_have_shown_has_the_same_bits_on_any_number_of_threads():
     one, three = (turned_there_and_back(threads) for threads in (1, 3))
     assert np.array_equal(one[0].shape.values, three[0].shape.values)
     assert np.array_equal([r.pose for r in one[1]], [r.pose for r in three[1]])
 
 
+@pytest.mark.slow
 def test_known_blocks_that_take_every_second_frame_are_as_near_to_the_truth():
     seq = scene.sequence()
     errors = {}

@@ -22,6 +22,7 @@ def sponge(data_dir):
         yield star, results, {i: seq.ground_truth[i][0] for i in seq.ground_truth}, seq.models[1]
 
 
+@pytest.mark.slow
 def test_it_is_never_lost(sponge):
     _, results, _, _ = sponge
     assert all(r.status[0] in ("ok", "weak") for r in results)

@@ -62,6 +62,7 @@ def test_unknown_figures_are_named():
         find("3.11")
 
 
+@pytest.mark.slow
 def test_section_3_9_in_small_times_every_number_of_pixels(tmp_path, capsys):
     assert run(["reproduce", "3.9", "--frames", "3", "--out", str(tmp_path)]) == 0
     out = tmp_path / "3.9"
@@ -77,6 +78,7 @@ def test_section_3_9_in_small_times_every_number_of_pixels(tmp_path, capsys):
     assert "CPU above 100 Hz" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_figure_3_10_in_small_keeps_what_is_printed(tmp_path, capsys):
     assert run(["reproduce", "3.10", "--frames", "10", "--out", str(tmp_path)]) == 0
     out = tmp_path / "3.10"
@@ -89,6 +91,7 @@ def test_figure_3_10_in_small_keeps_what_is_printed(tmp_path, capsys):
     assert run(["reproduce", "3.10", "--frames", "10", "--out", str(tmp_path), "-q"]) == 1
 
 
+@pytest.mark.slow
 def test_figure_3_12_in_small_finds_the_intrinsics_at_every_noise(tmp_path, capsys):
     assert run(["reproduce", "3.12", "--frames", "20", "--out", str(tmp_path)]) == 0
     out = tmp_path / "3.12"
@@ -114,6 +117,7 @@ def test_what_comes_late_into_the_band_or_leaves_it_again_is_not_called_within()
     assert fig_3_12._within_from(running, 10) is None
 
 
+@pytest.mark.slow
 def test_table_3_1_in_small_judges_the_found_camera_by_three_planes(tmp_path, capsys):
     assert run(["reproduce", "3.13", "--frames", "20", "--out", str(tmp_path)]) == 0
     out = tmp_path / "3.13"
@@ -135,6 +139,7 @@ def test_another_draw_of_the_noise_lies_on_the_same_path():
     assert difference.std() == pytest.approx(np.sqrt(2) * 0.001, rel=0.1)  # of some 1,000 readings: 2 %
 
 
+@pytest.mark.slow
 def test_figure_4_13a_in_small_keeps_what_is_printed(tmp_path, capsys):
     assert run(["reproduce", "4.13a", "--frames", "8", "--out", str(tmp_path)]) == 0
     out = tmp_path / "4.13a"

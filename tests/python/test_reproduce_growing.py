@@ -93,6 +93,7 @@ def test_nothing_about_the_object_touches_it():
     assert far > 0.02
 
 
+@pytest.mark.slow
 def test_section_4_6_in_small_times_every_part(tmp_path, capsys):
     levels = made("4.6", tmp_path, 3)["levels"]
     parts = {r["part"]: r for r in levels}

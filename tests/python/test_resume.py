@@ -194,6 +194,7 @@ def without_change(star, seq, mask):
     return result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["ball", "brick", "can"])
 def test_what_looks_the_same_from_several_sides_is_not_joined(name):
     shape = {

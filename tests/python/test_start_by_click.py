@@ -82,6 +82,7 @@ def test_tables_and_walls_are_planes_and_the_faces_of_a_box_are_not(scene):
     assert on[mask].mean() < 0.2  # its foot is as near to the table as the table is thick
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("colored", [True, False])
 def test_every_click_on_an_object_on_a_table_finds_it(scene, colored):
     frame, box, T, mask = scene
@@ -139,6 +140,7 @@ def test_what_stands_on_the_table_is_found_without_a_place_and_has_to_be_confirm
     assert best_anywhere(absent, CAMERA, frame, lambda **where: other.start(frame, **where)) is None
 
 
+@pytest.mark.slow
 def test_recorded_tables(data_dir):
     path = data_dir / "visp_rbt"
     if not path.is_dir():

@@ -418,6 +418,7 @@ def test_the_command_refuses_what_it_cannot_use(arguments, code, says, capsys, m
     assert says in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_tables_a_2_and_a_3_in_small_have_three_sizes_and_the_printed_values(tmp_path, capsys):
     assert run(["reproduce", "A.2", "A.3", "--frames", "2", "--out", str(tmp_path)]) == 0
     times = json.loads((tmp_path / "A.2" / "result.json").read_text())["times_ms"]

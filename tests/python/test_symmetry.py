@@ -19,6 +19,7 @@ CAN = st.Symmetry(continuous=(([0, 0, 2.0], [0.01, 0, 0]),))
 HALF = st.Symmetry(np.diag([-1.0, -1, 1, 1])[None])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sdf", "discrete", "continuous"),
     [

@@ -56,6 +56,7 @@ def test_a_forked_process_works_like_its_parent_while_a_thread_of_that_is_at_wor
         thread.join()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("daemon", [False, True])
 def test_the_interpreter_ends_while_threads_are_inside_the_core(daemon):
     script = f"""

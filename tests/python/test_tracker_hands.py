@@ -34,6 +34,7 @@ def follow(tracker, seq):
         assert result.status[0] in ("ok", "weak"), i
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", ["depth", "rgbd"])
 def test_a_hand_on_the_surface_does_not_draw_the_pose_along(duck, mode):
     mesh, sdf = duck
@@ -45,6 +46,7 @@ def test_a_hand_on_the_surface_does_not_draw_the_pose_along(duck, mode):
     follow(tracker, seq)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.5, 0.6])
 def test_an_object_in_a_fist_is_followed_from_the_first_frame(duck, share):
     """Fingers and palm in contact from the start: a coarse fit slides onto them, 15 to 30 mm away."""

@@ -38,12 +38,14 @@ def followed(n: int = 30, **options: Any) -> tuple[st.Reconstructor, dict[int, A
     return star, poses
 
 
+@pytest.mark.slow
 def test_the_frames_that_follow_are_nearer_to_the_truth() -> None:
     plain, refitted = (pose_errors(noisy(), followed(refit_after=k)[1])[20:].mean(axis=0) for k in (0, FIRST))
     assert plain[1] > np.radians(0.3)
     assert (refitted < 0.8 * plain).all()
 
 
+@pytest.mark.slow
 def test_it_is_taken_before_a_frame_that_is_known_beforehand(monkeypatch: Any) -> None:
     _, poses = followed(DUE + 4)
     _, never = followed(DUE + 4, refit_after=0)
