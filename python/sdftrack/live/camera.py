@@ -28,8 +28,7 @@ def open_camera(address: str, **options: Any) -> LiveCamera:
     Parameters
     ----------
     address : str
-        ``"realsense:"`` (or with a serial number behind the colon), ``"webcam:0"`` (colour only) or
-        ``"replay:PATH"``, which plays a recorded sequence at its own rate.
+        ``"replay:PATH"``, which plays a recorded sequence at its own rate, or a kind added by `register_camera`.
     **options
         ``waiting`` of :class:`LiveCamera`, and those of the kind of camera: ``width``, ``height`` and ``fps`` for all.
 
@@ -49,7 +48,7 @@ def open_camera(address: str, **options: Any) -> LiveCamera:
 
     Examples
     --------
-    >>> with st.open_camera("realsense:", width=640, height=480, fps=30) as live:  # doctest: +SKIP
+    >>> with open_camera("replay:recording", fps=30) as live:  # doctest: +SKIP
     ...     tracker = st.Tracker(sdf, live.camera)
     ...     tracker.start(next(iter(live)), None)
     ...     for frame in live:
