@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <pybind11/native_enum.h>
 #include <pybind11/stl.h>
 
 #include "array.h"
@@ -34,6 +35,11 @@ void bind_lens(py::module_& m) {
             return py::make_tuple(py::make_tuple(r.ray.x, r.ray.y), r.dx, r.dy);
           },
           py::arg("u_px"), py::arg("v_px"), "(x, y) of a pixel's ray, and their derivatives by the values.");
+  py::native_enum<energies::Residual>(m, "Residual", "enum.Enum", "What a pixel's residual is.")
+      .value("point", energies::Residual::kPoint)
+      .value("slope", energies::Residual::kSlope)
+      .value("ray_hit", energies::Residual::kRayHit)
+      .finalize();
   py::class_<calibration::IntrinsicsOptions>(m, "IntrinsicsOptions", "Options of a calibration.")
       .def(py::init<>())
       .def_readwrite("residual", &calibration::IntrinsicsOptions::residual)

@@ -1,19 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include <pybind11/native_enum.h>
 #include <pybind11/stl.h>
 
 #include "array.h"
-#include "energies/sdf_energy.h"
 #include "optim/lm.h"
 
 namespace sdftrack::bindings {
 
 void bind_optimizer(py::module_& m) {
-  py::native_enum<energies::Residual>(m, "Residual", "enum.Enum", "What a pixel's residual is.")
-      .value("point", energies::Residual::kPoint)
-      .value("slope", energies::Residual::kSlope)
-      .value("ray_hit", energies::Residual::kRayHit)
-      .finalize();
   py::class_<optim::State>(m, "State", "A point in the space of unknowns, in the core's own frames.");
   py::class_<optim::LmOptions>(m, "LmOptions", "Options of the optimiser.")
       .def(py::init<>())

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "optim/camera_increment.h"
 #include "optim/dense.h"
 
 namespace sdftrack::primitives {
@@ -116,13 +117,8 @@ Eigen::MatrixXd fit_covariance(const PrimitiveView& view, const PrimitiveEnergyO
 
 Eigen::MatrixXd camera_covariance(const PrimitiveFit& fit) {
   const int n = size_count(fit.kind);
-  const Rigidd T = inverse(fit.x.T_obj_cam[0]);
-  const Vec3d rows[3] = {T.R.r0, T.R.r1, T.R.r2};
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(6 + n, 6 + n);
-  for (int block = 0; block < 6; block += 3)
-    for (int i = 0; i < 3; ++i)
-      J(block + i, block) = -rows[i].x, J(block + i, block + 1) = -rows[i].y,
-                   J(block + i, block + 2) = -rows[i].z;
+  J.topLeftCorner<6, 6>() = optim::camera_by_increment(inverse(fit.x.T_obj_cam[0]), Vec3d{0, 0, 0});
   const PrimitiveSize size = fit.size();
   for (int i = 0; i < n; ++i) J(6 + i, 6 + i) = size[static_cast<std::size_t>(i)];
   return J * fit.covariance * J.transpose();

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "optim/camera_increment.h"
 #include "tracking/options/sensor_noise.h"
 
 namespace sdftrack::tracking {
@@ -197,9 +198,10 @@ void FitView::add_systematic(double systematic_m, Fitted* fitted) const {
   fitted->systematic_m = systematic_m;
   BiasResponse response;
   if (systematic_m > 0 && measured_.known && measured_.sums.inliers > 0)
-    response = bias_response(measured_.sums, measured_.depth_information, target_->shape, *camera_,
-                             measured_.T_obj_cam, pixels_, measured_.penalty, measured_.color_prior)
-                   .moved(camera_by_increment(inverse(measured_.T_obj_cam), -target_->shape.centre_obj));
+    response =
+        bias_response(measured_.sums, measured_.depth_information, target_->shape, *camera_,
+                      measured_.T_obj_cam, pixels_, measured_.penalty, measured_.color_prior)
+            .moved(optim::camera_by_increment(inverse(measured_.T_obj_cam), -target_->shape.centre_obj));
   fitted->covariance += systematic_covariance(response, systematic_m,
                                               options_.lateral_px * fitted->T_cam_obj.t.z / camera_->K.fx);
 }

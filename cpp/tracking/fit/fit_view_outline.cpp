@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "optim/camera_increment.h"
 #include "optim/dense.h"
 #include "tracking/fit/fit_view.h"
 #include "tracking/options/sensor_noise.h"
@@ -92,7 +93,7 @@ void FitView::compare_with_outline(const optim::State& x, double area_px,
   const Disagreement now = depth_disagreement(
       {depth.A, depth.B, depth.geometry, area_px, photometric_.hessian, photometric_.gradient, weight},
       shared_lines(*memory), weak_knowledge(target_->shape));
-  const Matrix6d in_camera = camera_by_increment(inverse(x.T_obj_cam[0]), Vec3d{0, 0, 0});
+  const Matrix6d in_camera = optim::camera_by_increment(inverse(x.T_obj_cam[0]), Vec3d{0, 0, 0});
   const Matrix6d covariance = in_camera * now.covariance * in_camera.transpose();
   if (weight > 0)  // from the depth's pose to the outline's
     apart_ = PosesApart{-in_camera * now.way, covariance};

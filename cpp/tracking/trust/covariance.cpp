@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <numbers>
 
+#include "optim/camera_increment.h"
 #include "optim/dense.h"
 
 namespace sdftrack::tracking {
@@ -11,12 +12,6 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr double kBlindSlope = 0.03;
-
-Eigen::Matrix3d to_eigen(const Mat3d& R) {
-  Eigen::Matrix3d M;
-  M << R.r0.x, R.r0.y, R.r0.z, R.r1.x, R.r1.y, R.r1.z, R.r2.x, R.r2.y, R.r2.z;
-  return M;
-}
 
 // Projects out the directions along which the inliers' residuals hardly change.
 Matrix6d seen_directions(const energies::EnergySummary& sums, const frame::Shape& shape) {
@@ -33,18 +28,6 @@ Matrix6d seen_directions(const energies::EnergySummary& sums, const frame::Shape
 }
 
 }  // namespace
-
-// T_cam_obj <- T_cam_obj increment(v, w)^-1: the centre moves by -R v, the turn is -R w, and a point at
-// R origin from the centre moves by the turn crossed with that lever.
-Matrix6d camera_by_increment(const Rigidd& T_cam_obj, Vec3d origin_obj) {
-  const Eigen::Matrix3d R = to_eigen(T_cam_obj.R);
-  const Vec3d lever = T_cam_obj.R * origin_obj;
-  Matrix6d J = Matrix6d::Zero();
-  J.topLeftCorner<3, 3>() = -R;
-  J.bottomRightCorner<3, 3>() = -R;
-  J.topRightCorner<3, 3>() = to_eigen(hat(lever)) * R;  // -[lever]x (-R)
-  return J;
-}
 
 Matrix6d weak_knowledge(const frame::Shape& shape) {
   Eigen::Matrix<double, 6, 1> sd;
@@ -75,17 +58,18 @@ Matrix6d increment_covariance(const energies::EnergySummary& sums, const frame::
 Matrix6d increment_response(const energies::EnergySummary& sums, const frame::Shape& shape) {
   if (!(sums.inliers > 0)) return Matrix6d::Zero();
   const Matrix6d P = seen_directions(sums, shape);
+  // Not by optim::solve_symmetric: the last bits of recorded results would change.
   return (P * sums.A * P.transpose() + weak_knowledge(shape)).ldlt().solve(P);
 }
 
 Matrix6d camera_covariance(const Matrix6d& increment, const Rigidd& T_cam_obj, Vec3d origin_obj) {
-  const Matrix6d J = camera_by_increment(T_cam_obj, origin_obj);
+  const Matrix6d J = optim::camera_by_increment(T_cam_obj, origin_obj);
   const Matrix6d C = J * increment * J.transpose();
   return 0.5 * (C + C.transpose());
 }
 
 Matrix6d increment_information(const Matrix6d& camera, const Rigidd& T_cam_obj, Vec3d origin_obj) {
-  const Matrix6d J = camera_by_increment(T_cam_obj, origin_obj);
+  const Matrix6d J = optim::camera_by_increment(T_cam_obj, origin_obj);
   const Matrix6d C = J.transpose() * optim::solve_symmetric<6, 6>(camera, J);
   return 0.5 * (C + C.transpose());
 }

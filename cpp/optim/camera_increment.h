@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+// How T_cam_obj moves with the increment (v, w) of T_obj_cam.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "base/rigid.h"
+
+namespace sdftrack::optim {
+
+// Derivative of (x, y, z, rx, ry, rz) in camera axes, t = t^ + d, R = Exp(r) R^, about the point `origin_obj`
+// of the object frame. T_cam_obj <- T_cam_obj increment(v, w)^-1: the object frame's origin moves by -R v,
+// the turn is -R w, and `origin_obj` moves by the turn crossed with its lever R origin_obj as well.
+Eigen::Matrix<double, 6, 6> camera_by_increment(const Rigidd& T_cam_obj, Vec3d origin_obj);
+
+}  // namespace sdftrack::optim
