@@ -7,12 +7,12 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack._internal.closing import ClosedByWith
 from sdftrack.io.out_folder import cannot_write, prepare_folder, refuse_folder
 from sdftrack.io.result_rows import (
     BOP_HEADER,
@@ -28,7 +28,7 @@ from sdftrack.results import TrackResult
 __all__ = ["Recorder", "plain", "prepare_folder", "refuse_folder", "tum_row"]
 
 
-class Recorder:
+class Recorder(ClosedByWith):
     """Write the files of ``sdftrack track`` from your own tracking loop.
 
     ``poses.csv`` (BOP results), ``trajectory_<k>.txt`` (TUM format of T_cam_obj), ``ground_truth_<k>.txt``
@@ -107,14 +107,6 @@ class Recorder:
         self._truths: dict[int, list[str]] = {}
         self._video = VideoFile(self.directory / "overlay.mp4", fps) if video and self._shapes else None
         self._closed = False
-
-    def __enter__(self) -> Recorder:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def __repr__(self) -> str:
         return f"Recorder({str(self.directory)!r}, {len(self._frames)} frames)"

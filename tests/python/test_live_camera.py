@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.live import CameraLost, LiveCamera, open_camera
+from sdftrack.live import CAMERAS, CameraLost, LiveCamera, open_camera
 from sdftrack.live.clock import CameraClock
 from sdftrack.live.replay import Replay
+from sdftrack.live.sources import CameraKind
 from sdftrack.testing.faults import FaultyCamera
 
 CAMERA = st.Camera(20, 20, 7.5, 5.5, 16, 12)
@@ -111,6 +112,37 @@ def test_an_unplugged_camera_gives_bad_frames_until_it_is_back():
     assert first.error == ""
     assert number(back) == 1
     assert missing.error == "steps: no frame for 1 s"
+
+
+def test_nothing_is_read_from_a_camera_that_could_not_be_opened_again(monkeypatch):
+    monkeypatch.setattr("sdftrack.live.camera.RETRY_S", 0.001)
+    calls = []
+
+    class Away(Steps):
+        def read(self):
+            calls.append("read")
+            return super().read()
+
+        def reopen(self):
+            calls.append("reopen")
+            if calls.count("reopen") < 3:
+                raise CameraLost("not connected")
+
+    frames = sequence()
+    source = Away(frames[0], CameraLost("no frame for 1 s"), frames[1])
+    source.gate.release(4)
+    with LiveCamera(source, waiting=10) as live:
+        got = [f.error or number(f) for f in live]
+    assert got == [0, "steps: no frame for 1 s", "steps: not connected", "steps: not connected", 1]
+    assert calls == ["read", "read", "reopen", "reopen", "reopen", "read", "read"]
+
+
+def test_a_source_whose_camera_is_refused_is_closed(monkeypatch):
+    source = Steps()
+    monkeypatch.setitem(CAMERAS, "steps", CameraKind("steps", "nothing", lambda address: source))
+    with pytest.raises(ValueError, match="waiting"):
+        open_camera("steps:", waiting=0)
+    assert source.closed == 1
 
 
 def test_closing_waits_for_the_thread_and_releases_the_source_once():

@@ -8,9 +8,9 @@ import time
 from collections import deque
 from collections.abc import Iterator
 from importlib import import_module
-from types import TracebackType
 from typing import Any
 
+from sdftrack._internal.closing import ClosedByWith
 from sdftrack.camera import RGBDCamera
 from sdftrack.frame import Frame
 from sdftrack.live.clock import CameraClock
@@ -50,12 +50,12 @@ def open_camera(address: str, **options: Any) -> LiveCamera:
     --------
     >>> with open_camera("replay:recording", fps=30) as live:  # doctest: +SKIP
     ...     tracker = st.Tracker(sdf, live.camera)
-    ...     tracker.start(next(iter(live)), None)
+    ...     tracker.start(live.next())  # searches the whole image
     ...     for frame in live:
     ...         result = tracker.track(frame)
     """
     if not isinstance(address, str):
-        raise TypeError(f"address: expected a text such as 'realsense:', got {type(address).__name__}")
+        raise TypeError(f"address: expected a text such as 'replay:PATH', got {type(address).__name__}")
     for driver in _DRIVERS:
         import_module(f"sdftrack.live.{driver}")
     name, _, rest = address.partition(":")
@@ -63,11 +63,16 @@ def open_camera(address: str, **options: Any) -> LiveCamera:
         known = ", ".join(f'"{kind.name}:" ({kind.address})' for kind in CAMERAS.values())
         raise ValueError(f"address: expected one of {known}, got {address!r}")
     waiting = options.pop("waiting", 2)
-    return LiveCamera(CAMERAS[name].open(rest, **options), waiting=waiting)
+    source = CAMERAS[name].open(rest, **options)
+    try:
+        return LiveCamera(source, waiting=waiting)
+    except BaseException:
+        source.close()
+        raise
 
 
-class LiveCamera:
-    """The frames of a running camera, newest first where the program is too slow for all.
+class LiveCamera(ClosedByWith):
+    """The frames of a running camera; a program that is too slow for all of them loses the oldest.
 
     Iteration returns frames in the order in which they were taken. At most `waiting` frames wait; when another one
     comes, the oldest is dropped and counted. While the camera is disconnected, iteration returns frames without
@@ -86,7 +91,7 @@ class LiveCamera:
     camera : RGBDCamera
     name : str
     taken, dropped : int
-        Number of frames that the camera delivered, and of those that the program never saw.
+        Number of frames so far, those without images included, and of those that the program never saw.
     """
 
     def __init__(self, source: FrameSource, waiting: int = 2) -> None:
@@ -99,7 +104,7 @@ class LiveCamera:
         self._clock = CameraClock()
         self._frames: deque[Frame] = deque()
         self._changed = threading.Condition()
-        self._ended = self._closed = False
+        self._ended = self._closed = self._disconnected = False
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._take_all, name=f"camera {source.name}", daemon=True)
         self._thread.start()
@@ -144,14 +149,6 @@ class LiveCamera:
         self._thread.join(timeout=10)
         self._source.close()
 
-    def __enter__(self) -> LiveCamera:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
     def __repr__(self) -> str:
         return f"LiveCamera({self.name!r}, {self.taken} frames, {self.dropped} dropped)"
 
@@ -170,14 +167,15 @@ class LiveCamera:
 
     def _read(self) -> Frame | None:
         try:
+            if self._disconnected:
+                self._source.reopen()
+                self._disconnected = False
             return self._source.read()
         except CameraLost as lost:
-            reason = str(lost)
-        try:
-            self._source.reopen()
-        except CameraLost:
-            self._wait(RETRY_S)
-        return Frame.unreadable(f"{self.name}: {reason}")
+            if self._disconnected:
+                self._wait(RETRY_S)
+            self._disconnected = True
+            return Frame.unreadable(f"{self.name}: {lost}")
 
     def _wait(self, seconds: float) -> None:
         with self._changed:

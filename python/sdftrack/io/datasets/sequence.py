@@ -5,12 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from collections.abc import Sequence as Seq
-from types import TracebackType
 from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.closing import ClosedByWith
 from sdftrack._internal.rigid_poses import RotationErrors, rigid_pose
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
@@ -22,7 +22,7 @@ Pose = NDArray[np.float64]
 Masks = dict[int, NDArray[np.bool_]]
 
 
-class Sequence:
+class Sequence(ClosedByWith):
     """Frames with their camera and, if known, the ground truth.
 
     Parameters
@@ -136,14 +136,6 @@ class Sequence:
 
     def close(self) -> None:
         """Close open files; frames already returned stay valid."""
-
-    def __enter__(self) -> Sequence:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def __repr__(self) -> str:
         d = self.camera.depth

@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: MIT
+"""Objects that ``with`` closes."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Self
+
+__all__ = ["ClosedByWith"]
+
+
+class ClosedByWith:
+    """A base for classes with a method `close`: ``with`` calls it, also after an exception."""
+
+    __slots__ = ()
+
+    def close(self) -> None:
+        raise NotImplementedError
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
