@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: MIT
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import sdftrack as st
+from sdftrack.io import datasets
 from sdftrack.io import frames as image_io
 from sdftrack.io import trajectories
 from sdftrack.testing import assert_pose_close
@@ -198,6 +200,33 @@ def test_unknown_folders_get_the_list_of_layouts(tmp_path):
         st.open_sequence(tmp_path)
 
 
+def test_a_reader_of_files_is_registered_with_its_options(tmp_path, monkeypatch):
+    layouts = datasets.LAYOUTS.copy()
+    monkeypatch.setattr(datasets, "LAYOUTS", layouts)
+    monkeypatch.setattr(sys.modules["sdftrack.io.datasets.layouts"], "LAYOUTS", layouts)
+    closed = []
+
+    @datasets.register("tape", ".tape", lambda path: path.suffix == ".tape", options=("topic",))
+    def open_tape(path, topic="depth"):
+        seq = _sequence()
+        return st.Sequence(list(seq), seq.camera, name=topic, close=lambda: closed.append(path))
+
+    tape, other = tmp_path / "a.tape", tmp_path / "a.txt"
+    tape.touch()
+    other.touch()
+    with st.open_sequence(tape, topic="far") as seq:
+        assert seq.name == "far"
+        seq[1:].close()
+    assert closed == [tape]  # once
+    assert st.open_sequence(tape, layout="tape", topic=None).name == "depth"
+    with pytest.raises(ValueError, match="speed: not an option of layout tape, whose options are: topic"):
+        st.open_sequence(tape, speed=2)
+    with pytest.raises(ValueError, match=r"expected a recording of layout tape \(.tape\), got another file"):
+        st.open_sequence(other, layout="tape")
+    with pytest.raises(ValueError, match="a.tape is one"):
+        st.open_sequence(tmp_path)
+
+
 @pytest.mark.parametrize("layout", ["bop", "tum", "open3d", "k1", "folders"])
 def test_a_layout_by_name_says_what_is_missing(tmp_path, layout):
     with pytest.raises((FileNotFoundError, ValueError), match=r"needs|no depth"):
@@ -224,9 +253,9 @@ def test_slices_are_lazy_sequences():
 def test_opening_reads_no_more_images_than_it_must(tmp_path, monkeypatch):
     st.save_sequence(tmp_path / "s", _sequence(8))
     read = []
-    decode = image_io._decode
+    content = image_io._content
     monkeypatch.setattr(
-        image_io, "_decode", lambda path, name: (read.append(path.name), decode(path, name))[1]
+        image_io, "_content", lambda path, name: (read.append(path.name), content(path, name))[1]
     )
     seq = st.open_sequence(tmp_path / "s")[4:]
     assert set(read) == {"000000.png"}

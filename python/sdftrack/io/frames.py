@@ -12,7 +12,16 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.files import replacing
 
-__all__ = ["read_color", "read_depth_units", "read_mask", "write_color", "write_depth_units", "write_mask"]
+__all__ = [
+    "decode_color",
+    "decode_depth_units",
+    "read_color",
+    "read_depth_units",
+    "read_mask",
+    "write_color",
+    "write_depth_units",
+    "write_mask",
+]
 
 _PNG_START, _JPEG_START, _JPEG_END = b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"\xff\xd9"
 _TAIL = 1024  # writers may put a few bytes after the end mark
@@ -23,11 +32,16 @@ def read_depth_units(path: str | os.PathLike[str], name: str | None = None) -> N
 
     FileNotFoundError when it is missing; ValueError when it is truncated, not an image, or not 16 bit.
     """
-    image = _decode(Path(path), name)
+    return decode_depth_units(_content(Path(path), name), name or str(path))
+
+
+def decode_depth_units(data: bytes, name: str) -> NDArray[np.uint16]:
+    """The same from the content of an image file."""
+    image = _decode(data, name)
     if image.dtype != np.uint16 or image.ndim != 2:
         channels = "one channel" if image.ndim == 2 else f"{image.shape[2]} channels"
         raise ValueError(
-            f"{name or path}: expected 16-bit depth in one channel, got {image.dtype} with {channels}; "
+            f"{name}: expected 16-bit depth in one channel, got {image.dtype} with {channels}; "
             "8-bit depth images do not contain the distances"
         )
     return image
@@ -35,9 +49,14 @@ def read_depth_units(path: str | os.PathLike[str], name: str | None = None) -> N
 
 def read_color(path: str | os.PathLike[str], name: str | None = None) -> NDArray[np.uint8]:
     """(H, W, 3) uint8 RGB; grey images are repeated, alpha is dropped."""
-    image = _decode(Path(path), name)
+    return decode_color(_content(Path(path), name), name or str(path))
+
+
+def decode_color(data: bytes, name: str) -> NDArray[np.uint8]:
+    """The same from the content of an image file."""
+    image = _decode(data, name)
     if image.dtype != np.uint8:
-        raise ValueError(f"{name or path}: expected an 8-bit colour image, got {image.dtype}")
+        raise ValueError(f"{name}: expected an 8-bit colour image, got {image.dtype}")
     if image.ndim == 2:
         return np.repeat(image[..., None], 3, axis=2)
     return np.ascontiguousarray(image[..., 2::-1])
@@ -45,7 +64,7 @@ def read_color(path: str | os.PathLike[str], name: str | None = None) -> NDArray
 
 def read_mask(path: str | os.PathLike[str], name: str | None = None) -> NDArray[np.bool_]:
     """(H, W) bool, true where any channel is not zero (alpha does not count)."""
-    image = _decode(Path(path), name)
+    image = _decode(_content(Path(path), name), name or str(path))
     if image.ndim == 3:
         image = np.asarray(image[..., :3].any(axis=2))
     return np.asarray(image != 0)
@@ -70,24 +89,27 @@ def write_mask(path: str | os.PathLike[str], mask: NDArray[np.bool_]) -> None:
     _encode(path, np.where(mask, np.uint8(255), np.uint8(0)))
 
 
-def _decode(path: Path, name: str | None) -> NDArray[Any]:
-    import cv2
-
+def _content(path: Path, name: str | None) -> bytes:
     label = name or str(path)
     try:
-        data = path.read_bytes()
+        return path.read_bytes()
     except FileNotFoundError:
         raise FileNotFoundError(f"{label}: the file is missing") from None
     except OSError as error:
         raise ValueError(f"{label}: cannot be read ({error.strerror})") from None
+
+
+def _decode(data: bytes, name: str) -> NDArray[Any]:
+    import cv2
+
     # The decoders return half a picture for some cut files, so the end mark is looked for here.
     cut = data.startswith(_PNG_START) and b"IEND" not in data[-_TAIL:]
     cut = cut or (data.startswith(_JPEG_START) and _JPEG_END not in data[-_TAIL:])
     if cut or not data:
-        raise ValueError(f"{label}: the image file is {'truncated' if data else 'empty'}")
+        raise ValueError(f"{name}: the image file is {'truncated' if data else 'empty'}")
     image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if image is None:
-        raise ValueError(f"{label}: not a readable image")
+        raise ValueError(f"{name}: not a readable image")
     return np.asarray(image)
 
 

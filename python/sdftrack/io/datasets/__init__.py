@@ -5,21 +5,26 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 from sdftrack.io.datasets.layouts import LAYOUTS, Layout, register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
 
 __all__ = ["LAYOUTS", "Layout", "LazyModels", "Sequence", "open_sequence", "register"]
 
+MAX_LISTED = 200  # of what lies in a folder, looked at for a sequence
 
-def open_sequence(path: str | os.PathLike[str], layout: str = "auto") -> Sequence:
+
+def open_sequence(path: str | os.PathLike[str], layout: str = "auto", **options: Any) -> Sequence:
     """Open a recorded sequence; frames are read on access.
 
     Parameters
     ----------
-    path : folder
+    path : folder or file
         docs/data.md describes the layouts.
     layout : "auto", "bop", "tum", "open3d", "k1" or "folders"
+    **options
+        Those of the layout; None counts as not given.
 
     Returns
     -------
@@ -30,33 +35,39 @@ def open_sequence(path: str | os.PathLike[str], layout: str = "auto") -> Sequenc
     Raises
     ------
     FileNotFoundError
-        No such folder.
+        No such folder or file.
     ValueError
-        Unknown layout, no depth, no camera, or implausible units.
+        Unknown layout, no depth, no camera, implausible units, or an option that the layout does not have.
     """
     root = Path(path)
-    known = "; ".join(f"{k.name} ({k.marks})" for k in LAYOUTS.values())
+    if layout != "auto" and layout not in LAYOUTS:
+        raise ValueError(f"layout: expected auto or one of {', '.join(LAYOUTS)}, got {layout!r}")
     if not root.exists():
-        raise FileNotFoundError(f"{root}: no such folder")
-    if layout != "auto":
-        if layout not in LAYOUTS:
-            raise ValueError(f"layout: expected auto or one of {', '.join(LAYOUTS)}, got {layout!r}")
-        if not root.is_dir():
-            raise ValueError(f"{root}: expected a folder of layout {layout}, got a file")
-        return LAYOUTS[layout].open(root)
-    if root.is_dir():
+        raise FileNotFoundError(f"{root}: no such folder or file")
+    kind = _detected(root) if layout == "auto" else LAYOUTS[layout]
+    if root.is_file() and not kind.detect(root):
+        raise ValueError(
+            f"{root}: expected a recording of layout {kind.name} ({kind.marks}), got another file"
+        )
+    given = {name: value for name, value in options.items() if value is not None}
+    for name in given:
+        if name not in kind.options:
+            takes = ", ".join(kind.options) or "none"
+            raise ValueError(f"{name}: not an option of layout {kind.name}, whose options are: {takes}")
+    return kind.open(root, **given)
+
+
+def _detected(root: Path) -> Layout:
+    for kind in LAYOUTS.values():
+        if kind.detect(root):
+            return kind
+    known = "; ".join(f"{kind.name} ({kind.marks})" for kind in LAYOUTS.values())
+    for inside in sorted(root.iterdir())[:MAX_LISTED] if root.is_dir() else []:
         for kind in LAYOUTS.values():
-            if kind.detect(root):
-                return kind.open(root)
-        inside = [p for p in sorted(root.iterdir())[:200] if p.is_dir()]
-        for folder in inside:
-            for kind in LAYOUTS.values():
-                if kind.detect(folder):
-                    raise ValueError(
-                        f"{root}: not a sequence itself, but {folder} is one ({kind.name}): open that"
-                    )
-    else:
-        raise ValueError(f"{root}: unknown layout, it is a file; known are folders: {known}")
+            if kind.detect(inside):
+                raise ValueError(
+                    f"{root}: not a sequence itself, but {inside} is one ({kind.name}): open that"
+                )
     raise ValueError(f"{root}: unknown layout; known are: {known}")
 
 

@@ -12,29 +12,34 @@ from sdftrack.io.datasets.sequence import Sequence
 __all__ = ["LAYOUTS", "Layout", "register"]
 
 
+Reader = Callable[..., Sequence]
+
+
 @dataclass(frozen=True)
 class Layout:
-    """Detection and reader of a layout."""
+    """Detection and reader of a layout, and the keyword arguments that the reader takes besides the path."""
 
     name: str
     marks: str
     detect: Callable[[Path], bool]
-    open: Callable[[Path], Sequence]
+    open: Reader
+    options: tuple[str, ...] = ()
 
 
 LAYOUTS: dict[str, Layout] = {}
 
 
 def register(
-    name: str, marks: str, detect: Callable[[Path], bool]
-) -> Callable[[Callable[[Path], Sequence]], Callable[[Path], Sequence]]:
-    """Decorator that makes `function(path) -> Sequence` the reader of layout `name`.
+    name: str, marks: str, detect: Callable[[Path], bool], options: tuple[str, ...] = ()
+) -> Callable[[Reader], Reader]:
+    """Decorator that makes `function(path, **options) -> Sequence` the reader of layout `name`.
 
-    `marks` briefly names the files by which `detect(path)` recognises the layout, for messages.
+    `marks` briefly names the files by which `detect(path)` recognises the layout, for messages. The path is a folder
+    or a file.
     """
 
-    def add(function: Callable[[Path], Sequence]) -> Callable[[Path], Sequence]:
-        LAYOUTS[name] = Layout(name, marks, detect, function)
+    def add(function: Reader) -> Reader:
+        LAYOUTS[name] = Layout(name, marks, detect, function, options)
         return function
 
     return add

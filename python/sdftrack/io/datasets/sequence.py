@@ -43,6 +43,8 @@ class Sequence(ClosedByWith):
         Symmetries given by the data set.
     layout, name : str
         Layout and name of the sequence.
+    close : function, optional
+        Closes the files that `frames` reads from; called once.
 
     Examples
     --------
@@ -66,6 +68,7 @@ class Sequence(ClosedByWith):
         symmetries: Mapping[int, Symmetry] | None = None,
         layout: str = "memory",
         name: str = "",
+        close: Callable[[], object] | None = None,
     ) -> None:
         if not (hasattr(frames, "__len__") and hasattr(frames, "__getitem__")):
             frames = list(frames)
@@ -91,6 +94,7 @@ class Sequence(ClosedByWith):
         self.symmetries: Mapping[int, Symmetry] = {} if symmetries is None else symmetries
         self.layout = layout
         self.name = name
+        self._close = close
 
     def __len__(self) -> int:
         return len(self._frames)
@@ -127,6 +131,7 @@ class Sequence(ClosedByWith):
             symmetries=self.symmetries,
             layout=self.layout,
             name=self.name,
+            close=self.close,
         )
 
     def masks(self, i: int) -> Masks:
@@ -135,7 +140,10 @@ class Sequence(ClosedByWith):
         return {} if self._masks is None else self._masks(i)
 
     def close(self) -> None:
-        """Close open files; frames already returned stay valid."""
+        """Close open files; frames already returned stay valid. A second call does nothing."""
+        close, self._close = self._close, None
+        if close is not None:
+            close()
 
     def __repr__(self) -> str:
         d = self.camera.depth
