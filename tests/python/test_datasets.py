@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.io import datasets
+from sdftrack.io import datasets, trajectories
 from sdftrack.io import frames as image_io
-from sdftrack.io import trajectories
 from sdftrack.testing import assert_pose_close
 
 CAMERA = st.Camera(60.0, 61.0, 31.0, 23.5, 64, 48)
@@ -221,9 +220,9 @@ def test_a_reader_of_files_is_registered_with_its_options(tmp_path, monkeypatch)
     assert st.open_sequence(tape, layout="tape", topic=None).name == "depth"
     with pytest.raises(ValueError, match="speed: not an option of layout tape, whose options are: topic"):
         st.open_sequence(tape, speed=2)
-    with pytest.raises(ValueError, match=r"expected a recording of layout tape \(.tape\), got another file"):
+    with pytest.raises(ValueError, match=r"expected a recording of layout tape \(\.tape\), got another file"):
         st.open_sequence(other, layout="tape")
-    with pytest.raises(ValueError, match="a.tape is one"):
+    with pytest.raises(ValueError, match=r"a\.tape is one"):
         st.open_sequence(tmp_path)
 
 
