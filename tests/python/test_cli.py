@@ -63,6 +63,8 @@ REACH = {
     "superpixels": ["image.png"],
     "contour": ["seq", "--box", "1,1,2,2"],
     "evaluate": ["dir", "seq"],
+    "convert": ["seq"],
+    "record": ["replay:seq"],
     "calibrate intrinsics": ["seq", "--model", "m.ply"],
     "calibrate depth": ["seq"],
     "calibrate color": ["seq", "--ball-radius", "0.03"],

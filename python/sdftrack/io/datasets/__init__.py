@@ -9,6 +9,7 @@ from typing import Any
 
 from sdftrack.io.datasets.layouts import LAYOUTS, Layout, register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
+from sdftrack.io.writers.journal import Journal
 
 __all__ = ["LAYOUTS", "Layout", "LazyModels", "Sequence", "open_sequence", "register"]
 
@@ -44,6 +45,10 @@ def open_sequence(path: str | os.PathLike[str], layout: str = "auto", **options:
         raise ValueError(f"layout: expected auto or one of {', '.join(LAYOUTS)}, got {layout!r}")
     if not root.exists():
         raise FileNotFoundError(f"{root}: no such folder or file")
+    if Journal.is_in(root):
+        raise ValueError(
+            f"{root}: a recording that was interrupted; the command that wrote it finishes it with --resume"
+        )
     kind = _detected(root) if layout == "auto" else LAYOUTS[layout]
     if root.is_file() and not kind.detect(root):
         raise ValueError(
