@@ -23,8 +23,8 @@ from sdftrack.cli.common import (
     ThreadsOption,
     check_cpu_only,
     check_layout,
-    progress,
 )
+from sdftrack.cli.progress import progress
 from sdftrack.cli.recording import (
     ColorFiles,
     ColorOption,

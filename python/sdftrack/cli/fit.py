@@ -26,8 +26,8 @@ from sdftrack.cli.common import (
     check_cpu_only,
     check_layout,
     parse_box,
-    progress,
 )
+from sdftrack.cli.progress import progress
 
 CLOUDS = (".ply", ".obj", ".stl", ".xyz", ".npy")
 

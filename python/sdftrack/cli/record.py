@@ -12,7 +12,6 @@ from typing import Annotated, Any
 import typer
 
 from sdftrack.cli.common import (
-    PLAIN_EVERY_S,
     ConfigOption,
     Device,
     DeviceOption,
@@ -24,6 +23,7 @@ from sdftrack.cli.common import (
     check_cpu_only,
 )
 from sdftrack.cli.live_camera import FpsOption, HeightOption, WidthOption, open_from
+from sdftrack.cli.progress import PLAIN_EVERY_S
 from sdftrack.cli.recording import (
     ColorFiles,
     ColorOption,

@@ -20,8 +20,8 @@ from sdftrack.cli.common import (
     ThreadsOption,
     Usage,
     check_cpu_only,
-    progress,
 )
+from sdftrack.cli.progress import progress
 from sdftrack.cli.recording import (
     ColorFiles,
     ColorOption,
