@@ -64,6 +64,7 @@ REACH = {
     "contour": ["seq", "--box", "1,1,2,2"],
     "evaluate": ["dir", "seq"],
     "calibrate intrinsics": ["seq", "--model", "m.ply"],
+    "view": ["seq"],
     "calibrate depth": ["seq"],
     "calibrate color": ["seq", "--ball-radius", "0.03"],
 }

@@ -22,6 +22,7 @@ from sdftrack.cli import (
     reproduce,
     superpixels,
     track,
+    view,
 )
 from sdftrack.cli.advice import as_options, options_of
 
@@ -44,6 +45,7 @@ for command in (
     superpixels.superpixels,
     evaluate.evaluate,
     reproduce.reproduce,
+    view.view,
     info.info,
     config.config,
 ):

@@ -50,10 +50,11 @@ class Panel:
             gui.add_html(f'<div style="{STYLE}">{html.escape(note)}</div>')
         self._rates = gui.add_html("")
         self._lines = gui.add_html("")
-        self._choice: Any = None
         self._names: list[str] = []
         self._plot: Any = None
-        self._choice = gui.add_dropdown("object to start", tuple(_labels(names)), hint=HELP)
+        self._choice = gui.add_dropdown(
+            "object to start", tuple(_labels(names)) or ("none",), hint=HELP, visible=bool(names)
+        )
         self._names = list(names)
         pause = gui.add_checkbox("pause", False)
         record = gui.add_checkbox("record", False)
@@ -83,8 +84,8 @@ class Panel:
 
     @property
     def chosen(self) -> int:
-        """The object that a click starts."""
-        return _labels(self._names).index(self._choice.value)
+        """The object that a click starts; -1 without objects."""
+        return _labels(self._names).index(self._choice.value) if self._names else -1
 
     @property
     def magnified(self) -> float:
@@ -94,11 +95,13 @@ class Panel:
         """Other objects, or other names."""
         if names == self._names:
             return
-        chosen = min(self.chosen, len(names) - 1)
+        chosen = max(0, min(self.chosen, len(names) - 1))
         self._names = list(names)
         labels = _labels(names)
-        self._choice.options = tuple(labels)
-        self._choice.value = labels[chosen]
+        self._choice.options = tuple(labels) or ("none",)
+        if labels:
+            self._choice.value = labels[chosen]
+        self._choice.visible = bool(labels)
         if self._plot is not None:
             self._plot.remove()
             self._plot = None
@@ -108,7 +111,7 @@ class Panel:
         self._rates.content = rates_html(rate, shown.latency_s, shown.dropped)
         self._lines.content = lines_html(shown.result, shown.names, getattr(shown.frame, "error", ""))
         times, *confidences = history.confidences(len(self._names))
-        if len(times) < 2:
+        if len(times) < 2 or not confidences:
             return
         if self._plot is not None:
             self._plot.data = (times, *confidences)

@@ -227,10 +227,12 @@ class Viewer(ClosedByWith):
         self._panel.update(shown, self._history)
 
     def _clicked(self, x_px: float, y_px: float) -> None:
-        self._requests.append(Click(self._panel.chosen, x_px, y_px))
+        if self._panel.chosen >= 0:
+            self._requests.append(Click(self._panel.chosen, x_px, y_px))
 
     def _boxed(self, x: float, y: float, w: float, h: float) -> None:
-        self._requests.append(Box(self._panel.chosen, x, y, w, h))
+        if self._panel.chosen >= 0:
+            self._requests.append(Box(self._panel.chosen, x, y, w, h))
 
 
 def _drawable(shape: Any) -> Any:
