@@ -66,6 +66,7 @@ REACH = {
     "convert": ["seq"],
     "record": ["replay:seq"],
     "calibrate intrinsics": ["seq", "--model", "m.ply"],
+    "view": ["seq"],
     "calibrate depth": ["seq"],
     "calibrate color": ["seq", "--ball-radius", "0.03"],
 }

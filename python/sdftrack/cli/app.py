@@ -26,6 +26,7 @@ from sdftrack.cli import (
     superpixels,
     synth,
     track,
+    view,
 )
 from sdftrack.cli.advice import as_options, options_of
 
@@ -52,6 +53,7 @@ for command in (
     convert.convert,
     synth.synth,
     reproduce.reproduce,
+    view.view,
     info.info,
     config.config,
 ):
