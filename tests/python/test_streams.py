@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Results over a network and into a file: real receivers read back what was sent, and never hold up the program."""
 
+import contextlib
 import json
 import os
 import socket
@@ -20,7 +21,7 @@ from sdftrack.live.streams.addresses import host_and_port, safe_names
 from sdftrack.live.streams.admission import Admission
 
 pytest.importorskip("websockets")
-CAMERA = st.Camera(525.0, 524.0, 319.5, 239.5, 640, 480, (0.1, -0.2, 0.001, 0.002))
+CAMERA = st.Camera(525.0, 524.0, 319.5, 239.5, 640, 480, (0.1, -0.2, 0.001, 0.002, 0.01))
 NAMES = ["box 1", "duck"]
 ROUNDING = 1e-9  # of poses through a quaternion and back, m and 1
 FLOAT32 = 1e-7  # OSC's numbers have 24 bits
@@ -97,13 +98,15 @@ def server():
         yield stream
 
 
+@contextlib.contextmanager
 def client(stream, **options):
+    """A connection that the server knows of."""
     from websockets.sync.client import connect
 
     before = stream._receiver.clients
-    connection = connect(stream.address, **options)
-    assert eventually(lambda: stream._receiver.clients > before)
-    return connection
+    with connect(stream.address, **options) as connection:
+        assert eventually(lambda: stream._receiver.clients > before)
+        yield connection
 
 
 def stalled(stream):
@@ -188,7 +191,9 @@ def test_a_stalled_client_continues_with_the_newest_messages(server):
         server.send(frame(i), result(i))
         time.sleep(0.0005)
     assert eventually(lambda: server.dropped > 100)
-    with connect(server.address) as other:  # when it has the last message, the stalled one's queue has it, too
+    with connect(
+        server.address
+    ) as other:  # when it has the last message, the stalled one's queue has it, too
         server.send(frame(400), result(400))
         assert json.loads(other.recv(timeout=10))["index"] == 400
     raw.settimeout(5)
@@ -201,7 +206,9 @@ def test_a_stalled_client_continues_with_the_newest_messages(server):
 
 def test_a_client_that_vanishes_is_forgotten(server):
     raw = stalled(server)
-    raw.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")  # a reset, as of a killed program
+    raw.setsockopt(
+        socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0"
+    )  # a reset, as of a killed program
     raw.close()
     assert eventually(lambda: server._receiver.clients == 0)
     server.send(frame(), result())
@@ -223,12 +230,12 @@ def test_a_hundred_clients_come_and_go_without_leaving_threads(server):
 
 def test_closing_delivers_what_waits_and_ends_the_threads():
     before = threading.active_count()
-    with open_stream("ws://localhost:0", NAMES, CAMERA) as stream:
-        connection = client(stream)
+    stream = open_stream("ws://localhost:0", NAMES, CAMERA)
+    with client(stream) as connection:
         for i in range(5):
             stream.send(frame(i), result(i))
-    assert [json.loads(text)["index"] for text in connection] == [0, 1, 2, 3, 4]
-    connection.close()
+        stream.close()
+        assert [json.loads(text)["index"] for text in connection] == [0, 1, 2, 3, 4]
     assert eventually(lambda: threading.active_count() == before)
     with pytest.raises(ValueError, match="send: expected an open stream"):
         stream.send(frame(), result())
@@ -255,7 +262,8 @@ def test_a_port_in_use_is_replaced_by_the_next_and_said_once():
             used = int(stream.address.rsplit(":", 1)[1])
             assert port < used < port + 20
             assert stream.note == f"port {port} is in use, the stream is on port {used}"
-            client(stream).close()
+            with client(stream):
+                pass
 
 
 def test_another_host_needs_the_token():
@@ -267,8 +275,8 @@ def test_another_host_needs_the_token():
         assert f"?token={token}" in stream.note
         assert len(token) >= 16
         for wrong in ("", "?token=", f"?token={token}x"):
-            with pytest.raises(InvalidStatus, match="401"):
-                connect(f"ws://127.0.0.1:{port}/{wrong}")
+            with pytest.raises(InvalidStatus, match="401"), connect(f"ws://127.0.0.1:{port}/{wrong}"):
+                pass
         with connect(f"ws://127.0.0.1:{port}/?token={token}") as connection:
             assert eventually(lambda: stream._receiver.clients == 1)
             stream.send(frame(), result())
@@ -281,12 +289,15 @@ def test_pages_of_other_sites_may_not_read_the_stream(server):
     from websockets.exceptions import InvalidStatus
 
     for origin in ("http://localhost:8000", "http://127.0.0.1"):
-        client(server, origin=origin).close()
+        with client(server, origin=origin):
+            pass
     for origin in ("https://example.com", "null"):
-        with pytest.raises(InvalidStatus, match="403"):
-            client(server, origin=origin)
+        with pytest.raises(InvalidStatus, match="403"), client(server, origin=origin):
+            pass
     with open_stream("ws://localhost:0", NAMES, CAMERA, origins=["null"]) as stream:
-        client(stream, origin="null").close()
+        with client(stream, origin="null") as connection:
+            stream.send(frame(), result())
+            assert json.loads(connection.recv(timeout=10))["index"] == 0
     assert "got one from https://localhost.evil" in Admission().refusal("/", "https://localhost.evil")
 
 
@@ -370,11 +381,13 @@ def read_mcap(path, whole=True):
         except EndOfFile:
             return
 
-    out = []
+    out, stores = [], {}
     with path.open("rb") as file:
         for schema, channel, message in rows(file):
-            store = get_typestore(Stores.EMPTY)
-            store.register(get_types_from_msg(schema.data.decode(), schema.name))
+            if schema.name not in stores:
+                stores[schema.name] = get_typestore(Stores.EMPTY)
+                stores[schema.name].register(get_types_from_msg(schema.data.decode(), schema.name))
+            store = stores[schema.name]
             assert (schema.encoding, channel.message_encoding) == ("ros2msg", "cdr")
             out.append((channel.topic, message.log_time, store.deserialize_cdr(message.data, schema.name)))
     return out

@@ -50,8 +50,8 @@ class McapFile(Receiver):
         self._path, self._part = path, path.with_suffix(".part.mcap")
         _refuse(path, self._part, overwrite)
         self.address = f"mcap:{path}"
-        self._file: Any = _Unbuffered(self._part)
-        self._writer = Writer(self._file, chunk_size=CHUNK)
+        output: Any = _Unbuffered(self._part)
+        self._file, self._writer = output, Writer(output, chunk_size=CHUNK)
         self._writer.start(profile="ros2", library="sdftrack")
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}

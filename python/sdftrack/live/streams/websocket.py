@@ -23,7 +23,7 @@ from sdftrack.live.streams.messages import frame_message
 __all__ = ["WebsocketServer"]
 
 CLIENT_WAITING = 8  # messages for one client; the newest are kept
-CLOSE_S = 1.0  # for the last messages, and again for a client that does not answer
+CLOSE_S = 1.0  # for the last messages, and again for the farewell
 LARGEST_REQUEST = 4096  # bytes; what clients say is read, so that pings are answered, and ignored
 LOG = logging.getLogger("sdftrack.live.streams")
 LOG.addHandler(logging.NullHandler())  # a port scan is no reason to print a traceback
@@ -32,7 +32,8 @@ LOG.addHandler(logging.NullHandler())  # a port scan is no reason to print a tra
 class _Client:
     """Messages that wait for one client."""
 
-    def __init__(self) -> None:
+    def __init__(self, connection: Any) -> None:
+        self.connection = connection
         self.messages: deque[str] = deque()
         self.changed = asyncio.Event()
 
@@ -95,13 +96,16 @@ class WebsocketServer(Receiver):
                 if not any(client.messages for client in self._clients):
                     break
                 await asyncio.sleep(0.01)
+            for client in self._clients:
+                if client.messages:  # it would not answer a farewell either
+                    client.connection.transport.abort()
 
     async def _serve_client(self, connection: Any) -> None:
         from websockets.exceptions import ConnectionClosed
 
-        client = _Client()
+        client = _Client(connection)
         self._clients.add(client)
-        sending = asyncio.create_task(self._send_all(connection, client))
+        sending = asyncio.create_task(self._send_all(client))
         try:
             async for _ in connection:
                 pass
@@ -112,7 +116,7 @@ class WebsocketServer(Receiver):
             sending.cancel()
             self.dropped += len(client.messages)
 
-    async def _send_all(self, connection: Any, client: _Client) -> None:
+    async def _send_all(self, client: _Client) -> None:
         from websockets.exceptions import ConnectionClosed
 
         while True:
@@ -120,7 +124,7 @@ class WebsocketServer(Receiver):
             client.changed.clear()
             while client.messages:
                 try:
-                    await connection.send(client.messages[0])
+                    await client.connection.send(client.messages[0])
                 except ConnectionClosed:
                     return  # what waits is counted where the client is removed
                 client.messages.popleft()
