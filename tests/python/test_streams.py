@@ -619,9 +619,9 @@ def test_wrong_addresses_are_refused(address, error, message, tmp_path, monkeypa
 
 
 def test_wrong_arguments_are_refused(server):
-    with pytest.raises(TypeError, match="frame: expected st.Frame, got ndarray"):
+    with pytest.raises(TypeError, match=r"frame: expected st\.Frame, got ndarray"):
         server.send(np.zeros((4, 4)), result())
-    with pytest.raises(TypeError, match="result: expected st.TrackResult, got dict"):
+    with pytest.raises(TypeError, match=r"result: expected st\.TrackResult, got dict"):
         server.send(frame(), {})
     with pytest.raises(TypeError, match="names: expected a list"):
         open_stream("ws://localhost:0", "duck", CAMERA)
