@@ -65,6 +65,7 @@ REACH = {
     "evaluate": ["dir", "seq"],
     "convert": ["seq"],
     "record": ["replay:seq"],
+    "live": ["--reconstruct", "--camera", "replay:seq"],
     "calibrate intrinsics": ["seq", "--model", "m.ply"],
     "view": ["seq"],
     "calibrate depth": ["seq"],

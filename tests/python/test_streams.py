@@ -294,10 +294,12 @@ def test_pages_of_other_sites_may_not_read_the_stream(server):
     for origin in ("https://example.com", "null"):
         with pytest.raises(InvalidStatus, match="403"), client(server, origin=origin):
             pass
-    with open_stream("ws://localhost:0", NAMES, CAMERA, origins=["null"]) as stream:
-        with client(stream, origin="null") as connection:
-            stream.send(frame(), result())
-            assert json.loads(connection.recv(timeout=10))["index"] == 0
+    with (
+        open_stream("ws://localhost:0", NAMES, CAMERA, origins=["null"]) as stream,
+        client(stream, origin="null") as connection,
+    ):
+        stream.send(frame(), result())
+        assert json.loads(connection.recv(timeout=10))["index"] == 0
     assert "got one from https://localhost.evil" in Admission().refusal("/", "https://localhost.evil")
 
 

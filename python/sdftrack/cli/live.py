@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import sys
 import time
 from pathlib import Path
@@ -91,6 +92,8 @@ def live(
     where an object was lost in all frames.
     """
     models = model or []
+    from sdftrack.io.out_folder import refuse_folder
+
     inits = _check_usage(models, reconstruct, init, viewer, mode, unit, seconds, device)
     settings = reconstructor_settings(config) if reconstruct else tracker_settings(config, sensor)
     with contextlib.ExitStack() as stack:
@@ -106,14 +109,15 @@ def live(
         streams = [
             stack.enter_context(_opened_stream(s, follower.names, source.camera)) for s in stream or []
         ]
-        recorder = None
+        new_recorder = None
         if out is not None:
-            recorder = stack.enter_context(
-                _recorder(out, source, follower, shapes, not no_video, overwrite, camera)
+            refuse_folder(out, overwrite)
+            new_recorder = functools.partial(
+                _recorder, out, source, follower, shapes, not no_video, overwrite, camera
             )
         if not quiet:
             _tell_start(source, page, streams)
-        lost = _run(source, follower, page, streams, recorder, out, seconds, quiet)
+        lost = _run(source, follower, page, streams, new_recorder, out, seconds, quiet)
     if lost:
         print(f"sdftrack: lost in all frames: {', '.join(lost)}", file=sys.stderr)
         raise typer.Exit(ALL_LOST)
@@ -243,7 +247,7 @@ def _run(
     follower: Any,
     page: Any,
     streams: list[Any],
-    recorder: Any,
+    new_recorder: Any,
     out: Path | None,
     seconds: float | None,
     quiet: bool,
@@ -253,22 +257,18 @@ def _run(
     from sdftrack.cli.live_run import Live
 
     files = LiveFiles(out, source.camera)
-    run = Live(source, follower, page, streams, recorder, files, quiet)
+    run = Live(source, follower, page, streams, new_recorder, files, quiet)
     began = time.monotonic()
-    try:
+    with contextlib.suppress(KeyboardInterrupt):  # the usual end
         run.run(seconds)
-    except KeyboardInterrupt:
-        pass  # the usual end
-    finally:
-        files.close()
     if not quiet:
         print(run.statistics.line(time.monotonic() - began, source))
         for one in streams:
             print(
                 f"{one.address}: {one.sent} messages sent, {one.dropped} dropped{one.error and '; ' + one.error}"
             )
-        if recorder is not None:
-            print(f"written to {recorder.directory}")
+        if run.recorder is not None:
+            print(f"written to {run.recorder.directory}")
     counted = run.statistics
     return [
         n for n, count in zip(follower.names, counted.followed, strict=True) if counted.frames and not count

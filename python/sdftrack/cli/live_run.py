@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from sdftrack._internal.background import Background
@@ -29,7 +30,8 @@ class Live:
     follower : Follower
     viewer : Viewer or None
     streams : list of Stream
-    recorder : Recorder or None
+    new_recorder : function () -> Recorder, optional
+        Called with the first result, so that a start that fails leaves nothing behind.
     files : LiveFiles
     quiet : bool
     """
@@ -40,12 +42,14 @@ class Live:
         follower: Follower,
         viewer: Any,
         streams: list[Any],
-        recorder: Any,
+        new_recorder: Callable[[], Any] | None,
         files: LiveFiles,
         quiet: bool,
     ) -> None:
         self.camera, self.follower, self.viewer = camera, follower, viewer
-        self.streams, self.recorder, self.files = streams, recorder, files
+        self.streams, self.files = streams, files
+        self.recorder: Any = None
+        self._new_recorder = new_recorder
         self.statistics = LiveStatistics(len(follower.names))
         self._quiet, self._paused, self._asked = quiet, False, ""
         grows = isinstance(follower, ReconstructorFollower) and viewer is not None
@@ -59,8 +63,10 @@ class Live:
             for frame in self._frames(seconds):
                 self.step(frame)
         finally:
-            if self._meshes is not None:
-                self._meshes.close()
+            with contextlib.ExitStack() as stack:
+                for part in (self._meshes, self.recorder, self.files):
+                    if part is not None:
+                        stack.callback(part.close)
 
     def step(self, frame: Any) -> Any:
         """Process one frame; returns its result, or None if nothing is followed."""
@@ -73,6 +79,8 @@ class Live:
             self.statistics.add(result, age_s)
             for stream in self.streams:
                 stream.send(frame, result)
+            if self.recorder is None and self._new_recorder is not None:
+                self.recorder = self._new_recorder()
             if self.recorder is not None:
                 self.recorder.add(frame, result, im_id=self.statistics.frames - 1, shapes=self._growing())
         if self.viewer is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from sdftrack.viz.overlay import STATUS_RGB
@@ -33,6 +33,11 @@ class Panel:
         Draws the last frame once more, after a change of a setting.
     note : str
         Shown above everything, if not "".
+
+    Attributes
+    ----------
+    message : str
+        A sentence for the user, shown above the statuses by the next `update`.
     """
 
     def __init__(
@@ -50,6 +55,7 @@ class Panel:
             gui.add_html(f'<div style="{STYLE}">{html.escape(note)}</div>')
         self._rates = gui.add_html("")
         self._lines = gui.add_html("")
+        self.message = ""
         self._names: list[str] = []
         self._plot: Any = None
         self._choice = gui.add_dropdown(
@@ -109,7 +115,8 @@ class Panel:
     def update(self, shown: Shown, history: History) -> None:
         rate = history.rate_hz() if shown.rate_hz is None else shown.rate_hz
         self._rates.content = rates_html(rate, shown.latency_s, shown.dropped)
-        self._lines.content = lines_html(shown.result, shown.names, getattr(shown.frame, "error", ""))
+        heads = [text for text in (self.message, getattr(shown.frame, "error", "")) if text]
+        self._lines.content = lines_html(shown.result, shown.names, heads)
         times, *confidences = history.confidences(len(self._names))
         if len(times) < 2 or not confidences:
             return
@@ -144,9 +151,9 @@ def rates_html(rate_hz: float | None, latency_s: float | None, dropped: int | No
     return f'<div style="{STYLE}">{", ".join(told)}</div>'
 
 
-def lines_html(result: Any, names: list[str], error: str = "") -> str:
-    """A line for each object: name, status, confidence, reason; all text is escaped."""
-    lines = [f"<div>{html.escape(error)}</div>"] if error else []
+def lines_html(result: Any, names: list[str], heads: Sequence[str] = ()) -> str:
+    """`heads`, and a line for each object: name, status, confidence, reason; all text is escaped."""
+    lines = [f"<div>{html.escape(text)}</div>" for text in heads]
     for k, status in enumerate(result.status if result is not None else ()):
         dot = "rgb({},{},{})".format(*object_rgb(k))
         color = "rgb({},{},{})".format(*STATUS_RGB[str(status)])

@@ -166,6 +166,13 @@ class Viewer(ClosedByWith):
             out.append(self._requests.popleft())
         return out
 
+    def tell(self, text: str) -> None:
+        """Show a sentence above the statuses, e.g. what the user should do; "" removes it.
+
+        It appears with the next frame.
+        """
+        self._panel.message = text
+
     def set_mesh(self, k: int, mesh: Mesh) -> None:
         """Show another 3-D model of object `k`: a reconstruction that has grown. Appears with the next frame."""
         with self._lock:
