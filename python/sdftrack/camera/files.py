@@ -109,8 +109,8 @@ def _from_matrix(make: type[Camera], path: Path, width: int | None, height: int 
 def distortion_from_ros(model: str, D: Any) -> tuple[float, ...]:
     """OpenCV's coefficients of a lens; ValueError for a model that they do not describe.
 
-    A fisheye lens (equidistant) is refused also with coefficients of zero, because without them it is no pinhole. An empty
-    name stands for a pinhole, as drivers without a calibration leave it.
+    A fisheye lens (equidistant) is refused also with coefficients of zero, because it is no pinhole then either. An
+    empty name stands for a pinhole, as drivers without a calibration leave it.
     """
     lens = tuple(float(k) for k in D)
     sizes = {"plumb_bob": (4, 5), "rational_polynomial": (8,)}
