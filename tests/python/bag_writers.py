@@ -62,10 +62,14 @@ def image(topic: str, stamp: int, frame_id: str, pixels: np.ndarray, encoding: s
 
 
 def compressed(topic: str, stamp: int, frame_id: str, data: bytes, text: str) -> Message:
-    return Message(topic, COMPRESSED, stamp, frame_id, {"format": text, "data": np.frombuffer(data, np.uint8)})
+    return Message(
+        topic, COMPRESSED, stamp, frame_id, {"format": text, "data": np.frombuffer(data, np.uint8)}
+    )
 
 
-def info(topic: str, stamp: int, frame_id: str, camera: st.Camera, model: str = "plumb_bob", **also: Any) -> Message:
+def info(
+    topic: str, stamp: int, frame_id: str, camera: st.Camera, model: str = "plumb_bob", **also: Any
+) -> Message:
     P = np.hstack([camera.K, np.zeros((3, 1))]).ravel()
     D = np.array(camera.distortion or (0.0,) * 5)
     values = {"height": camera.height, "width": camera.width, "distortion_model": model, "d": D}
@@ -73,7 +77,9 @@ def info(topic: str, stamp: int, frame_id: str, camera: st.Camera, model: str = 
     return Message(topic, INFO, stamp, frame_id, {**values, **also})
 
 
-def transform(parent: str, child: str, T: np.ndarray, stamp: int = T0_NS, topic: str = "/tf_static") -> Message:
+def transform(
+    parent: str, child: str, T: np.ndarray, stamp: int = T0_NS, topic: str = "/tf_static"
+) -> Message:
     """T_parent_child, by its quaternion (a rotation by less than half a turn)."""
     w = np.sqrt(1 + np.trace(T[:3, :3])) / 2
     x, y, z = (
@@ -81,7 +87,9 @@ def transform(parent: str, child: str, T: np.ndarray, stamp: int = T0_NS, topic:
         (T[0, 2] - T[2, 0]) / (4 * w),
         (T[1, 0] - T[0, 1]) / (4 * w),
     )
-    return Message(topic, TRANSFORM, stamp, parent, {"child": child, "t": T[:3, 3].tolist(), "q": [x, y, z, w]})
+    return Message(
+        topic, TRANSFORM, stamp, parent, {"child": child, "t": T[:3, 3].tolist(), "q": [x, y, z, w]}
+    )
 
 
 def recording(
@@ -138,7 +146,9 @@ def _store(ros1: bool) -> Any:
 
     store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
     if ROS_TYPES[TRANSFORM] not in store.types:
-        store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", ROS_TYPES[TRANSFORM]))
+        store.register(
+            get_types_from_msg("geometry_msgs/TransformStamped[] transforms", ROS_TYPES[TRANSFORM])
+        )
     return store
 
 

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from bag_writers import (
@@ -65,7 +67,9 @@ def test_a_recording_comes_back_bit_by_bit(tmp_path, kind):
         assert seq.name == "bag"
         assert_same(seq, whole)
         assert_same(seq, whole, [4, 1, 5, 0, 2, 2, 3])  # in any order
-    with st.open_sequence(path, layout=layout_of(kind), depth_topic=DEPTH_TOPIC, color_topic=COLOR_TOPIC) as seq:
+    with st.open_sequence(
+        path, layout=layout_of(kind), depth_topic=DEPTH_TOPIC, color_topic=COLOR_TOPIC
+    ) as seq:
         assert_same(seq, whole)
 
 
@@ -82,9 +86,7 @@ def test_the_colour_camera_and_its_pose_come_from_the_recording(tmp_path, kind):
 
 
 def test_rendered_frames_come_back(tmp_path):
-    shape = st.Mesh.load  # the library's own scenes are recorded as well as noise
-    assert shape
-    seq = st.synth.sequence(st.synth.duck(), 3, camera=CAMERA, noise="kinect", seed=1)
+    seq = st.synth.sequence(st.SDF.sphere(0.06), 3, camera=CAMERA, noise="kinect", seed=1)
     path = write(tmp_path, recording(seq), "ros2-mcap")
     with st.open_sequence(path) as back:
         for frame, original in zip(back, seq, strict=True):
@@ -140,9 +142,7 @@ def test_a_folder_compressed_as_a_whole_says_what_to_do(tmp_path):
 
 
 def test_the_colour_nearest_in_time_is_taken_whenever_it_was_recorded(tmp_path):
-    """The driver writes colour 70 ms after depth, two frames later; only the times in the headers are those of images."""
-    from dataclasses import replace
-
+    """The driver writes colour two frames after depth; only the times in the headers are those of the images."""
     messages = [
         replace(m, recorded=m.stamp + 75_000_000) if m.topic == COLOR_TOPIC else m for m in recording(scene())
     ]
@@ -160,8 +160,6 @@ def test_colour_beyond_half_a_frame_is_not_taken(tmp_path):
 
 
 def test_headers_without_a_time_take_that_of_recording(tmp_path):
-    from dataclasses import replace
-
     messages = [replace(m, stamp=0, recorded=m.time) for m in recording(scene(), color_delay_ns=0)]
     with st.open_sequence(write(tmp_path, messages, "ros1")) as seq:
         step = np.diff([frame.timestamp for frame in seq])

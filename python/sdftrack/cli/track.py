@@ -12,7 +12,9 @@ from typing import Annotated, Any
 import typer
 
 from sdftrack.cli.common import (
+    ColorTopicOption,
     ConfigOption,
+    DepthTopicOption,
     Device,
     DeviceOption,
     LayoutOption,
@@ -25,7 +27,7 @@ from sdftrack.cli.common import (
     StopOption,
     ThreadsOption,
     Usage,
-    check_layout,
+    opening,
     progress,
     tracker_settings,
 )
@@ -48,7 +50,7 @@ class Job:
     overlay: list[Path]
     overwrite: bool
     part: slice
-    layout: str
+    source: dict[str, Any]  # arguments of open_sequence
     unit: str | None
     voxels: int
     holes: str
@@ -101,6 +103,8 @@ def track(
     stop: StopOption = None,
     step: StepOption = 1,
     layout: LayoutOption = "auto",
+    depth_topic: DepthTopicOption = None,
+    color_topic: ColorTopicOption = None,
     unit: Annotated[str | None, typer.Option(help="Unit of the meshes: m, mm, cm or in.")] = None,
     voxels: Annotated[
         int, typer.Option(min=8, help="Voxels along the longest side of a model's volume.")
@@ -143,7 +147,7 @@ def track(
             "expected gt or a file of poses: --mode rgb uses no depth, so it cannot search for an object",
             "--init",
         )
-    check_layout(layout)
+    source = opening(layout, depth_topic, color_topic)
     assert out is not None
     options = {**tracker_settings(config, sensor), "device": device.value, "threads": threads}
     if outline is not None:
@@ -162,7 +166,7 @@ def track(
         overlay=overlay_mesh or [],
         overwrite=overwrite,
         part=part,
-        layout=layout,
+        source=source,
         unit=unit,
         voxels=voxels,
         holes=holes,
@@ -207,7 +211,7 @@ def _track_one(folder: Path, out: Path, job: Job) -> list[str]:
     import sdftrack as st
     from sdftrack.cli.track_summary import lost_throughout, show_summary
 
-    with st.open_sequence(folder, layout=job.layout) as seq:
+    with st.open_sequence(folder, **job.source) as seq:
         numbers = range(len(seq))[job.part]
         if not len(numbers):
             raise ValueError(f"--start, --stop: expected some of the {len(seq)} frames of {folder}, got none")
