@@ -107,10 +107,15 @@ def _from_matrix(make: type[Camera], path: Path, width: int | None, height: int 
 
 
 def distortion_from_ros(model: str, D: Any) -> tuple[float, ...]:
+    """OpenCV's coefficients of a lens; ValueError for a model that they do not describe.
+
+    A fisheye lens (equidistant) is refused also with coefficients of zero, because it is no pinhole then either. An
+    empty name stands for a pinhole, as drivers without a calibration leave it.
+    """
     lens = tuple(float(k) for k in D)
-    if not any(lens):
-        return ()
     sizes = {"plumb_bob": (4, 5), "rational_polynomial": (8,)}
+    if not any(lens) and (model in sizes or model.lower() in ("", "none")):
+        return ()
     if len(lens) not in sizes.get(model, ()):
         raise ValueError(
             f"distortion_model: expected plumb_bob (4 or 5 numbers) or rational_polynomial (8), got "

@@ -12,7 +12,9 @@ from typing import Annotated, Any
 import typer
 
 from sdftrack.cli.common import (
+    ColorTopicOption,
     ConfigOption,
+    DepthTopicOption,
     Device,
     DeviceOption,
     LayoutOption,
@@ -25,7 +27,7 @@ from sdftrack.cli.common import (
     ThreadsOption,
     Usage,
     check_cpu_only,
-    check_layout,
+    opening,
     show_table,
 )
 from sdftrack.cli.progress import progress_counter
@@ -58,6 +60,8 @@ def color(
     stop: StopOption = None,
     step: StepOption = 1,
     layout: LayoutOption = "auto",
+    depth_topic: DepthTopicOption = None,
+    color_topic: ColorTopicOption = None,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of the search for consistent pairs.")] = 0,
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,
@@ -75,7 +79,7 @@ def color(
         raise Usage(f"expected metres above 0, got {ball_radius:g}", "--ball-radius")
     if fps is not None and not (math.isfinite(fps) and fps > 0):
         raise Usage(f"expected frames per second above 0, got {fps:g}", "--fps")
-    check_layout(layout)
+    source = opening(layout, depth_topic, color_topic)
     check_cpu_only(config, device)
     import sdftrack as st
     from sdftrack.io.out_folder import prepare_folder, refuse_folder, refuse_inputs
@@ -83,7 +87,7 @@ def color(
     refuse_folder(out, overwrite)  # now, not after the work
     refuse_inputs(out, FILES, [("SEQ", seq / "camera.json"), ("--color-camera", color_camera)])
     lens = None if color_camera is None else st.Camera.load(color_camera)
-    with _opened(seq, layout) as whole:
+    with _opened(seq, source) as whole:
         numbers = range(len(whole))[start:stop:step]
         if not len(numbers):
             raise ValueError(f"--start, --stop: expected some of the {len(whole)} frames of {seq}, got none")
@@ -146,16 +150,14 @@ def _color(text: str | None) -> tuple[float, ...] | None:
     return values
 
 
-def _opened(path: Path, layout: str) -> Any:
+def _opened(path: Path, arguments: dict[str, Any]) -> Any:
     """The sequence with its colour images of any size, because they are not registered yet."""
     import sdftrack as st
-    from sdftrack.io.datasets.images import ImageFrames
 
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=".*colour images of .* are ignored")
-        seq = st.open_sequence(path, layout=layout)
-    if isinstance(seq._frames, ImageFrames):
-        seq._frames.take_color_of_any_size()
+        seq = st.open_sequence(path, **arguments)
+    seq.take_unregistered_color()
     return seq
 
 

@@ -11,7 +11,9 @@ from typing import Annotated, Any
 import typer
 
 from sdftrack.cli.common import (
+    ColorTopicOption,
     ConfigOption,
+    DepthTopicOption,
     Device,
     DeviceOption,
     LayoutOption,
@@ -22,7 +24,7 @@ from sdftrack.cli.common import (
     ThreadsOption,
     Usage,
     check_cpu_only,
-    check_layout,
+    opening,
     show_table,
 )
 from sdftrack.cli.progress import progress_counter
@@ -55,6 +57,8 @@ def depth(
     stop: StopOption = None,
     step: StepOption = 1,
     layout: LayoutOption = "auto",
+    depth_topic: DepthTopicOption = None,
+    color_topic: ColorTopicOption = None,
     unit: Annotated[str | None, typer.Option(help="Unit of the mesh: m, mm, cm or in.")] = None,
     voxels: Annotated[int, typer.Option(min=8, help="Voxels along its longest side.")] = 200,
     config: ConfigOption = None,
@@ -76,12 +80,12 @@ def depth(
         )
     if unit not in (None, *UNITS):
         raise Usage(f"expected {', '.join(UNITS)}, got {unit!r}", "--unit")
-    check_layout(layout)
+    arguments = opening(layout, depth_topic, color_topic)
     import sdftrack as st
     from sdftrack.calibration.depth_plots import plot_depth_errors
     from sdftrack.viz.plots import save_figure
 
-    opened = [st.open_sequence(path, layout=layout) for path in seqs]
+    opened = [st.open_sequence(path, **arguments) for path in seqs]
     try:
         source = _Source(opened, seqs, slice(start, stop, step), model, unit, voxels)
         with progress_counter(quiet) as tell:

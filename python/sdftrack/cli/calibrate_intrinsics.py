@@ -14,7 +14,9 @@ import typer
 
 from sdftrack.cli.calibrate_intrinsics_files import FILES, show, write
 from sdftrack.cli.common import (
+    ColorTopicOption,
     ConfigOption,
+    DepthTopicOption,
     Device,
     DeviceOption,
     LayoutOption,
@@ -27,7 +29,7 @@ from sdftrack.cli.common import (
     ThreadsOption,
     Usage,
     check_cpu_only,
-    check_layout,
+    opening,
 )
 from sdftrack.cli.init import INIT, Init, parse_inits, places
 from sdftrack.cli.progress import progress_counter
@@ -90,6 +92,8 @@ def intrinsics(
     stop: StopOption = None,
     step: StepOption = 1,
     layout: LayoutOption = "auto",
+    depth_topic: DepthTopicOption = None,
+    color_topic: ColorTopicOption = None,
     unit: Annotated[str | None, typer.Option(help="Unit of the mesh: m, mm, cm or in.")] = None,
     voxels: Annotated[int, typer.Option(min=8, help="Voxels along the longest side of the model.")] = 200,
     holes: Annotated[
@@ -116,7 +120,7 @@ def intrinsics(
         raise Usage(f"expected {', '.join(UNITS)}, got {unit!r}", "--unit")
     if holes not in ("error", "close"):
         raise Usage(f"expected error or close, got {holes!r}", "--holes")
-    check_layout(layout)
+    source = opening(layout, depth_topic, color_topic)
     check_cpu_only(config, device)
     import sdftrack as st
     from sdftrack.calibration.intrinsics_residuals import compare
@@ -124,7 +128,7 @@ def intrinsics(
 
     refuse_folder(out, overwrite)  # now, not after the work
     refuse_inputs(out, FILES, [("SEQ", seq / "camera.json"), ("--camera", camera), ("--model", model)])
-    with st.open_sequence(seq, layout=layout) as whole:
+    with st.open_sequence(seq, **source) as whole:
         numbers = range(len(whole))[start:stop:step]
         if not len(numbers):
             raise ValueError(f"--start, --stop: expected some of the {len(whole)} frames of {seq}, got none")

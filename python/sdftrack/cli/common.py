@@ -14,7 +14,9 @@ import typer
 from sdftrack.evaluation.tables import text_table
 
 __all__ = [
+    "ColorTopicOption",
     "ConfigOption",
+    "DepthTopicOption",
     "Device",
     "DeviceOption",
     "LayoutOption",
@@ -29,8 +31,8 @@ __all__ = [
     "Usage",
     "check_common",
     "check_cpu_only",
-    "check_layout",
     "contour_settings",
+    "opening",
     "parse_box",
     "reconstructor_settings",
     "refuse_cuda",
@@ -72,7 +74,21 @@ OverwriteOption = Annotated[
 StartOption = Annotated[int, typer.Option(min=0, help="First frame.")]
 StopOption = Annotated[int | None, typer.Option(min=0, help="End frame (exclusive).")]
 StepOption = Annotated[int, typer.Option(min=1, help="Every n-th frame.")]
-LayoutOption = Annotated[str, typer.Option(help="auto, bop, tum, open3d, k1 or folders.")]
+LayoutOption = Annotated[
+    str, typer.Option(help="auto, bop, tum, open3d, k1, folders, ros1, ros2 or mcap (docs/data.md).")
+]
+DepthTopicOption = Annotated[
+    str | None,
+    typer.Option(
+        "--depth-topic", metavar="TOPIC", help="Depth images of a bag that has several topics of them."
+    ),
+]
+ColorTopicOption = Annotated[
+    str | None,
+    typer.Option(
+        "--color-topic", metavar="TOPIC", help="Colour images of a bag, likewise; none: without colour."
+    ),
+]
 
 
 def Usage(message: str, option: str | None = None) -> typer.BadParameter:
@@ -80,13 +96,14 @@ def Usage(message: str, option: str | None = None) -> typer.BadParameter:
     return typer.BadParameter(message, param_hint=option) if option else typer.BadParameter(message)
 
 
-def check_layout(layout: str) -> None:
-    """Usage error for an unknown layout."""
+def opening(layout: str, depth_topic: str | None, color_topic: str | None) -> dict[str, Any]:
+    """Keyword arguments for `open_sequence` from the options; usage error for an unknown layout."""
     from sdftrack.io.datasets import LAYOUTS
 
     known = ["auto", *LAYOUTS]
     if layout not in known:
         raise Usage(f"expected one of {', '.join(known)}, got {layout!r}", "--layout")
+    return {"layout": layout, "depth_topic": depth_topic, "color_topic": color_topic}
 
 
 def check_cpu_only(config: Path | None, device: Device) -> None:

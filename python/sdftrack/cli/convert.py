@@ -10,7 +10,9 @@ from typing import Annotated, Any
 import typer
 
 from sdftrack.cli.common import (
+    ColorTopicOption,
     ConfigOption,
+    DepthTopicOption,
     Device,
     DeviceOption,
     LayoutOption,
@@ -22,7 +24,7 @@ from sdftrack.cli.common import (
     StopOption,
     ThreadsOption,
     check_cpu_only,
-    check_layout,
+    opening,
 )
 from sdftrack.cli.progress import progress
 from sdftrack.cli.recording import (
@@ -48,6 +50,8 @@ def convert(
     stop: StopOption = None,
     step: StepOption = 1,
     layout: LayoutOption = "auto",
+    depth_topic: DepthTopicOption = None,
+    color_topic: ColorTopicOption = None,
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,
     threads: ThreadsOption = 0,
@@ -62,9 +66,9 @@ def convert(
     from sdftrack.io.writers import Contents
 
     out = check_to(to, out)
-    check_layout(layout)
+    source = opening(layout, depth_topic, color_topic)
     check_cpu_only(config, device)
-    with st.open_sequence(seq, layout=layout) as whole:
+    with st.open_sequence(seq, **source) as whole:
         if out.resolve() == seq.resolve():
             raise ValueError(f"--out: expected another folder than the sequence {seq}, got the same")
         part = whole[slice(start, stop, step)]

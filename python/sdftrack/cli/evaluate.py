@@ -9,15 +9,18 @@ from typing import Annotated
 import typer
 
 from sdftrack.cli.common import (
+    ColorTopicOption,
     ConfigOption,
+    DepthTopicOption,
     Device,
     DeviceOption,
+    LayoutOption,
     OutOption,
     OverwriteOption,
     QuietOption,
     ThreadsOption,
     check_cpu_only,
-    check_layout,
+    opening,
     show_table,
 )
 from sdftrack.cli.symmetries import check_symmetry, symmetries_of
@@ -30,7 +33,9 @@ def evaluate(
     seq: Annotated[str, typer.Argument(metavar="SEQ", help="The sequence with ground truth.")],
     out: OutOption = None,
     overwrite: OverwriteOption = False,
-    layout: Annotated[str, typer.Option(help="auto, bop, tum, open3d, k1 or folders.")] = "auto",
+    layout: LayoutOption = "auto",
+    depth_topic: DepthTopicOption = None,
+    color_topic: ColorTopicOption = None,
     symmetry: Annotated[
         str,
         typer.Option(
@@ -57,12 +62,12 @@ def evaluate(
     from sdftrack.evaluation.tables import text_table
     from sdftrack.recorder import prepare_folder
 
-    check_layout(layout)
+    source = opening(layout, depth_topic, color_topic)
     check_cpu_only(config, device)
     if symmetry != "recorded":
         check_symmetry(symmetry)
     report = read_results(directory)
-    with st.open_sequence(seq, layout=layout) as sequence:
+    with st.open_sequence(seq, **source) as sequence:
         objects = [int(o["obj_id"]) for o in report["frames"][0]["objects"]] if report["frames"] else []
         known = None if symmetry == "recorded" else symmetries_of(symmetry, sequence, objects)
         scores = compare(report, sequence, known)

@@ -11,7 +11,9 @@ from typing import Annotated, Any
 import typer
 
 from sdftrack.cli.common import (
+    ColorTopicOption,
     ConfigOption,
+    DepthTopicOption,
     Device,
     DeviceOption,
     LayoutOption,
@@ -24,7 +26,7 @@ from sdftrack.cli.common import (
     ThreadsOption,
     Usage,
     check_cpu_only,
-    check_layout,
+    opening,
     parse_box,
 )
 from sdftrack.cli.progress import progress
@@ -78,6 +80,8 @@ def fit(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Random seed of the initial guesses.")] = 0,
     layout: LayoutOption = "auto",
+    depth_topic: DepthTopicOption = None,
+    color_topic: ColorTopicOption = None,
     config: ConfigOption = None,
     device: DeviceOption = Device.auto,
     threads: ThreadsOption = 0,
@@ -95,7 +99,7 @@ def fit(
         raise Usage("expected a folder for the results: --out DIR", "--out")
     from sdftrack.io.out_folder import refuse_inputs
 
-    check_layout(layout)
+    arguments = opening(layout, depth_topic, color_topic)
     check_cpu_only(config, device)
     if mask is not None and box is not None:
         raise Usage("expected --mask or --box, got both", "--mask")
@@ -123,7 +127,7 @@ def fit(
         if unit is not None:
             raise Usage("expected no unit with a sequence, whose depth has its own", "--unit")
         window = None if box is None else parse_box(box)
-        _fit_sequence(source, kind.value, out, overwrite, (mask, window), part, layout, options, quiet)
+        _fit_sequence(source, kind.value, out, overwrite, (mask, window), part, arguments, options, quiet)
 
 
 def _fit_cloud(source: Path, kind: str, out: Path, overwrite: bool, options: Any, quiet: bool) -> None:
@@ -148,7 +152,7 @@ def _fit_sequence(
     overwrite: bool,
     place: tuple[Path | None, tuple[float, ...] | None],
     part: slice,
-    layout: str,
+    arguments: dict[str, Any],
     options: dict[str, Any],
     quiet: bool,
 ) -> None:
@@ -157,7 +161,7 @@ def _fit_sequence(
     from sdftrack.viz.pictures import save_picture
     from sdftrack.viz.primitives import draw_primitives
 
-    with st.open_sequence(source, layout=layout) as seq:
+    with st.open_sequence(source, **arguments) as seq:
         numbers = range(len(seq))[part]
         if not len(numbers):
             raise ValueError(

@@ -12,7 +12,9 @@ import typer
 
 from sdftrack._internal.extras import need
 from sdftrack.cli.common import (
+    ColorTopicOption,
     ConfigOption,
+    DepthTopicOption,
     Device,
     DeviceOption,
     LayoutOption,
@@ -24,7 +26,7 @@ from sdftrack.cli.common import (
     StopOption,
     ThreadsOption,
     Usage,
-    check_layout,
+    opening,
     reconstructor_settings,
     refuse_cuda,
 )
@@ -58,7 +60,7 @@ class Job:
     texture: int | None
     overwrite: bool
     part: slice
-    layout: str
+    source: dict[str, Any]  # arguments of open_sequence
     video: bool
     device: str
     threads: int
@@ -175,6 +177,8 @@ def reconstruct(
     stop: StopOption = None,
     step: StepOption = 1,
     layout: LayoutOption = "auto",
+    depth_topic: DepthTopicOption = None,
+    color_topic: ColorTopicOption = None,
     no_video: Annotated[
         bool, typer.Option("--no-video", help="Do not write overlay.mp4 and turntable.mp4.")
     ] = False,
@@ -201,7 +205,7 @@ def reconstruct(
     refuse_cuda(device)
     if extent is not None and not 0 < extent < 10:
         raise Usage(f"expected metres above 0 and below 10, got {extent:g}", "--extent")
-    check_layout(layout)
+    source = opening(layout, depth_topic, color_topic)
     if evolution not in (None, "ours", "printed"):
         raise Usage(f"expected ours or printed, got {evolution!r}", "--evolution")
     # What is missing is told now, not after all frames.
@@ -226,7 +230,7 @@ def reconstruct(
         texture=texture,
         overwrite=overwrite,
         part=slice(start, stop, step),
-        layout=layout,
+        source=source,
         video=not no_video,
         device=device.value,
         threads=threads,
@@ -271,7 +275,7 @@ def _reconstruct_one(folder: Path, out: Path, job: Job) -> None:
     from sdftrack.cli.reconstruct_run import Run
     from sdftrack.cli.reconstruct_then import check_further
 
-    with st.open_sequence(folder, layout=job.layout) as seq:
+    with st.open_sequence(folder, **job.source) as seq:
         numbers = range(len(seq))[job.part]
         if not len(numbers):
             raise ValueError(f"--start, --stop: expected some of the {len(seq)} frames of {folder}, got none")

@@ -71,7 +71,7 @@ def check_further(further: Further, job: Any, camera: Any) -> None:
     """Check a further recording in advance; `camera` is that of the first recording."""
     import sdftrack as st
 
-    with st.open_sequence(further.folder, layout=job.layout) as seq:
+    with st.open_sequence(further.folder, **job.source) as seq:
         if seq.camera != camera:
             raise ValueError(
                 f"{further.folder}: expected the camera of the first recording, {camera!r}, got {seq.camera!r}"
@@ -95,7 +95,7 @@ def follow_further(run: Any, further: Further, number: int, stack: Any, tell: Te
     import sdftrack as st
 
     star, job = run.star, run.job
-    seq = stack.enter_context(st.open_sequence(further.folder, layout=job.layout))
+    seq = stack.enter_context(st.open_sequence(further.folder, **job.source))
     numbers, frame, place = _first(further, seq, job)
     result = star.resume(frame, **place.arguments)
     if not result.ok:

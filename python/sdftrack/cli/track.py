@@ -13,7 +13,9 @@ from typing import Annotated, Any
 import typer
 
 from sdftrack.cli.common import (
+    ColorTopicOption,
     ConfigOption,
+    DepthTopicOption,
     Device,
     DeviceOption,
     LayoutOption,
@@ -26,7 +28,7 @@ from sdftrack.cli.common import (
     StopOption,
     ThreadsOption,
     Usage,
-    check_layout,
+    opening,
     tracker_settings,
 )
 from sdftrack.cli.init import INIT, Init, begin, parse_inits
@@ -49,7 +51,7 @@ class Job:
     overlay: list[Path]
     overwrite: bool
     part: slice
-    layout: str
+    source: dict[str, Any]  # arguments of open_sequence
     unit: str | None
     voxels: int
     holes: str
@@ -102,6 +104,8 @@ def track(
     stop: StopOption = None,
     step: StepOption = 1,
     layout: LayoutOption = "auto",
+    depth_topic: DepthTopicOption = None,
+    color_topic: ColorTopicOption = None,
     unit: Annotated[str | None, typer.Option(help="Unit of the meshes: m, mm, cm or in.")] = None,
     voxels: Annotated[
         int, typer.Option(min=8, help="Voxels along the longest side of a model's volume.")
@@ -144,7 +148,7 @@ def track(
             "expected gt or a file of poses: --mode rgb uses no depth, so it cannot search for an object",
             "--init",
         )
-    check_layout(layout)
+    source = opening(layout, depth_topic, color_topic)
     assert out is not None
     options = {**tracker_settings(config, sensor), "device": device.value, "threads": threads}
     if outline is not None:
@@ -163,7 +167,7 @@ def track(
         overlay=overlay_mesh or [],
         overwrite=overwrite,
         part=part,
-        layout=layout,
+        source=source,
         unit=unit,
         voxels=voxels,
         holes=holes,
@@ -209,7 +213,7 @@ def _track_one(folder: Path, out: Path, job: Job) -> list[str]:
     from sdftrack._internal.background import read_ahead
     from sdftrack.cli.track_summary import StatusCounts, lost_throughout, show_summary
 
-    with st.open_sequence(folder, layout=job.layout) as seq:
+    with st.open_sequence(folder, **job.source) as seq:
         numbers = range(len(seq))[job.part]
         if not len(numbers):
             raise ValueError(f"--start, --stop: expected some of the {len(seq)} frames of {folder}, got none")

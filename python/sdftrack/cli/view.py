@@ -10,7 +10,9 @@ from typing import Annotated, Any
 import typer
 
 from sdftrack.cli.common import (
+    ColorTopicOption,
     ConfigOption,
+    DepthTopicOption,
     Device,
     DeviceOption,
     LayoutOption,
@@ -20,7 +22,7 @@ from sdftrack.cli.common import (
     ThreadsOption,
     Usage,
     check_cpu_only,
-    check_layout,
+    opening,
 )
 
 MESHES = (".ply", ".obj", ".glb", ".stl")
@@ -48,6 +50,8 @@ def view(
     ] = None,
     unit: Annotated[str | None, typer.Option(help="Unit of the meshes: m, mm, cm or in.")] = None,
     layout: LayoutOption = "auto",
+    depth_topic: DepthTopicOption = None,
+    color_topic: ColorTopicOption = None,
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     config: ConfigOption = None,
@@ -59,7 +63,7 @@ def view(
 
     The page's save button writes the image that it shows into DIR of --out, as view_NNNNNN.png.
     """
-    check_layout(layout)
+    source = opening(layout, depth_topic, color_topic)
     check_cpu_only(config, device)
     if unit not in (None, "m", "mm", "cm", "in"):
         raise Usage(f"expected m, mm, cm or in, got {unit!r}", "--unit")
@@ -70,7 +74,7 @@ def view(
     if not path.exists():
         raise FileNotFoundError(f"{path}: no such folder or file")
     mesh = path.is_file() and path.suffix.lower() in MESHES
-    shown = load_mesh_alone(path, unit) if mesh else load_recording(path, seq, layout, unit)
+    shown = load_mesh_alone(path, unit) if mesh else load_recording(path, seq, source, unit)
     try:
         if out is not None:
             from sdftrack.recorder import prepare_folder

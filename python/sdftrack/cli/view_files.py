@@ -26,12 +26,15 @@ class Recording:
         getattr(self.frames, "close", lambda: None)()
 
 
-def load_recording(path: Path, seq: str | None, layout: str, unit: str | None) -> Recording:
-    """A result folder of `track` or `reconstruct`, or a sequence without results."""
+def load_recording(path: Path, seq: str | None, arguments: dict[str, Any], unit: str | None) -> Recording:
+    """A result folder of `track` or `reconstruct`, or a sequence without results.
+
+    `arguments`: those of `open_sequence`.
+    """
     import sdftrack as st
 
     if not (path / "report.json").is_file():
-        sequence = st.open_sequence(path, layout=layout)
+        sequence = st.open_sequence(path, **arguments)
         return Recording(sequence, sequence.camera, [None] * len(sequence))
     from sdftrack.evaluation.report import read_results
 
@@ -40,7 +43,9 @@ def load_recording(path: Path, seq: str | None, layout: str, unit: str | None) -
     source = seq if seq is not None else settings.get("sequence")
     if source is None:
         raise ValueError(f"--seq: expected the sequence of {path}, which its report does not name, got none")
-    sequence = st.open_sequence(source, layout=settings.get("layout", "auto") if seq is None else layout)
+    if seq is None:
+        arguments = {**arguments, "layout": settings.get("layout", "auto")}
+    sequence = st.open_sequence(source, **arguments)
     try:
         number = {im_id: i for i, im_id in enumerate(sequence.ids)}
         rows = report["frames"]

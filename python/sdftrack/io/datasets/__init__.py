@@ -23,7 +23,7 @@ def open_sequence(path: str | os.PathLike[str], layout: str = "auto", **options:
     ----------
     path : folder or file
         docs/data.md describes the layouts.
-    layout : "auto", "bop", "tum", "open3d", "k1" or "folders"
+    layout : "auto", "bop", "tum", "open3d", "k1", "folders", "ros1", "ros2" or "mcap"
     **options
         Those of the layout; None counts as not given.
 
@@ -77,4 +77,4 @@ def _detected(root: Path) -> Layout:
 
 
 # The readers register themselves; the order is the order in which they are tried.
-from sdftrack.io.datasets import bop, k1, tum, folders, open3d  # noqa: E402, F401, I001
+from sdftrack.io.datasets import bop, k1, tum, folders, open3d, bags  # noqa: E402, F401, I001

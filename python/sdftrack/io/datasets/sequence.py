@@ -139,6 +139,15 @@ class Sequence(ClosedByWith):
         i = range(len(self))[i]
         return {} if self._masks is None else self._masks(i)
 
+    def take_unregistered_color(self) -> None:
+        """Also read colour images that have no mapping to depth, of any size, to estimate that mapping from them.
+
+        Without an effect on frames that are in memory, which have their images already.
+        """
+        take = getattr(self._frames, "take_color_of_any_size", None)
+        if take is not None:
+            take()
+
     def close(self) -> None:
         """Close open files; frames already returned stay valid. A second call does nothing."""
         close, self._close = self._close, None
@@ -165,6 +174,9 @@ class _Picked:
 
     def __getitem__(self, i: int) -> Frame:
         return self._whole[self._numbers[i]]
+
+    def take_color_of_any_size(self) -> None:
+        self._whole.take_unregistered_color()
 
 
 class LazyModels(Mapping[int, Any]):

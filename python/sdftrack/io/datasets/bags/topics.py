@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: MIT
+"""Which topics hold the depth and the colour images: the only ones that fit, or those that are named."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from sdftrack.io.datasets.bags.bag import Bag, Topic
+from sdftrack.io.datasets.bags.decoding import IMAGE_TYPES
+from sdftrack.io.datasets.bags.pictures import DEPTH_ENCODINGS, encoding_of
+
+__all__ = ["choose_color", "choose_depth", "kind_of", "same_image"]
+
+# Images of infrared cameras have the encodings of depth or grey images; only their names tell.
+INFRARED = re.compile(r"(^|[/_])(ir|infra\w*|confidence|amplitude)\d?([/_]|$)", re.IGNORECASE)
+TRANSPORTS = ("compressed", "compresseddepth", "rvl", "zstd")
+LOOKED_AT = 5  # messages at the beginning of a topic
+NONE = "none"
+
+
+def same_image(topic: str) -> str:
+    """The topic without the name of a transport: /a/image/compressed holds the images of /a/image."""
+    start, _, last = topic.rpartition("/")
+    return start if start and last.lower() in TRANSPORTS else topic
+
+
+def kind_of(bag: Bag, topic: Topic) -> str:
+    """ "depth", "color", or "" for a topic that holds neither; by its first messages."""
+    if topic.type not in IMAGE_TYPES or not topic.count:
+        return ""
+    messages = bag.messages(topic.name)
+    for i in range(min(LOOKED_AT, len(messages))):
+        try:
+            encoding = encoding_of(messages[i])
+        except ValueError:
+            continue
+        if encoding not in DEPTH_ENCODINGS:
+            return "color"
+        # Infrared images are often mono16, so for that encoding the name must say "depth".
+        return "depth" if encoding != "mono16" or "depth" in topic.name.lower() else ""
+    return ""
+
+
+def choose_depth(bag: Bag, wanted: str | None) -> Topic:
+    """ValueError with the topics that fit, if it is not certain."""
+    fitting = [t for t in bag.topics.values() if kind_of(bag, t) == "depth"]
+    if wanted is not None:
+        return _named(bag, wanted, fitting, "depth_topic", "depth images")
+    found = _plain(fitting)
+    if not found:
+        topics = _listed(t for t in bag.topics.values() if t.count) or "none"
+        raise ValueError(
+            f"{bag.path}: the recording has no depth images, which the trackers require; its topics: {topics}"
+        )
+    if len(found) > 1:
+        raise ValueError(
+            f"depth_topic: {bag.path} has several topics with depth images; choose one of: {_listed(found)}"
+        )
+    return found[0]
+
+
+def choose_color(bag: Bag, wanted: str | None, depth: Topic) -> Topic | None:
+    """None without colour, or for "none"; ValueError as for depth."""
+    if wanted == NONE:
+        return None
+    fitting = [t for t in bag.topics.values() if kind_of(bag, t) == "color" and t != depth]
+    if wanted is not None:
+        return _named(bag, wanted, fitting, "color_topic", "colour images")
+    found = _plain(fitting)
+    if len(found) > 1:
+        raise ValueError(
+            f'color_topic: {bag.path} has several topics with colour images; choose one, or "none", of: '
+            f"{_listed(found)}"
+        )
+    return found[0] if found else None
+
+
+def _named(bag: Bag, wanted: str, fitting: list[Topic], option: str, what: str) -> Topic:
+    for name in (wanted, f"/{wanted}"):
+        topic = bag.topics.get(name)
+        if topic is not None and topic.type in IMAGE_TYPES and topic.count:
+            return topic
+    raise ValueError(
+        f"{option}: expected a topic of {bag.path} with {what}, got {wanted!r}; those that fit: "
+        f"{_listed(fitting) or 'none'}"
+    )
+
+
+def _plain(topics: list[Topic]) -> list[Topic]:
+    """Without infrared images, and of several transports of the same images the raw one."""
+    by_image: dict[str, Topic] = {}
+    for topic in sorted(topics, key=lambda t: same_image(t.name) != t.name):
+        if not INFRARED.search(topic.name):
+            by_image.setdefault(same_image(topic.name), topic)
+    return sorted(by_image.values(), key=lambda t: t.name)
+
+
+def _listed(topics: Iterable[Topic]) -> str:
+    return ", ".join(map(str, topics))
