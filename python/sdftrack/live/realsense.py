@@ -128,7 +128,8 @@ class RealSense:
         self.camera = RGBDCamera.from_realsense(_Streams(depth, found and found[1]))
         if self._preset is not None:
             set_preset(rs, sensor, self._preset)
-        self._scale = float(sensor.get_option(rs.option.depth_units))
+        # The SDK has float32: its shortest decimal, 0.00025, is what the device means and what files say.
+        self._scale = float(str(np.float32(sensor.get_option(rs.option.depth_units))))
         self._aligned = AlignedToDepth(rs) if self._align and found else None
         if self._aligned:
             self.camera = RGBDCamera(self.camera.depth)

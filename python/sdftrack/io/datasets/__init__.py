@@ -22,7 +22,7 @@ def open_sequence(path: str | os.PathLike[str], layout: str = "auto", **options:
     ----------
     path : folder or file
         docs/data.md describes the layouts.
-    layout : "auto", "bop", "tum", "open3d", "k1" or "folders"
+    layout : "auto", "bop", "tum", "open3d", "k1", "folders", "realsense" or "azure"
     **options
         Those of the layout; None counts as not given.
 
@@ -72,4 +72,4 @@ def _detected(root: Path) -> Layout:
 
 
 # The readers register themselves; the order is the order in which they are tried.
-from sdftrack.io.datasets import bop, k1, tum, folders, open3d  # noqa: E402, F401, I001
+from sdftrack.io.datasets import bop, k1, tum, folders, open3d, realsense, azure  # noqa: E402, F401, I001
