@@ -18,7 +18,7 @@ from sdftrack.live.sources import CAMERAS, CameraLost, FrameSource
 
 __all__ = ["LiveCamera", "open_camera"]
 
-_DRIVERS = ("replay",)  # modules of this package, each of which registers its cameras
+_DRIVERS = ("replay", "realsense", "webcam")  # modules of this package, each of which registers its cameras
 RETRY_S = 0.5  # between attempts to connect again
 
 
