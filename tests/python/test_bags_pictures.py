@@ -26,7 +26,7 @@ CAMERA = st.Camera(40.0, 40.0, 23.5, 17.5, 48, 36)
 RNG = np.random.default_rng(0)
 UNITS = RNG.integers(500, 3000, CAMERA.shape).astype(np.uint16)
 UNITS[:4, 3:9] = 0
-METRES = UNITS.astype(np.float32) * np.float32(0.001)
+METRES = UNITS.astype(np.float32) / np.float32(1000)
 RGB = RNG.integers(0, 256, (*CAMERA.shape, 3), np.uint8)
 INFO = info("/camera/depth/camera_info", T0_NS, DEPTH_FRAME, CAMERA)
 

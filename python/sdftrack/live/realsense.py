@@ -68,6 +68,8 @@ class RealSense:
         No depth stream, a size, rate or preset that the camera does not have, or several cameras without a serial.
     """
 
+    _first: bool  # no image has arrived yet
+
     def __init__(
         self,
         serial: str = "",

@@ -44,6 +44,8 @@ class Webcam:
         A size or rate that the camera does not deliver, or intrinsics of another size.
     """
 
+    _first: bool  # no image has arrived yet
+
     def __init__(
         self,
         device: str = "",

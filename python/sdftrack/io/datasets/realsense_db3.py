@@ -49,7 +49,7 @@ def read_streams(path: Path) -> tuple[dict[str, RealSenseStream], float | None, 
         }
         streams: dict[str, RealSenseStream] = {}
         for name in topics:
-            sensor_and_stream, found, kind = name.rpartition("/image/data/")
+            sensor_and_stream, found, _ = name.rpartition("/image/data/")
             if not found or not name.startswith(PREFIX):
                 continue
             short = sensor_and_stream.rpartition("/")[2].partition("_")[0]  # "Depth_0"
