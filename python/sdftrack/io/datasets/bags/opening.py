@@ -45,6 +45,11 @@ def sequence_of(bag: Bag, layout: str, depth_topic: str | None, color_topic: str
                 )
         frames = BagFrames(bag, depth.name, "" if color is None else color.name, camera, use_color)
         return Sequence(frames, camera, layout=layout, name=bag.path.stem, close=bag.close)
+    except ValueError as error:
+        bag.close()
+        if bag.damage:  # the likely reason
+            raise ValueError(f"{error} ({bag.damage})") from None
+        raise
     except BaseException:
         bag.close()
         raise
