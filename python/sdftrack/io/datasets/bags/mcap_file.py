@@ -63,9 +63,7 @@ class McapFile(Part):
         self._file = path.open("rb")
         self._size = path.stat().st_size
         self._schemas: dict[int, Any] = {}
-        self._chunks: dict[
-            int, tuple[int, int, str]
-        ] = {}  # position -> position of the data, size, compression
+        self._chunks: dict[int, _Chunk] = {}  # by position
         self._last = LastChunks(self._content)
         self._places: dict[int, list[Entries]] = {}
         self._loose: dict[int, list[tuple[int, int, int]]] = {}  # messages outside of chunks
