@@ -13,9 +13,10 @@ namespace sdftrack::render {
 
 namespace {
 
-constexpr int kRowsPerChunk = 8;
 constexpr double kMinStepVoxels = 0.1;  // where the ray grazes the surface; thinner slivers may be missed
 constexpr double kRootTolerance_m = 1e-8;
+constexpr int kTile = 8;        // pixels; rays of a tile that misses as a whole are not traced
+constexpr double kSlope = 1.5;  // an interpolated distance changes by less than this per metre
 
 struct Ray {
   Vec3d origin, direction;  // object frame; direction has z = 1 in the camera's, so t is the depth
@@ -82,6 +83,54 @@ double first_zero(const SdfView& sdf, const Ray& ray, Span span) {
   return 0;
 }
 
+struct Box {
+  Vec3d low, high;
+};
+
+// Whether every ray of a tile of pixels misses the shape. The rays lie in a cone around the middle one;
+// spheres that contain the cone's cross-section are moved along it as long as they are outside.
+bool tile_misses(const SdfView& sdf, const Box& box, const Ray& middle, double cone, double far) {
+  const Vec3d margin{cone * far, cone * far, cone * far};
+  const Span span = clip(middle, box.low - margin, box.high + margin);
+  const double speed = kSlope * (norm(middle.direction) + cone);
+  const double min_step = kMinStepVoxels * static_cast<double>(sdf.voxel_m) / speed;
+  for (double t = span.near; t < span.far;) {
+    const double clearance = phi_at(sdf, middle, t) - kSlope * cone * t;
+    if (!(clearance > 0)) return false;
+    t += std::max(clearance / speed, min_step);
+  }
+  return true;
+}
+
+// The rays of a tile, from pixel (u0, v0) to before (u1, v1).
+class Tile {
+ public:
+  Tile(const Camera& camera, const Rigidd& T_obj_cam, int u0, int v0, int u1, int v1)
+      : middle_{T_obj_cam.t, T_obj_cam.R * camera.pixel_ray(0.5 * (u0 + u1 - 1), 0.5 * (v0 + v1 - 1))} {
+    for (const int u : {u0, u1 - 1})
+      for (const int v : {v0, v1 - 1})
+        cone_ = std::max(cone_, norm(T_obj_cam.R * camera.pixel_ray(u, v) - middle_.direction));
+    cone_ *= 1.1;  // a lens bends the rays between the corners
+  }
+
+  bool misses(const SdfView& sdf, const Box& box, double far) const {
+    return tile_misses(sdf, box, middle_, cone_, far);
+  }
+
+ private:
+  Ray middle_;
+  double cone_ = 0;  // m per metre of depth
+};
+
+// Depth of the corner of a box that is farthest from the camera.
+double farthest(const Rigidd& T_cam_obj, const Box& box) {
+  double far = 0;
+  for (const double x : {box.low.x, box.high.x})
+    for (const double y : {box.low.y, box.high.y})
+      for (const double z : {box.low.z, box.high.z}) far = std::max(far, (T_cam_obj * Vec3d{x, y, z}).z);
+  return far;
+}
+
 }  // namespace
 
 SdfImage raycast_sdf(const SdfView& sdf, const Camera& camera, const Rigidd& T_cam_obj, int threads) {
@@ -95,29 +144,36 @@ SdfImage raycast_sdf(const SdfView& sdf, const Camera& camera, const Rigidd& T_c
   if (px.empty()) return out;
 
   const Rigidd T_obj_cam = inverse(T_cam_obj);
-  const auto rows = [&](std::size_t chunk) {
-    const int begin = px.y0 + static_cast<int>(chunk) * kRowsPerChunk,
-              end = std::min(px.y1, begin + kRowsPerChunk);
-    for (int v = begin; v < end; ++v)
-      for (int u = px.x0; u < px.x1; ++u) {
-        const Ray ray{T_obj_cam.t, T_obj_cam.R * camera.pixel_ray(u, v)};
-        const Span span = clip(ray, low, high);
-        if (!(span.near < span.far)) continue;
-        const double depth = first_zero(sdf, ray, span);
-        if (!(depth > 0)) continue;
-        double phi;
-        Vec3d g;
-        sample(sdf, ray.at(depth), &phi, &g);
-        const Vec3d n = (1 / std::max(norm(g), 1e-12)) * (T_cam_obj.R * g);
-        const std::size_t i = static_cast<std::size_t>(v) * static_cast<std::size_t>(camera.width) +
-                              static_cast<std::size_t>(u);
-        out.depth_m[i] = static_cast<float>(depth);
-        out.normals_cam[3 * i] = static_cast<float>(n.x);
-        out.normals_cam[3 * i + 1] = static_cast<float>(n.y);
-        out.normals_cam[3 * i + 2] = static_cast<float>(n.z);
-      }
+  const Box box{low, high};
+  const double far = farthest(T_cam_obj, box);
+  const auto trace = [&](int v, int left, int right) {
+    for (int u = left; u < right; ++u) {
+      const Ray ray{T_obj_cam.t, T_obj_cam.R * camera.pixel_ray(u, v)};
+      const Span span = clip(ray, low, high);
+      if (!(span.near < span.far)) continue;
+      const double depth = first_zero(sdf, ray, span);
+      if (!(depth > 0)) continue;
+      double phi;
+      Vec3d g;
+      sample(sdf, ray.at(depth), &phi, &g);
+      const Vec3d n = (1 / std::max(norm(g), 1e-12)) * (T_cam_obj.R * g);
+      const std::size_t i =
+          static_cast<std::size_t>(v) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(u);
+      out.depth_m[i] = static_cast<float>(depth);
+      out.normals_cam[3 * i] = static_cast<float>(n.x);
+      out.normals_cam[3 * i + 1] = static_cast<float>(n.y);
+      out.normals_cam[3 * i + 2] = static_cast<float>(n.z);
+    }
   };
-  parallel_for(static_cast<std::size_t>((px.y1 - px.y0 + kRowsPerChunk - 1) / kRowsPerChunk), threads, rows);
+  const auto rows = [&](std::size_t chunk) {
+    const int begin = px.y0 + static_cast<int>(chunk) * kTile, end = std::min(px.y1, begin + kTile);
+    for (int left = px.x0; left < px.x1; left += kTile) {
+      const int right = std::min(px.x1, left + kTile);
+      if (Tile(camera, T_obj_cam, left, begin, right, end).misses(sdf, box, far)) continue;
+      for (int v = begin; v < end; ++v) trace(v, left, right);
+    }
+  };
+  parallel_for(static_cast<std::size_t>((px.y1 - px.y0 + kTile - 1) / kTile), threads, rows);
   return out;
 }
 

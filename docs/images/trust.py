@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 samples = json.loads(Path(sys.argv[1]).read_text())["tables"][0]["numbers"]["synthetic"]
-rows = [r for r in samples if r[0] in ("tracked", "astray")]
+rows = [r for r in samples if r[0] in ("tracked", "wrong")]
 right, confidence = np.array([r[1] for r in rows]), np.array([r[2] for r in rows])
 left, middle = plt.subplots(1, 2, figsize=(8, 3.2), layout="constrained")[1]
 edges = np.linspace(0, 1, 21)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sdftrack.evaluation.tracked_scene import ASTRAY_M, ASTRAY_RAD, Run
+from sdftrack.evaluation.tracked_scene import WRONG_M, WRONG_RAD, Run
 
 __all__ = ["MESHES", "load_mesh", "load_sdf", "say", "summary"]
 
@@ -57,6 +57,6 @@ def summary(runs: Seq[Run]) -> dict[str, Any]:
         "max_deg": float(np.rad2deg(r.max())),
         "lost": sum(s in ("lost", "bad_frame") for s in status),
         "weak": status.count("weak"),
-        "astray": int(np.sum((t > ASTRAY_M) | (r > ASTRAY_RAD))),
+        "wrong": int(np.sum((t > WRONG_M) | (r > WRONG_RAD))),
         "ms_per_frame": 1e3 * float(np.median(seconds)) if len(seconds) else float("nan"),
     }

@@ -50,7 +50,7 @@ def _row(
         q = run_mesh(sdf, truths["slow"], sigma, options)
         cells.append(f"{q['mean_mm']:.3f} / {q['mean_deg']:.3f}, {q['bias_mm'][2]:+.3f}")
     q = run_mesh(sdf, truths["fast"], SIGMAS_M[0], options)
-    cells.append(f"{q['astray'] + q['lost']}")
+    cells.append(f"{q['wrong'] + q['lost']}")
     real = run_ycbv10(data / "ycbv10", starts, YCB_FRAMES, options=options)
     cells.append(" / ".join(f"{real[n]['back_percent']:.0f}" for n in ("box", "mug", "brick")))
     k1 = run_k1(data / "k1", options=options)
@@ -62,7 +62,7 @@ def _row(
 
 
 COLUMNS = (
-    "option", "drill 1 mm: mean mm / deg, z bias", "drill 3.16 mm", "drill 18 mm / 6 deg: lost or astray",
+    "option", "drill 1 mm: mean mm / deg, z bias", "drill 3.16 mm", "drill 18 mm / 6 deg: lost or wrong",
     "box / mug / brick back, %", "sponges still, deg", "sponges in the hand, worst mm", "ms",
 )  # fmt: skip
 

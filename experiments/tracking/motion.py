@@ -26,7 +26,7 @@ HEAD = [
     "max deg",
     "lost",
     "weak",
-    "astray",
+    "wrong",
     "ms",
 ]
 
@@ -34,7 +34,7 @@ HEAD = [
 def _cells(name: str, row: dict[str, Any]) -> list[str]:
     return [
         name, f"{row['mean_mm']:.3f}", f"{row['max_mm']:.2f}", f"{row['mean_deg']:.3f}", f"{row['max_deg']:.2f}",
-        str(row["lost"]), str(row["weak"]), str(row["astray"]), f"{row['ms_per_frame']:.2f}",
+        str(row["lost"]), str(row["weak"]), str(row["wrong"]), f"{row['ms_per_frame']:.2f}",
     ]  # fmt: skip
 
 
@@ -67,7 +67,7 @@ def fast_motion(
 ) -> Table:
     """Fast motion: how far an object may move from frame to frame.
 
-    A cluttered table; "lost" counts frames that the tracker calls lost, "astray" those more than 20 mm or 10 deg off.
+    A cluttered table; "lost" counts frames that the tracker calls lost, "wrong" those more than 20 mm or 10 deg off.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ HEAD = [
     "max deg",
     "lost",
     "weak",
-    "astray",
+    "wrong",
     "ms",
     "kept",
 ]
@@ -62,7 +62,7 @@ def kept(row: dict[str, Any]) -> bool:
     """Whether a row is within what is asked for."""
     return bool(
         row["lost"] == 0
-        and row["astray"] == 0
+        and row["wrong"] == 0
         and row["mean_mm"] <= MEAN_MM
         and row["mean_deg"] <= MEAN_DEG
         and row["max_mm"] <= MAX_MM
@@ -73,7 +73,7 @@ def kept(row: dict[str, Any]) -> bool:
 def _cells(name: str, row: dict[str, Any]) -> list[str]:
     return [
         name, f"{row['hidden_percent']:.0f}", f"{row['mean_mm']:.3f}", f"{row['max_mm']:.2f}", f"{row['mean_deg']:.3f}",
-        f"{row['max_deg']:.2f}", str(row["lost"]), str(row["weak"]), str(row["astray"]), f"{row['ms_per_frame']:.2f}",
+        f"{row['max_deg']:.2f}", str(row["lost"]), str(row["weak"]), str(row["wrong"]), f"{row['ms_per_frame']:.2f}",
         "yes" if row["kept"] else "no",
     ]  # fmt: skip
 

@@ -14,7 +14,7 @@ from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack import synth
-from sdftrack.evaluation.tracked_scene import ASTRAY_M, ASTRAY_RAD, Run, track_scene
+from sdftrack.evaluation.tracked_scene import WRONG_M, WRONG_RAD, Run, track_scene
 
 __all__ = ["Trial", "judge", "recovery"]
 
@@ -49,7 +49,7 @@ class Trial:
 
 def judge(run: Run, first: int = FIRST, away: int = AWAY) -> Trial:
     """Count what a trial's run says against the truth."""
-    off = (run.errors.translation_m > ASTRAY_M) | (run.errors.rotation_rad > ASTRAY_RAD)
+    off = (run.errors.translation_m > WRONG_M) | (run.errors.rotation_rad > WRONG_RAD)
     lost = np.array([s in ("lost", "bad_frame") for s in run.status])
     ok = np.array([s == "ok" for s in run.status])
     back = first + away

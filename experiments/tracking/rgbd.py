@@ -16,7 +16,7 @@ from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.evaluation.pose_errors import pose_errors
-from sdftrack.evaluation.tracked_scene import ASTRAY_M, ASTRAY_RAD
+from sdftrack.evaluation.tracked_scene import WRONG_M, WRONG_RAD
 from sdftrack.reproduce.scenes.truth import default_camera, motion, render_truth
 
 __all__ = ["WAYS", "cells", "follow", "rgbd", "summary"]
@@ -55,7 +55,7 @@ def summary(results: Seq[Any], truth: Array) -> dict[str, Any]:
         "bias_mm": (1e3 * errors.offset_m.mean(axis=0)).tolist(),
         "lost": sum(s in ("lost", "bad_frame") for s in status),
         "weak": sum(s == "weak" for s in status),
-        "astray": int(np.sum((t > ASTRAY_M) | (r > ASTRAY_RAD))),
+        "wrong": int(np.sum((t > WRONG_M) | (r > WRONG_RAD))),
         "ms_per_frame": 1e3 * float(np.median([x.seconds for x in results[1:]])) if len(results) > 1 else 0.0,
     }
 
@@ -65,7 +65,7 @@ def joined(rows: Seq[dict[str, Any]]) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for name in rows[0]:
         values = [row[name] for row in rows]
-        if name in ("lost", "weak", "astray", "frames"):
+        if name in ("lost", "weak", "wrong", "frames"):
             out[name] = sum(values)
         else:
             out[name] = np.max(values) if name.startswith("max") else np.mean(values, axis=0).tolist()
@@ -115,7 +115,7 @@ def run_mesh(
 
 COLUMNS = (
     "mesh, sigma mm, way", "mean mm", "max mm", "mean deg", "max deg", "x bound mm", "x bound deg", "x depth mm",
-    "x depth deg", "lost", "weak", "astray", "ms",
+    "x depth deg", "lost", "weak", "wrong", "ms",
 )  # fmt: skip
 
 
@@ -124,7 +124,7 @@ def cells(name: str, q: dict[str, Any]) -> list[str]:
     return [
         name, f"{q['mean_mm']:.4f}", f"{q['max_mm']:.3f}", f"{q['mean_deg']:.4f}", f"{q['max_deg']:.3f}",
         *(f"{x:.2f}" for x in q["times_bound"]), *(f"{x:.3f}" for x in q["times_depth"]), str(q["lost"]),
-        str(q["weak"]), str(q["astray"]), f"{q['ms_per_frame']:.2f}",
+        str(q["weak"]), str(q["wrong"]), f"{q['ms_per_frame']:.2f}",
     ]  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.evaluation.pose_errors import pose_errors, track_frames
-from sdftrack.evaluation.tracked_scene import ASTRAY_M, ASTRAY_RAD
+from sdftrack.evaluation.tracked_scene import WRONG_M, WRONG_RAD
 from sdftrack.reproduce.scenes.truth import Truth, default_camera, motion, noisy, render_truth
 
 __all__ = ["MESHES", "cells", "run_mesh", "synthetic"]
@@ -68,14 +68,14 @@ def run_mesh(
         "turn_max_deg": float(np.rad2deg(turn.max())) if axis is not None else None,
         "lost": int(sum(s in ("lost", "bad_frame") for s in statuses)),
         "weak": int(sum(s == "weak" for s in statuses)),
-        "astray": int(np.sum((t > ASTRAY_M) | (r > ASTRAY_RAD))),
+        "wrong": int(np.sum((t > WRONG_M) | (r > WRONG_RAD))),
         "ms_per_frame": 1e3 * float(np.median(seconds)) if seconds else float("nan"),
     }
 
 
 COLUMNS = (
     "mesh", "sigma mm", "mean mm", "max mm", "mean deg", "max deg", "bound mm", "bound deg", "x bound mm",
-    "x bound deg", "bias x mm", "bias y mm", "bias z mm", "lost", "weak", "astray", "px", "ms",
+    "x bound deg", "bias x mm", "bias y mm", "bias z mm", "lost", "weak", "wrong", "px", "ms",
 )  # fmt: skip
 
 
@@ -85,7 +85,7 @@ def cells(name: str, q: dict[str, Any]) -> list[str]:
         name, f"{q['sigma_mm']:.2f}", f"{q['mean_mm']:.4f}", f"{q['max_mm']:.3f}", f"{q['mean_deg']:.4f}",
         f"{q['max_deg']:.3f}", f"{q['bound_mm']:.4f}", f"{q['bound_deg']:.4f}", f"{q['times_bound_mm']:.2f}",
         f"{q['times_bound_deg']:.2f}", *(f"{b:+.3f}" for b in q["bias_mm"]), str(q["lost"]), str(q["weak"]),
-        str(q["astray"]), f"{q['pixels']:.0f}", f"{q['ms_per_frame']:.2f}",
+        str(q["wrong"]), f"{q['pixels']:.0f}", f"{q['ms_per_frame']:.2f}",
     ]  # fmt: skip
 
 

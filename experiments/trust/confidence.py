@@ -34,9 +34,9 @@ __all__ = [
 Array = NDArray[np.float64]
 FAR_M, FAR_RAD = 0.020, np.deg2rad(10.0)
 MAX_OFF_M, MAX_OFF_RAD = 0.060, np.deg2rad(40.0)
-ASTRAY_M, ASTRAY_RAD = (0.010, 0.120), (np.deg2rad(10.0), np.pi)
+WRONG_M, WRONG_RAD = (0.010, 0.120), (np.deg2rad(10.0), np.pi)
 MIN_UNLIKE = 0.18  # of an edge
-KINDS = ("true", "tracked", "disturbed", "astray", "absent")
+KINDS = ("true", "tracked", "disturbed", "wrong", "absent")
 FEATURES = ("log_gap", "unhidden", "log_ends", "missing", "log_rough")
 CLUTTER = (None, "wall", "table", "objects", "touching")
 NOISE = (0.001, 0.00316, "kinect", "kinect")
@@ -140,7 +140,7 @@ def around(
     centre: Array,
     rng: np.random.Generator,
     disturbed: int,
-    astray: int,
+    wrong: int,
     axis: Array | None = None,
 ) -> Iterable[Sample]:
     """Samples of one object in one frame; `pair` as from `trackers`."""
@@ -157,11 +157,11 @@ def around(
     yield sample("true", T_true)
     for _ in range(disturbed):
         yield sample("disturbed", off(rng.uniform(0, MAX_OFF_M), rng.uniform(0, MAX_OFF_RAD)))
-    starts = [T_true] + [off(rng.uniform(*ASTRAY_M), rng.uniform(*ASTRAY_RAD)) for _ in range(astray)]
+    starts = [T_true] + [off(rng.uniform(*WRONG_M), rng.uniform(*WRONG_RAD)) for _ in range(wrong)]
     for n, start in enumerate(starts):
         result = credulous.start(frame, poses=[start])
         if str(result.status[0]) in ("ok", "weak"):
-            yield sample("astray" if n else "tracked", result.pose)
+            yield sample("wrong" if n else "tracked", result.pose)
 
 
 def synthetic(
@@ -214,7 +214,7 @@ def lookalikes(count: int, seed: int, threads: int = 1) -> list[Sample]:
 
 
 def recorded(
-    seq: Any, sdf: Any, seed: int, disturbed: int, astray: int, only: Seq[int] = (0, 1), threads: int = 1
+    seq: Any, sdf: Any, seed: int, disturbed: int, wrong: int, only: Seq[int] = (0, 1), threads: int = 1
 ) -> list[Sample]:
     """Samples of the objects `only` in every frame that has a reference."""
     pair = trackers(sdf, seq.camera, threads)
@@ -223,7 +223,7 @@ def recorded(
         for k in set(only) & set(seq.ground_truth[i]):
             rng = np.random.default_rng([seed, i, k])
             T = np.asarray(seq.ground_truth[i][k])
-            out += around(pair, seq[i], T, np.zeros(3), rng, disturbed, astray)
+            out += around(pair, seq[i], T, np.zeros(3), rng, disturbed, wrong)
     return out
 
 
@@ -238,7 +238,7 @@ def area_cells(name: str, samples: Seq[Sample]) -> list[str]:
     score = np.array([s.confidence for s in samples])
     right = np.array([s.right for s in samples])
     kind = np.array([s.kind for s in samples])
-    fits = np.isin(kind, ("tracked", "astray"))
+    fits = np.isin(kind, ("tracked", "wrong"))
     given = (kind == "true") | (kind == "disturbed")
     against = (kind == "true") | ((kind == "disturbed") & ~right)
     return [

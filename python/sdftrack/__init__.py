@@ -40,6 +40,7 @@ if TYPE_CHECKING:  # what type checkers and editors read; a test compares it wit
     from sdftrack.symmetry import Symmetry, find_symmetries
     from sdftrack.tracking import Tracker
     from sdftrack.viz import draw
+    from sdftrack.viz.view import view
 
 # The module that each public name comes from.
 _HOMES = {
@@ -67,6 +68,7 @@ _HOMES = {
     "symmetry": ("Symmetry", "find_symmetries"),
     "tracking": ("Tracker",),
     "viz": ("draw",),
+    "viz.view": ("view",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
@@ -121,6 +123,7 @@ __all__ = [
     "synth",
     "testing",
     "union",
+    "view",
 ]
 
 if not TYPE_CHECKING:  # hidden from type checkers: they would take any misspelt name for good

@@ -17,6 +17,7 @@ __all__ = ["Frame"]
 
 PLAUSIBLE_DEPTH_M = (0.05, 50.0)
 _GRID_PIXELS = 1000
+SAME_UNIT = 1e-7  # drivers state units as float32: 0.001f is 1 mm
 
 
 class Frame:
@@ -182,7 +183,7 @@ def _restore(*values: Any) -> Frame:
 
 def _depth_m(depth: NDArray[Any], depth_scale: float | None, check_units: bool) -> NDArray[np.float32]:
     if depth.dtype.kind == "u" and depth.dtype.itemsize == 2:
-        metres = depth.astype(np.float32) * np.float32(_checked_scale(depth_scale))
+        metres = _metres(depth, _checked_scale(depth_scale))
     elif depth.dtype.kind == "f" and depth.dtype.itemsize in (4, 8):
         if depth_scale is not None:
             raise ValueError(
@@ -203,6 +204,20 @@ def _depth_m(depth: NDArray[Any], depth_scale: float | None, check_units: bool) 
     if check_units:
         _check_unit(metres, depth.dtype)
     return _read_only(metres)
+
+
+def _metres(units: NDArray[np.uint16], scale: float) -> NDArray[np.float32]:
+    """The nearest float32 to the distance in metres, so that it does not depend on the unit of the file.
+
+    Sensors' units are 1 m / n; a product with the rounded 1 / n would be up to 1 bit off.
+    """
+    metres: NDArray[np.float32] = units.astype(np.float32)
+    units_per_m = round(1 / scale)
+    if abs(scale * units_per_m - 1) < SAME_UNIT and units_per_m < 1 << 24:
+        metres /= np.float32(units_per_m)
+    else:
+        metres *= np.float32(scale)
+    return metres
 
 
 def _checked_scale(depth_scale: float | None) -> float:

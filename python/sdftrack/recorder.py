@@ -3,15 +3,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from sdftrack._internal.background import Background
 from sdftrack._internal.closing import ClosedByWith
 from sdftrack.io.out_folder import cannot_write, prepare_folder, refuse_folder
 from sdftrack.io.result_rows import (
@@ -22,10 +25,13 @@ from sdftrack.io.result_rows import (
     plain,
     tum_row,
 )
+from sdftrack.io.spool import Spool
 from sdftrack.io.video import PART, VideoFile
 from sdftrack.results import TrackResult
 
 __all__ = ["Recorder", "plain", "prepare_folder", "refuse_folder", "tum_row"]
+
+WAITING = 3  # frames that may wait to be drawn
 
 
 class Recorder(ClosedByWith):
@@ -34,6 +40,8 @@ class Recorder(ClosedByWith):
     ``poses.csv`` (BOP results), ``trajectory_<k>.txt`` (TUM format of T_cam_obj), ``ground_truth_<k>.txt``
     if ground truth is given, ``overlay.mp4`` and ``report.json`` appear when the recorder is closed, even if the loop
     raises an exception. Until then they have temporary names; if the disk is full, none of them is left behind.
+    Rows go to disk as they come, and the video is drawn and encoded by another thread, so that a recorder neither
+    slows the loop nor grows; its errors are raised by the next `add`, or by `close`.
 
     Parameters
     ----------
@@ -59,6 +67,14 @@ class Recorder(ClosedByWith):
         Also write ``poses.csv`` under this name, as bop_toolkit requires: ``sdftrack_<dataset>-<split>.csv``.
     fps : float, optional
         Frame rate of the video; default: from the timestamps, else 30.
+    live : bool
+        Whether frames come from a camera: then the video omits frames for which there is no time. Otherwise `add`
+        waits.
+
+    Attributes
+    ----------
+    omitted : int
+        Number of frames that the video does not have.
 
     Raises
     ------
@@ -89,6 +105,7 @@ class Recorder(ClosedByWith):
         settings: Mapping[str, Any] | None = None,
         bop_name: str | None = None,
         fps: float | None = None,
+        live: bool = False,
     ) -> None:
         self.directory = Path(directory)
         self._stale = prepare_folder(self.directory, overwrite)
@@ -101,15 +118,17 @@ class Recorder(ClosedByWith):
         self._settings = dict(settings or {})
         self._sections: dict[str, Any] = {}
         self._beside: list[str] = []
-        self._rows: list[str] = []
-        self._frames: list[dict[str, Any]] = []
-        self._trajectories: dict[int, list[str]] = {}
-        self._truths: dict[int, list[str]] = {}
-        self._video = VideoFile(self.directory / "overlay.mp4", fps) if video and self._shapes else None
         self._closed = False
+        self.omitted, self._live = 0, live
+        self._frames = Spool(self.directory / "frames")  # of report.json
+        self._rows = Spool(self.directory / "poses.csv")
+        self._rows.add(BOP_HEADER)
+        self._tracks: dict[str, Spool] = {}  # trajectories and ground truth by file name
+        self._video = VideoFile(self.directory / "overlay.mp4", fps) if video and self._shapes else None
+        self._drawing = None if self._video is None else Background(self._draw, WAITING, "video")
 
     def __repr__(self) -> str:
-        return f"Recorder({str(self.directory)!r}, {len(self._frames)} frames)"
+        return f"Recorder({str(self.directory)!r}, {self._frames.count} frames)"
 
     def add(
         self,
@@ -118,7 +137,7 @@ class Recorder(ClosedByWith):
         im_id: int | None = None,
         truth: Mapping[int, ArrayLike] | None = None,
         shapes: Any = None,
-    ) -> NDArray[np.uint8] | None:
+    ) -> None:
         """Record one frame.
 
         Parameters
@@ -131,48 +150,56 @@ class Recorder(ClosedByWith):
             True T_cam_obj of the k-th object, where known.
         shapes : SDF or list of SDF, optional
             The shapes in this frame, if they change over time; drawn instead of the recorder's own.
-
-        Returns
-        -------
-        The image added to the video, or None.
         """
         if self._closed:
             raise ValueError("recorder: expected an open recorder, got a closed one; create a new one")
         index = getattr(frame, "index", None)
-        im_id = int(im_id if im_id is not None else index if index is not None else len(self._frames))
+        im_id = int(im_id if im_id is not None else index if index is not None else self._frames.count)
         stamp = result.timestamp if result.timestamp is not None else getattr(frame, "timestamp", None)
+        try:
+            self._add_rows(result, im_id, stamp, truth or {})
+            drawn = self._shapes if shapes is None else shapes
+            if self._drawing is not None and not self._drawing.put(
+                (frame, result, drawn, stamp), wait=not self._live
+            ):
+                self.omitted += 1
+        except OSError as error:
+            self._abandon()
+            raise cannot_write(error, self.directory) from error
+
+    def _add_rows(
+        self, result: TrackResult, im_id: int, stamp: float | None, truth: Mapping[int, ArrayLike]
+    ) -> None:
         time = float(stamp) if stamp is not None else float(im_id)
         objects = []
         for k in range(len(result.poses)):
             name = self._names[k] if self._names is not None else f"object_{k}"
             objects.append(object_entry(result, k, self._obj_id(k), name))
+            track = self._track(f"trajectory_{k}.txt")
             if str(result.status[k]) in ("ok", "weak"):
-                self._rows.append(bop_row(result, k, self._scene_id, im_id, self._obj_id(k)))
-                self._trajectories.setdefault(k, []).append(tum_row(time, result.poses[k]))
-            else:
-                self._trajectories.setdefault(k, [])
-        for k, T in (truth or {}).items():
-            self._truths.setdefault(int(k), []).append(tum_row(time, np.asarray(T, np.float64)))
-        self._frames.append(
-            {
-                "im_id": im_id,
-                "timestamp": number_or_none(stamp),
-                "seconds": number_or_none(result.seconds),
-                "objects": objects,
-            }
-        )
-        if self._video is None:
-            return None
+                self._rows.add(bop_row(result, k, self._scene_id, im_id, self._obj_id(k)))
+                track.add(tum_row(time, result.poses[k]))
+        for k, T in truth.items():
+            self._track(f"ground_truth_{int(k)}.txt").add(tum_row(time, np.asarray(T, np.float64)))
+        entry = {
+            "im_id": im_id,
+            "timestamp": number_or_none(stamp),
+            "seconds": number_or_none(result.seconds),
+            "objects": objects,
+        }
+        self._frames.add(json.dumps(entry, allow_nan=False))
+
+    def _track(self, name: str) -> Spool:
+        if name not in self._tracks:
+            self._tracks[name] = Spool(self.directory / name)
+        return self._tracks[name]
+
+    def _draw(self, item: tuple[Any, TrackResult, Any, float | None]) -> None:
         from sdftrack.viz import draw
 
-        drawn = self._shapes if shapes is None else shapes
-        picture = draw(frame, result, drawn, self._camera, self._meshes, names=self._names)
-        try:
-            self._video.add(picture, stamp)
-        except OSError as error:
-            self._abandon()
-            raise cannot_write(error, self.directory) from error
-        return picture
+        frame, result, shapes, stamp = item
+        assert self._video is not None
+        self._video.add(draw(frame, result, shapes, self._camera, self._meshes, names=self._names), stamp)
 
     def note(self, section: str, values: Mapping[str, Any]) -> None:
         """Add a section of plain values to ``report.json``, in addition to its settings and frames."""
@@ -206,41 +233,49 @@ class Recorder(ClosedByWith):
 
     def _write_parts(self) -> list[str]:
         """All files under their temporary names, so that the renames come together at the end."""
-        poses = "\n".join([BOP_HEADER, *self._rows]) + "\n"
-        texts = {"poses.csv": poses}
+        names = ["poses.csv", *sorted(self._tracks)]
+        for spool in (self._rows, *self._tracks.values()):
+            spool.finish()
         if self._bop_name:
-            texts[self._bop_name] = poses
-        for k, lines in sorted(self._trajectories.items()):
-            texts[f"trajectory_{k}.txt"] = "".join(line + "\n" for line in lines)
-        for k, lines in sorted(self._truths.items()):
-            texts[f"ground_truth_{k}.txt"] = "".join(line + "\n" for line in lines)
-        names = list(texts)
-        if self._video is not None and self._video.finish():
-            names.append("overlay.mp4")
+            shutil.copyfile(self._rows.part, self._part(self._bop_name))
+            names.insert(1, self._bop_name)
+        if self._drawing is not None and self._video is not None:
+            self._drawing.close()
+            if self._video.finish():
+                names.append("overlay.mp4")
         names.append("report.json")
+        self._write_report(names)
+        return names
+
+    def _write_report(self, names: list[str]) -> None:
         from sdftrack import __version__
 
-        report = {
+        head = {
             "version": __version__,
             "settings": {**plain(self._settings), "files": names + self._beside},
             **self._sections,
-            "frames": self._frames,
         }
-        texts["report.json"] = json.dumps(report, indent=1, allow_nan=False) + "\n"
-        for name, text in texts.items():
-            with open(self._part(name), "w", encoding="utf-8") as f:
-                f.write(text)
-                f.flush()
-                os.fsync(f.fileno())  # a full disk shows here, before anything has been renamed
-        return names
+        report = Spool(self.directory / "report.json")
+        report.add(json.dumps(head, indent=1, allow_nan=False).removesuffix("\n}") + ',\n "frames": [')
+        for n, line in enumerate(self._frames.lines(), 1):
+            report.add(f"  {line}{',' if n < self._frames.count else ''}")
+        report.add(" ]\n}")
+        report.finish()
+        self._frames.drop()
 
     def _part(self, name: str) -> Path:
         return self.directory / f".{name}{PART}"
 
     def _abandon(self) -> None:
         self._closed = True
+        if self._drawing is not None:
+            with contextlib.suppress(Exception):  # the first error is the one that is reported
+                self._drawing.close()
         if self._video is not None:
             self._video.drop()
+        for spool in (self._frames, self._rows, *self._tracks.values()):
+            with contextlib.suppress(OSError):
+                spool.drop()
         for part in self.directory.glob(f".*{PART}"):
             part.unlink(missing_ok=True)
 

@@ -205,7 +205,7 @@ def test_measures_leave_out_what_is_hidden(ball):
     status[6, 1] = status[7, 1] = "lost"
     scene = Scene("made", ball, truth, share, np.ones(20), None, 0)
     row = total([measure(scene, _said(poses, status))])
-    assert (row["lost"], row["swaps"], row["weak"], row["astray"]) == (1, 0, 0, 0)
+    assert (row["lost"], row["swaps"], row["weak"], row["wrong"]) == (1, 0, 0, 0)
     assert row["mean_mm"] == row["max_mm"] == pytest.approx(1.0)
     assert row["deepest_mm"] == pytest.approx(0, abs=1e3 * BALL_ATOL_M)
     assert row["hz"] == pytest.approx(1000)

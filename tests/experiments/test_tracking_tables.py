@@ -20,7 +20,7 @@ def test_a_tracked_row_stands_near_the_bound():
     centre = duck.bounds.mean(axis=0)
     truth = render_truth(duck, motion(12, 0.005, np.deg2rad(1.5), 0, centre), default_camera())
     row = synthetic.run_mesh(st.SDF.from_mesh(duck, voxels=120), [truth], 0.001)
-    assert row["lost"] == row["astray"] == 0
+    assert row["lost"] == row["wrong"] == 0
     assert 0.3 < row["times_bound_mm"] < 3  # 12 frames: a wide net; the table is for the figures
     assert 0.3 < row["times_bound_deg"] < 3
     assert len(synthetic.cells("duck", row)) == len(synthetic.COLUMNS)

@@ -63,7 +63,11 @@ REACH = {
     "superpixels": ["image.png"],
     "contour": ["seq", "--box", "1,1,2,2"],
     "evaluate": ["dir", "seq"],
+    "convert": ["seq"],
+    "record": ["replay:seq"],
+    "live": ["--reconstruct", "--camera", "replay:seq"],
     "calibrate intrinsics": ["seq", "--model", "m.ply"],
+    "view": ["seq"],
     "calibrate depth": ["seq"],
     "calibrate color": ["seq", "--ball-radius", "0.03"],
 }

@@ -191,9 +191,9 @@ def test_unknown_folders_get_the_list_of_layouts(tmp_path):
         st.open_sequence(tmp_path)
     with pytest.raises(ValueError, match="one of bop"):
         st.open_sequence(tmp_path, layout="kitti")
-    (tmp_path / "video.mpeg").write_bytes(b"")
+    (tmp_path / "notes.txt").write_bytes(b"")
     with pytest.raises(ValueError, match="unknown layout"):
-        st.open_sequence(tmp_path / "video.mpeg")
+        st.open_sequence(tmp_path / "notes.txt")
     st.save_sequence(tmp_path / "000007", _sequence())
     with pytest.raises(ValueError, match="000007 is one"):
         st.open_sequence(tmp_path)

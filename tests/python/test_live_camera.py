@@ -72,9 +72,12 @@ def test_frames_come_in_order_and_the_stream_ends():
 def test_a_slow_program_loses_the_oldest_frames_and_they_are_counted():
     source = Steps(*sequence())
     with LiveCamera(source, waiting=2) as live:
+        source.give(live, 3)
+        assert number(live.next()) == 1
+        assert live.dropped == 0  # nobody had asked for frame 0
         source.give(live, 5)
-        assert [number(live.next()), number(live.next())] == [3, 4]
-        assert live.dropped == 3
+        assert [number(live.next()), number(live.next())] == [6, 7]
+        assert live.dropped == 4
         source.gate.release(20)
 
 

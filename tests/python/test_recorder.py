@@ -7,12 +7,15 @@ import csv
 import errno
 import json
 import struct
+import threading
+import tracemalloc
 
 import numpy as np
 import pytest
 from tracking_fakes import CAMERA, Ball, frame, pose, result
 
 import sdftrack as st
+from sdftrack import recorder as recorder_module
 from sdftrack.io.trajectories import quaternion
 from sdftrack.recorder import Recorder
 
@@ -31,6 +34,13 @@ def record(folder, n=4, status=None, **options):
 def rows_of(folder):
     with (folder / "poses.csv").open() as f:
         return list(csv.DictReader(f))
+
+
+def decoded(path):
+    import av
+
+    with av.open(str(path)) as video:
+        return [picture.to_ndarray(format="rgb24") for picture in video.decode(video=0)]
 
 
 def strict_json(path):
@@ -192,11 +202,60 @@ def test_a_disk_that_fills_during_the_video_leaves_nothing(tmp_path, monkeypatch
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(recorder._video, "_encode", full)
-    with pytest.raises(OSError, match="no space left"):
-        recorder.add(frame(2), result([pose()]))
+
+    def go_on():
+        for i in range(2, 100):
+            recorder.add(frame(i), result([pose()]))
+
+    with pytest.raises(OSError, match="no space left"):  # another thread encodes: now, or at a later one
+        go_on()
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(ValueError, match="closed"):
         recorder.add(frame(3), result([pose()]))
+
+
+def test_an_error_of_the_last_picture_is_raised_when_the_recorder_is_closed(tmp_path):
+    class Broken(Ball):
+        def render(self, camera, T_cam_obj):
+            raise RuntimeError("no picture")
+
+    recorder = Recorder(tmp_path, CAMERA, Broken())
+    recorder.add(frame(), result([pose()]))
+    with pytest.raises(RuntimeError, match="no picture"):
+        recorder.close()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_live_recorder_never_waits_and_says_what_the_video_omits(tmp_path):
+    let_go = threading.Event()
+
+    class Slow(Ball):
+        def render(self, camera, T_cam_obj):
+            let_go.wait()
+            return super().render(camera, T_cam_obj)
+
+    recorder = Recorder(tmp_path, CAMERA, Slow(), live=True)
+    for i in range(20):
+        recorder.add(frame(i), result([pose()], i=i))
+    let_go.set()
+    recorder.close()
+    assert recorder.omitted >= 20 - 1 - recorder_module.WAITING
+    assert len(decoded(tmp_path / "overlay.mp4")) == 20 - recorder.omitted
+    assert len(strict_json(tmp_path / "report.json")["frames"]) == 20
+
+
+def test_memory_does_not_grow_with_the_number_of_frames(tmp_path):
+    with Recorder(tmp_path, CAMERA) as recorder:
+        one = result([pose()])
+        for _ in range(50):
+            recorder.add(frame(), one)
+        tracemalloc.start()
+        for _ in range(2000):
+            recorder.add(frame(), one)
+        grown = tracemalloc.get_traced_memory()[0]
+        tracemalloc.stop()
+    assert grown < 100_000  # the rows are 1 MB
+    assert (tmp_path / "report.json").stat().st_size > 1_000_000
 
 
 def test_a_section_and_files_of_others_stand_in_the_report_and_go_with_the_next_run(tmp_path):
@@ -221,9 +280,10 @@ def test_a_section_and_files_of_others_stand_in_the_report_and_go_with_the_next_
 
 def test_a_shape_that_grows_is_drawn_as_it_is_now(tmp_path):
     with Recorder(tmp_path, CAMERA, Ball()) as recorder:
-        before = recorder.add(frame(), result([pose()]))
-        after = recorder.add(frame(1), result([pose()]), shapes=[st.SDF.sphere(0.02, voxels=32)])
-    assert (before != after).any()
+        recorder.add(frame(), result([pose()]))
+        recorder.add(frame(), result([pose()]), shapes=[st.SDF.sphere(0.02, voxels=32)])
+    before, after = decoded(tmp_path / "overlay.mp4")
+    assert np.abs(before.astype(int) - after).max() > 60
 
 
 def test_the_bop_name_is_a_second_copy(tmp_path):

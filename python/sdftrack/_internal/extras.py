@@ -19,6 +19,8 @@ def need(package: str, extra: str) -> Any:
     try:
         return importlib.import_module(package)
     except ImportError as error:
+        if not isinstance(error, ModuleNotFoundError):  # it is there, but a library that it links is not
+            raise ImportError(f"{package} is installed, but cannot be loaded: {error}") from error
         raise ImportError(
             f"{package.replace('_', '-')} is not installed: pip install 'sdftrack[{extra}]'"
         ) from error

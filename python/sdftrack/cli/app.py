@@ -14,14 +14,19 @@ from sdftrack.cli import (
     calibrate,
     config,
     contour,
+    convert,
     demo,
     evaluate,
     fit,
     info,
+    live,
     reconstruct,
+    record,
     reproduce,
     superpixels,
+    synth,
     track,
+    view,
 )
 from sdftrack.cli.advice import as_options, options_of
 
@@ -43,7 +48,12 @@ for command in (
     contour.contour,
     superpixels.superpixels,
     evaluate.evaluate,
+    live.live,
+    record.record,
+    convert.convert,
+    synth.synth,
     reproduce.reproduce,
+    view.view,
     info.info,
     config.config,
 ):

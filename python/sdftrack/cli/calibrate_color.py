@@ -28,9 +28,9 @@ from sdftrack.cli.common import (
     Usage,
     check_cpu_only,
     opening,
-    progress_counter,
     show_table,
 )
+from sdftrack.cli.progress import progress_counter
 
 FILES = ("camera.json", "result.json", "residuals.png", "coverage.png", "path.png")
 STEPS = 100  # of the progress

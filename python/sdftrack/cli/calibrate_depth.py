@@ -25,9 +25,9 @@ from sdftrack.cli.common import (
     Usage,
     check_cpu_only,
     opening,
-    progress_counter,
     show_table,
 )
+from sdftrack.cli.progress import progress_counter
 from sdftrack.cli.targets import load_targets
 
 UNITS = ("m", "mm", "cm", "in")

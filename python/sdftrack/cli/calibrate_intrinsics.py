@@ -30,9 +30,9 @@ from sdftrack.cli.common import (
     Usage,
     check_cpu_only,
     opening,
-    progress_counter,
 )
 from sdftrack.cli.init import INIT, Init, parse_inits, places
+from sdftrack.cli.progress import progress_counter
 from sdftrack.cli.targets import Target, about_file, load_targets
 from sdftrack.cli.track import fitting
 

@@ -3,13 +3,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import sys
-import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any, Protocol, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import typer
 
@@ -29,7 +27,6 @@ __all__ = [
     "StartOption",
     "StepOption",
     "StopOption",
-    "Tell",
     "ThreadsOption",
     "Usage",
     "check_common",
@@ -37,8 +34,6 @@ __all__ = [
     "contour_settings",
     "opening",
     "parse_box",
-    "progress",
-    "progress_counter",
     "reconstructor_settings",
     "refuse_cuda",
     "show_table",
@@ -47,7 +42,6 @@ __all__ = [
 
 T = TypeVar("T")
 MAX_PX = 1e6  # of a window in an image
-PLAIN_EVERY_S = 5.0  # a line of progress when the output is not a terminal
 
 
 class Device(str, Enum):
@@ -194,65 +188,6 @@ def parse_box(text: str) -> tuple[float, float, float, float]:
     if not (abs(x) < MAX_PX and abs(y) < MAX_PX and 0 < w < MAX_PX and 0 < h < MAX_PX):
         raise Usage(f"expected x,y,w,h in pixels, w and h above 0, got {text!r}", "--box")
     return x, y, w, h
-
-
-def progress(items: Iterable[T], total: int, label: str, quiet: bool) -> Iterator[T]:
-    """Report progress: a bar on a terminal, a line every few seconds in a pipe, nothing if quiet."""
-    if quiet:
-        yield from items
-        return
-    if sys.stderr.isatty():
-        from rich.console import Console
-        from rich.progress import Progress
-
-        with Progress(console=Console(stderr=True), transient=True) as bar:
-            yield from bar.track(items, total=total, description=label)
-        return
-    began = last = time.monotonic()
-    for n, item in enumerate(items, 1):
-        yield item
-        now = time.monotonic()
-        if n == total or now - last > PLAIN_EVERY_S:
-            print(f"{label}: {n}/{total} ({now - began:.1f} s)", file=sys.stderr, flush=True)
-            last = now
-
-
-class Tell(Protocol):
-    """Progress callback: done, total, label, and a note that may change from call to call."""
-
-    def __call__(self, done: int, total: int, label: str, note: str = "") -> None: ...
-
-
-@contextlib.contextmanager
-def progress_counter(quiet: bool) -> Iterator[Tell]:
-    """The same for work that reports progress by a callback; a new label starts a new count."""
-    if quiet:
-        yield lambda done, total, label, note="": None
-    elif sys.stderr.isatty():
-        from rich.console import Console
-        from rich.progress import Progress
-
-        with Progress(console=Console(stderr=True), transient=True) as bar:
-            tasks: dict[str, Any] = {}
-
-            def move(done: int, total: int, label: str, note: str = "") -> None:
-                if label not in tasks:
-                    tasks[label] = bar.add_task(label, total=total)
-                told = f"{label}, {note}" if note else label
-                bar.update(tasks[label], completed=done, description=told)
-
-            yield move
-    else:
-        last = [time.monotonic()]
-
-        def tell(done: int, total: int, label: str, note: str = "") -> None:
-            now = time.monotonic()
-            if done == total or now - last[0] > PLAIN_EVERY_S:
-                told = f", {note}" if note else ""
-                print(f"{label}: {done}/{total}{told}", file=sys.stderr, flush=True)
-                last[0] = now
-
-        yield tell
 
 
 def show_table(

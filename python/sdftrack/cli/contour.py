@@ -26,8 +26,8 @@ from sdftrack.cli.common import (
     check_cpu_only,
     contour_settings,
     parse_box,
-    progress,
 )
+from sdftrack.cli.progress import progress
 
 BURN_IN = 60  # frames
 

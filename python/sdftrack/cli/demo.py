@@ -19,10 +19,10 @@ from sdftrack.cli.common import (
     OverwriteOption,
     QuietOption,
     ThreadsOption,
-    progress,
     show_table,
     tracker_settings,
 )
+from sdftrack.cli.progress import progress
 
 DEFAULT_OUT = Path("sdftrack-demo")
 STRIP = (
@@ -90,9 +90,9 @@ def demo(
     ) as recorder:
         for i, frame in enumerate(progress(scene.frames(), frames, "tracking", quiet)):
             result = tracker.track(frame) if i else tracker.start(frame, poses=[scene.poses[0]])
-            picture = recorder.add(frame, result, truth={0: scene.poses[i]})
-            if i in shown and picture is not None:
-                pictures.append(picture)
+            recorder.add(frame, result, truth={0: scene.poses[i]})
+            if i in shown:
+                pictures.append(st.draw(frame, result, sdf, scene.camera, names=["duck"]))
             results.append(result)
             if i < KEPT_FRAMES:
                 first.append(frame)

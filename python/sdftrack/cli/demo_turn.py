@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.cli.common import progress
+from sdftrack.cli.progress import progress
 
 __all__ = ["Reconstruction", "duck_mask", "reconstruct_duck"]
 

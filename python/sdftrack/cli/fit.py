@@ -28,8 +28,8 @@ from sdftrack.cli.common import (
     check_cpu_only,
     opening,
     parse_box,
-    progress,
 )
+from sdftrack.cli.progress import progress
 
 CLOUDS = (".ply", ".obj", ".stl", ".xyz", ".npy")
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.cli.common import Tell
+from sdftrack.cli.progress import Tell
 
 __all__ = ["write_mesh_files", "write_refined", "write_shape", "write_sides", "write_turntable"]
 

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from sdftrack.cli.common import Tell, progress_counter
+from sdftrack._internal.background import read_ahead
+from sdftrack.cli.progress import Tell, progress_counter
 from sdftrack.cli.reconstruct_files import (
     write_mesh_files,
     write_refined,
@@ -105,14 +106,18 @@ class Run:
 
     def _follow(self, frame: Any, recorder: Any, tell: Tell) -> None:
         label = self.folder.name or str(self.folder)
-        for n, i in enumerate(self.numbers):
-            if n:
-                frame = fitting(self.seq[i], self.seq.camera)
-                self.results.append(self.star.track(frame))
-            self.truths.append(self._truth(i))
-            grown = self.star.shape if self.job.video else None
-            recorder.add(frame, self.results[n], im_id=self.seq.ids[i], truth=self.truths[n], shapes=grown)
-            tell(n + 1, len(self.numbers), label, _moved(self.results[n].shape_change))
+        further = read_ahead(fitting(self.seq[i], self.seq.camera) for i in self.numbers[1:])
+        with contextlib.closing(further) as frames:
+            for n, i in enumerate(self.numbers):
+                if n:
+                    frame = next(frames)
+                    self.results.append(self.star.track(frame))
+                self.truths.append(self._truth(i))
+                grown = self.star.shape if self.job.video else None
+                recorder.add(
+                    frame, self.results[n], im_id=self.seq.ids[i], truth=self.truths[n], shapes=grown
+                )
+                tell(n + 1, len(self.numbers), label, _moved(self.results[n].shape_change))
 
     def _truth(self, i: int) -> dict[int, Any]:
         """The true pose of the reconstruction's object frame, aligned in the first image."""

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from sdftrack.cli.common import Tell, Usage
+from sdftrack.cli.common import Usage
 from sdftrack.cli.init import Init
+from sdftrack.cli.progress import Tell
 from sdftrack.cli.reconstruct_files import write_refined
 from sdftrack.cli.reconstruct_place import Place, find_place, parse_place
 from sdftrack.cli.track import fitting

@@ -17,10 +17,10 @@ from sdftrack.cli.common import (
     QuietOption,
     ThreadsOption,
     Usage,
-    progress_counter,
     show_table,
     tracker_settings,
 )
+from sdftrack.cli.progress import progress_counter
 
 
 def reproduce(

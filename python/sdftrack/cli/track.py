@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import sys
 from dataclasses import dataclass
@@ -28,10 +29,10 @@ from sdftrack.cli.common import (
     ThreadsOption,
     Usage,
     opening,
-    progress,
     tracker_settings,
 )
 from sdftrack.cli.init import INIT, Init, begin, parse_inits
+from sdftrack.cli.progress import progress
 from sdftrack.cli.sequences import MODES, check_usage, each_sequence
 from sdftrack.cli.start_picture import NAME, StartError, error_with_picture, save_start_picture
 from sdftrack.cli.symmetries import check_symmetry, give_symmetries
@@ -209,7 +210,8 @@ def _check_usage(
 def _track_one(folder: Path, out: Path, job: Job) -> list[str]:
     """Returns one line of advice for each object that is lost in all frames."""
     import sdftrack as st
-    from sdftrack.cli.track_summary import lost_throughout, show_summary
+    from sdftrack._internal.background import read_ahead
+    from sdftrack.cli.track_summary import StatusCounts, lost_throughout, show_summary
 
     with st.open_sequence(folder, **job.source) as seq:
         numbers = range(len(seq))[job.part]
@@ -230,25 +232,31 @@ def _track_one(folder: Path, out: Path, job: Job) -> list[str]:
             raise error_with_picture(error, out, job.overwrite, frame, camera) from None
         results = [result]
         truths: list[dict[int, Any]] = []
-        with st.Recorder(
-            out,
-            seq.camera,
-            sdfs,
-            job.video,
-            job.overwrite,
-            obj_ids=[t.obj_id for t in targets],
-            names=names,
-            meshes=meshes + [None] * (len(targets) - len(meshes)) if meshes else None,
-            scene_id=int(folder.resolve().name) if folder.resolve().name.isdigit() else 0,
-            settings=_settings(folder, job, targets, numbers, seq, tracker),
-            bop_name=_bop_name(folder) if seq.layout == "bop" else None,
-        ) as recorder:
+        counts = StatusCounts()
+        with (
+            contextlib.closing(read_ahead(fitting(seq[i], seq.camera) for i in numbers[1:])) as frames,
+            st.Recorder(
+                out,
+                seq.camera,
+                sdfs,
+                job.video,
+                job.overwrite,
+                obj_ids=[t.obj_id for t in targets],
+                names=names,
+                meshes=meshes + [None] * (len(targets) - len(meshes)) if meshes else None,
+                scene_id=int(folder.resolve().name) if folder.resolve().name.isdigit() else 0,
+                settings=_settings(folder, job, targets, numbers, seq, tracker),
+                bop_name=_bop_name(folder) if seq.layout == "bop" else None,
+            ) as recorder,
+        ):
             if selection:
                 save_start_picture(out / NAME, frame, camera, selection, result, sdfs)
-            for i in progress(numbers, len(numbers), folder.name or str(folder), job.quiet):
+            label = folder.name or str(folder)
+            for i in progress(numbers, len(numbers), label, job.quiet, counts):
                 if i != numbers[0]:
-                    frame = fitting(seq[i], seq.camera)
+                    frame = next(frames)
                     results.append(tracker.track(frame))
+                counts.add(results[-1])
                 truth = seq.ground_truth.get(i, {})
                 truths.append({k: truth[t.instance] for k, t in enumerate(targets) if t.instance in truth})
                 recorder.add(frame, results[-1], im_id=seq.ids[i], truth=truths[-1])

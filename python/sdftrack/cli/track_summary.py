@@ -11,10 +11,25 @@ import numpy as np
 
 from sdftrack.cli.common import show_table
 
-__all__ = ["lost_throughout", "show_summary"]
+__all__ = ["StatusCounts", "lost_throughout", "show_summary"]
 
 COLORS = {"ok": "green", "weak": "yellow", "lost": "red", "bad frame": "bright_black"}
 EVENTS = 5  # lines about trouble after the table
+
+
+class StatusCounts:
+    """How often objects were weak or lost so far, for the progress."""
+
+    def __init__(self) -> None:
+        self._counts: dict[str, int] = {}
+
+    def add(self, result: Any) -> None:
+        for status in map(str, result.status):
+            self._counts[status] = self._counts.get(status, 0) + 1
+
+    def __call__(self) -> str:
+        named = ((status, self._counts.get(status, 0)) for status in ("weak", "lost", "bad_frame"))
+        return ", ".join(f"{n} {status.replace('_', ' ')}" for status, n in named if n)
 
 
 def show_summary(

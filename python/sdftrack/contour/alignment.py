@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Matching of stored silhouettes to the colours of the image (docs/shape_memory.md, "In a video").
 
-The posterior of the colours is searched, not the tracker's outline, which goes astray at an occluder before a missing
+The posterior of the colours is searched, not the tracker's outline, which goes wrong at an occluder before a missing
 part is detected. With e = 2 p - 1 the evidence for the object at a pixel, the cost of a silhouette M at a location is
 
     cost = 1 - (sum of e+ where M is  -  LACKING * sum of e- where M is) / area + priors,

@@ -11,9 +11,9 @@ import numpy as np
 
 from sdftrack.evaluation.pose_errors import Errors, pose_errors, track_frames
 
-__all__ = ["ASTRAY_M", "ASTRAY_RAD", "Run", "track_scene"]
+__all__ = ["WRONG_M", "WRONG_RAD", "Run", "track_scene"]
 
-ASTRAY_M, ASTRAY_RAD = 0.020, np.deg2rad(10.0)  # a frame this far off is lost, whatever the tracker says
+WRONG_M, WRONG_RAD = 0.020, np.deg2rad(10.0)  # a frame this far off is lost, whatever the tracker says
 
 
 @dataclass(frozen=True)

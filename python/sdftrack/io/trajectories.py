@@ -12,7 +12,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.files import write_text
 
-__all__ = ["quaternion", "read_log", "read_tum", "rotation", "write_log", "write_tum"]
+__all__ = [
+    "TUM_HEADER",
+    "log_lines",
+    "quaternion",
+    "read_log",
+    "read_tum",
+    "rotation",
+    "tum_line",
+    "write_log",
+    "write_tum",
+]
+
+TUM_HEADER = "# timestamp tx ty tz qx qy qz qw"
 
 Array = NDArray[np.float64]
 
@@ -50,12 +62,16 @@ def rotation(q: ArrayLike) -> Array:
     )
 
 
+def tum_line(time_s: float, T: Array) -> str:
+    """``timestamp tx ty tz qx qy qz qw`` (s, m) of a (4, 4) pose."""
+    numbers = [*T[:3, 3], *quaternion(T[:3, :3])]
+    return f"{time_s:.6f} " + " ".join(f"{v:.12g}" for v in numbers)
+
+
 def write_tum(path: str | os.PathLike[str], timestamps: Sequence[float], poses: ArrayLike) -> None:
     """Lines `timestamp tx ty tz qx qy qz qw` (s, m), completely or not at all."""
-    lines = ["# timestamp tx ty tz qx qy qz qw"]
-    for time, T in zip(timestamps, np.asarray(poses, dtype=np.float64).reshape(-1, 4, 4), strict=True):
-        numbers = [*T[:3, 3], *quaternion(T[:3, :3])]
-        lines.append(f"{time:.6f} " + " ".join(f"{v:.9g}" for v in numbers))
+    stack = np.asarray(poses, dtype=np.float64).reshape(-1, 4, 4)
+    lines = [TUM_HEADER, *(tum_line(t, T) for t, T in zip(timestamps, stack, strict=True))]
     write_text(path, "\n".join(lines) + "\n")
 
 
@@ -80,12 +96,15 @@ def read_tum(path: str | os.PathLike[str]) -> tuple[Array, Array]:
     return np.array([row[0] for row in rows]), poses
 
 
+def log_lines(number: int, T: Array) -> list[str]:
+    """Redwood's block of one (4, 4) pose: a line of three integers, then the matrix, m."""
+    return [f"{number} {number} {number + 1}", *(" ".join(f"{v:.15g}" for v in row) for row in T)]
+
+
 def write_log(path: str | os.PathLike[str], numbers: Sequence[int], poses: ArrayLike) -> None:
-    """Redwood's trajectory log: a line of three integers, then the 4 x 4 matrix, m."""
-    lines = []
-    for i, T in zip(numbers, np.asarray(poses, dtype=np.float64).reshape(-1, 4, 4), strict=True):
-        lines.append(f"{i} {i} {i + 1}")
-        lines += [" ".join(f"{v:.12g}" for v in row) for row in T]
+    """Redwood's trajectory log, completely or not at all."""
+    stack = np.asarray(poses, dtype=np.float64).reshape(-1, 4, 4)
+    lines = [line for i, T in zip(numbers, stack, strict=True) for line in log_lines(i, T)]
     write_text(path, "\n".join(lines) + "\n")
 
 

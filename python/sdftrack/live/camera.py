@@ -18,7 +18,7 @@ from sdftrack.live.sources import CAMERAS, CameraLost, FrameSource
 
 __all__ = ["LiveCamera", "open_camera"]
 
-_DRIVERS = ("replay",)  # modules of this package, each of which registers its cameras
+_DRIVERS = ("replay", "realsense", "webcam")  # modules of this package, each of which registers its cameras
 RETRY_S = 0.5  # between attempts to connect again
 
 
@@ -91,7 +91,8 @@ class LiveCamera(ClosedByWith):
     camera : RGBDCamera
     name : str
     taken, dropped : int
-        Number of frames so far, those without images included, and of those that the program never saw.
+        Number of frames so far, those without images included, and of those that the program never saw, since it
+        first asked for one.
     """
 
     def __init__(self, source: FrameSource, waiting: int = 2) -> None:
@@ -104,7 +105,7 @@ class LiveCamera(ClosedByWith):
         self._clock = CameraClock()
         self._frames: deque[Frame] = deque()
         self._changed = threading.Condition()
-        self._ended = self._closed = self._disconnected = False
+        self._asked = self._ended = self._closed = self._disconnected = False
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._take_all, name=f"camera {source.name}", daemon=True)
         self._thread.start()
@@ -116,6 +117,7 @@ class LiveCamera(ClosedByWith):
     def next(self, timeout_s: float | None = None) -> Frame | None:
         """The oldest frame that waits, or the next one; None once the stream has ended or after `timeout_s`."""
         with self._changed:
+            self._asked = True
             self._changed.wait_for(lambda: self._frames or self._ended, timeout_s)
             if self._frames:
                 return self._frames.popleft()
@@ -188,6 +190,6 @@ class LiveCamera(ClosedByWith):
                 self._clock.arrived(frame.timestamp, time.time())
             if len(self._frames) == self._waiting:
                 self._frames.popleft()
-                self.dropped += 1
+                self.dropped += self._asked
             self._frames.append(frame.replace(index=self.taken - 1))
             self._changed.notify_all()

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from sdftrack import geometry
 from sdftrack.evaluation.tables import text_table
-from sdftrack.evaluation.tracked_scene import ASTRAY_M, ASTRAY_RAD
+from sdftrack.evaluation.tracked_scene import WRONG_M, WRONG_RAD
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.growing import VOXELS, Scene, reconstructor, scene_of
 from sdftrack.reproduce.measures.rebuilt import rebuild, relative_errors, settled_at
@@ -110,12 +110,12 @@ def _follow(scene: Scene, seq: Any, voxels: float | None, context: Context) -> d
 
     live = rebuild(star, seq, None, n, look)
     e = relative_errors(live.poses, scene.poses, scene.middle)
-    astray = np.flatnonzero((e.metres > ASTRAY_M) | (e.radians > ASTRAY_RAD))
+    wrong = np.flatnonzero((e.metres > WRONG_M) | (e.radians > WRONG_RAD))
     return {
         "sigma_d": name, "looks": looks, "surface_mm": [1e3 * x for x in errors],
         "settled": settled_at(np.array(looks), np.array(errors)), "max_mm": 1e3 * float(e.metres.max()),
         "max_deg": float(np.rad2deg(e.radians.max())), "not_ok": sum(s != "ok" for s in live.status),
-        "lost_at": int(astray[0]) if len(astray) else None,
+        "lost_at": int(wrong[0]) if len(wrong) else None,
         "printed": "-" if voxels is None else PRINTED.get(voxels, BELOW),
     }  # fmt: skip
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Visualisation: overlays on frames (numpy and OpenCV), plots (matplotlib)."""
+"""Visualisation: overlays on frames (numpy and OpenCV), plots (matplotlib), a page in the browser (viser)."""
 
 from sdftrack.viz.overlay import draw
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from sdftrack.io.datasets.layouts import LAYOUTS, Layout, register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
+from sdftrack.io.writers.journal import Journal
 
 __all__ = ["LAYOUTS", "Layout", "LazyModels", "Sequence", "open_sequence", "register"]
 
@@ -18,32 +19,36 @@ MAX_LISTED = 200  # of what lies in a folder, looked at for a sequence
 def open_sequence(path: str | os.PathLike[str], layout: str = "auto", **options: Any) -> Sequence:
     """Open a recorded sequence; frames are read on access.
 
-    Parameters
-    ----------
-    path : folder or file
-        docs/data.md describes the layouts.
-    layout : "auto", "bop", "tum", "open3d", "k1", "folders", "ros1", "ros2" or "mcap"
-    **options
-        Those of the layout; None counts as not given.
+        Parameters
+        ----------
+        path : folder or file
+            docs/data.md describes the layouts.
+    from sdftrack.io.datasets import bop, k1, tum, folders, open3d, realsense, azure, bags  # noqa: E402, F401, I001
+        **options
+            Those of the layout; None counts as not given.
 
-    Returns
-    -------
-    Sequence
-        Depth in metres, poses T_cam_obj in metres, whatever the files' units. A frame that cannot be read, or has a
-        different size, is returned as a Frame without images whose `error` gives the reason.
+        Returns
+        -------
+        Sequence
+            Depth in metres, poses T_cam_obj in metres, whatever the files' units. A frame that cannot be read, or has a
+            different size, is returned as a Frame without images whose `error` gives the reason.
 
-    Raises
-    ------
-    FileNotFoundError
-        No such folder or file.
-    ValueError
-        Unknown layout, no depth, no camera, implausible units, or an option that the layout does not have.
+        Raises
+        ------
+        FileNotFoundError
+            No such folder or file.
+        ValueError
+            Unknown layout, no depth, no camera, implausible units, or an option that the layout does not have.
     """
     root = Path(path)
     if layout != "auto" and layout not in LAYOUTS:
         raise ValueError(f"layout: expected auto or one of {', '.join(LAYOUTS)}, got {layout!r}")
     if not root.exists():
         raise FileNotFoundError(f"{root}: no such folder or file")
+    if Journal.is_in(root):
+        raise ValueError(
+            f"{root}: a recording that was interrupted; the command that wrote it finishes it with --resume"
+        )
     kind = _detected(root) if layout == "auto" else LAYOUTS[layout]
     if root.is_file() and not kind.detect(root):
         raise ValueError(
@@ -72,4 +77,4 @@ def _detected(root: Path) -> Layout:
 
 
 # The readers register themselves; the order is the order in which they are tried.
-from sdftrack.io.datasets import bop, k1, tum, folders, open3d, bags  # noqa: E402, F401, I001
+from sdftrack.io.datasets import bop, k1, tum, folders, open3d, realsense, azure, bags  # noqa: E402, F401, I001

@@ -39,6 +39,7 @@ def open_bop(root: Path) -> Sequence:
             depth.get(f"{i:06d}", root / "depth" / f"{i:06d}.png"),
             color.get(f"{i:06d}"),
             _depth_scale(root, i, cameras[i]),
+            _timestamp(root, i, cameras[i]),
             camera=None if intrinsics[0] == K else K,
         )
         for i, K in zip(ids, intrinsics, strict=True)
@@ -92,6 +93,14 @@ def _depth_scale(root: Path, im_id: int, values: dict[str, Any]) -> float:
             f"got {value!r}"
         )
     return M_PER_MM * float(value)
+
+
+def _timestamp(root: Path, im_id: int, values: dict[str, Any]) -> float | None:
+    """Seconds; an addition to BOP's files, which have no times."""
+    value = values.get("timestamp")
+    if value is None or (isinstance(value, (int, float)) and not isinstance(value, bool)):
+        return value
+    raise ValueError(f"{root / 'scene_camera.json'}, image {im_id}: timestamp: expected s, got {value!r}")
 
 
 def _ground_truth(

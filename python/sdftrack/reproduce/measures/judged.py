@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.evaluation.tracked_scene import ASTRAY_M, ASTRAY_RAD
+from sdftrack.evaluation.tracked_scene import WRONG_M, WRONG_RAD
 from sdftrack.reproduce.measures.identity import Tracked, swapped, swaps
 from sdftrack.synth.contact import Solid, deepest
 from sdftrack.synth.staged import Scene
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 VISIBLE = 0.3  # of an object's silhouette: what is hidden more is not asked for
 COMPARED = 100  # points of the surface over which two poses are compared
 HEAD = [
-    "case, way", "frames", "swaps", "lost", "weak", "astray", "mean mm", "max mm", "mean deg", "max deg", "deepest mm",
+    "case, way", "frames", "swaps", "lost", "weak", "wrong", "mean mm", "max mm", "mean deg", "max deg", "deepest mm",
     "ms", "Hz",
 ]  # fmt: skip
 
@@ -74,7 +74,7 @@ def total(parts: Seq[Measured]) -> dict[str, Any]:
         "swaps": sum(m.swaps for m in parts),
         "lost": sum(m.lost for m in parts),
         "weak": sum(m.weak for m in parts),
-        "astray": int(np.count_nonzero((t > ASTRAY_M) | (r > ASTRAY_RAD))),
+        "wrong": int(np.count_nonzero((t > WRONG_M) | (r > WRONG_RAD))),
         "mean_mm": 1e3 * float(t.mean()),
         "max_mm": 1e3 * float(t.max()),
         "mean_deg": float(np.rad2deg(r.mean())),
@@ -88,7 +88,7 @@ def total(parts: Seq[Measured]) -> dict[str, Any]:
 def judge(scene: Scene, tracked: Tracked, back: int, within: int) -> tuple[int | None, bool]:
     """Of a scene whose object 0 comes back in frame `back`: frames until it is found, and whether it was swapped."""
     metres, radians = errors(tracked.poses, scene.poses)
-    right = (metres <= ASTRAY_M) & (radians <= ASTRAY_RAD) & ~tracked.lost
+    right = (metres <= WRONG_M) & (radians <= WRONG_RAD) & ~tracked.lost
     found = np.flatnonzero(right[back : back + within, 0])
     seen = scene.share > 0  # where nothing of it is to be seen it cannot be told from its neighbour
     wrong = swapped(_points(scene.solid), tracked.poses, scene.poses) & seen
@@ -103,7 +103,7 @@ def _points(solid: Solid) -> Array:
 def cells(name: str, row: dict[str, Any]) -> list[str]:
     """A row of the table."""
     return [
-        name, str(row["frames"]), str(row["swaps"]), str(row["lost"]), str(row["weak"]), str(row["astray"]),
+        name, str(row["frames"]), str(row["swaps"]), str(row["lost"]), str(row["weak"]), str(row["wrong"]),
         f"{row['mean_mm']:.3f}", f"{row['max_mm']:.2f}", f"{row['mean_deg']:.3f}", f"{row['max_deg']:.2f}",
         f"{row['deepest_mm']:.2f}", f"{row['ms_per_frame']:.2f}", f"{row['hz']:.0f}",
     ]  # fmt: skip

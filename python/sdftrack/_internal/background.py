@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: MIT
+"""Work that a loop hands to another thread: done in order, its errors raised in the loop."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable, Generator, Iterable
+from typing import Any, Generic, TypeVar
+
+__all__ = ["Background", "read_ahead"]
+
+T = TypeVar("T")
+_END: Any = object()
+
+
+class Background(Generic[T]):
+    """Calls `work(item)` for one item after the other on a thread of its own.
+
+    Parameters
+    ----------
+    work : function
+    waiting : int
+        Number of items that may wait; `put` waits for a place, or drops the item.
+    name : str
+        Of the thread.
+    """
+
+    def __init__(self, work: Callable[[T], object], waiting: int, name: str) -> None:
+        self._work = work
+        self._items: queue.Queue[T] = queue.Queue(waiting)
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def put(self, item: T, wait: bool = True) -> bool:
+        """Hand over an item; returns False if it was dropped. Raises the error of an earlier one."""
+        self._raise()
+        try:
+            self._items.put(item, block=wait)
+        except queue.Full:
+            return False
+        self._raise()
+        return True
+
+    def close(self) -> None:
+        """Wait until everything is done; raises the error of an item. A second call does nothing."""
+        if self._thread.is_alive():
+            self._items.put(_END)
+            self._thread.join()
+        self._raise()
+
+    def _raise(self) -> None:
+        if self._error is not None:
+            error, self._error = self._error, None
+            raise error
+
+    def _run(self) -> None:
+        failed = False
+        while (item := self._items.get()) is not _END:
+            if not failed:  # afterwards items are only taken, so that nobody waits for a place
+                try:
+                    self._work(item)
+                except BaseException as error:
+                    self._error, failed = error, True
+            del item  # not kept while waiting for the next one
+
+
+def read_ahead(items: Iterable[T], waiting: int = 4) -> Generator[T, None, None]:
+    """The items, taken by a thread of its own before they are asked for; at most `waiting` are held.
+
+    Closing the iterator, or its end, stops the thread.
+    """
+    taken: queue.Queue[tuple[T | None, BaseException | None]] = queue.Queue(waiting)
+    stop = threading.Event()
+
+    def offer(item: tuple[T | None, BaseException | None]) -> bool:
+        while not stop.is_set():
+            try:
+                taken.put(item, timeout=0.1)
+                return True
+            except queue.Full:
+                continue
+        return False
+
+    def take() -> None:
+        try:
+            for item in items:
+                if not offer((item, None)):
+                    return
+            offer((_END, None))
+        except BaseException as error:
+            offer((None, error))
+
+    thread = threading.Thread(target=take, name="read ahead", daemon=True)
+    thread.start()
+    try:
+        while True:
+            item, error = taken.get()
+            if error is not None:
+                raise error
+            if item is _END:
+                return
+            yield item  # type: ignore[misc]
+            del item
+    finally:
+        stop.set()
+        thread.join()

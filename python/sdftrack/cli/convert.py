@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: MIT
+"""``sdftrack convert``: a recorded sequence in another layout."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from sdftrack.cli.common import (
+    ColorTopicOption,
+    ConfigOption,
+    DepthTopicOption,
+    Device,
+    DeviceOption,
+    LayoutOption,
+    OutOption,
+    OverwriteOption,
+    QuietOption,
+    StartOption,
+    StepOption,
+    StopOption,
+    ThreadsOption,
+    check_cpu_only,
+    opening,
+)
+from sdftrack.cli.progress import progress
+from sdftrack.cli.recording import (
+    ColorFiles,
+    ColorOption,
+    Item,
+    ResumeOption,
+    ToOption,
+    check_to,
+    opened,
+    write_all,
+)
+
+
+def convert(
+    seq: Annotated[Path, typer.Argument(metavar="SEQ", help="Recorded sequence.")],
+    to: ToOption = None,
+    out: OutOption = None,
+    overwrite: OverwriteOption = False,
+    resume: ResumeOption = False,
+    color: ColorOption = ColorFiles.png,
+    start: StartOption = 0,
+    stop: StopOption = None,
+    step: StepOption = 1,
+    layout: LayoutOption = "auto",
+    depth_topic: DepthTopicOption = None,
+    color_topic: ColorTopicOption = None,
+    config: ConfigOption = None,
+    device: DeviceOption = Device.auto,
+    threads: ThreadsOption = 0,
+    quiet: QuietOption = False,
+) -> None:
+    """Write a recorded sequence in another layout: depth, colour, camera, times, poses, masks and models.
+
+    Depth is stored without a change where the layout has a unit that represents it, and the result says where not.
+    If the command is interrupted, --resume continues it.
+    """
+    import sdftrack as st
+    from sdftrack.io.writers import Contents
+
+    out = check_to(to, out)
+    source = opening(layout, depth_topic, color_topic)
+    check_cpu_only(config, device)
+    with st.open_sequence(seq, **source) as whole:
+        if out.resolve() == seq.resolve():
+            raise ValueError(f"--out: expected another folder than the sequence {seq}, got the same")
+        part = whole[slice(start, stop, step)]
+        contents = Contents(part.camera, part.objects, part.models)
+        with opened(out, to, contents, color, resume, overwrite) as writer:
+            _warn_of_colour(part, writer.name)
+            write_all(writer, _items(part, writer.count, seq.name, quiet), str(seq), "convert", quiet)
+
+
+def _items(seq: Any, done: int, label: str, quiet: bool) -> Iterator[Item]:
+    for i in progress(range(done, len(seq)), len(seq) - done, label, quiet):
+        yield Item(seq[i], seq.ground_truth.get(i), seq.masks(i), seq.ids[i])
+
+
+def _warn_of_colour(seq: Any, layout: str) -> None:
+    import warnings
+
+    if not seq.camera.aligned:
+        warnings.warn(
+            f"colour is omitted: the {layout} layout requires it to be aligned to depth", stacklevel=2
+        )

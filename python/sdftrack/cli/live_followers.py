@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: MIT
+"""What `sdftrack live` runs on each frame: a tracker of known shapes, or a reconstructor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Protocol
+
+from sdftrack.cli.init import Init, begin
+from sdftrack.cli.start_picture import StartError
+from sdftrack.cli.targets import Target
+from sdftrack.tracking.interface import TrackerInterface
+
+__all__ = ["Follower", "ReconstructorFollower", "TrackerFollower"]
+
+BOX_SHARE = 0.5  # of the image's shorter side: the box about a click in which a reconstruction begins
+
+
+class Follower(Protocol):
+    """Follows objects from frame to frame; started by options or by the user."""
+
+    names: list[str]
+
+    @property
+    def missing(self) -> list[str]:
+        """Names of the objects that have to be shown by the user before it starts."""
+
+    @property
+    def shapes(self) -> list[Any]:
+        """The shapes as they are now."""
+
+    def step(self, frame: Any) -> Any:
+        """The result of the frame; None until it is known where the objects are."""
+
+    def click(self, frame: Any, k: int, px: tuple[float, float]) -> Any:
+        """Start object k at a pixel of the depth image; ValueError if it is not there."""
+
+    def box(self, frame: Any, k: int, box: tuple[float, float, float, float]) -> Any:
+        """Start object k in a box (x, y, w, h) of the depth image."""
+
+
+class TrackerFollower:
+    """A tracker that is started by --init, or by a click or box for each object.
+
+    Parameters
+    ----------
+    tracker : Tracker
+    targets : list of Target
+    inits : list of Init, optional
+        None: wait for the user.
+    """
+
+    def __init__(self, tracker: Any, targets: list[Target], inits: list[Init] | None) -> None:
+        self.names = [t.name for t in targets]
+        self._tracker, self._targets, self._inits = tracker, targets, inits
+        self._waiting: dict[int, Any] = {}  # places of objects, until all are known
+        self._started = False
+
+    @property
+    def shapes(self) -> list[Any]:
+        return list(self._tracker.shapes)
+
+    def step(self, frame: Any) -> Any:
+        if self._started:
+            return self._tracker.track(frame)
+        if self._inits is None or frame.depth is None:
+            return None
+        unknown = SimpleNamespace(
+            camera=self._tracker.camera, masks=lambda i: {}, ground_truth={}, objects=[], models={}
+        )
+        try:
+            result = begin(self._tracker, self._inits, self._targets, frame, Path("camera"), 0, unknown)[0]
+        except StartError as error:
+            raise ValueError(str(error)) from None
+        self._started = True
+        return result
+
+    def click(self, frame: Any, k: int, px: tuple[float, float]) -> Any:
+        inner = TrackerInterface(self._tracker)
+        found = inner.hypothesis_at_click(k, frame, px, f"click on {self.names[k]}")
+        camera = self._tracker.camera if frame.camera is None else frame.camera
+        if self._started:
+            given: dict[str, Any] = {"mask": found.region} if found.box is None else {"box": found.box}
+            return self._tracker.recover(frame, k, **given)
+        return self._begin_with(frame, k, found.place(camera))
+
+    def box(self, frame: Any, k: int, box: tuple[float, float, float, float]) -> Any:
+        from sdftrack.camera import depth_camera
+        from sdftrack.imaging.pose_hint import one_place
+
+        if self._started:
+            return self._tracker.recover(frame, k, box=box)
+        camera = self._tracker.camera if frame.camera is None else frame.camera
+        return self._begin_with(frame, k, one_place(None, None, box, depth_camera(camera)))
+
+    def _begin_with(self, frame: Any, k: int, place: Any) -> Any:
+        self._waiting[k] = place
+        if len(self._waiting) < len(self.names):
+            return None
+        places = [self._waiting[j] for j in range(len(self.names))]
+        self._waiting.clear()
+        self._started = True
+        return TrackerInterface(self._tracker).start_at(frame, places)
+
+    @property
+    def missing(self) -> list[str]:
+        """Names of the objects that the user has not shown yet."""
+        return [] if self._started else [n for k, n in enumerate(self.names) if k not in self._waiting]
+
+
+class ReconstructorFollower:
+    """A reconstructor that is started by --init, or by a click or box; its mesh grows.
+
+    Parameters
+    ----------
+    star : Reconstructor
+    init : dict, optional
+        Arguments of `Reconstructor.start`; None: wait for the user.
+    """
+
+    def __init__(self, star: Any, init: dict[str, Any] | None) -> None:
+        self.names = ["object"]
+        self.star, self._init = star, init
+        self._started = False
+
+    @property
+    def shapes(self) -> list[Any]:
+        return [self.star.shape] if self._started else []
+
+    def step(self, frame: Any) -> Any:
+        if self._started:
+            return self.star.track(frame)
+        if self._init is None or frame.depth is None:
+            return None
+        return self._start(frame, **self._init)
+
+    def click(self, frame: Any, k: int, px: tuple[float, float]) -> Any:
+        height, width = frame.shape
+        side = BOX_SHARE * min(height, width)
+        return self._start(frame, box=(px[0] - side / 2, px[1] - side / 2, side, side))
+
+    def box(self, frame: Any, k: int, box: tuple[float, float, float, float]) -> Any:
+        return self._start(frame, box=box)
+
+    def _start(self, frame: Any, **where: Any) -> Any:
+        result = self.star.start(frame, **where)
+        self._started = True
+        return result
+
+    @property
+    def missing(self) -> list[str]:
+        return [] if self._started else self.names

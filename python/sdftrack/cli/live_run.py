@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: MIT
+"""The loop of `sdftrack live`: a frame, what the user asked for, a result, and everyone who wants to have it."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from sdftrack._internal.background import Background
+from sdftrack.cli.live_files import LiveFiles
+from sdftrack.cli.live_followers import Follower, ReconstructorFollower
+from sdftrack.cli.live_statistics import LiveStatistics
+from sdftrack.cli.progress import PLAIN_EVERY_S
+
+__all__ = ["Live"]
+
+MESH_EVERY_S = 2.0  # of a growing shape; and of the copy of it that pictures show, which takes milliseconds
+COPY_EVERY_S = 0.5
+
+
+class Live:
+    """Runs a follower on the frames of a camera.
+
+    Parameters
+    ----------
+    camera : LiveCamera
+    follower : Follower
+    viewer : Viewer or None
+    streams : list of Stream
+    new_recorder : function () -> Recorder, optional
+        Called with the first result, so that a start that fails leaves nothing behind.
+    files : LiveFiles
+    quiet : bool
+    """
+
+    def __init__(
+        self,
+        camera: Any,
+        follower: Follower,
+        viewer: Any,
+        streams: list[Any],
+        new_recorder: Callable[[], Any] | None,
+        files: LiveFiles,
+        quiet: bool,
+    ) -> None:
+        self.camera, self.follower, self.viewer = camera, follower, viewer
+        self.streams, self.files = streams, files
+        self.recorder: Any = None
+        self._new_recorder = new_recorder
+        self.statistics = LiveStatistics(len(follower.names))
+        self._quiet, self._paused, self._asked = quiet, False, ""
+        grows = isinstance(follower, ReconstructorFollower) and viewer is not None
+        self._meshes: Background[Any] | None = Background(self._show_mesh, 1, "mesh") if grows else None
+        self._mesh_due = self._copy_due = 0.0
+        self._copy: list[Any] | None = None
+
+    def run(self, seconds: float | None = None) -> None:
+        """Until the camera ends, `seconds` are over, or Ctrl-C."""
+        try:
+            for frame in self._frames(seconds):
+                self.step(frame)
+        finally:
+            with contextlib.ExitStack() as stack:
+                for part in (self._meshes, self.recorder, self.files):
+                    if part is not None:
+                        stack.callback(part.close)
+
+    def step(self, frame: Any) -> Any:
+        """Process one frame; returns its result, or None if nothing is followed."""
+        result = self._answer(frame)
+        if result is None and not self._paused:
+            result = self._follow(frame)
+        age_s = self.camera.age_s(frame)
+        self._tell(self.files.add(frame))
+        if result is not None:
+            self.statistics.add(result, age_s)
+            for stream in self.streams:
+                stream.send(frame, result)
+            if self.recorder is None and self._new_recorder is not None:
+                self.recorder = self._new_recorder()
+            if self.recorder is not None:
+                self.recorder.add(frame, result, im_id=self.statistics.frames - 1, shapes=self._growing())
+        if self.viewer is not None:
+            dropped, grown = self.camera.dropped, self._growing()
+            self.viewer.show(frame, result, latency_s=age_s, dropped=dropped, shapes=grown)
+            self._new_mesh()
+        return result
+
+    def _follow(self, frame: Any) -> Any:
+        try:
+            result = self.follower.step(frame)
+        except ValueError as error:  # a start that failed: the user can try another place
+            if self.viewer is None:
+                raise
+            self._tell(str(error))
+            return None
+        if result is None:
+            self._ask()
+        return result
+
+    def _answer(self, frame: Any) -> Any:
+        """Do what the user of the page asked for; returns the result of a start."""
+        result = None
+        for request in self.viewer.requests() if self.viewer is not None else ():
+            kind = type(request).__name__
+            try:
+                if kind in ("Click", "Box"):
+                    result = self._start(frame, request, kind)
+                elif kind == "Pause":
+                    self._paused = request.on
+                elif kind == "Record":
+                    self._tell(self.files.record(request.on))
+                elif kind == "Save":
+                    self._tell(self._save())
+            except (ValueError, OSError) as error:
+                self._tell(str(error))
+        return result
+
+    def _start(self, frame: Any, request: Any, kind: str) -> Any:
+        if frame.depth is None:
+            raise ValueError("this frame has no depth; click again")
+        k = request.k
+        if kind == "Click":
+            result = self.follower.click(frame, k, (request.x_px, request.y_px))
+        else:
+            result = self.follower.box(frame, k, (request.x, request.y, request.w, request.h))
+        self._paused = False
+        self._tell(f"{self.follower.names[k]}: started")
+        self._asked = ""
+        return result
+
+    def _save(self) -> str:
+        if isinstance(self.follower, ReconstructorFollower):
+            if self.follower.missing:
+                return "nothing to save yet: click on the object"
+            return self.files.save_mesh(self.follower.star.mesh())
+        picture = self.viewer.picture
+        return "nothing to save yet" if picture is None else self.files.save_picture(picture)
+
+    def _ask(self) -> None:
+        missing = self.follower.missing
+        asked = f"click on the object: {missing[0]}" if missing else ""
+        if asked != self._asked:
+            self._asked = asked
+            self._tell(asked)
+
+    def _tell(self, text: str) -> None:
+        if not text:
+            return
+        if self.viewer is not None:
+            self.viewer.tell(text)
+        if not self._quiet:
+            print(text, file=sys.stderr, flush=True)
+
+    def _growing(self) -> list[Any] | None:
+        """Shapes that change from frame to frame, for pictures of them."""
+        if not isinstance(self.follower, ReconstructorFollower) or self.follower.missing:
+            return None
+        drawn = self.recorder is not None or (self.viewer is not None and self.viewer.pages)
+        now = time.monotonic()
+        if drawn and now >= self._copy_due:
+            self._copy, self._copy_due = self.follower.shapes, now + COPY_EVERY_S
+        return self._copy
+
+    def _new_mesh(self) -> None:
+        now = time.monotonic()
+        if self._meshes is not None and now >= self._mesh_due and self.viewer.pages:
+            for shape in self._growing() or ():
+                self._meshes.put(shape, wait=False)
+                self._mesh_due = now + MESH_EVERY_S
+
+    def _show_mesh(self, shape: Any) -> None:
+        self.viewer.set_mesh(0, shape.to_mesh())
+
+    def _frames(self, seconds: float | None) -> Iterator[Any]:
+        began = told = time.monotonic()
+        for frame in self.camera:
+            yield frame
+            now = time.monotonic()
+            if seconds is not None and now - began >= seconds:
+                return
+            if not self._quiet and now - told > PLAIN_EVERY_S:
+                print(self.statistics.line(now - began, self.camera), file=sys.stderr, flush=True)
+                told = now

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: MIT
+"""What `record`, `convert` and `synth` share: the folder of a recording, which can be continued, and its summary."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import typer
+
+from sdftrack.cli.common import Usage
+
+__all__ = ["ColorFiles", "ColorOption", "Item", "ResumeOption", "ToOption", "check_to", "opened", "write_all"]
+
+NAME = "recording.json"  # says that the files are ours
+OURS = re.compile(
+    r"recording\.json|\.frames\.jsonl|\.reserve|scene_(camera|gt)\.json|camera\.json|intrinsic\.json|trajectory\.log|"
+    r"(depth|rgb|groundtruth)\.txt|model\.ply|models/obj_\d{6}\.ply|mask_visib/\d{6}_\d{6}\.png|sequence\.mcap|"
+    r"(depth|rgb|color)/[\d.-]+\.(png|jpg)"
+)
+
+
+class ColorFiles(str, Enum):
+    png = "png"
+    jpg = "jpg"
+
+
+ToOption = Annotated[
+    str | None,
+    typer.Option(
+        "--to",
+        metavar="bop|tum|open3d",
+        show_default="the one that holds everything",
+        help="Layout to write.",
+    ),
+]
+ColorOption = Annotated[
+    ColorFiles, typer.Option(help="Colour images: png is lossless, jpg smaller.", case_sensitive=False)
+]
+ResumeOption = Annotated[
+    bool, typer.Option("--resume", help="Continue the recording in DIR that was interrupted.")
+]
+
+
+class Item(NamedTuple):
+    """A frame, and what is known about it; arguments of `LayoutWriter.add`."""
+
+    frame: Any
+    poses: Mapping[int, Any] | None = None
+    masks: Mapping[int, Any] | None = None
+    im_id: int | None = None
+
+
+def check_to(to: str | None, out: Path | None) -> Path:
+    """Usage errors of --to and --out; returns the folder."""
+    from sdftrack.io.writers import WRITERS
+
+    if to is not None and to not in WRITERS:
+        raise Usage(f"expected one of {', '.join(WRITERS)}, got {to!r}", "--to")
+    if out is None:
+        raise Usage("expected a folder for the recording: --out DIR", "--out")
+    return out
+
+
+def opened(out: Path, to: str | None, contents: Any, color: ColorFiles, resume: bool, overwrite: bool) -> Any:
+    """A `LayoutWriter` for the folder, which is new, empty, interrupted, or overwritten."""
+    from sdftrack.io.writers import WRITERS
+    from sdftrack.io.writers.journal import Journal
+
+    kind = WRITERS[to or _fitting(contents)]
+    if resume:
+        if not Journal.is_in(out):
+            raise ValueError(
+                f"--resume: {out} holds no interrupted recording; leave out --resume to begin one"
+            )
+        return kind(out, contents, color.value, resume=True)
+    _make_empty(out, overwrite)
+    return kind(out, contents, color.value)
+
+
+def _fitting(contents: Any) -> str:
+    """BOP holds everything but a lens."""
+    return "tum" if contents.camera.depth.distortion else "bop"
+
+
+def _make_empty(out: Path, overwrite: bool) -> None:
+    from sdftrack.io.writers.journal import Journal
+
+    if Journal.is_in(out) and not overwrite:
+        raise FileExistsError(
+            f"out: {out} holds an interrupted recording; pass --resume to continue, or overwrite=True"
+        )
+    if out.is_file():
+        raise FileExistsError(f"out: expected a folder, got the file {out}")
+    files = [path for path in out.rglob("*") if not path.is_dir()] if out.is_dir() else []
+    if files and not overwrite:
+        raise FileExistsError(
+            f"out: expected a new or empty folder, got {out} with files in it; choose another, or overwrite=True"
+        )
+    if files and not ((out / NAME).is_file() or Journal.is_in(out)):
+        raise FileExistsError(
+            f"out: expected an earlier recording in {out}, got other files; choose another folder"
+        )
+    for path in files:
+        if OURS.fullmatch(path.relative_to(out).as_posix()):
+            path.unlink()
+    out.mkdir(parents=True, exist_ok=True)
+
+
+def write_all(writer: Any, items: Iterable[Item], source: str, command: str, quiet: bool) -> int:
+    """Add the items and finish the recording, also if the disk is full or on Ctrl-C; returns the number of frames.
+
+    OSError after what could be written was finished; an interruption of a command that has no other end is its end.
+    """
+    from sdftrack._internal.files import write_json
+
+    failure: BaseException | None = None
+    try:
+        for item in items:
+            writer.add(*item)
+    except KeyboardInterrupt as error:
+        failure = error
+    except OSError as error:
+        failure = error
+    if not writer.count:
+        writer.close()
+        raise failure or ValueError(f"{source}: expected at least one frame, got none")
+    if isinstance(failure, KeyboardInterrupt) and command != "record":
+        writer.close()  # to be continued
+        raise failure
+    writer.finish()
+    write_json(
+        writer.folder / NAME,
+        {"command": command, "source": source, "layout": writer.name, "frames": writer.count},
+    )
+    if isinstance(failure, OSError):
+        raise OSError(
+            failure.errno,
+            f"{failure.strerror or failure}; {writer.count} frames before that are in {writer.folder}",
+        )
+    if not quiet:
+        _tell(writer)
+    return int(writer.count)
+
+
+def _tell(writer: Any) -> None:
+    print(f"{writer.count} frames written to {writer.folder}, layout {writer.name}")
+    if writer.rounded_m:
+        print(
+            f"  depth is rounded to {1e3 * writer.rounded_m:g} mm, which is the layout's unit; --to names others"
+        )

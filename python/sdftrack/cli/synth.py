@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: MIT
+"""``sdftrack synth``: a rendered sequence with exact poses, to try everything with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from sdftrack.cli.common import (
+    ConfigOption,
+    Device,
+    DeviceOption,
+    OutOption,
+    OverwriteOption,
+    QuietOption,
+    ThreadsOption,
+    Usage,
+    check_cpu_only,
+)
+from sdftrack.cli.progress import progress
+from sdftrack.cli.recording import (
+    ColorFiles,
+    ColorOption,
+    Item,
+    ResumeOption,
+    ToOption,
+    check_to,
+    opened,
+    write_all,
+)
+
+
+class Motion(str, Enum):
+    random = "random"
+    orbit = "orbit"
+    sweep = "sweep"
+    static = "static"
+
+
+class Around(str, Enum):
+    none = "none"
+    wall = "wall"
+    table = "table"
+    objects = "objects"
+    touching = "touching"
+
+
+def synth(
+    model: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="M.ply", help="Mesh; repeat for several objects.", show_default="a duck"),
+    ] = None,
+    unit: Annotated[str | None, typer.Option(help="Unit of the meshes: m, mm, cm or in.")] = None,
+    frames: Annotated[int, typer.Option(min=1, help="Number of frames.")] = 120,
+    motion: Annotated[
+        Motion, typer.Option(help="Path of the objects.", case_sensitive=False)
+    ] = Motion.random,
+    noise: Annotated[
+        str, typer.Option(metavar="none|kinect|stereo|SIGMA", help="Depth noise; SIGMA in metres.")
+    ] = "kinect",
+    hidden: Annotated[
+        float, typer.Option(min=0, max=0.8, help="Part of the first object that a hand hides.")
+    ] = 0.0,
+    around: Annotated[Around, typer.Option(help="Surroundings.", case_sensitive=False)] = Around.objects,
+    fps: Annotated[float, typer.Option(min=1, max=1000, help="Frames per second.")] = 30.0,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Random seed of path, noise, surroundings and colours.")
+    ] = 0,
+    to: ToOption = None,
+    out: OutOption = None,
+    overwrite: OverwriteOption = False,
+    resume: ResumeOption = False,
+    color: ColorOption = ColorFiles.png,
+    config: ConfigOption = None,
+    device: DeviceOption = Device.auto,
+    threads: ThreadsOption = 0,
+    quiet: QuietOption = False,
+) -> None:
+    """Render a sequence with exact poses, masks and models, to try the other commands with."""
+    import sdftrack as st
+    from sdftrack.io.writers import Contents
+    from sdftrack.synth.duck import duck_mesh
+
+    out = check_to(to, out)
+    level = _noise(noise)
+    check_cpu_only(config, device)
+    loaded = {path: st.Mesh.load(path, unit=unit) for path in model or []}
+    meshes = [loaded[path] for path in model or []] or [duck_mesh()]
+    seq = st.synth.sequence(
+        meshes,
+        frames,
+        motion.value,
+        level,
+        hidden or None,
+        seed,
+        clutter=None if around is Around.none else around.value,
+        fps=fps,
+        threads=threads,
+    )
+    with opened(out, to, Contents(seq.camera, seq.objects, seq.models), color, resume, overwrite) as writer:
+        write_all(writer, _items(seq, writer.count, quiet), "synthetic", "synth", quiet)
+    if not quiet and writer.name == "bop" and len(meshes) == 1:
+        print(f"try it: sdftrack track {out} --model {out / 'models/obj_000001.ply'} --out tracked")
+
+
+def _noise(text: str) -> Any:
+    if text in ("kinect", "stereo"):
+        return text
+    if text == "none":
+        return None
+    try:
+        sigma = float(text)
+    except ValueError:
+        sigma = -1.0
+    if not 0 <= sigma < 1:
+        raise Usage(
+            f"expected none, kinect, stereo or a standard deviation in metres, got {text!r}", "--noise"
+        )
+    return sigma
+
+
+def _items(seq: Any, done: int, quiet: bool) -> Iterator[Item]:
+    for i in progress(range(done, len(seq)), len(seq) - done, "rendering", quiet):
+        yield Item(seq[i], seq.ground_truth.get(i), seq.masks(i), seq.ids[i])

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: MIT
+"""What ``sdftrack view`` shows: a result folder with its sequence, a sequence, or a mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+__all__ = ["Recording", "load_mesh_alone", "load_recording", "result_of"]
+
+MAX_SIDE_M = 3.0  # a larger model was tracked in another unit than metres
+
+
+@dataclass
+class Recording:
+    """Frames with results, None where a frame has none, and the meshes of the objects."""
+
+    frames: Any
+    camera: Any
+    results: list[Any]
+    meshes: list[Any] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+
+    def close(self) -> None:
+        getattr(self.frames, "close", lambda: None)()
+
+
+def load_recording(path: Path, seq: str | None, arguments: dict[str, Any], unit: str | None) -> Recording:
+    """A result folder of `track` or `reconstruct`, or a sequence without results.
+
+    `arguments`: those of `open_sequence`.
+    """
+    import sdftrack as st
+
+    if not (path / "report.json").is_file():
+        sequence = st.open_sequence(path, **arguments)
+        return Recording(sequence, sequence.camera, [None] * len(sequence))
+    from sdftrack.evaluation.report import read_results
+
+    report = read_results(path)
+    settings = report["settings"]
+    source = seq if seq is not None else settings.get("sequence")
+    if source is None:
+        raise ValueError(f"--seq: expected the sequence of {path}, which its report does not name, got none")
+    if seq is None:
+        arguments = {**arguments, "layout": settings.get("layout", "auto")}
+    sequence = st.open_sequence(source, **arguments)
+    try:
+        number = {im_id: i for i, im_id in enumerate(sequence.ids)}
+        rows = report["frames"]
+        missing = [row["im_id"] for row in rows if row["im_id"] not in number]
+        if missing:
+            raise ValueError(
+                f"--seq: expected a sequence with the images of {path}, but {source} has no {missing[0]}"
+            )
+        frames = _Chosen(sequence, [number[row["im_id"]] for row in rows])
+        objects: list[Any] = max((row["objects"] for row in rows), key=len, default=[])
+        meshes = _meshes(path, settings, len(objects), sequence, unit)
+        return Recording(
+            frames,
+            sequence.camera,
+            [result_of(row) for row in rows],
+            meshes,
+            [str(o["name"]) for o in objects],
+        )
+    except BaseException:
+        sequence.close()
+        raise
+
+
+class _Chosen:
+    """Frames of a sequence by their numbers, read on access."""
+
+    def __init__(self, sequence: Any, numbers: list[int]) -> None:
+        self._sequence, self._numbers = sequence, numbers
+
+    def __len__(self) -> int:
+        return len(self._numbers)
+
+    def __getitem__(self, i: int) -> Any:
+        return self._sequence[self._numbers[i]]
+
+    def close(self) -> None:
+        self._sequence.close()
+
+
+def _meshes(path: Path, settings: dict[str, Any], count: int, seq: Any, unit: str | None) -> list[Any]:
+    """One mesh per object: the reconstruction, or the models that were tracked."""
+    from sdftrack.cli.targets import load_mesh, own_obj_id
+
+    if settings.get("command") == "reconstruct":
+        return [load_mesh(path / "mesh.ply", "DIR", "m")]
+    models = [Path(m) for m in settings.get("models", [])]
+    if len(models) != count:
+        raise ValueError(f"{path}: expected a report that names its {count} models, got {len(models)}")
+    loaded = {}
+    for model in set(models):
+        mesh = load_mesh(model, "models of the report", unit)
+        own = own_obj_id(mesh, seq, known_unit=unit is not None)
+        if own is not None:
+            mesh = seq.models[own]
+        elif unit is None and float((mesh.bounds[1] - mesh.bounds[0]).max()) > MAX_SIDE_M:
+            mesh = load_mesh(model, "models of the report", "mm")  # the report does not tell the unit
+        loaded[model] = mesh
+    return [loaded[model] for model in models]
+
+
+def result_of(row: dict[str, Any]) -> Any:
+    """The TrackResult of a frame of report.json."""
+    import numpy as np
+
+    from sdftrack.results import Status, TrackResult
+
+    objects = row["objects"]
+    count = len(objects)
+
+    def numbers(name: str, missing: Any) -> Any:
+        return np.array([missing if o.get(name) is None else o[name] for o in objects], np.float64)
+
+    nan = np.full(count, np.nan)
+    return TrackResult(
+        poses=numbers("pose", np.full((4, 4), np.nan).tolist()).reshape(count, 4, 4),
+        status=[Status(o["status"]) for o in objects],
+        reason=[str(o["reason"]) for o in objects],
+        confidence=numbers("confidence", 0.0),
+        covariances=numbers("covariance", np.full((6, 6), np.nan).tolist()).reshape(count, 6, 6),
+        twists=np.full((count, 6), np.nan),
+        inliers=numbers("inliers", np.nan),
+        runner_up=nan,
+        energy=float(objects[0].get("energy") or np.nan) if objects else np.nan,
+        seconds=row.get("seconds") or 0.0,
+        timestamp=row.get("timestamp"),
+    )
+
+
+def load_mesh_alone(path: Path, unit: str | None) -> Recording:
+    """A mesh before a camera that sees all of it; the image is its rendering."""
+    import numpy as np
+
+    import sdftrack as st
+    from sdftrack.cli.targets import load_mesh
+
+    mesh = load_mesh(path, "MESH", unit)
+    low, high = mesh.bounds
+    radius = 0.5 * float(np.linalg.norm(high - low))
+    camera = st.Camera.from_fov(np.radians(40), 640, 480)
+    # Seen from above and in front, y of the camera against z of the object: as most models stand.
+    a = np.radians(25)
+    R = np.array([[1, 0, 0], [0, np.sin(a), -np.cos(a)], [0, np.cos(a), np.sin(a)]])
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = R, np.array([0, 0, 3.6 * radius]) - R @ (0.5 * (low + high))
+    depth, normals, colors = mesh.raycast(camera, T)
+    lit = (255 * (0.25 + 0.7 * np.abs(normals[..., 2:]))).clip(0, 255) * np.ones(3)
+    picture = lit if colors is None else lit / 255 * colors
+    frame = st.Frame(depth, np.where(depth[..., None] > 0, picture, 24).astype(np.uint8), check_units=False)
+    row = {"objects": [{"pose": T.tolist(), "status": "ok", "reason": "", "confidence": 1.0}]}
+    return Recording([frame], camera, [result_of(row)], [mesh], [path.stem])

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: MIT
+"""Recordings of an Azure Kinect: a Matroska file with depth, colour and the factory calibration."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.io.datasets.azure_calibration import azure_cameras
+from sdftrack.io.datasets.layouts import register
+from sdftrack.io.datasets.matroska import MAGIC, MatroskaFile, Track
+from sdftrack.io.datasets.sequence import Sequence
+from sdftrack.io.datasets.streams import Stream, StreamFrames
+from sdftrack.io.frames import decode_color
+
+__all__ = ["open_azure"]
+
+CALIBRATION = "calibration.json"
+METRES_PER_UNIT = 0.001
+RAW = {b"BGRA": 4.0, b"NV12": 1.5, b"YUY2": 2.0}  # bytes per pixel
+MARKS = (b"K4A_", CALIBRATION.encode())
+SEARCHED = 1 << 22  # bytes; the recorder writes its tags and the calibration at the beginning
+
+
+def _detect(root: Path) -> bool:
+    if not root.is_file():
+        return False
+    with root.open("rb") as file:
+        start = file.read(len(MAGIC))
+        return start == MAGIC and any(mark in file.read(SEARCHED) for mark in MARKS)
+
+
+@register("azure", "a file .mkv of an Azure Kinect", _detect)
+def open_azure(path: Path) -> Sequence:
+    file = MatroskaFile(path)
+    try:
+        return _sequence(path, file)
+    except (KeyError, TypeError, json.JSONDecodeError) as error:
+        file.close()
+        raise ValueError(f"{path}: {CALIBRATION}: the field {error} is missing or not of its kind") from None
+    except ValueError as error:
+        file.close()
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _sequence(path: Path, file: MatroskaFile) -> Sequence:
+    tracks = {track.name: track for track in file.tracks.values()}
+    depth, color = tracks.get("DEPTH"), tracks.get("COLOR")
+    if depth is None:
+        raise ValueError(
+            f"the recording has no depth track, which the trackers require; its tracks: {', '.join(tracks) or 'none'}"
+        )
+    if CALIBRATION not in file.attachments:
+        raise ValueError(f"the recording has no attachment {CALIBRATION}, with the cameras' intrinsics")
+    if color is not None and not color.blocks:
+        color = None
+    for track in (depth, color):
+        if track is not None and track.encoded:
+            raise ValueError(
+                f"track {track.name} is compressed by Matroska; copy the file without that compression"
+            )
+    calibration = json.loads(file.attachments[CALIBRATION].rstrip(b"\0"))
+    color_size = (color.width, color.height) if color is not None else None
+    camera = azure_cameras(calibration, (depth.width, depth.height), color_size)
+    start_ns = int(file.tags.get("K4A_START_OFFSET_NS", 0))  # of the device's clock
+    frames = StreamFrames(
+        path.name,
+        Stream(_times(depth, start_ns), lambda i: _depth(depth, file.read(depth.blocks[i]))),
+        None if color is None else _color_stream(file, color, start_ns),
+        METRES_PER_UNIT,
+    )
+    return Sequence(frames, camera, layout="azure", name=path.stem, close=file.close)
+
+
+def _color_stream(file: MatroskaFile, track: Track, start_ns: int) -> Stream:
+    if not (_is_jpeg(track) or track.fourcc in RAW):
+        raise ValueError(
+            f"colour of codec {track.codec} {track.fourcc.decode(errors='replace')}, expected MJPG, BGRA, NV12 or YUY2"
+        )
+    return Stream(_times(track, start_ns), lambda i: _color(track, file.read(track.blocks[i])))
+
+
+def _times(track: Track, start_ns: int) -> NDArray[np.float64]:
+    return 1e-9 * np.array([start_ns + block.time_ns for block in track.blocks], dtype=np.float64)
+
+
+def _is_jpeg(track: Track) -> bool:
+    return track.codec == "V_MJPEG" or track.fourcc == b"MJPG"
+
+
+def _depth(track: Track, data: bytes) -> NDArray[np.uint16]:
+    if len(data) != 2 * track.width * track.height:
+        raise ValueError(f"a depth image of {len(data)} bytes, expected {2 * track.width * track.height}")
+    return np.frombuffer(data, ">u2").reshape(track.height, track.width).astype(np.uint16)
+
+
+def _color(track: Track, data: bytes) -> NDArray[Any]:
+    import cv2
+
+    w, h = track.width, track.height
+    if _is_jpeg(track):
+        image = decode_color(data, "the colour image")
+        if image.shape != (h, w, 3):
+            raise ValueError(f"a colour image of {image.shape[1]} x {image.shape[0]}, expected {w} x {h}")
+        return image
+    if len(data) != RAW[track.fourcc] * w * h:
+        raise ValueError(f"a colour image of {len(data)} bytes, expected {RAW[track.fourcc] * w * h:g}")
+    pixels = np.frombuffer(data, np.uint8)
+    if track.fourcc == b"BGRA":
+        return np.ascontiguousarray(pixels.reshape(h, w, 4)[..., 2::-1])
+    if track.fourcc == b"NV12":
+        return np.asarray(cv2.cvtColor(pixels.reshape(h * 3 // 2, w), cv2.COLOR_YUV2RGB_NV12))
+    return np.asarray(cv2.cvtColor(pixels.reshape(h, w, 2), cv2.COLOR_YUV2RGB_YUY2))

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: MIT
+"""What the writers of all layouts share: a folder, its journal, frames one after the other, index files at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack._internal.closing import ClosedByWith
+from sdftrack.camera import Camera, RGBDCamera, depth_camera
+from sdftrack.frame import Frame
+from sdftrack.io.frames import write_color, write_depth_units
+from sdftrack.io.writers.depth_units import DepthUnits
+from sdftrack.io.writers.journal import Journal
+
+__all__ = ["COLOR_FILES", "Contents", "LayoutWriter"]
+
+COLOR_FILES = ("png", "jpg")
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What a sequence holds besides its frames.
+
+    Attributes
+    ----------
+    camera : RGBDCamera
+    objects : list of int
+        obj_id of each instance k.
+    models : {obj_id: Mesh}
+    """
+
+    camera: RGBDCamera
+    objects: list[int] = field(default_factory=list)
+    models: Mapping[int, Any] = field(default_factory=dict)
+
+
+class LayoutWriter(ClosedByWith):
+    """Writes a sequence into a folder: `add` each frame, then `finish`.
+
+    What was added is kept if the program ends early: ``resume=True`` goes on with it. `close` without `finish` leaves
+    it to be continued.
+
+    Parameters
+    ----------
+    folder : Path
+        Exists; empty unless `resume`.
+    contents : Contents
+    color : "png" or "jpg"
+        Files of colour images; jpg is smaller and not exact.
+    resume : bool
+
+    Attributes
+    ----------
+    count : int
+        Number of frames so far, those before an interruption included.
+    rounded_m : float
+        Step to which depth had to be rounded, m; 0 where all is exact.
+
+    Raises
+    ------
+    ValueError
+        Something that the layout cannot represent.
+    OSError
+        The disk is full: what was added before can be finished and read.
+    """
+
+    name: ClassVar[str]
+    folders: ClassVar[tuple[str, ...]]
+    units: ClassVar[tuple[tuple[int, ...], tuple[int, ...]]]  # arguments of DepthUnits
+
+    def __init__(self, folder: Path, contents: Contents, color: str = "png", resume: bool = False) -> None:
+        if color not in COLOR_FILES:
+            raise ValueError(f"color: expected one of {', '.join(COLOR_FILES)}, got {color!r}")
+        self.folder, self.contents, self._suffix = folder, contents, f".{color}"
+        self._units = DepthUnits(*self.units)
+        self.check_contents()
+        header = {
+            "layout": self.name,
+            "camera": repr(contents.camera),
+            "objects": contents.objects,
+            "color": color,
+        }
+        self.journal = Journal(folder, header, resume)
+        for name in self.folders:
+            (folder / name).mkdir(exist_ok=True)
+        if not resume:
+            self.write_models()
+
+    @property
+    def count(self) -> int:
+        return self.journal.count
+
+    @property
+    def rounded_m(self) -> float:
+        return self._units.rounded_m
+
+    def add(
+        self,
+        frame: Frame,
+        poses: Mapping[int, Array] | None = None,
+        masks: Mapping[int, NDArray[np.bool_]] | None = None,
+        im_id: int | None = None,
+    ) -> None:
+        """Write one frame.
+
+        Parameters
+        ----------
+        frame : Frame
+        poses : {k: (4, 4)}, optional
+            T_cam_obj of the instances, m.
+        masks : {k: (H, W) bool}, optional
+        im_id : int, optional
+            Number of the image; default: the number of frames so far.
+        """
+        number = self.count if im_id is None else im_id
+        self.journal.add(self.write_frame(frame, dict(sorted((poses or {}).items())), masks or {}, number))
+
+    def finish(self) -> None:
+        """Write the index files; the folder is then a sequence of this layout."""
+        self.journal.free_reserve()
+        self.write_index(self.journal.entries())
+        for inside in self.folder.iterdir():
+            if inside.is_dir() and not any(inside.iterdir()):
+                inside.rmdir()
+        self.journal.remove()
+
+    def close(self) -> None:
+        self.journal.close()
+
+    # What a layout defines.
+
+    def check_contents(self) -> None:
+        """Raise ValueError for contents that the layout cannot represent."""
+
+    def write_models(self) -> None:
+        for mesh in self.contents.models.values():
+            mesh.save(self.folder / "model.ply")
+
+    def write_frame(
+        self, frame: Frame, poses: dict[int, Array], masks: Mapping[int, NDArray[np.bool_]], im_id: int
+    ) -> dict[str, Any]:
+        """Write the images; returns what the index files need to know about the frame."""
+        raise NotImplementedError
+
+    def write_index(self, entries: Iterable[dict[str, Any]]) -> None:
+        raise NotImplementedError
+
+    # What several layouts use.
+
+    def camera_of(self, frame: Frame) -> Camera:
+        return self.contents.camera.depth if frame.camera is None else depth_camera(frame.camera)
+
+    def write_images(self, frame: Frame, depth: Path, color: Path) -> tuple[int, str | None]:
+        """Units per metre of the written depth image, and the name of the colour image, if there is one."""
+        assert frame.depth is not None
+        units, units_per_m = self._units.of(frame)
+        write_depth_units(depth, units)
+        return units_per_m, self.write_color(frame, color)
+
+    def write_color(self, frame: Frame, path: Path) -> str | None:
+        if frame.color is None or not self.contents.camera.aligned:
+            return None
+        path = path.with_suffix(self._suffix)
+        write_color(path, frame.color)
+        return path.name
+
+    def check_one_object(self) -> None:
+        if len(self.contents.objects) > 1:
+            raise ValueError(
+                f"layout: {self.name} holds one object's poses, got {len(self.contents.objects)}; use 'bop'"
+            )
+
+    def check_own_camera(self, frame: Frame) -> None:
+        if frame.camera is not None and depth_camera(frame.camera) != self.contents.camera.depth:
+            raise ValueError(
+                f"layout: {self.name} holds one camera, but frame {frame.index} has its own; use 'bop'"
+            )
+
+    def check_no_lens(self, camera: Camera) -> None:
+        if camera.distortion:
+            raise ValueError(
+                f"camera: the {self.name} layout has no lens distortion; rectify the images or use tum"
+            )

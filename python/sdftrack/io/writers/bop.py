@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT
+"""BOP scenes: every pose, mask and model, any unit of depth."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any, TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack._internal.files import replacing
+from sdftrack.frame import Frame
+from sdftrack.io.frames import write_mask
+from sdftrack.io.writers.base import LayoutWriter
+
+MM_PER_M = 1000.0
+Array = NDArray[np.float64]
+
+
+class BopWriter(LayoutWriter):
+    """scene_camera.json, scene_gt.json, depth/, rgb/, mask_visib/, models/.
+
+    Times are stored as ``timestamp`` (s) of each image in scene_camera.json, which BOP itself does not define.
+    """
+
+    name = "bop"
+    folders = ("depth", "rgb", "mask_visib", "models")
+    units = ((10_000, 1000), (5000, 4000, 8000, 2000))
+
+    def check_contents(self) -> None:
+        self.check_no_lens(self.contents.camera.depth)
+
+    def write_models(self) -> None:
+        for obj_id, mesh in self.contents.models.items():
+            type(mesh)(MM_PER_M * np.asarray(mesh.vertices), mesh.faces, mesh.colors).save(
+                self.folder / "models" / f"obj_{obj_id:06d}.ply"
+            )
+
+    def write_frame(
+        self, frame: Frame, poses: dict[int, Array], masks: Mapping[int, NDArray[np.bool_]], im_id: int
+    ) -> dict[str, Any]:
+        camera = self.camera_of(frame)
+        self.check_no_lens(camera)
+        file, mm = f"{im_id:06d}.png", 0.1
+        color = self.folder / "rgb" / file
+        if frame.depth is not None:
+            mm = MM_PER_M / self.write_images(frame, self.folder / "depth" / file, color)[0]
+        else:
+            self.write_color(frame, color)
+        for place, k in enumerate(poses):
+            if k in masks:
+                write_mask(self.folder / "mask_visib" / f"{im_id:06d}_{place:06d}.png", masks[k])
+        known_time = {} if frame.timestamp is None else {"timestamp": frame.timestamp}
+        return {
+            "im_id": im_id,
+            "camera": {"cam_K": camera.K.ravel().tolist(), "depth_scale": mm, **known_time},
+            "gt": [
+                {
+                    "obj_id": self.contents.objects[k],
+                    "cam_R_m2c": T[:3, :3].ravel().tolist(),
+                    "cam_t_m2c": (MM_PER_M * T[:3, 3]).tolist(),
+                }
+                for k, T in poses.items()
+            ],
+        }
+
+    def write_index(self, entries: Iterable[dict[str, Any]]) -> None:
+        any_pose = False
+        with (
+            replacing(self.folder / "scene_camera.json") as cameras,
+            replacing(self.folder / "scene_gt.json") as truth,
+            cameras.open("w", encoding="utf-8") as first,
+            truth.open("w", encoding="utf-8") as second,
+        ):
+            separator = "{"
+            for entry in entries:
+                _pair(first, separator, entry["im_id"], entry["camera"])
+                _pair(second, separator, entry["im_id"], entry["gt"])
+                separator = ","
+                any_pose = any_pose or bool(entry["gt"])
+            for file in (first, second):
+                file.write("\n}\n" if separator == "," else "{}\n")
+        if not any_pose:
+            (self.folder / "scene_gt.json").unlink()
+
+
+def _pair(file: TextIO, separator: str, im_id: int, value: Any) -> None:
+    file.write(f'{separator}\n  "{im_id}": {json.dumps(value, allow_nan=False)}')

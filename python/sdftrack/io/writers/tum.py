@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: MIT
+"""TUM RGB-D: one object, times, a lens; 5000 units per metre."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack import geometry
+from sdftrack._internal.files import replacing
+from sdftrack.frame import Frame
+from sdftrack.io.trajectories import TUM_HEADER, tum_line
+from sdftrack.io.writers.base import LayoutWriter
+
+FRAME_PERIOD_S = 1 / 30  # where a sequence has no times
+Array = NDArray[np.float64]
+
+
+class TumWriter(LayoutWriter):
+    """depth.txt, rgb.txt, groundtruth.txt, camera.json, depth/, rgb/; frames without depth are omitted."""
+
+    name = "tum"
+    folders = ("depth", "rgb")
+    units = ((5000,), ())
+
+    def check_contents(self) -> None:
+        self.check_one_object()
+
+    def write_frame(
+        self, frame: Frame, poses: dict[int, Array], masks: Mapping[int, NDArray[np.bool_]], im_id: int
+    ) -> dict[str, Any]:
+        if frame.depth is None:
+            return {"time": None}
+        self.check_own_camera(frame)
+        stamp = f"{self.count * FRAME_PERIOD_S if frame.timestamp is None else frame.timestamp:.6f}"
+        if self.journal.last and self.journal.last["time"] == stamp:
+            raise ValueError(
+                f"timestamp: frames {self.count - 1} and {self.count} have the same time {stamp} s"
+            )
+        depth = self.folder / "depth" / f"{stamp}.png"
+        color = self.write_images(frame, depth, self.folder / "rgb" / f"{stamp}.png")[1]
+        T = next(iter(poses.values()), None)
+        return {
+            "time": stamp,
+            "color": color,
+            "pose": None if T is None else tum_line(float(stamp), geometry.inverse(T)),
+        }
+
+    def write_index(self, entries: Iterable[dict[str, Any]]) -> None:
+        depth, color, truth = (self.folder / f"{name}.txt" for name in ("depth", "rgb", "groundtruth"))
+        any_pose = False
+        with (
+            replacing(depth) as a,
+            replacing(color) as b,
+            replacing(truth) as c,
+            a.open("w", encoding="utf-8") as depth_list,
+            b.open("w", encoding="utf-8") as color_list,
+            c.open("w", encoding="utf-8") as poses,
+        ):
+            print("# timestamp filename", file=depth_list)
+            print("# timestamp filename", file=color_list)
+            print(TUM_HEADER, file=poses)
+            for entry in entries:
+                if entry["time"] is None:
+                    continue
+                print(f"{entry['time']} depth/{entry['time']}.png", file=depth_list)
+                if entry["color"]:
+                    print(f"{entry['time']} rgb/{entry['color']}", file=color_list)
+                if entry["pose"]:
+                    any_pose = True
+                    print(entry["pose"], file=poses)
+        if not any_pose:
+            truth.unlink()
+        self.contents.camera.depth.save(self.folder / "camera.json")

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""What is computed of one frame for the page: overlay, coloured points, ellipsoids of the positions' errors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.viz.backdrop import backdrop
+from sdftrack.viz.overlay import OBJECT_RGB, draw
+
+__all__ = ["Shown", "cloud", "cloud_step", "ellipsoid", "object_rgb", "overlay", "trail_segments", "wxyz"]
+
+MAX_POINTS = 30_000  # 0.5 MB a frame
+FAR = 2.5  # points farther than so many distances of the objects are left out: a hall hides the table
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What one call of `Viewer.show` hands over."""
+
+    frame: Any
+    result: Any
+    shapes: list[Any]
+    names: list[str]
+    latency_s: float | None
+    rate_hz: float | None
+    dropped: int | None
+
+
+def object_rgb(k: int) -> tuple[int, int, int]:
+    """Colour of object `k`, in the overlay and in the 3-D view."""
+    return OBJECT_RGB[k % len(OBJECT_RGB)]
+
+
+def overlay(shown: Shown, camera: Any) -> NDArray[np.uint8]:
+    """(H, W, 3) uint8 RGB: the frame with outlines, axes and statuses."""
+    if shown.result is None:
+        return backdrop(shown.frame, camera)
+    return draw(shown.frame, shown.result, shown.shapes, camera, names=shown.names)
+
+
+def cloud(frame: Any, camera: Any, distance_m: float) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
+    """Points (N, 3) of the depth image, camera frame, m, and their colours (N, 3) RGB; N <= about `MAX_POINTS`."""
+    if frame.depth is None:
+        return np.zeros((0, 3), np.float32), np.zeros((0, 3), np.uint8)
+    lens = getattr(camera, "depth", camera)
+    step = cloud_step(frame.depth.size)
+    z = frame.depth[::step, ::step]
+    seen = (z > 0) & (z < FAR * distance_m)
+    xy = lens.rays[::step, ::step][seen]
+    z = z[seen]
+    colors = backdrop(frame, camera)[::step, ::step][seen]
+    return np.column_stack([xy * z[:, None], z]).astype(np.float32), colors
+
+
+def cloud_step(pixels: int) -> int:
+    """Every n-th pixel in rows and columns is shown."""
+    return max(1, int(np.ceil(np.sqrt(pixels / MAX_POINTS))))
+
+
+def ellipsoid(covariance: Array) -> tuple[Array, Array] | None:
+    """Axes of three standard deviations (3,), m, and rotation (3, 3) of a position's error; None if unknown.
+
+    `covariance`: 6 x 6 as in `TrackResult`, of which the position's 3 x 3 are used.
+    """
+    position = np.asarray(covariance, np.float64)[:3, :3]
+    if not np.isfinite(position).all():
+        return None
+    variances, axes = np.linalg.eigh(position)
+    if np.linalg.det(axes) < 0:
+        axes[:, 0] *= -1
+    return 3 * np.sqrt(np.maximum(variances, 0)), axes
+
+
+def wxyz(R: Array) -> Array:
+    """Unit quaternion (w, x, y, z) of a rotation (3, 3)."""
+    K = np.array(
+        [
+            [R[0, 0] + R[1, 1] + R[2, 2], R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]],
+            [0.0, R[0, 0] - R[1, 1] - R[2, 2], R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]],
+            [0.0, 0.0, R[1, 1] - R[0, 0] - R[2, 2], R[1, 2] + R[2, 1]],
+            [0.0, 0.0, 0.0, R[2, 2] - R[0, 0] - R[1, 1]],
+        ]
+    )
+    return np.linalg.eigh(K, UPLO="U")[1][:, -1]
+
+
+def trail_segments(positions: Sequence[Array]) -> NDArray[np.float32]:
+    """(N, 2, 3) line segments between successive positions; NaN ends a line."""
+    p = np.asarray(positions, np.float32).reshape(-1, 3)
+    segments = np.stack([p[:-1], p[1:]], axis=1)
+    return segments[np.isfinite(segments).all(axis=(1, 2))]

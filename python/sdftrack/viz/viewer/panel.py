@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: MIT
+"""The panel of the page: statuses, rates, confidence over time, and what the user can ask for."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from sdftrack.viz.overlay import STATUS_RGB
+from sdftrack.viz.viewer.drawing import Shown, object_rgb
+from sdftrack.viz.viewer.history import History
+from sdftrack.viz.viewer.requests import Pause, Record, Request, Save
+
+__all__ = ["Panel"]
+
+MAGNIFIED = 10.0  # position errors are below a millimetre, and would not be seen
+STYLE = "padding:0.2em 0.9em; font-size:0.9em; line-height:1.5"
+HELP = "Click the object in the image, or drag a box around it, to start it."
+
+
+class Panel:
+    """Elements of viser's panel; `update` is called by the viewer's drawing thread only.
+
+    Parameters
+    ----------
+    viser : viser.ViserServer
+    names : list of str
+    ask : function (Request)
+        Called with what the user asked for.
+    again : function
+        Draws the last frame once more, after a change of a setting.
+    note : str
+        Shown above everything, if not "".
+
+    Attributes
+    ----------
+    message : str
+        A sentence for the user, shown above the statuses by the next `update`.
+    """
+
+    def __init__(
+        self,
+        viser: Any,
+        names: list[str],
+        ask: Callable[[Request], None],
+        again: Callable[[], None],
+        note: str,
+    ) -> None:
+        self._gui = gui = viser.gui
+        gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
+        gui.main_panel.dock_right()
+        if note:
+            gui.add_html(f'<div style="{STYLE}">{html.escape(note)}</div>')
+        self._rates = gui.add_html("")
+        self._lines = gui.add_html("")
+        self.message = ""
+        self._names: list[str] = []
+        self._plot: Any = None
+        self._choice = gui.add_dropdown(
+            "object to start", tuple(_labels(names)) or ("none",), hint=HELP, visible=bool(names)
+        )
+        self._names = list(names)
+        pause = gui.add_checkbox("pause", False)
+        record = gui.add_checkbox("record", False)
+        save = gui.add_button("save")
+        self._magnified = gui.add_slider(
+            "errors x", 1, 100, 1, MAGNIFIED,
+            hint="Magnification of the ellipsoids, which show three standard deviations of the position.",
+        )  # fmt: skip
+
+        # Coroutines run in the order of the events.
+        async def paused(_: Any) -> None:
+            ask(Pause(bool(pause.value)))
+
+        async def recorded(_: Any) -> None:
+            ask(Record(bool(record.value)))
+
+        async def saved(_: Any) -> None:
+            ask(Save())
+
+        async def changed(_: Any) -> None:
+            again()
+
+        pause.on_update(paused)
+        record.on_update(recorded)
+        save.on_click(saved)
+        self._magnified.on_update(changed)
+
+    @property
+    def chosen(self) -> int:
+        """The object that a click starts; -1 without objects."""
+        return _labels(self._names).index(self._choice.value) if self._names else -1
+
+    @property
+    def magnified(self) -> float:
+        return float(self._magnified.value)
+
+    def set_names(self, names: list[str]) -> None:
+        """Other objects, or other names."""
+        if names == self._names:
+            return
+        chosen = max(0, min(self.chosen, len(names) - 1))
+        self._names = list(names)
+        labels = _labels(names)
+        self._choice.options = tuple(labels) or ("none",)
+        if labels:
+            self._choice.value = labels[chosen]
+        self._choice.visible = bool(labels)
+        if self._plot is not None:
+            self._plot.remove()
+            self._plot = None
+
+    def update(self, shown: Shown, history: History) -> None:
+        rate = history.rate_hz() if shown.rate_hz is None else shown.rate_hz
+        self._rates.content = rates_html(rate, shown.latency_s, shown.dropped)
+        heads = [text for text in (self.message, getattr(shown.frame, "error", "")) if text]
+        self._lines.content = lines_html(shown.result, shown.names, heads)
+        times, *confidences = history.confidences(len(self._names))
+        if len(times) < 2 or not confidences:
+            return
+        if self._plot is not None:
+            self._plot.data = (times, *confidences)
+            return
+        lines = [
+            {"label": name, "stroke": "rgb({},{},{})".format(*object_rgb(k)), "width": 2}
+            for k, name in enumerate(self._names)
+        ]
+        grey = {"stroke": "#aaa", "grid": {"stroke": "#444"}}
+        self._plot = self._gui.add_uplot(
+            (times, *confidences), ({"label": "s"}, *lines), title="confidence", aspect=2.0,
+            scales={"x": {"time": False}, "y": {"auto": False, "range": (0.0, 1.05)}}, axes=(grey, grey),
+        )  # fmt: skip
+
+
+def _labels(names: list[str]) -> list[str]:
+    """Names as the dropdown shows them: all different."""
+    return [f"{name} ({k})" if names.count(name) > 1 else name for k, name in enumerate(names)]
+
+
+def rates_html(rate_hz: float | None, latency_s: float | None, dropped: int | None) -> str:
+    """Frame rate, latency and dropped frames, those that are known."""
+    told = []
+    if rate_hz is not None:
+        told.append(f"{rate_hz:.1f} frames/s")
+    if latency_s is not None and math.isfinite(latency_s):
+        told.append(f"latency {1e3 * latency_s:.0f} ms")
+    if dropped is not None:
+        told.append(f"{dropped} dropped")
+    return f'<div style="{STYLE}">{", ".join(told)}</div>'
+
+
+def lines_html(result: Any, names: list[str], heads: Sequence[str] = ()) -> str:
+    """`heads`, and a line for each object: name, status, confidence, reason; all text is escaped."""
+    lines = [f"<div>{html.escape(text)}</div>" for text in heads]
+    for k, status in enumerate(result.status if result is not None else ()):
+        dot = "rgb({},{},{})".format(*object_rgb(k))
+        color = "rgb({},{},{})".format(*STATUS_RGB[str(status)])
+        sure = "" if str(status) in ("lost", "bad_frame") else f" {float(result.confidence[k]):.2f}"
+        lines.append(
+            f'<div><span style="color:{dot}">&#9632;</span> {html.escape(names[k])}: '
+            f'<b style="color:{color}">{html.escape(str(status).replace("_", " "))}{sure}</b> '
+            f"{html.escape(str(result.reason[k]))}</div>"
+        )
+    return f'<div style="{STYLE}">{"".join(lines)}</div>'

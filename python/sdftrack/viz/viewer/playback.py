@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: MIT
+"""Frames of a recording in the viewer, chosen by a slider or played."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from typing import Any
+
+__all__ = ["Playback"]
+
+
+class Playback:
+    """A slider and a play button; a thread loads the frame that was asked for last.
+
+    Parameters
+    ----------
+    viewer : Viewer
+        Closing it ends the playback.
+    count : int
+        Number of frames.
+    show : function (i)
+        Loads frame i and hands it to the viewer; called in this object's thread only.
+    fps : float
+        Frames per second while playing, if `show` is fast enough.
+
+    Attributes
+    ----------
+    index : int
+        The frame shown last; -1 before the first.
+    """
+
+    def __init__(self, viewer: Any, count: int, show: Callable[[int], None], fps: float) -> None:
+        self._count, self._show, self._period_s = count, show, 1 / fps
+        self.index = -1
+        self._wanted, self._playing, self._closed = 0, False, False
+        self._changed = threading.Condition()
+        gui = viewer._server.viser.gui
+        self._slider = gui.add_slider("frame", 0, max(count - 1, 1), 1, 0, disabled=count < 2)
+        self._button = gui.add_checkbox("play", False, disabled=count < 2)
+
+        async def moved(event: Any) -> None:
+            if event.client is not None:  # by a user, not by playing
+                self.go_to(int(self._slider.value))
+
+        async def pressed(_: Any) -> None:
+            self.play(bool(self._button.value))
+
+        self._slider.on_update(moved)
+        self._button.on_update(pressed)
+        self._thread = threading.Thread(target=self._work, name="sdftrack playback", daemon=True)
+        self._thread.start()
+        viewer._at_close.append(self.close)
+
+    def go_to(self, i: int) -> None:
+        """Show frame `i`."""
+        with self._changed:
+            self._wanted = min(max(i, 0), self._count - 1)
+            self._changed.notify()
+
+    def play(self, on: bool) -> None:
+        with self._changed:
+            self._playing = on and self._count > 1
+            self._changed.notify()
+
+    def close(self) -> None:
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        if threading.current_thread() is not self._thread:
+            self._thread.join(timeout=10)
+
+    def _work(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(
+                    lambda: self._closed or self._wanted != self.index,
+                    self._period_s if self._playing else None,
+                )
+                if self._closed:
+                    return
+                stepped = self._playing and self._wanted == self.index
+                if stepped:
+                    self._wanted = (self.index + 1) % self._count
+                i = self._wanted
+            if i == self.index:
+                continue
+            try:
+                self._show(i)
+            except Exception:  # one frame that cannot be read does not end the others
+                logging.getLogger("sdftrack").warning("viewer: frame %d was not shown", i, exc_info=True)
+            self.index = i
+            if stepped:
+                self._slider.value = i

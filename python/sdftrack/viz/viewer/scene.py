@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: MIT
+"""The 3-D view of the page: image board, cloud, models, trails, errors, the camera."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from sdftrack.viz.viewer.drawing import (
+    Shown,
+    cloud,
+    cloud_step,
+    ellipsoid,
+    object_rgb,
+    overlay,
+    trail_segments,
+    wxyz,
+)
+from sdftrack.viz.viewer.history import History
+from sdftrack.viz.viewer.models import light_mesh
+from sdftrack.viz.viewer.pointer import BoardPointer
+from sdftrack.viz.viewer.stage import FOV_RAD, Board, initial_view, place_board, scene_distance
+
+__all__ = ["Scene"]
+
+MOVED = 3.0  # the stage is set again where the objects are farther or nearer by this factor
+FAINT = 0.25  # opacity of a lost object, at its last good pose
+JPEG_QUALITY = 85
+
+
+class Scene:
+    """Nodes of a viser scene, in the depth camera's frame (x right, y down, z forward; m).
+
+    Only the viewer's drawing thread calls `update`; nodes are made once and then changed, which keeps a page that is
+    open for hours as small as a new one.
+
+    Parameters
+    ----------
+    viser : viser.ViserServer
+    on_click : function (x_px, y_px)
+    on_box : function (x, y, w, h)
+    """
+
+    def __init__(
+        self,
+        viser: Any,
+        on_click: Callable[[float, float], None],
+        on_box: Callable[[float, float, float, float], None],
+    ) -> None:
+        self._viser, self._on_click, self._on_box = viser, on_click, on_box
+        viser.scene.set_up_direction("-y")
+        self._board: Board | None = None
+        self._image: Any = None
+        self._cloud: Any = None
+        self._models: dict[int, tuple[Any, Any]] = {}  # k -> (what it shows, node)
+        self._trails: dict[int, Any] = {}
+        self._errors: dict[int, Any] = {}
+
+    @property
+    def board(self) -> Board | None:
+        """Where the image stands; None before the first frame."""
+        return self._board
+
+    def update(
+        self, shown: Shown, camera: Any, meshes: dict[int, Any], history: History, magnified: float
+    ) -> Any:
+        """Show a frame; returns the overlay, (H, W, 3) uint8 RGB."""
+        picture = overlay(shown, camera)
+        poses = None if shown.result is None else shown.result.poses
+        distance = scene_distance(shown.frame.depth, poses)
+        lens = getattr(camera, "depth", camera)
+        size = (picture.shape[1], picture.shape[0])
+        points, colors = cloud(shown.frame, camera, distance or 1.0)
+        new_models = self._new_models(shown, meshes)
+        with self._viser.atomic():  # image, cloud and models of one frame appear together
+            if self._board is None or self._misplaced(distance, size):
+                self._set_stage(lens, distance or 1.0, picture)
+            else:
+                self._image.image = picture
+            assert self._board is not None
+            if self._cloud is None:
+                gap_px = cloud_step(size[0] * size[1])
+                self._cloud = self._viser.scene.add_point_cloud(
+                    "/cloud", points, colors, point_size=gap_px * self._board.center[2] / float(lens.K[0, 0]),
+                    precision="float32", point_shading="flat",
+                )  # fmt: skip
+            else:
+                self._cloud.points, self._cloud.colors = points, colors
+            for k, (key, mesh) in new_models.items():
+                self._models[k] = (key, self._add_model(k, mesh))
+            self._place_models(shown)
+            self._place_trails(shown, history)
+            self._place_errors(shown, magnified)
+        return picture
+
+    def _misplaced(self, distance: float | None, size: tuple[int, int]) -> bool:
+        assert self._board is not None
+        if size != (self._board.width_px, self._board.height_px):
+            return True
+        ratio = 1.0 if distance is None else distance / self._board.center[2]
+        return not 1 / MOVED < ratio < MOVED
+
+    def _set_stage(self, lens: Any, distance: float, picture: Any) -> None:
+        """Board, frustum and view for a scene at this distance; pages that are open turn there."""
+        self._board = board = place_board(lens, distance)
+        self._image = self._viser.scene.add_image(
+            "/image", picture, board.width_m, board.height_m, format="jpeg", jpeg_quality=JPEG_QUALITY,
+            position=board.center, cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
+        BoardPointer(self._viser, self._image, board, self._on_click, self._on_box)
+        self._viser.scene.add_camera_frustum(
+            "/camera", 2 * math.atan(lens.height / (2 * float(lens.K[1, 1]))), lens.width / lens.height,
+            scale=0.05 * distance, thickness=1.5, thickness_units="screen", color=(150, 150, 160),
+        )  # fmt: skip
+        position, look_at = initial_view(board)
+        views = [self._viser.initial_camera, *(c.camera for c in self._viser.get_clients().values())]
+        for view in views:
+            view.fov, view.near, view.far = FOV_RAD, 0.01 * distance, 100 * distance
+            view.position, view.look_at = position, look_at
+
+    def _new_models(self, shown: Shown, meshes: dict[int, Any]) -> dict[int, tuple[Any, Any]]:
+        """Meshes that the page does not show yet; made before the scene is locked, since that takes a while."""
+        new = {}
+        for k in range(0 if shown.result is None else len(shown.result.poses)):
+            key = meshes.get(k, shown.shapes[k])
+            if k not in self._models or self._models[k][0] is not key:
+                new[k] = (key, light_mesh(key if k in meshes else key.to_mesh()))
+        return new
+
+    def _add_model(self, k: int, mesh: Any) -> Any:
+        name = f"/object_{k}"
+        if mesh.colors is not None and len(mesh.faces):
+            return self._viser.scene.add_mesh_trimesh(name, mesh.to_trimesh())
+        return self._viser.scene.add_mesh_simple(
+            name, mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32), color=object_rgb(k),
+            side="double",
+        )  # fmt: skip
+
+    def _place_models(self, shown: Shown) -> None:
+        count = 0 if shown.result is None else len(shown.result.poses)
+        for k, (_, node) in self._models.items():
+            if k >= count or not np.isfinite(shown.result.poses[k]).all():
+                node.visible = False
+                continue
+            T = shown.result.poses[k]
+            known = str(shown.result.status[k]) in ("ok", "weak")
+            node.position, node.wxyz, node.visible = T[:3, 3], wxyz(T[:3, :3]), True
+            if hasattr(node, "opacity"):
+                node.opacity = None if known else FAINT
+            else:
+                node.visible = known
+
+    def _place_trails(self, shown: Shown, history: History) -> None:
+        assert self._board is not None
+        count = 0 if shown.result is None else len(shown.result.poses)
+        for k in range(max(count, len(self._trails))):
+            segments = (
+                trail_segments(list(history.positions(k))) if k < count else np.zeros((0, 2, 3), np.float32)
+            )
+            if not len(segments):
+                if k in self._trails:
+                    self._trails[k].visible = False
+            elif k not in self._trails:
+                self._trails[k] = self._viser.scene.add_line_segments(
+                    f"/trail_{k}", segments, object_rgb(k), thickness=2.0, thickness_units="screen"
+                )
+            else:
+                colors = np.broadcast_to(np.array(object_rgb(k), np.uint8), segments.shape)
+                self._trails[k].points, self._trails[k].colors = segments, np.ascontiguousarray(colors)
+                self._trails[k].visible = True
+
+    def _place_errors(self, shown: Shown, magnified: float) -> None:
+        count = 0 if shown.result is None else len(shown.result.poses)
+        for k in range(max(count, len(self._errors))):
+            known = k < count and str(shown.result.status[k]) in ("ok", "weak")
+            shape = ellipsoid(shown.result.covariances[k]) if known else None
+            if shape is None:
+                if k in self._errors:
+                    self._errors[k].visible = False
+                continue
+            axes, R = shape
+            if k not in self._errors:
+                self._errors[k] = self._viser.scene.add_icosphere(
+                    f"/error_{k}", 1.0, (255, 255, 255), opacity=0.45, cast_shadow=False, receive_shadow=False
+                )
+            node = self._errors[k]
+            node.scale = tuple(float(max(magnified * a, 1e-6)) for a in axes)
+            node.position, node.wxyz = shown.result.poses[k][:3, 3], wxyz(R)
+            node.visible = True

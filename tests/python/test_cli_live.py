@@ -1,0 +1,364 @@
+# SPDX-License-Identifier: MIT
+"""The command live: cameras with faults, what a page asks for, files, streams, and its end."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.cli import live as live_module
+from sdftrack.cli import live_run
+from sdftrack.cli.app import run
+from sdftrack.live import CAMERAS
+from sdftrack.live.sources import CameraKind
+from sdftrack.synth.duck import duck_mesh
+from sdftrack.testing.faults import FaultyCamera
+from sdftrack.viz.viewer.requests import Box, Click, Pause, Record, Save
+
+CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
+FRAMES = 60
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    """A duck before a wall: the sequence in memory and in a folder, and its mesh file."""
+    folder = tmp_path_factory.mktemp("live")
+    duck = duck_mesh()
+    walk = st.synth.random_walk(step_m=0.002, step_rad=0.01)
+    seq = st.synth.sequence(duck, FRAMES, walk, 0.001, seed=2, camera=CAMERA, clutter="wall")
+    seq = st.Sequence(list(seq), CAMERA, np.stack([seq.ground_truth[i][0] for i in range(FRAMES)]), {1: duck})
+    st.save_sequence(folder / "seq", seq)
+    duck.save(folder / "duck.ply")
+    return seq, folder
+
+
+def middle(seq, i):
+    """The pixel at the duck's middle."""
+    low, high = seq.models[1].bounds
+    T = seq.ground_truth[i][0]
+    return CAMERA.project((0.5 * (np.asarray(low) + high)) @ T[:3, :3].T + T[:3, 3])
+
+
+def box_around(seq, i):
+    points = seq.models[1].vertices @ seq.ground_truth[i][0][:3, :3].T + seq.ground_truth[i][0][:3, 3]
+    px = CAMERA.project(points)
+    low, high = px.min(axis=0) - 3, px.max(axis=0) + 3
+    return ",".join(f"{v:.0f}" for v in (*low, *(high - low)))
+
+
+@pytest.fixture
+def faulty(monkeypatch, scene):
+    """Registers the camera "faulty:" with these faults."""
+
+    def register(**faults):
+        def make(address, **_):
+            register.camera = FaultyCamera(scene[0], **faults)
+            return register.camera
+
+        monkeypatch.setitem(CAMERAS, "faulty", CameraKind("faulty", "", make))
+
+    return register
+
+
+def live(scene, out, *more, camera="faulty:", init=True):
+    start = ["--init", f"box:{box_around(scene[0], 0)}"] if init else []
+    model = ["--model", str(scene[1] / "duck.ply"), "--voxels", "50"]
+    return run(
+        ["live", "--camera", camera, *model, *start, "--no-video", "--threads", "1", "--out", str(out), *more]
+    )
+
+
+def report_of(out):
+    return json.loads((out / "report.json").read_text())["frames"]
+
+
+def statuses(out):
+    return [f["objects"][0]["status"] for f in report_of(out)]
+
+
+def check_poses(scene, out, start):
+    """Poses of frames that are ok are right, by the time at which the camera took them."""
+    for frame in report_of(out):
+        entry = frame["objects"][0]
+        if entry["status"] == "ok":
+            i = round((frame["timestamp"] - start) * 30)
+            metres, radians = st.metrics.pose_error(np.array(entry["pose"]), scene[0].ground_truth[i][0])
+            assert metres < 0.003
+            assert radians < np.radians(3)
+
+
+def test_poses_of_a_camera_are_written(scene, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert live(scene, out, "--no-viewer", "--fps", "15", camera=f"replay:{scene[1] / 'seq'}") == 0
+    assert {"poses.csv", "report.json", "trajectory_0.txt"} == {p.name for p in out.iterdir()}
+    said = capsys.readouterr()
+    assert f"{len(report_of(out))} frames" in said.out
+    assert "camera: replay of seq" in said.err
+    assert statuses(out).count("ok") >= len(statuses(out)) - 1
+    settings = json.loads((out / "report.json").read_text())["settings"]
+    assert settings["command"] == "live"
+
+
+def test_a_camera_with_every_fault_is_followed(scene, faulty, tmp_path, capsys):
+    faulty(drop=[5, 6], repeat=[10], swap=[14], stall={20: 0.2}, unplugged=range(28, 40))
+    out = tmp_path / "out"
+    assert live(scene, out, "--no-viewer") == 0
+    frames, status = report_of(out), statuses(out)
+    assert "bad_frame" in status  # while it was unplugged
+    gone = status.index("bad_frame")
+    assert "is the cable connected" in frames[gone]["objects"][0]["reason"]
+    assert status[-1] == "ok"  # found again
+    check_poses(scene, out, faulty.camera._start)
+    assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_an_object_that_was_carried_away_while_the_cable_was_out_is_found_again(scene, tmp_path, monkeypatch):
+    seq = scene[0]
+    away = seq.ground_truth[0][0] @ st.geometry.pose([0.1, -0.2, 0.6], [0, 0, 0])
+    away[:3, 3] += [0.12, 0.04, 0.05]
+    path = [seq.ground_truth[i][0] for i in range(20)] + [away] * 25
+    moved = st.synth.sequence(seq.models[1], 45, np.stack(path), 0.001, seed=2, camera=CAMERA, clutter="wall")
+    moved = st.Sequence(list(moved), CAMERA)
+    camera = lambda address, **_: FaultyCamera(moved, unplugged=range(20, 26))  # noqa: E731
+    monkeypatch.setitem(CAMERAS, "faulty", CameraKind("faulty", "", camera))
+    out = tmp_path / "out"
+    assert live(scene, out, "--no-viewer") == 0
+    last = report_of(out)[-1]["objects"][0]
+    assert last["status"] == "ok"
+    metres, radians = st.metrics.pose_error(np.array(last["pose"]), path[-1])
+    assert metres < 0.003
+    assert radians < np.radians(3)
+
+
+class Page:
+    """A viewer whose user does something at certain frames."""
+
+    url, note, pages = "http://page", "", 1
+
+    def __init__(self, does):
+        self.does, self.shown, self.said, self.meshes = does, [], [], []
+        self.picture = np.zeros((4, 6, 3), np.uint8)
+
+    def requests(self):
+        return self.does.get(len(self.shown), [])
+
+    def show(self, frame, result, **about):
+        self.shown.append((frame, result, about))
+
+    def tell(self, text):
+        self.said.append(text)
+
+    def set_mesh(self, k, mesh):
+        self.meshes.append(mesh)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+
+@pytest.fixture
+def page(monkeypatch):
+    def place(does):
+        made = Page(does)
+        monkeypatch.setattr(live_module, "_page", lambda *_: made)
+        return made
+
+    return place
+
+
+def test_a_click_starts_and_restarts_an_object(scene, faulty, page, tmp_path):
+    faulty(real_time=False, stall=dict.fromkeys(range(FRAMES), 0.02))
+    click = middle(scene[0], 3)
+    wall = (4.0, 4.0)
+    made = page({3: [Click(0, *wall)], 4: [Click(0, *click)], 20: [Click(0, *click)]})
+    assert live(scene, tmp_path / "out", "--init", "view", init=False) == 0
+    assert made.said[0] == "click on the object: duck"
+    assert any("click on duck" in text for text in made.said[1:])  # the wall is not a duck
+    assert made.said.count("duck: started") == 2
+    results = [result for _, result, _ in made.shown]
+    assert results[:4] == [None] * 4
+    assert all(r is not None for r in results[4:])
+    assert str(results[-1].status[0]) == "ok"
+    assert made.shown[-1][2]["latency_s"] < 10
+
+
+def test_a_box_starts_an_object_and_a_pause_holds_it(scene, faulty, page, tmp_path):
+    faulty(real_time=False, stall=dict.fromkeys(range(FRAMES), 0.02))
+    box = [float(v) for v in box_around(scene[0], 2).split(",")]
+    made = page({2: [Box(0, *box)], 10: [Pause(True)], 14: [Pause(False)]})
+    out = tmp_path / "out"
+    assert live(scene, out, "--init", "view", init=False) == 0
+    results = [result for _, result, _ in made.shown]
+    assert [r is None for r in results[:16]] == [True] * 2 + [False] * 8 + [True] * 4 + [False] * 2
+    assert len(report_of(out)) == sum(r is not None for r in results)
+
+
+def test_the_user_records_and_saves(scene, faulty, page, tmp_path):
+    faulty(real_time=False, stall=dict.fromkeys(range(FRAMES), 0.02))
+    made = page({5: [Record(True)], 15: [Record(False), Save()], 20: [Record(True)]})
+    out = tmp_path / "out"
+    assert live(scene, out) == 0
+    first, second = st.open_sequence(out / "recording_1"), st.open_sequence(out / "recording_2")
+    assert len(first) == 10
+    shown = [frame for frame, _, _ in made.shown]
+    for a, b in zip(first, shown[5:15], strict=True):
+        assert (
+            np.abs(a.depth - b.depth).max() <= 0.00005 + 1e-6
+        )  # half a unit: the synthetic depth is no sensor's
+        np.testing.assert_array_equal(a.color, b.color)
+        assert a.timestamp == b.timestamp
+    assert len(second) == len(shown) - 20  # ended with the command
+    assert (out / "picture_1.png").is_file()
+    assert "poses.csv" in {p.name for p in out.iterdir()}
+
+
+def test_without_a_folder_nothing_is_written(scene, faulty, page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    faulty(real_time=False, stall=dict.fromkeys(range(FRAMES), 0.02))
+    made = page({5: [Record(True), Save()]})
+    model = [
+        "--model",
+        str(scene[1] / "duck.ply"),
+        "--voxels",
+        "50",
+        "--init",
+        f"box:{box_around(scene[0], 0)}",
+    ]
+    assert run(["live", "--camera", "faulty:", *model, "-q"]) == 0
+    assert [text for text in made.said if "--out" in text] == [
+        "to record, start with --out DIR",
+        "to save, start with --out DIR",
+    ]
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_an_unknown_object_is_reconstructed_and_its_mesh_grows(scene, faulty, page, tmp_path, monkeypatch):
+    monkeypatch.setattr(live_run, "MESH_EVERY_S", 0.0)
+    monkeypatch.setattr(live_run, "COPY_EVERY_S", 0.0)
+    faulty(real_time=False, stall=dict.fromkeys(range(FRAMES), 0.05))
+    made = page({1: [Save()], 2: [Click(0, *middle(scene[0], 2))], 40: [Save()]})
+    out = tmp_path / "out"
+    arguments = ["--reconstruct", "--voxels", "60", "--no-video", "--out", str(out)]
+    assert run(["live", "--camera", "faulty:", *arguments]) == 0
+    assert "nothing to save yet: click on the object" in made.said
+    mesh = st.Mesh.load(out / "mesh_1.ply")
+    assert np.ptp(mesh.vertices, axis=0).max() == pytest.approx(0.2, abs=0.06)
+    assert len(made.meshes) > 3
+    assert made.shown[-1][2]["shapes"] is not None
+
+
+@pytest.mark.slow
+def test_poses_go_to_a_stream_and_a_file(scene, tmp_path):
+    from websockets.sync.client import connect
+
+    mcap, out = tmp_path / "poses.mcap", tmp_path / "out"
+    arguments = [
+        *("live", "--camera", f"replay:{scene[1] / 'seq'}", "--fps", "10", "--no-viewer", "--no-video"),
+        *(
+            "--model",
+            str(scene[1] / "duck.ply"),
+            "--voxels",
+            "50",
+            "--init",
+            f"box:{box_around(scene[0], 0)}",
+        ),
+        *("--stream", "ws://localhost:0", "--stream", f"mcap:{mcap}", "--out", str(out)),
+    ]
+    child = subprocess.Popen(
+        [sys.executable, "-m", "sdftrack", *arguments],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    address = next(line.split()[1] for line in child.stderr if line.startswith("stream: ws"))
+    with connect(address) as client:
+        message = json.loads(client.recv(timeout=20))
+    said = child.communicate(timeout=60)
+    assert child.returncode == 0, said
+    assert message["objects"][0]["name"] == "duck"
+    assert message["objects"][0]["status"] == "ok"
+    frames = report_of(out)
+    assert message["timestamp"] in [f["timestamp"] for f in frames]
+    assert mcap.stat().st_size > 1000
+    assert "messages sent" in said[0]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="Ctrl-C is sent as a signal")
+def test_ctrl_c_is_a_clean_end(scene, tmp_path):
+    out = tmp_path / "out"
+    arguments = [
+        *("live", "--camera", f"replay:{scene[1] / 'seq'}", "--fps", "2", "--no-viewer"),
+        *(
+            "--model",
+            str(scene[1] / "duck.ply"),
+            "--voxels",
+            "50",
+            "--init",
+            f"box:{box_around(scene[0], 0)}",
+        ),
+    ]
+    child = subprocess.Popen(
+        [sys.executable, "-m", "sdftrack", *arguments, "--out", str(out)], stderr=subprocess.PIPE, text=True
+    )
+    end = time.monotonic() + 60
+    while not (out / ".frames.part").exists() and time.monotonic() < end:
+        time.sleep(0.05)
+    time.sleep(1.5)
+    child.send_signal(signal.SIGINT)
+    err = child.communicate(timeout=30)[1]
+    assert child.returncode == 0, err
+    assert 1 <= len(report_of(out)) < FRAMES
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        ([], 2, "expected either --model"),
+        (["--model", "M", "--reconstruct"], 2, "expected either --model"),
+        (["--reconstruct", "--no-viewer"], 2, "nobody can show the object"),
+        (["--reconstruct", "--init", "auto"], 2, "with --reconstruct"),
+        (["--model", "M", "--init", "gt"], 2, "expected auto"),
+        (["--model", "M", "--init", "box:1,2"], 2, "box:x,y,w,h"),
+        (["--model", "M", "--mode", "x"], 2, "--mode"),
+        (["--model", "M", "--seconds", "0"], 2, "--seconds"),
+        (["--model", "M", "--camera", "sonar:"], 1, "expected one of"),
+        (["--model", "M", "--camera", "replay:/nowhere"], 1, "no such folder"),
+        (["--model", "/nowhere.ply", "--camera", "replay:SEQ"], 1, "nowhere.ply"),
+        (
+            ["--model", "M", "--camera", "replay:SEQ", "--no-viewer", "--stream", "udp://x"],
+            1,
+            "expected one of",
+        ),
+        (
+            ["--model", "M", "--camera", "replay:SEQ", "--no-viewer", "--stream", "ws://localhost:99999"],
+            1,
+            "99999",
+        ),
+        (
+            ["--model", "M", "--camera", "replay:SEQ", "--no-viewer", "--init", "click:999,1"],
+            2,
+            "expected a pixel",
+        ),
+        (["--model", "M", "--camera", "replay:SEQ", "--no-viewer", "--width", "7"], 1, "has 320 x 240"),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing(scene, tmp_path, capsys, arguments, code, message):
+    given = [a.replace("SEQ", str(scene[1] / "seq")).replace("M", str(scene[1] / "duck.ply")) if a != "--model" else a
+             for a in arguments]  # fmt: skip
+    out = tmp_path / "out"
+    assert run(["live", *given, "--voxels", "50", "-q", "--out", str(out)]) == code
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1, err
+    assert message in err
+    assert not out.exists()

@@ -1,0 +1,301 @@
+# SPDX-License-Identifier: MIT
+"""record, convert, synth: every layout returns what was written; interruptions and full disks lose nothing."""
+
+import errno
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.cli.app import run
+from sdftrack.io import frames as image_io
+from sdftrack.io.writers import WRITERS, Contents
+from sdftrack.io.writers.depth_units import DepthUnits
+
+CAMERA = st.Camera(60.0, 61.0, 31.0, 23.5, 64, 48)
+LAYOUTS = list(WRITERS)
+
+
+def sensor_sequence(n=6, units_per_m=1000, seed=0):
+    """Depth as a sensor delivers it, whole units; a moving pose."""
+    rng = np.random.default_rng(seed)
+    frames = [
+        st.Frame(
+            rng.integers(0, 4 * units_per_m, CAMERA.shape).astype(np.uint16),
+            rng.integers(0, 256, (*CAMERA.shape, 3), np.uint8),
+            timestamp=100 + i / 30,
+            depth_scale=1 / units_per_m,
+        )
+        for i in range(n)
+    ]
+    poses = np.stack([st.geometry.pose(rng.uniform(-1, 1, 3), rng.uniform(-2, 2, 3)) for _ in range(n)])
+    return st.Sequence(frames, CAMERA, poses)
+
+
+def same(a, b, exact_color=True):
+    assert len(a) == len(b)
+    for i, (x, y) in enumerate(zip(a, b, strict=True)):
+        np.testing.assert_array_equal(x.depth, y.depth)
+        if exact_color:
+            np.testing.assert_array_equal(x.color, y.color)
+        assert x.timestamp == pytest.approx(y.timestamp, abs=1e-6)
+        for k, T in a.ground_truth.get(i, {}).items():
+            np.testing.assert_allclose(b.ground_truth[i][k], T, atol=1e-9, rtol=0)
+    for name in ("fx", "fy", "cx", "cy", "width", "height"):
+        assert getattr(a.camera.depth, name) == pytest.approx(getattr(b.camera.depth, name), abs=1e-12)
+
+
+# Open3D's files hold millimetres and TUM's a fifth of that, BOP's any unit.
+WAYS = [
+    (there, back, units_per_m)
+    for units_per_m, fit in ((1000, LAYOUTS), (5000, ["bop", "tum"]), (10_000, ["bop"]), (4000, ["bop"]))
+    for there in fit
+    for back in fit
+]
+
+
+@pytest.mark.parametrize(("there", "back", "units_per_m"), WAYS)
+def test_sequences_go_through_two_layouts_and_come_back(tmp_path, there, back, units_per_m):
+    seq = sensor_sequence(units_per_m=units_per_m)
+    st.save_sequence(tmp_path / "0", seq, layout=there)
+    assert run(["convert", str(tmp_path / "0"), "--to", back, "--out", str(tmp_path / "1"), "-q"]) == 0
+    read = st.open_sequence(tmp_path / "1")
+    assert read.layout == back
+    same(seq, read)
+
+
+def test_metres_do_not_depend_on_the_unit_of_the_file():
+    """The nearest float32 to a distance, by any unit of sensors that divides it."""
+    mm = np.arange(1, 6500, dtype=np.uint16).reshape(1, -1)
+    nearest = (np.arange(1, 6500) / 1000).astype(np.float32).reshape(1, -1)
+    for factor, scale in (
+        (1, 0.001),
+        (1, float(np.float32(0.001))),
+        (10, 0.0001),
+        (5, 1 / 5000),
+        (10, 0.1 * 1e-3),
+    ):
+        depth = st.Frame(mm * np.uint16(factor), depth_scale=scale, check_units=False).depth
+        np.testing.assert_array_equal(depth, nearest)
+    odd = st.Frame(mm, depth_scale=0.00123, check_units=False).depth  # no whole number of units per metre
+    np.testing.assert_array_equal(odd, mm.astype(np.float32) * np.float32(0.00123))
+
+
+def test_depth_that_no_unit_holds_is_rounded_and_said(tmp_path, capsys):
+    rng = np.random.default_rng(1)
+    depth = rng.uniform(0.7, 0.9, CAMERA.shape).astype(np.float32)
+    st.save_sequence(tmp_path / "0", st.Sequence([st.Frame(depth, timestamp=1.0)], CAMERA))
+    units = DepthUnits((1000,))
+    stored, units_per_m = units.of(st.Frame(depth))
+    assert (units_per_m, units.rounded_m) == (1000, 0.001)
+    assert np.abs(stored / 1000 - depth).max() <= 0.0005 + 1e-6
+    # The file holds tenths of a millimetre, and open3d whole ones.
+    assert run(["convert", str(tmp_path / "0"), "--to", "open3d", "--out", str(tmp_path / "1")]) == 0
+    assert "depth is rounded to 1 mm" in capsys.readouterr().out
+    assert run(["convert", str(tmp_path / "0"), "--to", "bop", "--out", str(tmp_path / "2")]) == 0
+    assert "rounded" not in capsys.readouterr().out
+
+
+def test_an_interrupted_recording_is_continued(tmp_path):
+    seq = sensor_sequence()
+    for layout in LAYOUTS:
+        folder = tmp_path / layout
+        folder.mkdir()
+        contents = Contents(seq.camera, seq.objects, seq.models)
+        with WRITERS[layout](folder, contents) as writer:
+            for i in range(3):
+                writer.add(seq[i], seq.ground_truth[i])
+        with (folder / ".frames.jsonl").open("ab") as file:
+            file.write(b'{"im_id": 3, "cam')  # as a killed program leaves it
+        with pytest.raises(ValueError, match="interrupted"):
+            st.open_sequence(folder)
+        other = Contents(st.RGBDCamera(st.Camera(61.0, 61.0, 31.0, 23.5, 64, 48)), seq.objects, seq.models)
+        with pytest.raises(ValueError, match="different: camera"):
+            WRITERS[layout](folder, other, resume=True)
+        with WRITERS[layout](folder, contents, resume=True) as writer:
+            assert writer.count == 3
+            for i in range(3, len(seq)):
+                writer.add(seq[i], seq.ground_truth[i])
+            writer.finish()
+        same(seq, st.open_sequence(folder))
+        assert not list(folder.glob(".*"))
+
+
+def test_convert_continues_after_it_was_killed(tmp_path):
+    st.save_sequence(tmp_path / "0", sensor_sequence(300))
+    arguments = ["convert", str(tmp_path / "0"), "--to", "tum", "--out", str(tmp_path / "1"), "-q"]
+    journal = tmp_path / "1" / ".frames.jsonl"
+    child = subprocess.Popen([sys.executable, "-m", "sdftrack", *arguments])
+    end = time.monotonic() + 60
+    while time.monotonic() < end and not (journal.is_file() and journal.read_bytes().count(b"\n") > 5):
+        time.sleep(0.005)
+    child.send_signal(signal.SIGKILL)
+    child.wait()
+    assert not (tmp_path / "1" / "depth.txt").exists()
+    assert run([*arguments]) == 1  # not without being told to
+    assert run([*arguments, "--resume"]) == 0
+    same(sensor_sequence(300), st.open_sequence(tmp_path / "1"))
+    assert run([*arguments, "--resume"]) == 1  # nothing is left to continue
+
+
+def test_a_full_disk_ends_a_recording_that_can_be_read(tmp_path, monkeypatch, capsys):
+    st.save_sequence(tmp_path / "0", sensor_sequence())
+    write, written = image_io._encode, []
+
+    def full_after_seven(path, image):
+        written.append(path)
+        if len(written) > 7:  # in the middle of the fourth frame
+            raise OSError(errno.ENOSPC, "no space left on the disk")
+        write(path, image)
+
+    monkeypatch.setattr(image_io, "_encode", full_after_seven)
+    out = tmp_path / "1"
+    assert run(["record", f"replay:{tmp_path / '0'}", "--fps", "200", "--out", str(out), "-q"]) == 1
+    assert "no space left on the disk; 3 frames before that are in" in capsys.readouterr().err
+    monkeypatch.undo()
+    read = st.open_sequence(out)
+    assert len(read) == 3
+    np.testing.assert_array_equal(read[2].depth, sensor_sequence()[2].depth)
+
+
+@pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="needs a file system that reserves space")
+def test_space_for_the_index_is_reserved(tmp_path):
+    seq = sensor_sequence(1)
+    with WRITERS["bop"](tmp_path, Contents(seq.camera, seq.objects, seq.models)) as writer:
+        for i in range(3000):  # of small entries
+            writer.journal.add(
+                {"im_id": i, "camera": {"cam_K": list(range(9)), "depth_scale": 1.0}, "gt": []}
+            )
+            size = (tmp_path / ".frames.jsonl").stat().st_size
+            assert (tmp_path / ".reserve").stat().st_size >= 2 * size
+        writer.finish()
+    cameras = json.loads((tmp_path / "scene_camera.json").read_text())
+    assert len(cameras) == 3000
+    assert not (tmp_path / ".reserve").exists()
+
+
+def test_record_stores_every_frame_of_a_camera(tmp_path, capsys):
+    seq = sensor_sequence(20)
+    st.save_sequence(tmp_path / "0", seq)
+    out = tmp_path / "1"
+    assert run(["record", f"replay:{tmp_path / '0'}", "--fps", "100", "--out", str(out)]) == 0
+    assert "20 frames written" in capsys.readouterr().out
+    read = st.open_sequence(out)
+    assert [f.depth.tobytes() for f in read] == [f.depth.tobytes() for f in seq]
+    steps = np.diff([f.timestamp for f in read])
+    assert np.median(steps) == pytest.approx(0.01, abs=0.005)
+    assert (
+        run(["record", f"replay:{tmp_path / '0'}", "--frames", "4", "--out", str(tmp_path / "2"), "-q"]) == 0
+    )
+    assert len(st.open_sequence(tmp_path / "2")) == 4
+
+
+@pytest.mark.slow
+def test_ctrl_c_ends_a_recording_well(tmp_path):
+    st.save_sequence(tmp_path / "0", sensor_sequence())
+    out = tmp_path / "1"
+    child = subprocess.Popen(
+        [
+            sys.executable,
+            "-m",
+            "sdftrack",
+            "record",
+            f"replay:{tmp_path / '0'}",
+            "--fps",
+            "2",
+            "--out",
+            str(out),
+        ],
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    while not list(out.glob("depth/*")):
+        time.sleep(0.02)
+    child.send_signal(signal.SIGINT)
+    err = child.communicate(timeout=30)[1]
+    assert child.returncode == 0, err
+    assert 1 <= len(st.open_sequence(out)) < 6
+
+
+def test_overwrite_replaces_only_what_a_recording_wrote(tmp_path, capsys):
+    st.save_sequence(tmp_path / "0", sensor_sequence())
+    out = tmp_path / "1"
+    arguments = ["convert", str(tmp_path / "0"), "--out", str(out), "-q"]
+    assert run(arguments) == 0
+    (out / "notes.txt").write_text("mine")
+    assert run(arguments) == 1
+    assert "--overwrite" in capsys.readouterr().err
+    assert run([*arguments, "--to", "tum", "--overwrite"]) == 0
+    assert (out / "notes.txt").read_text() == "mine"
+    assert st.open_sequence(out).layout == "tum"
+    assert not (out / "scene_camera.json").exists()
+    (tmp_path / "2").mkdir()
+    (tmp_path / "2" / "notes.txt").write_text("mine")
+    assert run(["convert", str(tmp_path / "0"), "--out", str(tmp_path / "2"), "--overwrite"]) == 1
+    assert "got other files" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["convert", "SEQ", "--to", "kitti", "--out", "o"], 2, "expected one of bop, tum, open3d"),
+        (["convert", "SEQ"], 2, "--out DIR"),
+        (["convert", "SEQ", "--out", "SEQ"], 1, "expected another folder than the sequence"),
+        (["convert", "/nowhere", "--out", "o"], 1, "no such folder"),
+        (["convert", "SEQ", "--start", "9", "--out", "o"], 1, "expected at least one of the 6 frames"),
+        (["convert", "SEQ", "--resume", "--out", "o"], 1, "holds no interrupted recording"),
+        (["record", "replay:/nowhere", "--out", "o"], 1, "no such folder"),
+        (["record", "telescope:", "--out", "o"], 1, "expected one of"),
+        (["record", "replay:SEQ", "--fps", "0", "--out", "o"], 2, "--fps"),
+        (["record", "replay:SEQ", "--seconds", "0", "--out", "o"], 2, "--seconds"),
+        (["record", "replay:SEQ", "--width", "3", "--out", "o"], 1, "has 64 x 48"),
+        (["synth", "--noise", "loud", "--out", "o"], 2, "standard deviation in metres"),
+        (["synth", "--model", "/nowhere.ply", "--out", "o"], 1, "nowhere.ply"),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing(tmp_path, monkeypatch, capsys, arguments, code, message):
+    st.save_sequence(tmp_path / "s", sensor_sequence())
+    monkeypatch.chdir(tmp_path)
+    assert run([a.replace("SEQ", "s") for a in arguments]) == code
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1, err
+    assert message in err
+    assert not (tmp_path / "o").exists()
+
+
+@pytest.mark.slow
+def test_synth_writes_a_sequence_that_track_follows(tmp_path, capsys):
+    out = tmp_path / "s"
+    assert run(["synth", "--frames", "5", "--around", "table", "--out", str(out)]) == 0
+    assert "try it: sdftrack track" in capsys.readouterr().out
+    seq = st.open_sequence(out)
+    assert (len(seq), sorted(seq.models), len(seq.ground_truth)) == (5, [1], 5)
+    assert seq.masks(0)[0].sum() > 1000
+    assert [f.timestamp for f in seq][:2] == [0.0, pytest.approx(1 / 30)]
+    model = out / "models" / "obj_000001.ply"
+    code = run(
+        [
+            "track",
+            str(out),
+            "--model",
+            str(model),
+            "--voxels",
+            "60",
+            "--out",
+            str(tmp_path / "t"),
+            "-q",
+            "--no-video",
+        ]
+    )
+    assert code == 0
+    report = json.loads((tmp_path / "t" / "report.json").read_text())
+    assert all(f["objects"][0]["status"] == "ok" for f in report["frames"])
+    again = tmp_path / "again"
+    assert run(["synth", "--frames", "5", "--around", "table", "--out", str(again), "-q"]) == 0
+    same(seq, st.open_sequence(again))

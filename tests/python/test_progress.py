@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: MIT
+"""Progress in a pipe: rate, remaining time and a note, now and then and at the end."""
+
+import re
+
+import pytest
+
+from sdftrack.cli import progress as module
+from sdftrack.cli.progress import progress, progress_counter
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock that a test sets."""
+    now = [100.0]
+    monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
+    return now
+
+
+def test_lines_have_rate_remaining_time_and_note(clock, capsys):
+    lost = [0]
+    for n in progress(range(30), 30, "cup", False, lambda: f"{lost[0]} lost"):
+        clock[0] += 0.5
+        lost[0] = n // 10
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == [
+        "cup: 11/30, 2.0/s, 10 s left, 1 lost",
+        "cup: 22/30, 2.0/s, 4 s left, 2 lost",
+        "cup: 30/30, 2.0/s, 15.0 s, 2 lost",
+    ]
+
+
+def test_an_unknown_total_has_no_remaining_time(clock, capsys):
+    for _ in progress(range(12), 0, "video", False):
+        clock[0] += 1.0
+    assert [re.sub(r"^video: ", "", line) for line in capsys.readouterr().err.splitlines()] == [
+        "6, 1.0/s, 6.0 s",
+        "12, 1.0/s, 12.0 s",
+    ]
+
+
+def test_a_new_label_starts_a_new_count(clock, capsys):
+    with progress_counter(False) as tell:
+        clock[0] += 4
+        tell(2, 2, "first")
+        clock[0] += 10
+        tell(10, 10, "second")
+    assert capsys.readouterr().err.splitlines() == [
+        "first: 2/2, 0.5/s, 4.0 s",
+        "second: 10/10, 1.0/s, 10.0 s",
+    ]
+
+
+def test_quiet_prints_nothing(capsys):
+    assert list(progress(range(3), 3, "cup", True)) == [0, 1, 2]
+    assert capsys.readouterr().err == ""

@@ -1,0 +1,652 @@
+# SPDX-License-Identifier: MIT
+"""Results over a network and into a file: real receivers read back what was sent, and never hold up the program."""
+
+import contextlib
+import json
+import os
+import socket
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.io.trajectories import rotation
+from sdftrack.live.streams import STREAMS, Receiver, Stream, open_stream, register_stream
+from sdftrack.live.streams.addresses import host_and_port, safe_names
+from sdftrack.live.streams.admission import Admission
+
+pytest.importorskip("websockets")
+CAMERA = st.Camera(525.0, 524.0, 319.5, 239.5, 640, 480, (0.1, -0.2, 0.001, 0.002, 0.01))
+NAMES = ["box 1", "duck"]
+ROUNDING = 1e-9  # of poses through a quaternion and back, m and 1
+FLOAT32 = 1e-7  # OSC's numbers have 24 bits
+SEND_S = 50e-6  # median time of `send`
+SCHEMA = Path(__file__).resolve().parents[2] / "docs" / "reference" / "stream.schema.json"
+
+
+def frame(i=0, timestamp=None):
+    return st.Frame(
+        np.full((4, 4), 0.5, np.float32), timestamp=100 + i / 30 if timestamp is None else timestamp, index=i
+    )
+
+
+def result(i=0, status=("ok", "ok"), seed=0):
+    """A result with poses and covariances that no permutation of their numbers leaves as they are."""
+    random = np.random.default_rng([seed, i])
+    poses = np.stack(
+        [st.geometry.pose(random.normal(size=3), [0.1 * k, -0.2, 0.6 + 0.01 * i]) for k in (0, 1)]
+    )
+    roots = random.normal(size=(2, 6, 6)) * [1, 2, 3, 4, 5, 6]
+    covariances = 1e-6 * roots @ np.swapaxes(roots, 1, 2)
+    confidence = np.array([0.9, 0.8])
+    for k, word in enumerate(status):
+        if word in ("lost", "bad_frame"):
+            covariances[k], confidence[k] = np.nan, 0
+    return st.TrackResult(
+        poses=poses,
+        status=[st.Status(word) for word in status],
+        reason=["" if word == "ok" else f"it is {word}" for word in status],
+        confidence=confidence,
+        covariances=covariances,
+        twists=np.full((2, 6), np.nan) if i == 0 else random.normal(size=(2, 6)),
+        inliers=np.array([0.9, 0.8]),
+        runner_up=np.full(2, np.nan),
+        energy=0.1,
+        timestamp=100 + i / 30,
+        index=i,
+    )
+
+
+def pose_of(position, quaternion):
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = rotation(quaternion), position
+    return T
+
+
+def eventually(condition, seconds=10.0):
+    """Whether it becomes true within so many seconds."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if condition():
+            return True
+        time.sleep(0.005)
+    return False
+
+
+def median_of_send(stream, count=400):
+    took = []
+    for i in range(count):
+        this, that = frame(i), result(i)
+        start = time.perf_counter()
+        stream.send(this, that)
+        took.append(time.perf_counter() - start)
+        time.sleep(0.001)
+    return float(np.median(took))
+
+
+# -- websocket
+
+
+@pytest.fixture
+def server():
+    with open_stream("ws://localhost:0", NAMES, CAMERA) as stream:
+        yield stream
+
+
+@contextlib.contextmanager
+def client(stream, **options):
+    """A connection that the server knows of."""
+    from websockets.sync.client import connect
+
+    before = stream._receiver.clients
+    with connect(stream.address, **options) as connection:
+        assert eventually(lambda: stream._receiver.clients > before)
+        yield connection
+
+
+def stalled(stream):
+    """A client that shakes hands and then reads nothing, with the small buffer of a weak device."""
+    host, port = "127.0.0.1", int(stream.address.rsplit(":", 1)[1])
+    before = stream._receiver.clients
+    raw = socket.socket()
+    raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    raw.connect((host, port))
+    raw.sendall(
+        f"GET / HTTP/1.1\r\nHost: {host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
+    )
+    assert eventually(lambda: stream._receiver.clients > before)
+    return raw
+
+
+def test_a_websocket_client_receives_every_result(server):
+    sent = [result(i) for i in range(5)]
+    with client(server) as connection:
+        for i, one in enumerate(sent):
+            server.send(frame(i), one)
+        received = [json.loads(connection.recv(timeout=10)) for _ in sent]
+    for i, (message, one) in enumerate(zip(received, sent, strict=True)):
+        assert (message["version"], message["index"], message["timestamp"]) == (1, i, 100 + i / 30)
+        assert abs(message["sent"] - time.time()) < 60
+        assert message["camera"] == {
+            "width": 640, "height": 480, "fx": 525.0, "fy": 524.0, "cx": 319.5, "cy": 239.5,
+        }  # fmt: skip
+        for k, thing in enumerate(message["objects"]):
+            assert (thing["name"], thing["status"], thing["reason"]) == (NAMES[k], "ok", "")
+            assert thing["confidence"] == one.confidence[k]
+            assert np.abs(pose_of(**thing["pose"]) - one.poses[k]).max() < ROUNDING
+            assert np.array_equal(thing["covariance"], one.covariances[k])
+            assert thing["twist"] == (None if i == 0 else one.twists[k].tolist())
+    assert (server.sent, server.dropped, server.error) == (5, 0, "")
+
+
+@pytest.mark.parametrize("status", [("ok", "weak"), ("lost", "bad_frame")])
+def test_messages_follow_the_documented_schema(server, status):
+    jsonschema = pytest.importorskip("jsonschema")
+    schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
+    jsonschema.Draft202012Validator.check_schema(schema)
+    with client(server) as connection:
+        server.send(st.Frame.unreadable("no cable"), result(0, status))
+        text = connection.recv(timeout=10)
+    assert "NaN" not in text
+    message = json.loads(text)
+    jsonschema.validate(message, schema)
+    assert message["timestamp"] is None
+    assert [thing["status"] for thing in message["objects"]] == list(status)
+    assert (message["objects"][0]["covariance"] is None) == (status[0] == "lost")
+    del message["objects"][0]["pose"]["quaternion"]
+    with pytest.raises(jsonschema.ValidationError, match="quaternion"):
+        jsonschema.validate(message, schema)
+
+
+def test_an_object_added_later_has_a_name(server):
+    from sdftrack.live.streams.kinds import Packet
+    from sdftrack.live.streams.messages import frame_message
+
+    message = frame_message(Packet(0, None, 1.0, result()), ["duck"], CAMERA)
+    assert [thing["name"] for thing in message["objects"]] == ["duck", "object_1"]
+
+
+def test_a_client_that_does_not_read_loses_messages_and_holds_up_nobody(server):
+    with client(server, max_queue=None) as good:
+        raw = stalled(server)
+        median = median_of_send(server)
+        assert median < SEND_S
+        received = [json.loads(good.recv(timeout=10))["index"] for _ in range(400)]
+        assert received == list(range(400))
+        assert server.dropped > 100
+        raw.close()
+
+
+def test_a_stalled_client_continues_with_the_newest_messages(server):
+    from websockets.sync.client import connect
+
+    raw = stalled(server)
+    for i in range(400):
+        server.send(frame(i), result(i))
+        time.sleep(0.0005)
+    assert eventually(lambda: server.dropped > 100)
+    with connect(
+        server.address
+    ) as other:  # when it has the last message, the stalled one's queue has it, too
+        server.send(frame(400), result(400))
+        assert json.loads(other.recv(timeout=10))["index"] == 400
+    raw.settimeout(5)
+    data = b""
+    while b'"index": 400,' not in data:
+        data += raw.recv(1 << 16)
+    assert b'"index": 250,' not in data
+    raw.close()
+
+
+def test_a_client_that_vanishes_is_forgotten(server):
+    raw = stalled(server)
+    raw.setsockopt(
+        socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0"
+    )  # a reset, as of a killed program
+    raw.close()
+    assert eventually(lambda: server._receiver.clients == 0)
+    server.send(frame(), result())
+    with client(server) as connection:
+        server.send(frame(1), result(1))
+        assert json.loads(connection.recv(timeout=10))["index"] == 1
+
+
+def test_a_hundred_clients_come_and_go_without_leaving_threads(server):
+    before = threading.active_count()
+    for i in range(100):
+        with client(server) as connection:
+            server.send(frame(i), result(i))
+            assert json.loads(connection.recv(timeout=10))["index"] == i
+        assert eventually(lambda: server._receiver.clients == 0)
+    assert eventually(lambda: threading.active_count() == before)
+    assert (server.sent, server.dropped) == (100, 0)
+
+
+def test_closing_delivers_what_waits_and_ends_the_threads():
+    before = threading.active_count()
+    stream = open_stream("ws://localhost:0", NAMES, CAMERA)
+    with client(stream) as connection:
+        for i in range(5):
+            stream.send(frame(i), result(i))
+        stream.close()
+        assert [json.loads(text)["index"] for text in connection] == [0, 1, 2, 3, 4]
+    assert eventually(lambda: threading.active_count() == before)
+    with pytest.raises(ValueError, match="send: expected an open stream"):
+        stream.send(frame(), result())
+    stream.close()
+
+
+def test_closing_does_not_wait_long_for_a_stalled_client():
+    stream = open_stream("ws://localhost:0", NAMES, CAMERA)
+    raw = stalled(stream)
+    for i in range(300):
+        stream.send(frame(i), result(i))
+        time.sleep(0.0005)
+    start = time.monotonic()
+    stream.close()
+    assert time.monotonic() - start < 5
+    assert not stream._thread.is_alive()
+    raw.close()
+
+
+def test_a_port_in_use_is_replaced_by_the_next_and_said_once():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with open_stream(f"ws://localhost:{port}", NAMES, CAMERA) as stream:
+            used = int(stream.address.rsplit(":", 1)[1])
+            assert port < used < port + 20
+            assert stream.note == f"port {port} is in use, the stream is on port {used}"
+            with client(stream):
+                pass
+
+
+def test_another_host_needs_the_token():
+    from websockets.exceptions import InvalidStatus
+    from websockets.sync.client import connect
+
+    with open_stream("ws://0.0.0.0:0", NAMES, CAMERA) as stream:
+        port, token = stream.address.rsplit(":", 1)[1].split("/?token=")
+        assert f"?token={token}" in stream.note
+        assert len(token) >= 16
+        for wrong in ("", "?token=", f"?token={token}x"):
+            with pytest.raises(InvalidStatus, match="401"), connect(f"ws://127.0.0.1:{port}/{wrong}"):
+                pass
+        with connect(f"ws://127.0.0.1:{port}/?token={token}") as connection:
+            assert eventually(lambda: stream._receiver.clients == 1)
+            stream.send(frame(), result())
+            assert json.loads(connection.recv(timeout=10))["index"] == 0
+    with open_stream("ws://0.0.0.0:0", NAMES, CAMERA) as another:
+        assert token not in another.note
+
+
+def test_pages_of_other_sites_may_not_read_the_stream(server):
+    from websockets.exceptions import InvalidStatus
+
+    for origin in ("http://localhost:8000", "http://127.0.0.1"):
+        with client(server, origin=origin):
+            pass
+    for origin in ("https://example.com", "null"):
+        with pytest.raises(InvalidStatus, match="403"), client(server, origin=origin):
+            pass
+    with (
+        open_stream("ws://localhost:0", NAMES, CAMERA, origins=["null"]) as stream,
+        client(stream, origin="null") as connection,
+    ):
+        stream.send(frame(), result())
+        assert json.loads(connection.recv(timeout=10))["index"] == 0
+    assert "got one from https://localhost.evil" in Admission().refusal("/", "https://localhost.evil")
+
+
+# -- OSC
+
+
+@pytest.fixture
+def osc():
+    """An OSC server; what it received as {address: list of arguments}, and its port."""
+    pytest.importorskip("pythonosc")
+    from pythonosc.dispatcher import Dispatcher
+    from pythonosc.osc_server import BlockingOSCUDPServer
+
+    received = {}
+    dispatcher = Dispatcher()
+    dispatcher.set_default_handler(lambda address, *given: received.setdefault(address, []).append(given))
+    with BlockingOSCUDPServer(("127.0.0.1", 0), dispatcher) as listening:
+        thread = threading.Thread(target=lambda: listening.serve_forever(0.01))
+        thread.start()
+        yield received, listening.server_address[1]
+        listening.shutdown()
+        thread.join()
+
+
+def test_osc_receives_pose_status_and_confidence(osc):
+    received, port = osc
+    sent = [result(0), result(1, ("lost", "weak"))]
+    with open_stream(f"osc://127.0.0.1:{port}", NAMES, CAMERA) as stream:
+        for i, one in enumerate(sent):
+            stream.send(frame(i), one)
+        assert eventually(lambda: len(received.get("/sdftrack/duck/confidence", ())) == 2)
+    assert set(received) == {
+        f"/sdftrack/{n}/{what}" for n in ("box_1", "duck") for what in ("pose", "status", "confidence")
+    }
+    for i, one in enumerate(sent):
+        for k, name in enumerate(("box_1", "duck")):
+            numbers = received[f"/sdftrack/{name}/pose"][i]
+            assert np.abs(pose_of(numbers[:3], numbers[3:]) - one.poses[k]).max() < 4 * FLOAT32
+            assert received[f"/sdftrack/{name}/status"][i] == (one.status[k].value,)
+            assert received[f"/sdftrack/{name}/confidence"][i] == (pytest.approx(one.confidence[k]),)
+    assert (stream.sent, stream.dropped) == (2, 0)
+
+
+def test_a_missing_osc_receiver_costs_messages_only():
+    pytest.importorskip("pythonosc")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with open_stream(f"osc://127.0.0.1:{port}", NAMES, CAMERA) as stream:
+        assert median_of_send(stream, 50) < SEND_S
+    assert stream.dropped > 0
+    assert stream.sent + stream.dropped == 50
+    assert stream.error.startswith(f"osc://127.0.0.1:{port}: Connection refused")
+
+
+# -- mcap
+
+
+def read_mcap(path, whole=True):
+    """Messages as (topic, log time, message), deserialised by rosbags with the definitions in the file."""
+    from mcap.exceptions import EndOfFile
+    from mcap.reader import make_reader
+    from mcap.records import Channel, Message, Schema
+    from mcap.stream_reader import StreamReader
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    def rows(file):
+        if whole:
+            yield from make_reader(file).iter_messages(log_time_order=False)
+            return
+        schemas, channels = {}, {}
+        try:
+            for record in StreamReader(file).records:
+                if isinstance(record, Schema):
+                    schemas[record.id] = record
+                elif isinstance(record, Channel):
+                    channels[record.id] = record
+                elif isinstance(record, Message):
+                    channel = channels[record.channel_id]
+                    yield schemas[channel.schema_id], channel, record
+        except EndOfFile:
+            return
+
+    out, stores = [], {}
+    with path.open("rb") as file:
+        for schema, channel, message in rows(file):
+            if schema.name not in stores:
+                stores[schema.name] = get_typestore(Stores.EMPTY)
+                stores[schema.name].register(get_types_from_msg(schema.data.decode(), schema.name))
+            store = stores[schema.name]
+            assert (schema.encoding, channel.message_encoding) == ("ros2msg", "cdr")
+            out.append((channel.topic, message.log_time, store.deserialize_cdr(message.data, schema.name)))
+    return out
+
+
+def numbers_of(pose):
+    at, turn = pose
+    return pose_of([at.x, at.y, at.z], [turn.x, turn.y, turn.z, turn.w])
+
+
+@pytest.fixture
+def bag(tmp_path):
+    pytest.importorskip("mcap")
+    pytest.importorskip("rosbags")
+    return tmp_path / "poses.mcap"
+
+
+def test_an_mcap_file_holds_ros_messages_of_tracked_objects(bag):
+    sent = [result(0), result(1, ("ok", "lost")), result(2, ("bad_frame", "weak"))]
+    with open_stream(f"mcap:{bag}", NAMES, CAMERA) as stream:
+        for i, one in enumerate(sent):
+            stream.send(frame(i), one)
+        assert not bag.exists()
+    assert (stream.sent, stream.dropped, stream.error) == (3, 0, "")
+    assert [path.name for path in bag.parent.iterdir()] == ["poses.mcap"]
+
+    rows = read_mcap(bag)
+    (info,) = [message for topic, _, message in rows if topic == "/sdftrack/camera_info"]
+    assert st.Camera.from_ros(info) == CAMERA
+    for k, name in enumerate(("box_1", "duck")):
+        expected = [i for i, one in enumerate(sent) if one.status[k] in ("ok", "weak")]
+        poses = [row for row in rows if row[0] == f"/sdftrack/{name}/pose"]
+        assert [row[1] for row in poses] == [round(1e9 * (100 + i / 30)) for i in expected]
+        for i, (_, time_ns, message) in zip(expected, poses, strict=True):
+            assert message.header.frame_id == "camera_depth_optical_frame"
+            assert message.header.stamp.sec * 10**9 + message.header.stamp.nanosec == time_ns
+            got = numbers_of((message.pose.pose.position, message.pose.pose.orientation))
+            assert np.abs(got - sent[i].poses[k]).max() < ROUNDING
+            # Row by row, x y z before the rotations: element (1, 4) is that of y and the rotation about y.
+            assert np.array_equal(message.pose.covariance.reshape(6, 6), sent[i].covariances[k])
+            assert message.pose.covariance[6 * 1 + 4] == sent[i].covariances[k][1, 4]
+    transforms = [message.transforms for topic, _, message in rows if topic == "/tf"]
+    assert [[t.child_frame_id for t in ts] for ts in transforms] == [["box_1", "duck"], ["box_1"], ["duck"]]
+    for one, ts in zip(sent, transforms, strict=True):
+        for t in ts:
+            got = numbers_of((t.transform.translation, t.transform.rotation))
+            assert np.abs(got - one.poses[["box_1", "duck"].index(t.child_frame_id)]).max() < ROUNDING
+            assert t.header.frame_id == "camera_depth_optical_frame"
+
+
+def test_rosbags_opens_the_file_as_a_bag(bag):
+    from rosbags.highlevel import AnyReader
+
+    with open_stream(f"mcap:{bag}", NAMES, CAMERA) as stream:
+        stream.send(frame(), result())
+    with AnyReader([bag]) as reader:
+        topics = {c.topic: c.msgtype for c in reader.connections}
+        poses = [reader.deserialize(data, c.msgtype) for c, _, data in reader.messages() if "duck" in c.topic]
+    assert topics["/sdftrack/duck/pose"] == "geometry_msgs/msg/PoseWithCovarianceStamped"
+    assert topics["/tf"] == "tf2_msgs/msg/TFMessage"
+    assert poses[0].pose.pose.position.z == result().poses[1][2, 3]
+
+
+def test_an_unknown_covariance_is_large_not_certain(bag):
+    one = result()
+    covariances = one.covariances.copy()
+    covariances[0] = np.nan
+    changed = dict(vars(one), covariances=covariances)
+    with open_stream(f"mcap:{bag}", NAMES, CAMERA) as stream:
+        stream.send(frame(), st.TrackResult(**changed))
+    (message,) = [message for topic, _, message in read_mcap(bag) if topic == "/sdftrack/box_1/pose"]
+    assert np.array_equal(message.pose.covariance.reshape(6, 6), 1e6 * np.eye(6))
+
+
+CRASH = """
+import os, sys, time
+sys.path.insert(0, sys.argv[2])
+from test_streams import CAMERA, NAMES, frame, result
+from sdftrack.live.streams import open_stream
+stream = open_stream("mcap:" + sys.argv[1], NAMES, CAMERA)
+for i in range(300):
+    stream.send(frame(i), result(i))
+while stream.sent < 300:
+    time.sleep(0.01)
+os._exit(9)  # no clean-up of any kind
+"""
+
+
+@pytest.mark.slow
+def test_a_file_cut_off_by_a_crash_is_readable_up_to_its_last_chunk(bag):
+    here = str(Path(__file__).parent)
+    done = subprocess.run([sys.executable, "-c", CRASH, str(bag), here], timeout=60, check=False)
+    assert done.returncode == 9
+    assert not bag.exists()
+    part = bag.with_suffix(".part.mcap")
+    poses = [m for topic, _, m in read_mcap(part, whole=False) if topic == "/sdftrack/duck/pose"]
+    assert 250 <= len(poses) <= 300  # a chunk of 16 KiB has some 17 frames of two objects
+    for i, message in enumerate(poses):
+        assert message.pose.pose.position.z == result(i).poses[1][2, 3]
+    with pytest.raises(FileExistsError, match="a part left by a run that was cut off"):
+        open_stream(f"mcap:{bag}", NAMES, CAMERA)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits the size of files by setrlimit")
+def test_a_full_disk_ends_the_file_but_not_the_tracking(bag):
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, hard))
+    try:
+        with open_stream(f"mcap:{bag}", NAMES, CAMERA) as stream:
+            for i in range(300):
+                stream.send(frame(i), result(i))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert stream.error == f"{bag}: File too large; what was written before is in poses.part.mcap"
+    assert stream.dropped > 0
+    assert stream.sent + stream.dropped == 300
+    assert not bag.exists()
+    part = bag.with_suffix(".part.mcap")
+    poses = [m for topic, _, m in read_mcap(part, whole=False) if topic == "/sdftrack/duck/pose"]
+    assert len(poses) > 50
+    for i, message in enumerate(poses):
+        assert message.pose.pose.position.z == result(i).poses[1][2, 3]
+
+
+def test_a_frame_without_a_time_has_that_of_sending(bag):
+    before = time.time_ns()
+    with open_stream(f"mcap:{bag}", NAMES, CAMERA) as stream:
+        stream.send(st.Frame(np.full((4, 4), 0.5, np.float32)), result())
+    assert before - 10**6 <= read_mcap(bag)[0][1] <= time.time_ns() + 10**6
+
+
+def test_an_existing_file_is_kept_unless_told_otherwise(bag):
+    bag.write_text("mine")
+    with pytest.raises(FileExistsError, match="expected a new file, got a file that exists; move it or pass"):
+        open_stream(f"mcap:{bag}", NAMES, CAMERA)
+    assert bag.read_text() == "mine"
+    with open_stream(f"mcap:{bag}", NAMES, CAMERA, overwrite=True) as stream:
+        stream.send(frame(), result())
+    assert len(read_mcap(bag)) == 4
+
+
+# -- all of them
+
+
+def test_a_slow_receiver_loses_the_oldest_frames_and_they_are_counted():
+    gate, seen, begun = threading.Event(), [], threading.Event()
+
+    class Slow(Receiver):
+        address = "slow:"
+
+        def write(self, packet):
+            begun.set()
+            assert gate.wait(10)
+            seen.append(packet.index)
+            self.sent += 1
+
+    stream = Stream(Slow(), waiting=3)
+    stream.send(frame(0), result(0))
+    assert begun.wait(10)
+    assert median_of_send(stream, 20) < SEND_S
+    assert stream.dropped == 17
+    gate.set()
+    stream.close()
+    assert seen == [0, 17, 18, 19]
+    assert (stream.sent, stream.dropped) == (4, 17)
+
+
+def test_a_receiver_that_fails_raises_nothing_and_is_tried_again():
+    class Failing(Receiver):
+        address = "failing:"
+
+        def write(self, packet):
+            if packet.index < 2:
+                raise RuntimeError("firmware")
+            self.sent += 1
+
+    with Stream(Failing()) as stream:
+        for i in range(3):
+            stream.send(frame(i), result(i))
+    assert (stream.sent, stream.dropped, stream.error) == (1, 2, "RuntimeError: firmware")
+
+
+def test_a_scheme_of_ones_own(monkeypatch):
+    monkeypatch.setattr("sdftrack.live.streams.kinds.STREAMS", STREAMS)
+    monkeypatch.setitem(STREAMS, "print", None)
+    lines = []
+
+    @register_stream("print", "print:PREFIX")
+    def open_print(rest, names, camera, *, mark="!"):
+        class Lines(Receiver):
+            address = f"print:{rest}"
+
+            def write(self, packet):
+                lines.append(f"{rest}{packet.index}{mark}")
+
+        return Lines()
+
+    with open_stream("print:frame ", NAMES, CAMERA, mark="?") as stream:
+        stream.send(frame(3), result(3))
+    assert lines == ["frame 3?"]
+
+
+@pytest.mark.parametrize(
+    ("address", "error", "message"),
+    [
+        ("tcp://localhost:1", ValueError, 'expected one of .*"ws://HOST:PORT", "osc://HOST:PORT", "mcap:FILE.mcap"'),
+        ("ws", ValueError, "expected one of"),
+        ("ws://localhost:99999", ValueError, "a port of at most 65535, got 99999"),
+        ("ws://localhost:http", ValueError, "expected ws://HOST:PORT, got 'ws://localhost:http'"),
+        ("ws://203.0.113.7:8765", OSError, "expected a name or address of this computer"),
+        ("osc://localhost", ValueError, "without a port"),
+        ("osc://localhost:0", ValueError, "from 1 to 65535"),
+        ("osc://no.such.host.invalid:9000", OSError, "the host is not known"),
+        ("osc:9000", ValueError, "expected osc://HOST:PORT"),
+        ("mcap:poses.bag", ValueError, "expected mcap:FILE.mcap"),
+        ("mcap:no_such_folder/poses.mcap", FileNotFoundError, "the folder no_such_folder does not exist"),
+        (8765, TypeError, "address: expected a text"),
+    ],
+)  # fmt: skip
+def test_wrong_addresses_are_refused(address, error, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    before = threading.active_count()
+    with pytest.raises(error, match=message):
+        open_stream(address, NAMES, CAMERA)
+    assert threading.active_count() == before
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_wrong_arguments_are_refused(server):
+    with pytest.raises(TypeError, match=r"frame: expected st\.Frame, got ndarray"):
+        server.send(np.zeros((4, 4)), result())
+    with pytest.raises(TypeError, match=r"result: expected st\.TrackResult, got dict"):
+        server.send(frame(), {})
+    with pytest.raises(TypeError, match="names: expected a list"):
+        open_stream("ws://localhost:0", "duck", CAMERA)
+    with pytest.raises(ValueError, match="waiting: expected a number of frames"):
+        open_stream("ws://localhost:0", NAMES, CAMERA, waiting=0)
+    with pytest.raises(TypeError, match="overwrite"):
+        open_stream("ws://localhost:0", NAMES, CAMERA, overwrite=True)
+
+
+@pytest.mark.parametrize(
+    ("address", "package", "extra"),
+    [("ws://localhost:0", "websockets", "stream"), ("osc://localhost:9", "pythonosc", "stream"),
+     ("mcap:poses.mcap", "mcap", "bags"), ("mcap:poses.mcap", "rosbags", "bags")],
+)  # fmt: skip
+def test_a_missing_extra_is_named(address, package, extra, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(ImportError, match=rf"pip install 'sdftrack\[{extra}\]'"):
+        open_stream(address, NAMES, CAMERA)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_names_and_addresses():
+    assert safe_names(["a", "a", "a_2", "é!", "1"]) == ["a", "a_2", "a_2_2", "_", "_1"]
+    assert host_and_port("//[::1]:80", "ws") == ("::1", 80)
+    assert host_and_port("//example.org/", "ws", 8765) == ("example.org", 8765)
