@@ -57,6 +57,11 @@ def sequence_of(bag: Bag, layout: str, depth_topic: str | None, color_topic: str
             name=bag.path.stem,
             close=bag.close,
         )
+    except ValueError as error:
+        bag.close()
+        if bag.damage:  # the likely reason
+            raise ValueError(f"{error} ({bag.damage})") from None
+        raise
     except BaseException:
         bag.close()
         raise
