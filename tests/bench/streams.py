@@ -93,7 +93,9 @@ def timed(stream: Stream) -> list[float]:
 def show(name: str, stream: Stream) -> None:
     took = timed(stream)
     median, high = np.percentile(took, [50, 99])
-    print(f"{name:32} {median:8.1f} {high:8.1f} {max(took):8.0f} {stream.sent:8} {stream.dropped:8}", flush=True)
+    print(
+        f"{name:32} {median:8.1f} {high:8.1f} {max(took):8.0f} {stream.sent:8} {stream.dropped:8}", flush=True
+    )
 
 
 def main() -> None:
@@ -120,9 +122,10 @@ def main() -> None:
             show("osc, a receiver that stalls", stream)
     with open_stream(f"osc://127.0.0.1:{port}", NAMES, CAMERA) as stream:
         show("osc, nobody", stream)
-    with tempfile.TemporaryDirectory() as folder, open_stream(
-        f"mcap:{Path(folder) / 'poses.mcap'}", NAMES, CAMERA
-    ) as stream:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        open_stream(f"mcap:{Path(folder) / 'poses.mcap'}", NAMES, CAMERA) as stream,
+    ):
         show("mcap", stream)
     for process in busy:
         process.kill()
