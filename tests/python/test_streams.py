@@ -298,10 +298,8 @@ def test_pages_of_other_sites_may_not_read_the_stream(server):
     for origin in ("https://example.com", "null"):
         with pytest.raises(InvalidStatus, match="403"), client(server, origin=origin):
             pass
-    with (
-        open_stream("ws://localhost:0", NAMES, CAMERA, origins=["null"]) as stream,
-        client(stream, origin="null") as connection,
-    ):
+    admits = open_stream("ws://localhost:0", NAMES, CAMERA, origins=["null"])
+    with admits as stream, client(stream, origin="null") as connection:
         stream.send(frame(), result())
         assert json.loads(connection.recv(timeout=10))["index"] == 0
     assert "got one from https://localhost.evil" in Admission().refusal("/", "https://localhost.evil")
@@ -682,10 +680,11 @@ def test_the_programs_of_the_page_run_and_meet(tmp_path, monkeypatch, capsys):
     tracks, reads, _ = (code.replace("8765", port) for code in blocks("python"))
     tracks = tracks.replace('"replay:recording"', '"replay:recording", fps=4, waiting=12')
     names, failed = {}, []
+    tracks, reads = (compile(code, "stream.md", "exec") for code in (tracks, reads))
 
     def run():
         try:
-            exec(compile(tracks, "stream.md", "exec"), names)
+            exec(tracks, names)
         except BaseException as error:
             failed.append(error)
 
@@ -697,7 +696,7 @@ def test_the_programs_of_the_page_run_and_meet(tmp_path, monkeypatch, capsys):
     thread.start()
     assert eventually(lambda: failed or listens(), 60)
     assert failed == []
-    exec(compile(reads, "stream.md", "exec"), {})
+    exec(reads, {})
     thread.join(60)
     assert failed == []
     assert len(re.findall(r"^\d+ part \[", capsys.readouterr().out, re.MULTILINE)) > 3
@@ -727,7 +726,7 @@ def test_the_web_page_shows_the_poses_in_a_browser(server, tmp_path):
 
     class Pages(http.server.BaseHTTPRequestHandler):
         def do_GET(self):
-            if self.path != "/pose.html":
+            if self.path == "/slow":
                 for _ in range(100):
                     server.send(frame(), result(0, ("ok", "lost")))
                     time.sleep(0.02)
