@@ -66,21 +66,27 @@ class Endless:
 
 
 def look(viewer: Viewer, pages: int, done: threading.Event) -> None:
-    """Open and close the page of a viewer many times, as a browser does."""
-    import viser
-    from websockets.sync.client import connect
+    """Open and close the page many times in Chromium."""
+    import shutil
 
-    address = viewer.url.replace("http", "ws", 1)
-    opened = 0
-    while not done.is_set() and opened < pages:
-        version: Any = [f"viser-v{viser.__version__}"]
-        with connect(
-            address, subprotocols=version, max_size=None, origin=viewer.url.split("/?")[0].rstrip("/")
-        ):
-            done.wait(0.5)
-        opened += 1
-        done.wait(0.5)
-    print(f"pages opened and closed: {opened}", flush=True)
+    from playwright.sync_api import sync_playwright
+
+    opened = drawn = 0
+    arguments = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=arguments)
+        while not done.is_set() and opened < pages:
+            page = chromium.new_page(viewport={"width": 640, "height": 480})
+            page.goto(viewer.url)
+            end = time.monotonic() + 20
+            while not viewer.pages and time.monotonic() < end:
+                page.wait_for_timeout(50)
+            page.wait_for_timeout(300)
+            drawn += viewer.pages > 0
+            page.close()
+            opened += 1
+        chromium.close()
+    print(f"pages opened and closed: {opened}, of which {drawn} were served", flush=True)
 
 
 def main() -> None:
