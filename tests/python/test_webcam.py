@@ -24,7 +24,11 @@ class Capture:
 
     def __init__(self, device):
         self.device, self.count, self.released, self.unplugged = device, 0, False, False
-        self.values = {cv2.CAP_PROP_FRAME_WIDTH: 64.0, cv2.CAP_PROP_FRAME_HEIGHT: 48.0, cv2.CAP_PROP_FPS: 30.0}
+        self.values = {
+            cv2.CAP_PROP_FRAME_WIDTH: 64.0,
+            cv2.CAP_PROP_FRAME_HEIGHT: 48.0,
+            cv2.CAP_PROP_FPS: 30.0,
+        }
         self.instances.append(self)
 
     def isOpened(self):

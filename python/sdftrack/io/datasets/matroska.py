@@ -102,12 +102,14 @@ class MatroskaFile:
                     if inner == TIMESTAMP_SCALE:
                         self._scale_ns = self._number(a, b)
             elif kind == TRACKS:
-                for _, a, b in self._elements(start, end):
-                    self._track(a, b)
+                for inner, a, b in self._elements(start, end):  # others are checksums and padding
+                    if inner == TRACK_ENTRY:
+                        self._track(a, b)
             elif kind == ATTACHMENTS:
-                for _, a, b in self._elements(start, end):
-                    found = {inner: self._data[c:d] for inner, c, d in self._elements(a, b)}
-                    self.attachments[found.get(FILE_NAME, b"").decode()] = found.get(FILE_DATA, b"")
+                for inner, a, b in self._elements(start, end):
+                    if inner == ATTACHED:
+                        found = {part: self._data[c:d] for part, c, d in self._elements(a, b)}
+                        self.attachments[found.get(FILE_NAME, b"").decode()] = found.get(FILE_DATA, b"")
             elif kind == TAGS:
                 for _, a, b in self._elements(start, end, (TAG,)):
                     found = {inner: self._data[c:d] for inner, c, d in self._elements(a, b)}
