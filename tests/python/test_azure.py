@@ -102,7 +102,7 @@ def write(path, count=4, color="mjpeg", attachment=None, names=("COLOR", "DEPTH"
 def put_fourcc(path, width, fourcc):
     """The recorder's codes of raw images, where FFmpeg writes 0: in each BITMAPINFOHEADER of that width."""
     content = bytearray(path.read_bytes())
-    height = {w: h for w, h in (DEPTH_SIZE, COLOR_SIZE)}[width]
+    height = dict((DEPTH_SIZE, COLOR_SIZE))[width]
     for signed in (height, -height):
         header, at = struct.pack("<Ii", width, signed) + b"\1\0", -1
         while (at := content.find(header, at + 1)) >= 0:

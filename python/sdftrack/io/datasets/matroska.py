@@ -118,7 +118,7 @@ class MatroskaFile:
                     )
 
     def _track(self, start: int, end: int) -> None:
-        track, number = Track(), 0
+        track, number, header = Track(), 0, b""
         for kind, a, b in self._elements(start, end, (VIDEO,)):
             value = self._data[a:b]
             if kind == TRACK_NUMBER:
@@ -128,7 +128,7 @@ class MatroskaFile:
             elif kind == CODEC:
                 track.codec = value.decode().rstrip("\0")
             elif kind == CODEC_PRIVATE and len(value) >= 20:
-                track.fourcc = track.fourcc or value[16:20]  # biCompression of the BITMAPINFOHEADER
+                header = value[16:20]  # biCompression, if this is a BITMAPINFOHEADER
             elif kind == FOURCC:
                 track.fourcc = value
             elif kind == WIDTH:
@@ -137,6 +137,8 @@ class MatroskaFile:
                 track.height = self._number(a, b)
             elif kind == ENCODINGS:
                 track.encoded = True
+        if track.codec == "V_MS/VFW/FOURCC":
+            track.fourcc = header
         self.tracks[number] = track
 
     def _block(self, start: int, end: int, cluster: int) -> None:
