@@ -286,6 +286,12 @@ def test_ros_messages_of_both_generations_are_read():
     assert st.Camera.from_ros(one) == st.Camera.from_ros(two) == LENS_CAMERA
     with pytest.raises(ValueError, match="distortion_model"):
         st.Camera.from_ros(SimpleNamespace(**{**vars(two), "distortion_model": "equidistant"}))
+    with pytest.raises(ValueError, match="distortion_model"):  # all zero is not a pinhole for this lens
+        st.Camera.from_ros(
+            SimpleNamespace(**{**vars(two), "distortion_model": "equidistant", "d": [0.0] * 4})
+        )
+    bare = SimpleNamespace(**{**vars(two), "distortion_model": "", "d": []})
+    assert st.Camera.from_ros(bare) == CAMERA
     with pytest.raises(ValueError, match="binning"):
         st.Camera.from_ros(SimpleNamespace(**vars(two), binning_x=2, binning_y=2))
 

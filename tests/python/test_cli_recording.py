@@ -51,10 +51,15 @@ def same(a, b, exact_color=True):
         assert getattr(a.camera.depth, name) == pytest.approx(getattr(b.camera.depth, name), abs=1e-12)
 
 
-# Open3D's files hold millimetres and TUM's a fifth of that, BOP's any unit.
+# Open3D's files hold millimetres and TUM's a fifth of that, BOP's and mcap any unit.
 WAYS = [
     (there, back, units_per_m)
-    for units_per_m, fit in ((1000, LAYOUTS), (5000, ["bop", "tum"]), (10_000, ["bop"]), (4000, ["bop"]))
+    for units_per_m, fit in (
+        (1000, LAYOUTS),
+        (5000, ["bop", "tum", "mcap"]),
+        (10_000, ["bop", "mcap"]),
+        (4000, ["bop", "mcap"]),
+    )
     for there in fit
     for back in fit
 ]
@@ -65,9 +70,9 @@ def test_sequences_go_through_two_layouts_and_come_back(tmp_path, there, back, u
     seq = sensor_sequence(units_per_m=units_per_m)
     st.save_sequence(tmp_path / "0", seq, layout=there)
     assert run(["convert", str(tmp_path / "0"), "--to", back, "--out", str(tmp_path / "1"), "-q"]) == 0
-    read = st.open_sequence(tmp_path / "1")
-    assert read.layout == back
-    same(seq, read)
+    with st.open_sequence(tmp_path / "1") as read:
+        assert read.layout == ("ros2" if back == "mcap" else back)
+        same(seq, read)
 
 
 def test_metres_do_not_depend_on_the_unit_of_the_file():
@@ -123,7 +128,8 @@ def test_an_interrupted_recording_is_continued(tmp_path):
             for i in range(3, len(seq)):
                 writer.add(seq[i], seq.ground_truth[i])
             writer.finish()
-        same(seq, st.open_sequence(folder))
+        with st.open_sequence(folder) as read:
+            same(seq, read)
         assert not list(folder.glob(".*"))
 
 
@@ -299,3 +305,66 @@ def test_synth_writes_a_sequence_that_track_follows(tmp_path, capsys):
     again = tmp_path / "again"
     assert run(["synth", "--frames", "5", "--around", "table", "--out", str(again), "-q"]) == 0
     same(seq, st.open_sequence(again))
+
+
+def test_mcap_holds_both_cameras_models_and_any_depth(tmp_path):
+    rng = np.random.default_rng(5)
+    color = st.Camera(90.0, 90.0, 47.5, 35.5, 96, 72, (0.1, -0.05, 0.001, 0.002, 0.01))
+    depth = st.Camera(60.0, 61.0, 31.0, 23.5, 64, 48, (0.02, 0.01, 0.0, 0.0, 0.001))
+    camera = st.RGBDCamera(
+        depth, color, T_color_depth=st.geometry.pose([0.01, -0.02, 0.03], [0.05, 0.001, 0.002])
+    )
+    frames = [
+        st.Frame(
+            rng.uniform(0.7, 0.9, depth.shape).astype(np.float32),
+            rng.integers(0, 256, (*color.shape, 3), np.uint8),
+            timestamp=1.7e9 + i / 30,
+        )
+        for i in range(3)
+    ]
+    poses = {
+        i: {k: st.geometry.pose([0.1, 0.2 * k, 0.3], [0.1, 0.2, 1.0 + i]) for k in range(2)} for i in (0, 2)
+    }
+    cube = st.SDF.box((0.1, 0.1, 0.1), voxels=16).to_mesh()
+    seq = st.Sequence(frames, camera, poses, {7: cube, 3: cube}, objects=[7, 3])
+    st.save_sequence(tmp_path / "s", seq, layout="mcap")
+    with st.open_sequence(tmp_path / "s") as read:
+        assert read.objects == [7, 3]
+        assert sorted(read.models) == [3, 7]
+        np.testing.assert_allclose(read.models[7].vertices, cube.vertices, atol=1e-6)
+        assert sorted(read.ground_truth) == [0, 2]
+        for i, (a, b) in enumerate(zip(seq, read, strict=True)):
+            np.testing.assert_array_equal(a.depth, b.depth)
+            np.testing.assert_array_equal(a.color, b.color)
+            assert a.timestamp == pytest.approx(b.timestamp, abs=1e-6)
+            for k, T in poses.get(i, {}).items():
+                np.testing.assert_allclose(read.ground_truth[i][k], T, atol=1e-9)
+        np.testing.assert_allclose(read.camera.T_color_depth, camera.T_color_depth, atol=1e-9)
+        assert read.camera.color == color
+        assert read.camera.depth == depth
+
+
+def test_other_programs_read_the_recording(tmp_path):
+    from rosbags.highlevel import AnyReader
+
+    st.save_sequence(tmp_path / "s", sensor_sequence(4), layout="mcap")
+    with AnyReader([tmp_path / "s"]) as reader:
+        assert {c.topic: c.msgcount for c in reader.connections} == {
+            "/camera/depth/image_raw": 4,
+            "/camera/depth/camera_info": 4,
+            "/camera/color/image_raw/compressed": 4,
+            "/camera/color/camera_info": 4,
+            "/ground_truth": 4,
+        }
+        connection, _, data = next(m for m in reader.messages() if m[0].topic == "/camera/depth/image_raw")
+        image = reader.deserialize(data, connection.msgtype)
+    assert image.encoding == "16UC1"
+    units = image.data.view("<u2").reshape(image.height, image.width)
+    np.testing.assert_array_equal(units / np.float32(1000), sensor_sequence(4)[0].depth)
+
+
+def test_mcap_refuses_a_mapping_that_ros_cannot_state(tmp_path):
+    camera = st.RGBDCamera(CAMERA, projective=(CAMERA.K, np.zeros(3)))
+    with pytest.raises(ValueError, match="not a projective mapping"):
+        st.save_sequence(tmp_path / "s", st.Sequence([sensor_sequence(1)[0]], camera), layout="mcap")
+    assert not (tmp_path / "s").exists()

@@ -75,7 +75,10 @@ StartOption = Annotated[int, typer.Option(min=0, help="First frame.")]
 StopOption = Annotated[int | None, typer.Option(min=0, help="End frame (exclusive).")]
 StepOption = Annotated[int, typer.Option(min=1, help="Every n-th frame.")]
 LayoutOption = Annotated[
-    str, typer.Option(help="auto, bop, tum, open3d, k1, folders, ros1, ros2 or mcap (docs/data.md).")
+    str,
+    typer.Option(
+        help="auto, bop, tum, open3d, k1, folders, realsense, azure, ros1, ros2 or mcap (docs/data.md)."
+    ),
 ]
 DepthTopicOption = Annotated[
     str | None,

@@ -35,6 +35,7 @@ from sdftrack.cli.recording import (
     ToOption,
     check_to,
     opened,
+    warn_of_color,
     write_all,
 )
 
@@ -74,19 +75,10 @@ def convert(
         part = whole[slice(start, stop, step)]
         contents = Contents(part.camera, part.objects, part.models)
         with opened(out, to, contents, color, resume, overwrite) as writer:
-            _warn_of_colour(part, writer.name)
+            warn_of_color(part.camera, writer)
             write_all(writer, _items(part, writer.count, seq.name, quiet), str(seq), "convert", quiet)
 
 
 def _items(seq: Any, done: int, label: str, quiet: bool) -> Iterator[Item]:
     for i in progress(range(done, len(seq)), len(seq) - done, label, quiet):
         yield Item(seq[i], seq.ground_truth.get(i), seq.masks(i), seq.ids[i])
-
-
-def _warn_of_colour(seq: Any, layout: str) -> None:
-    import warnings
-
-    if not seq.camera.aligned:
-        warnings.warn(
-            f"colour is omitted: the {layout} layout requires it to be aligned to depth", stacklevel=2
-        )

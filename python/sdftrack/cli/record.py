@@ -32,6 +32,7 @@ from sdftrack.cli.recording import (
     ToOption,
     check_to,
     opened,
+    warn_of_color,
     write_all,
 )
 
@@ -73,6 +74,7 @@ def record(
     with open_from(source, width, height, fps, waiting=WAITING) as camera:
         contents = Contents(camera.camera)
         with opened(out, to, contents, color, resume, overwrite) as writer:
+            warn_of_color(camera.camera, writer)
             if not quiet:
                 print(f"recording {camera.name}; end with Ctrl-C", file=sys.stderr, flush=True)
             items = itertools.islice(_items(camera, seconds, quiet), frames)

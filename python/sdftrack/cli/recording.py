@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterable, Mapping
 from enum import Enum
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -13,12 +15,22 @@ import typer
 
 from sdftrack.cli.common import Usage
 
-__all__ = ["ColorFiles", "ColorOption", "Item", "ResumeOption", "ToOption", "check_to", "opened", "write_all"]
+__all__ = [
+    "ColorFiles",
+    "ColorOption",
+    "Item",
+    "ResumeOption",
+    "ToOption",
+    "check_to",
+    "opened",
+    "warn_of_color",
+    "write_all",
+]
 
 NAME = "recording.json"  # says that the files are ours
 OURS = re.compile(
     r"recording\.json|\.frames\.jsonl|\.reserve|scene_(camera|gt)\.json|camera\.json|intrinsic\.json|trajectory\.log|"
-    r"(depth|rgb|groundtruth)\.txt|model\.ply|models/obj_\d{6}\.ply|mask_visib/\d{6}_\d{6}\.png|sequence\.mcap|"
+    r"(depth|rgb|groundtruth)\.txt|model\.ply|models/obj_\d{6}\.ply|mask_visib/\d{6}_\d{6}\.png|\.?sequence\.mcap|metadata\.yaml|"
     r"(depth|rgb|color)/[\d.-]+\.(png|jpg)"
 )
 
@@ -32,7 +44,7 @@ ToOption = Annotated[
     str | None,
     typer.Option(
         "--to",
-        metavar="bop|tum|open3d",
+        metavar="bop|tum|open3d|mcap",
         show_default="the one that holds everything",
         help="Layout to write.",
     ),
@@ -82,8 +94,20 @@ def opened(out: Path, to: str | None, contents: Any, color: ColorFiles, resume: 
 
 
 def _fitting(contents: Any) -> str:
-    """BOP holds everything but a lens."""
-    return "tum" if contents.camera.depth.distortion else "bop"
+    """BOP holds everything but a lens and colour of another camera."""
+    camera = contents.camera
+    if camera.T_color_depth is not None and find_spec("mcap") and find_spec("rosbags"):
+        return "mcap"
+    return "tum" if camera.depth.distortion else "bop"
+
+
+def warn_of_color(camera: Any, writer: Any) -> None:
+    """Warn that the layout omits colour."""
+    if not (camera.aligned or writer.holds_unaligned):
+        warnings.warn(
+            f"colour is omitted: the {writer.name} layout requires it to be aligned to depth; --to mcap holds both",
+            stacklevel=2,
+        )
 
 
 def _make_empty(out: Path, overwrite: bool) -> None:

@@ -21,12 +21,13 @@ def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bo
     ----------
     path : folder
     seq : Sequence
-    layout : "bop", "tum" or "open3d"
+    layout : "bop", "tum", "open3d" or "mcap"
         bop: every pose, mask and model; depth in the unit that represents it exactly, else in 0.1 mm (in 1 mm beyond
         6.5 m). tum: one object, depth in 0.2 mm up to 13.1 m. open3d: one object, depth in 1 mm up to 65.5 m. Depth
-        that a sensor delivers in millimetres is exact in all of them. An unreadable frame has no images in bop and is
-        omitted in the others. Colour that is not aligned to depth is omitted, with a UserWarning, because none
-        of the three can store the mapping.
+        that a sensor delivers in millimetres is exact in all of them. mcap (extra ``bags``): a ROS 2 recording with
+        both cameras, poses and models; any depth is exact. An unreadable frame has no images in bop and is
+        omitted in the others. Colour that is not aligned to depth is omitted by the first three, with a
+        UserWarning, because they cannot store the mapping.
 
     Raises
     ------
@@ -39,7 +40,7 @@ def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bo
     of_kind(seq, Sequence, "seq")
     if layout not in WRITERS:
         raise ValueError(f"layout: expected one of {', '.join(WRITERS)}, got {layout!r}")
-    if not seq.camera.aligned:
+    if not (seq.camera.aligned or WRITERS[layout].holds_unaligned):
         warnings.warn(
             f"{path}: colour is omitted: the {layout} layout requires it to be aligned to depth", stacklevel=2
         )

@@ -18,9 +18,10 @@ from sdftrack.io.frames import write_color, write_depth_units
 from sdftrack.io.writers.depth_units import DepthUnits
 from sdftrack.io.writers.journal import Journal
 
-__all__ = ["COLOR_FILES", "Contents", "LayoutWriter"]
+__all__ = ["COLOR_FILES", "FRAME_PERIOD_S", "Contents", "LayoutWriter"]
 
 COLOR_FILES = ("png", "jpg")
+FRAME_PERIOD_S = 1 / 30  # where a sequence has no times
 Array = NDArray[np.float64]
 
 
@@ -74,6 +75,7 @@ class LayoutWriter(ClosedByWith):
     name: ClassVar[str]
     folders: ClassVar[tuple[str, ...]]
     units: ClassVar[tuple[tuple[int, ...], tuple[int, ...]]]  # arguments of DepthUnits
+    holds_unaligned: ClassVar[bool] = False  # colour of another camera
 
     def __init__(self, folder: Path, contents: Contents, color: str = "png", resume: bool = False) -> None:
         if color not in COLOR_FILES:

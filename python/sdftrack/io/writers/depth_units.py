@@ -33,6 +33,11 @@ class DepthUnits:
         self._default, self._candidates = default, (*default, *exact)
         self.rounded_m = 0.0
 
+    @property
+    def farthest_m(self) -> float:
+        """The range of the widest unit, m."""
+        return LARGEST / min(self._default)
+
     def of(self, frame: Frame) -> tuple[NDArray[np.uint16], int]:
         """(H, W) uint16 units of the frame's depth, and units per metre. ValueError beyond the range."""
         assert frame.depth is not None
@@ -51,7 +56,7 @@ class DepthUnits:
                 return _units(frame.depth, units_per_m), units_per_m
         raise ValueError(
             f"depth: frame {frame.index} has {farthest:.2f} m, 16 bits are limited to "
-            f"{LARGEST / min(self._default):.2f} m; crop the depth or choose another layout"
+            f"{self.farthest_m:.2f} m; crop the depth or choose another layout"
         )
 
 

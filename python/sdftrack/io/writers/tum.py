@@ -13,9 +13,8 @@ from sdftrack import geometry
 from sdftrack._internal.files import replacing
 from sdftrack.frame import Frame
 from sdftrack.io.trajectories import TUM_HEADER, tum_line
-from sdftrack.io.writers.base import LayoutWriter
+from sdftrack.io.writers.base import FRAME_PERIOD_S, LayoutWriter
 
-FRAME_PERIOD_S = 1 / 30  # where a sequence has no times
 Array = NDArray[np.float64]
 
 

@@ -6,10 +6,10 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, ClassVar, NoReturn
+from typing import ClassVar, NoReturn
 
-from sdftrack._internal.extras import need
 from sdftrack.camera import Camera
+from sdftrack.io.mcap_output import McapOutput
 from sdftrack.live.streams.kinds import Packet, Receiver, register_stream
 from sdftrack.live.streams.ros_messages import RosMessages
 
@@ -17,20 +17,6 @@ __all__ = ["McapFile"]
 
 # Bytes of messages that a crash may lose: about a second of one object at 30 Hz. Larger chunks compress better.
 CHUNK = 1 << 14
-
-
-class _Unbuffered:
-    """A file without a buffer in this process, so that a crash loses nothing that was written."""
-
-    def __init__(self, path: Path) -> None:
-        self._file = open(path, "wb", buffering=0)  # noqa: SIM115  # closed by McapFile.close
-        self.tell, self.truncate, self.close = self._file.tell, self._file.truncate, self._file.close
-
-    def write(self, data: bytes) -> int:
-        left = memoryview(data)
-        while left:
-            left = left[self._file.write(left) :]
-        return len(data)
 
 
 class McapFile(Receiver):
@@ -43,65 +29,46 @@ class McapFile(Receiver):
     waiting: ClassVar[int] = 1024  # frames: a file should lose none while a disk pauses
 
     def __init__(self, path: Path, overwrite: bool, names: Sequence[str], camera: Camera) -> None:
-        need("mcap", "bags")
-        from mcap.writer import Writer
-
         self._messages = RosMessages(names, camera)
         self._path, self._part = path, path.with_suffix(".part.mcap")
         _refuse(path, self._part, overwrite)
         self.address = f"mcap:{path}"
-        output: Any = _Unbuffered(self._part)
-        self._file, self._writer = output, Writer(output, chunk_size=CHUNK)
-        self._writer.start(profile="ros2", library="sdftrack")
-        self._schemas: dict[str, int] = {}
-        self._channels: dict[str, int] = {}
-        self._whole = self._file.tell()
+        self._output = McapOutput(self._part, self._messages.definition, CHUNK)
+        self._known_camera = False
         self._failed = ""
 
     def write(self, packet: Packet) -> None:
         if self._failed:
             raise OSError(self._failed)
         try:
-            if not self._channels:
+            if not self._known_camera:
                 self._add(packet, *self._messages.of_camera(packet))
+                self._known_camera = True
             for topic, kind, data in self._messages.of_frame(packet):
                 self._add(packet, topic, kind, data)
-            self._whole = self._file.tell()
+            self._output.mark_whole()
         except OSError as error:
             self._fail(error)
         self.sent += 1
 
     def close(self) -> None:
         if self._failed:
-            self._file.close()
+            self._output.close()
             raise OSError(self._failed)
         try:
-            self._writer.finish()
-            self._file.close()
+            self._output.finish()
             os.replace(self._part, self._path)
         except OSError as error:
             self._fail(error)
 
     def _add(self, packet: Packet, topic: str, kind: str, data: bytes) -> None:
-        if topic not in self._channels:
-            if kind not in self._schemas:
-                text = self._messages.definition(kind).encode()
-                self._schemas[kind] = self._writer.register_schema(kind, "ros2msg", text)
-            metadata = {"offered_qos_profiles": ""}
-            self._channels[topic] = self._writer.register_channel(topic, "cdr", self._schemas[kind], metadata)
         # Played at the pace of the camera's clock, however fast the frames were tracked.
-        self._writer.add_message(
-            self._channels[topic],
-            packet.time_ns,
-            data,
-            publish_time=packet.time_ns,
-            sequence=packet.index % 2**32,
-        )
+        self._output.add(topic, kind, data, packet.time_ns, packet.index)
 
     def _fail(self, error: OSError) -> NoReturn:
         """Keep the whole chunks, and say where they are."""
         self._failed = f"{self._path}: {error.strerror}; what was written before is in {self._part.name}"
-        self._file.truncate(self._whole)
+        self._output.cut()
         raise OSError(self._failed) from error
 
 

@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 import struct
+import zlib
 from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -42,6 +43,16 @@ def profile(path: Path) -> str | None:
         return None
 
 
+class _Chunk(NamedTuple):
+    """Position and size of a chunk's data in the file, and what they are decompressed to (`crc` 0: not checked)."""
+
+    start: int
+    size: int
+    compression: str
+    content_size: int
+    crc: int
+
+
 class McapFile(Part):
     """An ``.mcap`` file, whatever its profile."""
 
@@ -52,9 +63,7 @@ class McapFile(Part):
         self._file = path.open("rb")
         self._size = path.stat().st_size
         self._schemas: dict[int, Any] = {}
-        self._chunks: dict[
-            int, tuple[int, int, str]
-        ] = {}  # position -> position of the data, size, compression
+        self._chunks: dict[int, _Chunk] = {}  # by position
         self._last = LastChunks(self._content)
         self._places: dict[int, list[Entries]] = {}
         self._loose: dict[int, list[tuple[int, int, int]]] = {}  # messages outside of chunks
@@ -162,14 +171,15 @@ class McapFile(Part):
 
     def _note_chunk(self, position: int) -> None:
         self._file.seek(position)
-        head = self._file.read(9 + 32)
-        op, size, _, _, _, _, letters = struct.unpack("<BQQQQII", head)
+        head = self._file.read(struct.calcsize("<BQQQQII"))
+        op, size, _, _, content_size, crc, letters = struct.unpack("<BQQQQII", head)
         compression = self._file.read(letters)
         length = struct.unpack("<Q", self._file.read(8))[0]
         start = position + 9 + 40 + letters
         if op != CHUNK or size < 40 + letters:
             raise ValueError("a chunk is missing")
-        self._chunks[position] = (start, min(length, self._size - start), compression.decode())
+        size = min(length, self._size - start)
+        self._chunks[position] = _Chunk(start, size, compression.decode(), content_size, crc)
 
     def _note(self, op: int, at: int, size: int) -> None:
         if op in (SCHEMA, CHANNEL):
@@ -207,7 +217,7 @@ class McapFile(Part):
     def read(self, chunk: int, offset: int, most: int | None = None) -> bytes:
         begin, compression = 0, ""
         if chunk != NO_CHUNK:
-            begin, _, compression = self._chunks[chunk]
+            begin, compression = self._chunks[chunk].start, self._chunks[chunk].compression
         if compression:
             content = self._last[chunk]
             head = content[offset : offset + 9]
@@ -226,9 +236,13 @@ class McapFile(Part):
         self._file.close()
 
     def _content(self, position: int) -> bytes:
-        start, size, compression = self._chunks[position]
-        self._file.seek(start)
-        return decompressed(self._file.read(size), compression)
+        chunk = self._chunks[position]
+        self._file.seek(chunk.start)
+        content = decompressed(self._file.read(chunk.size), chunk.compression)
+        whole = len(content) == chunk.content_size
+        if whole and chunk.crc and zlib.crc32(content) != chunk.crc:
+            return b""  # damaged somewhere; of a chunk that is cut, the beginning is good
+        return content
 
 
 def _sorted(found: list[Entries]) -> Entries:

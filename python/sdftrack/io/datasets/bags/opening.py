@@ -16,6 +16,7 @@ from sdftrack.io.datasets.bags.frames import LOOKED_AT, BagFrames
 from sdftrack.io.datasets.bags.pictures import color_of, depth_of
 from sdftrack.io.datasets.bags.topics import choose_color, choose_depth
 from sdftrack.io.datasets.bags.transforms import fixed_transforms, transform_between
+from sdftrack.io.datasets.bags.truth import models_of, true_poses
 from sdftrack.io.datasets.sequence import Sequence
 
 __all__ = ["sequence_of"]
@@ -44,7 +45,23 @@ def sequence_of(bag: Bag, layout: str, depth_topic: str | None, color_topic: str
                     f"{bag.path}: colour images of {color.name} are ignored: {reason}", stacklevel=5
                 )
         frames = BagFrames(bag, depth.name, "" if color is None else color.name, camera, use_color)
-        return Sequence(frames, camera, layout=layout, name=bag.path.stem, close=bag.close)
+        objects, poses = true_poses(bag, depth.name)
+        models = models_of(bag.path) if poses else {}
+        return Sequence(
+            frames,
+            camera,
+            poses,
+            models,
+            objects=objects or None,
+            layout=layout,
+            name=bag.path.stem,
+            close=bag.close,
+        )
+    except ValueError as error:
+        bag.close()
+        if bag.damage:  # the likely reason
+            raise ValueError(f"{error} ({bag.damage})") from None
+        raise
     except BaseException:
         bag.close()
         raise

@@ -54,6 +54,8 @@ class SqliteFile(Part):
                 self.channels[number] = Channel(name, kind, encoding)
             # In the order of the table, because another index may lie in the part that is missing.
             for row in self._base.execute("SELECT topic_id, timestamp, id FROM messages NOT INDEXED"):
+                if None in row:  # as a table without its end may show
+                    raise sqlite3.DatabaseError("a row is damaged")
                 rows.append(row)
         except sqlite3.OperationalError:
             raise  # no such table

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from sdftrack.io.datasets.bags.bag import Bag
 from sdftrack.io.datasets.bags.decoding import TRANSFORM_TYPES, Transform
+from sdftrack.io.trajectories import rotation
 
-__all__ = ["fixed_transforms", "transform_between"]
+__all__ = ["fixed_transforms", "pose_of", "transform_between"]
 
 MAX_MESSAGES = 200  # of a topic whose transforms may move
 SAME = 1e-6  # metres, and entries of a rotation matrix
@@ -30,7 +31,7 @@ def fixed_transforms(bag: Bag) -> dict[tuple[str, str], Pose]:
             except ValueError:
                 continue  # not whole
             for t in transforms:
-                pose, edge = _pose(t), (t.parent, t.child)
+                pose, edge = pose_of(t), (t.parent, t.child)
                 if pose is None or np.abs(fixed.setdefault(edge, pose) - pose).max() > SAME:
                     moving.add(edge)
     return {edge: pose for edge, pose in fixed.items() if edge not in moving}
@@ -52,17 +53,11 @@ def transform_between(fixed: dict[tuple[str, str], Pose], to: str, start: str) -
     return found.get(to)
 
 
-def _pose(t: Transform) -> Pose | None:
-    x, y, z, w = t.rotation
-    n = x * x + y * y + z * z + w * w
-    if not (np.isfinite(n) and n > 1e-6 and np.isfinite(t.translation).all()):
+def pose_of(t: Transform) -> Pose | None:
+    """T_parent_child; None if its numbers are none."""
+    q = np.asarray(t.rotation, np.float64)
+    if not (np.isfinite(q).all() and q @ q > 1e-6 and np.isfinite(t.translation).all()):
         return None
-    s = 2 / n
     T = np.eye(4)
-    T[:3, :3] = [
-        [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
-        [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
-        [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
-    ]
-    T[:3, 3] = t.translation
+    T[:3, :3], T[:3, 3] = rotation(q), t.translation
     return T

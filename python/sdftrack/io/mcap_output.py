@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: MIT
+"""A file .mcap with ROS 2 messages that stays readable up to its last chunk, whatever happens."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from sdftrack._internal.extras import need
+
+__all__ = ["McapOutput"]
+
+
+class _Unbuffered:
+    """A file without a buffer in this process, so that a crash loses nothing that was written."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = open(path, "wb", buffering=0)  # noqa: SIM115  # closed by McapOutput
+        self.tell, self.truncate, self.close = self._file.tell, self._file.truncate, self._file.close
+
+    def write(self, data: bytes) -> int:
+        left = memoryview(data)
+        while left:
+            left = left[self._file.write(left) :]
+        return len(data)
+
+    def flush(self) -> None:
+        pass
+
+
+class McapOutput:
+    """Writes messages in chunks.
+
+    Parameters
+    ----------
+    path : Path
+    definition : function kind -> str
+        Definitions of the message types.
+    chunk_size : int
+        Bytes of messages that a crash may lose; larger chunks compress better.
+    """
+
+    def __init__(self, path: Path, definition: Callable[[str], str], chunk_size: int) -> None:
+        need("mcap", "bags")
+        from mcap.writer import Writer
+
+        self._definition = definition
+        output: Any = _Unbuffered(path)
+        self._file, self._writer = output, Writer(output, chunk_size=chunk_size)
+        self._writer.start(profile="ros2", library="sdftrack")
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[str, int] = {}
+        self.counts: dict[str, tuple[str, int]] = {}  # topic -> type, number of messages
+        self.times_ns = (0, 0)  # of the first and the last message
+        self._whole = self._file.tell()
+
+    def add(
+        self, topic: str, kind: str, data: bytes, time_ns: int, sequence: int = 0, *, latched: bool = False
+    ) -> None:
+        """Add a serialised message; `latched`: for those who come later, as /tf_static."""
+        if topic not in self._channels:
+            if kind not in self._schemas:
+                text = self._definition(kind).encode()
+                self._schemas[kind] = self._writer.register_schema(kind, "ros2msg", text)
+            qos = LATCHED if latched else ""
+            metadata = {"offered_qos_profiles": qos}
+            self._channels[topic] = self._writer.register_channel(topic, "cdr", self._schemas[kind], metadata)
+        self._writer.add_message(
+            self._channels[topic], time_ns, data, publish_time=time_ns, sequence=sequence % 2**32
+        )
+        first, last = self.times_ns if self.counts else (time_ns, time_ns)
+        self.times_ns = (min(first, time_ns), max(last, time_ns))
+        self.counts[topic] = (kind, self.counts.get(topic, (kind, 0))[1] + 1)
+
+    def attach(self, name: str, data: bytes, media_type: str) -> None:
+        self._writer.add_attachment(0, 0, name, media_type, data)
+
+    def flush(self) -> None:
+        """End the chunk: what was added is in the file."""
+        self._writer.flush()
+
+    def mark_whole(self) -> None:
+        """What is in the file now is whole."""
+        self._whole = self._file.tell()
+
+    def cut(self) -> None:
+        """Take away what was written since `mark_whole`."""
+        self._file.truncate(self._whole)
+
+    def finish(self) -> None:
+        """Write the summary and close the file."""
+        self._writer.finish()
+        self._file.close()
+
+    def close(self) -> None:
+        """Close the file without a summary."""
+        self._file.close()
+
+
+LATCHED = """- history: 1
+  depth: 1
+  reliability: 1
+  durability: 1
+  deadline: {sec: 9223372036, nsec: 854775807}
+  lifespan: {sec: 9223372036, nsec: 854775807}
+  liveliness: 1
+  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}
+  avoid_ros_namespace_conventions: false
+"""

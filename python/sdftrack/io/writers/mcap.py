@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: MIT
+"""A ROS 2 recording (MCAP): both cameras, any depth, poses and models."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack import geometry
+from sdftrack._internal.files import write_text
+from sdftrack.frame import Frame
+from sdftrack.io.mcap_copy import copy_whole
+from sdftrack.io.mcap_output import McapOutput
+from sdftrack.io.ros_types import COLOR_FRAME, DEPTH_FRAME, INFO, RosTypes
+from sdftrack.io.writers.base import FRAME_PERIOD_S, Contents, LayoutWriter
+from sdftrack.io.writers.depth_units import DepthUnits
+from sdftrack.io.writers.ros2_metadata import metadata_yaml
+
+FILE = "sequence.mcap"
+DEPTH, DEPTH_INFO = "/camera/depth/image_raw", "/camera/depth/camera_info"
+COLOR, COLOR_INFO = "/camera/color/image_raw/compressed", "/camera/color/camera_info"
+TRUTH = "/ground_truth"  # the reader knows it: sdftrack.io.datasets.bags.truth
+IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+CHUNK = 1 << 22
+Array = NDArray[np.float64]
+
+
+class McapWriter(LayoutWriter):
+    """sequence.mcap and metadata.yaml, which ``ros2 bag play FOLDER`` takes; frames without depth are omitted.
+
+    Depth is 16UC1 in millimetres where that is exact, else 32FC1 in metres; colour is a PNG or JPEG of each image.
+    True poses are transforms on `/ground_truth` to the frames `object_K_OBJID`; models are attachments.
+    """
+
+    name = "mcap"
+    folders = ()
+    units = ((1000,), ())
+    holds_unaligned = True
+
+    def __init__(self, folder: Path, contents: Contents, color: str = "png", resume: bool = False) -> None:
+        self._ros = RosTypes()
+        self._output: McapOutput | None = None
+        super().__init__(folder, contents, color, resume)
+        if resume:
+            self._continue()
+
+    def check_contents(self) -> None:
+        camera = self.contents.camera
+        if not camera.aligned and camera.T_color_depth is None:
+            raise ValueError(
+                "camera: mcap holds the pose of the colour camera, not a projective mapping; use another layout"
+            )
+
+    def write_models(self) -> None:
+        self._output = self._begin(self.folder / FILE)
+
+    def _begin(self, path: Path) -> McapOutput:
+        output = McapOutput(path, self._ros.definition, CHUNK)
+        for obj_id, mesh in self.contents.models.items():
+            file = self.folder / f".obj_{obj_id:06d}.ply"
+            mesh.save(file)
+            output.attach(f"models/obj_{obj_id:06d}.ply", file.read_bytes(), "model/ply")
+            file.unlink()
+        output.mark_whole()
+        return output
+
+    def _continue(self) -> None:
+        """Copy the frames that are whole; the file that was cut cannot be appended to."""
+        old, new = self.folder / FILE, self.folder / f".{FILE}"
+        output = self._begin(new)
+        copy_whole(old, output, DEPTH, self.count)
+        output.flush()
+        output.mark_whole()
+        os.replace(new, old)
+        self._output = output
+
+    def write_frame(
+        self, frame: Frame, poses: dict[int, Array], masks: Mapping[int, NDArray[np.bool_]], im_id: int
+    ) -> dict[str, Any]:
+        if frame.depth is None:
+            return {"written": False}
+        self.check_own_camera(frame)
+        assert self._output is not None
+        time_s = self.count * FRAME_PERIOD_S if frame.timestamp is None else frame.timestamp
+        try:
+            self._write(self._output, frame, poses, round(1e9 * time_s))
+            self._output.flush()
+            self._output.mark_whole()
+        except OSError:
+            self._output.cut()
+            self._output.close()
+            self._output = None
+            raise
+        return {"written": True}
+
+    def _write(self, output: McapOutput, frame: Frame, poses: dict[int, Array], time_ns: int) -> None:
+        """Depth comes last: a frame whose depth is in the file is whole."""
+        ros, camera, n = self._ros, self.contents.camera, self.count
+        header = ros.header(time_ns, DEPTH_FRAME)
+        if not n:
+            self._write_fixed(output, header, time_ns)
+        if poses:
+            known = [
+                ros.transform(header, f"object_{k}_{self.contents.objects[k]}", T) for k, T in poses.items()
+            ]
+            output.add(TRUTH, TRANSFORMS, ros.serialized(TRANSFORMS, transforms=known), time_ns, n)
+        if frame.color is not None:
+            own = header if camera.aligned else ros.header(time_ns, COLOR_FRAME)
+            output.add(COLOR_INFO, INFO, ros.camera_info(own, camera.color or camera.depth), time_ns, n)
+            image, kind = self._encoded(frame.color)
+            data = ros.serialized(COMPRESSED, header=own, format=kind, data=image)
+            output.add(COLOR, COMPRESSED, data, time_ns, n)
+        output.add(DEPTH_INFO, INFO, ros.camera_info(header, camera.depth), time_ns, n)
+        output.add(DEPTH, IMAGE, self._depth(frame, header), time_ns, n)
+
+    def _write_fixed(self, output: McapOutput, header: Any, time_ns: int) -> None:
+        camera = self.contents.camera
+        if camera.T_color_depth is None:
+            return
+        T_depth_color = geometry.inverse(camera.T_color_depth)
+        data = self._ros.serialized(
+            TRANSFORMS, transforms=[self._ros.transform(header, COLOR_FRAME, T_depth_color)]
+        )
+        output.add("/tf_static", TRANSFORMS, data, time_ns, latched=True)
+
+    def _depth(self, frame: Frame, header: Any) -> bytes:
+        assert frame.depth is not None
+        pixels: NDArray[Any] = frame.depth
+        exact = DepthUnits(*self.units)
+        if frame.depth.max() <= exact.farthest_m:
+            units, _ = exact.of(frame)
+            pixels = frame.depth if exact.rounded_m else units
+        return self._ros.serialized(
+            IMAGE, header=header, height=pixels.shape[0], width=pixels.shape[1],
+            encoding="16UC1" if pixels.dtype == np.uint16 else "32FC1", is_bigendian=0,
+            step=pixels.strides[0], data=np.ascontiguousarray(pixels).view(np.uint8).reshape(-1),
+        )  # fmt: skip
+
+    def _encoded(self, color: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], str]:
+        import cv2
+
+        ok, data = cv2.imencode(self._suffix, np.ascontiguousarray(color[..., ::-1]))
+        assert ok
+        return data.reshape(-1), "jpeg" if self._suffix == ".jpg" else "png"
+
+    def write_index(self, entries: Iterable[dict[str, Any]]) -> None:
+        if self._output is None:  # the disk was full: the file is readable up to the last whole frame
+            return
+        self._output.finish()
+        write_text(self.folder / "metadata.yaml", metadata_yaml(FILE, self._output))
+        self._output = None
+
+    def close(self) -> None:
+        super().close()
+        if self._output is not None:
+            self._output.close()
+            self._output = None

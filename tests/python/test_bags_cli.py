@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: MIT
+"""Bags on the command line and as a replayed camera."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+from bag_writers import DEPTH_TOPIC, recording, write
+from test_bags import CAMERA, scene
+from typer.testing import CliRunner
+
+import sdftrack as st
+from sdftrack.cli.common import LayoutOption, opening
+from sdftrack.io.datasets import LAYOUTS
+
+
+def run(*args: str):
+    from sdftrack.cli.app import app
+
+    return CliRunner().invoke(app, [*args])
+
+
+@pytest.mark.slow
+def test_a_bag_is_tracked_from_the_command_line(tmp_path):
+    camera = st.Camera(300, 300, 159.5, 119.5, 320, 240)
+    mesh = st.SDF.box((0.08, 0.05, 0.12), voxels=60).to_mesh()
+    mesh.save(tmp_path / "part.ply")
+    seq = st.synth.sequence(mesh, 4, camera=camera, noise=0.001, seed=1)
+    messages = recording(seq)
+    messages += [replace(m, topic="/other/image") for m in messages if m.topic == DEPTH_TOPIC]
+    path = write(tmp_path, messages, "ros1")
+    start = tmp_path / "start.json"
+    start.write_text(json.dumps({"T_cam_obj": [seq.ground_truth[0][0].tolist()]}))
+    arguments = [
+        "track",
+        str(path),
+        "--model",
+        str(tmp_path / "part.ply"),
+        "--init",
+        str(start),
+        "--no-video",
+    ]
+    failed = run(*arguments, "--out", str(tmp_path / "a"))
+    assert "depth_topic: " in str(failed.exception)
+    done = run(
+        *arguments, "--depth-topic", DEPTH_TOPIC, "--color-topic", "none", "--out", str(tmp_path / "b")
+    )
+    assert done.exit_code == 0, done.output
+    report = json.loads((tmp_path / "b" / "report.json").read_text())
+    assert report["settings"]["layout"] == "ros1"
+    assert len(report["frames"]) == 4
+
+
+def test_the_help_names_every_layout():
+    text = LayoutOption.__metadata__[0].help
+    assert all(name in text for name in LAYOUTS)
+    assert opening("mcap", "a", None) == {"layout": "mcap", "depth_topic": "a", "color_topic": None}
+
+
+def test_a_bag_is_replayed_as_a_camera(tmp_path):
+    path = write(tmp_path, recording(scene()), "db3")
+    from sdftrack.live import open_camera
+
+    with open_camera(f"replay:{path}", depth_topic=DEPTH_TOPIC) as camera:
+        assert camera.camera == st.RGBDCamera(CAMERA)
+        frames = list(camera)
+    assert 1 <= len(frames) <= len(scene())
+    assert all(frame.error == "" for frame in frames)
+
+
+def test_topics_are_not_options_of_folders(tmp_path):
+    st.save_sequence(tmp_path / "s", scene())
+    with pytest.raises(ValueError, match="depth_topic: not an option of layout bop"):
+        st.open_sequence(tmp_path / "s", depth_topic="/a")
