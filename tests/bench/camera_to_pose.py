@@ -47,11 +47,12 @@ def feeding(camera: SoftwareRealSense, shown: list[st.Frame], hz: float) -> Iter
     stop = threading.Event()
 
     def run() -> None:
-        start = time.time()
-        for i, frame in enumerate(itertools.cycle(shown)):
-            due = start + i / hz
+        due = time.time()
+        for frame in itertools.cycle(shown):
             if stop.wait(max(0.0, due - time.time())):
                 return
+            # Where this thread was held up, no frames are sent in a burst: a camera would have sent them in time.
+            due = (due if time.time() - due < 1 / hz else time.time()) + 1 / hz
             camera.feed(frame, time.time())
 
     thread = threading.Thread(target=run)
