@@ -2,8 +2,11 @@
 """Results over a network and into a file: real receivers read back what was sent, and never hold up the program."""
 
 import contextlib
+import http.server
 import json
 import os
+import re
+import shutil
 import socket
 import subprocess
 import sys
@@ -26,7 +29,8 @@ NAMES = ["box 1", "duck"]
 ROUNDING = 1e-9  # of poses through a quaternion and back, m and 1
 FLOAT32 = 1e-7  # OSC's numbers have 24 bits
 SEND_S = 50e-6  # median time of `send`
-SCHEMA = Path(__file__).resolve().parents[2] / "docs" / "reference" / "stream.schema.json"
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+SCHEMA = DOCS / "reference" / "stream.schema.json"
 
 
 def frame(i=0, timestamp=None):
@@ -294,10 +298,8 @@ def test_pages_of_other_sites_may_not_read_the_stream(server):
     for origin in ("https://example.com", "null"):
         with pytest.raises(InvalidStatus, match="403"), client(server, origin=origin):
             pass
-    with (
-        open_stream("ws://localhost:0", NAMES, CAMERA, origins=["null"]) as stream,
-        client(stream, origin="null") as connection,
-    ):
+    admits = open_stream("ws://localhost:0", NAMES, CAMERA, origins=["null"])
+    with admits as stream, client(stream, origin="null") as connection:
         stream.send(frame(), result())
         assert json.loads(connection.recv(timeout=10))["index"] == 0
     assert "got one from https://localhost.evil" in Admission().refusal("/", "https://localhost.evil")
@@ -650,3 +652,103 @@ def test_names_and_addresses():
     assert safe_names(["a", "a", "a_2", "é!", "1"]) == ["a", "a_2", "a_2_2", "_", "_1"]
     assert host_and_port("//[::1]:80", "ws") == ("::1", 80)
     assert host_and_port("//example.org/", "ws", 8765) == ("example.org", 8765)
+
+
+# -- the page docs/howto/stream.md
+
+
+def blocks(language):
+    text = (DOCS / "howto" / "stream.md").read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        return taken.getsockname()[1]
+
+
+@pytest.mark.slow
+def test_the_programs_of_the_page_run_and_meet(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    mesh = st.synth.duck_mesh()
+    camera = st.Camera(420.0, 420.0, 319.5, 239.5, 640, 480)
+    st.save_sequence(
+        "recording", st.synth.sequence(mesh, 12, noise=0.001, seed=4, camera=camera), layout="bop"
+    )
+    st.Mesh(1000 * mesh.vertices, mesh.faces, mesh.colors).save("part.ply")
+    port = str(free_port())
+    tracks, reads, _ = (code.replace("8765", port) for code in blocks("python"))
+    tracks = tracks.replace('"replay:recording"', '"replay:recording", fps=4, waiting=12')
+    names, failed = {}, []
+    tracks, reads = (compile(code, "stream.md", "exec") for code in (tracks, reads))
+
+    def run():
+        try:
+            exec(tracks, names)
+        except BaseException as error:
+            failed.append(error)
+
+    def listens():
+        with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", int(port))):
+            return True
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    assert eventually(lambda: failed or listens(), 60)
+    assert failed == []
+    exec(reads, {})
+    thread.join(60)
+    assert failed == []
+    assert len(re.findall(r"^\d+ part \[", capsys.readouterr().out, re.MULTILINE)) > 3
+    assert names["stream"].sent > 3
+
+
+def test_the_recovery_of_the_page_completes_a_part(bag, monkeypatch):
+    monkeypatch.chdir(bag.parent)
+    with open_stream(f"mcap:{bag}", NAMES, CAMERA) as stream:
+        for i in range(100):
+            stream.send(frame(i), result(i))
+    data = bag.read_bytes()
+    Path("poses.part.mcap").write_bytes(data[: len(data) // 2])
+    exec(compile(blocks("python")[2], "stream.md", "exec"), {})
+    poses = [m for topic, _, m in read_mcap(Path("recovered.mcap")) if topic == "/sdftrack/duck/pose"]
+    assert 20 < len(poses) < 80
+    for i, message in enumerate(poses):
+        assert message.pose.pose.position.z == result(i).poses[1][2, 3]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not shutil.which("chromium"), reason="needs the browser chromium")
+def test_the_web_page_shows_the_poses_in_a_browser(server, tmp_path):
+    (page,) = blocks("html")
+    # The picture keeps the browser from printing the page before the first messages.
+    page = page.replace("ws://localhost:8765", server.address) + '<img src="/slow">'
+
+    class Pages(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):
+            if self.path == "/slow":
+                for _ in range(100):
+                    server.send(frame(), result(0, ("ok", "lost")))
+                    time.sleep(0.02)
+            self.send_response(200)
+            self.send_header("Content-Type", "text/html")
+            self.end_headers()
+            self.wfile.write(page.encode())
+
+        def log_message(self, *of):
+            pass
+
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Pages) as site:
+        thread = threading.Thread(target=site.serve_forever)
+        thread.start()
+        url = f"http://localhost:{site.server_port}/pose.html"
+        try:
+            shown = subprocess.run(
+                ["chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}",
+                 "--timeout=10000", "--dump-dom", url],
+                capture_output=True, text=True, timeout=60, check=True,
+            ).stdout  # fmt: skip
+        finally:
+            site.shutdown()
+            thread.join()
+    assert "box 1: ok, 0.0 -200.0 600.0 mm\nduck: lost, it is lost" in shown
