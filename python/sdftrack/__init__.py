@@ -15,7 +15,7 @@ from sdftrack._internal.moved import find_moved_modules
 find_moved_modules()  # pickles of earlier versions name them
 
 if TYPE_CHECKING:  # what type checkers and editors read; a test compares it with _HOMES
-    from sdftrack import contour, geometry, levelset, metrics, superpixels, synth, testing
+    from sdftrack import contour, geometry, levelset, live, metrics, superpixels, synth, testing
     from sdftrack.calibration.color_result import ColorCalibration
     from sdftrack.calibration.color_to_depth import calibrate_color_to_depth
     from sdftrack.calibration.depth import DepthCalibration, calibrate_depth
@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # what type checkers and editors read; a test compares it wit
     from sdftrack.imaging.plane import remove_plane
     from sdftrack.io.datasets import Sequence, open_sequence
     from sdftrack.io.save import save_sequence
+    from sdftrack.live import open_camera
     from sdftrack.mesh import Mesh
     from sdftrack.options import TrackerOptions
     from sdftrack.primitives import Primitive, PrimitiveFit, fit_primitive, fit_primitives
@@ -57,6 +58,7 @@ _HOMES = {
     "imaging.plane": ("remove_plane",),
     "io.datasets": ("Sequence", "open_sequence"),
     "io.save": ("save_sequence",),
+    "live": ("open_camera",),
     "mesh": ("Mesh",),
     "options": ("TrackerOptions",),
     "primitives": ("Primitive", "PrimitiveFit", "fit_primitive", "fit_primitives"),
@@ -113,8 +115,10 @@ __all__ = [
     "geometry",
     "info",
     "levelset",
+    "live",
     "metrics",
     "minimize",
+    "open_camera",
     "open_sequence",
     "remove_plane",
     "save_sequence",

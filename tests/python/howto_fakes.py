@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Stand-ins for pyrealsense2, rclpy and ROS messages with the names that docs/howto uses."""
+"""Stand-ins for rclpy and ROS messages with the names that docs/howto uses."""
 
 from types import ModuleType, SimpleNamespace
 
@@ -8,50 +8,6 @@ import numpy as np
 
 def millimetres(frame):
     return np.round(1000 * frame.depth).astype(np.uint16)
-
-
-def realsense(frames, camera):
-    """The module, whose pipeline gives the frames of a sequence again and again."""
-
-    def stream_profile(name):
-        intrinsics = SimpleNamespace(
-            fx=camera.fx, fy=camera.fy, ppx=camera.cx, ppy=camera.cy, width=camera.width, height=camera.height,
-            model="distortion.brown_conrady", coeffs=[0.0] * 5,
-        )  # fmt: skip
-        return SimpleNamespace(
-            stream_type=lambda: f"stream.{name}",
-            as_video_stream_profile=lambda: stream_profile(name),
-            get_intrinsics=lambda: intrinsics,
-            get_extrinsics_to=lambda other: SimpleNamespace(
-                rotation=np.eye(3).ravel(), translation=[0, 0, 0]
-            ),
-        )
-
-    sensor = SimpleNamespace(get_depth_scale=lambda: 0.001)
-    profile = SimpleNamespace(
-        get_streams=lambda: [stream_profile("depth"), stream_profile("color")],
-        get_device=lambda: SimpleNamespace(first_depth_sensor=lambda: sensor),
-    )
-    given = [0]
-
-    def wait_for_frames():
-        frame = frames[given[0] % len(frames)]
-        given[0] += 1
-        return SimpleNamespace(
-            get_depth_frame=lambda: SimpleNamespace(get_data=lambda: millimetres(frame)),
-            get_color_frame=lambda: SimpleNamespace(get_data=lambda: frame.color),
-            get_timestamp=lambda: 1000 * given[0] / 30,
-        )
-
-    module = ModuleType("pyrealsense2")
-    module.stream = SimpleNamespace(depth="depth", color="color")
-    module.format = SimpleNamespace(z16="z16", rgb8="rgb8")
-    module.config = lambda: SimpleNamespace(enable_stream=lambda *of: None)
-    module.align = lambda stream: SimpleNamespace(process=lambda images: images)
-    module.pipeline = lambda: SimpleNamespace(
-        start=lambda config: profile, wait_for_frames=wait_for_frames, stop=lambda: None
-    )
-    return {"pyrealsense2": module}
 
 
 def depth_message(frame):

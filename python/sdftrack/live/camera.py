@@ -28,9 +28,16 @@ def open_camera(address: str, **options: Any) -> LiveCamera:
     Parameters
     ----------
     address : str
-        ``"replay:PATH"``, which plays a recorded sequence at its own rate, or a kind added by `register_camera`.
+        One of these, or a kind added by `register_camera`:
+
+        * ``"realsense:"`` or ``"realsense:SERIAL"`` (extra ``realsense``): depth and colour as the sensors deliver
+          them. Options: `preset` (name of a visual preset), ``align=True`` (colour resampled into the depth image by
+          the SDK), ``color=False``, ``global_time=False`` (timestamps of the camera's own clock).
+        * ``"webcam:"``, ``"webcam:N"`` or ``"webcam:/dev/videoN"``: colour alone. Option: `camera`, its intrinsics as a
+          Camera or a file; without them 60 degrees of field of view are assumed, with a UserWarning.
+        * ``"replay:PATH"``: plays a recorded sequence at its own rate. Options: `loop`, and those of its layout.
     **options
-        ``waiting`` of :class:`LiveCamera`, and those of the kind of camera: ``width``, ``height`` and ``fps`` for all.
+        ``waiting`` of :class:`LiveCamera`; ``width``, ``height`` and ``fps`` for all kinds; those of the kind.
 
     Returns
     -------

@@ -54,6 +54,7 @@ class CameraKind:
 
 
 CAMERAS: dict[str, CameraKind] = {}
+"""The kinds of cameras by name; filled when a camera is opened."""
 
 
 def register_camera(name: str, address: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:

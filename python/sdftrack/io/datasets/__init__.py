@@ -19,26 +19,30 @@ MAX_LISTED = 200  # of what lies in a folder, looked at for a sequence
 def open_sequence(path: str | os.PathLike[str], layout: str = "auto", **options: Any) -> Sequence:
     """Open a recorded sequence; frames are read on access.
 
-        Parameters
-        ----------
-        path : folder or file
-            docs/data.md describes the layouts.
-    from sdftrack.io.datasets import bop, k1, tum, folders, open3d, realsense, azure, bags  # noqa: E402, F401, I001
-        **options
-            Those of the layout; None counts as not given.
+    Parameters
+    ----------
+    path : folder or file
+        docs/data.md describes the layouts.
+    layout : str
+        "auto", or the name of a layout: "bop", "k1", "tum", "folders", "open3d", "realsense", "azure", "ros1", "ros2"
+        or "mcap".
+    **options
+        Those of the layout; None counts as not given.
 
-        Returns
-        -------
-        Sequence
-            Depth in metres, poses T_cam_obj in metres, whatever the files' units. A frame that cannot be read, or has a
-            different size, is returned as a Frame without images whose `error` gives the reason.
+    Returns
+    -------
+    Sequence
+        Depth in metres, poses T_cam_obj in metres, whatever the files' units. A frame that cannot be read, or has a
+        different size, is returned as a Frame without images whose `error` gives the reason.
 
-        Raises
-        ------
-        FileNotFoundError
-            No such folder or file.
-        ValueError
-            Unknown layout, no depth, no camera, implausible units, or an option that the layout does not have.
+    Raises
+    ------
+    FileNotFoundError
+        No such folder or file.
+    ValueError
+        Unknown layout, no depth, no camera, implausible units, or an option that the layout does not have.
+    ImportError
+        The layout needs an extra that is not installed.
     """
     root = Path(path)
     if layout != "auto" and layout not in LAYOUTS:

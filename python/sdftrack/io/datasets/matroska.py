@@ -102,12 +102,14 @@ class MatroskaFile:
                     if inner == TIMESTAMP_SCALE:
                         self._scale_ns = self._number(a, b)
             elif kind == TRACKS:
-                for _, a, b in self._elements(start, end):
-                    self._track(a, b)
+                for inner, a, b in self._elements(start, end):  # others are checksums and padding
+                    if inner == TRACK_ENTRY:
+                        self._track(a, b)
             elif kind == ATTACHMENTS:
-                for _, a, b in self._elements(start, end):
-                    found = {inner: self._data[c:d] for inner, c, d in self._elements(a, b)}
-                    self.attachments[found.get(FILE_NAME, b"").decode()] = found.get(FILE_DATA, b"")
+                for inner, a, b in self._elements(start, end):
+                    if inner == ATTACHED:
+                        found = {part: self._data[c:d] for part, c, d in self._elements(a, b)}
+                        self.attachments[found.get(FILE_NAME, b"").decode()] = found.get(FILE_DATA, b"")
             elif kind == TAGS:
                 for _, a, b in self._elements(start, end, (TAG,)):
                     found = {inner: self._data[c:d] for inner, c, d in self._elements(a, b)}
@@ -116,7 +118,7 @@ class MatroskaFile:
                     )
 
     def _track(self, start: int, end: int) -> None:
-        track, number = Track(), 0
+        track, number, header = Track(), 0, b""
         for kind, a, b in self._elements(start, end, (VIDEO,)):
             value = self._data[a:b]
             if kind == TRACK_NUMBER:
@@ -126,7 +128,7 @@ class MatroskaFile:
             elif kind == CODEC:
                 track.codec = value.decode().rstrip("\0")
             elif kind == CODEC_PRIVATE and len(value) >= 20:
-                track.fourcc = track.fourcc or value[16:20]  # biCompression of the BITMAPINFOHEADER
+                header = value[16:20]  # biCompression, if this is a BITMAPINFOHEADER
             elif kind == FOURCC:
                 track.fourcc = value
             elif kind == WIDTH:
@@ -135,6 +137,8 @@ class MatroskaFile:
                 track.height = self._number(a, b)
             elif kind == ENCODINGS:
                 track.encoded = True
+        if track.codec == "V_MS/VFW/FOURCC":
+            track.fourcc = header
         self.tracks[number] = track
 
     def _block(self, start: int, end: int, cluster: int) -> None:

@@ -16,7 +16,7 @@ from sdftrack._internal.extras import need
 from sdftrack.io.datasets.realsense_stream import RealSenseStream
 from sdftrack.io.datasets.streams import Stream
 
-__all__ = ["detect", "read_streams"]
+__all__ = ["color_pixels", "detect", "read_streams"]
 
 MAGIC = b"#ROSBAG V2.0\n"
 MARK = b"/device_0/sensor_"
@@ -127,14 +127,17 @@ class _Images:
                 image.height, image.step // 2
             )
             return np.ascontiguousarray(rows[:, : image.width], np.uint16)
-        channels = CHANNELS[image.encoding]
-        rows = image.data.reshape(image.height, image.step)[:, : image.width * channels]
-        pixels = rows.reshape(image.height, image.width, channels)
-        if channels == 1:
-            return np.ascontiguousarray(np.repeat(pixels, 3, axis=2))
-        return np.ascontiguousarray(
-            pixels[..., 2::-1] if image.encoding.startswith("bgr") else pixels[..., :3]
-        )
+        return color_pixels(image)
+
+
+def color_pixels(image: Any) -> NDArray[np.uint8]:
+    """(H, W, 3) uint8 RGB of a message with one of `CHANNELS`."""
+    channels = CHANNELS[image.encoding]
+    rows = image.data.reshape(image.height, image.step)[:, : image.width * channels]
+    pixels = rows.reshape(image.height, image.width, channels)
+    if channels == 1:
+        return np.ascontiguousarray(np.repeat(pixels, 3, axis=2))
+    return np.ascontiguousarray(pixels[..., 2::-1] if image.encoding.startswith("bgr") else pixels[..., :3])
 
 
 def _lens(message: Any) -> dict[str, Any]:

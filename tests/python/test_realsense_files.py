@@ -1,0 +1,432 @@
+# SPDX-License-Identifier: MIT
+"""RealSense's recordings: written by the SDK's own recorder, and compared with its own player."""
+
+import sqlite3
+import threading
+import time
+
+import cv2
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.io.datasets.cdr import CdrReader
+from sdftrack.io.datasets.streams import nearest_in_time
+from sdftrack.testing.realsense import SoftwareRealSense
+
+rs = pytest.importorskip("pyrealsense2", exc_type=ImportError, reason="needs the extra realsense")
+
+DEPTH = st.Camera(70.0, 71.0, 40.5, 29.0, 80, 60)
+COLOR = st.Camera(90.0, 90.0, 47.5, 35.5, 96, 72, (0.1, -0.05, 0.001, 0.002, 0.01))
+TURN = st.geometry.exp([0.015, -0.001, 0.002, 0.2, -0.3, 0.4])
+CAMERA = st.RGBDCamera(DEPTH, COLOR, T_color_depth=TURN)
+SCALE = 0.00025
+START_S = 1.7e9
+COUNT = 8
+PAUSE_S = 0.04  # between frames: the recorder drops what comes faster than it writes
+
+
+def frames(count):
+    noise = np.random.default_rng(0)
+    return [
+        st.Frame(
+            (SCALE * noise.integers(1200, 12000, DEPTH.shape)).astype(np.float32),
+            noise.integers(0, 256, (*COLOR.shape, 3)).astype(np.uint8),
+        )
+        for _ in range(count)
+    ]
+
+
+def record(path, camera, given, without_color=()):
+    """Feed the frames through the SDK's recorder."""
+    recorder = rs.recorder(str(path), camera.device)
+    queue, sensors = rs.frame_queue(50), recorder.query_sensors()
+    for sensor in sensors:
+        sensor.open(sensor.get_stream_profiles()[:1])
+        sensor.start(queue)
+    for i, frame in enumerate(given):
+        one = frame.replace(color=None) if i in without_color else frame
+        camera.feed(one, START_S + i / 30, color_delay_s=0.004)
+        time.sleep(PAUSE_S)
+    for sensor in sensors:
+        sensor.stop()
+        sensor.close()
+    del sensor, sensors, recorder  # which finishes the file
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    path = tmp_path_factory.mktemp("realsense") / "recorded.db3"
+    record(path, SoftwareRealSense(CAMERA, SCALE), frames(COUNT), without_color=(5,))
+    return path
+
+
+def expected(i):
+    frame = frames(COUNT)[i]
+    units = np.round(frame.depth / SCALE).astype(np.uint16)
+    return st.Frame(units, None if i == 5 else frame.color, depth_scale=SCALE, check_units=False)
+
+
+def test_a_recording_has_the_frames_bit_by_bit_in_any_order(recorded):
+    with st.open_sequence(recorded) as seq:
+        assert (seq.layout, seq.name, len(seq)) == ("realsense", "recorded", COUNT)
+        for i in (3, 0, 7, 5, 4):
+            np.testing.assert_array_equal(seq[i].depth, expected(i).depth)
+            assert (seq[i].color is None) == (i == 5)
+            if i != 5:
+                np.testing.assert_array_equal(seq[i].color, expected(i).color)
+            assert seq[i].timestamp == pytest.approx(START_S + i / 30, abs=1e-6)
+
+
+def test_lenses_and_the_mapping_come_back(recorded):
+    with st.open_sequence(recorded) as seq:
+        np.testing.assert_allclose(seq.camera.depth.K, DEPTH.K, rtol=1e-6)
+        np.testing.assert_allclose(seq.camera.color.distortion, COLOR.distortion, rtol=1e-6)
+        np.testing.assert_allclose(seq.camera.T_color_depth, TURN, atol=2e-6)  # six digits in the file
+
+
+def test_a_live_camera_and_its_recording_give_the_same_frames(recorded, monkeypatch):
+    camera = SoftwareRealSense(CAMERA, SCALE)
+    monkeypatch.setattr("sdftrack.live.realsense.connected", lambda rs: [camera.device])
+    from sdftrack.live import open_camera
+
+    with open_camera("realsense:", waiting=20) as live, st.open_sequence(recorded) as seq:
+        for i in range(3):
+            camera.feed(frames(COUNT)[i], START_S + i / 30, color_delay_s=0.004)
+        for i in range(3):
+            frame = live.next(timeout_s=5)
+            np.testing.assert_array_equal(frame.depth, seq[i].depth)
+            np.testing.assert_array_equal(frame.color, seq[i].color)
+            assert frame.timestamp == pytest.approx(seq[i].timestamp, abs=1e-6)
+
+
+def played(path):
+    """[(timestamp, depth units)], depth units' scale and T_color_depth by the SDK's player."""
+    player = rs.context().load_device(str(path))
+    player.set_real_time(False)
+    queue, sensors = rs.frame_queue(100, keep_frames=True), player.query_sensors()
+    profiles = {}
+    for sensor in sensors:
+        (profile,) = sensor.get_stream_profiles()
+        profiles[profile.stream_type()] = profile
+        sensor.open(profile)
+    for sensor in sensors:
+        sensor.start(queue)
+    images = []
+    while True:
+        come, image = queue.try_wait_for_frame(1000)
+        if not come:
+            break
+        if image.is_depth_frame():
+            images.append((image.get_timestamp() / 1000, np.array(image.get_data())))
+    between = profiles[rs.stream.depth].get_extrinsics_to(profiles[rs.stream.color])
+    T = np.eye(4)
+    T[:3, :3] = np.reshape(between.rotation, (3, 3)).T
+    T[:3, 3] = between.translation
+    scale = next(s for s in sensors if s.is_depth_sensor()).get_option(rs.option.depth_units)
+    for sensor in sensors:
+        sensor.stop()
+        sensor.close()
+    return images, scale, T
+
+
+def test_the_sdks_player_agrees(recorded):
+    images, scale, T = played(recorded)
+    with st.open_sequence(recorded) as seq:
+        by_time = {round(frame.timestamp, 6): frame.depth for frame in seq}
+        assert len(images) >= COUNT - 1  # the player may leave out its first image
+        for stamp, units in images:
+            wanted = st.Frame(units, depth_scale=SCALE, check_units=False).depth
+            np.testing.assert_array_equal(by_time[round(stamp, 6)], wanted)
+        assert scale == pytest.approx(SCALE)
+        np.testing.assert_allclose(seq.camera.T_color_depth, T, atol=2e-6)
+
+
+def test_frames_are_read_on_any_thread(recorded):
+    found = []
+    with st.open_sequence(recorded) as seq:
+        threads = [threading.Thread(target=lambda: found.extend(f.error for f in seq)) for _ in range(3)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    assert found == [""] * 3 * COUNT
+
+
+def test_a_recording_without_colour(tmp_path):
+    camera = SoftwareRealSense(st.RGBDCamera(DEPTH), 0.001)
+    record(tmp_path / "depth.db3", camera, frames(2))
+    with st.open_sequence(tmp_path / "depth.db3") as seq:
+        assert seq.camera.color is None
+        assert [frame.color for frame in seq] == [None, None]
+
+
+@pytest.fixture
+def copy(recorded, tmp_path):
+    """A copy of the recording that may be changed, and a function that does so."""
+    path = tmp_path / "copy.db3"
+    path.write_bytes(recorded.read_bytes())
+
+    def change(*statements):
+        with sqlite3.connect(path) as database:
+            for statement in statements:
+                database.execute(*statement) if isinstance(statement, tuple) else database.execute(statement)
+        database.close()
+        return path
+
+    return change
+
+
+OF_DEPTH = "(SELECT id FROM topics WHERE name LIKE '%Depth_0/image/data%')"
+
+
+def test_a_damaged_image_is_a_frame_with_its_reason(copy):
+    first = f"(SELECT MIN(id) FROM messages WHERE topic_id = {OF_DEPTH})"
+    path = copy(f"UPDATE messages SET data = SUBSTR(data, 1, 500) WHERE id = {first}")
+    with st.open_sequence(path) as seq:
+        assert seq[0].depth is None
+        assert seq[0].error == "copy.db3, frame 0: the message is cut"
+        assert seq[1].error == ""
+
+
+def test_missing_metadata_leaves_the_recorders_times(copy):
+    path = copy(
+        "DELETE FROM messages WHERE topic_id IN (SELECT id FROM topics WHERE name LIKE '%image/metadata')"
+    )
+    with st.open_sequence(path) as seq:
+        stamps = [frame.timestamp for frame in seq]
+    assert len(stamps) == COUNT
+    assert np.all(np.diff(stamps) > 0.9 * PAUSE_S)
+    assert stamps[-1] < 60  # since the recording began
+
+
+@pytest.mark.parametrize(
+    ("statement", "words"),
+    [
+        ("DELETE FROM topics WHERE name LIKE '%Depth_0/image/data%'", "no depth stream.*its streams: Color"),
+        (f"DELETE FROM messages WHERE topic_id = {OF_DEPTH}", "no depth images"),
+        (
+            "DELETE FROM topics WHERE name LIKE '%Depth_0/camera_info'",
+            "no intrinsics in /device_0/sensor_0/Depth_0",
+        ),
+    ],
+)
+def test_what_a_recording_lacks_is_named(copy, statement, words):
+    with pytest.raises(ValueError, match=words):
+        st.open_sequence(copy(statement))
+
+
+def test_unknown_units_and_colour_formats_are_warnings(copy):
+    kind = (
+        b"\0\1\0\0"
+        + bytes(8)
+        + b"\6\0\0\0Color\0\0\0"
+        + b"\x1a\0\0\0YUYV; zstd; 96x72 step=19\0\0\0"
+        + bytes(8)
+    )
+    path = copy(
+        "DELETE FROM topics WHERE name LIKE '%Depth_Units/value'",
+        (
+            f"UPDATE messages SET data = ? WHERE topic_id = {OF_DEPTH.replace('Depth', 'Color')}",
+            (kind,),
+        ),
+    )
+    with (
+        pytest.warns(UserWarning, match="1 mm is assumed"),
+        pytest.warns(UserWarning, match="colour images of format 'YUYV; zstd"),
+    ):
+        seq = st.open_sequence(path)
+    assert seq[0].color is None
+    seq.close()
+
+
+def test_another_database_is_not_taken_for_a_recording(tmp_path):
+    with sqlite3.connect(tmp_path / "other.db3") as database:
+        database.execute("CREATE TABLE topics(id INTEGER, name TEXT, type TEXT)")
+        database.execute("INSERT INTO topics VALUES (1, '/camera/depth', 'sensor_msgs/msg/Image')")
+    database.close()
+    (tmp_path / "text.db3").write_text("no database")
+    for name in ("other.db3", "text.db3"):
+        with pytest.raises(ValueError, match=r"expected a recording of layout realsense"):
+            st.open_sequence(tmp_path / name, layout="realsense")
+
+
+def test_serialized_messages_that_end_early_are_refused():
+    message = b"\0\1\0\0" + b"\3\0\0\0ab\0" + b"\0" + b"\7\0\0\0"
+    reader = CdrReader(message)
+    assert (reader.string(), reader.uint32()) == ("ab", 7)
+    with pytest.raises(ValueError, match="the message is cut"):
+        reader.uint32()
+    with pytest.raises(ValueError, match="the message is cut"):
+        CdrReader(b"\0\1\0\0\x09\0\0\0ab").blob()
+    with pytest.raises(ValueError, match="not a serialized"):
+        CdrReader(b"ab")
+
+
+def test_nearest_times_against_a_search_of_all_pairs():
+    noise = np.random.default_rng(0)
+    for _ in range(50):
+        a, b = (np.sort(noise.uniform(0, 1, noise.integers(1, 30))) for _ in range(2))
+        periods = [np.median(np.diff(t)) for t in (a, b) if len(t) > 1]
+        limit = 0.5 * max(periods, default=1 / 30)
+        gaps = np.abs(a[:, None] - b[None])
+        wanted = np.where(gaps.min(1) <= limit, gaps.argmin(1), -1)
+        np.testing.assert_array_equal(nearest_in_time(a, b), wanted)
+
+
+# -- the older .bag
+
+
+STREAM_INFO = "uint32 fps\nstring encoding\nbool is_recommended\n"
+
+
+def write_bag(path, count, compression=True):
+    """A bag with the topics and types of the SDK's file format 2.2, by `rosbags`."""
+    rosbag1 = pytest.importorskip("rosbags.rosbag1", reason="needs the extra bags")
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    store.register(get_types_from_msg(STREAM_INFO, "realsense_msgs/msg/StreamInfo"))
+    kinds = store.types
+    writer = rosbag1.Writer(path)
+    if compression:
+        writer.set_compression(rosbag1.Writer.CompressionFormat.LZ4)
+    writer.open()
+    open_topics = {}
+
+    def write(topic, kind, at_ns, **fields):
+        if topic not in open_topics:
+            open_topics[topic] = writer.add_connection(topic, kind, typestore=store)
+        writer.write(open_topics[topic], at_ns, store.serialize_ros1(kinds[kind](**fields), kind))
+
+    def header(i, stamp_s):
+        sec = int(stamp_s)
+        time_type = kinds["builtin_interfaces/msg/Time"]
+        return kinds["std_msgs/msg/Header"](
+            seq=i, stamp=time_type(sec=sec, nanosec=round(1e9 * (stamp_s - sec))), frame_id="0"
+        )
+
+    def key_value(topic, at_ns, key, value):
+        write(topic, "diagnostic_msgs/msg/KeyValue", at_ns, key=key, value=value)
+
+    write("/file_version", "std_msgs/msg/UInt32", 1, data=3)
+    key_value("/device_0/info", 1, "Name", "Intel RealSense D435")
+    key_value("/device_0/info", 1, "Serial Number", "000001")
+    key_value("/device_0/sensor_0/info", 1, "Name", "Stereo Module")
+    key_value("/device_0/sensor_1/info", 1, "Name", "RGB Camera")
+    write("/device_0/sensor_0/option/Depth Units/value", "std_msgs/msg/Float32", 1, data=SCALE)
+    write(
+        "/device_0/sensor_0/option/Depth Units/description", "std_msgs/msg/String", 1, data="metres per unit"
+    )
+    quaternion = rotation_quaternion(TURN[:3, :3])
+    for stream, camera, encoding, T, q in (
+        ("/device_0/sensor_0/Depth_0", DEPTH, "mono16", np.eye(4), (0, 0, 0, 1)),
+        ("/device_0/sensor_1/Color_0", COLOR, "rgb8", TURN, quaternion),
+    ):
+        write(
+            f"{stream}/info",
+            "realsense_msgs/msg/StreamInfo",
+            1,
+            fps=30,
+            encoding=encoding,
+            is_recommended=False,
+        )
+        roi = kinds["sensor_msgs/msg/RegionOfInterest"](
+            x_offset=0, y_offset=0, height=0, width=0, do_rectify=False
+        )
+        write(
+            f"{stream}/info/camera_info", "sensor_msgs/msg/CameraInfo", 1, header=header(0, 0.0),
+            height=camera.height, width=camera.width, distortion_model="Brown Conrady",
+            D=np.array([*camera.distortion, *[0.0] * 5][:5]), K=camera.K.ravel(), R=np.zeros(9), P=np.zeros(12),
+            binning_x=0, binning_y=0, roi=roi,
+        )  # fmt: skip
+        write(
+            f"{stream}/tf/0", "geometry_msgs/msg/Transform", 1,
+            translation=kinds["geometry_msgs/msg/Vector3"](*map(float, T[:3, 3])),
+            rotation=kinds["geometry_msgs/msg/Quaternion"](*map(float, q)),
+        )  # fmt: skip
+    for i in range(count):
+        frame, at = frames(count)[i], 10**7 + i * 33_000_000
+        units = np.round(frame.depth / SCALE).astype(np.uint16)
+        for stream, pixels, encoding, delay in (
+            ("/device_0/sensor_0/Depth_0", units, "mono16", 0.0),
+            ("/device_0/sensor_1/Color_0", frame.color, "rgb8", 0.004),
+        ):
+            stamp = START_S + i / 30 + delay
+            write(
+                f"{stream}/image/data", "sensor_msgs/msg/Image", at, header=header(i, stamp),
+                height=pixels.shape[0], width=pixels.shape[1], encoding=encoding, is_bigendian=0,
+                step=pixels.nbytes // pixels.shape[0], data=np.ascontiguousarray(pixels).view(np.uint8).ravel(),
+            )  # fmt: skip
+            key_value(f"{stream}/image/metadata", at, "timestamp_domain", "Global Time")
+            key_value(f"{stream}/image/metadata", at, "system_time", "0")
+    writer.close()
+
+
+def rotation_quaternion(R):
+    w = 0.5 * np.sqrt(1 + np.trace(R))
+    return ((R[2, 1] - R[1, 2]) / (4 * w), (R[0, 2] - R[2, 0]) / (4 * w), (R[1, 0] - R[0, 1]) / (4 * w), w)
+
+
+@pytest.mark.parametrize("compression", [True, False])
+def test_a_bag_has_the_frames_bit_by_bit_in_any_order(tmp_path, compression):
+    write_bag(tmp_path / "old.bag", 4, compression)
+    with st.open_sequence(tmp_path / "old.bag") as seq:
+        assert (seq.layout, len(seq)) == ("realsense", 4)
+        for i in (2, 0, 3):
+            frame = frames(4)[i]
+            units = np.round(frame.depth / SCALE).astype(np.uint16)
+            wanted = st.Frame(units, frame.color, depth_scale=SCALE, check_units=False)
+            np.testing.assert_array_equal(seq[i].depth, wanted.depth)
+            np.testing.assert_array_equal(seq[i].color, wanted.color)
+            assert seq[i].timestamp == pytest.approx(START_S + i / 30, abs=1e-6)
+        np.testing.assert_allclose(seq.camera.T_color_depth, TURN, atol=1e-9)
+        np.testing.assert_allclose(seq.camera.color.distortion, COLOR.distortion, rtol=1e-6)
+
+
+def test_the_sdk_reads_the_bag_as_we_do(tmp_path):
+    write_bag(tmp_path / "old.bag", 4, compression=False)  # the SDK's LZ4 is more particular than the format
+    images, scale, T = played(tmp_path / "old.bag")
+    assert scale == pytest.approx(SCALE)
+    with st.open_sequence(tmp_path / "old.bag") as seq:
+        np.testing.assert_allclose(seq.camera.T_color_depth, T, atol=1e-6)
+        by_time = {round(frame.timestamp, 5): frame.depth for frame in seq}
+        assert len(images) >= 3
+        for stamp, units in images:
+            wanted = st.Frame(units, depth_scale=SCALE, check_units=False).depth
+            np.testing.assert_array_equal(by_time[round(stamp, 5)], wanted)
+
+
+def test_a_cut_bag_is_refused(tmp_path):
+    write_bag(tmp_path / "old.bag", 3)
+    content = (tmp_path / "old.bag").read_bytes()
+    (tmp_path / "cut.bag").write_bytes(content[: len(content) // 2])
+    with pytest.raises(ValueError, match=r"expected a recording of layout realsense|cannot be read"):
+        st.open_sequence(tmp_path / "cut.bag", layout="realsense")
+
+
+def test_colour_of_a_bag_in_other_formats():
+    from types import SimpleNamespace
+
+    from sdftrack.io.datasets.realsense_bag import color_pixels
+
+    rgb = frames(1)[0].color
+    h, w = rgb.shape[:2]
+
+    def message(encoding, pixels):
+        return SimpleNamespace(
+            encoding=encoding,
+            height=h,
+            width=w,
+            step=pixels.nbytes // h,
+            data=np.ascontiguousarray(pixels).ravel(),
+        )
+
+    alpha = np.full((h, w, 1), 255, np.uint8)
+    for encoding, pixels in (
+        ("bgr8", rgb[..., ::-1]), ("rgba8", np.concatenate([rgb, alpha], -1)),
+        ("bgra8", np.concatenate([rgb[..., ::-1], alpha], -1)),
+    ):  # fmt: skip
+        np.testing.assert_array_equal(color_pixels(message(encoding, pixels)), rgb)
+    grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
+    np.testing.assert_array_equal(color_pixels(message("mono8", grey)), np.repeat(grey[..., None], 3, 2))
