@@ -101,14 +101,6 @@ def opened(viewer, page):
     until(page, lambda: viewer.pages == 1)
 
 
-def keep(page, name):
-    """Keep a picture of the page for the documents, if asked for by SDFTRACK_PICTURES=FOLDER."""
-    if folder := os.environ.get("SDFTRACK_PICTURES"):
-        image = cv2.imdecode(np.frombuffer(page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
-        Path(folder).mkdir(exist_ok=True)
-        cv2.imwrite(str(Path(folder) / name), image)
-
-
 def test_the_page_shows_the_image_and_the_model_in_its_colour(page):
     sequence, sdf, results = scene()
     with Viewer(sdf, CAMERA, ["duck"], port=0) as viewer:
@@ -219,7 +211,6 @@ def test_the_slider_moves_the_frame(page):
             page.keyboard.press("ArrowRight")
         expected = st.draw(sequence[3], results[3], sdf, CAMERA, names=["object 0"])
         until(page, lambda: np.array_equal(viewer.picture, expected))
-        keep(page, "view.png")
 
 
 def test_the_token_lets_the_page_in_and_nothing_else_does(page):
@@ -304,5 +295,3 @@ def test_latency_and_dropped_frames_are_shown(page):
             viewer.show(sequence[i], results[i], latency_s=0.021, dropped=3)
             page.wait_for_timeout(150)
         until(page, lambda: "latency 21 ms, 3 dropped" in page.inner_text("body"))
-        page.wait_for_timeout(1000)
-        keep(page, "live.png")
