@@ -56,10 +56,11 @@ def main() -> None:
         with st.view(sequence, results, shape, names=["duck"], port=0) as viewer:
             opened(viewer, page)
             page.wait_for_timeout(1000)
-            sliders = page.get_by_role("slider")
-            sliders.nth(sliders.count() - 1).focus()
-            for _ in range(40):
-                page.keyboard.press("ArrowRight")
+            playback = viewer._at_close[0].__self__  # type: ignore[attr-defined]
+            for i in range(41):
+                playback.go_to(i)
+                page.wait_for_timeout(30)
+            playback._slider.value = 40
             save(page, HERE / "browser_result.png")
         with Viewer(shape, camera, ["duck"], port=0) as viewer:
             opened(viewer, page)

@@ -399,6 +399,8 @@ def test_view_moves_to_the_frame_that_is_asked_for(monkeypatch):
         expected = st.draw(sequence[4], results[4], sdf, CAMERA, names=["object 0"])
         wait_until(lambda: viewer.picture is not None and np.array_equal(viewer.picture, expected))
         assert len(viewer._history.confidences(1)[0]) == 6
+        assert not viewer._panel._pause.visible  # nothing runs that could be paused
+        assert "frames/s" not in viewer._panel._rates.content
         assert f'src="{viewer.url}"' in viewer._repr_html_()
 
 
