@@ -19,7 +19,7 @@ from sdftrack.cli.app import run
 from sdftrack.cli.view_files import load_mesh_alone, load_recording, result_of
 from sdftrack.viz.viewer import Box, Click, Viewer
 from sdftrack.viz.viewer.drawer import Drawer
-from sdftrack.viz.viewer.drawing import cloud, ellipsoid, trail_segments, wxyz
+from sdftrack.viz.viewer.drawing import cloud, ellipsoid, object_rgb, trail_segments, wxyz
 from sdftrack.viz.viewer.gate import admitted
 from sdftrack.viz.viewer.history import History
 from sdftrack.viz.viewer.panel import lines_html, rates_html
@@ -143,6 +143,19 @@ def test_a_grown_mesh_replaces_the_model_and_an_added_object_gets_one(viewer, mo
         assert len(get_node("/object_0").vertices) == len(grown.vertices)
         assert len(get_node("/object_1").vertices) == len(ball.to_mesh().vertices)
     assert viewer._panel._choice.options == ("duck", "ball")
+
+
+def test_a_trail_grows_in_its_objects_colour(viewer, monkeypatch):
+    sequence, _, results = scene()
+    with watched(viewer, monkeypatch):
+        for i in range(4):
+            viewer.show(sequence[i], results[i])
+            wait_until(lambda n=i: viewer._drawer.drawn > n or viewer._drawer.error)
+        assert viewer._drawer.error is None
+        trail = viewer._server.viser.scene.get_handle_by_name("/trail_0")
+        np.testing.assert_allclose(trail.points[:, 1], [r.pose[:3, 3] for r in results[1:4]], atol=1e-6)
+        # One colour, not one per point: browsers draw a line white whose colours change in kind.
+        np.testing.assert_array_equal(trail.colors, object_rgb(0))
 
 
 def test_a_thread_that_fails_to_draw_goes_on(caplog):

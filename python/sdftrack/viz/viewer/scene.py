@@ -169,8 +169,7 @@ class Scene:
                     f"/trail_{k}", segments, object_rgb(k), thickness=2.0, thickness_units="screen"
                 )
             else:
-                colors = np.broadcast_to(np.array(object_rgb(k), np.uint8), segments.shape)
-                self._trails[k].points, self._trails[k].colors = segments, np.ascontiguousarray(colors)
+                self._trails[k].points = segments  # its one colour stays
                 self._trails[k].visible = True
 
     def _place_errors(self, shown: Shown, magnified: float) -> None:
