@@ -42,7 +42,7 @@ def memory_mb() -> float:
 
 
 def there_and_back(count: int) -> Any:
-    """A sequence that can be looped: a path to and fro."""
+    """A sequence that can be looped: back and forth."""
     duck = duck_mesh()
     walk = st.synth.random_walk(step_m=0.002, step_rad=0.01)
     seq = st.synth.sequence(duck, count, walk, 0.001, seed=2, camera=CAMERA, clutter="wall")

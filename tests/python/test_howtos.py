@@ -117,6 +117,17 @@ def test_a_recording_of_ones_own(page):
 
 
 @pytest.mark.slow
+def test_the_browser(page, capsys):
+    pytest.importorskip("viser", reason="viser is not installed: pip install 'sdftrack[viewer]'")
+    shown = ("sdftrack view result/", "sdftrack view recording/", "sdftrack view part.ply --unit mm")
+    names = page("browser.md", [(line + "\n", f"{line} --seconds 0.2 --port 0\n") for line in shown])
+    assert capsys.readouterr().out.count("the page: http://localhost:") == 3
+    assert all(result.ok for result in names["results"])
+    assert names["result"].ok
+    names["sequence"].close()
+
+
+@pytest.mark.slow
 def test_many_recordings(page, capfd):
     page("many_recordings.md")
     assert all((Path("results") / name / "poses.csv").is_file() for name in ("recording", "recording_2"))

@@ -81,6 +81,8 @@ def view(
 
             prepare_folder(out, overwrite)
         _serve(shown, out, host, port, seconds, quiet)
+    except KeyboardInterrupt:
+        pass  # the usual end
     finally:
         shown.close()
 
@@ -104,12 +106,9 @@ def _serve(shown: Any, out: Path | None, host: str, port: int, seconds: float | 
         # Also with --quiet: without its address the page cannot be opened.
         print(f"the page: {viewer.url} (Ctrl-C ends)", flush=True)
         end = math.inf if seconds is None else time.monotonic() + seconds
-        try:
-            while (left := end - time.monotonic()) > 0:
-                viewer.wait(min(left, 0.2))
-                _save(viewer, out)
-        except KeyboardInterrupt:
-            pass
+        while (left := end - time.monotonic()) > 0:
+            viewer.wait(min(left, 0.2))
+            _save(viewer, out)
 
 
 def _save(viewer: Any, out: Path | None) -> None:

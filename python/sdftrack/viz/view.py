@@ -90,6 +90,7 @@ def view(
 
     viewer = Viewer(known, camera, names, meshes, host=host, port=port, token=token)
     viewer._history.fill(many)
+    viewer._panel.of_finished_run()
     Playback(viewer, len(frames), lambda i: viewer.show(frames[i], many[i]), _fps(frames))
     if block:
         try:

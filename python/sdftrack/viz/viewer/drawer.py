@@ -49,7 +49,8 @@ class Drawer(Generic[T]):
         with self._changed:
             self.replaced += self._waiting is not None
             self._waiting = item
-            self._changed.notify()
+            if self._watched():  # else whoever comes calls `again`
+                self._changed.notify()
 
     def again(self) -> None:
         """Draw the last item once more, if there is no newer one: somebody came, or a setting changed."""

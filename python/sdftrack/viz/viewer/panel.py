@@ -58,12 +58,13 @@ class Panel:
         self.message = ""
         self._names: list[str] = []
         self._plot: Any = None
+        self._finished = False
         self._choice = gui.add_dropdown(
             "object to start", tuple(_labels(names)) or ("none",), hint=HELP, visible=bool(names)
         )
         self._names = list(names)
-        pause = gui.add_checkbox("pause", False)
-        record = gui.add_checkbox("record", False)
+        self._pause = pause = gui.add_checkbox("pause", False)
+        self._record = record = gui.add_checkbox("record", False)
         save = gui.add_button("save")
         self._magnified = gui.add_slider(
             "errors x", 1, 100, 1, MAGNIFIED,
@@ -97,6 +98,11 @@ class Panel:
     def magnified(self) -> float:
         return float(self._magnified.value)
 
+    def of_finished_run(self) -> None:
+        """Leave out what concerns a running tracker."""
+        self._finished = True
+        self._choice.visible = self._pause.visible = self._record.visible = False
+
     def set_names(self, names: list[str]) -> None:
         """Other objects, or other names."""
         if names == self._names:
@@ -107,13 +113,13 @@ class Panel:
         self._choice.options = tuple(labels) or ("none",)
         if labels:
             self._choice.value = labels[chosen]
-        self._choice.visible = bool(labels)
+        self._choice.visible = bool(labels) and not self._finished
         if self._plot is not None:
             self._plot.remove()
             self._plot = None
 
     def update(self, shown: Shown, history: History) -> None:
-        rate = history.rate_hz() if shown.rate_hz is None else shown.rate_hz
+        rate = history.rate_hz() if shown.rate_hz is None and not self._finished else shown.rate_hz
         self._rates.content = rates_html(rate, shown.latency_s, shown.dropped)
         heads = [text for text in (self.message, getattr(shown.frame, "error", "")) if text]
         self._lines.content = lines_html(shown.result, shown.names, heads)
@@ -129,7 +135,8 @@ class Panel:
         ]
         grey = {"stroke": "#aaa", "grid": {"stroke": "#444"}}
         self._plot = self._gui.add_uplot(
-            (times, *confidences), ({"label": "s"}, *lines), title="confidence", aspect=2.0,
+            (times, *confidences), ({"label": "frame" if self._finished else "s"}, *lines),
+            title="confidence", aspect=2.0,
             scales={"x": {"time": False}, "y": {"auto": False, "range": (0.0, 1.05)}}, axes=(grey, grey),
         )  # fmt: skip
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -33,7 +34,7 @@ class Playback:
 
     def __init__(self, viewer: Any, count: int, show: Callable[[int], None], fps: float) -> None:
         self._count, self._show, self._period_s = count, show, 1 / fps
-        self.index = -1
+        self.index, self._due = -1, 0.0
         self._wanted, self._playing, self._closed = 0, False, False
         self._changed = threading.Condition()
         gui = viewer._server.viser.gui
@@ -72,24 +73,27 @@ class Playback:
             self._thread.join(timeout=10)
 
     def _work(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(
-                    lambda: self._closed or self._wanted != self.index,
-                    self._period_s if self._playing else None,
-                )
-                if self._closed:
-                    return
-                stepped = self._playing and self._wanted == self.index
-                if stepped:
-                    self._wanted = (self.index + 1) % self._count
-                i = self._wanted
-            if i == self.index:
-                continue
+        while (step := self._next()) is not None:
+            i, playing = step
             try:
                 self._show(i)
             except Exception:  # one frame that cannot be read does not end the others
                 logging.getLogger("sdftrack").warning("viewer: frame %d was not shown", i, exc_info=True)
             self.index = i
-            if stepped:
+            if playing:
                 self._slider.value = i
+
+    def _next(self) -> tuple[int, bool] | None:
+        """Wait for the next frame to show, and whether playing came to it; None: closed."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._closed or self._playing or self._wanted != self.index)
+            playing = self._playing and self._wanted == self.index
+            if playing:
+                self._changed.wait_for(
+                    lambda: self._closed or not self._playing or self._wanted != self.index,
+                    self._due - time.monotonic(),
+                )
+                if self._playing and self._wanted == self.index:
+                    self._wanted = (self.index + 1) % self._count
+            self._due = time.monotonic() + self._period_s
+            return None if self._closed else (self._wanted, playing)

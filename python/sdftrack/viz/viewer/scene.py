@@ -27,6 +27,7 @@ from sdftrack.viz.viewer.stage import FOV_RAD, Board, initial_view, place_board,
 __all__ = ["Scene"]
 
 MOVED = 3.0  # the stage is set again where the objects are farther or nearer by this factor
+POINT = 0.6  # diameter of a point in distances of neighbours: models show between them
 FAINT = 0.25  # opacity of a lost object, at its last good pose
 JPEG_QUALITY = 85
 
@@ -84,7 +85,7 @@ class Scene:
             if self._cloud is None:
                 gap_px = cloud_step(size[0] * size[1])
                 self._cloud = self._viser.scene.add_point_cloud(
-                    "/cloud", points, colors, point_size=gap_px * self._board.center[2] / float(lens.K[0, 0]),
+                    "/cloud", points, colors, point_size=POINT * gap_px * self._board.center[2] / float(lens.K[0, 0]),
                     precision="float32", point_shading="flat",
                 )  # fmt: skip
             else:
@@ -168,8 +169,7 @@ class Scene:
                     f"/trail_{k}", segments, object_rgb(k), thickness=2.0, thickness_units="screen"
                 )
             else:
-                colors = np.broadcast_to(np.array(object_rgb(k), np.uint8), segments.shape)
-                self._trails[k].points, self._trails[k].colors = segments, np.ascontiguousarray(colors)
+                self._trails[k].points = segments  # its one colour stays
                 self._trails[k].visible = True
 
     def _place_errors(self, shown: Shown, magnified: float) -> None:

@@ -1,0 +1,567 @@
+# SPDX-License-Identifier: MIT
+"""The viewer's server side, without a browser: what it draws and when, who is let in, what commands show."""
+
+import contextlib
+import http.client
+import json
+import socket
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from viewer_scene import CAMERA, quaternion_matrix, scene, wait_until, watched
+
+import sdftrack as st
+from sdftrack.cli.app import run
+from sdftrack.cli.view_files import load_mesh_alone, load_recording, result_of
+from sdftrack.viz.viewer import Box, Click, Viewer
+from sdftrack.viz.viewer.drawer import Drawer
+from sdftrack.viz.viewer.drawing import cloud, ellipsoid, object_rgb, trail_segments, wxyz
+from sdftrack.viz.viewer.gate import admitted
+from sdftrack.viz.viewer.history import History
+from sdftrack.viz.viewer.panel import lines_html, rates_html
+from sdftrack.viz.viewer.stage import place_board, scene_distance
+
+pytest.importorskip("viser", reason="viser is not installed: pip install 'sdftrack[viewer]'")
+
+SHOW_S = 0.5e-3  # the promise; measured 0.1 ms on two busy cores
+
+
+@pytest.fixture
+def viewer():
+    _, sdf, _ = scene()
+    with Viewer(sdf, CAMERA, ["duck"], port=0) as made:
+        yield made
+
+
+def get(viewer, path="/", host=None, headers=()):
+    connection = http.client.HTTPConnection("127.0.0.1", viewer._server.port, timeout=10)
+    try:
+        connection.request(
+            "GET", path, headers={"Host": host or f"localhost:{viewer._server.port}", **dict(headers)}
+        )
+        answer = connection.getresponse()
+        return answer.status, answer.read()
+    finally:
+        connection.close()
+
+
+def web_socket_status(viewer, path="/", **headers):
+    """Status of the answer to a WebSocket handshake: 101 accepted."""
+    wanted = {
+        "Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13",
+        "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==", **headers,
+    }  # fmt: skip
+    lines = [f"GET {path} HTTP/1.1", f"Host: localhost:{viewer._server.port}"]
+    lines += [f"{name}: {value}" for name, value in wanted.items()]
+    with socket.create_connection(("127.0.0.1", viewer._server.port), timeout=10) as connection:
+        connection.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
+        return int(connection.recv(64).split()[1])
+
+
+# -- What is drawn, and when
+
+
+def test_show_returns_at_once_and_nothing_is_drawn_while_no_page_is_open(viewer):
+    sequence, _, results = scene()
+    depth = np.kron(sequence[0].depth, np.ones((2, 2), np.float32))
+    frame = st.Frame(depth, camera=CAMERA.scaled(2.0))
+    times = []
+    for _ in range(200):
+        began = time.perf_counter()
+        viewer.show(frame, results[0], latency_s=0.02, dropped=0)
+        times.append(time.perf_counter() - began)
+    assert np.median(times) < SHOW_S
+    time.sleep(0.2)
+    assert viewer._drawer.drawn == 0
+    assert viewer.picture is None
+
+
+def test_the_newest_frame_is_drawn_once_a_page_opens(viewer, monkeypatch):
+    sequence, sdf, results = scene()
+    for frame, result in zip(sequence, results, strict=True):
+        viewer.show(frame, result)
+    with watched(viewer, monkeypatch):
+        wait_until(lambda: viewer.picture is not None)
+        wait_until(lambda: viewer._drawer.drawn == 1)
+        assert viewer._drawer.error is None
+        expected = st.draw(sequence[5], results[5], sdf, CAMERA, names=["duck"])
+        np.testing.assert_array_equal(viewer.picture, expected)
+        node = viewer._server.viser.scene.get_handle_by_name("/object_0")
+        np.testing.assert_allclose(node.position, results[5].pose[:3, 3], atol=1e-6)
+        R = results[5].pose[:3, :3]
+        np.testing.assert_allclose(quaternion_matrix(node.wxyz), R, atol=1e-6)
+        assert len(viewer._history.confidences(1)[0]) == 6  # also those of frames that were not drawn
+
+
+def test_frames_without_result_lost_objects_and_bad_frames_are_shown(viewer, monkeypatch):
+    sequence, _, results = scene()
+    lost = result_of(
+        {"objects": [{"pose": results[0].pose.tolist(), "status": "lost", "reason": "gone", "confidence": 0}]}
+    )
+    bad = st.Frame.unreadable("unplugged")
+    with watched(viewer, monkeypatch):
+        shown = (
+            (sequence[0], None),
+            (sequence[1], lost),
+            (bad, lost),
+            (sequence[2], results[2]),
+        )
+        for drawn, (frame, result) in enumerate(shown, 1):
+            viewer.show(frame, result)
+            wait_until(lambda n=drawn: viewer._drawer.drawn == n or viewer._drawer.error)
+            assert viewer._drawer.error is None
+            if result is lost:
+                node = viewer._server.viser.scene.get_handle_by_name("/object_0")
+                assert 0 < node.opacity < 1
+                assert "gone" in viewer._panel._lines.content
+    assert node.opacity is None
+
+
+def test_a_grown_mesh_replaces_the_model_and_an_added_object_gets_one(viewer, monkeypatch):
+    sequence, _, results = scene()
+    ball = st.SDF.sphere(0.05, voxels=24)
+    assert viewer.add_object(ball, "ball") == 1
+    two = result_of(
+        {
+            "objects": [
+                {"pose": results[0].pose.tolist(), "status": "ok", "reason": "", "confidence": 0.5}
+                for _ in range(2)
+            ]
+        }
+    )
+    grown = st.SDF.box([0.05, 0.05, 0.05], voxels=16).to_mesh()
+    viewer.set_mesh(0, grown)
+    with watched(viewer, monkeypatch):
+        viewer.show(sequence[0], two)
+        wait_until(lambda: viewer._drawer.drawn == 1 or viewer._drawer.error)
+        assert viewer._drawer.error is None
+        get_node = viewer._server.viser.scene.get_handle_by_name
+        assert len(get_node("/object_0").vertices) == len(grown.vertices)
+        assert len(get_node("/object_1").vertices) == len(ball.to_mesh().vertices)
+    assert viewer._panel._choice.options == ("duck", "ball")
+
+
+def test_a_trail_grows_in_its_objects_colour(viewer, monkeypatch):
+    sequence, _, results = scene()
+    with watched(viewer, monkeypatch):
+        for i in range(4):
+            viewer.show(sequence[i], results[i])
+            wait_until(lambda n=i: viewer._drawer.drawn > n or viewer._drawer.error)
+        assert viewer._drawer.error is None
+        trail = viewer._server.viser.scene.get_handle_by_name("/trail_0")
+        np.testing.assert_allclose(trail.points[:, 1], [r.pose[:3, 3] for r in results[1:4]], atol=1e-6)
+        # One colour, not one per point: browsers draw a line white whose colours change in kind.
+        np.testing.assert_array_equal(trail.colors, object_rgb(0))
+
+
+def test_a_thread_that_fails_to_draw_goes_on(caplog):
+    drawn = []
+
+    def draw(item):
+        if item == 1:
+            raise RuntimeError("no")
+        drawn.append(item)
+
+    drawer = Drawer(draw, lambda: True, 1000.0)
+    drawer.offer(1)
+    wait_until(lambda: drawer.error is not None)
+    drawer.offer(2)
+    wait_until(lambda: drawn == [2])
+    drawer.close()
+    assert "not drawn" in caplog.text
+
+
+def test_drawing_keeps_to_its_rate_and_takes_the_newest():
+    drawn = []
+    drawer = Drawer(lambda item: drawn.append((time.monotonic(), item)), lambda: True, 20.0)
+    end = time.monotonic() + 0.5
+    n = 0
+    while time.monotonic() < end:
+        n += 1
+        drawer.offer(n)
+        time.sleep(0.001)
+    wait_until(lambda: drawn[-1][1] == n)
+    drawer.close()
+    assert np.diff([t for t, _ in drawn]).min() > 0.045
+    assert drawer.replaced == n - len(drawn)
+
+
+def test_errors_of_arguments_name_them(viewer):
+    sequence, sdf, _ = scene()
+    two = result_of({"objects": [{"pose": None, "status": "lost", "reason": "", "confidence": 0}] * 2})
+    with pytest.raises(ValueError, match="result: expected at most 1 objects"):
+        viewer.show(sequence[0], two)
+    with pytest.raises(ValueError, match="names: expected 1, one per shape, got 2"):
+        Viewer(sdf, CAMERA, ["a", "b"], port=0)
+    with pytest.raises(ValueError, match=r"k: expected 0\.\.0, got 1"):
+        viewer.set_mesh(1, sdf.to_mesh())
+    with pytest.raises(ValueError, match="token: expected letters"):
+        Viewer(sdf, CAMERA, port=0, token="a/b")
+    with pytest.raises(TypeError, match="camera"):
+        Viewer(sdf, None, port=0)
+    with pytest.raises(OSError, match=r"host: cannot listen at 192\.0\.2\.1"):
+        Viewer(sdf, CAMERA, port=0, host="192.0.2.1")  # an address of documentation, of no computer
+
+
+# -- Geometry and texts
+
+
+def test_points_of_the_cloud_project_to_their_pixels():
+    sequence, _, _ = scene()
+    points, colors = cloud(sequence[0], CAMERA, 10.0)
+    assert points.dtype == np.float32
+    assert colors.shape == points.shape
+    px = CAMERA.project(points.astype(np.float64))
+    np.testing.assert_allclose(px, px.round(), atol=1e-3)
+    at = px.round().astype(int)
+    np.testing.assert_allclose(points[:, 2], sequence[0].depth[at[:, 1], at[:, 0]])
+    np.testing.assert_array_equal(colors, sequence[0].color[at[:, 1], at[:, 0]])
+
+
+def test_far_points_are_left_out():
+    depth = np.full((240, 320), 1.0, np.float32)
+    depth[:120] = 4.0
+    points, _ = cloud(st.Frame(depth), CAMERA, 1.0)
+    assert set(points[:, 2]) == {1.0}
+
+
+def test_the_axes_of_the_ellipsoid_are_three_standard_deviations():
+    rng = np.random.default_rng(3)
+    R = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    sd = np.array([0.001, 0.002, 0.004])
+    C = np.zeros((6, 6))
+    C[:3, :3] = R @ np.diag(sd**2) @ R.T
+    axes, turned = ellipsoid(C)
+    np.testing.assert_allclose(axes, 3 * sd)
+    assert np.linalg.det(turned) == pytest.approx(1)
+    np.testing.assert_allclose(turned @ np.diag(axes**2) @ turned.T, 9 * C[:3, :3], atol=1e-12)
+    assert ellipsoid(np.full((6, 6), np.nan)) is None
+
+
+def test_quaternions_are_those_of_their_rotations():
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        R = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        R *= np.sign(np.linalg.det(R))
+        np.testing.assert_allclose(quaternion_matrix(wxyz(R)), R, atol=1e-9)
+
+
+def test_the_board_finds_the_pixel_that_a_ray_from_anywhere_meets():
+    board = place_board(CAMERA, 0.8)
+    for pixel in ((0.0, 0.0), (319.0, 239.0), (100.25, 17.5)):
+        for eye in ((-0.5, 0.1, -1.0), (2.0, -1.0, 0.3)):
+            assert board.pixel(eye, board.point(*pixel)) == pytest.approx(pixel, abs=1e-6)
+    assert board.pixel((0, 0, 0), (0, 0, -1)) is None  # away from it
+    assert board.pixel((0, 0, 0), (1, 0, 0)) is None  # along it
+    assert board.contains(0, 0)
+    assert not board.contains(319.6, 0)
+
+
+def test_the_scene_is_as_far_as_its_objects_or_its_depth():
+    poses = np.eye(4)[None].copy()
+    poses[0, 2, 3] = 0.7
+    depth = np.full((16, 16), 2.0, np.float32)
+    assert scene_distance(depth, poses) == 0.7
+    assert scene_distance(depth, None) == 2.0
+    assert scene_distance(None, poses * np.nan) is None
+
+
+def test_a_trail_is_interrupted_where_the_object_was_lost():
+    p = np.array([[0, 0, 1], [0, 0, 2], [np.nan] * 3, [0, 0, 3], [0, 0, 4]], float)
+    np.testing.assert_array_equal(trail_segments(p)[:, :, 2], [[1, 2], [3, 4]])
+    assert trail_segments([]).shape == (0, 2, 3)
+
+
+def test_history_measures_the_rate(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr("sdftrack.viz.viewer.history.time.monotonic", lambda: now[0])
+    history = History()
+    _, _, results = scene()
+    for result in results:
+        history.add(result)
+        now[0] += 0.05
+    assert history.rate_hz() == pytest.approx(20)
+    times, confidences = history.confidences(1)
+    np.testing.assert_allclose(times, 0.05 * np.arange(6))
+    np.testing.assert_array_equal(confidences, [r.confidence[0] for r in results])
+
+
+def test_texts_are_escaped_and_unknown_numbers_left_out():
+    result = result_of(
+        {"objects": [{"pose": np.eye(4).tolist(), "status": "weak", "reason": "a < b", "confidence": 0.25}]}
+    )
+    text = lines_html(result, ["<script>"])
+    assert "&lt;script&gt;" in text
+    assert "a &lt; b" in text
+    assert "weak 0.25" in text
+    assert "30.0 frames/s, latency 12 ms, 3 dropped" in rates_html(30.0, 0.012, 3)
+    assert "latency" not in rates_html(30.0, float("nan"), None)
+
+
+# -- Who is let in
+
+
+def test_localhost_needs_no_token_but_its_own_name_and_page(viewer):
+    port = viewer._server.port
+    assert viewer.url == f"http://localhost:{port}/"
+    status, page = get(viewer)
+    assert status == 200
+    assert b"<html" in page
+    assert get(viewer, host="rebound.example.com")[0] == 403
+    assert get(viewer, headers={"Origin": "http://evil.example.com"})[0] == 403
+    assert web_socket_status(viewer) == 101
+    assert web_socket_status(viewer, Origin=f"http://localhost:{port}") == 101
+    assert web_socket_status(viewer, Origin="http://evil.example.com") == 403
+
+
+def test_another_host_needs_the_token_for_page_and_websocket():
+    _, sdf, _ = scene()
+    with Viewer(sdf, CAMERA, port=0, host="0.0.0.0") as viewer:
+        token = viewer.url.rstrip("/").rpartition("/")[2]
+        assert len(token) >= 16
+        host = f"pc:{viewer._server.port}"
+        assert get(viewer, host=host)[0] == 403
+        assert get(viewer, f"/{token[:-1]}/", host)[0] == 403
+        assert get(viewer, f"/?token={token}", host)[0] == 403
+        assert get(viewer, f"/{token}/", host)[0] == 200
+        assert web_socket_status(viewer) == 403
+        assert web_socket_status(viewer, "/" + "x" * len(token)) == 403
+        assert web_socket_status(viewer, f"/{token}") == 101
+    with Viewer(sdf, CAMERA, port=0, host="0.0.0.0") as other:
+        assert token not in other.url
+
+
+def test_a_given_token_is_asked_for_on_localhost_too():
+    _, sdf, _ = scene()
+    with Viewer(sdf, CAMERA, port=0, token="open-sesame") as viewer:
+        assert viewer.url.endswith("/open-sesame/")
+        assert get(viewer)[0] == 403
+        assert get(viewer, "/open-sesame/")[0] == 200
+
+
+def test_requests_that_are_none_are_refused():
+    for head in ("", "\r\n", "GET\r\n\r\n", "GET http://x/ HTTP/1.1\r\n\r\n", "CONNECT x:1 HTTP/1.1\r\n\r\n"):
+        assert admitted(head, None) is None
+        assert admitted(head, "t") is None
+    assert admitted("GET / HTTP/1.1\r\nHost: [::1\r\n\r\n", None) is None
+
+
+def test_a_port_in_use_is_told_and_the_next_one_taken():
+    _, sdf, _ = scene()
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with Viewer(sdf, CAMERA, port=port) as viewer:
+            assert viewer._server.port > port
+            assert f"port {port} is in use" in viewer.note
+            assert str(viewer._server.port) in viewer.note
+
+
+def test_requests_come_in_order_for_the_chosen_object(viewer):
+    viewer.add_object(st.SDF.sphere(0.05, voxels=16), "ball")
+    viewer._clicked(3.0, 4.0)
+    viewer._panel._choice.value = "ball"
+    viewer._boxed(1.0, 2.0, 30.0, 40.0)
+    assert viewer.requests() == [Click(0, 3.0, 4.0), Box(1, 1.0, 2.0, 30.0, 40.0)]
+    assert viewer.requests() == []
+
+
+def test_closing_ends_all_threads_and_says_nothing(capfd):
+    _, sdf, _ = scene()
+    before = set(threading.enumerate())
+    for _ in range(20):
+        with Viewer(sdf, CAMERA, port=0):
+            pass
+    wait_until(lambda: set(threading.enumerate()) <= before)
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert "viser" not in err
+
+
+def test_a_connection_that_says_nothing_does_not_hinder_closing():
+    _, sdf, _ = scene()
+    viewer = Viewer(sdf, CAMERA, port=0)
+    with socket.create_connection(("127.0.0.1", viewer._server.port)):
+        time.sleep(0.1)
+        began = time.monotonic()
+        viewer.close()
+        assert time.monotonic() - began < 3
+    viewer.close()
+
+
+def test_a_missing_extra_is_an_import_error_with_the_pip_line(monkeypatch):
+    monkeypatch.setitem(sys.modules, "viser", None)
+    _, sdf, _ = scene()
+    with pytest.raises(ImportError, match=r"pip install 'sdftrack\[viewer\]'"):
+        Viewer(sdf, CAMERA, port=0)
+
+
+# -- st.view and the command
+
+
+def test_view_moves_to_the_frame_that_is_asked_for(monkeypatch):
+    sequence, sdf, results = scene()
+    with st.view(sequence, results, sdf, port=0) as viewer, watched(viewer, monkeypatch):
+        wait_until(lambda: viewer._drawer.drawn > 0)
+        viewer._at_close[0].__self__.go_to(4)
+        expected = st.draw(sequence[4], results[4], sdf, CAMERA, names=["object 0"])
+        wait_until(lambda: viewer.picture is not None and np.array_equal(viewer.picture, expected))
+        assert len(viewer._history.confidences(1)[0]) == 6
+        assert not viewer._panel._pause.visible  # nothing runs that could be paused
+        assert "frames/s" not in viewer._panel._rates.content
+        assert f'src="{viewer.url}"' in viewer._repr_html_()
+
+
+def test_view_plays_and_begins_again():
+    sequence, sdf, results = scene()
+    with st.view(sequence, results, sdf, port=0) as viewer:
+        playback = viewer._at_close[0].__self__
+        wait_until(lambda: playback.index == 0)
+        playback.play(True)
+        wait_until(lambda: playback.index == 5)
+        wait_until(lambda: playback.index == 1)
+
+
+def test_view_of_one_frame_and_of_a_sequence_alone():
+    sequence, sdf, results = scene()
+    with st.view(sequence[0], results[0], sdf, camera=CAMERA, port=0):
+        pass
+    with st.view(sequence, port=0):
+        pass
+    with st.view(sequence, results, port=0) as viewer:  # shapes: the models of the sequence
+        assert len(viewer._shapes) == 1
+
+
+def test_views_errors_name_the_argument():
+    sequence, sdf, results = scene()
+    with pytest.raises(ValueError, match="results: expected 6, one per frame, got 2"):
+        st.view(sequence, results[:2], sdf)
+    with pytest.raises(ValueError, match="camera: expected"):
+        st.view(sequence[0].replace(camera=None), results[0], sdf)
+    with pytest.raises(TypeError, match=r"results\[0\]"):
+        st.view(sequence[0], [{}], sdf, camera=CAMERA)
+    bare = st.Sequence([sequence[0]], CAMERA)
+    with pytest.raises(ValueError, match="shapes: expected the 1 tracked shapes"):
+        st.view(bare, results[:1])
+
+
+@pytest.fixture(scope="module")
+def tracked(tmp_path_factory):
+    """A recording, the mesh in millimetres, and the output folder of track."""
+    folder = tmp_path_factory.mktemp("view")
+    sequence, _, _ = scene()
+    st.save_sequence(folder / "recording", sequence, layout="bop")
+    mesh = st.synth.duck_mesh()
+    st.Mesh(1000 * mesh.vertices, mesh.faces, mesh.colors).save(folder / "duck.ply")
+    arguments = ["track", str(folder / "recording"), "--model", str(folder / "duck.ply"), "--unit", "mm"]
+    arguments += ["--voxels", "60", "--no-video", "--quiet", "--stop", "4", "--out", str(folder / "tracked")]
+    assert run(arguments) == 0
+    return folder
+
+
+def test_a_result_folder_is_read_as_it_was_tracked(tracked):
+    shown = load_recording(tracked / "tracked", None, "auto", None)
+    assert (len(shown.frames), len(shown.results), shown.names) == (4, 4, ["duck"])
+    rows = json.loads((tracked / "tracked" / "report.json").read_text())["frames"]
+    for row, result in zip(rows, shown.results, strict=True):
+        np.testing.assert_allclose(result.pose, row["objects"][0]["pose"])
+        assert str(result.status[0]) == row["objects"][0]["status"]
+    size = np.ptp(shown.meshes[0].vertices, axis=0)
+    np.testing.assert_allclose(size, np.ptp(st.synth.duck_mesh().vertices, axis=0), rtol=1e-4)  # metres
+    shown.close()
+
+
+def test_a_moved_sequence_is_given_and_another_one_refused(tracked, tmp_path):
+    with pytest.raises(FileNotFoundError, match="nowhere"):
+        load_recording(tracked / "tracked", str(tmp_path / "nowhere"), "auto", None)
+    sequence, _, _ = scene()
+    st.save_sequence(tmp_path / "short", sequence[:2], layout="bop")
+    with pytest.raises(ValueError, match="has no"):
+        load_recording(tracked / "tracked", str(tmp_path / "short"), "auto", None)
+    shown = load_recording(tracked / "tracked", str(tracked / "recording"), "auto", None)
+    assert len(shown.frames) == 4
+    shown.close()
+
+
+def test_a_mesh_alone_is_in_the_middle_of_its_picture(tracked):
+    shown = load_mesh_alone(tracked / "duck.ply", "mm")
+    y, x = np.nonzero(shown.frames[0].depth)
+    assert abs((x.min() + x.max()) / 2 - 319.5) < 60
+    assert abs((y.min() + y.max()) / 2 - 239.5) < 60
+    assert x.min() > 0
+    assert y.min() > 0
+    assert x.max() < 639
+    assert y.max() < 479
+
+
+@pytest.mark.parametrize("what", ["tracked", "recording", "duck.ply"])
+def test_the_command_prints_the_address_and_ends_after_its_time(tracked, what, capsys):
+    assert run(["view", str(tracked / what), "--port", "0", "--seconds", "0.3", "--unit", "mm"]) == 0
+    out = capsys.readouterr().out
+    assert "the page: http://localhost:" in out
+
+
+def test_ctrl_c_ends_the_command_with_0(tracked):
+    command = [
+        sys.executable,
+        "-m",
+        "sdftrack",
+        "view",
+        str(tracked / "duck.ply"),
+        "--unit",
+        "mm",
+        "--port",
+        "0",
+    ]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+        assert "http://localhost:" in running.stdout.readline()
+        running.send_signal(2)
+        out, err = running.communicate(timeout=30)
+    assert (running.returncode, out, err) == (0, "", "")
+
+
+def test_wrong_usage_of_the_command(tracked, capsys):
+    assert run(["view", str(tracked / "nothing")]) == 1
+    assert "no such folder or file" in capsys.readouterr().err
+    assert run(["view", str(tracked / "duck.ply"), "--unit", "km"]) == 2
+    assert run(["view", str(tracked / "duck.ply"), "--seconds", "-1"]) == 2
+    assert run(["view", str(tracked / "duck.ply"), "--port", "70000"]) == 2
+
+
+def test_the_save_button_writes_the_shown_image(tracked, tmp_path, capsys):
+    import cv2
+
+    from sdftrack.cli.view import _save
+    from sdftrack.viz.viewer import Save
+
+    class Shown:
+        picture = np.full((4, 5, 3), (10, 20, 30), np.uint8)
+
+        def requests(self):
+            return [Save()]
+
+    _save(Shown(), tmp_path)
+    _save(Shown(), tmp_path)
+    _save(Shown(), None)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["view_000000.png", "view_000001.png"]
+    np.testing.assert_array_equal(cv2.imread(str(tmp_path / "view_000001.png"))[0, 0], (30, 20, 10))
+    assert "not saved" in capsys.readouterr().out
+
+
+def test_pages_of_other_programs_cannot_use_a_cut_off_head():
+    """A head that never ends is closed, and the gate serves others meanwhile."""
+    _, sdf, _ = scene()
+    with (
+        Viewer(sdf, CAMERA, port=0) as viewer,
+        socket.create_connection(("127.0.0.1", viewer._server.port)) as c,
+    ):
+        c.sendall(b"GET / HTTP/1.1\r\nX: " + b"a" * 200_000)
+        c.settimeout(10)
+        with contextlib.suppress(ConnectionResetError):
+            assert c.recv(10) == b""
+        assert get(viewer)[0] == 200

@@ -1,0 +1,297 @@
+# SPDX-License-Identifier: MIT
+"""The viewer's page in a real browser: what it shows, and what clicks and drags become."""
+
+import os
+import shutil
+import threading
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from viewer_scene import CAMERA, scene, wait_until
+
+import sdftrack as st
+from sdftrack.viz.viewer import Box, Click, Pause, Record, Save, Viewer
+from sdftrack.viz.viewer.drawing import object_rgb
+
+pytest.importorskip("viser", reason="viser is not installed: pip install 'sdftrack[viewer]'")
+sync_api = pytest.importorskip(
+    "playwright.sync_api", reason="playwright is not installed: pip install playwright"
+)
+CHROMIUM = shutil.which("chromium")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed: apt-get install chromium"),
+]
+
+SOFTWARE_GL = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+MARK_RGB = (255, 0, 255)  # a colour that is nowhere else in the page
+CLICK_PX = (
+    3.0  # one pixel of the page is about 0.75 of the image; the mark's centre is found to less than that
+)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with sync_api.sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=CHROMIUM, args=SOFTWARE_GL)
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def page(browser):
+    opened = browser.new_page(viewport={"width": 1280, "height": 720})
+    yield opened
+    opened.close()
+
+
+def pixels(page):
+    """The page as it is shown, (H, W, 3) RGB."""
+    image = cv2.imdecode(np.frombuffer(page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
+    return image[..., ::-1]
+
+
+def marked(frame, *places):
+    """The frame with a square of the mark's colour about each pixel (x, y)."""
+    color = np.array(frame.color)
+    for x, y in places:
+        color[y - 6 : y + 7, x - 6 : x + 7] = MARK_RGB
+    return frame.replace(color=color)
+
+
+def marks(page, count):
+    """Centres (x, y) of the marks in the page, in pixels of the page, from left to right."""
+    found = []
+
+    def all_there():
+        page.wait_for_timeout(100)  # the browser draws while it waits
+        image = pixels(page).astype(int)
+        seen = (image[..., 0] > 170) & (image[..., 1] < 90) & (image[..., 2] > 170)
+        number, _, stats, centers = cv2.connectedComponentsWithStats(seen.astype(np.uint8))
+        # The board is left of the cloud, and its squares are whole.
+        big = [i for i in range(1, number) if stats[i, cv2.CC_STAT_AREA] > 60]
+        found[:] = sorted(tuple(centers[i]) for i in big)[:count]
+        return len(found) == count
+
+    wait_until(all_there, 40)
+    return found
+
+
+def shown(viewer, page, frame, result):
+    """Give the frame, and let the page draw it."""
+    before = viewer._drawer.drawn
+    viewer.show(frame, result)
+    until(page, lambda: viewer._drawer.drawn > before or viewer._drawer.error)
+    assert viewer._drawer.error is None
+
+
+def until(page, true, seconds=40):
+    """`wait_until` that lets the page's events come."""
+    end = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < end, "waited in vain"
+        page.wait_for_timeout(50)
+
+
+def opened(viewer, page):
+    page.goto(viewer.url)
+    until(page, lambda: viewer.pages == 1)
+
+
+def test_the_page_shows_the_image_and_the_model_in_its_colour(page):
+    sequence, sdf, results = scene()
+    with Viewer(sdf, CAMERA, ["duck"], port=0) as viewer:
+        opened(viewer, page)
+        shown(viewer, page, marked(sequence[0], (40, 200)), results[0])
+        marks(page, 1)  # the image
+        blue = np.array(object_rgb(0)) / np.linalg.norm(object_rgb(0))
+
+        def model_there():
+            image = pixels(page)[:, 400:940].astype(float)  # right of the board, left of the panel
+            length = np.linalg.norm(image, axis=2)
+            alike = (image @ blue > 0.97 * length) & (length > 120)
+            return alike.sum() > 150
+
+        until(page, model_there)
+        assert "duck" in page.inner_text("body")
+        assert "ok" in page.inner_text("body")
+
+
+def test_clicks_and_drags_are_pixels_of_the_image_and_start_a_tracker(page):
+    sequence, sdf, results = scene()
+    center = CAMERA.project(results[0].pose[None, :3, 3])[0]
+    places = ((40, 60), (200, 200))
+    with Viewer(sdf, CAMERA, ["duck"], port=0) as viewer:
+        opened(viewer, page)
+        shown(viewer, page, marked(sequence[0], *places), results[0])
+        (ax, ay), (bx, by) = marks(page, 2)
+        page.wait_for_timeout(500)
+
+        page.mouse.click(ax, ay)
+        until(page, lambda: viewer._requests)
+        (click,) = viewer.requests()
+        assert isinstance(click, Click)
+        assert click.k == 0
+        np.testing.assert_allclose((click.x_px, click.y_px), places[0], atol=CLICK_PX)
+
+        # The place of the object's centre in the page, from the two marks.
+        scale = (np.subtract((bx, by), (ax, ay))) / np.subtract(places[1], places[0])
+        page.mouse.click(*(np.array((ax, ay)) + scale * (center - places[0])))
+        until(page, lambda: viewer._requests)
+        (click,) = viewer.requests()
+        np.testing.assert_allclose((click.x_px, click.y_px), center, atol=CLICK_PX)
+        tracker = st.Tracker(sdf, CAMERA)
+        started = tracker.start(sequence[0], clicks=[(round(click.x_px), round(click.y_px))])
+        assert str(started.status[0]) in ("ok", "weak")
+        metres, _ = st.metrics.pose_error(started.pose, sequence.ground_truth[0][0])
+        assert metres < 0.02
+
+        page.mouse.move(ax, ay)
+        page.mouse.down()
+        page.mouse.move((ax + bx) / 2, (ay + by) / 2, steps=5)
+        page.mouse.move(bx, by, steps=5)
+        page.wait_for_timeout(300)
+        page.mouse.up()
+        until(page, lambda: viewer._requests)
+        (box,) = viewer.requests()
+        assert isinstance(box, Box)
+        np.testing.assert_allclose((box.x, box.y), places[0], atol=CLICK_PX)
+        np.testing.assert_allclose((box.w, box.h), np.subtract(places[1], places[0]), atol=2 * CLICK_PX)
+
+        # A click beside the image asks for nothing.
+        page.mouse.click(ax, 20)
+        page.wait_for_timeout(500)
+        assert viewer.requests() == []
+
+
+def test_clicks_are_right_from_another_point_of_view(page):
+    sequence, sdf, results = scene()
+    place = (120, 130)
+    with Viewer(sdf, CAMERA, port=0) as viewer:
+        opened(viewer, page)
+        shown(viewer, page, marked(sequence[0], place), results[0])
+        marks(page, 1)
+        (client,) = viewer._server.viser.get_clients().values()
+        board = viewer._scene.board
+        client.camera.position = np.add(board.center, (0.5, -0.4, -1.2))
+        client.camera.look_at = np.array(board.center)
+        page.wait_for_timeout(1500)
+        ((x, y), *_) = marks(page, 1)
+        page.mouse.click(x, y)
+        until(page, lambda: viewer._requests)
+        (click,) = viewer.requests()
+        np.testing.assert_allclose((click.x_px, click.y_px), place, atol=CLICK_PX)
+
+
+def test_switches_and_the_button_become_requests(page):
+    sequence, sdf, results = scene()
+    with Viewer(sdf, CAMERA, port=0) as viewer:
+        opened(viewer, page)
+        shown(viewer, page, sequence[0], results[0])
+        for label, wanted in (("pause", Pause(True)), ("record", Record(True)), ("pause", Pause(False))):
+            page.get_by_label(label, exact=True).click(force=True)
+            until(page, lambda: viewer._requests)
+            assert viewer.requests() == [wanted]
+        page.get_by_role("button", name="save").click()
+        until(page, lambda: viewer._requests)
+        assert viewer.requests() == [Save()]
+
+
+def test_the_slider_moves_the_frame(page):
+    sequence, sdf, results = scene()
+    with st.view(sequence, results, sdf, port=0) as viewer:
+        opened(viewer, page)
+        until(page, lambda: viewer._drawer.drawn > 0)
+        thumbs = page.get_by_role("slider")
+        thumbs.nth(thumbs.count() - 1).focus()
+        for _ in range(3):
+            page.keyboard.press("ArrowRight")
+        expected = st.draw(sequence[3], results[3], sdf, CAMERA, names=["object 0"])
+        until(page, lambda: np.array_equal(viewer.picture, expected))
+
+
+def test_the_token_lets_the_page_in_and_nothing_else_does(page):
+    sequence, sdf, results = scene()
+    with Viewer(sdf, CAMERA, port=0, host="0.0.0.0") as viewer:
+        token = viewer.url.rstrip("/").rpartition("/")[2]
+        base = f"http://127.0.0.1:{viewer._server.port}/"
+        assert page.goto(base).status == 403
+        assert page.goto(f"{base}{token[::-1]}/").status == 403
+        assert page.goto(f"{base}{token}/").status == 200
+        until(page, lambda: viewer.pages == 1)
+        shown(viewer, page, marked(sequence[0], (40, 200)), results[0])
+        marks(page, 1)
+
+
+def test_a_second_page_works_and_a_closed_one_loses_nothing(browser, page):
+    sequence, sdf, results = scene()
+    with Viewer(sdf, CAMERA, port=0) as viewer:
+        opened(viewer, page)
+        shown(viewer, page, marked(sequence[0], (40, 200)), results[0])
+        second = browser.new_page(viewport={"width": 1280, "height": 720})
+        second.goto(viewer.url)
+        until(second, lambda: viewer.pages == 2)
+        marks(second, 1)
+        second.mouse.click(*marks(second, 1)[0])
+        until(second, lambda: viewer._requests)
+        assert isinstance(viewer.requests()[0], Click)
+        second.close()
+        until(page, lambda: viewer.pages == 1)
+        page.goto("about:blank")
+        until(page, lambda: viewer.pages == 0)
+        drawn = viewer._drawer.drawn
+        for i in range(6):
+            viewer.show(marked(sequence[i], (40, 200)), results[i])
+        page.wait_for_timeout(300)
+        assert viewer._drawer.drawn == drawn  # nobody looked
+        opened(viewer, page)
+        until(page, lambda: viewer._drawer.drawn > drawn)
+        marks(page, 1)
+        assert len(viewer._history.confidences(1)[0]) == 7
+
+
+def test_opening_and_closing_twenty_times_leaves_nothing(page):
+    sequence, sdf, results = scene()
+
+    def once():
+        with Viewer(sdf, CAMERA, port=0) as viewer:
+            page.goto(viewer.url)
+            until(page, lambda: viewer.pages == 1)
+            shown(viewer, page, sequence[0], results[0])
+        page.goto("about:blank")
+
+    def resident_mb():
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+    for _ in range(4):
+        once()
+    before, threads = resident_mb(), threading.active_count()
+    for _ in range(20):
+        once()
+    until(page, lambda: threading.active_count() <= threads)
+    assert resident_mb() - before < 60  # MB; a kept viewer would hold page and scene, 5 MB each
+
+
+def test_a_page_that_stays_open_does_not_grow(page):
+    sequence, sdf, results = scene()
+    with Viewer(sdf, CAMERA, port=0, max_hz=100) as viewer:
+        opened(viewer, page)
+        buffer = viewer._server.viser._websock_server._broadcast_buffer
+        sizes = []
+        for i in range(60):
+            shown(viewer, page, sequence[i % 6], results[i % 6])
+            sizes.append(len(buffer.message_from_id))
+        assert sizes[-1] <= sizes[10] + 5
+
+
+def test_latency_and_dropped_frames_are_shown(page):
+    sequence, sdf, results = scene()
+    with Viewer(sdf, CAMERA, ["duck"], port=0) as viewer:
+        opened(viewer, page)
+        for i in range(6):
+            viewer.show(sequence[i], results[i], latency_s=0.021, dropped=3)
+            page.wait_for_timeout(150)
+        until(page, lambda: "latency 21 ms, 3 dropped" in page.inner_text("body"))
