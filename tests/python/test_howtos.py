@@ -243,3 +243,20 @@ def write_bag(rosbag2, folder, frames):
                 is_bigendian=0, step=2 * pixels.shape[1], data=pixels.view(np.uint8).ravel(),
             )  # fmt: skip
             bag.write(images, i + 1, store.serialize_cdr(message, image_type))
+
+
+@pytest.mark.slow
+def test_live(page, capsys):
+    shorter = [
+        ("--frames 120", "--frames 30"),
+        ("--seconds 20", "--seconds 4"),
+        ("--seconds 10", "--seconds 2"),
+        ("--seconds 5", "--seconds 2"),
+    ]
+    page("live.md", shorter)
+    said = capsys.readouterr()
+    assert "open http://localhost:" in said.err
+    assert "frames written to as_bag, layout mcap" in said.out
+    with st.open_sequence("recorded") as recorded, st.open_sequence("as_bag") as bag:
+        assert len(recorded) == len(bag) > 10
+        np.testing.assert_array_equal(recorded[3].depth, bag[3].depth)
