@@ -32,7 +32,8 @@ from sdftrack.synth.duck import duck_mesh
 from sdftrack.viz.viewer import Viewer
 
 CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
-WARM_UP = 4000  # frames
+WARM_UP = 4000  # frames, and
+WARM_UP_PAGES = 10  # the first page loads what draws
 
 
 def memory_mb() -> float:
@@ -65,7 +66,7 @@ class Endless:
         return (frame for frame, _ in zip(self._live, range(self._count), strict=False))
 
 
-def look(viewer: Viewer, pages: int, done: threading.Event) -> None:
+def look(viewer: Viewer, pages: int, done: threading.Event, seen: list[float]) -> None:
     """Open and close the page many times in Chromium."""
     import shutil
 
@@ -85,6 +86,9 @@ def look(viewer: Viewer, pages: int, done: threading.Event) -> None:
             drawn += viewer.pages > 0
             page.close()
             opened += 1
+            if opened % WARM_UP_PAGES == 0:
+                seen.append(memory_mb())
+                print(f"{opened} pages: {seen[-1]:.1f} MB", flush=True)
         chromium.close()
     print(f"pages opened and closed: {opened}, of which {drawn} were served", flush=True)
 
@@ -100,7 +104,7 @@ def main() -> None:
     sdf = st.SDF.from_mesh(seq.models[1], voxels=80)
     target = Target("duck", Path("duck.ply"), seq.models[1], sdf, 1, 0)
     with tempfile.TemporaryDirectory() as folder:
-        out, seen = Path(folder), []
+        out, seen = Path(folder), list[float]()
         camera = LiveCamera(Replay(seq, float("inf"), loop=True))
         tracker = st.Tracker(sdf, camera.camera, names=["duck"])
         follower = TrackerFollower(tracker, [target], None)
@@ -115,7 +119,7 @@ def main() -> None:
             run = Live(Endless(camera, given.frames), follower, viewer, [stream, osc], recorder, files, True)
             follower.box(seq[0], 0, (100, 60, 120, 120))
             done = threading.Event()
-            pages = threading.Thread(target=look, args=(viewer, given.pages, done))
+            pages = threading.Thread(target=look, args=(viewer, given.pages, done, seen))
             step, began = run.step, time.monotonic()
 
             def counted(frame: Any) -> Any:
@@ -124,8 +128,7 @@ def main() -> None:
                 if n == WARM_UP:
                     pages.start()
                 if n in (WARM_UP, 2 * WARM_UP) or n % 20_000 == 0:
-                    seen.append((n, memory_mb()))
-                    print(f"{n} frames, {time.monotonic() - began:.0f} s: {seen[-1][1]:.1f} MB", flush=True)
+                    print(f"{n} frames, {time.monotonic() - began:.0f} s: {memory_mb():.1f} MB", flush=True)
                 return result
 
             run.step = counted  # type: ignore[method-assign]
@@ -135,7 +138,8 @@ def main() -> None:
             final = memory_mb()
             print(run.statistics.line(time.monotonic() - began, camera))
         threads = [t.name for t in threading.enumerate()]
-        print(f"growth after {WARM_UP} frames: {final - seen[0][1]:.1f} MB; threads at the end: {threads}")
+        first = seen[0] if seen else float("nan")
+        print(f"growth after {WARM_UP_PAGES} pages: {final - first:.1f} MB; threads at the end: {threads}")
 
 
 if __name__ == "__main__":

@@ -257,6 +257,7 @@ def test_overwrite_replaces_only_what_a_recording_wrote(tmp_path, capsys):
         (["convert", "SEQ", "--start", "9", "--out", "o"], 1, "expected at least one of the 6 frames"),
         (["convert", "SEQ", "--resume", "--out", "o"], 1, "holds no interrupted recording"),
         (["record", "replay:/nowhere", "--out", "o"], 1, "no such folder"),
+        (["record", "webcam:0", "--out", "o"], 2, "expected a camera with depth"),
         (["record", "telescope:", "--out", "o"], 1, "expected one of"),
         (["record", "replay:SEQ", "--fps", "0", "--out", "o"], 2, "--fps"),
         (["record", "replay:SEQ", "--seconds", "0", "--out", "o"], 2, "--seconds"),

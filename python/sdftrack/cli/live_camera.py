@@ -22,6 +22,11 @@ def open_from(
     """`open_camera` with the options that were given."""
     from sdftrack.live import open_camera
 
+    if address.partition(":")[0] == "webcam":
+        raise Usage(
+            "expected a camera with depth, got a webcam; from Python, st.open_camera('webcam:0') gives its images "
+            "for st.contour.ContourTracker and Tracker(mode='rgb')"
+        )
     if fps is not None and not fps > 0:
         raise Usage(f"expected frames per second above 0, got {fps:g}", "--fps")
     given = {"width": width, "height": height, "fps": fps, **options}
