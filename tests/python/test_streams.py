@@ -295,6 +295,7 @@ def test_pages_of_other_sites_may_not_read_the_stream(server):
     for origin in ("http://localhost:8000", "http://127.0.0.1"):
         with client(server, origin=origin):
             pass
+        assert eventually(lambda: not server._receiver.clients)  # the next one is counted from 0
     for origin in ("https://example.com", "null"):
         with pytest.raises(InvalidStatus, match="403"), client(server, origin=origin):
             pass

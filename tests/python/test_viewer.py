@@ -465,7 +465,7 @@ def tracked(tmp_path_factory):
 
 
 def test_a_result_folder_is_read_as_it_was_tracked(tracked):
-    shown = load_recording(tracked / "tracked", None, "auto", None)
+    shown = load_recording(tracked / "tracked", None, {"layout": "auto"}, None)
     assert (len(shown.frames), len(shown.results), shown.names) == (4, 4, ["duck"])
     rows = json.loads((tracked / "tracked" / "report.json").read_text())["frames"]
     for row, result in zip(rows, shown.results, strict=True):
@@ -478,12 +478,12 @@ def test_a_result_folder_is_read_as_it_was_tracked(tracked):
 
 def test_a_moved_sequence_is_given_and_another_one_refused(tracked, tmp_path):
     with pytest.raises(FileNotFoundError, match="nowhere"):
-        load_recording(tracked / "tracked", str(tmp_path / "nowhere"), "auto", None)
+        load_recording(tracked / "tracked", str(tmp_path / "nowhere"), {"layout": "auto"}, None)
     sequence, _, _ = scene()
     st.save_sequence(tmp_path / "short", sequence[:2], layout="bop")
     with pytest.raises(ValueError, match="has no"):
-        load_recording(tracked / "tracked", str(tmp_path / "short"), "auto", None)
-    shown = load_recording(tracked / "tracked", str(tracked / "recording"), "auto", None)
+        load_recording(tracked / "tracked", str(tmp_path / "short"), {"layout": "auto"}, None)
+    shown = load_recording(tracked / "tracked", str(tracked / "recording"), {"layout": "auto"}, None)
     assert len(shown.frames) == 4
     shown.close()
 
