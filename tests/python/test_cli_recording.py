@@ -15,6 +15,7 @@ import pytest
 import sdftrack as st
 from sdftrack.cli.app import run
 from sdftrack.io import frames as image_io
+from sdftrack.io import mcap_output
 from sdftrack.io.writers import WRITERS, Contents
 from sdftrack.io.writers.depth_units import DepthUnits
 
@@ -168,6 +169,29 @@ def test_a_full_disk_ends_a_recording_that_can_be_read(tmp_path, monkeypatch, ca
     read = st.open_sequence(out)
     assert len(read) == 3
     np.testing.assert_array_equal(read[2].depth, sensor_sequence()[2].depth)
+
+
+def test_a_full_disk_leaves_a_readable_bag(tmp_path, monkeypatch, capsys):
+    st.save_sequence(tmp_path / "0", sensor_sequence())
+    whole, written = mcap_output._Unbuffered.write, []
+
+    def full_in_the_fourth_frame(self, data):
+        written.append(len(data))
+        if sum(written) > 4.5e4:  # frames have 14 kB
+            self._file.write(data[: len(data) // 2])
+            raise OSError(errno.ENOSPC, "no space left on the disk")
+        return whole(self, data)
+
+    monkeypatch.setattr(mcap_output._Unbuffered, "write", full_in_the_fourth_frame)
+    out = tmp_path / "1"
+    assert run(["convert", str(tmp_path / "0"), "--to", "mcap", "--out", str(out), "-q"]) == 1
+    assert "frames before that are in" in capsys.readouterr().err
+    monkeypatch.undo()
+    with pytest.warns(UserWarning, match="what is whole is used"):
+        read = st.open_sequence(out)
+    with read:
+        assert 1 <= len(read) < 6
+        same(sensor_sequence()[: len(read)], read)
 
 
 @pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="needs a file system that reserves space")

@@ -102,7 +102,7 @@ class Journal:
         try:
             self._file.write(text)
             self._file.flush()
-        except OSError:
+        except BaseException:  # a full disk, or Ctrl-C
             with contextlib.suppress(OSError):
                 self._file.close()  # drops what could not be written
             with contextlib.suppress(OSError):

@@ -46,6 +46,7 @@ class McapWriter(LayoutWriter):
     def __init__(self, folder: Path, contents: Contents, color: str = "png", resume: bool = False) -> None:
         self._ros = RosTypes()
         self._output: McapOutput | None = None
+        self._cut: McapOutput | None = None
         super().__init__(folder, contents, color, resume)
         if resume:
             self._continue()
@@ -92,10 +93,10 @@ class McapWriter(LayoutWriter):
             self._write(self._output, frame, poses, round(1e9 * time_s))
             self._output.flush()
             self._output.mark_whole()
-        except OSError:
+        except BaseException:  # a full disk, or Ctrl-C
             self._output.cut()
             self._output.close()
-            self._output = None
+            self._cut, self._output = self._output, None
             raise
         return {"written": True}
 
@@ -150,10 +151,11 @@ class McapWriter(LayoutWriter):
         return data.reshape(-1), "jpeg" if self._suffix == ".jpg" else "png"
 
     def write_index(self, entries: Iterable[dict[str, Any]]) -> None:
-        if self._output is None:  # the disk was full: the file is readable up to the last whole frame
-            return
-        self._output.finish()
-        write_text(self.folder / "metadata.yaml", metadata_yaml(FILE, self._output))
+        if self._output is not None:
+            self._output.finish()
+        written = self._output or self._cut  # one that was cut is readable up to the last whole frame
+        assert written is not None
+        write_text(self.folder / "metadata.yaml", metadata_yaml(FILE, written))
         self._output = None
 
     def close(self) -> None:
