@@ -290,6 +290,11 @@ def test_history_measures_the_rate(monkeypatch):
     np.testing.assert_array_equal(confidences, [r.confidence[0] for r in results])
 
 
+def test_a_message_for_the_user_stands_above_the_statuses_and_is_escaped():
+    text = lines_html(None, [], ["click on <the part>"])
+    assert "<div>click on &lt;the part&gt;</div>" in text
+
+
 def test_texts_are_escaped_and_unknown_numbers_left_out():
     result = result_of(
         {"objects": [{"pose": np.eye(4).tolist(), "status": "weak", "reason": "a < b", "confidence": 0.25}]}
