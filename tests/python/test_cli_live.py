@@ -15,8 +15,7 @@ import sdftrack as st
 from sdftrack.cli import live as live_module
 from sdftrack.cli import live_run
 from sdftrack.cli.app import run
-from sdftrack.live import CAMERAS
-from sdftrack.live.sources import CameraKind
+from sdftrack.live.sources import CAMERAS, CameraKind
 from sdftrack.synth.duck import duck_mesh
 from sdftrack.testing.faults import FaultyCamera
 from sdftrack.viz.viewer.requests import Box, Click, Pause, Record, Save

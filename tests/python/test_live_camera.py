@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.live import CAMERAS, CameraLost, LiveCamera, open_camera
+from sdftrack.live import CameraLost, LiveCamera, open_camera
 from sdftrack.live.clock import CameraClock
 from sdftrack.live.replay import Replay
-from sdftrack.live.sources import CameraKind
+from sdftrack.live.sources import CAMERAS, CameraKind
 from sdftrack.testing.faults import FaultyCamera
 
 CAMERA = st.Camera(20, 20, 7.5, 5.5, 16, 12)

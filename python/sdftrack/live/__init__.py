@@ -2,6 +2,6 @@
 """Frames from a camera while it runs: one interface for every device."""
 
 from sdftrack.live.camera import LiveCamera, open_camera
-from sdftrack.live.sources import CAMERAS, CameraLost, FrameSource, register_camera
+from sdftrack.live.sources import CameraLost, FrameSource, register_camera
 
-__all__ = ["CAMERAS", "CameraLost", "FrameSource", "LiveCamera", "open_camera", "register_camera"]
+__all__ = ["CameraLost", "FrameSource", "LiveCamera", "open_camera", "register_camera"]

@@ -23,7 +23,7 @@ RETRY_S = 0.5  # between attempts to connect again
 
 
 def open_camera(address: str, **options: Any) -> LiveCamera:
-    """Open a camera; close it by ``with`` or :meth:`LiveCamera.close`.
+    """Open a camera; close it by ``with`` or ``LiveCamera.close``.
 
     Parameters
     ----------

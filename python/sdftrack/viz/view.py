@@ -44,7 +44,7 @@ def view(
     camera : Camera or RGBDCamera, optional
         Default: that of the sequence or the frame.
     names, meshes, host, port, token
-        As for :class:`sdftrack.viz.viewer.Viewer`.
+        As for ``sdftrack.viz.viewer.Viewer``.
     block : bool
         Wait until Ctrl-C, for scripts that would end otherwise; the viewer returned is closed then.
 
