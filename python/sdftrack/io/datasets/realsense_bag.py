@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from sdftrack._internal.extras import need
 from sdftrack.io.datasets.realsense_stream import RealSenseStream
 from sdftrack.io.datasets.streams import Stream
+from sdftrack.io.trajectories import rotation
 
 __all__ = ["color_pixels", "detect", "read_streams"]
 
@@ -152,12 +153,6 @@ def _lens(message: Any) -> dict[str, Any]:
 
 def _pose(message: Any) -> NDArray[np.float64]:
     q, t = message.rotation, message.translation
-    x, y, z, w = q.x, q.y, q.z, q.w
     T = np.eye(4)
-    T[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    T[:3, 3] = [t.x, t.y, t.z]
+    T[:3, :3], T[:3, 3] = rotation([q.x, q.y, q.z, q.w]), [t.x, t.y, t.z]
     return T
