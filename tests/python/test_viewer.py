@@ -323,6 +323,13 @@ def test_localhost_needs_no_token_but_its_own_name_and_page(viewer):
     assert web_socket_status(viewer, Origin="http://evil.example.com") == 403
 
 
+def test_the_printed_address_of_another_loopback_host_opens():
+    from urllib.request import urlopen
+
+    with Viewer(st.SDF.sphere(0.1, voxels=24), CAMERA, host="127.0.0.5", port=0) as viewer:
+        assert urlopen(viewer.url, timeout=10).status == 200
+
+
 def test_another_host_needs_the_token_for_page_and_websocket():
     _, sdf, _ = scene()
     with Viewer(sdf, CAMERA, port=0, host="0.0.0.0") as viewer:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.io.trajectories import quaternion
+from sdftrack.io.trajectories import tum_line
 from sdftrack.results import TrackResult
 
 __all__ = ["BOP_HEADER", "bop_row", "number_or_none", "object_entry", "plain", "tum_row"]
@@ -47,8 +47,7 @@ def object_entry(result: TrackResult, k: int, obj_id: int, name: str) -> dict[st
 
 def tum_row(time: float, T: Array) -> str:
     """``timestamp tx ty tz qx qy qz qw``, metres."""
-    q = quaternion(T[:3, :3])
-    return f"{time:.6f} " + " ".join(f"{v:.9f}" for v in (*T[:3, 3], *q))
+    return tum_line(time, T, ".9f")
 
 
 def plain(value: Any) -> Any:

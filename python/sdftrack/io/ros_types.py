@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.extras import need
+from sdftrack._internal.quaternions import quaternion
 from sdftrack.camera import Camera
-from sdftrack.io.trajectories import quaternion
 
 __all__ = ["COLOR_FRAME", "DEPTH_FRAME", "INFO", "RosTypes"]
 

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.extras import need
+from sdftrack._internal.quaternions import rotation
 from sdftrack.io.datasets.realsense_stream import RealSenseStream
 from sdftrack.io.datasets.streams import Stream
-from sdftrack.io.trajectories import rotation
 
 __all__ = ["color_pixels", "detect", "read_streams"]
 

@@ -6,9 +6,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-__all__ = ["host_and_port", "is_local", "safe_names"]
+__all__ = ["host_and_port", "safe_names"]
 
-LOCAL = ("localhost", "127.0.0.1", "::1")
 _FORM = re.compile(r"//(?P<host>\[[0-9A-Fa-f:.]+\]|[^\s:/?#\[\]@]*)(?::(?P<port>\d*))?/?")
 
 
@@ -29,11 +28,6 @@ def host_and_port(rest: str, scheme: str, port: int | None = None) -> tuple[str,
     if port > 65535:
         raise ValueError(f"address: expected a port of at most 65535, got {port} in {whole!r}")
     return found["host"].strip("[]"), port
-
-
-def is_local(host: str) -> bool:
-    """Whether only programs on this computer reach a server bound to `host`."""
-    return host in LOCAL
 
 
 def safe_names(names: Sequence[str]) -> list[str]:

@@ -4,18 +4,15 @@
 from __future__ import annotations
 
 import secrets
-import socket
 from collections.abc import Sequence
 from dataclasses import dataclass
 from http import HTTPStatus
 from typing import Any, Self
 from urllib.parse import parse_qs, urlsplit
 
-from sdftrack.live.streams.addresses import LOCAL, is_local
+from sdftrack._internal.hosts import LOCAL, is_local, shown_name
 
 __all__ = ["Admission"]
-
-_ANY_HOST = ("0.0.0.0", "::")
 
 
 @dataclass(frozen=True)
@@ -41,8 +38,7 @@ class Admission:
 
     def address(self, host: str, port: int) -> str:
         """The URL for clients."""
-        name = socket.gethostname() if host in _ANY_HOST else f"[{host}]" if ":" in host else host
-        return f"ws://{name}:{port}" + (f"/?token={self.token}" if self.token else "")
+        return f"ws://{shown_name(host)}:{port}" + (f"/?token={self.token}" if self.token else "")
 
     def refusal(self, path: str, origin: str | None) -> str:
         """ "" for a client that is admitted, else what it should change."""

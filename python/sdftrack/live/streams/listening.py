@@ -6,6 +6,8 @@ from __future__ import annotations
 import errno
 import socket
 
+from sdftrack._internal.hosts import bound_address
+
 __all__ = ["PORT", "listen"]
 
 PORT = 8765
@@ -22,7 +24,7 @@ def listen(host: str, port: int) -> socket.socket:
     OSError
         `host` is not a name or address of this computer, the port needs rights, or no port is free.
     """
-    bound = "127.0.0.1" if host == "localhost" else host
+    bound = bound_address(host)
     family = socket.AF_INET6 if ":" in bound else socket.AF_INET
     last = min(port + PORTS - 1, 65535) if port else 0
     for candidate in range(port, last + 1):

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.quaternions import quaternion
 from sdftrack.camera import Camera
 from sdftrack.io.result_rows import object_entry, plain
-from sdftrack.io.trajectories import quaternion
 from sdftrack.live.streams.kinds import Packet
 from sdftrack.results import Status, TrackResult
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.quaternions import quaternion
 from sdftrack.viz.backdrop import backdrop
 from sdftrack.viz.overlay import OBJECT_RGB, draw
 
@@ -80,15 +81,7 @@ def ellipsoid(covariance: Array) -> tuple[Array, Array] | None:
 
 def wxyz(R: Array) -> Array:
     """Unit quaternion (w, x, y, z) of a rotation (3, 3)."""
-    K = np.array(
-        [
-            [R[0, 0] + R[1, 1] + R[2, 2], R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]],
-            [0.0, R[0, 0] - R[1, 1] - R[2, 2], R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]],
-            [0.0, 0.0, R[1, 1] - R[0, 0] - R[2, 2], R[1, 2] + R[2, 1]],
-            [0.0, 0.0, 0.0, R[2, 2] - R[0, 0] - R[1, 1]],
-        ]
-    )
-    return np.linalg.eigh(K, UPLO="U")[1][:, -1]
+    return quaternion(R)[[3, 0, 1, 2]]
 
 
 def trail_segments(positions: Sequence[Array]) -> NDArray[np.float32]:

@@ -7,12 +7,13 @@ import asyncio
 import hmac
 from urllib.parse import urlsplit
 
+from sdftrack._internal.hosts import LOCAL
+
 __all__ = ["Gate"]
 
 MAX_HEAD = 1 << 16  # bytes of a request's head
 HEAD_S = 10.0  # a connection that sends no request is closed
 PIECE = 1 << 16
-LOCAL = {"localhost", "127.0.0.1", "::1"}
 REFUSED = b"Refused: open the complete address that the program printed.\n"
 
 

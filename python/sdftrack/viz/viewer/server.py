@@ -6,15 +6,14 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import errno
-import ipaddress
 import re
 import secrets
-import socket
 import threading
 from collections.abc import Iterator
 from typing import Any
 
 from sdftrack._internal.extras import need
+from sdftrack._internal.hosts import bound_address, is_local, shown_name
 from sdftrack._internal.validation import whole
 from sdftrack.viz.viewer.gate import Gate
 
@@ -74,7 +73,7 @@ class PageServer:
             raise
         if port not in (0, self.port):
             self.note = f"port {port} is in use, the viewer is at port {self.port}"
-        self.url = f"http://{_shown(host)}:{self.port}/" + (f"{token}/" if token else "")
+        self.url = f"http://{shown_name(host)}:{self.port}/" + (f"{token}/" if token else "")
 
     def pages(self) -> int:
         """Number of open pages."""
@@ -90,7 +89,7 @@ class PageServer:
             self.viser.stop()
 
     def _open(self, host: str, port: int) -> int:
-        address = "127.0.0.1" if host == "localhost" else host
+        address = bound_address(host)
         for tried in range(port, min(port + TRIED_PORTS, 65536)):
             try:
                 return int(self._call(self._gate.open(address, tried)))
@@ -103,22 +102,6 @@ class PageServer:
 
     def _call(self, work: Any) -> Any:
         return asyncio.run_coroutine_threadsafe(work, self._loop).result(timeout=10)
-
-
-def is_local(host: str) -> bool:
-    """Whether only this computer reaches the address."""
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
-
-
-def _shown(host: str) -> str:
-    if host in ("0.0.0.0", "::"):
-        return socket.gethostname()
-    return f"[{host}]" if ":" in host else host
 
 
 @contextlib.contextmanager

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.quaternions import rotation
 from sdftrack.io.datasets.bags.bag import Bag
 from sdftrack.io.datasets.bags.decoding import TRANSFORM_TYPES, Transform
-from sdftrack.io.trajectories import rotation
 
 __all__ = ["fixed_transforms", "pose_of", "transform_between"]
 
