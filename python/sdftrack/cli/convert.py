@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -26,14 +25,13 @@ from sdftrack.cli.common import (
     check_cpu_only,
     opening,
 )
-from sdftrack.cli.progress import progress
 from sdftrack.cli.recording import (
     ColorFiles,
     ColorOption,
-    Item,
     ResumeOption,
     ToOption,
     check_to,
+    items_of,
     opened,
     warn_of_color,
     write_all,
@@ -76,9 +74,4 @@ def convert(
         contents = Contents(part.camera, part.objects, part.models)
         with opened(out, to, contents, color, resume, overwrite) as writer:
             warn_of_color(part.camera, writer)
-            write_all(writer, _items(part, writer.count, seq.name, quiet), str(seq), "convert", quiet)
-
-
-def _items(seq: Any, done: int, label: str, quiet: bool) -> Iterator[Item]:
-    for i in progress(range(done, len(seq)), len(seq) - done, label, quiet):
-        yield Item(seq[i], seq.ground_truth.get(i), seq.masks(i), seq.ids[i])
+            write_all(writer, items_of(part, writer.count, seq.name, quiet), str(seq), "convert", quiet)

@@ -28,7 +28,7 @@ from sdftrack.cli.common import (
 )
 from sdftrack.cli.init import Init, box_inside, mask_file, parse_init, parse_inits
 from sdftrack.cli.live_camera import FpsOption, HeightOption, WidthOption, open_from
-from sdftrack.cli.sequences import MODES
+from sdftrack.cli.sequences import MODES, check_unit
 
 ALL_LOST = 3  # exit code
 INIT = "auto|view|poses.json|mask.png|box:x,y,w,h|click:x,y"
@@ -138,8 +138,7 @@ def _check_usage(
         raise Usage("expected either --model M.ply (repeatable) or --reconstruct", "--model")
     if mode not in MODES:
         raise Usage(f"expected one of {', '.join(MODES)}, got {mode!r}", "--mode")
-    if unit not in (None, "m", "mm", "cm", "in"):
-        raise Usage(f"expected m, mm, cm or in, got {unit!r}", "--unit")
+    check_unit(unit)
     if seconds == 0:
         raise Usage("expected a time above 0 s, got 0", "--seconds")
     if reconstruct:
@@ -172,14 +171,11 @@ def _tracker(
     voxels: int,
     options: dict[str, Any],
 ) -> tuple[Any, list[Any]]:
-    from types import SimpleNamespace
-
     import sdftrack as st
-    from sdftrack.cli.live_followers import TrackerFollower
+    from sdftrack.cli.live_followers import TrackerFollower, unknown_sequence
     from sdftrack.cli.targets import load_targets
 
-    unknown = SimpleNamespace(models={}, objects=[], ground_truth={}, camera=camera)
-    targets = load_targets(models, unknown, unit, voxels)
+    targets = load_targets(models, unknown_sequence(camera), unit, voxels)
     shapes = [t.sdf for t in targets]
     tracker = st.Tracker(shapes, camera, mode=mode, names=[t.name for t in targets], **options)
     return TrackerFollower(tracker, targets, inits), shapes

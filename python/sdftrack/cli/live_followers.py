@@ -12,9 +12,14 @@ from sdftrack.cli.start_picture import StartError
 from sdftrack.cli.targets import Target
 from sdftrack.tracking.interface import TrackerInterface
 
-__all__ = ["Follower", "ReconstructorFollower", "TrackerFollower"]
+__all__ = ["Follower", "ReconstructorFollower", "TrackerFollower", "unknown_sequence"]
 
 BOX_SHARE = 0.5  # of the image's shorter side: the box about a click in which a reconstruction begins
+
+
+def unknown_sequence(camera: Any) -> Any:
+    """What a data set knows about a sequence, for a camera: nothing but its lens."""
+    return SimpleNamespace(camera=camera, models={}, objects=[], ground_truth={}, masks=lambda i: {})
 
 
 class Follower(Protocol):
@@ -66,11 +71,9 @@ class TrackerFollower:
             return self._tracker.track(frame)
         if self._inits is None or frame.depth is None:
             return None
-        unknown = SimpleNamespace(
-            camera=self._tracker.camera, masks=lambda i: {}, ground_truth={}, objects=[], models={}
-        )
+        seq = unknown_sequence(self._tracker.camera)
         try:
-            result = begin(self._tracker, self._inits, self._targets, frame, Path("camera"), 0, unknown)[0]
+            result = begin(self._tracker, self._inits, self._targets, frame, Path("camera"), 0, seq)[0]
         except StartError as error:
             raise ValueError(str(error)) from None
         self._started = True

@@ -14,6 +14,7 @@ from sdftrack.cli.live_files import LiveFiles
 from sdftrack.cli.live_followers import Follower, ReconstructorFollower
 from sdftrack.cli.live_statistics import LiveStatistics
 from sdftrack.cli.progress import PLAIN_EVERY_S
+from sdftrack.viz.viewer.requests import Box, Click, Pause, Record, Save
 
 __all__ = ["Live"]
 
@@ -105,25 +106,24 @@ class Live:
         """Do what the user of the page asked for; returns the result of a start."""
         result = None
         for request in self.viewer.requests() if self.viewer is not None else ():
-            kind = type(request).__name__
             try:
-                if kind in ("Click", "Box"):
-                    result = self._start(frame, request, kind)
-                elif kind == "Pause":
+                if isinstance(request, Click | Box):
+                    result = self._start(frame, request)
+                elif isinstance(request, Pause):
                     self._paused = request.on
-                elif kind == "Record":
+                elif isinstance(request, Record):
                     self._tell(self.files.record(request.on))
-                elif kind == "Save":
+                elif isinstance(request, Save):
                     self._tell(self._save())
             except (ValueError, OSError) as error:
                 self._tell(str(error))
         return result
 
-    def _start(self, frame: Any, request: Any, kind: str) -> Any:
+    def _start(self, frame: Any, request: Click | Box) -> Any:
         if frame.depth is None:
             raise ValueError("this frame has no depth; click again")
         k = request.k
-        if kind == "Click":
+        if isinstance(request, Click):
             result = self.follower.click(frame, k, (request.x_px, request.y_px))
         else:
             result = self.follower.box(frame, k, (request.x, request.y, request.w, request.h))

@@ -22,9 +22,6 @@ def progress(
 
     Both have the rate, the remaining time and what `note` says at that moment.
     """
-    if quiet:
-        yield from items
-        return
     with progress_counter(quiet) as tell:
         for n, item in enumerate(items, 1):
             yield item

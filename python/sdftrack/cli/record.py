@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import sys
 import time
 from collections.abc import Iterator
@@ -23,7 +24,7 @@ from sdftrack.cli.common import (
     check_cpu_only,
 )
 from sdftrack.cli.live_camera import FpsOption, HeightOption, WidthOption, open_from
-from sdftrack.cli.progress import PLAIN_EVERY_S
+from sdftrack.cli.progress import progress
 from sdftrack.cli.recording import (
     ColorFiles,
     ColorOption,
@@ -88,12 +89,8 @@ def record(
 
 
 def _items(camera: Any, seconds: float | None, quiet: bool) -> Iterator[Item]:
-    began = told = time.monotonic()
-    for n, frame in enumerate(camera):
-        now = time.monotonic()
-        if seconds is not None and now - began >= seconds:
+    end = math.inf if seconds is None else time.monotonic() + seconds
+    for frame in progress(camera, 0, "recording", quiet, lambda: f"{camera.dropped} dropped"):
+        if time.monotonic() >= end:
             return
-        if not quiet and now - told > PLAIN_EVERY_S:
-            print(f"{n} frames, {camera.dropped} dropped ({now - began:.0f} s)", file=sys.stderr, flush=True)
-            told = now
         yield Item(frame)

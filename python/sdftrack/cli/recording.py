@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from enum import Enum
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,6 +14,7 @@ from typing import Annotated, Any, NamedTuple
 import typer
 
 from sdftrack.cli.common import Usage
+from sdftrack.cli.progress import progress
 
 __all__ = [
     "ColorFiles",
@@ -22,6 +23,7 @@ __all__ = [
     "ResumeOption",
     "ToOption",
     "check_to",
+    "items_of",
     "opened",
     "warn_of_color",
     "write_all",
@@ -64,6 +66,12 @@ class Item(NamedTuple):
     poses: Mapping[int, Any] | None = None
     masks: Mapping[int, Any] | None = None
     im_id: int | None = None
+
+
+def items_of(seq: Any, done: int, label: str, quiet: bool) -> Iterator[Item]:
+    """The frames of a sequence from the `done`-th one on, with progress."""
+    for i in progress(range(done, len(seq)), len(seq) - done, label, quiet):
+        yield Item(seq[i], seq.ground_truth.get(i), seq.masks(i), seq.ids[i])
 
 
 def check_to(to: str | None, out: Path | None) -> Path:
@@ -111,19 +119,15 @@ def warn_of_color(camera: Any, writer: Any) -> None:
 
 
 def _make_empty(out: Path, overwrite: bool) -> None:
+    from sdftrack.io.out_folder import prepare_folder, refuse_folder
     from sdftrack.io.writers.journal import Journal
 
     if Journal.is_in(out) and not overwrite:
         raise FileExistsError(
             f"out: {out} holds an interrupted recording; pass --resume to continue, or overwrite=True"
         )
-    if out.is_file():
-        raise FileExistsError(f"out: expected a folder, got the file {out}")
+    refuse_folder(out, overwrite)
     files = [path for path in out.rglob("*") if not path.is_dir()] if out.is_dir() else []
-    if files and not overwrite:
-        raise FileExistsError(
-            f"out: expected a new or empty folder, got {out} with files in it; choose another, or overwrite=True"
-        )
     if files and not ((out / NAME).is_file() or Journal.is_in(out)):
         raise FileExistsError(
             f"out: expected an earlier recording in {out}, got other files; choose another folder"
@@ -131,7 +135,7 @@ def _make_empty(out: Path, overwrite: bool) -> None:
     for path in files:
         if OURS.fullmatch(path.relative_to(out).as_posix()):
             path.unlink()
-    out.mkdir(parents=True, exist_ok=True)
+    prepare_folder(out, overwrite)
 
 
 def write_all(writer: Any, items: Iterable[Item], source: str, command: str, quiet: bool) -> int:
@@ -145,9 +149,7 @@ def write_all(writer: Any, items: Iterable[Item], source: str, command: str, qui
     try:
         for item in items:
             writer.add(*item)
-    except KeyboardInterrupt as error:
-        failure = error
-    except OSError as error:
+    except (KeyboardInterrupt, OSError) as error:
         failure = error
     if not writer.count:
         writer.close()

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from sdftrack.cli.common import Usage
 
-__all__ = ["MODES", "check_usage", "each_sequence", "folder_each"]
+__all__ = ["MODES", "check_unit", "check_usage", "each_sequence", "folder_each"]
 
 MODES = ("auto", "depth", "rgbd")
 
@@ -18,6 +18,10 @@ def check_usage(mode: str, unit: str | None, out: Path | None, modes: tuple[str,
         raise Usage("expected a folder for the results: --out DIR", "--out")
     if mode not in modes:
         raise Usage(f"expected one of {', '.join(modes)}, got {mode!r}", "--mode")
+    check_unit(unit)
+
+
+def check_unit(unit: str | None) -> None:
     if unit not in (None, "m", "mm", "cm", "in"):
         raise Usage(f"expected m, mm, cm or in, got {unit!r}", "--unit")
 

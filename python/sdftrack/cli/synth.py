@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,14 +20,13 @@ from sdftrack.cli.common import (
     Usage,
     check_cpu_only,
 )
-from sdftrack.cli.progress import progress
 from sdftrack.cli.recording import (
     ColorFiles,
     ColorOption,
-    Item,
     ResumeOption,
     ToOption,
     check_to,
+    items_of,
     opened,
     write_all,
 )
@@ -102,7 +100,7 @@ def synth(
         threads=threads,
     )
     with opened(out, to, Contents(seq.camera, seq.objects, seq.models), color, resume, overwrite) as writer:
-        write_all(writer, _items(seq, writer.count, quiet), "synthetic", "synth", quiet)
+        write_all(writer, items_of(seq, writer.count, "rendering", quiet), "synthetic", "synth", quiet)
     if not quiet and writer.name == "bop" and len(meshes) == 1:
         print(f"try it: sdftrack track {out} --model {out / 'models/obj_000001.ply'} --out tracked")
 
@@ -121,8 +119,3 @@ def _noise(text: str) -> Any:
             f"expected none, kinect, stereo or a standard deviation in metres, got {text!r}", "--noise"
         )
     return sigma
-
-
-def _items(seq: Any, done: int, quiet: bool) -> Iterator[Item]:
-    for i in progress(range(done, len(seq)), len(seq) - done, "rendering", quiet):
-        yield Item(seq[i], seq.ground_truth.get(i), seq.masks(i), seq.ids[i])

@@ -24,6 +24,7 @@ from sdftrack.cli.common import (
     check_cpu_only,
     opening,
 )
+from sdftrack.cli.sequences import check_unit
 
 MESHES = (".ply", ".obj", ".glb", ".stl")
 
@@ -65,8 +66,7 @@ def view(
     """
     source = opening(layout, depth_topic, color_topic)
     check_cpu_only(config, device)
-    if unit not in (None, "m", "mm", "cm", "in"):
-        raise Usage(f"expected m, mm, cm or in, got {unit!r}", "--unit")
+    check_unit(unit)
     if seconds is not None and not 0 <= seconds < math.inf:
         raise Usage(f"expected seconds, 0 or more, got {seconds}", "--seconds")
     from sdftrack.cli.view_files import load_mesh_alone, load_recording

@@ -54,7 +54,7 @@ def load_recording(path: Path, seq: str | None, arguments: dict[str, Any], unit:
             raise ValueError(
                 f"--seq: expected a sequence with the images of {path}, but {source} has no {missing[0]}"
             )
-        frames = _Chosen(sequence, [number[row["im_id"]] for row in rows])
+        frames = sequence.part([number[row["im_id"]] for row in rows])
         objects: list[Any] = max((row["objects"] for row in rows), key=len, default=[])
         meshes = _meshes(path, settings, len(objects), sequence, unit)
         return Recording(
@@ -67,22 +67,6 @@ def load_recording(path: Path, seq: str | None, arguments: dict[str, Any], unit:
     except BaseException:
         sequence.close()
         raise
-
-
-class _Chosen:
-    """Frames of a sequence by their numbers, read on access."""
-
-    def __init__(self, sequence: Any, numbers: list[int]) -> None:
-        self._sequence, self._numbers = sequence, numbers
-
-    def __len__(self) -> int:
-        return len(self._numbers)
-
-    def __getitem__(self, i: int) -> Any:
-        return self._sequence[self._numbers[i]]
-
-    def close(self) -> None:
-        self._sequence.close()
 
 
 def _meshes(path: Path, settings: dict[str, Any], count: int, seq: Any, unit: str | None) -> list[Any]:

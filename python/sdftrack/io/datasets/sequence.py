@@ -105,7 +105,7 @@ class Sequence(ClosedByWith):
     def __getitem__(self, i: slice) -> Sequence: ...
     def __getitem__(self, i: int | slice) -> Frame | Sequence:
         if isinstance(i, slice):
-            return self._part(range(len(self))[i])
+            return self.part(range(len(self))[i])
         try:
             n = range(len(self))[i]  # negative numbers too
         except IndexError:
@@ -116,7 +116,19 @@ class Sequence(ClosedByWith):
     def __iter__(self) -> Iterator[Frame]:
         return (self[i] for i in range(len(self)))
 
-    def _part(self, numbers: range) -> Sequence:
+    def part(self, numbers: Seq[int]) -> Sequence:
+        """The frames with these numbers, in this order, with what is known about them; read on access.
+
+        Parameters
+        ----------
+        numbers : sequence of int
+            Each of 0..len - 1.
+
+        Raises
+        ------
+        ValueError
+            No number.
+        """
         if not len(numbers):
             raise ValueError(f"slice: expected at least one of the {len(self)} frames, got none")
         truth = {new: self.ground_truth[old] for new, old in enumerate(numbers) if old in self.ground_truth}
@@ -166,7 +178,7 @@ class Sequence(ClosedByWith):
 class _Picked:
     """A subset of the frames of another sequence, read on access."""
 
-    def __init__(self, whole: Sequence, numbers: range) -> None:
+    def __init__(self, whole: Sequence, numbers: Seq[int]) -> None:
         self._whole, self._numbers = whole, numbers
 
     def __len__(self) -> int:

@@ -33,13 +33,8 @@ class DepthUnits:
         self._default, self._candidates = default, (*default, *exact)
         self.rounded_m = 0.0
 
-    @property
-    def farthest_m(self) -> float:
-        """The range of the widest unit, m."""
-        return LARGEST / min(self._default)
-
-    def of(self, frame: Frame) -> tuple[NDArray[np.uint16], int]:
-        """(H, W) uint16 units of the frame's depth, and units per metre. ValueError beyond the range."""
+    def exact(self, frame: Frame) -> tuple[NDArray[np.uint16], int] | None:
+        """(H, W) uint16 units that return the bits of the frame's depth, and units per metre; None if none does."""
         assert frame.depth is not None
         farthest = float(frame.depth.max())
         for n, units_per_m in enumerate(self._candidates):
@@ -50,13 +45,22 @@ class DepthUnits:
                 # The next image is probably in the same unit.
                 self._candidates = (units_per_m, *self._candidates[:n], *self._candidates[n + 1 :])
                 return units, units_per_m
+        return None
+
+    def of(self, frame: Frame) -> tuple[NDArray[np.uint16], int]:
+        """The same, rounded where no unit is exact. ValueError beyond the range."""
+        found = self.exact(frame)
+        if found is not None:
+            return found
+        assert frame.depth is not None
+        farthest = float(frame.depth.max())
         for units_per_m in self._default:
             if round(farthest * units_per_m) <= LARGEST:
                 self.rounded_m = max(self.rounded_m, 1 / units_per_m)
                 return _units(frame.depth, units_per_m), units_per_m
         raise ValueError(
             f"depth: frame {frame.index} has {farthest:.2f} m, 16 bits are limited to "
-            f"{self.farthest_m:.2f} m; crop the depth or choose another layout"
+            f"{LARGEST / min(self._default):.2f} m; crop the depth or choose another layout"
         )
 
 

@@ -18,7 +18,6 @@ from sdftrack.io.mcap_copy import copy_whole
 from sdftrack.io.mcap_output import McapOutput
 from sdftrack.io.ros_types import COLOR_FRAME, DEPTH_FRAME, INFO, RosTypes
 from sdftrack.io.writers.base import FRAME_PERIOD_S, Contents, LayoutWriter
-from sdftrack.io.writers.depth_units import DepthUnits
 from sdftrack.io.writers.ros2_metadata import metadata_yaml
 
 FILE = "sequence.mcap"
@@ -132,11 +131,8 @@ class McapWriter(LayoutWriter):
 
     def _depth(self, frame: Frame, header: Any) -> bytes:
         assert frame.depth is not None
-        pixels: NDArray[Any] = frame.depth
-        exact = DepthUnits(*self.units)
-        if frame.depth.max() <= exact.farthest_m:
-            units, _ = exact.of(frame)
-            pixels = frame.depth if exact.rounded_m else units
+        found = self._units.exact(frame)
+        pixels: NDArray[Any] = frame.depth if found is None else found[0]
         return self._ros.serialized(
             IMAGE, header=header, height=pixels.shape[0], width=pixels.shape[1],
             encoding="16UC1" if pixels.dtype == np.uint16 else "32FC1", is_bigendian=0,
