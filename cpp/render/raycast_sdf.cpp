@@ -87,9 +87,22 @@ struct Box {
   Vec3d low, high;
 };
 
-// Whether every ray of a tile of pixels misses the shape. The rays lie in a cone around the middle one;
-// spheres that contain the cone's cross-section are moved along it as long as they are outside.
-bool tile_misses(const SdfView& sdf, const Box& box, const Ray& middle, double cone, double far) {
+// Pixels from (u0, v0) to before (u1, v1).
+struct Tile {
+  int u0, v0, u1, v1;
+};
+
+// Whether every ray of a tile misses the shape. The rays lie in a cone around the middle one; spheres that
+// contain the cone's cross-section are moved along it as long as they are outside.
+bool misses(const Tile& tile, const SdfView& sdf, const Camera& camera, const Rigidd& T_obj_cam,
+            const Box& box, double far) {
+  const auto direction = [&](double u, double v) { return T_obj_cam.R * camera.pixel_ray(u, v); };
+  const Ray middle{T_obj_cam.t, direction(0.5 * (tile.u0 + tile.u1 - 1), 0.5 * (tile.v0 + tile.v1 - 1))};
+  double cone = 0;  // m per metre of depth
+  for (const int u : {tile.u0, tile.u1 - 1})
+    for (const int v : {tile.v0, tile.v1 - 1})
+      cone = std::max(cone, norm(direction(u, v) - middle.direction));
+  cone *= 1.1;  // a lens bends the rays between the corners
   const Vec3d margin{cone * far, cone * far, cone * far};
   const Span span = clip(middle, box.low - margin, box.high + margin);
   const double speed = kSlope * (norm(middle.direction) + cone);
@@ -101,26 +114,6 @@ bool tile_misses(const SdfView& sdf, const Box& box, const Ray& middle, double c
   }
   return true;
 }
-
-// The rays of a tile, from pixel (u0, v0) to before (u1, v1).
-class Tile {
- public:
-  Tile(const Camera& camera, const Rigidd& T_obj_cam, int u0, int v0, int u1, int v1)
-      : middle_{T_obj_cam.t, T_obj_cam.R * camera.pixel_ray(0.5 * (u0 + u1 - 1), 0.5 * (v0 + v1 - 1))} {
-    for (const int u : {u0, u1 - 1})
-      for (const int v : {v0, v1 - 1})
-        cone_ = std::max(cone_, norm(T_obj_cam.R * camera.pixel_ray(u, v) - middle_.direction));
-    cone_ *= 1.1;  // a lens bends the rays between the corners
-  }
-
-  bool misses(const SdfView& sdf, const Box& box, double far) const {
-    return tile_misses(sdf, box, middle_, cone_, far);
-  }
-
- private:
-  Ray middle_;
-  double cone_ = 0;  // m per metre of depth
-};
 
 // Depth of the corner of a box that is farthest from the camera.
 double farthest(const Rigidd& T_cam_obj, const Box& box) {
@@ -169,7 +162,7 @@ SdfImage raycast_sdf(const SdfView& sdf, const Camera& camera, const Rigidd& T_c
     const int begin = px.y0 + static_cast<int>(chunk) * kTile, end = std::min(px.y1, begin + kTile);
     for (int left = px.x0; left < px.x1; left += kTile) {
       const int right = std::min(px.x1, left + kTile);
-      if (Tile(camera, T_obj_cam, left, begin, right, end).misses(sdf, box, far)) continue;
+      if (misses({left, begin, right, end}, sdf, camera, T_obj_cam, box, far)) continue;
       for (int v = begin; v < end; ++v) trace(v, left, right);
     }
   };

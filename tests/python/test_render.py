@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: MIT
+import cv2
 import numpy as np
 import pytest
 
@@ -105,3 +106,29 @@ def test_bad_arguments_are_refused():
         sdf.render(camera(), np.diag([1.0, 1.0, -1.0, 1.0]))
     with pytest.raises(ValueError, match="T_cam_obj"):
         sdf.silhouette(camera(), np.eye(3))
+
+
+SHAPES = {
+    "thin plate": lambda: st.SDF.box((0.2, 0.15, 0.012), voxels=90),
+    "rod": lambda: st.SDF.cylinder(0.008, 0.25, voxels=120),
+    "cone": lambda: st.SDF.cone(0.05, 0.15, voxels=60),
+}
+
+
+@pytest.mark.parametrize("lens", [(), (0.2, -0.5, 0.001, 0.002, 0.3)])
+@pytest.mark.parametrize("name", SHAPES)
+def test_no_tile_that_the_shape_touches_is_left_out(name, lens):
+    """A camera of one pixel has tiles of one ray: what it sees is what the whole camera sees there."""
+    shape, rng = SHAPES[name](), np.random.default_rng(7)
+    whole = st.Camera(260.0, 265.0, 80.3, 59.8, 160, 120, lens)
+    hits = 0
+    for _ in range(4):
+        T = st.geometry.pose(rng.uniform(-2, 2, 3), [*rng.uniform(-0.06, 0.06, 2), rng.uniform(0.4, 0.9)])
+        depth = shape.render(whole, T)[0]
+        seen = cv2.dilate((depth > 0).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+        border = np.argwhere(seen & (cv2.erode((depth > 0).astype(np.uint8), np.ones((3, 3), np.uint8)) == 0))
+        for v, u in rng.permutation(border)[:150]:
+            one = st.Camera(260.0, 265.0, 80.3 - u, 59.8 - v, 1, 1, lens)
+            assert shape.render(one, T)[0][0, 0] == depth[v, u]
+            hits += depth[v, u] > 0
+    assert hits > 50
