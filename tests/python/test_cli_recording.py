@@ -245,7 +245,8 @@ def test_ctrl_c_ends_a_recording_well(tmp_path):
         stderr=subprocess.PIPE,
         text=True,
     )
-    while not list(out.glob("depth/*")):
+    journal = out / ".frames.jsonl"
+    while not (journal.is_file() and journal.read_bytes().count(b"\n") > 1):  # its header, and a frame
         time.sleep(0.02)
     child.send_signal(signal.SIGINT)
     err = child.communicate(timeout=30)[1]
@@ -393,3 +394,11 @@ def test_mcap_refuses_a_mapping_that_ros_cannot_state(tmp_path):
     with pytest.raises(ValueError, match="not a projective mapping"):
         st.save_sequence(tmp_path / "s", st.Sequence([sensor_sequence(1)[0]], camera), layout="mcap")
     assert not (tmp_path / "s").exists()
+
+
+def test_contents_that_a_layout_refuses_leave_no_folder(tmp_path, capsys):
+    lens = st.Camera(60.0, 61.0, 31.0, 23.5, 64, 48, (0.1, 0, 0, 0))
+    st.save_sequence(tmp_path / "0", st.Sequence(list(sensor_sequence(2)), lens), layout="tum")
+    assert run(["convert", str(tmp_path / "0"), "--to", "bop", "--out", str(tmp_path / "1")]) == 1
+    assert "no lens distortion" in capsys.readouterr().err
+    assert not (tmp_path / "1").exists()

@@ -97,6 +97,7 @@ def opened(out: Path, to: str | None, contents: Any, color: ColorFiles, resume: 
                 f"--resume: {out} holds no interrupted recording; leave out --resume to begin one"
             )
         return kind(out, contents, color.value, resume=True)
+    kind.check_contents(contents)  # before the folder is made: a refusal leaves nothing behind
     _make_empty(out, overwrite)
     return kind(out, contents, color.value)
 

@@ -82,7 +82,7 @@ class LayoutWriter(ClosedByWith):
             raise ValueError(f"color: expected one of {', '.join(COLOR_FILES)}, got {color!r}")
         self.folder, self.contents, self._suffix = folder, contents, f".{color}"
         self._units = DepthUnits(*self.units)
-        self.check_contents()
+        self.check_contents(contents)
         header = {
             "layout": self.name,
             "camera": repr(contents.camera),
@@ -138,7 +138,8 @@ class LayoutWriter(ClosedByWith):
 
     # What a layout defines.
 
-    def check_contents(self) -> None:
+    @classmethod
+    def check_contents(cls, contents: Contents) -> None:
         """Raise ValueError for contents that the layout cannot represent."""
 
     def write_models(self) -> None:
@@ -173,10 +174,11 @@ class LayoutWriter(ClosedByWith):
         write_color(path, frame.color)
         return path.name
 
-    def check_one_object(self) -> None:
-        if len(self.contents.objects) > 1:
+    @classmethod
+    def check_one_object(cls, contents: Contents) -> None:
+        if len(contents.objects) > 1:
             raise ValueError(
-                f"layout: {self.name} holds one object's poses, got {len(self.contents.objects)}; use 'bop'"
+                f"layout: {cls.name} holds one object's poses, got {len(contents.objects)}; use 'bop'"
             )
 
     def check_own_camera(self, frame: Frame) -> None:
@@ -185,8 +187,9 @@ class LayoutWriter(ClosedByWith):
                 f"layout: {self.name} holds one camera, but frame {frame.index} has its own; use 'bop'"
             )
 
-    def check_no_lens(self, camera: Camera) -> None:
+    @classmethod
+    def check_no_lens(cls, camera: Camera) -> None:
         if camera.distortion:
             raise ValueError(
-                f"camera: the {self.name} layout has no lens distortion; rectify the images or use tum"
+                f"camera: the {cls.name} layout has no lens distortion; rectify the images or use tum"
             )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sdftrack._internal.files import replacing
 from sdftrack.frame import Frame
 from sdftrack.io.frames import write_mask
-from sdftrack.io.writers.base import LayoutWriter
+from sdftrack.io.writers.base import Contents, LayoutWriter
 
 MM_PER_M = 1000.0
 Array = NDArray[np.float64]
@@ -29,8 +29,9 @@ class BopWriter(LayoutWriter):
     folders = ("depth", "rgb", "mask_visib", "models")
     units = ((10_000, 1000), (5000, 4000, 8000, 2000))
 
-    def check_contents(self) -> None:
-        self.check_no_lens(self.contents.camera.depth)
+    @classmethod
+    def check_contents(cls, contents: Contents) -> None:
+        cls.check_no_lens(contents.camera.depth)
 
     def write_models(self) -> None:
         for obj_id, mesh in self.contents.models.items():

@@ -50,8 +50,9 @@ class McapWriter(LayoutWriter):
         if resume:
             self._continue()
 
-    def check_contents(self) -> None:
-        camera = self.contents.camera
+    @classmethod
+    def check_contents(cls, contents: Contents) -> None:
+        camera = contents.camera
         if not camera.aligned and camera.T_color_depth is None:
             raise ValueError(
                 "camera: mcap holds the pose of the colour camera, not a projective mapping; use another layout"

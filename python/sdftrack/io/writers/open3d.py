@@ -13,7 +13,7 @@ from sdftrack import geometry
 from sdftrack._internal.files import replacing, write_json
 from sdftrack.frame import Frame
 from sdftrack.io.trajectories import log_lines
-from sdftrack.io.writers.base import LayoutWriter
+from sdftrack.io.writers.base import Contents, LayoutWriter
 
 UNITS_PER_M = 1000
 Array = NDArray[np.float64]
@@ -29,9 +29,10 @@ class Open3DWriter(LayoutWriter):
     folders = ("depth", "color")
     units = ((UNITS_PER_M,), ())
 
-    def check_contents(self) -> None:
-        self.check_no_lens(self.contents.camera.depth)
-        self.check_one_object()
+    @classmethod
+    def check_contents(cls, contents: Contents) -> None:
+        cls.check_no_lens(contents.camera.depth)
+        cls.check_one_object(contents)
 
     def write_frame(
         self, frame: Frame, poses: dict[int, Array], masks: Mapping[int, NDArray[np.bool_]], im_id: int

@@ -13,7 +13,7 @@ from sdftrack import geometry
 from sdftrack._internal.files import replacing
 from sdftrack.frame import Frame
 from sdftrack.io.trajectories import TUM_HEADER, tum_line
-from sdftrack.io.writers.base import FRAME_PERIOD_S, LayoutWriter
+from sdftrack.io.writers.base import FRAME_PERIOD_S, Contents, LayoutWriter
 
 Array = NDArray[np.float64]
 
@@ -25,8 +25,9 @@ class TumWriter(LayoutWriter):
     folders = ("depth", "rgb")
     units = ((5000,), ())
 
-    def check_contents(self) -> None:
-        self.check_one_object()
+    @classmethod
+    def check_contents(cls, contents: Contents) -> None:
+        cls.check_one_object(contents)
 
     def write_frame(
         self, frame: Frame, poses: dict[int, Array], masks: Mapping[int, NDArray[np.bool_]], im_id: int
