@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: MIT
+"""Movements as functions of time, on a regular grid: what measures are computed from."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["MotionSamples"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class MotionSamples:
+    """S possible movements of one object over the same n times: one true movement, or samples of a posterior.
+
+    Attributes
+    ----------
+    times_s : (n,) float64
+        Regular.
+    positions_m, velocities_mps, accelerations_mps2, jerks_mps3 : (S, n, 3) float64
+        Of one point of the object, in the reference frame.
+    rotations : (S, n, 3, 3) float64
+        R_ref_obj.
+    angular_velocities_radps : (S, n, 3) float64
+        In the axes of the reference frame.
+    observed : (n,) bool
+        False in gaps: no pose was measured for longer than the smoother bridges.
+    """
+
+    times_s: Array
+    positions_m: Array
+    velocities_mps: Array
+    accelerations_mps2: Array
+    jerks_mps3: Array
+    rotations: Array
+    angular_velocities_radps: Array
+    observed: NDArray[np.bool_]
+
+    @property
+    def rate_hz(self) -> float:
+        """Samples per second."""
+        return 1.0 / float(self.times_s[1] - self.times_s[0]) if len(self.times_s) > 1 else float("nan")
+
+    @property
+    def speeds_mps(self) -> Array:
+        """(S, n) norms of the velocities."""
+        return np.asarray(np.linalg.norm(self.velocities_mps, axis=-1))
+
+    def between(self, start_s: float, end_s: float) -> MotionSamples:
+        """The part from `start_s` to `end_s`, both included."""
+        a, b = np.searchsorted(self.times_s, [start_s - 1e-9, end_s + 1e-9])
+        fields = dataclasses.fields(self)
+        values = {f.name: getattr(self, f.name) for f in fields}
+        return MotionSamples(
+            **{k: v[a:b] if k in ("times_s", "observed") else v[:, a:b] for k, v in values.items()}
+        )
