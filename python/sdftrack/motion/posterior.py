@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: MIT
+"""The smoothed movement with its uncertainty: mean, covariance and samples at any time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack._internal.validation import number, whole
+from sdftrack.motion.quaternion_curves import angular_velocities, matrices
+from sdftrack.motion.samples import MotionSamples
+from sdftrack.motion.spline import BandedPosterior, UniformSpline
+from sdftrack.motion.trajectory import Trajectory
+
+__all__ = ["Piece", "SmoothedMotion"]
+
+Array = NDArray[np.float64]
+COORDINATES = 7  # x, y, z in metres and the quaternion x, y, z, w
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A stretch without a long gap: splines of the seven coordinates.
+
+    Attributes
+    ----------
+    spline : UniformSpline
+    posterior : BandedPosterior
+        Of the coefficients, coordinate by coordinate within a knot.
+    start_s, end_s : float
+        First and last measured pose.
+    noise_scales : (float, float)
+        Noise of positions and of rotations over what the covariances say.
+    """
+
+    spline: UniformSpline
+    posterior: BandedPosterior
+    start_s: float
+    end_s: float
+    noise_scales: tuple[float, float]
+
+    @property
+    def mean(self) -> Array:
+        """(size, 7) coefficients."""
+        return np.asarray(self.posterior.mean).reshape(self.spline.size, COORDINATES)
+
+
+class SmoothedMotion:
+    """The posterior of an object's movement, from :func:`smooth`.
+
+    Attributes
+    ----------
+    trajectory : Trajectory
+        What was smoothed.
+    pieces : list of Piece
+        Stretches between gaps; nothing is claimed between them.
+    noise_scales : (float, float)
+        Standard deviation of the noise from frame to frame over that of the covariances, for positions and rotations,
+        averaged over the pieces. Without covariances: in units of 1 mm and 0.01 rad.
+    """
+
+    def __init__(self, trajectory: Trajectory, pieces: list[Piece], samples: int, seed: int) -> None:
+        self.trajectory, self.pieces, self._seed = trajectory, pieces, seed
+        self._count = samples
+        self._drawn: dict[int, Array] = {}
+
+    @property
+    def noise_scales(self) -> tuple[float, float]:
+        lengths = np.array([p.end_s - p.start_s for p in self.pieces])
+        scales = np.array([p.noise_scales for p in self.pieces])
+        position, rotation = np.average(scales, axis=0, weights=lengths)
+        return float(position), float(rotation)
+
+    def times_s(self, rate_hz: float) -> Array:
+        """Regular times over the whole trajectory."""
+        t = self.trajectory.times_s
+        return np.asarray(t[0] + np.arange(int(np.floor((t[-1] - t[0]) * rate_hz + 1e-6)) + 1) / rate_hz)
+
+    def mean(self, times_s: ArrayLike) -> MotionSamples:
+        """The most probable movement, S = 1, at regular times; NaN in gaps."""
+        return self._evaluated(np.asarray(times_s, np.float64), sampled=False)
+
+    def samples(self, times_s: ArrayLike) -> MotionSamples:
+        """Movements that are as probable as the posterior says, at regular times; the same ones in every call."""
+        return self._evaluated(np.asarray(times_s, np.float64), sampled=True)
+
+    def _coefficients(self, k: int, sampled: bool) -> Array:
+        """(size, 7, S) of a piece."""
+        piece = self.pieces[k]
+        if not sampled:
+            return piece.mean[:, :, None]
+        if k not in self._drawn:
+            rng = np.random.default_rng([self._seed, k])
+            drawn = piece.posterior.deviations(rng.standard_normal((piece.mean.size, self._count)))
+            drawn = drawn.reshape(piece.spline.size, COORDINATES, self._count)
+            self._drawn[k] = drawn + piece.mean[:, :, None]
+        return self._drawn[k]
+
+    def _evaluated(self, times: Array, sampled: bool) -> MotionSamples:
+        S, n = self._count if sampled else 1, len(times)
+        positions = np.full((4, S, n, 3), np.nan)
+        rotations, turning = np.full((S, n, 3, 3), np.nan), np.full((S, n, 3), np.nan)
+        observed = np.zeros(n, bool)
+        for k, piece in enumerate(self.pieces):
+            inside = (times >= piece.start_s - 1e-9) & (times <= piece.end_s + 1e-9)
+            if not inside.any():
+                continue
+            observed |= inside
+            at, coefficients = times[inside], self._coefficients(k, sampled)
+            for order in range(4):
+                x = piece.spline.evaluate(coefficients[:, :3], at, order)
+                positions[order][:, inside] = np.moveaxis(x, 2, 0)
+            q, rate = (
+                np.moveaxis(piece.spline.evaluate(coefficients[:, 3:], at, order), 2, 0) for order in (0, 1)
+            )
+            rotations[:, inside] = matrices(q)
+            turning[:, inside] = angular_velocities(q, rate)
+        return MotionSamples(times, *positions, rotations, turning, observed)
+
+
+def checked_samples(samples: int, seed: int) -> tuple[int, int]:
+    """The number of samples and the seed, in range."""
+    return whole(samples, "samples", 2, 100_000), whole(seed, "seed", 0)
+
+
+def checked_gap(max_gap_s: float) -> float:
+    """The longest gap that is bridged, s."""
+    gap = number(max_gap_s, "max_gap_s")
+    if not 0 < gap <= 10:
+        raise ValueError(f"max_gap_s: expected more than 0 and at most 10 s, got {max_gap_s!r}")
+    return gap

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: MIT
+"""A smoother of poses that uses their covariances: the posterior of a Kalman (RTS) smoother, in one banded system."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack._internal.validation import of_kind, whole
+from sdftrack.motion.posterior import COORDINATES, Piece, SmoothedMotion, checked_gap, checked_samples
+from sdftrack.motion.prior import MovementPrior, estimate_prior
+from sdftrack.motion.quaternion_curves import continuous_quaternions, left_jacobians
+from sdftrack.motion.spline import BandedPosterior, UniformSpline
+from sdftrack.motion.trajectory import Trajectory
+
+__all__ = ["smooth"]
+
+Array = NDArray[np.float64]
+FINEST_STEP_S = 1 / 60  # of knots: hands move below 15 Hz
+WEAK = 4.0  # factor of the covariance of weak poses, see docs/trust.md
+DEFAULT_SD = np.repeat([1e-3, 1e-2], 3)  # m, rad: only their ratio over time matters, the scale is estimated
+MIN_FRAMES = 8  # of a piece: fewer do not determine accelerations
+
+
+def smooth(
+    trajectory: Trajectory, *, order: int = 3, max_gap_s: float = 0.3, samples: int = 200, seed: int = 0
+) -> SmoothedMotion:
+    """Smooth a trajectory by its covariances.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    order : int
+        The prior is white noise in this derivative of position and quaternion: 3 (jerk) is the movement model of
+        minimum-jerk theory; 2 to 4.
+    max_gap_s : float
+        Longer times without a pose ("ok" or "weak") remain gaps, s.
+    samples : int
+        Number of samples of the posterior, from which intervals are computed.
+    seed : int
+        Of these samples.
+
+    Returns
+    -------
+    SmoothedMotion
+        Mean, covariance and samples at any time.
+
+    Raises
+    ------
+    ValueError
+        Fewer than 8 poses without a long gap.
+
+    Notes
+    -----
+    The covariances of the tracker, scaled so that they agree with the noise from frame to frame (`noise_scales`), weigh
+    the poses; those that are "weak" count with four times theirs. Splines with knots at every frame and a penalty on
+    their jerk have the posterior of a Rauch-Tung-Striebel smoother with the same process noise.
+    """
+    of_kind(trajectory, Trajectory, "trajectory")
+    order = whole(order, "order", 2, 4)
+    gap = checked_gap(max_gap_s)
+    count, seed = checked_samples(samples, seed)
+    used = np.flatnonzero(trajectory.usable)
+    cuts = np.flatnonzero(np.diff(trajectory.times_s[used]) > gap) + 1
+    stretches = [part for part in np.split(used, cuts) if len(part) >= MIN_FRAMES]
+    if not stretches:
+        raise ValueError(
+            f"{trajectory.name}: expected at least {MIN_FRAMES} poses without a gap of more than {gap:g} s, got "
+            f"{max(len(p) for p in np.split(used, cuts))}; record longer, or allow longer gaps (max_gap_s)"
+        )
+    covariances = _noise(trajectory)
+    pieces = [_piece(trajectory, part, covariances[part], order) for part in stretches]
+    return SmoothedMotion(trajectory, pieces, count, seed)
+
+
+def _noise(trajectory: Trajectory) -> Array:
+    """(N, 6, 6) covariances; where unknown the median of those that are known."""
+    covariances = np.tile(np.diag(DEFAULT_SD**2), (len(trajectory), 1, 1))
+    if trajectory.covariances is not None:
+        known = np.isfinite(trajectory.covariances).all(axis=(1, 2)) & trajectory.usable
+        if known.any():
+            covariances[:] = np.median(trajectory.covariances[known], axis=0)
+            covariances[known] = trajectory.covariances[known]
+    weak = np.array([s == "weak" for s in trajectory.status or ()])
+    covariances[weak] *= WEAK
+    return covariances
+
+
+def _piece(trajectory: Trajectory, part: NDArray[np.int64], covariances: Array, order: int) -> Piece:
+    times, poses = trajectory.times_s[part], trajectory.poses[part]
+    step = max(float(np.median(np.diff(times))), FINEST_STEP_S)
+    spline = UniformSpline(
+        float(times[0]), step, max(1, int(np.ceil((times[-1] - times[0]) / step - 1e-6))), order
+    )
+    q = continuous_quaternions(poses[:, :3, :3])
+    variances = np.einsum("nii->ni", covariances)
+    moving = estimate_prior(spline, times, poses[:, :3, 3], variances[:, :3].mean(axis=1))
+    turning = estimate_prior(spline, times, q, variances[:, 3:].mean(axis=1) / 4)
+    scale = np.repeat([moving.noise_scale, turning.noise_scale], 3)
+    information = np.linalg.inv(covariances * np.outer(scale, scale))
+    posterior = _coupled(spline, times, poses[:, :3, 3], q, information, moving, turning)
+    scales = (moving.noise_scale, turning.noise_scale)
+    return Piece(spline, posterior, float(times[0]), float(times[-1]), scales)
+
+
+def _coupled(
+    spline: UniformSpline,
+    times: Array,
+    positions: Array,
+    q: Array,
+    information: Array,
+    moving: MovementPrior,
+    turning: MovementPrior,
+) -> BandedPosterior:
+    """All seven coordinates together, since the errors of position and rotation belong together."""
+    n, m, C = len(times), spline.degree, COORDINATES
+    # From (position, quaternion) to (position, small rotation): the inverse of q's change by a small rotation.
+    J = np.zeros((n, 6, C))
+    J[:, :3, :3] = np.eye(3)
+    J[:, 3:, 3:] = 4 * np.swapaxes(left_jacobians(q), 1, 2)
+    W = np.swapaxes(J, 1, 2) @ information @ J
+    # The length of a quaternion is 1, as exactly as its direction is known.
+    along = np.einsum("nii->n", information[:, 3:, 3:]) * 4 / 3
+    W[:, 3:, 3:] += along[:, None, None] * q[:, :, None] * q[:, None, :]
+    y = np.concatenate([positions, q], axis=1)
+    first, weights = spline.basis(times)
+    right = np.zeros((spline.size, C))
+    blocks = np.zeros((m + 1, spline.size, C, C))  # [a - b, b]
+    Wy = np.einsum("nij,nj->ni", W, y)
+    for a in range(m + 1):
+        np.add.at(right, first + a, weights[:, a, None] * Wy)
+        for b in range(a + 1):
+            np.add.at(blocks[a - b], first + b, (weights[:, a] * weights[:, b])[:, None, None] * W)
+    for prior, coordinates in ((moving, range(3)), (turning, range(3, C))):
+        for offset, row in enumerate(prior.band(spline)):
+            for c in coordinates:
+                blocks[offset, :, c, c] += row
+    return BandedPosterior(_interleaved(blocks), right.ravel())
+
+
+def _interleaved(blocks: Array) -> Array:
+    """Lower band of a symmetric matrix of blocks (offset, column, C, C), row of the block first."""
+    offsets, size, C, _ = blocks.shape
+    band = np.zeros((offsets * C, size * C))
+    for offset in range(offsets):
+        for i in range(C):
+            for j in range(C):
+                if (below := offset * C + i - j) >= 0:
+                    band[below, j::C] = blocks[offset, :, i, j]
+    return band
