@@ -31,6 +31,8 @@ class Context:
         Unit vector against gravity in the reference frame.
     axis_obj : (3,) array
         Axis of the object that is upright when a vessel stands.
+    movements : list of (start, end)
+        Stretches of the repetition in which the object moves, s; empty: all of it.
     targets : list
         Zones and paths.
     """
@@ -41,6 +43,7 @@ class Context:
     up: Array | None = None
     axis_obj: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     targets: tuple[Any, ...] = ()
+    movements: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,11 @@ class Definition:
         An interval wider than this is "not determined": in the measure's unit, or with `relative` as a part of its
         value.
     relative : bool
+    of : "repetition" or "movement"
+        What it is computed for: all of a repetition, or each of its movements between two rests.
+    spread : float
+        Factor of the posterior's spread, chosen on synthetic exercises (docs/results/motion.md) where the samples of
+        the prior are rougher than people's movements.
     compute : callable
         (samples, context) -> (S,) values, NaN where undefined.
     """
@@ -69,18 +77,29 @@ class Definition:
     wide: float
     relative: bool
     compute: Callable[[MotionSamples, Context], Array]
+    of: str = "repetition"
+    spread: float = 1.0
 
 
 DEFINITIONS: dict[str, Definition] = {}
 
 
 def measure(
-    name: str, label: str, unit: str, text: str, source: str, wide: float, relative: bool = True
+    name: str,
+    label: str,
+    unit: str,
+    text: str,
+    source: str,
+    wide: float,
+    relative: bool = True,
+    *,
+    of: str = "repetition",
+    spread: float = 1.0,
 ) -> Callable[[Callable[[MotionSamples, Context], Array]], Callable[[MotionSamples, Context], Array]]:
     """Register a function as the measure `name`."""
 
     def register(f: Callable[[MotionSamples, Context], Array]) -> Callable[[MotionSamples, Context], Array]:
-        DEFINITIONS[name] = Definition(name, label, unit, text, source, wide, relative, f)
+        DEFINITIONS[name] = Definition(name, label, unit, text, source, wide, relative, f, of, spread)
         return f
 
     return register

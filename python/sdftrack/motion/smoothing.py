@@ -95,7 +95,8 @@ def _piece(trajectory: Trajectory, part: NDArray[np.int64], covariances: Array, 
     q = continuous_quaternions(poses[:, :3, :3])
     variances = np.einsum("nii->ni", covariances)
     moving = estimate_prior(spline, times, poses[:, :3, 3], variances[:, :3].mean(axis=1))
-    turning = estimate_prior(spline, times, q, variances[:, 3:].mean(axis=1) / 4)
+    # Four coordinates share the noise of three: a quaternion changes by half a small rotation, never along itself.
+    turning = estimate_prior(spline, times, q, variances[:, 3:].mean(axis=1) * (3 / 16))
     scale = np.repeat([moving.noise_scale, turning.noise_scale], 3)
     information = np.linalg.inv(covariances * np.outer(scale, scale))
     posterior = _coupled(spline, times, poses[:, :3, 3], q, information, moving, turning)

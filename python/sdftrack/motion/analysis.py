@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: MIT
+"""An exercise measured: repetitions, and for each of them every measure with its 95 % interval."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack._internal.validation import numbers, of_kind
+from sdftrack.motion.definitions import DEFINITIONS, Context, Definition
+from sdftrack.motion.intervals import Measured, measured
+from sdftrack.motion.posterior import SmoothedMotion
+from sdftrack.motion.repetitions import Phase, Repetition, count_interval, find_repetitions
+from sdftrack.motion.smoothing import smooth
+from sdftrack.motion.trajectory import Trajectory
+
+__all__ = ["Analysis", "MeasuredRepetition", "analyze"]
+
+Array = NDArray[np.float64]
+RATE_HZ = 100.0  # of the samples that measures are computed from
+MARGIN_S = 0.25  # of a movement, so that the rests beside it are seen
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredRepetition:
+    """A repetition and its measures.
+
+    Attributes
+    ----------
+    span : Repetition
+    values : dict of str to Measured
+        Measures of the whole repetition by name; those of a movement end in "_move" (the first one) and "_return" (the
+        last one, if the object was held in between).
+    gap_s : float
+        Time in it without a measured pose, s.
+    """
+
+    span: Repetition
+    values: dict[str, Measured]
+    gap_s: float
+    spread: dict[str, Array] = field(default_factory=dict, repr=False)  # values of the samples, for averages
+
+
+@dataclass(frozen=True, eq=False)
+class Analysis:
+    """What :func:`analyze` finds in the trajectory of one object.
+
+    Attributes
+    ----------
+    motion : SmoothedMotion
+    repetitions : list of MeasuredRepetition
+    count : (int, int, int)
+        Number of repetitions and its 95 % interval.
+    averages : dict of str to Measured
+        Of each measure over the repetitions, with the interval of the average.
+    variation : dict of str to float
+        Coefficient of variation of each measure between repetitions: standard deviation over mean.
+    shares : dict of str to float
+        Part of the frames per status.
+    """
+
+    motion: SmoothedMotion
+    repetitions: list[MeasuredRepetition]
+    count: tuple[int, int, int]
+    averages: dict[str, Measured]
+    variation: dict[str, float]
+    shares: dict[str, float]
+
+    @property
+    def trajectory(self) -> Trajectory:
+        return self.motion.trajectory
+
+
+def analyze(
+    trajectory: Trajectory | SmoothedMotion,
+    *,
+    by: str = "auto",
+    spans_s: Sequence[tuple[float, float]] | None = None,
+    cues_s: ArrayLike = (),
+    up: ArrayLike | None = None,
+    axis_obj: ArrayLike = (0.0, 0.0, 1.0),
+    targets: Sequence[Any] = (),
+    measures: Sequence[str] | None = None,
+    max_gap_s: float = 0.3,
+    samples: int = 200,
+    seed: int = 0,
+) -> Analysis:
+    """Measure an exercise.
+
+    Parameters
+    ----------
+    trajectory : Trajectory or SmoothedMotion
+        Poses of one object, or the result of :func:`smooth` for them.
+    by : "auto", "position" or "rotation"
+        What a repetition is found by, see :func:`find_repetitions`.
+    spans_s : list of (start, end), optional
+        Repetitions set by hand, s.
+    cues_s : (K,) array
+        Times of the signals to start, s; a repetition belongs to the last one before it.
+    up : (3,) array, optional
+        Direction against gravity in the reference frame; None: tilt and heights are not measured.
+    axis_obj : (3,) array
+        Axis of the object that points up when it stands.
+    targets : list
+        Zones and paths: `Sphere`, `Box`, `Path`.
+    measures : list of str, optional
+        Names from `DEFINITIONS`; None: all.
+    max_gap_s, samples, seed
+        See :func:`smooth`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Unknown measure, no direction, spans outside the recording, or what :func:`smooth` raises.
+    """
+    motion = trajectory
+    if not isinstance(motion, SmoothedMotion):
+        of_kind(trajectory, Trajectory, "trajectory")
+        motion = smooth(trajectory, max_gap_s=max_gap_s, samples=samples, seed=seed)  # type: ignore[arg-type]
+    definitions = _chosen(measures)
+    _check_spans(motion.trajectory, spans_s)
+    context = {
+        "up": None if up is None else _unit(up, "up"),
+        "axis_obj": _unit(axis_obj, "axis_obj"),
+        "targets": tuple(targets),
+    }
+    found = find_repetitions(motion, by=by, spans_s=spans_s)
+    cues = np.sort(numbers(cues_s, "cues_s").ravel())
+    done = [_measured(motion, r, _cue_of(r, found, cues), context, definitions) for r in found]
+    count = (len(found),) * 3 if spans_s is not None else count_interval(motion, by=by)
+    shares = _shares(motion.trajectory)
+    averages, variation = _averages(done, definitions)
+    return Analysis(motion, done, (len(found), *count[1:]), averages, variation, shares)
+
+
+def _chosen(measures: Sequence[str] | None) -> list[Definition]:
+    if measures is None:
+        return list(DEFINITIONS.values())
+    unknown = [m for m in measures if m not in DEFINITIONS]
+    if unknown:
+        raise ValueError(f"measures: expected names of {', '.join(DEFINITIONS)}, got {unknown[0]!r}")
+    return [DEFINITIONS[m] for m in measures]
+
+
+def _check_spans(trajectory: Trajectory, spans_s: Sequence[tuple[float, float]] | None) -> None:
+    first, last = trajectory.times_s[0], trajectory.times_s[-1]
+    for a, b in spans_s or ():
+        if not first - 1e-6 <= a < b <= last + 1e-6:
+            raise ValueError(
+                f"spans_s: expected start < end within the recording, {first:g} to {last:g} s, got {a:g} to {b:g}"
+            )
+
+
+def _unit(vector: ArrayLike, name: str) -> Array:
+    v = numbers(vector, name)
+    length = float(np.linalg.norm(v))
+    if v.shape != (3,) or not (np.isfinite(length) and length > 0):
+        raise ValueError(f"{name}: expected a direction (x, y, z), got {v.tolist()}")
+    return v / length
+
+
+def _cue_of(repetition: Repetition, found: list[Repetition], cues: Array) -> float | None:
+    """The last cue before the repetition, if no other repetition started since."""
+    before = cues[cues <= repetition.start_s]
+    started = [r.start_s for r in found if r.start_s < repetition.start_s]
+    return float(before[-1]) if len(before) and (not started or before[-1] > max(started)) else None
+
+
+def _measured(
+    motion: SmoothedMotion,
+    repetition: Repetition,
+    cue_s: float | None,
+    shared: dict[str, Any],
+    definitions: list[Definition],
+) -> MeasuredRepetition:
+    first, last = motion.trajectory.times_s[[0, -1]]
+    lower = max(first, min(repetition.start_s, cue_s if cue_s is not None else np.inf) - MARGIN_S)
+    times = lower + np.arange(int((min(last, repetition.end_s + MARGIN_S) - lower) * RATE_HZ) + 1) / RATE_HZ
+    mean, samples = motion.mean(times), motion.samples(times)
+    values: dict[str, Measured] = {}
+    spread: dict[str, Array] = {}
+    for definition in definitions:
+        for suffix, start, end in _stretches(definition, repetition):
+            context = Context(
+                max(start, lower), min(end, float(times[-1])), cue_s, movements=_spans(repetition), **shared
+            )
+            name = definition.name + suffix
+            each = definition.compute(samples, context)
+            values[name] = measured(definition, float(definition.compute(mean, context)[0]), each, name)
+            spread[name] = each
+    inside = (times >= repetition.start_s) & (times <= repetition.end_s)
+    gap = float(np.sum(~mean.observed[inside]) / RATE_HZ)
+    return MeasuredRepetition(repetition, values, gap, spread)
+
+
+def _spans(repetition: Repetition) -> tuple[tuple[float, float], ...]:
+    return tuple((p.start_s, p.end_s) for p in repetition.movements)
+
+
+def _stretches(definition: Definition, repetition: Repetition) -> list[tuple[str, float, float]]:
+    """(suffix, start, end) of what a measure is computed for."""
+    if definition.of == "repetition":
+        return [("", repetition.start_s, repetition.end_s)]
+    movements = repetition.movements
+    out = [("_move", *_with_rests(movements[0], repetition, movements))]
+    if len(movements) > 1:
+        out.append(("_return", *_with_rests(movements[-1], repetition, movements)))
+    return out
+
+
+def _with_rests(movement: Phase, repetition: Repetition, movements: tuple[Phase, ...]) -> tuple[float, float]:
+    """The movement with up to 0.25 s of the rests beside it, at most half of a hold."""
+    ends = [m.end_s for m in movements if m.end_s <= movement.start_s]
+    starts = [m.start_s for m in movements if m.start_s >= movement.end_s]
+    before = 0.5 * (movement.start_s - max(ends)) if ends else MARGIN_S
+    after = 0.5 * (min(starts) - movement.end_s) if starts else MARGIN_S
+    return movement.start_s - min(before, MARGIN_S), movement.end_s + min(after, MARGIN_S)
+
+
+def _averages(
+    done: list[MeasuredRepetition], definitions: list[Definition]
+) -> tuple[dict[str, Measured], dict[str, float]]:
+    """Averages over the repetitions in which a measure is defined, and coefficients of variation."""
+    names = list(dict.fromkeys(name for r in done for name in r.values))
+    by_name = {d.name: d for d in definitions}
+    averages, variation = {}, {}
+    for name in names:
+        rows = [r for r in done if name in r.values and np.isfinite(r.values[name].value)]
+        if not rows:
+            continue
+        values = np.array([r.values[name].value for r in rows])
+        each = np.mean([r.spread[name] for r in rows], axis=0)
+        definition = by_name.get(name) or by_name[name.rsplit("_", 1)[0]]
+        averages[name] = measured(definition, float(values.mean()), each, name)
+        if len(values) > 1 and values.mean() != 0:
+            variation[name] = float(values.std(ddof=1) / abs(values.mean()))
+    return averages, variation
+
+
+def _shares(trajectory: Trajectory) -> dict[str, float]:
+    status = np.array(trajectory.status)
+    return {name: float(np.mean(status == name)) for name in ("ok", "weak", "lost", "bad_frame")}

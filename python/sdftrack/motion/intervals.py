@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: MIT
+"""A measured value with its 95 % interval, and whether it tells anything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.motion.definitions import Definition
+
+__all__ = ["Measured", "measured"]
+
+Array = NDArray[np.float64]
+LEVEL = (2.5, 97.5)
+LEAST_DEFINED = 0.9  # of the samples
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The value of a measure.
+
+    Attributes
+    ----------
+    name, unit : str
+    value, low, high : float
+        Of the smoothed movement, and the 95 % interval; NaN where undefined.
+    determined : bool
+        The interval is narrow enough to tell something.
+    note : str
+        "", or why it is not determined and what would help.
+    """
+
+    name: str
+    unit: str
+    value: float
+    low: float
+    high: float
+    determined: bool
+    note: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Ready for JSON: null where undefined."""
+        numbers = {k: v if np.isfinite(v) else None for k, v in self._numbers().items()}
+        return {
+            "name": self.name,
+            "unit": self.unit,
+            **numbers,
+            "determined": self.determined,
+            "note": self.note,
+        }
+
+    def _numbers(self) -> dict[str, float]:
+        return {"value": self.value, "low": self.low, "high": self.high}
+
+
+def measured(definition: Definition, value: float, samples: Array, name: str | None = None) -> Measured:
+    """`value` of the mean movement with the spread of the values of the posterior's samples.
+
+    Lengths and jerks of the samples are larger than those of their mean, as their noise adds to them; the interval is
+    therefore the distribution of the samples shifted so that its median is the value of the mean movement.
+    """
+    known = np.isfinite(samples)
+    if not np.isfinite(value) or known.mean() < LEAST_DEFINED:
+        nan = float("nan")
+        note = "undefined here" if not known.any() else "undefined in many of the possible movements"
+        return Measured(name or definition.name, definition.unit, nan, nan, nan, False, note)
+    low, middle, high = np.percentile(samples[known], [LEVEL[0], 50, LEVEL[1]])
+    low, high = value + definition.spread * (low - middle), value + definition.spread * (high - middle)
+    limit = definition.wide * (abs(value) if definition.relative else 1.0)
+    fine = bool(high - low <= limit)
+    note = (
+        ""
+        if fine
+        else "the interval is too wide: move nearer, record more frames per second, or use a larger object"
+    )
+    return Measured(
+        name or definition.name, definition.unit, float(value), float(low), float(high), fine, note
+    )
