@@ -117,7 +117,8 @@ class SmoothedMotion:
             )
             rotations[:, inside] = matrices(q)
             turning[:, inside] = angular_velocities(q, rate)
-        return MotionSamples(times, *positions, rotations, turning, observed)
+        p, v, a, j = positions
+        return MotionSamples(times, p, v, a, j, rotations, turning, observed)
 
 
 def checked_samples(samples: int, seed: int) -> tuple[int, int]:

@@ -58,8 +58,8 @@ def find_repetitions(
     """Find the repetitions of an exercise and their phases.
 
     A repetition is an excursion from the place (or, `by` "rotation", the orientation) where the object is at first: a
-    maximum of the distance from there that stands out by a quarter of the largest one. It starts and ends where the object
-    rests, or, in a continuous movement such as drawing circles, where the distance is smallest.
+    maximum of the distance from there that stands out by a quarter of the largest one. It starts and ends where the
+    object rests, or, in a continuous movement such as drawing circles, where the distance is smallest.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def _spans(found: Excursion, rests: Rests) -> list[tuple[float, float]]:
 def _edge(e: Array, t: Array, rests: Rests, peak: int, valley: int, before: bool) -> float:
     """Where the movement about `peak` leaves the rest at `valley`, or `valley` itself if the object does not rest."""
     near = e[valley] + NEAR * (e[peak] - e[valley])
-    low, high = sorted((t[valley], t[peak]))
+    low, high = min(t[valley], t[peak]), max(t[valley], t[peak])
     for start, end in reversed(rests.spans) if before else rests.spans:
         if end < low - REST_S or start > high + REST_S or (end if before else start) - t[peak] == 0:
             continue

@@ -98,7 +98,7 @@ def _piece(trajectory: Trajectory, part: NDArray[np.int64], covariances: Array, 
     # Four coordinates share the noise of three: a quaternion changes by half a small rotation, never along itself.
     turning = estimate_prior(spline, times, q, variances[:, 3:].mean(axis=1) * (3 / 16))
     scale = np.repeat([moving.noise_scale, turning.noise_scale], 3)
-    information = np.linalg.inv(covariances * np.outer(scale, scale))
+    information = np.asarray(np.linalg.inv(covariances * np.outer(scale, scale)), np.float64)
     posterior = _coupled(spline, times, poses[:, :3, 3], q, information, moving, turning)
     scales = (moving.noise_scale, turning.noise_scale)
     return Piece(spline, posterior, float(times[0]), float(times[-1]), scales)
