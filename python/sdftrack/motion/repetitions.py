@@ -127,11 +127,9 @@ def _edge(e: Array, t: Array, rests: Rests, peak: int, valley: int, before: bool
     near = e[valley] + NEAR * (e[peak] - e[valley])
     low, high = min(t[valley], t[peak]), max(t[valley], t[peak])
     for start, end in reversed(rests.spans) if before else rests.spans:
-        if end < low - REST_S or start > high + REST_S or (end if before else start) - t[peak] == 0:
-            continue
         at = end if before else start
-        if low - 1e-9 <= at <= high + 1e-9 and e[min(np.searchsorted(t, at), len(e) - 1)] <= near:
-            return float(at)
+        if low - 1e-9 <= at <= high + 1e-9 and e[min(int(np.searchsorted(t, at)), len(e) - 1)] <= near:
+            return at
     return float(t[valley])
 
 

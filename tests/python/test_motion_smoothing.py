@@ -1,0 +1,267 @@
+# SPDX-License-Identifier: MIT
+"""The smoother of poses: against a Kalman smoother, against truth, and what it does with gaps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from motion_cases import SD_M, SD_RAD, noisy, reaches
+from scipy.interpolate import BSpline
+from scipy.spatial.transform import Rotation
+
+from sdftrack import motion
+from sdftrack.motion.prior import MovementPrior, _normal_equations
+from sdftrack.motion.quaternion_curves import (
+    angular_velocities,
+    continuous_quaternions,
+    left_jacobians,
+    matrices,
+)
+from sdftrack.motion.spline import BandedPosterior, UniformSpline
+from sdftrack.reference.rts_smoother import smooth_coordinate
+
+
+def turning(t):
+    """A rotation that passes half a turn, and its angular velocity by differences."""
+
+    def f(s):
+        return Rotation.from_rotvec(
+            np.column_stack([0.8 * np.sin(1.1 * s), 0.5 * np.sin(0.7 * s), 3.6 * np.sin(0.5 * s)])
+        )
+
+    e = 1e-4
+    return f(t), (f(t + e) * f(t - e).inv()).as_rotvec() / (2 * e)
+
+
+def wandering(t):
+    x = np.column_stack([0.1 * np.sin(2 * t), 0.05 * np.cos(1.3 * t), 0.8 + 0.05 * np.sin(t)])
+    v = np.column_stack([0.2 * np.cos(2 * t), -0.065 * np.sin(1.3 * t), 0.05 * np.cos(t)])
+    return x, v
+
+
+class TestSpline:
+    @pytest.mark.parametrize("derivative", [0, 1, 2, 3])
+    def test_values_are_those_of_scipy(self, derivative):
+        spline = UniformSpline(2.0, 0.1, 12, 3)
+        coefficients = np.random.default_rng(0).normal(size=spline.size)
+        knots = 2.0 + 0.1 * np.arange(-5, 18)
+        t = np.linspace(2.0, 3.2, 57)
+        expected = (
+            BSpline(knots, coefficients, 5).derivative(derivative)(t)
+            if derivative
+            else BSpline(knots, coefficients, 5)(t)
+        )
+        np.testing.assert_allclose(
+            spline.evaluate(coefficients, t, derivative), expected, rtol=1e-9, atol=1e-7
+        )
+
+    def test_penalty_is_the_sum_of_squared_differences(self):
+        spline = UniformSpline(0.0, 0.5, 9, 3)
+        rng = np.random.default_rng(1)
+        c, precision = rng.normal(size=spline.size), rng.uniform(1, 2, spline.size - 3)
+        band = spline.penalty_band(precision)
+        A = sum(np.diag(band[r, : spline.size - r], -r) for r in range(len(band)))
+        A = A + np.tril(A, -1).T
+        assert c @ A @ c == pytest.approx(np.sum(precision * spline.differences(c) ** 2))
+
+    def test_posterior_is_that_of_dense_algebra(self):
+        rng = np.random.default_rng(2)
+        A = np.diag(rng.uniform(3, 4, 30)) + np.diag(np.ones(29), 1) + np.diag(np.ones(29), -1)
+        band = np.vstack([np.diag(A), np.append(np.diag(A, -1), 0)])
+        b = rng.normal(size=30)
+        posterior = BandedPosterior(band, b)
+        np.testing.assert_allclose(posterior.mean, np.linalg.solve(A, b))
+        deviations = posterior.deviations(np.eye(30))
+        np.testing.assert_allclose(deviations @ deviations.T, np.linalg.inv(A), atol=1e-12)
+
+    def test_a_precision_that_is_not_positive_is_an_error(self):
+        with pytest.raises(np.linalg.LinAlgError, match="row 2"):
+            BandedPosterior(np.array([[1.0, -1.0, 1.0]]), np.ones(3))
+
+
+def test_the_posterior_is_that_of_a_rauch_tung_striebel_smoother():
+    """Splines with two knots per frame stand for the process of the Kalman smoother: means and deviations agree."""
+    rng = np.random.default_rng(0)
+    n, intensity = 150, 20.0
+    t = np.arange(n) / 30
+    variances = (1e-3 * rng.uniform(0.5, 2, n)) ** 2
+    y = 0.1 * np.sin(3 * t) + np.sqrt(variances) * rng.standard_normal(n)
+    means, covariances = smooth_coordinate(t, y, variances, intensity)
+
+    spline = UniformSpline(0.0, 1 / 120, 4 * (n - 1), 3)
+    prior = MovementPrior(np.full(spline.size - 3, spline.step_s / intensity), np.zeros(spline.size - 1), 1.0)
+    band, right = _normal_equations(spline, t, y[:, None], variances)
+    band[:4] += prior.band(spline)
+    posterior = BandedPosterior(band, right)
+    deviations = posterior.deviations(rng.standard_normal((spline.size, 4000)))
+    # Position, velocity, acceleration; the last is rough, and a spline of finite knots is smoother than the process.
+    for derivative, far, narrow in ((0, 0.02, 0.95), (1, 0.03, 0.95), (2, 0.06, 0.85)):
+        sd = np.sqrt(covariances[:, derivative, derivative])
+        mean = spline.evaluate(posterior.mean, t, derivative)[:, 0]
+        assert np.abs((mean - means[:, derivative]) / sd).max() < far
+        ratio = spline.evaluate(deviations, t, derivative).std(axis=1) / sd
+        assert ratio.min() > narrow
+        assert ratio.max() < 1.06
+
+
+class TestQuaternions:
+    def test_signs_are_continuous(self):
+        R, _ = turning(np.linspace(0, 20, 400))
+        q = continuous_quaternions(R.as_matrix())
+        assert (np.einsum("ni,ni->n", q[1:], q[:-1]) > 0.9).all()
+        np.testing.assert_allclose(matrices(q), R.as_matrix(), atol=1e-12)
+        np.testing.assert_allclose(matrices(3 * q), R.as_matrix(), atol=1e-12)
+
+    def test_jacobian_against_differences(self):
+        R, _ = turning(np.array([1.0, 2.0]))
+        q, e = R.as_quat(), 1e-6
+        for i in range(3):
+            r = e * np.eye(3)[i]
+            step = [(Rotation.from_rotvec(s * r) * R).as_quat() for s in (1, -1)]
+            step = [p * np.sign((p * q).sum(axis=1))[:, None] for p in step]
+            np.testing.assert_allclose(left_jacobians(q)[:, :, i], (step[0] - step[1]) / (2 * e), atol=1e-8)
+
+    def test_angular_velocity_against_differences(self):
+        t = np.linspace(0, 9, 50)
+        R, w = turning(t)
+        q = continuous_quaternions(R.as_matrix())
+        e = 1e-5
+        ahead, behind = (turning(t + s)[0].as_quat() for s in (e, -e))
+        rate = sum(s * p * np.sign((p * q).sum(axis=1))[:, None] for s, p in ((1, ahead), (-1, behind))) / (
+            2 * e
+        )
+        scale = np.linspace(1, 2, 50)[:, None]  # of any length
+        np.testing.assert_allclose(angular_velocities(scale * q, scale * rate), w, atol=1e-5)
+
+
+class TestAgainstTruth:
+    def test_errors_are_as_large_as_stated(self):
+        t = np.arange(900) / 30
+        (x, v), (R, w) = wandering(t), turning(t)
+        s = motion.smooth(noisy(t, x, R, seed=3), samples=300)
+        mean, samples = s.mean(t), s.samples(t)
+        inner = slice(10, -10)
+        errors = {
+            "position": (mean.positions_m[0] - x, samples.positions_m),
+            "velocity": (mean.velocities_mps[0] - v, samples.velocities_mps),
+            "turn": (mean.angular_velocities_radps[0] - w, samples.angular_velocities_radps),
+        }
+        for name, (error, drawn) in errors.items():
+            ratio = np.sqrt((error[inner] ** 2).mean() / drawn.var(axis=0)[inner].mean())
+            assert 0.75 < ratio < 1.15, name
+        turned = (Rotation.from_matrix(mean.rotations[0]) * R.inv()).as_rotvec()
+        assert np.sqrt((turned**2).mean()) < 0.45 * SD_RAD
+        assert np.sqrt(((mean.positions_m[0] - x) ** 2).mean()) < 0.45 * SD_M
+
+    def test_noise_scales_are_one_where_the_covariances_are_right(self):
+        t = np.arange(900) / 30
+        s = motion.smooth(noisy(t, wandering(t)[0], turning(t)[0], seed=4))
+        assert s.noise_scales == pytest.approx((1, 1), abs=0.06)
+
+    @pytest.mark.parametrize("factor", [0.25, 4.0])
+    def test_noise_scales_find_the_factor_of_wrong_covariances(self, factor):
+        t = np.arange(900) / 30
+        right = noisy(t, wandering(t)[0], turning(t)[0], seed=5)
+        wrong = motion.Trajectory(t, right.poses, right.covariances / factor**2)
+        assert motion.smooth(wrong).noise_scales == pytest.approx((factor, factor), rel=0.06)
+
+    def test_without_covariances_the_noise_is_found(self):
+        t = np.arange(900) / 30
+        given = noisy(t, wandering(t)[0], turning(t)[0], seed=6)
+        position, rotation = motion.smooth(motion.Trajectory(t, given.poses)).noise_scales
+        assert (1e-3 * position, 1e-2 * rotation) == pytest.approx((SD_M, SD_RAD), rel=0.1)
+
+    def test_correlated_errors_are_used(self):
+        """The coupled posterior is nearer to the truth than smoothing positions alone would be."""
+        t = np.arange(600) / 30
+        rng = np.random.default_rng(8)
+        x = wandering(t)[0]
+        C = np.diag([SD_M**2] * 3 + [SD_RAD**2] * 3)
+        C[0, 4] = C[4, 0] = 0.98 * SD_M * SD_RAD
+        errors = rng.multivariate_normal(np.zeros(6), C, len(t))
+        from motion_cases import measured_poses
+
+        poses = measured_poses(x, Rotation.from_rotvec(np.zeros((len(t), 3))), errors)
+        error = {
+            name: (
+                motion.smooth(motion.Trajectory(t, poses, np.tile(c, (len(t), 1, 1)))).mean(t).positions_m[0]
+                - x
+            )[:, 0].std()
+            for name, c in (("coupled", C), ("apart", np.diag(np.diag(C))))
+        }
+        assert error["coupled"] < 0.9 * error["apart"]
+
+    def test_rest_is_not_measured_as_path(self):
+        t = np.arange(300) / 30
+        s = motion.smooth(noisy(t, reaches(t, [4.0]), seed=7))
+        speeds = s.samples(t[:90]).speeds_mps
+        noise_alone = SD_M * np.sqrt(2) * 30  # of differences from frame to frame
+        assert np.median(speeds) < 0.03 * noise_alone
+
+
+class TestGaps:
+    def trajectory(self, missing):
+        t = np.arange(300) / 30
+        status = ["lost" if missing(s) else "ok" for s in t]
+        return t, noisy(t, wandering(t)[0], seed=1, status=status)
+
+    def test_long_gaps_remain_gaps(self):
+        t, trajectory = self.trajectory(lambda s: 4.0 <= s < 5.0)
+        s = motion.smooth(trajectory)
+        mean = s.mean(t)
+        assert len(s.pieces) == 2
+        inside = (t > 3.98) & (t < 4.99)
+        assert not mean.observed[inside].any()
+        assert np.isnan(mean.positions_m[0, inside]).all()
+        assert mean.observed[~inside].all()
+
+    def test_short_gaps_are_bridged_with_a_wider_interval(self):
+        t, trajectory = self.trajectory(lambda s: 4.0 <= s < 4.2)
+        s = motion.smooth(trajectory)
+        samples = s.samples(t)
+        assert len(s.pieces) == 1
+        assert samples.observed.all()
+        sd = samples.positions_m.std(axis=0).max(axis=1)
+        assert sd[(t > 4.05) & (t < 4.15)].min() > 1.5 * np.median(sd)
+
+    def test_weak_poses_count_less(self):
+        t = np.arange(300) / 30
+        x = wandering(t)[0]
+        status = ["weak" if 3 <= s < 6 else "ok" for s in t]
+        s = motion.smooth(noisy(t, x, seed=2, status=status))
+        sd = s.samples(t).positions_m.std(axis=0).mean(axis=1)
+        assert np.median(sd[100:170]) > 1.4 * np.median(sd[200:280])
+
+    def test_too_few_poses(self):
+        t = np.arange(5) / 30
+        with pytest.raises(
+            ValueError, match=r"expected at least 8 poses without a gap of more than 0.3 s, got 5"
+        ):
+            motion.smooth(noisy(t, wandering(t)[0]))
+
+
+def test_the_same_seed_gives_the_same_samples():
+    t = np.arange(90) / 30
+    trajectory = noisy(t, wandering(t)[0])
+    one, two = (motion.smooth(trajectory, samples=5).samples(t).positions_m for _ in range(2))
+    np.testing.assert_array_equal(one, two)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"order": 1}, "order: expected a whole number from 2 to 4"),
+        ({"max_gap_s": 0}, "max_gap_s: expected more than 0"),
+        ({"samples": 1}, "samples: expected a whole number from 2"),
+        ({"seed": -1}, "seed: expected a whole number from 0"),
+    ],
+)
+def test_bad_arguments(arguments, message):
+    t = np.arange(30) / 30
+    with pytest.raises(ValueError, match=message):
+        motion.smooth(noisy(t, wandering(t)[0]), **arguments)
+
+
+def test_other_things_than_a_trajectory():
+    with pytest.raises(TypeError, match="trajectory: expected"):
+        motion.smooth(np.eye(4))
