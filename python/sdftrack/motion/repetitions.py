@@ -14,7 +14,7 @@ from scipy.signal import find_peaks
 from sdftrack._internal.validation import of_kind
 from sdftrack.motion.excursion import Excursion, excursion_of, excursions_of_samples
 from sdftrack.motion.posterior import SmoothedMotion
-from sdftrack.motion.rests import REST_S, Rests, rests_of
+from sdftrack.motion.rests import Rests, rests_of
 
 __all__ = ["Phase", "Repetition", "count_interval", "find_repetitions"]
 
@@ -92,21 +92,26 @@ def count_interval(motion: SmoothedMotion, *, by: str = "auto") -> tuple[int, in
     found = excursion_of(motion, RATE_HZ, by)
     if found is None:
         return 0, 0, 0
-    counts = [len(_peaks(row, found.largest)) for row in excursions_of_samples(motion, found)]
+    counts = [len(_peaks(row, found)) for row in excursions_of_samples(motion, found)]
     low, high = np.percentile(counts, [2.5, 97.5])
-    return len(_peaks(found.values, found.largest)), int(np.floor(low)), int(np.ceil(high))
+    return len(_peaks(found.values, found)), int(np.floor(low)), int(np.ceil(high))
 
 
-def _peaks(values: Array, largest: float) -> NDArray[np.int64]:
+def _peaks(values: Array, found: Excursion) -> NDArray[np.int64]:
+    prominence = PROMINENCE * found.largest
+    if (
+        found.direction is not None
+    ):  # cycles about the start: a recording begins and ends between two extremes
+        return np.asarray(find_peaks(values, prominence=prominence)[0])
     # Padded: an excursion that the recording cuts is one, too.
     padded = np.concatenate([[0.0], values, [0.0]])
-    return np.asarray(find_peaks(padded, prominence=PROMINENCE * largest)[0] - 1)
+    return np.asarray(find_peaks(padded, prominence=prominence)[0] - 1)
 
 
 def _spans(found: Excursion, rests: Rests) -> list[tuple[float, float]]:
     """Start and end of the excursion about each peak."""
     e, t = found.values, found.times_s
-    peaks = _peaks(e, found.largest)
+    peaks = _peaks(e, found)
     valleys = [
         0,
         *(a + int(np.argmin(e[a : b + 1])) for a, b in pairwise(peaks)),
