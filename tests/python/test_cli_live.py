@@ -334,7 +334,7 @@ def test_ctrl_c_is_a_clean_end(scene, tmp_path):
         (["--model", "M", "--init", "box:1,2"], 2, "box:x,y,w,h"),
         (["--model", "M", "--mode", "x"], 2, "--mode"),
         (["--model", "M", "--seconds", "0"], 2, "--seconds"),
-        (["--model", "M", "--camera", "webcam:0"], 2, "expected a camera with depth"),
+        (["--model", "M", "--camera", "webcam:0"], 2, "expected a file of start poses"),
         (["--model", "M", "--camera", "sonar:"], 1, "expected one of"),
         (["--model", "M", "--camera", "replay:/nowhere"], 1, "no such folder"),
         (["--model", "/nowhere.ply", "--camera", "replay:SEQ"], 1, "nowhere.ply"),

@@ -168,12 +168,17 @@ def reconstructor_settings(config: Path | None, evolution: str | None = None) ->
 
 
 def contour_settings(config: Path | None) -> dict[str, Any]:
-    """Options of `ContourTracker` from --config."""
+    """Options of `ContourTracker` from --config; a file without any is an error."""
     if config is None:
         return {}
     from sdftrack.contour.options import options_from_file
 
-    return options_from_file(_there(config))
+    options = options_from_file(_there(config))
+    if not options:
+        raise ValueError(
+            f"--config {config}: expected options in a table [contour], got none; see sdftrack config"
+        )
+    return options
 
 
 def _there(config: Path) -> Path:
