@@ -25,6 +25,7 @@ from sdftrack.viz.viewer.requests import Box, Click, Record, Save
 CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
 FRAMES = 40
 LEAST_IOU = 0.85  # of outlines with the true silhouettes; measured 0.95
+FARTHEST_M = 0.01  # poses by colour alone, whose distance is uncertain; measured 0.003
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +101,7 @@ class Capture:
 @pytest.fixture
 def webcam(monkeypatch, scene):
     class Fresh(Capture):
-        frames = list(scene[0])
+        frames = tuple(scene[0])
 
     monkeypatch.setattr(cv2, "VideoCapture", Fresh)
     monkeypatch.setattr("sdftrack.live.webcam._video_devices", lambda: None)
@@ -196,7 +197,11 @@ def test_the_outline_in_a_webcams_images_is_written_as_by_contour(
     assert np.all(np.diff([row["timestamp"] for row in rows]) > 0)
     assert min(scores(out, silhouettes)) > LEAST_IOU
     settings = report["settings"]
-    assert (settings["command"], settings["source"], settings["warp"]) == ("contour", "webcam:0", "similarity")
+    assert (settings["command"], settings["source"], settings["warp"]) == (
+        "contour",
+        "webcam:0",
+        "similarity",
+    )
     said = capsys.readouterr()
     assert f"{len(rows)} frames" in said.out
     assert "camera: webcam 0" in said.err
@@ -307,7 +312,9 @@ def test_colour_of_an_unknown_camera_has_a_lens_of_its_size(scene, silhouettes, 
 
 
 def test_a_camera_without_colour_is_refused_in_one_line(scene, rgbd, tmp_path, capsys):
-    rgbd(st.Sequence([f.replace(color=None) for f in scene[0]], CAMERA), stall=dict.fromkeys(range(40), 0.005))
+    rgbd(
+        st.Sequence([f.replace(color=None) for f in scene[0]], CAMERA), stall=dict.fromkeys(range(40), 0.005)
+    )
     assert contour(tmp_path / "out", "--no-viewer", "--init", "box:9,9,9,9", "-q", camera="faulty:") == 1
     err = capsys.readouterr().err
     assert "--contour: expected colour images" in err
@@ -326,8 +333,9 @@ def test_an_outline_that_is_never_found_is_exit_code_3(webcam, tmp_path, capsys,
     assert err.count("\n") == 1
 
 
-@pytest.mark.skipif(os.name != "posix", reason="limits the size of files by setrlimit")
-def test_a_full_disk_ends_the_run_with_one_line_and_leaves_masks(webcam, silhouettes, tmp_path, monkeypatch, capsys):
+def test_a_full_disk_ends_the_run_with_one_line_and_leaves_masks(
+    webcam, silhouettes, tmp_path, monkeypatch, capsys
+):
     from sdftrack.cli.contour_files import ContourFiles
 
     add = ContourFiles.add
@@ -353,7 +361,9 @@ def test_ctrl_c_is_a_clean_end_of_an_outline(scene, silhouettes, tmp_path):
         *("live", "--camera", f"replay:{scene[1] / 'seq'}", "--fps", "2", "--no-viewer", "--contour"),
         *("--init", box_option(silhouettes[0]), "--out", str(out)),
     ]
-    child = subprocess.Popen([sys.executable, "-m", "sdftrack", *arguments], stderr=subprocess.PIPE, text=True)
+    child = subprocess.Popen(
+        [sys.executable, "-m", "sdftrack", *arguments], stderr=subprocess.PIPE, text=True
+    )
     end = time.monotonic() + 60
     while not (out / "mask/000001.png").exists() and time.monotonic() < end:
         time.sleep(0.05)
@@ -369,14 +379,14 @@ def test_ctrl_c_is_a_clean_end_of_an_outline(scene, silhouettes, tmp_path):
 
 
 def check_poses(scene, out):
-    """Poses are those of some frame; the camera's times do not tell which."""
+    """Poses are those of some frame: the camera's times do not tell which. By colour alone they are never "ok"."""
     for entry in objects_of(out):
-        if entry["status"] == "ok":
+        if entry["status"] == "weak":
             errors = [
                 st.metrics.pose_error(np.array(entry["pose"]), scene[0].ground_truth[i][0])
                 for i in range(FRAMES)
             ]
-            assert min(metres for metres, _ in errors) < 0.02  # by colour alone distance is uncertain
+            assert min(metres for metres, _ in errors) < FARTHEST_M
             assert min(radians for _, radians in errors) < np.radians(5)
 
 
@@ -384,7 +394,7 @@ def test_a_known_shape_is_followed_in_a_webcams_images(webcam, scene, tmp_path, 
     out = tmp_path / "out"
     assert known(scene, out, "--no-viewer", "--intrinsics", str(scene[1] / "cam.json")) == 0
     statuses = [entry["status"] for entry in objects_of(out)]
-    assert statuses.count("ok") > 0.8 * len(statuses)
+    assert statuses.count("weak") > 0.8 * len(statuses)
     check_poses(scene, out)
     assert "warning" not in capsys.readouterr().err
 
@@ -393,14 +403,16 @@ def test_a_known_shape_is_followed_in_a_webcams_images(webcam, scene, tmp_path, 
 def test_guessed_intrinsics_are_one_warning_that_names_the_option(webcam, scene, tmp_path, capsys):
     assert known(scene, tmp_path / "out", "--no-viewer", "-q") in (0, 3)
     (line,) = [text for text in capsys.readouterr().err.splitlines() if "warning" in text]
-    assert "a horizontal field of view of 60 degrees is assumed; pass --intrinsics for poses in metres" in line
+    assert (
+        "a horizontal field of view of 60 degrees is assumed; pass --intrinsics for poses in metres" in line
+    )
 
 
 def test_a_webcam_has_mode_rgb_without_being_told(webcam, scene, tmp_path):
     out = tmp_path / "out"
     intrinsics = ["--intrinsics", str(scene[1] / "cam.json"), "--mode", "auto"]
     assert known(scene, out, "--no-viewer", "-q", *intrinsics) == 0
-    assert objects_of(out)[-1]["status"] == "ok"
+    assert objects_of(out)[-1]["status"] == "weak"
 
 
 def test_a_known_shape_is_started_again_by_a_box(webcam, scene, silhouettes, page, tmp_path):
@@ -413,22 +425,22 @@ def test_a_known_shape_is_started_again_by_a_box(webcam, scene, silhouettes, pag
     assert any("to record" in text for text in made.said)
     results = [result for _, result, _ in made.shown]
     assert np.abs(results[10].poses[0, :3, 3] - results[9].poses[0, :3, 3]).max() > 0.1
-    assert str(results[20].status[0]) == "ok"
+    assert str(results[20].status[0]) == "weak"
     errors = [st.metrics.pose_error(results[-1].pose, scene[0].ground_truth[i][0])[0] for i in range(FRAMES)]
-    assert min(errors) < 0.02
+    assert min(errors) < FARTHEST_M
 
 
 def test_a_click_starts_a_known_shape_as_at_first(webcam, scene, page, tmp_path):
     made = page({10: [Click(0, 3.0, 3.0)]})
     assert known(scene, tmp_path / "out", "--intrinsics", str(scene[1] / "cam.json")) == 0
     assert made.said.count("duck: started") == 1
-    assert str(made.shown[-1][1].status[0]) == "ok"
+    assert str(made.shown[-1][1].status[0]) == "weak"
 
 
 def test_mode_rgb_works_with_the_colour_of_a_recording(scene, tmp_path):
     out = tmp_path / "out"
     assert known(scene, out, "--no-viewer", "-q", "--fps", "15", camera=f"replay:{scene[1] / 'seq'}") == 0
-    assert objects_of(out)[-1]["status"] == "ok"
+    assert objects_of(out)[-1]["status"] == "weak"
     check_poses(scene, out)
 
 
@@ -478,7 +490,9 @@ def test_a_shape_is_moved_to_where_it_fills_a_box(distance):
         (["--contour", "--camera", "webcam:front"], 1, "expected a number or a device file"),
     ],
 )  # fmt: skip
-def test_bad_input_is_one_line_and_leaves_nothing(webcam, scene, tmp_path, capsys, page, arguments, code, message):
+def test_bad_input_is_one_line_and_leaves_nothing(
+    webcam, scene, tmp_path, capsys, page, arguments, code, message
+):
     page({})
     folder = scene[1]
     cv2.imwrite(str(tmp_path / "small.png"), np.full((7, 9), 255, np.uint8))

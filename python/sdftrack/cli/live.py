@@ -184,7 +184,8 @@ def _run(
                 f"{one.address}: {one.sent} messages sent, {one.dropped} dropped{one.error and '; ' + one.error}"
             )
         if run.recorder is not None:
-            print(f"written to {run.recorder.directory}")
+            lost = getattr(run.recorder, "dropped", 0)
+            print(f"written to {run.recorder.directory}{f', {lost} frames left out' if lost else ''}")
     counted = run.statistics
     return [
         n for n, count in zip(follower.names, counted.followed, strict=True) if counted.frames and not count

@@ -169,21 +169,29 @@ class OutlineFiles:
     def __init__(self, files: ContourFiles, follower: OutlineFollower) -> None:
         self.directory = files.out
         self.dropped = 0
+        self._failed: OSError | None = None
         self._files, self._follower = files, follower
         self._work: Background[Any] = Background(lambda item: files.add(*item), WAITING, "outline files")
 
     def add(self, frame: Any, result: Any, *, im_id: int, shapes: Any = None) -> None:
         """Never waits; OSError once the disk is full."""
         item = (im_id, frame.color, self._follower.outline, frame.timestamp)
-        if not self._work.put(item, wait=False):
-            self.dropped += 1
+        try:
+            self.dropped += not self._work.put(item, wait=False)
+        except OSError as error:
+            self._failed = error
+            raise
 
     def close(self) -> None:
         """Write what waits, the video and the report."""
+        failed = self._failed
         try:
             self._work.close()
         except OSError as error:
-            with contextlib.suppress(OSError):  # the first error is the one to tell
-                self._files.close(str(error))
-            raise
-        self._files.close()
+            failed = error
+        if failed is None:
+            self._files.close()
+            return
+        with contextlib.suppress(OSError):  # the first error is the one to tell
+            self._files.close(str(failed))
+        raise failed
