@@ -70,7 +70,7 @@ def live(
     stream: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="ws://HOST:PORT|osc://HOST:PORT|mcap:FILE",
+            metavar="ws://HOST:PORT|osc://HOST:PORT|mcap:FILE|foxglove://HOST:PORT",
             help="Send the poses to other programs; repeatable.",
         ),
     ] = None,
