@@ -5,9 +5,11 @@ import contextlib
 import json
 import socket
 import struct
+import subprocess
 import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -136,9 +138,8 @@ def test_an_object_added_later_gets_a_topic(server):
         more[name] = np.concatenate([value, value[:1]])
     with client(server) as made:
         server.send(frame(), st.TrackResult(**{**vars(one), **more, "reason": ["", "", ""]}))
-        for _ in range(3):
-            made.receive()
-        told = json.loads(made.connection.recv(timeout=10))
+        texts = (m for m in made.connection if isinstance(m, str))  # it comes before or between the poses
+        told = json.loads(next(texts))
     assert told["channels"][0]["topic"] == "/sdftrack/object_2/pose"
 
 
@@ -152,8 +153,8 @@ def test_a_client_that_does_not_read_holds_up_nobody(server):
     stalls = {"max_queue": 1, "ping_interval": None, "close_timeout": 0.1}
     with client(server, max_queue=None) as good, client(server, **stalls):
         assert median_of_send(server) < SEND_S
-        seen = []
-        while len(seen) < 400:
+        seen, newest = [], round(1e9 * (100 + 399 / 30))
+        while newest not in seen:  # a busy machine may cost the reader some of the others
             topic, time_ns, _ = good.receive()
             if topic == "/tf":
                 seen.append(time_ns)
@@ -173,6 +174,27 @@ def test_a_client_that_vanishes_is_forgotten(server):
     with client(server) as made:
         server.send(frame(1), result(1))
         assert made.receive()[1] == round(1e9 * (100 + 1 / 30))
+
+
+VANISHES = """
+import socket, sys, time
+sys.path.insert(0, sys.argv[1])
+from test_foxglove import CAMERA, NAMES, client, open_stream
+with open_stream("foxglove://127.0.0.1:0", NAMES, CAMERA) as stream:
+    try:
+        with client(stream, close_timeout=0.1) as made:
+            made.connection.socket.shutdown(socket.SHUT_RDWR)
+            raise InterruptedError
+    except InterruptedError:
+        time.sleep(0.3)
+"""
+
+
+@pytest.mark.slow
+def test_a_client_that_vanishes_prints_nothing():
+    here = str(Path(__file__).parent)
+    done = subprocess.run([sys.executable, "-c", VANISHES, here], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
 def test_closing_delivers_what_waits_ends_the_connection_and_frees_the_port(capfd):

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -24,6 +25,8 @@ CLOSE_S = (
     0.3  # for the last messages: the SDK does not say when they are out, and drops them when it is stopped
 )
 TRIES = 3  # the port that was free may be taken before the SDK listens
+# The SDK logs clients that vanish as errors, which Python prints where nobody has set up logging.
+logging.getLogger("foxglove").addHandler(logging.NullHandler())
 
 
 class FoxgloveServer(Receiver):
