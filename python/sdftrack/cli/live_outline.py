@@ -108,8 +108,9 @@ class OutlineFollower:
 
     @property
     def mask(self) -> Any:
-        """(H, W) bool: the object's pixels in the last frame; None if it is not known where it is."""
-        return None if self.outline is None or not self.outline.mask.any() else self.outline.mask
+        """(H, W) bool: the object's pixels in the last frame; None if that was not started or had no image."""
+        usable = self.outline is not None and self.outline.status != "bad_frame"
+        return self.outline.mask if usable else None
 
     def step(self, frame: Any) -> Any:
         if self.outline is None:
