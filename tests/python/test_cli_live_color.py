@@ -417,8 +417,9 @@ def test_a_webcam_has_mode_rgb_without_being_told(webcam, scene, tmp_path):
 
 def test_a_known_shape_is_started_again_by_a_box(webcam, scene, silhouettes, page, tmp_path):
     """Without depth there is no search: the object is moved as it was at the start into the box."""
+    webcam.frames += webcam.frames[::-1]  # some are gone before the shape is loaded
     far = Box(0, 2.0, 2.0, 30.0, 30.0)
-    made = page({10: [far], 16: [Box(0, *box_of(silhouettes[16], 0))], 30: [Record(True)]})
+    made = page({10: [far], 16: [Box(0, *box_of(silhouettes[30], 0))], 20: [Record(True)]})
     out = tmp_path / "out"
     assert known(scene, out, "--intrinsics", str(scene[1] / "cam.json")) == 0
     assert made.said.count("duck: started") == 2
@@ -431,6 +432,7 @@ def test_a_known_shape_is_started_again_by_a_box(webcam, scene, silhouettes, pag
 
 
 def test_a_click_starts_a_known_shape_as_at_first(webcam, scene, page, tmp_path):
+    webcam.frames += webcam.frames[::-1]
     made = page({10: [Click(0, 3.0, 3.0)]})
     assert known(scene, tmp_path / "out", "--intrinsics", str(scene[1] / "cam.json")) == 0
     assert made.said.count("duck: started") == 1
@@ -442,6 +444,19 @@ def test_mode_rgb_works_with_the_colour_of_a_recording(scene, tmp_path):
     assert known(scene, out, "--no-viewer", "-q", "--fps", "15", camera=f"replay:{scene[1] / 'seq'}") == 0
     assert objects_of(out)[-1]["status"] == "weak"
     check_poses(scene, out)
+
+
+def test_mode_rgb_goes_on_after_frames_without_colour(scene, rgbd, tmp_path):
+    frames = list(scene[0])
+    for i in (0, 28, 29, 30):
+        frames[i] = frames[i].replace(color=None)
+    rgbd(st.Sequence(frames, CAMERA), stall=dict.fromkeys(range(FRAMES), 0.02))
+    out = tmp_path / "out"
+    assert known(scene, out, "--no-viewer", "-q", camera="faulty:") == 0
+    objects = objects_of(out)
+    bad = [entry["reason"] for entry in objects if entry["status"] == "bad_frame"]
+    assert set(bad) == {"this frame has no colour image"}
+    assert objects[-1]["status"] == "weak"
 
 
 @pytest.mark.parametrize("distance", [0.3, 0.6, 3.0])

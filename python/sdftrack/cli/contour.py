@@ -89,7 +89,7 @@ def contour(
     from sdftrack.recorder import refuse_folder
 
     check_cpu_only(config, device)  # a frame is the work of one thread of the CPU
-    options = contour_settings(config)
+    options = contour_settings(config, alone=True)
     if warp is not None:
         options["warp"] = warp.value
     place = _place(box, mask)

@@ -12,8 +12,9 @@ from sdftrack.cli.start_picture import StartError
 from sdftrack.cli.targets import Target
 from sdftrack.tracking.interface import TrackerInterface
 
-__all__ = ["Follower", "ReconstructorFollower", "TrackerFollower", "has", "unknown_sequence"]
+__all__ = ["NO_COLOR", "Follower", "ReconstructorFollower", "TrackerFollower", "has", "unknown_sequence"]
 
+NO_COLOR = "this frame has no colour image"
 BOX_SHARE = 0.5  # of the image's shorter side: the box about a click in which a reconstruction begins
 
 
@@ -91,7 +92,7 @@ class TrackerFollower:
 
     def step(self, frame: Any) -> Any:
         if self._started:
-            return self._tracker.track(frame)
+            return self._tracker.track(self._usable(frame))
         if self._inits is None or not has(frame, self.needs):
             return None
         seq = unknown_sequence(self._tracker.camera)
@@ -123,6 +124,14 @@ class TrackerFollower:
             return self._tracker.recover(frame, k, box=box)
         camera = self._tracker.camera if frame.camera is None else frame.camera
         return self._begin_with(frame, k, one_place(None, None, box, depth_camera(camera)))
+
+    def _usable(self, frame: Any) -> Any:
+        """The frame; a bad one instead of an error if a camera with depth has lost the colour that is needed."""
+        from sdftrack.frame import Frame
+
+        if self.needs == "depth" or has(frame, self.needs):
+            return frame
+        return Frame.unreadable(frame.error or NO_COLOR, frame.timestamp, frame.index)
 
     def _start_again(self, frame: Any, k: int, box: tuple[float, float, float, float] | None = None) -> Any:
         """Without depth there is no search: the object is as in --init, moved into the box if there is one."""

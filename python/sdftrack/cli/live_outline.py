@@ -11,6 +11,7 @@ from typing import Any
 from sdftrack._internal.background import Background
 from sdftrack.cli.contour_files import ContourFiles, bad_frame, trouble_of
 from sdftrack.cli.init import Init, box_inside, mask_file
+from sdftrack.cli.live_followers import NO_COLOR
 
 __all__ = ["ColorAlone", "OutlineFiles", "OutlineFollower"]
 
@@ -61,8 +62,7 @@ class ColorAlone:
         from sdftrack.frame import Frame
 
         if frame.color is None:
-            reason = frame.error or "this frame has no colour image"
-            return Frame.unreadable(reason, frame.timestamp, frame.index)
+            return Frame.unreadable(frame.error or NO_COLOR, frame.timestamp, frame.index)
         height, width = frame.color.shape[:2]
         known = self.camera.depth.shape == (height, width)
         lens = None if known else Camera.from_fov(ASSUMED_FOV_RAD, width, height)

@@ -22,7 +22,7 @@ WAITING = 2  # frames of a camera; more would be older when they are used
 def settings_of(task: Task, config: Path | None, sensor: str | None) -> dict[str, Any]:
     """Keyword arguments for what follows the object, from --config and --sensor."""
     if task.contour:
-        return contour_settings(config)
+        return contour_settings(config, alone=True)
     return reconstructor_settings(config) if task.reconstruct else tracker_settings(config, sensor)
 
 
