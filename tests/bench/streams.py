@@ -71,7 +71,7 @@ def subscribe(port: int, reads: bool) -> None:
     from websockets.sync.client import connect
 
     url = f"ws://127.0.0.1:{port}"
-    with connect(url, subprotocols=["foxglove.sdk.v1"], max_queue=1, ping_interval=None) as connection:  # type: ignore[list-item]
+    with connect(url, subprotocols=["foxglove.sdk.v1"], max_queue=1, ping_interval=None) as connection:
         connection.recv()
         ids = [channel["id"] for channel in json.loads(connection.recv())["channels"]]
         connection.send(
