@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import json
 import multiprocessing
 import socket
 import tempfile
@@ -55,6 +56,32 @@ def reading(stream: Stream) -> Iterator[None]:
     process.kill()
 
 
+@contextlib.contextmanager
+def subscribed(stream: Stream, reads: bool) -> Iterator[None]:
+    """A client of Foxglove's server in a process of its own, that reads everything or nothing."""
+    port = int(stream.address.rsplit(":", 1)[1])
+    process = multiprocessing.get_context("spawn").Process(target=subscribe, args=(port, reads), daemon=True)
+    process.start()
+    time.sleep(2)
+    yield
+    process.kill()
+
+
+def subscribe(port: int, reads: bool) -> None:
+    from websockets.sync.client import connect
+
+    url = f"ws://127.0.0.1:{port}"
+    with connect(url, subprotocols=["foxglove.sdk.v1"], max_queue=1, ping_interval=None) as connection:
+        connection.recv()
+        ids = [channel["id"] for channel in json.loads(connection.recv())["channels"]]
+        connection.send(
+            json.dumps({"op": "subscribe", "subscriptions": [{"id": i, "channelId": i} for i in ids]})
+        )
+        while reads:
+            connection.recv()
+        time.sleep(3600)
+
+
 def read(address: str) -> None:
     from websockets.sync.client import connect
 
@@ -94,7 +121,7 @@ def show(name: str, stream: Stream) -> None:
     took = timed(stream)
     median, high = np.percentile(took, [50, 99])
     print(
-        f"{name:32} {median:8.1f} {high:8.1f} {max(took):8.0f} {stream.sent:8} {stream.dropped:8}", flush=True
+        f"{name:36} {median:8.1f} {high:8.1f} {max(took):8.0f} {stream.sent:8} {stream.dropped:8}", flush=True
     )
 
 
@@ -105,7 +132,7 @@ def main() -> None:
     for process in busy:
         process.start()
     print(machine())
-    print(f"{'':32} {'median':>8} {'99 %':>8} {'largest':>8} {'sent':>8} {'dropped':>8}   (times in us)")
+    print(f"{'':36} {'median':>8} {'99 %':>8} {'largest':>8} {'sent':>8} {'dropped':>8}   (times in us)")
     with open_stream("ws://localhost:0", NAMES, CAMERA) as stream:
         show("ws, nobody", stream)
         with reading(stream):
@@ -127,6 +154,12 @@ def main() -> None:
         open_stream(f"mcap:{Path(folder) / 'poses.mcap'}", NAMES, CAMERA) as stream,
     ):
         show("mcap", stream)
+    with open_stream("foxglove://127.0.0.1:0", NAMES, CAMERA) as stream:
+        show("foxglove, nobody", stream)
+        with subscribed(stream, reads=True):
+            show("foxglove, a client", stream)
+            with subscribed(stream, reads=False):
+                show("foxglove, a client and a stalled one", stream)
     for process in busy:
         process.kill()
 

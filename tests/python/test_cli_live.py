@@ -295,6 +295,15 @@ def test_poses_go_to_a_stream_and_a_file(scene, tmp_path):
     assert "messages sent" in said[0]
 
 
+def test_foxglove_is_told_where_the_poses_are(scene, faulty, tmp_path, capsys):
+    pytest.importorskip("foxglove.websocket")
+    faulty(real_time=False)
+    assert live(scene, tmp_path / "out", "--no-viewer", "--stream", "foxglove://127.0.0.1:0") == 0
+    said = capsys.readouterr()
+    assert "in Foxglove, open a connection to ws://127.0.0.1:" in said.err
+    assert "0 messages sent, 0 dropped" in said.out  # nobody listened
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="Ctrl-C is sent as a signal")
 def test_ctrl_c_is_a_clean_end(scene, tmp_path):
@@ -334,7 +343,7 @@ def test_ctrl_c_is_a_clean_end(scene, tmp_path):
         (["--model", "M", "--init", "box:1,2"], 2, "box:x,y,w,h"),
         (["--model", "M", "--mode", "x"], 2, "--mode"),
         (["--model", "M", "--seconds", "0"], 2, "--seconds"),
-        (["--model", "M", "--camera", "webcam:0"], 2, "expected a camera with depth"),
+        (["--model", "M", "--camera", "webcam:0"], 2, "expected a file of start poses"),
         (["--model", "M", "--camera", "sonar:"], 1, "expected one of"),
         (["--model", "M", "--camera", "replay:/nowhere"], 1, "no such folder"),
         (["--model", "/nowhere.ply", "--camera", "replay:SEQ"], 1, "nowhere.ply"),

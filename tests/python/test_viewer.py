@@ -17,6 +17,7 @@ from viewer_scene import CAMERA, quaternion_matrix, scene, wait_until, watched
 import sdftrack as st
 from sdftrack.cli.app import run
 from sdftrack.cli.view_files import load_mesh_alone, load_recording, result_of
+from sdftrack.contour.drawing import draw_outline
 from sdftrack.viz.viewer import Box, Click, Viewer
 from sdftrack.viz.viewer.drawer import Drawer
 from sdftrack.viz.viewer.drawing import cloud, ellipsoid, object_rgb, trail_segments, wxyz
@@ -119,6 +120,21 @@ def test_frames_without_result_lost_objects_and_bad_frames_are_shown(viewer, mon
                 assert 0 < node.opacity < 1
                 assert "gone" in viewer._panel._lines.content
     assert node.opacity is None
+
+
+def test_an_outline_is_drawn_where_a_mask_is_given(viewer, monkeypatch):
+    sequence, sdf, results = scene()
+    mask = sdf.silhouette(CAMERA, results[0].pose)
+    color = st.Frame(None, sequence[0].color)
+    unposed = dict(vars(results[0]), poses=np.full((1, 4, 4), np.nan), covariances=np.full((1, 6, 6), np.nan))
+    with watched(viewer, monkeypatch):
+        viewer.show(color, st.TrackResult(**unposed), mask=mask)
+        wait_until(lambda: viewer._drawer.drawn == 1 or viewer._drawer.error)
+        assert viewer._drawer.error is None
+        np.testing.assert_array_equal(viewer.picture, draw_outline(color.color, mask, "ok"))
+        viewer.show(color, st.TrackResult(**unposed))
+        wait_until(lambda: viewer._drawer.drawn == 2 or viewer._drawer.error)
+        assert viewer._drawer.error is None
 
 
 def test_a_grown_mesh_replaces_the_model_and_an_added_object_gets_one(viewer, monkeypatch):

@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: MIT
 """The viewer's page in a real browser: what it shows, and what clicks and drags become."""
 
+import json
 import os
 import shutil
+import signal
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -13,6 +17,8 @@ import pytest
 from viewer_scene import CAMERA, scene, wait_until
 
 import sdftrack as st
+from sdftrack.contour.drawing import COLORS
+from sdftrack.io.frames import read_mask
 from sdftrack.viz.viewer import Box, Click, Pause, Record, Save, Viewer
 from sdftrack.viz.viewer.drawing import object_rgb
 
@@ -165,6 +171,46 @@ def test_clicks_and_drags_are_pixels_of_the_image_and_start_a_tracker(page):
         page.mouse.click(ax, 20)
         page.wait_for_timeout(500)
         assert viewer.requests() == []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Ctrl-C is sent as a signal")
+def test_a_box_dragged_on_the_page_starts_an_outline(page, tmp_path):
+    """The whole command: the image with the outline on the page, started and started again, files at the end."""
+    sequence, sdf, _ = scene()
+    silhouette = sdf.silhouette(CAMERA, sequence.ground_truth[0][0])
+    rows, columns = np.flatnonzero(silhouette.any(axis=1)), np.flatnonzero(silhouette.any(axis=0))
+    places = ((columns[0] - 8, rows[0] - 8), (columns[-1] + 8, rows[-1] + 8))
+    still = marked(sequence[0], *places)
+    st.save_sequence(
+        tmp_path / "still", st.Sequence([still.replace(timestamp=i / 5) for i in range(300)], CAMERA)
+    )
+    arguments = ["live", "--camera", f"replay:{tmp_path / 'still'}", "--contour", "--port", "0"]
+    child = subprocess.Popen(
+        [sys.executable, "-m", "sdftrack", *arguments, "--out", str(tmp_path / "out")],
+        stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    try:
+        page.goto(next(line.split()[1] for line in child.stderr if line.startswith("open http")))
+        until(page, lambda: "drag a box around the object" in page.inner_text("body"))
+        (ax, ay), (bx, by) = marks(page, 2)
+        page.wait_for_timeout(500)
+        for _ in range(2):
+            page.mouse.move(ax, ay)
+            page.mouse.down()
+            page.mouse.move(bx, by, steps=5)
+            page.wait_for_timeout(300)
+            page.mouse.up()
+            until(page, lambda: "object: started" in page.inner_text("body"))
+            until(page, lambda: "object: ok" in page.inner_text("body"))
+        green = np.array(COLORS["ok"])
+        until(page, lambda: (np.abs(pixels(page).astype(int) - green).max(axis=2) < 60).sum() > 50)
+    finally:
+        child.send_signal(signal.SIGINT)
+        said = child.communicate(timeout=30)
+    assert child.returncode == 0, said
+    rows_written = json.loads((tmp_path / "out/result.json").read_text())["frames"]
+    last = read_mask(tmp_path / f"out/mask/{rows_written[-1]['frame']:06d}.png")
+    assert st.metrics.iou(last, silhouette) > 0.7
 
 
 def test_clicks_are_right_from_another_point_of_view(page):

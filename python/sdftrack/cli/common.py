@@ -167,13 +167,18 @@ def reconstructor_settings(config: Path | None, evolution: str | None = None) ->
     return {"options": options, "tracker_options": tracker}
 
 
-def contour_settings(config: Path | None) -> dict[str, Any]:
-    """Options of `ContourTracker` from --config."""
+def contour_settings(config: Path | None, alone: bool = False) -> dict[str, Any]:
+    """Options of `ContourTracker` from --config; `alone`: a file that holds none of them is an error."""
     if config is None:
         return {}
     from sdftrack.contour.options import options_from_file
 
-    return options_from_file(_there(config))
+    options = options_from_file(_there(config))
+    if alone and not options:
+        raise ValueError(
+            f"--config {config}: expected options in a table [contour], got none; see sdftrack config"
+        )
+    return options
 
 
 def _there(config: Path) -> Path:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterable
 from enum import Enum
 from pathlib import Path
@@ -90,11 +89,7 @@ def contour(
     from sdftrack.recorder import refuse_folder
 
     check_cpu_only(config, device)  # a frame is the work of one thread of the CPU
-    options = contour_settings(config)
-    if config is not None and not options:
-        raise ValueError(
-            f"--config {config}: expected options in a table [contour], got none; see sdftrack config"
-        )
+    options = contour_settings(config, alone=True)
     if warp is not None:
         options["warp"] = warp.value
     place = _place(box, mask)
@@ -151,25 +146,12 @@ def _memory(wanted: bool, path: Path | None, burn_in: int | None) -> tuple[Any, 
 
 def _follow(tracker: Any, frames: Iterable[tuple[int, Any]], files: Any, last: Any) -> None:
     """Track the remaining frames; unusable ones are reported and skipped."""
-    import numpy as np
-
-    from sdftrack.results import Status
+    from sdftrack.cli.contour_files import bad_frame, trouble_of
 
     for number, image in frames:
-        trouble = ""
-        if isinstance(image, Exception):
-            trouble = str(image)
-        elif image.shape[:2] != last.mask.shape:
-            trouble = (
-                f"the image is {image.shape[1]} x {image.shape[0]}, the first one "
-                f"{last.mask.shape[1]} x {last.mask.shape[0]}"
-            )
+        trouble = str(image) if isinstance(image, Exception) else trouble_of(image, last)
         if trouble:
-            bad = dataclasses.replace(
-                last, mask=np.zeros_like(last.mask), status=Status.BAD_FRAME, reason=trouble, confidence=0.0,
-                judgement=None,
-            )  # fmt: skip
-            files.add(number, None, bad)
+            files.add(number, None, bad_frame(last, trouble))
             continue
         last = tracker.track(image)
         files.add(number, image, last)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import json
 import os
 import re
@@ -13,7 +14,7 @@ from typing import Any
 
 from sdftrack.io.out_folder import refuse_inputs
 
-__all__ = ["ContourFiles", "refuse_places"]
+__all__ = ["ContourFiles", "bad_frame", "refuse_places", "trouble_of"]
 
 # The names that this command may ever write below DIR.
 OWN = re.compile(r"mask/\d{6,}\.png|overlay\.mp4|iou\.png")
@@ -60,6 +61,30 @@ def _written_before(out: Path) -> set[str]:
     return set()
 
 
+def trouble_of(image: Any, last: Any) -> str:
+    """Why an image cannot follow the result `last`, or ""."""
+    height, width = last.mask.shape
+    if image.shape[:2] == (height, width):
+        return ""
+    return f"the image is {image.shape[1]} x {image.shape[0]}, the first one {width} x {height}"
+
+
+def bad_frame(last: Any, reason: str) -> Any:
+    """The result of a frame that could not be used, after the result `last`."""
+    import numpy as np
+
+    from sdftrack.results import Status
+
+    return dataclasses.replace(
+        last,
+        mask=np.zeros_like(last.mask),
+        status=Status.BAD_FRAME,
+        reason=reason,
+        confidence=0.0,
+        judgement=None,
+    )
+
+
 class ContourFiles:
     """The files of one run. Masks are written immediately; video, plot and report on closing.
 
@@ -73,6 +98,8 @@ class ContourFiles:
         A ground-truth mask for each frame of the source.
     settings : dict
         Stored in result.json.
+    video : bool
+        Whether to write overlay.mp4.
     """
 
     def __init__(
@@ -82,6 +109,7 @@ class ContourFiles:
         fps: float | None,
         truth: list[Path] | None,
         settings: dict[str, Any],
+        video: bool = True,
     ) -> None:
         from sdftrack.io.video import VideoFile
         from sdftrack.recorder import prepare_folder
@@ -90,12 +118,12 @@ class ContourFiles:
         self.out, self.truth, self.settings = out, truth, settings
         self._stale = _written_before(out)
         (out / "mask").mkdir(exist_ok=True)
-        self._video = VideoFile(out / "overlay.mp4", fps or 30.0)
+        self._video = VideoFile(out / "overlay.mp4", fps or 30.0) if video else None
         self._files: list[str] = []
         self.rows: list[dict[str, Any]] = []
 
-    def add(self, number: int, image: Any, result: Any) -> None:
-        """Add a frame's result; `image` is None if it could not be used."""
+    def add(self, number: int, image: Any, result: Any, timestamp: float | None = None) -> None:
+        """Add a frame's result; `image` is None if it could not be used. `timestamp`: of a camera, seconds."""
         import numpy as np
 
         from sdftrack.contour.drawing import draw_outline
@@ -105,8 +133,9 @@ class ContourFiles:
         name = f"mask/{number:06d}.png"
         write_mask(self.out / name, result.mask)
         self._files.append(name)
-        shown = np.zeros((*result.mask.shape, 3), np.uint8) if image is None else image
-        self._video.add(draw_outline(shown, result.mask, str(result.status)), None)
+        if self._video is not None:
+            shown = np.zeros((*result.mask.shape, 3), np.uint8) if image is None else image
+            self._video.add(draw_outline(shown, result.mask, str(result.status)), None)
         self.rows.append(
             {
                 "frame": number,
@@ -116,6 +145,7 @@ class ContourFiles:
                 "judgement": result.judgement,
                 "area_px": int(result.mask.sum()),
                 "warp": result.warp.tolist(),
+                **({} if timestamp is None else {"timestamp": timestamp}),
                 **score,
             }
         )
@@ -137,7 +167,8 @@ class ContourFiles:
 
     def drop(self) -> None:
         """Remove all files of this run."""
-        self._video.drop()
+        if self._video is not None:
+            self._video.drop()
         for name in self._files:
             (self.out / name).unlink(missing_ok=True)
 
@@ -146,7 +177,7 @@ class ContourFiles:
         import sdftrack as st
         from sdftrack._internal.files import write_json
 
-        if self._video.finish():
+        if self._video is not None and self._video.finish():
             os.replace(self._video.part, self.out / "overlay.mp4")
             self._files.append("overlay.mp4")
         report: dict[str, Any] = {"version": st.__version__}

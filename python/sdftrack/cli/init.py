@@ -51,14 +51,17 @@ def parse_inits(texts: list[str], models: int) -> list[Init]:
     return inits
 
 
-def parse_init(text: str, known: str = INIT, option: str = "--init") -> Init:
-    """Parse the value of an option; the usage error for an invalid one lists the `known` forms."""
+def parse_init(text: str, known: str = INIT, option: str = "--init", image: str = "depth") -> Init:
+    """Parse the value of an option; the usage error for an invalid one lists the `known` forms.
+
+    `image`: "depth" or "colour", the image in whose pixels places are.
+    """
     if text in ("gt", "auto"):
         return Init(text, text)
     kind, colon, values = text.partition(":")
     for name, wanted in (("box", "x,y,w,h"), ("click", "x,y")):
         if colon and kind == name:
-            return Init(name, text, _numbers(text, values, name, wanted, option))
+            return Init(name, text, _numbers(text, values, name, wanted, option, image))
     suffix = Path(text).suffix.lower()
     if suffix == ".json":
         return Init("poses", text)
@@ -67,13 +70,13 @@ def parse_init(text: str, known: str = INIT, option: str = "--init") -> Init:
     raise Usage(f"expected {known.replace('|', ', ')}, got {text!r}", option)
 
 
-def _numbers(text: str, values: str, name: str, wanted: str, option: str) -> tuple[float, ...]:
+def _numbers(text: str, values: str, name: str, wanted: str, option: str, image: str) -> tuple[float, ...]:
     try:
         numbers = tuple(float(v) for v in values.split(","))
     except ValueError:
         numbers = ()
     if len(numbers) != len(wanted.split(",")) or not all(map(math.isfinite, numbers)):
-        raise Usage(f"expected {name}:{wanted} in pixels of the depth image, got {text!r}", option)
+        raise Usage(f"expected {name}:{wanted} in pixels of the {image} image, got {text!r}", option)
     if name == "box" and (numbers[2] <= 0 or numbers[3] <= 0):
         raise Usage(f"expected a width and a height above 0, got {text!r}", option)
     return numbers
@@ -142,16 +145,16 @@ def _known_masks(targets: list[Target], first: int, seq: Any) -> list[NDArray[np
     return known if len(known) == len(targets) else None
 
 
-def box_inside(init: Init, shape: tuple[int, int]) -> tuple[float, ...]:
-    """The given box, which must overlap the depth image."""
+def box_inside(init: Init, shape: tuple[int, int], image: str = "depth") -> tuple[float, ...]:
+    """The given box, which must overlap the image."""
     x, y, w, h = init.numbers
     if x >= shape[1] or y >= shape[0] or x + w <= 0 or y + h <= 0:
-        raise Usage(f"expected a box in the {shape[1]} x {shape[0]} depth image, got {init.text}", "--init")
+        raise Usage(f"expected a box in the {shape[1]} x {shape[0]} {image} image, got {init.text}", "--init")
     return init.numbers
 
 
-def mask_file(init: Init, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """The given mask.png, of the depth image's shape and not empty."""
+def mask_file(init: Init, shape: tuple[int, int], image: str = "depth") -> NDArray[np.bool_]:
+    """The given mask.png, of the image's shape and not empty."""
     from sdftrack.io.frames import read_mask
 
     path = Path(init.text)
@@ -161,8 +164,8 @@ def mask_file(init: Init, shape: tuple[int, int]) -> NDArray[np.bool_]:
     if mask.shape != shape:
         size = f"{mask.shape[1]} x {mask.shape[0]}"
         raise ValueError(
-            f"{init.option}: expected the depth image's size {shape[1]} x {shape[0]}, got {size}; a mask has "
-            "the geometry of the depth image"
+            f"{init.option}: expected the {image} image's size {shape[1]} x {shape[0]}, got {size}; a mask has "
+            f"the geometry of the {image} image"
         )
     if not mask.any():
         raise ValueError(f"{init.option}: expected at least one pixel that is not 0, got an empty mask")

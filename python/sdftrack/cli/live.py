@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import sys
 import time
 from pathlib import Path
@@ -21,36 +20,46 @@ from sdftrack.cli.common import (
     QuietOption,
     SensorOption,
     ThreadsOption,
-    Usage,
-    reconstructor_settings,
-    refuse_cuda,
-    tracker_settings,
 )
-from sdftrack.cli.init import Init, box_inside, mask_file, parse_init, parse_inits
-from sdftrack.cli.live_camera import FpsOption, HeightOption, WidthOption, open_from
-from sdftrack.cli.sequences import MODES, check_unit
+from sdftrack.cli.live_camera import (
+    FpsOption,
+    HeightOption,
+    IntrinsicsOption,
+    WidthOption,
+    is_webcam,
+)
+from sdftrack.cli.live_usage import INIT, Task
 
 ALL_LOST = 3  # exit code
-INIT = "auto|view|poses.json|mask.png|box:x,y,w,h|click:x,y"
 
 
 def live(
-    camera: Annotated[
+    # Named as the arguments of `open_camera`, whose advice about them thus names the options.
+    address: Annotated[
         str,
-        typer.Option(metavar="CAMERA", help="realsense:, realsense:SERIAL, or replay:RECORDING."),
+        typer.Option(
+            "--camera",
+            metavar="CAMERA",
+            help="realsense:, realsense:SERIAL, replay:RECORDING, or webcam:0 for --contour and --mode rgb.",
+        ),
     ] = "realsense:",
+    camera: IntrinsicsOption = None,
     model: Annotated[
         list[Path] | None, typer.Option(metavar="M.ply", help="Mesh; repeat for several objects.")
     ] = None,
     reconstruct: Annotated[
         bool, typer.Option("--reconstruct", help="Reconstruct an unknown object instead.")
     ] = False,
+    contour: Annotated[
+        bool, typer.Option("--contour", help="Follow an outline in the colour images instead.")
+    ] = False,
     init: Annotated[
         list[str] | None,
         typer.Option(
             metavar=INIT,
             help="Location of the objects in the first image: automatic search (default); shown in the browser "
-            "(default of --reconstruct); a file; a mask, box or click in the depth image, repeated for every --model.",
+            "(default of --reconstruct and --contour); a file; a mask, box or click in the depth image, repeated for "
+            "every --model. --contour: a mask or box in the colour image; --mode rgb: poses.json.",
         ),
     ] = None,
     viewer: Annotated[bool, typer.Option("--viewer/--no-viewer", help="Show a page in the browser.")] = True,
@@ -61,7 +70,7 @@ def live(
     stream: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="ws://HOST:PORT|osc://HOST:PORT|mcap:FILE",
+            metavar="ws://HOST:PORT|osc://HOST:PORT|mcap:FILE|foxglove://HOST:PORT",
             help="Send the poses to other programs; repeatable.",
         ),
     ] = None,
@@ -72,7 +81,10 @@ def live(
         float | None, typer.Option(min=0, help="Stop after this time; default: Ctrl-C.")
     ] = None,
     mode: Annotated[
-        str, typer.Option(metavar="auto|depth|rgbd", help="Depth only, or with colour if available.")
+        str,
+        typer.Option(
+            metavar="auto|depth|rgbd|rgb", help="Depth only, with colour if available, or colour alone."
+        ),
     ] = "auto",
     unit: Annotated[str | None, typer.Option(help="Unit of the meshes: m, mm, cm or in.")] = None,
     voxels: Annotated[int, typer.Option(min=8, help="Voxels along the longest side of a volume.")] = 200,
@@ -85,115 +97,41 @@ def live(
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
-    """Follow known shapes (--model) in front of a camera, or reconstruct an unknown one (--reconstruct).
+    """Follow known shapes (--model), an unknown one (--reconstruct) or an outline (--contour) in front of a camera.
 
     A page in the browser shows the poses; a click on an object, or a box around it, starts it again. With --out the
-    files of ``track`` are written, and recordings that are started on the page. End with Ctrl-C; the exit code is 3
-    where an object was lost in all frames.
+    files of ``track`` (of ``contour`` with --contour) are written, and recordings that are started on the page. End
+    with Ctrl-C; the exit code is 3 where an object was lost in all frames.
     """
-    models = model or []
-    from sdftrack.io.out_folder import refuse_folder
+    task = Task.of(model or [], reconstruct, contour, mode, address, init, viewer)
+    task.check(unit, seconds, device, stream or [], is_webcam(address), camera)
+    from sdftrack.cli import live_start
+    from sdftrack.cli.live_outline import ColorAlone
 
-    inits = _check_usage(models, reconstruct, init, viewer, mode, unit, seconds, device)
-    settings = reconstructor_settings(config) if reconstruct else tracker_settings(config, sensor)
+    settings = live_start.settings_of(task, config, sensor)
     with contextlib.ExitStack() as stack:
-        source = stack.enter_context(open_from(camera, width, height, fps, waiting=2))
-        if reconstruct:
-            follower, shapes = _reconstructor(source.camera, inits, mode, voxels, threads, settings)
-        else:
-            options = {**settings, "device": device.value, "threads": threads}
-            follower, shapes = _tracker(source.camera, models, inits, mode, unit, voxels, options)
+        source = stack.enter_context(live_start.camera_of(task, address, width, height, fps, camera))
+        if contour:
+            source = ColorAlone(source)
+        options = {"unit": unit, "voxels": voxels, "device": device.value, "threads": threads}
+        follower, shapes = live_start.follower_of(task, source.camera, options, settings)
+        new_recorder = None
+        if out is not None:
+            new_recorder = live_start.recorder_of(
+                task, out, overwrite, source, follower, shapes, not no_video, address
+            )
         page = (
             stack.enter_context(_page(shapes, source.camera, follower.names, host, port)) if viewer else None
         )
         streams = [
             stack.enter_context(_opened_stream(s, follower.names, source.camera)) for s in stream or []
         ]
-        new_recorder = None
-        if out is not None:
-            refuse_folder(out, overwrite)
-            new_recorder = functools.partial(
-                _recorder, out, source, follower, shapes, not no_video, overwrite, camera
-            )
         if not quiet:
             _tell_start(source, page, streams)
         lost = _run(source, follower, page, streams, new_recorder, out, seconds, quiet)
     if lost:
         print(f"sdftrack: lost in all frames: {', '.join(lost)}", file=sys.stderr)
         raise typer.Exit(ALL_LOST)
-
-
-def _check_usage(
-    models: list[Path],
-    reconstruct: bool,
-    init: list[str] | None,
-    viewer: bool,
-    mode: str,
-    unit: str | None,
-    seconds: float | None,
-    device: Device,
-) -> list[Init] | None:
-    """The parsed --init; None: shown by the user on the page."""
-    if reconstruct == bool(models):
-        raise Usage("expected either --model M.ply (repeatable) or --reconstruct", "--model")
-    if mode not in MODES:
-        raise Usage(f"expected one of {', '.join(MODES)}, got {mode!r}", "--mode")
-    check_unit(unit)
-    if seconds == 0:
-        raise Usage("expected a time above 0 s, got 0", "--seconds")
-    if reconstruct:
-        refuse_cuda(device)
-    texts = init or (["view"] if reconstruct else ["auto"])
-    if texts == ["view"]:
-        if not viewer:
-            raise Usage(
-                "expected box:x,y,w,h, or a mask.png: without a page nobody can show the object", "--init"
-            )
-        return None
-    if reconstruct:
-        inits = [parse_init(text, INIT) for text in texts]
-        if len(inits) != 1 or inits[0].kind not in ("box", "mask"):
-            raise Usage(
-                f"expected view, box:x,y,w,h or mask.png with --reconstruct, got {' '.join(texts)}", "--init"
-            )
-        return inits
-    if "gt" in texts or "view" in texts:
-        raise Usage(f"expected {INIT.replace('|', ', ')}, got {' '.join(texts)}", "--init")
-    return parse_inits(texts, len(models))
-
-
-def _tracker(
-    camera: Any,
-    models: list[Path],
-    inits: list[Init] | None,
-    mode: str,
-    unit: str | None,
-    voxels: int,
-    options: dict[str, Any],
-) -> tuple[Any, list[Any]]:
-    import sdftrack as st
-    from sdftrack.cli.live_followers import TrackerFollower, unknown_sequence
-    from sdftrack.cli.targets import load_targets
-
-    targets = load_targets(models, unknown_sequence(camera), unit, voxels)
-    shapes = [t.sdf for t in targets]
-    tracker = st.Tracker(shapes, camera, mode=mode, names=[t.name for t in targets], **options)
-    return TrackerFollower(tracker, targets, inits), shapes
-
-
-def _reconstructor(
-    camera: Any, inits: list[Init] | None, mode: str, voxels: int, threads: int, settings: dict[str, Any]
-) -> tuple[Any, list[Any]]:
-    import sdftrack as st
-    from sdftrack.cli.live_followers import ReconstructorFollower
-
-    star = st.Reconstructor(camera, voxels=voxels, mode=mode, threads=threads, **settings)
-    where: dict[str, Any] | None = None
-    if inits is not None:
-        shape = camera.depth.shape
-        one = inits[0]
-        where = {"box": box_inside(one, shape)} if one.kind == "box" else {"mask": mask_file(one, shape)}
-    return ReconstructorFollower(star, where), [st.SDF.sphere(0.01, voxels=16)]
 
 
 def _page(shapes: list[Any], camera: Any, names: list[str], host: str, port: int) -> Any:
@@ -206,24 +144,6 @@ def _opened_stream(address: str, names: list[str], camera: Any) -> Any:
     from sdftrack.live.streams import open_stream
 
     return open_stream(address, names, camera)
-
-
-def _recorder(
-    out: Path, source: Any, follower: Any, shapes: list[Any], video: bool, overwrite: bool, address: str
-) -> Any:
-    import sdftrack as st
-
-    settings = {"command": "live", "camera": address, "name": source.name}
-    return st.Recorder(
-        out,
-        source.camera,
-        shapes,
-        video,
-        overwrite,
-        names=follower.names,
-        settings=settings,
-        live=True,
-    )
 
 
 def _tell_start(source: Any, page: Any, streams: list[Any]) -> None:
@@ -264,7 +184,8 @@ def _run(
                 f"{one.address}: {one.sent} messages sent, {one.dropped} dropped{one.error and '; ' + one.error}"
             )
         if run.recorder is not None:
-            print(f"written to {run.recorder.directory}")
+            lost = getattr(run.recorder, "dropped", 0)
+            print(f"written to {run.recorder.directory}{f', {lost} frames left out' if lost else ''}")
     counted = run.statistics
     return [
         n for n, count in zip(follower.names, counted.followed, strict=True) if counted.frames and not count

@@ -3,29 +3,48 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from sdftrack.cli.common import Usage
 
-__all__ = ["FpsOption", "HeightOption", "WidthOption", "open_from"]
+__all__ = ["FpsOption", "HeightOption", "IntrinsicsOption", "WidthOption", "is_webcam", "open_from"]
 
-WidthOption = Annotated[int | None, typer.Option(min=1, help="Width of the depth image, px.")]
-HeightOption = Annotated[int | None, typer.Option(min=1, help="Height of the depth image, px.")]
+WidthOption = Annotated[int | None, typer.Option(min=1, help="Width of the images (of depth if any), px.")]
+HeightOption = Annotated[int | None, typer.Option(min=1, help="Height of the images (of depth if any), px.")]
 FpsOption = Annotated[float | None, typer.Option(help="Frames per second.")]
+IntrinsicsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--intrinsics", metavar="CAMERA.json", help="Intrinsics of a webcam; other cameras know theirs."
+    ),
+]
+
+
+def is_webcam(address: str) -> bool:
+    """Whether the address is one of a camera without depth."""
+    return address.partition(":")[0] == "webcam"
 
 
 def open_from(
-    address: str, width: int | None, height: int | None, fps: float | None, waiting: int, **options: Any
+    address: str,
+    width: int | None,
+    height: int | None,
+    fps: float | None,
+    waiting: int,
+    *,
+    color_alone: bool = False,
+    **options: Any,
 ) -> Any:
-    """`open_camera` with the options that were given."""
+    """`open_camera` with the options that were given. `color_alone`: whether a camera without depth is enough."""
     from sdftrack.live import open_camera
 
-    if address.partition(":")[0] == "webcam":
+    if is_webcam(address) and not color_alone:
         raise Usage(
-            "expected a camera with depth, got a webcam; from Python, st.open_camera('webcam:0') gives its images "
-            "for st.contour.ContourTracker and Tracker(mode='rgb')"
+            "expected a camera with depth, got a webcam; sdftrack live --camera webcam:0 follows an outline "
+            "(--contour) or a known shape (--mode rgb)"
         )
     if fps is not None and not fps > 0:
         raise Usage(f"expected frames per second above 0, got {fps:g}", "--fps")

@@ -12,9 +12,15 @@ from sdftrack.cli.start_picture import StartError
 from sdftrack.cli.targets import Target
 from sdftrack.tracking.interface import TrackerInterface
 
-__all__ = ["Follower", "ReconstructorFollower", "TrackerFollower", "unknown_sequence"]
+__all__ = ["NO_COLOR", "Follower", "ReconstructorFollower", "TrackerFollower", "has", "unknown_sequence"]
 
+NO_COLOR = "this frame has no colour image"
 BOX_SHARE = 0.5  # of the image's shorter side: the box about a click in which a reconstruction begins
+
+
+def has(frame: Any, image: str) -> bool:
+    """Whether the frame has the image that a follower needs."""
+    return (frame.depth if image == "depth" else frame.color) is not None
 
 
 def unknown_sequence(camera: Any) -> Any:
@@ -23,9 +29,23 @@ def unknown_sequence(camera: Any) -> Any:
 
 
 class Follower(Protocol):
-    """Follows objects from frame to frame; started by options or by the user."""
+    """Follows objects from frame to frame; started by options or by the user.
+
+    Attributes
+    ----------
+    names : list of str
+    needs : "depth" or "colour"
+        The image without which a frame is of no use.
+    start_by : str
+        What the user does with an object to start it: "click on".
+    mask : (H, W) bool or None
+        The object's pixels in the last frame, if that is what is followed.
+    """
 
     names: list[str]
+    needs: str
+    start_by: str
+    mask: Any
 
     @property
     def missing(self) -> list[str]:
@@ -39,10 +59,10 @@ class Follower(Protocol):
         """The result of the frame; None until it is known where the objects are."""
 
     def click(self, frame: Any, k: int, px: tuple[float, float]) -> Any:
-        """Start object k at a pixel of the depth image; ValueError if it is not there."""
+        """Start object k at a pixel of the image; ValueError if it is not there."""
 
     def box(self, frame: Any, k: int, box: tuple[float, float, float, float]) -> Any:
-        """Start object k in a box (x, y, w, h) of the depth image."""
+        """Start object k in a box (x, y, w, h) of the image."""
 
 
 class TrackerFollower:
@@ -56,9 +76,13 @@ class TrackerFollower:
         None: wait for the user.
     """
 
+    start_by = "click on"
+    mask = None
+
     def __init__(self, tracker: Any, targets: list[Target], inits: list[Init] | None) -> None:
         self.names = [t.name for t in targets]
         self._tracker, self._targets, self._inits = tracker, targets, inits
+        self.needs = "colour" if tracker.mode == "rgb" else "depth"
         self._waiting: dict[int, Any] = {}  # places of objects, until all are known
         self._started = False
 
@@ -68,8 +92,8 @@ class TrackerFollower:
 
     def step(self, frame: Any) -> Any:
         if self._started:
-            return self._tracker.track(frame)
-        if self._inits is None or frame.depth is None:
+            return self._tracker.track(self._usable(frame))
+        if self._inits is None or not has(frame, self.needs):
             return None
         seq = unknown_sequence(self._tracker.camera)
         try:
@@ -80,6 +104,8 @@ class TrackerFollower:
         return result
 
     def click(self, frame: Any, k: int, px: tuple[float, float]) -> Any:
+        if self._tracker.mode == "rgb":
+            return self._start_again(frame, k)
         inner = TrackerInterface(self._tracker)
         found = inner.hypothesis_at_click(k, frame, px, f"click on {self.names[k]}")
         camera = self._tracker.camera if frame.camera is None else frame.camera
@@ -92,10 +118,35 @@ class TrackerFollower:
         from sdftrack.camera import depth_camera
         from sdftrack.imaging.pose_hint import one_place
 
+        if self._tracker.mode == "rgb":
+            return self._start_again(frame, k, box)
         if self._started:
             return self._tracker.recover(frame, k, box=box)
         camera = self._tracker.camera if frame.camera is None else frame.camera
         return self._begin_with(frame, k, one_place(None, None, box, depth_camera(camera)))
+
+    def _usable(self, frame: Any) -> Any:
+        """The frame; a bad one instead of an error if a camera with depth has lost the colour that is needed."""
+        from sdftrack.frame import Frame
+
+        if self.needs == "depth" or has(frame, self.needs):
+            return frame
+        return Frame.unreadable(frame.error or NO_COLOR, frame.timestamp, frame.index)
+
+    def _start_again(self, frame: Any, k: int, box: tuple[float, float, float, float] | None = None) -> Any:
+        """Without depth there is no search: the object is as in --init, moved into the box if there is one."""
+        from sdftrack.camera import depth_camera
+        from sdftrack.cli.poses_file import read_poses
+        from sdftrack.imaging.pose_hint import moved_into
+
+        if not self._started or self._inits is None:
+            return self.step(frame)
+        T = read_poses(Path(self._inits[0].text), len(self.names))[k]
+        if box is not None:
+            camera = self._tracker.camera if frame.camera is None else frame.camera
+            T = moved_into(box, T, self._targets[k].mesh.vertices, depth_camera(camera))
+        self._tracker.set_pose(k, T)
+        return self._tracker.track(frame)
 
     def _begin_with(self, frame: Any, k: int, place: Any) -> Any:
         self._waiting[k] = place
@@ -121,6 +172,9 @@ class ReconstructorFollower:
     init : dict, optional
         Arguments of `Reconstructor.start`; None: wait for the user.
     """
+
+    needs, start_by = "depth", "click on"
+    mask = None
 
     def __init__(self, star: Any, init: dict[str, Any] | None) -> None:
         self.names = ["object"]

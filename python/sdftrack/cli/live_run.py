@@ -11,7 +11,7 @@ from typing import Any
 
 from sdftrack._internal.background import Background
 from sdftrack.cli.live_files import LiveFiles
-from sdftrack.cli.live_followers import Follower, ReconstructorFollower
+from sdftrack.cli.live_followers import Follower, ReconstructorFollower, has
 from sdftrack.cli.live_statistics import LiveStatistics
 from sdftrack.cli.progress import PLAIN_EVERY_S
 from sdftrack.viz.viewer.requests import Box, Click, Pause, Record, Save
@@ -86,7 +86,8 @@ class Live:
                 self.recorder.add(frame, result, im_id=self.statistics.frames - 1, shapes=self._growing())
         if self.viewer is not None:
             dropped, grown = self.camera.dropped, self._growing()
-            self.viewer.show(frame, result, latency_s=age_s, dropped=dropped, shapes=grown)
+            mask = None if result is None else self.follower.mask
+            self.viewer.show(frame, result, latency_s=age_s, dropped=dropped, shapes=grown, mask=mask)
             self._new_mesh()
         return result
 
@@ -96,10 +97,11 @@ class Live:
         except ValueError as error:  # a start that failed: the user can try another place
             if self.viewer is None:
                 raise
-            self._tell(str(error))
+            self._ask(str(error))
             return None
         if result is None:
-            self._ask()
+            missing = self.follower.missing
+            self._ask(f"{self.follower.start_by} the object: {missing[0]}" if missing else "")
         return result
 
     def _answer(self, frame: Any) -> Any:
@@ -112,7 +114,7 @@ class Live:
                 elif isinstance(request, Pause):
                     self._paused = request.on
                 elif isinstance(request, Record):
-                    self._tell(self.files.record(request.on))
+                    self._tell(self._record(frame, request.on))
                 elif isinstance(request, Save):
                     self._tell(self._save())
             except (ValueError, OSError) as error:
@@ -120,8 +122,8 @@ class Live:
         return result
 
     def _start(self, frame: Any, request: Click | Box) -> Any:
-        if frame.depth is None:
-            raise ValueError("this frame has no depth; click again")
+        if not has(frame, self.follower.needs):
+            raise ValueError(f"this frame has no {self.follower.needs} image; try again")
         k = request.k
         if isinstance(request, Click):
             result = self.follower.click(frame, k, (request.x_px, request.y_px))
@@ -132,6 +134,11 @@ class Live:
         self._asked = ""
         return result
 
+    def _record(self, frame: Any, on: bool) -> str:
+        if on and frame.depth is None and not frame.error:
+            return "to record, follow an object by depth: these frames have colour alone"
+        return self.files.record(on)
+
     def _save(self) -> str:
         if isinstance(self.follower, ReconstructorFollower):
             if self.follower.missing:
@@ -140,9 +147,8 @@ class Live:
         picture = self.viewer.picture
         return "nothing to save yet" if picture is None else self.files.save_picture(picture)
 
-    def _ask(self) -> None:
-        missing = self.follower.missing
-        asked = f"click on the object: {missing[0]}" if missing else ""
+    def _ask(self, asked: str) -> None:
+        """Tell the user what is missing, once and not with every frame."""
         if asked != self._asked:
             self._asked = asked
             self._tell(asked)

@@ -14,7 +14,7 @@ from sdftrack._internal.rigid_poses import rigid_pose
 from sdftrack._internal.validation import numbers
 from sdftrack.camera import Camera
 
-__all__ = ["Place", "box_place", "mask_place", "one_place", "place_list", "pose_place"]
+__all__ = ["Place", "box_place", "mask_place", "moved_into", "one_place", "place_list", "pose_place"]
 
 # A (4, 4) float64 pose, an (H, W) uint8 mask, a box (x, y, w, h) of whole pixels, or None: anywhere.
 Place = NDArray[np.float64] | NDArray[np.uint8] | tuple[int, int, int, int] | None
@@ -54,6 +54,29 @@ def box_place(box: Any, name: str, camera: Camera) -> tuple[int, int, int, int]:
             f"{name}: expected a box that overlaps the image ({camera.width} x {camera.height} px), got {box!r}"
         )
     return x0, y0, x1 - x0, y1 - y0
+
+
+def moved_into(
+    box: tuple[float, float, float, float], T: NDArray[np.float64], points: NDArray[Any], camera: Camera
+) -> NDArray[np.float64]:
+    """``T_cam_obj`` with the rotation of `T` and the position at which the object fills a box (x, y, w, h), px.
+
+    `points`: (N, 3), the object's vertices, m. The middle of their extent is projected to the middle of the box.
+    """
+    x, y, w, h = box
+    row = min(max(round(y + h / 2), 0), camera.height - 1)
+    column = min(max(round(x + w / 2), 0), camera.width - 1)
+    ray = np.append(camera.rays[row, column].astype(np.float64), 1.0)
+    turned = np.asarray(points, np.float64) @ T[:3, :3].T
+    turned -= (middle := 0.5 * (turned.min(axis=0) + turned.max(axis=0)))
+    nearest = -float(turned[:, 2].min())  # closer than this, a part would be behind the camera
+    z = max(float(T[2, 3] + middle[2]), 1.1 * nearest)
+    for _ in range(5):  # the extent is inversely proportional to z only where the object is far away
+        extent = np.ptp(camera.project(turned + z * ray), axis=0)
+        z = max(z * float(np.hypot(*extent)) / math.hypot(w, h), 1.1 * nearest)
+    moved = np.array(T)
+    moved[:3, 3] = z * ray - middle
+    return moved
 
 
 _KINDS: dict[str, tuple[Callable[[Any, str, Camera], Place], int, str]] = {

@@ -63,13 +63,13 @@ class Webcam:
         try:
             size = self._size()
             if camera is not None and not isinstance(camera, Camera):
-                camera = Camera.load(camera, *size)
+                camera = _loaded(camera, *size)
             self.camera = RGBDCamera(_guessed(self.name, *size) if camera is None else camera)
             if (self.camera.depth.width, self.camera.depth.height) != size:
                 known = self.camera.depth
                 raise ValueError(
                     f"camera: these intrinsics are of {known.width} x {known.height} pixels, but {self.name} delivers "
-                    f"{size[0]} x {size[1]}; pass width= and height=, or a camera.scaled() to its images"
+                    f"{size[0]} x {size[1]}; pass width= and height=, or intrinsics scaled to its images"
                 )
         except BaseException:
             self.close()
@@ -142,6 +142,13 @@ def _device(text: str) -> int | str:
     if text.startswith("/dev/"):
         return text
     raise ValueError(f"webcam: expected a number or a device file, as in webcam:0, got {text!r}")
+
+
+def _loaded(path: str | os.PathLike[str], width: int, height: int) -> Camera:
+    try:
+        return Camera.load(path, width, height)  # some files hold no size
+    except ValueError:
+        return Camera.load(path)  # of another size, which is told; or an error that has nothing to do with it
 
 
 def _video_devices() -> list[str] | None:

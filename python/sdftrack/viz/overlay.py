@@ -202,7 +202,7 @@ def _axes(picture: Picture, shape: Any, lens: Any, T: Array) -> None:
     low, high = np.asarray(shape.bounds, np.float64)
     middle, length = 0.5 * (low + high), 0.4 * float(np.max(high - low))
     points = np.vstack([middle, middle + length * np.eye(3)]) @ T[:3, :3].T + T[:3, 3]
-    if (points[:, 2] <= 0.01).any():
+    if not (points[:, 2] > 0.01).all():  # or not known
         return
     px = np.clip(lens.project(points), -1e4, 1e4)
     at = [tuple(round(16 * float(c)) for c in p) for p in px]  # sixteenths of a pixel

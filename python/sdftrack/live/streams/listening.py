@@ -16,8 +16,8 @@ PORTS = 20  # how many ports are tried
 SEND_BUFFER = 1 << 16
 
 
-def listen(host: str, port: int) -> socket.socket:
-    """A listening TCP socket on `host` and `port` (0: any), or the next free port of twenty.
+def listen(host: str, port: int, scheme: str = "ws") -> socket.socket:
+    """A listening TCP socket on `host` and `port` (0: any), or the next free port of twenty; `scheme` is for messages.
 
     Raises
     ------
@@ -31,18 +31,18 @@ def listen(host: str, port: int) -> socket.socket:
         try:
             listening = socket.create_server((bound, candidate), family=family)
         except socket.gaierror as error:
-            raise OSError(f"ws://{host}:{port}: the host is not known ({error.strerror})") from None
+            raise OSError(f"{scheme}://{host}:{port}: the host is not known ({error.strerror})") from None
         except OSError as error:
             if error.errno == errno.EADDRINUSE:
                 continue
             raise OSError(
                 error.errno,
-                f"ws://{host}:{port}: expected a name or address of this computer ({error.strerror})",
+                f"{scheme}://{host}:{port}: expected a name or address of this computer ({error.strerror})",
             ) from None
         # Connections inherit it.
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
         return listening
     raise OSError(
         errno.EADDRINUSE,
-        f"ws://{host}:{port}: ports {port} to {last} are in use; close a program or choose another",
+        f"{scheme}://{host}:{port}: ports {port} to {last} are in use; close a program or choose another",
     )

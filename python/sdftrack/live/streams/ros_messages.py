@@ -15,6 +15,7 @@ __all__ = ["RosMessages"]
 
 POSE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
+TF, CAMERA = "/tf", "/sdftrack/camera_info"  # topics
 
 
 class RosMessages:
@@ -24,6 +25,11 @@ class RosMessages:
         self._ros = RosTypes()
         self.definition = self._ros.definition
         self._names, self._camera = safe_names(names), camera
+
+    def topics(self) -> list[tuple[str, str]]:
+        """(topic, type) of all messages about the objects that are known now, and of the camera's."""
+        poses = [(_pose_topic(name), POSE) for name in self._names]
+        return [*poses, (TF, TRANSFORMS), (CAMERA, INFO)]
 
     def of_frame(self, packet: Packet) -> Iterator[tuple[str, str, bytes]]:
         """A pose for each tracked object, then all of them on ``/tf``."""
@@ -38,12 +44,16 @@ class RosMessages:
                 covariance=ros_covariance(result.covariances[k]),
             )
             header = ros.header(packet.time_ns, DEPTH_FRAME)
-            yield f"/sdftrack/{name}/pose", POSE, ros.serialized(POSE, header=header, pose=known)
+            yield _pose_topic(name), POSE, ros.serialized(POSE, header=header, pose=known)
             transforms.append(ros.transform(header, name, T))
         if transforms:
-            yield "/tf", TRANSFORMS, ros.serialized(TRANSFORMS, transforms=transforms)
+            yield TF, TRANSFORMS, ros.serialized(TRANSFORMS, transforms=transforms)
 
     def of_camera(self, packet: Packet) -> tuple[str, str, bytes]:
         """The lens of the depth camera, at the time of a frame."""
         header = self._ros.header(packet.time_ns, DEPTH_FRAME)
-        return "/sdftrack/camera_info", INFO, self._ros.camera_info(header, self._camera)
+        return CAMERA, INFO, self._ros.camera_info(header, self._camera)
+
+
+def _pose_topic(name: str) -> str:
+    return f"/sdftrack/{name}/pose"

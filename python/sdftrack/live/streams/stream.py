@@ -19,7 +19,12 @@ from sdftrack.results import TrackResult
 
 __all__ = ["Stream", "open_stream"]
 
-_KINDS = ("websocket", "osc", "mcap_file")  # modules of this package, each of which registers its scheme
+_KINDS = (
+    "websocket",
+    "osc",
+    "mcap_file",
+    "foxglove_server",
+)  # modules of this package, each of which registers its scheme
 CLOSE_S = 10.0  # for what still waits when the stream is closed
 
 
@@ -30,7 +35,8 @@ def open_stream(address: str, names: Sequence[str], camera: Camera | RGBDCamera,
     ----------
     address : str
         ``"ws://HOST:PORT"``: a websocket server, JSON; ``"osc://HOST:PORT"``: OSC messages to that address by UDP;
-        ``"mcap:FILE.mcap"``: ROS 2 messages into a file; or a scheme added by `register_stream`.
+        ``"mcap:FILE.mcap"``: ROS 2 messages into a file; ``"foxglove://HOST:PORT"``: a server for Foxglove's app; or a
+        scheme added by `register_stream`.
     names : sequence of str
         Names of the objects in the order of the results.
     camera : Camera or RGBDCamera

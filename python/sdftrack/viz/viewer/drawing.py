@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.quaternions import quaternion
+from sdftrack.contour.drawing import draw_outline
 from sdftrack.viz.backdrop import backdrop
 from sdftrack.viz.overlay import OBJECT_RGB, draw
 
@@ -32,6 +33,7 @@ class Shown:
     latency_s: float | None
     rate_hz: float | None
     dropped: int | None
+    mask: NDArray[np.bool_] | None = None
 
 
 def object_rgb(k: int) -> tuple[int, int, int]:
@@ -41,6 +43,8 @@ def object_rgb(k: int) -> tuple[int, int, int]:
 
 def overlay(shown: Shown, camera: Any) -> NDArray[np.uint8]:
     """(H, W, 3) uint8 RGB: the frame with outlines, axes and statuses."""
+    if shown.mask is not None and shown.result is not None:
+        return draw_outline(backdrop(shown.frame, camera), shown.mask, str(shown.result.status[0]))
     if shown.result is None:
         return backdrop(shown.frame, camera)
     return draw(shown.frame, shown.result, shown.shapes, camera, names=shown.names)

@@ -124,6 +124,7 @@ class Viewer(ClosedByWith):
         rate_hz: float | None = None,
         dropped: int | None = None,
         shapes: Any = None,
+        mask: NDArray[np.bool_] | None = None,
     ) -> None:
         """Hand over a frame with its result, and return at once.
 
@@ -142,6 +143,8 @@ class Viewer(ClosedByWith):
         shapes : SDF, Mesh, or list of them, optional
             The shapes in this frame, if they change; drawn as outlines. The 3-D model of a growing shape is given to
             :meth:`set_mesh` whenever there is a new one.
+        mask : (H, W) bool, optional
+            Pixels of the only object, of the shown image's size: their outline is drawn instead of a shape.
 
         Raises
         ------
@@ -157,7 +160,9 @@ class Viewer(ClosedByWith):
         if count > len(now):
             raise ValueError(f"result: expected at most {len(now)} objects, as many as shapes, got {count}")
         self._history.add(result)
-        self._drawer.offer(Shown(frame, result, now[:count], names[:count], latency_s, rate_hz, dropped))
+        self._drawer.offer(
+            Shown(frame, result, now[:count], names[:count], latency_s, rate_hz, dropped, mask)
+        )
 
     def requests(self) -> list[Request]:
         """What the user did since the last call, in order: `Click`, `Box`, `Pause`, `Record`, `Save`."""

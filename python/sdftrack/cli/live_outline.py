@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: MIT
+"""`sdftrack live --contour`: an outline in the colour images of any camera, and its files."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from sdftrack._internal.background import Background
+from sdftrack.cli.contour_files import ContourFiles, bad_frame, trouble_of
+from sdftrack.cli.init import Init, box_inside, mask_file
+from sdftrack.cli.live_followers import NO_COLOR
+
+__all__ = ["ColorAlone", "OutlineFiles", "OutlineFollower"]
+
+WAITING = 30  # frames that may wait for the disk
+TRIES = 30  # frames of which one has to have colour: the first ones of two sensors may come without
+ASSUMED_FOV_RAD = math.radians(
+    60
+)  # of a colour camera without intrinsics, for the page: an outline needs none
+
+
+class ColorAlone:
+    """The colour images of a camera, as frames without depth: pixels on the page and of files are theirs.
+
+    Parameters
+    ----------
+    camera : LiveCamera
+        Closed by the caller.
+    """
+
+    def __init__(self, camera: Any) -> None:
+        from sdftrack.camera import RGBDCamera
+
+        self._camera = camera
+        rig = camera.camera
+        self.name = camera.name
+        self.camera = RGBDCamera(rig.depth if rig.color is None else rig.color)
+
+    @property
+    def dropped(self) -> int:
+        return int(self._camera.dropped)
+
+    def age_s(self, frame: Any) -> float:
+        return float(self._camera.age_s(frame))
+
+    def __iter__(self) -> Iterator[Any]:
+        colored, without = False, 0
+        for frame in self._camera:
+            colored = colored or frame.color is not None
+            without += frame.color is None and not frame.error
+            if not colored and without == TRIES:
+                raise ValueError(
+                    f"--contour: expected colour images, got {TRIES} frames without any from {self.name}"
+                )
+            yield self._without_depth(frame)
+
+    def _without_depth(self, frame: Any) -> Any:
+        from sdftrack.camera import Camera
+        from sdftrack.frame import Frame
+
+        if frame.color is None:
+            return Frame.unreadable(frame.error or NO_COLOR, frame.timestamp, frame.index)
+        height, width = frame.color.shape[:2]
+        known = self.camera.depth.shape == (height, width)
+        lens = None if known else Camera.from_fov(ASSUMED_FOV_RAD, width, height)
+        return frame.replace(depth=None, mask=None, camera=lens)
+
+
+class OutlineFollower:
+    """A contour tracker that is started by --init, or by a box that the user drags.
+
+    Its results have no poses (NaN) but status, reason and confidence, as those of other followers.
+
+    Parameters
+    ----------
+    tracker : ContourTracker
+    init : Init, optional
+        A box or mask of the colour image; None: wait for the user.
+
+    Attributes
+    ----------
+    outline : ContourResult or None
+        Of the last frame.
+    """
+
+    needs, start_by = "colour", "drag a box around"
+
+    def __init__(self, tracker: Any, init: Init | None) -> None:
+        self.names = ["object"]
+        self.outline: Any = None
+        self._tracker, self._init = tracker, init
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Those of the contour tracker, with their values."""
+        return dict(self._tracker.options)
+
+    @property
+    def shapes(self) -> list[Any]:
+        return []
+
+    @property
+    def missing(self) -> list[str]:
+        return self.names if self.outline is None else []
+
+    @property
+    def mask(self) -> Any:
+        """(H, W) bool: the object's pixels in the last frame; None if that was not started or had no image."""
+        usable = self.outline is not None and self.outline.status != "bad_frame"
+        return self.outline.mask if usable else None
+
+    def step(self, frame: Any) -> Any:
+        if self.outline is None:
+            return None if self._init is None or frame.color is None else self._begin(frame, self._init)
+        trouble = frame.error if frame.color is None else trouble_of(frame.color, self.outline)
+        if trouble:
+            self.outline = bad_frame(self.outline, trouble)
+        else:
+            self.outline = self._tracker.track(frame.color)
+        return self._told(frame)
+
+    def click(self, frame: Any, k: int, px: tuple[float, float]) -> Any:
+        raise ValueError("drag a box around the object: a click does not tell its size")
+
+    def box(self, frame: Any, k: int, box: tuple[float, float, float, float]) -> Any:
+        return self._start(frame, box=box)
+
+    def _begin(self, frame: Any, init: Init) -> Any:
+        if init.kind == "box":
+            return self._start(frame, box=box_inside(init, frame.shape, "colour"))
+        return self._start(frame, mask=mask_file(init, frame.shape, "colour"))
+
+    def _start(self, frame: Any, **where: Any) -> Any:
+        self.outline = self._tracker.start(frame.color, **where)
+        return self._told(frame)
+
+    def _told(self, frame: Any) -> Any:
+        import numpy as np
+
+        from sdftrack.results import TrackResult
+
+        now = self.outline
+        return TrackResult(
+            poses=np.full((1, 4, 4), np.nan),
+            status=[now.status],
+            reason=[now.reason],
+            confidence=np.array([now.confidence]),
+            covariances=np.full((1, 6, 6), np.nan),
+            twists=np.full((1, 6), np.nan),
+            inliers=np.full(1, np.nan),
+            runner_up=np.full(1, np.nan),
+            energy=math.nan,
+            timestamp=frame.timestamp,
+            index=frame.index or 0,
+        )
+
+
+class OutlineFiles:
+    """The files of ``sdftrack contour``, written by a thread of its own: a slow disk loses frames of the files alone.
+
+    Parameters
+    ----------
+    files : ContourFiles
+    follower : OutlineFollower
+    """
+
+    def __init__(self, files: ContourFiles, follower: OutlineFollower) -> None:
+        self.directory = files.out
+        self.dropped = 0
+        self._failed: OSError | None = None
+        self._files, self._follower = files, follower
+        self._work: Background[Any] = Background(lambda item: files.add(*item), WAITING, "outline files")
+
+    def add(self, frame: Any, result: Any, *, im_id: int, shapes: Any = None) -> None:
+        """Never waits; OSError once the disk is full."""
+        item = (im_id, frame.color, self._follower.outline, frame.timestamp)
+        try:
+            self.dropped += not self._work.put(item, wait=False)
+        except OSError as error:
+            self._failed = error
+            raise
+
+    def close(self) -> None:
+        """Write what waits, the video and the report."""
+        failed = self._failed
+        try:
+            self._work.close()
+        except OSError as error:
+            failed = error
+        if failed is None:
+            self._files.close()
+            return
+        with contextlib.suppress(OSError):  # the first error is the one to tell
+            self._files.close(str(failed))
+        raise failed

@@ -1,0 +1,540 @@
+# SPDX-License-Identifier: MIT
+"""The command live by colour alone: a webcam with a stand-in for OpenCV's capture, and the colour of other cameras."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import cv2
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.cli import live as live_module
+from sdftrack.cli.app import run
+from sdftrack.imaging.pose_hint import moved_into
+from sdftrack.io.frames import read_mask
+from sdftrack.live.sources import CAMERAS, CameraKind
+from sdftrack.synth.duck import duck_mesh
+from sdftrack.testing.faults import FaultyCamera
+from sdftrack.viz.viewer.requests import Box, Click, Record, Save
+
+CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
+FRAMES = 40
+LEAST_IOU = 0.85  # of outlines with the true silhouettes; measured 0.95
+FARTHEST_M = 0.01  # poses by colour alone, whose distance is uncertain; measured 0.003
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    """A duck before a wall: the sequence in memory and in a folder, its mesh, its first pose and the intrinsics."""
+    folder = tmp_path_factory.mktemp("color")
+    duck = duck_mesh()
+    walk = st.synth.random_walk(step_m=0.002, step_rad=0.01)
+    seq = st.synth.sequence(duck, FRAMES, walk, 0.001, seed=2, camera=CAMERA, clutter="wall")
+    seq = st.Sequence(list(seq), CAMERA, np.stack([seq.ground_truth[i][0] for i in range(FRAMES)]), {1: duck})
+    st.save_sequence(folder / "seq", seq)
+    duck.save(folder / "duck.ply")
+    CAMERA.save(folder / "cam.json")
+    pose = {"T_cam_obj": [seq.ground_truth[0][0].tolist()]}
+    (folder / "poses.json").write_text(json.dumps(pose))
+    return seq, folder
+
+
+@pytest.fixture(scope="module")
+def silhouettes(scene):
+    """Of the object in each frame."""
+    shape = st.SDF.from_mesh(scene[0].models[1], voxels=60)
+    return [shape.silhouette(CAMERA, scene[0].ground_truth[i][0]) for i in range(FRAMES)]
+
+
+def box_of(mask, margin=3):
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    x, y = columns[0] - margin, rows[0] - margin
+    return x, y, columns[-1] - x + margin, rows[-1] - y + margin
+
+
+def box_option(mask):
+    return "box:" + ",".join(str(v) for v in box_of(mask))
+
+
+class Capture:
+    """The part of cv2.VideoCapture that the driver uses, showing the frames of a sequence, then ended by Ctrl-C."""
+
+    opened, frames, unplugged, shown = True, (), (), 0
+
+    def __init__(self, device):
+        self.values = {
+            cv2.CAP_PROP_FRAME_WIDTH: 320.0,
+            cv2.CAP_PROP_FRAME_HEIGHT: 240.0,
+            cv2.CAP_PROP_FPS: 30.0,
+        }
+
+    def isOpened(self):
+        return self.opened
+
+    def get(self, what):
+        return self.values[what]
+
+    def set(self, what, value):
+        self.values[what] = float(value)
+        return True
+
+    def grab(self):
+        time.sleep(0.02)
+        mine = type(self)
+        if mine.shown == len(mine.frames):
+            raise KeyboardInterrupt
+        mine.shown += 1
+        return mine.shown - 1 not in mine.unplugged
+
+    def retrieve(self):
+        return True, np.ascontiguousarray(self.frames[self.shown - 1].color[..., ::-1])
+
+    def release(self):
+        pass
+
+
+@pytest.fixture
+def webcam(monkeypatch, scene):
+    class Fresh(Capture):
+        frames = tuple(scene[0])
+
+    monkeypatch.setattr(cv2, "VideoCapture", Fresh)
+    monkeypatch.setattr("sdftrack.live.webcam._video_devices", lambda: None)
+    monkeypatch.setattr("sdftrack.live.camera.RETRY_S", 0.01)
+    return Fresh
+
+
+@pytest.fixture
+def rgbd(monkeypatch, scene):
+    """Registers the camera "faulty:", which has depth as well, with these faults."""
+
+    def register(seq=None, **faults):
+        make = lambda address, **_: FaultyCamera(seq or scene[0], real_time=False, **faults)  # noqa: E731
+        monkeypatch.setitem(CAMERAS, "faulty", CameraKind("faulty", "", make))
+
+    return register
+
+
+class Page:
+    """A viewer whose user does something at certain frames."""
+
+    url, note, pages = "http://page", "", 1
+
+    def __init__(self, does):
+        self.does, self.shown, self.said = does, [], []
+        self.picture = np.zeros((4, 6, 3), np.uint8)
+
+    def requests(self):
+        return self.does.get(len(self.shown), [])
+
+    def show(self, frame, result, **about):
+        self.shown.append((frame, result, about))
+
+    def tell(self, text):
+        self.said.append(text)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+
+@pytest.fixture
+def page(monkeypatch):
+    def place(does):
+        made = Page(does)
+        monkeypatch.setattr(live_module, "_page", lambda *_: made)
+        return made
+
+    return place
+
+
+def contour(out, *more, camera="webcam:0"):
+    return run(["live", "--camera", camera, "--contour", "--out", str(out), *more])
+
+
+def known(scene, out, *more, camera="webcam:0", init=True):
+    start = ["--init", str(scene[1] / "poses.json")] if init else []
+    model = ["--model", str(scene[1] / "duck.ply"), "--voxels", "50"]
+    arguments = ["--mode", "rgb", "--no-video", "--threads", "1", "--out", str(out), *more]
+    return run(["live", "--camera", camera, *model, *start, *arguments])
+
+
+def rows_of(out):
+    return json.loads((out / "result.json").read_text())["frames"]
+
+
+def objects_of(out):
+    return [f["objects"][0] for f in json.loads((out / "report.json").read_text())["frames"]]
+
+
+def scores(out, silhouettes, first=0):
+    """IoU of the masks; a frame is found by the outline that is nearest."""
+    masks = [read_mask(out / f"mask/{row['frame']:06d}.png") for row in rows_of(out)]
+    return [max(st.metrics.iou(mask, true) for true in silhouettes[first:]) for mask in masks]
+
+
+# -- outlines
+
+
+def test_the_outline_in_a_webcams_images_is_written_as_by_contour(
+    webcam, scene, silhouettes, tmp_path, capsys
+):
+    out = tmp_path / "out"
+    assert contour(out, "--no-viewer", "--init", box_option(silhouettes[0])) == 0
+    assert {p.name for p in out.iterdir()} == {"mask", "overlay.mp4", "result.json"}
+    report = json.loads((out / "result.json").read_text())
+    rows = report["frames"]
+    assert len(rows) > FRAMES / 2
+    assert [row["frame"] for row in rows] == list(range(len(rows)))
+    assert {row["status"] for row in rows} == {"ok"}
+    assert np.all(np.diff([row["timestamp"] for row in rows]) > 0)
+    assert min(scores(out, silhouettes)) > LEAST_IOU
+    settings = report["settings"]
+    assert (settings["command"], settings["source"], settings["warp"]) == (
+        "contour",
+        "webcam:0",
+        "similarity",
+    )
+    said = capsys.readouterr()
+    assert f"{len(rows)} frames" in said.out
+    assert "camera: webcam 0" in said.err
+    assert "intrinsics" not in said.err  # an outline needs none
+
+
+def test_a_second_run_replaces_only_files_of_the_first(webcam, silhouettes, tmp_path, capsys):
+    out = tmp_path / "out"
+    arguments = ["--no-viewer", "--init", box_option(silhouettes[0]), "-q"]
+    assert contour(out, *arguments) == 0
+    webcam.shown = 0
+    assert contour(out, *arguments) == 1
+    assert "--overwrite" in capsys.readouterr().err
+    webcam.shown = FRAMES - 5
+    assert contour(out, *arguments, "--overwrite") == 0
+    assert len(list((out / "mask").iterdir())) == len(rows_of(out)) <= 5
+
+
+def test_a_mask_of_the_image_starts_the_outline_and_no_video_is_an_option(
+    webcam, silhouettes, tmp_path, monkeypatch
+):
+    cv2.imwrite(str(tmp_path / "m.png"), silhouettes[0].astype(np.uint8))
+    (tmp_path / "c.toml").write_text('[contour]\nwarp = "affine"\n')
+    out = tmp_path / "out"
+    more = ["--no-video", "--no-viewer", "--config", str(tmp_path / "c.toml"), "-q"]
+    assert contour(out, "--init", str(tmp_path / "m.png"), *more) == 0
+    assert {p.name for p in out.iterdir()} == {"mask", "result.json"}
+    assert min(scores(out, silhouettes)) > LEAST_IOU
+    assert json.loads((out / "result.json").read_text())["settings"]["warp"] == "affine"
+
+
+def test_a_box_on_the_page_starts_the_outline_and_starts_it_again(webcam, silhouettes, page, tmp_path):
+    nowhere = [Box(0, 400.0, 10.0, 20.0, 20.0)]
+    does = {
+        3: [Click(0, 100.0, 100.0)],
+        5: [Box(0, *box_of(silhouettes[5]))],
+        15: nowhere,
+        20: [Box(0, *box_of(silhouettes[20]))],
+        22: [Save(), Record(True)],
+    }
+    made = page(does)
+    out = tmp_path / "out"
+    assert contour(out, "--init", "view") == 0
+    assert made.said[0] == "drag a box around the object: object"
+    assert any("a click does not tell its size" in text for text in made.said)
+    assert any("expected a box in the 320 x 240 image" in text for text in made.said)
+    assert made.said.count("object: started") == 2
+    assert any("to record, follow an object by depth" in text for text in made.said)
+    assert (out / "picture_1.png").is_file()
+    results = [result for _, result, _ in made.shown]
+    assert [r is None for r in results[:7]] == [True] * 5 + [False] * 2
+    assert all(about["mask"] is not None for _, result, about in made.shown if result is not None)
+    assert {str(r.status[0]) for r in results[5:]} == {"ok"}
+    assert min(scores(out, silhouettes)) > LEAST_IOU
+
+
+def test_an_unplugged_webcam_gives_bad_frames_and_the_outline_goes_on(webcam, silhouettes, tmp_path):
+    webcam.unplugged = range(12, 20)
+    out = tmp_path / "out"
+    assert contour(out, "--no-viewer", "--init", box_option(silhouettes[0]), "-q") == 0
+    rows = rows_of(out)
+    bad = [row for row in rows if row["status"] == "bad_frame"]
+    assert bad
+    assert "is the cable connected" in bad[0]["reason"]
+    assert bad[0]["area_px"] == 0
+    assert rows[-1]["status"] == "ok"
+    assert not read_mask(out / f"mask/{bad[0]['frame']:06d}.png").any()
+
+
+@pytest.mark.slow
+def test_the_outline_in_the_colour_of_a_recording(scene, silhouettes, tmp_path):
+    out = tmp_path / "out"
+    more = ["--no-viewer", "--fps", "20", "--init", box_option(silhouettes[0]), "-q"]
+    assert contour(out, *more, camera=f"replay:{scene[1] / 'seq'}") == 0
+    assert min(scores(out, silhouettes)) > LEAST_IOU
+
+
+def test_outlines_of_a_camera_with_depth_are_of_its_colour_image(scene, silhouettes, rgbd, page, tmp_path):
+    """Its colour camera looks from elsewhere, with another size; some frames come without colour."""
+    color = st.Camera(131.25, 131.25, 79.5, 59.5, 160, 120)
+    rig = st.RGBDCamera(CAMERA, color, T_color_depth=st.geometry.pose([0, 0, 0], [0.02, 0, 0]))
+    frames = [f.replace(color=np.ascontiguousarray(f.color[::2, ::2])) for f in scene[0]]
+    for i in (0, 12):
+        frames[i] = frames[i].replace(color=None)
+    rgbd(st.Sequence(frames, rig), stall=dict.fromkeys(range(FRAMES), 0.02))
+    made = page({})
+    out = tmp_path / "out"
+    small = silhouettes[1][::2, ::2]
+    assert contour(out, "--init", box_option(small), camera="faulty:") == 0
+    rows = rows_of(out)
+    bad = [row for row in rows if row["status"] == "bad_frame"]
+    assert {row["reason"] for row in bad} <= {"this frame has no colour image"}
+    assert rows[0]["status"] == rows[-1]["status"] == "ok"
+    assert read_mask(out / "mask/000000.png").shape == (120, 160)
+    assert st.metrics.iou(read_mask(out / "mask/000000.png"), small) > 0.8
+    shown = [frame for frame, _, _ in made.shown if frame.color is not None]
+    assert all(frame.depth is None and frame.camera is None for frame in shown)
+
+
+def test_colour_of_an_unknown_camera_has_a_lens_of_its_size(scene, silhouettes, rgbd, page, tmp_path):
+    P = np.diag([100.0, 100.0, 1.0])
+    rig = st.RGBDCamera(CAMERA, projective=(P, np.zeros(3)))
+    frames = [f.replace(color=np.ascontiguousarray(f.color[::2, ::2])) for f in scene[0]]
+    rgbd(st.Sequence(frames, rig), stall=dict.fromkeys(range(FRAMES), 0.02))
+    made = page({})
+    assert contour(tmp_path / "out", "--init", box_option(silhouettes[0][::2, ::2]), camera="faulty:") == 0
+    assert {frame.camera.shape for frame, _, _ in made.shown} == {(120, 160)}
+
+
+def test_a_camera_without_colour_is_refused_in_one_line(scene, rgbd, tmp_path, capsys):
+    rgbd(
+        st.Sequence([f.replace(color=None) for f in scene[0]], CAMERA), stall=dict.fromkeys(range(40), 0.005)
+    )
+    assert contour(tmp_path / "out", "--no-viewer", "--init", "box:9,9,9,9", "-q", camera="faulty:") == 1
+    err = capsys.readouterr().err
+    assert "--contour: expected colour images" in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_outline_that_is_never_found_is_exit_code_3(webcam, tmp_path, capsys, silhouettes):
+    webcam.unplugged = range(2, FRAMES)
+    grey = [f.replace(color=np.full_like(f.color, 90)) for f in webcam.frames]
+    webcam.frames = grey
+    out = tmp_path / "out"
+    code = contour(out, "--no-viewer", "--init", box_option(silhouettes[0]), "-q")
+    err = capsys.readouterr().err
+    assert code in (1, 3)  # an image without colours, or nothing found in it
+    assert err.count("\n") == 1
+
+
+def test_a_full_disk_ends_the_run_with_one_line_and_leaves_masks(
+    webcam, silhouettes, tmp_path, monkeypatch, capsys
+):
+    from sdftrack.cli.contour_files import ContourFiles
+
+    add = ContourFiles.add
+
+    def full(self, number, *about):
+        if number == 5:
+            raise OSError(28, "No space left on device")
+        add(self, number, *about)
+
+    monkeypatch.setattr(ContourFiles, "add", full)
+    out = tmp_path / "out"
+    assert contour(out, "--no-viewer", "--init", box_option(silhouettes[0]), "-q") == 1
+    assert capsys.readouterr().err == "sdftrack: error: No space left on device\n"
+    assert len(rows_of(out)) == 5
+    assert "No space left" in json.loads((out / "result.json").read_text())["stopped"]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="Ctrl-C is sent as a signal")
+def test_ctrl_c_is_a_clean_end_of_an_outline(scene, silhouettes, tmp_path):
+    out = tmp_path / "out"
+    arguments = [
+        *("live", "--camera", f"replay:{scene[1] / 'seq'}", "--fps", "2", "--no-viewer", "--contour"),
+        *("--init", box_option(silhouettes[0]), "--out", str(out)),
+    ]
+    child = subprocess.Popen(
+        [sys.executable, "-m", "sdftrack", *arguments], stderr=subprocess.PIPE, text=True
+    )
+    end = time.monotonic() + 60
+    while not (out / "mask/000001.png").exists() and time.monotonic() < end:
+        time.sleep(0.05)
+    child.send_signal(signal.SIGINT)
+    err = child.communicate(timeout=30)[1]
+    assert child.returncode == 0, err
+    assert "Traceback" not in err
+    assert 1 <= len(rows_of(out)) < FRAMES
+    assert (out / "overlay.mp4").is_file()
+
+
+# -- known shapes
+
+
+def check_poses(scene, out):
+    """Poses are those of some frame: the camera's times do not tell which. By colour alone they are never "ok"."""
+    for entry in objects_of(out):
+        if entry["status"] == "weak":
+            errors = [
+                st.metrics.pose_error(np.array(entry["pose"]), scene[0].ground_truth[i][0])
+                for i in range(FRAMES)
+            ]
+            assert min(metres for metres, _ in errors) < FARTHEST_M
+            assert min(radians for _, radians in errors) < np.radians(5)
+
+
+def test_a_known_shape_is_followed_in_a_webcams_images(webcam, scene, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert known(scene, out, "--no-viewer", "--intrinsics", str(scene[1] / "cam.json")) == 0
+    statuses = [entry["status"] for entry in objects_of(out)]
+    assert statuses.count("weak") > 0.8 * len(statuses)
+    check_poses(scene, out)
+    assert "warning" not in capsys.readouterr().err
+
+
+@pytest.mark.filterwarnings("default")
+def test_guessed_intrinsics_are_one_warning_that_names_the_option(webcam, scene, tmp_path, capsys):
+    assert known(scene, tmp_path / "out", "--no-viewer", "-q") in (0, 3)
+    (line,) = [text for text in capsys.readouterr().err.splitlines() if "warning" in text]
+    assert (
+        "a horizontal field of view of 60 degrees is assumed; pass --intrinsics for poses in metres" in line
+    )
+
+
+def test_a_webcam_has_mode_rgb_without_being_told(webcam, scene, tmp_path):
+    out = tmp_path / "out"
+    intrinsics = ["--intrinsics", str(scene[1] / "cam.json"), "--mode", "auto"]
+    assert known(scene, out, "--no-viewer", "-q", *intrinsics) == 0
+    assert objects_of(out)[-1]["status"] == "weak"
+
+
+def test_a_known_shape_is_started_again_by_a_box(webcam, scene, silhouettes, page, tmp_path):
+    """Without depth there is no search: the object is moved as it was at the start into the box."""
+    webcam.frames += webcam.frames[::-1]  # some are gone before the shape is loaded
+    far = Box(0, 2.0, 2.0, 30.0, 30.0)
+    made = page({10: [far], 16: [Box(0, *box_of(silhouettes[30], 0))], 20: [Record(True)]})
+    out = tmp_path / "out"
+    assert known(scene, out, "--intrinsics", str(scene[1] / "cam.json")) == 0
+    assert made.said.count("duck: started") == 2
+    assert any("to record" in text for text in made.said)
+    results = [result for _, result, _ in made.shown]
+    assert np.abs(results[10].poses[0, :3, 3] - results[9].poses[0, :3, 3]).max() > 0.1
+    assert str(results[20].status[0]) == "weak"
+    errors = [st.metrics.pose_error(results[-1].pose, scene[0].ground_truth[i][0])[0] for i in range(FRAMES)]
+    assert min(errors) < FARTHEST_M
+
+
+def test_a_click_starts_a_known_shape_as_at_first(webcam, scene, page, tmp_path):
+    webcam.frames += webcam.frames[::-1]
+    made = page({10: [Click(0, 3.0, 3.0)]})
+    assert known(scene, tmp_path / "out", "--intrinsics", str(scene[1] / "cam.json")) == 0
+    assert made.said.count("duck: started") == 1
+    assert str(made.shown[-1][1].status[0]) == "weak"
+
+
+def test_mode_rgb_works_with_the_colour_of_a_recording(scene, tmp_path):
+    out = tmp_path / "out"
+    assert known(scene, out, "--no-viewer", "-q", "--fps", "15", camera=f"replay:{scene[1] / 'seq'}") == 0
+    assert objects_of(out)[-1]["status"] == "weak"
+    check_poses(scene, out)
+
+
+def test_mode_rgb_goes_on_after_frames_without_colour(scene, rgbd, tmp_path):
+    frames = list(scene[0])
+    for i in (0, 28, 29, 30):
+        frames[i] = frames[i].replace(color=None)
+    rgbd(st.Sequence(frames, CAMERA), stall=dict.fromkeys(range(FRAMES), 0.02))
+    out = tmp_path / "out"
+    assert known(scene, out, "--no-viewer", "-q", camera="faulty:") == 0
+    objects = objects_of(out)
+    bad = [entry["reason"] for entry in objects if entry["status"] == "bad_frame"]
+    assert set(bad) == {"this frame has no colour image"}
+    assert objects[-1]["status"] == "weak"
+
+
+@pytest.mark.parametrize("distance", [0.3, 0.6, 3.0])
+def test_a_shape_is_moved_to_where_it_fills_a_box(distance):
+    mesh = duck_mesh()
+    T = st.geometry.pose([0.3, -0.4, 0.2], [0.1, -0.05, distance])
+    px = CAMERA.project(mesh.vertices @ T[:3, :3].T + T[:3, 3])
+    low, high = px.min(axis=0), px.max(axis=0)
+    start = T.copy()
+    start[:3, 3] = [0.0, 0.0, 0.8]
+    moved = moved_into((*low, *(high - low)), start, mesh.vertices, CAMERA)
+    np.testing.assert_array_equal(moved[:3, :3], T[:3, :3])
+    metres, _ = st.metrics.pose_error(moved, T)
+    assert metres < 0.05 * distance
+
+
+# -- bad input
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["--contour", "--model", "M"], 2, "expected either --model"),
+        (["--contour", "--reconstruct"], 2, "expected either --model"),
+        (["--contour", "--mode", "rgb"], 2, "expected no --mode with --contour"),
+        (["--contour", "--no-viewer"], 2, "nobody can show the object"),
+        (["--contour", "--init", "auto"], 2, "with --contour, got auto"),
+        (["--contour", "--init", "click:1,1"], 2, "with --contour, got click:1,1"),
+        (["--contour", "--init", "box:1,2"], 2, "in pixels of the colour image"),
+        (["--contour", "--device", "cuda"], 2, "runs on the CPU"),
+        (["--contour", "--stream", "ws://localhost:0"], 2, "an outline has no pose to send"),
+        (["--contour", "--no-viewer", "--init", "box:400,9,9,9"], 2, "in the 320 x 240 colour image"),
+        (["--contour", "--no-viewer", "--init", "SMALL"], 1, "the colour image's size 320 x 240, got 9 x 7"),
+        (["--contour", "--no-viewer", "--init", "none.png"], 1, "--init: no such file"),
+        (["--contour", "--config", "EMPTY"], 1, "expected options in a table [contour]"),
+        (["--reconstruct"], 2, "cannot be reconstructed from colour alone"),
+        (["--model", "M", "--mode", "depth"], 2, "a webcam has colour alone, and mode depth needs depth"),
+        (["--model", "M", "--mode", "rgbd"], 2, "a webcam has colour alone, and mode rgbd needs depth"),
+        (["--model", "M", "--mode", "rgb"], 2, "expected a file of start poses, --init poses.json"),
+        (["--model", "M", "--init", "box:9,9,9,9"], 2, "expected a file of start poses"),
+        (["--reconstruct", "--mode", "rgb", "--camera", "replay:SEQ"], 2, "a reconstruction needs depth"),
+        (["--model", "M", "--init", "none.json", "--intrinsics", "CAM"], 1, "no such file: none.json"),
+        (["--model", "M", "--init", "POSES", "--intrinsics", "BIG"], 1, "--intrinsics: these intrinsics are of 640 x"),
+        (["--model", "M", "--init", "POSES", "--intrinsics", "no.json"], 1, "no.json"),
+        (["--model", "M", "--camera", "replay:SEQ", "--intrinsics", "CAM"], 2, "other cameras know their"),
+        (["--contour", "--camera", "webcam:front"], 1, "expected a number or a device file"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_line_and_leaves_nothing(
+    webcam, scene, tmp_path, capsys, page, arguments, code, message
+):
+    page({})
+    folder = scene[1]
+    cv2.imwrite(str(tmp_path / "small.png"), np.full((7, 9), 255, np.uint8))
+    CAMERA.scaled(2).save(tmp_path / "big.json")
+    (tmp_path / "empty.toml").write_text("")
+    named = {
+        "M": folder / "duck.ply", "replay:SEQ": f"replay:{folder / 'seq'}", "POSES": folder / "poses.json",
+        "CAM": folder / "cam.json", "BIG": tmp_path / "big.json", "SMALL": tmp_path / "small.png",
+        "EMPTY": tmp_path / "empty.toml",
+    }  # fmt: skip
+    given = [str(named.get(a, a)) for a in arguments]
+    camera = [] if "--camera" in given else ["--camera", "webcam:0"]
+    out = tmp_path / "out"
+    assert run(["live", *given, *camera, "--voxels", "50", "-q", "--out", str(out)]) == code
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1, err
+    assert message in err
+    assert not out.exists()
+
+
+def test_a_webcam_that_another_program_uses_is_one_line(webcam, tmp_path, capsys):
+    webcam.opened = False
+    assert contour(tmp_path / "out", "--init", "view") == 1
+    err = capsys.readouterr().err
+    assert err == "sdftrack: error: webcam 0: it cannot be opened; does another program use it?\n"
+
+
+def test_record_says_what_a_webcam_is_good_for(tmp_path, capsys):
+    assert run(["record", "webcam:0", "--out", str(tmp_path / "out")]) == 2
+    assert "sdftrack live --camera webcam:0 follows an outline (--contour)" in capsys.readouterr().err

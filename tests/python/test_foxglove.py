@@ -1,0 +1,283 @@
+# SPDX-License-Identifier: MIT
+"""The server for Foxglove's app, asked by a plain websocket client."""
+
+import contextlib
+import json
+import socket
+import struct
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_streams import (
+    CAMERA,
+    NAMES,
+    ROUNDING,
+    SEND_S,
+    eventually,
+    frame,
+    median_of_send,
+    numbers_of,
+    result,
+)
+
+import sdftrack as st
+from sdftrack.live.streams import open_stream
+
+pytest.importorskip("foxglove.websocket")
+pytest.importorskip("rosbags")
+connect = pytest.importorskip("websockets.sync.client").connect
+HEAD = struct.Struct("<BIQ")  # of a binary message: 1, the subscription, the time in ns
+TOPICS = {
+    "/sdftrack/box_1/pose": "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "/sdftrack/duck/pose": "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "/sdftrack/camera_info": "sensor_msgs/msg/CameraInfo",
+    "/tf": "tf2_msgs/msg/TFMessage",
+}
+
+
+@pytest.fixture
+def server():
+    with open_stream("foxglove://127.0.0.1:0", NAMES, CAMERA) as stream:
+        yield stream
+
+
+def url_of(stream):
+    return f"ws://127.0.0.1:{stream.address.rsplit(':', 1)[1]}"
+
+
+class Client:
+    """Subscribes to all topics; messages are decoded with the definitions that the server sends."""
+
+    def __init__(self, connection):
+        from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+        self.connection, self.channels = connection, {}
+        self.info = json.loads(connection.recv(timeout=10))
+        while len(self.channels) < len(TOPICS):
+            told = json.loads(connection.recv(timeout=10))
+            self.channels |= {channel["id"]: channel for channel in told["channels"]}
+        self._stores = {}
+        for channel in self.channels.values():
+            self._stores[channel["id"]] = store = get_typestore(Stores.EMPTY)
+            store.register(get_types_from_msg(channel["schema"], channel["schemaName"]))
+        subscriptions = [{"id": i, "channelId": i} for i in self.channels]
+        connection.send(json.dumps({"op": "subscribe", "subscriptions": subscriptions}))
+
+    def receive(self):
+        """(topic, time in ns, message)"""
+        data = self.connection.recv(timeout=10)
+        kind, i, time_ns = HEAD.unpack_from(data)
+        assert kind == 1
+        channel = self.channels[i]
+        message = self._stores[i].deserialize_cdr(data[HEAD.size :], channel["schemaName"])
+        return channel["topic"], time_ns, message
+
+
+@contextlib.contextmanager
+def client(stream, **options):
+    with connect(url_of(stream), subprotocols=["foxglove.sdk.v1"], **options) as connection:
+        made = Client(connection)
+        channels = stream._receiver._channels.values()
+        assert eventually(lambda: all(channel.has_sinks() for channel in channels))
+        yield made
+
+
+def test_a_client_is_told_the_topics_with_their_definitions(server):
+    with client(server) as made:
+        assert (made.info["op"], made.info["name"]) == ("serverInfo", "sdftrack")
+        assert {c["topic"]: c["schemaName"] for c in made.channels.values()} == TOPICS
+        assert {(c["encoding"], c["schemaEncoding"]) for c in made.channels.values()} == {("cdr", "ros2msg")}
+
+
+def test_poses_and_transforms_arrive_as_they_were_sent(server):
+    sent = [result(0), result(1, ("lost", "weak"))]
+    with client(server) as made:
+        for i, one in enumerate(sent):
+            server.send(frame(i), one)
+        rows = [made.receive() for _ in range(6)]
+    topics = [topic for topic, _, _ in rows]
+    assert topics == [
+        "/sdftrack/camera_info", "/sdftrack/box_1/pose", "/sdftrack/duck/pose", "/tf",
+        "/sdftrack/duck/pose", "/tf",
+    ]  # fmt: skip
+    assert [time_ns for _, time_ns, _ in rows] == [round(1e9 * (100 + i / 30)) for i in (0, 0, 0, 0, 1, 1)]
+    assert st.Camera.from_ros(rows[0][2]) == CAMERA
+    for row, (i, k) in zip((1, 2, 4), ((0, 0), (0, 1), (1, 1)), strict=True):
+        message = rows[row][2]
+        got = numbers_of((message.pose.pose.position, message.pose.pose.orientation))
+        assert np.abs(got - sent[i].poses[k]).max() < ROUNDING
+        assert np.array_equal(message.pose.covariance.reshape(6, 6), sent[i].covariances[k])
+    assert [t.child_frame_id for t in rows[3][2].transforms] == ["box_1", "duck"]
+    (moved,) = rows[5][2].transforms
+    assert moved.header.frame_id == "camera_depth_optical_frame"
+    got = numbers_of((moved.transform.translation, moved.transform.rotation))
+    assert np.abs(got - sent[1].poses[1]).max() < ROUNDING
+    assert (server.sent, server.dropped, server.error) == (2, 0, "")
+
+
+def test_who_comes_later_learns_the_camera_within_a_second(server, monkeypatch):
+    monkeypatch.setattr("sdftrack.live.streams.foxglove_server.CAMERA_EVERY_S", 0.05)
+    for _ in range(2):
+        with client(server) as made:
+            server.send(frame(), result())
+            assert made.receive()[0] == "/sdftrack/camera_info"
+        assert eventually(lambda: not server._receiver.subscribed)
+        time.sleep(0.06)
+
+
+def test_an_object_added_later_gets_a_topic(server):
+    one = result()
+    more = {"poses": np.concatenate([one.poses, one.poses[:1]]), "status": [*one.status, st.Status.OK]}
+    for name in ("covariances", "confidence", "twists", "inliers", "runner_up"):
+        value = getattr(one, name)
+        more[name] = np.concatenate([value, value[:1]])
+    with client(server) as made:
+        server.send(frame(), st.TrackResult(**{**vars(one), **more, "reason": ["", "", ""]}))
+        texts = (m for m in made.connection if isinstance(m, str))  # it comes before or between the poses
+        told = json.loads(next(texts))
+    assert told["channels"][0]["topic"] == "/sdftrack/object_2/pose"
+
+
+def test_without_a_client_nothing_is_sent(server):
+    server.send(frame(), result())
+    assert eventually(lambda: not server._packets)
+    assert (server.sent, server.dropped) == (0, 0)
+
+
+def test_a_client_that_does_not_read_holds_up_nobody(server):
+    stalls = {"max_queue": 1, "ping_interval": None, "close_timeout": 0.1}
+    with client(server, max_queue=None) as good, client(server, **stalls):
+        assert median_of_send(server) < SEND_S
+        seen, newest = [], round(1e9 * (100 + 399 / 30))
+        while newest not in seen:  # a busy machine may cost the reader some of the others
+            topic, time_ns, _ = good.receive()
+            if topic == "/tf":
+                seen.append(time_ns)
+        assert seen == sorted(seen)
+    assert server.dropped == 0
+
+
+def test_a_client_that_vanishes_is_forgotten(server):
+    with connect(url_of(server), subprotocols=["foxglove.sdk.v1"]) as connection:
+        Client(connection)
+        assert eventually(lambda: server._receiver.subscribed)
+        raw = connection.socket
+        raw.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")  # a reset
+        raw.shutdown(socket.SHUT_RDWR)
+    assert eventually(lambda: not server._receiver.subscribed)
+    server.send(frame(), result())
+    with client(server) as made:
+        server.send(frame(1), result(1))
+        assert made.receive()[1] == round(1e9 * (100 + 1 / 30))
+
+
+VANISHES = """
+import socket, sys, time
+sys.path.insert(0, sys.argv[1])
+from test_foxglove import CAMERA, NAMES, client, open_stream
+with open_stream("foxglove://127.0.0.1:0", NAMES, CAMERA) as stream:
+    try:
+        with client(stream, close_timeout=0.1) as made:
+            made.connection.socket.shutdown(socket.SHUT_RDWR)
+            raise InterruptedError
+    except InterruptedError:
+        time.sleep(0.3)
+"""
+
+
+@pytest.mark.slow
+def test_a_client_that_vanishes_prints_nothing():
+    here = str(Path(__file__).parent)
+    done = subprocess.run([sys.executable, "-c", VANISHES, here], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_closing_delivers_what_waits_ends_the_connection_and_frees_the_port(capfd):
+    stream = open_stream("foxglove://127.0.0.1:0", NAMES, CAMERA)
+    port = int(stream.address.rsplit(":", 1)[1])
+    before = threading.active_count()
+    with client(stream) as made:
+        for i in range(5):
+            stream.send(frame(i), result(i))
+        stream.close()
+        assert sum(made.receive()[0] == "/tf" for _ in range(16)) == 5
+        with pytest.raises(Exception, match=r"received 1005|no close frame"):
+            made.receive()
+    assert eventually(lambda: threading.active_count() < before)
+    with socket.create_server(("127.0.0.1", port)):
+        pass
+    assert capfd.readouterr() == ("", "")
+
+
+def test_servers_of_one_process_have_their_own_topics(server):
+    with open_stream("foxglove://127.0.0.1:0", ["cup"], CAMERA) as other, client(server) as made:
+        with connect(url_of(other), subprotocols=["foxglove.sdk.v1"]) as connection:
+            connection.recv(timeout=10)
+            topics = {c["topic"] for c in json.loads(connection.recv(timeout=10))["channels"]}
+        assert "/sdftrack/cup/pose" in topics
+        assert {c["topic"] for c in made.channels.values()} == set(TOPICS)
+
+
+def test_the_next_port_is_taken_and_said():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with open_stream(f"foxglove://localhost:{port}", NAMES, CAMERA) as stream:
+            used = int(stream.address.rsplit(":", 1)[1])
+            assert port < used < port + 20
+            assert stream.note == (
+                f"port {port} is in use, the stream is on port {used}; "
+                f"in Foxglove, open a connection to ws://localhost:{used}"
+            )
+            with client(stream):
+                pass
+
+
+def test_only_this_computer_reaches_it_unless_a_host_is_given():
+    for address in ("foxglove:", "foxglove://"):
+        with open_stream(address, NAMES, CAMERA) as stream:
+            assert stream.address.startswith("foxglove://127.0.0.1:87")
+    with open_stream("foxglove://0.0.0.0:0", NAMES, CAMERA) as stream:
+        assert stream.note.endswith("everyone in the network can read the poses")
+        with client(stream):
+            pass
+
+
+@pytest.mark.parametrize(
+    ("address", "error", "message"),
+    [
+        ("foxglove://localhost:99999", ValueError, "a port of at most 65535, got 99999"),
+        ("foxglove://localhost:http", ValueError, "expected foxglove://HOST:PORT"),
+        ("foxglove://203.0.113.7:8765", OSError, "foxglove://203.0.113.7:8765: expected a name or address of this"),
+        ("foxglove://no.such.host.invalid:1", OSError, "foxglove://no.such.host.invalid:1: "),
+    ],
+)  # fmt: skip
+def test_wrong_addresses_are_refused(address, error, message):
+    with pytest.raises(error, match=message):
+        open_stream(address, NAMES, CAMERA)
+
+
+def test_a_server_that_cannot_start_is_an_error_in_one_line(monkeypatch):
+    import foxglove
+
+    def fails(**_):
+        raise RuntimeError("FoxgloveError: no threads")
+
+    monkeypatch.setattr(foxglove, "start_server", fails)
+    with pytest.raises(OSError, match="foxglove://localhost:0: FoxgloveError: no threads"):
+        open_stream("foxglove://localhost:0", NAMES, CAMERA)
+
+
+@pytest.mark.parametrize(
+    ("package", "extra"), [("foxglove", "foxglove"), ("foxglove.websocket", "foxglove"), ("rosbags", "bags")]
+)
+def test_a_missing_extra_is_named(package, extra, monkeypatch):
+    monkeypatch.setitem(sys.modules, package, None)
+    if package == "foxglove":
+        monkeypatch.delitem(sys.modules, "foxglove.websocket", raising=False)
+    with pytest.raises(ImportError, match=rf"pip install 'sdftrack\[{extra}\]'"):
+        open_stream("foxglove://localhost:0", NAMES, CAMERA)
