@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""Synthetic sequences with exact ground truth: shapes, trajectories, sensor noise, clutter, hands, colour, gaits."""
+"""Synthetic sequences with exact ground truth: shapes, paths, noise, clutter, hands, colour, gaits, exercises."""
 
 from sdftrack.synth.ball import BallScene, ball_scene
 from sdftrack.synth.blob import BlobVideo, blob_video
 from sdftrack.synth.covers import hide
 from sdftrack.synth.duck import duck_mesh
+from sdftrack.synth.exercise import Exercise, exercise, load_exercise
+from sdftrack.synth.exercise_objects import exercise_object
+from sdftrack.synth.exercise_sequence import exercise_sequence
 from sdftrack.synth.gait import gait
 from sdftrack.synth.gait_video import GaitVideo, gait_video
 from sdftrack.synth.grip import Grip
@@ -16,6 +19,7 @@ from sdftrack.synth.room import corner
 from sdftrack.synth.scene import sequence
 from sdftrack.synth.standing import standing
 from sdftrack.synth.stereo_noise import Stereo
+from sdftrack.synth.surroundings import Table
 from sdftrack.synth.table_scene import TableScene, table_scene
 from sdftrack.synth.trajectories import leave_and_return, orbit, random_walk, static, sweep
 
@@ -23,22 +27,28 @@ __all__ = [
     "BallScene",
     "BlobVideo",
     "Cover",
+    "Exercise",
     "GaitVideo",
     "Gaussian",
     "Grip",
     "Hand",
     "Kinect",
     "Stereo",
+    "Table",
     "TableScene",
     "ball_scene",
     "blob_video",
     "can_mesh",
     "corner",
     "duck_mesh",
+    "exercise",
+    "exercise_object",
+    "exercise_sequence",
     "gait",
     "gait_video",
     "hide",
     "leave_and_return",
+    "load_exercise",
     "orbit",
     "random_walk",
     "region_picture",

@@ -16,7 +16,7 @@ from sdftrack.frame import Frame
 from sdftrack.synth.bodies import Body
 from sdftrack.synth.noise import Noise
 from sdftrack.synth.stage import Occluder, Stage
-from sdftrack.synth.surroundings import Layer, background
+from sdftrack.synth.surroundings import Layer, Table, background
 from sdftrack.synth.tabletop import Tabletop
 
 __all__ = ["Rendered", "World"]
@@ -34,7 +34,7 @@ class World:
     poses: Array
     camera: Camera
     occluder: Occluder | None
-    clutter: str | None
+    clutter: str | Table | None
     color: bool
     seed: int
     fps: float

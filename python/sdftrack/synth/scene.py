@@ -16,6 +16,7 @@ from sdftrack.synth.bodies import Body, Models
 from sdftrack.synth.noise import noise_of
 from sdftrack.synth.occluders import occluder_of
 from sdftrack.synth.rendered import Rendered, World
+from sdftrack.synth.surroundings import Table
 from sdftrack.synth.trajectories import poses_of
 
 __all__ = ["sequence"]
@@ -33,7 +34,7 @@ def sequence(
     seed: int = 0,
     *,
     camera: Camera | RGBDCamera | None = None,
-    clutter: str | bool | None = None,
+    clutter: str | bool | Table | None = None,
     color: bool = True,
     fps: float = 30.0,
     threads: int = 0,
@@ -63,7 +64,8 @@ def sequence(
     camera : Camera, optional
         Default: 640 x 480 with 525 px.
     clutter : None, "wall", "table" (and wall), "objects" (table, and ten things behind) or True for these, or
-        "touching": a table under the first object, and boxes and cans on it that touch the object; they move with it
+        "touching": a table under the first object, and boxes and cans on it that touch the object; they move with it;
+        or a `Table` at a place of its own, and a wall
     color : bool
         Render colour images: the mesh's own colours, or a random solid texture from `seed`.
     fps : float

@@ -16,10 +16,19 @@ from sdftrack.camera import Camera
 if TYPE_CHECKING:
     from sdftrack.mesh import Mesh
 
-__all__ = ["CLUTTER", "Layer", "background", "box_mesh", "hand_mesh", "mesh_layer", "plane_layer"]
+__all__ = ["CLUTTER", "Layer", "Table", "background", "box_mesh", "hand_mesh", "mesh_layer", "plane_layer"]
 
 Array = NDArray[np.float64]
+TABLE_RGB = (120, 90, 65)
 CLUTTER = ("wall", "table", "objects", "touching")
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table at a known place: the plane ``normal . p + d_m = 0``, camera frame, unit normal towards the camera."""
+
+    normal: tuple[float, float, float]
+    d_m: float
 
 
 @dataclass
@@ -73,19 +82,25 @@ class Layer:
         return cls(depth[window], cosine, color, int(rows[0]), int(columns[0]))
 
 
-def background(camera: Camera, kind: str | None, distance_m: float, rng: np.random.Generator) -> Layer:
-    """The still part of the scene, all of it farther than the object at `distance_m` gets."""
+def background(
+    camera: Camera, kind: str | Table | None, distance_m: float, rng: np.random.Generator
+) -> Layer:
+    """The still part of the scene, all of it (but a `Table`) farther than the object at `distance_m` gets."""
     scene = Layer.empty(camera)
     if kind is None:
         return scene
-    if kind not in CLUTTER:
+    if not (isinstance(kind, Table) or kind in CLUTTER):
         raise ValueError(f"clutter: expected None or one of {', '.join(CLUTTER)}, got {kind!r}")
     back = distance_m + 0.5
     scene.put(plane_layer(camera, np.array([0.1, 0.0, -1.0]), np.array([0, 0, back]), (150, 155, 160), rng))
     if kind == "wall":
         return scene
+    if isinstance(kind, Table):
+        normal = np.array(kind.normal)
+        scene.put(plane_layer(camera, normal, -kind.d_m * normal, TABLE_RGB, rng))
+        return scene
     scene.put(
-        plane_layer(camera, np.array([0.0, -1.0, -0.25]), np.array([0, 0.3, distance_m]), (120, 90, 65), rng)
+        plane_layer(camera, np.array([0.0, -1.0, -0.25]), np.array([0, 0.3, distance_m]), TABLE_RGB, rng)
     )
     if kind == "objects":
         for i in range(10):

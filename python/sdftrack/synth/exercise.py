@@ -1,0 +1,292 @@
+# SPDX-License-Identifier: MIT
+"""Exercises of rehabilitation with an object on a table, as functions of time whose derivatives are exact."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack._internal.files import read_json, write_json
+from sdftrack._internal.validation import number, numbers, whole
+from sdftrack.motion.samples import MotionSamples
+from sdftrack.synth.exercise_motion import ObjectMotion
+from sdftrack.synth.exercise_plans import PLANS, Plan, Wishes
+from sdftrack.synth.exercise_view import in_view, random_view
+
+__all__ = ["Exercise", "exercise", "load_exercise"]
+
+Array = NDArray[np.float64]
+VIEWS = 200  # tries until all of the exercise is in view
+TREMBLING = ("reach", "pouring", "tremor")
+SAME_S = 1e-9
+
+
+@dataclass(frozen=True)
+class Exercise:
+    """An exercise with its truth; made by :func:`exercise`.
+
+    Positions are those of the object's origin in the camera frame. The object's z axis points up when it stands. Two
+    exercises are equal if their arguments are.
+
+    Attributes
+    ----------
+    kind : str
+    arguments : dict
+        Of :func:`exercise`, which returns the same exercise for them.
+    fps : float
+    duration_s : float
+    cues_s : tuple of float
+        When each repetition is called for, before it starts by a random reaction time; one for all circles.
+    repetitions : tuple of (start_s, end_s)
+        From the first motion to the last. Speeds rise smoothly, so that a threshold is crossed somewhat later.
+    phases : tuple of (name, start_s, end_s)
+        Without gaps: "rest" (not moving at all), "move", "hold" (away: held, tilted or trembling), "return".
+    tremor_hz : float or None
+    tremor_amplitude_m, tremor_amplitude_rad : float
+        Amplitudes (half of peak to peak) along the main axis and of the rotation, in the mean of their slow modulation.
+    up : (3,) float64
+        Unit vector against gravity, camera frame.
+    table : (3,) float64, float
+        n, d of the plane n . p + d = 0, camera frame, n = up.
+    T_cam_table : (4, 4) float64
+        Table frame: x to the right, y away from the camera, z up, origin where the optical axis meets the table.
+    times_s : (n,) float64
+        Of the frames of a camera, i / fps.
+    objects : int
+        Number of objects: 2 for "two_handed" (left, right), else 1.
+    """
+
+    kind: str
+    arguments: dict[str, Any] = field(repr=False)
+    fps: float
+    duration_s: float
+    cues_s: tuple[float, ...]
+    repetitions: tuple[tuple[float, float], ...]
+    phases: tuple[tuple[str, float, float], ...] = field(repr=False)
+    tremor_hz: float | None
+    tremor_amplitude_m: float
+    tremor_amplitude_rad: float
+    T_cam_table: Array = field(repr=False, compare=False)
+    motions: tuple[ObjectMotion, ...] = field(repr=False, compare=False)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    @property
+    def up(self) -> Array:
+        return self.T_cam_table[:3, 2].copy()
+
+    @property
+    def table(self) -> tuple[Array, float]:
+        return self.up, -float(self.up @ self.T_cam_table[:3, 3])
+
+    @property
+    def times_s(self) -> Array:
+        return np.arange(math.floor(self.duration_s * self.fps) + 1) / self.fps
+
+    @property
+    def objects(self) -> int:
+        return len(self.motions)
+
+    def sample(self, times_s: ArrayLike | None = None, object: int = 0) -> MotionSamples:
+        """Exact motion (S = 1) of an object's origin in the camera frame; None: at `times_s` of the frames."""
+        times = self._times(times_s)
+        motion = self._motion(object)
+        R, w = motion.rotations(times)
+        R_cam = self.T_cam_table[:3, :3]
+        place, velocity, acceleration, jerk = (motion.places(times) @ R_cam.T)[:, None]
+        return MotionSamples(
+            times,
+            place + self.T_cam_table[:3, 3],
+            velocity,
+            acceleration,
+            jerk,
+            rotations=(R_cam @ R)[None],
+            angular_velocities_radps=(w @ R_cam.T)[None],
+            observed=np.ones(len(times), bool),
+        )
+
+    def poses(self, times_s: ArrayLike | None = None, object: int = 0) -> Array:
+        """(n, 4, 4) exact T_cam_obj in metres; None: at `times_s` of the frames."""
+        exact = self.sample(times_s, object)
+        T = np.tile(np.eye(4), (len(exact.times_s), 1, 1))
+        T[:, :3, :3], T[:, :3, 3] = exact.rotations[0], exact.positions_m[0]
+        return T
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the arguments and the truth as JSON, for :func:`load_exercise` and for other programs."""
+        write_json(path, self._as_json())
+
+    def _as_json(self) -> dict[str, Any]:
+        n, d = self.table
+        return {
+            "kind": self.kind,
+            "arguments": self.arguments,
+            "fps": self.fps,
+            "duration_s": self.duration_s,
+            "cues_s": list(self.cues_s),
+            "repetitions": [list(r) for r in self.repetitions],
+            "phases": [list(p) for p in self.phases],
+            "tremor_hz": self.tremor_hz,
+            "tremor_amplitude_m": self.tremor_amplitude_m,
+            "tremor_amplitude_rad": self.tremor_amplitude_rad,
+            "up": n.tolist(),
+            "table": {"n": n.tolist(), "d_m": d},
+        }
+
+    def _times(self, times_s: ArrayLike | None) -> Array:
+        times = self.times_s if times_s is None else np.atleast_1d(numbers(times_s, "times_s"))
+        if times.ndim != 1 or not np.isfinite(times).all():
+            raise ValueError(f"times_s: expected finite times of shape (n,), got shape {times.shape}")
+        return times
+
+    def _motion(self, k: int) -> ObjectMotion:
+        return self.motions[whole(k, "object", 0, self.objects - 1)]
+
+
+def exercise(
+    kind: str,
+    *,
+    seed: int = 0,
+    repetitions: int = 5,
+    fps: float = 30.0,
+    submovements: int | None = None,
+    tremor_hz: float | None = None,
+    tremor_amplitude_m: float | None = None,
+    origin_m: float = 0.0,
+    meeting_m: float = 0.08,
+) -> Exercise:
+    """Create an exercise as a patient performs it in front of a camera that looks down at a table.
+
+    Movements are sums of overlapping smooth steps with continuous jerk (minimum snap), submovements whose number,
+    overlap, size and direction are random, so that smoothness varies; start, direction, distance, durations, pauses,
+    reaction times, rotation and view are random, too. All of it stays in view of a camera of 640 x 480 with 525 px.
+
+    Parameters
+    ----------
+    kind : str
+        "reach": lifted, carried 0.2-0.4 m, held, carried back, put down. "pouring": likewise, and tilted by 60-110
+        degrees. "circle": circles drawn on the table without a pause. "tremor": held for 4-7 s with a tremor of 4-9 Hz
+        and 0.5-3 mm. "two_handed": two objects are carried to the middle, touch, and are carried back.
+    seed : int
+    repetitions : int
+        Or circles.
+    fps : float
+        Frames per second of `times_s` and of rendered sequences.
+    submovements : int, optional
+        Of each way; by default 1 to 4.
+    tremor_hz, tremor_amplitude_m : float, optional
+        Of the tremor while the object is held ("reach", "pouring", "tremor"); 0 m: none. By default random for
+        "tremor", none for the others.
+    origin_m : float
+        Height of the object's origin over the table when it stands; 0 for `exercise_object`.
+    meeting_m : float
+        Distance of the two origins when the objects of "two_handed" touch: their width.
+
+    Raises
+    ------
+    TypeError, ValueError
+        An unknown kind, a number out of range, a tremor of an exercise without a phase "hold".
+
+    Examples
+    --------
+    >>> reach = exercise("reach", seed=1, repetitions=2)
+    >>> len(reach.repetitions), reach.sample([0.0, 0.1]).speeds_mps.tolist()
+    (2, [[0.0, 0.0]])
+    """
+    if kind not in PLANS:
+        raise ValueError(f"kind: expected one of {', '.join(PLANS)}, got {kind!r}")
+    arguments: dict[str, Any] = {
+        "seed": whole(seed, "seed", 0),
+        "repetitions": whole(repetitions, "repetitions", 1, 1000),
+        "fps": _between(fps, "fps", 1, 10_000, "frames per second"),
+        "submovements": None if submovements is None else whole(submovements, "submovements", 1, 100),
+        "tremor_hz": None if tremor_hz is None else _between(tremor_hz, "tremor_hz", 0.1, 1000, "Hz"),
+        "tremor_amplitude_m": (
+            None
+            if tremor_amplitude_m is None
+            else _between(tremor_amplitude_m, "tremor_amplitude_m", 0, 0.02, "m")
+        ),
+        "origin_m": _between(origin_m, "origin_m", -0.5, 0.5, "m"),
+        "meeting_m": _between(meeting_m, "meeting_m", 0.01, 0.2, "m"),
+    }
+    if kind not in TREMBLING and (tremor_hz is not None or tremor_amplitude_m):
+        raise ValueError(f"tremor: expected one of the kinds {', '.join(TREMBLING)}, got {kind!r}")
+    wanted = Wishes(**{name: arguments[name] for name in Wishes.__dataclass_fields__})
+    for attempt in range(VIEWS):
+        rng = np.random.default_rng([arguments["seed"], list(PLANS).index(kind), attempt])
+        view = random_view(rng)
+        plan = PLANS[kind](wanted, rng)
+        if in_view(view, plan.motions, plan.duration_s, wanted.origin_m):
+            return _exercise(kind, arguments, view, plan)
+    raise ValueError(f"{kind}: found no view of all of it in {VIEWS} tries; change seed or meeting_m")
+
+
+def load_exercise(path: str | os.PathLike[str]) -> Exercise:
+    """Read what `Exercise.save` or ``sdftrack synth exercise`` wrote; equal to the exercise that was written.
+
+    Parameters
+    ----------
+    path : str or path
+        The file, or the folder that holds exercise.json.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        No such file; a file that is none of an exercise; one of a version that made other exercises.
+    """
+    file = Path(path)
+    if file.is_dir():
+        file /= "exercise.json"
+    stored = read_json(file)
+    try:
+        made = exercise(stored["kind"], **stored["arguments"])
+        same = _differences(made._as_json(), stored) <= SAME_S
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"{file}: expected the file of an exercise ({error})") from None
+    if not same:
+        raise ValueError(
+            f"{file}: written by a version that makes other exercises of these arguments; make it anew"
+        )
+    return made
+
+
+def _exercise(kind: str, arguments: dict[str, Any], T_cam_table: Array, plan: Plan) -> Exercise:
+    T_cam_table.setflags(write=False)
+    return Exercise(
+        kind,
+        arguments,
+        arguments["fps"],
+        plan.duration_s,
+        tuple(plan.cues),
+        tuple(plan.repetitions),
+        tuple(plan.phases),
+        plan.tremor_hz,
+        plan.tremor_amplitude_m,
+        plan.tremor_amplitude_rad,
+        T_cam_table,
+        plan.motions,
+    )
+
+
+def _between(value: float, name: str, least: float, most: float, unit: str) -> float:
+    x = number(value, name)
+    if not least <= x <= most:
+        raise ValueError(f"{name}: expected {least:g} to {most:g} {unit}, got {value!r}")
+    return x
+
+
+def _differences(a: Any, b: Any) -> float:
+    """The largest difference of numbers in two values of JSON; inf where anything else differs."""
+    if isinstance(a, dict) and isinstance(b, dict):
+        a, b = sorted(a.items()), sorted(b.items())
+    if isinstance(a, list | tuple) and isinstance(b, list | tuple) and len(a) == len(b):
+        return max((_differences(x, y) for x, y in zip(a, b, strict=True)), default=0.0)
+    if isinstance(a, float) and isinstance(b, float | int):
+        return abs(a - b)
+    return 0.0 if a == b else math.inf
