@@ -3,6 +3,8 @@
 
 from sdftrack.motion.analysis import Analysis, MeasuredRepetition, analyze
 from sdftrack.motion.definitions import DEFINITIONS, Definition
+from sdftrack.motion.filters import butterworth, resample, savitzky_golay
+from sdftrack.motion.frames import at_point, in_frame, table_frame
 from sdftrack.motion.intervals import Measured
 from sdftrack.motion.posterior import SmoothedMotion
 from sdftrack.motion.repetitions import Phase, Repetition, count_interval, find_repetitions
@@ -22,7 +24,13 @@ __all__ = [
     "SmoothedMotion",
     "Trajectory",
     "analyze",
+    "at_point",
+    "butterworth",
     "count_interval",
     "find_repetitions",
+    "in_frame",
+    "resample",
+    "savitzky_golay",
     "smooth",
+    "table_frame",
 ]
