@@ -170,6 +170,28 @@ def _cue_of(repetition: Repetition, found: list[Repetition], cues: Array) -> flo
     return float(before[-1]) if len(before) and (not started or before[-1] > max(started)) else None
 
 
+def requests(
+    motion: SmoothedMotion,
+    repetition: Repetition,
+    cue_s: float | None,
+    shared: dict[str, Any],
+    definitions: list[Definition],
+) -> tuple[Array, list[tuple[Definition, str, Context]]]:
+    """What is computed for a repetition: regular times, and each measure with its name and context."""
+    first, last = motion.trajectory.times_s[[0, -1]]
+    start = max(first, min(repetition.start_s, cue_s if cue_s is not None else np.inf) - MARGIN_S)
+    times = start + np.arange(int((min(last, repetition.end_s + MARGIN_S) - start) * RATE_HZ) + 1) / RATE_HZ
+    movements = tuple((p.start_s, p.end_s) for p in repetition.movements)
+    asked = []
+    for definition in definitions:
+        for suffix, a, b in _stretches(definition, repetition):
+            span = max(a, float(times[0])), min(b, float(times[-1]))
+            asked.append(
+                (definition, definition.name + suffix, Context(*span, cue_s, movements=movements, **shared))
+            )
+    return times, asked
+
+
 def _measured(
     motion: SmoothedMotion,
     repetition: Repetition,
@@ -177,28 +199,16 @@ def _measured(
     shared: dict[str, Any],
     definitions: list[Definition],
 ) -> MeasuredRepetition:
-    first, last = motion.trajectory.times_s[[0, -1]]
-    lower = max(first, min(repetition.start_s, cue_s if cue_s is not None else np.inf) - MARGIN_S)
-    times = lower + np.arange(int((min(last, repetition.end_s + MARGIN_S) - lower) * RATE_HZ) + 1) / RATE_HZ
+    times, asked = requests(motion, repetition, cue_s, shared, definitions)
     mean, samples = motion.mean(times), motion.samples(times)
     values: dict[str, Measured] = {}
     spread: dict[str, Array] = {}
-    for definition in definitions:
-        for suffix, start, end in _stretches(definition, repetition):
-            context = Context(
-                max(start, lower), min(end, float(times[-1])), cue_s, movements=_spans(repetition), **shared
-            )
-            name = definition.name + suffix
-            each = definition.compute(samples, context)
-            values[name] = measured(definition, float(definition.compute(mean, context)[0]), each, name)
-            spread[name] = each
+    for definition, name, context in asked:
+        spread[name] = definition.compute(samples, context)
+        values[name] = measured(definition, float(definition.compute(mean, context)[0]), spread[name], name)
     inside = (times >= repetition.start_s) & (times <= repetition.end_s)
     gap = float(np.sum(~mean.observed[inside]) / RATE_HZ)
     return MeasuredRepetition(repetition, values, gap, spread)
-
-
-def _spans(repetition: Repetition) -> tuple[tuple[float, float], ...]:
-    return tuple((p.start_s, p.end_s) for p in repetition.movements)
 
 
 def _stretches(definition: Definition, repetition: Repetition) -> list[tuple[str, float, float]]:
