@@ -142,6 +142,7 @@ def test_the_tremor_has_the_frequency_and_amplitude_of_the_truth():
     assert still.tremor_amplitude_m == 0
     reach = st.synth.exercise("reach", tremor_hz=5.0, tremor_amplitude_m=0.001)
     assert (reach.tremor_hz, reach.tremor_amplitude_m) == (5.0, 0.001)
+    assert st.synth.exercise("reach", tremor_hz=5.0).tremor_amplitude_m > 0
 
 
 def test_an_oscillation_swells_from_rest_and_fades_to_rest():
@@ -250,6 +251,7 @@ def test_frames_are_a_period_apart_and_poses_hold_the_samples():
         ({"seed": -1}, ValueError, "seed: expected"),
         ({"submovements": 0}, ValueError, "submovements: expected"),
         ({"kind": "circle", "tremor_hz": 5}, ValueError, "tremor: expected one of the kinds"),
+        ({"kind": "circle", "submovements": 2}, ValueError, "submovements: circles have none"),
         ({"tremor_amplitude_m": 3}, ValueError, "tremor_amplitude_m: expected 0 to 0.02 m"),
     ],
 )

@@ -83,7 +83,7 @@ def exercise_sequence(
 
 
 def _check_stands(mesh: Any, origin_m: float) -> None:
-    if not hasattr(mesh, "raycast"):  # the lowest point of a volume is inside its box
+    if not hasattr(mesh, "raycast"):  # a volume's box is larger than what it holds
         return
     low = float(mesh.bounds[0][2])
     if abs(low + origin_m) > STANDS_M:
