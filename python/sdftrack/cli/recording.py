@@ -31,7 +31,7 @@ __all__ = [
 
 NAME = "recording.json"  # says that the files are ours
 OURS = re.compile(
-    r"recording\.json|\.frames\.jsonl|\.reserve|scene_(camera|gt)\.json|camera\.json|intrinsic\.json|trajectory\.log|"
+    r"recording\.json|exercise\.json|\.frames\.jsonl|\.reserve|scene_(camera|gt)\.json|camera\.json|intrinsic\.json|trajectory\.log|"
     r"(depth|rgb|groundtruth)\.txt|model\.ply|models/obj_\d{6}\.ply|mask_visib/\d{6}_\d{6}\.png|\.?sequence\.mcap|metadata\.yaml|"
     r"(depth|rgb|color)/[\d.-]+\.(png|jpg)"
 )

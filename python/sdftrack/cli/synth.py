@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack synth``: a rendered sequence with exact poses, to try everything with."""
+"""``sdftrack synth``: rendered sequences and exercises with exact poses, to try everything with."""
 
 from __future__ import annotations
 
@@ -30,6 +30,18 @@ from sdftrack.cli.recording import (
     opened,
     write_all,
 )
+from sdftrack.cli.synth_exercise import (
+    TRUTH,
+    ExerciseKind,
+    ExerciseObject,
+    exercise_scene,
+    refuse_given,
+)
+
+
+class Scene(str, Enum):
+    sequence = "sequence"
+    exercise = "exercise"
 
 
 class Motion(str, Enum):
@@ -48,22 +60,56 @@ class Around(str, Enum):
 
 
 def synth(
+    scene: Annotated[
+        Scene,
+        typer.Argument(
+            help="sequence: objects on a path; exercise: of rehabilitation, with an object on a table, and its truth "
+            "in exercise.json.",
+            case_sensitive=False,
+        ),
+    ] = Scene.sequence,
     model: Annotated[
         list[Path] | None,
-        typer.Option(metavar="M.ply", help="Mesh; repeat for several objects.", show_default="a duck"),
+        typer.Option(
+            metavar="M.ply",
+            help="Mesh; repeat for several objects.",
+            show_default="a duck; an exercise: a cup",
+        ),
     ] = None,
     unit: Annotated[str | None, typer.Option(help="Unit of the meshes: m, mm, cm or in.")] = None,
-    frames: Annotated[int, typer.Option(min=1, help="Number of frames.")] = 120,
+    frames: Annotated[
+        int | None,
+        typer.Option(min=1, help="Number of frames.", show_default="120; an exercise: all"),
+    ] = None,
     motion: Annotated[
-        Motion, typer.Option(help="Path of the objects.", case_sensitive=False)
-    ] = Motion.random,
+        Motion | None,
+        typer.Option(help="Path of the objects in a sequence.", case_sensitive=False, show_default="random"),
+    ] = None,
+    kind: Annotated[
+        ExerciseKind | None,
+        typer.Option(help="Kind of exercise.", case_sensitive=False, show_default="reach"),
+    ] = None,
+    object_: Annotated[
+        ExerciseObject | None,
+        typer.Option("--object", help="Object of an exercise.", case_sensitive=False, show_default="cup"),
+    ] = None,
+    repetitions: Annotated[
+        int | None, typer.Option(min=1, help="Repetitions of an exercise.", show_default="5")
+    ] = None,
     noise: Annotated[
         str, typer.Option(metavar="none|kinect|stereo|SIGMA", help="Depth noise; SIGMA in metres.")
     ] = "kinect",
     hidden: Annotated[
         float, typer.Option(min=0, max=0.8, help="Part of the first object that a hand hides.")
     ] = 0.0,
-    around: Annotated[Around, typer.Option(help="Surroundings.", case_sensitive=False)] = Around.objects,
+    around: Annotated[
+        Around | None,
+        typer.Option(
+            help="Surroundings; of an exercise: none, wall or table.",
+            case_sensitive=False,
+            show_default="objects; an exercise: table",
+        ),
+    ] = None,
     fps: Annotated[float, typer.Option(min=1, max=1000, help="Frames per second.")] = 30.0,
     seed: Annotated[
         int, typer.Option(min=0, help="Random seed of path, noise, surroundings and colours.")
@@ -87,22 +133,40 @@ def synth(
     level = _noise(noise)
     check_cpu_only(config, device)
     loaded = {path: st.Mesh.load(path, unit=unit) for path in model or []}
-    meshes = [loaded[path] for path in model or []] or [duck_mesh()]
-    seq = st.synth.sequence(
-        meshes,
-        frames,
-        motion.value,
-        level,
-        hidden or None,
-        seed,
-        clutter=None if around is Around.none else around.value,
-        fps=fps,
-        threads=threads,
-    )
+    meshes = [loaded[path] for path in model or []]
+    truth = None
+    if scene is Scene.exercise:
+        refuse_given("exercise", {"--motion": motion})
+        truth, seq = exercise_scene(
+            kind, object_, meshes, repetitions, fps, seed, around=_around_exercise(around), frames=frames,
+            noise=level, occluder=hidden or None, threads=threads,
+        )  # fmt: skip
+    else:
+        refuse_given("sequence", {"--kind": kind, "--object": object_, "--repetitions": repetitions})
+        surroundings = around or Around.objects
+        seq = st.synth.sequence(
+            meshes or [duck_mesh()],
+            frames or 120,
+            (motion or Motion.random).value,
+            level,
+            hidden or None,
+            seed,
+            clutter=None if surroundings is Around.none else surroundings.value,
+            fps=fps,
+            threads=threads,
+        )
     with opened(out, to, Contents(seq.camera, seq.objects, seq.models), color, resume, overwrite) as writer:
         write_all(writer, items_of(seq, writer.count, "rendering", quiet), "synthetic", "synth", quiet)
-    if not quiet and writer.name == "bop" and len(meshes) == 1:
+    if truth is not None:
+        truth.save(out / TRUTH)
+    if not quiet and writer.name == "bop" and len(seq.objects) == 1:
         print(f"try it: sdftrack track {out} --model {out / 'models/obj_000001.ply'} --out tracked")
+
+
+def _around_exercise(around: Around | None) -> str | None:
+    if around in (Around.objects, Around.touching):
+        raise Usage("expected none, wall or table for an exercise", "--around")
+    return None if around is Around.none else (around or Around.table).value
 
 
 def _noise(text: str) -> Any:

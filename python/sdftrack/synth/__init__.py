@@ -5,7 +5,8 @@ from sdftrack.synth.ball import BallScene, ball_scene
 from sdftrack.synth.blob import BlobVideo, blob_video
 from sdftrack.synth.covers import hide
 from sdftrack.synth.duck import duck_mesh
-from sdftrack.synth.exercise import Exercise, exercise, load_exercise
+from sdftrack.synth.exercise import Exercise, exercise
+from sdftrack.synth.exercise_file import load_exercise
 from sdftrack.synth.exercise_objects import exercise_object
 from sdftrack.synth.exercise_sequence import exercise_sequence
 from sdftrack.synth.gait import gait

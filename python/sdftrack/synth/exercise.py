@@ -6,25 +6,23 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack._internal.files import read_json, write_json
+from sdftrack._internal.files import write_json
 from sdftrack._internal.validation import number, numbers, whole
 from sdftrack.motion.samples import MotionSamples
 from sdftrack.synth.exercise_motion import ObjectMotion
 from sdftrack.synth.exercise_plans import PLANS, Plan, Wishes
 from sdftrack.synth.exercise_view import in_view, random_view
 
-__all__ = ["Exercise", "exercise", "load_exercise"]
+__all__ = ["Exercise", "exercise"]
 
 Array = NDArray[np.float64]
 VIEWS = 200  # tries until all of the exercise is in view
 TREMBLING = ("reach", "pouring", "tremor")
-SAME_S = 1e-9
 
 
 @dataclass(frozen=True)
@@ -119,10 +117,11 @@ class Exercise:
         return T
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the arguments and the truth as JSON, for :func:`load_exercise` and for other programs."""
-        write_json(path, self._as_json())
+        """Write the arguments and the truth as JSON, for `load_exercise` and for other programs."""
+        write_json(path, self.truth())
 
-    def _as_json(self) -> dict[str, Any]:
+    def truth(self) -> dict[str, Any]:
+        """Arguments and truth as numbers and lists, as `save` writes them."""
         n, d = self.table
         return {
             "kind": self.kind,
@@ -179,10 +178,10 @@ def exercise(
     fps : float
         Frames per second of `times_s` and of rendered sequences.
     submovements : int, optional
-        Of each way; by default 1 to 4.
+        Of each way; by default 1 to 4. Not for "circle".
     tremor_hz, tremor_amplitude_m : float, optional
         Of the tremor while the object is held ("reach", "pouring", "tremor"); 0 m: none. By default random for
-        "tremor", none for the others.
+        "tremor", none for the others unless one of the two is given.
     origin_m : float
         Height of the object's origin over the table when it stands; 0 for `exercise_object`.
     meeting_m : float
@@ -217,6 +216,8 @@ def exercise(
     }
     if kind not in TREMBLING and (tremor_hz is not None or tremor_amplitude_m):
         raise ValueError(f"tremor: expected one of the kinds {', '.join(TREMBLING)}, got {kind!r}")
+    if kind == "circle" and submovements is not None:
+        raise ValueError("submovements: circles have none; leave it out")
     wanted = Wishes(**{name: arguments[name] for name in Wishes.__dataclass_fields__})
     for attempt in range(VIEWS):
         rng = np.random.default_rng([arguments["seed"], list(PLANS).index(kind), attempt])
@@ -225,35 +226,6 @@ def exercise(
         if in_view(view, plan.motions, plan.duration_s, wanted.origin_m):
             return _exercise(kind, arguments, view, plan)
     raise ValueError(f"{kind}: found no view of all of it in {VIEWS} tries; change seed or meeting_m")
-
-
-def load_exercise(path: str | os.PathLike[str]) -> Exercise:
-    """Read what `Exercise.save` or ``sdftrack synth exercise`` wrote; equal to the exercise that was written.
-
-    Parameters
-    ----------
-    path : str or path
-        The file, or the folder that holds exercise.json.
-
-    Raises
-    ------
-    FileNotFoundError, ValueError
-        No such file; a file that is none of an exercise; one of a version that made other exercises.
-    """
-    file = Path(path)
-    if file.is_dir():
-        file /= "exercise.json"
-    stored = read_json(file)
-    try:
-        made = exercise(stored["kind"], **stored["arguments"])
-        same = _differences(made._as_json(), stored) <= SAME_S
-    except (KeyError, TypeError) as error:
-        raise ValueError(f"{file}: expected the file of an exercise ({error})") from None
-    if not same:
-        raise ValueError(
-            f"{file}: written by a version that makes other exercises of these arguments; make it anew"
-        )
-    return made
 
 
 def _exercise(kind: str, arguments: dict[str, Any], T_cam_table: Array, plan: Plan) -> Exercise:
@@ -279,14 +251,3 @@ def _between(value: float, name: str, least: float, most: float, unit: str) -> f
     if not least <= x <= most:
         raise ValueError(f"{name}: expected {least:g} to {most:g} {unit}, got {value!r}")
     return x
-
-
-def _differences(a: Any, b: Any) -> float:
-    """The largest difference of numbers in two values of JSON; inf where anything else differs."""
-    if isinstance(a, dict) and isinstance(b, dict):
-        a, b = sorted(a.items()), sorted(b.items())
-    if isinstance(a, list | tuple) and isinstance(b, list | tuple) and len(a) == len(b):
-        return max((_differences(x, y) for x, y in zip(a, b, strict=True)), default=0.0)
-    if isinstance(a, float) and isinstance(b, float | int):
-        return abs(a - b)
-    return 0.0 if a == b else math.inf

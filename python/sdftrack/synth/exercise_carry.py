@@ -54,9 +54,9 @@ class Person:
         """One who turns the object in no direction while carrying it."""
         return replace(self, lean_rad=0.0, yaw_rad=0.0)
 
-    def other_hand(self, rng: np.random.Generator) -> Person:
+    def other_hand(self, rng: np.random.Generator, parts: int | None) -> Person:
         """The same times and heights, but other submovements."""
-        parts = self.parts + int(rng.integers(0, 2))
+        parts = self.parts + int(rng.integers(0, 2)) if parts is None else parts
         return replace(self, parts=parts, overlap=rng.uniform(1.15, 2.0), bow_m=rng.uniform(0.0, 0.025))
 
 

@@ -63,11 +63,12 @@ class Plan:
     def set_tremor(self, wishes: Wishes, rng: np.random.Generator, by_default: bool) -> None:
         hz, amplitude, share = rng.uniform(*TREMOR_HZ), rng.uniform(*TREMOR_M), rng.uniform(0.4, 1.0)
         chosen = wishes.tremor_amplitude_m
-        amplitude = (amplitude if by_default else 0.0) if chosen is None else chosen
-        if amplitude > 0:
+        if chosen is None:
+            chosen = amplitude if by_default or wishes.tremor_hz is not None else 0.0
+        if chosen > 0:
             self.tremor_hz = float(hz if wishes.tremor_hz is None else wishes.tremor_hz)
-            self.tremor_amplitude_m = float(amplitude)
-            self.tremor_amplitude_rad = float(share * amplitude / LEVER_M)
+            self.tremor_amplitude_m = float(chosen)
+            self.tremor_amplitude_rad = float(share * chosen / LEVER_M)
 
 
 def _varied(value: float, rng: np.random.Generator, spread: float = 0.1) -> float:
@@ -93,8 +94,7 @@ def _carried(
     plan.set_tremor(wishes, rng, trembles)
     direction = rng.uniform(0, 2 * np.pi)
     by = rng.uniform(*distance_m) * np.array([np.cos(direction), np.sin(direction), 0.0])
-    middle = np.append(rng.uniform(-0.03, 0.03, 2), 0)
-    middle[2] = wishes.origin_m
+    middle = np.append(rng.uniform(-0.03, 0.03, 2), wishes.origin_m)
     carry = Carry(person, middle - 0.5 * by, rng, rng.uniform(-np.pi, np.pi), GRIP_M - wishes.origin_m)
     for _ in range(wishes.repetitions):
         onset = plan.wait(person, rng)
@@ -197,7 +197,7 @@ def _crossings(angle: Signal, start: float, end: float, count: int) -> Array:
 def two_handed(wishes: Wishes, rng: np.random.Generator) -> Plan:
     """Two objects are carried to the middle, touch there, and are carried back; the hands differ."""
     plan, person = Plan(), Person.random(rng, wishes.submovements, (0.06, 0.12)).upright()
-    other = person.other_hand(rng)
+    other = person.other_hand(rng, wishes.submovements)
     apart, away = rng.uniform(0.32, 0.42) + wishes.meeting_m, rng.uniform(-0.05, 0.05)
     lag = rng.uniform(0.05, 0.25)
     late = int(rng.integers(2))

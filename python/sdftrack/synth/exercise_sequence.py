@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from sdftrack._internal.validation import of_kind, whole
 from sdftrack.camera import Camera
 from sdftrack.io.datasets.sequence import Sequence
 from sdftrack.synth.exercise import Exercise
@@ -61,6 +62,7 @@ def exercise_sequence(
     >>> seq[1].depth.shape, round(seq[1].timestamp, 4)
     ((480, 640), 0.0333)
     """
+    of_kind(exercise, Exercise, "exercise", "create it with st.synth.exercise")
     if around not in ("table", "wall", None):
         raise ValueError(f'around: expected "table", "wall" or None, got {around!r}')
     given = list(meshes) if isinstance(meshes, Several) and not isinstance(meshes, str) else [meshes]
@@ -70,7 +72,7 @@ def exercise_sequence(
         raise ValueError(f"meshes: expected 1 or {exercise.objects} for {exercise.kind!r}, got {len(given)}")
     for mesh in given:
         _check_stands(mesh, exercise.arguments["origin_m"])
-    times = exercise.times_s if frames is None else exercise.times_s[:frames]
+    times = exercise.times_s if frames is None else exercise.times_s[: whole(frames, "frames", 1)]
     poses = np.stack([exercise.poses(times, k) for k in range(exercise.objects)], axis=1)
     n, d = exercise.table
     table = Table((float(n[0]), float(n[1]), float(n[2])), d)
@@ -81,7 +83,7 @@ def exercise_sequence(
 
 
 def _check_stands(mesh: Any, origin_m: float) -> None:
-    if not hasattr(mesh, "raycast"):  # the lowest point of a volume is inside its box
+    if not hasattr(mesh, "raycast"):  # a volume's box is larger than what it holds
         return
     low = float(mesh.bounds[0][2])
     if abs(low + origin_m) > STANDS_M:

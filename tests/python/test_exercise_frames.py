@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: MIT
+"""Synthetic exercises: objects, rendered frames, files and the command."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.cli.app import run
+from sdftrack.synth.exercise_objects import OBJECTS
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+def test_objects_stand_on_their_foot_have_the_size_of_a_hand_and_face_outwards(name):
+    mesh = st.synth.exercise_object(name)
+    low, high = mesh.bounds
+    assert low[2] == pytest.approx(0, abs=1e-9)
+    assert 0.05 < (high - low).max() < 0.15
+    corners = mesh.vertices[mesh.faces]
+    volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    assert volume > 2e-5
+    assert mesh.colors.std() > 15  # a print
+
+
+def test_frames_show_the_objects_on_the_table_of_the_truth():
+    made = st.synth.exercise("two_handed", seed=2, repetitions=1, meeting_m=0.071)
+    camera = st.Camera(131.25, 131.25, 79.5, 59.5, 160, 120)
+    seq = st.synth.exercise_sequence(made, st.synth.exercise_object("box"), noise=None, camera=camera)
+    assert len(seq) == len(made.times_s)
+    assert seq.objects == [1, 1]
+    i = len(seq) // 2
+    frame = seq[i]
+    assert frame.timestamp == i / 30
+    for k in (0, 1):
+        np.testing.assert_allclose(
+            seq.ground_truth[i][k], made.poses(made.times_s[i : i + 1], k)[0], atol=1e-12
+        )
+        assert seq.masks(i)[k].sum() > 100
+    n, d = made.table
+    height = camera.back_project(frame.depth) @ n + d
+    assert height[frame.depth > 0].min() > -1e-5  # nothing is under the table
+    assert (np.abs(height[frame.depth > 0]) < 1e-5).mean() > 0.5
+    assert height[seq.masks(i)[0]].min() > 0.01  # held in the air
+
+
+def test_surroundings_can_be_left_out_and_a_hand_put_in():
+    made, cup = st.synth.exercise("reach", repetitions=1), st.synth.exercise_object("cup")
+    bare = st.synth.exercise_sequence(made, cup, noise=None, around=None, frames=1)
+    assert ((bare[0].depth > 0) == bare.masks(0)[0]).all()
+    held = st.synth.exercise_sequence(made, cup, noise=None, frames=1, occluder="grip")
+    assert held.masks(0)[0].sum() < 0.8 * bare.masks(0)[0].sum()
+
+
+def test_an_exercise_comes_back_from_its_file(tmp_path):
+    made = st.synth.exercise("tremor", seed=7, repetitions=2, tremor_hz=5.5, origin_m=0.02)
+    made.save(tmp_path / "exercise.json")
+    assert st.synth.load_exercise(tmp_path / "exercise.json") == made
+    assert st.synth.load_exercise(tmp_path) == made
+    stored = json.loads((tmp_path / "exercise.json").read_text())
+    assert stored["tremor_hz"] == 5.5
+    assert len(stored["cues_s"]) == 2
+    stored["repetitions"][0][0] += 0.1
+    (tmp_path / "exercise.json").write_text(json.dumps(stored))
+    with pytest.raises(ValueError, match="written by a version that makes other exercises"):
+        st.synth.load_exercise(tmp_path)
+    (tmp_path / "exercise.json").write_text("[]")
+    with pytest.raises(ValueError, match="expected the file of an exercise"):
+        st.synth.load_exercise(tmp_path)
+    with pytest.raises(FileNotFoundError):
+        st.synth.load_exercise(tmp_path / "nowhere.json")
+
+
+def test_bad_uses_are_one_clear_line():
+    made, box = st.synth.exercise("reach"), st.synth.exercise_object("box")
+    with pytest.raises(ValueError, match="object: expected"):
+        made.sample([0.0], object=1)
+    with pytest.raises(ValueError, match="times_s: expected finite"):
+        made.poses([np.nan])
+    with pytest.raises(ValueError, match="name: expected one of cup"):
+        st.synth.exercise_object("piano")
+    with pytest.raises(ValueError, match="meshes: expected 1"):
+        st.synth.exercise_sequence(made, [box, box])
+    with pytest.raises(ValueError, match=r"create it with exercise\(\.\.\., origin_m=0\.0500\)"):
+        st.synth.exercise_sequence(made, st.Mesh(box.vertices - [0, 0, 0.05], box.faces))
+    with pytest.raises(ValueError, match="around: expected"):
+        st.synth.exercise_sequence(made, box, around="objects")
+    with pytest.raises(ValueError, match="frames: expected"):
+        st.synth.exercise_sequence(made, box, frames=0)
+    with pytest.raises(TypeError, match="exercise: expected"):
+        st.synth.exercise_sequence("reach", box)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        made.fps = 3
+
+
+@pytest.mark.parametrize(("kind", "name", "objects"), [("reach", "cup", 1), ("two-handed", "box", 2)])
+def test_the_command_writes_the_sequence_and_its_truth(tmp_path, kind, name, objects):
+    out = tmp_path / "s"
+    words = [
+        "synth",
+        "exercise",
+        "--kind",
+        kind,
+        "--object",
+        name,
+        "--repetitions",
+        "2",
+        "--frames",
+        "2",
+        "-q",
+    ]
+    assert run([*words, "--noise", "none", "--seed", "3", "--out", str(out)]) == 0
+    seq, made = st.open_sequence(out), st.synth.load_exercise(out)
+    assert made.kind == kind.replace("-", "_")
+    assert len(made.repetitions) == 2
+    assert (len(seq), sorted(seq.models), len(seq.ground_truth[1])) == (2, [1], objects)
+    for k in range(objects):
+        np.testing.assert_allclose(seq.ground_truth[1][k], made.poses([1 / 30], k)[0], atol=1e-6)
+    assert run([*words, "--seed", "4", "--overwrite", "--out", str(out)]) == 0
+    assert st.synth.load_exercise(out) != made
+
+
+def test_the_command_takes_a_model_of_ones_own(tmp_path):
+    st.synth.can_mesh(40, 20).save(tmp_path / "can.ply")
+    words = ["synth", "exercise", "--model", str(tmp_path / "can.ply"), "--frames", "1", "-q"]
+    assert run([*words, "--out", str(tmp_path / "s")]) == 0
+    assert st.synth.load_exercise(tmp_path / "s").arguments["origin_m"] == pytest.approx(0.055)
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (["exercise", "--kind", "jump"], 2, "--kind"),
+        (["exercise", "--repetitions", "0"], 2, "--repetitions"),
+        (["exercise", "--fps", "-3"], 2, "--fps"),
+        (["exercise", "--object", "piano"], 2, "--object"),
+        (["exercise", "--motion", "orbit"], 2, "--motion"),
+        (["exercise", "--around", "touching"], 2, "--around"),
+        (["exercise", "--object", "cup", "--model", "CAN"], 2, "--object"),
+        (["exercise", "--model", "CAN", "--model", "CAN"], 1, "expected 1"),
+        (["--kind", "reach"], 2, "--kind"),
+        (["dance"], 2, "scene"),
+    ],
+)
+def test_wrong_options_are_one_line_and_leave_nothing(tmp_path, capsys, words, code, message):
+    can = tmp_path / "can.ply"
+    st.synth.can_mesh(40, 20).save(can)
+    words = [str(can) if w == "CAN" else w for w in words]
+    assert run(["synth", *words, "--out", str(tmp_path / "out")]) == code
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert message in err
+    assert not (tmp_path / "out").exists()
