@@ -61,7 +61,8 @@ def test_turns_without_a_change_of_position_are_counted_by_rotation():
     angle = 4 * (reaches(t, STARTS)[:, 0])
     R = Rotation.from_rotvec(np.column_stack([angle, 0 * t, 0 * t]))
     _, repetitions = found(np.tile([0, 0, 0.8], (len(t), 1)), t, R)
-    assert [r.start_s for r in repetitions] == pytest.approx(STARTS, abs=0.15)
+    # 5 mrad of noise are 0.02 rad/s after smoothing, half of the threshold: the start is known less well.
+    assert [r.start_s for r in repetitions] == pytest.approx(STARTS, abs=0.2)
 
 
 def test_small_hesitations_are_no_repetitions():

@@ -10,7 +10,7 @@ from scipy.interpolate import BSpline
 from scipy.spatial.transform import Rotation
 
 from sdftrack import motion
-from sdftrack.motion.prior import MovementPrior, _normal_equations
+from sdftrack.motion.prior import _normal_equations
 from sdftrack.motion.quaternion_curves import (
     angular_velocities,
     continuous_quaternions,
@@ -89,9 +89,8 @@ def test_the_posterior_is_that_of_a_rauch_tung_striebel_smoother():
     means, covariances = smooth_coordinate(t, y, variances, intensity)
 
     spline = UniformSpline(0.0, 1 / 120, 4 * (n - 1), 3)
-    prior = MovementPrior(np.full(spline.size - 3, spline.step_s / intensity), np.zeros(spline.size - 1), 1.0)
     band, right = _normal_equations(spline, t, y[:, None], variances)
-    band[:4] += prior.band(spline)
+    band[:4] += spline.penalty_band(np.full(spline.size - 3, spline.step_s / intensity))
     posterior = BandedPosterior(band, right)
     deviations = posterior.deviations(rng.standard_normal((spline.size, 4000)))
     # Position, velocity, acceleration; the last is rough, and a spline of finite knots is smoother than the process.
@@ -177,7 +176,7 @@ class TestAgainstTruth:
         rng = np.random.default_rng(8)
         x = wandering(t)[0]
         C = np.diag([SD_M**2] * 3 + [SD_RAD**2] * 3)
-        C[0, 4] = C[4, 0] = 0.98 * SD_M * SD_RAD
+        C[0, 4] = C[4, 0] = 0.995 * SD_M * SD_RAD
         errors = rng.multivariate_normal(np.zeros(6), C, len(t))
         from motion_cases import measured_poses
 
@@ -191,12 +190,21 @@ class TestAgainstTruth:
         }
         assert error["coupled"] < 0.9 * error["apart"]
 
-    def test_rest_is_not_measured_as_path(self):
+    def test_rest_is_smoothed_more_than_motion(self):
         t = np.arange(300) / 30
         s = motion.smooth(noisy(t, reaches(t, [4.0]), seed=7))
-        speeds = s.samples(t[:90]).speeds_mps
-        noise_alone = SD_M * np.sqrt(2) * 30  # of differences from frame to frame
-        assert np.median(speeds) < 0.03 * noise_alone
+        sd = s.samples(t).velocities_mps.std(axis=0).mean(axis=1)
+        assert np.median(sd[10:90]) < 0.6 * np.median(sd[125:140])
+
+    @pytest.mark.parametrize(("sd_m", "follows"), [(2e-4, 0.95), (5e-4, 0.7)])
+    def test_tremor_above_the_noise_is_kept(self, sd_m, follows):
+        """1.2 mm at 6 Hz for half of the time, not averaged away with the rest before it."""
+        t = np.arange(600) / 30
+        x = np.tile([0.0, 0, 0.8], (600, 1))
+        x[300:, 0] += 0.0012 * np.sin(2 * np.pi * 6 * t[300:])
+        mean = motion.smooth(noisy(t, x, sd_m=sd_m)).mean(t).positions_m[0]
+        assert mean[330:570, 0].std() > follows * x[330:570, 0].std()
+        assert mean[30:270, 0].std() < 0.5 * sd_m
 
 
 class TestGaps:

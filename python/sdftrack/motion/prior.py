@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""How much an object accelerates, when it rests, and how noisy its poses are: estimated from the trajectory itself.
+"""How much an object accelerates and how noisy its poses are: estimated from the trajectory itself.
 
 The prior of each coordinate x(t) is white noise in x''' (minimum-jerk smoothing, the model of a Kalman smoother with
-states position, velocity, acceleration) and a velocity of variance V(t). Both intensities change over time, since an
-object that rests on the table and one that is carried need different ones: they are the averages over a short window of
-what the posterior says (expectation maximisation). In a rest V shrinks towards zero, so that noise is not measured as
-path; docs/math/motion.md derives the steps.
+states position, velocity, acceleration). Its intensity changes over time, since an object that rests on the table and
+one that is carried need different ones: it is the average over a short window of the jerk's second moment in the
+posterior (expectation maximisation). So is the scale of the noise, over all times; docs/math/motion.md derives the
+steps.
 """
 
 from __future__ import annotations
@@ -15,16 +15,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
+from scipy.stats import chi2
 
 from sdftrack.motion.spline import BandedPosterior, UniformSpline
 
 __all__ = ["MovementPrior", "estimate_prior"]
 
 Array = NDArray[np.float64]
-WINDOW_S, VELOCITY_WINDOW_S = 0.15, 0.05  # standard deviations of the windows
-VELOCITY_CORRELATION_S = 0.03
-ITERATIONS, COMMON_ITERATIONS = 25, 3  # the first ones with one intensity for all times
+WINDOW_S, NOISE_WINDOW_S = 0.15, 0.5  # standard deviations of the windows of jerk and noise
+QUIET = 0.35  # part of the time without tremor that is enough to know the noise
+ITERATIONS = 30
+MEASURED_ITERATIONS = 10  # before the noise is estimated: the first ones follow it
 PROBES = 30  # random vectors that estimate posterior variances
+LEAST_JERK = 1e-6  # (m/s^3)^2 s per extent squared: a rest, and still well conditioned
 
 
 @dataclass(frozen=True)
@@ -33,25 +36,14 @@ class MovementPrior:
 
     Attributes
     ----------
-    jerk_precision : (size - order,) float64
-        Of the m-th differences.
-    velocity_precision : (size - 1,) float64
-        Of the first differences.
+    precision : (size - order,) float64
+        Of the m-th differences of the coefficients over step^m.
     noise_scale : float
         Factor of the standard deviations that were given.
     """
 
-    jerk_precision: Array
-    velocity_precision: Array
+    precision: Array
     noise_scale: float
-
-    def band(self, spline: UniformSpline) -> Array:
-        """Lower band (order + 1, size) of the prior's precision."""
-        band = spline.penalty_band(self.jerk_precision)
-        band[0, :-1] += self.velocity_precision
-        band[0, 1:] += self.velocity_precision
-        band[1, :-1] -= self.velocity_precision
-        return band
 
 
 def estimate_prior(spline: UniformSpline, times_s: Array, values: Array, variances: Array) -> MovementPrior:
@@ -69,41 +61,37 @@ def estimate_prior(spline: UniformSpline, times_s: Array, values: Array, varianc
     rng = np.random.default_rng(0)
     h, size, m = spline.step_s, spline.size, spline.order
     data, right = _normal_equations(spline, times_s, values, variances)
-    floor = 1e-12 * max(float(np.var(values, axis=0).sum()), 1e-12)
-    # A start that hardly smooths: the first posterior follows the measurements.
-    jerk = np.full(size - m, 1e4 * max(float(np.ptp(values, axis=0).max()) ** 2, 1e-6))
-    velocity = np.full(size - 1, 1e2)
+    extent = max(float(np.ptp(values, axis=0).max()), 1e-3)
+    # A start that hardly smooths, with the jerk of the noise itself: tremor must be there to be kept.
+    jerk = np.full(size - m, max(1e4 * extent**2, 20 * float(variances.mean()) / h**5))
     scale2 = 1.0
     for step in range(ITERATIONS):
-        prior = _prior(jerk, velocity, scale2, h)
         band = data / scale2
-        band[: m + 1] += prior.band(spline)
+        band[: m + 1] += spline.penalty_band(h / jerk)
         posterior = BandedPosterior(band, right / scale2)
         probes = posterior.deviations(rng.standard_normal((size, PROBES)))
-        jerk_now = h * _second_moment(spline.differences(posterior.mean), spline.differences(probes))
-        velocity_now = _second_moment(np.diff(posterior.mean, axis=0) / h, np.diff(probes, axis=0) / h)
-        if step < COMMON_ITERATIONS:
-            jerk = np.full_like(jerk, max(jerk_now.mean(), floor))
-        else:
-            jerk = np.maximum(_windowed(jerk_now, WINDOW_S / h), 1e-9 * jerk_now.mean() + floor)
-            velocity = np.maximum(_windowed(velocity_now, VELOCITY_WINDOW_S / h), floor)
-        error = values - spline.evaluate(posterior.mean, times_s)
-        unsure = (spline.evaluate(probes, times_s) ** 2).mean(axis=1)
-        scale2 = max(float((((error**2).mean(axis=1) + unsure) / variances).mean()), 1e-12)
-    return _prior(jerk, velocity, scale2, h)
+        moment = h * _second_moment(spline.differences(posterior.mean), spline.differences(probes))
+        jerk = np.maximum(gaussian_filter1d(moment, WINDOW_S / h, mode="nearest"), LEAST_JERK * extent**2)
+        if step >= MEASURED_ITERATIONS:
+            error = values - spline.evaluate(posterior.mean, times_s)
+            ratio = _second_moment(error, spline.evaluate(probes, times_s)) / variances
+            scale2 = max(_quiet_level(ratio, NOISE_WINDOW_S / h, values.shape[1]), 1e-12)
+    return MovementPrior(h / jerk, float(np.sqrt(scale2)))
 
 
-def _prior(jerk: Array, velocity: Array, scale2: float, h: float) -> MovementPrior:
-    return MovementPrior(h / jerk, 1.0 / (h * VELOCITY_CORRELATION_S * velocity), float(np.sqrt(scale2)))
+def _quiet_level(ratio: Array, window: float, coordinates: int) -> float:
+    """The level of a windowed average of squares where it is low, with the bias of that choice removed.
+
+    The mean over all times would take tremor for noise, and then smooth it away.
+    """
+    smooth = gaussian_filter1d(ratio, window, mode="nearest")
+    freedom = coordinates * min(len(ratio), 2 * np.sqrt(np.pi) * window)  # of a Gaussian window
+    return float(np.percentile(smooth, 100 * QUIET) * freedom / chi2.ppf(QUIET, freedom))
 
 
 def _second_moment(mean: Array, deviations: Array) -> Array:
     """Average over coordinates of mean^2 plus the posterior variance, which the coordinates share."""
     return np.asarray((mean**2).mean(axis=1) + (deviations**2).mean(axis=1))
-
-
-def _windowed(values: Array, width: float) -> Array:
-    return np.asarray(gaussian_filter1d(values, width, mode="nearest"))
 
 
 def _normal_equations(

@@ -133,7 +133,7 @@ def _coupled(
         for b in range(a + 1):
             np.add.at(blocks[a - b], first + b, (weights[:, a] * weights[:, b])[:, None, None] * W)
     for prior, coordinates in ((moving, range(3)), (turning, range(3, C))):
-        for offset, row in enumerate(prior.band(spline)):
+        for offset, row in enumerate(spline.penalty_band(prior.precision)):
             for c in coordinates:
                 blocks[offset, :, c, c] += row
     return BandedPosterior(_interleaved(blocks), right.ravel())
