@@ -15,7 +15,7 @@ from sdftrack._internal.moved import find_moved_modules
 find_moved_modules()  # pickles of earlier versions name them
 
 if TYPE_CHECKING:  # what type checkers and editors read; a test compares it with _HOMES
-    from sdftrack import contour, geometry, levelset, live, metrics, superpixels, synth, testing
+    from sdftrack import contour, geometry, levelset, live, metrics, motion, superpixels, synth, testing
     from sdftrack.calibration.color_result import ColorCalibration
     from sdftrack.calibration.color_to_depth import calibrate_color_to_depth
     from sdftrack.calibration.depth import DepthCalibration, calibrate_depth
@@ -118,6 +118,7 @@ __all__ = [
     "live",
     "metrics",
     "minimize",
+    "motion",
     "open_camera",
     "open_sequence",
     "remove_plane",
