@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from sdftrack.evaluation.report_file import result_of
+
 __all__ = ["Recording", "load_mesh_alone", "load_recording", "result_of"]
 
 MAX_SIDE_M = 3.0  # a larger model was tracked in another unit than metres
@@ -36,7 +38,7 @@ def load_recording(path: Path, seq: str | None, arguments: dict[str, Any], unit:
     if not (path / "report.json").is_file():
         sequence = st.open_sequence(path, **arguments)
         return Recording(sequence, sequence.camera, [None] * len(sequence))
-    from sdftrack.evaluation.report import read_results
+    from sdftrack.evaluation.report_file import read_results
 
     report = read_results(path)
     settings = report["settings"]
@@ -88,34 +90,6 @@ def _meshes(path: Path, settings: dict[str, Any], count: int, seq: Any, unit: st
             mesh = load_mesh(model, "models of the report", "mm")  # the report does not tell the unit
         loaded[model] = mesh
     return [loaded[model] for model in models]
-
-
-def result_of(row: dict[str, Any]) -> Any:
-    """The TrackResult of a frame of report.json."""
-    import numpy as np
-
-    from sdftrack.results import Status, TrackResult
-
-    objects = row["objects"]
-    count = len(objects)
-
-    def numbers(name: str, missing: Any) -> Any:
-        return np.array([missing if o.get(name) is None else o[name] for o in objects], np.float64)
-
-    nan = np.full(count, np.nan)
-    return TrackResult(
-        poses=numbers("pose", np.full((4, 4), np.nan).tolist()).reshape(count, 4, 4),
-        status=[Status(o["status"]) for o in objects],
-        reason=[str(o["reason"]) for o in objects],
-        confidence=numbers("confidence", 0.0),
-        covariances=numbers("covariance", np.full((6, 6), np.nan).tolist()).reshape(count, 6, 6),
-        twists=np.full((count, 6), np.nan),
-        inliers=numbers("inliers", np.nan),
-        runner_up=nan,
-        energy=float(objects[0].get("energy") or np.nan) if objects else np.nan,
-        seconds=row.get("seconds") or 0.0,
-        timestamp=row.get("timestamp"),
-    )
 
 
 def load_mesh_alone(path: Path, unit: str | None) -> Recording:

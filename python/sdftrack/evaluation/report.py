@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.evaluation.bop_scores import BopErrors, bop_errors
+from sdftrack.evaluation.report_file import read_results
 from sdftrack.metrics import add, adds, auc, mssd, pose_error
 from sdftrack.symmetry import Symmetry
 
@@ -143,21 +143,6 @@ class ObjectScore:
             "vsd": three(discrepancy[np.isfinite(discrepancy)]),
             "average_recall": self.bop.recall(self.mssd_m, self.compared),
         }
-
-
-def read_results(directory: Path) -> dict[str, Any]:
-    """The report of a run; FileNotFoundError or ValueError in one line."""
-    path = Path(directory) / "report.json"
-    if not Path(directory).is_dir():
-        raise FileNotFoundError(f"{directory}: no such folder")
-    if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file; expected the output of sdftrack track or st.Recorder")
-    try:
-        report = json.loads(path.read_text(encoding="utf-8"))
-        report["frames"], report["settings"]
-    except (ValueError, TypeError, KeyError) as error:
-        raise ValueError(f"{path}: expected a report of sdftrack, got {error}") from None
-    return dict(report)
 
 
 def _true_frame(report: dict[str, Any], k: int, truth: Array | None) -> Array:

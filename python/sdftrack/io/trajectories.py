@@ -19,6 +19,7 @@ __all__ = [
     "quaternion",
     "read_log",
     "read_tum",
+    "read_tum_rows",
     "rotation",
     "tum_line",
     "write_log",
@@ -43,10 +44,10 @@ def write_tum(path: str | os.PathLike[str], timestamps: Sequence[float], poses: 
     write_text(path, "\n".join(lines) + "\n")
 
 
-def read_tum(path: str | os.PathLike[str]) -> tuple[Array, Array]:
-    """Timestamps (N,) in seconds and poses (N, 4, 4) of a TUM trajectory file."""
-    rows = []
-    for number, line in enumerate(Path(path).read_text(encoding="utf-8").splitlines(), 1):
+def read_tum_rows(path: str | os.PathLike[str]) -> tuple[list[int], Array]:
+    """Line numbers, from 1, and the (N, 8) numbers `timestamp tx ty tz qx qy qz qw` of a TUM file, as they are."""
+    lines, rows = [], []
+    for number, line in enumerate(Path(path).read_text(encoding="utf-8-sig").splitlines(), 1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         try:
@@ -57,11 +58,18 @@ def read_tum(path: str | os.PathLike[str]) -> tuple[Array, Array]:
             raise ValueError(
                 f"{path}, line {number}: expected 'timestamp tx ty tz qx qy qz qw', got {line!r}"
             )
+        lines.append(number)
         rows.append(row)
+    return lines, np.array(rows, np.float64).reshape(-1, 8)
+
+
+def read_tum(path: str | os.PathLike[str]) -> tuple[Array, Array]:
+    """Timestamps (N,) in seconds and poses (N, 4, 4) of a TUM trajectory file."""
+    _, rows = read_tum_rows(path)
     poses = np.tile(np.eye(4), (len(rows), 1, 1))
     for T, row in zip(poses, rows, strict=True):
         T[:3, :3], T[:3, 3] = rotation(row[4:]), row[1:4]
-    return np.array([row[0] for row in rows]), poses
+    return rows[:, 0], poses
 
 
 def log_lines(number: int, T: Array) -> list[str]:

@@ -3,6 +3,7 @@
 
 from sdftrack.motion.analysis import Analysis, MeasuredRepetition, analyze
 from sdftrack.motion.definitions import DEFINITIONS, Definition
+from sdftrack.motion.files import load, save
 from sdftrack.motion.filters import butterworth, resample, savitzky_golay
 from sdftrack.motion.frames import at_point, in_frame, table_frame
 from sdftrack.motion.intervals import Measured
@@ -29,7 +30,9 @@ __all__ = [
     "count_interval",
     "find_repetitions",
     "in_frame",
+    "load",
     "resample",
+    "save",
     "savitzky_golay",
     "smooth",
     "table_frame",

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: MIT
+"""What a file says about one object, before it is checked as a `Trajectory`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack._internal.quaternions import rotation
+from sdftrack._internal.rigid_poses import RotationErrors, rigid_pose
+from sdftrack.motion.trajectory import USABLE
+
+__all__ = ["Record", "gaps_as_lost", "matrices_as_poses", "quaternions_as_poses", "times_from_numbers"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Record:
+    """One object of a file.
+
+    Attributes
+    ----------
+    name : str
+    times_s : (N,) array
+    poses : (N, 4, 4) array
+        T_ref_obj, lengths in the unit of the file; NaN in gaps.
+    status : list of str
+    covariances : (N, 6, 6) array or None
+        Lengths in the unit of the file.
+    obj_id : int or None
+        None: the file does not number its objects.
+    frame : str
+        Name of the reference frame.
+    """
+
+    name: str
+    times_s: Array
+    poses: Array
+    status: list[str]
+    covariances: Array | None = None
+    obj_id: int | None = None
+    frame: str = "camera"
+
+
+def quaternions_as_poses(positions: Array, quaternions: Array, place: Callable[[int], str]) -> Array:
+    """(N, 4, 4) poses of (N, 3) positions and (N, 4) quaternions (x, y, z, w); rows that are not finite become NaN.
+
+    `place` says where row i stands, for errors.
+    """
+    poses = np.full((len(positions), 4, 4), np.nan)
+    known = np.isfinite(positions).all(axis=1) & np.isfinite(quaternions).all(axis=1)
+    for i in np.flatnonzero(known).tolist():
+        if not quaternions[i].any():
+            raise ValueError(
+                f"{place(i)}: the quaternion is 0, which is no rotation; write nan where there is no pose"
+            )
+        poses[i] = np.eye(4)
+        poses[i, :3, :3], poses[i, :3, 3] = rotation(quaternions[i]), positions[i]
+    return poses
+
+
+def matrices_as_poses(matrices: Array, place: Callable[[int], str]) -> Array:
+    """(N, 4, 4) poses with the nearest rotations; those that are not finite become NaN.
+
+    Files round: the rotations of single precision, or of a few digits, are orthogonal to that accuracy only.
+    """
+    poses = np.full_like(matrices, np.nan)
+    errors = RotationErrors()
+    for i in np.flatnonzero(np.isfinite(matrices).all(axis=(1, 2))).tolist():
+        poses[i] = rigid_pose(matrices[i], place(i), errors)
+    errors.tell(stacklevel=5)
+    return poses
+
+
+def gaps_as_lost(poses: Array, status: Sequence[str] | None = None) -> list[str]:
+    """`status`, or "ok", of each pose, and "lost" where there is none, whatever the status says."""
+    known = np.asarray(np.isfinite(poses).all(axis=(1, 2)))
+    return [
+        given if pose or given not in USABLE else "lost"
+        for pose, given in zip(known, status or ["ok"] * len(poses), strict=True)
+    ]
+
+
+def times_from_numbers(numbers: Any, fps: float | None, why: str) -> Array:
+    """Times in seconds of numbered images; ValueError without `fps`, where `why` says what is missing."""
+    if fps is None:
+        raise ValueError(f"{why}; expected the frame rate: fps=30 (--fps 30)")
+    return np.asarray(numbers, np.float64) / fps

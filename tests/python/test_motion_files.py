@@ -1,0 +1,381 @@
+# SPDX-License-Identifier: MIT
+"""Trajectories come back from text files and result folders as they were, and what cannot be read says why."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as hs
+from motion_recordings import FPS, poses, results_of, trajectory, write_folder
+
+import sdftrack as st
+from sdftrack.io.trajectories import write_tum
+
+ROUNDING = 1e-9  # of poses through a quaternion, or through the nine decimals of a file, and back
+STATUSES = ["ok", "weak", "lost", "bad_frame"]
+BOP = "scene_id,im_id,obj_id,score,R,t,time\n"
+
+
+def assert_same(a, b, atol=ROUNDING):
+    np.testing.assert_allclose(a.times_s, b.times_s, rtol=0, atol=atol)
+    np.testing.assert_allclose(a.poses[a.usable], b.poses[b.usable], rtol=0, atol=atol)
+    assert a.status == b.status
+    assert (a.name, a.frame) == (b.name, b.frame)
+
+
+def write(path, text):
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def bop_row(im_id, T, obj_id=1, scene=0):
+    R, t = (" ".join(f"{v:.12f}" for v in a) for a in (T[:3, :3].ravel(), 1e3 * T[:3, 3]))
+    return f"{scene},{im_id},{obj_id},1.0,{R},{t},0.01\n"
+
+
+def tum_row(time, numbers="0 0 1 0 0 0 1"):
+    return f"{time} {numbers}\n"
+
+
+# -- tables
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    seed=hs.integers(0, 99),
+    names=hs.lists(hs.text(hs.characters(codec="utf-8"), min_size=1), min_size=1, max_size=3, unique=True),
+    status=hs.lists(hs.sampled_from(STATUSES), min_size=5, max_size=5),
+    start_s=hs.floats(-1e6, 2e9),
+    with_covariance=hs.booleans(),
+)
+def test_a_table_gives_back_what_was_saved(tmp_path_factory, seed, names, status, start_s, with_covariance):
+    path = tmp_path_factory.mktemp("table") / "a.csv"
+    given_ones = [
+        trajectory(6, seed + k, name, with_covariance, ["ok", *status], start_s)
+        for k, name in enumerate(names)
+    ]
+    st.motion.save(path, given_ones)
+    read = st.motion.load(path)
+    assert [t.name for t in read] == names
+    for a, b in zip(given_ones, read, strict=True):
+        assert_same(a, b)
+        np.testing.assert_array_equal(a.times_s, b.times_s)
+        if with_covariance:
+            np.testing.assert_allclose(a.covariances, b.covariances, rtol=0, atol=1e-15)
+        else:
+            assert b.covariances is None
+
+
+def test_a_table_without_covariances_has_no_columns_for_them(tmp_path):
+    st.motion.save(tmp_path / "a.csv", trajectory(), covariances=False)
+    assert "cov_" not in (tmp_path / "a.csv").read_text()
+    assert st.motion.load(tmp_path / "a.csv")[0].covariances is None
+
+
+def test_a_table_keeps_the_frame_and_poses_of_lost_frames(tmp_path):
+    T = poses(3)
+    a = st.motion.Trajectory([0, 1, 2], T, None, ["ok", "lost", "ok"], "cup", "table")
+    st.motion.save(tmp_path / "a.csv", a)
+    (b,) = st.motion.load(tmp_path / "a.csv")
+    assert (b.frame, b.status) == ("table", ("ok", "lost", "ok"))
+    np.testing.assert_allclose(b.poses, T, rtol=0, atol=ROUNDING)
+
+
+def test_unknown_covariances_of_some_frames_stay_unknown(tmp_path):
+    C = np.tile(np.eye(6), (3, 1, 1))
+    C[1] = np.nan
+    st.motion.save(tmp_path / "a.csv", st.motion.Trajectory([0, 1, 2], poses(3), C))
+    np.testing.assert_array_equal(st.motion.load(tmp_path / "a.csv")[0].covariances, C)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("time_s,", "", "time_s is missing"),
+        ("cov_x_y,", "", "expected all 21 columns"),
+        (",ok,", ",good,", "line 5: expected a status"),
+        (",ok,", ",ok,abc,", "expected a number as x_m, got 'abc'"),
+        ('\n"cup",', "\nmug,", "line 5: expected an object of the header"),
+        ('{"name": "cup"', "{", "expected header lines"),
+    ],
+)
+def test_a_damaged_table_is_refused_with_its_line(tmp_path, old, new, words):
+    path = tmp_path / "a.csv"
+    st.motion.save(path, trajectory(2))
+    text = path.read_text()
+    assert old in text
+    write(path, text.replace(old, new, 1))
+    with pytest.raises(ValueError, match=words) as error:
+        st.motion.load(path)
+    assert str(path) in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_truncated_table_is_refused(tmp_path):
+    path = tmp_path / "a.csv"
+    st.motion.save(path, trajectory(3))
+    text = path.read_text()
+    write(path, text[: text.rindex(",")])
+    with pytest.raises(ValueError, match="line 7: expected a number as cov_rz_rz, got 'the end of the row'"):
+        st.motion.load(path)
+
+
+# -- result folders
+
+
+def test_a_result_folder_is_read_with_covariances_and_statuses(tmp_path):
+    status = ["ok"] * 4 + ["lost", "weak", "bad_frame"] + ["ok"] * 5
+    a, b = trajectory(status=status), trajectory(seed=5, name="box", status=["ok"] * 12)
+    write_folder(tmp_path / "run", results_of(a, b), a.times_s, ("cup", "box"), (3, 4))
+    for path in (tmp_path / "run", tmp_path / "run" / "report.json"):
+        read = st.motion.load(path)
+        for x, y in zip((a, b), read, strict=True):
+            assert_same(x, y)
+            np.testing.assert_allclose(x.covariances, y.covariances, rtol=1e-12)
+    assert [t.name for t in st.motion.load(tmp_path / "run", obj_id=4)] == ["box"]
+    assert [t.name for t in st.motion.load(tmp_path / "run", name="cup")] == ["cup"]
+    with pytest.raises(ValueError, match=r"obj_id: .*run has no object 9; it has 3, 4"):
+        st.motion.load(tmp_path / "run", obj_id=9)
+    with pytest.raises(ValueError, match=r"name: .*run has no object 'mug'; it has box, cup"):
+        st.motion.load(tmp_path / "run", name="mug")
+
+
+def test_the_text_trajectory_of_a_result_folder_is_read(tmp_path):
+    a = trajectory(status=["ok"] * 12, covariance=True)
+    write_folder(tmp_path / "run", results_of(a), a.times_s)
+    (b,) = st.motion.load(tmp_path / "run" / "trajectory_0.txt", name="cup")
+    np.testing.assert_allclose(a.poses, b.poses, rtol=0, atol=5e-9)  # nine decimals
+    assert b.name == "cup"
+    (c,) = st.motion.load(tmp_path / "run" / "poses.csv", fps=FPS)
+    np.testing.assert_allclose(a.poses, c.poses, rtol=0, atol=5e-9)
+    np.testing.assert_allclose(a.times_s, c.times_s, rtol=0, atol=ROUNDING)
+
+
+def test_a_report_without_timestamps_asks_for_the_frame_rate(tmp_path):
+    a = trajectory(status=["ok"] * 12)
+    write_folder(tmp_path / "run", results_of(a), a.times_s)
+    report = json.loads((tmp_path / "run/report.json").read_text())
+    for row in report["frames"][3:]:
+        row["timestamp"] = None
+    write(tmp_path / "run/report.json", json.dumps(report))
+    with pytest.raises(
+        ValueError, match=r"report.json: 9 of 12 frames have no timestamp; .*fps=30 \(--fps 30\)"
+    ):
+        st.motion.load(tmp_path / "run")
+    np.testing.assert_allclose(st.motion.load(tmp_path / "run", fps=60)[0].times_s, np.arange(12) / 60)
+
+
+def test_objects_that_come_and_go_are_lost_where_a_frame_does_not_have_them(tmp_path):
+    a, b = trajectory(4, status=["ok"] * 4), trajectory(4, 5, "box", status=["ok"] * 4)
+    write_folder(tmp_path / "run", results_of(a, b), a.times_s, ("cup", "box"), (3, 3))
+    report = json.loads((tmp_path / "run/report.json").read_text())
+    del report["frames"][0]["objects"][1], report["frames"][2]["objects"][0]
+    write(tmp_path / "run/report.json", json.dumps(report))
+    x, y = st.motion.load(tmp_path / "run")
+    assert x.status == ("ok", "ok", "lost", "ok")
+    assert y.status == ("lost", "ok", "ok", "ok")
+    np.testing.assert_allclose(y.poses[2], b.poses[2], atol=ROUNDING)
+
+
+def test_an_object_that_is_lost_in_all_frames_is_left_out_with_a_warning(tmp_path):
+    a, b = trajectory(4, status=["ok"] * 4), trajectory(4, 5, "box", status=["ok"] * 4)
+    write_folder(tmp_path / "run", results_of(a, b), a.times_s, ("cup", "box"), (3, 4))
+    report = json.loads((tmp_path / "run/report.json").read_text())
+    for row in report["frames"]:
+        row["objects"][1]["status"] = "lost"
+    write(tmp_path / "run/report.json", json.dumps(report))
+    with pytest.warns(UserWarning, match="left out, without any pose: box"):
+        assert len(st.motion.load(tmp_path / "run")) == 1
+    with pytest.raises(ValueError, match="box: lost in all frames"):
+        st.motion.load(tmp_path / "run", name="box")
+
+
+def test_objects_of_one_name_are_numbered(tmp_path):
+    a, b = trajectory(4, status=["ok"] * 4), trajectory(4, 5, status=["ok"] * 4)
+    write_folder(tmp_path / "run", results_of(a, b), a.times_s, ("cup", "cup"), (3, 3))
+    assert [t.name for t in st.motion.load(tmp_path / "run")] == ["cup", "cup_2"]
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{", "[]", '{"frames": [{}], "settings": {}}', '{"frames": 3, "settings": {}}']
+)
+def test_a_damaged_report_is_refused_in_one_line(tmp_path, text):
+    write(tmp_path / "report.json", text)
+    with pytest.raises(ValueError, match=r"report\.json: expected a report of sdftrack") as error:
+        st.motion.load(tmp_path)
+    assert "\n" not in str(error.value)
+
+
+# -- TUM
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=hs.integers(0, 999), start_s=hs.integers(0, 2_000_000_000))
+def test_a_tum_file_gives_back_what_was_written(tmp_path_factory, seed, start_s):
+    path = tmp_path_factory.mktemp("tum") / "cup.txt"
+    a = trajectory(seed=seed, covariance=False, start_s=start_s, fps=50)
+    write_tum(path, a.times_s, a.poses)
+    (b,) = st.motion.load(path)
+    np.testing.assert_allclose(b.times_s, a.times_s, rtol=0, atol=6e-7)  # written with six decimals
+    np.testing.assert_allclose(b.poses, a.poses, rtol=0, atol=ROUNDING)
+    assert (b.name, b.covariances, set(b.status)) == ("cup", None, {"ok"})
+
+
+def test_a_tum_file_in_millimetres_is_converted_on_request_only(tmp_path):
+    path = write(tmp_path / "a.txt", tum_row(0, "10 20 500 0 0 0 1") + tum_row(1, "11 20 500 0 0 0 1"))
+    with pytest.raises(ValueError, match=r"a.txt: .*500.* m from the origin; in mm\?"):
+        st.motion.load(path)
+    (t,) = st.motion.load(path, unit="mm")
+    np.testing.assert_allclose(t.poses[0, :3, 3], [0.01, 0.02, 0.5])
+
+
+def test_rows_of_nan_are_gaps(tmp_path):
+    path = write(tmp_path / "a.txt", tum_row(0) + tum_row(1, "nan nan nan 0 0 0 1") + tum_row(2))
+    (t,) = st.motion.load(path)
+    assert t.status == ("ok", "lost", "ok")
+    assert np.isnan(t.poses[1]).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (tum_row(0) + tum_row(1, "0 0 1 0 0 0 0"), "line 2: the quaternion is 0"),
+        (tum_row(0) + tum_row(0), "repeated at frames 0 and 1"),
+        (tum_row(1) + tum_row(0), "not sorted"),
+        (tum_row("nan") + tum_row(0), "expected finite times"),
+        (tum_row(0) + "1 0 0\n", "line 2: expected 'timestamp tx ty tz qx qy qz qw'"),
+        ("# timestamp\n", "expected at least one pose, but there is none"),
+        (tum_row(0, "nan nan nan nan nan nan nan"), "a: lost in all frames"),
+        ("", "the file is empty"),
+    ],
+)
+def test_a_tum_file_that_is_no_trajectory_is_refused_with_its_name(tmp_path, text, words):
+    path = write(tmp_path / "a.txt", text)
+    with pytest.raises(ValueError, match=words) as error:
+        st.motion.load(path)
+    assert str(path) in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_the_frame_rate_replaces_times_that_cannot_be_used(tmp_path):
+    path = write(tmp_path / "a.txt", tum_row(0) + tum_row(0) + tum_row(0))
+    np.testing.assert_allclose(st.motion.load(path, fps=10)[0].times_s, [0, 0.1, 0.2])
+
+
+# -- BOP results
+
+
+def test_bop_results_need_the_frame_rate_and_missing_images_are_gaps(tmp_path):
+    T = poses(6)
+    path = write(tmp_path / "a.csv", BOP + "".join(bop_row(i, T[i]) for i in (1, 2, 5)))
+    with pytest.raises(ValueError, match=r"a.csv: BOP results number their images .*fps=30"):
+        st.motion.load(path)
+    (t,) = st.motion.load(path, fps=FPS)
+    np.testing.assert_allclose(t.times_s, np.arange(1, 6) / FPS)
+    assert t.status == ("ok", "ok", "lost", "lost", "ok")
+    np.testing.assert_allclose(t.poses[t.usable], T[[1, 2, 5]], atol=ROUNDING)
+    assert t.name == "object_1"
+
+
+def test_every_tenth_image_of_bop_results_is_no_gap(tmp_path):
+    path = write(tmp_path / "a.csv", BOP + "".join(bop_row(10 * i, poses(1)[0]) for i in range(4)))
+    (t,) = st.motion.load(path, fps=30)
+    np.testing.assert_allclose(t.times_s, np.arange(4) / 3)
+
+
+def test_an_image_with_another_object_is_a_gap_of_this_one(tmp_path):
+    (T,) = poses(1)
+    rows = [bop_row(0, T), bop_row(1, T), bop_row(0, T, 7), bop_row(1, T, 7), bop_row(2, T, 7)]
+    path = write(tmp_path / "a.csv", BOP + "".join(rows))
+    one, seven = st.motion.load(path, fps=1)
+    assert (one.status, seven.status) == (("ok", "ok", "lost"), ("ok",) * 3)
+    assert [t.name for t in st.motion.load(path, fps=1, obj_id=7)] == ["object_7"]
+
+
+def at(x):
+    T = np.eye(4)
+    T[0, 3] = x
+    return T
+
+
+def test_instances_of_one_object_are_one_trajectory_each(tmp_path):
+    rows = [bop_row(i, at(x + 0.01 * i)) for i in range(3) for x in (0, 1)]
+    a, b = st.motion.load(write(tmp_path / "a.csv", BOP + "".join(rows)), fps=1, name="cup")
+    assert [a.name, b.name] == ["cup_1", "cup_2"]
+    np.testing.assert_allclose([a.poses[:, 0, 3], b.poses[:, 0, 3]], [[0, 0.01, 0.02], [1, 1.01, 1.02]])
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ([(0, 0), (0, 1), (1, 1), (1, 0)], "rows 1 and 2 exchange their places between images 0 and 1"),
+        ([(0, 0), (0, 1), (1, 1)], "image 1 has 1 and another 2"),
+    ],
+)
+def test_instances_whose_order_is_not_theirs_are_refused(tmp_path, rows, words):
+    path = write(tmp_path / "a.csv", BOP + "".join(bop_row(i, at(x)) for i, x in rows))
+    with pytest.raises(ValueError, match=f"a.csv: obj_id 1: .*{words}"):
+        st.motion.load(path, fps=1)
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        ("0,1,1,1.0,1 0 0 0 1 0 0 0,0 0 1,0.1\n", "line 2: expected 'scene_id,"),
+        ("0,1,1,1.0\n", "line 2: expected 'scene_id,"),
+        ("0,1,1,1.0,2 0 0 0 1 0 0 0 1,0 0 1,0.1\n", "line 2, R"),
+        ("".join(f"0,{i},1,1.0,1 0 0 0 1 0 0 0 1,0 0 1,0\n" for i in (0, 1, 1_700_000_000)),
+         "numbered one after the other"),
+    ],
+)  # fmt: skip
+def test_damaged_bop_results_are_refused_with_their_line(tmp_path, row, words):
+    with pytest.raises(ValueError, match=f"a.csv.*{words}") as error:
+        st.motion.load(write(tmp_path / "a.csv", BOP + row), fps=30)
+    assert "\n" not in str(error.value)
+
+
+# -- arguments
+
+
+def test_what_is_no_trajectory_file_is_refused(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no such file or folder"):
+        st.motion.load(tmp_path / "a.csv")
+    with pytest.raises(ValueError, match=r"this folder has no report\.json"):
+        st.motion.load(tmp_path)
+    with pytest.raises(ValueError, match=r"cannot be read from '\.xlsx'; expected .*\.c3d"):
+        st.motion.load(write(tmp_path / "a.xlsx", "x"))
+    with pytest.raises(ValueError, match="got 'time,x,y'"):
+        st.motion.load(write(tmp_path / "a.csv", "time,x,y\n1,2,3\n"))
+    (tmp_path / "b.txt").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ValueError, match="expected text, got a binary file"):
+        st.motion.load(tmp_path / "b.txt")
+
+
+def test_arguments_are_checked(tmp_path):
+    path = write(tmp_path / "a.txt", tum_row(0))
+    with pytest.raises(ValueError, match="fps: expected images per second"):
+        st.motion.load(path, fps=0)
+    with pytest.raises(ValueError, match="unit: expected one of"):
+        st.motion.load(path, unit="inch")
+    st.motion.save(tmp_path / "a.csv", trajectory())
+    with pytest.raises(ValueError, match=r"unit: the columns of .*a.csv are in metres"):
+        st.motion.load(tmp_path / "a.csv", unit="mm")
+
+
+def test_save_refuses_what_it_cannot_write_and_writes_nothing(tmp_path):
+    a = trajectory()
+    for path, given_ones, words in (
+        ("a.xlsx", a, "expected a suffix of"),
+        ("a.csv", [], "expected at least one"),
+        ("a.csv", [a, a], "a different name for each, got 'cup' twice"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            st.motion.save(tmp_path / path, given_ones)
+    with pytest.raises(TypeError, match=r"trajectories: expected st\.Trajectory"):
+        st.motion.save(tmp_path / "a.csv", [a, 3])
+    with pytest.raises(ValueError, match=r"points: only a \.trc file has markers"):
+        st.motion.save(tmp_path / "a.csv", a, points={"cup": {"rim": (0, 0, 1)}})
+    with pytest.raises(FileNotFoundError, match="make it first"):
+        st.motion.save(tmp_path / "no" / "a.csv", a)
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,343 @@
+# SPDX-License-Identifier: MIT
+"""Trajectories for other programs: C3D through ezc3d, and OpenSim's own readers of its files."""
+
+import dataclasses
+import struct
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as hs
+from motion_recordings import poses, trajectory
+
+import sdftrack as st
+
+FLOAT32 = 2.0**-24  # relative rounding: of lengths up to 1 m and of rotation matrices
+PROJECTION = 3e-7  # a rounded rotation matrix, and the nearest rotation to it
+GAPS = ["ok", "lost", "weak", "bad_frame", "ok", "ok", "lost", "ok"]
+ROTATION_BYTES = 17 * 4
+
+
+@pytest.fixture
+def ezc3d():
+    return pytest.importorskip("ezc3d", reason="ezc3d is not installed: pip install 'sdftrack[motion]'")
+
+
+@pytest.fixture(scope="module")
+def opensim():
+    module = pytest.importorskip("opensim", reason="opensim is not installed: pip install opensim")
+    module.Logger.removeFileSink()  # opensim.log in the current folder, made by the first message
+    return module
+
+
+# -- C3D
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    seed=hs.integers(0, 99),
+    start_s=hs.floats(-1e6, 2e9),
+    fps=hs.sampled_from([10.0, 25.0, 30.0, 60.0, 29.97, 240.0]),
+    status=hs.lists(hs.sampled_from(["ok", "lost"]), min_size=5, max_size=5),
+)
+def test_a_c3d_file_gives_back_poses_to_single_precision(tmp_path_factory, seed, start_s, fps, status):
+    pytest.importorskip("ezc3d")
+    path = tmp_path_factory.mktemp("c3d") / "a.c3d"
+    given_ones = [
+        trajectory(6, seed + k, name, False, ["ok", *status], start_s, fps)
+        for k, name in enumerate(("cup", "Teller 1"))
+    ]
+    st.motion.save(path, given_ones)
+    read = st.motion.load(path)
+    assert [t.name for t in read] == ["cup", "Teller 1"]
+    for a, b in zip(given_ones, read, strict=True):
+        assert b.status == a.status
+        np.testing.assert_allclose(b.poses[b.usable], a.poses[a.usable], rtol=0, atol=PROJECTION)
+        # The rate is of single precision; absolute times of 2e9 s have steps of 2.4e-7 s in double precision.
+        np.testing.assert_allclose(b.times_s, a.times_s, rtol=0, atol=a.duration_s * FLOAT32 + 1e-6)
+        assert (b.frame, b.covariances) == ("camera", None)
+
+
+def test_ezc3d_reads_labels_rate_and_gaps_and_there_is_no_marker(tmp_path, ezc3d):
+    a = trajectory(8, status=GAPS)
+    st.motion.save(tmp_path / "a.c3d", a)
+    file = ezc3d.c3d(str(tmp_path / "a.c3d"))
+    rotation, point = file["parameters"]["ROTATION"], file["parameters"]["POINT"]
+    assert (rotation["LABELS"]["value"], rotation["USED"]["value"][0], rotation["RATIO"]["value"][0]) == (
+        ["cup"],
+        1,
+        1,
+    )
+    assert (point["RATE"]["value"][0], point["UNITS"]["value"], point["USED"]["value"][0]) == (30.0, ["m"], 0)
+    data = file.c3d_swig.data()
+    residuals = [data.frame(i).rotations().subframe(0).rotation(0).reliability() for i in range(8)]
+    assert residuals == [-1.0 if s in ("lost", "bad_frame") else 0.0 for s in GAPS]
+    matrices = file["data"]["rotations"][:, :, 0].transpose(2, 0, 1)
+    np.testing.assert_allclose(matrices[a.usable], a.poses[a.usable], rtol=0, atol=FLOAT32)
+    assert file["data"]["points"].shape == (4, 0, 8)
+    assert st.motion.load(tmp_path / "a.c3d")[0].status == tuple("ok" if u else "lost" for u in a.usable)
+
+
+def foreign(ezc3d, path, units="mm", rate=100.0, ratio=2, frames=5, labels=("hand", "thigh"), bodies=2):
+    """A file as a program for motion capture writes it: millimetres, markers, bodies twice as often."""
+    T = poses(max(1, bodies) * frames * ratio).reshape(max(1, bodies), -1, 4, 4)
+    scaled = T.copy()
+    scaled[..., :3, 3] *= {"mm": 1000, "m": 1, "cm": 100}.get(units, 1)
+    file = ezc3d.c3d()
+    file["parameters"]["POINT"]["RATE"]["value"] = [rate]
+    file["parameters"]["POINT"]["UNITS"]["value"] = [units]
+    file["parameters"]["POINT"]["LABELS"]["value"] = ["M1"]
+    file["data"]["points"] = np.ones((4, 1, frames))
+    if bodies:
+        file.add_parameter("ROTATION", "LABELS", list(labels))
+        file["data"]["rotations"] = scaled.transpose(2, 3, 0, 1)
+    file.write(str(path))
+    return T
+
+
+@pytest.mark.parametrize("units", ["mm", "m", "cm"])
+def test_rigid_bodies_of_another_program_are_read_in_its_unit_and_rate(tmp_path, ezc3d, units):
+    T = foreign(ezc3d, tmp_path / "a.c3d", units)
+    read = st.motion.load(tmp_path / "a.c3d")
+    assert [(t.name, t.frame) for t in read] == [("hand", "laboratory"), ("thigh", "laboratory")]
+    for t, expected in zip(read, T, strict=True):
+        np.testing.assert_allclose(t.poses, expected, rtol=0, atol=PROJECTION)
+        np.testing.assert_allclose(t.times_s, np.arange(10) / 200, rtol=0, atol=1e-9)
+    assert [t.name for t in st.motion.load(tmp_path / "a.c3d", name="thigh")] == ["thigh"]
+
+
+def test_a_c3d_file_that_begins_later_keeps_the_time_of_its_first_frame(tmp_path, ezc3d):
+    path = tmp_path / "a.c3d"
+    foreign(ezc3d, path)
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<2H", content, 6, 301, 305)  # frames are numbered from 1
+    path.write_bytes(content)
+    np.testing.assert_allclose(st.motion.load(path)[0].times_s, 3 + np.arange(10) / 200, atol=1e-9)
+    np.testing.assert_allclose(st.motion.load(path, fps=50)[0].times_s, np.arange(10) / 50, atol=1e-9)
+
+
+def test_a_matrix_with_the_residual_minus_one_is_a_gap(tmp_path, ezc3d):
+    """Programs leave the last matrix there, which ezc3d hands on as if it were measured."""
+    path = tmp_path / "a.c3d"
+    foreign(ezc3d, path, bodies=1, labels=["hand"], ratio=1)
+    block = int(ezc3d.c3d(str(path))["parameters"]["ROTATION"]["DATA_START"]["value"][0]) - 1
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<f", content, 512 * block + 3 * ROTATION_BYTES + 64, -1.0)
+    path.write_bytes(content)
+    assert st.motion.load(path)[0].status == ("ok", "ok", "ok", "lost", "ok")
+
+
+def test_a_c3d_file_with_markers_only_says_that_rigid_bodies_are_needed(tmp_path, ezc3d):
+    foreign(ezc3d, tmp_path / "a.c3d", bodies=0)
+    with pytest.raises(
+        ValueError, match=r"a.c3d: expected rigid bodies \(the group ROTATION\), got 1 markers"
+    ):
+        st.motion.load(tmp_path / "a.c3d")
+
+
+def test_a_c3d_file_of_unknown_unit_or_rate_asks_for_it(tmp_path, ezc3d):
+    path = tmp_path / "a.c3d"
+    T = foreign(ezc3d, path, "")
+    with pytest.raises(ValueError, match=r"POINT:UNITS m, cm or mm, got ''; give unit='mm'"):
+        st.motion.load(path)
+    np.testing.assert_allclose(st.motion.load(path, unit="m")[0].poses, T[0], rtol=0, atol=PROJECTION)
+    foreign(ezc3d, path, "in")
+    with pytest.raises(ValueError, match="POINT:UNITS m, cm or mm, got 'in'"):
+        st.motion.load(path)
+    foreign(ezc3d, path, "mm")
+    with pytest.raises(ValueError, match=r"unit: .*a.c3d is in mm \(POINT:UNITS\), got 'm'"):
+        st.motion.load(path, unit="m")
+
+
+def test_every_truncation_of_a_c3d_file_is_refused_in_one_line(tmp_path, ezc3d):
+    """ezc3d itself ends the process for some of them."""
+    for write in (
+        lambda path: foreign(ezc3d, path),
+        lambda path: foreign(ezc3d, path, bodies=0),
+        lambda path: st.motion.save(path, trajectory(8)),
+    ):
+        write(tmp_path / "whole.c3d")
+        content = (tmp_path / "whole.c3d").read_bytes()
+        path = tmp_path / "cut.c3d"
+        for size in range(1, len(content) - 512, 61):  # the last block may be padding
+            path.write_bytes(content[:size])
+            with pytest.raises(ValueError, match=r"cut\.c3d: ") as error:
+                st.motion.load(path)
+            assert "\n" not in str(error.value)
+    path.write_bytes(b"")
+    with pytest.raises(ValueError, match="the file is empty"):
+        st.motion.load(path)
+    path.write_text("no C3D file at all")
+    with pytest.raises(ValueError, match="it does not begin as one"):
+        st.motion.load(path)
+
+
+DAMAGE = """
+import pathlib, sys, numpy as np, sdftrack as st
+whole, path = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[1]).with_name("damaged.c3d")
+rng = np.random.default_rng(0)
+for _ in range(150):
+    content = bytearray(whole.read_bytes())
+    for at in rng.integers(0, 1500, rng.integers(1, 4)):  # header and parameters
+        content[at] = rng.integers(0, 256)
+    path.write_bytes(content)
+    try:
+        st.motion.load(path)
+    except ValueError as error:
+        assert str(path) in str(error) and "\\n" not in str(error), error
+"""
+
+
+def test_damaged_bytes_of_a_c3d_file_do_not_end_the_process(tmp_path, ezc3d):
+    """In a process of its own, since ezc3d itself is stopped by the system for one damaged file in fifteen."""
+    foreign(ezc3d, tmp_path / "whole.c3d")
+    run = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", DAMAGE, str(tmp_path / "whole.c3d")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+
+
+def test_times_that_are_irregular_or_differ_are_refused_by_files_with_one_rate(tmp_path):
+    pytest.importorskip("ezc3d")
+    jumpy = st.motion.Trajectory([0, 0.1, 0.25, 0.3], poses(4), name="cup")
+    other = st.motion.Trajectory([0, 0.1, 0.2, 0.3], poses(4), name="box")
+    one = st.motion.Trajectory([0.5], poses(1), name="cup")
+    for suffix in (".c3d", ".trc"):
+        with pytest.raises(
+            ValueError, match=r"irregular \(frame 2 is 50 ms off a rate of 10 Hz\); resample them first"
+        ):
+            st.motion.save(tmp_path / f"a{suffix}", jumpy)
+        with pytest.raises(ValueError, match="takes two frames"):
+            st.motion.save(tmp_path / f"a{suffix}", one)
+    for suffix in (".c3d", ".trc", ".sto"):
+        with pytest.raises(ValueError, match="'box' has other times than 'cup'"):
+            st.motion.save(tmp_path / f"a{suffix}", [jumpy, other])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_c3d_file_cannot_hold_is_refused(tmp_path, ezc3d):
+    with pytest.raises(ValueError, match="1 to 127 bytes"):
+        st.motion.save(tmp_path / "a.c3d", trajectory(name="ä" * 64))
+    a = trajectory()
+    with pytest.raises(ValueError, match="one reference frame, got"):
+        st.motion.save(tmp_path / "a.c3d", [a, dataclasses.replace(trajectory(name="box"), frame="table")])
+    assert list(tmp_path.iterdir()) == []
+    n = 65536
+    long = st.motion.Trajectory(np.arange(n) / 100, np.tile(np.eye(4), (n, 1, 1)))
+    with pytest.raises(ValueError, match="at most 65535 frames"):
+        st.motion.save(tmp_path / "a.c3d", long)
+    st.motion.save(tmp_path / "a.c3d", long.part(slice(1, None)))
+    assert len(st.motion.load(tmp_path / "a.c3d")[0]) == n - 1
+
+
+def test_a_suffix_in_capitals_is_the_same_suffix(tmp_path, ezc3d):
+    st.motion.save(tmp_path / "A.C3D", trajectory())
+    assert [p.name for p in tmp_path.iterdir()] == ["A.C3D"]
+    assert len(st.motion.load(tmp_path / "A.C3D")[0]) == 12
+
+
+def test_without_ezc3d_the_error_says_how_to_install_it(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "ezc3d", None)
+    (tmp_path / "b.c3d").write_bytes(b"\x02\x50")
+    for call in (
+        lambda: st.motion.save(tmp_path / "a.c3d", trajectory()),
+        lambda: st.motion.load(tmp_path / "b.c3d"),
+    ):
+        with pytest.raises(ImportError, match=r"pip install 'sdftrack\[motion\]'"):
+            call()
+    assert [p.name for p in tmp_path.iterdir()] == ["b.c3d"]
+
+
+# -- OpenSim
+
+
+def elements(vector):
+    return [vector.get(i) for i in range(vector.size())]
+
+
+def table_rows(table, count):
+    """(rows, columns, elements) of a table of OpenSim."""
+    return np.array(
+        [
+            [elements(table.getRowAtIndex(i).getElt(0, k)) for k in range(table.getNumColumns())]
+            for i in range(count)
+        ]
+    )
+
+
+def test_opensim_reads_orientations_and_positions(tmp_path, opensim):
+    given_ones = [trajectory(8, status=GAPS), trajectory(8, 4, "Teller 1")]
+    st.motion.save(tmp_path / "a.sto", given_ones)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.sto", "a_position.sto"]
+    orientations = opensim.TimeSeriesTableQuaternion(str(tmp_path / "a.sto"))
+    positions = opensim.TimeSeriesTableVec3(str(tmp_path / "a_position.sto"))
+    for table in (orientations, positions):
+        assert table.getColumnLabels() == ("cup", "Teller 1")
+        np.testing.assert_array_equal(table.getIndependentColumn(), given_ones[0].times_s)
+    p = table_rows(positions, 8)
+    for k, t in enumerate(given_ones):
+        np.testing.assert_array_equal(np.isfinite(p[:, k]).all(axis=1), t.usable)
+        np.testing.assert_allclose(p[t.usable, k], t.poses[t.usable, :3, 3], rtol=0, atol=1e-12)
+        for i in np.flatnonzero(t.usable).tolist():
+            # OpenSim's own conversion: the order of the numbers is the one that it means.
+            rotation = opensim.Rotation(orientations.getRowAtIndex(i).getElt(0, k))
+            R = rotation.asMat33()  # a view of `rotation`
+            matrix = [[R.get(a, b) for b in range(3)] for a in range(3)]
+            np.testing.assert_allclose(matrix, t.poses[i, :3, :3], rtol=0, atol=1e-9)
+
+
+def test_quaternions_of_a_storage_do_not_jump_between_signs(tmp_path):
+    turns = np.linspace(0, 4 * np.pi, 60)
+    T = np.array([st.geometry.exp(np.r_[0, 0, 0, 0, 0, a]) for a in turns])
+    st.motion.save(tmp_path / "a.sto", st.motion.Trajectory(np.arange(60) / 30, T, name="cup"))
+    lines = (tmp_path / "a.sto").read_text().splitlines()
+    head = lines.index("endheader")
+    assert {"DataType=Quaternion", "version=3"} <= set(lines[:head])
+    q = np.array([[float(v) for v in line.split("\t")[1].split(",")] for line in lines[head + 2 :]])
+    assert np.linalg.norm(np.diff(q, axis=0), axis=1).max() < 0.12  # half of a step of 0.21 rad
+    np.testing.assert_allclose(q[:, 0], np.cos(turns / 2), atol=1e-9)
+
+
+def test_opensim_reads_markers_at_the_origin_and_at_points_of_the_caller(tmp_path, opensim):
+    a = trajectory(8, status=GAPS)
+    st.motion.save(tmp_path / "a.trc", [a, trajectory(8, 4, "box")], points={"cup": {"rim": (0, 0, 0.05)}})
+    table = opensim.TimeSeriesTableVec3(str(tmp_path / "a.trc"))
+    assert table.getColumnLabels() == ("cup", "cup_rim", "box")
+    assert table.getTableMetaDataAsString("Units") == "mm"
+    np.testing.assert_array_equal(table.getIndependentColumn(), a.times_s)
+    p = table_rows(table, 8)
+    np.testing.assert_array_equal(np.isfinite(p[:, 0]).all(axis=1), a.usable)
+    rim = a.poses[:, :3, :3] @ [0, 0, 0.05] + a.poses[:, :3, 3]
+    np.testing.assert_allclose(p[a.usable, 0], 1e3 * a.poses[a.usable, :3, 3], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(p[a.usable, 1], 1e3 * rim[a.usable], rtol=0, atol=1e-9)
+    markers = opensim.MarkerData(str(tmp_path / "a.trc"))
+    assert (markers.getNumFrames(), markers.getNumMarkers(), markers.getDataRate()) == (8, 3, 30.0)
+
+
+@pytest.mark.parametrize(
+    ("points", "error", "words"),
+    [
+        ({"mug": {}}, ValueError, "expected names of the trajectories"),
+        ({"cup": {"rim": (0, 1)}}, ValueError, "three finite numbers"),
+        ({"cup": {"rim": (0, 1, np.nan)}}, ValueError, "three finite numbers"),
+        ({"cup": {"": (0, 1, 2)}}, ValueError, "expected a label"),
+        ({"cup": {"rim": "abc"}}, TypeError, "an array of numbers"),
+        ({"cup": {"a\tb": (0, 0, 0)}}, ValueError, "no tab"),
+        ({"cup": {"lid": (0, 0, 0)}}, ValueError, "two markers would have the name 'cup_lid'"),
+    ],
+)
+def test_points_that_cannot_be_markers_are_refused(tmp_path, points, error, words):
+    with pytest.raises(error, match=words):
+        st.motion.save(tmp_path / "a.trc", [trajectory(), trajectory(seed=3, name="cup_lid")], points=points)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_names_that_opensim_cannot_read_are_refused(tmp_path):
+    with pytest.raises(ValueError, match="no tab, no line break"):
+        st.motion.save(tmp_path / "a.sto", trajectory(name="a\tb"))
+    assert list(tmp_path.iterdir()) == []
