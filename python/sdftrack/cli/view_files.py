@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from sdftrack.evaluation.report_file import result_of
+from sdftrack.io.report_file import result_of
 
 __all__ = ["Recording", "load_mesh_alone", "load_recording", "result_of"]
 
@@ -38,7 +38,7 @@ def load_recording(path: Path, seq: str | None, arguments: dict[str, Any], unit:
     if not (path / "report.json").is_file():
         sequence = st.open_sequence(path, **arguments)
         return Recording(sequence, sequence.camera, [None] * len(sequence))
-    from sdftrack.evaluation.report_file import read_results
+    from sdftrack.io.report_file import read_results
 
     report = read_results(path)
     settings = report["settings"]

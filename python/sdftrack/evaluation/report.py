@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.evaluation.bop_scores import BopErrors, bop_errors
-from sdftrack.evaluation.report_file import read_results
+from sdftrack.io.report_file import read_results
 from sdftrack.metrics import add, adds, auc, mssd, pose_error
 from sdftrack.symmetry import Symmetry
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sdftrack.evaluation.report_file import read_results, result_of
+from sdftrack.io.report_file import read_results, result_of
 from sdftrack.motion.files.record import Record, times_from_numbers
 
 __all__ = ["read_result_folder"]
