@@ -7,6 +7,10 @@ from sdftrack.motion.files import load, save
 from sdftrack.motion.filters import butterworth, resample, savitzky_golay
 from sdftrack.motion.frames import at_point, in_frame, table_frame
 from sdftrack.motion.intervals import Measured
+from sdftrack.motion.measures.repeatability import dtw_distance, mean_dtw_distance
+from sdftrack.motion.measures.smoothness import log_dimensionless_jerk, sparc
+from sdftrack.motion.measures.targets import Box, Path, Sphere, parse_target
+from sdftrack.motion.measures.tremor import Tremor, tremor_of
 from sdftrack.motion.posterior import SmoothedMotion
 from sdftrack.motion.repetitions import Phase, Repetition, count_interval, find_repetitions
 from sdftrack.motion.samples import MotionSamples
@@ -16,24 +20,34 @@ from sdftrack.motion.trajectory import Trajectory
 __all__ = [
     "DEFINITIONS",
     "Analysis",
+    "Box",
     "Definition",
     "Measured",
     "MeasuredRepetition",
     "MotionSamples",
+    "Path",
     "Phase",
     "Repetition",
     "SmoothedMotion",
+    "Sphere",
     "Trajectory",
+    "Tremor",
     "analyze",
     "at_point",
     "butterworth",
     "count_interval",
+    "dtw_distance",
     "find_repetitions",
     "in_frame",
     "load",
+    "log_dimensionless_jerk",
+    "mean_dtw_distance",
+    "parse_target",
     "resample",
     "save",
     "savitzky_golay",
     "smooth",
+    "sparc",
     "table_frame",
+    "tremor_of",
 ]

@@ -13,16 +13,17 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack._internal.validation import numbers, of_kind
 from sdftrack.motion.definitions import DEFINITIONS, Context, Definition
 from sdftrack.motion.intervals import Measured, measured
+from sdftrack.motion.measures.targets import definitions_of_target
 from sdftrack.motion.posterior import SmoothedMotion
-from sdftrack.motion.repetitions import Phase, Repetition, count_interval, find_repetitions
+from sdftrack.motion.repetitions import Repetition, count_interval, find_repetitions
 from sdftrack.motion.smoothing import smooth
 from sdftrack.motion.trajectory import Trajectory
+from sdftrack.motion.windows import MARGIN_S, with_rests
 
 __all__ = ["Analysis", "MeasuredRepetition", "analyze"]
 
 Array = NDArray[np.float64]
 RATE_HZ = 100.0  # of the samples that measures are computed from
-MARGIN_S = 0.25  # of a movement, so that the rests beside it are seen
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,11 +123,12 @@ def analyze(
         of_kind(trajectory, Trajectory, "trajectory")
         motion = smooth(trajectory, max_gap_s=max_gap_s, samples=samples, seed=seed)  # type: ignore[arg-type]
     definitions = _chosen(measures)
+    for number, target in enumerate(targets, 1):
+        definitions += definitions_of_target(target, number)
     _check_spans(motion.trajectory, spans_s)
     context = {
         "up": None if up is None else _unit(up, "up"),
         "axis_obj": _unit(axis_obj, "axis_obj"),
-        "targets": tuple(targets),
     }
     found = find_repetitions(motion, by=by, spans_s=spans_s)
     cues = np.sort(numbers(cues_s, "cues_s").ravel())
@@ -215,20 +217,11 @@ def _stretches(definition: Definition, repetition: Repetition) -> list[tuple[str
     """(suffix, start, end) of what a measure is computed for."""
     if definition.of == "repetition":
         return [("", repetition.start_s, repetition.end_s)]
-    movements = repetition.movements
-    out = [("_move", *_with_rests(movements[0], repetition, movements))]
+    movements = [(p.start_s, p.end_s) for p in repetition.movements]
+    out = [("_move", *with_rests(movements, 0))]
     if len(movements) > 1:
-        out.append(("_return", *_with_rests(movements[-1], repetition, movements)))
+        out.append(("_return", *with_rests(movements, len(movements) - 1)))
     return out
-
-
-def _with_rests(movement: Phase, repetition: Repetition, movements: tuple[Phase, ...]) -> tuple[float, float]:
-    """The movement with up to 0.25 s of the rests beside it, at most half of a hold."""
-    ends = [m.end_s for m in movements if m.end_s <= movement.start_s]
-    starts = [m.start_s for m in movements if m.start_s >= movement.end_s]
-    before = 0.5 * (movement.start_s - max(ends)) if ends else MARGIN_S
-    after = 0.5 * (min(starts) - movement.end_s) if starts else MARGIN_S
-    return movement.start_s - min(before, MARGIN_S), movement.end_s + min(after, MARGIN_S)
 
 
 def _averages(

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +32,6 @@ class Context:
         Axis of the object that is upright when a vessel stands.
     movements : list of (start, end)
         Stretches of the repetition in which the object moves, s; empty: all of it.
-    targets : list
-        Zones and paths.
     """
 
     start_s: float
@@ -42,7 +39,6 @@ class Context:
     cue_s: float | None = None
     up: Array | None = None
     axis_obj: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
-    targets: tuple[Any, ...] = ()
     movements: tuple[tuple[float, float], ...] = ()
 
 

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT
+"""Where the movement of a repetition begins and ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdftrack.motion.samples import MotionSamples
+
+__all__ = ["LEAST_PEAK_MPS", "ONSET_PART", "REST_S", "Movement", "movement_of"]
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+ONSET_PART = 0.05  # of the peak speed
+REST_S = 0.1  # a halt shorter than this lies within a movement: hands that hesitate would lose half of theirs
+LEAST_PEAK_MPS = 0.005  # an object that never moves faster lies still: slow hands reach 20 mm/s, noise 1 or 2
+
+
+@dataclass(frozen=True, eq=False)
+class Movement:
+    """The movement about the largest peak of the speed.
+
+    Attributes
+    ----------
+    onset_s, offset_s : (S,) float64
+        NaN where nothing moves. The ends of the repetition where the speed is not low there.
+    within : (S, n) bool
+        Samples from onset to offset.
+    begins, ends : (S,) bool
+        The onset, the offset lies in the repetition: it is at rest before, after.
+    """
+
+    onset_s: Array
+    offset_s: Array
+    within: Mask
+    begins: Mask
+    ends: Mask
+
+    @property
+    def duration_s(self) -> Array:
+        """(S,) time from onset to offset."""
+        return self.offset_s - self.onset_s
+
+
+def movement_of(repetition: MotionSamples) -> Movement:
+    """Onset and offset: searched from the peak of the speed outward, where the speed falls below 5 % of its peak and
+    stays there for 0.1 s or until the repetition ends; between samples by linear interpolation.
+
+    The search begins at the peak of the mean speed of all samples, so that all speak of the same movement where two
+    peaks, out and back, are about as high. The threshold is 5 % of each sample's own peak.
+    """
+    speed, times = repetition.speeds_mps, repetition.times_s
+    start = int(np.argmax(speed.mean(axis=0)))
+    peak = speed.max(axis=1)
+    threshold = ONSET_PART * peak
+    moves = (peak >= LEAST_PEAK_MPS) & (speed[:, start] >= threshold)
+    count = max(1, round(REST_S * repetition.rate_hz))
+    onset, begins = _last_rest(speed[:, : start + 1], times[: start + 1], threshold, count)
+    # The offset is the onset of the movement played backwards.
+    offset, ends = _last_rest(speed[:, start:][:, ::-1], times[start:][::-1], threshold, count)
+    onset, offset = np.where(moves, onset, np.nan), np.where(moves, offset, np.nan)
+    within = (times >= onset[:, None] - 1e-9) & (times <= offset[:, None] + 1e-9)
+    return Movement(onset, offset, within, begins & moves, ends & moves)
+
+
+def _last_rest(speed: Array, times: Array, threshold: Array, count: int) -> tuple[Array, Mask]:
+    """The time at which the last rest before the last sample ends, and whether there is one; the first time if not."""
+    n = speed.shape[1]
+    # Rest may have begun before the repetition, so what lies before it counts as rest.
+    below = np.pad(speed < threshold[:, None], ((0, 0), (count, 0)), constant_values=True)
+    run = np.cumsum(np.pad(below, ((0, 0), (1, 0))), axis=1)
+    rest_ends = (
+        run[:, count:] - run[:, :-count] == count
+    )  # of the `count` samples that end before sample i: n + 1
+    last = n - np.argmax(
+        rest_ends[:, ::-1], axis=1
+    )  # the first sample after the rest, 0 if it is the padding alone
+    found = (last > 0) & (last < n)
+    i = np.clip(last, 1, max(n - 1, 1))
+    if n < 2:
+        return np.full(len(speed), times[0]), found
+    rows = np.arange(len(speed))
+    before, after = speed[rows, i - 1], speed[rows, i]
+    rise = np.where(after > before, after - before, 1.0)
+    crossing = times[i - 1] + np.clip((threshold - before) / rise, 0, 1) * (times[i] - times[i - 1])
+    return np.where(found, crossing, times[0]), found

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: MIT
+"""Zones and paths that the object should enter or follow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdftrack._internal.validation import number, numbers
+from sdftrack.motion.definitions import Context, Definition
+from sdftrack.motion.measures.repetition import on_repetition
+from sdftrack.motion.samples import MotionSamples
+
+__all__ = ["Box", "Path", "Sphere", "definitions_of_target", "parse_target"]
+
+Array = NDArray[np.float64]
+FORMS = "sphere:x,y,z,r, box:x0,y0,z0,x1,y1,z1 or path:FILE.csv,r (metres)"
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A ball about `center_m` (3,), reference frame."""
+
+    center_m: Any
+    radius_m: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "center_m", _points(self.center_m, "center_m", (3,)))
+        object.__setattr__(self, "radius_m", _radius(self.radius_m))
+
+    def distances(self, points: Array) -> Array:
+        """(...,) distances of points (..., 3) from the surface, negative inside."""
+        return np.asarray(np.linalg.norm(points - self.center_m, axis=-1) - self.radius_m)
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box between two corners, along the axes of the reference frame."""
+
+    low_m: Any
+    high_m: Any
+
+    def __post_init__(self) -> None:
+        low, high = _points(self.low_m, "low_m", (3,)), _points(self.high_m, "high_m", (3,))
+        if not (low < high).all():
+            raise ValueError(
+                f"box: expected low < high along each axis, got {low.tolist()} and {high.tolist()}"
+            )
+        object.__setattr__(self, "low_m", low)
+        object.__setattr__(self, "high_m", high)
+
+    def distances(self, points: Array) -> Array:
+        """(...,) distances of points (..., 3) from the surface, negative inside."""
+        beyond = np.maximum(self.low_m - points, points - self.high_m)
+        outside = np.linalg.norm(np.maximum(beyond, 0), axis=-1)
+        return np.asarray(outside + np.minimum(beyond.max(axis=-1), 0))
+
+
+@dataclass(frozen=True)
+class Path:
+    """A line through points (K, 3) that should be followed within `radius_m`."""
+
+    points_m: Any
+    radius_m: float
+
+    def __post_init__(self) -> None:
+        points = _points(self.points_m, "points_m", (None, 3))
+        if len(points) < 2:
+            raise ValueError(f"path: expected at least two points, got {len(points)}")
+        object.__setattr__(self, "points_m", points)
+        object.__setattr__(self, "radius_m", _radius(self.radius_m))
+
+    def distances(self, points: Array) -> Array:
+        """(...,) distances of points (..., 3) from the line less its radius."""
+        nearest = np.full(points.shape[:-1], np.inf)
+        for a, b in zip(self.points_m[:-1], self.points_m[1:], strict=True):
+            length2 = max(float((b - a) @ (b - a)), 1e-18)
+            along = np.clip((points - a) @ (b - a) / length2, 0, 1)
+            nearest = np.minimum(nearest, np.linalg.norm(points - a - along[..., None] * (b - a), axis=-1))
+        return np.asarray(nearest - self.radius_m)
+
+
+Target = Sphere | Box | Path
+
+
+def parse_target(text: str) -> Target:
+    """A target written as text; ValueError with the forms that are possible.
+
+    >>> parse_target("sphere:0,0,0.8,0.05").radius_m
+    0.05
+    """
+    kind, _, rest = text.partition(":")
+    parts = [p.strip() for p in rest.split(",")]
+    try:
+        if kind == "sphere" and len(parts) == 4:
+            return Sphere([float(p) for p in parts[:3]], float(parts[3]))
+        if kind == "box" and len(parts) == 6:
+            return Box([float(p) for p in parts[:3]], [float(p) for p in parts[3:]])
+        if kind == "path" and len(parts) == 2:
+            return Path(_read_points(FilePath(parts[0])), float(parts[1]))
+    except ValueError as error:
+        raise ValueError(f"target {text!r}: {error}; expected {FORMS}") from None
+    raise ValueError(f"target: expected {FORMS}, got {text!r}")
+
+
+def definitions_of_target(target: Target, number: int) -> list[Definition]:
+    """Measures of a target: time in it, and the mean and the last distance from it."""
+    what = {"Sphere": "sphere", "Box": "box", "Path": "path"}[type(target).__name__]
+
+    @on_repetition
+    def time_inside(samples: MotionSamples, context: Context) -> Array:
+        return np.asarray((target.distances(samples.positions_m) <= 0).sum(axis=1) / samples.rate_hz)
+
+    @on_repetition
+    def nearest(samples: MotionSamples, context: Context) -> Array:
+        return np.asarray(np.maximum(target.distances(samples.positions_m), 0).min(axis=1))
+
+    @on_repetition
+    def mean_distance(samples: MotionSamples, context: Context) -> Array:
+        return np.asarray(np.maximum(target.distances(samples.positions_m), 0).mean(axis=1))
+
+    source = "Distance of a point from a shape"
+    name, label = f"target{number}", f"target {number} ({what})"
+    return [
+        Definition(
+            f"{name}_time", f"Time in {label}", "s",
+            f"Time of the repetition in which the point is in {label}.", source, 0.3, False, time_inside,
+        ),
+        Definition(
+            f"{name}_nearest", f"Nearest distance from {label}", "m",
+            f"Smallest distance of the point from {label} in the repetition, 0 inside.", source, 0.01, False, nearest,
+        ),
+        Definition(
+            f"{name}_mean", f"Mean distance from {label}", "m",
+            f"Mean distance of the point from {label} over the repetition, 0 inside.", source, 0.01, False,
+            mean_distance,
+        ),
+    ]  # fmt: skip
+
+
+def _read_points(path: FilePath) -> Array:
+    if not path.is_file():
+        raise ValueError(f"{path}: no such file")
+    try:
+        return np.loadtxt(path, delimiter=",", comments="#", ndmin=2, dtype=np.float64)
+    except ValueError:
+        raise ValueError(f"{path}: expected lines of x,y,z in metres") from None
+
+
+def _points(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Array:
+    array = numbers(value, name)
+    wanted = "three coordinates" if len(shape) == 1 else "points (K, 3)"
+    if array.ndim != len(shape) or array.shape[-1] != 3 or not np.isfinite(array).all():
+        raise ValueError(f"{name}: expected {wanted}, finite, in metres, got shape {array.shape}")
+    if np.abs(array).max() > 100:
+        raise ValueError(f"{name}: expected metres, got {np.abs(array).max():g}; in mm? divide by 1000")
+    return array
+
+
+def _radius(value: float) -> float:
+    radius = number(value, "radius_m")
+    if not 0 < radius <= 10:
+        raise ValueError(f"radius_m: expected more than 0 and at most 10 m, got {value!r}")
+    return radius

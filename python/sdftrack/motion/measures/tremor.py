@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: MIT
+"""Tremor: the power of the measured positions between 3 and 12 Hz, less that of their noise.
+
+It is computed from the poses themselves: a smoother would take a tremor away that is not far above the noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal.windows import dpss
+
+from sdftrack.motion.trajectory import Trajectory
+
+__all__ = ["Tremor", "tremor_of"]
+
+Array = NDArray[np.float64]
+BAND_HZ = (3.0, 12.0)
+TAPERS = 5
+LEAST_S = 1.0
+DETERMINED = 0.5  # width of the interval over the value
+
+
+@dataclass(frozen=True)
+class Tremor:
+    """Tremor of a held object.
+
+    Attributes
+    ----------
+    rms_m, low_m, high_m : float
+        Root mean square of the displacement in the band, all axes together, noise taken off; 95 % interval.
+    floor_m : float
+        What a resting object would show: the root mean square of the noise in the band.
+    frequency_hz : float
+        Of the largest power in the band; NaN where the tremor is not determined.
+    band_hz : (float, float)
+        3 to 12 Hz, or to 90 % of half of the frame rate if that is lower.
+    determined : bool
+        The lower end of the interval is above 0 and the interval narrower than the value.
+    """
+
+    rms_m: float
+    low_m: float
+    high_m: float
+    floor_m: float
+    frequency_hz: float
+    band_hz: tuple[float, float]
+    determined: bool
+
+
+def tremor_of(
+    trajectory: Trajectory,
+    start_s: float,
+    end_s: float,
+    *,
+    noise_m: float,
+    band_hz: tuple[float, float] = BAND_HZ,
+) -> Tremor | None:
+    """The tremor in a hold.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    start_s, end_s : float
+        A stretch in which the object is held, s.
+    noise_m : float
+        Standard deviation of a measured position, all three axes together, m: of the covariances, scaled by the
+        smoother's `noise_scales`.
+    band_hz : (float, float)
+
+    Returns
+    -------
+    Tremor or None
+        None if the stretch is shorter than 1 s, has a gap or too low a frame rate (below 2.5 times the lower frequency).
+
+    Notes
+    -----
+    Multitaper spectrum (five Slepian tapers, Thomson 1982) of each axis after removal of a cubic. White noise of
+    variance s^2 at a rate f has the power s^2 (f2 - f1) / (f / 2) in the band, which is subtracted. The variance of the
+    rest is that of signal times noise and of noise times noise, bin by bin.
+    """
+    inside = (trajectory.times_s >= start_s) & (trajectory.times_s <= end_s)
+    t, x = trajectory.times_s[inside], trajectory.poses[inside, :3, 3]
+    if len(t) < 16 or t[-1] - t[0] < LEAST_S or not trajectory.usable[inside].all():
+        return None
+    step = float(np.median(np.diff(t)))
+    if np.diff(t).max() > 1.5 * step:
+        return None
+    rate, low, high = 1 / step, band_hz[0], min(band_hz[1], 0.45 / step)
+    if high <= low * 1.25:
+        return None
+    frequencies, spectra = _spectra(t, x, rate)
+    band = (frequencies >= low) & (frequencies < high)
+    df = frequencies[1]
+    noise = noise_m**2 / (rate / 2)  # density, all axes together
+    total = spectra[:, band].sum(axis=0)
+    power, floor = float(total.sum() * df), float(noise * df * band.sum())
+    signal = np.maximum(total - noise, 0)
+    # Neighbouring bins of padded tapers are not independent: a bin counts for df times the duration.
+    independent = min(1.0, df * (t[-1] - t[0] + step))
+    spread = (2 * signal * noise / 3 + noise**2 / 3).sum() * df**2 / (TAPERS * independent)
+    sd = float(np.sqrt(spread + (0.05 * floor) ** 2))
+    rest = power - floor
+    bounds = [float(np.sqrt(max(rest + k * 1.96 * sd, 0.0))) for k in (-1, 0, 1)]
+    determined = bounds[0] > 0 and bounds[2] - bounds[0] < max(DETERMINED * bounds[1], 1e-12) * 2
+    peak = float(frequencies[band][np.argmax(total)]) if determined else float("nan")
+    return Tremor(bounds[1], bounds[0], bounds[2], float(np.sqrt(floor)), peak, (low, high), determined)
+
+
+def _spectra(t: Array, x: Array, rate: float) -> tuple[Array, Array]:
+    """Frequencies, and one-sided power densities (3, F) of the axes."""
+    u = np.linspace(-1, 1, len(t))
+    fit = np.polynomial.legendre.legvander(u, 3)
+    x = x - fit @ np.linalg.lstsq(fit, x, rcond=None)[0]
+    tapers = dpss(len(t), (TAPERS + 1) / 2, TAPERS)
+    transformed = np.fft.rfft(tapers[:, :, None] * x, axis=1)
+    density = 2 * (np.abs(transformed) ** 2).mean(axis=0).T / rate
+    return np.fft.rfftfreq(len(t), 1 / rate), density
