@@ -26,8 +26,8 @@ def _steps(samples: MotionSamples) -> Array:
     "path_length",
     "Path length",
     "m",
-    "Sum of the distances between consecutive positions (100 Hz) of the point in the movements of the repetition; rests "
-    "and holds are left out, in which only noise and tremor would be added up.",
+    "Sum of the distances between consecutive positions (100 Hz) of the point in the movements of the repetition; "
+    "rests and holds are left out, in which only noise and tremor would be added up.",
     "Schwarz et al. 2022, doi 10.1186/s12984-021-00979-0",
     wide=0.2,
 )

@@ -29,8 +29,8 @@ def tilt(samples: MotionSamples, context: Context) -> Array:
     "max_tilt",
     "Largest tilt",
     "rad",
-    "Largest angle between the object's upright axis and the vertical in the repetition; undefined without the direction "
-    "of gravity.",
+    "Largest angle between the object's upright axis and the vertical in the repetition; undefined without the "
+    "direction of gravity.",
     SOURCE,
     wide=0.1,
     relative=False,

@@ -22,7 +22,8 @@ CORE_SET = "Schwarz et al. 2022, doi 10.1186/s12984-021-00979-0"
     "movement_time",
     "Movement time",
     "s",
-    "Time from onset to offset: where the speed, searched from its peak outward, falls below 5 % of the peak for 0.1 s.",
+    "Time from onset to offset: where the speed, searched from its peak outward, falls below 5 % of the peak for "
+    "0.1 s.",
     CORE_SET,
     wide=0.2,
     of="movement",

@@ -73,7 +73,7 @@ def tremor_of(
     Returns
     -------
     Tremor or None
-        None if the stretch is shorter than 1 s, has a gap or too low a frame rate (below 2.5 times the lower frequency).
+        None if the stretch is shorter than 1 s, has a gap or a frame rate below 8.5 Hz.
 
     Notes
     -----
@@ -117,4 +117,4 @@ def _spectra(t: Array, x: Array, rate: float) -> tuple[Array, Array]:
     tapers = dpss(len(t), (TAPERS + 1) / 2, TAPERS)
     transformed = np.fft.rfft(tapers[:, :, None] * x, axis=1)
     density = 2 * (np.abs(transformed) ** 2).mean(axis=0).T / rate
-    return np.fft.rfftfreq(len(t), 1 / rate), density
+    return np.asarray(np.fft.rfftfreq(len(t), 1 / rate), np.float64), np.asarray(density, np.float64)
