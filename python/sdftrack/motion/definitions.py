@@ -58,6 +58,10 @@ class Definition:
     relative : bool
     of : "repetition" or "movement"
         What it is computed for: all of a repetition, or each of its movements between two rests.
+    bias : float
+        Noise makes the largest of many values larger, and a path longer: the values of the samples differ from that of
+        their mean by a shift, and the mean movement itself, which has noise left, from the true one by about this part
+        of that shift. It is taken off.
     spread : float
         Factor of the posterior's spread, chosen on synthetic exercises (docs/results/motion.md) where the samples of
         the prior are rougher than people's movements.
@@ -75,6 +79,7 @@ class Definition:
     compute: Callable[[MotionSamples, Context], Array]
     of: str = "repetition"
     spread: float = 1.0
+    bias: float = 0.0
 
 
 DEFINITIONS: dict[str, Definition] = {}
@@ -91,11 +96,12 @@ def measure(
     *,
     of: str = "repetition",
     spread: float = 1.0,
+    bias: float = 0.0,
 ) -> Callable[[Callable[[MotionSamples, Context], Array]], Callable[[MotionSamples, Context], Array]]:
     """Register a function as the measure `name`."""
 
     def register(f: Callable[[MotionSamples, Context], Array]) -> Callable[[MotionSamples, Context], Array]:
-        DEFINITIONS[name] = Definition(name, label, unit, text, source, wide, relative, f, of, spread)
+        DEFINITIONS[name] = Definition(name, label, unit, text, source, wide, relative, f, of, spread, bias)
         return f
 
     return register

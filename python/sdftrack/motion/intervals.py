@@ -60,7 +60,8 @@ def measured(definition: Definition, value: float, samples: Array, name: str | N
     """`value` of the mean movement with the spread of the values of the posterior's samples.
 
     Lengths and jerks of the samples are larger than those of their mean, as their noise adds to them; the interval is
-    therefore the distribution of the samples shifted so that its median is the value of the mean movement.
+    therefore the distribution of the samples shifted so that its median is the value of the mean movement, less the
+    part of the shift that this value has, too (`Definition.bias`).
     """
     known = np.isfinite(samples)
     if not np.isfinite(value) or known.mean() < LEAST_DEFINED:
@@ -68,6 +69,7 @@ def measured(definition: Definition, value: float, samples: Array, name: str | N
         note = "undefined here" if not known.any() else "undefined in many of the possible movements"
         return Measured(name or definition.name, definition.unit, nan, nan, nan, False, note)
     low, middle, high = np.percentile(samples[known], [LEVEL[0], 50, LEVEL[1]])
+    value -= definition.bias * (middle - value)
     low, high = value + definition.spread * (low - middle), value + definition.spread * (high - middle)
     limit = definition.wide * (abs(value) if definition.relative else 1.0)
     fine = bool(high - low <= limit)

@@ -73,7 +73,7 @@ def _last_rest(speed: Array, times: Array, threshold: Array, count: int) -> tupl
     # Rest may have begun before the repetition, so what lies before it counts as rest.
     below = np.pad(speed < threshold[:, None], ((0, 0), (count, 0)), constant_values=True)
     run = np.cumsum(np.pad(below, ((0, 0), (1, 0))), axis=1)
-    rest_ends = (
+    rest_ends: Mask = (
         run[:, count:] - run[:, :-count] == count
     )  # of the `count` samples that end before sample i: n + 1
     last = n - np.argmax(
