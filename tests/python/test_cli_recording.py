@@ -15,7 +15,7 @@ import pytest
 import sdftrack as st
 from sdftrack.cli.app import run
 from sdftrack.io import frames as image_io
-from sdftrack.io import mcap_output
+from sdftrack.io import unbuffered
 from sdftrack.io.writers import WRITERS, Contents
 from sdftrack.io.writers.depth_units import DepthUnits
 
@@ -173,7 +173,7 @@ def test_a_full_disk_ends_a_recording_that_can_be_read(tmp_path, monkeypatch, ca
 
 def test_a_full_disk_leaves_a_readable_bag(tmp_path, monkeypatch, capsys):
     st.save_sequence(tmp_path / "0", sensor_sequence())
-    whole, written = mcap_output._Unbuffered.write, []
+    whole, written = unbuffered.UnbufferedFile.write, []
 
     def full_in_the_fourth_frame(self, data):
         written.append(len(data))
@@ -182,7 +182,7 @@ def test_a_full_disk_leaves_a_readable_bag(tmp_path, monkeypatch, capsys):
             raise OSError(errno.ENOSPC, "no space left on the disk")
         return whole(self, data)
 
-    monkeypatch.setattr(mcap_output._Unbuffered, "write", full_in_the_fourth_frame)
+    monkeypatch.setattr(unbuffered.UnbufferedFile, "write", full_in_the_fourth_frame)
     out = tmp_path / "1"
     assert run(["convert", str(tmp_path / "0"), "--to", "mcap", "--out", str(out), "-q"]) == 1
     assert "frames before that are in" in capsys.readouterr().err

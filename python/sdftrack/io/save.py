@@ -14,7 +14,7 @@ from sdftrack.io.writers import WRITERS, Contents
 __all__ = ["save_sequence"]
 
 
-def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bop") -> None:
+def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bop", *, color: str = "png") -> None:
     """Write `seq` into the new or empty folder `path`, completely or not at all.
 
     Parameters
@@ -28,6 +28,9 @@ def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bo
         both cameras, poses and models; any depth is exact. An unreadable frame has no images in bop and is
         omitted in the others. Colour that is not aligned to depth is omitted by the first three, with a
         UserWarning, because they cannot store the mapping.
+    color : "png", "jpg" or "video"
+        Files of the colour images; only png is exact. video (not in mcap): ``color.mkv``, H.264, read by this package;
+        other programs find the depth images alone.
 
     Raises
     ------
@@ -45,7 +48,7 @@ def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bo
             f"{path}: colour is omitted: the {layout} layout requires it to be aligned to depth", stacklevel=2
         )
     contents = Contents(seq.camera, seq.objects, seq.models)
-    with replacing_folder(path) as folder, WRITERS[layout](folder, contents) as writer:
+    with replacing_folder(path) as folder, WRITERS[layout](folder, contents, color) as writer:
         for i, frame in enumerate(seq):
             writer.add(frame, seq.ground_truth.get(i), seq.masks(i), seq.ids[i])
         writer.finish()

@@ -41,6 +41,7 @@ class McapWriter(LayoutWriter):
     folders = ()
     units = ((1000,), ())
     holds_unaligned = True
+    holds_video = False
 
     def __init__(self, folder: Path, contents: Contents, color: str = "png", resume: bool = False) -> None:
         self._ros = RosTypes()
