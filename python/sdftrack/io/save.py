@@ -14,7 +14,9 @@ from sdftrack.io.writers import WRITERS, Contents
 __all__ = ["save_sequence"]
 
 
-def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bop", *, color: str = "png") -> None:
+def save_sequence(
+    path: str | os.PathLike[str], seq: Sequence, layout: str = "bop", *, color: str = "png"
+) -> None:
     """Write `seq` into the new or empty folder `path`, completely or not at all.
 
     Parameters

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Open3D and Redwood: color/ (rgb/, image/, or a video), depth/, intrinsic.json, trajectory.log; 1000 units per metre."""
+"""Open3D and Redwood: color/ (rgb/, image/, a video), depth/, intrinsic.json, trajectory.log; 1000 units/m."""
 
 from __future__ import annotations
 

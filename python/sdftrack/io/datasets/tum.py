@@ -54,7 +54,9 @@ def open_tum(root: Path) -> Sequence:
     video = VideoImages.of(root)
     images: list[Path | VideoImage] = [*color_files]
     if video is not None:
-        images = [VideoImage(video, n) if is_part(p.name) else p for p, n in zip(color_files, numbers, strict=True)]
+        images = [
+            VideoImage(video, n) if is_part(p.name) else p for p, n in zip(color_files, numbers, strict=True)
+        ]
     camera = _camera(root, image_size(root, depth_files))
     color = _nearest(color_times, depth_times)
     entries = [

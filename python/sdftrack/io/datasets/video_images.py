@@ -35,7 +35,7 @@ class VideoImages:
     """
 
     def __init__(self, root: Path) -> None:
-        self._parts = {first: _Part(path) for first, path in parts_in(root).items()}
+        self._parts = {first: _Part(path, max(first, 0)) for first, path in parts_in(root).items()}
         self._lock = Lock()
 
     @staticmethod
@@ -95,7 +95,12 @@ class VideoImage:
 class _Part:
     """One file. Its index stays in memory, the file itself is mapped while it is read."""
 
-    def __init__(self, path: Path) -> None:
+    _data: Any  # the file, mapped
+    _decoder: H264Decoder | None
+    _frame: Any  # the image decoded last
+    _next: int  # the place of the image that the decoder takes next, -1 for none
+
+    def __init__(self, path: Path, first: int) -> None:
         self._path = path
         try:
             file = MatroskaFile(path)
@@ -115,16 +120,18 @@ class _Part:
             or not in_order
             or not (blocks == [] or blocks[0].key)
         ):
-            raise ValueError(f"{path}: expected a video as sdftrack writes it, got another one")
+            raise ValueError(
+                f"{path}: expected a video as sdftrack writes it, got another one; without the file, the depth images "
+                "can be read alone"
+            )
         self._numbers = times // PERIOD_NS
         self._private = track.private
         self._shown = (track.height - track.cropped[1], track.width - track.cropped[0])
         self._forget()
-        last = int(self._numbers[-1]) if blocks else -1
-        stated = file.duration_ns // PERIOD_NS - 1
-        if blocks and stated > last:
+        have, stated = int(self._numbers[-1]) + 1 if blocks else first, file.duration_ns // PERIOD_NS
+        if stated > have:
             warnings.warn(
-                f"{path}: the video is cut: it ends at image {last} of {stated}, and the frames behind have no colour",
+                f"{path}: the video is cut: images {have} to {stated - 1} are missing, and their frames have no colour",
                 stacklevel=6,
             )
 
@@ -158,10 +165,8 @@ class _Part:
         self._forget()
 
     def _forget(self) -> None:
-        self._data: Any = None
-        self._decoder: H264Decoder | None = None
-        self._frame: Any = None
-        self._next = -1  # the image that the decoder takes next
+        self._data = self._decoder = self._frame = None
+        self._next = -1
 
     def __getstate__(self) -> dict[str, Any]:
         state = self.__dict__.copy()

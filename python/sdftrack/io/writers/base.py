@@ -94,7 +94,9 @@ class LayoutWriter(ClosedByWith):
         self.journal = Journal(folder, header, resume)
         for name in self.folders:
             (folder / name).mkdir(exist_ok=True)
-        self._video = VideoWriter(folder, (self.journal.last or {}).get("video")) if color == "video" else None
+        self._video = (
+            VideoWriter(folder, (self.journal.last or {}).get("video")) if color == "video" else None
+        )
         if not resume:
             self.write_models()
 
@@ -152,7 +154,9 @@ class LayoutWriter(ClosedByWith):
         if color not in COLOR_FILES:
             raise ValueError(f"color: expected one of {', '.join(COLOR_FILES)}, got {color!r}")
         if color == "video" and not cls.holds_video:
-            raise ValueError(f"color: the {cls.name} layout holds images one by one; use png or jpg, got video")
+            raise ValueError(
+                f"color: the {cls.name} layout holds images one by one; use png or jpg, got video"
+            )
         if color == "video" and not has_encoder():
             raise ValueError("color: this build of PyAV has no H.264 encoder (libx264); use png or jpg")
 

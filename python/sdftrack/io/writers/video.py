@@ -106,7 +106,8 @@ def _ended(path: Path, last: int) -> bool:
     found = kept[-1].time_ns // (1_000_000 * PERIOD_MS)
     if found < last:
         warnings.warn(
-            f"{path}: the video ends at image {found} of {last}; what was written behind it is lost", stacklevel=4
+            f"{path}: the video ends at image {found} of {last}; what was written behind it is lost",
+            stacklevel=4,
         )
     os.truncate(path, kept[-1].end)
     state_duration(path, PERIOD_MS * (found + 1))
