@@ -116,12 +116,10 @@ def _fitting(contents: Any) -> str:
 
 
 def warn_of_color(camera: Any, writer: Any) -> None:
-    """Warn that the layout omits colour."""
-    if not (camera.aligned or writer.holds_unaligned):
-        warnings.warn(
-            f"colour is omitted: the {writer.name} layout requires it to be aligned to depth; --to mcap holds both",
-            stacklevel=2,
-        )
+    """Warn of what the layout omits of colour."""
+    lost = writer.lost_of_color(camera)
+    if lost:
+        warnings.warn(lost, stacklevel=2)
 
 
 def _make_empty(out: Path, overwrite: bool) -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 import struct
 from fractions import Fraction
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,14 +40,15 @@ class H264Encoder:
         import av
         from av.codec.context import Flags
 
-        self._context: Any = av.CodecContext.create(ENCODER, "w")
-        self._context.width, self._context.height, self._context.pix_fmt = width, height, "yuv420p"
-        self._context.time_base, self._context.framerate = Fraction(1, 30), Fraction(30)
-        self._context.options = OPTIONS
-        self._context.flags |= Flags.global_header
-        self._context.thread_count = 1  # the same bits on any machine
-        self._context.open()
-        self.private = _description(self._context.extradata)
+        context = cast(Any, av.CodecContext.create(ENCODER, "w"))
+        context.width, context.height, context.pix_fmt = width, height, "yuv420p"
+        context.time_base, context.framerate = Fraction(1, 30), Fraction(30)
+        context.options = OPTIONS
+        context.flags |= Flags.global_header
+        context.thread_count = 1  # the same bits on any machine
+        context.open()
+        self._context = context
+        self.private = _description(context.extradata)
         self._count = 0
 
     def encode(self, image: NDArray[np.uint8]) -> tuple[bytes, bool]:

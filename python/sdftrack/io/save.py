@@ -45,10 +45,9 @@ def save_sequence(
     of_kind(seq, Sequence, "seq")
     if layout not in WRITERS:
         raise ValueError(f"layout: expected one of {', '.join(WRITERS)}, got {layout!r}")
-    if not (seq.camera.aligned or WRITERS[layout].holds_unaligned):
-        warnings.warn(
-            f"{path}: colour is omitted: the {layout} layout requires it to be aligned to depth", stacklevel=2
-        )
+    lost = WRITERS[layout].lost_of_color(seq.camera)
+    if lost:
+        warnings.warn(f"{path}: {lost}", stacklevel=2)
     contents = Contents(seq.camera, seq.objects, seq.models)
     with replacing_folder(path) as folder, WRITERS[layout](folder, contents, color) as writer:
         for i, frame in enumerate(seq):

@@ -77,7 +77,6 @@ class LayoutWriter(ClosedByWith):
     name: ClassVar[str]
     folders: ClassVar[tuple[str, ...]]
     units: ClassVar[tuple[tuple[int, ...], tuple[int, ...]]]  # arguments of DepthUnits
-    holds_unaligned: ClassVar[bool] = False  # colour of another camera
     holds_video: ClassVar[bool] = True
 
     def __init__(self, folder: Path, contents: Contents, color: str = "png", resume: bool = False) -> None:
@@ -161,6 +160,13 @@ class LayoutWriter(ClosedByWith):
             raise ValueError("color: this build of PyAV has no H.264 encoder (libx264); use png or jpg")
 
     # What a layout defines.
+
+    @classmethod
+    def lost_of_color(cls, camera: RGBDCamera) -> str:
+        """What is lost of the colour of this camera, a sentence for a warning; "" if nothing is."""
+        if camera.aligned:
+            return ""
+        return f"colour is omitted: the {cls.name} layout requires it to be aligned to depth; mcap holds both images"
 
     @classmethod
     def check_contents(cls, contents: Contents) -> None:
