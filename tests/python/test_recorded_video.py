@@ -230,7 +230,11 @@ def test_images_that_a_power_cut_took_are_named(tmp_path):
     os.truncate(path, path.stat().st_size - 10)
     with pytest.warns(UserWarning, match="ends at image 18 of 19"):
         VideoWriter(tmp_path, last=19).close()
-    path.unlink()
+    path.rename(tmp_path / "color_000010.mkv")
+    with pytest.warns(UserWarning, match=r"color\.mkv: the video is missing: frames before image 10"):
+        read = VideoImages(tmp_path)
+    assert [i for i in range(20) if i in read] == list(range(10, 19))
+    (tmp_path / "color_000010.mkv").unlink()
     with pytest.warns(UserWarning, match="is lost"):
         VideoWriter(tmp_path, last=19).close()
 

@@ -51,7 +51,7 @@ def open_tum(root: Path) -> Sequence:
         raise FileNotFoundError(f"{root / 'depth.txt'}: a TUM sequence needs this file")
     depth_times, depth_files, _ = _read_list(root / "depth.txt")
     color_times, color_files, numbers = _read_list(root / "rgb.txt")
-    video = VideoImages.of(root)
+    video = VideoImages.of(root) if any(is_part(p.name) for p in color_files) else None
     images: list[Path | VideoImage] = [*color_files]
     if video is not None:
         images = [

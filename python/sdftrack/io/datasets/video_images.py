@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from sdftrack.io.datasets.matroska import MatroskaFile
 from sdftrack.io.h264 import H264Decoder
-from sdftrack.io.video_parts import CODEC, PERIOD_MS, parts_in
+from sdftrack.io.video_parts import CODEC, PERIOD_MS, part_name, parts_in
 
 __all__ = ["VideoImage", "VideoImages"]
 
@@ -37,6 +37,12 @@ class VideoImages:
     def __init__(self, root: Path) -> None:
         self._parts = {first: _Part(path, max(first, 0)) for first, path in parts_in(root).items()}
         self._lock = Lock()
+        first = min(self._parts, default=-1)
+        if first >= 0:
+            warnings.warn(
+                f"{root / part_name(None)}: the video is missing: frames before image {first} have no colour",
+                stacklevel=5,
+            )
 
     @staticmethod
     def of(root: Path) -> VideoImages | None:
