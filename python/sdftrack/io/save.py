@@ -29,7 +29,8 @@ def save_sequence(
         that a sensor delivers in millimetres is exact in all of them. mcap (extra ``bags``): a ROS 2 recording with
         both cameras, poses and models; any depth is exact. An unreadable frame has no images in bop and is
         omitted in the others. Colour that is not aligned to depth is omitted by the first three, with a
-        UserWarning, because they cannot store the mapping.
+        UserWarning, because they cannot store the mapping; mcap stores the images, but of a projective mapping only
+        those, with a UserWarning.
     color : "png", "jpg" or "video"
         Files of the colour images; only png is exact. video (not in mcap): ``color.mkv``, H.264, read by this package;
         other programs find the depth images alone.
