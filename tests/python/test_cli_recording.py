@@ -8,6 +8,8 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,12 +17,13 @@ import pytest
 import sdftrack as st
 from sdftrack.cli.app import run
 from sdftrack.io import frames as image_io
-from sdftrack.io import mcap_output
+from sdftrack.io import unbuffered
 from sdftrack.io.writers import WRITERS, Contents
 from sdftrack.io.writers.depth_units import DepthUnits
 
 CAMERA = st.Camera(60.0, 61.0, 31.0, 23.5, 64, 48)
 LAYOUTS = list(WRITERS)
+DATA = Path(os.environ.get("SDFTRACK_DATA", Path(__file__).resolve().parents[3] / "shared" / "data"))
 
 
 def sensor_sequence(n=6, units_per_m=1000, seed=0):
@@ -173,7 +176,7 @@ def test_a_full_disk_ends_a_recording_that_can_be_read(tmp_path, monkeypatch, ca
 
 def test_a_full_disk_leaves_a_readable_bag(tmp_path, monkeypatch, capsys):
     st.save_sequence(tmp_path / "0", sensor_sequence())
-    whole, written = mcap_output._Unbuffered.write, []
+    whole, written = unbuffered.UnbufferedFile.write, []
 
     def full_in_the_fourth_frame(self, data):
         written.append(len(data))
@@ -182,7 +185,7 @@ def test_a_full_disk_leaves_a_readable_bag(tmp_path, monkeypatch, capsys):
             raise OSError(errno.ENOSPC, "no space left on the disk")
         return whole(self, data)
 
-    monkeypatch.setattr(mcap_output._Unbuffered, "write", full_in_the_fourth_frame)
+    monkeypatch.setattr(unbuffered.UnbufferedFile, "write", full_in_the_fourth_frame)
     out = tmp_path / "1"
     assert run(["convert", str(tmp_path / "0"), "--to", "mcap", "--out", str(out), "-q"]) == 1
     assert "frames before that are in" in capsys.readouterr().err
@@ -276,6 +279,8 @@ def test_overwrite_replaces_only_what_a_recording_wrote(tmp_path, capsys):
     ("arguments", "code", "message"),
     [
         (["convert", "SEQ", "--to", "kitti", "--out", "o"], 2, "expected one of bop, tum, open3d"),
+        (["convert", "SEQ", "--to", "mcap", "--color", "video", "--out", "o"], 1, "holds images one by one"),
+        (["convert", "SEQ", "--color", "avi", "--out", "o"], 2, "--color"),
         (["convert", "SEQ"], 2, "--out DIR"),
         (["convert", "SEQ", "--out", "SEQ"], 1, "expected another folder than the sequence"),
         (["convert", "/nowhere", "--out", "o"], 1, "no such folder"),
@@ -389,11 +394,46 @@ def test_other_programs_read_the_recording(tmp_path):
     np.testing.assert_array_equal(units / np.float32(1000), sensor_sequence(4)[0].depth)
 
 
-def test_mcap_refuses_a_mapping_that_ros_cannot_state(tmp_path):
-    camera = st.RGBDCamera(CAMERA, projective=(CAMERA.K, np.zeros(3)))
-    with pytest.raises(ValueError, match="not a projective mapping"):
-        st.save_sequence(tmp_path / "s", st.Sequence([sensor_sequence(1)[0]], camera), layout="mcap")
-    assert not (tmp_path / "s").exists()
+@pytest.mark.parametrize("color", [None, st.Camera(90.0, 90.0, 47.5, 35.5, 96, 72)])
+def test_colour_with_a_mapping_that_ros_cannot_state_is_kept_without_it(tmp_path, color):
+    camera = st.RGBDCamera(CAMERA, color, projective=(CAMERA.K, np.zeros(3)))
+    images = [
+        f.replace(color=np.full((72, 96, 3), (10 * i, 200, 30), np.uint8))
+        for i, f in enumerate(sensor_sequence(3))
+    ]
+    with pytest.warns(UserWarning, match="the mapping to colour is omitted"):
+        st.save_sequence(tmp_path / "s", st.Sequence(images, camera), layout="mcap")
+    with pytest.warns(UserWarning, match="are ignored: no fixed transform"):
+        seq = st.open_sequence(tmp_path / "s")
+    with seq:
+        assert seq.camera.T_color_depth is None
+        for i, frame in enumerate(seq):
+            np.testing.assert_array_equal(frame.depth, images[i].depth)
+            assert frame.color is None
+        seq.take_unregistered_color()
+        np.testing.assert_array_equal(seq[2].color, images[2].color)
+
+
+@pytest.mark.skipif(not (DATA / "k1").is_dir(), reason="needs the recording k1 in SDFTRACK_DATA")
+@pytest.mark.parametrize("layout", ["bop", "mcap"])
+def test_convert_of_a_projective_recording_says_what_it_omits(tmp_path, capsys, layout):
+    out = tmp_path / "o"
+    arguments = ["convert", str(DATA / "k1"), "--stop", "3", "--to", layout, "--out", str(out), "-q"]
+    omitted = "the mapping to colour is omitted" if layout == "mcap" else "colour is omitted"
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        assert run(arguments) == 0
+    assert capsys.readouterr().err.count(omitted) == 1
+    with warnings.catch_warnings(), st.open_sequence(DATA / "k1") as k1:
+        warnings.simplefilter("ignore")
+        seq = st.open_sequence(out)
+        np.testing.assert_array_equal(seq[2].depth, k1[2].depth)
+        seq.take_unregistered_color()
+        if layout == "mcap":
+            np.testing.assert_array_equal(seq[2].color, k1[2].color)
+        else:
+            assert seq[2].color is None
+        seq.close()
 
 
 def test_contents_that_a_layout_refuses_leave_no_folder(tmp_path, capsys):

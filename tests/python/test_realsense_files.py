@@ -280,7 +280,7 @@ def test_nearest_times_against_a_search_of_all_pairs():
 STREAM_INFO = "uint32 fps\nstring encoding\nbool is_recommended\n"
 
 
-def write_bag(path, count, compression=True):
+def write_bag(path, count, compression=True, color_encoding="rgb8"):
     """A bag with the topics and types of the SDK's file format 2.2, by `rosbags`."""
     rosbag1 = pytest.importorskip("rosbags.rosbag1", reason="needs the extra bags")
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -350,7 +350,7 @@ def write_bag(path, count, compression=True):
         units = np.round(frame.depth / SCALE).astype(np.uint16)
         for stream, pixels, encoding, delay in (
             ("/device_0/sensor_0/Depth_0", units, "mono16", 0.0),
-            ("/device_0/sensor_1/Color_0", frame.color, "rgb8", 0.004),
+            ("/device_0/sensor_1/Color_0", recolored(frame.color, color_encoding), color_encoding, 0.004),
         ):
             stamp = START_S + i / 30 + delay
             write(
@@ -397,36 +397,71 @@ def test_the_sdk_reads_the_bag_as_we_do(tmp_path):
             np.testing.assert_array_equal(by_time[round(stamp, 5)], wanted)
 
 
-def test_a_cut_bag_is_refused(tmp_path):
-    write_bag(tmp_path / "old.bag", 3)
+@pytest.mark.parametrize("compression", [True, False])
+@pytest.mark.parametrize("share", [0.9, 0.5])
+def test_of_a_cut_bag_what_is_whole_is_used_and_said(tmp_path, compression, share):
+    write_bag(tmp_path / "old.bag", 40, compression)
     content = (tmp_path / "old.bag").read_bytes()
-    (tmp_path / "cut.bag").write_bytes(content[: len(content) // 2])
-    with pytest.raises(ValueError, match=r"expected a recording of layout realsense|cannot be read"):
+    (tmp_path / "cut.bag").write_bytes(content[: int(share * len(content))])
+    with pytest.warns(
+        UserWarning, match=r"cut\.bag: it has no index.*what is whole is used: \d+ depth images"
+    ):
+        seq = st.open_sequence(tmp_path / "cut.bag")
+    with seq, st.open_sequence(tmp_path / "old.bag") as whole:
+        assert seq.layout == "realsense"
+        assert (share - 0.2) * 40 < len(seq) < 40
+        assert seq.camera == whole.camera
+        for i in (len(seq) - 2, 0, len(seq) // 2):
+            np.testing.assert_array_equal(seq[i].depth, whole[i].depth)
+            np.testing.assert_array_equal(seq[i].color, whole[i].color)
+            assert seq[i].timestamp == whole[i].timestamp
+
+
+def test_a_bag_that_ends_before_its_cameras_is_refused_with_the_reason(tmp_path):
+    write_bag(tmp_path / "old.bag", 3, compression=False)
+    content = (tmp_path / "old.bag").read_bytes()
+    end = content.index(b"camera_info")
+    (tmp_path / "cut.bag").write_bytes(content[:end])
+    with pytest.raises(ValueError, match=r"the recording has no depth stream|expected a recording of layout"):
         st.open_sequence(tmp_path / "cut.bag", layout="realsense")
 
 
-def test_colour_of_a_bag_in_other_formats():
-    from types import SimpleNamespace
+def test_of_a_cut_database_what_is_whole_is_used_and_said(recorded, tmp_path):
+    content = recorded.read_bytes()
+    path = tmp_path / "cut.db3"
+    path.write_bytes(content[: int(0.7 * len(content))])
+    with pytest.warns(UserWarning, match=r"cut\.db3: it is damaged.*what is whole is used: \d+ depth images"):
+        seq = st.open_sequence(path)
+    with seq:
+        assert 1 <= len(seq) < COUNT
+        np.testing.assert_array_equal(seq[0].depth, expected(0).depth)
 
-    from sdftrack.io.datasets.realsense_bag import color_pixels
 
-    rgb = frames(1)[0].color
-    h, w = rgb.shape[:2]
+@pytest.mark.parametrize("encoding", ["bgr8", "rgba8", "bgra8", "mono8", "yuv422"])
+def test_colour_of_a_bag_in_other_formats(tmp_path, encoding):
+    write_bag(tmp_path / "old.bag", 2, color_encoding=encoding)
+    if encoding == "yuv422":
+        with pytest.warns(
+            UserWarning, match="colour images of format 'yuv422' are ignored; record colour as RGB8"
+        ):
+            seq = st.open_sequence(tmp_path / "old.bag")
+        assert seq[0].color is None
+        seq.close()
+        return
+    with st.open_sequence(tmp_path / "old.bag") as seq:
+        wanted = frames(2)[1].color
+        if encoding == "mono8":
+            wanted = np.repeat(cv2.cvtColor(wanted, cv2.COLOR_RGB2GRAY)[..., None], 3, axis=2)
+        np.testing.assert_array_equal(seq[1].color, wanted)
 
-    def message(encoding, pixels):
-        return SimpleNamespace(
-            encoding=encoding,
-            height=h,
-            width=w,
-            step=pixels.nbytes // h,
-            data=np.ascontiguousarray(pixels).ravel(),
-        )
 
-    alpha = np.full((h, w, 1), 255, np.uint8)
-    for encoding, pixels in (
-        ("bgr8", rgb[..., ::-1]), ("rgba8", np.concatenate([rgb, alpha], -1)),
-        ("bgra8", np.concatenate([rgb[..., ::-1], alpha], -1)),
-    ):  # fmt: skip
-        np.testing.assert_array_equal(color_pixels(message(encoding, pixels)), rgb)
-    grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
-    np.testing.assert_array_equal(color_pixels(message("mono8", grey)), np.repeat(grey[..., None], 3, 2))
+def recolored(rgb, encoding):
+    """The pixels in another encoding."""
+    return {
+        "rgb8": lambda: rgb,
+        "bgr8": lambda: rgb[..., ::-1],
+        "rgba8": lambda: cv2.cvtColor(rgb, cv2.COLOR_RGB2RGBA),
+        "bgra8": lambda: cv2.cvtColor(rgb, cv2.COLOR_RGB2BGRA),
+        "mono8": lambda: cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY),
+        "yuv422": lambda: rgb[..., :2],
+    }[encoding]()

@@ -33,13 +33,14 @@ NAME = "recording.json"  # says that the files are ours
 OURS = re.compile(
     r"recording\.json|exercise\.json|\.frames\.jsonl|\.reserve|scene_(camera|gt)\.json|camera\.json|intrinsic\.json|trajectory\.log|"
     r"(depth|rgb|groundtruth)\.txt|model\.ply|models/obj_\d{6}\.ply|mask_visib/\d{6}_\d{6}\.png|\.?sequence\.mcap|metadata\.yaml|"
-    r"(depth|rgb|color)/[\d.-]+\.(png|jpg)"
+    r"(depth|rgb|color)/[\d.-]+\.(png|jpg)|color(_\d{6,})?\.mkv"
 )
 
 
 class ColorFiles(str, Enum):
     png = "png"
     jpg = "jpg"
+    video = "video"
 
 
 ToOption = Annotated[
@@ -52,7 +53,10 @@ ToOption = Annotated[
     ),
 ]
 ColorOption = Annotated[
-    ColorFiles, typer.Option(help="Colour images: png is lossless, jpg smaller.", case_sensitive=False)
+    ColorFiles,
+    typer.Option(
+        help="Colour images: png is lossless, jpg smaller; video: color.mkv, smallest.", case_sensitive=False
+    ),
 ]
 ResumeOption = Annotated[
     bool, typer.Option("--resume", help="Continue the recording in DIR that was interrupted.")
@@ -97,6 +101,7 @@ def opened(out: Path, to: str | None, contents: Any, color: ColorFiles, resume: 
                 f"--resume: {out} holds no interrupted recording; leave out --resume to begin one"
             )
         return kind(out, contents, color.value, resume=True)
+    kind.check_color(color.value)
     kind.check_contents(contents)  # before the folder is made: a refusal leaves nothing behind
     _make_empty(out, overwrite)
     return kind(out, contents, color.value)
@@ -111,12 +116,10 @@ def _fitting(contents: Any) -> str:
 
 
 def warn_of_color(camera: Any, writer: Any) -> None:
-    """Warn that the layout omits colour."""
-    if not (camera.aligned or writer.holds_unaligned):
-        warnings.warn(
-            f"colour is omitted: the {writer.name} layout requires it to be aligned to depth; --to mcap holds both",
-            stacklevel=2,
-        )
+    """Warn of what the layout omits of colour."""
+    lost = writer.lost_of_color(camera)
+    if lost:
+        warnings.warn(lost, stacklevel=2)
 
 
 def _make_empty(out: Path, overwrite: bool) -> None:

@@ -8,25 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from sdftrack._internal.extras import need
+from sdftrack.io.unbuffered import UnbufferedFile
 
 __all__ = ["McapOutput"]
-
-
-class _Unbuffered:
-    """A file without a buffer in this process, so that a crash loses nothing that was written."""
-
-    def __init__(self, path: Path) -> None:
-        self._file = open(path, "wb", buffering=0)  # noqa: SIM115  # closed by McapOutput
-        self.tell, self.truncate, self.close = self._file.tell, self._file.truncate, self._file.close
-
-    def write(self, data: bytes) -> int:
-        left = memoryview(data)
-        while left:
-            left = left[self._file.write(left) :]
-        return len(data)
-
-    def flush(self) -> None:
-        pass
 
 
 class McapOutput:
@@ -46,7 +30,7 @@ class McapOutput:
         from mcap.writer import Writer
 
         self._definition = definition
-        output: Any = _Unbuffered(path)
+        output: Any = UnbufferedFile(path)
         self._file, self._writer = output, Writer(output, chunk_size=chunk_size)
         self._writer.start(profile="ros2", library="sdftrack")
         self._schemas: dict[str, int] = {}

@@ -14,7 +14,9 @@ from sdftrack.io.writers import WRITERS, Contents
 __all__ = ["save_sequence"]
 
 
-def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bop") -> None:
+def save_sequence(
+    path: str | os.PathLike[str], seq: Sequence, layout: str = "bop", *, color: str = "png"
+) -> None:
     """Write `seq` into the new or empty folder `path`, completely or not at all.
 
     Parameters
@@ -27,7 +29,11 @@ def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bo
         that a sensor delivers in millimetres is exact in all of them. mcap (extra ``bags``): a ROS 2 recording with
         both cameras, poses and models; any depth is exact. An unreadable frame has no images in bop and is
         omitted in the others. Colour that is not aligned to depth is omitted by the first three, with a
-        UserWarning, because they cannot store the mapping.
+        UserWarning, because they cannot store the mapping; mcap stores the images, but of a projective mapping only
+        those, with a UserWarning.
+    color : "png", "jpg" or "video"
+        Files of the colour images; only png is exact. video (not in mcap): ``color.mkv``, H.264, read by this package;
+        other programs find the depth images alone.
 
     Raises
     ------
@@ -40,12 +46,11 @@ def save_sequence(path: str | os.PathLike[str], seq: Sequence, layout: str = "bo
     of_kind(seq, Sequence, "seq")
     if layout not in WRITERS:
         raise ValueError(f"layout: expected one of {', '.join(WRITERS)}, got {layout!r}")
-    if not (seq.camera.aligned or WRITERS[layout].holds_unaligned):
-        warnings.warn(
-            f"{path}: colour is omitted: the {layout} layout requires it to be aligned to depth", stacklevel=2
-        )
+    lost = WRITERS[layout].lost_of_color(seq.camera)
+    if lost:
+        warnings.warn(f"{path}: {lost}", stacklevel=2)
     contents = Contents(seq.camera, seq.objects, seq.models)
-    with replacing_folder(path) as folder, WRITERS[layout](folder, contents) as writer:
+    with replacing_folder(path) as folder, WRITERS[layout](folder, contents, color) as writer:
         for i, frame in enumerate(seq):
             writer.add(frame, seq.ground_truth.get(i), seq.masks(i), seq.ids[i])
         writer.finish()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""BOP scenes: scene_camera.json, scene_gt.json, rgb/ or gray/, depth/, mask_visib/, models/; mm."""
+"""BOP scenes: scene_camera.json, scene_gt.json, rgb/ or gray/ (or a video), depth/, mask_visib/, models/; mm."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
 from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
+from sdftrack.io.datasets.video_images import VideoImage, VideoImages
 from sdftrack.io.frames import read_mask
 from sdftrack.symmetry import Symmetry
 
@@ -32,12 +33,13 @@ def open_bop(root: Path) -> Sequence:
     ids = sorted(cameras)
     depth = numbered(image_files(root / "depth"))
     color = numbered(image_files(root / "rgb") or image_files(root / "gray"))
+    video = None if color else VideoImages.of(root)
     width, height = image_size(root, depth.values())
     intrinsics = [_camera(root, i, cameras[i], width, height) for i in ids]
     entries = [
         Entry(
             depth.get(f"{i:06d}", root / "depth" / f"{i:06d}.png"),
-            color.get(f"{i:06d}"),
+            VideoImage(video, i) if video else color.get(f"{i:06d}"),
             _depth_scale(root, i, cameras[i]),
             _timestamp(root, i, cameras[i]),
             camera=None if intrinsics[0] == K else K,
@@ -57,6 +59,7 @@ def open_bop(root: Path) -> Sequence:
         symmetries=_symmetries(root),
         layout="bop",
         name=root.name,
+        close=video.close if video else None,
     )
 
 

@@ -8,8 +8,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
+from sdftrack.io.datasets.video_images import VideoImage
 from sdftrack.io.frames import read_color, read_depth_units
 
 __all__ = ["Entry", "ImageFrames", "image_files", "image_size", "numbered"]
@@ -22,7 +26,7 @@ class Entry:
     """The files of one frame; `camera` where it is not the sequence's own."""
 
     depth: Path
-    color: Path | None
+    color: Path | VideoImage | None
     depth_scale: float
     timestamp: float | None = None
     camera: Camera | None = None
@@ -86,7 +90,7 @@ class ImageFrames:
         color = None
         if self._color_size is not None and entry.color is not None and entry.color.is_file():
             name = _name(entry.color, self._root)
-            color = read_color(entry.color, name)
+            color = _read(entry.color, name)
             if color.shape[:2] != self._color_size:
                 raise ValueError(
                     f"{name}: {_size(color.shape)} pixels, but the sequence has {_size(self._color_size)}"
@@ -125,7 +129,7 @@ class ImageFrames:
         for entry in self._entries[:10]:
             if entry.color is not None and entry.color.is_file():
                 try:
-                    h, w = read_color(entry.color).shape[:2]
+                    h, w = _read(entry.color).shape[:2]
                 except ValueError:
                     continue
                 self._color_size = (h, w)
@@ -137,7 +141,7 @@ class ImageFrames:
             if entry.color is None or not entry.color.is_file():
                 continue
             try:
-                size = read_color(entry.color).shape[:2]
+                size = _read(entry.color).shape[:2]
             except ValueError:
                 continue
             wanted = self._camera.color or (self._camera.depth if self._camera.aligned else None)
@@ -152,7 +156,13 @@ class ImageFrames:
         return None
 
 
-def _name(file: Path, root: Path) -> str:
+def _read(color: Path | VideoImage, name: str | None = None) -> NDArray[np.uint8]:
+    return color.read() if isinstance(color, VideoImage) else read_color(color, name)
+
+
+def _name(file: Path | VideoImage, root: Path) -> str:
+    if isinstance(file, VideoImage):
+        return str(file)
     return file.relative_to(root).as_posix() if file.is_relative_to(root) else str(file)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Open3D and Redwood: color/ (rgb/, image/), depth/, intrinsic.json, trajectory.log; 1000 units per metre."""
+"""Open3D and Redwood: color/ (rgb/, image/, a video), depth/, intrinsic.json, trajectory.log; 1000 units/m."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
 from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
+from sdftrack.io.datasets.video_images import VideoImage, VideoImages
 from sdftrack.io.trajectories import read_log
 
 UNITS_PER_M = 1000.0
@@ -38,16 +39,19 @@ def open_open3d(root: Path) -> Sequence:
     depth = image_files(root / "depth")
     color_files = next((f for name in COLOR_FOLDERS if (f := image_files(root / name))), [])
     color = numbered(color_files)
+    video = None if color_files else VideoImages.of(root)
     camera, units = _camera(root, image_size(root, depth))
     # Redwood's names are number-microseconds, and those of colour and depth differ: it pairs them in order.
     by_name = any(p.stem in color for p in depth)
     in_order = not by_name and len(color_files) == len(depth)
-    entries = [
-        Entry(
-            p, color.get(p.stem) if by_name else color_files[i] if in_order else None, 1 / units, _time_s(p)
-        )
-        for i, p in enumerate(depth)
-    ]
+
+    def color_of(i: int, p: Path) -> Path | VideoImage | None:
+        if video is not None:
+            number = re.match(r"\d+", p.stem)
+            return VideoImage(video, int(number[0])) if number else None
+        return color.get(p.stem) if by_name else color_files[i] if in_order else None
+
+    entries = [Entry(p, color_of(i, p), 1 / units, _time_s(p)) for i, p in enumerate(depth)]
     truth = {}
     for name in TRAJECTORIES:
         if (root / name).is_file():
@@ -64,6 +68,7 @@ def open_open3d(root: Path) -> Sequence:
         ids=[int(p.stem) for p in depth] if all(p.stem.isdigit() for p in depth) else None,
         layout="open3d",
         name=root.name,
+        close=video.close if video else None,
     )
 
 

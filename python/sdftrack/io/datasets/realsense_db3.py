@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: MIT
-"""RealSense's .db3: tables of rosbag2 with compressed images, read by time; needs neither ROS nor the SDK."""
+"""RealSense's .db3: topics of a ROS 2 bag with compressed images and texts; needs neither ROS nor the SDK."""
 
 from __future__ import annotations
 
-import sqlite3
 import warnings
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.io.datasets.bags.bag import Bag
+from sdftrack.io.datasets.bags.sqlite_file import topic_names
 from sdftrack.io.datasets.cdr import CdrReader
 from sdftrack.io.datasets.realsense_stream import RealSenseStream
 from sdftrack.io.datasets.streams import Stream
@@ -19,84 +19,59 @@ from sdftrack.io.frames import decode_color, decode_depth_units
 
 __all__ = ["detect", "read_streams"]
 
-MAGIC = b"SQLite format 3\0"
 PREFIX = "/device_0/sensor_"
+TEXT = "std_msgs/msg/String"
 
 
 def detect(path: Path) -> bool:
     """Whether this is a database with RealSense's topics."""
-    with path.open("rb") as file:
-        if file.read(len(MAGIC)) != MAGIC:
-            return False
-    try:
-        database = _connect(path)
-        try:
-            like = f"{PREFIX}%"
-            return database.execute("SELECT 1 FROM topics WHERE name LIKE ?", (like,)).fetchone() is not None
-        finally:
-            database.close()
-    except sqlite3.Error:
-        return False
+    return any(name.startswith(PREFIX) for name in topic_names(path))
 
 
-def read_streams(path: Path) -> tuple[dict[str, RealSenseStream], float | None, Callable[[], None]]:
-    """{"Depth": ..., "Color": ...}, metres per depth unit, and the function that closes the file."""
-    database = _connect(path)
-    try:
-        topics = {
-            name: (number, kind)
-            for number, name, kind in database.execute("SELECT id, name, type FROM topics")
-        }
-        streams: dict[str, RealSenseStream] = {}
-        for name in topics:
-            sensor_and_stream, found, _ = name.rpartition("/image/data/")
-            if not found or not name.startswith(PREFIX):
-                continue
-            short = sensor_and_stream.rpartition("/")[2].partition("_")[0]  # "Depth_0"
-            if short in ("Depth", "Color") and short not in streams:
-                reader = _Images(database, topics, sensor_and_stream, name)
-                if short == "Depth" or reader.readable(path):
-                    T = _pose(_text(database, topics, f"{sensor_and_stream}/tf/"))
-                    streams[short] = RealSenseStream(
-                        reader.stream, _lens(database, topics, sensor_and_stream), T
-                    )
-        units = _text(database, topics, PREFIX, "/option/Depth_Units/value")
-        return streams, float(units) if units else None, database.close
-    except (sqlite3.Error, ValueError, KeyError, IndexError) as error:
-        database.close()
-        raise ValueError(f"{path}: the recording cannot be read: {error}") from None
+def read_streams(bag: Bag) -> tuple[dict[str, RealSenseStream], float | None]:
+    """{"Depth": ..., "Color": ...} and metres per depth unit."""
+    streams: dict[str, RealSenseStream] = {}
+    for name in bag.topics:
+        sensor_and_stream, found, _ = name.rpartition("/image/data/")
+        if not found or not name.startswith(PREFIX):
+            continue
+        short = sensor_and_stream.rpartition("/")[2].partition("_")[0]  # "Depth_0"
+        if short in ("Depth", "Color") and short not in streams:
+            reader = _Images(bag, sensor_and_stream, name)
+            if short == "Depth" or reader.readable(bag.path):
+                extrinsics = _text(bag, f"{sensor_and_stream}/tf/")
+                if bag.damage and not extrinsics:  # else the reference stream has none
+                    raise ValueError(f"no pose in {sensor_and_stream}/tf")
+                T = _pose(extrinsics)
+                streams[short] = RealSenseStream(reader.stream, _lens(bag, sensor_and_stream), T)
+    units = _text(bag, PREFIX, "/option/Depth_Units/value")
+    return streams, float(units) if units else None
 
 
 class _Images:
     """The compressed images of a topic and the timestamps of their metadata."""
 
-    def __init__(self, database: Any, topics: dict[str, Any], stream: str, topic: str) -> None:
-        self._database, self._depth = database, stream.rpartition("/")[2].startswith("Depth")
-        rows = database.execute(
-            "SELECT id, timestamp FROM messages WHERE topic_id = ? ORDER BY timestamp, id",
-            (topics[topic][0],),
-        ).fetchall()
-        number = topics.get(f"{stream}/image/metadata", (-1,))[0]
+    def __init__(self, bag: Bag, stream: str, topic: str) -> None:
+        self._messages, self._depth = bag.messages(topic), stream.rpartition("/")[2].startswith("Depth")
         # Each image and its metadata are written with one time.
-        known = {
-            time: _pairs(CdrReader(data).string())
-            for time, data in database.execute(
-                "SELECT timestamp, data FROM messages WHERE topic_id = ?", (number,)
-            )
-        }
+        known: dict[int, dict[str, str]] = {}
+        if f"{stream}/image/metadata" in bag.topics:
+            metadata = bag.messages(f"{stream}/image/metadata")
+            for i, time in enumerate(metadata.recorded_ns()):
+                known[int(time)] = _pairs(CdrReader(metadata.data(i)).string())
+        times = [int(time) for time in self._messages.recorded_ns()]
         stamps = np.array(
             [
                 1e-3 * float(known[time]["timestamp"]) if "timestamp" in known.get(time, ()) else 1e-9 * time
-                for _, time in rows
+                for time in times
             ]
         )
-        order = np.argsort(stamps, kind="stable")
-        self._ids = [rows[i][0] for i in order]
-        self.stream = Stream(stamps[order], self._read)
+        self._order = np.argsort(stamps, kind="stable")
+        self.stream = Stream(stamps[self._order], self._read)
 
     def readable(self, path: Path) -> bool:
         """Whether the colour images have a format that can be decoded; a warning if not."""
-        if not self._ids:
+        if not len(self._order):
             return False
         kind, _ = self._message(0)
         if "png" in kind or "jp" in kind:
@@ -107,18 +82,12 @@ class _Images:
         return False
 
     def _message(self, i: int) -> tuple[str, bytes]:
-        row = self._database.execute("SELECT data FROM messages WHERE id = ?", (self._ids[i],)).fetchone()
-        if row is None:
-            raise ValueError("the message is missing")
-        message = CdrReader(row[0])
+        message = CdrReader(self._messages.data(int(self._order[i])))
         message.uint32(), message.uint32(), message.string()  # header: seconds, nanoseconds, frame
         return message.string(), message.blob()
 
     def _read(self, i: int) -> NDArray[Any]:
-        try:
-            kind, data = self._message(i)
-        except sqlite3.Error as error:
-            raise ValueError(str(error)) from None
+        kind, data = self._message(i)
         if not self._depth:
             return decode_color(data, "the colour image")
         if "png" not in kind:
@@ -126,19 +95,11 @@ class _Images:
         return decode_depth_units(data[max(0, data.find(b"\x89PNG")) :], "the depth image")
 
 
-def _connect(path: Path) -> sqlite3.Connection:
-    # Frames are read on the thread of a viewer or of a camera; StreamFrames locks.
-    return sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, check_same_thread=False)
-
-
-def _text(database: Any, topics: dict[str, Any], prefix: str, suffix: str = "") -> str:
+def _text(bag: Bag, prefix: str, suffix: str = "") -> str:
     """The first message, a string, of the first topic whose name begins and ends so; "" without one."""
-    for name, (number, kind) in topics.items():
-        if name.startswith(prefix) and name.endswith(suffix) and kind == "std_msgs/msg/String":
-            row = database.execute(
-                "SELECT data FROM messages WHERE topic_id = ? ORDER BY timestamp, id", (number,)
-            ).fetchone()
-            return CdrReader(row[0]).string() if row else ""
+    for name, topic in bag.topics.items():
+        if name.startswith(prefix) and name.endswith(suffix) and topic.type == TEXT:
+            return CdrReader(bag.messages(name).data(0)).string() if topic.count else ""
     return ""
 
 
@@ -147,8 +108,8 @@ def _pairs(text: str) -> dict[str, str]:
     return {name: value for name, _, value in (part.partition("=") for part in text.split(";")) if name}
 
 
-def _lens(database: Any, topics: dict[str, Any], stream: str) -> dict[str, Any]:
-    values = _pairs(_text(database, topics, f"{stream}/camera_info"))
+def _lens(bag: Bag, stream: str) -> dict[str, Any]:
+    values = _pairs(_text(bag, f"{stream}/camera_info"))
     if not values:
         raise ValueError(f"no intrinsics in {stream}/camera_info")
     numbers: dict[str, Any] = {name: float(values[name]) for name in ("fx", "fy", "ppx", "ppy")}

@@ -14,7 +14,9 @@ from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_size
 from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
+from sdftrack.io.datasets.video_images import VideoImage, VideoImages
 from sdftrack.io.trajectories import read_tum
+from sdftrack.io.video_parts import is_part
 
 DEPTH_SCALE = 1 / 5000
 LONGEST_GAP_S = 0.02  # as in the data set's own association script
@@ -47,12 +49,18 @@ DEFAULT = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
 def open_tum(root: Path) -> Sequence:
     if not (root / "depth.txt").is_file():
         raise FileNotFoundError(f"{root / 'depth.txt'}: a TUM sequence needs this file")
-    depth_times, depth_files = _read_list(root / "depth.txt")
-    color_times, color_files = _read_list(root / "rgb.txt")
+    depth_times, depth_files, _ = _read_list(root / "depth.txt")
+    color_times, color_files, numbers = _read_list(root / "rgb.txt")
+    video = VideoImages.of(root) if any(is_part(p.name) for p in color_files) else None
+    images: list[Path | VideoImage] = [*color_files]
+    if video is not None:
+        images = [
+            VideoImage(video, n) if is_part(p.name) else p for p, n in zip(color_files, numbers, strict=True)
+        ]
     camera = _camera(root, image_size(root, depth_files))
     color = _nearest(color_times, depth_times)
     entries = [
-        Entry(file, None if j is None else color_files[j], DEPTH_SCALE, float(time))
+        Entry(file, None if j is None else images[j], DEPTH_SCALE, float(time))
         for file, time, j in zip(depth_files, depth_times, color, strict=True)
     ]
     truth = {}
@@ -70,6 +78,7 @@ def open_tum(root: Path) -> Sequence:
         objects=[1] if truth else None,
         layout="tum",
         name=root.name,
+        close=video.close if video else None,
     )
 
 
@@ -88,8 +97,9 @@ def _camera(root: Path, size: tuple[int, int]) -> Camera:
     )
 
 
-def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path]]:
-    times, files = [], []
+def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path], list[int]]:
+    """Times, files, and the third word of lines whose file is a video: the number of the image there."""
+    times, files, numbers = [], [], []
     if path.is_file():
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
             words = line.split()
@@ -98,9 +108,10 @@ def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path]]:
             try:
                 times.append(float(words[0]))
                 files.append(path.parent / words[1])
+                numbers.append(int(words[2]) if is_part(words[1]) else -1)
             except (ValueError, IndexError):
                 raise ValueError(f"{path}, line {number}: expected 'timestamp file', got {line!r}") from None
-    return np.array(times), files
+    return np.array(times), files, numbers
 
 
 def _nearest(times: NDArray[np.float64], wanted: NDArray[np.float64]) -> list[int | None]:

@@ -15,12 +15,14 @@ from sdftrack._internal.closing import ClosedByWith
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
 from sdftrack.io.frames import write_color, write_depth_units
+from sdftrack.io.h264 import has_encoder
 from sdftrack.io.writers.depth_units import DepthUnits
 from sdftrack.io.writers.journal import Journal
+from sdftrack.io.writers.video import VideoWriter
 
 __all__ = ["COLOR_FILES", "FRAME_PERIOD_S", "Contents", "LayoutWriter"]
 
-COLOR_FILES = ("png", "jpg")
+COLOR_FILES = ("png", "jpg", "video")
 FRAME_PERIOD_S = 1 / 30  # where a sequence has no times
 Array = NDArray[np.float64]
 
@@ -53,8 +55,8 @@ class LayoutWriter(ClosedByWith):
     folder : Path
         Exists; empty unless `resume`.
     contents : Contents
-    color : "png" or "jpg"
-        Files of colour images; jpg is smaller and not exact.
+    color : "png", "jpg" or "video"
+        Files of colour images; jpg is smaller and not exact. video: one file ``color.mkv``, about a seventh of jpg.
     resume : bool
 
     Attributes
@@ -75,14 +77,13 @@ class LayoutWriter(ClosedByWith):
     name: ClassVar[str]
     folders: ClassVar[tuple[str, ...]]
     units: ClassVar[tuple[tuple[int, ...], tuple[int, ...]]]  # arguments of DepthUnits
-    holds_unaligned: ClassVar[bool] = False  # colour of another camera
+    holds_video: ClassVar[bool] = True
 
     def __init__(self, folder: Path, contents: Contents, color: str = "png", resume: bool = False) -> None:
-        if color not in COLOR_FILES:
-            raise ValueError(f"color: expected one of {', '.join(COLOR_FILES)}, got {color!r}")
+        self.check_color(color)
+        self.check_contents(contents)
         self.folder, self.contents, self._suffix = folder, contents, f".{color}"
         self._units = DepthUnits(*self.units)
-        self.check_contents(contents)
         header = {
             "layout": self.name,
             "camera": repr(contents.camera),
@@ -92,6 +93,9 @@ class LayoutWriter(ClosedByWith):
         self.journal = Journal(folder, header, resume)
         for name in self.folders:
             (folder / name).mkdir(exist_ok=True)
+        self._video = (
+            VideoWriter(folder, (self.journal.last or {}).get("video")) if color == "video" else None
+        )
         if not resume:
             self.write_models()
 
@@ -122,11 +126,16 @@ class LayoutWriter(ClosedByWith):
             Number of the image; default: the number of frames so far.
         """
         number = self.count if im_id is None else im_id
-        self.journal.add(self.write_frame(frame, dict(sorted((poses or {}).items())), masks or {}, number))
+        entry = self.write_frame(frame, dict(sorted((poses or {}).items())), masks or {}, number)
+        if self._video is not None:
+            entry["video"] = self._video.last  # where a continuation goes on
+        self.journal.add(entry)
 
     def finish(self) -> None:
         """Write the index files; the folder is then a sequence of this layout."""
         self.journal.free_reserve()
+        if self._video is not None:
+            self._video.finish()
         self.write_index(self.journal.entries())
         for inside in self.folder.iterdir():
             if inside.is_dir() and not any(inside.iterdir()):
@@ -135,8 +144,29 @@ class LayoutWriter(ClosedByWith):
 
     def close(self) -> None:
         self.journal.close()
+        if self._video is not None:
+            self._video.close()
+
+    @classmethod
+    def check_color(cls, color: str) -> None:
+        """Raise ValueError for files that the layout, or this installation, does not have."""
+        if color not in COLOR_FILES:
+            raise ValueError(f"color: expected one of {', '.join(COLOR_FILES)}, got {color!r}")
+        if color == "video" and not cls.holds_video:
+            raise ValueError(
+                f"color: the {cls.name} layout holds images one by one; use png or jpg, got video"
+            )
+        if color == "video" and not has_encoder():
+            raise ValueError("color: this build of PyAV has no H.264 encoder (libx264); use png or jpg")
 
     # What a layout defines.
+
+    @classmethod
+    def lost_of_color(cls, camera: RGBDCamera) -> str:
+        """What is lost of the colour of this camera, a sentence for a warning; "" if nothing is."""
+        if camera.aligned:
+            return ""
+        return f"colour is omitted: the {cls.name} layout requires it to be aligned to depth; mcap holds both images"
 
     @classmethod
     def check_contents(cls, contents: Contents) -> None:
@@ -160,16 +190,19 @@ class LayoutWriter(ClosedByWith):
     def camera_of(self, frame: Frame) -> Camera:
         return self.contents.camera.depth if frame.camera is None else depth_camera(frame.camera)
 
-    def write_images(self, frame: Frame, depth: Path, color: Path) -> tuple[int, str | None]:
-        """Units per metre of the written depth image, and the name of the colour image, if there is one."""
+    def write_images(self, frame: Frame, depth: Path, color: Path, number: int) -> tuple[int, str | None]:
+        """Units per metre of the written depth image, and what `write_color` returns."""
         assert frame.depth is not None
         units, units_per_m = self._units.of(frame)
         write_depth_units(depth, units)
-        return units_per_m, self.write_color(frame, color)
+        return units_per_m, self.write_color(frame, color, number)
 
-    def write_color(self, frame: Frame, path: Path) -> str | None:
+    def write_color(self, frame: Frame, path: Path, number: int) -> str | None:
+        """The name of the file that has the colour image, if there is one; a video has it as its image `number`."""
         if frame.color is None or not self.contents.camera.aligned:
             return None
+        if self._video is not None:
+            return self._video.add(number, frame.color)
         path = path.with_suffix(self._suffix)
         write_color(path, frame.color)
         return path.name

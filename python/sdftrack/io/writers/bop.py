@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 class BopWriter(LayoutWriter):
-    """scene_camera.json, scene_gt.json, depth/, rgb/, mask_visib/, models/.
+    """scene_camera.json, scene_gt.json, depth/, rgb/ or color.mkv, mask_visib/, models/.
 
     Times are stored as ``timestamp`` (s) of each image in scene_camera.json, which BOP itself does not define.
     """
@@ -47,9 +47,9 @@ class BopWriter(LayoutWriter):
         file, mm = f"{im_id:06d}.png", 0.1
         color = self.folder / "rgb" / file
         if frame.depth is not None:
-            mm = MM_PER_M / self.write_images(frame, self.folder / "depth" / file, color)[0]
+            mm = MM_PER_M / self.write_images(frame, self.folder / "depth" / file, color, im_id)[0]
         else:
-            self.write_color(frame, color)
+            self.write_color(frame, color, im_id)
         for place, k in enumerate(poses):
             if k in masks:
                 write_mask(self.folder / "mask_visib" / f"{im_id:06d}_{place:06d}.png", masks[k])

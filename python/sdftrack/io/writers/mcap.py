@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from sdftrack import geometry
 from sdftrack._internal.files import write_text
+from sdftrack.camera import RGBDCamera
 from sdftrack.frame import Frame
 from sdftrack.io.mcap_copy import copy_whole
 from sdftrack.io.mcap_output import McapOutput
@@ -34,13 +35,14 @@ class McapWriter(LayoutWriter):
     """sequence.mcap and metadata.yaml, which ``ros2 bag play FOLDER`` takes; frames without depth are omitted.
 
     Depth is 16UC1 in millimetres where that is exact, else 32FC1 in metres; colour is a PNG or JPEG of each image.
+    Colour of a camera whose pose is not known has a frame of its own that nothing connects with that of depth.
     True poses are transforms on `/ground_truth` to the frames `object_K_OBJID`; models are attachments.
     """
 
     name = "mcap"
     folders = ()
     units = ((1000,), ())
-    holds_unaligned = True
+    holds_video = False
 
     def __init__(self, folder: Path, contents: Contents, color: str = "png", resume: bool = False) -> None:
         self._ros = RosTypes()
@@ -51,12 +53,13 @@ class McapWriter(LayoutWriter):
             self._continue()
 
     @classmethod
-    def check_contents(cls, contents: Contents) -> None:
-        camera = contents.camera
-        if not camera.aligned and camera.T_color_depth is None:
-            raise ValueError(
-                "camera: mcap holds the pose of the colour camera, not a projective mapping; use another layout"
-            )
+    def lost_of_color(cls, camera: RGBDCamera) -> str:
+        if camera.aligned or camera.T_color_depth is not None:
+            return ""
+        return (
+            "the mapping to colour is omitted: the mcap layout holds the pose of the colour camera, not a projective "
+            "mapping; colour images are stored without it"
+        )
 
     def write_models(self) -> None:
         self._output = self._begin(self.folder / FILE)
@@ -113,7 +116,9 @@ class McapWriter(LayoutWriter):
             output.add(TRUTH, TRANSFORMS, ros.serialized(TRANSFORMS, transforms=known), time_ns, n)
         if frame.color is not None:
             own = header if camera.aligned else ros.header(time_ns, COLOR_FRAME)
-            output.add(COLOR_INFO, INFO, ros.camera_info(own, camera.color or camera.depth), time_ns, n)
+            lens = camera.color or (None if self.lost_of_color(camera) else camera.depth)
+            if lens is not None:  # a projective mapping needs none
+                output.add(COLOR_INFO, INFO, ros.camera_info(own, lens), time_ns, n)
             image, kind = self._encoded(frame.color)
             data = ros.serialized(COMPRESSED, header=own, format=kind, data=image)
             output.add(COLOR, COMPRESSED, data, time_ns, n)

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 class Open3DWriter(LayoutWriter):
-    """intrinsic.json, trajectory.log, depth/, color/; frames without depth are omitted.
+    """intrinsic.json, trajectory.log, depth/, color/ or color.mkv; frames without depth are omitted.
 
     File names are number-microseconds, as Redwood's, where the sequence has times.
     """
@@ -43,7 +43,7 @@ class Open3DWriter(LayoutWriter):
         self.check_own_camera(frame)
         time = "" if frame.timestamp is None else f"-{round(1e6 * frame.timestamp):013d}"
         file = f"{number:06d}{time}.png"
-        self.write_images(frame, self.folder / "depth" / file, self.folder / "color" / file)
+        self.write_images(frame, self.folder / "depth" / file, self.folder / "color" / file, number)
         T = next(iter(poses.values()), None)
         return {
             "next": number + 1,

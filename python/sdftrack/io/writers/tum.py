@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 class TumWriter(LayoutWriter):
-    """depth.txt, rgb.txt, groundtruth.txt, camera.json, depth/, rgb/; frames without depth are omitted."""
+    """depth.txt, rgb.txt, groundtruth.txt, camera.json, depth/, rgb/ or color.mkv; frames without depth are omitted."""
 
     name = "tum"
     folders = ("depth", "rgb")
@@ -41,7 +41,12 @@ class TumWriter(LayoutWriter):
                 f"timestamp: frames {self.count - 1} and {self.count} have the same time {stamp} s"
             )
         depth = self.folder / "depth" / f"{stamp}.png"
-        color = self.write_images(frame, depth, self.folder / "rgb" / f"{stamp}.png")[1]
+        number = self.count
+        color = self.write_images(frame, depth, self.folder / "rgb" / f"{stamp}.png", number)[1]
+        if color and self._video is not None:
+            color = f"{color} {number}"  # the line in rgb.txt
+        elif color:
+            color = f"rgb/{color}"
         T = next(iter(poses.values()), None)
         return {
             "time": stamp,
@@ -68,7 +73,7 @@ class TumWriter(LayoutWriter):
                     continue
                 print(f"{entry['time']} depth/{entry['time']}.png", file=depth_list)
                 if entry["color"]:
-                    print(f"{entry['time']} rgb/{entry['color']}", file=color_list)
+                    print(f"{entry['time']} {entry['color']}", file=color_list)
                 if entry["pose"]:
                     any_pose = True
                     print(entry["pose"], file=poses)

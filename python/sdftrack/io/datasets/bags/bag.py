@@ -96,6 +96,10 @@ class Messages:
         """The decoded message; ValueError if it is not whole."""
         return self._bag.decode(self._channel(i), self._raw(i))
 
+    def data(self, i: int) -> bytes:
+        """The message as recorded; ValueError as above."""
+        return self._raw(i)
+
     def stamp_ns(self, i: int) -> int:
         """The time in the header of a message; that of recording where the header has none."""
         if i not in self._stamps:

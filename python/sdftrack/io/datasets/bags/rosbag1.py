@@ -21,12 +21,12 @@ Fields = dict[str, bytes]
 
 
 class Rosbag1(Part):
-    """A ``.bag`` file."""
+    """A ``.bag`` file, or its first `most` bytes."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, most: int | None = None) -> None:
         super().__init__(path)
         self._file = path.open("rb")
-        self._size = path.stat().st_size
+        self._size = path.stat().st_size if most is None else min(most, path.stat().st_size)
         self._chunks: dict[
             int, tuple[int, int, str]
         ] = {}  # position -> position of the data, size, compression

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sqlite3
 from pathlib import Path
 from urllib.parse import quote
@@ -12,7 +13,7 @@ import numpy as np
 from sdftrack.io.datasets.bags.chunks import decompressed
 from sdftrack.io.datasets.bags.parts import ENTRY, Channel, Part
 
-__all__ = ["START", "SqliteFile"]
+__all__ = ["START", "SqliteFile", "topic_names"]
 
 START = b"SQLite format 3\0"
 
@@ -26,11 +27,7 @@ class SqliteFile(Part):
         with path.open("rb") as file:
             if file.read(len(START)) != START:
                 raise ValueError(f"{path}: expected an SQLite database, got another file")
-        # Read as it is: without a lock and without writing, also from a folder that cannot be written.
-        address = f"file:{quote(str(path.resolve()))}?mode=ro"
-        if not path.with_name(path.name + "-wal").exists():
-            address += "&immutable=1"
-        self._base = sqlite3.connect(address, uri=True, check_same_thread=False)
+        self._base = _connect(path)
         try:
             self._read_index()
         except sqlite3.Error as error:
@@ -43,9 +40,6 @@ class SqliteFile(Part):
             raise
 
     def _read_index(self) -> None:
-        self._base.execute(
-            "PRAGMA writable_schema = ON"
-        )  # so that a cut file can be read; nothing is written
         rows: list[tuple[int, int, int]] = []
         try:
             for number, name, kind, encoding in self._base.execute(
@@ -92,3 +86,30 @@ class SqliteFile(Part):
 
     def close(self) -> None:
         self._base.close()
+
+
+def topic_names(path: Path) -> list[str]:
+    """The topics of a ``.db3`` file, of one that is cut as many as are whole; [] for another file."""
+    with path.open("rb") as file:
+        if file.read(len(START)) != START:
+            return []
+    base, names = _connect(path), []
+    try:
+        for (name,) in base.execute("SELECT name FROM topics"):
+            names.append(str(name))
+    except sqlite3.Error:
+        pass
+    finally:
+        base.close()
+    return names
+
+
+def _connect(path: Path) -> sqlite3.Connection:
+    """Read it as it is: without a lock and without writing, also from a folder that cannot be written."""
+    address = f"file:{quote(str(path.resolve()))}?mode=ro"
+    if not path.with_name(path.name + "-wal").exists():
+        address += "&immutable=1"
+    base = sqlite3.connect(address, uri=True, check_same_thread=False)
+    with contextlib.suppress(sqlite3.Error):  # which the first query tells
+        base.execute("PRAGMA writable_schema = ON")  # so that a cut file can be read; nothing is written
+    return base
