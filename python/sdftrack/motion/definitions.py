@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.motion.samples import MotionSamples
+from sdftrack.motion.spread import CALIBRATION
 
 __all__ = ["DEFINITIONS", "Context", "Definition", "measure"]
 
@@ -78,8 +79,8 @@ class Definition:
     relative: bool
     compute: Callable[[MotionSamples, Context], Array]
     of: str = "repetition"
-    spread: float = 1.0
     bias: float = 0.0
+    spread: float = 1.0
 
 
 DEFINITIONS: dict[str, Definition] = {}
@@ -95,13 +96,12 @@ def measure(
     relative: bool = True,
     *,
     of: str = "repetition",
-    spread: float = 1.0,
-    bias: float = 0.0,
 ) -> Callable[[Callable[[MotionSamples, Context], Array]], Callable[[MotionSamples, Context], Array]]:
     """Register a function as the measure `name`."""
 
     def register(f: Callable[[MotionSamples, Context], Array]) -> Callable[[MotionSamples, Context], Array]:
-        DEFINITIONS[name] = Definition(name, label, unit, text, source, wide, relative, f, of, spread, bias)
+        bias, spread = CALIBRATION.get(name, (0.0, 1.0))
+        DEFINITIONS[name] = Definition(name, label, unit, text, source, wide, relative, f, of, bias, spread)
         return f
 
     return register

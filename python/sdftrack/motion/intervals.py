@@ -15,6 +15,9 @@ __all__ = ["Measured", "measured"]
 
 Array = NDArray[np.float64]
 LEVEL = (2.5, 97.5)
+NOISE_ALONE = (
+    0.2  # of the value, as the shift of the samples: noise alone shows 0.41, its square root of 2 less 1
+)
 LEAST_DEFINED = 0.9  # of the samples
 
 
@@ -69,8 +72,11 @@ def measured(definition: Definition, value: float, samples: Array, name: str | N
         note = "undefined here" if not known.any() else "undefined in many of the possible movements"
         return Measured(name or definition.name, definition.unit, nan, nan, nan, False, note)
     low, middle, high = np.percentile(samples[known], [LEVEL[0], 50, LEVEL[1]])
+    noise_alone = middle - value > NOISE_ALONE * abs(value) and value > 0
     value -= definition.bias * (middle - value)
     low, high = value + definition.spread * (low - middle), value + definition.spread * (high - middle)
+    if definition.bias and noise_alone and definition.unit != "1":
+        value, low = max(value, 0.0), 0.0  # a range or tilt of zero would look the same
     limit = definition.wide * (abs(value) if definition.relative else 1.0)
     fine = bool(high - low <= limit)
     note = (
