@@ -14,6 +14,7 @@ from sdftrack._internal.validation import numbers, of_kind
 from sdftrack.motion.definitions import DEFINITIONS, Context, Definition
 from sdftrack.motion.intervals import Measured, measured
 from sdftrack.motion.measures.targets import definitions_of_target
+from sdftrack.motion.measures.tremor import Tremor, tremor_of
 from sdftrack.motion.posterior import SmoothedMotion
 from sdftrack.motion.repetitions import Repetition, count_interval, find_repetitions
 from sdftrack.motion.smoothing import smooth
@@ -23,6 +24,7 @@ from sdftrack.motion.windows import MARGIN_S, with_rests
 __all__ = ["Analysis", "MeasuredRepetition", "analyze"]
 
 Array = NDArray[np.float64]
+SETTLED_S = 0.15  # at the ends of a hold, while the object comes to rest
 RATE_HZ = 100.0  # of the samples that measures are computed from
 
 
@@ -38,11 +40,14 @@ class MeasuredRepetition:
         last one, if the object was held in between).
     gap_s : float
         Time in it without a measured pose, s.
+    cue_s : float or None
+        The signal that it belongs to.
     """
 
     span: Repetition
     values: dict[str, Measured]
     gap_s: float
+    cue_s: float | None = None
     spread: dict[str, Array] = field(default_factory=dict, repr=False)  # values of the samples, for averages
 
 
@@ -62,6 +67,8 @@ class Analysis:
         Coefficient of variation of each measure between repetitions: standard deviation over mean.
     shares : dict of str to float
         Part of the frames per status.
+    settings, definitions
+        What was asked for.
     """
 
     motion: SmoothedMotion
@@ -70,10 +77,27 @@ class Analysis:
     averages: dict[str, Measured]
     variation: dict[str, float]
     shares: dict[str, float]
+    settings: dict[str, Any] = field(default_factory=dict, repr=False)
+    definitions: list[Definition] = field(default_factory=list, repr=False)
 
     @property
     def trajectory(self) -> Trajectory:
         return self.motion.trajectory
+
+    @property
+    def tremors(self) -> list[Tremor]:
+        """Of the holds of a second and more."""
+        holds = [p for r in self.repetitions for p in r.span.phases if p.name == "hold"]
+        found = [self.tremor_between(p.start_s + SETTLED_S, p.end_s - SETTLED_S) for p in holds]
+        return [t for t in found if t is not None]
+
+    def tremor_between(self, start_s: float, end_s: float) -> Tremor | None:
+        """The tremor in a stretch of time, see :func:`tremor_of`."""
+        return tremor_of(self.trajectory, start_s, end_s, noise_m=self.motion.position_noise_m)
+
+    def requests(self, repetition: MeasuredRepetition) -> tuple[Array, list[tuple[Definition, str, Context]]]:
+        """What was computed for a repetition: regular times, and each measure with its name and context."""
+        return requests(self.motion, repetition.span, repetition.cue_s, self.settings, self.definitions)
 
 
 def analyze(
@@ -136,7 +160,7 @@ def analyze(
     count = (len(found),) * 3 if spans_s is not None else count_interval(motion, by=by)
     shares = _shares(motion.trajectory)
     averages, variation = _averages(done, definitions)
-    return Analysis(motion, done, (len(found), *count[1:]), averages, variation, shares)
+    return Analysis(motion, done, (len(found), *count[1:]), averages, variation, shares, context, definitions)
 
 
 def _chosen(measures: Sequence[str] | None) -> list[Definition]:
@@ -210,7 +234,7 @@ def _measured(
         values[name] = measured(definition, float(definition.compute(mean, context)[0]), spread[name], name)
     inside = (times >= repetition.start_s) & (times <= repetition.end_s)
     gap = float(np.sum(~mean.observed[inside]) / RATE_HZ)
-    return MeasuredRepetition(repetition, values, gap, spread)
+    return MeasuredRepetition(repetition, values, gap, cue_s, spread)
 
 
 def _stretches(definition: Definition, repetition: Repetition) -> list[tuple[str, float, float]]:

@@ -73,6 +73,15 @@ class SmoothedMotion:
         position, rotation = np.average(scales, axis=0, weights=lengths)
         return float(position), float(rotation)
 
+    @property
+    def position_noise_m(self) -> float:
+        """Standard deviation of the noise of a measured position from frame to frame, all axes together, m."""
+        used = self.trajectory.covariances
+        if used is None:
+            return float(np.sqrt(3) * 1e-3 * self.noise_scales[0])
+        variances = np.einsum("nii->n", used[:, :3, :3])
+        return self.noise_scales[0] * float(np.sqrt(np.nanmedian(variances[self.trajectory.usable])))
+
     def times_s(self, rate_hz: float) -> Array:
         """Regular times over the whole trajectory."""
         t = self.trajectory.times_s

@@ -26,8 +26,6 @@ CALIBRATION: dict[str, tuple[float, float]] = {
     "max_tilt": (1.4, 1.4),
     "mean_tilt": (1.4, 1.25),
     "dwell_time": (0.2, 1.05),
-    "repetition_time": (0.0, 0.8),
-    "reaction_time": (0.0, 0.85),
     "range_x": (1.4, 1.2),
     "range_y": (1.4, 1.2),
     "range_z": (1.4, 1.25),

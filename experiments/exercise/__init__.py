@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Exercises with known truth, rendered, tracked and measured."""
